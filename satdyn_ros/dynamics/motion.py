@@ -1,0 +1,98 @@
+"""A motion: whatever answers at(t_s) with states, by propagation or in closed form."""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from . import rotation
+from .orbit import FixedDirection, KeplerOrbit
+from .system import State, System
+
+
+@dataclass(frozen=True, eq=False)
+class States:
+    """
+    A table of N states of one motion.
+
+    t_s (N,): seconds since the motion began; q_ib (N, 4); omega_bi_b (N, 3) [rad/s]; rotor_speed
+    [rad/s] and rotor_angle [rad] (N,), nan where the rotor has none.  orbit_s (N,): the same
+    instants in seconds from tick 0, where the orbit counts from.
+    """
+
+    t_s: np.ndarray
+    q_ib: np.ndarray
+    omega_bi_b: np.ndarray
+    rotor_speed: np.ndarray
+    rotor_angle: np.ndarray
+    orbit: FixedDirection | KeplerOrbit
+    orbit_s: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.t_s)
+
+    def __getitem__(self, i: int) -> State:
+        """Return the state in row i."""
+        return State(
+            self.q_ib[i],
+            self.omega_bi_b[i],
+            float(self.rotor_speed[i]),
+            float(self.rotor_angle[i]),
+        )
+
+    @cached_property
+    def _position_velocity(self):
+        return self.orbit.position_velocity(self.orbit_s)
+
+    @property
+    def r_i(self) -> np.ndarray:
+        """Return the position [m], inertial, shape (N, 3); zero for a fixed direction."""
+        return self._position_velocity[0]
+
+    @property
+    def v_i(self) -> np.ndarray:
+        """Return the velocity [m/s], inertial, shape (N, 3); zero for a fixed direction."""
+        return self._position_velocity[1]
+
+    @cached_property
+    def c_b(self) -> np.ndarray:
+        """Return the unit vector from the attracting centre to the body, body axes, (N, 3)."""
+        return rotation.rotate(rotation.conjugate(self.q_ib), self.orbit.direction(self.orbit_s))
+
+    @cached_property
+    def q_lb(self) -> np.ndarray:
+        """Return the attitude body to LVLH, shape (N, 4); a fixed direction has none."""
+        return rotation.multiply(rotation.conjugate(self.orbit.lvlh(self.orbit_s)), self.q_ib)
+
+
+class Motion(ABC):
+    """
+    One motion of a system from a state at start_s seconds from tick 0.
+
+    name and source ('Agostinelli 1977, eqs 28-32') say what it is; period_s is the exact period
+    of the reduced motion where there is one, else None.
+    """
+
+    name: str
+    source: str
+    period_s: float | None = None
+
+    def __init__(self, system: System, state: State, start_s: float = 0.0):
+        self.system, self.state, self.start_s = system, state, start_s
+
+    def at(self, t_s) -> States:
+        """
+        Return the states at t_s, a float or (N,), seconds since the motion began, any order.
+
+        Row i depends on t_s[i] alone.  ValueError: a time is negative or not finite.
+        """
+        t_s = np.atleast_1d(np.asarray(t_s, float))
+        if not np.all(np.isfinite(t_s)) or np.any(t_s < 0.0):
+            bad = t_s[~(np.isfinite(t_s) & (t_s >= 0.0))][0]
+            raise ValueError(f't_s is {bad:g}; a motion answers finite times from 0 s on')
+        return States(t_s, *self._states(t_s), self.system.orbit, self.start_s + t_s)
+
+    @abstractmethod
+    def _states(self, t_s):
+        """Return q_ib (N, 4), omega_bi_b (N, 3), rotor_speed (N,) and rotor_angle (N,)."""

@@ -1,0 +1,184 @@
+"""
+Where the attracting centre is: in a fixed direction, or at the focus of a Kepler orbit.
+
+Both answer the same questions about the line from the centre to the body.  c_i is its unit vector
+in inertial axes and 3 mu / r^3 [1/s^2] the gradient, the strength of the torque
+(3 mu / r^3) c x I c.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import rotation
+
+EARTH_MU = 3.986004418e14
+
+
+@dataclass(frozen=True)
+class FixedDirection:
+    """A body held at a fixed place: c_i = +Z and a constant gradient 3 mu / r^3 [1/s^2]."""
+
+    gradient: float = 0.0
+
+    has_lvlh = False
+
+    def direction(self, t_s):
+        """Return c_i, shape (..., 3)."""
+        return np.broadcast_to([0.0, 0.0, 1.0], (*np.shape(t_s), 3))
+
+    def gradient_at(self, t_s):
+        """Return the gradient [1/s^2], shape (...)."""
+        return np.full(np.shape(t_s), self.gradient)
+
+    def position_velocity(self, t_s):
+        """Return r_i [m] and v_i [m/s], zero: the body does not travel."""
+        return np.zeros((*np.shape(t_s), 3)), np.zeros((*np.shape(t_s), 3))
+
+
+@dataclass(frozen=True)
+class KeplerOrbit:
+    """
+    A Kepler ellipse by its elements at t = 0; angles in rad, mu [m^3/s^2], semi_major_axis [m].
+
+    The inertial frame is that of the elements: with all angles zero the pericentre is on +X and
+    the orbit normal on +Z.
+    """
+
+    mu: float = EARTH_MU
+    semi_major_axis: float = 6.878137e6
+    eccentricity: float = 0.0
+    inclination: float = 0.0
+    raan: float = 0.0
+    argument_of_periapsis: float = 0.0
+    true_anomaly: float = 0.0
+
+    has_lvlh = True
+
+    @classmethod
+    def from_state(cls, r_i, v_i, mu=EARTH_MU):
+        """Return the ellipse through r_i [m] with v_i [m/s], both (3,)."""
+        r_i, v_i = np.asarray(r_i, float), np.asarray(v_i, float)
+        r = np.linalg.norm(r_i)
+        momentum = np.cross(r_i, v_i)
+        normal = momentum / np.linalg.norm(momentum)
+        radial = r_i / r
+        along = np.cross(normal, radial)
+        e_cos = momentum @ momentum / (mu * r) - 1.0
+        e_sin = np.linalg.norm(momentum) * (radial @ v_i) / mu
+        true_anomaly = np.arctan2(e_sin, e_cos)
+        raan = np.arctan2(normal[0], -normal[1])
+        node = np.array([np.cos(raan), np.sin(raan), 0.0])
+        latitude = np.arctan2(-along @ node, radial @ node)
+        return cls(
+            mu=mu,
+            semi_major_axis=1.0 / (2.0 / r - v_i @ v_i / mu),
+            eccentricity=np.hypot(e_cos, e_sin),
+            inclination=np.arctan2(np.hypot(normal[0], normal[1]), normal[2]),
+            raan=raan,
+            argument_of_periapsis=latitude - true_anomaly,
+            true_anomaly=true_anomaly,
+        )
+
+    @property
+    def is_circular(self) -> bool:
+        """Whether the distance is constant."""
+        return self.eccentricity == 0.0
+
+    @property
+    def mean_motion(self) -> float:
+        """Return n = sqrt(mu / a^3) [rad/s]."""
+        return np.sqrt(self.mu / self.semi_major_axis) / self.semi_major_axis
+
+    @property
+    def semi_latus_rectum(self) -> float:
+        """Return a (1 - e^2) [m]."""
+        return self.semi_major_axis * (1.0 - self.eccentricity**2)
+
+    @property
+    def perifocal(self) -> np.ndarray:
+        """
+        Return the axes to the pericentre, 90 deg on, and normal as the columns of a matrix.
+
+        On a circle the pericentre is where the argument of periapsis puts it.
+        """
+        q = rotation.multiply(
+            rotation.about([0, 0, 1], self.raan),
+            rotation.multiply(
+                rotation.about([1, 0, 0], self.inclination),
+                rotation.about([0, 0, 1], self.argument_of_periapsis),
+            ),
+        )
+        return rotation.matrix(q)
+
+    @property
+    def normal(self) -> np.ndarray:
+        """Return the unit normal of the orbit in inertial axes, shape (3,)."""
+        return self.perifocal[:, 2]
+
+    def anomaly(self, t_s):
+        """Return the true anomaly f [rad], continuous in time, shape (...)."""
+        e, f0 = self.eccentricity, self.true_anomaly
+        turn = np.asarray(self.mean_motion * np.asarray(t_s, float))
+        if self.is_circular:
+            return f0 + turn
+        beta = e / (1.0 + np.sqrt(1.0 - e * e))
+        E0 = f0 - 2.0 * np.arctan2(beta * np.sin(f0), 1.0 + beta * np.cos(f0))
+        E = _eccentric_anomaly(E0 - e * np.sin(E0) + turn, e)
+        return E + 2.0 * np.arctan2(beta * np.sin(E), 1.0 - beta * np.cos(E))
+
+    def direction(self, t_s):
+        """Return c_i, the unit vector from the centre to the body, shape (..., 3)."""
+        f = self.anomaly(t_s)[..., None]
+        to_pericentre, ahead, _ = self.perifocal.T
+        return np.cos(f) * to_pericentre + np.sin(f) * ahead
+
+    def radius(self, t_s):
+        """Return r [m], shape (...)."""
+        return self.semi_latus_rectum / (1.0 + self.eccentricity * np.cos(self.anomaly(t_s)))
+
+    def rate(self, t_s):
+        """Return df/dt [rad/s], shape (...)."""
+        return np.sqrt(self.mu * self.semi_latus_rectum) / self.radius(t_s) ** 2
+
+    def gradient_at(self, t_s):
+        """Return 3 mu / r^3 [1/s^2], shape (...)."""
+        return 3.0 * self.mu / self.radius(t_s) ** 3
+
+    def position_velocity(self, t_s):
+        """Return r_i [m] and v_i [m/s], each (..., 3)."""
+        e, p, f = self.eccentricity, self.semi_latus_rectum, self.anomaly(t_s)[..., None]
+        to_pericentre, ahead, _ = self.perifocal.T
+        cos_f, sin_f = np.cos(f), np.sin(f)
+        r_i = p / (1.0 + e * cos_f) * (cos_f * to_pericentre + sin_f * ahead)
+        v_i = np.sqrt(self.mu / p) * (-sin_f * to_pericentre + (e + cos_f) * ahead)
+        return r_i, v_i
+
+    def lvlh(self, t_s):
+        """
+        Return q_il, LVLH to inertial, shape (..., 4), continuous in time.
+
+        LVLH has x along track, y opposite to the orbit normal and z to the centre.
+        """
+        f = self.anomaly(t_s)
+        to_pericentre, ahead, normal = self.perifocal.T
+        at_pericentre = rotation.from_matrix(np.stack([ahead, -normal, -to_pericentre], axis=-1))
+        return rotation.multiply(rotation.about(normal, f), at_pericentre)
+
+    def lvlh_rate(self, t_s):
+        """Return the angular velocity of LVLH in inertial axes [rad/s], shape (..., 3)."""
+        return self.rate(t_s)[..., None] * self.normal
+
+
+def _eccentric_anomaly(mean_anomaly, e):
+    """Solve Kepler's equation E - e sin E = M by Newton's method, starting at Danby's guess."""
+    M = np.asarray(mean_anomaly, float)
+    turns = 2.0 * np.pi * np.round(M / (2.0 * np.pi))
+    M = M - turns
+    E = M + np.sign(np.sin(M)) * 0.85 * e
+    for _ in range(50):
+        correction = (E - e * np.sin(E) - M) / (1.0 - e * np.cos(E))
+        E = E - correction
+        if np.all(np.abs(correction) < 1e-15 * (1.0 + np.abs(E))):
+            break
+    return E + turns

@@ -1,0 +1,142 @@
+"""
+Attitude kinematics: Hamilton quaternions (x, y, z, w), direction cosines, Euler angles.
+
+``q_ab`` turns components in frame b into components in frame a: ``v_a = q_ab v_b q_ab*``, and
+``q_ac = q_ab q_bc``.  Every function works on the last axis, so arrays of quaternions are shape
+(..., 4) and arrays of vectors (..., 3).
+"""
+
+import numpy as np
+
+IDENTITY = np.array([0.0, 0.0, 0.0, 1.0])
+
+
+def multiply(q, p):
+    """
+    Return the Hamilton product q p, shape (..., 4); i j = k.
+
+    >>> multiply([1, 0, 0, 0], [0, 1, 0, 0])
+    array([0., 0., 1., 0.])
+    """
+    x1, y1, z1, w1 = np.moveaxis(np.asarray(q, float), -1, 0)
+    x2, y2, z2, w2 = np.moveaxis(np.asarray(p, float), -1, 0)
+    return np.stack(
+        [
+            w1 * x2 + x1 * w2 + y1 * z2 - z1 * y2,
+            w1 * y2 - x1 * z2 + y1 * w2 + z1 * x2,
+            w1 * z2 + x1 * y2 - y1 * x2 + z1 * w2,
+            w1 * w2 - x1 * x2 - y1 * y2 - z1 * z2,
+        ],
+        axis=-1,
+    )
+
+
+def conjugate(q):
+    """Return q*, the inverse of a unit quaternion, shape (..., 4)."""
+    return np.asarray(q, float) * np.array([-1.0, -1.0, -1.0, 1.0])
+
+
+def normalise(q):
+    """Return q / |q|, shape (..., 4)."""
+    q = np.asarray(q, float)
+    return q / np.linalg.norm(q, axis=-1, keepdims=True)
+
+
+def rotate(q_ab, v_b):
+    """Return v_a = q_ab v_b q_ab*, shape (..., 3)."""
+    q_ab, v_b = np.asarray(q_ab, float), np.asarray(v_b, float)
+    u, w = q_ab[..., :3], q_ab[..., 3:]
+    twice = 2.0 * np.cross(u, v_b)
+    return v_b + w * twice + np.cross(u, twice)
+
+
+def matrix(q_ab):
+    """Return the direction cosines R with v_a = R v_b, shape (..., 3, 3)."""
+    x, y, z, w = np.moveaxis(np.asarray(q_ab, float), -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def from_matrix(R):
+    """
+    Return the quaternion of the direction cosines R (..., 3, 3), shape (..., 4).
+
+    Shepperd 1978: each row divides by the largest of |x|, |y|, |z|, |w|; w >= 0 is not imposed.
+    """
+    R = np.asarray(R, float)
+    trace = np.trace(R, axis1=-2, axis2=-1)
+    four_squares = 1.0 + np.stack([2.0 * R[..., k, k] - trace for k in range(3)] + [trace], -1)
+    xx, yy, zz, ww = np.moveaxis(four_squares, -1, 0)
+    xy, zw = R[..., 1, 0] + R[..., 0, 1], R[..., 1, 0] - R[..., 0, 1]
+    zx, yw = R[..., 0, 2] + R[..., 2, 0], R[..., 0, 2] - R[..., 2, 0]
+    yz, xw = R[..., 2, 1] + R[..., 1, 2], R[..., 2, 1] - R[..., 1, 2]
+    rows = np.stack(
+        [
+            np.stack([xx, xy, zx, xw], -1),
+            np.stack([xy, yy, yz, yw], -1),
+            np.stack([zx, yz, zz, zw], -1),
+            np.stack([xw, yw, zw, ww], -1),
+        ],
+        axis=-2,
+    )
+    largest = np.argmax(four_squares, axis=-1)[..., None, None]
+    return normalise(np.take_along_axis(rows, largest, axis=-2)[..., 0, :])
+
+
+def about(axis, angle_rad):
+    """
+    Return the rotation by angle_rad about a unit axis, shape (..., 4).
+
+    >>> about([0, 0, 1], np.pi)
+    array([0.000000e+00, 0.000000e+00, 1.000000e+00, 6.123234e-17])
+    """
+    half = np.asarray(angle_rad, float)[..., None] / 2.0
+    return np.concatenate([np.asarray(axis, float) * np.sin(half), np.cos(half)], axis=-1)
+
+
+def angle_between(q, p):
+    """Return the angle of the rotation from q to p, 0 to pi [rad], shape (...)."""
+    d = multiply(conjugate(q), p)
+    return 2.0 * np.arctan2(np.linalg.norm(d[..., :3], axis=-1), np.abs(d[..., 3]))
+
+
+def continuous(q):
+    """Return the quaternions q (N, 4) with the signs that make the sequence continuous."""
+    q = np.asarray(q, float)
+    turns = np.sum(q[1:] * q[:-1], axis=-1) < 0.0
+    signs = np.concatenate([[1.0], np.where(np.cumsum(turns) % 2, -1.0, 1.0)])
+    return q * signs[:, None]
+
+
+def roll_pitch_yaw(q_ab):
+    """
+    Return the 3-2-1 angles of frame b relative to frame a [rad], shape (..., 3).
+
+    R_ab = Rz(yaw) Ry(pitch) Rx(roll); roll is 0 where the pitch is +-pi/2.
+
+    >>> roll_pitch_yaw(about([0, 0, 1], 0.5))
+    array([0. , 0. , 0.5])
+    """
+    R = matrix(q_ab)
+    cos_pitch = np.hypot(R[..., 0, 0], R[..., 1, 0])
+    pitch = np.arctan2(-R[..., 2, 0], cos_pitch)
+    regular = cos_pitch > 1e-12
+    roll = np.where(regular, np.arctan2(R[..., 2, 1], R[..., 2, 2]), 0.0)
+    yaw = np.where(
+        regular,
+        np.arctan2(R[..., 1, 0], R[..., 0, 0]),
+        np.arctan2(-R[..., 0, 1], R[..., 1, 1]),
+    )
+    return np.stack([roll, pitch, yaw], axis=-1)
+
+
+def from_roll_pitch_yaw(roll_rad, pitch_rad, yaw_rad):
+    """Return the quaternion of Rz(yaw) Ry(pitch) Rx(roll), shape (..., 4)."""
+    return multiply(
+        about([0, 0, 1], yaw_rad),
+        multiply(about([0, 1, 0], pitch_rad), about([1, 0, 0], roll_rad)),
+    )

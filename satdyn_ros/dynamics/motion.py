@@ -91,8 +91,10 @@ class Motion(ABC):
         if not np.all(np.isfinite(t_s)) or np.any(t_s < 0.0):
             bad = t_s[~(np.isfinite(t_s) & (t_s >= 0.0))][0]
             raise ValueError(f't_s is {bad:g}; a motion answers finite times from 0 s on')
-        return States(t_s, *self._states(t_s), self.system.orbit, self.start_s + t_s)
+        q_ib, omega_bi_b, rotor_speed, rotor_angle = self._states(t_s)
+        orbit_s = self.start_s + t_s
+        return States(t_s, q_ib, omega_bi_b, rotor_speed, rotor_angle, self.system.orbit, orbit_s)
 
     @abstractmethod
-    def _states(self, t_s):
+    def _states(self, t_s) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return q_ib (N, 4), omega_bi_b (N, 3), rotor_speed (N,) and rotor_angle (N,)."""

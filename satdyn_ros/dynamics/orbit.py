@@ -35,6 +35,10 @@ class FixedDirection:
         """Return r_i [m] and v_i [m/s], zero: the body does not travel."""
         return np.zeros((*np.shape(t_s), 3)), np.zeros((*np.shape(t_s), 3))
 
+    def lvlh(self, t_s):
+        """Refuse: without an orbit there is no LVLH."""
+        raise ValueError('orbit.type is fixed, which has no LVLH; use circular or kepler')
+
 
 @dataclass(frozen=True)
 class KeplerOrbit:

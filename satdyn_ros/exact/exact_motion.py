@@ -1,0 +1,35 @@
+"""What all closed forms share: the rotor's speed and angle follow from the body's motion."""
+
+from abc import abstractmethod
+
+import numpy as np
+
+from ..dynamics.motion import Motion
+from ..dynamics.system import State, System
+
+
+class ExactMotion(Motion):
+    """A motion in closed form, evaluated at any time without stepping."""
+
+    @classmethod
+    @abstractmethod
+    def why_not(cls, system: System, state: State) -> str | None:
+        """Return one sentence that says why this closed form does not apply, or None."""
+
+    @abstractmethod
+    def attitude(self, t_s):
+        """Return q_ib (N, 4) and omega_bi_b (N, 3) at t_s (N,)."""
+
+    @abstractmethod
+    def axial_turn(self, t_s):
+        """Return the integral of a . omega from 0 to t_s [rad], (N,), a the rotor's axis."""
+
+    def _states(self, t_s):
+        q_ib, omega_bi_b = self.attitude(t_s)
+        rotor, start = self.system.rotor, self.state
+        if not rotor.turns_freely:
+            absent = np.full(len(t_s), np.nan)
+            return q_ib, omega_bi_b, absent, absent
+        p = rotor.axial_momentum(start.rotor_speed, start.omega_bi_b)
+        angle = start.rotor_angle + p / rotor.inertia * t_s - self.axial_turn(t_s)
+        return q_ib, omega_bi_b, rotor.speed(p, omega_bi_b), angle

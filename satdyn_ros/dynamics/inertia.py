@@ -1,6 +1,7 @@
 """The inertia tensor: validation, principal axes, parallel axis, and a catalogue of shapes."""
 
 from itertools import permutations
+from typing import NamedTuple
 
 import numpy as np
 
@@ -91,3 +92,101 @@ def _about_one_axis(moments, axes, distinct):
     ordered = np.full(3, (np.sum(moments) - moments[distinct]) / 2.0)
     ordered[k] = moments[distinct]
     return ordered, rotation.matrix(rotation.normalise(q))
+
+
+def ellipsoid(inertia) -> np.ndarray:
+    """
+    Return the semi-axes 1 / sqrt(moment) of the inertia ellipsoid x . inertia x = 1, shape (3,).
+
+    They lie along the columns of principal_axes(inertia); a moment of zero has an infinite one.
+    """
+    with np.errstate(divide='ignore'):
+        return 1.0 / np.sqrt(np.maximum(principal_axes(inertia)[0], 0.0))
+
+
+def parallel_axis(inertia_g, mass, offset) -> np.ndarray:
+    """
+    Return the inertia (3, 3) about the point at offset (3,) [m] from the mass centre.
+
+    Steiner's theorem as a tensor: I_G + m (d.d 1 - d d^T); mass [kg].
+    """
+    d = np.asarray(offset, float)
+    return np.asarray(inertia_g, float) + mass * (d @ d * np.eye(3) - np.outer(d, d))
+
+
+class Body(NamedTuple):
+    """A body by mass [kg], mass centre (3,) [m] and inertia (3, 3) [kg m^2] about that centre."""
+
+    mass: float
+    mass_centre: np.ndarray
+    inertia: np.ndarray
+
+
+def compose(bodies) -> Body:
+    """
+    Return the body that the bodies make together, all in the same axes.
+
+    >>> bus, boom = Body(9.0, [0, 0, 0], sphere(9.0, 1.0)), Body(1.0, [0, 0, 20], rod(1.0, 38.0))
+    >>> compose([bus, boom]).mass_centre
+    array([0., 0., 2.])
+    """
+    masses = np.array([body.mass for body in bodies])
+    centres = np.array([body.mass_centre for body in bodies], float)
+    mass = np.sum(masses)
+    centre = masses @ centres / mass
+    parts = [parallel_axis(body.inertia, body.mass, body.mass_centre - centre) for body in bodies]
+    return Body(float(mass), centre, np.sum(parts, axis=0))
+
+
+# The catalogue: homogeneous bodies, tensors about the mass centre with the symmetry axis along z.
+
+
+def points(masses, positions) -> np.ndarray:
+    """Return the inertia of point masses (N,) [kg] at positions (N, 3) [m] about their centre."""
+    point = np.zeros((3, 3))
+    return compose([Body(m, r, point) for m, r in zip(masses, positions, strict=True)]).inertia
+
+
+def rod(mass, length) -> np.ndarray:
+    """Return the inertia of a thin rod along z; its moment about z is zero."""
+    return _about_z(mass * length**2 / 12.0, 0.0)
+
+
+def ring(mass, radius) -> np.ndarray:
+    """Return the inertia of a thin ring about z."""
+    return _about_z(mass * radius**2 / 2.0, mass * radius**2)
+
+
+def disk(mass, radius) -> np.ndarray:
+    """Return the inertia of a thin disk about z."""
+    return annulus(mass, 0.0, radius)
+
+
+def annulus(mass, inner_radius, outer_radius) -> np.ndarray:
+    """Return the inertia of a thin annulus about z."""
+    square = mass * (inner_radius**2 + outer_radius**2)
+    return _about_z(square / 4.0, square / 2.0)
+
+
+def cylinder(mass, radius, height) -> np.ndarray:
+    """Return the inertia of a solid cylinder about z."""
+    return _about_z(mass * (3.0 * radius**2 + height**2) / 12.0, mass * radius**2 / 2.0)
+
+
+def sphere(mass, radius) -> np.ndarray:
+    """Return the inertia of a solid sphere."""
+    return 0.4 * mass * radius**2 * np.eye(3)
+
+
+def rectangular_plate(mass, length_x, length_y) -> np.ndarray:
+    """Return the inertia of a thin plate normal to z with sides along x and y."""
+    return mass / 12.0 * np.diag([length_y**2, length_x**2, length_x**2 + length_y**2])
+
+
+def cone(mass, radius, height) -> np.ndarray:
+    """Return the inertia of a solid cone about z; its mass centre is 3/4 height from the apex."""
+    return _about_z(3.0 / 80.0 * mass * (4.0 * radius**2 + height**2), 0.3 * mass * radius**2)
+
+
+def _about_z(transverse, axial):
+    return np.diag([transverse, transverse, axial])

@@ -1,0 +1,201 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from scipy.spatial.transform import Rotation
+
+from satdyn_ros.dynamics import inertia
+
+MOMENTS = ([600.0, 800.0, 900.0], [900.0, 600.0, 800.0], [1.0, 1.0, 2.0], [2.0, 1.0, 2.0])
+
+
+@pytest.mark.parametrize(
+    'values',
+    [
+        [600, 800, 900],
+        [600, 800, 900, 1.5, -2.5, 3.5],
+        [600, 1.5, -2.5, 1.5, 800, 3.5, -2.5, 3.5, 900],
+    ],
+)
+def test_three_six_and_nine_numbers_mean_the_tensor_they_say(values):
+    """Moments, the six entries and the rows name the same matrix, products signed as in it."""
+    I = inertia.tensor(values)
+    assert list(np.diagonal(I)) == [600.0, 800.0, 900.0]
+    if len(values) > 3:
+        assert (I[0, 1], I[0, 2], I[1, 2]) == (1.5, -2.5, 3.5)
+    assert np.array_equal(I, I.T)
+
+
+@pytest.mark.parametrize(
+    ('values', 'why'),
+    [
+        ([1, 2], 'it takes 3 principal moments'),
+        ([1, np.nan, 1], 'every entry must be finite'),
+        ([1, 1, 0], 'must be positive'),
+        ([1, 1, 1, 2, 0, 0], 'must be positive'),
+        ([1, 2, 8], 'must not exceed the sum'),
+        ([3, 3, 3, 2.9, 0, 0], 'must not exceed the sum'),
+        ([3, 1, 0, 0, 3, 0, 0, 0, 3], 'must be symmetric'),
+    ],
+)
+def test_what_no_body_has_is_refused_in_one_sentence(values, why):
+    """Length, finiteness, symmetry, positivity and the triangle inequality are each demanded."""
+    with pytest.raises(ValueError, match=why) as refusal:
+        inertia.tensor(values)
+    assert str(refusal.value).startswith('body.inertia is [')
+    assert '\n' not in str(refusal.value)
+
+
+@pytest.mark.parametrize('seed', range(20))
+def test_a_flat_body_passes_the_triangle_inequality_in_any_axes(seed):
+    """A plate has I3 = I1 + I2 exactly; rounding of a rotated tensor must not refuse it."""
+    R = Rotation.random(random_state=seed).as_matrix()
+    plate = inertia.rectangular_plate(3.0, 0.7, 1.1)
+    inertia.tensor(np.ravel(R @ plate @ R.T))
+
+
+@pytest.mark.parametrize('moments', [*MOMENTS, [1.0, 1.0, 1.0]])
+def test_a_diagonal_tensor_keeps_its_axes_exactly(moments):
+    """Whoever gives principal axes gets them back: the identity, bit for bit."""
+    found, R = inertia.principal_axes(np.diag(moments))
+    assert np.array_equal(found, moments)
+    assert np.array_equal(R, np.eye(3))
+
+
+@pytest.mark.parametrize('moments', [*MOMENTS, [1.0, 1.0 + 1e-9, 2.0], [1.0, 1.0, 1.0]])
+@given(turn=arrays(float, 3, elements=st.floats(-3.0, 3.0)))
+def test_principal_axes_diagonalise_and_turn_least(moments, turn):
+    """
+    R diag(moments) R^T gives the tensor back; no other labelling of the axes turns less.
+
+    Tolerance: two products of 3 x 3 matrices, and 1e-13 for moments taken as equal.
+    """
+    Q = Rotation.from_rotvec(turn).as_matrix()
+    I = Q @ np.diag(moments) @ Q.T
+    I = (I + I.T) / 2.0
+    found, R = inertia.principal_axes(I)
+    assert R @ np.diag(found) @ R.T == pytest.approx(I, abs=3e-13 * max(moments))
+    np.testing.assert_allclose(R.T @ R, np.eye(3), atol=1e-14)
+    assert np.linalg.det(R) == pytest.approx(1.0, abs=1e-14)
+    for relabel in Rotation.create_group('O').as_matrix():
+        assert np.trace(R @ relabel) <= np.trace(R) + 1e-12
+
+
+@given(angle=st.floats(-0.7, 0.7))
+def test_equal_moments_keep_the_pair_closest_to_the_body_axes(angle):
+    """Tilting a symmetry axis by an angle turns the principal axes by that angle and no more."""
+    tilt = Rotation.from_euler('x', angle)
+    I = tilt.as_matrix() @ np.diag([2.0, 2.0, 1.0]) @ tilt.as_matrix().T
+    moments, R = inertia.principal_axes(I)
+    np.testing.assert_allclose(R, tilt.as_matrix(), atol=1e-12)
+    assert moments[0] == moments[1]
+
+
+def brute_force(density_points):
+    """Return the inertia and mean of equally heavy points (N, 3) of total mass 1."""
+    r = density_points - density_points.mean(axis=0)
+    square = np.einsum('ni,nj->ij', r, r) / len(r)
+    return np.trace(square) * np.eye(3) - square
+
+
+def _grid(*lengths, n=120):
+    """Return the midpoints of n^3 (n^2, n) cells of a box about the origin."""
+    sides = [length * ((np.arange(n) + 0.5) / n - 0.5) for length in lengths]
+    return np.stack([axis.ravel() for axis in np.meshgrid(*sides, indexing='ij')], axis=-1)
+
+
+def _flat(points):
+    return np.column_stack([points, np.zeros(len(points))])
+
+
+def _within(points, radius):
+    return points[np.hypot(points[:, 0], points[:, 1]) <= radius]
+
+
+def _cone_points():
+    box = _grid(2.0, 2.0, 1.5)
+    return box[np.hypot(box[:, 0], box[:, 1]) <= (0.75 - box[:, 2]) / 1.5]
+
+
+ANGLES = 2.0 * np.pi * np.arange(100) / 100
+SOLIDS = {
+    'rod': (inertia.rod(1.0, 1.7), np.column_stack([np.zeros((5000, 2)), _grid(1.7, n=5000)])),
+    'ring': (
+        inertia.ring(1.0, 1.3),
+        1.3 * np.stack([np.cos(ANGLES), np.sin(ANGLES), 0.0 * ANGLES], axis=-1),
+    ),
+    'disk': (inertia.disk(1.0, 1.0), _flat(_within(_grid(2.0, 2.0, n=1000), 1.0))),
+    'annulus': (
+        inertia.annulus(1.0, 0.4, 1.0),
+        _flat([p for p in _within(_grid(2.0, 2.0, n=400), 1.0) if np.hypot(*p) >= 0.4]),
+    ),
+    'cylinder': (inertia.cylinder(1.0, 1.0, 1.5), _within(_grid(2.0, 2.0, 1.5), 1.0)),
+    'sphere': (
+        inertia.sphere(1.0, 1.0),
+        np.array([p for p in _grid(2.0, 2.0, 2.0, n=60) if p @ p <= 1.0]),
+    ),
+    'plate': (inertia.rectangular_plate(1.0, 0.7, 1.9), _flat(_grid(0.7, 1.9, n=1000))),
+    'cone': (inertia.cone(1.0, 1.0, 1.5), _cone_points()),
+}
+
+
+@pytest.mark.parametrize('solid', SOLIDS)
+def test_the_catalogue_agrees_with_sums_over_points(solid):
+    """
+    Each formula equals the sum over a fine lattice of equal masses.
+
+    Tolerance: the lattice's jagged rim, below 3e-3 of the largest moment.
+    """
+    formula, lattice = SOLIDS[solid]
+    assert brute_force(np.asarray(lattice)) == pytest.approx(formula, abs=3e-3 * np.max(formula))
+
+
+def test_points_are_the_definition():
+    """Two points of mass m at distance d have m d^2 / 2 across and nothing along (42)."""
+    assert inertia.points([3.0, 3.0], [[0, 0, 1], [0, 0, 3]]) == pytest.approx(
+        np.diag([6.0, 6.0, 0.0])
+    )
+
+
+@pytest.mark.parametrize(
+    ('body', 'offset', 'axis', 'moment'),
+    [
+        (inertia.rod(2.0, 3.0), [0, 0, 1.5], 0, 2.0 * 3.0**2 / 3),
+        (inertia.sphere(2.0, 3.0), [3.0, 0, 0], 2, 7 * 2.0 * 3.0**2 / 5),
+        (inertia.cylinder(2.0, 3.0, 5.0), [0, 0, 2.5], 0, 2.0 * (5.0**2 / 3 + 3.0**2 / 4)),
+        (inertia.cone(2.0, 3.0, 5.0), [0, 0, 3.75], 0, 3 * 2.0 * (5.0**2 / 5 + 3.0**2 / 20)),
+    ],
+)
+def test_parallel_axis_gives_the_textbook_moments(body, offset, axis, moment):
+    """Rod about its end, sphere about a tangent, cylinder and cone about base and apex (42)."""
+    at_point = inertia.parallel_axis(body, 2.0, offset)
+    assert at_point[axis, axis] == pytest.approx(moment, rel=1e-14)
+
+
+def test_parallel_axis_has_the_products_of_an_oblique_offset():
+    """The tensor form carries products of inertia: a point mass at (1, 2, 3)."""
+    expected = [[13.0, -2.0, -3.0], [-2.0, 10.0, -6.0], [-3.0, -6.0, 5.0]]
+    assert inertia.parallel_axis(np.zeros((3, 3)), 1.0, [1, 2, 3]) == pytest.approx(
+        np.array(expected)
+    )
+
+
+def test_two_halves_make_the_whole():
+    """Two half cylinders stacked along z compose into the whole one."""
+    half = inertia.cylinder(1.0, 0.5, 2.0)
+    whole = inertia.compose(
+        [inertia.Body(1.0, [0.1, 0.2, -1.0], half), inertia.Body(1.0, [0.1, 0.2, 1.0], half)]
+    )
+    assert whole.mass == 2.0
+    assert whole.mass_centre == pytest.approx([0.1, 0.2, 0.0])
+    assert whole.inertia == pytest.approx(inertia.cylinder(2.0, 0.5, 4.0), rel=1e-14)
+
+
+def test_the_inertia_ellipsoid_touches_where_the_quadratic_form_is_one():
+    """The tip of each semi-axis satisfies x . I x = 1; a rod's ellipsoid is a cylinder."""
+    R = Rotation.from_rotvec([0.3, -0.2, 0.5]).as_matrix()
+    I = R @ np.diag([2.0, 3.0, 4.0]) @ R.T
+    tips = inertia.principal_axes(I)[1] * inertia.ellipsoid(I)
+    assert tips.T @ I @ tips == pytest.approx(np.eye(3), abs=1e-13)
+    assert inertia.ellipsoid(inertia.rod(12.0, 1.0)) == pytest.approx([1.0, 1.0, np.inf])

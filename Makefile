@@ -1,0 +1,80 @@
+# Every target sets up what it needs in .venv, once; `make` alone lists them.
+
+VENV := .venv
+PY := $(VENV)/bin/python
+PIP := $(PY) -m pip --quiet --disable-pip-version-check
+
+# The ROS wheels exist for CPython 3.10 to 3.13; `make PYTHON=...` chooses another interpreter.
+PYTHON ?= $(shell for python in python3 python3.13 python3.12 python3.11 python3.10; do \
+	$$python -c 'import sys; sys.exit(not (3, 10) <= sys.version_info < (3, 14))' 2>/dev/null \
+	&& echo $$python && break; done)
+
+# A sourced ROS 2 of the machine is used as it is; otherwise the extra `ros` brings Jazzy's wheels.
+SOURCED := $(shell test -n "$$ROS_DISTRO" && python3 -c 'import rclpy' 2>/dev/null && echo yes)
+ROS := $(if $(SOURCED),,ros,)
+
+.PHONY: help demo test torture lint colcon figures bench clean
+
+help:
+	@echo 'make demo     a satellite live for 20 s: the node, a subscriber, a request, a bag'
+	@echo 'make test     the tests'
+	@echo 'make lint     ruff and mypy'
+	@echo 'make colcon   build the package in a colcon workspace of its own and try what it installs'
+	@echo 'make figures  draw the pictures of the documentation again'
+	@echo 'make bench    the benchmarks beside their peers; writes benchmark/RESULTS.md'
+	@echo 'make torture  the long tests of bags whose writer is killed'
+	@echo 'make clean    remove .venv and everything that was built'
+
+demo: $(VENV)/.run
+	@$(PY) examples/demo.py
+
+test: $(VENV)/.test
+	@$(PY) -m pytest
+
+torture: $(VENV)/.test
+	@$(PY) -m pytest -m torture
+
+lint: $(VENV)/.test
+	@$(PY) -m ruff check
+	@$(PY) -m ruff format --check
+	@$(PY) -m mypy
+
+colcon: $(VENV)/.colcon
+	@.ci/colcon
+
+figures: $(VENV)/.test
+	@$(PY) docs/figures.py
+
+bench: $(VENV)/.bench
+	@$(PY) benchmark/run.py
+
+clean:
+	rm -rf $(VENV) build install log *.egg-info
+	rm -rf .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	find . -name __pycache__ -prune -exec rm -rf {} +
+
+$(PY):
+	@test -n "$(PYTHON)" || { echo 'No Python 3.10 to 3.13 found; say make PYTHON=/path/to/python'; exit 1; }
+	@echo "Making $(VENV) with $$($(PYTHON) --version)"
+	@$(PYTHON) -m venv $(if $(SOURCED),--system-site-packages) $(VENV) || { rm -rf $(VENV); exit 1; }
+	@touch $(VENV)/COLCON_IGNORE
+
+$(VENV)/.run: setup.py | $(PY)
+	@echo 'Installing satdyn_ros$(if $(SOURCED), beside the sourced ROS 2, and ROS 2 Jazzy) (a minute)'
+	@$(PIP) install --editable '.[$(ROS)]'
+	@touch $@
+
+$(VENV)/.test: $(VENV)/.run
+	@echo 'Installing what the tests and pictures need (a minute)'
+	@$(PIP) install --editable '.[$(ROS)plot,sweep,test,dev]'
+	@touch $@
+
+$(VENV)/.bench: $(VENV)/.run
+	@echo 'Installing the peers to compare with (a minute)'
+	@$(PIP) install --editable '.[$(ROS)bench]'
+	@touch $@
+
+$(VENV)/.colcon: $(VENV)/.run
+	@echo 'Installing colcon'
+	@$(PIP) install colcon-common-extensions
+	@touch $@

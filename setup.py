@@ -1,0 +1,51 @@
+from glob import glob
+
+from setuptools import find_packages, setup
+
+package_name = 'satdyn_ros'
+
+setup(
+    name=package_name,
+    version='0.1.0',
+    description='Attitude dynamics of gyrostat satellites, live in ROS 2 and in closed form',
+    author='satdyn_ros developers',
+    author_email='maintainers@satdyn-ros.invalid',
+    maintainer='satdyn_ros developers',
+    maintainer_email='maintainers@satdyn-ros.invalid',
+    license='Apache-2.0',
+    python_requires='>=3.10',
+    packages=find_packages(include=[package_name, f'{package_name}.*']),
+    package_data={'': ['*.json', '*.msg', '*.html', '*.js', '*.css']},
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
+        (f'share/{package_name}', ['package.xml']),
+        (f'share/{package_name}/launch', sorted(glob('launch/*.launch.py'))),
+        (f'share/{package_name}/config', sorted(glob('config/*.*'))),
+        (f'share/{package_name}/msg_examples', sorted(glob('msg_examples/*.yaml'))),
+    ],
+    zip_safe=False,
+    install_requires=['mcap>=1.6', 'numba', 'numpy', 'PyYAML', 'rich', 'scipy'],
+    extras_require={
+        # On a ROS distribution rclpy and the messages are there already.
+        'ros': ['ros-jazzy-common-interfaces', 'ros-jazzy-rclpy[fastrtps]'],
+        'plot': ['matplotlib', 'plotly'],
+        'sweep': ['dask', 'distributed', 'pyarrow'],
+        'test': [
+            'cyclonedds',
+            'hypothesis',
+            'mcap-ros2-support',
+            'mpmath',
+            'pytest',
+            'rosbags',
+            'setuptools',
+        ],
+        'dev': ['mypy==2.4.*', 'ruff==0.17.*', 'types-PyYAML'],
+        'bench': ['bsk', 'foxglove-sdk', 'heyoka', 'matplotlib', 'mcap-ros2-support'],
+    },
+    entry_points={
+        'console_scripts': [
+            'satdyn = satdyn_ros.cli:main',
+            'satdyn_node = satdyn_ros.ros.main:main',
+        ],
+    },
+)

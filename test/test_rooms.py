@@ -1,0 +1,84 @@
+"""The rooms of the package stand on each other as its architecture says."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).parent.parent / 'satdyn_ros'
+
+# From the ground up; __init__ is the front door and check what one command does.
+ROOMS = [
+    'dynamics',
+    'exact',
+    'scenario',
+    'events',
+    'simulation',
+    'messages',
+    'bag',
+    'ros',
+    'sweep',
+    'report',
+    'check',
+    'cli',
+]
+
+
+def room_of(module):
+    """Return the room of the dotted name 'satdyn_ros.room.file', None for the front door."""
+    parts = module.split('.')
+    return parts[1] if len(parts) > 1 else None
+
+
+def own_imports(path):
+    """Return the dotted names of the package's own modules that a file imports."""
+    here = ['satdyn_ros', *path.relative_to(PACKAGE).with_suffix('').parts]
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names if alias.name.startswith('satdyn_ros'))
+        elif isinstance(node, ast.ImportFrom):
+            base = here[: -node.level] if node.level else []
+            module = '.'.join([*base, *([node.module] if node.module else [])])
+            if module == 'satdyn_ros':
+                yield from (f'{module}.{alias.name}' for alias in node.names)
+            elif module.startswith('satdyn_ros.'):
+                yield module
+
+
+@pytest.mark.parametrize(
+    'path',
+    [
+        path
+        for path in sorted(PACKAGE.rglob('*.py'))
+        if path.parent != PACKAGE or path.stem in ROOMS
+    ],
+    ids=lambda path: str(path.relative_to(PACKAGE)),
+)
+def test_a_room_imports_only_from_rooms_below(path):
+    """What is lower can be read, tested and used without what is above it."""
+    room = path.relative_to(PACKAGE).with_suffix('').parts[0]
+    allowed = ROOMS[: ROOMS.index(room) + 1]
+    assert [name for name in own_imports(path) if room_of(name) not in allowed] == []
+
+
+def test_every_module_has_a_room():
+    """A new file or folder at the top of the package needs its place in the order."""
+    tops = {path.relative_to(PACKAGE).with_suffix('').parts[0] for path in PACKAGE.rglob('*.py')}
+    assert tops - {'__init__'} <= set(ROOMS)
+
+
+def test_physics_loads_no_ros():
+    """The physics runs where ROS is not installed and knows no file format."""
+    modules = [
+        '.'.join(['satdyn_ros', *path.relative_to(PACKAGE).with_suffix('').parts])
+        for room in ('dynamics', 'exact')
+        for path in sorted((PACKAGE / room).glob('[a-z]*.py'))
+    ]
+    program = (
+        f'import sys, satdyn_ros, {", ".join(modules)}\n'
+        "print({'rclpy', 'mcap', 'geometry_msgs'} & set(sys.modules) or 'none')"
+    )
+    result = subprocess.run([sys.executable, '-c', program], capture_output=True, text=True)
+    assert (result.returncode, result.stdout.strip()) == (0, 'none'), result.stderr

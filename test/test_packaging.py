@@ -1,7 +1,6 @@
 """The package says what it needs, and installs everything it ships."""
 
 import ast
-import importlib
 import re
 import sys
 from pathlib import Path

@@ -11,7 +11,7 @@ PYTHON ?= $(shell for python in python3 python3.13 python3.12 python3.11 python3
 
 # A sourced ROS 2 of the machine is used as it is; otherwise the extra `ros` brings Jazzy's wheels.
 SOURCED := $(shell test -n "$$ROS_DISTRO" && python3 -c 'import rclpy' 2>/dev/null && echo yes)
-ROS := $(if $(SOURCED),,ros,)
+ROS := $(if $(SOURCED),,ros)
 
 .PHONY: help demo test torture lint colcon figures bench clean
 
@@ -66,12 +66,12 @@ $(VENV)/.run: setup.py | $(PY)
 
 $(VENV)/.test: $(VENV)/.run
 	@echo 'Installing what the tests and pictures need (a minute)'
-	@$(PIP) install --editable '.[$(ROS)plot,sweep,test,dev]'
+	@$(PIP) install --editable '.[plot,sweep,test,dev]'
 	@touch $@
 
 $(VENV)/.bench: $(VENV)/.run
 	@echo 'Installing the peers to compare with (a minute)'
-	@$(PIP) install --editable '.[$(ROS)bench]'
+	@$(PIP) install --editable '.[bench]'
 	@touch $@
 
 $(VENV)/.colcon: $(VENV)/.run

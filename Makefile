@@ -2,7 +2,7 @@
 
 VENV := .venv
 PY := $(VENV)/bin/python
-PIP := $(PY) -m pip --quiet --disable-pip-version-check
+PIP := $(PY) -m pip --quiet --quiet --disable-pip-version-check
 
 # The ROS wheels exist for CPython 3.10 to 3.13; `make PYTHON=...` chooses another interpreter.
 PYTHON ?= $(shell for python in python3 python3.13 python3.12 python3.11 python3.10; do \

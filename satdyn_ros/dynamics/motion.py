@@ -17,8 +17,9 @@ class States:
     A table of N states of one motion.
 
     t_s (N,): seconds since the motion began; q_ib (N, 4); omega_bi_b (N, 3) [rad/s]; rotor_speed
-    [rad/s] and rotor_angle [rad] (N,), nan where the rotor has none.  orbit_s (N,): the same
-    instants in seconds from tick 0, where the orbit counts from.
+    [rad/s] and rotor_angle [rad] (N,), nan where the rotor has none.  work [J] (N,): what the
+    applied torques and the orbit's ellipticity added to the energy since the motion began.
+    orbit_s (N,): the same instants in seconds from tick 0, where the orbit counts from.
     """
 
     t_s: np.ndarray
@@ -26,6 +27,7 @@ class States:
     omega_bi_b: np.ndarray
     rotor_speed: np.ndarray
     rotor_angle: np.ndarray
+    work: np.ndarray
     orbit: FixedDirection | KeplerOrbit
     orbit_s: np.ndarray
 
@@ -91,10 +93,8 @@ class Motion(ABC):
         if not np.all(np.isfinite(t_s)) or np.any(t_s < 0.0):
             bad = t_s[~(np.isfinite(t_s) & (t_s >= 0.0))][0]
             raise ValueError(f't_s is {bad:g}; a motion answers finite times from 0 s on')
-        q_ib, omega_bi_b, rotor_speed, rotor_angle = self._states(t_s)
-        orbit_s = self.start_s + t_s
-        return States(t_s, q_ib, omega_bi_b, rotor_speed, rotor_angle, self.system.orbit, orbit_s)
+        return States(t_s, *self._states(t_s), self.system.orbit, self.start_s + t_s)
 
     @abstractmethod
-    def _states(self, t_s) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return q_ib (N, 4), omega_bi_b (N, 3), rotor_speed (N,) and rotor_angle (N,)."""
+    def _states(self, t_s) -> tuple:
+        """Return q_ib (N, 4), omega_bi_b (N, 3), rotor_speed, rotor_angle and work, each (N,)."""

@@ -9,10 +9,32 @@ in inertial axes and 3 mu / r^3 [1/s^2] the gradient, the strength of the torque
 from dataclasses import dataclass
 
 import numpy as np
+from numba import vectorize
 
 from . import rotation
 
 EARTH_MU = 3.986004418e14
+
+
+@vectorize(cache=True)
+def true_anomaly(mean_anomaly, e):
+    """
+    Return the true anomaly f [rad], continuous, of the mean anomaly M [rad] and eccentricity e.
+
+    Kepler's equation E - e sin E = M by Newton's method from Danby's guess.
+    """
+    if e == 0.0:
+        return mean_anomaly
+    turns = 2.0 * np.pi * np.rint(mean_anomaly / (2.0 * np.pi))
+    M = mean_anomaly - turns
+    E = M + np.sign(M) * 0.85 * e
+    for _ in range(50):
+        correction = (E - e * np.sin(E) - M) / (1.0 - e * np.cos(E))
+        E -= correction
+        if abs(correction) < 1e-15:
+            break
+    beta = e / (1.0 + np.sqrt(1.0 - e * e))
+    return turns + E + 2.0 * np.arctan2(beta * np.sin(E), 1.0 - beta * np.cos(E))
 
 
 @dataclass(frozen=True)
@@ -95,6 +117,14 @@ class KeplerOrbit:
         return np.sqrt(self.mu / self.semi_major_axis) / self.semi_major_axis
 
     @property
+    def mean_anomaly(self) -> float:
+        """Return the mean anomaly at t = 0 [rad]."""
+        e, f = self.eccentricity, self.true_anomaly
+        beta = e / (1.0 + np.sqrt(1.0 - e * e))
+        E = f - 2.0 * np.arctan2(beta * np.sin(f), 1.0 + beta * np.cos(f))
+        return E - e * np.sin(E)
+
+    @property
     def semi_latus_rectum(self) -> float:
         """Return a (1 - e^2) [m]."""
         return self.semi_major_axis * (1.0 - self.eccentricity**2)
@@ -122,14 +152,8 @@ class KeplerOrbit:
 
     def anomaly(self, t_s):
         """Return the true anomaly f [rad], continuous in time, shape (...)."""
-        e, f0 = self.eccentricity, self.true_anomaly
-        turn = np.asarray(self.mean_motion * np.asarray(t_s, float))
-        if self.is_circular:
-            return f0 + turn
-        beta = e / (1.0 + np.sqrt(1.0 - e * e))
-        E0 = f0 - 2.0 * np.arctan2(beta * np.sin(f0), 1.0 + beta * np.cos(f0))
-        E = _eccentric_anomaly(E0 - e * np.sin(E0) + turn, e)
-        return E + 2.0 * np.arctan2(beta * np.sin(E), 1.0 - beta * np.cos(E))
+        mean_anomaly = self.mean_anomaly + self.mean_motion * np.asarray(t_s, float)
+        return true_anomaly(mean_anomaly, self.eccentricity)
 
     def direction(self, t_s):
         """Return c_i, the unit vector from the centre to the body, shape (..., 3)."""
@@ -172,17 +196,3 @@ class KeplerOrbit:
     def lvlh_rate(self, t_s):
         """Return the angular velocity of LVLH in inertial axes [rad/s], shape (..., 3)."""
         return self.rate(t_s)[..., None] * self.normal
-
-
-def _eccentric_anomaly(mean_anomaly, e):
-    """Solve Kepler's equation E - e sin E = M by Newton's method, starting at Danby's guess."""
-    M = np.asarray(mean_anomaly, float)
-    turns = 2.0 * np.pi * np.round(M / (2.0 * np.pi))
-    M = M - turns
-    E = M + np.sign(np.sin(M)) * 0.85 * e
-    for _ in range(50):
-        correction = (E - e * np.sin(E) - M) / (1.0 - e * np.cos(E))
-        E = E - correction
-        if np.all(np.abs(correction) < 1e-15 * (1.0 + np.abs(E))):
-            break
-    return E + turns

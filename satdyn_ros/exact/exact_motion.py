@@ -26,10 +26,10 @@ class ExactMotion(Motion):
 
     def _states(self, t_s):
         q_ib, omega_bi_b = self.attitude(t_s)
-        rotor, start = self.system.rotor, self.state
+        rotor, start, no_work = self.system.rotor, self.state, np.zeros(len(t_s))
         if not rotor.turns_freely:
             absent = np.full(len(t_s), np.nan)
-            return q_ib, omega_bi_b, absent, absent
+            return q_ib, omega_bi_b, absent, absent, no_work
         p = rotor.axial_momentum(start.rotor_speed, start.omega_bi_b)
         angle = start.rotor_angle + p / rotor.inertia * t_s - self.axial_turn(t_s)
-        return q_ib, omega_bi_b, rotor.speed(p, omega_bi_b), angle
+        return q_ib, omega_bi_b, rotor.speed(p, omega_bi_b), angle, no_work

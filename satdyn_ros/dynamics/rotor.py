@@ -36,11 +36,16 @@ class Rotor:
     def axial_momentum(self, speed, omega_bi_b):
         """Return p [N m s] for the relative speed [rad/s] and body rate omega_bi_b (..., 3)."""
         if self.turns_freely:
-            return self.inertia * (speed + np.asarray(omega_bi_b) @ self.axis)
+            return self.inertia * (speed + self._rate_along_axis(omega_bi_b))
         return np.full(np.shape(omega_bi_b)[:-1], self.momentum)[()]
 
     def speed(self, axial_momentum, omega_bi_b):
         """Return the relative speed s = p / J - a . omega [rad/s]; nan where it has none."""
         if self.turns_freely:
-            return axial_momentum / self.inertia - np.asarray(omega_bi_b) @ self.axis
+            return axial_momentum / self.inertia - self._rate_along_axis(omega_bi_b)
         return np.full(np.shape(omega_bi_b)[:-1], np.nan)[()]
+
+    def _rate_along_axis(self, omega_bi_b):
+        # Written out: the bits of a matrix product depend on how many rows there are.
+        x, y, z = np.moveaxis(np.asarray(omega_bi_b, float), -1, 0)
+        return x * self.axis[0] + y * self.axis[1] + z * self.axis[2]

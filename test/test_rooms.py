@@ -13,6 +13,7 @@ PACKAGE = Path(__file__).parent.parent / 'satdyn_ros'
 ROOMS = [
     'dynamics',
     'exact',
+    'keys',
     'scenario',
     'events',
     'simulation',

@@ -1,0 +1,91 @@
+"""One satellite, with RViz or the Foxglove bridge beside it where wanted."""
+
+from pathlib import Path
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+
+from satdyn_ros import Scenario
+
+CONFIG = Path(__file__).parent.parent / 'config'
+ARGUMENTS = [
+    DeclareLaunchArgument(
+        'params_file',
+        default_value=str(CONFIG / 'default.yaml'),
+        description='the scenario: a ROS 2 parameter file',
+    ),
+    DeclareLaunchArgument('namespace', default_value='', description='of the node'),
+    DeclareLaunchArgument(
+        'record',
+        default_value='',
+        choices=['', 'true', 'false'],
+        description='whether to record from the first tick; empty: as params_file says',
+    ),
+    DeclareLaunchArgument(
+        'rate', default_value='', description='publish.rate [Hz]; empty: as params_file says'
+    ),
+    DeclareLaunchArgument(
+        'rviz', default_value='false', choices=['true', 'false'], description='start RViz'
+    ),
+    DeclareLaunchArgument(
+        'foxglove',
+        default_value='false',
+        choices=['true', 'false'],
+        description='start the Foxglove bridge; config/foxglove_layout.json shows the scene',
+    ),
+]
+
+
+def generate_launch_description():
+    return LaunchDescription([*ARGUMENTS, OpaqueFunction(function=start)])
+
+
+def start(context):
+    """Return the nodes for the arguments' values."""
+    given = {
+        argument.name: LaunchConfiguration(argument.name).perform(context)
+        for argument in ARGUMENTS
+    }
+    namespace, params_file = given['namespace'], given['params_file']
+    rviz, foxglove = given['rviz'] == 'true', given['foxglove'] == 'true'
+
+    overrides = {}
+    if given['record']:
+        overrides['record.enabled'] = given['record'] == 'true'
+    if given['rate']:
+        overrides['publish.rate'] = float(given['rate'])
+    scenario = Scenario.from_yaml(params_file)
+    if rviz or foxglove:
+        shown = dict.fromkeys([*scenario.publish_topics, 'markers', '/tf'])
+        overrides['publish.topics'] = list(shown)
+
+    nodes = [
+        Node(
+            package='satdyn_ros',
+            executable='satdyn_node',
+            namespace=namespace,
+            parameters=[params_file, overrides] if overrides else [params_file],
+            output='screen',
+        )
+    ]
+    if rviz:
+        has_lvlh = scenario.system.orbit.has_lvlh
+        frame = scenario.frames.orbital if has_lvlh else scenario.frames.inertial
+        nodes.append(
+            Node(
+                package='rviz2',
+                executable='rviz2',
+                namespace=namespace,
+                arguments=[
+                    '--display-config',
+                    str(CONFIG / 'satdyn.rviz'),
+                    '--fixed-frame',
+                    frame,
+                ],
+            )
+        )
+    if foxglove:
+        nodes.append(Node(package='foxglove_bridge', executable='foxglove_bridge'))
+    return nodes

@@ -1,5 +1,5 @@
 """
-Attitude kinematics: Hamilton quaternions (x, y, z, w), direction cosines, Euler angles.
+Attitude kinematics: Hamilton quaternions (x, y, z, w), direction cosines, roll, pitch, yaw.
 
 ``q_ab`` turns components in frame b into components in frame a: ``v_a = q_ab v_b q_ab*``, and
 ``q_ac = q_ab q_bc``.  Every function works on the last axis, so arrays of quaternions are shape

@@ -1,0 +1,44 @@
+"""
+The torque of the field on a table of states, and the angular momentum that it changes.
+
+The sums are written out: a row has the same bits alone and among thousands, which a matrix
+product of the linear algebra libraries does not promise.
+"""
+
+import numpy as np
+
+from .system import System
+
+
+def gravity_gradient(inertia, c_b, gradient) -> np.ndarray:
+    """
+    Return the torque gradient c x I c [N m] in body axes, shape (..., 3).
+
+    inertia [kg m^2] (3, 3); c_b (..., 3): unit vector from the attracting centre to the body;
+    gradient (...): 3 mu / r^3 [1/s^2].
+
+    >>> gravity_gradient(np.diag([1.0, 2.0, 3.0]), np.array([0.0, 0.6, 0.8]), 1.0)
+    array([0.48, 0.  , 0.  ])
+    """
+    x, y, z = np.moveaxis(c_b, -1, 0)
+    I_x, I_y, I_z = _times(inertia, (x, y, z))
+    torque = (y * I_z - z * I_y, z * I_x - x * I_z, x * I_y - y * I_x)
+    return np.stack([gradient * component for component in torque], axis=-1)
+
+
+def angular_momentum(system: System, omega_bi_b, rotor_speed) -> np.ndarray:
+    """
+    Return H = I omega + J s a, or I omega + h, [N m s] in body axes, shape (..., 3).
+
+    omega_bi_b [rad/s] (..., 3); rotor_speed [rad/s] (...), not looked at where the rotor has none.
+    """
+    rotor = system.rotor
+    momentum = _times(system.carrier_inertia, np.moveaxis(omega_bi_b, -1, 0))
+    p = rotor.axial_momentum(rotor_speed, omega_bi_b)
+    return np.stack([H + p * a for H, a in zip(momentum, rotor.axis, strict=True)], axis=-1)
+
+
+def _times(M, v):
+    """Return the components of M v for the components v."""
+    x, y, z = v
+    return [row[0] * x + row[1] * y + row[2] * z for row in M]

@@ -1,0 +1,79 @@
+import numpy as np
+import pytest
+
+from satdyn_ros.dynamics.rotor import Rotor
+from satdyn_ros.dynamics.system import System
+from satdyn_ros.dynamics.torque import angular_momentum, gravity_gradient
+
+RNG = np.random.default_rng(20240607)
+
+
+def inertia_of(masses, points):
+    """Return sum m (|x|^2 1 - x x^T) of point masses, shape (3, 3)."""
+    pairs = zip(masses, points, strict=True)
+    return sum(m * ((x @ x) * np.eye(3) - np.outer(x, x)) for m, x in pairs)
+
+
+def test_gravity_gradient_is_newtons_attraction_of_the_parts():
+    """
+    The torque of the inverse-square law on point masses about their centre.
+
+    Masses in opposite pairs cancel the next, third-order term of the expansion; what is left out
+    is of the size (1e-3)^2 of what is kept, with a factor below 10.
+    """
+    half = RNG.normal(size=(4, 3))
+    points = np.concatenate([half, -half])
+    masses = np.tile(RNG.uniform(1.0, 2.0, 4), 2)
+    mu, r = 7.0, 1e3 * np.max(np.linalg.norm(points, axis=1))
+    directions = RNG.normal(size=(20, 3))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    for c in directions:
+        place = r * c + points
+        # The attraction less that of the centre, whose torque vanishes: it only costs digits.
+        pull = place / np.linalg.norm(place, axis=1)[:, None] ** 3 - c / r**2
+        attraction = -mu * masses[:, None] * pull
+        expected = np.sum(np.cross(points, attraction), axis=0)
+        torque = gravity_gradient(inertia_of(masses, points), c, 3.0 * mu / r**3)
+        scale = 3.0 * mu / r**3 * np.trace(inertia_of(masses, points))
+        assert torque == pytest.approx(expected, abs=1e-5 * scale)
+
+
+@pytest.mark.parametrize('speed', [0.0, 40.0])
+def test_angular_momentum_is_that_of_the_moving_parts(speed):
+    """Sum m x cross v over a tumbling cloud and a ring that spins in it, to rounding."""
+    cloud, masses = RNG.normal(size=(6, 3)), RNG.uniform(1.0, 2.0, 6)
+    axis = np.array([2.0, -1.0, 2.0]) / 3.0
+    across = np.cross(axis, [1.0, 0.0, 0.0])
+    across /= np.linalg.norm(across)
+    angles = np.arange(5) * 2.0 * np.pi / 5.0
+    ring = 0.7 * np.outer(np.cos(angles), across)
+    ring += 0.7 * np.outer(np.sin(angles), np.cross(axis, across))
+    ring_mass = 0.3
+    points = np.concatenate([cloud, ring])
+    all_masses = np.concatenate([masses, np.full(5, ring_mass)])
+    omega = RNG.normal(size=3)
+    velocity = np.cross(omega, points)
+    velocity[len(cloud) :] += speed * np.cross(axis, ring)
+    expected = np.sum(all_masses[:, None] * np.cross(points, velocity), axis=0)
+
+    inertia = inertia_of(all_masses, points)
+    J = 5 * ring_mass * 0.7**2
+    free = System(inertia, Rotor('free', axis, inertia=J))
+    held = System(inertia, Rotor('constant_momentum', axis, momentum=J * speed))
+    assert angular_momentum(free, omega, speed) == pytest.approx(expected, rel=1e-13)
+    assert angular_momentum(held, omega, np.nan) == pytest.approx(expected, rel=1e-13)
+
+
+def test_a_row_alone_has_the_bits_of_a_row_among_many():
+    """What is computed tick by tick equals what is computed in blocks, bit by bit."""
+    A = RNG.normal(size=(3, 3))
+    system = System(A @ A.T, Rotor('free', np.array([0.48, 0.6, 0.64]), inertia=0.1))
+    vectors, numbers = RNG.normal(size=(999, 3)), RNG.normal(size=999)
+    torques = gravity_gradient(system.inertia, vectors, numbers)
+    momenta = angular_momentum(system, vectors, numbers)
+    for i in range(0, 999, 37):
+        row = slice(i, i + 1)
+        torque = gravity_gradient(system.inertia, vectors[row], numbers[row])
+        momentum = angular_momentum(system, vectors[row], numbers[row])
+        assert np.array_equal(torque[0], torques[i])
+        assert np.array_equal(momentum[0], momenta[i])

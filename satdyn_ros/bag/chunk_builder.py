@@ -1,0 +1,97 @@
+"""
+Chunks put together with NumPy: the messages of many ticks at once.
+
+All messages of a topic have one length, so a tick is a row of one layout, and a block of ticks is
+a table whose columns are heads and data.
+"""
+
+from functools import cache
+
+import numpy as np
+from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
+from mcap.records import McapRecord, Message
+
+from .chunk import CHUNK_SIZE, HEAD
+
+
+class ChunkBuilder:
+    """The contents of the running chunk; full once they reach the size of a chunk."""
+
+    def __init__(self):
+        self._buffer = np.empty(2 * CHUNK_SIZE, np.uint8)
+        self._size = 0
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing was added since the last chunk."""
+        return self._size == 0
+
+    @property
+    def is_full(self) -> bool:
+        """Whether the contents have reached the size of a chunk."""
+        return self._size >= CHUNK_SIZE
+
+    def add_record(self, record: McapRecord) -> None:
+        """Append a schema, a channel or a single message."""
+        builder = RecordBuilder()
+        record.write(builder)
+        data = builder.end()
+        self._take(len(data))[:] = np.frombuffer(data, np.uint8)
+
+    def add_message(self, channel_id: int, stamp_ns: int, data: bytes) -> None:
+        """Append one message."""
+        self.add_record(Message(channel_id, stamp_ns, data, publish_time=stamp_ns, sequence=0))
+
+    def add_ticks(self, stamps_ns: np.ndarray, rows: dict[int, np.ndarray]) -> int:
+        """
+        Append the messages of ticks until the chunk is full and return how many ticks it took.
+
+        stamps_ns (N,); rows: for each channel the messages (N,), each row the bytes of one.
+        """
+        layout, heads = _tick_layout(tuple((i, row.itemsize) for i, row in rows.items()))
+        free = CHUNK_SIZE - self._size
+        count = min(len(stamps_ns), max(1, -(-free // layout.itemsize)))
+        block = self._take(count * layout.itemsize)
+        table = block.reshape(count, layout.itemsize)
+        ticks = block.view(layout)
+        for channel_id, messages in rows.items():
+            begin = layout.fields[f'head {channel_id}'][1]
+            end = begin + HEAD.itemsize
+            table[:, begin:end] = heads[channel_id]
+            table[:, end : end + messages.itemsize] = _bytes(messages[:count])
+            head = ticks[f'head {channel_id}']
+            head['log_time'] = head['publish_time'] = stamps_ns[:count]
+        return count
+
+    def take(self) -> np.ndarray:
+        """Return the contents, valid until the next record comes, and begin anew."""
+        contents = self._buffer[: self._size]
+        self._size = 0
+        return contents
+
+    def _take(self, size):
+        end = self._size + size
+        if end > len(self._buffer):
+            self._buffer = np.concatenate([self._buffer[: self._size], np.empty(end, np.uint8)])
+        place = self._buffer[self._size : end]
+        self._size = end
+        return place
+
+
+def _bytes(messages):
+    return messages.view(np.uint8).reshape(len(messages), messages.itemsize)
+
+
+@cache
+def _tick_layout(lengths):
+    """Return the dtype of a tick with messages (channel, length), and each one's constant head."""
+    fields, heads = [], {}
+    for channel_id, length in lengths:
+        fields += [(f'head {channel_id}', HEAD), (f'data {channel_id}', np.void, length)]
+        head = np.zeros((), HEAD)
+        head['opcode'] = Opcode.MESSAGE
+        head['length'] = HEAD.itemsize - 9 + length
+        head['channel_id'] = channel_id
+        heads[channel_id] = np.frombuffer(head.tobytes(), np.uint8)
+    return np.dtype(fields), heads

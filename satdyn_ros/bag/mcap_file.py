@@ -1,0 +1,186 @@
+"""One MCAP file, written record by record in the order of rosbag2."""
+
+import os
+import struct
+import zlib
+from pathlib import Path
+
+import numpy as np
+from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
+from mcap.records import (
+    Channel,
+    Chunk,
+    ChunkIndex,
+    DataEnd,
+    Footer,
+    Header,
+    McapRecord,
+    Metadata,
+    MetadataIndex,
+    Schema,
+    Statistics,
+    SummaryOffset,
+)
+from mcap.writer import MCAP0_MAGIC
+
+from .chunk import Contents, compress
+
+_INDEX_ENTRY = np.dtype([('log_time', '<u8'), ('offset', '<u8')])
+
+
+class McapFile:
+    """
+    A file that is complete after finish(); what was written before is with the system at once.
+
+    schemas, channels: what the summary lists, by id.  statistics: of what was written so far.
+    size: bytes written.  OSError: the file exists, or cannot be written.
+    """
+
+    def __init__(self, path: Path, header: Header):
+        self.path = path
+        self.size = 0
+        self.schemas: dict[int, Schema] = {}
+        self.channels: dict[int, Channel] = {}
+        self.statistics = Statistics(0, 0, {}, 0, 0, 0, 0, 0, 0)
+        self._chunk_indexes = RecordBuilder()
+        self._metadata_indexes = RecordBuilder()
+        self._file = open(path, 'xb', buffering=0)  # noqa: SIM115
+        self._write(MCAP0_MAGIC)
+        self._write_record(header)
+
+    def write_metadata(self, name: str, mapping: dict[str, str]) -> None:
+        """Write a metadata record."""
+        start = self.size
+        self._write_record(Metadata(name, mapping))
+        MetadataIndex(start, self.size - start, name).write(self._metadata_indexes)
+        self.statistics.metadata_count += 1
+
+    def write_chunk(self, contents: np.ndarray, compression: str, data: bytes | None = None):
+        """
+        Write a chunk of contents (N,) uint8 and the index of its messages.
+
+        compression: 'zstd', 'lz4' or '' for none.  data: the contents compressed already.
+        """
+        parsed = Contents(contents)
+        first_ns, last_ns = parsed.span_ns
+        compressed = compress(compression, contents) if data is None else data
+        chunk = Chunk(
+            compression=compression,
+            data=compressed,
+            message_start_time=first_ns,
+            message_end_time=last_ns,
+            uncompressed_crc=zlib.crc32(contents.data),
+            uncompressed_size=len(contents),
+        )
+        start = self.size
+        self._write_record(chunk)
+        index_start = self.size
+        indexes, index_offsets = _message_indexes(parsed, index_start)
+        self._write(indexes)
+        ChunkIndex(
+            message_start_time=chunk.message_start_time,
+            message_end_time=chunk.message_end_time,
+            chunk_start_offset=start,
+            chunk_length=index_start - start,
+            message_index_offsets=index_offsets,
+            message_index_length=len(indexes),
+            compression=compression,
+            compressed_size=len(compressed),
+            uncompressed_size=len(contents),
+        ).write(self._chunk_indexes)
+        self._count(parsed)
+
+    def finish(self) -> None:
+        """Write the summary and close the file, its bytes on the disk."""
+        self._write_record(DataEnd(0))
+        summary_start = self.size
+        summary = RecordBuilder()
+        offsets = RecordBuilder()
+        self.statistics.schema_count = len(self.schemas)
+        self.statistics.channel_count = len(self.channels)
+        for opcode, records in (
+            (Opcode.SCHEMA, _written(self.schemas.values())),
+            (Opcode.CHANNEL, _written(self.channels.values())),
+            (Opcode.STATISTICS, _written([self.statistics])),
+            (Opcode.CHUNK_INDEX, self._chunk_indexes.end()),
+            (Opcode.METADATA_INDEX, self._metadata_indexes.end()),
+        ):
+            if records:
+                group_start = summary_start + summary.count
+                SummaryOffset(opcode, group_start, len(records)).write(offsets)
+                summary.write(records)
+        offset_start = summary_start + summary.count
+        summary.write(offsets.end())
+        # The checksum takes in the footer up to the place where it is written itself.
+        footer = struct.pack('<BQQQ', Opcode.FOOTER, 8 + 8 + 4, summary_start, offset_start)
+        records = summary.end()
+        crc = zlib.crc32(footer, zlib.crc32(records))
+        self._write(records)
+        self._write_record(Footer(summary_start, offset_start, crc))
+        self._write(MCAP0_MAGIC)
+        os.fsync(self._file.fileno())
+        self.close()
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether the file takes no more."""
+        return self._file.closed
+
+    def close(self) -> None:
+        """Close the file as it is."""
+        self._file.close()
+
+    def _count(self, contents):
+        """Take what a chunk declares and holds into the summary."""
+        for record in contents.declarations():
+            known = self.schemas if isinstance(record, Schema) else self.channels
+            known.setdefault(record.id, record)
+        statistics, (first_ns, last_ns) = self.statistics, contents.span_ns
+        statistics.chunk_count += 1
+        if len(contents.heads) == 0:
+            return
+        if statistics.message_count == 0:
+            statistics.message_start_time = first_ns
+        statistics.message_start_time = min(statistics.message_start_time, first_ns)
+        statistics.message_end_time = max(statistics.message_end_time, last_ns)
+        statistics.message_count += len(contents.heads)
+        counts = statistics.channel_message_counts
+        ids, numbers = np.unique(contents.heads['channel_id'], return_counts=True)
+        for channel_id, number in zip(ids.tolist(), numbers.tolist(), strict=True):
+            counts[channel_id] = counts.get(channel_id, 0) + number
+
+    def _write_record(self, record: McapRecord):
+        self._write(_written([record]))
+
+    def _write(self, data):
+        rest = memoryview(data)
+        while rest:
+            written = self._file.write(rest)
+            self.size += written
+            rest = rest[written:]
+
+
+def _written(records) -> bytes:
+    builder = RecordBuilder()
+    for record in records:
+        record.write(builder)
+    return builder.end()
+
+
+def _message_indexes(contents: Contents, start: int) -> tuple[bytes, dict[int, int]]:
+    """Return the index records of a chunk's messages and where in the file each channel's is."""
+    builder = RecordBuilder()
+    places = {}
+    for channel_id in contents.channel_ids().tolist():
+        chosen = contents.heads['channel_id'] == channel_id
+        entries = np.empty(np.count_nonzero(chosen), _INDEX_ENTRY)
+        entries['log_time'] = contents.heads['log_time'][chosen]
+        entries['offset'] = contents.offsets[chosen]
+        places[channel_id] = start + builder.count
+        builder.start_record(Opcode.MESSAGE_INDEX)
+        builder.write2(channel_id)
+        builder.write4(entries.nbytes)
+        builder.write(entries.tobytes())
+        builder.finish_record()
+    return builder.end(), places

@@ -1,0 +1,220 @@
+"""A rosbag2 bag that is written as it happens: never half a record, never older than one flush."""
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import mcap
+import numpy as np
+from mcap.records import Header
+
+from . import metadata
+from .chunk import COMPRESSIONS
+from .chunk_builder import ChunkBuilder
+from .mcap_file import McapFile
+from .metadata import BagMetadata, FileInformation, TopicMetadata
+
+RUN = 'satdyn_ros/run'
+SNAPSHOT = 'satdyn_ros/snapshot'
+
+_HEADER = Header('ros2', f'satdyn_ros; mcap-python {mcap.__version__}')
+_NEVER_NS = 2**62
+
+
+class BagWriter:
+    """
+    Write a bag into a new directory: <name>_0.mcap, <name>_1.mcap ... and metadata.yaml.
+
+    topics: what may be recorded; their order is that of the messages of a tick.  max_size_bytes,
+    max_duration_s: a new file begins when the running one has reached this size, or would span
+    more than this time; 0: never.  run: what made the bag; every file begins with it.
+
+    One thread uses it.  What was written is with the system after flush(), and the bag is complete
+    after close().  OSError: the directory exists or cannot be written; the bag then takes no more,
+    and what was written can be recovered.
+    """
+
+    def __init__(
+        self,
+        directory: str | Path,
+        topics: Sequence[TopicMetadata],
+        *,
+        compression: str = 'zstd',
+        max_size_bytes: int = 0,
+        max_duration_s: float = 0,
+        run: Mapping[str, str] | None = None,
+    ):
+        if compression not in COMPRESSIONS:
+            known = ', '.join(COMPRESSIONS)
+            raise ValueError(f'record.compression is {compression!r}; it is one of {known}')
+        self.directory = Path(directory)
+        self._topics = topics
+        self._ids = {topic.name: i for i, topic in enumerate(topics, 1)}
+        types = list(dict.fromkeys(topic.type for topic in topics))
+        self._schemas = {}
+        self._channels = {}
+        for topic in topics:
+            schema_id = types.index(topic.type) + 1
+            self._schemas[schema_id] = topic.schema_record(schema_id)
+            channel_id = self._ids[topic.name]
+            self._channels[channel_id] = topic.channel_record(channel_id, schema_id)
+        self._compression = '' if compression == 'none' else compression
+        self._max_size_bytes = max_size_bytes
+        self._max_duration_ns = round(max_duration_s * 1e9) or _NEVER_NS
+        self._run = dict(run or {})
+        self._metadata = BagMetadata([], self._run)
+        self._counts = dict.fromkeys(self._ids, 0)
+        self._chunk = ChunkBuilder()
+        self._declared: set[str] = set()
+        self._wants_snapshot = True
+        self._failure: str | None = None
+        self._make_directory()
+        with self._telling():
+            self._begin_file()
+
+    def write(
+        self,
+        stamps_ns: np.ndarray,
+        rows: Mapping[str, np.ndarray],
+        snapshot: Callable[[int], Mapping[str, str]] | None = None,
+    ) -> None:
+        """
+        Write the messages of ticks: stamps_ns (N,), and by topic N rows of one message's bytes.
+
+        snapshot(i): what a file that begins with tick i of these is told about the run.
+        """
+        by_channel = {i: rows[name] for name, i in self._ids.items() if name in rows}
+        if not by_channel:
+            return
+        with self._telling():
+            done = 0
+            while done < len(stamps_ns):
+                if self._file_is_full(int(stamps_ns[done])):
+                    self._end_file()
+                    self._begin_file()
+                if self._wants_snapshot and snapshot is not None:
+                    self._write_metadata(SNAPSHOT, snapshot(done))
+                    self._wants_snapshot = False
+                last_ns = self._first_ns(int(stamps_ns[done])) + self._max_duration_ns
+                fits = slice(done, np.searchsorted(stamps_ns, last_ns, side='right'))
+                messages = {i: row[fits] for i, row in by_channel.items()}
+                done += self._add_ticks(stamps_ns[fits], messages)
+
+    def write_message(self, topic: str, stamp_ns: int, data: bytes) -> None:
+        """Write one message, as of an input ahead of the messages of its tick."""
+        with self._telling():
+            self._declare(self._ids[topic])
+            self._chunk.add_message(self._ids[topic], stamp_ns, data)
+            self._count([topic], 1, stamp_ns, stamp_ns)
+
+    def write_metadata(self, name: str, mapping: Mapping[str, str]) -> None:
+        """Write a metadata record, behind all that was written and ahead of what comes."""
+        with self._telling():
+            self._write_metadata(name, mapping)
+
+    def flush(self) -> None:
+        """Hand all that was written to the system, where it outlives this process."""
+        with self._telling():
+            self._end_chunk()
+
+    def close(self) -> None:
+        """Complete the bag; to one that takes no more, nothing is done."""
+        if self._failure or self._file.is_closed:
+            return
+        with self._telling():
+            self._end_file()
+            self._metadata.write(self.directory, self._topics, self._counts)
+
+    def __enter__(self) -> 'BagWriter':
+        return self
+
+    def __exit__(self, *exception) -> None:
+        self.close()
+
+    def _make_directory(self):
+        try:
+            self.directory.mkdir(parents=True)
+        except FileExistsError as error:
+            raise FileExistsError(
+                f'{self.directory} exists already; a bag needs a new directory'
+            ) from error
+        except OSError as error:
+            raise type(error)(
+                f'the bag {self.directory} cannot be made: {error.strerror}'
+            ) from error
+
+    @contextmanager
+    def _telling(self):
+        """Turn what the system says into one sentence; after it the bag takes no more."""
+        if self._failure:
+            raise OSError(self._failure)
+        try:
+            yield
+        except OSError as error:
+            self._failure = (
+                f'the bag {self.directory} takes no more: {error.strerror}; '
+                'satdyn recover completes it'
+            )
+            self._file.close()
+            raise OSError(self._failure) from error
+
+    def _begin_file(self):
+        name = f'{self.directory.resolve().name}_{len(self._metadata.files)}.mcap'
+        self._metadata.files.append(FileInformation(name))
+        self._file = McapFile(self.directory / name, _HEADER)
+        self._file.schemas.update(self._schemas)
+        self._file.channels.update(self._channels)
+        self._declared = set()
+        self._wants_snapshot = True
+        self._file.write_metadata(metadata.NAME, self._metadata.record())
+        if self._run:
+            self._file.write_metadata(RUN, self._run)
+
+    def _end_file(self):
+        self._end_chunk()
+        record = self._metadata.record(self._topics, self._counts)
+        self._file.write_metadata(metadata.NAME, record)
+        self._file.finish()
+
+    def _file_is_full(self, stamp_ns):
+        if self._metadata.files[-1].message_count == 0:
+            return False
+        too_large = 0 < self._max_size_bytes <= self._file.size
+        return too_large or stamp_ns - self._first_ns(stamp_ns) > self._max_duration_ns
+
+    def _first_ns(self, stamp_ns):
+        """Return the first log time of the running file, which is stamp_ns if it has none yet."""
+        return min(stamp_ns, self._metadata.files[-1].first_ns)
+
+    def _add_ticks(self, stamps_ns, messages):
+        """Write as many of the ticks as the running chunk takes; return how many."""
+        for channel_id in messages:
+            self._declare(channel_id)
+        count = self._chunk.add_ticks(stamps_ns, messages)
+        topics = [self._channels[i].topic for i in messages]
+        self._count(topics, count, int(stamps_ns[0]), int(stamps_ns[count - 1]))
+        return count
+
+    def _declare(self, channel_id):
+        """Write a channel, and its schema, ahead of its first message in a file."""
+        channel = self._channels[channel_id]
+        schema = self._schemas[channel.schema_id]
+        for key, record in ((schema.name, schema), (channel.topic, channel)):
+            if key not in self._declared:
+                self._chunk.add_record(record)
+                self._declared.add(key)
+
+    def _count(self, topics, count, first_ns, last_ns):
+        for topic in topics:
+            self._counts[topic] += count
+        self._metadata.files[-1].add(count * len(topics), first_ns, last_ns)
+        if self._chunk.is_full:
+            self._end_chunk()
+
+    def _end_chunk(self):
+        if not self._chunk.is_empty:
+            self._file.write_chunk(self._chunk.take(), self._compression)
+
+    def _write_metadata(self, name, mapping):
+        self._end_chunk()
+        self._file.write_metadata(name, dict(mapping))

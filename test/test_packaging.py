@@ -75,7 +75,7 @@ def test_everything_shipped_is_installed(distribution):
     shipped = {
         str(path.relative_to(ROOT))
         for folder in ('launch', 'config', 'msg_examples')
-        for path in (ROOT / folder).iterdir()
+        for path in (ROOT / folder).glob('*')
         if path.is_file()
     }
     assert shipped <= installed

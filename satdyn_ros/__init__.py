@@ -1,0 +1,23 @@
+"""Spacecraft attitude under the gravity-gradient torque: true dynamics with proof, for ROS 2."""
+
+from importlib import import_module
+from typing import Any
+
+__version__ = '0.1.0'
+
+_PUBLIC = {
+    'Scenario': 'satdyn_ros.scenario',
+    'Simulation': 'satdyn_ros.simulation',
+    'Propagation': 'satdyn_ros.dynamics.propagator',
+}
+
+__all__ = ['Propagation', 'Scenario', 'Simulation', 'exact']
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name when it is first used: a command pays only for what it needs."""
+    if name == 'exact':
+        return import_module('satdyn_ros.exact')
+    if name in _PUBLIC:
+        return getattr(import_module(_PUBLIC[name]), name)
+    raise AttributeError(f'module {__name__!r} has no attribute {name!r}')

@@ -1,11 +1,16 @@
 """Scenario and events to samples at ticks: no ROS and no clock of its own."""
 
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from .dynamics.motion import States
-from .dynamics.system import System
+from .dynamics.motion import Motion, States
+from .dynamics.system import State, System
+from .events import Event, Request, Reset, RotorTorque, Timeout, Topics, Torque
+from .scenario import INITIAL_CONDITIONS, Scenario
+from .ticks import Ticks
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,3 +29,242 @@ class Samples:
 
     def __len__(self) -> int:
         return len(self.stamps_ns)
+
+
+class Simulation:
+    """
+    A run, tick by tick: the engine of the node, of offline runs and of learning loops.
+
+    events: what happens at ticks to come, in their order.  ValueError: as Scenario.motion.
+
+    >>> simulation = Simulation(Scenario.from_yaml('config/default.yaml'))  # doctest: +SKIP
+    >>> state = simulation.step(torque_b=(0, 0, 0.01))  # doctest: +SKIP
+    """
+
+    def __init__(self, scenario: Scenario, events: Iterable[Event] = ()):
+        self.scenario = scenario
+        self.conditions = scenario
+        self.topics = scenario.topics
+        self.ticks = Ticks(scenario.rate, scenario.epoch_ns)
+        self.next_tick = 0
+        self._pending = sorted(events, key=lambda event: event.tick)
+        self._system = scenario.system
+        self._until: dict[str, int] = {}
+        self._torque_of_step = False
+        self._block: Samples | None = None
+        self._restart(0, scenario.initial_state)
+
+    # -- forward ---------------------------------------------------------------------------------
+
+    def advance(self, count: int) -> tuple[list[Event], Samples]:
+        """
+        Return the events of the next tick, now applied, and the samples from it on.
+
+        At most count ticks, and none beyond the next event.
+        """
+        first = self.next_tick
+        applied = self._apply_events(first)
+        last = min([first + count, *(tick for tick in self._event_ticks() if tick > first)])
+        t_s = self.ticks.seconds_between(self._begin_tick, first, last)
+        states = replace(self._motion.at(t_s), orbit_s=self.ticks.seconds_between(0, first, last))
+        self._block = Samples(first, self.ticks.stamps_ns(first, last), states, self._system)
+        self.next_tick = last
+        return applied, self._block
+
+    def rewind(self, tick: int) -> None:
+        """Go back to a tick of the last samples: what was computed from it on has not happened."""
+        self.next_tick = tick
+
+    def schedule(self, event: Event) -> None:
+        """Add an event at its tick, the next one or later."""
+        self._pending.append(event)
+        self._pending.sort(key=lambda pending: pending.tick)
+
+    def accept(self, values: Mapping[str, Any]) -> None:
+        """Take new initial conditions as those in force; ValueError: they are not allowed."""
+        foreign = [name for name in values if name not in INITIAL_CONDITIONS]
+        if foreign:
+            raise ValueError(
+                f'{foreign[0]} cannot be requested; a request takes '
+                f'{", ".join(INITIAL_CONDITIONS)}'
+            )
+        self.conditions = self.conditions.with_values(values)
+
+    def timeout_tick(self, tick: int, timeout_s: float) -> int | None:
+        """Return the tick at which a torque of this tick drops to zero, None: never."""
+        return tick + self.ticks.ceil(timeout_s) if timeout_s > 0.0 else None
+
+    # -- step by step ----------------------------------------------------------------------------
+
+    @property
+    def tick(self) -> int:
+        """The last tick that has happened, -1 before the first."""
+        return self.next_tick - 1
+
+    @property
+    def state(self) -> State:
+        """The state at the last tick; before the first, the initial one."""
+        return self._state_at(max(self.tick, 0))
+
+    @property
+    def motion(self) -> Motion:
+        """The motion since the last event."""
+        return self._motion
+
+    def step(self, torque_b=None) -> State:
+        """
+        Go one tick on and return the state there.
+
+        torque_b [N m] (3,), body axes: holds during this step alone; None: what is in force.
+        """
+        if self.next_tick == 0:
+            self.advance(1)
+        if torque_b is not None or self._torque_of_step:
+            self._torque_of_step = torque_b is not None
+            x, y, z = (0.0, 0.0, 0.0) if torque_b is None else torque_b
+            torque = (float(x), float(y), float(z))
+            if torque != tuple(self._system.torque_b):
+                self.rewind(self.tick)
+                self.schedule(Torque(self.next_tick, torque))
+                self.advance(1)
+        self.advance(1)
+        return self.state
+
+    def request(self, values: Mapping[str, Any]) -> None:
+        """Restart at the next tick from new initial conditions; ValueError: not allowed."""
+        self.accept(values)
+        self.schedule(Request(self.next_tick, dict(values)))
+
+    def reset(self) -> None:
+        """Restart at the next tick from the initial conditions in force."""
+        self.schedule(Reset(self.next_tick))
+
+    # -- events ----------------------------------------------------------------------------------
+
+    def _event_ticks(self):
+        yield from (event.tick for event in self._pending)
+        yield from self._until.values()
+
+    def _apply_events(self, tick):
+        due = [Timeout(tick, topic) for topic, until in self._until.items() if until <= tick]
+        due += [event for event in self._pending if event.tick <= tick]
+        self._pending = [event for event in self._pending if event.tick > tick]
+        for event in due:
+            self._apply(event, tick)
+        return due
+
+    def _apply(self, event, tick):
+        match event:
+            case Request():
+                self.conditions = self.conditions.with_values(event.values)
+                self._restart_from_conditions(tick)
+            case Reset():
+                self._restart_from_conditions(tick)
+            case Torque():
+                self._hold('torque', event.until_tick)
+                self._drive(tick, torque_b=np.array(event.torque_b, float))
+            case RotorTorque():
+                self._hold('rotor_torque', event.until_tick)
+                self._drive(tick, rotor_torque=float(event.torque))
+            case Timeout(topic='torque'):
+                self._hold('torque', None)
+                self._drive(tick, torque_b=np.zeros(3))
+            case Timeout():
+                self._hold('rotor_torque', None)
+                self._drive(tick, rotor_torque=0.0)
+            case Topics():
+                self.topics = event.names
+
+    def _hold(self, topic, until_tick):
+        self._until.pop(topic, None)
+        if until_tick is not None:
+            self._until[topic] = until_tick
+
+    def _drive(self, tick, **torques):
+        """Let torques act from a tick on; a torque that already acts changes nothing."""
+        driven = replace(self._system, **torques)
+        if (
+            np.array_equal(driven.torque_b, self._system.torque_b)
+            and driven.rotor_torque == self._system.rotor_torque
+        ):
+            return
+        state = self._state_at(tick)
+        self._system = driven
+        self._restart(tick, state)
+
+    def _restart_from_conditions(self, tick):
+        rotor = replace(self._system.rotor, momentum=self.conditions['rotor.momentum'])
+        self._system = replace(self._system, rotor=rotor)
+        self._restart(tick, self.conditions.state_at(self.ticks.seconds(tick)))
+
+    def _restart(self, tick, state):
+        self._motion = self.scenario.motion_from(self._system, state, self.ticks.seconds(tick))
+        self._begin_tick, self._block = tick, None
+
+    def _state_at(self, tick):
+        block = self._block
+        if block is not None and 0 <= tick - block.first_tick < len(block):
+            return block.states[tick - block.first_tick]
+        t_s = self.ticks.seconds_between(self._begin_tick, tick, tick + 1)
+        return self._motion.at(t_s)[0]
+
+    # -- snapshots -------------------------------------------------------------------------------
+
+    def snapshot(self, tick: int) -> dict[str, Any]:
+        """
+        Return, as plain data, all that the run depends on from a tick of the last samples on.
+
+        The motion's begin and the state there (so that the same bits come again), the state at
+        the tick, the torques that act with the ticks where they end, the conditions in force and
+        the topics.
+        """
+        return {
+            'tick': tick,
+            'state': _plain(self._state_at(tick)),
+            'begin_tick': self._begin_tick,
+            'begin_state': _plain(self._motion.state),
+            'torque_b': [float(x) for x in self._system.torque_b],
+            'rotor_torque': self._system.rotor_torque,
+            'until': dict(self._until),
+            'conditions': {
+                name: list(value) if isinstance(value, tuple) else value
+                for name, value in self.conditions.values.items()
+                if name in INITIAL_CONDITIONS
+            },
+            'topics': list(self.topics),
+        }
+
+    @classmethod
+    def from_snapshot(
+        cls, scenario: Scenario, snapshot: Mapping[str, Any], events: Iterable[Event] = ()
+    ) -> 'Simulation':
+        """Return the run that goes on at a snapshot's tick."""
+        simulation = cls(scenario, events)
+        simulation.conditions = scenario.with_values(snapshot['conditions'])
+        simulation.topics = tuple(snapshot['topics'])
+        simulation._until = dict(snapshot['until'])
+        simulation._system = replace(
+            scenario.system,
+            rotor=replace(scenario.system.rotor, momentum=simulation.conditions['rotor.momentum']),
+            torque_b=np.array(snapshot['torque_b']),
+            rotor_torque=snapshot['rotor_torque'],
+        )
+        begin = snapshot['begin_state']
+        state = State(
+            np.array(begin['q_ib']),
+            np.array(begin['omega_bi_b']),
+            begin['rotor_speed'],
+            begin['rotor_angle'],
+        )
+        simulation._restart(snapshot['begin_tick'], state)
+        simulation.next_tick = snapshot['tick']
+        return simulation
+
+
+def _plain(state):
+    return {
+        'q_ib': [float(x) for x in state.q_ib],
+        'omega_bi_b': [float(x) for x in state.omega_bi_b],
+        'rotor_speed': float(state.rotor_speed),
+        'rotor_angle': float(state.rotor_angle),
+    }

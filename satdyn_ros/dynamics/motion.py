@@ -93,7 +93,17 @@ class Motion(ABC):
         if not np.all(np.isfinite(t_s)) or np.any(t_s < 0.0):
             bad = t_s[~(np.isfinite(t_s) & (t_s >= 0.0))][0]
             raise ValueError(f't_s is {bad:g}; a motion answers finite times from 0 s on')
-        return States(t_s, *self._states(t_s), self.system.orbit, self.start_s + t_s)
+        q_ib, omega_bi_b, rotor_speed, rotor_angle, work = self._states(t_s)
+        return States(
+            t_s=t_s,
+            q_ib=q_ib,
+            omega_bi_b=omega_bi_b,
+            rotor_speed=rotor_speed,
+            rotor_angle=rotor_angle,
+            work=work,
+            orbit=self.system.orbit,
+            orbit_s=self.start_s + t_s,
+        )
 
     @abstractmethod
     def _states(self, t_s) -> tuple:

@@ -61,6 +61,10 @@ class FixedDirection:
         """Refuse: without an orbit there is no LVLH."""
         raise ValueError('orbit.type is fixed, which has no LVLH; use circular or kepler')
 
+    def lvlh_rate(self, t_s):
+        """Refuse: without an orbit there is no LVLH."""
+        return self.lvlh(t_s)
+
 
 @dataclass(frozen=True)
 class KeplerOrbit:

@@ -26,6 +26,9 @@ class ExactMotion(Motion):
 
     def _states(self, t_s):
         q_ib, omega_bi_b = self.attitude(t_s)
+        # The start is what was asked for, to the last bit.
+        start_rows = t_s == 0.0
+        q_ib[start_rows], omega_bi_b[start_rows] = self.state.q_ib, self.state.omega_bi_b
         rotor, start, no_work = self.system.rotor, self.state, np.zeros(len(t_s))
         if not rotor.turns_freely:
             absent = np.full(len(t_s), np.nan)

@@ -1,0 +1,108 @@
+"""
+The first integrals of every system: what a motion conserves, and by how much it fails to.
+
+With K the carrier inertia, H = K omega + p a, c the unit vector from the attracting centre, m the
+weight moment, V = (3 mu / 2 r^3) c . I c and nu the orbital rate:
+
+    energy          omega . K omega / 2 + V + m . c                       fixed direction
+    area            H . c                                                 fixed direction
+    fourth          |I omega|^2 - (3 mu / r^3) c . adj(I) c               fixed, no rotor, m = 0
+    jacobi          omega . K omega / 2 - nu . H + V                      circular orbit
+    momentum        |H|                                                   no field, or a sphere
+    axial_rate      omega . e                                             symmetric about e
+    rotor_momentum  p                                                     free rotor
+    energy_balance  energy less the work done and less its first value    driven, or elliptic
+
+Agostinelli 1977, eqs 3-6; Beletsky 1957; Balli and Grioli 1979; THEORY of the elliptic orbit.
+"""
+
+import numpy as np
+
+from . import rotation
+from .inertia import principal_axes
+from .motion import States
+from .system import System
+from .torque import angular_momentum
+
+# Relative size below which a moment, a rotor's or weight's component counts as absent.
+_ROUNDING = 1e-12
+
+
+def first_integrals(system: System, states: States) -> dict[str, np.ndarray]:
+    """Return what the motion of states conserves, name to values (N,), in SI units."""
+    return {name: sum(terms) for name, terms in _terms(system, states).items()}
+
+
+def relative_drift(system: System, states: States) -> dict[str, np.ndarray]:
+    """Return each first integral's change since row 0 over the size of its terms there, (N,)."""
+    drift = {}
+    for name, terms in _terms(system, states).items():
+        value, size = sum(terms), sum(abs(term[0]) for term in terms)
+        drift[name] = (value - value[0]) / size if size > 0.0 else value - value[0]
+    return drift
+
+
+def _terms(system, states):
+    """Return the terms, a list of (N,), whose sum each first integral is."""
+    orbit, rotor, weight = system.orbit, system.rotor, system.weight_moment
+    omega, c = states.omega_bi_b, states.c_b
+    driven = bool(np.any(system.torque_b) or system.rotor_torque)
+    moments, R_bp = principal_axes(system.inertia)
+    gradient = orbit.gradient_at(states.orbit_s)
+    spherical = np.ptp(moments) <= _ROUNDING * np.max(moments)
+    H = angular_momentum(system, omega, states.rotor_speed)
+    kinetic = _dot(omega, omega @ system.carrier_inertia) / 2.0
+    potential = gradient / 2.0 * _dot(c, c @ system.inertia)
+    weight_potential = _dot(weight, c)
+
+    terms = {}
+    if driven or (orbit.has_lvlh and not orbit.is_circular):
+        energy = [kinetic, potential, weight_potential, -states.work]
+        terms['energy_balance'] = [*energy, -sum(energy)[0] * np.ones(len(states))]
+    elif orbit.has_lvlh:
+        nu_b = rotation.rotate(rotation.conjugate(states.q_ib), orbit.lvlh_rate(states.orbit_s))
+        terms['jacobi'] = [kinetic, potential, -_dot(nu_b, H)]
+    else:
+        terms['energy'] = [kinetic, potential, weight_potential]
+        terms['area'] = [_dot(H, c)]
+        if rotor.mode in ('none', 'constant_momentum') and not (rotor.momentum or np.any(weight)):
+            adjugate = R_bp @ np.diag(np.prod(moments) / moments) @ R_bp.T
+            terms['fourth'] = [_dot(H, H), -gradient * _dot(c, c @ adjugate)]
+    if not driven and not np.any(weight) and (spherical or not np.any(gradient)):
+        terms['momentum'] = [np.linalg.norm(H, axis=-1)]
+    axis = None if driven else _symmetry_axis(system, moments, R_bp)
+    if axis is not None:
+        terms['axial_rate'] = [_dot(omega, axis)]
+    if rotor.turns_freely and not system.rotor_torque:
+        terms['rotor_momentum'] = [rotor.axial_momentum(states.rotor_speed, omega)]
+    return terms
+
+
+def _symmetry_axis(system, moments, R_bp):
+    """Return the axis (3,) about which body, rotor and weight are symmetric, or None."""
+    rotor, weight = system.rotor, system.weight_moment
+    largest = np.max(moments)
+    along = [a for a in (_rotor_axis(rotor), weight) if np.any(a)]
+    if np.ptp(moments) <= _ROUNDING * largest:
+        axis = along[0] / np.linalg.norm(along[0]) if along else None
+    else:
+        equal = [
+            k for k in range(3) if abs(moments[k - 1] - moments[k - 2]) <= _ROUNDING * largest
+        ]
+        axis = R_bp[:, equal[0]] if equal else None
+    if axis is None:
+        return None
+    aligned = all(
+        np.linalg.norm(np.cross(axis, a)) <= _ROUNDING * np.linalg.norm(a) for a in along
+    )
+    return axis if aligned else None
+
+
+def _rotor_axis(rotor):
+    if rotor.turns_freely or rotor.momentum:
+        return rotor.axis
+    return np.zeros(3)
+
+
+def _dot(a, b):
+    return np.sum(a * b, axis=-1)

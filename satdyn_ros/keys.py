@@ -1,0 +1,380 @@
+"""The table of a scenario's keys (type, unit, range, default, meaning) and a value's check."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import inf, isfinite
+from typing import Any
+
+STATE_TOPICS = (
+    'attitude',
+    'angular_velocity',
+    'imu',
+    'odometry',
+    'attitude_lvlh',
+    'gravity_gradient',
+    'rotor',
+    'markers',
+    'tf',
+)
+
+
+@dataclass(frozen=True)
+class Key:
+    """
+    One key of a scenario.
+
+    kind: 'double', 'double_array', 'string', 'string_array', 'bool' or 'integer'.  low and high
+    bound numbers inclusively, above and below exclusively; lengths are those an array may have.
+    changes: 'never', 'running' (a parameter set) or 'service' (~/set_initial_conditions).
+    """
+
+    name: str
+    kind: str
+    default: Any
+    unit: str
+    meaning: str
+    low: float = -inf
+    high: float = inf
+    above: float = -inf
+    below: float = inf
+    lengths: tuple[int, ...] = ()
+    choices: tuple[str, ...] = ()
+    changes: str = 'never'
+
+    @property
+    def allowed(self) -> str:
+        """Return what the key takes, as the end of a sentence."""
+        if self.kind == 'bool':
+            return 'true or false'
+        if self.kind == 'string_array':
+            return f'a list of {", ".join(self.choices)}'
+        if self.choices:
+            return f'one of {", ".join(self.choices)}'
+        if self.kind == 'string':
+            return 'a text that is not empty'
+        what = {'double': 'a number', 'integer': 'an integer'}.get(self.kind)
+        if what is None:
+            lengths = ' or '.join(str(n) for n in self.lengths)
+            what = f'a list of {lengths} numbers'
+        bounds = [
+            f'above {self.above:g}' if self.above > -inf else '',
+            f'at least {self.low:g}' if self.low > -inf else '',
+            f'at most {self.high:g}' if self.high < inf else '',
+            f'below {self.below:g}' if self.below < inf else '',
+        ]
+        return ' '.join(
+            [what, ' and '.join(bound for bound in bounds if bound), self.unit]
+        ).strip()
+
+    def checked(self, value: Any) -> Any:
+        """Return value as the key's kind; ValueError, in one sentence: it does not fit."""
+        try:
+            return _READERS[self.kind](self, value)
+        except (TypeError, ValueError, OverflowError):
+            given = ascii(value) if isinstance(value, str) else str(value)
+            raise ValueError(f'{self.name} is {given}; it takes {self.allowed}') from None
+
+
+def _number(key: Key, value: Any) -> float:
+    if isinstance(value, bool | str):
+        raise TypeError
+    number = float(value)
+    if not (isfinite(number) and key.low <= number <= key.high and key.above < number < key.below):
+        raise ValueError
+    return number
+
+
+def _numbers(key: Key, value: Any) -> tuple[float, ...]:
+    if isinstance(value, str):
+        raise TypeError
+    numbers = tuple(_number(key, x) for x in value)
+    if len(numbers) not in key.lengths:
+        raise ValueError
+    return numbers
+
+
+def _integer(key: Key, value: Any) -> int:
+    if isinstance(value, bool | str) or int(value) != value:
+        raise TypeError
+    if not (key.low <= value <= key.high and key.above < value < key.below):
+        raise ValueError
+    return int(value)
+
+
+def _text(key: Key, value: Any) -> str:
+    if not isinstance(value, str) or not value:
+        raise TypeError
+    if key.choices and value not in key.choices:
+        raise ValueError
+    return value
+
+
+def _texts(key: Key, value: Any) -> tuple[str, ...]:
+    if isinstance(value, str):
+        raise TypeError
+    texts = tuple(_text(key, x.removeprefix('/')) for x in value)
+    if len(set(texts)) != len(texts):
+        raise ValueError
+    return texts
+
+
+def _truth(key: Key, value: Any) -> bool:
+    if not isinstance(value, bool):
+        raise TypeError
+    return value
+
+
+_READERS: dict[str, Callable[[Key, Any], Any]] = {
+    'double': _number,
+    'double_array': _numbers,
+    'integer': _integer,
+    'string': _text,
+    'string_array': _texts,
+    'bool': _truth,
+}
+
+# 5 deg of roll and 10 deg of pitch to LVLH.
+_DEFAULT_ATTITUDE = (
+    0.0434534024273578,
+    0.0870727897926938,
+    -0.0038016801040236755,
+    0.9952465414778341,
+)
+_INT64 = 2**63 - 1
+
+KEYS = {
+    key.name: key
+    for key in (
+        Key(
+            'body.inertia',
+            'double_array',
+            (800.0, 900.0, 600.0),
+            'kg m^2',
+            '3 principal moments, the 6 tensor entries ixx iyy izz ixy ixz iyz, or 9 row-major; '
+            'locked rotor included; about the mass centre, with a weight moment the fixed point',
+            lengths=(3, 6, 9),
+        ),
+        Key(
+            'body.weight_moment',
+            'double_array',
+            (0.0, 0.0, 0.0),
+            'N m',
+            "the weight times the mass centre's place from the fixed point, body axes; orbit.type "
+            'fixed only',
+            lengths=(3,),
+        ),
+        Key(
+            'rotor.mode',
+            'string',
+            'none',
+            '',
+            "the gyrostat's rotor: none, constant relative momentum, freely spinning, or motor",
+            choices=('none', 'constant_momentum', 'free', 'motor'),
+        ),
+        Key(
+            'rotor.axis',
+            'double_array',
+            (0.0, 1.0, 0.0),
+            '',
+            "unit vector along the rotor's axis, body axes",
+            lengths=(3,),
+        ),
+        Key(
+            'rotor.momentum',
+            'double',
+            0.0,
+            'N m s',
+            'relative momentum along the axis; rotor.mode constant_momentum only',
+            changes='service',
+        ),
+        Key(
+            'rotor.inertia',
+            'double',
+            0.0,
+            'kg m^2',
+            "the rotor's axial inertia; rotor.mode free and motor only",
+            low=0.0,
+        ),
+        Key(
+            'rotor.speed',
+            'double',
+            0.0,
+            'rad/s',
+            'initial speed relative to the body; rotor.mode free and motor only',
+            changes='service',
+        ),
+        Key(
+            'orbit.type',
+            'string',
+            'circular',
+            '',
+            'where the attracting centre is: fixed direction, circular orbit or Kepler ellipse',
+            choices=('fixed', 'circular', 'kepler'),
+        ),
+        Key(
+            'orbit.mu',
+            'double',
+            3.986004418e14,
+            'm^3/s^2',
+            'gravitational parameter of the attracting centre',
+            above=0.0,
+        ),
+        Key('orbit.semi_major_axis', 'double', 6.878137e6, 'm', 'semi-major axis', above=0.0),
+        Key(
+            'orbit.eccentricity',
+            'double',
+            0.0,
+            '',
+            'eccentricity, below 1; orbit.type kepler only',
+            low=0.0,
+            below=1.0,
+        ),
+        Key('orbit.inclination', 'double', 0.0, 'rad', 'inclination'),
+        Key('orbit.raan', 'double', 0.0, 'rad', 'right ascension of the ascending node'),
+        Key(
+            'orbit.argument_of_periapsis',
+            'double',
+            0.0,
+            'rad',
+            'argument of periapsis; on a circle it adds to the true anomaly',
+        ),
+        Key('orbit.true_anomaly', 'double', 0.0, 'rad', 'true anomaly at tick 0'),
+        Key(
+            'orbit.gradient',
+            'double',
+            0.0,
+            '1/s^2',
+            '3 mu / r^3; negative: the pull averaged over an orbit about Z; orbit.type fixed only',
+        ),
+        Key(
+            'initial.attitude',
+            'double_array',
+            _DEFAULT_ATTITUDE,
+            '',
+            'unit quaternion x, y, z, w from body to initial.frame',
+            lengths=(4,),
+            changes='service',
+        ),
+        Key(
+            'initial.frame',
+            'string',
+            'lvlh',
+            '',
+            'frame of the initial attitude and rate; orbit.type fixed: inertial',
+            choices=('inertial', 'lvlh'),
+            changes='service',
+        ),
+        Key(
+            'initial.angular_velocity',
+            'double_array',
+            (0.0, 0.0, 0.0),
+            'rad/s',
+            'initial body rate relative to initial.frame, body axes',
+            lengths=(3,),
+            changes='service',
+        ),
+        Key(
+            'motion.method',
+            'string',
+            'numeric',
+            '',
+            'numeric propagation; exact closed form, refused where there is none; auto: exact '
+            'where one applies',
+            choices=('numeric', 'exact', 'auto'),
+        ),
+        Key(
+            'motion.tolerance',
+            'double',
+            1e-12,
+            '',
+            'relative local error of the numeric propagation',
+            low=1e-15,
+            high=1e-3,
+        ),
+        Key('publish.rate', 'double', 100.0, 'Hz', 'ticks a second', above=0.0, high=1e4),
+        Key(
+            'publish.topics',
+            'string_array',
+            STATE_TOPICS[:4],
+            '',
+            'the topics to publish',
+            choices=STATE_TOPICS,
+            changes='running',
+        ),
+        Key(
+            'time.epoch_ns',
+            'integer',
+            0,
+            'ns',
+            'stamp of tick 0; 0: the wall clock at start, rounded to a second',
+            low=0,
+            high=_INT64,
+        ),
+        Key(
+            'time.factor',
+            'double',
+            1.0,
+            's/s',
+            'simulated seconds per wall second; 0: as fast as possible',
+            low=0.0,
+            high=1e6,
+            changes='running',
+        ),
+        Key(
+            'time.publish_clock',
+            'bool',
+            False,
+            '',
+            "publish /clock just before each sample, with the sample's stamp",
+        ),
+        Key(
+            'step.ticks',
+            'integer',
+            1,
+            '',
+            'ticks of one ~/step',
+            low=1,
+            high=10**9,
+            changes='running',
+        ),
+        Key(
+            'torque.timeout',
+            'double',
+            1.0,
+            's',
+            'simulated time after which an applied torque drops to zero; 0: never',
+            low=0.0,
+            changes='running',
+        ),
+        Key('record.enabled', 'bool', False, '', 'record from the first tick'),
+        Key('record.directory', 'string', '.', '', 'directory where bags go'),
+        Key(
+            'record.compression',
+            'string',
+            'zstd',
+            '',
+            "compression of a bag's chunks",
+            choices=('none', 'lz4', 'zstd'),
+        ),
+        Key(
+            'record.max_size_bytes',
+            'integer',
+            0,
+            'byte',
+            'size at which a bag goes on in a new file; 0: never',
+            low=0,
+            high=_INT64,
+        ),
+        Key(
+            'record.max_duration_s',
+            'double',
+            0.0,
+            's',
+            'simulated time after which a bag goes on in a new file; 0: never',
+            low=0.0,
+        ),
+        Key('frames.inertial', 'string', 'inertial', '', 'frame id of the inertial axes'),
+        Key('frames.orbital', 'string', 'lvlh', '', 'frame id of LVLH'),
+        Key('frames.body', 'string', 'base_link', '', 'frame id of the body axes'),
+    )
+}

@@ -1,0 +1,323 @@
+"""One validated description of a run, from and to YAML and plain dictionaries."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import yaml
+
+from .dynamics import inertia, rotation
+from .dynamics.integrals import first_integrals
+from .dynamics.motion import Motion, States
+from .dynamics.orbit import FixedDirection, KeplerOrbit
+from .dynamics.propagator import Propagation
+from .dynamics.rotor import Rotor
+from .dynamics.system import State, System
+from .keys import KEYS
+
+INITIAL_CONDITIONS = tuple(key.name for key in KEYS.values() if key.changes == 'service')
+
+# What rclpy puts beside a node's own parameters.
+_FOREIGN = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
+
+# A key that belongs to some choices only: key, the choosing key, the choices.
+_BELONGS = (
+    ('body.weight_moment', 'orbit.type', ('fixed',)),
+    ('rotor.momentum', 'rotor.mode', ('constant_momentum',)),
+    ('rotor.inertia', 'rotor.mode', ('free', 'motor')),
+    ('rotor.speed', 'rotor.mode', ('free', 'motor')),
+    ('orbit.gradient', 'orbit.type', ('fixed',)),
+    ('orbit.mu', 'orbit.type', ('circular', 'kepler')),
+    ('orbit.semi_major_axis', 'orbit.type', ('circular', 'kepler')),
+    ('orbit.eccentricity', 'orbit.type', ('kepler',)),
+    ('orbit.inclination', 'orbit.type', ('circular', 'kepler')),
+    ('orbit.raan', 'orbit.type', ('circular', 'kepler')),
+    ('orbit.argument_of_periapsis', 'orbit.type', ('circular', 'kepler')),
+    ('orbit.true_anomaly', 'orbit.type', ('circular', 'kepler')),
+)
+
+
+@dataclass(frozen=True)
+class Frames:
+    """The frame ids of the inertial, orbital and body axes."""
+
+    inertial: str = 'inertial'
+    orbital: str = 'lvlh'
+    body: str = 'base_link'
+
+
+class Scenario:
+    """
+    A validated run: immutable, every key in `values` by its dotted name.
+
+    ValueError, in one sentence that names the key: a value that is not allowed.
+
+    >>> Scenario.from_dict({'publish': {'rate': 10}})['publish.rate']
+    10.0
+    """
+
+    def __init__(self, given: Mapping[str, Any] | None = None):
+        given = dict(given or {})
+        unknown = [name for name in given if name not in KEYS]
+        if unknown:
+            raise ValueError(f'{unknown[0]} is not a parameter of a scenario')
+        checked = {name: KEYS[name].checked(value) for name, value in given.items()}
+        values = {name: key.default for name, key in KEYS.items()} | checked
+        if values['orbit.type'] == 'fixed' and 'initial.frame' not in given:
+            values['initial.frame'] = 'inertial'
+        values['initial.attitude'] = _unit(values, 'initial.attitude', 1e-6)
+        values['rotor.axis'] = _unit(values, 'rotor.axis', np.inf)
+        _refuse_what_does_not_belong(values)
+        self.values: Mapping[str, Any] = MappingProxyType(values)
+        self._check_rotor()
+        if self.is_fixed and values['initial.frame'] == 'lvlh':
+            raise ValueError(
+                'initial.frame is lvlh; with orbit.type fixed there is no LVLH, it takes inertial'
+            )
+        if values['motion.method'] == 'exact':
+            self.motion()
+
+    # -- reading and writing ---------------------------------------------------------------------
+
+    @classmethod
+    def from_dict(cls, nested: Mapping[str, Any]) -> 'Scenario':
+        """Return the scenario of nested (or dotted) keys; ValueError: see the class."""
+        return cls(dict(flattened(nested)))
+
+    @classmethod
+    def from_yaml(cls, path: str | Path) -> 'Scenario':
+        """Return the scenario of a ROS 2 parameter file; ValueError: see the class."""
+        try:
+            text = Path(path).read_text()
+        except (OSError, UnicodeDecodeError) as error:
+            reason = getattr(error, 'strerror', None) or 'it is not a text file'
+            raise ValueError(f'the scenario {path} cannot be read: {reason}') from None
+        return cls.from_yaml_text(text, str(path))
+
+    @classmethod
+    def from_yaml_text(cls, text: str, origin: str = 'scenario') -> 'Scenario':
+        """Return the scenario of a ROS 2 parameter file's text; origin names it in errors."""
+        return cls(parameters_of_yaml(text, origin))
+
+    def to_yaml(self) -> str:
+        """Return the text of a ROS 2 parameter file with every key."""
+        nested: dict[str, Any] = {}
+        for name, value in self.values.items():
+            branch = nested
+            *groups, leaf = name.split('.')
+            for group in groups:
+                branch = branch.setdefault(group, {})
+            branch[leaf] = list(value) if isinstance(value, tuple) else value
+        return yaml.safe_dump({'/**': {'ros__parameters': nested}}, sort_keys=False, width=99)
+
+    def with_values(self, changes: Mapping[str, Any]) -> 'Scenario':
+        """Return the scenario with some keys changed; ValueError: see the class."""
+        return Scenario({**self.values, **changes})
+
+    def __getitem__(self, name: str) -> Any:
+        return self.values[name]
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Scenario) and dict(self.values) == dict(other.values)
+
+    def __hash__(self) -> int:
+        return hash(tuple(self.values.items()))
+
+    # -- what it describes -----------------------------------------------------------------------
+
+    @property
+    def is_fixed(self) -> bool:
+        """Whether the attracting centre is in a fixed direction: no orbit, no LVLH."""
+        return self['orbit.type'] == 'fixed'
+
+    @property
+    def frames(self) -> Frames:
+        """The frame ids."""
+        return Frames(self['frames.inertial'], self['frames.orbital'], self['frames.body'])
+
+    @property
+    def topics(self) -> tuple[str, ...]:
+        """The published topics."""
+        return self['publish.topics']
+
+    @property
+    def epoch_ns(self) -> int:
+        """The stamp of tick 0."""
+        return self['time.epoch_ns']
+
+    @cached_property
+    def rate(self) -> Fraction:
+        """Ticks a second, the simplest fraction that rounds to the given number."""
+        given = self['publish.rate']
+        simple = Fraction(given).limit_denominator(1000)
+        return simple if float(simple) == given else Fraction(given)
+
+    @cached_property
+    def system(self) -> System:
+        """What moves, with no torque applied."""
+        return System(
+            inertia=inertia.tensor(self['body.inertia']),
+            rotor=Rotor(
+                mode=self['rotor.mode'],
+                axis=np.array(self['rotor.axis']),
+                momentum=self['rotor.momentum'],
+                inertia=self['rotor.inertia'],
+            ),
+            orbit=self._orbit,
+            weight_moment=np.array(self['body.weight_moment']),
+        )
+
+    @cached_property
+    def initial_state(self) -> State:
+        """The initial conditions as a state at tick 0."""
+        return self.state_at(0.0)
+
+    def state_at(self, orbit_s: float) -> State:
+        """Return the initial conditions as a state, LVLH taken at orbit_s seconds from tick 0."""
+        q_ib, omega_bi_b = np.array(self['initial.attitude']), self['initial.angular_velocity']
+        if self['initial.frame'] == 'lvlh':
+            orbit = self.system.orbit
+            q_ib = rotation.normalise(rotation.multiply(orbit.lvlh(orbit_s), q_ib))
+            rate_b = rotation.rotate(rotation.conjugate(q_ib), orbit.lvlh_rate(orbit_s))
+            omega_bi_b = rate_b + omega_bi_b
+        speed, angle = (
+            (self['rotor.speed'], 0.0) if self.system.rotor.turns_freely else (np.nan, np.nan)
+        )
+        return State(q_ib, np.array(omega_bi_b), speed, angle)
+
+    def motion(self) -> Motion:
+        """Return the motion from tick 0; ValueError: exact is asked for and there is none."""
+        return self.motion_from(self.system, self.initial_state, 0.0)
+
+    def motion_from(self, system: System, state: State, start_s: float) -> Motion:
+        """Return the motion of a system from a state at start_s, by motion.method."""
+        method = self['motion.method']
+        if method != 'numeric':
+            from . import exact
+
+            motion = exact.recognise(system, state, start_s)
+            if motion is not None:
+                return motion
+            if method == 'exact':
+                reason = exact.explain(system, state)
+                raise ValueError(f'motion.method is exact, but there is no closed form: {reason}')
+        return Propagation(system, state, start_s, self['motion.tolerance'])
+
+    def integrals(self, states: States) -> dict[str, np.ndarray]:
+        """Return the first integrals that this scenario conserves, name to values (N,)."""
+        return first_integrals(self.system, states)
+
+    @property
+    def _orbit(self) -> FixedDirection | KeplerOrbit:
+        if self.is_fixed:
+            return FixedDirection(self['orbit.gradient'])
+        periapsis, anomaly = self['orbit.argument_of_periapsis'], self['orbit.true_anomaly']
+        return KeplerOrbit(
+            mu=self['orbit.mu'],
+            semi_major_axis=self['orbit.semi_major_axis'],
+            eccentricity=self['orbit.eccentricity'],
+            inclination=self['orbit.inclination'],
+            raan=self['orbit.raan'],
+            argument_of_periapsis=periapsis,
+            true_anomaly=anomaly,
+        )
+
+    def _check_rotor(self):
+        tensor, rotor = self.system.inertia, self.system.rotor
+        if not rotor.turns_freely:
+            return
+        largest = 1.0 / (rotor.axis @ np.linalg.solve(tensor, rotor.axis))
+        if not 0.0 < rotor.inertia < largest:
+            raise ValueError(
+                f'rotor.inertia is {rotor.inertia:g}; with rotor.mode {rotor.mode} it takes a '
+                f'number above 0 and below {largest:g} kg m^2, what body.inertia leaves it'
+            )
+
+
+def parameters_of_yaml(text: str, origin: str) -> dict[str, Any]:
+    """
+    Return the parameters, dotted, that a ROS 2 parameter file has for this node.
+
+    The sections /**, satdyn and /satdyn count, in this order.  ValueError: no such file.
+    """
+    try:
+        document = yaml.load(text, _Loader)
+    except yaml.YAMLError as error:
+        where = getattr(error, 'problem_mark', None)
+        line = f' at line {where.line + 1}' if where else ''
+        raise ValueError(f'{origin} is no YAML{line}: {_problem(error)}') from None
+    if not isinstance(document, Mapping):
+        raise ValueError(f'{origin} is no parameter file: it takes sections such as /**')
+    found = [document[name] for name in ('/**', 'satdyn', '/satdyn') if name in document]
+    if not found:
+        raise ValueError(f'{origin} has no section for this node; it takes /**, satdyn or /satdyn')
+    parameters: dict[str, Any] = {}
+    for section in found:
+        if not isinstance(section, Mapping) or set(section) != {'ros__parameters'}:
+            raise ValueError(f'{origin} has a section without ros__parameters alone in it')
+        nested = section['ros__parameters']
+        if not isinstance(nested, Mapping | None):
+            raise ValueError(f'ros__parameters of {origin} takes keys and values')
+        parameters.update(flattened(nested or {}))
+    return {k: v for k, v in parameters.items() if k.split('.')[0] not in _FOREIGN}
+
+
+def flattened(nested: Mapping[str, Any], prefix: str = ''):
+    """Yield the dotted names and values of nested dictionaries."""
+    for name, value in nested.items():
+        if isinstance(value, Mapping):
+            yield from flattened(value, f'{prefix}{name}.')
+        else:
+            yield f'{prefix}{name}', value
+
+
+class _Loader(yaml.SafeLoader):
+    """YAML whose numbers are those of ROS: 1e-3 and 3.9e14 are numbers too."""
+
+
+_Loader.yaml_implicit_resolvers = {
+    first: [(tag, regexp) for tag, regexp in resolvers if tag != 'tag:yaml.org,2002:timestamp']
+    for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
+}
+_Loader.add_implicit_resolver(
+    'tag:yaml.org,2002:float',
+    re.compile(r'[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)[eE][-+]?[0-9]+$'),
+    list('-+.0123456789'),
+)
+
+
+def _problem(error):
+    return getattr(error, 'problem', None) or 'it cannot be parsed'
+
+
+def _unit(values, name, allowed_error):
+    """Return the vector under name as a unit; one that is unit to rounding stays as it is."""
+    vector = np.array(values[name])
+    norm = np.linalg.norm(vector)
+    if norm == 0.0:
+        raise ValueError(f'{name} is {list(values[name])}; it takes a vector that is not zero')
+    if abs(norm - 1.0) > allowed_error:
+        raise ValueError(
+            f'{name} is {list(values[name])}, of norm {norm:g}; it takes a unit quaternion '
+            f'x, y, z, w, to within {allowed_error:g}'
+        )
+    if abs(norm - 1.0) < 4.0 * np.finfo(float).eps:
+        return values[name]
+    return tuple(float(x) for x in vector / norm)
+
+
+def _refuse_what_does_not_belong(values):
+    for name, chooser, choices in _BELONGS:
+        if values[chooser] not in choices and values[name] != KEYS[name].default:
+            given = values[name]
+            given = list(given) if isinstance(given, tuple) else given
+            raise ValueError(
+                f'{name} is {given}; with {chooser} {values[chooser]} it takes only its default, '
+                f'it belongs to {" and ".join(choices)}'
+            )

@@ -1,0 +1,56 @@
+"""Tick k is the only clock: stamps in exact rational arithmetic, seconds rounded once."""
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+
+_SECOND_NS = 10**9
+
+
+@dataclass(frozen=True)
+class Ticks:
+    """
+    The times of ticks at a rate [Hz], tick 0 at epoch_ns.
+
+    >>> Ticks(Fraction(3), 0).stamps_ns(0, 4)
+    array([         0,  333333333,  666666667, 1000000000])
+    """
+
+    rate: Fraction
+    epoch_ns: int
+
+    def seconds(self, tick: int) -> float:
+        """Return tick / rate [s]."""
+        return float(tick / self.rate)
+
+    def seconds_between(self, begin: int, first: int, last: int) -> np.ndarray:
+        """Return (k - begin) / rate [s] for the ticks k from first to before last."""
+        count = np.arange(first - begin, last - begin, dtype=float)
+        return count * self.rate.denominator / self.rate.numerator
+
+    def stamp_ns(self, tick: int) -> int:
+        """Return the stamp of a tick: epoch_ns + tick 10^9 / rate, rounded half to even."""
+        return self.epoch_ns + round(tick * _SECOND_NS / self.rate)
+
+    def stamps_ns(self, first: int, last: int) -> np.ndarray:
+        """Return the stamps of the ticks from first to before last, int64."""
+        period = _SECOND_NS / self.rate
+        whole, rest = divmod(period.numerator, period.denominator)
+        if last * rest * 2 >= 2**63 or last * whole >= 2**63:
+            return np.array([self.stamp_ns(k) for k in range(first, last)], dtype=np.int64)
+        ticks = np.arange(first, last, dtype=np.int64)
+        quotient, remainder = np.divmod(ticks * rest, period.denominator)
+        twice = 2 * remainder - period.denominator
+        stamps = ticks * whole + quotient
+        up = (twice > 0) | ((twice == 0) & (stamps % 2 == 1))
+        return self.epoch_ns + stamps + up
+
+    def tick_of(self, stamp_ns: int) -> int:
+        """Return the tick nearest to a stamp."""
+        return round((stamp_ns - self.epoch_ns) * self.rate / _SECOND_NS)
+
+    def ceil(self, duration_s: float) -> int:
+        """Return the number of ticks that last at least duration_s [s]."""
+        return math.ceil(Fraction(duration_s) * self.rate)

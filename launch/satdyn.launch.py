@@ -58,7 +58,7 @@ def start(context):
         overrides['publish.rate'] = float(given['rate'])
     scenario = Scenario.from_yaml(params_file)
     if rviz or foxglove:
-        shown = dict.fromkeys([*scenario.publish_topics, 'markers', '/tf'])
+        shown = dict.fromkeys([*scenario.topics, 'markers', 'tf'])
         overrides['publish.topics'] = list(shown)
 
     nodes = [
@@ -71,8 +71,8 @@ def start(context):
         )
     ]
     if rviz:
-        has_lvlh = scenario.system.orbit.has_lvlh
-        frame = scenario.frames.orbital if has_lvlh else scenario.frames.inertial
+        frames = scenario.frames
+        frame = frames.inertial if scenario.is_fixed else frames.orbital
         nodes.append(
             Node(
                 package='rviz2',

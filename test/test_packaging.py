@@ -9,6 +9,8 @@ from xml.etree import ElementTree
 import pytest
 import setuptools  # noqa: F401  (it brings distutils, which Python 3.12 has no more)
 
+import satdyn_ros
+
 ROOT = Path(__file__).parent.parent
 
 # What is imported under another name than the one it is installed by.
@@ -48,7 +50,7 @@ def test_manifest_and_setup_agree(distribution, manifest):
     """What colcon reads and what pip reads tell of the same package."""
     assert manifest.get('format') == '3'
     assert manifest.findtext('name') == distribution.get_name()
-    assert manifest.findtext('version') == distribution.get_version()
+    assert manifest.findtext('version') == distribution.get_version() == satdyn_ros.__version__
     assert manifest.findtext('license') == distribution.get_license()
     assert manifest.findtext('export/build_type') == 'ament_python'
 

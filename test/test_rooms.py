@@ -14,6 +14,7 @@ ROOMS = [
     'dynamics',
     'exact',
     'keys',
+    'ticks',
     'scenario',
     'events',
     'simulation',

@@ -10,7 +10,7 @@ PYTHON ?= $(shell for python in python3 python3.13 python3.12 python3.11 python3
 	&& echo $$python && break; done)
 
 # A sourced ROS 2 of the machine is used as it is; otherwise the extra `ros` brings Jazzy's wheels.
-SOURCED := $(shell test -n "$$ROS_DISTRO" && python3 -c 'import rclpy' 2>/dev/null && echo yes)
+SOURCED := $(shell test -n "$$ROS_DISTRO" && $(PYTHON) -c 'import rclpy' 2>/dev/null && echo yes)
 ROS := $(if $(SOURCED),,ros)
 
 .PHONY: help demo test torture lint colcon figures bench clean

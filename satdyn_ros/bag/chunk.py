@@ -95,21 +95,30 @@ def compress(compression: str, data) -> bytes:
     return bytes(data)
 
 
-def decompress(compression: str, data: bytes) -> np.ndarray:
+def decompress(compression: str, data: bytes, size: int) -> np.ndarray:
     """
-    Return as much as data holds, (N,) uint8, also where its end is missing.
+    Return the contents (size,) uint8 of a chunk.
 
-    ValueError: data is damaged, or the compression is none of COMPRESSIONS.
+    ValueError: data is damaged, or the compression is none that we know.
     """
     try:
         if compression == 'zstd':
-            data = zstandard.ZstdDecompressor().decompressobj().decompress(data)
+            data = zstandard.ZstdDecompressor().decompress(data, max_output_size=size)
         elif compression == 'lz4':
-            data = lz4.frame.LZ4FrameDecompressor().decompress(data)
-        elif compression not in ('', 'none'):
-            raise ValueError(f'compression is {compression}; we read none, lz4 and zstd')
+            data = lz4.frame.decompress(data)
+        elif compression:
+            raise ValueError(f'the compression of a chunk is {compression}; we read lz4 and zstd')
     except (zstandard.ZstdError, RuntimeError) as error:
-        raise ValueError(f'a chunk is damaged: {error}') from error
+        raise ValueError(f'a chunk cannot be read: {error}') from error
+    return np.frombuffer(data, np.uint8)
+
+
+def decompress_begin(compression: str, data: bytes) -> np.ndarray:
+    """Return as much of a chunk's contents (N,) uint8 as can be had where data is cut off."""
+    if compression == 'zstd':
+        data = zstandard.ZstdDecompressor().decompressobj().decompress(data)
+    elif compression == 'lz4':
+        data = lz4.frame.LZ4FrameDecompressor().decompress(data)
     return np.frombuffer(data, np.uint8)
 
 

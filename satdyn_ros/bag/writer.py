@@ -14,7 +14,7 @@ from .chunk_builder import ChunkBuilder
 from .mcap_file import McapFile
 from .metadata import BagMetadata, FileInformation, TopicMetadata
 
-RUN = 'satdyn_ros/run'
+SCENARIO = 'satdyn_ros/scenario'
 SNAPSHOT = 'satdyn_ros/snapshot'
 
 _HEADER = Header('ros2', f'satdyn_ros; mcap-python {mcap.__version__}')
@@ -27,7 +27,7 @@ class BagWriter:
 
     topics: what may be recorded; their order is that of the messages of a tick.  max_size_bytes,
     max_duration_s: a new file begins when the running one has reached this size, or would span
-    more than this time; 0: never.  run: what made the bag; every file begins with it.
+    more than this time; 0: never.  provenance: what made the bag; every file begins with it.
 
     One thread uses it.  What was written is with the system after flush(), and the bag is complete
     after close().  OSError: the directory exists or cannot be written; the bag then takes no more,
@@ -42,7 +42,7 @@ class BagWriter:
         compression: str = 'zstd',
         max_size_bytes: int = 0,
         max_duration_s: float = 0,
-        run: Mapping[str, str] | None = None,
+        provenance: Mapping[str, str] | None = None,
     ):
         if compression not in COMPRESSIONS:
             known = ', '.join(COMPRESSIONS)
@@ -61,8 +61,8 @@ class BagWriter:
         self._compression = '' if compression == 'none' else compression
         self._max_size_bytes = max_size_bytes
         self._max_duration_ns = round(max_duration_s * 1e9) or _NEVER_NS
-        self._run = dict(run or {})
-        self._metadata = BagMetadata([], self._run)
+        self._provenance = dict(provenance or {})
+        self._metadata = BagMetadata([], self._provenance)
         self._counts = dict.fromkeys(self._ids, 0)
         self._chunk = ChunkBuilder()
         self._declared: set[str] = set()
@@ -81,7 +81,7 @@ class BagWriter:
         """
         Write the messages of ticks: stamps_ns (N,), and by topic N rows of one message's bytes.
 
-        snapshot(i): what a file that begins with tick i of these is told about the run.
+        snapshot(i): what a file that begins with tick i of these is told of the run.
         """
         by_channel = {i: rows[name] for name, i in self._ids.items() if name in rows}
         if not by_channel:
@@ -167,8 +167,8 @@ class BagWriter:
         self._declared = set()
         self._wants_snapshot = True
         self._file.write_metadata(metadata.NAME, self._metadata.record())
-        if self._run:
-            self._file.write_metadata(RUN, self._run)
+        if self._provenance:
+            self._file.write_metadata(SCENARIO, self._provenance)
 
     def _end_file(self):
         self._end_chunk()

@@ -11,7 +11,7 @@ PYTHON ?= $(shell for python in python3 python3.13 python3.12 python3.11 python3
 
 # A sourced ROS 2 of the machine is used as it is; otherwise the extra `ros` brings Jazzy's wheels.
 SOURCED := $(shell test -n "$$ROS_DISTRO" && $(PYTHON) -c 'import rclpy' 2>/dev/null && echo yes)
-ROS := $(if $(SOURCED),,ros)
+ROS := $(if $(SOURCED),,[ros])
 
 .PHONY: help demo test torture lint colcon figures bench clean
 
@@ -61,7 +61,7 @@ $(PY):
 
 $(VENV)/.run: setup.py | $(PY)
 	@echo 'Installing satdyn_ros$(if $(SOURCED), beside the sourced ROS 2, and ROS 2 Jazzy) (a minute)'
-	@$(PIP) install --editable '.[$(ROS)]'
+	@$(PIP) install --editable '.$(ROS)'
 	@touch $@
 
 $(VENV)/.test: $(VENV)/.run

@@ -1,12 +1,23 @@
 """The propagation against truths from outside: 190-bit integrations, NASA's logs, SciPy."""
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
-from cases import bounded, newtonian, rigid
+from cases import REFERENCE, bounded, newtonian, rigid
+from scipy.integrate import DOP853, solve_ivp
+from scipy.spatial.transform import Rotation
 
-from satdyn_ros.dynamics import rotation
+from satdyn_ros.dynamics import rotation, tableau
+from satdyn_ros.dynamics.integrals import relative_drift
+from satdyn_ros.dynamics.orbit import FixedDirection, KeplerOrbit
 from satdyn_ros.dynamics.propagator import Propagation
+from satdyn_ros.dynamics.rotor import Rotor
+from satdyn_ros.dynamics.system import State, System
+from satdyn_ros.scenario import Scenario
 
+ROOT = Path(__file__).parents[2]
 CASES = newtonian() | rigid()
 
 
@@ -19,3 +30,250 @@ def test_reference_case(name):
     rate = np.linalg.norm(case.omega_bi_b, axis=1).max()
     error = np.linalg.norm(states.omega_bi_b - case.omega_bi_b, axis=1).max()
     assert error < 10.0 * case.bound_numeric * rate
+
+
+def test_nasa_jeod_attitude_after_eight_hours():
+    """JEOD's check case 10A: orbit and attitude from its first state, 1e-9 rad after 8 hours."""
+    log = json.loads((REFERENCE / 'nasa_jeod.json').read_text())
+    first, *later = log['runs'].popitem()[1]
+    orbit = KeplerOrbit.from_state(first['r_i_m'], first['v_i_m_s'], log['meta']['mu_m3_s2'])
+    system = System(np.diag(log['meta']['inertia_kg_m2']), orbit=orbit)
+    start = State(_q_ib(first), np.array(first['omega_bi_b_rad_s']))
+    states = Propagation(system, start, tolerance=1e-13).at([row['t_s'] for row in later])
+    for i, row in enumerate(later):
+        # JEOD integrates the orbit too: metres of its own error are no error of the attitude.
+        np.testing.assert_allclose(states.r_i[i], row['r_i_m'], rtol=1e-9, atol=1e-2)
+        np.testing.assert_allclose(states.omega_bi_b[i], row['omega_bi_b_rad_s'], atol=1e-12)
+        assert rotation.angle_between(states.q_ib[i], _q_ib(row)) < 1e-9
+
+
+def _q_ib(row):
+    return rotation.from_matrix(np.array(row['T_inertial_to_body']).T)
+
+
+NASA_CYLINDER = np.array([500.0, 12250.0, 12250.0])
+NASA_PERIOD_S = 5526.56
+
+
+def _cylinder(pitch_deg, roll_deg):
+    """Return the NASA cylinder at rest in LVLH, its long axis turned from the local vertical."""
+    mu = 3.986004418e14
+    orbit = KeplerOrbit(mu=mu, semi_major_axis=(mu * (NASA_PERIOD_S / 2 / np.pi) ** 2) ** (1 / 3))
+    tilt = rotation.from_roll_pitch_yaw(np.radians(roll_deg), np.radians(pitch_deg), 0.0)
+    vertical = rotation.about([0, 1, 0], -np.pi / 2)
+    q_ib = rotation.multiply(orbit.lvlh(0.0), rotation.multiply(tilt, vertical))
+    omega = rotation.rotate(rotation.conjugate(q_ib), orbit.lvlh_rate(0.0))
+    return Propagation(System(np.diag(NASA_CYLINDER), orbit=orbit), State(q_ib, omega))
+
+
+def _period(motion, component, duration_s=20000.0):
+    """Return the mean time between upward zeros of a component of the long axis in LVLH."""
+    t_s = np.linspace(0.0, duration_s, 200001)
+    states = motion.at(t_s)
+    x = rotation.matrix(states.q_lb)[:, component, 0]
+    rises = np.nonzero((x[:-1] < 0.0) & (x[1:] >= 0.0))[0]
+    zeros = t_s[rises] - x[rises] * (t_s[rises + 1] - t_s[rises]) / (x[rises + 1] - x[rises])
+    return np.mean(np.diff(zeros))
+
+
+@pytest.mark.parametrize(
+    ('pitch_deg', 'roll_deg', 'component', 'period_s'),
+    [
+        (0.001, 0.0, 0, 3257.94),
+        (5.0, 0.0, 0, 3264.16),
+        # Hughes' 2821.46 s, orbital period / sqrt(4 (Iyy - Ixx) / Izz), holds yaw still.  Free in
+        # yaw, the axis of a symmetric body has period / sqrt(4 - 3 Ixx / Iyy): the linear
+        # equations of roll and yaw, coupled.
+        (0.0, 0.001, 1, 2806.57),
+    ],
+)
+def test_nasa_cylinder_periods(pitch_deg, roll_deg, component, period_s):
+    """The NASA cylinder librates with the periods of Hughes 2004, to their last digit."""
+    assert _period(_cylinder(pitch_deg, roll_deg), component) == pytest.approx(period_s, abs=0.006)
+
+
+def test_relative_equilibria_stay():
+    """The 24 relative equilibria of a triaxial body are fixed points to round-off."""
+    orbit = KeplerOrbit(inclination=0.7, raan=0.3)
+    system = System(np.diag([800.0, 900.0, 600.0]), orbit=orbit)
+    orbit_s = 2.0 * np.pi / orbit.mean_motion
+    for R in Rotation.create_group('O').as_quat():
+        q_ib = rotation.multiply(orbit.lvlh(0.0), R)
+        start = State(q_ib, rotation.rotate(rotation.conjugate(q_ib), orbit.lvlh_rate(0.0)))
+        q_lb = Propagation(system, start, tolerance=1e-13).at([orbit_s / 4.0]).q_lb
+        # An unstable one (rate below 3 n) lets rounding grow by exp(3 pi / 2) in that time.
+        assert rotation.angle_between(q_lb[0], R) < 1e-12
+
+
+def test_at_rest_in_lvlh_stays_there():
+    """A body without gradient torque that turns with LVLH keeps its attitude to LVLH."""
+    orbit = KeplerOrbit(inclination=1.0, argument_of_periapsis=0.4)
+    q_ib = rotation.multiply(orbit.lvlh(0.0), rotation.about([0, 0, 1], 0.3))
+    start = State(q_ib, rotation.rotate(rotation.conjugate(q_ib), orbit.lvlh_rate(0.0)))
+    motion = Propagation(System(700.0 * np.eye(3), orbit=orbit), start)
+    q_lb = motion.at(np.linspace(0.0, 6000.0, 13)).q_lb
+    assert rotation.angle_between(q_lb, q_lb[0]).max() < 1e-11
+
+
+@pytest.mark.parametrize('method_tolerance', [(1e-13, 2e-11), (1e-12, 2e-10)])
+def test_first_integrals_over_100_orbits(method_tolerance):
+    """The energy-like integral of the default scenario keeps its value for 100 orbits."""
+    tolerance, bound = method_tolerance
+    scenario = Scenario.from_yaml(ROOT / 'config' / 'default.yaml')
+    scenario = scenario.with_values({'motion.tolerance': tolerance})
+    period_s = 2.0 * np.pi / scenario.system.orbit.mean_motion
+    states = scenario.motion().at(np.linspace(0.0, 100.0 * period_s, 2001))
+    for name, values in scenario.integrals(states).items():
+        assert np.max(np.abs(values / values[0] - 1.0)) < bound, name
+
+
+SYSTEMS = {
+    'circular gyrostat': System(
+        np.array([[800.0, 10.0, 5.0], [10.0, 900.0, -7.0], [5.0, -7.0, 600.0]]),
+        Rotor('constant_momentum', np.array([0.0, 0.6, 0.8]), momentum=-3.0),
+        KeplerOrbit(inclination=0.5, true_anomaly=1.0),
+    ),
+    'ellipse, free rotor': System(
+        np.diag([800.0, 900.0, 600.0]),
+        Rotor('free', np.array([0.6, 0.0, 0.8]), inertia=0.5),
+        KeplerOrbit(semi_major_axis=9e6, eccentricity=0.25, argument_of_periapsis=0.3),
+    ),
+    'motor and torque': System(
+        np.diag([800.0, 900.0, 600.0]),
+        Rotor('motor', np.array([0.0, 0.6, 0.8]), inertia=0.5),
+        KeplerOrbit(semi_major_axis=9e6, eccentricity=0.1, true_anomaly=2.0),
+        torque_b=np.array([0.01, -0.02, 0.005]),
+        rotor_torque=0.03,
+    ),
+    'heavy top': System(
+        np.diag([1.0, 1.5, 2.0]),
+        Rotor(),
+        FixedDirection(0.7),
+        weight_moment=np.array([0.3, -0.2, 0.4]),
+    ),
+}
+
+
+def _start(system):
+    q_ib = rotation.normalise([0.4, 0.4, 0.8, 0.2])
+    turns = system.rotor.turns_freely
+    scale = 1.0 if isinstance(system.orbit, FixedDirection) else 0.01
+    speed, angle = (100.0, 0.5) if turns else (np.nan, np.nan)
+    return State(q_ib, scale * np.array([1.0, 2.0, -1.5]), speed, angle), 10.0 / scale
+
+
+@pytest.mark.parametrize('name', SYSTEMS)
+def test_against_an_independent_integration(name):
+    """Every rotor mode, orbit and torque against the equations written anew for SciPy's DOP853."""
+    system = SYSTEMS[name]
+    start, duration_s = _start(system)
+    I, rotor, orbit = system.inertia, system.rotor, system.orbit
+    a, J, tau = rotor.axis, rotor.inertia, system.rotor_torque
+
+    def equations(t, y):
+        R, omega, s = rotation.matrix(y[:4] / np.linalg.norm(y[:4])), y[4:7], y[7]
+        c = R.T @ orbit.direction(t)
+        torque = orbit.gradient_at(t) * np.cross(c, I @ c) - np.cross(system.weight_moment, c)
+        torque = torque + system.torque_b
+        if rotor.turns_freely:
+            # I w' + J s' a + w x (I w + J s a) = torque;  J (s' + a . w') = tau
+            left = np.block([[I, J * a[:, None]], [J * a, J]])
+            momentum = I @ omega + J * s * a
+            rates = np.linalg.solve(left, [*(torque - np.cross(omega, momentum)), tau])
+        else:
+            momentum = I @ omega + rotor.momentum * a
+            rates = [*np.linalg.solve(I, torque - np.cross(omega, momentum)), 0.0]
+        q_dot = 0.5 * rotation.multiply(y[:4], [*omega, 0.0])
+        return [*q_dot, *rates, s if rotor.turns_freely else 0.0]
+
+    y_0 = [*start.q_ib, *start.omega_bi_b, *np.nan_to_num([start.rotor_speed, start.rotor_angle])]
+    truth = solve_ivp(equations, (0.0, duration_s), y_0, 'DOP853', rtol=3e-14, atol=1e-15).y[:, -1]
+    states = Propagation(system, start, tolerance=1e-13).at([duration_s])
+    # Both integrate at 1e-13 or so; 1e-10 leaves their errors room to add up over ten radians.
+    assert rotation.angle_between(states.q_ib[0], rotation.normalise(truth[:4])) < 1e-10
+    np.testing.assert_allclose(states.omega_bi_b[0], truth[4:7], rtol=1e-9)
+    if rotor.turns_freely:
+        np.testing.assert_allclose(states.rotor_speed[0], truth[7], rtol=1e-11)
+        np.testing.assert_allclose(states.rotor_angle[0], truth[8], rtol=1e-11)
+
+
+@pytest.mark.parametrize('name', SYSTEMS)
+def test_first_integrals_stay(name):
+    """Each first integral that a system is said to have keeps its value along the propagation."""
+    system = SYSTEMS[name]
+    start, duration_s = _start(system)
+    states = Propagation(system, start, tolerance=1e-13).at(np.linspace(0, duration_s, 101))
+    drift = relative_drift(system, states)
+    assert drift
+    for integral, values in drift.items():
+        assert np.max(np.abs(values)) < 1e-11, integral
+
+
+@pytest.mark.parametrize('name', SYSTEMS)
+def test_row_depends_on_its_time_alone(name):
+    """A state has the same bits alone, in any order and among thousands."""
+    system = SYSTEMS[name]
+    start, duration_s = _start(system)
+    t_s = np.linspace(0.0, duration_s, 1001)
+    table = Propagation(system, start).at(t_s)
+    shuffled = np.random.default_rng(7).permutation(len(t_s))
+    other = Propagation(system, start).at(t_s[shuffled])
+    motion = Propagation(system, start)
+    for column in (
+        'q_ib',
+        'omega_bi_b',
+        'rotor_speed',
+        'rotor_angle',
+        'work',
+        'r_i',
+        'v_i',
+        'c_b',
+    ):
+        np.testing.assert_array_equal(getattr(table, column)[shuffled], getattr(other, column))
+        for i in (0, 1, 500, 333, 1000):
+            alone = getattr(motion.at(t_s[i]), column)[0]
+            np.testing.assert_array_equal(alone, getattr(table, column)[i], err_msg=column)
+
+
+def test_start_is_kept_to_the_bit():
+    """At t = 0 stands exactly what was asked for, whatever the body's axes."""
+    system = SYSTEMS['circular gyrostat']
+    start, _ = _start(system)
+    states = Propagation(system, start).at(0.0)
+    assert np.array_equal(states.q_ib[0], start.q_ib)
+    assert np.array_equal(states.omega_bi_b[0], start.omega_bi_b)
+
+
+def test_order_of_convergence():
+    """Where the error falls as tolerance^(8/9), the order of the method is at least eight."""
+    system = SYSTEMS['circular gyrostat']
+    start, duration_s = _start(system)
+    truth = Propagation(system, start, tolerance=1e-15).at(duration_s)
+
+    def error_and_steps(tolerance):
+        motion = Propagation(system, start, tolerance=tolerance)
+        error = rotation.angle_between(motion.at(duration_s).q_ib[0], truth.q_ib[0])
+        return error, motion.steps
+
+    (error_1, steps_1), (error_2, steps_2) = error_and_steps(1e-6), error_and_steps(1e-10)
+    assert np.log(error_1 / error_2) / np.log(steps_2 / steps_1) > 7.0
+
+
+def test_coefficients_are_those_of_scipy():
+    """The tableau against SciPy's own copy of Hairer's program."""
+    stages = np.zeros((12, 12))
+    for i in range(12):
+        for n in range(tableau.LENGTHS[i]):
+            stages[i, tableau.COLUMNS[i, n]] = tableau.ENTRIES[i, n]
+    np.testing.assert_array_equal(stages, DOP853.A)
+    end = np.zeros(12)
+    end[tableau.COLUMNS[12, : tableau.LENGTHS[12]]] = tableau.ENTRIES[12, : tableau.LENGTHS[12]]
+    np.testing.assert_array_equal(end, DOP853.B)
+
+
+@pytest.mark.parametrize('t_s', [-1.0, np.nan, np.inf])
+def test_times_that_are_none(t_s):
+    """A time before the start, or none at all, is refused in one sentence."""
+    system = SYSTEMS['heavy top']
+    with pytest.raises(ValueError, match='a motion answers finite times from 0 s on'):
+        Propagation(system, _start(system)[0]).at([0.0, t_s])

@@ -1,0 +1,168 @@
+"""One validated description: what it takes, what it refuses and how it says so."""
+
+import numpy as np
+import pytest
+import yaml
+
+from satdyn_ros.dynamics import rotation
+from satdyn_ros.keys import KEYS
+from satdyn_ros.scenario import Scenario
+
+TYPED = {'orbit': {'type': 'fixed', 'gradient': 1e-6}}
+
+
+@pytest.mark.parametrize(
+    ('nested', 'sentence'),
+    [
+        ({'publish': {'rate': -1}}, 'publish.rate is -1; it takes a number above 0 and at most'),
+        ({'publish': {'rate': 0}}, 'publish.rate is 0; it takes a number above 0'),
+        ({'publish': {'rate': float('nan')}}, 'publish.rate is nan'),
+        ({'publish': {'rate': '100'}}, "publish.rate is '100'; it takes a number"),
+        ({'publish': {'topics': ['attitude', 'x']}}, 'publish.topics is .*; it takes a list of'),
+        ({'orbit': {'mu': float('inf')}}, 'orbit.mu is inf; it takes a number above 0 m'),
+        ({'orbit': {'mu': 0.0}}, 'orbit.mu is 0.0'),
+        (
+            {'orbit': {'type': 'kepler', 'eccentricity': 1.0}},
+            'orbit.eccentricity is 1.0; .*below 1',
+        ),
+        ({'orbit': {'type': 'kepler', 'eccentricity': -0.1}}, 'orbit.eccentricity is -0.1'),
+        ({'orbit': {'type': 'elliptic'}}, "orbit.type is 'elliptic'; it takes one of fixed"),
+        ({'body': {'inertia': [1, 2]}}, 'body.inertia is .*; it takes a list of 3 or 6 or 9'),
+        ({'body': {'inertia': [1, 1, 3]}}, 'body.inertia is .*must not exceed the sum'),
+        ({'body': {'inertia': [1, 1, -1]}}, 'body.inertia is .*must be positive'),
+        ({'body': {'inertia': [1, 1, float('nan')]}}, 'body.inertia is .*nan'),
+        ({'body': {'inertia': 5}}, 'body.inertia is 5; it takes a list'),
+        ({'body': {'mass': 5}}, 'body.mass is not a parameter of a scenario'),
+        ({'initial': {'attitude': [0, 0, 0, 1.001]}}, 'initial.attitude is .*it takes a unit'),
+        ({'initial': {'attitude': [0, 0, 0, 0]}}, 'initial.attitude is .*not zero'),
+        ({'initial': {'frame': 'lvlh'}} | TYPED, 'initial.frame is lvlh; with orbit.type fixed'),
+        ({'rotor': {'axis': [0, 0, 0]}}, 'rotor.axis is .*not zero'),
+        ({'rotor': {'mode': 'free'}}, 'rotor.inertia is 0; with rotor.mode free it takes'),
+        ({'rotor': {'mode': 'free', 'inertia': 900.0}}, 'rotor.inertia is 900; .*below 900'),
+        ({'rotor': {'momentum': 1.0}}, 'rotor.momentum is 1.0; with rotor.mode none'),
+        ({'orbit': {'eccentricity': 0.1}}, 'orbit.eccentricity is 0.1; with orbit.type circular'),
+        ({'orbit': {'gradient': 0.1}}, 'orbit.gradient is 0.1; .*it belongs to fixed'),
+        ({'body': {'weight_moment': [0, 0, 1]}}, 'body.weight_moment is .*it belongs to fixed'),
+        ({'orbit': {'type': 'fixed', 'raan': 1.0}}, 'orbit.raan is 1.0; .*circular and kepler'),
+        ({'time': {'epoch_ns': 1.5}}, 'time.epoch_ns is 1.5; it takes an integer'),
+        ({'time': {'epoch_ns': -1}}, 'time.epoch_ns is -1'),
+        ({'time': {'publish_clock': 1}}, 'time.publish_clock is 1; it takes true or false'),
+        ({'record': {'directory': ''}}, "record.directory is ''; it takes a text"),
+        ({'motion': {'method': 'exact'}}, 'motion.method is exact, but there is no closed form'),
+    ],
+)
+def test_refused(nested, sentence):
+    """What is not allowed is refused by one sentence: which key, what was given, what is taken."""
+    with pytest.raises(ValueError, match=sentence) as refusal:
+        Scenario.from_dict(nested)
+    assert '\n' not in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ('text', 'sentence'),
+    [
+        ('a: [1', 'is no YAML at line'),
+        ('- 1', 'is no parameter file'),
+        ('other:\n  ros__parameters: {}', 'has no section for this node'),
+        ('/**:\n  publish: {}', 'section without ros__parameters'),
+        ('/**:\n  ros__parameters: 3', 'takes keys and values'),
+        ('/**:\n  ros__parameters: {publish: {rates: 3}}', 'publish.rates is not a parameter'),
+    ],
+)
+def test_broken_file(tmp_path, text, sentence):
+    """A file that is none is refused in one sentence that names it or the key."""
+    file = tmp_path / 'scenario.yaml'
+    file.write_text(text)
+    with pytest.raises(ValueError, match=sentence):
+        Scenario.from_yaml(file)
+
+
+def test_missing_file(tmp_path):
+    """A file that is not there, or a directory, is refused in one sentence."""
+    for path in (tmp_path / 'none.yaml', tmp_path):
+        with pytest.raises(ValueError, match='cannot be read'):
+            Scenario.from_yaml(path)
+
+
+def test_every_key_has_a_default_that_holds():
+    """The table's defaults pass the table's own checks and make a scenario."""
+    for key in KEYS.values():
+        assert key.checked(key.default) == key.default
+        assert key.meaning
+    assert dict(Scenario().values) == {name: key.default for name, key in KEYS.items()}
+
+
+def test_dump_loads_again():
+    """The text of a scenario gives the scenario back, to the last bit."""
+    scenario = Scenario.from_dict(
+        {
+            'orbit': {'type': 'kepler', 'eccentricity': 0.1, 'mu': 1.0 / 3.0 * 1e14},
+            'rotor': {'mode': 'free', 'inertia': 0.1, 'axis': [1, 1, 0], 'speed': -1e-7},
+            'initial': {'attitude': [0.6, 0.0, 0.0, 0.8]},
+            'publish': {'topics': ['/tf', 'rotor']},
+        }
+    )
+    assert Scenario.from_yaml_text(scenario.to_yaml()) == scenario
+    assert scenario.topics == ('tf', 'rotor')
+
+
+def test_integers_and_exponents_are_numbers():
+    """A list of integers, a mixed one, and 4e14 without a point are numbers, as for ROS."""
+    text = """
+    /satdyn:
+      ros__parameters:
+        use_sim_time: false
+        body.inertia: [6, 8.0, 9]
+        orbit: {mu: 4e14}
+        initial: {attitude: [0, 0, 0, 1]}
+    """
+    scenario = Scenario.from_yaml_text(text)
+    assert scenario['body.inertia'] == (6.0, 8.0, 9.0)
+    assert scenario['orbit.mu'] == 4e14
+    assert scenario['initial.attitude'] == (0.0, 0.0, 0.0, 1.0)
+
+
+def test_sections_in_order(tmp_path):
+    """The section of the node's name says more than the one for all nodes."""
+    file = tmp_path / 'two.yaml'
+    file.write_text(
+        yaml.safe_dump(
+            {
+                'satdyn': {'ros__parameters': {'publish': {'rate': 5.0}}},
+                '/**': {'ros__parameters': {'publish': {'rate': 7.0}, 'step': {'ticks': 3}}},
+            }
+        )
+    )
+    scenario = Scenario.from_yaml(file)
+    assert (scenario['publish.rate'], scenario['step.ticks']) == (5.0, 3)
+
+
+def test_attitude_is_normalised():
+    """A quaternion off by less than 1e-6 is taken as its unit; a unit one keeps its bits."""
+    near = Scenario.from_dict({'initial.attitude': [0.0, 0.0, 0.6 + 3e-7, 0.8]})
+    assert abs(np.linalg.norm(near['initial.attitude']) - 1.0) < 1e-15
+    unit = tuple(float(x) for x in rotation.normalise([0.1, 0.2, 0.3, 0.9]))
+    assert Scenario.from_dict({'initial.attitude': unit})['initial.attitude'] == unit
+
+
+def test_default_attitude_is_what_it_says():
+    """The default is 5 deg of roll and 10 deg of pitch to LVLH, at rest there."""
+    scenario = Scenario()
+    angles = np.degrees(rotation.roll_pitch_yaw(scenario['initial.attitude']))
+    np.testing.assert_allclose(angles, [5.0, 10.0, 0.0], atol=1e-12)
+    states = scenario.motion().at(0.0)
+    degrees = np.degrees(rotation.roll_pitch_yaw(states.q_lb)[0])
+    np.testing.assert_allclose(degrees, [5, 10, 0], atol=1e-12)
+    # At rest in LVLH: the body's inertial rate is LVLH's, n about the orbit normal.
+    rate_i = rotation.rotate(states.q_ib[0], states.omega_bi_b[0])
+    np.testing.assert_allclose(rate_i, [0, 0, scenario.system.orbit.mean_motion], atol=1e-18)
+
+
+def test_fixed_direction_starts_inertial():
+    """Without an orbit the initial frame is inertial, and the first integrals are those of it."""
+    scenario = Scenario.from_dict(TYPED | {'initial': {'angular_velocity': [0.0, 0.001, 0.0]}})
+    assert scenario['initial.frame'] == 'inertial'
+    states = scenario.motion().at([0.0, 500.0, 1000.0])
+    integrals = scenario.integrals(states)
+    assert set(integrals) == {'energy', 'area', 'fourth'}
+    assert np.all(states.r_i == 0.0)

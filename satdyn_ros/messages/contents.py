@@ -1,0 +1,184 @@
+"""
+The content of each topic's messages, as cdr.Message takes it.
+
+Each reads like its message: constants stand as they are, and what changes from tick to tick is a
+function of the samples.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..dynamics import rotation, torque
+from . import markers
+
+
+@dataclass(frozen=True, eq=False)
+class Inputs:
+    """What came in on an input topic: stamps_ns (N,) and torques [N m] of shape (N, 3) or (N,)."""
+
+    stamps_ns: np.ndarray
+    torques: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.stamps_ns)
+
+
+def attitude(frames, system):
+    """Return geometry_msgs/QuaternionStamped: q_ib."""
+    return {'header': _header(frames.inertial), 'quaternion': _q_ib}
+
+
+def angular_velocity(frames, system):
+    """Return geometry_msgs/VelocityStamped: omega_bi_b; the linear part is left at zero."""
+    return {
+        'header': _header(frames.body),
+        'body_frame_id': frames.body,
+        'reference_frame_id': frames.inertial,
+        'velocity': {'angular': _omega_bi_b},
+    }
+
+
+def imu(frames, system):
+    """Return sensor_msgs/Imu: q_ib and omega_bi_b, without acceleration."""
+    # REP-145: a covariance of zeros is unknown, one that begins with -1 marks an absent quantity.
+    return {
+        'header': _header(frames.body),
+        'orientation': _q_ib,
+        'angular_velocity': _omega_bi_b,
+        'linear_acceleration_covariance': [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+    }
+
+
+def odometry(frames, system):
+    """Return nav_msgs/Odometry: r_i and q_ib; v and omega_bi_b in body axes."""
+    return {
+        'header': _header(frames.inertial),
+        'child_frame_id': frames.body,
+        'pose': {'pose': {'position': _r_i, 'orientation': _q_ib}},
+        'twist': {'twist': {'linear': _v_b, 'angular': _omega_bi_b}},
+    }
+
+
+def attitude_lvlh(frames, system):
+    """Return geometry_msgs/QuaternionStamped: q_lb.  ValueError: there is no LVLH."""
+    if not system.orbit.has_lvlh:
+        raise ValueError(
+            'publish.topics has attitude_lvlh and orbit.type is fixed, which has no LVLH; '
+            'use circular or kepler, or leave the topic out'
+        )
+    return {'header': _header(frames.orbital), 'quaternion': _q_lb}
+
+
+def gravity_gradient(frames, system):
+    """Return geometry_msgs/WrenchStamped: the torque on the body."""
+    return {'header': _header(frames.body), 'wrench': {'torque': _gravity_gradient}}
+
+
+def rotor(frames, system):
+    """Return sensor_msgs/JointState: what the mode of the rotor knows of it."""
+    turns, driven = system.rotor.turns_freely, system.rotor.mode == 'motor'
+    return {
+        'header': _header(frames.body),
+        'name': ['rotor'],
+        'position': [_rotor_angle] if turns else [],
+        'velocity': [_rotor_speed] if turns else [],
+        'effort': [_rotor_torque] if driven else [],
+    }
+
+
+def marker_array(frames, system):
+    """Return visualization_msgs/MarkerArray."""
+    return markers.content(_header(frames.body), system)
+
+
+def tf(frames, system):
+    """Return tf2_msgs/TFMessage: inertial to LVLH, where there is an orbit, and to body."""
+
+    def transform(child_frame_id, rotation):
+        return {
+            'header': _header(frames.inertial),
+            'child_frame_id': child_frame_id,
+            'transform': {'translation': _r_i, 'rotation': rotation},
+        }
+
+    body = transform(frames.body, _q_ib)
+    if system.orbit.has_lvlh:
+        return {'transforms': [transform(frames.orbital, _q_il), body]}
+    return {'transforms': [body]}
+
+
+def clock(frames, system):
+    """Return rosgraph_msgs/Clock: the stamp."""
+    return {'clock': _STAMP}
+
+
+def torque_input(frames, system):
+    """Return geometry_msgs/WrenchStamped of Inputs."""
+    return {'header': _header(frames.body), 'wrench': {'torque': _torques}}
+
+
+def rotor_torque_input(frames, system):
+    """Return std_msgs/Float64 of Inputs."""
+    return {'data': _torques}
+
+
+def _seconds(samples):
+    return samples.stamps_ns // 10**9
+
+
+def _nanoseconds(samples):
+    return samples.stamps_ns % 10**9
+
+
+_STAMP = {'sec': _seconds, 'nanosec': _nanoseconds}
+
+
+def _header(frame_id):
+    return {'stamp': _STAMP, 'frame_id': frame_id}
+
+
+def _q_ib(samples):
+    return samples.states.q_ib
+
+
+def _q_lb(samples):
+    return samples.states.q_lb
+
+
+def _q_il(samples):
+    return samples.states.orbit.lvlh(samples.states.orbit_s)
+
+
+def _omega_bi_b(samples):
+    return samples.states.omega_bi_b
+
+
+def _r_i(samples):
+    return samples.states.r_i
+
+
+def _v_b(samples):
+    return rotation.rotate(rotation.conjugate(samples.states.q_ib), samples.states.v_i)
+
+
+def _gravity_gradient(samples):
+    states = samples.states
+    gradient = states.orbit.gradient_at(states.orbit_s)
+    return torque.gravity_gradient(samples.system.inertia, states.c_b, gradient)
+
+
+def _rotor_angle(samples):
+    return samples.states.rotor_angle
+
+
+def _rotor_speed(samples):
+    return samples.states.rotor_speed
+
+
+def _rotor_torque(samples):
+    return samples.system.rotor_torque
+
+
+def _torques(inputs):
+    return inputs.torques

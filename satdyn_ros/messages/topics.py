@@ -1,0 +1,178 @@
+"""The one table of topics: what each is called, what it says, and how samples become messages."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from ..dynamics.system import System
+from ..scenario import Frames
+from . import cdr, contents
+
+Packer = cdr.Message
+
+
+@dataclass(frozen=True)
+class Topic:
+    """
+    A topic.
+
+    name: as ROS resolves it in the node's namespace, absolute for /tf, /clock and /diagnostics.
+    role: 'state' (a message a tick, chosen by publish.topics), 'clock', 'input' or 'diagnostics'.
+    frame: which of the scenario's frames its header names ('inertial', 'orbital', 'body'), or ''.
+    says: what is in it, with units.  content: its message for given frames and System; None for
+    /diagnostics, which has no constant layout.
+    """
+
+    name: str
+    type: str
+    role: str
+    frame: str
+    says: str
+    content: Callable[[Frames, System], dict[str, Any]] | None
+
+    def packer(self, frames: Frames, system: System) -> Packer:
+        """
+        Return what packs samples of a system: pack(samples) -> rows (N,), each one message.
+
+        The inputs pack contents.Inputs.  ValueError: the system has no such topic, or the topic
+        no constant layout.
+        """
+        if self.content is None:
+            raise ValueError(f'{self.name} has no constant layout; publish {self.type} objects')
+        return Packer(self.type, self.content(frames, system))
+
+
+def pack_torque(stamp_ns: int, torque_b, frames: Frames) -> bytes:
+    """Return the message of the input torque: torque_b (3,) [N m] in body axes."""
+    return _pack_input('torque', frames, stamp_ns, torque_b)
+
+
+def pack_rotor_torque(torque: float) -> bytes:
+    """Return the message of the input rotor_torque [N m]."""
+    return _pack_input('rotor_torque', None, 0, torque)
+
+
+def _pack_input(name, frames, stamp_ns, torque):
+    inputs = contents.Inputs(np.array([stamp_ns]), np.array([torque], float))
+    return _input_packer(name, frames).pack(inputs).tobytes()
+
+
+@cache
+def _input_packer(name, frames):
+    return TOPICS[name].packer(frames, system=None)
+
+
+_TABLE = (
+    Topic(
+        'attitude',
+        'geometry_msgs/msg/QuaternionStamped',
+        'state',
+        'inertial',
+        'attitude, body to inertial',
+        contents.attitude,
+    ),
+    Topic(
+        'angular_velocity',
+        'geometry_msgs/msg/VelocityStamped',
+        'state',
+        'body',
+        'rate of the body relative to inertial in body axes [rad/s]; the linear part is zero',
+        contents.angular_velocity,
+    ),
+    Topic(
+        'imu',
+        'sensor_msgs/msg/Imu',
+        'state',
+        'body',
+        'attitude, body to inertial; body rate [rad/s]; the acceleration is marked absent',
+        contents.imu,
+    ),
+    Topic(
+        'odometry',
+        'nav_msgs/msg/Odometry',
+        'state',
+        'inertial',
+        'position [m] and attitude in inertial; orbital velocity [m/s] and body rate [rad/s] in '
+        'body axes',
+        contents.odometry,
+    ),
+    Topic(
+        'attitude_lvlh',
+        'geometry_msgs/msg/QuaternionStamped',
+        'state',
+        'orbital',
+        'attitude, body to LVLH; not for orbit.type fixed',
+        contents.attitude_lvlh,
+    ),
+    Topic(
+        'gravity_gradient',
+        'geometry_msgs/msg/WrenchStamped',
+        'state',
+        'body',
+        'gravity-gradient torque on the body in body axes [N m]; the force is zero',
+        contents.gravity_gradient,
+    ),
+    Topic(
+        'rotor',
+        'sensor_msgs/msg/JointState',
+        'state',
+        'body',
+        'angle [rad], speed relative to the body [rad/s] and motor torque [N m] of the rotor; '
+        'arrays are empty where the mode has no such value',
+        contents.rotor,
+    ),
+    Topic(
+        'markers',
+        'visualization_msgs/msg/MarkerArray',
+        'state',
+        'body',
+        'body and body axes, and the directions of nadir, rate and momentum',
+        contents.marker_array,
+    ),
+    Topic(
+        '/tf',
+        'tf2_msgs/msg/TFMessage',
+        'state',
+        'inertial',
+        'inertial to LVLH, where there is an orbit, and inertial to body',
+        contents.tf,
+    ),
+    Topic(
+        '/clock',
+        'rosgraph_msgs/msg/Clock',
+        'clock',
+        '',
+        'the stamp of the samples that follow',
+        contents.clock,
+    ),
+    Topic(
+        '/diagnostics',
+        'diagnostic_msgs/msg/DiagnosticArray',
+        'diagnostics',
+        '',
+        'drift of the first integrals, pacing, recorder and inputs, each second',
+        None,
+    ),
+    Topic(
+        'torque',
+        'geometry_msgs/msg/WrenchStamped',
+        'input',
+        'body',
+        'torque on the body in body axes [N m], held until the next one or the timeout',
+        contents.torque_input,
+    ),
+    Topic(
+        'rotor_torque',
+        'std_msgs/msg/Float64',
+        'input',
+        '',
+        'motor torque on the rotor [N m], held until the next one or the timeout',
+        contents.rotor_torque_input,
+    ),
+)
+
+# By the names that publish.topics takes: without a slash.
+TOPICS: dict[str, Topic] = {topic.name.lstrip('/'): topic for topic in _TABLE}

@@ -1,0 +1,74 @@
+"""Samples of four systems with arbitrary states, for all that messages say and leave out."""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from satdyn_ros.dynamics.motion import States
+from satdyn_ros.dynamics.orbit import FixedDirection, KeplerOrbit
+from satdyn_ros.dynamics.rotor import Rotor
+from satdyn_ros.dynamics.system import System
+from satdyn_ros.scenario import Frames
+from satdyn_ros.simulation import Samples
+
+AXIS = np.array([0.48, 0.6, 0.64])
+TENSOR = np.array([[800.0, 20.0, -30.0], [20.0, 900.0, 10.0], [-30.0, 10.0, 600.0]])
+ELLIPSE = KeplerOrbit(
+    eccentricity=0.1,
+    inclination=0.9,
+    raan=-2.0,
+    argument_of_periapsis=1.0,
+    true_anomaly=0.3,
+)
+SYSTEMS = {
+    'ellipse, motor': System(
+        TENSOR, Rotor('motor', AXIS, inertia=2.0), ELLIPSE, rotor_torque=0.02
+    ),
+    'circle, no rotor': System(np.diag([800.0, 900.0, 600.0]), orbit=KeplerOrbit()),
+    'circle, free rotor': System(
+        TENSOR, Rotor('free', AXIS, inertia=2.0), KeplerOrbit(inclination=1.7)
+    ),
+    'fixed, constant momentum': System(
+        TENSOR,
+        Rotor('constant_momentum', AXIS, momentum=7.0),
+        FixedDirection(gradient=3e-6),
+        weight_moment=np.array([0.1, 0.2, 0.3]),
+    ),
+}
+FRAMES = {
+    'ellipse, motor': Frames('sat1/inertial', 'sat1/lvlh', 'sat1/base_link'),
+    'circle, no rotor': Frames(),
+    'circle, free rotor': Frames('eci', 'o', 'bo'),
+    'fixed, constant momentum': Frames('wörld', '', 'b'),
+}
+PERIOD_NS = 333_333_333
+
+
+def samples(name, count=40):
+    """Return count samples of the system of that name."""
+    rng = np.random.default_rng(3)
+    system = SYSTEMS[name]
+    nan = np.full(count, np.nan)
+    t_s = np.arange(count) * PERIOD_NS * 1e-9
+    turns = system.rotor.turns_freely
+    states = States(
+        t_s=t_s,
+        q_ib=Rotation.random(count, rng=rng).as_quat(),
+        omega_bi_b=rng.normal(size=(count, 3)),
+        rotor_speed=rng.normal(size=count) if turns else nan,
+        rotor_angle=100.0 * rng.normal(size=count) if turns else nan,
+        work=np.zeros(count),
+        orbit=system.orbit,
+        orbit_s=1234.5 + t_s,
+    )
+    stamps_ns = 2_147_483_000 * 10**9 + 999_999_990 + np.arange(count) * PERIOD_NS
+    return Samples(5, stamps_ns, states, system)
+
+
+def part(of, rows):
+    """Return the samples of a slice of rows."""
+    states = of.states
+    arrays = ('t_s', 'q_ib', 'omega_bi_b', 'rotor_speed', 'rotor_angle', 'work', 'orbit_s')
+    cut = replace(states, **{name: getattr(states, name)[rows] for name in arrays})
+    return Samples(of.first_tick + rows.start, of.stamps_ns[rows], cut, of.system)

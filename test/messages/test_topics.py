@@ -1,0 +1,300 @@
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from messages.flights import FRAMES, SYSTEMS, part, samples
+from messages.readers import canonical, default, read
+from scipy.spatial.transform import Rotation
+
+from satdyn_ros import keys
+from satdyn_ros.dynamics import rotation
+from satdyn_ros.dynamics.propagator import Propagation
+from satdyn_ros.dynamics.system import State
+from satdyn_ros.messages import contents
+from satdyn_ros.messages.topics import TOPICS, pack_rotor_torque, pack_torque
+from satdyn_ros.simulation import Samples
+
+PACKED = [name for name, topic in TOPICS.items() if topic.role in ('state', 'clock')]
+CASES = [
+    (flight, topic)
+    for flight, system in SYSTEMS.items()
+    for topic in PACKED
+    if topic != 'attitude_lvlh' or system.orbit.has_lvlh
+]
+
+
+def packer(flight, topic):
+    return TOPICS[topic].packer(FRAMES[flight], SYSTEMS[flight])
+
+
+def stamp(of, i):
+    return {'sec': int(of.stamps_ns[i]) // 10**9, 'nanosec': int(of.stamps_ns[i]) % 10**9}
+
+
+def header(of, i, frame_id):
+    return {'stamp': stamp(of, i), 'frame_id': frame_id}
+
+
+def xyz(v):
+    return dict(zip('xyz', v, strict=True))
+
+
+def xyzw(q):
+    return dict(zip('xyzw', q, strict=True))
+
+
+def body_rotation(of, i):
+    return Rotation.from_quat(of.states.q_ib[i])
+
+
+def lvlh_rotation(of, i):
+    """Return LVLH to inertial from what LVLH means: along track, minus the normal, nadir."""
+    r, v = of.states.r_i[i], of.states.v_i[i]
+    nadir, normal = -r / np.linalg.norm(r), np.cross(r, v) / np.linalg.norm(np.cross(r, v))
+    return Rotation.from_matrix(np.stack([np.cross(-normal, nadir), -normal, nadir], axis=-1))
+
+
+def near(values, size):
+    """
+    Return what compares equal to within 1e-13 of a size.
+
+    The expectation takes another path of some dozen operations, each rounding to 1.1e-16.
+    """
+    return [pytest.approx(value, rel=0.0, abs=1e-13 * size) for value in values]
+
+
+def quaternion(turn, like):
+    """Return the one of the two quaternions of a rotation that is next to another."""
+    q = turn.as_quat()
+    return xyzw(near(q if q @ like > 0.0 else -q, 1.0))
+
+
+def nadir_b(of, i):
+    if of.system.orbit.has_lvlh:
+        r = of.states.r_i[i]
+        nadir_i = -r / np.linalg.norm(r)
+    else:
+        nadir_i = np.array([0.0, 0.0, -1.0])
+    return body_rotation(of, i).inv().apply(nadir_i)
+
+
+def expected_attitude(of, i, frames):
+    q = xyzw(of.states.q_ib[i])
+    return {'header': header(of, i, frames.inertial), 'quaternion': q}
+
+
+def expected_angular_velocity(of, i, frames):
+    return {
+        'header': header(of, i, frames.body),
+        'body_frame_id': frames.body,
+        'reference_frame_id': frames.inertial,
+        'velocity': {'angular': xyz(of.states.omega_bi_b[i])},
+    }
+
+
+def expected_imu(of, i, frames):
+    return {
+        'header': header(of, i, frames.body),
+        'orientation': xyzw(of.states.q_ib[i]),
+        'angular_velocity': xyz(of.states.omega_bi_b[i]),
+        'linear_acceleration_covariance': [-1.0] + [0.0] * 8,
+    }
+
+
+def expected_odometry(of, i, frames):
+    v_b = body_rotation(of, i).inv().apply(of.states.v_i[i])
+    return {
+        'header': header(of, i, frames.inertial),
+        'child_frame_id': frames.body,
+        'pose': {
+            'pose': {
+                'position': xyz(of.states.r_i[i]),
+                'orientation': xyzw(of.states.q_ib[i]),
+            }
+        },
+        'twist': {
+            'twist': {'linear': xyz(near(v_b, 8e3)), 'angular': xyz(of.states.omega_bi_b[i])}
+        },
+    }
+
+
+def expected_attitude_lvlh(of, i, frames):
+    turn = lvlh_rotation(of, i).inv() * body_rotation(of, i)
+    return {
+        'header': header(of, i, frames.orbital),
+        'quaternion': quaternion(turn, of.states.q_lb[i]),
+    }
+
+
+def expected_gravity_gradient(of, i, frames):
+    orbit, c_b = of.system.orbit, -nadir_b(of, i)
+    if orbit.has_lvlh:
+        gradient = 3.0 * orbit.mu / np.linalg.norm(of.states.r_i[i]) ** 3
+    else:
+        gradient = orbit.gradient
+    torque = gradient * np.cross(c_b, of.system.inertia @ c_b)
+    return {'header': header(of, i, frames.body), 'wrench': {'torque': xyz(near(torque, 1e-3))}}
+
+
+def expected_rotor(of, i, frames):
+    turns, driven = of.system.rotor.mode in ('free', 'motor'), of.system.rotor.mode == 'motor'
+    return {
+        'header': header(of, i, frames.body),
+        'name': ['rotor'],
+        'position': [of.states.rotor_angle[i]] if turns else [],
+        'velocity': [of.states.rotor_speed[i]] if turns else [],
+        'effort': [of.system.rotor_torque] if driven else [],
+    }
+
+
+def expected_tf(of, i, frames):
+    def transform(child, rotation):
+        return default(
+            'geometry_msgs/msg/TransformStamped',
+            header=header(of, i, frames.inertial),
+            child_frame_id=child,
+            transform={'translation': xyz(of.states.r_i[i]), 'rotation': rotation},
+        )
+
+    body = transform(frames.body, xyzw(of.states.q_ib[i]))
+    if not of.system.orbit.has_lvlh:
+        return {'transforms': [body]}
+    q_il = rotation.multiply(of.states.q_ib[i], rotation.conjugate(of.states.q_lb[i]))
+    lvlh = transform(frames.orbital, quaternion(lvlh_rotation(of, i), q_il))
+    return {'transforms': [lvlh, body]}
+
+
+def expected_clock(of, i, frames):
+    return {'clock': stamp(of, i)}
+
+
+EXPECTED = {
+    'attitude': expected_attitude,
+    'angular_velocity': expected_angular_velocity,
+    'imu': expected_imu,
+    'odometry': expected_odometry,
+    'attitude_lvlh': expected_attitude_lvlh,
+    'gravity_gradient': expected_gravity_gradient,
+    'rotor': expected_rotor,
+    'tf': expected_tf,
+    'clock': expected_clock,
+}
+
+
+@pytest.mark.parametrize(
+    ('flight', 'topic'), [case for case in CASES if case[1] in EXPECTED], ids=str
+)
+def test_every_reader_reads_what_the_states_are(flight, topic):
+    """
+    What rclpy, rosbags and mcap_ros2 find in each field is what the state and the frames say.
+
+    Fields that copy the state are equal; those that take a formula are near (see above).
+    """
+    of, type_name = samples(flight), TOPICS[topic].type
+    rows = packer(flight, topic).pack(of)
+    assert rows.shape == (len(of),)
+    for i in (0, 17, len(of) - 1):
+        expected = EXPECTED[topic](of, i, FRAMES[flight])
+        if topic != 'tf':
+            expected = default(type_name, **expected)
+        for message in read(type_name, rows[i].tobytes()).values():
+            assert message == expected
+
+
+@pytest.mark.parametrize(('flight', 'topic'), CASES, ids=str)
+def test_bytes_are_those_that_ros_writes(flight, topic):
+    """Read and written again by rclpy the bytes are the same, the padding apart, which is zero."""
+    rows = packer(flight, topic).pack(samples(flight))
+    for row in rows[::13]:
+        assert row.tobytes() == canonical(TOPICS[topic].type, row.tobytes())
+
+
+@pytest.mark.parametrize(('flight', 'topic'), CASES, ids=str)
+def test_blocks_of_any_size_give_the_same_bytes(flight, topic):
+    """A message does not depend on the ticks that are packed together with it."""
+    of, pack = samples(flight), packer(flight, topic).pack
+    whole = pack(of).tobytes()
+    for size in (1, 7, 32):
+        blocks = [part(of, slice(k, k + size)) for k in range(0, len(of), size)]
+        assert b''.join(pack(block).tobytes() for block in blocks) == whole
+
+
+def test_published_quaternions_are_unit():
+    """Those of a propagated tumble are unit to rounding, in each topic."""
+    system = SYSTEMS['ellipse, motor']
+    motion = Propagation(system, State(np.array([0.5, 0.5, 0.5, 0.5]), np.full(3, 0.1), 0.0, 0.0))
+    states = motion.at(np.arange(500) * 0.7)
+    of = Samples(0, np.arange(500) * 700_000_000, states, system)
+    for topic in PACKED:
+        rows = packer('ellipse, motor', topic).pack(of)
+        for name in rows.dtype.names:
+            if rows[name].shape == (500, 4) and 'color' not in name:
+                assert np.abs(np.linalg.norm(rows[name], axis=1) - 1.0).max() < 1e-15, name
+
+
+def test_without_orbit_there_is_no_attitude_to_lvlh():
+    """The refusal names the parameters and what is allowed."""
+    with pytest.raises(ValueError, match=r'attitude_lvlh and orbit\.type is fixed'):
+        packer('fixed, constant momentum', 'attitude_lvlh')
+
+
+def test_diagnostics_have_no_rows():
+    """The one topic whose messages differ in length says so."""
+    with pytest.raises(ValueError, match='/diagnostics has no constant layout'):
+        packer('circle, no rotor', 'diagnostics')
+
+
+def test_names_of_state_topics_are_those_the_scenario_takes():
+    """What publish.topics may name is what can be packed."""
+    states = tuple(name for name, topic in TOPICS.items() if topic.role == 'state')
+    assert states == keys.STATE_TOPICS
+
+
+def test_an_input_torque_is_a_wrench_in_the_body_frame():
+    """The recorded input, byte for byte as ROS writes it; stamps to the nanosecond."""
+    frames = FRAMES['ellipse, motor']
+    data = pack_torque(1_700_000_000_000_000_007, (0.1, -0.2, 0.3), frames)
+    expected = default(
+        'geometry_msgs/msg/WrenchStamped',
+        header={'stamp': {'sec': 1_700_000_000, 'nanosec': 7}, 'frame_id': frames.body},
+        wrench={'torque': xyz((0.1, -0.2, 0.3))},
+    )
+    for message in read('geometry_msgs/msg/WrenchStamped', data).values():
+        assert message == expected
+    assert data == canonical('geometry_msgs/msg/WrenchStamped', data)
+
+
+def test_an_input_rotor_torque_is_a_number():
+    """The recorded input, byte for byte as ROS writes it."""
+    data = pack_rotor_torque(-0.125)
+    for message in read('std_msgs/msg/Float64', data).values():
+        assert message == {'data': -0.125}
+    assert data == canonical('std_msgs/msg/Float64', data)
+
+
+def test_inputs_can_be_read_back_as_a_table():
+    """The packer's layout gives stamps and torques of recorded inputs back."""
+    frames, system = FRAMES['circle, no rotor'], SYSTEMS['circle, no rotor']
+    stamps_ns, torques = np.array([10**9 + 5, 3 * 10**9]), np.arange(6.0).reshape(2, 3)
+    packed = TOPICS['torque'].packer(frames, system).pack(contents.Inputs(stamps_ns, torques))
+    one_by_one = [
+        pack_torque(stamp_ns, torque, frames)
+        for stamp_ns, torque in zip(stamps_ns.tolist(), torques, strict=True)
+    ]
+    assert packed.tobytes() == b''.join(one_by_one)
+    assert np.array_equal(packed['wrench.torque'], torques)
+    assert list(packed['header.stamp.nanosec']) == [5, 0]
+
+
+def test_packing_needs_no_ros():
+    """Definitions, hashes and packing come with the package: nothing of ROS is imported."""
+    program = (
+        'import sys\n'
+        "for name in ('rclpy', 'geometry_msgs', 'std_msgs', 'ament_index_python'):\n"
+        '    sys.modules[name] = None\n'
+        'from satdyn_ros.messages.topics import pack_rotor_torque\n'
+        'print(pack_rotor_torque(2.0).hex())'
+    )
+    result = subprocess.run([sys.executable, '-c', program], capture_output=True, text=True)
+    assert result.stdout.strip() == '000100000000000000000040', result.stderr

@@ -89,7 +89,7 @@ def initial_values(system: System, state: State) -> np.ndarray:
     return y
 
 
-@njit(**COMPILED)
+@njit(inline='always', **COMPILED)
 def derivative(y, of, dy):
     """Write dy/dt of the variables y (SIZE,) into dy, for the constants `of`."""
     q, omega = (y[0], y[1], y[2], y[3]), (y[4], y[5], y[6])

@@ -90,7 +90,7 @@ class Motion(ABC):
         Row i depends on t_s[i] alone.  ValueError: a time is negative or not finite.
         """
         t_s = np.atleast_1d(np.asarray(t_s, float))
-        if not np.all(np.isfinite(t_s)) or np.any(t_s < 0.0):
+        if len(t_s) and not (t_s.min() >= 0.0 and t_s.max() < np.inf):
             bad = t_s[~(np.isfinite(t_s) & (t_s >= 0.0))][0]
             raise ValueError(f't_s is {bad:g}; a motion answers finite times from 0 s on')
         q_ib, omega_bi_b, rotor_speed, rotor_angle, work = self._states(t_s)

@@ -27,6 +27,7 @@ from .tableau import COLUMNS, DENSE, ENTRIES, ERROR_3, ERROR_5, LENGTHS
 from .vector import COMPILED
 
 DEFAULT_TOLERANCE = 1e-12
+_ZERO = np.zeros(SIZE)
 
 
 class Propagation(Motion):
@@ -73,7 +74,7 @@ class Propagation(Motion):
         self._clock[4] = 1.0
 
     def _states(self, t_s):
-        order = None if np.all(t_s[1:] >= t_s[:-1]) else np.argsort(t_s, kind='stable')
+        order = None if (t_s[1:] >= t_s[:-1]).all() else np.argsort(t_s, kind='stable')
         sorted_s = t_s if order is None else t_s[order]
         if len(t_s) and sorted_s[0] < self._clock[0]:
             self._begin()
@@ -102,7 +103,7 @@ class Propagation(Motion):
         p = out[MOMENTUM] if self._wanted > MOMENTUM else np.nan
         speed = rotor.speed(p, omega_bi_b)
         angle = out[ANGLE] if rotor.turns_freely else speed
-        work = out[WORK] if self._of.does_work else np.zeros(len(t_s))
+        work = out[WORK] if self._of.does_work else np.broadcast_to(0.0, len(t_s))
         return q_ib, omega_bi_b, speed, angle, work
 
 
@@ -156,22 +157,24 @@ def _step(clock, y, k, dense, anomaly, of, tolerance):
         if not t + h > t:
             return False
         h = (t + h) - t
-        for i in range(13):
-            _combine(i, y_0, h, k, y)
+        for i in range(12):
             derivative(y, of, k[i])
+            _combine(i + 1, y_0, h, k, y)
+        derivative(y, of, k[12])
         error = _error(y_0, h, k) / tolerance
         if error <= 1.0:
             break
         # nan fails every comparison: such a step is cut, until it is too short to be one.
         h *= max(0.2, 0.9 * error**-0.125) if error < np.inf else 0.2
         largest_growth = 1.0
+        y[:] = y_0
     growth = 0.9 * max(error, 1e-12) ** -0.125
     clock[0], clock[1], clock[2] = t, t + h, h * min(largest_growth, growth)
     clock[3], clock[4] = clock[3] + 1.0, 0.0
     return True
 
 
-@njit(**COMPILED)
+@njit(inline='always', **COMPILED)
 def _combine(row, y, h, k, z):
     """Write z = y + h sum_j a_j k_j with row's entries a_j: SIZE sums, held in registers."""
     s0 = s1 = s2 = s3 = s4 = s5 = s6 = s7 = s8 = s9 = s10 = s11 = 0.0
@@ -190,9 +193,9 @@ def _combine(row, y, h, k, z):
 @njit(**COMPILED)
 def _error(y, h, k):
     """Return the error of a step from y, the mean over attitude, rate and orbit."""
-    zero, e_3, e_5 = np.zeros(SIZE), np.empty(SIZE), np.empty(SIZE)
-    _combine(ERROR_3, zero, h, k, e_3)
-    _combine(ERROR_5, zero, h, k, e_5)
+    e_3, e_5 = k[13], k[14]
+    _combine(ERROR_3, _ZERO, h, k, e_3)
+    _combine(ERROR_5, _ZERO, h, k, e_5)
     # The natural scale of a rate: the rate itself and the root of the acceleration.
     omega_scale = np.sqrt(_square(y, OMEGA)) + np.sqrt(np.sqrt(_square(k[0], OMEGA))) + 1e-300
     square_3 = square_5 = 0.0
@@ -219,9 +222,8 @@ def _make_dense(clock, y, k, dense, of):
         dense[1, i] = rise
         dense[2, i] = h * k[0, i] - rise
         dense[3, i] = 2.0 * rise - h * (k[0, i] + k[12, i])
-    zero = np.zeros(SIZE)
     for n in range(4):
-        _combine(DENSE + n, zero, h, k, dense[4 + n])
+        _combine(DENSE + n, _ZERO, h, k, dense[4 + n])
     clock[4] = 1.0
 
 

@@ -43,7 +43,7 @@ class Rotor:
         """Return the relative speed s = p / J - a . omega [rad/s]; nan where it has none."""
         if self.turns_freely:
             return axial_momentum / self.inertia - self._rate_along_axis(omega_bi_b)
-        return np.full(np.shape(omega_bi_b)[:-1], np.nan)[()]
+        return np.broadcast_to(np.nan, np.shape(omega_bi_b)[:-1])[()]
 
     def _rate_along_axis(self, omega_bi_b):
         # Written out: the bits of a matrix product depend on how many rows there are.

@@ -14,7 +14,7 @@ from ..dynamics import inertia, rotation, torque
 from ..dynamics.system import System
 
 _CUBE, _ARROW, _LINE_LIST = 1, 0, 5
-_GREY, _ORANGE = (0.7, 0.7, 0.75, 0.9), (1.0, 0.6, 0.1, 1.0)
+_WHITE, _GREY, _ORANGE = (1.0, 1.0, 1.0, 1.0), (0.7, 0.7, 0.75, 0.9), (1.0, 0.6, 0.1, 1.0)
 _CYAN, _MAGENTA = (0.2, 0.8, 0.9, 1.0), (0.9, 0.3, 0.9, 1.0)
 _RED, _GREEN, _BLUE = (1.0, 0.2, 0.2, 1.0), (0.2, 1.0, 0.2, 1.0), (0.3, 0.4, 1.0, 1.0)
 _ARROW_LENGTH = 1.5
@@ -32,6 +32,7 @@ def content(header: dict[str, Any], system: System) -> dict[str, Any]:
     axes = {
         'type': _LINE_LIST,
         'scale': (0.02, 0.0, 0.0),
+        'color': _WHITE,
         'points': [end for axis in np.eye(3) for end in (np.zeros(3), axis)],
         'colors': [colour for colour in (_RED, _GREEN, _BLUE) for _ in range(2)],
     }

@@ -34,7 +34,7 @@ def zxz_angles(q_ab):
         regular, half_sum + half_difference, 2.0 * np.where(at_zero, half_sum, half_difference)
     )
     nutation = np.where(regular, 2.0 * np.arctan2(sine, cosine), np.where(at_zero, 0.0, np.pi))
-    return np.stack([_wrap(precession), nutation, _wrap(spin)], axis=-1)
+    return np.stack([rotation.wrap(precession), nutation, rotation.wrap(spin)], axis=-1)
 
 
 def from_zxz(precession_rad, nutation_rad, spin_rad):
@@ -84,8 +84,3 @@ def rate_from_zxz(angles_rad, rates):
         ],
         axis=-1,
     )
-
-
-def _wrap(angle_rad):
-    """Return the angle between -pi and pi."""
-    return angle_rad - 2.0 * np.pi * np.round(angle_rad / (2.0 * np.pi))

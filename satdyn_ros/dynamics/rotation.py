@@ -121,16 +121,17 @@ def roll_pitch_yaw(q_ab):
     >>> roll_pitch_yaw(about([0, 0, 1], 0.5))
     array([0. , 0. , 0.5])
     """
-    R = matrix(q_ab)
-    cos_pitch = np.hypot(R[..., 0, 0], R[..., 1, 0])
-    pitch = np.arctan2(-R[..., 2, 0], cos_pitch)
-    regular = cos_pitch > 1e-12
-    roll = np.where(regular, np.arctan2(R[..., 2, 1], R[..., 2, 2]), 0.0)
-    yaw = np.where(
-        regular,
-        np.arctan2(R[..., 1, 0], R[..., 0, 0]),
-        np.arctan2(-R[..., 0, 1], R[..., 1, 1]),
+    x, y, z, w = np.moveaxis(np.asarray(q_ab, float), -1, 0)
+    # With the half angle h = pitch / 2: (cos h - sin h) exp(i (yaw + roll) / 2), and
+    # (cos h + sin h) exp(i (yaw - roll) / 2); one of them is zero where the pitch is +-pi/2.
+    minus, plus = np.hypot(w - y, x + z), np.hypot(w + y, z - x)
+    half_sum, half_difference = np.arctan2(x + z, w - y), np.arctan2(z - x, w + y)
+    half_sum, half_difference = (
+        np.where(minus > 1e-12, half_sum, half_difference),
+        np.where(plus > 1e-12, half_difference, half_sum),
     )
+    pitch = np.pi / 2.0 - 2.0 * np.arctan2(minus, plus)
+    roll, yaw = wrap(half_sum - half_difference), wrap(half_sum + half_difference)
     return np.stack([roll, pitch, yaw], axis=-1)
 
 
@@ -140,3 +141,8 @@ def from_roll_pitch_yaw(roll_rad, pitch_rad, yaw_rad):
         about([0, 0, 1], yaw_rad),
         multiply(about([0, 1, 0], pitch_rad), about([1, 0, 0], roll_rad)),
     )
+
+
+def wrap(angle_rad):
+    """Return the angle between -pi and pi, shape (...)."""
+    return angle_rad - 2.0 * np.pi * np.round(angle_rad / (2.0 * np.pi))

@@ -100,6 +100,7 @@ def test_roll_pitch_yaw_is_scipys_intrinsic_zyx(q):
     back = rotation.from_roll_pitch_yaw(roll, pitch, yaw)
     # Within 1e-12 of the pole the roll is set to 0.
     assert rotation.angle_between(q, back) < 1e-11
+    assert np.max(np.abs([roll, pitch, yaw])) <= np.pi + ROUNDING
     if np.cos(pitch) > 1e-3:
         expected = Rotation.from_quat(q).as_euler('ZYX')[::-1]
         difference = np.array([roll, pitch, yaw]) - expected

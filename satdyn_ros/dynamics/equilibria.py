@@ -1,0 +1,216 @@
+"""
+Where a gyrostat turns uniformly: permanent rotations and relative equilibria.
+
+A rate omega constant in body axes needs the torque that turns the angular momentum,
+
+    omega x H = (3 mu / r^3) c x I c - m x c + torque,    H = K omega + h,
+
+with K the inertia that turns with the body (System.carrier_inertia), h the rotor's momentum, I
+the whole inertia, c the unit vector from the attracting centre and m the weight moment.
+"""
+
+from itertools import permutations, product
+
+import numpy as np
+from scipy.optimize import brentq
+
+from . import rotation
+from .inertia import principal_axes
+from .orbit import KeplerOrbit
+from .system import State, System
+from .torque import angular_momentum, gravity_gradient
+
+# What a balance may miss, relative to its terms: rounding of a state made from axes and angles.
+ROUNDING = 1e-12
+
+
+def direction(system: System, state: State, orbit_s: float = 0.0) -> np.ndarray:
+    """Return c (3,), the unit vector from the attracting centre to the body, body axes."""
+    return rotation.rotate(rotation.conjugate(state.q_ib), system.orbit.direction(orbit_s))
+
+
+def imbalance(system: System, state: State, orbit_s: float = 0.0) -> np.ndarray:
+    """
+    Return torque - omega x H = K omega' [N m] (3,), body axes, zero where omega stays.
+
+    orbit_s: seconds since the orbit's elements hold.
+    """
+    c = direction(system, state, orbit_s)
+    H = angular_momentum(system, state.omega_bi_b, state.rotor_speed)
+    field = gravity_gradient(system.inertia, c, system.orbit.gradient_at(orbit_s))
+    applied = system.torque_b - system.rotor_torque * system.rotor.axis
+    return np.cross(H, state.omega_bi_b) + field - np.cross(system.weight_moment, c) + applied
+
+
+def is_balanced(system: System, state: State, orbit_s: float = 0.0) -> bool:
+    """Whether omega' is zero to rounding, relative to the sizes of the torques in the balance."""
+    H = angular_momentum(system, state.omega_bi_b, state.rotor_speed)
+    torques = [
+        np.linalg.norm(H) * np.linalg.norm(state.omega_bi_b),
+        system.orbit.gradient_at(orbit_s) * np.max(system.inertia),
+        np.linalg.norm(system.weight_moment),
+        np.linalg.norm(system.torque_b) + abs(system.rotor_torque),
+    ]
+    return bool(np.linalg.norm(imbalance(system, state, orbit_s)) <= ROUNDING * sum(torques))
+
+
+def permanent_rotations(inertia, rate, rotor_momentum=(0.0, 0.0, 0.0)) -> np.ndarray:
+    """
+    Return all omega (M, 3) [rad/s] of size rate about which a free gyrostat turns for ever.
+
+    inertia (3, 3): of what turns with the body; rotor_momentum h [N m s] (3,).  omega x (I omega
+    + h) = 0 makes I omega + h = x omega: in principal axes omega_j = h_j / (x - I_j), with x a
+    root of |omega| = rate or, where h_k = 0, x = I_k and omega_k what is left.  Of the circle of
+    axes that equal moments allow, its principal axes stand for all.
+
+    >>> permanent_rotations(np.diag([1.0, 2.0, 3.0]), 0.1)[:2]
+    array([[ 0.1,  0. ,  0. ],
+           [-0.1,  0. ,  0. ]])
+    """
+    moments, R_bp = _principal_axes_along(np.asarray(rotor_momentum, float), inertia)
+    h = R_bp.T @ rotor_momentum
+    h[np.abs(h) <= ROUNDING * (np.linalg.norm(h) + rate * np.max(moments))] = 0.0
+    found = [omega for k in range(3) if h[k] == 0.0 for omega in _beside(k, moments, h, rate)]
+    active = np.flatnonzero(h)
+    if len(active):
+        found += _with_momentum(active, moments, h, rate)
+    return np.array(found).reshape(-1, 3) @ R_bp.T
+
+
+def _principal_axes_along(h, inertia):
+    """Return moments and principal axes, of equal moments one without any part of h."""
+    moments, R_bp = principal_axes(inertia)
+    for i, j in ((0, 1), (1, 2), (0, 2), (0, 1)):
+        if abs(moments[i] - moments[j]) <= ROUNDING * np.max(moments):
+            along, across = R_bp[:, i], R_bp[:, j]
+            angle = np.arctan2(h @ across, h @ along)
+            turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+            R_bp[:, [i, j]] = R_bp[:, [i, j]] @ turn
+    return moments, R_bp
+
+
+def _beside(k, moments, h, rate):
+    """Return the rotations with I omega + h = I_k omega, in principal axes; h_k is zero."""
+    gap = moments[k] - moments
+    if np.any((gap == 0.0) & (h != 0.0)):
+        return []
+    omega = np.divide(h, gap, out=np.zeros(3), where=gap != 0.0)
+    left = rate**2 - omega @ omega
+    if left < 0.0:
+        return []
+    along = np.sqrt(left) * np.eye(3)[k]
+    return [omega + along, omega - along]
+
+
+def _with_momentum(active, moments, h, rate):
+    """
+    Return the rotations in the span of the axes that have rotor momentum, in principal axes.
+
+    |omega| of x is infinite at every moment I_j, falls outwards from the smallest and largest,
+    and has one minimum between neighbours; x is counted from the nearest I_j, to keep digits.
+    """
+    active = active[np.argsort(moments[active])]
+    h, moments = h[active], moments[active]
+
+    def root(j, outermost, side):
+        """Return omega at the root between I_j and I_j + side * outermost."""
+        innermost = abs(h[j]) / rate * (1.0 - 1e-9)
+        away = moments[j] - moments
+        x = brentq(
+            lambda x: np.linalg.norm(h / (away + side * x)) - rate,
+            innermost,
+            outermost,
+            xtol=1e-300,
+        )
+        omega = np.zeros(3)
+        omega[active] = h / (away + side * x)
+        return omega
+
+    far = np.linalg.norm(h) / rate * (1.0 + 1e-9)
+    found = [root(0, far, -1.0), root(len(h) - 1, far, 1.0)]
+    for j in range(len(h) - 1):
+        away, gap = moments[j] - moments, moments[j + 1] - moments[j]
+        edges = 1e-10 * gap, (1.0 - 1e-10) * gap
+        lowest = brentq(lambda x, away=away: -np.sum(h**2 / (away + x) ** 3), *edges)
+        if np.linalg.norm(h / (away + lowest)) < rate:
+            found += [root(j, lowest, 1.0), root(j + 1, gap - lowest, -1.0)]
+    return found
+
+
+def vertical_rotation_rates(
+    inertia, c_b, gradient=0.0, weight_moment=(0.0, 0.0, 0.0), rotor_momentum=(0.0, 0.0, 0.0)
+) -> np.ndarray | None:
+    """
+    Return the rates W [rad/s] (M,) of uniform rotation about a field's fixed direction c_b (3,).
+
+    c x (W^2 I c + W h - gradient I c - m) = 0; gradient [1/s^2] is 3 mu / r^3.  None: at any rate.
+    A rigid body has W = +-sqrt(gradient) at any c (Agostinelli 1977, nu = 0).
+    """
+    c, I = np.asarray(c_b, float), np.asarray(inertia, float)
+    square, linear = np.cross(c, I @ c), np.cross(c, rotor_momentum)
+    constant = -gradient * square - np.cross(c, weight_moment)
+    sizes = [
+        np.max(I),
+        np.linalg.norm(rotor_momentum),
+        gradient * np.max(I) + np.linalg.norm(weight_moment),
+    ]
+    terms = [
+        term if np.linalg.norm(term) > ROUNDING * size else np.zeros(3)
+        for term, size in zip((square, linear, constant), sizes, strict=True)
+    ]
+    largest = next((term for term in terms if np.any(term)), None)
+    if largest is None:
+        return None
+    rates = np.roots([term @ largest for term in terms])
+    rates = np.sort(rates.real[np.abs(rates.imag) <= ROUNDING * np.abs(rates)])
+    return np.array([W for W in rates if _is_zero([W * W, W, 1.0], terms)])
+
+
+def _is_zero(factors, terms):
+    """Whether the sum of factor * term (3,) is zero but for rounding."""
+    parts = [factor * term for factor, term in zip(factors, terms, strict=True)]
+    size = sum(np.linalg.norm(part) for part in parts)
+    return np.linalg.norm(sum(parts)) <= ROUNDING * size
+
+
+def relative_equilibria(inertia) -> np.ndarray:
+    """
+    Return the attitudes q_lb (24, 4), body to LVLH, at which a rigid body rests on a circle.
+
+    They put the principal axes along those of LVLH; a body of three different moments has no
+    others.  The first has its axes x ahead, y against the normal and z down.
+    """
+    _, R_bp = principal_axes(inertia)
+    attitudes = []
+    for order in permutations(range(3)):
+        for signs in product([1.0, -1.0], repeat=3):
+            R_lp = np.eye(3)[:, order] * signs
+            if np.linalg.det(R_lp) > 0.0:
+                attitudes.append(rotation.from_matrix(R_lp @ R_bp.T))
+    return np.array(attitudes)
+
+
+def equilibrium_momentum(inertia, q_lb, orbital_rate, along_normal=0.0) -> np.ndarray:
+    """
+    Return the rotor momentum h (3,) [N m s], body axes, that holds an attitude on a circle.
+
+    h is relative to the body of whole inertia (3, 3); its part along_normal [N m s] is free.
+    With b = 3 n c x I c - n k x I k it is b x k + h_k k.  ValueError: the gravity gradient has a
+    pitch torque there, which no constant momentum balances.
+    """
+    ahead, down = rotation.rotate(rotation.conjugate(q_lb), np.eye(3)[[0, 2]])
+    c, k = -down, np.cross(-down, ahead)
+    pitch = ahead @ inertia @ c
+    if abs(pitch) > ROUNDING * np.max(inertia):
+        raise ValueError(
+            f'the attitude has the product of inertia {pitch:g} kg m^2 between up and ahead, and '
+            'a constant rotor momentum balances no pitch torque: it must be 0'
+        )
+    b = orbital_rate * (3.0 * np.cross(c, inertia @ c) - np.cross(k, inertia @ k))
+    return np.cross(b, k) + along_normal * k
+
+
+def at_rest_in_lvlh(orbit: KeplerOrbit, q_lb, orbit_s: float = 0.0) -> State:
+    """Return the state of a body that keeps the attitude q_lb (4,) to LVLH, without a rotor."""
+    q_ib = rotation.multiply(orbit.lvlh(orbit_s), q_lb)
+    return State(q_ib, rotation.rotate(rotation.conjugate(q_ib), orbit.lvlh_rate(orbit_s)))

@@ -1,0 +1,139 @@
+"""
+Whether a uniform rotation or relative equilibrium is stable, to first order.
+
+For axes r (up), t (ahead) and n (orbit normal) principal and a rotor momentum h along n, on a
+circular orbit of rate n, the small turns x from LVLH to the body follow (Hughes, Spacecraft
+Attitude Dynamics, 1986)
+
+    I_n x_n'' + 3 n^2 (I_t - I_r) x_n = 0                                                 pitch
+    I_t x_t'' - G x_r' + (4 n^2 (I_n - I_r) + n h) x_t = 0                                roll
+    I_r x_r'' + G x_t' + (n^2 (I_n - I_t) + n h) x_r = 0,  G = n (I_n - I_t - I_r) + h    yaw
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .equilibria import direction
+from .system import State, System
+from .torque import angular_momentum
+
+
+def eigenvalue_squared(inertia, omega, rotor_momentum=(0.0, 0.0, 0.0)) -> float:
+    """
+    Return lambda^2 [1/s^2] of a permanent rotation of a free gyrostat: growth if positive.
+
+    The eigenvalues of the linear equations are 0 and +-lambda.  About the principal axis j with
+    the rotor along it, lambda^2 = -((I_j - I_k) W + h) ((I_j - I_l) W + h) / (I_k I_l), the
+    textbook's (44.10) with the denominator corrected to I_1 I_2 I_3 in place of I_1 I_2^2 I_3.
+
+    >>> eigenvalue_squared(np.diag([1.0, 2.0, 3.0]), [0.0, 1.0, 0.0])
+    0.3333333333333333
+    """
+    H = inertia @ np.asarray(omega) + rotor_momentum
+    matrix = np.linalg.solve(inertia, _cross(H) - _cross(omega) @ inertia)
+    return float(np.trace(matrix @ matrix) / 2.0)
+
+
+def eigenvalues(system: System, state: State, orbit_s: float = 0.0) -> np.ndarray:
+    """
+    Return the six eigenvalues [1/s] of small departures from a steady motion.
+
+    The state is one in which omega and c stay in the body: a relative equilibrium on a circular
+    orbit, a rotation about the fixed direction of the field, rest, or a rotation without field.
+    With x the small turn from the steady attitude, c + c x x is the direction and
+    x' = d omega - omega x x.  Equal eigenvalues of opposite sign and pairs of zeros are split
+    by rounding, by its square root relative to the largest.
+    """
+    omega, c = state.omega_bi_b, direction(system, state, orbit_s)
+    gradient = float(system.orbit.gradient_at(orbit_s))
+    H = angular_momentum(system, omega, state.rotor_speed)
+    I, K = system.inertia, system.carrier_inertia
+    turned = _cross(c)
+    field = gradient * (turned @ I - _cross(I @ c)) - _cross(system.weight_moment)
+    rate_to_rate = np.linalg.solve(K, _cross(H) - _cross(omega) @ K)
+    turn_to_rate = np.linalg.solve(K, field @ turned)
+    return np.linalg.eigvals(np.block([[rate_to_rate, turn_to_rate], [np.eye(3), -_cross(omega)]]))
+
+
+class SmallMotion(NamedTuple):
+    """
+    The squares s^2 [1/s^2] of the eigenvalues of small motion about a relative equilibrium.
+
+    pitch: one, real; roll_yaw (2,): complex where the roots are, fast one first.
+    """
+
+    pitch: float
+    roll_yaw: np.ndarray
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether all motion is oscillation: every s^2 real, negative and different."""
+        fast, slow = self.roll_yaw
+        real = fast.imag == 0.0 and slow.imag == 0.0
+        return bool(self.pitch < 0.0 and real and fast.real < slow.real < 0.0)
+
+    @property
+    def frequencies(self) -> np.ndarray:
+        """Return those of pitch and of fast and slow roll-yaw [rad/s] (3,); nan where none is."""
+        squares = np.array([self.pitch, *self.roll_yaw], complex)
+        oscillates = (squares.imag == 0.0) & (squares.real <= 0.0)
+        return np.where(oscillates, np.sqrt(np.abs(squares.real)), np.nan)
+
+
+def small_motion(I_r, I_t, I_n, orbital_rate, h=0.0) -> SmallMotion:
+    """
+    Return the small motion with the moments I_r up, I_t ahead, I_n along the normal [kg m^2].
+
+    h [N m s]: rotor momentum along the normal, constant; orbital_rate [rad/s].
+
+    >>> small_motion(600, 800, 900, 1.0).frequencies
+    array([0.81649658, 1.43754071, 0.34781609])
+    """
+    n = orbital_rate
+    G = n * (I_n - I_t - I_r) + h
+    yaw, roll = n * n * (I_n - I_t) + n * h, 4.0 * n * n * (I_n - I_r) + n * h
+    # I_r I_t s^4 + (I_r roll + I_t yaw + G^2) s^2 + yaw roll = 0
+    a, b, c = I_r * I_t, I_r * roll + I_t * yaw + G * G, yaw * roll
+    root = np.sqrt(complex(b * b - 4.0 * a * c))
+    # The root without cancellation first, the other by their product.
+    fast = -(b + (root if b >= 0.0 else -root)) / (2.0 * a)
+    slow = c / (a * fast) if fast != 0.0 else fast
+    squares = np.array(sorted([fast, slow], key=abs, reverse=True))
+    return SmallMotion(-3.0 * n * n * (I_t - I_r) / I_n, squares)
+
+
+def is_surely_stable(I_r, I_t, I_n, orbital_rate, h=0.0) -> bool:
+    """Whether the amended potential has a minimum, which suffices without linearisation."""
+    n = orbital_rate
+    return bool(I_t > I_r and n * (I_n - I_t) + h > 0.0 and 4.0 * n * (I_n - I_r) + h > 0.0)
+
+
+def smelt_parameters(I_r, I_t, I_n) -> tuple[float, float]:
+    """Return k_R = (I_n - I_r) / I_t and k_Y = (I_n - I_t) / I_r of a body without a rotor."""
+    return (I_n - I_r) / I_t, (I_n - I_t) / I_r
+
+
+def stability_region(I_r, I_t, I_n) -> str | None:
+    """
+    Return 'Lagrange' or 'DeBra-Delp', the region of stability the moments lie in, or None.
+
+    Lagrange: I_n > I_t > I_r, stable in the non-linear sense.  DeBra and Delp 1961: k_Y < k_R < 0
+    and 1 + 3 k_R + k_R k_Y > 4 sqrt(k_R k_Y), gyroscopic stability, lost with damping.  The
+    boundaries belong to neither.
+
+    >>> stability_region(600, 800, 900)
+    'Lagrange'
+    """
+    k_R, k_Y = smelt_parameters(I_r, I_t, I_n)
+    if k_R > k_Y > 0.0:
+        return 'Lagrange'
+    if 0.0 > k_R > k_Y and 1.0 + 3.0 * k_R + k_R * k_Y > 4.0 * np.sqrt(k_R * k_Y):
+        return 'DeBra-Delp'
+    return None
+
+
+def _cross(a):
+    """Return the matrix of a x."""
+    x, y, z = a
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

@@ -21,7 +21,11 @@ setup(
         (f'share/{package_name}', ['package.xml']),
         (f'share/{package_name}/launch', sorted(glob('launch/*.launch.py'))),
         (f'share/{package_name}/config', sorted(glob('config/*.*'))),
-        (f'share/{package_name}/msg_examples', sorted(glob('msg_examples/*.yaml'))),
+        (f'share/{package_name}/msg_examples/topics', sorted(glob('msg_examples/topics/*.yaml'))),
+        (
+            f'share/{package_name}/msg_examples/services',
+            sorted(glob('msg_examples/services/*.yaml')),
+        ),
     ],
     zip_safe=False,
     install_requires=['mcap>=1.6', 'numba', 'numpy', 'PyYAML', 'rich', 'scipy'],

@@ -19,12 +19,9 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (f'share/{package_name}', ['package.xml']),
-        (f'share/{package_name}/launch', sorted(glob('launch/*.launch.py'))),
-        (f'share/{package_name}/config', sorted(glob('config/*.*'))),
-        (f'share/{package_name}/msg_examples/topics', sorted(glob('msg_examples/topics/*.yaml'))),
-        (
-            f'share/{package_name}/msg_examples/services',
-            sorted(glob('msg_examples/services/*.yaml')),
+        *(
+            (f'share/{package_name}/{folder}', sorted(glob(f'{folder}/*.*')))
+            for folder in ('launch', 'config', 'msg_examples/topics', 'msg_examples/services')
         ),
     ],
     zip_safe=False,

@@ -13,8 +13,12 @@ import satdyn_ros
 
 ROOT = Path(__file__).parent.parent
 
-# What is imported under another name than the one it is installed by.
-PROVIDES = {'pyyaml': {'yaml'}, 'mcap': {'mcap', 'lz4', 'zstandard'}}
+# What is imported under another name than the one it is installed by, and what it always brings.
+PROVIDES = {
+    'pyyaml': {'yaml'},
+    'mcap': {'mcap', 'lz4', 'zstandard'},
+    'numba': {'numba', 'llvmlite'},
+}
 
 
 @pytest.fixture
@@ -77,8 +81,8 @@ def test_everything_shipped_is_installed(distribution):
     shipped = {
         str(path.relative_to(ROOT))
         for folder in ('launch', 'config', 'msg_examples')
-        for path in (ROOT / folder).glob('*')
-        if path.is_file()
+        for path in (ROOT / folder).rglob('*.*')
+        if path.suffix != '.pyc'
     }
     assert shipped <= installed
     assert {'package.xml', 'resource/satdyn_ros'} <= installed

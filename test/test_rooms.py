@@ -15,11 +15,13 @@ ROOMS = [
     'exact',
     'keys',
     'ticks',
+    'ros_yaml',
     'scenario',
     'events',
     'simulation',
     'messages',
     'bag',
+    'offline',
     'ros',
     'sweep',
     'report',
@@ -29,9 +31,8 @@ ROOMS = [
 
 
 def room_of(module):
-    """Return the room of the dotted name 'satdyn_ros.room.file', None for the front door."""
-    parts = module.split('.')
-    return parts[1] if len(parts) > 1 else None
+    """Return the room of the dotted name 'satdyn_ros.room.file'."""
+    return module.split('.')[1]
 
 
 def own_imports(path):
@@ -39,12 +40,13 @@ def own_imports(path):
     here = ['satdyn_ros', *path.relative_to(PACKAGE).with_suffix('').parts]
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names if alias.name.startswith('satdyn_ros'))
+            yield from (alias.name for alias in node.names if alias.name.startswith('satdyn_ros.'))
         elif isinstance(node, ast.ImportFrom):
             base = here[: -node.level] if node.level else []
             module = '.'.join([*base, *([node.module] if node.module else [])])
             if module == 'satdyn_ros':
-                yield from (f'{module}.{alias.name}' for alias in node.names)
+                names = [alias.name for alias in node.names if alias.name != '__version__']
+                yield from (f'{module}.{name}' for name in names)
             elif module.startswith('satdyn_ros.'):
                 yield module
 

@@ -1,6 +1,5 @@
 """One validated description of a run, from and to YAML and plain dictionaries."""
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -12,6 +11,7 @@ from typing import Any
 import numpy as np
 import yaml
 
+from . import ros_yaml
 from .dynamics import inertia, rotation
 from .dynamics.integrals import first_integrals
 from .dynamics.motion import Motion, States
@@ -93,12 +93,7 @@ class Scenario:
     @classmethod
     def from_yaml(cls, path: str | Path) -> 'Scenario':
         """Return the scenario of a ROS 2 parameter file; ValueError: see the class."""
-        try:
-            text = Path(path).read_text()
-        except (OSError, UnicodeDecodeError) as error:
-            reason = getattr(error, 'strerror', None) or 'it is not a text file'
-            raise ValueError(f'the scenario {path} cannot be read: {reason}') from None
-        return cls.from_yaml_text(text, str(path))
+        return cls.from_yaml_text(ros_yaml.read_text(path, 'the scenario'), str(path))
 
     @classmethod
     def from_yaml_text(cls, text: str, origin: str = 'scenario') -> 'Scenario':
@@ -246,12 +241,7 @@ def parameters_of_yaml(text: str, origin: str) -> dict[str, Any]:
 
     The sections /**, satdyn and /satdyn count, in this order.  ValueError: no such file.
     """
-    try:
-        document = yaml.load(text, _Loader)
-    except yaml.YAMLError as error:
-        where = getattr(error, 'problem_mark', None)
-        line = f' at line {where.line + 1}' if where else ''
-        raise ValueError(f'{origin} is no YAML{line}: {_problem(error)}') from None
+    document = ros_yaml.load(text, origin)
     if not isinstance(document, Mapping):
         raise ValueError(f'{origin} is no parameter file: it takes sections such as /**')
     found = [document[name] for name in ('/**', 'satdyn', '/satdyn') if name in document]
@@ -275,25 +265,6 @@ def flattened(nested: Mapping[str, Any], prefix: str = ''):
             yield from flattened(value, f'{prefix}{name}.')
         else:
             yield f'{prefix}{name}', value
-
-
-class _Loader(yaml.SafeLoader):
-    """YAML whose numbers are those of ROS: 1e-3 and 3.9e14 are numbers too."""
-
-
-_Loader.yaml_implicit_resolvers = {
-    first: [(tag, regexp) for tag, regexp in resolvers if tag != 'tag:yaml.org,2002:timestamp']
-    for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
-}
-_Loader.add_implicit_resolver(
-    'tag:yaml.org,2002:float',
-    re.compile(r'[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)[eE][-+]?[0-9]+$'),
-    list('-+.0123456789'),
-)
-
-
-def _problem(error):
-    return getattr(error, 'problem', None) or 'it cannot be parsed'
 
 
 def _unit(values, name, allowed_error):

@@ -6,7 +6,6 @@ as tables, so that the cost of a message is that of copying it.
 """
 
 import io
-from collections.abc import Iterator
 
 import lz4.frame
 import numpy as np
@@ -48,7 +47,8 @@ class Contents:
         self.data = data[: starts[-1]]
         self._starts = starts[:-1]
         self._opcodes = data[self._starts]
-        self.offsets = self._starts[self._opcodes == Opcode.MESSAGE]
+        has_head = np.diff(starts) >= HEAD.itemsize
+        self.offsets = self._starts[(self._opcodes == Opcode.MESSAGE) & has_head]
         self.heads = _gather(data, self.offsets, HEAD.itemsize).view(HEAD)[:, 0]
 
     @property
@@ -59,12 +59,10 @@ class Contents:
             return 0, 0
         return int(np.min(log_times)), int(np.max(log_times))
 
-    def declarations(self) -> Iterator[Schema | Channel]:
-        """Yield the schemas and channels."""
-        for start in self._starts[np.isin(self._opcodes, (Opcode.SCHEMA, Opcode.CHANNEL))]:
-            stream = ReadDataStream(io.BytesIO(self.data[start + _PREFIX :].data))
-            record = Schema if self.data[start] == Opcode.SCHEMA else Channel
-            yield record.read(stream)
+    def declarations(self) -> tuple[dict[int, Schema], dict[int, Channel]]:
+        """Return the schemas and the channels by their ids."""
+        schemas, channels = self._declared(Schema), self._declared(Channel)
+        return {schema.id: schema for schema in schemas}, {c.id: c for c in channels}
 
     def channel_ids(self) -> np.ndarray:
         """Return the channels that have messages, in ascending order."""
@@ -84,6 +82,11 @@ class Contents:
             return log_times, _gather(self.data, begins, lengths[0])
         ends = begins + lengths
         return log_times, [self.data[i:j].tobytes() for i, j in zip(begins, ends, strict=True)]
+
+    def _declared(self, kind):
+        opcode = Opcode.SCHEMA if kind is Schema else Opcode.CHANNEL
+        for start in self._starts[self._opcodes == opcode]:
+            yield kind.read(ReadDataStream(io.BytesIO(self.data[start + _PREFIX :].data)))
 
 
 def compress(compression: str, data) -> bytes:
@@ -115,10 +118,15 @@ def decompress(compression: str, data: bytes, size: int) -> np.ndarray:
 
 def decompress_begin(compression: str, data: bytes) -> np.ndarray:
     """Return as much of a chunk's contents (N,) uint8 as can be had where data is cut off."""
-    if compression == 'zstd':
-        data = zstandard.ZstdDecompressor().decompressobj().decompress(data)
-    elif compression == 'lz4':
-        data = lz4.frame.LZ4FrameDecompressor().decompress(data)
+    try:
+        if compression == 'zstd':
+            data = zstandard.ZstdDecompressor().decompressobj().decompress(data)
+        elif compression == 'lz4':
+            data = lz4.frame.LZ4FrameDecompressor().decompress(data)
+        elif compression:
+            data = b''
+    except (zstandard.ZstdError, RuntimeError):
+        data = b''
     return np.frombuffer(data, np.uint8)
 
 

@@ -33,8 +33,8 @@ class McapFile:
     """
     A file that is complete after finish(); what was written before is with the system at once.
 
-    schemas, channels: what the summary lists, by id.  statistics: of what was written so far.
-    size: bytes written.  OSError: the file exists, or cannot be written.
+    schemas, channels: what the summary lists, by id.  statistics, metadata_names, size [bytes]: of
+    what was written so far.  OSError: the file exists, or cannot be written.
     """
 
     def __init__(self, path: Path, header: Header):
@@ -43,6 +43,7 @@ class McapFile:
         self.schemas: dict[int, Schema] = {}
         self.channels: dict[int, Channel] = {}
         self.statistics = Statistics(0, 0, {}, 0, 0, 0, 0, 0, 0)
+        self.metadata_names: list[str] = []
         self._chunk_indexes = RecordBuilder()
         self._metadata_indexes = RecordBuilder()
         self._file = open(path, 'xb', buffering=0)  # noqa: SIM115
@@ -54,6 +55,7 @@ class McapFile:
         start = self.size
         self._write_record(Metadata(name, mapping))
         MetadataIndex(start, self.size - start, name).write(self._metadata_indexes)
+        self.metadata_names.append(name)
         self.statistics.metadata_count += 1
 
     def write_chunk(self, contents: np.ndarray, compression: str, data: bytes | None = None):
@@ -133,9 +135,9 @@ class McapFile:
 
     def _count(self, contents):
         """Take what a chunk declares and holds into the summary."""
-        for record in contents.declarations():
-            known = self.schemas if isinstance(record, Schema) else self.channels
-            known.setdefault(record.id, record)
+        schemas, channels = contents.declarations()
+        self.schemas |= schemas
+        self.channels |= channels
         statistics, (first_ns, last_ns) = self.statistics, contents.span_ns
         statistics.chunk_count += 1
         if len(contents.heads) == 0:

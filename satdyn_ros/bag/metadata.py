@@ -42,12 +42,12 @@ class TopicMetadata:
         return Channel(channel_id, self.name, 'cdr', metadata, schema_id)
 
     @classmethod
-    def from_records(cls, channel: Channel, schema: Schema) -> 'TopicMetadata':
-        """Return the topic that a channel and its schema describe."""
+    def from_records(cls, channel: Channel, schema: Schema | None) -> 'TopicMetadata':
+        """Return the topic that a channel and its schema, if it has one, describe."""
         return cls(
             channel.topic,
-            schema.name,
-            schema.data.decode(),
+            schema.name if schema else '',
+            schema.data.decode() if schema else '',
             channel.metadata.get('topic_type_hash', ''),
             channel.metadata.get('offered_qos_profiles', ''),
         )
@@ -101,7 +101,7 @@ class BagMetadata:
                 _list('relative_file_paths', [_scalar(file.path) for file in self.files]),
                 _list('files', [_file(file) for file in self.files]),
                 _map('custom_data', self.custom_data),
-                f'ros_distro: {self.ros_distro}',
+                f'ros_distro: {_scalar(self.ros_distro)}',
             ]
         )
 

@@ -11,8 +11,9 @@ from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 from mcap.data_stream import ReadDataStream
-from mcap.exceptions import EndOfFile
+from mcap.exceptions import EndOfFile, McapError
 from mcap.opcode import Opcode
+from mcap.reader import SeekingReader
 from mcap.records import (
     Attachment,
     Channel,
@@ -23,6 +24,7 @@ from mcap.records import (
     Metadata,
     Schema,
 )
+from mcap.summary import Summary
 from mcap.writer import MCAP0_MAGIC
 
 from .chunk import CHUNK_SIZE, Contents, decompress, decompress_begin
@@ -96,6 +98,15 @@ def scan(path: Path) -> Iterator[McapRecord | Block]:
                 yield _IN_SUMMARY[raw.opcode].read(raw.stream)
         if file.read() != MCAP0_MAGIC:
             raise Incomplete(f'{path} ends in mid-write; satdyn recover completes it')
+
+
+def read_summary(path: Path) -> Summary | None:
+    """Return the summary of a complete file; None: it has none."""
+    with open(path, 'rb') as file:
+        try:
+            return SeekingReader(file).get_summary()
+        except (McapError, OSError, ValueError, struct.error):
+            return None
 
 
 def _raw_records(file: BinaryIO) -> Iterator[_Raw]:

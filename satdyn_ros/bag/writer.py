@@ -6,16 +6,14 @@ from pathlib import Path
 
 import mcap
 import numpy as np
-from mcap.records import Header
+from mcap.records import Channel, Header, Schema
 
 from . import metadata
 from .chunk import COMPRESSIONS
 from .chunk_builder import ChunkBuilder
 from .mcap_file import McapFile
 from .metadata import BagMetadata, FileInformation, TopicMetadata
-
-SCENARIO = 'satdyn_ros/scenario'
-SNAPSHOT = 'satdyn_ros/snapshot'
+from .run import SCENARIO, SNAPSHOT
 
 _HEADER = Header('ros2', f'satdyn_ros; mcap-python {mcap.__version__}')
 _NEVER_NS = 2**62
@@ -25,7 +23,7 @@ class BagWriter:
     """
     Write a bag into a new directory: <name>_0.mcap, <name>_1.mcap ... and metadata.yaml.
 
-    topics: what may be recorded; their order is that of the messages of a tick.  max_size_bytes,
+    topics: what is recorded; those without messages are listed too.  max_size_bytes,
     max_duration_s: a new file begins when the running one has reached this size, or would span
     more than this time; 0: never.  provenance: what made the bag; every file begins with it.
 
@@ -48,29 +46,37 @@ class BagWriter:
             known = ', '.join(COMPRESSIONS)
             raise ValueError(f'record.compression is {compression!r}; it is one of {known}')
         self.directory = Path(directory)
-        self._topics = topics
-        self._ids = {topic.name: i for i, topic in enumerate(topics, 1)}
-        types = list(dict.fromkeys(topic.type for topic in topics))
-        self._schemas = {}
-        self._channels = {}
-        for topic in topics:
-            schema_id = types.index(topic.type) + 1
-            self._schemas[schema_id] = topic.schema_record(schema_id)
-            channel_id = self._ids[topic.name]
-            self._channels[channel_id] = topic.channel_record(channel_id, schema_id)
+        self._topics: dict[str, TopicMetadata] = {}
+        self._schemas: dict[str, Schema] = {}
+        self._channels: dict[str, Channel] = {}
         self._compression = '' if compression == 'none' else compression
         self._max_size_bytes = max_size_bytes
         self._max_duration_ns = round(max_duration_s * 1e9) or _NEVER_NS
         self._provenance = dict(provenance or {})
         self._metadata = BagMetadata([], self._provenance)
-        self._counts = dict.fromkeys(self._ids, 0)
+        self._counts: dict[str, int] = {}
         self._chunk = ChunkBuilder()
-        self._declared: set[str] = set()
+        self._in_file: set[str] = set()
         self._wants_snapshot = True
         self._failure: str | None = None
         self._make_directory()
         with self._telling():
             self._begin_file()
+        for topic in topics:
+            self.add_topic(topic)
+
+    def add_topic(self, topic: TopicMetadata) -> None:
+        """Take in a topic; one that is known already stays as it is."""
+        if topic.name in self._topics:
+            return
+        schema_id = len(self._schemas) + 1
+        schema = self._schemas.setdefault(topic.type, topic.schema_record(schema_id))
+        channel = topic.channel_record(len(self._channels) + 1, schema.id)
+        self._topics[topic.name] = topic
+        self._channels[topic.name] = channel
+        self._counts[topic.name] = 0
+        self._file.schemas[schema.id] = schema
+        self._file.channels[channel.id] = channel
 
     def write(
         self,
@@ -81,10 +87,10 @@ class BagWriter:
         """
         Write the messages of ticks: stamps_ns (N,), and by topic N rows of one message's bytes.
 
+        The topics of a tick follow each other as in rows.
         snapshot(i): what a file that begins with tick i of these is told of the run.
         """
-        by_channel = {i: rows[name] for name, i in self._ids.items() if name in rows}
-        if not by_channel:
+        if not rows:
             return
         with self._telling():
             done = 0
@@ -97,14 +103,13 @@ class BagWriter:
                     self._wants_snapshot = False
                 last_ns = self._first_ns(int(stamps_ns[done])) + self._max_duration_ns
                 fits = slice(done, np.searchsorted(stamps_ns, last_ns, side='right'))
-                messages = {i: row[fits] for i, row in by_channel.items()}
+                messages = {topic: row[fits] for topic, row in rows.items()}
                 done += self._add_ticks(stamps_ns[fits], messages)
 
     def write_message(self, topic: str, stamp_ns: int, data: bytes) -> None:
         """Write one message, as of an input ahead of the messages of its tick."""
         with self._telling():
-            self._declare(self._ids[topic])
-            self._chunk.add_message(self._ids[topic], stamp_ns, data)
+            self._chunk.add_message(self._declared(topic), stamp_ns, data)
             self._count([topic], 1, stamp_ns, stamp_ns)
 
     def write_metadata(self, name: str, mapping: Mapping[str, str]) -> None:
@@ -123,7 +128,7 @@ class BagWriter:
             return
         with self._telling():
             self._end_file()
-            self._metadata.write(self.directory, self._topics, self._counts)
+            self._metadata.write(self.directory, tuple(self._topics.values()), self._counts)
 
     def __enter__(self) -> 'BagWriter':
         return self
@@ -162,9 +167,9 @@ class BagWriter:
         name = f'{self.directory.resolve().name}_{len(self._metadata.files)}.mcap'
         self._metadata.files.append(FileInformation(name))
         self._file = McapFile(self.directory / name, _HEADER)
-        self._file.schemas.update(self._schemas)
-        self._file.channels.update(self._channels)
-        self._declared = set()
+        self._file.schemas |= {schema.id: schema for schema in self._schemas.values()}
+        self._file.channels |= {channel.id: channel for channel in self._channels.values()}
+        self._in_file = set()
         self._wants_snapshot = True
         self._file.write_metadata(metadata.NAME, self._metadata.record())
         if self._provenance:
@@ -172,7 +177,7 @@ class BagWriter:
 
     def _end_file(self):
         self._end_chunk()
-        record = self._metadata.record(self._topics, self._counts)
+        record = self._metadata.record(tuple(self._topics.values()), self._counts)
         self._file.write_metadata(metadata.NAME, record)
         self._file.finish()
 
@@ -188,21 +193,19 @@ class BagWriter:
 
     def _add_ticks(self, stamps_ns, messages):
         """Write as many of the ticks as the running chunk takes; return how many."""
-        for channel_id in messages:
-            self._declare(channel_id)
-        count = self._chunk.add_ticks(stamps_ns, messages)
-        topics = [self._channels[i].topic for i in messages]
-        self._count(topics, count, int(stamps_ns[0]), int(stamps_ns[count - 1]))
+        by_channel = {self._declared(topic): rows for topic, rows in messages.items()}
+        count = self._chunk.add_ticks(stamps_ns, by_channel)
+        self._count(messages, count, int(stamps_ns[0]), int(stamps_ns[count - 1]))
         return count
 
-    def _declare(self, channel_id):
-        """Write a channel, and its schema, ahead of its first message in a file."""
-        channel = self._channels[channel_id]
-        schema = self._schemas[channel.schema_id]
-        for key, record in ((schema.name, schema), (channel.topic, channel)):
-            if key not in self._declared:
+    def _declared(self, topic):
+        """Return a topic's channel; ahead of its first message a file declares it."""
+        channel, schema = self._channels[topic], self._schemas[self._topics[topic].type]
+        for key, record in ((schema.name, schema), (topic, channel)):
+            if key not in self._in_file:
                 self._chunk.add_record(record)
-                self._declared.add(key)
+                self._in_file.add(key)
+        return channel.id
 
     def _count(self, topics, count, first_ns, last_ns):
         for topic in topics:

@@ -1,0 +1,103 @@
+"""The run that a bag holds: its scenario, where it begins, and what happened in it."""
+
+import json
+from collections.abc import Iterator
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from mcap.records import Metadata
+
+from ..events import Event, RotorTorque, Torque
+from ..messages.topics import TOPICS
+from ..scenario import Scenario
+from ..simulation import Simulation
+from ..ticks import Ticks
+from . import run
+from .reader import Bag, Messages, TopicBlock
+
+_INPUTS = ('torque', 'rotor_torque')
+
+
+class RecordedRun:
+    """
+    The run in a bag of ours.
+
+    scenario: with the epoch resolved.  names: the topics' names in the bag by those in the
+    scenario.  machine: what the bits depended on beside the scenario.  snapshot: the begin of the
+    bag, as Simulation.snapshot; None if it has no samples.  ValueError: path is no such bag.
+    """
+
+    def __init__(self, path: str | Path):
+        self.bag = Bag(path)
+        begin = self._begin()
+        if run.SCENARIO not in begin:
+            raise ValueError(f'{path} holds no scenario: it was not written by satdyn')
+        provenance = begin[run.SCENARIO]
+        self.scenario = Scenario.from_yaml_text(provenance['scenario'], str(path))
+        self.names: dict[str, str] = json.loads(provenance['topics'])
+        self.machine: dict[str, str] = json.loads(provenance['machine'])
+        self.snapshot: dict[str, Any] | None = None
+        if run.SNAPSHOT in begin:
+            self.snapshot = run.from_record(begin[run.SNAPSHOT])
+        self.ticks = Ticks(self.scenario.rate, self.scenario.epoch_ns)
+
+    @cached_property
+    def events(self) -> list[Event]:
+        """What happened in the run, in its order."""
+        happened: list[Event] = []
+        for item in self.bag.items():
+            if isinstance(item, TopicBlock):
+                happened += self._inputs(item)
+            elif item.name == run.EVENT:
+                happened.append(run.event_from_record(item.metadata))
+        return happened
+
+    def simulation(self) -> Simulation:
+        """Return the run from the bag's begin on, with all that happened after it."""
+        if self.snapshot is None or self.snapshot['tick'] == 0:
+            return Simulation(self.scenario, self.events)
+        later = [event for event in self.events if event.tick > self.snapshot['tick']]
+        return Simulation.from_snapshot(self.scenario, self.snapshot, later)
+
+    def rows(self, name: str, messages: Messages) -> np.ndarray:
+        """
+        Return messages of a topic, by its name in the scenario, as rows of its layout, (N,).
+
+        ValueError: they are none that satdyn writes.
+        """
+        layout = TOPICS[name].packer(self.scenario.frames, self.scenario.system).dtype
+        data = messages.data
+        if not isinstance(data, np.ndarray) or data.shape[1] != layout.itemsize:
+            raise ValueError(
+                f'{self.bag.path} has messages on {self.names[name]} that are foreign'
+            )
+        return data.view(layout)[:, 0]
+
+    def _begin(self) -> dict[str, dict[str, str]]:
+        """Return the first metadata record of each name ahead of the first sample."""
+        records: dict[str, dict[str, str]] = {}
+        for item in self.bag.items():
+            if isinstance(item, Metadata):
+                records.setdefault(item.name, item.metadata)
+                continue
+            names = json.loads(records.get(run.SCENARIO, {}).get('topics', '{}'))
+            inputs = {names.get(name) for name in _INPUTS}
+            if not item.by_topic().keys() <= inputs:
+                break
+        return records
+
+    def _inputs(self, block: TopicBlock) -> Iterator[Event]:
+        messages = block.by_topic()
+        for name in _INPUTS:
+            if self.names[name] not in messages:
+                continue
+            received = messages[self.names[name]]
+            rows = self.rows(name, received)
+            for stamp_ns, row in zip(received.log_times_ns.tolist(), rows, strict=True):
+                tick = self.ticks.tick_of(stamp_ns)
+                if name == 'torque':
+                    yield Torque(tick, tuple(row['wrench.torque'].tolist()))
+                else:
+                    yield RotorTorque(tick, float(row['data']))

@@ -1,0 +1,98 @@
+"""A run on its way into a bag: the same for the node and for runs without ROS."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..events import Event, RotorTorque, Topics, Torque
+from ..messages import qos, schemas
+from ..messages.topics import TOPICS, pack_rotor_torque, pack_torque
+from ..scenario import Scenario
+from . import run
+from .metadata import TopicMetadata
+from .writer import BagWriter
+
+_INPUTS = tuple(name for name, topic in TOPICS.items() if topic.role == 'input')
+_RECORDED = tuple(name for name, topic in TOPICS.items() if topic.role in ('state', 'input'))
+
+
+class Recording:
+    """
+    Write a run into a new bag directory, as its scenario's record.* says.
+
+    scenario: with the epoch resolved.  topics: those recorded from the begin, by their names in
+    the scenario.  resolve: a name in the scenario to that of the topic.  OSError: as BagWriter.
+    """
+
+    def __init__(
+        self,
+        directory: str | Path,
+        scenario: Scenario,
+        topics: tuple[str, ...],
+        resolve: Callable[[str], str] = lambda name: f'/{name}',
+    ):
+        self._scenario = scenario
+        self._names = {name: resolve(name) for name in _RECORDED}
+        self._writer = BagWriter(
+            directory,
+            [self._metadata(name) for name in (*topics, *_INPUTS)],
+            compression=scenario['record.compression'],
+            max_size_bytes=scenario['record.max_size_bytes'],
+            max_duration_s=scenario['record.max_duration_s'],
+            provenance=run.provenance(scenario, self._names),
+        )
+
+    @property
+    def directory(self) -> Path:
+        """The bag's directory."""
+        return self._writer.directory
+
+    def event(self, event: Event, stamp_ns: int) -> None:
+        """Write what happened at the tick of a stamp, ahead of the tick's samples."""
+        match event:
+            case Torque():
+                data = pack_torque(stamp_ns, event.torque_b, self._scenario.frames)
+                self._writer.write_message(self._names['torque'], stamp_ns, data)
+            case RotorTorque():
+                data = pack_rotor_torque(event.torque)
+                self._writer.write_message(self._names['rotor_torque'], stamp_ns, data)
+            case _:
+                self._writer.write_metadata(run.EVENT, run.event_record(event))
+        if isinstance(event, Topics):
+            for name in event.names:
+                self._writer.add_topic(self._metadata(name))
+
+    def samples(
+        self,
+        stamps_ns: np.ndarray,
+        rows: Mapping[str, np.ndarray],
+        snapshot: Callable[[int], Mapping[str, Any]],
+    ) -> None:
+        """
+        Write the messages of ticks: stamps_ns (N,) and, by name in the scenario, N rows each.
+
+        snapshot(i): Simulation.snapshot of tick i of these; it is asked where a file begins.
+        """
+        by_topic = {self._names[name]: messages for name, messages in rows.items()}
+        self._writer.write(stamps_ns, by_topic, lambda i: run.to_record(snapshot(i)))
+
+    def flush(self) -> None:
+        """Hand all that was written to the system, where it outlives this process."""
+        self._writer.flush()
+
+    def close(self) -> None:
+        """Complete the bag."""
+        self._writer.close()
+
+    def _metadata(self, name):
+        topic = TOPICS[name]
+        quality = qos.INPUTS if topic.role == 'input' else qos.state_topics(self._scenario.rate)
+        return TopicMetadata(
+            self._names[name],
+            topic.type,
+            schemas.schema_text(topic.type),
+            schemas.type_hash(topic.type),
+            quality.to_yaml(),
+        )

@@ -47,7 +47,7 @@ def is_balanced(system: System, state: State, orbit_s: float = 0.0) -> bool:
     H = angular_momentum(system, state.omega_bi_b, state.rotor_speed)
     torques = [
         np.linalg.norm(H) * np.linalg.norm(state.omega_bi_b),
-        system.orbit.gradient_at(orbit_s) * np.max(system.inertia),
+        abs(system.orbit.gradient_at(orbit_s)) * np.max(system.inertia),
         np.linalg.norm(system.weight_moment),
         np.linalg.norm(system.torque_b) + abs(system.rotor_torque),
     ]
@@ -152,7 +152,7 @@ def vertical_rotation_rates(
     sizes = [
         np.max(I),
         np.linalg.norm(rotor_momentum),
-        gradient * np.max(I) + np.linalg.norm(weight_moment),
+        abs(gradient) * np.max(I) + np.linalg.norm(weight_moment),
     ]
     terms = [
         term if np.linalg.norm(term) > ROUNDING * size else np.zeros(3)

@@ -88,7 +88,7 @@ def small_motion(I_r, I_t, I_n, orbital_rate, h=0.0) -> SmallMotion:
     h [N m s]: rotor momentum along the normal, constant; orbital_rate [rad/s].
 
     >>> small_motion(600, 800, 900, 1.0).frequencies
-    array([0.81649658, 1.43754071, 0.34781609])
+    array([0.81649658, 1.43754092, 0.34781619])
     """
     n = orbital_rate
     G = n * (I_n - I_t - I_r) + h

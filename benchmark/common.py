@@ -1,0 +1,63 @@
+"""What the benchmarks share: contenders in turn, medians of CPU time, a table of ratios."""
+
+import statistics
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Claim:
+    """One line of the results: peer over ours, and what it must reach (or stay below)."""
+
+    what: str
+    ours: str
+    peer: str
+    ratio: float
+    must: float
+    aim: float | None = None
+    at_most: bool = False
+
+    @property
+    def holds(self) -> bool:
+        """Whether the ratio is what it must be."""
+        return self.ratio <= self.must if self.at_most else self.ratio >= self.must
+
+    def row(self) -> str:
+        """Return the claim as a row of a Markdown table."""
+        bound = f'{"at most" if self.at_most else "at least"} {self.must:g}'
+        aim = '' if self.aim is None else f', aim {self.aim:g}'
+        verdict = 'yes' if self.holds else '**no**'
+        return (
+            f'| {self.what} | {self.ours} | {self.peer} | {self.ratio:.3g} | {bound}{aim} '
+            f'| {verdict} |'
+        )
+
+
+HEADER = '| what | ours | peer | ratio | must | holds |\n| --- | --- | --- | --- | --- | --- |'
+
+
+def medians(contenders: dict[str, Callable[[], object]], rounds: int = 7) -> dict[str, float]:
+    """Return each contender's median CPU seconds over rounds in which all take turns."""
+    for run in contenders.values():
+        run()
+    seconds: dict[str, list[float]] = {name: [] for name in contenders}
+    for _ in range(rounds):
+        for name, run in contenders.items():
+            begin = time.process_time()
+            run()
+            seconds[name].append(time.process_time() - begin)
+    return {name: statistics.median(values) for name, values in seconds.items()}
+
+
+def milliseconds(seconds: float) -> str:
+    """Return seconds as a text in milliseconds."""
+    return f'{seconds * 1e3:.3g} ms'
+
+
+def show(claims: list[Claim]) -> list[Claim]:
+    """Print claims as a table and return them."""
+    print(HEADER)
+    for claim in claims:
+        print(claim.row())
+    return claims

@@ -1,0 +1,216 @@
+"""The propagation beside SciPy, heyoka and Basilisk, at the same error of the attitude."""
+
+import time
+
+import heyoka as hy
+import numpy as np
+from common import Claim, medians, milliseconds, show
+from problem import (
+    DURATION_S,
+    GRID_S,
+    MAX_ERROR_RAD,
+    START,
+    error_rad,
+    heyoka_equations,
+    right_hand_side,
+    right_hand_side_floats,
+    system,
+    truth,
+)
+from scipy.integrate import solve_ivp
+
+from satdyn_ros.dynamics.propagator import Propagation
+from satdyn_ros.dynamics.rotor import Rotor
+
+# The loosest tolerances with which each stays within MAX_ERROR_RAD, which every run checks.
+OURS, SCIPY, HEYOKA = 3e-13, 1e-13, 5e-12
+
+Y_0 = np.concatenate([START.q_ib, START.omega_bi_b])
+
+
+def ours(t_s, of=None, tolerance=OURS):
+    """Propagate to t_s; return attitudes."""
+    return Propagation(of or system(), START, tolerance=tolerance).at(t_s).q_ib
+
+
+def scipy_dop853(f, t_s):
+    """Integrate f with SciPy's DOP853; return attitudes at t_s."""
+    solution = solve_ivp(
+        f, (0.0, DURATION_S), Y_0, 'DOP853', t_eval=t_s, rtol=SCIPY, atol=SCIPY * 1e-2
+    )
+    return solution.y[:4].T
+
+
+class Heyoka:
+    """heyoka's adaptive Taylor integrator, compiled once."""
+
+    def __init__(self):
+        self.integrator = hy.taylor_adaptive(heyoka_equations(), Y_0, tol=HEYOKA)
+
+    def _begin(self):
+        self.integrator.time = 0.0
+        self.integrator.state[:] = Y_0
+
+    def final(self):
+        """Return the last attitude."""
+        self._begin()
+        self.integrator.propagate_until(DURATION_S)
+        return self.integrator.state[None, :4]
+
+    def grid(self):
+        """Return the attitudes of propagate_grid."""
+        self._begin()
+        return self.integrator.propagate_grid(GRID_S)[-1][:, :4]
+
+    def c_output(self):
+        """Return the attitudes of the continuous output."""
+        self._begin()
+        output = self.integrator.propagate_until(DURATION_S, c_output=True)[4]
+        return output(GRID_S)[:, :4]
+
+
+def basilisk():
+    """Run Basilisk's RK4 with 0.1 s steps and a recorder (no rotor: it has none of this kind)."""
+    from Basilisk.simulation import GravityGradientEffector, spacecraft
+    from Basilisk.utilities import SimulationBaseClass, macros, orbitalMotion, simIncludeGravBody
+
+    sim = SimulationBaseClass.SimBaseClass()
+    process = sim.CreateNewProcess('dynamics')
+    process.addTask(sim.CreateNewTask('task', macros.sec2nano(0.1)))
+    body = spacecraft.Spacecraft()
+    body.hub.mHub = 500.0
+    body.hub.IHubPntBc_B = [[900.0, 0.0, 0.0], [0.0, 800.0, 0.0], [0.0, 0.0, 600.0]]
+    gravity = simIncludeGravBody.gravBodyFactory()
+    earth = gravity.createEarth()
+    earth.isCentralBody = True
+    gravity.addBodiesTo(body)
+    elements = orbitalMotion.ClassicElements()
+    elements.a, elements.e = system().orbit.semi_major_axis, 0.0
+    elements.i = elements.Omega = elements.omega = elements.f = 0.0
+    r, v = orbitalMotion.elem2rv(earth.mu, elements)
+    body.hub.r_CN_NInit, body.hub.v_CN_NInit = r, v
+    body.hub.sigma_BNInit = [[0.1], [0.2], [-0.3]]
+    body.hub.omega_BN_BInit = [[0.01], [0.02], [-0.015]]
+    gradient = GravityGradientEffector.GravityGradientEffector()
+    gradient.addPlanetName(earth.planetName)
+    body.addDynamicEffector(gradient)
+    sim.AddModelToTask('task', body)
+    sim.AddModelToTask('task', gradient)
+    recorder = body.scStateOutMsg.recorder()
+    sim.AddModelToTask('task', recorder)
+    sim.InitializeSimulation()
+    sim.ConfigureStopTime(macros.sec2nano(DURATION_S))
+    begin = time.process_time()
+    sim.ExecuteSimulation()
+    return time.process_time() - begin
+
+
+def _check(name, q_ib, t_s):
+    error = error_rad(q_ib, t_s)
+    print(f'{name}: error {error:.2g} rad')
+    if error > MAX_ERROR_RAD:
+        raise SystemExit(f'{name} misses {MAX_ERROR_RAD:g} rad by its error of {error:.3g} rad')
+
+
+def peers(rounds=7):
+    """Return the claims against the peers."""
+    heyoka, end = Heyoka(), np.array([DURATION_S])
+    final = {
+        'ours': lambda: ours(end),
+        'heyoka': heyoka.final,
+        'SciPy, NumPy': lambda: scipy_dop853(right_hand_side, end),
+    }
+    grid = {
+        'ours': lambda: ours(GRID_S),
+        'heyoka propagate_grid': heyoka.grid,
+        'heyoka c_output': heyoka.c_output,
+        'SciPy, NumPy': lambda: scipy_dop853(right_hand_side, GRID_S),
+        'SciPy, floats': lambda: scipy_dop853(right_hand_side_floats, GRID_S),
+    }
+    for name, run in final.items():
+        _check(f'final, {name}', run(), end)
+    for name, run in grid.items():
+        _check(f'grid, {name}', run(), GRID_S)
+    end_s, grid_s = medians(final, rounds), medians(grid, rounds)
+    basilisk_s = float(np.median([basilisk() for _ in range(3)]))
+
+    def claim(what, times, peer, must, aim=None, at_most=False):
+        ratio = times['ours'] / times[peer] if at_most else times[peer] / times['ours']
+        return Claim(
+            f'{what} {peer}',
+            milliseconds(times['ours']),
+            milliseconds(times[peer]),
+            ratio,
+            must,
+            aim,
+            at_most,
+        )
+
+    outputs, last = '571 201 outputs, against', 'final state, against'
+    grid_s['Basilisk RK4 0.1 s (3 runs)'] = basilisk_s
+    return [
+        claim(outputs, grid_s, 'SciPy, NumPy', 300.0, 400.0),
+        claim(outputs, grid_s, 'SciPy, floats', 60.0, 80.0),
+        claim(outputs, grid_s, 'heyoka propagate_grid', 3.0, 4.5),
+        claim(outputs, grid_s, 'heyoka c_output', 1.7, 2.5),
+        claim(outputs, grid_s, 'Basilisk RK4 0.1 s (3 runs)', 400.0, 500.0),
+        claim(last, end_s, 'heyoka', 1.3, 1.0, at_most=True),
+        claim(last, end_s, 'SciPy, NumPy', 1000.0),
+    ]
+
+
+def same_code(rounds=7):
+    """Return the claim that ellipses, rotors and torques cost about what the circle does."""
+    end = np.array([DURATION_S])
+    free = Rotor('free', np.array([0.0, 1.0, 0.0]), inertia=0.05)
+    contenders = {
+        'circle': lambda: ours(end),
+        'ellipse, e = 0.1': lambda: ours(end, system(0.1)),
+        'free rotor': lambda: ours(end, system(rotor=free)),
+    }
+    seconds = medians(contenders, rounds)
+    return [
+        Claim(
+            f'{name} over circle',
+            milliseconds(seconds[name]),
+            milliseconds(seconds['circle']),
+            seconds[name] / seconds['circle'],
+            2.0,
+            at_most=True,
+        )
+        for name in list(contenders)[1:]
+    ]
+
+
+def work():
+    """Print cost against duration and tolerance, and return the text."""
+    lines = ['| orbits | steps | CPU |', '| --- | --- | --- |']
+    for orbits in (1, 10, 100, 1000):
+        motion = Propagation(system(), START, tolerance=OURS)
+        begin = time.process_time()
+        motion.at([DURATION_S / 10.0 * orbits])
+        cost = milliseconds(time.process_time() - begin)
+        lines.append(f'| {orbits} | {motion.steps} | {cost} |')
+    times, _ = truth()
+    lines += ['', '| tolerance | steps | CPU | error [rad] |', '| --- | --- | --- | --- |']
+    for exponent in range(6, 14):
+        tolerance = 10.0**-exponent
+        motion = Propagation(system(), START, tolerance=tolerance)
+        begin = time.process_time()
+        q_ib = motion.at(times).q_ib
+        cost = milliseconds(time.process_time() - begin)
+        error = error_rad(q_ib, times)
+        lines.append(f'| 1e-{exponent} | {motion.steps} | {cost} | {error:.2g} |')
+    text = '\n'.join(lines)
+    print(text)
+    return text
+
+
+def main():
+    """Run all; return title, claims and text."""
+    claims = show(peers() + same_code())
+    return 'Propagation', claims, work()
+
+
+if __name__ == '__main__':
+    main()

@@ -7,6 +7,7 @@ in inertial axes and 3 mu / r^3 [1/s^2] the gradient, the strength of the torque
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numba import vectorize
@@ -133,7 +134,7 @@ class KeplerOrbit:
         """Return a (1 - e^2) [m]."""
         return self.semi_major_axis * (1.0 - self.eccentricity**2)
 
-    @property
+    @cached_property
     def perifocal(self) -> np.ndarray:
         """
         Return the axes to the pericentre, 90 deg on, and normal as the columns of a matrix.
@@ -192,10 +193,13 @@ class KeplerOrbit:
 
         LVLH has x along track, y opposite to the orbit normal and z to the centre.
         """
-        f = self.anomaly(t_s)
+        turned = rotation.about(self.normal, self.anomaly(t_s))
+        return rotation.multiply(turned, self._lvlh_at_pericentre)
+
+    @cached_property
+    def _lvlh_at_pericentre(self):
         to_pericentre, ahead, normal = self.perifocal.T
-        at_pericentre = rotation.from_matrix(np.stack([ahead, -normal, -to_pericentre], axis=-1))
-        return rotation.multiply(rotation.about(normal, f), at_pericentre)
+        return rotation.from_matrix(np.stack([ahead, -normal, -to_pericentre], axis=-1))
 
     def lvlh_rate(self, t_s):
         """Return the angular velocity of LVLH in inertial axes [rad/s], shape (..., 3)."""

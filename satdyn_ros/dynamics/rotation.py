@@ -44,10 +44,17 @@ def normalise(q):
 
 def rotate(q_ab, v_b):
     """Return v_a = q_ab v_b q_ab*, shape (..., 3)."""
-    q_ab, v_b = np.asarray(q_ab, float), np.asarray(v_b, float)
-    u, w = q_ab[..., :3], q_ab[..., 3:]
-    twice = 2.0 * np.cross(u, v_b)
-    return v_b + w * twice + np.cross(u, twice)
+    x, y, z, w = np.moveaxis(np.asarray(q_ab, float), -1, 0)
+    v = np.moveaxis(np.asarray(v_b, float), -1, 0)
+    twice = 2.0 * (y * v[2] - z * v[1]), 2.0 * (z * v[0] - x * v[2]), 2.0 * (x * v[1] - y * v[0])
+    return np.stack(
+        [
+            v[0] + w * twice[0] + (y * twice[2] - z * twice[1]),
+            v[1] + w * twice[1] + (z * twice[0] - x * twice[2]),
+            v[2] + w * twice[2] + (x * twice[1] - y * twice[0]),
+        ],
+        axis=-1,
+    )
 
 
 def matrix(q_ab):

@@ -52,5 +52,10 @@ class Ticks:
         return round((stamp_ns - self.epoch_ns) * self.rate / _SECOND_NS)
 
     def ceil(self, duration_s: float) -> int:
-        """Return the number of ticks that last at least duration_s [s]."""
-        return math.ceil(Fraction(duration_s) * self.rate)
+        """
+        Return the number of ticks that last at least duration_s [s], taken by its decimals.
+
+        >>> Ticks(Fraction(10), 0).ceil(0.1)
+        1
+        """
+        return math.ceil(Fraction(str(duration_s)) * self.rate)

@@ -2,11 +2,30 @@
 What can happen to a run, as data.
 
 An event acts on a tick, never between ticks.  Requests and resets replace the state of their
-tick; torques leave it and act from it on.
+tick; torques leave it and act from it on.  In a file, events are a YAML list:
+
+    - {at_s: 12.5, torque: [0.0, 0.0, 0.01]}
+    - {at_s: 20, request: {initial.angular_velocity: [0.0, 0.0, 0.1]}}
+    - {tick: 3000, reset: true}
+    - {at_s: 40, rotor_torque: 0.05, until_s: 45}
+    - {at_s: 60, topics: [attitude]}
+
+Each acts at a tick, or at the first tick that is not before at_s seconds from tick 0.  A torque
+ends after torque.timeout, as in the node, unless until_s or until_tick says where; null: it holds
+until the next one.
 """
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
+
+import yaml
+
+from . import ros_yaml
+from .keys import KEYS, Key
+from .scenario import Scenario, flattened
+from .ticks import Ticks
 
 
 @dataclass(frozen=True)
@@ -59,3 +78,143 @@ class Topics:
 
 
 Event = Request | Reset | Torque | RotorTorque | Timeout | Topics
+
+_AT = {
+    'at_s': Key('at_s', 'double', None, 's', '', low=0.0),
+    'tick': Key('tick', 'integer', None, '', '', low=0),
+}
+_UNTIL = {
+    'until_s': Key('until_s', 'double', None, 's', '', low=0.0),
+    'until_tick': Key('until_tick', 'integer', None, '', '', low=0),
+}
+_TORQUE = Key('torque', 'double_array', None, 'N m', '', lengths=(3,))
+_ROTOR_TORQUE = Key('rotor_torque', 'double', None, 'N m', '')
+_RESET = Key('reset', 'bool', None, '', '')
+_TIMEOUT = Key('timeout', 'string', None, '', '', choices=('torque', 'rotor_torque'))
+_WHAT = ('torque', 'rotor_torque', 'request', 'reset', 'topics', 'timeout')
+
+
+def from_yaml(path: str | Path, scenario: Scenario) -> list[Event]:
+    """Return the events of a file in the order of their ticks; ValueError: as from_yaml_text."""
+    return from_yaml_text(ros_yaml.read_text(path, 'the events'), scenario, str(path))
+
+
+def from_yaml_text(text: str, scenario: Scenario, origin: str = 'events') -> list[Event]:
+    """
+    Return the events of a YAML text in the order of their ticks.
+
+    ValueError, in one sentence that names the event: one that the scenario does not allow.
+    """
+    entries = ros_yaml.load(text, origin) or []
+    if not isinstance(entries, list):
+        raise ValueError(f'{origin} takes a list of events')
+    events = []
+    for number, entry in enumerate(entries, 1):
+        try:
+            events.append(_event(entry, scenario))
+        except ValueError as error:
+            raise ValueError(f'{origin}, event {number}: {error}') from None
+    return sorted(events, key=lambda event: event.tick)
+
+
+def to_yaml(events: Iterable[Event]) -> str:
+    r"""
+    Return the YAML text of events, which says the same whatever the scenario.
+
+    >>> to_yaml([Reset(300)])
+    '- {tick: 300, reset: true}\n'
+    """
+    return ''.join(
+        '- ' + yaml.safe_dump(_entry(event), default_flow_style=True, sort_keys=False, width=1e9)
+        for event in events
+    )
+
+
+def _event(entry, scenario) -> Event:
+    if not isinstance(entry, Mapping):
+        raise ValueError(f'it is {entry}; it takes keys and values')
+    unknown = [name for name in entry if name not in (*_AT, *_WHAT, *_UNTIL)]
+    if unknown:
+        raise ValueError(f'{unknown[0]} is none of {", ".join((*_AT, *_WHAT, *_UNTIL))}')
+    what = _only(entry, _WHAT)
+    at = _only(entry, _AT)
+    ticks = Ticks(scenario.rate, scenario.epoch_ns)
+    tick = _tick(ticks, at, _AT[at].checked(entry[at]))
+    if what not in ('torque', 'rotor_torque') and any(name in entry for name in _UNTIL):
+        raise ValueError(f'{what} does not end; until_s and until_tick belong to torques')
+    value = entry[what]
+    match what:
+        case 'torque':
+            return Torque(tick, _TORQUE.checked(value), _until(entry, tick, ticks, scenario))
+        case 'rotor_torque':
+            if scenario['rotor.mode'] != 'motor':
+                raise ValueError(
+                    f'rotor_torque is given and rotor.mode is {scenario["rotor.mode"]}; '
+                    'it takes motor'
+                )
+            until_tick = _until(entry, tick, ticks, scenario)
+            return RotorTorque(tick, _ROTOR_TORQUE.checked(value), until_tick)
+        case 'request':
+            if not isinstance(value, Mapping):
+                raise ValueError(f'request is {value}; it takes keys and values')
+            return Request(tick, dict(flattened(value)))
+        case 'reset':
+            if not _RESET.checked(value):
+                raise ValueError('reset is false; it takes true')
+            return Reset(tick)
+        case 'topics':
+            return Topics(tick, KEYS['publish.topics'].checked(value))
+        case _:
+            return Timeout(tick, _TIMEOUT.checked(value))
+
+
+def _only(entry, names):
+    """Return the one of names that the entry has."""
+    given = [name for name in names if name in entry]
+    if len(given) != 1:
+        raise ValueError(
+            f'it has {" and ".join(given) or "none"} of {", ".join(names)}; it takes one'
+        )
+    return given[0]
+
+
+def _tick(ticks, name, value) -> int:
+    return ticks.ceil(value) if name.endswith('_s') else value
+
+
+def _until(entry, tick, ticks, scenario) -> int | None:
+    given = [name for name in _UNTIL if name in entry]
+    if not given:
+        timeout_s = scenario['torque.timeout']
+        return tick + ticks.ceil(timeout_s) if timeout_s > 0.0 else None
+    name = _only(entry, _UNTIL)
+    if entry[name] is None:
+        return None
+    until_tick = _tick(ticks, name, _UNTIL[name].checked(entry[name]))
+    if until_tick <= tick:
+        raise ValueError(f'{name} is {entry[name]}; it takes a time after the begin of the torque')
+    return until_tick
+
+
+def _entry(event) -> dict[str, Any]:
+    what: dict[str, Any]
+    match event:
+        case Torque():
+            what = {'torque': list(event.torque_b), 'until_tick': event.until_tick}
+        case RotorTorque():
+            what = {'rotor_torque': event.torque, 'until_tick': event.until_tick}
+        case Request():
+            what = {'request': _plain(event.values)}
+        case Reset():
+            what = {'reset': True}
+        case Topics():
+            what = {'topics': list(event.names)}
+        case Timeout():
+            what = {'timeout': event.topic}
+    return {'tick': event.tick} | what
+
+
+def _plain(values):
+    return {
+        name: list(value) if isinstance(value, tuple) else value for name, value in values.items()
+    }

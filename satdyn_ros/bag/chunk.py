@@ -64,6 +64,14 @@ class Contents:
         schemas, channels = self._declared(Schema), self._declared(Channel)
         return {schema.id: schema for schema in schemas}, {c.id: c for c in channels}
 
+    def message_records(self) -> np.ndarray:
+        """Return the records of the messages alone, (n,) uint8."""
+        kept = np.ones(len(self.data), bool)
+        ends = np.append(self._starts[1:], len(self.data))
+        for i in np.flatnonzero(self._opcodes != Opcode.MESSAGE):
+            kept[self._starts[i] : ends[i]] = False
+        return self.data if np.all(kept) else self.data[kept]
+
     def channel_ids(self) -> np.ndarray:
         """Return the channels that have messages, in ascending order."""
         return np.unique(self.heads['channel_id'])

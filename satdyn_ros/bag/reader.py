@@ -1,7 +1,7 @@
 """A bag as it can be had: ours or another's, complete or cut off by the end of its writer."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
@@ -24,6 +24,14 @@ class Messages(NamedTuple):
 
     log_times_ns: np.ndarray
     data: np.ndarray | list[bytes]
+
+    @classmethod
+    def joined(cls, parts: Sequence['Messages']) -> 'Messages':
+        """Return messages that follow each other as one."""
+        log_times_ns = np.concatenate([np.empty(0, np.uint64), *(m.log_times_ns for m in parts)])
+        if len({np.shape(part.data)[1:] for part in parts}) == 1:
+            return cls(log_times_ns, np.concatenate([part.data for part in parts]))
+        return cls(log_times_ns, [bytes(row) for part in parts for row in part.data])
 
 
 class TopicBlock(NamedTuple):
@@ -68,15 +76,8 @@ class Bag:
 
     def messages(self, topic: str) -> Messages:
         """Return all messages on a topic ('/attitude'), in the order of the bag."""
-        found = [
-            item.by_topic()[topic]
-            for item in self.items()
-            if isinstance(item, TopicBlock) and topic in item.by_topic()
-        ]
-        log_times_ns = np.concatenate([np.empty(0, np.uint64), *(m.log_times_ns for m in found)])
-        if len({np.shape(messages.data)[1:] for messages in found}) == 1:
-            return Messages(log_times_ns, np.concatenate([messages.data for messages in found]))
-        return Messages(log_times_ns, [bytes(row) for messages in found for row in messages.data])
+        blocks = (item.by_topic() for item in self.items() if isinstance(item, TopicBlock))
+        return Messages.joined([block[topic] for block in blocks if topic in block])
 
     @cached_property
     def topics(self) -> dict[str, TopicMetadata]:
@@ -88,6 +89,12 @@ class Bag:
                 schema = schemas.get(channel.schema_id)
                 topics[channel.topic] = TopicMetadata.from_records(channel, schema)
         return topics
+
+    @cached_property
+    def channel_ids(self) -> dict[str, int]:
+        """The channels by the topic's name, those of its last file that has it."""
+        found = (_declarations(path)[1] for path in self.files)
+        return {channel.topic: i for channels in found for i, channel in channels.items()}
 
 
 def bag_files(path: Path) -> list[Path]:

@@ -61,14 +61,21 @@ class RecordedRun:
         later = [event for event in self.events if event.tick > self.snapshot['tick']]
         return Simulation.from_snapshot(self.scenario, self.snapshot, later)
 
+    def channel_id(self, name: str) -> int:
+        """Return the channel of a topic by its name in the scenario; 0: it has none yet."""
+        return self.bag.channel_ids.get(self.names[name], 0)
+
+    def layout(self, name: str) -> np.dtype:
+        """Return the layout of a topic's messages, by its name in the scenario."""
+        return TOPICS[name].packer(self.scenario.frames, self.scenario.system).dtype
+
     def rows(self, name: str, messages: Messages) -> np.ndarray:
         """
         Return messages of a topic, by its name in the scenario, as rows of its layout, (N,).
 
         ValueError: they are none that satdyn writes.
         """
-        layout = TOPICS[name].packer(self.scenario.frames, self.scenario.system).dtype
-        data = messages.data
+        layout, data = self.layout(name), messages.data
         if not isinstance(data, np.ndarray) or data.shape[1] != layout.itemsize:
             raise ValueError(
                 f'{self.bag.path} has messages on {self.names[name]} that are foreign'

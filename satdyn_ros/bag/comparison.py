@@ -1,0 +1,130 @@
+"""Messages beside those that a run should have given: the same bytes, or apart by rounding."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .chunk import Contents
+from .recorded_run import RecordedRun
+from .rerun import Records
+
+# Another machine rounds otherwise: its errors begin with ROUNDING_RAD, and grow as the distance
+# of a run whose start is perturbed by TWIN_RAD.
+ROUNDING_RAD = 1e-13
+TWIN_RAD = 1e-9
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A message that is not what it should be: its topic, tick and time, and what in it."""
+
+    topic: str
+    tick: int
+    t_s: float
+    field: str
+
+    def __str__(self) -> str:
+        return f'{self.field} of {self.topic} at tick {self.tick}, {self.t_s:.9g} s'
+
+
+class Comparison:
+    """
+    Recorded messages beside the expected ones, part by part.
+
+    same_bytes: whether all were the same so far.  of_allowed: the largest distance so far, as a
+    part of what rounding may have grown to.
+    """
+
+    def __init__(self, run: RecordedRun):
+        self.same_bytes = True
+        self.of_allowed = 0.0
+        self._run = run
+        self._names = {run.channel_id(name): name for name in run.names if run.channel_id(name)}
+        self._layouts = {i: run.layout(name) for i, name in self._names.items()}
+        self._allowed: dict[tuple[int, str], float] = {}
+
+    def difference(
+        self, recorded: np.ndarray, expected: Records, twin: Records | None
+    ) -> Difference | None:
+        """
+        Return the first message that differs, None: none does.
+
+        recorded: the bytes of the records, perhaps fewer.  twin: the perturbed run's; None: the
+        bytes have to be the same.
+        """
+        if twin is not None:
+            self._let_grow(expected, twin)
+        if np.array_equal(recorded, expected.data[: len(recorded)]):
+            return None
+        self.same_bytes = False
+        found, wanted = Contents(recorded), Contents(expected.data)
+        count = min(len(found.heads), len(wanted.heads))
+        differ = []
+        for i in np.flatnonzero(found.heads[:count] != wanted.heads[:count])[:1].tolist():
+            differ.append((i, 'place, log time or length'))
+            count = i
+        if len(found.data) < len(recorded):
+            differ.append((count, 'length'))
+        channels = wanted.heads['channel_id'][:count]
+        for channel_id in np.unique(channels).tolist():
+            places = np.flatnonzero(channels == channel_id)
+            rows, right = (c.messages(channel_id)[1][: len(places)] for c in (found, wanted))
+            wrong = self._first_wrong(channel_id, rows, right, may_round=twin is not None)
+            if wrong is not None:
+                differ.append((int(places[wrong[0]]), wrong[1]))
+        if not differ:
+            return None
+        i, field = min(differ)
+        head = wanted.heads[i]
+        tick = self._run.ticks.tick_of(int(head['log_time']))
+        topic = self._run.names[self._names[int(head['channel_id'])]]
+        return Difference(topic, tick, self._run.ticks.seconds(tick), field)
+
+    def _first_wrong(self, channel_id, rows, right, may_round):
+        """Return the first of rows (n, length) that is wrong, and the field in it."""
+        layout = self._layouts[channel_id]
+        wrong = rows != right
+        for field in _numbers(layout) if may_round else ():
+            distance = _distance(rows, right, layout, field)
+            allowed = self._allowed[channel_id, field]
+            dtype, offset = layout.fields[field][:2]
+            wrong[distance <= allowed, offset : offset + dtype.itemsize] = False
+            if allowed > 0.0:
+                self.of_allowed = max(self.of_allowed, float(np.max(distance)) / allowed)
+        for row in np.flatnonzero(np.any(wrong, axis=1))[:1].tolist():
+            return row, _field_at(layout, np.argmax(wrong[row]))
+        return None
+
+    def _let_grow(self, expected, twin):
+        """Take in how far the perturbed run has come from the expected one."""
+        if expected.starts_anew:
+            self._allowed.clear()
+        contents, perturbed = Contents(expected.data), Contents(twin.data)
+        for channel_id in contents.channel_ids().tolist():
+            layout = self._layouts[channel_id]
+            rows, turned = (c.messages(channel_id)[1] for c in (contents, perturbed))
+            for field in _numbers(layout):
+                size = np.max(_distance(rows, np.zeros_like(rows), layout, field))
+                grown = np.max(_distance(rows, turned, layout, field)) / TWIN_RAD
+                allowed = ROUNDING_RAD * (size + grown)
+                before = self._allowed.get((channel_id, field), 0.0)
+                self._allowed[channel_id, field] = max(before, allowed)
+
+
+def _numbers(layout):
+    return [name for name in layout.names if layout[name].base.kind == 'f']
+
+
+def _distance(a, b, layout, field):
+    """Return the distance of a field's values in the rows a and b (n, length), shape (n,)."""
+    difference = a.view(layout)[field][:, 0] - b.view(layout)[field][:, 0]
+    return np.linalg.norm(difference.reshape(len(a), -1), axis=1)
+
+
+def _field_at(layout, place):
+    """Return the field at a byte of a message."""
+    for name in layout.names:
+        dtype, offset = layout.fields[name][:2]
+        if offset <= place < offset + dtype.itemsize:
+            return name
+    return 'a constant'

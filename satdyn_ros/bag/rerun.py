@@ -1,0 +1,90 @@
+"""A recorded run once more: the messages that its scenario and its events should have given."""
+
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from ..dynamics import rotation
+from ..events import Request, Reset, RotorTorque, Torque
+from ..messages.topics import TOPICS, pack_rotor_torque, pack_torque
+from ..simulation import Samples, Simulation
+from .chunk_builder import ChunkBuilder
+from .recorded_run import RecordedRun
+
+_TICKS = 4096
+_DIAGONAL = np.array([1.0, 1.0, 1.0]) / np.sqrt(3.0)
+
+
+class Records(NamedTuple):
+    """Messages as they stand in a chunk (N,) uint8; starts_anew: the state before is forgotten."""
+
+    data: np.ndarray
+    starts_anew: bool
+
+
+def rerun(
+    run: RecordedRun,
+    perturbation_rad: float = 0.0,
+    observe: Callable[[Simulation, Samples], None] | None = None,
+) -> Iterator[Records]:
+    """
+    Yield the messages of a run, without end, as its bag should hold them.
+
+    perturbation_rad: how far the states where motions start are turned, and relatively their
+    rates changed, so that the distance of two runs shows how errors grow.  observe is called with
+    all samples.
+    """
+    simulation = run.simulation()
+    starts_anew = True
+    chunk = ChunkBuilder()
+    packers = {}
+    while True:
+        applied, samples = simulation.advance(_TICKS)
+        starts_anew |= any(isinstance(event, Request | Reset) for event in applied)
+        if perturbation_rad and starts_anew:
+            simulation = _perturbed(run, simulation, samples.first_tick, perturbation_rad)
+            _, samples = simulation.advance(len(samples))
+        if observe is not None:
+            observe(simulation, samples)
+        for event in applied:
+            _add_input(chunk, run, event, int(samples.stamps_ns[0]))
+        rows = {}
+        for name in simulation.topics:
+            if name not in packers:
+                packers[name] = TOPICS[name].packer(run.scenario.frames, run.scenario.system)
+            rows[run.channel_id(name)] = packers[name].pack(samples)
+        done = 0
+        while rows and done < len(samples):
+            rest = {channel_id: messages[done:] for channel_id, messages in rows.items()}
+            done += chunk.add_ticks(samples.stamps_ns[done:], rest)
+            yield Records(chunk.take(), starts_anew)
+            starts_anew = False
+        if not rows:
+            yield Records(chunk.take(), starts_anew)
+            starts_anew = False
+
+
+def _add_input(chunk, run, event, stamp_ns):
+    if isinstance(event, Torque):
+        data = pack_torque(stamp_ns, event.torque_b, run.scenario.frames)
+        chunk.add_message(run.channel_id('torque'), stamp_ns, data)
+    elif isinstance(event, RotorTorque):
+        data = pack_rotor_torque(event.torque)
+        chunk.add_message(run.channel_id('rotor_torque'), stamp_ns, data)
+
+
+def _perturbed(run, simulation, tick, angle_rad):
+    """Return the run from a tick on, its motion's start turned a little and a little faster."""
+    snapshot = simulation.snapshot(tick)
+    begin = snapshot['begin_state']
+    turned = rotation.multiply(begin['q_ib'], rotation.about(_DIAGONAL, angle_rad))
+    faster = 1.0 + angle_rad
+    snapshot['begin_state'] = {
+        'q_ib': turned,
+        'omega_bi_b': np.array(begin['omega_bi_b']) * faster,
+        'rotor_speed': begin['rotor_speed'] * faster,
+        'rotor_angle': begin['rotor_angle'],
+    }
+    later = [event for event in run.events if event.tick > tick]
+    return Simulation.from_snapshot(run.scenario, snapshot, later)

@@ -1,0 +1,177 @@
+"""Does a bag hold what its scenario and its events give?  Run it again and compare."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, replace
+from itertools import repeat
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..dynamics.integrals import relative_drift
+from ..dynamics.motion import Motion, States
+from ..simulation import Samples, Simulation
+from . import run
+from .comparison import TWIN_RAD, Comparison, Difference
+from .reader import Bag, TopicBlock
+from .recorded_run import RecordedRun
+from .rerun import Records, rerun
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """
+    What verify found.
+
+    message_count: messages compared.  same_bytes: all are the same, byte for byte.  difference:
+    the first that rounding does not explain.  of_allowed: the largest distance, as a part of what
+    rounding may grow to on another machine.  other_machine: what was another when the bag was
+    made, by name (then, now).  drift: the largest relative change of each first integral between
+    events; allowed_drift: what the tolerance lets it be.  problem: what cuts the bag short.
+    """
+
+    message_count: int
+    same_bytes: bool
+    difference: Difference | None
+    of_allowed: float
+    other_machine: dict[str, tuple[str, str]]
+    drift: dict[str, float]
+    allowed_drift: float
+    problem: str | None
+
+    @property
+    def is_true(self) -> bool:
+        """Whether the bag is complete and holds what its scenario and its events give."""
+        drifts = any(drift > self.allowed_drift for drift in self.drift.values())
+        return self.difference is None and self.problem is None and not drifts
+
+    def __str__(self) -> str:
+        if self.difference:
+            said = f'the first difference is in {self.difference}'
+        elif self.same_bytes:
+            said = f'{self.message_count} messages, the same byte for byte'
+        else:
+            said = (
+                f'{self.message_count} messages, apart by at most {self.of_allowed:.2g} of what '
+                'rounding grows to'
+            )
+        if self.other_machine:
+            changes = ', '.join(
+                f'{k} {a} then, {b} now' for k, (a, b) in self.other_machine.items()
+            )
+            said += f'; made on another machine or version ({changes})'
+        drifts = ', '.join(f'{name} {drift:.1e}' for name, drift in self.drift.items())
+        if drifts:
+            said += f'; drift of {drifts} (allowed {self.allowed_drift:.1e})'
+        return said if self.problem is None else f'{said}; {self.problem}'
+
+
+def verify(path: str | Path) -> Verdict:
+    """
+    Run a bag's own scenario and events again and compare every message, byte for byte.
+
+    A bag made on another machine or with other versions may differ by what rounding grows to.
+    ValueError: path is no bag of ours.
+    """
+    recorded = RecordedRun(path)
+    here = run.machine()
+    other_machine = {
+        name: (then, here.get(name, ''))
+        for name, then in recorded.machine.items()
+        if then != here.get(name)
+    }
+    conservation = _Conservation(recorded.scenario['motion.tolerance'])
+    expected = rerun(recorded, observe=conservation.observe)
+    twins: Iterator[Records | None] = rerun(recorded, TWIN_RAD) if other_machine else repeat(None)
+    messages = _MessageStream(recorded.bag)
+    comparison = Comparison(recorded)
+    difference = None
+    for records, twin in zip(expected, twins, strict=False):
+        if messages.has_ended():
+            break
+        found = messages.take(len(records.data))
+        difference = comparison.difference(found, records, twin)
+        if difference:
+            break
+    return Verdict(
+        message_count=messages.count,
+        same_bytes=comparison.same_bytes,
+        difference=difference,
+        of_allowed=comparison.of_allowed,
+        other_machine=other_machine,
+        drift=conservation.drift,
+        allowed_drift=conservation.allowed,
+        problem=recorded.bag.problem,
+    )
+
+
+class _MessageStream:
+    """The records of a bag's messages one after the other; count: how many were read."""
+
+    def __init__(self, bag: Bag):
+        self.count = 0
+        self._blocks = (item for item in bag.items() if isinstance(item, TopicBlock))
+        self._waiting = np.empty(0, np.uint8)
+
+    def take(self, size: int) -> np.ndarray:
+        """Return the next bytes, fewer where the bag ends."""
+        self._fill(size)
+        taken, self._waiting = self._waiting[:size], self._waiting[size:]
+        return taken
+
+    def has_ended(self) -> bool:
+        """Whether there are no more."""
+        self._fill(1)
+        return len(self._waiting) == 0
+
+    def _fill(self, size):
+        while len(self._waiting) < size:
+            block = next(self._blocks, None)
+            if block is None:
+                return
+            self.count += len(block.contents.heads)
+            records = block.contents.message_records()
+            self._waiting = np.concatenate([self._waiting, records])
+
+
+class _Conservation:
+    """How far the first integrals of a run drift between events; drift: the largest, relative."""
+
+    def __init__(self, tolerance: float):
+        self.drift: dict[str, float] = {}
+        self._tolerance = tolerance
+        self._turned_rad = 0.0
+        self._motion: Motion | None = None
+        self._begin: States
+
+    @property
+    def allowed(self) -> float:
+        """
+        Return what the tolerance, the error of one step, lets the drift be.
+
+        A step turns the body or the orbit by a good part of a radian; the states between steps
+        are interpolated, which costs up to some ten times the tolerance.
+        """
+        return self._tolerance * (100.0 + self._turned_rad)
+
+    def observe(self, simulation: Simulation, samples: Samples) -> None:
+        """Take in samples of a run."""
+        states = samples.states
+        if simulation.motion is not self._motion:
+            self._motion, self._begin = simulation.motion, states
+        since_begin = _after(self._begin, states)
+        for name, drift in relative_drift(samples.system, since_begin).items():
+            self.drift[name] = max(self.drift.get(name, 0.0), float(np.max(np.abs(drift))))
+        rates = np.linalg.norm(states.omega_bi_b, axis=1)
+        rates = rates + np.sqrt(np.abs(states.orbit.gradient_at(states.orbit_s)))
+        self._turned_rad += float(np.sum(rates) / simulation.ticks.rate)
+
+
+def _after(begin: States, states: States) -> States:
+    """Return states with the first row of begin ahead of them."""
+    arrays: dict[str, Any] = {
+        column.name: np.concatenate([getattr(begin, column.name)[:1], values])
+        for column in fields(States)
+        if isinstance(values := getattr(states, column.name), np.ndarray)
+    }
+    return replace(states, **arrays)

@@ -125,8 +125,8 @@ def test_a_minimum_of_the_potential_suffices(I, h):
     """Where the amended potential has a minimum the linear motion is stable too."""
     if stability.is_surely_stable(*I, 1.0, h):
         motion = stability.small_motion(*I, 1.0, h)
-        # At the very edge rounding decides about two roots that meet.
-        edge = abs(motion.roll_yaw[0] - motion.roll_yaw[1]) < 1e-12
+        # Two roots that meet are parted by the root of rounding, to either side.
+        edge = abs(motion.roll_yaw[0] - motion.roll_yaw[1]) < 1e-7
         assert motion.is_stable or edge
 
 

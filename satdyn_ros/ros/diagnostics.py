@@ -1,0 +1,183 @@
+"""What the node says of itself each second on /diagnostics, in diagnostic_updater's form."""
+
+import time
+from collections.abc import Callable
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from rclpy.node import Node
+
+from ..dynamics.integrals import relative_drift
+from ..dynamics.motion import Motion, States
+from ..messages import qos
+from ..simulation import Samples
+from .inputs import Tally
+from .pacing import Pacing
+from .publishing import qos_profile
+
+if TYPE_CHECKING:
+    from .recorder import Recorder
+
+OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
+Report = tuple[bytes, str, dict[str, Any]]
+
+_PERIOD_S = 1.0
+# A hundred orbits drift by some 200 tolerances; far more means that something is wrong.
+_WARN_TOLERANCES, _ERROR_TOLERANCES = 1e4, 1e7
+_LARGEST_WARN, _LARGEST_ERROR = 1e-3, 1e-1
+# A queue so full is about to make ticks late.
+_HIGH_LOAD = 0.5
+
+
+class Diagnostics:
+    """A report of each part of the node, by its name, once a second of the wall clock."""
+
+    def __init__(self, node: Node, parts: dict[str, Callable[[], Report]]):
+        self._node, self._parts = node, parts
+        self._publisher = node.create_publisher(
+            DiagnosticArray, '/diagnostics', qos_profile(qos.DIAGNOSTICS)
+        )
+        node.create_timer(_PERIOD_S, self._publish, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def _publish(self):
+        message = DiagnosticArray()
+        message.header.stamp = self._node.get_clock().now().to_msg()
+        for part, report in self._parts.items():
+            level, text, values = report()
+            message.status.append(
+                DiagnosticStatus(
+                    level=level,
+                    name=f'{self._node.get_fully_qualified_name().lstrip("/")}: {part}',
+                    message=text,
+                    hardware_id='none',
+                    values=[KeyValue(key=key, value=_text(x)) for key, x in values.items()],
+                )
+            )
+        self._publisher.publish(message)
+
+
+class PropagationReport:
+    """The drift of the first integrals since the last event."""
+
+    def __init__(self, tolerance: float):
+        self._warn = min(_WARN_TOLERANCES * tolerance, _LARGEST_WARN)
+        self._error = min(_ERROR_TOLERANCES * tolerance, _LARGEST_ERROR)
+        self._latest: tuple[Motion, States, Samples] | None = None
+
+    def take(self, motion: Motion, samples: Samples) -> None:
+        """Take the next samples of a motion."""
+        if self._latest is None or motion is not self._latest[0]:
+            self._latest = motion, samples.states, samples
+        else:
+            self._latest = motion, self._latest[1], samples
+
+    def __call__(self) -> Report:
+        """Return the state of the propagation."""
+        if self._latest is None:
+            return OK, 'no tick yet', {}
+        motion, begin, samples = self._latest
+        ends = _ends(begin, samples.states)
+        drift = {name: x[-1] for name, x in relative_drift(samples.system, ends).items()}
+        largest = max((abs(x) for x in drift.values()), default=0.0)
+        level = ERROR if not largest <= self._error else WARN if largest > self._warn else OK
+        values = {'motion': motion.name, 'tick': samples.first_tick}
+        values |= {
+            name: getattr(motion, name) for name in ('steps', 'tolerance') if hasattr(motion, name)
+        }
+        values |= {f'relative drift of {name}': x for name, x in drift.items()}
+        if level == OK:
+            return level, f'the first integrals drift by {largest:.1e}', values
+        return level, f'the first integrals drift by {largest:.1e}, above {self._warn:.0e}', values
+
+
+class PacingReport:
+    """How punctual the ticks are."""
+
+    def __init__(self, pacing: Pacing, rate_hz: float):
+        self._pacing, self._rate_hz = pacing, rate_hz
+        self._late_ticks = 0
+        self._since_s = time.monotonic()
+
+    def __call__(self) -> Report:
+        """Return the state of the pacing since the last call."""
+        pacing, now_s = self._pacing, time.monotonic()
+        counted = pacing.take_punctuality()
+        reached = counted.ticks / self._rate_hz / (now_s - self._since_s)
+        self._since_s = now_s
+        self._late_ticks += counted.late_ticks
+        values = {
+            'tick': pacing.tick,
+            'factor asked for': pacing.factor,
+            'factor reached': f'{reached:.4g}',
+            'late ticks': counted.late_ticks,
+            'late ticks since start': self._late_ticks,
+            'largest lag [s]': f'{counted.largest_lag_s:.6f}',
+            'restarts of the deadlines': counted.restarts,
+        }
+        if not pacing.is_alive:
+            return ERROR, 'the ticks have ended', values
+        if pacing.is_paused:
+            return OK, f'paused after tick {pacing.tick}', values
+        if counted.late_ticks:
+            text = f'{counted.late_ticks} ticks came late, the factor reached is {reached:.4g}'
+            return WARN, text, values
+        return OK, f'the factor reached is {reached:.4g}', values
+
+
+def recorder_report(recorder: 'Recorder | None') -> Report:
+    """Return the state of the recorder."""
+    if recorder is None:
+        return OK, 'not recording', {}
+    values = {
+        'bag': recorder.directory,
+        'messages': recorder.message_count,
+        'bytes': recorder.size_bytes,
+        'queue': f'{recorder.load:.0%}',
+    }
+    if recorder.failure is not None:
+        return ERROR, recorder.failure, values
+    if recorder.load > _HIGH_LOAD:
+        return WARN, f'the disk is slow: the queue is {recorder.load:.0%} full', values
+    return OK, 'recording', values
+
+
+class InputsReport:
+    """The last torques, and whether some were refused since the last report."""
+
+    def __init__(self, tally: Tally):
+        self._tally = tally
+        self._refused = 0
+
+    def __call__(self) -> Report:
+        """Return the state of the inputs."""
+        tally = self._tally
+        values = {
+            'last torque [N m]': 'none' if tally.torque_b is None else tally.torque_b,
+            'last rotor torque [N m]': 'none'
+            if tally.rotor_torque is None
+            else tally.rotor_torque,
+            'accepted': tally.accepted,
+            'refused': tally.refused,
+        }
+        refused, self._refused = tally.refused - self._refused, tally.refused
+        if refused:
+            return WARN, f'{refused} refused: {tally.reason}', values
+        return OK, f'{tally.accepted} accepted', values
+
+
+def _ends(first: States, last: States) -> States:
+    """Return the first row of one table and the last of another."""
+    names = [field.name for field in fields(States) if field.name != 'orbit']
+    columns = {
+        name: np.concatenate([getattr(first, name)[:1], getattr(last, name)[-1:]])
+        for name in names
+    }
+    return States(orbit=last.orbit, **columns)
+
+
+def _text(value):
+    return f'{value:.3g}' if isinstance(value, float) else str(value)

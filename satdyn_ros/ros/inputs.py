@@ -1,0 +1,104 @@
+"""The inputs: torques that come in on topics and act at the next tick."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from math import isfinite
+
+import numpy as np
+from rclpy.node import Node
+
+from ..dynamics.system import System
+from ..events import Event, RotorTorque, Torque
+from ..messages import qos
+from ..messages.topics import TOPICS
+from ..scenario import Scenario
+from ..simulation import Simulation
+from .pacing import Pacing
+from .publishing import message_class, qos_profile
+
+# The same warning comes at most this often.
+_QUIET_S = 10.0
+
+
+@dataclass
+class Tally:
+    """What came in: the last accepted torques, how many were refused, and the last reason."""
+
+    torque_b: tuple[float, float, float] | None = None
+    rotor_torque: float | None = None
+    accepted: int = 0
+    refused: int = 0
+    reason: str = ''
+
+
+class Inputs:
+    """
+    The subscriptions `torque` and, for a motor, `rotor_torque`.
+
+    A message is refused, with a throttled warning, in another frame than the body's, with a number
+    that is not finite, or where motion.method is exact and there is no closed form with it.
+    timeout_s: simulated time after which a torque drops to zero; 0: never.
+    """
+
+    def __init__(self, node: Node, scenario: Scenario, simulation: Simulation, pacing: Pacing):
+        self.tally = Tally()
+        self.timeout_s: float = scenario['torque.timeout']
+        self._node, self._scenario = node, scenario
+        self._simulation, self._pacing = simulation, pacing
+        self._subscribe('torque', self._take_torque)
+        if scenario['rotor.mode'] == 'motor':
+            self._subscribe('rotor_torque', self._take_rotor_torque)
+
+    def _subscribe(self, name: str, callback: Callable):
+        topic = TOPICS[name]
+        self._node.create_subscription(
+            message_class(topic.type), topic.name, callback, qos_profile(qos.INPUTS)
+        )
+
+    def _take_torque(self, message):
+        x, y, z = message.wrench.torque.x, message.wrench.torque.y, message.wrench.torque.z
+        frame, body = message.header.frame_id, self._scenario.frames.body
+        if frame not in ('', body):
+            return self._refuse(f'torque is given in the frame {frame}; it takes {body} or none')
+
+        def event_at(tick: int) -> Event:
+            return Torque(tick, (x, y, z), self._until(tick))
+
+        if self._is_taken('torque', (x, y, z), torque_b=np.array([x, y, z])):
+            self.tally.torque_b = (x, y, z)
+            self._pacing.put(event_at, 'torque')
+
+    def _take_rotor_torque(self, message):
+        torque = message.data
+
+        def event_at(tick: int) -> Event:
+            return RotorTorque(tick, torque, self._until(tick))
+
+        if self._is_taken('rotor_torque', (torque,), rotor_torque=torque):
+            self.tally.rotor_torque = torque
+            self._pacing.put(event_at, 'rotor_torque')
+
+    def _until(self, tick):
+        return self._simulation.timeout_tick(tick, self.timeout_s)
+
+    def _is_taken(self, name, numbers, **torques):
+        if not all(isfinite(number) for number in numbers):
+            given = ', '.join(f'{number:g}' for number in numbers)
+            return self._refuse(f'{name} is {given}; it takes finite numbers [N m]')
+        try:
+            self._check_closed_form(replace(self._scenario.system, **torques))
+        except ValueError as error:
+            return self._refuse(f'{name} is refused: {error}')
+        self.tally.accepted += 1
+        return True
+
+    def _check_closed_form(self, system: System):
+        """Raise ValueError if motion.method is exact and the driven system has no closed form."""
+        if self._scenario['motion.method'] == 'exact':
+            self._scenario.motion_from(system, self._scenario.initial_state, 0.0)
+
+    def _refuse(self, reason):
+        self.tally.refused += 1
+        self.tally.reason = reason
+        self._node.get_logger().warning(reason, throttle_duration_sec=_QUIET_S)
+        return False

@@ -1,0 +1,59 @@
+"""The command `satdyn_node`, which is `satdyn node`: one node until it is told to end."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+
+import rclpy
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.impl.implementation_singleton import rclpy_implementation
+
+from .. import ros_yaml
+from ..scenario import parameters_of_yaml
+from .node import SatdynNode
+
+# The pacing thread waits at most this long for another thread of Python.
+_SWITCH_INTERVAL_S = 0.0005
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """
+    Run the node and return the exit code: 0 ended as told, 1 it failed, 2 the input is wrong.
+
+    argv: [--params-file FILE] [--ros-args ...]; without it that of the process.
+    """
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    at = arguments.index('--ros-args') if '--ros-args' in arguments else len(arguments)
+    parser = argparse.ArgumentParser('satdyn node', description='A satellite as a ROS 2 node.')
+    parser.add_argument('--params-file', metavar='FILE', help='the scenario')
+    own = parser.parse_args(arguments[:at])
+    try:
+        values = _values(own.params_file)
+        rclpy.init(args=['satdyn', *arguments[at:]])
+        node = SatdynNode(values)
+    except (ValueError, OSError, rclpy_implementation.RCLError) as error:
+        print(f'satdyn node: {error}', file=sys.stderr)
+        rclpy.try_shutdown()
+        return 2
+    sys.setswitchinterval(_SWITCH_INTERVAL_S)
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    try:
+        executor.spin()
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
+    return 0 if node.failure is None else 1
+
+
+def _values(path):
+    """Return the parameters of a file; a list that mixes integers and floats is one of floats."""
+    if path is None:
+        return {}
+    return parameters_of_yaml(ros_yaml.read_text(path, 'the scenario'), path)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,167 @@
+"""The node: declares its parameters, builds what a scenario describes, and connects the parts."""
+
+import copy
+import time
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import rclpy.node
+
+from ..events import Event, Topics
+from ..messages.topics import TOPICS
+from ..scenario import Scenario
+from ..simulation import Samples, Simulation
+from .diagnostics import (
+    Diagnostics,
+    InputsReport,
+    PacingReport,
+    PropagationReport,
+    recorder_report,
+)
+from .inputs import Inputs
+from .pacing import Pacing
+from .parameters import Parameters, given_parameters
+from .publishing import Block, Publishing
+from .services import Services
+
+if TYPE_CHECKING:
+    from .recorder import Recorder
+
+_SECOND_NS = 10**9
+
+
+class SatdynNode(rclpy.node.Node):
+    """
+    A satellite: it propagates, publishes at a fixed rate, answers requests and records.
+
+    values: parameters by name, which those that ROS gives it (files, command line,
+    parameter_overrides) override.  The ticks begin at once, in a thread; spin the node for its
+    services.  destroy_node() ends the ticks and completes the bag.  ValueError: a parameter is
+    not allowed.  OSError: no bag can be made.
+
+    >>> node = SatdynNode({'publish.rate': 10.0}, namespace='sat1')  # doctest: +SKIP
+    """
+
+    def __init__(self, values: Mapping[str, Any] | None = None, **kwargs: Any):
+        super().__init__(kwargs.pop('node_name', 'satdyn'), **kwargs)
+        self.failure: str | None = None
+        self._pacing: Pacing | None = None
+        self._recorder: Recorder | None = None
+        try:
+            self._build(Scenario({**(values or {}), **given_parameters(self)}))
+        except BaseException:
+            self.destroy_node()
+            raise
+
+    def _build(self, scenario):
+        if scenario['time.publish_clock'] and self.get_parameter('use_sim_time').value:
+            raise ValueError(
+                'time.publish_clock and use_sim_time are both true; whoever publishes /clock '
+                'cannot follow it'
+            )
+        self._publishing = Publishing(self, scenario)
+        scenario = scenario.with_values(
+            {
+                'publish.topics': self._publishing.open(scenario.topics),
+                'time.epoch_ns': scenario.epoch_ns or _wall_clock_ns(),
+            }
+        )
+        parameters = Parameters(self, scenario, self._change)
+        self._simulation = Simulation(scenario)
+        self._pacing = Pacing(self._simulation, self, scenario['time.factor'], self._fail)
+        self._inputs = Inputs(self, scenario, self._simulation, self._pacing)
+        Services(self, parameters, self._pacing, self._record)
+        self._propagation = PropagationReport(scenario['motion.tolerance'])
+        Diagnostics(
+            self,
+            {
+                'propagation': self._propagation,
+                'pacing': PacingReport(self._pacing, float(scenario.rate)),
+                'recorder': lambda: recorder_report(self._recorder),
+                'inputs': InputsReport(self._inputs.tally),
+            },
+        )
+        if scenario['record.enabled']:
+            self._recorder = self._open_recorder()
+        self._pacing.start()
+
+    def destroy_node(self) -> None:
+        """End the ticks, complete the bag and leave the graph."""
+        if self._pacing is not None:
+            self._pacing.stop()
+        if self._recorder is not None:
+            self._recorder.close()
+            self._recorder = None
+        super().destroy_node()
+
+    # -- what the ticks hold, told by the pacing thread ------------------------------------------
+
+    def prepare(self, applied: list[Event], samples: Samples) -> Block:
+        """Record the events that act at the first tick and return the messages of all."""
+        recorder = self._recorder
+        if recorder is not None:
+            for event in applied:
+                recorder.put_event(event, int(samples.stamps_ns[0]))
+        return self._publishing.pack(samples, self._simulation.topics)
+
+    def published(self, samples: Samples, messages: Block, count: int) -> None:
+        """Record the first `count` ticks, which were published."""
+        self._propagation.take(self._simulation.motion, samples)
+        recorder = self._recorder
+        if recorder is not None:
+            as_it_is = copy.copy(self._simulation)
+            recorder.put_samples(samples, messages.rows, count, as_it_is)
+
+    # -- changes, made by the executor's threads -------------------------------------------------
+
+    def _change(self, scenario, names):
+        """Let parameters act that were set while running."""
+        if 'time.factor' in names:
+            self._pacing.set_factor(scenario['time.factor'])
+        if 'torque.timeout' in names:
+            self._inputs.timeout_s = scenario['torque.timeout']
+        if 'publish.topics' in names:
+            topics = self._publishing.open(scenario.topics)
+            self._pacing.put(lambda tick: Topics(tick, topics))
+
+    def _record(self, enabled):
+        """Open a bag, or close the open one; return whether that worked and what was done."""
+        recorder = self._recorder
+        if not enabled:
+            if recorder is None:
+                return False, 'no bag is open'
+            self._recorder = None
+            recorder.close()
+            if recorder.failure is not None:
+                return False, recorder.failure
+            return True, f'closed {recorder.directory}'
+        if recorder is not None and recorder.failure is None:
+            return False, f'{recorder.directory} is open already'
+        try:
+            self._recorder = self._open_recorder()
+        except OSError as error:
+            return False, str(error)
+        return True, f'recording {self._recorder.directory}'
+
+    def _open_recorder(self):
+        # Only who records pays for what a bag needs.
+        from .recorder import Recorder
+
+        return Recorder(
+            self._simulation.scenario,
+            self._simulation.topics,
+            lambda name: self.resolve_topic_name(TOPICS[name].name),
+            self.get_logger().error,
+        )
+
+    def _fail(self, error):
+        """End the node: a tick could not be computed, or, at the end, not be published."""
+        if not self.context.ok():
+            return
+        self.failure = str(error)
+        self.get_logger().fatal(f'the ticks have ended: {self.failure}')
+        self.context.try_shutdown()
+
+
+def _wall_clock_ns():
+    return round(time.time()) * _SECOND_NS

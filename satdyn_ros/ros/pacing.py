@@ -1,0 +1,269 @@
+"""The thread that makes ticks happen: it sleeps to deadlines, publishes, and takes what comes."""
+
+import time
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, replace
+from threading import Condition, Thread
+from typing import Protocol
+
+from ..events import Event
+from ..simulation import Samples, Simulation
+
+_SECOND_NS = 10**9
+# Ticks are computed ahead for this time at most: what was published reaches the recorder soon.
+_AHEAD_S = 0.25
+_LARGEST_BLOCK = 256
+# A longer sleep can be interrupted; a shorter one ends more punctually.
+_SHORT_NS = 50_000_000
+# A lag after which deadlines start anew.
+_LARGEST_LAG_NS = _SECOND_NS
+
+
+class Messages(Protocol):
+    """The messages of a block of ticks, ready to be published row by row."""
+
+    def publish(self, row: int) -> None:
+        """Publish the messages of one tick."""
+
+
+class Listener(Protocol):
+    """Who is told what the ticks hold: before a block is published, and what of it was."""
+
+    def prepare(self, applied: list[Event], samples: Samples) -> Messages:
+        """Take the events that act at the first tick and return the messages of all."""
+
+    def published(self, samples: Samples, messages: Messages, count: int) -> None:
+        """Take notice that the first `count` ticks were published."""
+
+
+@dataclass
+class Punctuality:
+    """Ticks published; those later than one period; the largest lag [s]; fresh starts."""
+
+    ticks: int = 0
+    late_ticks: int = 0
+    largest_lag_s: float = 0.0
+    restarts: int = 0
+
+
+class Pacing:
+    """
+    The ticks of a simulation, paced by absolute deadlines of the monotonic clock.
+
+    factor: simulated seconds per wall second, 0: as fast as possible.  Nothing is skipped: late
+    ticks are published late; deadlines start anew after a lag of a second, a pause, or a change
+    of the factor.  failed(error): called once from the thread if a tick cannot be computed.
+    """
+
+    def __init__(
+        self,
+        simulation: Simulation,
+        listener: Listener,
+        factor: float,
+        failed: Callable[[Exception], None],
+    ):
+        self._simulation = simulation
+        self._listener = listener
+        self._factor = factor
+        self._failed = failed
+        self._changed = Condition()
+        self._attention = False
+        self._stopping = False
+        self._paused = False
+        self._steps = 0
+        self._inbox: list[tuple[str | None, Callable[[int], Event]]] = []
+        self._largest_block = 1
+        self._block_length = 1
+        self._tick = simulation.tick
+        self._begin_anew = True
+        self._begin_tick = 0
+        self._begin_ns = 0
+        self._period_ns = 0.0
+        self._punctuality = Punctuality()
+        self._thread = Thread(target=self._run, name='pacing', daemon=True)
+        self._set_period()
+
+    # -- from other threads ----------------------------------------------------------------------
+
+    @property
+    def between_ticks(self) -> AbstractContextManager:
+        """While it is held, no tick is published."""
+        return self._changed
+
+    @property
+    def tick(self) -> int:
+        """The last tick that was published, -1 before the first."""
+        return self._tick
+
+    @property
+    def is_paused(self) -> bool:
+        """Whether ticks pass by ~/step alone."""
+        return self._paused
+
+    @property
+    def factor(self) -> float:
+        """The simulated seconds per wall second that are asked for."""
+        return self._factor
+
+    @property
+    def is_alive(self) -> bool:
+        """Whether the thread runs."""
+        return self._thread.is_alive()
+
+    def start(self) -> None:
+        """Begin with the next tick."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Let no more ticks happen."""
+        with self._changed:
+            self._stopping = True
+            self._alert()
+        if self._thread.is_alive():
+            self._thread.join()
+
+    def put(self, event_at: Callable[[int], Event], kind: str | None = None) -> None:
+        """
+        Let event_at(tick) act at the next tick.
+
+        kind: what it is in place of: of the events of one kind, the last before a tick acts.
+        """
+        with self._changed:
+            self._inbox = [item for item in self._inbox if kind is None or item[0] != kind]
+            self._inbox.append((kind, event_at))
+            self._alert()
+
+    def pause(self) -> None:
+        """Let no tick pass from now on."""
+        with self._changed:
+            self._paused = True
+            self._alert()
+
+    def resume(self) -> None:
+        """Let ticks pass again."""
+        with self._changed:
+            self._begin_anew = self._begin_anew or self._paused
+            self._paused = False
+            self._alert()
+
+    def step(self, count: int) -> bool:
+        """Let `count` ticks pass while paused and return when they have; False: none did."""
+        with self._changed:
+            if not self._paused:
+                return False
+            self._steps = count
+            self._changed.notify_all()
+            self._changed.wait_for(lambda: self._steps == 0 or self._stopping)
+            return self._steps == 0
+
+    def set_factor(self, factor: float) -> None:
+        """Change the simulated seconds per wall second."""
+        with self._changed:
+            self._factor = factor
+            self._begin_anew = True
+            self._set_period()
+            self._alert()
+
+    def take_punctuality(self) -> Punctuality:
+        """Return what was counted since the last call."""
+        with self._changed:
+            taken, self._punctuality = self._punctuality, Punctuality()
+            return replace(taken)
+
+    def _alert(self):
+        self._attention = True
+        self._changed.notify_all()
+
+    def _set_period(self):
+        ticks_per_s = float(self._simulation.ticks.rate) * self._factor
+        self._period_ns = _SECOND_NS / ticks_per_s if self._factor else 0.0
+        ahead = _AHEAD_S * ticks_per_s if self._factor else _LARGEST_BLOCK
+        self._largest_block = max(1, min(_LARGEST_BLOCK, int(ahead)))
+
+    # -- the thread ------------------------------------------------------------------------------
+
+    def _run(self):
+        try:
+            while (count := self._next_count()) > 0:
+                self._play(count)
+        except Exception as error:
+            self._failed(error)
+        finally:
+            with self._changed:
+                self._stopping = True
+                self._changed.notify_all()
+
+    def _next_count(self):
+        """Return how many ticks to compute next, with what came scheduled; 0: stop."""
+        with self._changed:
+            while self._paused and not (self._steps or self._stopping):
+                self._attention = False
+                self._changed.wait()
+            if self._stopping:
+                return 0
+            self._attention = False
+            for _, event_at in self._inbox:
+                self._simulation.schedule(event_at(self._simulation.next_tick))
+            self._inbox.clear()
+            count = min(self._block_length, self._largest_block)
+            return min(count, self._steps) if self._paused else count
+
+    def _play(self, count):
+        simulation = self._simulation
+        applied, samples = simulation.advance(count)
+        messages = self._listener.prepare(applied, samples)
+        try:
+            self._publish(samples, messages)
+        finally:
+            done = self._tick + 1 - samples.first_tick
+            if done:
+                self._punctuality.ticks += done
+                self._listener.published(samples, messages, done)
+        if done < len(samples):
+            simulation.rewind(samples.first_tick + done)
+        self._block_length = 1 if applied or done < len(samples) else 2 * count
+
+    def _publish(self, samples, messages):
+        """Publish tick by tick until something comes up."""
+        publish, changed, stepping = messages.publish, self._changed, self._paused
+        tick = samples.first_tick
+        for row in range(len(samples)):
+            if not stepping and self._period_ns:
+                self._sleep_to_deadline(tick)
+            with changed:
+                if self._attention:
+                    return
+                publish(row)
+                self._tick = tick
+                tick += 1
+                if stepping:
+                    self._steps -= 1
+                    if self._steps == 0:
+                        changed.notify_all()
+
+    def _sleep_to_deadline(self, tick):
+        if self._begin_anew:
+            self._begin_anew = False
+            self._begin_tick, self._begin_ns = tick, time.monotonic_ns()
+        deadline_ns = self._begin_ns + (tick - self._begin_tick) * self._period_ns
+        left_ns = deadline_ns - time.monotonic_ns()
+        while left_ns > _SHORT_NS:
+            with self._changed:
+                if self._attention:
+                    return
+                self._changed.wait((left_ns - _SHORT_NS / 2) / _SECOND_NS)
+            left_ns = deadline_ns - time.monotonic_ns()
+        if left_ns > 0:
+            time.sleep(left_ns / _SECOND_NS)
+        self._count_lag(time.monotonic_ns() - deadline_ns)
+
+    def _count_lag(self, lag_ns):
+        punctuality = self._punctuality
+        if lag_ns > self._period_ns:
+            punctuality.late_ticks += 1
+        if lag_ns > punctuality.largest_lag_s * _SECOND_NS:
+            punctuality.largest_lag_s = lag_ns / _SECOND_NS
+        if lag_ns > _LARGEST_LAG_NS:
+            punctuality.restarts += 1
+            self._begin_anew = True

@@ -1,0 +1,146 @@
+"""The node's parameters: declared from the table of keys, checked by it, changed by its rules."""
+
+import sys
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from ..keys import KEYS, Key
+from ..scenario import INITIAL_CONDITIONS, Scenario
+
+# Parameters of rclpy's own beside ours.
+_FOREIGN = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
+
+_TYPES = {
+    'double': Parameter.Type.DOUBLE,
+    'double_array': Parameter.Type.DOUBLE_ARRAY,
+    'integer': Parameter.Type.INTEGER,
+    'string': Parameter.Type.STRING,
+    'string_array': Parameter.Type.STRING_ARRAY,
+    'bool': Parameter.Type.BOOL,
+}
+
+
+def given_parameters(node: Node) -> dict[str, Any]:
+    """Return what the command line, parameter files and the constructor give, name to value."""
+    # What rclpy read of them is public only by declaring it, types included.
+    overrides = node._parameter_overrides
+    return {
+        name: parameter.value
+        for name, parameter in overrides.items()
+        if name.split('.')[0] not in _FOREIGN
+    }
+
+
+def descriptor(key: Key) -> ParameterDescriptor:
+    """Return what `ros2 param describe` says of a key."""
+    described = ParameterDescriptor(
+        description=f'[{key.unit}] {key.meaning}' if key.unit else key.meaning,
+        additional_constraints=_constraints(key),
+        read_only=key.changes == 'never',
+        # Lists of integers are taken as floats, whole numbers as doubles.
+        dynamic_typing=key.kind in ('double', 'double_array', 'string_array'),
+    )
+    low, high = max(key.low, key.above), min(key.high, key.below)
+    if (low, high) != (-float('inf'), float('inf')):
+        if key.kind == 'double':
+            largest = sys.float_info.max
+            bounds = {'from_value': max(low, -largest), 'to_value': min(high, largest)}
+            described.floating_point_range = [FloatingPointRange(**bounds)]
+        elif key.kind == 'integer':
+            described.integer_range = [IntegerRange(from_value=int(low), to_value=int(high))]
+    return described
+
+
+def _constraints(key):
+    if key.changes == 'service':
+        return f'takes {key.allowed}; changes through ~/set_initial_conditions alone'
+    return f'takes {key.allowed}'
+
+
+class Parameters:
+    """
+    The parameters of a node, whose values are those of a scenario.
+
+    changed(scenario, names): called after an ordinary set was accepted, names being what changed.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        scenario: Scenario,
+        changed: Callable[[Scenario, list[str]], None],
+    ):
+        self.scenario = scenario
+        self._node = node
+        self._changed = changed
+        self._puts_in_force = False
+        for key in KEYS.values():
+            value = _plain(scenario[key.name])
+            node.declare_parameter(key.name, value, descriptor(key), ignore_override=True)
+        node.add_pre_set_parameters_callback(self._converted)
+        node.add_on_set_parameters_callback(self._check)
+        node.add_post_set_parameters_callback(self._act)
+
+    def put_in_force(self, values: Mapping[str, Any]) -> None:
+        """Show initial conditions that were accepted as the parameters' values."""
+        self._puts_in_force = True
+        try:
+            self._node.set_parameters_atomically([_parameter(n, v) for n, v in values.items()])
+        finally:
+            self._puts_in_force = False
+
+    def _converted(self, parameters):
+        """Return the parameters in their keys' types where their values allow it."""
+        return [_converted(parameter) for parameter in parameters]
+
+    def _check(self, parameters):
+        try:
+            self._with(parameters)
+        except ValueError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def _act(self, parameters):
+        scenario = self._with(parameters)
+        changed = [p.name for p in parameters if p.name in KEYS]
+        self.scenario = scenario
+        if changed and not self._puts_in_force:
+            self._changed(scenario, changed)
+
+    def _with(self, parameters):
+        """Return the scenario with parameters changed; ValueError: they may not be."""
+        values = {p.name: p.value for p in parameters if p.name in KEYS}
+        refused = [name for name in values if name in INITIAL_CONDITIONS]
+        if refused and not self._puts_in_force:
+            raise ValueError(
+                f'{refused[0]} changes through the service ~/set_initial_conditions alone, which '
+                'restarts the motion'
+            )
+        return self.scenario.with_values(values)
+
+
+def _plain(value):
+    return list(value) if isinstance(value, tuple) else value
+
+
+def _parameter(name, value):
+    return Parameter(name, _TYPES[KEYS[name].kind], _plain(value))
+
+
+def _converted(parameter):
+    key = KEYS.get(parameter.name)
+    if key is None:
+        return parameter
+    try:
+        return _parameter(parameter.name, key.checked(parameter.value))
+    except ValueError:
+        return parameter

@@ -1,0 +1,97 @@
+"""The node's outputs: each block of ticks packed once, published row by row."""
+
+from collections.abc import Callable, Iterable
+from importlib import import_module
+
+import numpy as np
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+
+from ..messages import qos
+from ..messages.topics import TOPICS, Packer
+from ..scenario import Scenario
+from ..simulation import Samples
+
+
+class Block:
+    """The messages of consecutive ticks: rows (N,) by topic, and how each is published."""
+
+    def __init__(self, rows: dict[str, np.ndarray], outputs: list[tuple[Callable, np.ndarray]]):
+        self.rows = rows
+        self._outputs = [(publish, table.tobytes(), table.itemsize) for publish, table in outputs]
+
+    def publish(self, row: int) -> None:
+        """Publish the messages of one tick."""
+        for publish, data, size in self._outputs:
+            publish(data[row * size : (row + 1) * size])
+
+
+class Publishing:
+    """
+    The state topics and /clock of a node.
+
+    Topics that a scenario does not have, or whose type is not installed, are left out with one
+    warning each.
+    """
+
+    def __init__(self, node: Node, scenario: Scenario):
+        self._node = node
+        self._scenario = scenario
+        self._qos = qos_profile(qos.state_topics(float(scenario.rate)))
+        self._packers: dict[str, Packer] = {}
+        self._publishers: dict[str, Publisher] = {}
+        self._left_out: set[str] = set()
+        self._clock: Publisher | None = None
+        if scenario['time.publish_clock']:
+            self._clock = node.create_publisher(
+                message_class('rosgraph_msgs/msg/Clock'), '/clock', qos_profile(qos.CLOCK)
+            )
+            self._clock_packer = TOPICS['clock'].packer(scenario.frames, scenario.system)
+
+    def open(self, names: Iterable[str]) -> tuple[str, ...]:
+        """Make the publishers of topics that have none yet; return those that can be published."""
+        return tuple(name for name in names if name in self._publishers or self._add(name))
+
+    def pack(self, samples: Samples, names: Iterable[str]) -> Block:
+        """Return the messages of samples on the named topics."""
+        rows = {name: self._packers[name].pack(samples) for name in names}
+        outputs = [(self._publishers[name].publish, table) for name, table in rows.items()]
+        if self._clock is not None:
+            outputs.insert(0, (self._clock.publish, self._clock_packer.pack(samples)))
+        return Block(rows, outputs)
+
+    def _add(self, name):
+        topic = TOPICS[name]
+        try:
+            packer = topic.packer(self._scenario.frames, self._scenario.system)
+            message = message_class(topic.type)
+        except (ValueError, ImportError) as error:
+            self._warn_once(name, error)
+            return False
+        self._packers[name] = packer
+        self._publishers[name] = self._node.create_publisher(message, topic.name, self._qos)
+        return True
+
+    def _warn_once(self, name, error):
+        if name in self._left_out:
+            return
+        self._left_out.add(name)
+        reason = error if isinstance(error, ValueError) else f'{error.name} is not installed'
+        self._node.get_logger().warning(f'{name} is not published: {reason}')
+
+
+def message_class(type_name: str) -> type:
+    """Return the class of 'package/msg/Name'; ImportError: the package is not installed."""
+    package, _, name = type_name.split('/')
+    return getattr(import_module(f'{package}.msg'), name)
+
+
+def qos_profile(offered: qos.Qos) -> QoSProfile:
+    """Return the quality of service in the words of rclpy."""
+    return QoSProfile(
+        depth=offered.depth,
+        history=HistoryPolicy.get_from_short_key(offered.history),
+        reliability=ReliabilityPolicy.get_from_short_key(offered.reliability),
+        durability=DurabilityPolicy.get_from_short_key(offered.durability),
+    )

@@ -82,13 +82,7 @@ class Simulation:
 
     def accept(self, values: Mapping[str, Any]) -> None:
         """Take new initial conditions as those in force; ValueError: they are not allowed."""
-        foreign = [name for name in values if name not in INITIAL_CONDITIONS]
-        if foreign:
-            raise ValueError(
-                f'{foreign[0]} cannot be requested; a request takes '
-                f'{", ".join(INITIAL_CONDITIONS)}'
-            )
-        self.conditions = self.conditions.with_values(values)
+        self.conditions = requested(self.conditions, values)
 
     def timeout_tick(self, tick: int, timeout_s: float) -> int | None:
         """Return the tick at which a torque of this tick drops to zero, None: never."""
@@ -176,9 +170,9 @@ class Simulation:
                 self.topics = event.names
 
     def _hold(self, topic, until_tick):
-        self._until.pop(topic, None)
-        if until_tick is not None:
-            self._until[topic] = until_tick
+        # A new dictionary each time: a shallow copy of the run is a snapshot of it.
+        held = {name: until for name, until in self._until.items() if name != topic}
+        self._until = held if until_tick is None else held | {topic: until_tick}
 
     def _drive(self, tick, **torques):
         """Let torques act from a tick on; a torque that already acts changes nothing."""
@@ -259,6 +253,16 @@ class Simulation:
         simulation._restart(snapshot['begin_tick'], state)
         simulation.next_tick = snapshot['tick']
         return simulation
+
+
+def requested(conditions: Scenario, values: Mapping[str, Any]) -> Scenario:
+    """Return the conditions with what a request gives; ValueError: it is not allowed."""
+    foreign = [name for name in values if name not in INITIAL_CONDITIONS]
+    if foreign:
+        raise ValueError(
+            f'{foreign[0]} cannot be requested; a request takes {", ".join(INITIAL_CONDITIONS)}'
+        )
+    return conditions.with_values(values)
 
 
 def _plain(state):

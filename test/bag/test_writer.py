@@ -1,0 +1,451 @@
+"""What is written: the records of rosbag2 in their order, and never a failure in silence."""
+
+import struct
+import subprocess
+import sys
+import tracemalloc
+from itertools import groupby
+
+import bags
+import numpy as np
+import pytest
+import yaml
+from mcap.opcode import Opcode
+from mcap.reader import make_reader
+from mcap.records import (
+    Channel,
+    Chunk,
+    ChunkIndex,
+    Header,
+    Message,
+    MessageIndex,
+    Metadata,
+    Schema,
+    Statistics,
+    SummaryOffset,
+)
+from mcap.stream_reader import StreamReader, breakup_chunk
+
+from satdyn_ros.bag.metadata import TopicMetadata
+from satdyn_ros.bag.scan import Block, Incomplete, scan
+from satdyn_ros.bag.writer import BagWriter
+
+PROFILE = '- history: keep_last\n  depth: 10'
+A = TopicMetadata('/a', 'std_msgs/msg/Int64', 'int64 data', 'RIHS01_aa', PROFILE)
+B = TopicMetadata('/b', 'std_msgs/msg/Int8', 'int8 data', 'RIHS01_bb', '')
+SILENT = TopicMetadata('/c', 'std_msgs/msg/Int8', 'int8 data', 'RIHS01_bb', '')
+TICK_NS = 10**8
+
+
+def rows(length, count, first=0):
+    """Return `count` messages of a length, each filled with its number."""
+    numbers = np.arange(first, first + count) % 256
+    return np.repeat(numbers.astype(np.uint8), length).view(f'V{length}')
+
+
+def stamps(count, first=0):
+    return bags.EPOCH_NS + TICK_NS * np.arange(first, first + count)
+
+
+def records(path):
+    """Return a file's records, its chunks unopened, read by the mcap library with checksums."""
+    return list(StreamReader(str(path), emit_chunks=True, validate_crcs=True).records)
+
+
+def only(path, kind):
+    return [record for record in records(path) if isinstance(record, kind)]
+
+
+@pytest.fixture
+def bag(tmp_path):
+    """Two chunks of two topics, a metadata record between them, and a topic without messages."""
+    with BagWriter(tmp_path / 'bag', [A, B, SILENT], provenance={'version': '1: "x"'}) as writer:
+        writer.write(stamps(3), {'/a': rows(12, 3)})
+        writer.write_metadata('between', {'key': 'value'})
+        writer.write(stamps(2, 3), {'/a': rows(12, 2, 3), '/b': rows(5, 2, 3)})
+    return tmp_path / 'bag'
+
+
+def test_records_stand_in_the_order_of_rosbag2(bag):
+    """Header, metadata, chunks each with its indexes, metadata, data end, summary, footer."""
+    found = records(bag / 'bag_0.mcap')
+    counted = [(name, len(list(run))) for name, run in groupby(type(r).__name__ for r in found)]
+    assert counted == [
+        ('Header', 1),
+        ('Metadata', 2),
+        ('Chunk', 1),
+        ('MessageIndex', 1),
+        ('Metadata', 1),
+        ('Chunk', 1),
+        ('MessageIndex', 2),
+        ('Metadata', 1),
+        ('DataEnd', 1),
+        ('Schema', 2),
+        ('Channel', 3),
+        ('Statistics', 1),
+        ('ChunkIndex', 2),
+        ('MetadataIndex', 4),
+        ('SummaryOffset', 5),
+        ('Footer', 1),
+    ]
+    assert found[0].profile == 'ros2'
+    metadata = [record.name for record in found if isinstance(record, Metadata)]
+    assert metadata == ['rosbag2', 'satdyn_ros/scenario', 'between', 'rosbag2']
+
+
+def test_a_channel_is_declared_ahead_of_its_first_message(bag):
+    """Chunks hold schema and channel where rosbag2 has them; the silent topic is in the summary."""
+    chunks = [breakup_chunk(chunk) for chunk in only(bag / 'bag_0.mcap', Chunk)]
+    inside = [[type(record).__name__ for record in chunk] for chunk in chunks]
+    assert inside == [
+        ['Schema', 'Channel', *['Message'] * 3],
+        ['Schema', 'Channel', *['Message'] * 4],
+    ]
+    quality = {'offered_qos_profiles': PROFILE, 'topic_type_hash': 'RIHS01_aa'}
+    none = {'offered_qos_profiles': '', 'topic_type_hash': 'RIHS01_bb'}
+    assert only(bag / 'bag_0.mcap', Channel) == [
+        Channel(1, '/a', 'cdr', quality, 1),
+        Channel(2, '/b', 'cdr', none, 2),
+        Channel(3, '/c', 'cdr', none, 2),
+    ]
+    assert only(bag / 'bag_0.mcap', Schema) == [
+        Schema(1, b'int64 data', 'ros2msg', 'std_msgs/msg/Int64'),
+        Schema(2, b'int8 data', 'ros2msg', 'std_msgs/msg/Int8'),
+    ]
+
+
+def test_messages_stand_tick_by_tick(bag):
+    """Log and publish time are the stamp, the sequence is 0, as rosbag2 writes it."""
+    chunks = only(bag / 'bag_0.mcap', Chunk)
+    messages = [r for c in chunks for r in breakup_chunk(c) if isinstance(r, Message)]
+    expected = [(1, k, 12) for k in range(3)] + [
+        (i, k, n) for k in (3, 4) for i, n in ((1, 12), (2, 5))
+    ]
+    assert messages == [
+        Message(i, int(stamp), bytes([k]) * n, int(stamp), 0)
+        for i, k, n in expected
+        for stamp in stamps(1, k)
+    ]
+
+
+def test_indexes_point_at_what_they_say(bag):
+    """Every entry of every index leads to its record; the summary is the reader's way in."""
+    path = bag / 'bag_0.mcap'
+    data = path.read_bytes()
+    chunks = only(path, Chunk)
+    for index, chunk in zip(only(path, ChunkIndex), chunks, strict=True):
+        start, length = index.chunk_start_offset, index.chunk_length
+        assert data[start] == Opcode.CHUNK
+        assert struct.unpack_from('<Q', data, start + 1)[0] + 9 == length
+        assert (index.compressed_size, index.uncompressed_size) == (
+            len(chunk.data),
+            chunk.uncompressed_size,
+        )
+        for channel_id, offset in index.message_index_offsets.items():
+            assert data[offset] == Opcode.MESSAGE_INDEX
+            assert struct.unpack_from('<H', data, offset + 9)[0] == channel_id
+    for index in only(path, MessageIndex):
+        for log_time, _ in index.records:
+            assert log_time in stamps(5).tolist()
+    for group in only(path, SummaryOffset):
+        assert data[group.group_start] == group.group_opcode
+    with open(path, 'rb') as file:
+        reader = make_reader(file, validate_crcs=True)
+        found = [(c.topic, m.log_time) for _, c, m in reader.iter_messages(topics=['/b'])]
+        assert found == [('/b', stamp) for stamp in stamps(2, 3).tolist()]
+        assert [record.name for record in reader.iter_metadata()][2] == 'between'
+
+
+def test_statistics_count_what_is_there(bag):
+    """Counts and times of the whole file; rosbag2 takes them for granted."""
+    (statistics,) = only(bag / 'bag_0.mcap', Statistics)
+    first, last = stamps(5)[[0, -1]].tolist()
+    assert statistics == Statistics(0, 3, {1: 5, 2: 2}, 2, 7, last, first, 4, 2)
+
+
+METADATA = f"""\
+rosbag2_bagfile_information:
+  version: 9
+  storage_identifier: mcap
+  duration:
+    nanoseconds: {4 * TICK_NS}
+  starting_time:
+    nanoseconds_since_epoch: {bags.EPOCH_NS}
+  message_count: 7
+  topics_with_message_count:
+    - topic_metadata:
+        name: /a
+        type: std_msgs/msg/Int64
+        serialization_format: cdr
+        offered_qos_profiles:
+          - history: keep_last
+            depth: 10
+        type_description_hash: RIHS01_aa
+      message_count: 5
+    - topic_metadata:
+        name: /b
+        type: std_msgs/msg/Int8
+        serialization_format: cdr
+        offered_qos_profiles: []
+        type_description_hash: RIHS01_bb
+      message_count: 2
+    - topic_metadata:
+        name: /c
+        type: std_msgs/msg/Int8
+        serialization_format: cdr
+        offered_qos_profiles: []
+        type_description_hash: RIHS01_bb
+      message_count: 0
+  compression_format: ""
+  compression_mode: ""
+  relative_file_paths:
+    - bag_0.mcap
+  files:
+    - path: bag_0.mcap
+      starting_time:
+        nanoseconds_since_epoch: {bags.EPOCH_NS}
+      duration:
+        nanoseconds: {4 * TICK_NS}
+      message_count: 7
+  custom_data:
+    version: "1: \\"x\\""
+  ros_distro: jazzy"""
+
+
+def test_metadata_yaml_is_version_9_field_by_field(bag):
+    """The text is laid out as yaml-cpp lays it out for rosbag2 of Jazzy, no newline at its end."""
+    assert (bag / 'metadata.yaml').read_text() == METADATA
+
+
+def test_a_file_says_twice_what_metadata_yaml_says(bag):
+    """At its begin without messages and topics, at its end all of it, without the outer key."""
+    first, last = (
+        yaml.safe_load(record.metadata['serialized_metadata'])
+        for record in only(bag / 'bag_0.mcap', Metadata)
+        if record.name == 'rosbag2'
+    )
+    assert last == yaml.safe_load(METADATA)['rosbag2_bagfile_information']
+    assert first == last | {
+        'duration': {'nanoseconds': 0},
+        'starting_time': {'nanoseconds_since_epoch': 2**63 - 1},
+        'message_count': 0,
+        'topics_with_message_count': [],
+        'files': [
+            {
+                'path': 'bag_0.mcap',
+                'starting_time': {'nanoseconds_since_epoch': 2**63 - 1},
+                'duration': {'nanoseconds': 0},
+                'message_count': 0,
+            }
+        ],
+    }
+
+
+def test_a_name_that_yaml_would_misread_is_quoted(tmp_path):
+    """A directory may be called anything; its metadata.yaml still names its file."""
+    BagWriter(tmp_path / '12: #x', [A]).close()
+    information = yaml.safe_load((tmp_path / '12: #x' / 'metadata.yaml').read_text())
+    assert information['rosbag2_bagfile_information']['relative_file_paths'] == ['12: #x_0.mcap']
+
+
+@pytest.mark.parametrize('compression', ['none', 'lz4', 'zstd'])
+def test_every_compression_gives_the_same_messages(tmp_path, compression):
+    """Chunks of 768 KiB with checksums, whatever they are compressed with."""
+    count = 50_000
+    with BagWriter(tmp_path / 'bag', [A, B], compression=compression) as writer:
+        writer.write(stamps(count), {'/a': rows(12, count), '/b': rows(5, count)})
+    chunks = only(tmp_path / 'bag/bag_0.mcap', Chunk)
+    name = '' if compression == 'none' else compression
+    assert {chunk.compression for chunk in chunks} == {name}
+    assert all(chunk.uncompressed_crc for chunk in chunks)
+    sizes = [chunk.uncompressed_size for chunk in chunks]
+    tick = 2 * 31 + 12 + 5
+    assert all(786432 <= size < 786432 + tick for size in sizes[:-1])
+    assert len(sizes) == 6
+    assert bags.sequence(tmp_path / 'bag') == [
+        (topic, stamp, bytes([k % 256]) * length)
+        for k, stamp in enumerate(stamps(count).tolist())
+        for topic, length in (('/a', 12), ('/b', 5))
+    ]
+
+
+def test_an_unknown_compression_is_refused(tmp_path):
+    """By name, before anything is made."""
+    with pytest.raises(ValueError, match=r"record\.compression is 'gzip'; it is one of none, lz4"):
+        BagWriter(tmp_path / 'bag', [A], compression='gzip')
+    assert not (tmp_path / 'bag').exists()
+
+
+def test_blocks_do_not_change_the_sequence(tmp_path):
+    """Row by row as the node writes and in one piece as an offline run does: the same messages."""
+    written = []
+    for block in (1, 7, 500):
+        with BagWriter(tmp_path / f'{block}', [A, B]) as writer:
+            for first in range(0, 500, block):
+                count = min(block, 500 - first)
+                messages = {'/a': rows(12, count, first), '/b': rows(5, count, first)}
+                writer.write(stamps(count, first), messages)
+        written.append(bags.sequence(tmp_path / f'{block}'))
+    assert len(written[0]) == 1000
+    assert written[0] == written[1] == written[2]
+
+
+def test_a_message_larger_than_a_chunk_is_written_whole(tmp_path):
+    """A chunk holds at least one tick."""
+    with BagWriter(tmp_path / 'bag', [A]) as writer:
+        writer.write(stamps(2), {'/a': rows(2_000_000, 2)})
+    assert [len(data) for _, _, data in bags.sequence(tmp_path / 'bag')] == [2_000_000] * 2
+
+
+def test_a_topic_may_come_later(tmp_path):
+    """rosbag2 takes in topics at any time; one that is known already stays as it is."""
+    with BagWriter(tmp_path / 'bag', [A]) as writer:
+        writer.write(stamps(1), {'/a': rows(12, 1)})
+        writer.add_topic(B)
+        writer.add_topic(A)
+        writer.write(stamps(1, 1), {'/b': rows(5, 1, 1), '/a': rows(12, 1, 1)})
+    assert [topic for topic, _, _ in bags.sequence(tmp_path / 'bag')] == ['/a', '/b', '/a']
+    assert [c.topic for c in only(tmp_path / 'bag/bag_0.mcap', Channel)] == ['/a', '/b']
+
+
+# -- splitting -----------------------------------------------------------------------------------
+
+
+def test_a_bag_splits_by_duration(tmp_path):
+    """As rosbag2: a file spans no more than the duration; each begins with the run's snapshot."""
+    asked = []
+
+    def snapshot(row):
+        asked.append(row)
+        return {'row': str(row)}
+
+    with BagWriter(tmp_path / 'bag', [A], max_duration_s=1.0) as writer:
+        writer.write(stamps(30), {'/a': rows(12, 30)}, snapshot)
+    information = yaml.safe_load((tmp_path / 'bag/metadata.yaml').read_text())
+    files = information['rosbag2_bagfile_information']['files']
+    assert [file['path'] for file in files] == ['bag_0.mcap', 'bag_1.mcap', 'bag_2.mcap']
+    assert [file['message_count'] for file in files] == [11, 11, 8]
+    assert [file['duration']['nanoseconds'] for file in files] == [10**9, 10**9, 7 * 10**8]
+    assert asked == [0, 11, 22]
+    for path, row in zip(sorted((tmp_path / 'bag').glob('*.mcap')), asked, strict=True):
+        names = [record.name for record in only(path, Metadata)]
+        assert names == ['rosbag2', 'satdyn_ros/snapshot', 'rosbag2']
+        assert only(path, Metadata)[1].metadata == {'row': str(row)}
+        assert len(only(path, Schema)) == len(only(path, Channel)) == 1
+    assert len(bags.sequence(tmp_path / 'bag')) == 30
+
+
+def test_a_bag_splits_by_size(tmp_path):
+    """As rosbag2: a file that has reached the size is followed by the next one."""
+    count = 100_000
+    noise = np.random.default_rng(1).integers(0, 256, (count, 20), np.uint8).view('V20')[:, 0]
+    with BagWriter(tmp_path / 'bag', [A], max_size_bytes=1_000_000) as writer:
+        for first in range(0, count, 1000):
+            part = slice(first, first + 1000)
+            writer.write(stamps(1000, first), {'/a': noise[part]})
+    sizes = [path.stat().st_size for path in sorted((tmp_path / 'bag').glob('*.mcap'))]
+    assert len(sizes) >= 3
+    # It ends with the chunk that reached the size; compressed chunks and indexes are below 1 MB.
+    assert all(1_000_000 <= size < 2_000_000 for size in sizes[:-1])
+    assert [data for _, _, data in bags.sequence(tmp_path / 'bag')] == [bytes(n) for n in noise]
+
+
+# -- what outlives the writer --------------------------------------------------------------------
+
+
+def test_flushed_messages_are_with_the_system(tmp_path):
+    """Another process finds what was flushed while the writer still has the file open."""
+    writer = BagWriter(tmp_path / 'bag', [A])
+    writer.write(stamps(10), {'/a': rows(12, 10)})
+    writer.flush()
+    writer.write(stamps(1, 10), {'/a': rows(12, 1, 10)})
+    assert not (tmp_path / 'bag/metadata.yaml').exists()
+    found = []
+    with pytest.raises(Incomplete, match='ends in mid-write'):
+        found.extend(scan(tmp_path / 'bag/bag_0.mcap'))
+    assert [len(block.contents.heads) for block in found if isinstance(block, Block)] == [10]
+    writer.close()
+    assert len(bags.sequence(tmp_path / 'bag')) == 11
+
+
+def test_memory_stays_flat(tmp_path):
+    """Forty times the messages take the same memory but for the index of chunks."""
+    with BagWriter(tmp_path / 'bag', [A]) as writer:
+        tracemalloc.start()
+        peaks = []
+        for first in range(0, 80, 2):
+            writer.write(stamps(9000, 9000 * first), {'/a': rows(60, 9000)})
+            peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert peaks[-1] - peaks[1] < 100_000
+
+
+# -- refusals ------------------------------------------------------------------------------------
+
+
+def test_a_directory_that_exists_is_left_alone(tmp_path):
+    """A bag never overwrites another."""
+    with pytest.raises(FileExistsError, match=r'exists already; a bag needs a new directory$'):
+        BagWriter(tmp_path, [A])
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_place_without_permission_is_told(tmp_path):
+    """The sentence names the bag and says what the system says; the superuser asks as nobody."""
+    (tmp_path / 'locked').mkdir(mode=0o500)
+    program = """if True:
+        import os, sys
+        from satdyn_ros.bag.writer import BagWriter
+        if os.geteuid() == 0:
+            os.setuid(65534)
+        try:
+            BagWriter(sys.argv[1], [])
+        except PermissionError as error:
+            print(error)
+    """
+    path = tmp_path / 'locked/bag'
+    result = subprocess.run(
+        [sys.executable, '-c', program, path], capture_output=True, text=True, check=True
+    )
+    assert result.stdout == f'the bag {path} cannot be made: Permission denied\n'
+
+
+def test_a_full_disk_is_told_once_and_what_was_written_stays(tmp_path):
+    """A limit on the size of files stands for the disk; the bag is recoverable after it."""
+    program = """if True:
+        import resource, sys
+        import numpy as np
+        from satdyn_ros.bag.metadata import TopicMetadata
+        from satdyn_ros.bag.writer import BagWriter
+        resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))
+        topic = TopicMetadata('/a', 'std_msgs/msg/Int64', 'int64 data', '', '')
+        writer = BagWriter(sys.argv[1], [topic], compression='none')
+        for k in range(20):
+            row = np.full(20_000, k, np.uint8).view('V20000')
+            try:
+                writer.write(np.array([k]), {'/a': row})
+                writer.flush()
+            except OSError as error:
+                print(k, error)
+        writer.close()
+    """
+    path = tmp_path / 'bag'
+    result = subprocess.run(
+        [sys.executable, '-c', program, path], capture_output=True, text=True, check=True
+    )
+    failed = [line.split(' ', 1) for line in result.stdout.splitlines()]
+    assert [int(k) for k, _ in failed] == list(range(int(failed[0][0]), 20))
+    assert {sentence for _, sentence in failed} == {
+        f'the bag {path} takes no more: File too large; satdyn recover completes it'
+    }
+    assert not (path / 'metadata.yaml').exists()
+    found = []
+    with pytest.raises(Incomplete):
+        found.extend(scan(path / 'bag_0.mcap'))
+    kept = sum(len(block.contents.heads) for block in found if isinstance(block, Block))
+    assert kept == int(failed[0][0]) == 9
+
+
+def test_header_names_the_profile(bag):
+    """Players choose by it how messages are decoded."""
+    assert [header.profile for header in only(bag / 'bag_0.mcap', Header)] == ['ros2']

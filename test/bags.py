@@ -1,0 +1,79 @@
+"""Bags to test with: flights recorded as the node and offline runs record them."""
+
+from pathlib import Path
+
+from satdyn_ros.bag.recording import Recording
+from satdyn_ros.events import Request, Reset, RotorTorque, Timeout, Topics, Torque
+from satdyn_ros.messages.topics import TOPICS
+from satdyn_ros.scenario import Scenario
+from satdyn_ros.simulation import Simulation
+
+EPOCH_NS = 1_700_000_000_000_000_000
+TOPIC_NAMES = tuple(name for name, topic in TOPICS.items() if topic.role == 'state')
+
+# Every state topic has values, and the period of a tick is no whole number of nanoseconds.
+GYROSTAT = Scenario.from_dict(
+    {
+        'rotor': {'mode': 'motor', 'inertia': 0.5, 'speed': 20.0},
+        'orbit': {'type': 'kepler', 'eccentricity': 0.1, 'inclination': 0.9},
+        'initial': {'angular_velocity': [0.01, -0.02, 0.015]},
+        'publish': {'rate': 30.0, 'topics': list(TOPIC_NAMES)},
+        'torque': {'timeout': 0.0},
+        'time': {'epoch_ns': EPOCH_NS},
+    }
+)
+# One of each kind; two share a tick, and one changes what is published.
+EVENTS = (
+    Torque(20, (0.1, -0.2, 0.3)),
+    RotorTorque(20, 0.01),
+    Timeout(45, 'torque'),
+    Request(60, {'initial.angular_velocity': [0.0, 0.1, 0.0]}),
+    Torque(60, (0.0, 0.0, 0.05)),
+    Topics(80, ('attitude', 'rotor')),
+    Reset(100),
+)
+
+
+def record(directory, scenario=GYROSTAT, ticks=150, events=EVENTS, block=64, flush=False) -> Path:
+    """Record the first ticks of a run in blocks, each flushed if wanted; return the directory."""
+    recording = Recording(directory, scenario, scenario.topics)
+    for _ in recorded(recording, scenario, ticks, events, block):
+        if flush:
+            recording.flush()
+    recording.close()
+    return Path(directory)
+
+
+def recorded(recording, scenario, ticks, events=(), block=64):
+    """Record a run in blocks and yield after each how many ticks are recorded."""
+    simulation = Simulation(scenario, events)
+    packers = {}
+    while simulation.next_tick < ticks:
+        applied, samples = simulation.advance(min(block, ticks - simulation.next_tick))
+        for event in applied:
+            recording.event(event, int(samples.stamps_ns[0]))
+        for name in simulation.topics:
+            if name not in packers:
+                packers[name] = TOPICS[name].packer(scenario.frames, scenario.system)
+        rows = {name: packers[name].pack(samples) for name in simulation.topics}
+        first = samples.first_tick
+        recording.samples(
+            samples.stamps_ns, rows, lambda row, first=first: simulation.snapshot(first + row)
+        )
+        yield simulation.next_tick
+
+
+def sequence(bag) -> list[tuple[str, int, bytes]]:
+    """Return a bag's messages (topic, log time, data) in their order, read by the mcap library."""
+    from mcap.stream_reader import StreamReader
+
+    messages = []
+    for path in sorted(Path(bag).glob('*.mcap'), key=lambda path: (len(path.name), path.name)):
+        topics = {}
+        for record in StreamReader(str(path), validate_crcs=True).records:
+            kind = type(record).__name__
+            if kind == 'Channel':
+                topics[record.id] = record.topic
+            elif kind == 'Message':
+                messages.append((topics[record.channel_id], record.log_time, record.data))
+    return messages

@@ -6,6 +6,8 @@ order 7 (Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, 
 II.10).  The steps do not depend on the times that are asked for.
 """
 
+from pathlib import Path
+
 import numpy as np
 from numba import njit
 
@@ -105,6 +107,11 @@ class Propagation(Motion):
         angle = out[ANGLE] if rotor.turns_freely else speed
         work = out[WORK] if self._of.does_work else np.broadcast_to(0.0, len(t_s))
         return q_ib, omega_bi_b, speed, angle, work
+
+
+def is_compiled() -> bool:
+    """Return whether the compiled code is on disk; without it, the first use takes seconds."""
+    return any(Path(_walk.stats.cache_path).glob('propagator._walk-*.nbi'))
 
 
 def _anomaly(system, start_s):

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import rclpy.node
 
+from ..dynamics.propagator import is_compiled
 from ..events import Event, Topics
 from ..messages.topics import TOPICS
 from ..scenario import Scenario
@@ -81,9 +82,16 @@ class SatdynNode(rclpy.node.Node):
                 'inputs': InputsReport(self._inputs.tally),
             },
         )
+        self._load_equations(scenario)
         if scenario['record.enabled']:
             self._recorder = self._open_recorder()
         self._pacing.start()
+
+    def _load_equations(self, scenario):
+        """Compile the equations, if that was never done, ahead of the first tick."""
+        if not is_compiled():
+            self.get_logger().info('compiling the equations of motion: once, for some seconds')
+        scenario.motion().at(0.0)
 
     def destroy_node(self) -> None:
         """End the ticks, complete the bag and leave the graph."""

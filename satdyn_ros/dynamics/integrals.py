@@ -30,16 +30,31 @@ _ROUNDING = 1e-12
 
 def first_integrals(system: System, states: States) -> dict[str, np.ndarray]:
     """Return what the motion of states conserves, name to values (N,), in SI units."""
-    return {name: sum(terms) for name, terms in _terms(system, states).items()}
+    values = {name: sum(terms) for name, terms in _terms(system, states).items()}
+    if 'energy_balance' in values:
+        values['energy_balance'] = values['energy_balance'] - values['energy_balance'][0]
+    return values
 
 
-def relative_drift(system: System, states: States) -> dict[str, np.ndarray]:
-    """Return each first integral's change since row 0 over the size of its terms there, (N,)."""
+def relative_drift(
+    system: System, states: States, begin: States | None = None
+) -> dict[str, np.ndarray]:
+    """
+    Return each first integral's change over the larger size its terms had or have, (N,).
+
+    The change is that since row 0 of begin, an earlier table of the same motion, or of states.
+    """
+    start = _terms(system, (begin or states).rows(slice(1)))
     drift = {}
     for name, terms in _terms(system, states).items():
-        value, size = sum(terms), sum(abs(term[0]) for term in terms)
-        drift[name] = (value - value[0]) / size if size > 0.0 else value - value[0]
+        change = sum(terms) - sum(start[name])
+        size = np.maximum(_size(start[name]), _size(terms))
+        drift[name] = np.divide(change, size, out=np.zeros(len(states)), where=size > 0.0)
     return drift
+
+
+def _size(terms):
+    return sum(abs(term) for term in terms)
 
 
 def _terms(system, states):
@@ -57,8 +72,7 @@ def _terms(system, states):
 
     terms = {}
     if driven or (orbit.has_lvlh and not orbit.is_circular):
-        energy = [kinetic, potential, weight_potential, -states.work]
-        terms['energy_balance'] = [*energy, -sum(energy)[0] * np.ones(len(states))]
+        terms['energy_balance'] = [kinetic, potential, weight_potential, -states.work]
     elif orbit.has_lvlh:
         nu_b = rotation.rotate(rotation.conjugate(states.q_ib), orbit.lvlh_rate(states.orbit_s))
         terms['jacobi'] = [kinetic, potential, -_dot(nu_b, H)]

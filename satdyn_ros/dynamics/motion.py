@@ -43,6 +43,19 @@ class States:
             float(self.rotor_angle[i]),
         )
 
+    def rows(self, chosen: slice) -> 'States':
+        """Return the table of some rows."""
+        return States(
+            self.t_s[chosen],
+            self.q_ib[chosen],
+            self.omega_bi_b[chosen],
+            self.rotor_speed[chosen],
+            self.rotor_angle[chosen],
+            self.work[chosen],
+            self.orbit,
+            self.orbit_s[chosen],
+        )
+
     @cached_property
     def _position_velocity(self):
         return self.orbit.position_velocity(self.orbit_s)

@@ -58,7 +58,7 @@ def only(path, kind):
 
 @pytest.fixture
 def bag(tmp_path):
-    """Two chunks of two topics, a metadata record between them, and a topic without messages."""
+    """Write two chunks of two topics, a metadata record between them, and a topic without messages."""
     with BagWriter(tmp_path / 'bag', [A, B, SILENT], provenance={'version': '1: "x"'}) as writer:
         writer.write(stamps(3), {'/a': rows(12, 3)})
         writer.write_metadata('between', {'key': 'value'})
@@ -94,7 +94,7 @@ def test_records_stand_in_the_order_of_rosbag2(bag):
 
 
 def test_a_channel_is_declared_ahead_of_its_first_message(bag):
-    """Chunks hold schema and channel where rosbag2 has them; the silent topic is in the summary."""
+    """Chunks hold schemas and channels where rosbag2 has them; the summary has the silent too."""
     chunks = [breakup_chunk(chunk) for chunk in only(bag / 'bag_0.mcap', Chunk)]
     inside = [[type(record).__name__ for record in chunk] for chunk in chunks]
     assert inside == [

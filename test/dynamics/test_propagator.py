@@ -206,7 +206,8 @@ def test_first_integrals_stay(name):
     drift = relative_drift(system, states)
     assert drift
     for integral, values in drift.items():
-        assert np.max(np.abs(values)) < 1e-11, integral
+        # Between steps the dense output, of lower order, costs up to some hundred tolerances.
+        assert np.max(np.abs(values)) < 3e-11, integral
 
 
 @pytest.mark.parametrize('name', SYSTEMS)

@@ -1,0 +1,149 @@
+"""The panels of a figure: each draws one thing that a History says into one pair of axes."""
+
+import numpy as np
+
+from ..dynamics import rotation
+from ..dynamics.inertia import principal_axes
+from ..events import Request, Reset
+from .history import History
+
+# Okabe and Ito's colours, which the colour-blind tell apart; line styles tell them apart in print.
+COLOURS = ('#0072B2', '#D55E00', '#009E73', '#CC79A7', '#E69F00', '#56B4E9')
+STYLES = ('-', '--', '-.', ':')
+_ROUNDING = 2e-16
+_ABOVE = {
+    'loc': 'lower right',
+    'bbox_to_anchor': (1.0, 0.97),
+    'fontsize': 8,
+    'frameon': False,
+}
+
+
+def time_unit(history: History) -> tuple[float, str]:
+    """Return the seconds and the name of the unit that suits the history's length."""
+    span_s = history.t_s[-1] - history.t_s[0]
+    for seconds, name in ((86400.0, 'd'), (3600.0, 'h'), (60.0, 'min')):
+        if span_s > 3.0 * seconds:
+            return seconds, name
+    return 1.0, 's'
+
+
+def _lines(axes, history, columns, names):
+    seconds, _ = time_unit(history)
+    for i, (column, name) in enumerate(zip(columns, names, strict=True)):
+        style = STYLES[i % len(STYLES)]
+        axes.plot(history.t_s / seconds, column, style, color=COLOURS[i], label=name, lw=1.4)
+    axes.legend(**_ABOVE, ncols=len(names))
+
+
+def attitude(axes, history: History):
+    """Draw roll, pitch and yaw of the body to LVLH, or to inertial axes without an orbit."""
+    q = history.states.q_ib if history.q_lb is None else history.q_lb
+    angles = np.degrees(np.unwrap(rotation.roll_pitch_yaw(q), axis=0))
+    _lines(axes, history, angles.T, ('roll', 'pitch', 'yaw'))
+    frame = 'inertial axes' if history.q_lb is None else 'LVLH'
+    axes.set_ylabel(f'body to {frame} [deg]')
+
+
+def rates(axes, history: History):
+    """Draw the body rate relative to inertial axes, in body axes."""
+    names = (r'$\omega_x$', r'$\omega_y$', r'$\omega_z$')
+    _lines(axes, history, np.degrees(history.states.omega_bi_b).T, names)
+    axes.set_ylabel('body rate [deg/s]')
+
+
+def torque(axes, history: History):
+    """Draw the gravity-gradient torque in body axes."""
+    largest = np.max(np.abs(history.torque_b))
+    exponent = 3 * int(np.floor(np.log10(largest) / 3)) if largest > 0.0 else 0
+    prefix = {0: '', -3: 'm', -6: 'µ', -9: 'n'}.get(exponent)
+    scale = 1.0 if prefix is None else 10.0**exponent
+    names = ('$T_x$', '$T_y$', '$T_z$')
+    _lines(axes, history, history.torque_b.T / scale, names)
+    axes.set_ylabel(f'gravity gradient [{prefix or ""}N m]')
+
+
+def drift(axes, history: History):
+    """Draw how far the first integrals have drifted since the last event, on a log scale."""
+    largest = [_largest_so_far(np.abs(values), history) for values in history.drift.values()]
+    _lines(axes, history, largest, [name.replace('_', ' ') for name in history.drift])
+    axes.set_yscale('log')
+    axes.set_ylabel('relative drift of\nfirst integrals [1]')
+
+
+def _largest_so_far(values, history):
+    """Return the running maximum, begun anew where a motion begins; no less than rounding."""
+    rate = float(history.scenario.rate)
+    begins = np.searchsorted(history.t_s, [tick / rate for tick in history.motions])
+    parts = np.split(np.fmax(values, _ROUNDING), np.unique(begins[begins > 0]))
+    return np.concatenate([np.fmax.accumulate(part) for part in parts])
+
+
+def rotor(axes, history: History):
+    """Draw the rotor's speed relative to the body."""
+    _lines(axes, history, [history.states.rotor_speed], ('rotor',))
+    axes.set_ylabel('rotor speed [rad/s]')
+
+
+TIME_PANELS = {
+    'attitude': attitude,
+    'rates': rates,
+    'torque': torque,
+    'drift': drift,
+    'rotor': rotor,
+}
+
+
+def events(axes, history: History):
+    """Mark what happened: requests and resets by a line, torques by a thin one."""
+    seconds, _ = time_unit(history)
+    for t_s, event in history.events:
+        restarts = isinstance(event, Request | Reset)
+        axes.axvline(t_s / seconds, color='0.35', lw=1.2 if restarts else 0.4, alpha=0.7, zorder=0)
+
+
+def polhode(axes, history: History):
+    """Draw omega on the ellipsoids of energy and momentum, in principal axes (3-D axes)."""
+    moments, R_bp = principal_axes(history.scenario.system.inertia)
+    omega = history.states.omega_bi_b @ R_bp
+    energy = float(np.sum(moments * omega[0] ** 2)) / 2.0
+    momentum = float(np.linalg.norm(moments * omega[0]))
+    theta, phi = np.meshgrid(np.linspace(0.0, np.pi, 41), np.linspace(0.0, 2.0 * np.pi, 81))
+    sphere = np.stack(
+        [np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], -1
+    )
+    for axis_lengths, colour in (
+        (np.sqrt(2.0 * energy / moments), COLOURS[5]),
+        (momentum / moments, COLOURS[4]),
+    ):
+        surface = np.moveaxis(np.degrees(sphere * axis_lengths), -1, 0)
+        axes.plot_surface(*surface, color=colour, alpha=0.25, linewidth=0)
+    axes.plot(*np.degrees(omega).T, color=COLOURS[1], lw=1.6)
+    axes.set(
+        xlabel=r'$\omega_1$ [deg/s]', ylabel=r'$\omega_2$ [deg/s]', zlabel=r'$\omega_3$ [deg/s]'
+    )
+    axes.set_title(
+        'body rate on the ellipsoids of energy (blue) and momentum (yellow)', fontsize=9
+    )
+    axes.set_box_aspect((1, 1, 1))
+
+
+def phase(axes, history: History):
+    """Draw pitch and pitch rate in LVLH, with the separatrix of the planar libration."""
+    if history.q_lb is None:
+        raise ValueError('the panel phase needs LVLH, which orbit.type fixed does not have')
+    orbit = history.states.orbit
+    pitch = np.unwrap(rotation.roll_pitch_yaw(history.q_lb)[:, 1])
+    rate_l = rotation.rotate(history.q_lb, history.states.omega_bi_b)
+    rate = (rate_l[:, 1] + orbit.rate(history.states.orbit_s)) / orbit.mean_motion
+    axes.plot(np.degrees(pitch), rate, color=COLOURS[0], lw=1.4, label='this run')
+    inertia = history.scenario.system.inertia
+    # THEORY of planar motion: I_n th'' + 3 n^2 (I_t - I_r) sin th cos th = 0 about the normal.
+    strength = 3.0 * (inertia[0, 0] - inertia[2, 2]) / inertia[1, 1]
+    angle = np.linspace(-np.pi, np.pi, 721)
+    height = np.cos(angle) if strength >= 0.0 else np.sin(angle)
+    limit = np.sqrt(abs(strength)) * np.abs(height)
+    for sign, name in ((1.0, 'separatrix'), (-1.0, None)):
+        axes.plot(np.degrees(angle), sign * limit, '--', color='0.3', lw=1.0, label=name)
+    axes.set(xlabel='pitch to LVLH [deg]', ylabel='pitch rate in LVLH / mean motion [1]')
+    axes.legend(**_ABOVE, ncols=2)

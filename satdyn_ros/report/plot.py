@@ -1,0 +1,62 @@
+"""One figure of a bag that a user would put in a report."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from . import panels
+from .history import History, history
+
+DEFAULT = ('attitude', 'rates', 'torque', 'drift')
+PANELS = (*panels.TIME_PANELS, 'polhode', 'phase')
+
+
+def plot(bag: str | Path, output: str | Path, what: Sequence[str] = DEFAULT) -> None:
+    """
+    Draw the chosen panels of a bag into an image; what the output's name ends with says its kind.
+
+    ValueError: a panel is unknown or the run has none, the bag is none of ours, or matplotlib is
+    not installed or does not write such images.
+    """
+    unknown = [name for name in what if name not in PANELS]
+    if unknown:
+        raise ValueError(f'the panel is {unknown[0]}; it takes {", ".join(PANELS)}')
+    figure = draw(history(bag), what or DEFAULT)
+    try:
+        figure.savefig(output, dpi=150)
+    except ValueError as error:
+        raise ValueError(f'{output} cannot be drawn: {error}') from None
+
+
+def draw(run: History, what: Sequence[str] = DEFAULT):
+    """Return the matplotlib figure of a history's panels, those over time on one time axis."""
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise ValueError(
+            'plots take matplotlib, which is not installed; pip install satdyn_ros[plot]'
+        ) from None
+    over_time = [name for name in what if name in panels.TIME_PANELS]
+    square = [name for name in what if name not in panels.TIME_PANELS]
+    figure = Figure(figsize=(8.0, 1.9 * len(over_time) + 5.5 * len(square) + 0.4))
+    figure.set_layout_engine('constrained')
+    ratios = [1.0] * len(over_time) + [2.8] * len(square)
+    grid = figure.add_gridspec(len(ratios), 1, height_ratios=ratios)
+    first = None
+    for row, name in enumerate(over_time):
+        first = axes = figure.add_subplot(grid[row], sharex=first)
+        panels.TIME_PANELS[name](axes, run)
+        panels.events(axes, run)
+        axes.grid(alpha=0.3)
+        axes.margins(x=0.0)
+        if name != over_time[-1]:
+            axes.tick_params(labelbottom=False)
+        else:
+            axes.set_xlabel(f'time from tick 0 [{panels.time_unit(run)[1]}]')
+    for row, name in enumerate(square, start=len(over_time)):
+        if name == 'polhode':
+            panels.polhode(figure.add_subplot(grid[row], projection='3d'), run)
+        else:
+            axes = figure.add_subplot(grid[row])
+            panels.phase(axes, run)
+            axes.grid(alpha=0.3)
+    return figure

@@ -2,10 +2,8 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
@@ -80,11 +78,11 @@ class PropagationReport:
         if self._latest is None:
             return OK, 'no tick yet', {}
         motion, begin, samples = self._latest
-        ends = _ends(begin, samples.states)
-        drift = {name: x[-1] for name, x in relative_drift(samples.system, ends).items()}
+        now = samples.states.rows(slice(-1, None))
+        drift = {k: float(x[0]) for k, x in relative_drift(samples.system, now, begin).items()}
         largest = max((abs(x) for x in drift.values()), default=0.0)
         level = ERROR if not largest <= self._error else WARN if largest > self._warn else OK
-        values = {'motion': motion.name, 'tick': samples.first_tick}
+        values = {'motion': motion.name, 'tick': samples.first_tick + len(samples) - 1}
         values |= {
             name: getattr(motion, name) for name in ('steps', 'tolerance') if hasattr(motion, name)
         }
@@ -167,16 +165,6 @@ class InputsReport:
         if refused:
             return WARN, f'{refused} refused: {tally.reason}', values
         return OK, f'{tally.accepted} accepted', values
-
-
-def _ends(first: States, last: States) -> States:
-    """Return the first row of one table and the last of another."""
-    names = [field.name for field in fields(States) if field.name != 'orbit']
-    columns = {
-        name: np.concatenate([getattr(first, name)[:1], getattr(last, name)[-1:]])
-        for name in names
-    }
-    return States(orbit=last.orbit, **columns)
 
 
 def _text(value):

@@ -30,13 +30,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         values = _values(own.params_file)
         rclpy.init(args=['satdyn', *arguments[at:]])
+        executor = SingleThreadedExecutor()
         node = SatdynNode(values)
     except (ValueError, OSError, rclpy_implementation.RCLError) as error:
         print(f'satdyn node: {error}', file=sys.stderr)
         rclpy.try_shutdown()
         return 2
     sys.setswitchinterval(_SWITCH_INTERVAL_S)
-    executor = SingleThreadedExecutor()
     executor.add_node(node)
     try:
         executor.spin()

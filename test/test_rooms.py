@@ -16,6 +16,7 @@ ROOMS = [
     'keys',
     'ticks',
     'ros_yaml',
+    'progress',
     'scenario',
     'events',
     'simulation',

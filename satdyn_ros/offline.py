@@ -1,0 +1,158 @@
+"""A run without ROS and without a clock: scenario and events to a bag, as fast as it goes."""
+
+import math
+import time
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
+from pathlib import Path
+
+from .bag.reader import TopicBlock
+from .bag.recorded_run import RecordedRun
+from .bag.recording import Recording
+from .dynamics.orbit import KeplerOrbit
+from .events import Event, Request, Topics
+from .messages.topics import TOPICS
+from .scenario import Scenario
+from .simulation import Simulation, requested
+from .ticks import Ticks
+
+# Long enough that a tick costs what its bytes cost, short enough for a megabyte or two.
+BLOCK_TICKS = 4096
+
+# The seconds of a stamp are an int32.
+LAST_STAMP_NS = 2**31 * 10**9 - 1
+
+
+def simulate(
+    scenario: Scenario,
+    duration_s: str | float,
+    directory: str | Path,
+    events: Sequence[Event] = (),
+) -> Iterator[int]:
+    """
+    Record the ticks k with k / rate < duration_s into a new bag and yield how many are done.
+
+    The bag is complete when the iteration ends, also when it is closed half way.  An epoch of 0 is
+    the wall clock's full second.  ValueError: an event that the scenario does not allow.  OSError:
+    as BagWriter.
+    """
+    scenario = with_epoch(scenario)
+    names = [scenario.topics, *(event.names for event in events if isinstance(event, Topics))]
+    packers = {
+        name: TOPICS[name].packer(scenario.frames, scenario.system)
+        for name in dict.fromkeys(name for some in names for name in some)
+    }
+    _check_requests(scenario, events)
+    simulation = Simulation(scenario, events)
+    count = tick_count(scenario, duration_s)
+    recording = Recording(directory, scenario, scenario.topics)
+    try:
+        while simulation.next_tick < count:
+            block = min(BLOCK_TICKS, count - simulation.next_tick)
+            _record_block(simulation, packers, recording, block)
+            yield simulation.next_tick
+    finally:
+        recording.close()
+
+
+def _record_block(simulation, packers, recording, count):
+    """Record the next ticks, at most count and none beyond the next event."""
+    applied, samples = simulation.advance(count)
+    for event in applied:
+        recording.event(event, int(samples.stamps_ns[0]))
+    rows = {name: packers[name].pack(samples) for name in simulation.topics}
+    recording.samples(
+        samples.stamps_ns, rows, lambda i: simulation.snapshot(samples.first_tick + i)
+    )
+
+
+def tick_count(scenario: Scenario, duration_s: str | float) -> int:
+    """
+    Return how many ticks k >= 0 have k / rate < duration_s [s], a number or its decimal text.
+
+    ValueError: it is no number above 0, or ends after the last stamp that ROS has.
+    """
+    try:
+        duration = Fraction(str(duration_s))
+    except (ValueError, ZeroDivisionError):
+        duration = Fraction(0)
+    if duration <= 0:
+        raise ValueError(f'the duration is {duration_s}; it takes a number above 0 s')
+    count = math.ceil(duration * scenario.rate)
+    ticks = Ticks(scenario.rate, scenario.epoch_ns)
+    if ticks.stamp_ns(count - 1) > LAST_STAMP_NS:
+        raise ValueError(
+            f'the duration is {duration_s} s and ends after the last stamp of ROS, which is '
+            f'{LAST_STAMP_NS // 10**9} s'
+        )
+    return count
+
+
+def with_epoch(scenario: Scenario) -> Scenario:
+    """Return the scenario with an epoch of 0 resolved: the wall clock's full second."""
+    if scenario.epoch_ns:
+        return scenario
+    return scenario.with_values({'time.epoch_ns': round(time.time()) * 10**9})
+
+
+def begun_in_bag(scenario: Scenario, bag: str | Path, at_s: str | float) -> Scenario:
+    """
+    Return the scenario begun where the run in a bag is at_s seconds after that run's tick 0.
+
+    The bag gives the attitude, the rates, the orbit that goes on, and the stamp of the new tick 0.
+    Torques that act there are not taken over.  ValueError: the bag has no such instant.
+    """
+    run = RecordedRun(bag)
+    first, last = _span(run)
+    tick = _tick_at(run.ticks, at_s)
+    if not first <= tick <= last:
+        begin_s, end_s = run.ticks.seconds(first), run.ticks.seconds(last)
+        raise ValueError(
+            f'{bag} has no state at {at_s} s; it goes from {begin_s:g} to {end_s:g} s'
+        )
+    simulation = run.simulation()
+    while simulation.tick < tick:
+        simulation.advance(min(BLOCK_TICKS, tick + 1 - simulation.next_tick))
+    state, mode = simulation.state, scenario['rotor.mode']
+    values = {name: value for name, value in run.scenario.values.items() if name[:6] == 'orbit.'}
+    values |= {
+        'initial.frame': 'inertial',
+        'initial.attitude': state.q_ib,
+        'initial.angular_velocity': state.omega_bi_b,
+        'time.epoch_ns': run.ticks.stamp_ns(tick),
+    }
+    orbit = run.scenario.system.orbit
+    if isinstance(orbit, KeplerOrbit):
+        anomaly = orbit.anomaly(run.ticks.seconds(tick))
+        values['orbit.true_anomaly'] = math.remainder(anomaly, math.tau)
+    if scenario.system.rotor.turns_freely and run.scenario.system.rotor.turns_freely:
+        values['rotor.speed'] = state.rotor_speed
+    if mode == run.scenario['rotor.mode'] == 'constant_momentum':
+        values['rotor.momentum'] = simulation.conditions['rotor.momentum']
+    return scenario.with_values(values)
+
+
+def _span(run):
+    """Return the first and the last tick that a run has in its bag."""
+    if run.snapshot is None:
+        raise ValueError(f'{run.bag.path} has no samples')
+    blocks = (item.contents for item in run.bag.items() if isinstance(item, TopicBlock))
+    last_ns = max(block.span_ns[1] for block in blocks)
+    return run.snapshot['tick'], run.ticks.tick_of(last_ns)
+
+
+def _tick_at(ticks, at_s):
+    try:
+        return ticks.ceil(at_s)
+    except (ValueError, ZeroDivisionError):
+        raise ValueError(f'the instant is {at_s}; it takes a number of seconds') from None
+
+
+def _check_requests(scenario, events):
+    """Refuse a request that is not allowed before anything is written."""
+    for event in events:
+        if isinstance(event, Request):
+            try:
+                scenario = requested(scenario, event.values)
+            except ValueError as error:
+                raise ValueError(f'the request at tick {event.tick}: {error}') from None

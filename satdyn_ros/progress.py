@@ -1,0 +1,27 @@
+"""A progress bar with rate and time left, on a terminal alone."""
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+
+@contextmanager
+def progress(what: str, total: int, unit: str) -> Iterator[Callable[[int], None]]:
+    """Show a bar while the context lasts; yield show(done), done of total units."""
+    if not sys.stderr.isatty():
+        yield lambda done: None
+        return
+    # Half a second of imports that a pipe does not pay.
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
+    from rich.text import Text
+
+    class Rate(ProgressColumn):
+        def render(self, task):
+            speed = task.speed or 0.0
+            return Text(f'{speed:,.{0 if speed >= 10.0 else 1}f} {unit}/s')
+
+    columns = TextColumn('{task.description}'), BarColumn(), Rate(), TimeRemainingColumn()
+    with Progress(*columns, console=Console(stderr=True)) as bar:
+        task = bar.add_task(what, total=total)
+        yield lambda done: bar.update(task, completed=done)

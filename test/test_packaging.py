@@ -1,6 +1,7 @@
 """The package says what it needs, and installs everything it ships."""
 
 import ast
+import importlib
 import re
 import sys
 from pathlib import Path
@@ -103,3 +104,10 @@ def test_every_folder_of_modules_is_a_package(distribution):
     """A folder without __init__.py would be missing after a plain install."""
     folders = {path.parent.relative_to(ROOT) for path in (ROOT / 'satdyn_ros').rglob('*.py')}
     assert {'.'.join(folder.parts) for folder in folders} == set(distribution.packages)
+
+
+def test_commands_exist(distribution):
+    """What the console scripts call is there."""
+    for script in distribution.entry_points['console_scripts']:
+        module, function = script.split('=')[1].strip().split(':')
+        assert callable(getattr(importlib.import_module(module), function))

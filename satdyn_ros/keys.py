@@ -62,9 +62,8 @@ class Key:
             f'at most {self.high:g}' if self.high < inf else '',
             f'below {self.below:g}' if self.below < inf else '',
         ]
-        return ' '.join(
-            [what, ' and '.join(bound for bound in bounds if bound), self.unit]
-        ).strip()
+        parts = [what, ' and '.join(bound for bound in bounds if bound), self.unit]
+        return ' '.join(part for part in parts if part)
 
     def checked(self, value: Any) -> Any:
         """Return value as the key's kind; ValueError, in one sentence: it does not fit."""

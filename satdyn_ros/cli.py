@@ -22,7 +22,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run a command and return its exit code; argv: without it that of the process."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     try:
-        if arguments[:1] == ['node']:
+        if arguments[:1] == ['node'] and not {'-h', '--help'} & set(arguments):
             return _node(arguments[1:])
         given = _parser().parse_args(arguments)
         return given.run(given)
@@ -60,7 +60,7 @@ def _node(arguments):
 def _request(given):
     from .ros.client import ask
 
-    return ask(given)
+    return ask(given.values, given.action, given.node, given.timeout)
 
 
 def _simulate(given):
@@ -106,7 +106,15 @@ class _Interrupted:
 def _replay(given):
     from .ros.replay import replay
 
-    return replay(given)
+    replay(
+        given.bag,
+        rate=given.rate,
+        loop=given.loop,
+        publish_clock=given.clock,
+        start_offset_s=given.start_offset,
+        wait=given.wait,
+    )
+    return DONE
 
 
 def _verify(given):
@@ -150,7 +158,7 @@ def _report(given):
 def _sweep(given):
     from .sweep.run import sweep
 
-    sweep(given.file, given.out, given.workers, given.dask)
+    print(sweep(given.file, given.out, given.workers, given.dask))
     return DONE
 
 
@@ -197,7 +205,9 @@ satdyn check"""
         added.set_defaults(run=run)
         return added
 
-    command('node', None, 'the node, paced; needs ROS 2', _NODE_EXAMPLES)
+    added = command('node', None, 'the node, paced; needs ROS 2', _NODE_EXAMPLES)
+    added.add_argument('--params-file', metavar='FILE', help='the scenario')
+    added.add_argument('--ros-args', nargs='...', metavar='', help='what ROS 2 nodes take')
     _add_request(command)
     _add_simulate(command)
     _add_replay(command)

@@ -1,0 +1,144 @@
+"""Who asks a running node: its services, called from another process."""
+
+import os
+import time
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import rclpy
+from rcl_interfaces.srv import SetParametersAtomically
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
+from std_srvs.srv import SetBool, Trigger
+
+from .. import ros_yaml
+
+# Between two looks for an answer, so that Ctrl-C is heard.
+_LOOK_S = 0.1
+
+
+class Answer(NamedTuple):
+    """What a node answered: whether it did what was asked, and its sentence."""
+
+    success: bool
+    text: str
+
+
+class Client:
+    """
+    The services of a node, called one at a time; a ROS node of its own.
+
+    node_name: 'satdyn', or '/sat1/satdyn' in a namespace.  TimeoutError, of every call: no answer
+    came within timeout_s.
+
+    >>> with Client('satdyn') as client:  # doctest: +SKIP
+    ...     client.set_initial_conditions({'initial.angular_velocity': [0.0, 0.0, 0.01]})
+    Answer(success=True, text='...')
+    """
+
+    def __init__(self, node_name: str = 'satdyn', timeout_s: float = 5.0):
+        self._name, self._timeout_s = node_name, timeout_s
+        self._context = Context()
+        rclpy.init(args=[], context=self._context, signal_handler_options=SignalHandlerOptions.NO)
+        self._node = rclpy.create_node(
+            f'satdyn_request_{os.getpid()}', context=self._context, start_parameter_services=False
+        )
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self._node)
+
+    def __enter__(self) -> 'Client':
+        return self
+
+    def __exit__(self, *exception) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Leave the graph."""
+        self._executor.shutdown()
+        self._node.destroy_node()
+        self._context.try_shutdown()
+
+    def set_initial_conditions(self, values: Mapping[str, Any]) -> Answer:
+        """Restart the motion from initial conditions, by the keys of the scenario."""
+        messages = [
+            Parameter(name, value=value).to_parameter_msg() for name, value in values.items()
+        ]
+        request = SetParametersAtomically.Request(parameters=messages)
+        result = self._call(SetParametersAtomically, 'set_initial_conditions', request).result
+        return Answer(result.successful, result.reason)
+
+    def reset(self) -> Answer:
+        """Restart the motion from the initial conditions in force."""
+        return self._answer(Trigger, 'reset', Trigger.Request())
+
+    def step(self) -> Answer:
+        """Let step.ticks ticks pass, while paused."""
+        return self._answer(Trigger, 'step', Trigger.Request())
+
+    def pause(self) -> Answer:
+        """Let no tick pass."""
+        return self._answer(SetBool, 'pause', SetBool.Request(data=True))
+
+    def resume(self) -> Answer:
+        """Let ticks pass again."""
+        return self._answer(SetBool, 'pause', SetBool.Request(data=False))
+
+    def _answer(self, service_type, service, request):
+        response = self._call(service_type, service, request)
+        return Answer(response.success, response.message)
+
+    def _call(self, service_type, service, request):
+        client = self._node.create_client(service_type, f'{self._name}/{service}')
+        if not client.wait_for_service(self._timeout_s):
+            raise TimeoutError(f'no node {self._name} is there, after {self._timeout_s:g} s')
+        future = client.call_async(request)
+        deadline_s = time.monotonic() + self._timeout_s
+        while not future.done():
+            if time.monotonic() > deadline_s:
+                raise TimeoutError(f'{self._name} gave no answer within {self._timeout_s:g} s')
+            self._executor.spin_once(_LOOK_S)
+        self._node.destroy_client(client)
+        return future.result()
+
+
+def ask(assignments: Sequence[str], action: str | None, node_name: str, timeout_s: float) -> int:
+    """
+    Ask as `satdyn request` does, print the answer and return the exit code: 0 done, 1 refused.
+
+    assignments: 'initial.angular_velocity=[0,0,0.01]' ...; action: 'reset', 'pause', 'resume' or
+    'step' in their place.  ValueError: neither or both are given, or one cannot be read.
+    """
+    if bool(assignments) == bool(action):
+        raise ValueError(
+            'it takes either KEY=VALUE ... or one of --reset, --pause, --resume and --step'
+        )
+    values = dict(_assignment(text) for text in assignments)
+    try:
+        with Client(node_name, timeout_s) as client:
+            answer = getattr(client, action)() if action else client.set_initial_conditions(values)
+    except TimeoutError as error:
+        answer = Answer(False, str(error))
+    done = ', '.join(f'{name} = {value}' for name, value in values.items())
+    print(answer.text or f'restarted with {done}' if answer.success else f'no: {answer.text}')
+    return 0 if answer.success else 1
+
+
+def _assignment(text):
+    """Return key and value of 'key=value', the value as in a parameter file."""
+    name, equals, value = text.partition('=')
+    if not (name and equals and value.strip()):
+        raise ValueError(f'{text!r} is no KEY=VALUE')
+    value = ros_yaml.load(value, name)
+    value = [_float(x) for x in value] if isinstance(value, list) else _float(value)
+    try:
+        Parameter(name, value=value)
+    except TypeError:
+        raise ValueError(f'{name} is {value}; a request takes numbers, lists and texts') from None
+    return name, value
+
+
+def _float(value):
+    """Return a number as a float: no initial condition is an integer."""
+    return float(value) if isinstance(value, int) and not isinstance(value, bool) else value

@@ -23,9 +23,9 @@ class History:
 
     t_s (N,): seconds from tick 0.  states: their table, which refers to the orbit; q_lb (N, 4) is
     None without LVLH.  torque_b (N, 3): gravity gradient [N m]; momentum_b (N, 3): H [N m s].
-    drift: by first integral its relative change since the last event, (N,), nan where there is
-    none.  largest_drift: the same over all ticks.  motions: those of the run, by the tick where
-    they begin.  events: what happened, with the time of each.
+    drift: by first integral its largest relative change since the last event so far, of all ticks,
+    (N,), nan where it is none.  largest_drift: the same over the whole run.  motions: those of the
+    run, by the tick where they begin.  events: what happened, with the time of each.
     """
 
     scenario: Scenario
@@ -51,6 +51,7 @@ def history(path: str | Path, rows: int = 4000) -> History:
     every = max(1, -(-(end - first) // rows))
     tables, torques, momenta, drifts, events = [], [], [], [], []
     largest: dict[str, float] = {}
+    so_far: dict[str, float] = {}
     motions: dict[int, Motion] = {}
     while simulation.next_tick < end:
         block = min(_BLOCK_TICKS, end - simulation.next_tick)
@@ -59,10 +60,13 @@ def history(path: str | Path, rows: int = 4000) -> History:
         states = samples.states
         if simulation.motion not in motions.values():
             motions[samples.first_tick] = simulation.motion
-            begin = states
-        drift = relative_drift(samples.system, states, begin)
-        for name, values in drift.items():
-            largest[name] = max(largest.get(name, 0.0), float(np.max(np.abs(values))))
+            begin, so_far = states, {}
+        drift = {
+            name: np.maximum.accumulate(np.maximum(np.abs(values), so_far.get(name, 0.0)))
+            for name, values in relative_drift(samples.system, states, begin).items()
+        }
+        so_far = {name: float(values[-1]) for name, values in drift.items()}
+        largest |= {name: max(largest.get(name, 0.0), value) for name, value in so_far.items()}
         chosen = slice((first - samples.first_tick) % every, None, every)
         table = states.rows(chosen)
         gradient = table.orbit.gradient_at(table.orbit_s)

@@ -65,18 +65,10 @@ def torque(axes, history: History):
 
 def drift(axes, history: History):
     """Draw how far the first integrals have drifted since the last event, on a log scale."""
-    largest = [_largest_so_far(np.abs(values), history) for values in history.drift.values()]
+    largest = [np.fmax(values, _ROUNDING) for values in history.drift.values()]
     _lines(axes, history, largest, [name.replace('_', ' ') for name in history.drift])
     axes.set_yscale('log')
     axes.set_ylabel('relative drift of\nfirst integrals [1]')
-
-
-def _largest_so_far(values, history):
-    """Return the running maximum, begun anew where a motion begins; no less than rounding."""
-    rate = float(history.scenario.rate)
-    begins = np.searchsorted(history.t_s, [tick / rate for tick in history.motions])
-    parts = np.split(np.fmax(values, _ROUNDING), np.unique(begins[begins > 0]))
-    return np.concatenate([np.fmax.accumulate(part) for part in parts])
 
 
 def rotor(axes, history: History):

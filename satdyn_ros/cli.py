@@ -106,7 +106,7 @@ class _Interrupted:
 def _replay(given):
     from .ros.replay import replay
 
-    replay(
+    count = replay(
         given.bag,
         rate=given.rate,
         loop=given.loop,
@@ -114,6 +114,7 @@ def _replay(given):
         start_offset_s=given.start_offset,
         wait=given.wait,
     )
+    print(f'{given.bag}: {count} messages')
     return DONE
 
 

@@ -1,0 +1,107 @@
+"""A bag's topics published again, at their times and with their quality of service."""
+
+import math
+import sys
+import time
+from pathlib import Path
+
+import rclpy
+from rclpy.context import Context
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.signals import SignalHandlerOptions
+from rclpy.time import Time
+from rosgraph_msgs.msg import Clock
+
+from ..bag.playback import Playback
+from ..messages import qos
+from .publishing import message_class, qos_profile
+
+_SECOND_NS = 10**9
+_LOOK_S = 0.05
+# Subscribers of one process are found one after the other.
+_SETTLE_S = 0.5
+_ACKNOWLEDGED = Duration(seconds=2)
+
+
+def replay(
+    path: str | Path,
+    rate: float = 1.0,
+    loop: bool = False,
+    publish_clock: bool = False,
+    start_offset_s: float = 0.0,
+    wait: bool = False,
+) -> int:
+    """
+    Publish a bag's messages at their log times and return how many they were.
+
+    rate: bag seconds per second.  publish_clock: /clock just before the messages of each log
+    time.  wait: until a topic has a subscriber.  Topics whose type is not installed are left out
+    with one sentence each.  ValueError: the bag or a number is not allowed.
+    """
+    if not (math.isfinite(rate) and rate > 0.0):
+        raise ValueError(f'--rate is {rate:g}; it takes a number above 0')
+    bag = Playback(path)
+    duration_s = (bag.end_ns - bag.begin_ns) / _SECOND_NS
+    if not 0.0 <= start_offset_s <= duration_s:
+        raise ValueError(
+            f'--start-offset is {start_offset_s:g}; the bag takes 0 to {duration_s:g} s'
+        )
+    context = Context()
+    rclpy.init(args=[], context=context, signal_handler_options=SignalHandlerOptions.NO)
+    node = rclpy.create_node('satdyn_replay', context=context, start_parameter_services=False)
+    try:
+        publishers = _publishers(node, bag)
+        clock = None
+        if publish_clock:
+            publishers.pop('/clock', None)
+            clock = node.create_publisher(Clock, '/clock', qos_profile(qos.CLOCK))
+        if wait:
+            _wait_for_subscriber(publishers)
+        from_ns = bag.begin_ns + round(start_offset_s * _SECOND_NS)
+        count = _play(bag, from_ns, rate, publishers, clock)
+        while loop:
+            count += _play(bag, from_ns, rate, publishers, clock)
+        for publisher in publishers.values():
+            publisher.wait_for_all_acked(_ACKNOWLEDGED)
+        return count
+    finally:
+        node.destroy_node()
+        context.try_shutdown()
+
+
+def _publishers(node: Node, bag: Playback) -> dict[str, Publisher]:
+    publishers = {}
+    for name, type_name in bag.types.items():
+        try:
+            message = message_class(type_name)
+        except (ImportError, AttributeError, ValueError):
+            print(f'{name} is left out: {type_name} is not installed', file=sys.stderr)
+            continue
+        publishers[name] = node.create_publisher(message, name, qos_profile(bag.qos[name]))
+    if not publishers:
+        raise ValueError('no type of message in the bag is installed')
+    return publishers
+
+
+def _wait_for_subscriber(publishers):
+    while not any(publisher.get_subscription_count() for publisher in publishers.values()):
+        time.sleep(_LOOK_S)
+    time.sleep(_SETTLE_S)
+
+
+def _play(bag, from_ns, rate, publishers, clock):
+    """Publish once from a log time on, each message at its deadline; return how many."""
+    count, now_ns = 0, None
+    begin_s = time.monotonic()
+    for log_time_ns, topic, data in bag.messages(list(publishers), from_ns):
+        if log_time_ns != now_ns:
+            now_ns = log_time_ns
+            deadline_s = begin_s + (log_time_ns - from_ns) / _SECOND_NS / rate
+            time.sleep(max(0.0, deadline_s - time.monotonic()))
+            if clock is not None:
+                clock.publish(Clock(clock=Time(nanoseconds=log_time_ns).to_msg()))
+        publishers[topic].publish(data)
+        count += 1
+    return count

@@ -1,0 +1,183 @@
+"""
+What rolls on what: Poinsot's curves of a free body, Paladini's quadric of a symmetric one.
+
+A body about a fixed point moves as the cone of its instantaneous axes rolls on that in space.
+For a free body the contact point xi = omega / sqrt(2 E) draws the polhode on the inertia
+ellipsoid and the herpolhode on a fixed plane.  For a symmetric body under U = H1 u^2 + H2 u the
+cone whose base is a plane curve rolls on a quadric of revolution about the vertical.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..dynamics import rotation
+from ..dynamics.inertia import principal_axes
+from .axes import ROUNDING, parallel
+
+
+def polhode(inertia, omega, angle_rad) -> np.ndarray:
+    """
+    Return points xi (N, 3) of the polhode through omega (3,) [rad/s], in body axes.
+
+    sum I_j xi_j^2 = 1 and sum I_j^2 xi_j^2 = L^2 / 2E.  angle_rad (N,): around the axis that the
+    curve encloses; a whole turn draws it all.  On the separatrix, two curves that cross, it draws
+    the halves towards omega; of a rotation about a principal axis it is a point.
+    """
+    omega, moments, R_bp = np.asarray(omega, float), *principal_axes(inertia)
+    w = R_bp.T @ omega
+    square = moments * w**2
+    if parallel(omega, inertia @ omega):
+        return np.tile(omega / np.sqrt(np.sum(square)), (len(angle_rad), 1))
+    # L^2 - 2 E I_j without cancellation; the axis enclosed is the largest or smallest moment's.
+    excess = [np.sum((moments - moments[j]) * square) for j in range(3)]
+    low, middle, high = np.argsort(moments, kind='stable')
+    p, o = (high, low) if excess[middle] >= 0.0 else (low, high)
+    xi = np.zeros((len(angle_rad), 3))
+    for j, wave in ((o, np.cos(angle_rad)), (middle, np.sin(angle_rad))):
+        gap = moments[p] - moments[j]
+        reach = -excess[p] / (moments[j] * gap) if gap != 0.0 else 0.0
+        xi[:, j] = np.sqrt(max(reach, 0.0)) * wave
+    left = np.sum(square) - xi**2 @ moments
+    xi[:, p] = np.copysign(np.sqrt(np.maximum(left, 0.0) / moments[p]), w[p])
+    return xi @ R_bp.T / np.sqrt(np.sum(square))
+
+
+def herpolhode(inertia, q_ib, omega_bi_b) -> np.ndarray:
+    """
+    Return points (N, 2) of the herpolhode, in the invariable plane about the foot of L.
+
+    q_ib (N, 4), omega_bi_b (N, 3) [rad/s]: states of a free motion; the plane is at the distance
+    sqrt(2 E) / L along L, and its first axis is that of inertial x, projected (of y, for L along
+    x).
+    """
+    momentum = rotation.rotate(q_ib[0], inertia @ omega_bi_b[0])
+    normal = momentum / np.linalg.norm(momentum)
+    k = 0 if abs(normal[0]) < 0.9 else 1
+    first = np.eye(3)[k] - normal[k] * normal
+    first /= np.linalg.norm(first)
+    contact = rotation.rotate(q_ib, omega_bi_b) / np.sqrt(omega_bi_b[0] @ inertia @ omega_bi_b[0])
+    return contact @ np.stack([first, np.cross(normal, first)], axis=-1)
+
+
+def herpolhode_rate(inertia, omega_bi_b) -> np.ndarray:
+    """
+    Return the rate [rad/s] (N,) at which the herpolhode turns about L; it is never negative.
+
+    (O' . I O') / (L (|O|^2 - 4 E^2 / L^2)) for the rate O = omega_bi_b (N, 3) of a free body; nan
+    for a rotation about a principal axis, whose herpolhode is a point.
+    """
+    momentum = omega_bi_b @ inertia
+    L = np.linalg.norm(momentum, axis=-1)
+    torque = np.cross(momentum, omega_bi_b)
+    change = np.sum(torque * np.linalg.solve(inertia, torque.T).T, axis=-1)
+    # |O|^2 - (O . L / |L|)^2, the square of the part of O across L.
+    across = np.sum(np.cross(omega_bi_b, momentum) ** 2, axis=-1) / L**2
+    return np.divide(change, L * across, out=np.full(len(L), np.nan), where=across > 0.0)
+
+
+@dataclass(frozen=True)
+class Rolling:
+    """
+    The cone and the quadric of a symmetric motion (Paladini 1888, ch. 1).
+
+    A [kg m^2], J3 = C r0 + h3 [N m s], r0 [rad/s], g [N m s], h_prime, H1, H2 [J]: as in
+    exact/symmetric.py.  The pole v = R omega is on v_x^2 + v_y^2 = c2 v_z^2 + c1 v_z + c0
+    [rad/s], or on the plane v_z = g / A where Delta = J3 - A r0 is zero.
+
+    >>> Rolling.of(Symmetric(system, state)).kind  # doctest: +SKIP
+    'ellipsoid'
+    """
+
+    A: float
+    J3: float
+    r0: float
+    g: float
+    h_prime: float
+    H1: float
+    H2: float
+
+    @classmethod
+    def of(cls, motion) -> 'Rolling':
+        """Return the rolling of an exact motion (symmetric.Symmetric)."""
+        J3 = motion.C * motion.r0 + motion.h3
+        return cls(motion.A, J3, motion.r0, motion.g, motion.h_prime, motion.H1, motion.H2)
+
+    @property
+    def Delta(self) -> float:
+        """Return J3 - A r0 [N m s]; zero to rounding is zero."""
+        difference = self.J3 - self.A * self.r0
+        size = abs(self.J3) + abs(self.A * self.r0)
+        return difference if abs(difference) > ROUNDING * size else 0.0
+
+    @property
+    def coefficients(self) -> tuple[float, float, float]:
+        """Return c2, c1 [rad/s] and c0 [rad^2/s^2]; infinite c2 and nan beside for a plane."""
+        A, H1, H2, Delta = self.A, self.H1, self.H2, self.Delta
+        if Delta == 0.0:
+            return np.inf, np.nan, np.nan
+        # u = al + be v_z
+        al, be = self.g / Delta, -A / Delta
+        c2 = 2.0 * A * H1 / Delta**2 - 1.0
+        c1 = 2.0 / A * (2.0 * H1 * al + H2) * be
+        c0 = self.r0**2 + 2.0 / A * (self.h_prime + H1 * al**2 + H2 * al)
+        return c2, c1, c0
+
+    @property
+    def kind(self) -> str:
+        """
+        Return the quadric's name; the paper has three of them, the limits included here.
+
+        'ellipsoid', 'sphere', 'paraboloid', 'cylinder', 'hyperboloid of one sheet', 'hyperboloid
+        of two sheets', 'cone' or 'plane'.
+        """
+        if self.Delta == 0.0:
+            return 'plane'
+        if self.H1 == 0.0:
+            return 'sphere'
+        c2, c1, c0 = self.coefficients
+        if abs(c2) <= ROUNDING:
+            slope = 2.0 * self.H1 * self.g / self.Delta + self.H2
+            size = abs(2.0 * self.H1 * self.g / self.Delta) + abs(self.H2)
+            return 'cylinder' if abs(slope) <= ROUNDING * size else 'paraboloid'
+        if c2 < 0.0:
+            return 'ellipsoid'
+        discriminant = c1 * c1 - 4.0 * c2 * c0
+        if abs(discriminant) <= ROUNDING * (c1 * c1 + abs(4.0 * c2 * c0)):
+            return 'cone'
+        return f'hyperboloid of {"two sheets" if discriminant > 0.0 else "one sheet"}'
+
+    def residual(self, v_i) -> np.ndarray:
+        """
+        Return by how much poles v_i (N, 3) [rad/s] miss the quadric [rad^2/s^2] or plane [rad/s].
+
+        v_i: the angular velocity in space with its third axis the field's direction.
+        """
+        x, y, z = np.moveaxis(np.asarray(v_i, float), -1, 0)
+        if self.Delta == 0.0:
+            return z - self.g / self.A
+        c2, c1, c0 = self.coefficients
+        return x * x + y * y - ((c2 * z + c1) * z + c0)
+
+    def polar_radius(self, u) -> np.ndarray:
+        """
+        Return the pole's distance from axis 3 in the body, (N,) [rad/s], at u = cos theta.
+
+        sqrt(p^2 + q^2), with r0 the third coordinate: the base of the cone is a plane curve.
+        """
+        u = np.asarray(u, float)
+        return np.sqrt(np.maximum(2.0 / self.A * (self.h_prime + (self.H1 * u + self.H2) * u), 0))
+
+    def polar_limits(self, lowest_u, highest_u) -> tuple[float, float]:
+        """Return the least and greatest polar radius [rad/s] while u is between two values."""
+        turning = [lowest_u, highest_u]
+        if self.H1 != 0.0 and lowest_u < -self.H2 / (2.0 * self.H1) < highest_u:
+            turning.append(-self.H2 / (2.0 * self.H1))
+        radii = self.polar_radius(turning)
+        return float(np.min(radii)), float(np.max(radii))
+
+    def polar_rate(self, u) -> np.ndarray:
+        """Return the rate (N,) [rad/s] at which the pole turns about axis 3 in the body (41)."""
+        u = np.asarray(u, float)
+        slope, twice = 2.0 * self.H1 * u + self.H2, self.A * self.polar_radius(u) ** 2
+        return self.Delta / self.A + slope * (self.g - self.J3 * u) / (self.A * twice)

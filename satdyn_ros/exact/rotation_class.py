@@ -1,0 +1,95 @@
+"""
+The theorem of Balli and Grioli: which gyrostats on a circular orbit rotate about a body axis.
+
+A symmetric gyrostat with constant rotor momentum turns about an axis fixed in it either uniformly
+(steady.py) or, with the axis a principal one along the orbit normal and the rotor along it, in
+the plane of the orbit (planar.py); there are no other rotations (Balli and Grioli 1979).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..dynamics.equilibria import imbalance
+from ..dynamics.motion import Motion
+from ..dynamics.orbit import KeplerOrbit
+from ..dynamics.propagator import Propagation
+from ..dynamics.system import State, System
+from .axes import ROUNDING, symmetry_axis
+from .planar import Planar
+from .steady import Steady
+
+# How far the axis of a propagated rotation may seem to wander over an orbit.
+_WANDER = 1e-9
+
+
+class RotationClass(NamedTuple):
+    """Whether a motion is a rotation about a body-fixed axis, whether uniform, and why."""
+
+    is_rotation: bool
+    is_uniform: bool
+    why: str
+
+
+def rotation_class(system: System, state: State, start_s: float = 0.0) -> RotationClass:
+    """
+    Return the class of the motion that starts in state on a circular orbit.
+
+    For a symmetric body, or where the motion is a known rotation, it is the theorem's; for others
+    the axis is watched, at the start and over one orbit.  ValueError: no circular orbit, or an
+    applied torque.
+
+    >>> rotation_class(system, state).why  # doctest: +SKIP
+    'the rotor is not along the orbit normal'
+    """
+    orbit = system.orbit
+    if not (isinstance(orbit, KeplerOrbit) and orbit.is_circular):
+        raise ValueError('the classes of rotation are those on an orbit.type of circular')
+    if np.any(system.torque_b) or system.rotor_torque or np.any(system.weight_moment):
+        raise ValueError('the classes of rotation are those without an applied torque or weight')
+    if Steady.why_not(system, state, start_s) is None:
+        return RotationClass(True, True, 'the torque balances the turn of the angular momentum')
+    not_planar = Planar.why_not(system, state)
+    if not_planar is None:
+        why = 'the body swings or tumbles about the orbit normal, a principal axis'
+        return RotationClass(True, False, why)
+    volterra = not system.rotor.turns_freely
+    if volterra and _is_spherical(system.inertia):
+        why = 'the rotor of a spherical body is not along the axis of rotation'
+        return RotationClass(False, False, why)
+    if volterra and symmetry_axis(system.inertia) is not None:
+        return RotationClass(False, False, not_planar)
+    return _watched(system, state, start_s, not_planar)
+
+
+def axis_wander(motion: Motion, t_s) -> float:
+    """
+    Return how far the axis of rotation leaves a body-fixed line at t_s (N,): a sine, 0 to 1.
+
+    The largest part of omega across its direction where it is largest, relative to its size there.
+    """
+    omega = motion.at(t_s).omega_bi_b
+    rates = np.linalg.norm(omega, axis=-1)
+    largest = np.argmax(rates)
+    if rates[largest] == 0.0:
+        return 0.0
+    across = np.cross(omega, omega[largest] / rates[largest])
+    return float(np.max(np.linalg.norm(across, axis=-1)) / rates[largest])
+
+
+def _watched(system, state, start_s, not_planar):
+    """Return the class by watching the axis, for a body that the theorem does not cover."""
+    omega, n = state.omega_bi_b, system.orbit.mean_motion
+    omega_dot = np.linalg.solve(system.carrier_inertia, imbalance(system, state, start_s))
+    drift = np.linalg.norm(np.cross(omega, omega_dot))
+    if drift > _WANDER * (omega @ omega) * n:
+        return RotationClass(False, False, not_planar)
+    orbit_s = np.linspace(0.0, 2.0 * np.pi / n, 1000)
+    motion = Propagation(system, state, start_s)
+    if axis_wander(motion, orbit_s) > _WANDER:
+        return RotationClass(False, False, not_planar)
+    return RotationClass(True, False, 'the axis stays in the body over one orbit')
+
+
+def _is_spherical(inertia):
+    return np.max(np.abs(inertia - inertia[0, 0] * np.eye(3))) <= ROUNDING * inertia[0, 0]

@@ -1,6 +1,7 @@
 """The node's parameters: declared from the table of keys, checked by it, changed by its rules."""
 
 import sys
+from array import array
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -34,10 +35,16 @@ def given_parameters(node: Node) -> dict[str, Any]:
     # What rclpy read of them is public only by declaring it, types included.
     overrides = node._parameter_overrides
     return {
-        name: parameter.value
+        name: plain_value(parameter)
         for name, parameter in overrides.items()
         if name.split('.')[0] not in _FOREIGN
     }
+
+
+def plain_value(parameter: Parameter) -> Any:
+    """Return a parameter's value, an array as a list."""
+    value = parameter.value
+    return value.tolist() if isinstance(value, array) else value
 
 
 def descriptor(key: Key) -> ParameterDescriptor:
@@ -118,7 +125,7 @@ class Parameters:
 
     def _with(self, parameters):
         """Return the scenario with parameters changed; ValueError: they may not be."""
-        values = {p.name: p.value for p in parameters if p.name in KEYS}
+        values = {p.name: plain_value(p) for p in parameters if p.name in KEYS}
         refused = [name for name in values if name in INITIAL_CONDITIONS]
         if refused and not self._puts_in_force:
             raise ValueError(
@@ -141,6 +148,6 @@ def _converted(parameter):
     if key is None:
         return parameter
     try:
-        return _parameter(parameter.name, key.checked(parameter.value))
+        return _parameter(parameter.name, key.checked(plain_value(parameter)))
     except ValueError:
         return parameter

@@ -11,7 +11,7 @@ from std_srvs.srv import SetBool, Trigger
 from ..events import Event, Request, Reset
 from ..simulation import requested
 from .pacing import Pacing
-from .parameters import Parameters
+from .parameters import Parameters, plain_value
 
 
 class Services:
@@ -109,5 +109,5 @@ def _values(parameters) -> dict[str, Any]:
         parameter = Parameter.from_parameter_msg(message)
         if parameter.name in values:
             raise ValueError(f'{parameter.name} is given twice; a request takes it once')
-        values[parameter.name] = parameter.value
+        values[parameter.name] = plain_value(parameter)
     return values

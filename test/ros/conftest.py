@@ -1,0 +1,27 @@
+import pytest
+import rclpy
+from ros.live import LiveNode, Participant
+
+
+@pytest.fixture(scope='session', autouse=True)
+def _ros():
+    rclpy.init(signal_handler_options=rclpy.signals.SignalHandlerOptions.NO)
+    yield
+    rclpy.try_shutdown()
+
+
+@pytest.fixture
+def live(tmp_path):
+    """Return a function that starts a node and a participant beside it; both end with the test."""
+    running = []
+
+    def begin(values=None, **kwargs):
+        node = LiveNode(tmp_path, values or {}, **kwargs)
+        participant = Participant(node.namespace)
+        running.append((node, participant))
+        return node, participant
+
+    yield begin
+    for node, participant in running:
+        participant.close()
+        node.end()

@@ -1,0 +1,177 @@
+"""A node in a process of its own, and a participant in this one that listens and asks."""
+
+import itertools
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import yaml
+from rcl_interfaces.msg import Parameter as ParameterMessage
+from rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter, parameter_value_to_python
+from rclpy.qos import QoSProfile
+from std_srvs.srv import SetBool, Trigger
+
+from satdyn_ros.messages.topics import TOPICS
+from satdyn_ros.ros.publishing import message_class
+from satdyn_ros.scenario import Scenario
+from satdyn_ros.simulation import Simulation
+
+ROOT = Path(__file__).parents[2]
+DEFAULT = ROOT / 'config' / 'default.yaml'
+# Long enough for a loaded machine; nothing waits so long where all is well.
+PATIENCE_S = 30.0
+EPOCH_NS = 1_700_000_000 * 10**9
+
+_numbers = itertools.count(1)
+
+
+class LiveNode:
+    """
+    The node as a process, in a namespace of its own.
+
+    values: parameters by dotted name, written to a file.  ros_args: what follows --ros-args.
+    """
+
+    def __init__(self, directory, values, ros_args=(), namespace=None):
+        self.namespace = namespace or f'/test{os.getpid()}_{next(_numbers)}'
+        self.values = {'time.epoch_ns': EPOCH_NS} | values
+        file = directory / f'{self.namespace.strip("/")}.yaml'
+        file.write_text(yaml.safe_dump({'/**': {'ros__parameters': self.values}}))
+        self.process = start(
+            ['--params-file', str(file), '--ros-args', '-r', f'__ns:={self.namespace}', *ros_args],
+            directory,
+        )
+
+    @property
+    def scenario(self):
+        """The scenario that was given."""
+        return Scenario(self.values)
+
+    def end(self, number=signal.SIGINT):
+        """Send a signal; return the exit code and what stood on stderr."""
+        if self.process.poll() is None:
+            self.process.send_signal(number)
+        _, errors = self.process.communicate(timeout=PATIENCE_S)
+        return self.process.returncode, errors
+
+
+def start(arguments, directory):
+    """Start the command `satdyn_node`."""
+    return subprocess.Popen(
+        [sys.executable, '-m', 'satdyn_ros.ros.main', *arguments],
+        cwd=directory,
+        env=os.environ | {'PYTHONPATH': str(ROOT)},
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+class Participant:
+    """A ROS node that lives in this process beside a live node, in its namespace."""
+
+    def __init__(self, namespace, **kwargs):
+        self.node = Node(f'participant{next(_numbers)}', namespace=namespace, **kwargs)
+        self.executor = SingleThreadedExecutor()
+        self.executor.add_node(self.node)
+
+    def close(self):
+        self.executor.shutdown()
+        self.node.destroy_node()
+
+    def wait_until(self, condition, what='the condition'):
+        """Take messages until the condition holds."""
+        end_s = time.monotonic() + PATIENCE_S
+        while not condition():
+            assert time.monotonic() < end_s, f'{what} did not come'
+            self.executor.spin_once(timeout_sec=0.05)
+
+    def spin(self, duration_s):
+        """Take messages for some seconds."""
+        end_s = time.monotonic() + duration_s
+        while (left_s := end_s - time.monotonic()) > 0.0:
+            self.executor.spin_once(timeout_sec=left_s)
+
+    def listen(self, topic, raw=False, depth=20000):
+        """Return a list that fills with the messages on a topic, by its name in the scenario."""
+        messages = []
+        self.node.create_subscription(
+            message_class(TOPICS[topic].type),
+            TOPICS[topic].name,
+            messages.append,
+            QoSProfile(depth=depth),
+            raw=raw,
+        )
+        return messages
+
+    def hear(self, messages, count):
+        """Wait until a list has `count` messages more, and return those."""
+        before = len(messages)
+        self.wait_until(lambda: len(messages) >= before + count, f'{count} messages')
+        return messages[before : before + count]
+
+    def call(self, kind, name, request):
+        """Call a service of the live node and return its answer."""
+        client = self.node.create_client(kind, name)
+        self.wait_until(client.service_is_ready, name)
+        future = client.call_async(request)
+        self.wait_until(future.done, f'the answer of {name}')
+        self.node.destroy_client(client)
+        return future.result()
+
+    def request(self, values):
+        """Ask for initial conditions; return whether they were taken, and the reason if not."""
+        request = SetParametersAtomically.Request(parameters=parameter_messages(values))
+        answer = self.call(SetParametersAtomically, 'satdyn/set_initial_conditions', request)
+        return answer.result.successful, answer.result.reason
+
+    def trigger(self, name):
+        answer = self.call(Trigger, f'satdyn/{name}', Trigger.Request())
+        return answer.success, answer.message
+
+    def switch(self, name, data):
+        answer = self.call(SetBool, f'satdyn/{name}', SetBool.Request(data=data))
+        return answer.success, answer.message
+
+    def set(self, values):
+        """Set parameters one by one; return whether each was taken, and the reasons."""
+        request = SetParameters.Request(parameters=parameter_messages(values))
+        results = self.call(SetParameters, 'satdyn/set_parameters', request).results
+        return [(result.successful, result.reason) for result in results]
+
+    def get(self, name):
+        request = GetParameters.Request(names=[name])
+        answer = self.call(GetParameters, 'satdyn/get_parameters', request)
+        return parameter_value_to_python(answer.values[0])
+
+
+def parameter_messages(values) -> list[ParameterMessage]:
+    return [Parameter(name, value=value).to_parameter_msg() for name, value in values.items()]
+
+
+def stamp_ns(message):
+    """Return the stamp of a message with a header."""
+    return message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+
+
+def raw_stamp_ns(data):
+    """Return the stamp of a serialised message that begins with a header."""
+    return int.from_bytes(data[4:8], 'little') * 10**9 + int.from_bytes(data[8:12], 'little')
+
+
+def expected(scenario, topic, count, events=()):
+    """Return the serialised messages of the first ticks, from stamps to bytes."""
+    simulation = Simulation(scenario, events)
+    packer = TOPICS[topic].packer(scenario.frames, scenario.system)
+    packed = {}
+    while simulation.next_tick < count:
+        _, samples = simulation.advance(count - simulation.next_tick)
+        rows = packer.pack(samples)
+        for stamp, row in zip(samples.stamps_ns.tolist(), rows, strict=True):
+            packed[stamp] = row.tobytes()
+    return packed

@@ -1,0 +1,281 @@
+"""
+The stationary motions of a body held in a Newtonian field (Agostinelli 1977).
+
+The energy is stationary at fixed |gamma|, area integral and fourth integral (multipliers lambda,
+mu, nu) where omega_i = omega_0 alpha_i gamma_i in the principal axes, omega_0^2 = 3 mu / r^3,
+
+    alpha_i = s sqrt(N1 N2 N3) / N_i,   N_i = 1 - 2 nu I_i,   s = +-1.
+
+Such a motion stays so, and gamma moves like the rate of a free body with the alphas for moments:
+gamma_1' = omega_0 (alpha_3 - alpha_2) gamma_2 gamma_3, with e = alpha . gamma^2 constant.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..dynamics import rotation
+from ..dynamics.euler import from_zxz
+from ..dynamics.inertia import principal_axes
+from ..dynamics.orbit import FixedDirection
+from ..dynamics.system import State, System
+from . import elliptic, multiplier
+from .exact_motion import ExactMotion
+
+# A direction cosine that nobody can tell from zero.
+ROUNDING = 4.0 * np.finfo(float).eps
+
+
+class Stationary(ExactMotion):
+    """
+    The motion of a body without rotor, about its mass centre, that has a multiplier nu.
+
+    moments (3,): in principal axes 1, 2, 3, ordered as dynamics/inertia.py does.  omega_0 [rad/s];
+    nu [1 / (kg m^2)], lambda_, mu: the multipliers; alpha (3,) and e; c0 = e - alpha_3; h [J]
+    energy, c1 area integral, c2 fourth integral.  m, m1 = 1 - m, lam [rad/s]: parameters and rate
+    of the elliptic functions.  period_s: of gamma in the body.
+
+    >>> Stationary(system, state).at([10.0, 20.0]).q_ib  # doctest: +SKIP
+    """
+
+    name = 'stationary motion'
+    source = 'Agostinelli 1977, eqs. 13, 28-32'
+
+    def __init__(self, system: System, state: State, start_s: float = 0.0):
+        super().__init__(system, state, start_s)
+        reason = self.why_not(system, state)
+        if reason:
+            raise ValueError(reason)
+        self.moments, q_bp, gamma, omega_p = _in_principal_axes(system, state)
+        self.omega_0 = float(np.sqrt(system.orbit.gradient_at(0.0)))
+        self.nu, sign = multiplier.find(self.moments, self.omega_0, gamma, omega_p)
+        self._constants(sign, gamma)
+        differences = self.omega_0 * multiplier.differences(self.moments, self.nu, sign)
+        self._solve(self.omega_0 * self.alpha, differences, gamma, q_bp)
+
+    @classmethod
+    def from_attitude(cls, system: System, nu: float, q_ib, sign: int = 1) -> 'Stationary':
+        """
+        Return the motion with the multiplier nu [1 / (kg m^2)] from the attitude q_ib (4,).
+
+        sign: of mu.  ValueError: nu is not admissible, N1 N2 N3 must be positive.
+        """
+        moments, R_bp = principal_axes(system.inertia)
+        alpha = multiplier.alphas(moments, nu, sign)
+        q_bp = rotation.from_matrix(R_bp)
+        q_ib = rotation.normalise(q_ib)
+        gamma = rotation.rotate(rotation.conjugate(rotation.multiply(q_ib, q_bp)), [0, 0, 1])
+        omega_p = np.sqrt(system.orbit.gradient_at(0.0)) * alpha * gamma
+        return cls(system, State(q_ib, rotation.rotate(q_bp, omega_p)))
+
+    @classmethod
+    def from_constants(
+        cls,
+        system: System,
+        nu: float,
+        c0: float,
+        phase: float = 0.0,
+        psi0: float = 0.0,
+        sign: int = 1,
+    ) -> 'Stationary':
+        """
+        Return the motion with the paper's constants nu [1 / (kg m^2)] and c0 = e - alpha_3.
+
+        phase: the argument u of the elliptic functions at the start; psi0 [rad]: precession of
+        principal axis 3 there; sign: of mu.  Of the two motions with these constants it is that
+        in which the cosine that never vanishes is positive.  ValueError: nu is not admissible,
+        or c0 beyond the alphas.
+        """
+        moments, R_bp = principal_axes(system.inertia)
+        alpha = multiplier.alphas(moments, nu, sign)
+        low, high = np.min(alpha) - alpha[2], np.max(alpha) - alpha[2]
+        if not low <= c0 <= high:
+            raise ValueError(f'c0 is {c0:g}; for this nu it is from {low:g} to {high:g}')
+        differences = multiplier.differences(moments, nu, sign)
+        c, b, a = _ascending(differences)
+        x, y, z = (b, a, c) if c0 - differences[b, 2] >= 0.0 else (b, c, a)
+        polhode = Polhode.of(
+            differences[[y, y, x], [z, x, z]],
+            (c0 - differences[z, 2], differences[y, 2] - c0, c0 - differences[x, 2]),
+        )
+        gamma = _frame(y, z, np.ones(3)) @ np.array(polhode.at(phase))
+        nutation = np.arctan2(np.hypot(gamma[0], gamma[1]), gamma[2])
+        q_ip = from_zxz(psi0, nutation, np.arctan2(gamma[0], gamma[1]))
+        q_pb = rotation.conjugate(rotation.from_matrix(R_bp))
+        return cls.from_attitude(system, nu, rotation.multiply(q_ip, q_pb), sign)
+
+    @classmethod
+    def why_not(cls, system: System, state: State) -> str | None:
+        """Return one sentence that says why this closed form does not apply, or None."""
+        rotor = system.rotor
+        if not isinstance(system.orbit, FixedDirection):
+            return 'the direction to the attracting centre turns; orbit.type must be fixed'
+        if np.any(system.torque_b) or system.rotor_torque != 0.0:
+            return 'a torque is applied to the body or to the rotor'
+        if system.orbit.gradient <= 0.0:
+            return f'orbit.gradient is {system.orbit.gradient:g}; it must be positive'
+        if np.any(system.weight_moment):
+            return 'body.weight_moment is not zero'
+        if rotor.turns_freely or rotor.momentum != 0.0:
+            return 'there is a rotor'
+        moments, _, gamma, omega_p = _in_principal_axes(system, state)
+        if multiplier.find(moments, np.sqrt(system.orbit.gradient), gamma, omega_p) is None:
+            return 'no nu gives the rates omega_i = omega_0 alpha_i gamma_i about all three axes'
+        return None
+
+    def attitude(self, t_s):
+        """Return q_ib (N, 4) and omega_bi_b (N, 3) at t_s (N,)."""
+        if self._steady:
+            turn = rotation.about([0, 0, 1], self.omega_0 * self.e * t_s)
+            gamma = np.broadcast_to(self._gamma_k, (len(t_s), 3))
+            q_ib = rotation.multiply(turn, self.state.q_ib)
+        else:
+            u = self._u0 + self.lam * t_s
+            gamma = np.stack(self._polhode.at(u), axis=-1)
+            q_ib = rotation.multiply(self._q_iz, rotation.multiply(self._turn(t_s, u), self._q_kb))
+        omega_k = self._rates * gamma
+        return q_ib, rotation.rotate(rotation.conjugate(self._q_kb), omega_k)
+
+    def axial_turn(self, t_s):
+        """Return nan (N,): no rotor turns here."""
+        return np.full(len(t_s), np.nan)
+
+    def _constants(self, sign, gamma):
+        """Set what the paper calls h, c0, c1, c2, lambda and mu (its eqs. 2-4, 12, 16)."""
+        I, omega_0, square = self.moments, self.omega_0, gamma**2
+        A, B, C = I
+        self.alpha = alpha = multiplier.alphas(I, self.nu, sign)
+        self.e = float(alpha @ square)
+        self.c0 = self.e - float(alpha[2])
+        self.h = omega_0**2 / 2.0 * float(I * (alpha**2 + 1.0) @ square)
+        self.c1 = omega_0 * float(I * alpha @ square)
+        self.c2 = omega_0**2 * float((I**2 * alpha**2 - A * B * C / I) @ square)
+        self.mu = sign * omega_0 * float(np.sqrt(np.prod(1.0 - 2.0 * self.nu * I)))
+        pairs = A * B + B * C + C * A
+        self.lambda_ = omega_0**2 * (pairs * self.nu - 2.0 * A * B * C * self.nu**2)
+
+    def _solve(self, rates, differences, gamma, q_bp):
+        """
+        Find the polhode and the frame k whose y axis gamma circles and whose z axis it passes.
+
+        rates: omega_0 alpha_i, differences (3, 3) theirs, both [rad/s].
+        """
+        c, b, a = _ascending(differences)
+        around_a = differences[a, b] * gamma[a] ** 2 >= differences[b, c] * gamma[c] ** 2
+        x, y, z = (b, a, c) if around_a else (b, c, a)
+        R_pk = _frame(y, z, gamma)
+        self._q_kb = rotation.conjugate(rotation.multiply(q_bp, rotation.from_matrix(R_pk)))
+        self._gamma_k = gamma_x, gamma_y, gamma_z = R_pk.T @ gamma
+        self._rates = rates[[x, y, z]]
+        yz, yx, xz = differences[[y, y, x], [z, x, z]]
+        self._polhode = Polhode.of(
+            (yz, yx, xz),
+            (
+                yz * gamma_y**2 + xz * gamma_x**2,
+                yx * gamma_x**2 + yz * gamma_z**2,
+                yx * gamma_y**2 - xz * gamma_z**2,
+            ),
+        )
+        self.lam, self.m, self.m1 = self._polhode.lam, self._polhode.m, self._polhode.m1
+        along_axis = np.sum(np.abs(gamma) > ROUNDING) == 1
+        self._steady = along_axis or self.lam * self._polhode.S == 0.0
+        if self._steady:
+            return
+        if self.m1 > 0.0:
+            self.period_s = float(4.0 * elliptic.K(self.m1) / self.lam)
+        S, D, C = self._polhode.S, self._polhode.D, self._polhode.C
+        self._u0 = elliptic.F_sncndn(gamma_x / S, gamma_z / C, gamma_y / D)
+        self._about_z = D >= C
+        self._nn = -((C / D) ** 2) if self._about_z else -self.m * (D / C) ** 2
+        self._third0 = elliptic.L(self._u0, self._nn, self.m1)
+        self._precession = (yz if self._about_z else -yz) * self._nn / self.lam
+        start = rotation.multiply(self._turn(0.0, self._u0), self._q_kb)
+        self._q_iz = rotation.multiply(self.state.q_ib, rotation.conjugate(start))
+
+    def _turn(self, t_s, u):
+        """
+        Return the attitude of frame k, (N, 4), psi about Z from 0 on, theta and phi of gamma.
+
+        theta is counted from z or, where gamma passes that closer than y, from y; so its sine is
+        at least sqrt(1/2) and the angles have no singular attitude.
+        """
+        gamma_x, gamma_y, gamma_z = self._polhode.at(u)
+        third = self._precession * (elliptic.L(u, self._nn, self.m1) - self._third0)
+        if self._about_z:
+            theta = np.arctan2(np.hypot(gamma_x, gamma_y), gamma_z)
+            phi = np.arctan2(gamma_x, gamma_y)
+            return from_zxz(self._rates[1] * t_s + third, theta, phi)
+        theta = np.arctan2(np.hypot(gamma_x, gamma_z), gamma_y)
+        q = from_zxz(self._rates[2] * t_s + third, theta, self._polhode.angle_about_y(u))
+        # the angles counted from y are those of the axes z, x, y
+        return rotation.multiply(q, [0.5, 0.5, 0.5, 0.5])
+
+
+class Polhode(NamedTuple):
+    """
+    The way of gamma in the body: gamma = (S sn u, D dn u, C cn u), u' = lam.
+
+    m + m1 = 1 and C^2 + D^2 = 1; S has the sign that makes gamma' = gamma x omega.
+    """
+
+    lam: float
+    m: float
+    m1: float
+    S: float
+    D: float
+    C: float
+
+    @classmethod
+    def of(cls, differences, distances):
+        """
+        Return the polhode, whose y axis has the largest or the least alpha and z the other.
+
+        differences: y - z, y - x, x - z of the alphas; distances: e - z, y - e, e - x; all times
+        one rate [rad/s], and those from y or z of one sign, so that nothing cancels.
+        """
+        yz, yx, xz = differences
+        ez, ye, ex = distances
+        product = yx * ez
+        if product == 0.0 or ye == 0.0:
+            return cls(0.0, 0.0, 1.0, 0.0, 1.0, 0.0)
+        return cls(
+            lam=np.sqrt(product),
+            m=ye * xz / product,
+            m1=min(ex * yz / product, 1.0),
+            S=-np.copysign(np.sqrt(ye / yx), yx),
+            D=np.sqrt(ez / yz),
+            C=np.sqrt(ye / yz),
+        )
+
+    def at(self, u):
+        """Return the three cosines at the argument u."""
+        sn, cn, dn = elliptic.sncndn(u, self.m1)
+        return self.S * sn, self.D * dn, self.C * cn
+
+    def angle_about_y(self, u):
+        """Return the angle of gamma about y, counted from x against z [rad], continuous."""
+        am, S = elliptic.amplitude(u, self.m1), abs(self.S)
+        sine, cosine = np.sin(am), np.cos(am)
+        ahead = np.arctan2((S - self.C) * sine * cosine, S * sine**2 + self.C * cosine**2)
+        return np.pi / 2.0 - np.copysign(1.0, self.S) * (am + ahead)
+
+
+def _in_principal_axes(system, state):
+    """Return the moments, q_bp, and gamma and omega in principal axes."""
+    moments, R_bp = principal_axes(system.inertia)
+    q_bp = rotation.from_matrix(R_bp)
+    q_pi = rotation.conjugate(rotation.multiply(state.q_ib, q_bp))
+    omega_p = rotation.rotate(rotation.conjugate(q_bp), state.omega_bi_b)
+    return moments, q_bp, rotation.rotate(q_pi, [0.0, 0.0, 1.0]), omega_p
+
+
+def _ascending(differences):
+    """Return the axes in the order of their alphas, in keeping with the differences' signs."""
+    return np.argsort(np.sum(differences > 0.0, axis=1), kind='stable')
+
+
+def _frame(y, z, gamma):
+    """Return R_pk (3, 3): axes y and z of p, turned to gamma's side, are the second and third."""
+    Y = np.eye(3)[y] * np.copysign(1.0, gamma[y])
+    Z = np.eye(3)[z] * np.copysign(1.0, gamma[z])
+    return np.stack([np.cross(Y, Z), Y, Z], axis=-1)

@@ -1,0 +1,18 @@
+"""Motions in closed form, one a file, and which of them a system and a state have."""
+
+from .exact_motion import ExactMotion
+from .planar import Planar
+from .recognise import explain, recognise
+from .stationary import Stationary
+from .steady import Steady
+from .symmetric import Symmetric
+
+__all__ = [
+    'ExactMotion',
+    'Planar',
+    'Stationary',
+    'Steady',
+    'Symmetric',
+    'explain',
+    'recognise',
+]

@@ -1,0 +1,52 @@
+"""Which closed form a system and a state have, by the conditions of the papers, and why not."""
+
+import numpy as np
+
+from ..dynamics.orbit import KeplerOrbit
+from ..dynamics.system import State, System
+from .exact_motion import ExactMotion
+from .planar import Planar
+from .stationary import Stationary
+from .steady import Steady
+from .symmetric import Symmetric
+
+# The simplest motion first: several hold for a steady rotation or a symmetric body.
+CANDIDATES: tuple[type[ExactMotion], ...] = (Steady, Planar, Symmetric, Stationary)
+
+
+def recognise(system: System, state: State, start_s: float = 0.0) -> ExactMotion | None:
+    """
+    Return the exact motion of system from state at start_s seconds from tick 0, or None.
+
+    A condition counts as met where rounding of the input could break it, 1e-12 relative
+    (axes.py, equilibria.py).
+
+    >>> motion = recognise(system, state)  # doctest: +SKIP
+    """
+    for candidate in CANDIDATES:
+        if _why_not(candidate, system, state, start_s) is None:
+            return candidate(system, state, start_s)
+    return None
+
+
+def explain(system: System, state: State, start_s: float = 0.0) -> str | None:
+    """
+    Return one sentence that says why there is no exact motion, None where there is one.
+
+    It speaks of the motions that the field allows: on an orbit only the planar ones.
+    """
+    reasons = {candidate: _why_not(candidate, system, state, start_s) for candidate in CANDIDATES}
+    if None in reasons.values():
+        return None
+    driven = np.any(system.torque_b) or system.rotor_torque != 0.0
+    if isinstance(system.orbit, KeplerOrbit) or driven:
+        return reasons[Planar]
+    of_the_field = (Planar, Symmetric, Stationary)
+    return '; '.join(f'{motion.name}: {reasons[motion]}' for motion in of_the_field)
+
+
+def _why_not(candidate, system, state, start_s):
+    # Of all conditions only the balance of a steady rotation is about where the centre is now.
+    if candidate is Steady:
+        return Steady.why_not(system, state, start_s)
+    return candidate.why_not(system, state)

@@ -7,7 +7,7 @@ import subprocess
 from fractions import Fraction
 from pathlib import Path
 
-import bags
+import flights
 import numpy as np
 import pytest
 from mcap.reader import make_reader
@@ -27,17 +27,17 @@ INPUT = ('torque', 'rotor_torque')
 @pytest.fixture(scope='module')
 def bag(tmp_path_factory):
     """Record all state topics for three seconds in two files."""
-    scenario = bags.GYROSTAT.with_values({'record.max_duration_s': 2.0})
-    return bags.record(tmp_path_factory.mktemp('foreign') / 'bag', scenario, TICKS, events=())
+    scenario = flights.GYROSTAT.with_values({'record.max_duration_s': 2.0})
+    return flights.record(tmp_path_factory.mktemp('foreign') / 'bag', scenario, TICKS, events=())
 
 
 @pytest.fixture(scope='module')
 def truth():
     """Return what the motion itself answers at every tick, by topic and field."""
     t_s = np.arange(TICKS) / 30.0
-    states = bags.GYROSTAT.motion().at(t_s)
+    states = flights.GYROSTAT.motion().at(t_s)
     v_b = rotation.rotate(rotation.conjugate(states.q_ib), states.v_i)
-    inertia, c_b = bags.GYROSTAT.system.inertia, states.c_b
+    inertia, c_b = flights.GYROSTAT.system.inertia, states.c_b
     gradient = states.orbit.gradient_at(states.orbit_s)[:, None]
     return {
         'attitude': {'quaternion': states.q_ib},
@@ -63,7 +63,7 @@ def truth():
 
 def stamps():
     """Return the ticks' stamps, rounded half to even in exact arithmetic."""
-    return [bags.EPOCH_NS + round(Fraction(k * 10**9, 30)) for k in range(TICKS)]
+    return [flights.EPOCH_NS + round(Fraction(k * 10**9, 30)) for k in range(TICKS)]
 
 
 def field(message, path):

@@ -6,7 +6,7 @@ import sys
 import tracemalloc
 from itertools import groupby
 
-import bags
+import flights
 import numpy as np
 import pytest
 import yaml
@@ -44,7 +44,7 @@ def rows(length, count, first=0):
 
 
 def stamps(count, first=0):
-    return bags.EPOCH_NS + TICK_NS * np.arange(first, first + count)
+    return flights.EPOCH_NS + TICK_NS * np.arange(first, first + count)
 
 
 def records(path):
@@ -58,7 +58,7 @@ def only(path, kind):
 
 @pytest.fixture
 def bag(tmp_path):
-    """Write two chunks of two topics, a metadata record between them, and a topic without messages."""
+    """Write two chunks of two topics, metadata between them, and a topic without messages."""
     with BagWriter(tmp_path / 'bag', [A, B, SILENT], provenance={'version': '1: "x"'}) as writer:
         writer.write(stamps(3), {'/a': rows(12, 3)})
         writer.write_metadata('between', {'key': 'value'})
@@ -170,7 +170,7 @@ rosbag2_bagfile_information:
   duration:
     nanoseconds: {4 * TICK_NS}
   starting_time:
-    nanoseconds_since_epoch: {bags.EPOCH_NS}
+    nanoseconds_since_epoch: {flights.EPOCH_NS}
   message_count: 7
   topics_with_message_count:
     - topic_metadata:
@@ -203,7 +203,7 @@ rosbag2_bagfile_information:
   files:
     - path: bag_0.mcap
       starting_time:
-        nanoseconds_since_epoch: {bags.EPOCH_NS}
+        nanoseconds_since_epoch: {flights.EPOCH_NS}
       duration:
         nanoseconds: {4 * TICK_NS}
       message_count: 7
@@ -262,7 +262,7 @@ def test_every_compression_gives_the_same_messages(tmp_path, compression):
     tick = 2 * 31 + 12 + 5
     assert all(786432 <= size < 786432 + tick for size in sizes[:-1])
     assert len(sizes) == 6
-    assert bags.sequence(tmp_path / 'bag') == [
+    assert flights.sequence(tmp_path / 'bag') == [
         (topic, stamp, bytes([k % 256]) * length)
         for k, stamp in enumerate(stamps(count).tolist())
         for topic, length in (('/a', 12), ('/b', 5))
@@ -285,7 +285,7 @@ def test_blocks_do_not_change_the_sequence(tmp_path):
                 count = min(block, 500 - first)
                 messages = {'/a': rows(12, count, first), '/b': rows(5, count, first)}
                 writer.write(stamps(count, first), messages)
-        written.append(bags.sequence(tmp_path / f'{block}'))
+        written.append(flights.sequence(tmp_path / f'{block}'))
     assert len(written[0]) == 1000
     assert written[0] == written[1] == written[2]
 
@@ -294,7 +294,7 @@ def test_a_message_larger_than_a_chunk_is_written_whole(tmp_path):
     """A chunk holds at least one tick."""
     with BagWriter(tmp_path / 'bag', [A]) as writer:
         writer.write(stamps(2), {'/a': rows(2_000_000, 2)})
-    assert [len(data) for _, _, data in bags.sequence(tmp_path / 'bag')] == [2_000_000] * 2
+    assert [len(data) for _, _, data in flights.sequence(tmp_path / 'bag')] == [2_000_000] * 2
 
 
 def test_a_topic_may_come_later(tmp_path):
@@ -304,7 +304,7 @@ def test_a_topic_may_come_later(tmp_path):
         writer.add_topic(B)
         writer.add_topic(A)
         writer.write(stamps(1, 1), {'/b': rows(5, 1, 1), '/a': rows(12, 1, 1)})
-    assert [topic for topic, _, _ in bags.sequence(tmp_path / 'bag')] == ['/a', '/b', '/a']
+    assert [topic for topic, _, _ in flights.sequence(tmp_path / 'bag')] == ['/a', '/b', '/a']
     assert [c.topic for c in only(tmp_path / 'bag/bag_0.mcap', Channel)] == ['/a', '/b']
 
 
@@ -332,7 +332,7 @@ def test_a_bag_splits_by_duration(tmp_path):
         assert names == ['rosbag2', 'satdyn_ros/snapshot', 'rosbag2']
         assert only(path, Metadata)[1].metadata == {'row': str(row)}
         assert len(only(path, Schema)) == len(only(path, Channel)) == 1
-    assert len(bags.sequence(tmp_path / 'bag')) == 30
+    assert len(flights.sequence(tmp_path / 'bag')) == 30
 
 
 def test_a_bag_splits_by_size(tmp_path):
@@ -347,7 +347,7 @@ def test_a_bag_splits_by_size(tmp_path):
     assert len(sizes) >= 3
     # It ends with the chunk that reached the size; compressed chunks and indexes are below 1 MB.
     assert all(1_000_000 <= size < 2_000_000 for size in sizes[:-1])
-    assert [data for _, _, data in bags.sequence(tmp_path / 'bag')] == [bytes(n) for n in noise]
+    assert [data for _, _, data in flights.sequence(tmp_path / 'bag')] == [bytes(n) for n in noise]
 
 
 # -- what outlives the writer --------------------------------------------------------------------
@@ -365,7 +365,7 @@ def test_flushed_messages_are_with_the_system(tmp_path):
         found.extend(scan(tmp_path / 'bag/bag_0.mcap'))
     assert [len(block.contents.heads) for block in found if isinstance(block, Block)] == [10]
     writer.close()
-    assert len(bags.sequence(tmp_path / 'bag')) == 11
+    assert len(flights.sequence(tmp_path / 'bag')) == 11
 
 
 def test_memory_stays_flat(tmp_path):

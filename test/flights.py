@@ -1,5 +1,7 @@
 """Bags to test with: flights recorded as the node and offline runs record them."""
 
+import time
+from dataclasses import replace
 from pathlib import Path
 
 from satdyn_ros.bag.recording import Recording
@@ -61,6 +63,26 @@ def recorded(recording, scenario, ticks, events=(), block=64):
             samples.stamps_ns, rows, lambda row, first=first: simulation.snapshot(first + row)
         )
         yield simulation.next_tick
+
+
+def fly(directory, progress):
+    """
+    Record without an end, events all through, in files of about 100 kB, and flush at times.
+
+    progress: a pipe that is sent the number of ticks after each flush.
+    """
+    scenario = GYROSTAT.with_values(
+        {'publish.topics': ('attitude', 'imu'), 'record.max_size_bytes': 100_000}
+    )
+    often = [event for event in EVENTS if not isinstance(event, Topics)]
+    events = [replace(event, tick=event.tick + 150 * k) for k in range(2000) for event in often]
+    recording = Recording(directory, scenario, scenario.topics)
+    flushed_s = time.monotonic()
+    for ticks in recorded(recording, scenario, 10**9, events, block=20):
+        if time.monotonic() - flushed_s > 0.1:
+            recording.flush()
+            progress.send(ticks)
+            flushed_s = time.monotonic()
 
 
 def sequence(bag) -> list[tuple[str, int, bytes]]:

@@ -1,0 +1,239 @@
+"""A bag whose writer did not come to its end is completed, and loses nothing that was written."""
+
+import subprocess
+import sys
+
+import flights
+import pytest
+import yaml
+from mcap.reader import make_reader
+from mcap.writer import CompressionType, Writer
+from rosbags.rosbag2 import Reader
+
+from satdyn_ros.bag.reader import Bag
+from satdyn_ros.bag.recover import recover
+from satdyn_ros.bag.verify import verify
+
+SCENARIO = flights.GYROSTAT.with_values({'publish.topics': ('attitude', 'imu')})
+TICKS = 200
+
+
+@pytest.fixture(scope='module', params=['zstd', 'lz4', 'none'])
+def whole(request, tmp_path_factory):
+    """Record a bag of several chunks and return it with its messages."""
+    scenario = SCENARIO.with_values({'record.compression': request.param})
+    path = tmp_path_factory.mktemp(request.param) / 'bag'
+    flights.record(path, scenario, TICKS, flights.EVENTS, block=17, flush=True)
+    return path, flights.sequence(path)
+
+
+def cut(whole, directory, length):
+    """Return a bag with the first bytes of another one's file, as a killed writer leaves it."""
+    directory.mkdir()
+    data = (whole / 'bag_0.mcap').read_bytes()
+    (directory / 'bag_0.mcap').write_bytes(data[:length])
+    return directory
+
+
+def information(path):
+    return yaml.safe_load((path / 'metadata.yaml').read_text())['rosbag2_bagfile_information']
+
+
+def chunk_ends(path):
+    """Return, for each chunk of a file, where it ends and how many messages there are by then."""
+    with open(path, 'rb') as file:
+        reader = make_reader(file)
+        indexes = reader.get_summary().chunk_indexes
+        log_times = [message.log_time for _, _, message in reader.iter_messages()]
+    return [
+        (i.chunk_start_offset + i.chunk_length, sum(t <= i.message_end_time for t in log_times))
+        for i in indexes
+    ]
+
+
+def test_a_file_cut_anywhere_keeps_all_that_was_written(whole, tmp_path):
+    """What is left is the begin of the sequence, with every whole chunk; other readers agree."""
+    path, messages = whole
+    ends = chunk_ends(path / 'bag_0.mcap')
+    size = (path / 'bag_0.mcap').stat().st_size
+    edges = [edge + side for edge, _ in ends for side in (-1, 0, 1)]
+    for length in sorted({0, 1, 8, 20, size - 9, size - 1, *edges, *range(30, size, size // 40)}):
+        bag = cut(path, tmp_path / f'{length}', length)
+        recovered = recover(bag)
+        kept = flights.sequence(bag)
+        assert kept == messages[: len(kept)]
+        assert len(kept) >= max([count for end, count in ends if end <= length], default=0)
+        assert recovered.message_count == len(kept) == information(bag)['message_count']
+        assert recovered.files == ('bag_0.mcap',)
+        with Reader(bag) as reader:
+            assert reader.message_count == len(kept)
+            assert [data for _, _, data in reader.messages()] == [data for _, _, data in kept]
+        assert sorted(file.name for file in bag.iterdir()) == ['bag_0.mcap', 'metadata.yaml']
+        assert recover(bag).files == ()
+
+
+def test_whole_messages_of_a_cut_chunk_are_kept(tmp_path):
+    """Of an uncompressed chunk every message that has all its bytes comes back."""
+    scenario = SCENARIO.with_values({'record.compression': 'none'})
+    path = flights.record(tmp_path / 'bag', scenario, 100, events=())
+    messages = flights.sequence(path)
+    data = (path / 'bag_0.mcap').read_bytes()
+    for number in (1, 50, 51, 199):
+        last = messages[number - 1][2]
+        end = data.index(last) + len(last)
+        for length, count in ((end - 1, number - 1), (end, number)):
+            bag = cut(path, tmp_path / f'{length}', length)
+            recover(bag)
+            assert flights.sequence(bag) == messages[:count]
+
+
+def test_what_is_recovered_whole_is_the_file_itself(whole, tmp_path):
+    """Killed between the last chunk and the end: recovering writes what the writer would have."""
+    path, _ = whole
+    data = (path / 'bag_0.mcap').read_bytes()
+    bag = cut(path, tmp_path / 'bag', len(data) - 40)
+    recover(bag)
+    assert (bag / 'bag_0.mcap').read_bytes() == data
+    assert (bag / 'metadata.yaml').read_text() == (path / 'metadata.yaml').read_text()
+
+
+def test_a_recovered_bag_verifies(whole, tmp_path):
+    """It holds its scenario and its events as far as it goes."""
+    path, _ = whole
+    size = (path / 'bag_0.mcap').stat().st_size
+    bag = cut(path, tmp_path / 'bag', size * 2 // 3)
+    assert 'satdyn recover completes it' in (verify(bag).problem or '')
+    recover(bag)
+    verdict = verify(bag)
+    assert verdict.is_true
+    assert verdict.same_bytes
+    assert verdict.message_count > 100
+
+
+def test_blocks_that_the_system_never_filled_end_the_file(whole, tmp_path):
+    """After a power cut a file may end with zeros: they are no records."""
+    path, messages = whole
+    end, count = chunk_ends(path / 'bag_0.mcap')[3]
+    bag = cut(path, tmp_path / 'bag', end)
+    with open(bag / 'bag_0.mcap', 'ab') as file:
+        file.write(bytes(5000))
+    recover(bag)
+    assert flights.sequence(bag) == messages[:count]
+
+
+def test_a_damaged_chunk_ends_the_file(whole, tmp_path):
+    """What its checksum does not vouch for is not kept, nor what comes after."""
+    path, messages = whole
+    (_, kept), (end, count), *_ = chunk_ends(path / 'bag_0.mcap')
+    size = (path / 'bag_0.mcap').stat().st_size
+    bag = cut(path, tmp_path / 'bag', size - 40)
+    data = bytearray((bag / 'bag_0.mcap').read_bytes())
+    data[end - 30] ^= 1
+    (bag / 'bag_0.mcap').write_bytes(data)
+    recover(bag)
+    assert flights.sequence(bag) == messages[:kept]
+    assert kept < count
+
+
+def test_a_bag_of_several_files(tmp_path):
+    """Only the file that was being written is written again; metadata.yaml lists them all."""
+    scenario = SCENARIO.with_values({'record.max_duration_s': 2.0})
+    path = flights.record(tmp_path / 'bag', scenario, TICKS, flights.EVENTS)
+    messages, files = flights.sequence(path), information(path)['files']
+    assert len(files) == 4
+    (path / 'metadata.yaml').unlink()
+    last = path / 'bag_3.mcap'
+    last.write_bytes(last.read_bytes()[:-40])
+    before = {file.name: file.stat().st_ino for file in path.glob('*.mcap')}
+    assert recover(path).files == ('bag_3.mcap',)
+    assert flights.sequence(path) == messages
+    assert information(path)['files'] == files
+    after = {file.name: file.stat().st_ino for file in path.glob('*.mcap')}
+    assert [name for name in before if before[name] != after[name]] == ['bag_3.mcap']
+
+
+def test_more_than_ten_files_keep_their_order(tmp_path):
+    """File 10 comes after file 9, not after file 1."""
+    scenario = SCENARIO.with_values({'record.max_duration_s': 0.5})
+    path = flights.record(tmp_path / 'bag', scenario, TICKS, flights.EVENTS)
+    listed = information(path)
+    assert len(listed['files']) > 11
+    (path / 'metadata.yaml').unlink()
+    assert recover(path).files == ()
+    assert information(path) == listed
+
+
+def test_a_killed_file_without_a_message_is_completed(tmp_path):
+    """A file that was just begun is an empty one afterwards, in its place."""
+    path = flights.record(tmp_path / 'bag', SCENARIO, 10, ())
+    (path / 'metadata.yaml').unlink()
+    (path / 'bag_1.mcap').touch()
+    assert recover(path).files == ('bag_1.mcap',)
+    counts = [file['message_count'] for file in information(path)['files']]
+    assert counts == [20, 0]
+    assert len(flights.sequence(path)) == 20
+
+
+def test_a_bare_file_is_completed_in_its_place(whole, tmp_path):
+    """Without its directory: no metadata.yaml is made."""
+    path, messages = whole
+    data = (path / 'bag_0.mcap').read_bytes()
+    (tmp_path / 'bare.mcap').write_bytes(data[:-40])
+    assert recover(tmp_path / 'bare.mcap').files == ('bare.mcap',)
+    assert (tmp_path / 'bare.mcap').read_bytes() == data
+    assert len(messages) == recover(tmp_path / 'bare.mcap').message_count
+    assert [file.name for file in tmp_path.iterdir()] == ['bare.mcap']
+
+
+@pytest.mark.parametrize('chunked', [True, False])
+def test_a_foreign_file_is_completed(tmp_path, chunked):
+    """Another writer's bag, in chunks or without, that never came to its end."""
+    with open(tmp_path / 'foreign_0.mcap', 'wb') as file:
+        writer = Writer(file, 500, CompressionType.LZ4, use_chunking=chunked)
+        writer.start('ros2', 'another')
+        schema = writer.register_schema('std_msgs/msg/Int8', 'ros2msg', b'int8 data')
+        channel = writer.register_channel('/foreign', 'cdr', schema, {})
+        for k in range(100):
+            writer.add_message(channel, k, bytes([k]), k + 1)
+        writer.flush()
+    assert recover(tmp_path).message_count == 100
+    assert flights.sequence(tmp_path) == [('/foreign', k, bytes([k])) for k in range(100)]
+    with open(tmp_path / 'foreign_0.mcap', 'rb') as file:
+        reader = make_reader(file, validate_crcs=True)
+        assert reader.get_header().library == 'another'
+        assert [message.publish_time for _, _, message in reader.iter_messages()][:2] == [1, 2]
+    assert list(Bag(tmp_path).topics) == ['/foreign']
+
+
+def test_a_disk_without_room_leaves_the_old_file(whole, tmp_path):
+    """The file that there was stays as it was, and the sentence says what failed."""
+    path, _ = whole
+    data = (path / 'bag_0.mcap').read_bytes()[:-40]
+    bag = cut(path, tmp_path / 'bag', len(data))
+    program = """if True:
+        import resource, sys
+        from satdyn_ros.bag.recover import recover
+        resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000))
+        try:
+            recover(sys.argv[1])
+        except OSError as error:
+            print(error)
+    """
+    result = subprocess.run(
+        [sys.executable, '-c', program, bag], capture_output=True, text=True, check=True
+    )
+    assert result.stdout == f'{bag}/bag_0.recovering cannot be written: File too large\n'
+    assert (bag / 'bag_0.mcap').read_bytes() == data
+    assert [file.name for file in bag.iterdir()] == ['bag_0.mcap']
+
+
+def test_what_is_no_bag_is_refused(tmp_path):
+    """Nothing there, nothing in it, or something else."""
+    with pytest.raises(ValueError, match='is no bag: there is no such file or directory'):
+        recover(tmp_path / 'nothing')
+    with pytest.raises(ValueError, match=r'is no bag: there is no \.mcap file in it'):
+        recover(tmp_path)
+    (tmp_path / 'text.mcap').write_text('this is not an MCAP file')
+    with pytest.raises(ValueError, match='is no MCAP file'):
+        recover(tmp_path)
+    assert (tmp_path / 'text.mcap').read_text() == 'this is not an MCAP file'

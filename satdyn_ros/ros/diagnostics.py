@@ -5,8 +5,6 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from rclpy.clock import Clock
-from rclpy.clock_type import ClockType
 from rclpy.node import Node
 
 from ..dynamics.integrals import relative_drift
@@ -15,7 +13,7 @@ from ..messages import qos
 from ..simulation import Samples
 from .inputs import Tally
 from .pacing import Pacing
-from .publishing import qos_profile
+from .publishing import STEADY, qos_profile
 
 if TYPE_CHECKING:
     from .recorder import Recorder
@@ -39,7 +37,7 @@ class Diagnostics:
         self._publisher = node.create_publisher(
             DiagnosticArray, '/diagnostics', qos_profile(qos.DIAGNOSTICS)
         )
-        node.create_timer(_PERIOD_S, self._publish, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        node.create_timer(_PERIOD_S, self._publish, clock=STEADY)
 
     def _publish(self):
         message = DiagnosticArray()

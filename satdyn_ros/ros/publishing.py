@@ -4,6 +4,8 @@ from collections.abc import Callable, Iterable
 from importlib import import_module
 
 import numpy as np
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
@@ -12,6 +14,9 @@ from ..messages import qos
 from ..messages.topics import TOPICS, Packer
 from ..scenario import Scenario
 from ..simulation import Samples
+
+# The node never follows a simulated time, its own least of all.
+STEADY = Clock(clock_type=ClockType.STEADY_TIME)
 
 
 class Block:
@@ -48,6 +53,7 @@ class Publishing:
                 message_class('rosgraph_msgs/msg/Clock'), '/clock', qos_profile(qos.CLOCK)
             )
             self._clock_packer = TOPICS['clock'].packer(scenario.frames, scenario.system)
+            self._timer = node.create_timer(1.0, self._watch_clock, clock=STEADY)
 
     def open(self, names: Iterable[str]) -> tuple[str, ...]:
         """Make the publishers of topics that have none yet; return those that can be published."""
@@ -60,6 +66,14 @@ class Publishing:
         if self._clock is not None:
             outputs.insert(0, (self._clock.publish, self._clock_packer.pack(samples)))
         return Block(rows, outputs)
+
+    def _watch_clock(self):
+        """Warn once when the time has a second source."""
+        if self._node.count_publishers('/clock') > 1:
+            self._node.get_logger().warning(
+                '/clock has another publisher; whoever follows it sees the time jump'
+            )
+            self._node.destroy_timer(self._timer)
 
     def _add(self, name):
         topic = TOPICS[name]

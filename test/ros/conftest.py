@@ -25,3 +25,12 @@ def live(tmp_path):
     for node, participant in running:
         participant.close()
         node.end()
+
+
+@pytest.fixture(scope='module')
+def live_pair():
+    """Return two participants that share nothing but the wire."""
+    pair = Participant('/pair'), Participant('/pair')
+    yield pair
+    for participant in pair:
+        participant.close()

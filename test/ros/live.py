@@ -2,6 +2,7 @@
 
 import itertools
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -36,9 +37,10 @@ class LiveNode:
     The node as a process, in a namespace of its own.
 
     values: parameters by dotted name, written to a file.  ros_args: what follows --ros-args.
+    file_limit_bytes: no file of the process may be larger.
     """
 
-    def __init__(self, directory, values, ros_args=(), namespace=None):
+    def __init__(self, directory, values, ros_args=(), namespace=None, file_limit_bytes=None):
         self.namespace = namespace or f'/test{os.getpid()}_{next(_numbers)}'
         self.values = {'time.epoch_ns': EPOCH_NS} | values
         file = directory / f'{self.namespace.strip("/")}.yaml'
@@ -46,6 +48,7 @@ class LiveNode:
         self.process = start(
             ['--params-file', str(file), '--ros-args', '-r', f'__ns:={self.namespace}', *ros_args],
             directory,
+            file_limit_bytes,
         )
 
     @property
@@ -61,14 +64,21 @@ class LiveNode:
         return self.process.returncode, errors
 
 
-def start(arguments, directory):
+def start(arguments, directory, file_limit_bytes=None):
     """Start the command `satdyn_node`."""
+
+    def limit():
+        # Without its signal, a write beyond the limit fails as on a full disk.
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (file_limit_bytes, file_limit_bytes))
+
     return subprocess.Popen(
         [sys.executable, '-m', 'satdyn_ros.ros.main', *arguments],
         cwd=directory,
         env=os.environ | {'PYTHONPATH': str(ROOT)},
         stderr=subprocess.PIPE,
         text=True,
+        preexec_fn=limit if file_limit_bytes else None,
     )
 
 

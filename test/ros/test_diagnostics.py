@@ -1,0 +1,104 @@
+"""What the node says of its health, and that each level means something."""
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import WrenchStamped
+
+OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
+
+
+def health(participant):
+    """Return a function that waits for the next report and returns it by part."""
+    heard = []
+    participant.node.create_subscription(DiagnosticArray, '/diagnostics', heard.append, 10)
+
+    def of(namespace):
+        own = f'{namespace.strip("/")}/satdyn: '
+        return [
+            {s.name.removeprefix(own): s for s in m.status}
+            for m in heard
+            if m.status[0].name.startswith(own)
+        ]
+
+    def until(namespace, condition):
+        participant.wait_until(lambda: any(map(condition, of(namespace))), 'the report')
+        return next(report for report in of(namespace) if condition(report))
+
+    return until
+
+
+def values(status):
+    return {pair.key: pair.value for pair in status.values}
+
+
+def test_a_healthy_node_is_ok(live):
+    """Four parts report, in diagnostic_updater's form, with what they count."""
+    node, participant = live(
+        {'rotor.mode': 'constant_momentum', 'record.enabled': True, 'publish.rate': 10.0}
+    )
+    until = health(participant)
+    report = until(
+        node.namespace,
+        lambda r: (
+            all(s.level == OK for s in r.values()) and int(values(r['recorder'])['messages']) > 0
+        ),
+    )
+    assert list(report) == ['propagation', 'pacing', 'recorder', 'inputs']
+    assert {status.hardware_id for status in report.values()} == {'none'}
+    propagation = values(report['propagation'])
+    assert propagation['tolerance'] == '1e-12'
+    assert abs(float(propagation['relative drift of jacobi'])) < 1e-10
+    assert float(values(report['pacing'])['factor reached']) > 0.5
+    assert values(report['recorder'])['bag'].startswith('satdyn_')
+    assert int(values(report['recorder'])['bytes']) > 0
+
+
+def test_a_coarse_propagation_is_warned_of(live):
+    """At a tolerance of 1e-3 a tumbling body drifts by more than a thousandth."""
+    node, participant = live(
+        {'motion.tolerance': 1e-3, 'orbit.type': 'fixed', 'time.factor': 1000.0}
+        | {'publish.rate': 1.0, 'initial.angular_velocity': [0.3, 0.2, 0.4]}
+    )
+    until = health(participant)
+    report = until(node.namespace, lambda r: r['propagation'].level != OK)
+    assert report['propagation'].message.endswith('above 1e-03')
+
+
+def test_a_machine_that_cannot_keep_up_is_warned_of(live):
+    """A million ticks a second are too many: the factor reached is said."""
+    node, participant = live({'publish.rate': 1000.0, 'time.factor': 1000.0})
+    until = health(participant)
+    report = until(node.namespace, lambda r: r['pacing'].level == WARN)
+    assert 'ticks came late, the factor reached is' in report['pacing'].message
+    assert float(values(report['pacing'])['factor reached']) < 1000.0
+
+
+def test_a_refused_input_is_warned_of_and_a_pause_is_said(live):
+    """The reason of the refusal is the sentence of the log."""
+    node, participant = live()
+    until = health(participant)
+    publisher = participant.node.create_publisher(WrenchStamped, 'torque', 10)
+    participant.wait_until(lambda: publisher.get_subscription_count() == 1)
+    message = WrenchStamped()
+    message.header.frame_id = 'map'
+    publisher.publish(message)
+    report = until(node.namespace, lambda r: r['inputs'].level == WARN)
+    assert report['inputs'].message == (
+        '1 refused: torque is given in the frame map; it takes base_link or none'
+    )
+    assert participant.switch('pause', True)[0]
+    until(node.namespace, lambda r: r['pacing'].message.startswith('paused after tick'))
+
+
+def test_a_bag_that_cannot_be_written_is_an_error_and_the_node_flies_on(live, tmp_path):
+    """The file is limited to 20 kB: one sentence in the log and in the diagnostics."""
+    node, participant = live(
+        {'record.enabled': True, 'record.compression': 'none'}, file_limit_bytes=20_000
+    )
+    until = health(participant)
+    report = until(node.namespace, lambda r: r['recorder'].level == ERROR)
+    assert 'takes no more' in report['recorder'].message
+    heard = participant.listen('attitude')
+    participant.hear(heard, 100)
+    code, errors = node.end()
+    assert code == 0
+    assert errors.count('takes no more') == 1

@@ -1,0 +1,85 @@
+"""The messages and requests of msg_examples/, sent to a node that flies."""
+
+import pytest
+from messages import examples
+from rclpy.serialization import deserialize_message, serialize_message
+from ros.live import EPOCH_NS, stamp_ns
+
+from satdyn_ros.messages.topics import TOPICS
+
+MOTOR = {'rotor.mode': 'motor', 'rotor.inertia': 2.0, 'rotor.axis': [0.0, 0.0, 1.0]}
+
+
+def send(participant, name):
+    """Call the service that an example is made for and return its answer."""
+    example = examples.load(examples.ROOT / 'services' / f'{name}.yaml')
+    kind = examples.interface(example.type)
+    request = examples.filled(kind.Request(), example.values)
+    return participant.call(kind, example.name.lstrip('/'), request)
+
+
+def test_the_requests_are_answered_and_done(live, tmp_path):
+    """Each service does with its example what the example says."""
+    _, participant = live({'publish.topics': ['attitude', 'attitude_lvlh']})
+    heard = participant.listen('attitude_lvlh')
+    participant.hear(heard, 5)
+    assert send(participant, 'record').message.startswith('recording ')
+    assert len(list(tmp_path.glob('satdyn_*_*/*_0.mcap'))) == 1
+
+    asked = participant.get('initial.attitude')
+    assert send(participant, 'set_initial_conditions').result.successful
+    assert participant.get('initial.attitude') != asked
+    asked = participant.get('initial.attitude')
+
+    assert send(participant, 'pause').message.startswith('paused')
+    assert send(participant, 'reset').success
+    before = len(heard)
+    answer = send(participant, 'step')
+    assert answer.success
+    tick = int(answer.message.removeprefix('now after tick '))
+    participant.wait_until(lambda: stamp_ns(heard[-1]) == EPOCH_NS + tick * 10**7)
+    assert len(heard) > before
+    q = heard[-1].quaternion
+    # Into the inertial frame and back, to rounding.
+    assert [q.x, q.y, q.z, q.w] == pytest.approx(asked, abs=1e-15)
+
+
+def test_the_inputs_act(live):
+    """The example torques turn the body and the rotor from a tick on."""
+    _, participant = live(
+        MOTOR
+        | {'publish.topics': ['angular_velocity', 'rotor'], 'torque.timeout': 0.0}
+        | {'orbit.type': 'fixed'}
+    )
+    rates, rotors = participant.listen('angular_velocity'), participant.listen('rotor')
+    participant.hear(rates, 5)
+    for name in ('torque', 'rotor_torque'):
+        example = examples.load(examples.ROOT / 'topics' / f'{name}.yaml')
+        kind = examples.interface(example.type)
+        publisher = participant.node.create_publisher(kind, example.name.lstrip('/'), 10)
+        participant.wait_until(lambda p=publisher: p.get_subscription_count() == 1)
+        publisher.publish(examples.filled(kind(), example.values))
+        participant.hear(rates, 20)
+    assert rates[-1].velocity.angular.z != rates[0].velocity.angular.z
+    assert rotors[0].effort[0] == 0.0
+    given = examples.load(examples.ROOT / 'topics' / 'rotor_torque.yaml').values['data']
+    assert rotors[-1].effort[0] == given
+
+
+@pytest.mark.parametrize(
+    'name', [name for name, topic in TOPICS.items() if topic.role != 'input' and name != 'tf']
+)
+def test_the_outputs_are_messages_that_arrive(name, live_pair):
+    """What is published from an example is received field by field."""
+    sender, receiver = live_pair
+    example = examples.load(examples.ROOT / 'topics' / f'{name}.yaml')
+    kind = examples.interface(example.type)
+    sent = examples.filled(kind(), example.values)
+    received = []
+    receiver.node.create_subscription(kind, f'example_{name}', received.append, 10)
+    publisher = sender.node.create_publisher(kind, f'example_{name}', 10)
+    sender.wait_until(lambda: publisher.get_subscription_count() == 1)
+    publisher.publish(sent)
+    receiver.wait_until(lambda: received)
+    # What is declared float32 is rounded on its way.
+    assert received == [deserialize_message(serialize_message(sent), kind)]

@@ -1,0 +1,131 @@
+"""Torques that come in on topics."""
+
+import math
+
+import numpy as np
+from geometry_msgs.msg import WrenchStamped
+from ros.live import EPOCH_NS, stamp_ns
+from scipy.integrate import solve_ivp
+from std_msgs.msg import Float64
+
+from satdyn_ros.bag.reader import Bag
+from satdyn_ros.bag.run import EVENT, event_from_record
+from satdyn_ros.bag.verify import verify
+
+FREE = {
+    'orbit.type': 'fixed',
+    'body.inertia': [800.0, 900.0, 600.0],
+    'initial.attitude': [0.0, 0.0, 0.0, 1.0],
+    'initial.angular_velocity': [0.01, 0.02, 0.03],
+}
+
+
+def wrench(torque, frame=''):
+    message = WrenchStamped()
+    message.header.frame_id = frame
+    message.wrench.torque.x, message.wrench.torque.y, message.wrench.torque.z = torque
+    return message
+
+
+def matched(participant, kind, topic):
+    """Return a publisher that the live node hears."""
+    publisher = participant.node.create_publisher(kind, topic, 10)
+    participant.wait_until(lambda: publisher.get_subscription_count() == 1, topic)
+    return publisher
+
+
+def test_a_torque_acts_from_a_tick_on_until_the_next_or_the_timeout(live, tmp_path):
+    """
+    The rates are those of Euler's equations with the recorded torques, integrated by SciPy.
+
+    The bag holds each torque at the stamp of the tick where it acts, and the end of the last.
+    """
+    node, participant = live(
+        FREE
+        | {'publish.topics': ['angular_velocity'], 'record.enabled': True}
+        | {'torque.timeout': 0.2}
+    )
+    publisher = matched(participant, WrenchStamped, 'torque')
+    heard = participant.listen('angular_velocity')
+    participant.hear(heard, 10)
+    for torque, ticks in (((5.0, 0.0, 0.0), 5), ((0.0, -8.0, 3.0), 60)):
+        publisher.publish(wrench(torque, 'base_link'))
+        participant.hear(heard, ticks)
+    assert node.end()[0] == 0
+
+    (directory,) = tmp_path.glob('satdyn_*_*')
+    assert verify(directory).same_bytes
+    bag = Bag(directory)
+    torques = bag.messages(f'{node.namespace}/torque')
+    begins = [(int(ns) - EPOCH_NS) // 10**7 for ns in torques.log_times_ns]
+    (timeout,) = [
+        event_from_record(item.metadata)
+        for item in bag.items()
+        if getattr(item, 'name', '') == EVENT
+    ]
+    assert len(begins) == 2
+    assert timeout.tick == begins[1] + 20
+
+    inertia = np.array(FREE['body.inertia'])
+    rates = {(stamp_ns(m) - EPOCH_NS) // 10**7: m.velocity.angular for m in heard}
+    omega, tick = np.array(FREE['initial.angular_velocity']), 0
+    for torque, until in (
+        ((0.0, 0.0, 0.0), begins[0]),
+        ((5.0, 0.0, 0.0), begins[1]),
+        ((0.0, -8.0, 3.0), timeout.tick),
+        ((0.0, 0.0, 0.0), max(rates)),
+    ):
+        solution = solve_ivp(
+            lambda t, w, torque=torque: (np.array(torque) - np.cross(w, inertia * w)) / inertia,
+            (0.0, (until - tick) * 0.01),
+            omega,
+            method='DOP853',
+            rtol=1e-12,
+            atol=1e-14,
+        )
+        omega, tick = solution.y[:, -1], until
+        if until in rates:
+            rate = rates[until]
+            # SciPy's relative tolerance over a few dozen steps.
+            np.testing.assert_allclose([rate.x, rate.y, rate.z], omega, rtol=1e-10)
+    assert max(rates) in rates
+
+
+def test_what_cannot_be_a_torque_is_refused_and_changes_nothing(live):
+    """Another frame and what is not finite: a warning, and the motion is as before."""
+    node, participant = live(FREE | {'body.inertia': [1.0, 1.0, 1.0]})
+    publisher = matched(participant, WrenchStamped, 'torque')
+    heard = participant.listen('angular_velocity')
+    participant.hear(heard, 5)
+    for _ in range(3):
+        publisher.publish(wrench((1.0, 0.0, 0.0), 'lvlh'))
+        publisher.publish(wrench((math.nan, 0.0, 0.0)))
+    participant.hear(heard, 30)
+    rate = heard[-1].velocity.angular
+    # A sphere without torque keeps its rate, to the tolerance.
+    np.testing.assert_allclose([rate.x, rate.y, rate.z], [0.01, 0.02, 0.03], rtol=1e-12)
+    _, errors = node.end()
+    assert errors.count('torque is given in the frame lvlh; it takes base_link or none') == 1
+
+
+def test_a_motor_turns_the_rotor(live):
+    """J (s' + a . omega') = tau: the axial momentum of the rotor grows by tau t."""
+    _, participant = live(
+        FREE
+        | {'rotor.mode': 'motor', 'rotor.axis': [0.0, 0.0, 1.0], 'rotor.inertia': 2.0}
+        | {'publish.topics': ['rotor', 'angular_velocity'], 'torque.timeout': 0.0}
+    )
+    publisher = matched(participant, Float64, 'rotor_torque')
+    rotors = participant.listen('rotor')
+    rates = participant.listen('angular_velocity')
+    participant.hear(rotors, 5)
+    publisher.publish(Float64(data=0.5))
+    participant.hear(rotors, 60)
+    participant.wait_until(lambda: len(rates) >= 60)
+    axial_rate = {stamp_ns(m): m.velocity.angular.z for m in rates}
+    driven = [m for m in rotors if m.effort[0] == 0.5 and stamp_ns(m) in axial_rate]
+    momentum = [2.0 * (m.velocity[0] + axial_rate[stamp_ns(m)]) for m in driven]
+    t_s = np.array([(stamp_ns(m) - stamp_ns(driven[0])) * 1e-9 for m in driven])
+    assert len(driven) > 40
+    # The momentum is of order 0.1 and the tolerance of a step 1e-12.
+    np.testing.assert_allclose(momentum, momentum[0] + 0.5 * t_s, rtol=1e-10, atol=1e-12)

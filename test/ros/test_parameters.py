@@ -1,0 +1,149 @@
+"""The node's parameters: what describes them, what changes, what is refused."""
+
+import math
+
+import pytest
+from rcl_interfaces.srv import DescribeParameters, ListParameters, SetParametersAtomically
+from ros.live import EPOCH_NS, PATIENCE_S, ROOT, parameter_messages, stamp_ns, start
+
+from satdyn_ros.keys import KEYS
+
+
+def test_every_key_is_described_with_unit_and_range_and_none_is_forgotten(live):
+    """What `ros2 param list` and `describe` show is the table of keys."""
+    _, participant = live({'publish.rate': 10.0})
+    listed = participant.call(
+        ListParameters, 'satdyn/list_parameters', ListParameters.Request()
+    ).result.names
+    foreign = {name for name in listed if name.split('.')[0] in FOREIGN}
+    assert set(listed) - foreign == set(KEYS)
+
+    names = sorted(KEYS)
+    request = DescribeParameters.Request(names=names)
+    answer = participant.call(DescribeParameters, 'satdyn/describe_parameters', request)
+    for name, descriptor in zip(names, answer.descriptors, strict=True):
+        key = KEYS[name]
+        assert descriptor.description.startswith(f'[{key.unit}] ' if key.unit else key.meaning)
+        assert key.allowed in descriptor.additional_constraints
+        assert descriptor.read_only == (key.changes == 'never')
+    ranges = {d.name: d.floating_point_range for d in answer.descriptors}
+    assert (ranges['publish.rate'][0].from_value, ranges['publish.rate'][0].to_value) == (0, 1e4)
+    assert ranges['time.factor'][0].from_value == 0.0
+    assert ranges['rotor.momentum'] == []
+
+    for name, value in (
+        ('publish.rate', 10.0),
+        ('time.epoch_ns', EPOCH_NS),
+        ('publish.topics', ['attitude', 'angular_velocity', 'imu', 'odometry']),
+        ('body.inertia', [800.0, 900.0, 600.0]),
+    ):
+        assert participant.get(name) == value
+
+
+FOREIGN = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
+
+
+def test_sets_are_taken_or_refused_by_the_rules_of_their_key(live):
+    """
+    Integers are taken for doubles; a set of several is all or nothing.
+
+    What may not change says so, what changes by a service names it, and nobody can delete a
+    parameter.
+    """
+    _, participant = live()
+    assert participant.set({'torque.timeout': 5}) == [(True, '')]
+    assert participant.get('torque.timeout') == 5.0
+    refused = participant.set(
+        {
+            'body.inertia': [1.0, 1.0, 1.0],
+            'initial.angular_velocity': [0.0, 0.0, 1.0],
+            'step.ticks': 0,
+            'torque.timeout': math.nan,
+            'time.factor': None,
+            'publish.topics': ['attitude', 'height'],
+        }
+    )
+    assert [done for done, _ in refused] == [False] * 6
+    for (_, reason), said in zip(
+        refused,
+        [
+            'Trying to set a read-only parameter: body.inertia.',
+            'initial.angular_velocity changes through the service ~/set_initial_conditions alone',
+            'step.ticks',
+            'torque.timeout',
+            'time.factor is None; it takes a number',
+            "publish.topics is ['attitude', 'height']; it takes a list of attitude, ",
+        ],
+        strict=True,
+    ):
+        assert reason.startswith(said) or said in reason
+
+    together = parameter_messages({'step.ticks': 7, 'time.factor': -1.0})
+    request = SetParametersAtomically.Request(parameters=together)
+    service = 'satdyn/set_parameters_atomically'
+    assert not participant.call(SetParametersAtomically, service, request).result.successful
+    assert participant.get('step.ticks') == 1
+    request.parameters[1].value.double_value = 2.0
+    assert participant.call(SetParametersAtomically, service, request).result.successful
+    assert (participant.get('step.ticks'), participant.get('time.factor')) == (7, 2.0)
+
+
+def test_topics_change_while_running(live):
+    """A topic that is left out falls silent, one that is added begins at a later tick."""
+    _, participant = live({'publish.topics': ['attitude', 'imu']})
+    imus, rotors = participant.listen('imu'), participant.listen('rotor')
+    attitudes = participant.listen('attitude')
+    participant.hear(imus, 5)
+    assert participant.set({'publish.topics': ['attitude', 'rotor']}) == [(True, '')]
+    participant.hear(rotors, 5)
+    participant.hear(attitudes, 10)
+    # The one listens from before, the other may be heard a little late.
+    assert stamp_ns(imus[-1]) < stamp_ns(rotors[0])
+
+
+WRONG = [
+    (['-p', 'foo:=1'], 'foo is not a parameter of a scenario'),
+    (['-p', 'body.inertia:=[1.0, 1.0, 5.0]'], 'body.inertia is [1, 1, 5]; '),
+    (['-p', 'publish.rate:=0'], 'publish.rate is 0; it takes a number above 0'),
+    (
+        ['-p', 'time.publish_clock:=true', '-p', 'use_sim_time:=true'],
+        'time.publish_clock and use_sim_time are both true; ',
+    ),
+    (
+        ['-p', 'record.enabled:=true', '-p', f'record.directory:={ROOT}/setup.py'],
+        'cannot be made',
+    ),
+]
+
+
+@pytest.mark.parametrize(('ros_args', 'sentence'), WRONG, ids=lambda x: x[-1][:20])
+def test_wrong_input_ends_the_node_with_one_sentence(tmp_path, ros_args, sentence):
+    """Exit code 2 and no traceback."""
+    process = start(['--ros-args', *ros_args], tmp_path)
+    _, errors = process.communicate(timeout=PATIENCE_S)
+    assert process.returncode == 2
+    (line,) = errors.splitlines()
+    assert line.startswith('satdyn node: ')
+    assert sentence in line
+
+
+def test_a_list_that_mixes_integers_and_floats_is_taken_from_our_own_file(live):
+    """And what follows --ros-args overrides the file."""
+    _, participant = live(
+        {'body.inertia': [800, 900.5, 600], 'publish.rate': 50},
+        ros_args=['-p', 'publish.rate:=25.0'],
+    )
+    assert participant.get('body.inertia') == [800.0, 900.5, 600.0]
+    assert participant.get('publish.rate') == 25.0
+
+
+def test_what_a_fixed_direction_has_not_is_left_out_with_one_warning(live):
+    """There is no LVLH; the other topics come."""
+    node, participant = live(
+        {'orbit.type': 'fixed', 'publish.topics': ['attitude', 'attitude_lvlh', 'odometry']}
+    )
+    participant.hear(participant.listen('odometry'), 3)
+    assert participant.get('publish.topics') == ['attitude', 'odometry']
+    code, errors = node.end()
+    assert code == 0
+    assert errors.count('attitude_lvlh') == errors.count('attitude_lvlh is not published: ') + 1

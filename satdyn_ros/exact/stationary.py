@@ -15,7 +15,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ..dynamics import rotation
-from ..dynamics.euler import from_zxz
 from ..dynamics.inertia import principal_axes
 from ..dynamics.orbit import FixedDirection
 from ..dynamics.system import State, System
@@ -100,7 +99,7 @@ class Stationary(ExactMotion):
         )
         gamma = _frame(y, z, np.ones(3)) @ np.array(polhode.at(phase))
         nutation = np.arctan2(np.hypot(gamma[0], gamma[1]), gamma[2])
-        q_ip = from_zxz(psi0, nutation, np.arctan2(gamma[0], gamma[1]))
+        q_ip = _half_angles(psi0, nutation, np.arctan2(gamma[0], gamma[1]))
         q_pb = rotation.conjugate(rotation.from_matrix(R_bp))
         return cls.from_attitude(system, nu, rotation.multiply(q_ip, q_pb), sign)
 
@@ -127,13 +126,12 @@ class Stationary(ExactMotion):
         """Return q_ib (N, 4) and omega_bi_b (N, 3) at t_s (N,)."""
         if self._steady:
             turn = rotation.about([0, 0, 1], self.omega_0 * self.e * t_s)
-            gamma = np.broadcast_to(self._gamma_k, (len(t_s), 3))
             q_ib = rotation.multiply(turn, self.state.q_ib)
+            omega_k = np.tile(self._rates * self._gamma_k, (len(t_s), 1))
         else:
-            u = self._u0 + self.lam * t_s
-            gamma = np.stack(self._polhode.at(u), axis=-1)
-            q_ib = rotation.multiply(self._q_iz, rotation.multiply(self._turn(t_s, u), self._q_kb))
-        omega_k = self._rates * gamma
+            q_zk, gamma = self._turn(t_s)
+            q_ib = rotation.multiply(self._q_iz, rotation.multiply(q_zk, self._q_kb))
+            omega_k = self._rates * np.stack(gamma, axis=-1)
         return q_ib, rotation.rotate(rotation.conjugate(self._q_kb), omega_k)
 
     def axial_turn(self, t_s):
@@ -189,26 +187,28 @@ class Stationary(ExactMotion):
         self._nn = -((C / D) ** 2) if self._about_z else -self.m * (D / C) ** 2
         self._third0 = elliptic.L(self._u0, self._nn, self.m1)
         self._precession = (yz if self._about_z else -yz) * self._nn / self.lam
-        start = rotation.multiply(self._turn(0.0, self._u0), self._q_kb)
+        start = rotation.multiply(self._turn(0.0)[0], self._q_kb)
         self._q_iz = rotation.multiply(self.state.q_ib, rotation.conjugate(start))
 
-    def _turn(self, t_s, u):
+    def _turn(self, t_s):
         """
-        Return the attitude of frame k, (N, 4), psi about Z from 0 on, theta and phi of gamma.
+        Return the attitude of frame k, (N, 4), psi about Z from 0 on, and the cosines of Z in it.
 
         theta is counted from z or, where gamma passes that closer than y, from y; so its sine is
         at least sqrt(1/2) and the angles have no singular attitude.
         """
-        gamma_x, gamma_y, gamma_z = self._polhode.at(u)
+        u = self._u0 + self.lam * t_s
+        gamma_x, gamma_y, gamma_z = gamma = self._polhode.at(u)
         third = self._precession * (elliptic.L(u, self._nn, self.m1) - self._third0)
         if self._about_z:
             theta = np.arctan2(np.hypot(gamma_x, gamma_y), gamma_z)
             phi = np.arctan2(gamma_x, gamma_y)
-            return from_zxz(self._rates[1] * t_s + third, theta, phi)
+            return _half_angles(self._rates[1] * t_s + third, theta, phi), gamma
         theta = np.arctan2(np.hypot(gamma_x, gamma_z), gamma_y)
-        q = from_zxz(self._rates[2] * t_s + third, theta, self._polhode.angle_about_y(u))
+        phi = self._polhode.angle_about_y(u)
+        q = _half_angles(self._rates[2] * t_s + third, theta, phi)
         # the angles counted from y are those of the axes z, x, y
-        return rotation.multiply(q, [0.5, 0.5, 0.5, 0.5])
+        return rotation.multiply(q, [0.5, 0.5, 0.5, 0.5]), gamma
 
 
 class Polhode(NamedTuple):
@@ -258,6 +258,14 @@ class Polhode(NamedTuple):
         sine, cosine = np.sin(am), np.cos(am)
         ahead = np.arctan2((S - self.C) * sine * cosine, S * sine**2 + self.C * cosine**2)
         return np.pi / 2.0 - np.copysign(1.0, self.S) * (am + ahead)
+
+
+def _half_angles(psi, theta, phi):
+    """Return the quaternion of Rz(psi) Rx(theta) Rz(phi) by the half-angle form of euler.py."""
+    sine, cosine = np.sin(theta / 2.0), np.cos(theta / 2.0)
+    half_sum, half_difference = (psi + phi) / 2.0, (psi - phi) / 2.0
+    x, y = sine * np.cos(half_difference), sine * np.sin(half_difference)
+    return np.stack([x, y, cosine * np.sin(half_sum), cosine * np.cos(half_sum)], axis=-1)
 
 
 def _in_principal_axes(system, state):

@@ -3,7 +3,9 @@
 import argparse
 import signal
 import sys
+import threading
 from collections.abc import Sequence
+from contextlib import contextmanager
 
 DONE, ANSWER_IS_NO, INPUT_IS_WRONG, INTERRUPTED = 0, 1, 2, 130
 
@@ -78,29 +80,28 @@ def _simulate(given):
     happening = events.from_yaml(given.events, scenario) if given.events else []
     count = offline.tick_count(scenario, given.duration)
     run = offline.simulate(scenario, given.duration, given.out, happening)
-    interrupted = _Interrupted()
-    with progress(f'simulating {given.out}', count, 'ticks') as show:
+    with (
+        _interruption() as interrupted,
+        progress(f'simulating {given.out}', count, 'ticks') as show,
+    ):
         for done in run:
             show(done)
-            if interrupted:
+            if interrupted.is_set():
                 run.close()
                 break
     print(f'{given.out}: {done} ticks, {done / float(scenario.rate):g} s')
-    return INTERRUPTED if interrupted else DONE
+    return INTERRUPTED if interrupted.is_set() else DONE
 
 
-class _Interrupted:
-    """Whether Ctrl-C was pressed, seen where it does no harm: between blocks of a bag."""
-
-    def __init__(self):
-        self._was = False
-        signal.signal(signal.SIGINT, self._notice)
-
-    def _notice(self, *_):
-        self._was = True
-
-    def __bool__(self):
-        return self._was
+@contextmanager
+def _interruption():
+    """Yield an event that Ctrl-C sets, to be seen where it does no harm: between blocks."""
+    interrupted = threading.Event()
+    before = signal.signal(signal.SIGINT, lambda *_: interrupted.set())
+    try:
+        yield interrupted
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _replay(given):

@@ -1,0 +1,129 @@
+"""Events as data and as YAML."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from satdyn_ros import events
+from satdyn_ros.events import Request, Reset, RotorTorque, Timeout, Topics, Torque
+from satdyn_ros.keys import STATE_TOPICS
+from satdyn_ros.scenario import Scenario
+
+MOTOR = Scenario(
+    {
+        'rotor.mode': 'motor',
+        'rotor.inertia': 0.5,
+        'publish.rate': 10.0,
+        'torque.timeout': 2.0,
+    }
+)
+
+
+def test_the_documented_file_is_read():
+    """The example at the head of the module means what its comment says, in order of time."""
+    lines = [line.strip() for line in events.__doc__.splitlines() if line.startswith('    - ')]
+    assert events.from_yaml_text('\n'.join(lines), MOTOR) == [
+        Torque(125, (0.0, 0.0, 0.01), until_tick=145),
+        Request(200, {'initial.angular_velocity': [0.0, 0.0, 0.1]}),
+        RotorTorque(400, 0.05, until_tick=450),
+        Topics(600, ('attitude',)),
+        Reset(3000),
+    ]
+
+
+@pytest.mark.parametrize(
+    ('text', 'tick'),
+    [('at_s: 12.1', 121), ('at_s: 0.3', 3), ('at_s: 0.31', 4), ('at_s: 1e-3', 1), ('tick: 7', 7)],
+)
+def test_an_instant_is_taken_by_its_decimals(text, tick):
+    """12.1 s at 10 Hz is tick 121, though the double 12.1 is above it; between ticks the next."""
+    assert events.from_yaml_text(f'- {{{text}, reset: true}}', MOTOR) == [Reset(tick)]
+
+
+@pytest.mark.parametrize(
+    ('until', 'timeout_s', 'tick'),
+    [
+        ('', 2.0, 30),
+        ('', 0.0, None),
+        (', until_s: 1.5', 2.0, 15),
+        (', until_tick: 99', 2.0, 99),
+        (', until_tick: null', 2.0, None),
+    ],
+)
+def test_a_torque_ends_as_in_the_node_unless_told(until, timeout_s, tick):
+    """Without a word torque.timeout counts, 0 is never; until_* says otherwise, null is never."""
+    scenario = MOTOR.with_values({'torque.timeout': timeout_s})
+    text = f'- {{at_s: 1, torque: [1, 0, 0]{until}}}'
+    assert events.from_yaml_text(text, scenario) == [Torque(10, (1.0, 0.0, 0.0), tick)]
+
+
+def test_nested_keys_of_a_request_are_dotted():
+    """A request is written as the scenario's file is."""
+    text = '- tick: 3\n  request:\n    initial: {frame: inertial, angular_velocity: [0, 0, 1]}'
+    assert events.from_yaml_text(text, MOTOR) == [
+        Request(3, {'initial.frame': 'inertial', 'initial.angular_velocity': [0, 0, 1]})
+    ]
+
+
+numbers = st.floats(allow_nan=False, allow_infinity=False)
+ticks = st.integers(0, 10**12)
+later = st.none() | st.integers(10**12 + 1, 10**13)
+some_event = st.one_of(
+    st.builds(Request, ticks, st.fixed_dictionaries({'initial.attitude': st.lists(numbers)})),
+    st.builds(Reset, ticks),
+    st.builds(Torque, ticks, st.tuples(numbers, numbers, numbers), later),
+    st.builds(RotorTorque, ticks, numbers, later),
+    st.builds(Timeout, ticks, st.sampled_from(['torque', 'rotor_torque'])),
+    st.builds(Topics, ticks, st.lists(st.sampled_from(STATE_TOPICS), unique=True).map(tuple)),
+)
+
+
+@given(st.lists(some_event))
+def test_what_is_written_is_read(happened):
+    """Writing and reading keeps every event, to the last bit of its numbers."""
+    ordered = sorted(happened, key=lambda event: event.tick)
+    assert events.from_yaml_text(events.to_yaml(happened), MOTOR) == ordered
+
+
+@pytest.mark.parametrize(
+    ('text', 'sentence'),
+    [
+        ('{tick: 3, reset: true}', 'events takes a list of events'),
+        ('- reset', 'events, event 1: it is reset; it takes keys and values'),
+        ('- {tick: 3}', 'event 1: it has none of torque'),
+        ('- {reset: true}', 'event 1: it has none of at_s, tick; it takes one'),
+        ('- {at_s: 1, tick: 3, reset: true}', 'it has at_s and tick of'),
+        ('- {tick: 3, reset: true, torque: [0, 0, 0]}', 'it has torque and reset of'),
+        ('- {tick: 3, rest: true}', 'event 1: rest is none of'),
+        ('- {tick: -1, reset: true}', 'tick is -1; it takes an integer at least 0'),
+        ('- {at_s: .nan, reset: true}', 'at_s is nan; it takes a number at least 0 s'),
+        ('- {tick: 1.5, reset: true}', 'tick is 1.5; it takes an integer'),
+        ('- {tick: 3, reset: false}', 'reset is false; it takes true'),
+        ('- {tick: 3, torque: [0, 0]}', 'torque is [0, 0]; it takes a list of 3 numbers N m'),
+        ('- {tick: 3, torque: [0, 0, .inf]}', 'torque is [0, 0, inf]'),
+        ('- {tick: 3, torque: [0, 0, 1], until_tick: 3}', 'until_tick is 3; it takes a time'),
+        ('- {tick: 3, reset: true, until_tick: 9}', 'reset does not end'),
+        ('- {tick: 3, request: 5}', 'request is 5; it takes keys and values'),
+        ('- {tick: 3, topics: [altitude]}', 'publish.topics is'),
+        ('- {tick: 3, timeout: tork}', "timeout is 'tork'"),
+        ('- {tick: 3', 'events is no YAML'),
+    ],
+)
+def test_refused(text, sentence):
+    """What is wrong is said in one sentence that names the event and what it takes."""
+    with pytest.raises(ValueError) as refusal:
+        events.from_yaml_text(text, MOTOR)
+    assert sentence in str(refusal.value)
+    assert '\n' not in str(refusal.value)
+
+
+def test_a_rotor_torque_takes_a_motor():
+    """As the node, a file cannot drive a rotor that has no motor."""
+    with pytest.raises(ValueError, match=r'rotor\.mode is none; it takes motor'):
+        events.from_yaml_text('- {tick: 3, rotor_torque: 1.0}', Scenario())
+
+
+def test_a_file_that_is_not_there():
+    """A missing file is refused by name."""
+    with pytest.raises(ValueError, match=r'the events no/such\.yaml cannot be read'):
+        events.from_yaml('no/such.yaml', MOTOR)

@@ -77,19 +77,22 @@ class Contents:
         return np.unique(self.heads['channel_id'])
 
     def messages(self, channel_id: int) -> tuple[np.ndarray, np.ndarray | list[bytes]]:
-        """
-        Return log times [ns] (n,) and data of the messages on a channel, in order.
+        """Return log times [ns] (n,) and data_at of the messages on a channel, in order."""
+        places = np.flatnonzero(self.heads['channel_id'] == channel_id)
+        return self.heads['log_time'][places], self.data_at(places)
 
-        The data is an array (n, length) of uint8, or a list of bytes where lengths differ.
+    def data_at(self, places: np.ndarray) -> np.ndarray | list[bytes]:
         """
-        chosen = self.heads['channel_id'] == channel_id
-        begins = self.offsets[chosen] + HEAD.itemsize
-        lengths = self.heads['length'][chosen].astype(np.int64) + _PREFIX - HEAD.itemsize
-        log_times = self.heads['log_time'][chosen]
-        if len(lengths) and np.all(lengths == lengths[0]):
-            return log_times, _gather(self.data, begins, lengths[0])
+        Return the data of messages by their places (n,) in the chunk.
+
+        It is an array (n, length) of uint8, or a list of bytes where lengths differ.
+        """
+        begins = self.offsets[places] + HEAD.itemsize
+        lengths = self.heads['length'][places].astype(np.int64) + _PREFIX - HEAD.itemsize
+        if len(places) and np.all(lengths == lengths[0]):
+            return _gather(self.data, begins, lengths[0])
         ends = begins + lengths
-        return log_times, [self.data[i:j].tobytes() for i, j in zip(begins, ends, strict=True)]
+        return [self.data[i:j].tobytes() for i, j in zip(begins, ends, strict=True)]
 
     def _declared(self, kind):
         opcode = Opcode.SCHEMA if kind is Schema else Opcode.CHANNEL

@@ -68,7 +68,7 @@ class Comparison:
         channels = wanted.heads['channel_id'][:count]
         for channel_id in np.unique(channels).tolist():
             places = np.flatnonzero(channels == channel_id)
-            rows, right = (c.messages(channel_id)[1][: len(places)] for c in (found, wanted))
+            rows, right = found.data_at(places), wanted.data_at(places)
             wrong = self._first_wrong(channel_id, rows, right, may_round=twin is not None)
             if wrong is not None:
                 differ.append((int(places[wrong[0]]), wrong[1]))
@@ -104,8 +104,8 @@ class Comparison:
             layout = self._layouts[channel_id]
             rows, turned = (c.messages(channel_id)[1] for c in (contents, perturbed))
             for field in _numbers(layout):
-                size = np.max(_distance(rows, np.zeros_like(rows), layout, field))
-                grown = np.max(_distance(rows, turned, layout, field)) / TWIN_RAD
+                size = float(np.max(_distance(rows, np.zeros_like(rows), layout, field)))
+                grown = float(np.max(_distance(rows, turned, layout, field))) / TWIN_RAD
                 allowed = ROUNDING_RAD * (size + grown)
                 before = self._allowed.get((channel_id, field), 0.0)
                 self._allowed[channel_id, field] = max(before, allowed)

@@ -1,0 +1,248 @@
+"""Running a bag again tells a true one from every other."""
+
+import struct
+
+import flights
+import pytest
+from mcap.records import Channel, Message, Metadata, Schema
+from mcap.stream_reader import StreamReader
+from mcap.writer import CompressionType, Writer
+
+from satdyn_ros.bag import run
+from satdyn_ros.bag.recording import Recording
+from satdyn_ros.bag.verify import verify
+from satdyn_ros.scenario import Scenario
+
+
+@pytest.fixture(scope='module')
+def bag(tmp_path_factory):
+    return flights.record(tmp_path_factory.mktemp('verify') / 'bag')
+
+
+def rewritten(bag, path, change):
+    """
+    Write a bag's file again with the mcap library's own writer, in other chunks.
+
+    change: a message (topic, log time, data) to a list of those that take its place.
+    """
+    with open(path, 'wb') as file:
+        writer = Writer(file, 5000, CompressionType.LZ4)
+        writer.start('ros2', 'another')
+        topics, schemas, channels = {}, {}, {}
+        for record in StreamReader(str(bag / 'bag_0.mcap')).records:
+            if type(record).__name__ == 'DataEnd':
+                break
+            if isinstance(record, Schema):
+                schemas[record.id] = writer.register_schema(
+                    record.name, record.encoding, record.data
+                )
+            elif isinstance(record, Channel):
+                topics[record.id] = record.topic
+                channels[record.topic] = writer.register_channel(
+                    record.topic, 'cdr', schemas[record.schema_id], record.metadata
+                )
+            elif isinstance(record, Metadata):
+                writer.flush()
+                writer.add_metadata(record.name, record.metadata)
+            elif isinstance(record, Message):
+                for topic, log_time, data in change(
+                    topics[record.channel_id], record.log_time, record.data
+                ):
+                    writer.add_message(channels[topic], log_time, data, log_time)
+        writer.finish()
+    return path
+
+
+def unchanged(topic, log_time, data):
+    return [(topic, log_time, data)]
+
+
+def stamp(tick):
+    return flights.EPOCH_NS + round(tick * 10**9 / 30)
+
+
+def test_a_bag_of_ours_verifies(bag):
+    """Every message of every topic, requests, torques and a change of topics on the way."""
+    verdict = verify(bag)
+    assert verdict.is_true
+    assert verdict.same_bytes
+    assert verdict.message_count == len(flights.sequence(bag))
+    assert verdict.other_machine == {}
+    assert 0.0 < max(verdict.drift.values()) < verdict.allowed_drift
+    assert str(verdict).startswith(f'{verdict.message_count} messages, the same byte for byte; ')
+
+
+def test_other_chunks_verify(bag, tmp_path):
+    """The same bytes means the same messages in the same order, whoever wrote the file."""
+    verdict = verify(rewritten(bag, tmp_path / 'copy.mcap', unchanged))
+    assert (verdict.is_true, verdict.same_bytes) == (True, True)
+    assert verdict.message_count == len(flights.sequence(bag))
+
+
+def test_a_flipped_bit_is_found_where_it_is(bag, tmp_path):
+    """In the last bit of one number: topic, tick, time and field are named."""
+
+    def change(topic, log_time, data):
+        if (topic, log_time) == ('/imu', stamp(70)):
+            data = bytearray(data)
+            data[132] ^= 1
+        return [(topic, log_time, bytes(data))]
+
+    verdict = verify(rewritten(bag, tmp_path / 'copy.mcap', change))
+    assert not verdict.is_true
+    found = verdict.difference
+    assert (found.topic, found.tick, found.field) == ('/imu', 70, 'angular_velocity')
+    assert found.t_s == 70 / 30
+    assert 'angular_velocity of /imu at tick 70, 2.33333333 s' in str(verdict)
+
+
+def test_every_number_and_constant_counts(bag, tmp_path):
+    """A flip anywhere in a message is a difference, also in padding and in strings."""
+    length = len(next(data for topic, _, data in flights.sequence(bag) if topic == '/rotor'))
+    fields = set()
+    for place in range(length):
+
+        def change(topic, log_time, data, place=place):
+            if (topic, log_time) == ('/rotor', stamp(5)):
+                data = data[:place] + bytes([data[place] ^ 0x10]) + data[place + 1 :]
+            return [(topic, log_time, data)]
+
+        if place % 4 == 0:
+            found = verify(rewritten(bag, tmp_path / f'{place}.mcap', change)).difference
+            assert (found.topic, found.tick) == ('/rotor', 5)
+            fields.add(found.field)
+    assert fields >= {'a constant', 'header.stamp.sec', 'position[0]', 'velocity[0]', 'effort[0]'}
+
+
+@pytest.mark.parametrize(
+    ('change', 'tick'),
+    [
+        (lambda *m: [] if m[:2] == ('/imu', stamp(33)) else [m], 33),
+        (lambda *m: [m, m] if m[:2] == ('/imu', stamp(33)) else [m], 33),
+        (lambda t, s, d: [(t, s + 1, d)] if s == stamp(33) else [(t, s, d)], 33),
+        (lambda t, s, d: [(t, s, d + b'\0')] if (t, s) == ('/tf', stamp(33)) else [(t, s, d)], 33),
+        (lambda *m: [] if m[1] >= stamp(33) and m[1] < stamp(40) else [m], 33),
+    ],
+    ids=['missing', 'twice', 'late', 'longer', 'gap'],
+)
+def test_a_missing_or_foreign_message_is_a_difference(bag, tmp_path, change, tick):
+    """The sequence counts: what is missing, added, longer or at another time."""
+    verdict = verify(rewritten(bag, tmp_path / 'copy.mcap', change))
+    assert not verdict.is_true
+    assert verdict.difference.tick == tick
+
+
+def test_another_order_within_a_tick_is_a_difference(bag, tmp_path):
+    """Of the messages at one tick, too."""
+    kept = []
+
+    def change(topic, log_time, data):
+        if (topic, log_time) == ('/attitude', stamp(3)):
+            kept.append((topic, log_time, data))
+            return []
+        if (topic, log_time) == ('/angular_velocity', stamp(3)):
+            return [(topic, log_time, data), *kept]
+        return [(topic, log_time, data)]
+
+    difference = verify(rewritten(bag, tmp_path / 'copy.mcap', change)).difference
+    assert (difference.topic, difference.tick) == ('/attitude', 3)
+
+
+def test_another_torque_gives_another_run(bag, tmp_path):
+    """A changed input is run as it stands in the bag: the states after it do not fit."""
+
+    def change(topic, log_time, data):
+        if topic == '/torque' and log_time == stamp(20):
+            data = data[:-8] + struct.pack('<d', 0.31)
+        return [(topic, log_time, data)]
+
+    difference = verify(rewritten(bag, tmp_path / 'copy.mcap', change)).difference
+    assert (difference.topic, difference.tick) == ('/attitude', 21)
+
+
+def test_the_files_of_a_split_bag_verify_alone(tmp_path):
+    """A file that was begun in mid-run is run from its own snapshot."""
+    scenario = flights.GYROSTAT.with_values({'record.max_duration_s': 1.0})
+    path = flights.record(tmp_path / 'bag', scenario)
+    files = sorted(path.glob('*.mcap'))
+    assert len(files) == 5
+    verdicts = [verify(file) for file in files]
+    assert all(verdict.is_true and verdict.same_bytes for verdict in verdicts)
+    assert sum(v.message_count for v in verdicts) == verify(path).message_count
+
+
+def test_a_torque_with_a_timeout_verifies(tmp_path):
+    """The run ends the torque by itself; the bag's record of it changes nothing."""
+    scenario = flights.GYROSTAT.with_values({'torque.timeout': 0.5})
+    events = [flights.Torque(20, (0.1, 0.0, 0.0), until_tick=35)]
+    path = flights.record(tmp_path / 'bag', scenario, 60, events)
+    assert verify(path).is_true
+
+
+@pytest.mark.parametrize('ticks', [0, 1])
+def test_the_shortest_bags_verify(tmp_path, ticks):
+    """No tick or one, and no published topic."""
+    assert verify(flights.record(tmp_path / 'bag', ticks=ticks)).is_true
+    silent = flights.GYROSTAT.with_values({'publish.topics': ()})
+    path = flights.record(tmp_path / 'silent', silent, ticks, ())
+    assert verify(path).message_count == 0
+
+
+def test_an_exact_run_verifies(tmp_path):
+    """A closed form is as repeatable as a propagation, and conserves what it should."""
+    scenario = Scenario.from_dict(
+        {
+            'body': {'inertia': [80.0, 80.0, 50.0]},
+            'orbit': {'type': 'fixed'},
+            'initial': {'angular_velocity': [0.1, 0.05, 0.3]},
+            'motion': {'method': 'exact'},
+            'time': {'epoch_ns': flights.EPOCH_NS},
+        }
+    )
+    verdict = verify(flights.record(tmp_path / 'bag', scenario, 1000, ()))
+    assert (verdict.is_true, verdict.same_bytes) == (True, True)
+    assert verdict.drift.keys() >= {'energy', 'momentum'}
+
+
+# -- another machine -----------------------------------------------------------------------------
+
+
+def aside(tmp_path, monkeypatch, relative):
+    """Record a run whose rates start aside, relatively, as on another machine; verify it."""
+    here = run.machine()
+    rate = flights.GYROSTAT['initial.angular_velocity']
+    flown = flights.GYROSTAT.with_values(
+        {'initial.angular_velocity': [x * (1.0 + relative) for x in rate]}
+    )
+    with monkeypatch.context() as patch:
+        patch.setattr(run, 'machine', lambda: here | {'numba': '0.1'})
+        recording = Recording(tmp_path / 'bag', flights.GYROSTAT, flights.GYROSTAT.topics)
+    for _ in flights.recorded(recording, flown, 1000, flights.EVENTS[:2]):
+        pass
+    recording.close()
+    return verify(tmp_path / 'bag')
+
+
+def test_another_machine_may_round_otherwise(tmp_path, monkeypatch):
+    """A few units in the last place at the start are what rounding may do; the answer says so."""
+    verdict = aside(tmp_path, monkeypatch, 1e-15)
+    assert (verdict.is_true, verdict.same_bytes) == (True, False)
+    assert 0.0 < verdict.of_allowed < 1.0
+    numba = run.machine()['numba']
+    assert verdict.other_machine == {'numba': ('0.1', numba)}
+    assert f'made on another machine or version (numba 0.1 then, {numba} now)' in str(verdict)
+
+
+def test_more_than_rounding_is_a_difference_there_too(tmp_path, monkeypatch):
+    """A start that is 1e-11 aside is another run on any machine."""
+    verdict = aside(tmp_path, monkeypatch, 1e-11)
+    assert not verdict.is_true
+    assert verdict.difference.tick == 0
+
+
+def test_the_same_machine_owes_the_same_bytes(tmp_path, monkeypatch):
+    """Where nothing has changed, rounding is no excuse."""
+    monkeypatch.setattr(run, 'machine', lambda: {'numba': '0.1'})
+    verdict = aside(tmp_path, monkeypatch, 1e-15)
+    assert not verdict.is_true
+    assert verdict.of_allowed == 0.0

@@ -82,7 +82,7 @@ def _simulate(given):
     run = offline.simulate(scenario, given.duration, given.out, happening)
     with (
         _interruption() as interrupted,
-        progress(f'simulating {given.out}', count, 'ticks') as show,
+        progress('simulating', count, 'ticks') as show,
     ):
         for done in run:
             show(done)

@@ -1,0 +1,239 @@
+"""The command: exit codes, one sentence for what is wrong, help that begins with examples."""
+
+import os
+import pty
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from flights import sequence
+
+from satdyn_ros.bag.verify import verify
+from satdyn_ros.cli import main
+
+ROOT = Path(__file__).parents[1]
+DEFAULT = str(ROOT / 'config/default.yaml')
+COMMANDS = (
+    'node',
+    'request',
+    'simulate',
+    'replay',
+    'verify',
+    'recover',
+    'export',
+    'plot',
+    'report',
+    'sweep',
+    'check',
+)
+
+
+def satdyn(*arguments, before=''):
+    """Run the command in a process of its own, after a line of Python."""
+    program = f'import sys\n{before}\nfrom satdyn_ros.cli import main\nsys.exit(main())'
+    return subprocess.run(
+        [sys.executable, '-c', program, *map(str, arguments)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+    )
+
+
+@pytest.fixture(scope='module')
+def bag(tmp_path_factory):
+    """Return a bag of one second."""
+    directory = tmp_path_factory.mktemp('cli') / 'bag'
+    assert main(['simulate', DEFAULT, '--duration', '1', '-o', str(directory)]) == 0
+    return directory
+
+
+# -- help -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize('command', COMMANDS)
+def test_help_begins_with_examples(command, capsys):
+    """Every command's help begins with lines to copy, which the command's own parser takes."""
+    with pytest.raises(SystemExit) as end:
+        main([command, '--help'])
+    assert end.value.code == 0
+    first, example, *_ = capsys.readouterr().out.splitlines()
+    assert first == 'examples:'
+    assert example.strip().startswith(f'satdyn {command}')
+
+
+def test_help_names_every_command():
+    """The help of all lists the commands; nothing heavy is loaded for it."""
+    result = satdyn(
+        '--help', before='import atexit; atexit.register(print_loaded := lambda: None)'
+    )
+    assert result.returncode == 0
+    assert all(f'  {command} ' in result.stdout for command in COMMANDS)
+
+
+def test_help_loads_nothing_heavy():
+    """Who asks for help does not wait for the libraries of physics, bags, ROS or pictures."""
+    tell = 'import atexit; atexit.register(lambda: print(sorted(sys.modules), file=sys.stderr))'
+    loaded = satdyn('--help', before=tell).stderr
+    heavy = ('numpy', 'scipy', 'numba', 'mcap', 'yaml', 'rclpy', 'rich', 'matplotlib', 'dask')
+    assert [name for name in heavy if f"'{name}'" in loaded] == []
+
+
+# -- what is wrong --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'sentence'),
+    [
+        ([], 'the following arguments are required: COMMAND'),
+        (['fly'], "invalid choice: 'fly'"),
+        (['simulate', DEFAULT], 'the following arguments are required: --duration, -o'),
+        (['simulate', 'no.yaml', '--duration', '1', '-o', 'x'], 'the scenario no.yaml cannot be'),
+        (['simulate', DEFAULT, '--duration', '-1', '-o', 'x'], 'the duration is -1'),
+        (['simulate', DEFAULT, '--duration', '1', '--rate', '0', '-o', 'x'], 'publish.rate is 0'),
+        (['simulate', DEFAULT, '--duration', '1', '--rate', 'x', '-o', 'x'], "value: 'x'"),
+        (['simulate', DEFAULT, '--duration', '1', '--at', '3', '-o', 'x'], 'belong together'),
+        (['simulate', DEFAULT, '--duration', '1', '--events', 'no', '-o', 'x'], 'the events no'),
+        (['simulate', DEFAULT, '--duration', '1', '-o', DEFAULT], 'exists already'),
+        (['simulate', DEFAULT, '--duration', '1', '-o', '/proc/x'], '/proc/x cannot be made'),
+        (['verify', 'no'], 'no is no bag'),
+        (['verify', str(ROOT / 'config')], 'there is no .mcap file in it'),
+        (['recover', 'no'], 'no is no bag'),
+        (['export', 'no', '-o', 'x.csv'], 'no is no bag'),
+        (['plot', 'no', '-o', 'x.png'], 'no is no bag'),
+        (['report', 'no', '-o', 'x.html'], 'no is no bag'),
+        (['sweep', 'no.yaml', '-o', 'x'], 'no.yaml cannot be read'),
+        (['replay', 'no'], 'no is no bag'),
+        (['request'], 'it takes either KEY=VALUE'),
+        (['request', '--reset', 'a=1'], 'it takes either KEY=VALUE'),
+        (['request', 'initial.attitude'], 'is no KEY=VALUE'),
+        (['request', 'initial.attitude=[0'], 'initial.attitude is no YAML'),
+        (['request', 'initial.attitude={a: 1}'], 'a request takes numbers, lists and texts'),
+        (['request', '--reset', '--step'], 'not allowed with argument'),
+    ],
+)
+def test_wrong_input_is_one_sentence(arguments, sentence, capsys):
+    """Exit code 2, and one line on stderr that says what is wrong."""
+    try:
+        code = main(arguments)
+    except SystemExit as end:
+        code = end.code
+    said = capsys.readouterr()
+    assert code == 2
+    assert said.out == ''
+    assert said.err.startswith('satdyn')
+    assert said.err.count('\n') == 1
+    assert sentence in said.err
+
+
+def test_a_bag_that_is_not_ours_has_no_run(tmp_path, capsys):
+    """A file that is no MCAP at all is refused in one sentence."""
+    (tmp_path / 'noise.mcap').write_bytes(os.urandom(100))
+    assert main(['verify', str(tmp_path / 'noise.mcap')]) == 2
+    assert 'is no MCAP file' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'missing', 'sentence'),
+    [
+        (['node'], 'rclpy', 'this needs ROS 2: source an installation of it, or pip install'),
+        (['request', '--reset'], 'rclpy', 'this needs ROS 2'),
+        (['replay', 'BAG'], 'rclpy', 'this needs ROS 2'),
+        (['plot', 'BAG', '-o', 'x.png'], 'matplotlib', 'pip install satdyn_ros[plot]'),
+        (['report', 'BAG', '-o', 'x.html'], 'plotly', 'pip install satdyn_ros[plot]'),
+    ],
+)
+def test_what_is_not_installed_is_one_sentence(bag, arguments, missing, sentence):
+    """A command whose extra is missing says what to install."""
+    arguments = [bag if argument == 'BAG' else argument for argument in arguments]
+    result = satdyn(*arguments, before=f'sys.modules[{missing!r}] = None')
+    assert result.returncode == 2
+    assert result.stderr.count('\n') == 1
+    assert sentence in result.stderr.replace('"', '')
+
+
+# -- what is right --------------------------------------------------------------------------------
+
+
+def test_simulate_and_verify(bag, capsys):
+    """A bag that was simulated verifies, and verify says how many messages are the same."""
+    assert main(['verify', str(bag)]) == 0
+    assert '600 messages, the same byte for byte' in capsys.readouterr().out
+
+
+def test_verify_says_no(tmp_path, capsys):
+    """A bag from which messages were cut away is answered with exit code 1."""
+    directory = tmp_path / 'bag'
+    command = ['simulate', DEFAULT, '--duration', '300', '--rate', '10', '-o', str(directory)]
+    assert main(command) == 0
+    file = directory / 'bag_0.mcap'
+    file.write_bytes(file.read_bytes()[:-3000])
+    assert main(['verify', str(directory)]) == 1
+    assert 'satdyn recover completes it' in capsys.readouterr().out
+
+
+def test_the_rate_is_overridden(tmp_path):
+    """--rate counts in place of publish.rate, also for the instants of events."""
+    happening = tmp_path / 'events.yaml'
+    happening.write_text('- {at_s: 0.5, topics: [imu]}\n')
+    directory = tmp_path / 'bag'
+    command = ['simulate', DEFAULT, '--duration', '1', '--rate', '10', '-o', str(directory)]
+    assert main([*command, '--events', str(happening)]) == 0
+    names = [name for name, _, _ in sequence(directory)]
+    assert (names.count('/attitude'), names.count('/imu')) == (5, 10)
+
+
+def test_from_a_bag(bag, tmp_path):
+    """--from and --at begin with a bag's state and stamp."""
+    onward = tmp_path / 'onward'
+    command = ['simulate', DEFAULT, '--duration', '0.5', '--from', str(bag), '--at', '0.5']
+    assert main([*command, '-o', str(onward)]) == 0
+    first = {name: (log_time_ns, data) for name, log_time_ns, data in sequence(bag)[300:306]}
+    begun = {name: (log_time_ns, data) for name, log_time_ns, data in sequence(onward)[:6]}
+    assert begun['/attitude'] == first['/attitude']
+    assert begun['/angular_velocity'] == first['/angular_velocity']
+
+
+def test_ctrl_c_closes_the_bag(tmp_path):
+    """Interrupted, a run ends quietly with a complete bag and exit code 130."""
+    directory = tmp_path / 'bag'
+    command = ['simulate', DEFAULT, '--duration', '1e8', '-o', str(directory)]
+    process = subprocess.Popen(
+        [sys.executable, '-m', 'satdyn_ros.cli', *command], cwd=ROOT, stderr=subprocess.PIPE
+    )
+    file = directory / 'bag_0.mcap'
+    while not (file.exists() and file.stat().st_size > 100_000):
+        assert process.poll() is None
+        time.sleep(0.01)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert (process.returncode, errors) == (130, b'')
+    assert (directory / 'metadata.yaml').exists()
+    assert verify(directory).same_bytes
+
+
+def test_a_bar_on_a_terminal_alone(tmp_path):
+    """Progress with rate and time left is shown on a terminal; a pipe sees the last line only."""
+    command = [sys.executable, '-m', 'satdyn_ros.cli', 'simulate', DEFAULT, '--duration', '20']
+    piped = subprocess.run(
+        [*command, '-o', str(tmp_path / 'piped')], cwd=ROOT, capture_output=True, text=True
+    )
+    assert piped.stderr == ''
+    assert piped.stdout == f'{tmp_path}/piped: 2000 ticks, 20 s\n'
+    ours, theirs = pty.openpty()
+    process = subprocess.Popen(
+        [*command, '-o', str(tmp_path / 'shown')], cwd=ROOT, stderr=theirs, stdout=subprocess.PIPE
+    )
+    os.close(theirs)
+    shown = b''
+    try:
+        while block := os.read(ours, 65536):
+            shown += block
+    except OSError:  # how a terminal ends on Linux
+        pass
+    os.close(ours)
+    assert process.wait() == 0
+    assert b'simulating' in shown
+    assert b'ticks/s' in shown

@@ -1,0 +1,92 @@
+"""A node that is killed: its bag lacks no message that is older than a second."""
+
+import random
+import signal
+
+import pytest
+from geometry_msgs.msg import WrenchStamped
+from ros.live import raw_stamp_ns
+
+from satdyn_ros.bag.reader import Bag
+from satdyn_ros.bag.recorded_run import RecordedRun
+from satdyn_ros.bag.recover import recover
+from satdyn_ros.bag.verify import verify
+from satdyn_ros.events import Request, Torque
+
+VALUES = {
+    'publish.rate': 1000.0,
+    'publish.topics': ['attitude', 'imu'],
+    'record.enabled': True,
+    'record.max_size_bytes': 500_000,
+    'torque.timeout': 0.05,
+}
+# The recorder flushes each second; on a loaded machine it comes to that a little later.
+LOST_NS = 1_300_000_000
+
+
+def assert_a_killed_node_loses_nothing(live, tmp_path, seed):
+    """Kill a node that takes torques and requests; its bag is recovered and runs again."""
+    chance = random.Random(seed)
+    node, participant = live(VALUES | {'record.directory': str(tmp_path)})
+    heard = participant.listen('attitude', raw=True)
+    publisher = participant.node.create_publisher(WrenchStamped, 'torque', 10)
+    participant.wait_until(lambda: heard, 'the first message')
+    message = WrenchStamped()
+    message.header.frame_id = 'base_link'
+    for k in range(chance.randrange(12)):
+        message.wrench.torque.z = 0.01 * (k + 1)
+        publisher.publish(message)
+        participant.spin(chance.uniform(0.0, 0.2))
+    assert participant.request({'initial.angular_velocity': [0.0, 0.0, 0.01]})[0]
+    participant.spin(chance.uniform(0.0, 1.0))
+    node.end(signal.SIGKILL)
+
+    (path,) = (file for file in tmp_path.iterdir() if file.is_dir())
+    assert not (path / 'metadata.yaml').exists()
+    recovered = recover(path)
+    stamps = Bag(path).messages(f'{node.namespace}/attitude').log_times_ns
+    assert len(stamps) == 0 or int(stamps[0]) == node.scenario.epoch_ns
+    last_ns = int(stamps[-1]) if len(stamps) else node.scenario.epoch_ns
+    assert last_ns >= raw_stamp_ns(heard[-1]) - LOST_NS
+    verdict = verify(path)
+    assert verdict.is_true, str(verdict)
+    assert verdict.same_bytes
+    assert verdict.message_count == recovered.message_count
+    return RecordedRun(path).events
+
+
+@pytest.mark.parametrize('seed', range(3))
+def test_a_killed_node_loses_nothing_older_than_a_second(live, tmp_path, seed):
+    """At 1000 Hz, with torques, timeouts, requests and files that follow each other."""
+    assert_a_killed_node_loses_nothing(live, tmp_path, seed)
+
+
+@pytest.mark.torture
+@pytest.mark.parametrize('seed', range(100, 200))
+def test_a_hundred_killed_nodes(live, tmp_path, seed):
+    """The same at a hundred moments."""
+    assert_a_killed_node_loses_nothing(live, tmp_path, seed)
+
+
+def test_a_live_bag_with_torques_and_requests_verifies(live, tmp_path):
+    """What happened at 1000 Hz happens again, byte for byte, on the ticks where it happened."""
+    node, participant = live(VALUES | {'record.directory': str(tmp_path)})
+    heard = participant.listen('attitude', raw=True)
+    publisher = participant.node.create_publisher(WrenchStamped, 'torque', 10)
+    participant.wait_until(lambda: heard and publisher.get_subscription_count())
+    message = WrenchStamped()
+    for k in range(20):
+        message.wrench.torque.x = 0.01 * (k + 1)
+        publisher.publish(message)
+        participant.spin(0.02)
+        if k % 5 == 0:
+            assert participant.request({'initial.angular_velocity': [0.0, 0.001 * k, 0.0]})[0]
+    participant.spin(0.2)
+    assert node.end()[0] == 0
+    (path,) = (file for file in tmp_path.iterdir() if file.is_dir())
+    verdict = verify(path)
+    assert verdict.is_true, str(verdict)
+    assert verdict.same_bytes
+    events = RecordedRun(path).events
+    assert len([event for event in events if isinstance(event, Torque)]) == 20
+    assert len([event for event in events if isinstance(event, Request)]) == 4

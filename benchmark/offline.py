@@ -1,0 +1,220 @@
+"""Scenario to bag without pacing, beside what a user writes with mcap or the Foxglove SDK."""
+
+import shutil
+import subprocess
+import sys
+import tempfile
+import zlib
+from pathlib import Path
+
+import zstandard
+from common import Claim, medians, milliseconds, show
+
+from satdyn_ros.messages.schemas import schema_text
+from satdyn_ros.messages.topics import TOPICS
+from satdyn_ros.offline import simulate
+from satdyn_ros.scenario import Scenario
+from satdyn_ros.simulation import Simulation
+
+RATE_HZ, DAY_S = 10.0, 86400.0
+# The peers are so slow that they get a twelfth of a day; their time is taken twelve times.
+PART = 12
+SCENARIO = Scenario.from_dict(
+    {
+        'publish': {'rate': RATE_HZ, 'topics': ['attitude', 'imu']},
+        'time': {'epoch_ns': 10**18},
+        'rotor': {'mode': 'constant_momentum', 'momentum': -5.0},
+    }
+)
+TYPES = {
+    'attitude': 'geometry_msgs/msg/QuaternionStamped',
+    'imu': 'sensor_msgs/msg/Imu',
+}
+
+
+def ours(directory, duration_s=DAY_S):
+    """Simulate and record."""
+    bag = directory / 'ours'
+    shutil.rmtree(bag, ignore_errors=True)
+    for _ in simulate(SCENARIO, duration_s, bag):
+        pass
+
+
+def states(duration_s):
+    """Return the stamps and states that the peers write: they get ours for nothing."""
+    _, samples = Simulation(SCENARIO).advance(int(duration_s * RATE_HZ))
+    return samples.stamps_ns.tolist(), samples.states
+
+
+def messages(duration_s):
+    """Yield topic, stamp and serialised message, filled field by field as with rclpy."""
+    from geometry_msgs.msg import QuaternionStamped
+    from rclpy.serialization import serialize_message
+    from sensor_msgs.msg import Imu
+
+    stamps, table = states(duration_s)
+    for stamp, q, omega in zip(
+        stamps, table.q_ib.tolist(), table.omega_bi_b.tolist(), strict=True
+    ):
+        attitude, imu = QuaternionStamped(), Imu()
+        for message, frame, quaternion in (
+            (attitude, 'inertial', attitude.quaternion),
+            (imu, 'base_link', imu.orientation),
+        ):
+            message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, 10**9)
+            message.header.frame_id = frame
+            quaternion.x, quaternion.y, quaternion.z, quaternion.w = q
+        rate = imu.angular_velocity
+        rate.x, rate.y, rate.z = omega
+        yield 'attitude', stamp, serialize_message(attitude)
+        yield 'imu', stamp, serialize_message(imu)
+
+
+def mcap_writer(directory):
+    """Write a part of a day with mcap.Writer and rclpy's serialisation."""
+    from mcap.writer import CompressionType, Writer
+
+    with open(directory / 'mcap.mcap', 'wb') as file:
+        writer = Writer(file, compression=CompressionType.ZSTD)
+        writer.start('ros2', 'benchmark')
+        channels = {
+            topic: writer.register_channel(
+                f'/{topic}',
+                'cdr',
+                writer.register_schema(name, 'ros2msg', schema_text(name).encode()),
+            )
+            for topic, name in TYPES.items()
+        }
+        for topic, stamp, data in messages(DAY_S / PART):
+            writer.add_message(channels[topic], stamp, data, stamp)
+        writer.finish()
+
+
+def foxglove(directory):
+    """Write a part of a day with the Foxglove SDK from ready bytes, its best case."""
+    import foxglove as sdk
+    from foxglove import Channel, Schema
+
+    path = directory / 'foxglove.mcap'
+    path.unlink(missing_ok=True)
+    blocks = ready(DAY_S / PART)
+    context = sdk.Context()
+    with sdk.open_mcap(str(path), context=context):
+        channels = {
+            topic: Channel(
+                f'/{topic}',
+                message_encoding='cdr',
+                schema=Schema(name=name, encoding='ros2msg', data=schema_text(name).encode()),
+                context=context,
+            )
+            for topic, name in TYPES.items()
+        }
+        stamps, rows = blocks
+        for i, stamp in enumerate(stamps):
+            for topic, channel in channels.items():
+                channel.log(rows[topic][i], log_time=stamp)
+
+
+def ready(duration_s):
+    """Return stamps and each topic's messages as bytes."""
+    _, samples = Simulation(SCENARIO).advance(int(duration_s * RATE_HZ))
+    rows = {}
+    for topic in TYPES:
+        table = TOPICS[topic].packer(SCENARIO.frames, SCENARIO.system).pack(samples)
+        data, size = table.tobytes(), table.dtype.itemsize
+        rows[topic] = [data[i : i + size] for i in range(0, len(data), size)]
+    return samples.stamps_ns.tolist(), rows
+
+
+def floor(directory):
+    """Compress, sum and write the bytes of a day's chunks: what nobody can save."""
+    with open(directory / 'floor', 'wb') as file:
+        for chunk in CHUNKS:
+            zlib.crc32(chunk)
+            file.write(zstandard.ZstdCompressor(level=1).compress(chunk))
+
+
+def chunks(bag):
+    """Return the uncompressed chunks of a bag."""
+    from mcap.records import Chunk
+    from mcap.stream_reader import StreamReader
+
+    with open(next(bag.glob('*.mcap')), 'rb') as file:
+        return [
+            zstandard.ZstdDecompressor().decompress(record.data, record.uncompressed_size)
+            for record in StreamReader(file, emit_chunks=True).records
+            if isinstance(record, Chunk)
+        ]
+
+
+def memory_mb(days) -> float:
+    """Return the peak memory above the start of a process that records some days."""
+    program = (
+        'import resource, sys, tempfile; sys.path.insert(0, sys.argv[1]); import offline;'
+        'from pathlib import Path; d = Path(tempfile.mkdtemp()); offline.ours(d, 600.0);'
+        'begin = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss;'
+        f'offline.ours(d, {days} * offline.DAY_S);'
+        'print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - begin);'
+        'import shutil; shutil.rmtree(d)'
+    )
+    output = subprocess.run(
+        [sys.executable, '-c', program, str(Path(__file__).parent)],
+        stdout=subprocess.PIPE,
+        check=True,
+    ).stdout
+    return int(output) / 1024.0
+
+
+def main(rounds=7):
+    """Run all; return title, claims and text."""
+    global CHUNKS
+    with tempfile.TemporaryDirectory() as name:
+        directory = Path(name)
+        ours(directory)
+        CHUNKS = chunks(directory / 'ours')
+        seconds = medians(
+            {
+                'ours': lambda: ours(directory),
+                'floor': lambda: floor(directory),
+                'mcap': lambda: mcap_writer(directory),
+                'foxglove': lambda: foxglove(directory),
+            },
+            rounds,
+        )
+    for peer in ('mcap', 'foxglove'):
+        seconds[peer] *= PART
+    memory = {days: memory_mb(days) for days in (1, 7, 30)}
+    claims = [
+        Claim(
+            f'one day, two topics at 10 Hz, against {title}',
+            milliseconds(seconds['ours']),
+            milliseconds(seconds[peer]),
+            seconds[peer] / seconds['ours'],
+            must,
+        )
+        for peer, title, must in (
+            ('mcap', 'mcap.Writer with rclpy serialisation', 25.0),
+            ('foxglove', "foxglove-sdk's writer of ready bytes", 4.0),
+        )
+    ]
+    claims.append(
+        Claim(
+            'the same over compressing, summing and writing the same contents',
+            milliseconds(seconds['ours']),
+            milliseconds(seconds['floor']),
+            seconds['ours'] / seconds['floor'],
+            1.5,
+            at_most=True,
+        )
+    )
+    rows = ['| days | memory above the start |', '| --- | --- |']
+    rows += [f'| {days} | {peak:.1f} MB |' for days, peak in memory.items()]
+    text = '\n'.join(rows)
+    print(text)
+    return 'Offline', show(claims), text
+
+
+CHUNKS: list[bytes] = []
+
+if __name__ == '__main__':
+    main()

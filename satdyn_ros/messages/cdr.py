@@ -73,13 +73,15 @@ class Message:
         """Return `count` messages (count,) that hold the constants, the columns zero."""
         return np.ndarray(count, self.dtype, self._template * count)
 
-    def pack(self, source: Sized) -> np.ndarray:
+    def pack(self, source: Sized, rows: np.ndarray | None = None) -> np.ndarray:
         """
         Return the messages of source, shape (N,): the bytes of row i are message i.
 
+        rows: N or more rows of an earlier call that nobody needs any more, to be written again.
         The strings stand between the fields, so rows are copied as bytes, rows.view(np.uint8).
         """
-        rows = self.rows(len(source))
+        count = len(source)
+        rows = self.rows(count) if rows is None or len(rows) < count else rows[:count]
         for column, paths in self._columns.items():
             values = column(source)
             for path in paths:

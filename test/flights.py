@@ -39,16 +39,16 @@ EVENTS = (
 def record(directory, scenario=GYROSTAT, ticks=150, events=EVENTS, block=64, flush=False) -> Path:
     """Record the first ticks of a run in blocks, each flushed if wanted; return the directory."""
     recording = Recording(directory, scenario, scenario.topics)
-    for _ in recorded(recording, scenario, ticks, events, block):
+    for _ in written(recording, Simulation(scenario, events), ticks, block):
         if flush:
             recording.flush()
     recording.close()
     return Path(directory)
 
 
-def recorded(recording, scenario, ticks, events=(), block=64):
-    """Record a run in blocks and yield after each how many ticks are recorded."""
-    simulation = Simulation(scenario, events)
+def written(recording, simulation, ticks, block=64):
+    """Record a run in blocks and yield after each how many ticks have happened."""
+    scenario = simulation.scenario
     packers = {}
     while simulation.next_tick < ticks:
         applied, samples = simulation.advance(min(block, ticks - simulation.next_tick))
@@ -78,7 +78,7 @@ def fly(directory, progress):
     events = [replace(event, tick=event.tick + 150 * k) for k in range(2000) for event in often]
     recording = Recording(directory, scenario, scenario.topics)
     flushed_s = time.monotonic()
-    for ticks in recorded(recording, scenario, 10**9, events, block=20):
+    for ticks in written(recording, Simulation(scenario, events), 10**9, block=20):
         if time.monotonic() - flushed_s > 0.1:
             recording.flush()
             progress.send(ticks)

@@ -54,11 +54,18 @@ class RecordedRun:
                 happened.append(run.event_from_record(item.metadata))
         return happened
 
+    @property
+    def events_at_begin(self) -> list[Event]:
+        """What happened at the tick where the bag begins, if that is not the run's first."""
+        if self.snapshot is None or self.snapshot['tick'] == 0:
+            return []
+        return [event for event in self.events if event.tick <= self.snapshot['tick']]
+
     def simulation(self) -> Simulation:
-        """Return the run from the bag's begin on, with all that happened after it."""
+        """Return the run from the bag's begin on, with all that happens from there."""
         if self.snapshot is None or self.snapshot['tick'] == 0:
             return Simulation(self.scenario, self.events)
-        later = [event for event in self.events if event.tick > self.snapshot['tick']]
+        later = self.events[len(self.events_at_begin) :]
         return Simulation.from_snapshot(self.scenario, self.snapshot, later)
 
     def channel_id(self, name: str) -> int:

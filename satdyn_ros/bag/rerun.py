@@ -37,6 +37,7 @@ def rerun(
     """
     simulation = run.simulation()
     starts_anew = True
+    already_applied = run.events_at_begin
     chunk = ChunkBuilder()
     packers = {}
     while True:
@@ -47,8 +48,9 @@ def rerun(
             _, samples = simulation.advance(len(samples))
         if observe is not None:
             observe(simulation, samples)
-        for event in applied:
+        for event in [*already_applied, *applied]:
             _add_input(chunk, run, event, int(samples.stamps_ns[0]))
+        already_applied = []
         rows = {}
         for name in simulation.topics:
             if name not in packers:

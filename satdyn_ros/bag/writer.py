@@ -8,6 +8,7 @@ import mcap
 import numpy as np
 from mcap.records import Channel, Header, Schema
 
+from .. import __version__
 from . import metadata
 from .chunk import COMPRESSIONS
 from .chunk_builder import ChunkBuilder
@@ -15,7 +16,7 @@ from .mcap_file import McapFile
 from .metadata import BagMetadata, FileInformation, TopicMetadata
 from .run import SCENARIO, SNAPSHOT
 
-_HEADER = Header('ros2', f'satdyn_ros; mcap-python {mcap.__version__}')
+_HEADER = Header('ros2', f'satdyn_ros {__version__}; mcap-python {mcap.__version__}')
 _NEVER_NS = 2**62
 
 
@@ -160,7 +161,6 @@ class BagWriter:
                 f'the bag {self.directory} takes no more: {error.strerror}; '
                 'satdyn recover completes it'
             )
-            self._file.close()
             raise OSError(self._failure) from error
 
     def _begin_file(self):

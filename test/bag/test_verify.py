@@ -9,9 +9,11 @@ from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, Writer
 
 from satdyn_ros.bag import run
+from satdyn_ros.bag.recorded_run import RecordedRun
 from satdyn_ros.bag.recording import Recording
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.scenario import Scenario
+from satdyn_ros.simulation import Simulation
 
 
 @pytest.fixture(scope='module')
@@ -160,15 +162,33 @@ def test_another_torque_gives_another_run(bag, tmp_path):
     assert (difference.topic, difference.tick) == ('/attitude', 21)
 
 
-def test_the_files_of_a_split_bag_verify_alone(tmp_path):
-    """A file that was begun in mid-run is run from its own snapshot."""
-    scenario = flights.GYROSTAT.with_values({'record.max_duration_s': 1.0})
+@pytest.mark.parametrize('duration_s', [1.0, 1.97])
+def test_the_files_of_a_split_bag_verify_alone(tmp_path, duration_s):
+    """A file begun in mid-run is run from its own snapshot; after 1.97 s just where events are."""
+    scenario = flights.GYROSTAT.with_values({'record.max_duration_s': duration_s})
     path = flights.record(tmp_path / 'bag', scenario)
     files = sorted(path.glob('*.mcap'))
-    assert len(files) == 5
+    assert len(files) > 2
     verdicts = [verify(file) for file in files]
     assert all(verdict.is_true and verdict.same_bytes for verdict in verdicts)
     assert sum(v.message_count for v in verdicts) == verify(path).message_count
+
+
+@pytest.mark.parametrize('tick', [1, 20, 21, 60, 100])
+def test_a_bag_begun_in_mid_run_verifies(tmp_path, tick):
+    """Also where it begins at a tick with inputs, which it holds ahead of its first sample."""
+    simulation = Simulation(flights.GYROSTAT, flights.EVENTS)
+    while simulation.next_tick < tick:
+        simulation.advance(tick - simulation.next_tick)
+    recording = Recording(tmp_path / 'bag', flights.GYROSTAT, simulation.topics)
+    for _ in flights.written(recording, simulation, 150):
+        pass
+    recording.close()
+    verdict = verify(tmp_path / 'bag')
+    assert (verdict.is_true, verdict.same_bytes) == (True, True)
+    assert verdict.message_count == len(flights.sequence(tmp_path / 'bag'))
+    first = RecordedRun(tmp_path / 'bag').snapshot
+    assert first['tick'] == tick
 
 
 def test_a_torque_with_a_timeout_verifies(tmp_path):
@@ -217,7 +237,7 @@ def aside(tmp_path, monkeypatch, relative):
     with monkeypatch.context() as patch:
         patch.setattr(run, 'machine', lambda: here | {'numba': '0.1'})
         recording = Recording(tmp_path / 'bag', flights.GYROSTAT, flights.GYROSTAT.topics)
-    for _ in flights.recorded(recording, flown, 1000, flights.EVENTS[:2]):
+    for _ in flights.written(recording, Simulation(flown, flights.EVENTS[:2]), 1000):
         pass
     recording.close()
     return verify(tmp_path / 'bag')

@@ -1,0 +1,83 @@
+"""Asking a running node from the command line."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+from ros.live import ROOT
+
+from satdyn_ros.cli import main
+from satdyn_ros.ros.client import Answer, Client
+
+
+@pytest.fixture
+def asked(live, capfd):
+    """Return a live node's participant, and a function that asks as `satdyn request` does."""
+    node, participant = live({'publish.topics': ['attitude', 'angular_velocity']})
+
+    def ask(*arguments):
+        command = ['request', '--node', f'{node.namespace}/satdyn', '--timeout', '30', *arguments]
+        code = main(command)
+        return code, capfd.readouterr().out.strip()
+
+    return participant, ask
+
+
+def test_new_initial_conditions(asked):
+    """What is asked for is in force, and integers are taken as numbers."""
+    participant, ask = asked
+    rates = participant.listen('angular_velocity')
+    values = ['initial.frame=inertial', 'initial.angular_velocity=[0, 0, 1]']
+    code, answer = ask(*values, 'initial.attitude=[0, 0, 0, 1]')
+    assert code == 0
+    assert answer.startswith('restarted with initial.frame = inertial')
+    assert list(participant.get('initial.angular_velocity')) == [0.0, 0.0, 1.0]
+    participant.wait_until(lambda: rates and rates[-1].velocity.angular.z > 0.9, 'the rate')
+
+
+def test_a_refusal_is_told(asked):
+    """The node's own sentence is printed, and the exit code is 1."""
+    _, ask = asked
+    code, answer = ask('initial.attitude=[0, 0, 0, 2]')
+    assert code == 1
+    assert answer.startswith('no: initial.attitude is')
+    assert 'of norm 2; it takes a unit quaternion' in answer
+    code, answer = ask('body.inertia=[1, 1, 1]')
+    assert code == 1
+    assert answer.startswith('no: body.inertia cannot be requested')
+
+
+def test_pause_step_resume_reset(asked):
+    """Each flag calls its service; a step is refused while the node runs."""
+    _, ask = asked
+    assert ask('--step')[0] == 1
+    code, paused = ask('--pause')
+    assert (code, paused[:17]) == (0, 'paused after tick')
+    tick = int(paused.split()[-1])
+    assert ask('--step') == (0, f'now after tick {tick + 1}')
+    assert ask('--resume') == (0, 'running')
+    assert ask('--reset')[0] == 0
+
+
+def test_nobody_answers(capfd):
+    """Where there is no such node, the answer is no, in one sentence."""
+    assert main(['request', '--reset', '--node', '/nowhere/satdyn', '--timeout', '0.5']) == 1
+    assert capfd.readouterr().out == 'no: no node /nowhere/satdyn is there, after 0.5 s\n'
+
+
+def test_from_python_and_from_a_shell(live):
+    """The client in Python gives answers as data; the command works in a process of its own."""
+    node, _ = live({'publish.topics': ['attitude']})
+    name = f'{node.namespace}/satdyn'
+    with Client(name, timeout_s=30.0) as client:
+        assert client.set_initial_conditions({'initial.frame': 'inertial'}) == Answer(True, '')
+        assert client.pause().success
+    result = subprocess.run(
+        [sys.executable, '-m', 'satdyn_ros.cli', 'request', '--node', name, '--step'],
+        env=os.environ | {'PYTHONPATH': str(ROOT)},
+        capture_output=True,
+        text=True,
+    )
+    assert result.returncode == 0, result.stderr
+    assert result.stdout.startswith('now after tick')

@@ -86,9 +86,13 @@ def _publishers(node: Node, bag: Playback) -> dict[str, Publisher]:
 
 
 def _wait_for_subscriber(publishers):
-    while not any(publisher.get_subscription_count() for publisher in publishers.values()):
+    """Return when there are subscribers and no new one has come for a moment."""
+    before, since_s = None, time.monotonic()
+    while not (any(before or ()) and time.monotonic() - since_s > _SETTLE_S):
+        counts = [publisher.get_subscription_count() for publisher in publishers.values()]
+        if counts != before:
+            before, since_s = counts, time.monotonic()
         time.sleep(_LOOK_S)
-    time.sleep(_SETTLE_S)
 
 
 def _play(bag, from_ns, rate, publishers, clock):

@@ -5,6 +5,7 @@ import sys
 from collections.abc import Sequence
 
 import rclpy
+from rclpy.exceptions import NotInitializedException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 
@@ -14,6 +15,8 @@ from .node import SatdynNode
 
 # The pacing thread waits at most this long for another thread of Python.
 _SWITCH_INTERVAL_S = 0.0005
+
+RCLError = rclpy_implementation.RCLError
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -30,22 +33,38 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         values = _values(own.params_file)
         rclpy.init(args=['satdyn', *arguments[at:]])
-        executor = SingleThreadedExecutor()
-        node = SatdynNode(values)
-    except (ValueError, OSError, rclpy_implementation.RCLError) as error:
-        print(f'satdyn node: {error}', file=sys.stderr)
-        rclpy.try_shutdown()
-        return 2
+    except (ValueError, RCLError) as error:
+        return _refuse(error)
     sys.setswitchinterval(_SWITCH_INTERVAL_S)
-    executor.add_node(node)
     try:
+        return _run(values)
+    except (ValueError, OSError) as error:
+        return _refuse(error)
+    except (RCLError, NotInitializedException):
+        # A signal ends ROS at any moment, also between a check of rclpy's and what relies on it.
+        if rclpy.ok():
+            raise
+        return 0
+    finally:
+        rclpy.try_shutdown()
+
+
+def _run(values):
+    executor = SingleThreadedExecutor()
+    node = SatdynNode(values)
+    try:
+        executor.add_node(node)
         executor.spin()
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     finally:
         node.destroy_node()
-        rclpy.try_shutdown()
     return 0 if node.failure is None else 1
+
+
+def _refuse(error):
+    print(f'satdyn node: {error}', file=sys.stderr)
+    return 2
 
 
 def _values(path):

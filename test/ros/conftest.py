@@ -1,6 +1,11 @@
+import os
+from pathlib import Path
+
 import pytest
 import rclpy
 from ros.live import LiveNode, Participant
+
+os.environ['FASTRTPS_DEFAULT_PROFILES_FILE'] = str(Path(__file__).parent / 'discovery.xml')
 
 
 @pytest.fixture(scope='session', autouse=True)

@@ -1,0 +1,148 @@
+"""
+The half-angle numbers of a flow as theta functions of time (flow.py says of what).
+
+A theta function is the series sum over all j of (-1)^j Q^(j(j-1)/2) X^j.  With real period T,
+imaginary period T' and a zero at i h, X turns with time, exp(-2 pi (h + i t) / T), and |Q| =
+exp(-2 pi share T' / T) < 0.05 while T' >= T; else by Jacobi's imaginary transformation X decays
+with time, exp(-2 pi (t - i h) / T'), and |Q| = exp(-2 pi share T / T').  On a rhombic lattice Q is
+negative.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from ..dynamics.vector import COMPILED
+
+
+class Lattice(NamedTuple):
+    """
+    The periods of u [s]: period, and i imaginary or, on a rhombic lattice, half the sum of both.
+
+    share: 1, or 1/2 on a rhombic lattice; share * imaginary / period is Im tau.
+    """
+
+    period: float
+    imaginary: float
+    share: float
+
+
+class Zero(NamedTuple):
+    """
+    The zero of a half-angle number, sign * i * height [s] from an end of the range of u.
+
+    depth [s]: share * imaginary - height.  at_end: the end is not the one where the clock starts
+    but the other, half a period later.  rate [rad/s]: the mean turn of the number squared.
+    """
+
+    sign: float
+    height: float
+    depth: float
+    at_end: bool
+    rate: float
+
+
+@njit(**COMPILED)
+def evaluate(t_s, since_s, lattice, plus, minus):
+    """Return alpha, alpha', beta and beta' at t_s (N,), up to constant and common real factors."""
+    numbers = np.empty((4, len(t_s)), np.complex128)
+    for i in range(len(t_s)):
+        r = since_s + t_s[i]
+        if lattice.period < np.inf:
+            r -= lattice.period * np.rint(r / lattice.period)
+        numbers[0, i], numbers[1, i] = _number(t_s[i], r, lattice, plus)
+        numbers[2, i], numbers[3, i] = _number(t_s[i], r, lattice, minus)
+    return numbers
+
+
+@njit(**COMPILED)
+def _number(t, r, lattice, zero):
+    """Return exp(i rate t / 2) times the periodic factor at r, |r| <= period / 2; its slope."""
+    if lattice.imaginary >= lattice.period:
+        value, slope = _oscillating(r, lattice, zero)
+    else:
+        value, slope = _decaying(r, lattice, zero)
+    rate = zero.rate / 2.0
+    turn = np.exp(1j * rate * t)
+    return turn * value, turn * (slope + 1j * rate * value)
+
+
+@njit(**COMPILED)
+def _oscillating(r, lattice, zero):
+    """Return the periodic factor and its slope by the series in exp(i w r)."""
+    w = 2.0 * np.pi / lattice.period
+    turn = np.exp(-1j * zero.sign * w * r)
+    if zero.at_end:
+        turn = -turn
+        from_zero = 1.0 + 0j - np.exp(-w * zero.height) * turn
+    else:
+        from_zero = _one_minus_exp(-w * zero.height, -zero.sign * w * r)
+    X = np.exp(-w * zero.height) * turn
+    Y = np.exp(-w * zero.depth) * np.conj(turn)
+    Q = np.exp(-w * (zero.height + zero.depth))
+    if lattice.share < 1.0:
+        Y, Q = -Y, -Q
+    value, slope = _theta(from_zero, X, Y, Q)
+    return value, -1j * zero.sign * w * slope
+
+
+@njit(**COMPILED)
+def _decaying(r, lattice, zero):
+    """Return the periodic factor and its slope by the series in exp(-w |r|)."""
+    w = 2.0 * np.pi / lattice.imaginary
+    psi = zero.sign * zero.height * w / 2.0
+    near, far = -w * abs(r), np.exp(-w * (lattice.period / 2.0 - abs(r)))
+    Q = np.exp(-w * lattice.share * lattice.period)
+    front, growth = 1j, 0.0
+    if lattice.share < 1.0:
+        Q, far = -Q, -far
+        if zero.at_end:
+            psi -= zero.sign * np.pi / 2.0
+        front *= np.exp(-1j * psi)
+    elif zero.at_end:
+        front, growth = np.exp(near / 2.0) + 0j, -w / 2.0
+        near -= w * lattice.period / 2.0
+    else:
+        far *= np.sqrt(Q)
+        front *= np.exp(-1j * psi)
+    P = np.exp(2j * psi)
+    value, slope = _theta(_one_minus_exp(near, 2.0 * psi), np.exp(near) * P, far * np.conj(P), Q)
+    value, slope = front * value, front * (growth * value - w * slope)
+    if r < 0.0:
+        value, slope = np.conj(value), -np.conj(slope)
+    # What the Gaussian factor of the transformation and the mean rate leave of the turn.
+    whole = zero.height + zero.depth
+    rest = zero.sign * np.pi / lattice.period * (zero.height - zero.depth) / whole
+    turn = np.exp(1j * rest * r)
+    return turn * value, turn * (slope + 1j * rest * value)
+
+
+@njit(**COMPILED)
+def _one_minus_exp(a, b):
+    """Return 1 - exp(a + i b) without cancellation."""
+    return 2.0 * np.sin(b / 2.0) ** 2 - np.expm1(a) * np.cos(b) - 1j * np.exp(a) * np.sin(b)
+
+
+@njit(**COMPILED)
+def _theta(from_zero, X, Y, Q):
+    """
+    Return theta and X dtheta/dX, from_zero = 1 - X and Y = Q / X.
+
+    theta / (1 - X) is the sum over j >= 0 of (-1)^j Q^(j(j+1)/2) (X^-j + .. + X^j), whose terms
+    stay below those of Q^(j(j-1)/2) while |X|, |Y| <= 1.
+    """
+    ratio, slope = 1.0 + 0j, 0j
+    term, term_slope = 1.0 + 0j, 0j
+    x, y, power, j = 1.0 + 0j, 1.0 + 0j, 1.0, 1
+    while abs(power) > 1e-18:
+        y *= power * Y
+        power *= Q
+        x *= power * X
+        term = -(power * term + x + y)
+        term_slope = -(power * term_slope + j * (x - y))
+        x, y = -x, -y
+        ratio += term
+        slope += term_slope
+        j += 1
+    return from_zero * ratio, from_zero * slope - X * ratio

@@ -1,0 +1,153 @@
+"""
+The motion of u between its turning points b and a, u'^2 = f(u) = (a - u)(u - b) Q(u).
+
+Let e be the end with the larger Q, o the other and w^2 = (u - e) / (o - u).  Then
+
+    dt = 2 dw / sqrt(Qo w^4 + M w^2 + Qe) = 2 dw / sqrt((Qe + Y1 w^2)(Qe + Y2 w^2) / Qe)
+
+with M twice the polar form of Q at a and b: one formula for every pattern of roots, in Carlson's
+integrals (DLMF 19.16).
+"""
+
+import numpy as np
+from scipy.special import elliprf, elliprj
+
+from .half_angles import Lattice, Zero, evaluate
+from .turning import turning_points
+
+EPS = np.finfo(float).eps
+
+
+class Nutation:
+    """
+    The periods of u, the time since u was last at e, and the integral of u.
+
+    f, f_up, f_down, above and below as in turning_points; u_dot0 [1/s].
+    """
+
+    def __init__(self, f, f_up, f_down, above, below, u_dot0):
+        self.turning = turning_points(f, f_up, f_down, above, below)
+        self.from_b, self.since = True, 0.0
+        if self.turning.steady:
+            self.lattice = Lattice(1.0, np.inf, 1.0)
+            return
+        da, db, _, _, Qa, Qb = self.turning
+        width, c2 = da - db, -f[4]
+        if Qa == Qb == 0.0:
+            # From one double root to another: u left b long ago.
+            Qb = 1e-200 * -c2 * width**2
+            self.turning = self.turning._replace(Qb=Qb)
+        self.from_b = Qb >= Qa
+        c_2 = c2 * width**2
+        M, G = Qa + Qb - c_2, 2.0 * np.sqrt(Qa * Qb)
+        # M^2 - G^2 in ways that keep its digits: where the other roots are near both ends, where
+        # the ends are near each other, and where u0 is near a double root.
+        total, difference = Qa + Qb, Qa - Qb
+        ways = [
+            (_square_error(M, total + abs(c_2)), (M - G) * (M + G)),
+            (
+                _square_error(difference, total) + EPS * (2.0 * total * abs(c_2) + c_2**2),
+                difference**2 - (2.0 * total - c_2) * c_2,
+            ),
+        ]
+        if da * db < 0.0:
+            c0 = f[0] / (-da * db)
+            c1 = (f[1] - (da + db) * c0) / (-da * db)
+            terms = (abs(f[1]) + abs(da + db) * c0) / (-da * db)
+            error = _square_error(c1, terms) + EPS * 4.0 * abs(c0 * c2)
+            ways.append((width**2 * error, width**2 * (c1 * c1 - 4.0 * c0 * c2)))
+        self._set_lattice(M, G, min(ways)[1])
+        S2, C2 = (-db / width, da / width) if self.from_b else (da / width, -db / width)
+        Qe, (Y1, Y2) = max(Qa, Qb), self.Y
+        since = 2.0 * np.sqrt(S2) * elliprf(Qe * C2, Qe * C2 + Y1 * S2, Qe * C2 + Y2 * S2).real
+        leaving = u_dot0 >= 0.0 if self.from_b else u_dot0 <= 0.0
+        self.since = since if leaving else -since
+
+    def _set_lattice(self, M, G, discriminant):
+        """Set Y1, Y2 and the periods of u; discriminant = M^2 - G^2, G^2 = 4 Qa Qb."""
+        if discriminant >= 0.0 and M > 0.0:
+            Y1 = (M + np.sqrt(discriminant)) / 2.0
+            Y2 = G * G / (4.0 * Y1)
+            T, imaginary = elliprf(0.0, Y1, Y2), elliprf(0.0, np.sqrt(discriminant), Y1)
+            self.Y, self.lattice = (Y1, Y2), Lattice(4.0 * T, 4.0 * imaginary, 1.0)
+        else:
+            discriminant = min(discriminant, 0.0)
+            Y = complex(M, np.sqrt(-discriminant)) / 2.0
+            larger = G + abs(M)
+            smaller = -discriminant / larger
+            G_plus_M, G_minus_M = (larger, smaller) if M > 0.0 else (smaller, larger)
+            T = elliprf(0.0, G_plus_M / 4.0, G / 2.0)
+            imaginary = elliprf(0.0, G_minus_M / 4.0, G / 2.0)
+            self.Y, self.lattice = (Y, Y.conjugate()), Lattice(4.0 * T, 4.0 * imaginary, 0.5)
+
+    @property
+    def period(self) -> float:
+        """Return the period of u [s]: inf where u is constant or the motion asymptotic."""
+        return np.inf if self.turning.steady else self.lattice.period
+
+    def integral(self, t_s):
+        """Return the integral of u from 0 to t_s [s], shape (N,)."""
+        t_s = np.asarray(t_s, float)
+        if self.turning.steady:
+            return self.turning.b * t_s
+        return self._from_e(self.since + t_s) - self._from_e(np.array([self.since]))
+
+    def _from_e(self, tau_s):
+        """Return the integral of u over tau_s (N,) since u was at e."""
+        T, imaginary, _ = self.lattice
+        n = np.rint(tau_s / T)
+        r = tau_s - np.where(n == 0.0, 0.0, n * T)
+        # An asymptotic motion has arrived at o, to the last bit, by the time that is far.
+        far = np.inf if T < np.inf else 40.0 / (2.0 * np.pi) * imaginary
+        within = np.minimum(np.abs(r), far)
+        o = self.turning.a if self.from_b else self.turning.b
+        swept = self._over_half_a_period(within) + o * (np.abs(r) - within)
+        if T < np.inf:
+            swept_half = self._over_half_a_period(np.array([T / 2.0]))
+            return np.copysign(1.0, r) * swept + 2.0 * n * swept_half
+        return np.copysign(1.0, r) * swept
+
+    def _over_half_a_period(self, tau_s):
+        """
+        Return the integral of u over tau_s (N,), 0 to T / 2, since u was at e.
+
+        It is e tau + (o - e)(2/3) Qe S^3 RJ(Qe C^2, Qe C^2 + Y1 S^2, Qe C^2 + Y2 S^2, Qe), where
+        w = S / C and S^2 + C^2 = 1.  For conjugate Y1, Y2 the same in real terms, with the
+        amplitude phi, tan(phi/2) = (Qo/Qe)^(1/4) w.
+        """
+        a, b, Qa, Qb = self.turning.a, self.turning.b, self.turning.Qa, self.turning.Qb
+        e, o, Qe, Qo = (b, a, Qb, Qa) if self.from_b else (a, b, Qa, Qb)
+        S, C = self._place(tau_s, Qe)
+        Y1, Y2 = self.Y
+        if self.lattice.share == 1.0:
+            third = elliprj(Qe * C**2, Qe * C**2 + Y1 * S**2, Qe * C**2 + Y2 * S**2, Qe)
+            return e * tau_s + (o - e) * 2.0 / 3.0 * Qe * S**3 * third
+        G = 2.0 * np.sqrt(Qa * Qb)
+        rate, m1 = np.sqrt(G / 2.0), 0.5 + Y1.real / G
+        p, q = np.sqrt(Qe), np.sqrt(Qo)
+        cn, sn = p * C**2 - q * S**2, 2.0 * np.sqrt(p * q) * S * C
+        cn, sn = cn / np.hypot(cn, sn), sn / np.hypot(cn, sn)
+        dn = np.hypot(cn, np.sqrt(m1) * sn)
+        eta, h = (q - p) / (q + p), 4.0 * p * q / (q + p) ** 2
+        third = sn**3 / 3.0 * elliprj(cn**2, dn**2, 1.0, cn**2 + sn**2 / h) / h
+        whole = elliprj(0.0, m1, 1.0, 1.0 / h) / 3.0 / h
+        third = np.where(cn < 0.0, 2.0 * whole - third, third)
+        k = np.sqrt(eta**2 / h + 1.0 - m1)
+        turn = np.arctan(k * sn / dn) / max(k, 1e-100)
+        x = rate * tau_s
+        return ((e * q + o * p) / (q + p) * x + (e - o) / 2.0 * (turn - eta * (x - third))) / rate
+
+    def _place(self, tau_s, Qe):
+        """Return S and C of tau_s (N,) since u was at e: square roots of two theta functions."""
+        zero = Zero(1.0, 0.0, self.lattice.share * self.lattice.imaginary, False, 0.0)
+        times = np.append(tau_s, 0.0)
+        at_e, slope, at_o, _ = evaluate(times, 0.0, self.lattice, zero, zero._replace(at_end=True))
+        # w = (sqrt(Qe) / 2) tau at first
+        S = np.sqrt(Qe) / 2.0 * np.abs(at_e / slope[-1])[:-1]
+        C = np.abs(at_o / at_o[-1])[:-1]
+        return S / np.hypot(S, C), C / np.hypot(S, C)
+
+
+def _square_error(x, terms):
+    """Return a bound of the rounding of x^2, terms the sum of the sizes of the terms of x."""
+    return EPS * terms * (2.0 * abs(x) + EPS * terms)

@@ -1,0 +1,100 @@
+"""The turning points of u'^2 = f(u) to full relative precision from the start and the poles."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import Polynomial
+from scipy.optimize import brentq
+
+
+class Turning(NamedTuple):
+    """
+    The range b <= u <= a of the motion that starts at u0, and f there.
+
+    da, db: a - u0 >= 0 >= b - u0.  from_above: 1 - a and 1 - b; from_below: 1 + b and 1 + a.
+    Qa, Qb: with f = (a - u)(u - b) Q(u), the values of Q at the ends.
+    """
+
+    da: float
+    db: float
+    from_above: tuple[float, float]
+    from_below: tuple[float, float]
+    Qa: float
+    Qb: float
+
+    @property
+    def a(self) -> float:
+        """The upper turning point."""
+        return 1.0 - self.from_above[0]
+
+    @property
+    def b(self) -> float:
+        """The lower turning point."""
+        return self.from_below[0] - 1.0
+
+    @property
+    def steady(self) -> bool:
+        """Whether u is constant."""
+        return self.da == self.db
+
+
+def turning_points(f, f_up, f_down, above, below) -> Turning:
+    """
+    Return the turning points beside u0, where f >= 0.
+
+    f, f_up, f_down (5,): coefficients of f(u0 + d), f(1 - s) and f(-1 + s), lowest first, with
+    f(1) <= 0 and f(-1) <= 0; above, below: 1 - u0 and 1 + u0.
+    """
+    f = np.asarray(f)
+    if f[0] == 0.0 and f[1] == 0.0:
+        return Turning(0.0, 0.0, (above, above), (below, below), 0.0, 0.0)
+    da, to_upper_pole, slope_a = _turning_point(f, f_up, above)
+    mirrored = f * np.array([1.0, -1.0, 1.0, -1.0, 1.0])
+    db, to_lower_pole, slope_b = _turning_point(mirrored, f_down, below)
+    width = da + db
+    return Turning(
+        da,
+        -db,
+        (to_upper_pole, above + db),
+        (to_lower_pole, below + da),
+        slope_a / width,
+        slope_b / width,
+    )
+
+
+def _turning_point(here, pole, gap):
+    """
+    Return the distances of the first root towards a pole from here and from it, and |f'| there.
+
+    here, pole: coefficients of f in the distance from here and from the pole; gap: between them.
+    """
+    f = Polynomial(here)
+    x = _first_root(f, 0.0, gap)
+    s = gap - x
+    slope = -f.deriv()(x)
+    if s < x:
+        f = Polynomial(pole)
+        s = _first_root(f, gap, 0.0)
+        x = gap - s
+        slope = f.deriv()(s)
+    return x, s, max(slope, 0.0)
+
+
+def _first_root(f, start, stop):
+    """Return the first root on the way from start, where f >= 0, to stop, where f <= 0."""
+    slope = f.deriv()
+    extrema = np.array([z.real for z in slope.roots() if z.imag == 0.0])
+    low, high = min(start, stop), max(start, stop)
+    extrema = np.sort(extrema[(extrema > low) & (extrema < high)])
+    left = start
+    for right in [*(extrema if stop > start else extrema[::-1]), stop]:
+        if f(right) <= 0.0:
+            break
+        left = right
+    else:
+        return stop  # rounding hides that the pole itself is the root
+    if f(left) <= 0.0:
+        return left
+    root = brentq(f, left, right, xtol=1e-300, rtol=4 * np.finfo(float).eps, maxiter=1000)
+    newton = root - f(root) / slope(root) if slope(root) != 0.0 else root
+    return newton if abs(f(newton)) < abs(f(root)) else root

@@ -1,0 +1,159 @@
+"""
+The symmetric body about a fixed point in a field about a fixed direction.
+
+Paladini 1888 ch. 1: U = H1 cos^2(theta) + H2 cos(theta), U a force function (the potential energy
+is -U), theta the angle from the field's direction Z to the symmetry axis.  Lagrange's top is
+H1 = 0, Beletsky's satellite (1957, sec. 3) H1 = -(3 mu / 2 r^3)(C - A), H2 = -M g z0, and the free
+body H1 = H2 = 0.  The coefficients of f are derived in docs/theory.md.
+"""
+
+import numpy as np
+
+from ..dynamics import rotation
+from ..dynamics.orbit import FixedDirection
+from ..dynamics.rotor import Rotor
+from ..dynamics.system import State, System
+from .axes import is_symmetric, parallel, principal_axes_about, symmetry_axis
+from .exact_motion import ExactMotion
+from .flow import Flow
+from .nutation import Nutation
+
+
+class Symmetric(ExactMotion):
+    """
+    The motion of a symmetric body, with or without a rotor on its axis, from any state.
+
+    With body axis 3 the symmetry axis: moments A, A, C of what turns with the body and rotor
+    momentum h3; r0 [rad/s] the constant rate about the axis; g = H . Z [N m s] the area integral;
+    h_prime = A (p^2 + q^2) / 2 - U [J] the energy integral; roots (k,): all roots of f, complex,
+    u'^2 = f(u).  Om_P, Om_S [rad/s]: the motion is Rz(Om_P t) R'(t) Rz(Om_S t) with R' of period
+    period_s (twice that for a body that passes exactly through a pole).
+
+    >>> Symmetric(system, state).at([10.0, 20.0]).q_ib  # doctest: +SKIP
+    """
+
+    name = 'symmetric body'
+    source = 'Paladini 1888, ch. 1; Beletsky 1957, sec. 3'
+
+    def __init__(self, system: System, state: State, start_s: float = 0.0):
+        super().__init__(system, state, start_s)
+        reason = self.why_not(system, state)
+        if reason:
+            raise ValueError(reason)
+        (A, _, C), R_bp = principal_axes_about(_axis(system), system.carrier_inertia)
+        (whole_A, _, whole_C), _ = principal_axes_about(R_bp[:, 2], system.inertia)
+        h3 = system.rotor_momentum(state) @ R_bp[:, 2]
+        H1 = -float(system.orbit.gradient_at(start_s)) / 2.0 * (whole_C - whole_A)
+        H2 = -system.weight_moment @ R_bp[:, 2]
+        self._solve(A, C, h3, H1, H2, R_bp)
+
+    @classmethod
+    def in_potential(
+        cls, A: float, C: float, h3: float, H1: float, H2: float, state: State
+    ) -> 'Symmetric':
+        """
+        Return the motion under any U = H1 u^2 + H2 u [J], body axis 3 the symmetry axis.
+
+        A, C [kg m^2], h3 [N m s]; for A = C and H1 != 0 no satellite has that potential.
+        """
+        rotor = Rotor('constant_momentum', axis=np.array([0.0, 0.0, 1.0]), momentum=h3)
+        motion = cls.__new__(cls)
+        super().__init__(motion, System(np.diag([A, A, C]), rotor, FixedDirection()), state)
+        motion._solve(A, C, h3, H1, H2, np.eye(3))
+        return motion
+
+    @classmethod
+    def why_not(cls, system: System, state: State) -> str | None:
+        """Return one sentence that says why this closed form does not apply, or None."""
+        if not isinstance(system.orbit, FixedDirection):
+            return 'the direction to the attracting centre turns; orbit.type must be fixed'
+        if np.any(system.torque_b) or system.rotor_torque != 0.0:
+            return 'a torque is applied to the body or to the rotor'
+        axis, carrier = _axis(system), system.carrier_inertia
+        if not is_symmetric(carrier, axis):
+            return 'the body (without a rotor that turns freely) has no two equal moments'
+        if system.orbit.gradient != 0.0 and not is_symmetric(system.inertia, axis):
+            return 'body.inertia is not symmetric about the axis of the body without its rotor'
+        if not parallel(axis, system.weight_moment):
+            return 'body.weight_moment is not along the symmetry axis'
+        if not parallel(axis, _rotor_axis(system)):
+            return 'rotor.axis is not along the symmetry axis'
+        return None
+
+    def attitude(self, t_s):
+        """Return q_ib (N, 4) and omega_bi_b (N, 3) at t_s (N,)."""
+        alpha, beta, pq = self._flow.at(t_s)
+        q_ip = np.stack([beta.real, beta.imag, alpha.imag, alpha.real], axis=-1)
+        omega_p = np.stack([pq.real, pq.imag, np.full(len(t_s), self.r0)], axis=-1)
+        return rotation.multiply(q_ip, rotation.conjugate(self._q_bp)), rotation.rotate(
+            self._q_bp, omega_p
+        )
+
+    def axial_turn(self, t_s):
+        """Return the integral of a . omega from 0 to t_s [rad], (N,), a the rotor's axis."""
+        axis_b = rotation.rotate(self._q_bp, [0.0, 0.0, 1.0])
+        return np.sign(axis_b @ self.system.rotor.axis) * self.r0 * np.asarray(t_s)
+
+    def _solve(self, A, C, h3, H1, H2, R_bp):
+        self.A, self.C, self.h3, self.H1, self.H2 = A, C, h3, H1, H2
+        self._q_bp = rotation.from_matrix(R_bp)
+        x, y, z, w = rotation.multiply(self.state.q_ib, self._q_bp)
+        p, q, self.r0 = rotation.rotate(rotation.conjugate(self._q_bp), self.state.omega_bi_b)
+        gamma_1, gamma_2 = 2.0 * (x * z - w * y), 2.0 * (y * z + w * x)
+        above, below = 2.0 * (x * x + y * y), 2.0 * (z * z + w * w)
+        u = 1.0 - above if above < below else below - 1.0
+        j = (C * self.r0 + h3) / A
+        S2, W, s2 = p * p + q * q, p * gamma_1 + q * gamma_2, above * below
+        u_dot, torque = gamma_1 * q - gamma_2 * p, (2.0 * H1 * u + H2) / A
+        self.g = A * (W + j * u)
+        self.h_prime = A * S2 / 2.0 - H1 * u * u - H2 * u
+        lp, lm = W + j * below, W - j * above
+        f = [
+            u_dot**2,
+            2.0 * (-u * S2 + s2 * torque + W * j),
+            -S2 - 4.0 * u * torque + 2.0 * H1 / A * s2 - j * j,
+            -2.0 * (H2 + 4.0 * H1 * u) / A,
+            -2.0 * H1 / A,
+        ]
+        kinetic = A * S2 / 2.0
+        f_up = _from_pole(A, H1, H2, j, lm, kinetic + H1 * s2 + H2 * above)
+        f_down = _from_pole(A, H1, -H2, -j, lp, kinetic + H1 * s2 - H2 * below)
+        nutation = Nutation(f, f_up, f_down, above, below, u_dot)
+        start = complex(w, z), complex(x, y), complex(p, q)
+        self._flow = Flow(nutation, (self.r0 - j, lp), (j - self.r0, lm), *start)
+        self.Om_P, self.Om_S = self._flow.mean_precession, self._flow.mean_spin
+        self.period_s = nutation.period if nutation.period < np.inf else None
+        self.roots = u + np.roots(f[::-1])
+
+
+def _axis(system):
+    """Return the unit vector (3,) that is the symmetry axis, if the system has one."""
+    candidates = [symmetry_axis(system.carrier_inertia)]
+    if system.orbit.gradient != 0.0:
+        candidates.append(symmetry_axis(system.inertia))
+    for vector in (system.weight_moment, _rotor_axis(system)):
+        if np.any(vector):
+            candidates.append(vector / np.linalg.norm(vector))
+    return next((axis for axis in candidates if axis is not None), np.array([0.0, 0.0, 1.0]))
+
+
+def _rotor_axis(system):
+    """Return the rotor's axis (3,), zero where the rotor plays no part."""
+    rotor = system.rotor
+    return rotor.axis if rotor.turns_freely or rotor.momentum != 0.0 else np.zeros(3)
+
+
+def _from_pole(A, H1, H2, j, l, kinetic):
+    """
+    Return the coefficients of f(1 - s) in s, where 1 - s = cos theta.
+
+    l = (g - J3) / A and kinetic [J], that of the transverse rate, are those at theta = 0.
+    """
+    slope = (2.0 * H1 + H2) / A
+    return [
+        -l * l,
+        4.0 * kinetic / A - 2.0 * l * j,
+        -2.0 * kinetic / A - 4.0 * slope - j * j,
+        2.0 * slope + 4.0 * H1 / A,
+        -2.0 * H1 / A,
+    ]

@@ -46,7 +46,8 @@ def recover(path: str | Path) -> Recovered:
             completed.append(file.name)
         else:
             known.add(file.name, summary.statistics, summary.schemas, summary.channels)
-    if bag.path.is_dir() and not (bag.path / metadata.FILE_NAME).exists():
+    is_listed = (bag.path / metadata.FILE_NAME).exists()
+    if bag.path.is_dir() and (completed or not is_listed):
         known.bag.write(bag.path, tuple(known.topics.values()), known.counts)
     return Recovered(tuple(completed), sum(known.counts.values()))
 

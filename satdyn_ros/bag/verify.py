@@ -10,12 +10,17 @@ import numpy as np
 
 from ..dynamics.integrals import relative_drift
 from ..dynamics.motion import Motion, States
+from ..dynamics.system import System
+from ..dynamics.torque import angular_momentum
 from ..simulation import Samples, Simulation
 from . import run
 from .comparison import TWIN_RAD, Comparison, Difference
 from .reader import Bag, TopicBlock
 from .recorded_run import RecordedRun
 from .rerun import Records, rerun
+
+# A tolerance below this is not what limits a propagation.
+_ROUNDING = 1e-13
 
 
 @dataclass(frozen=True)
@@ -149,10 +154,10 @@ class _Conservation:
         """
         Return what the tolerance, the error of one step, lets the drift be.
 
-        A step turns the body or the orbit by a good part of a radian; the states between steps
-        are interpolated, which costs up to some ten times the tolerance.
+        A step goes through a good part of a radian of the fastest oscillation; the states between
+        steps are interpolated, which costs up to some ten times the tolerance.
         """
-        return self._tolerance * (100.0 + self._turned_rad)
+        return max(self._tolerance, _ROUNDING) * (100.0 + self._turned_rad)
 
     def observe(self, simulation: Simulation, samples: Samples) -> None:
         """Take in samples of a run."""
@@ -162,9 +167,17 @@ class _Conservation:
         since_begin = _after(self._begin, states)
         for name, drift in relative_drift(samples.system, since_begin).items():
             self.drift[name] = max(self.drift.get(name, 0.0), float(np.max(np.abs(drift))))
-        rates = np.linalg.norm(states.omega_bi_b, axis=1)
-        rates = rates + np.sqrt(np.abs(states.orbit.gradient_at(states.orbit_s)))
+        rates = _fastest_rates(samples.system, states)
         self._turned_rad += float(np.sum(rates) / simulation.ticks.rate)
+
+
+def _fastest_rates(system: System, states: States) -> np.ndarray:
+    """Return a bound of how fast the body turns, nutates and swings [rad/s], shape (N,)."""
+    least = np.min(np.linalg.eigvalsh(system.carrier_inertia))
+    momentum = angular_momentum(system, states.omega_bi_b, states.rotor_speed)
+    gradient = np.abs(states.orbit.gradient_at(states.orbit_s))
+    weight = np.linalg.norm(system.weight_moment) / least
+    return np.linalg.norm(momentum, axis=1) / least + np.sqrt(gradient + weight)
 
 
 def _after(begin: States, states: States) -> States:

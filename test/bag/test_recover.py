@@ -174,6 +174,16 @@ def test_a_killed_file_without_a_message_is_completed(tmp_path):
     assert len(flights.sequence(path)) == 20
 
 
+def test_a_list_that_is_no_longer_true_is_written_again(whole, tmp_path):
+    """Of a file that was cut later, behind a metadata.yaml, the counts are new too."""
+    path, messages = whole
+    bag = cut(path, tmp_path / 'bag', (path / 'bag_0.mcap').stat().st_size // 2)
+    (bag / 'metadata.yaml').write_text((path / 'metadata.yaml').read_text())
+    recovered = recover(bag)
+    assert recovered.files == ('bag_0.mcap',)
+    assert information(bag)['message_count'] == recovered.message_count < len(messages)
+
+
 def test_a_bare_file_is_completed_in_its_place(whole, tmp_path):
     """Without its directory: no metadata.yaml is made."""
     path, messages = whole

@@ -1,6 +1,7 @@
 """Running a bag again tells a true one from every other."""
 
 import struct
+from dataclasses import replace
 
 import flights
 import pytest
@@ -72,6 +73,23 @@ def test_a_bag_of_ours_verifies(bag):
     assert verdict.other_machine == {}
     assert 0.0 < max(verdict.drift.values()) < verdict.allowed_drift
     assert str(verdict).startswith(f'{verdict.message_count} messages, the same byte for byte; ')
+
+
+def test_what_is_not_conserved_is_told(bag):
+    """The same bytes are not enough where the run itself is not true."""
+    verdict = verify(bag)
+    untrue = replace(verdict, drift={'energy_balance': 2.0 * verdict.allowed_drift})
+    assert not untrue.is_true
+    assert 'drift of energy_balance' in str(untrue)
+
+
+def test_a_coarse_run_may_drift_more(tmp_path):
+    """What is allowed follows the tolerance: no run is blamed for what was asked of it."""
+    scenario = flights.GYROSTAT.with_values({'motion.tolerance': 1e-6})
+    verdict = verify(flights.record(tmp_path / 'bag', scenario, 3000, ()))
+    assert verdict.is_true
+    fine = verify(flights.record(tmp_path / 'fine', flights.GYROSTAT, 3000, ()))
+    assert verdict.drift['energy_balance'] > 10.0 * fine.drift['energy_balance']
 
 
 def test_other_chunks_verify(bag, tmp_path):

@@ -10,6 +10,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from ..events import Event, Request, Reset
 from ..simulation import requested
+from ..ticks import Ticks
 from .pacing import Pacing
 from .parameters import Parameters, plain_value
 
@@ -30,6 +31,7 @@ class Services:
     ):
         self._parameters, self._pacing, self._record = parameters, pacing, record
         self._conditions = parameters.scenario
+        self._ticks = Ticks(parameters.scenario.rate, parameters.scenario.epoch_ns)
         self._after_reply: Callable[[int], Event] | None = None
         acting = [
             node.create_service(
@@ -63,10 +65,12 @@ class Services:
     def _set_initial_conditions(self, request, response):
         try:
             values = _values(request.parameters)
-            self._conditions = requested(self._conditions, values)
+            conditions = requested(self._conditions, values)
+            self._check_closed_form(conditions)
         except ValueError as error:
             response.result.reason = str(error)
             return response
+        self._conditions = conditions
         in_force = {name: self._conditions[name] for name in values}
         self._parameters.put_in_force(in_force)
         self._after_reply = lambda tick: Request(tick, in_force)
@@ -74,10 +78,21 @@ class Services:
         return response
 
     def _reset(self, request, response):
+        try:
+            self._check_closed_form(self._conditions)
+        except ValueError as error:
+            response.message = str(error)
+            return response
         self._after_reply = Reset
         response.success = True
         response.message = 'the motion restarts from the initial conditions in force'
         return response
+
+    def _check_closed_form(self, conditions):
+        """Raise ValueError if motion.method is exact and the next tick begins no closed form."""
+        if conditions['motion.method'] == 'exact':
+            t_s = self._ticks.seconds(self._pacing.tick + 1)
+            conditions.motion_from(conditions.system, conditions.state_at(t_s), t_s)
 
     def _pause(self, request, response):
         response.success = True

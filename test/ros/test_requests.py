@@ -4,6 +4,7 @@ import math
 import struct
 
 import pytest
+from geometry_msgs.msg import WrenchStamped
 from ros.live import EPOCH_NS, expected, raw_stamp_ns
 
 from satdyn_ros.events import Request, Reset
@@ -134,3 +135,30 @@ def test_integers_are_taken_as_floats(live):
     _, participant = live({'publish.topics': ['attitude_lvlh']})
     assert participant.request({'initial.attitude': [0, 0, 0, 1]}) == (True, '')
     assert participant.get('initial.attitude') == [0.0, 0.0, 0.0, 1.0]
+
+
+def test_what_has_no_closed_form_is_refused_where_only_those_fly(live):
+    """A torque and a tilted start are refused with the reason; the exact motion goes on."""
+    node, participant = live(
+        {'motion.method': 'exact', 'initial.attitude': [0.0, 0.0, 0.0, 1.0]}
+        | {'publish.topics': ['attitude']}
+    )
+    heard = participant.listen('attitude', raw=True)
+    publisher = participant.node.create_publisher(WrenchStamped, 'torque', 10)
+    participant.wait_until(lambda: publisher.get_subscription_count() == 1)
+    participant.hear(heard, 5)
+    done, reason = participant.request({'initial.attitude': [0.1, 0.1, 0.1, math.sqrt(0.97)]})
+    assert not done
+    assert reason.startswith('motion.method is exact, but there is no closed form: ')
+    driven = WrenchStamped()
+    driven.wrench.torque.x = 1.0
+    publisher.publish(driven)
+    assert participant.trigger('reset')[0]
+    participant.hear(heard, 20)
+    stamps = [raw_stamp_ns(data) for data in heard]
+    packed = expected(node.scenario, 'attitude', tick_of(stamps[-1]) + 1)
+    # In relative equilibrium the reset changes nothing but rounding.
+    for stamp, data in zip(stamps, heard, strict=True):
+        assert quaternion(data) == pytest.approx(quaternion(packed[stamp]), abs=1e-13)
+    _, errors = node.end()
+    assert errors.count('torque is refused: motion.method is exact') == 1

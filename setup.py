@@ -38,6 +38,7 @@ setup(
             'mpmath',
             'pytest',
             'rosbags',
+            'selenium',
             'setuptools',
         ],
         'dev': ['mypy==2.4.*', 'ruff==0.17.*', 'types-PyYAML'],

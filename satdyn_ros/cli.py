@@ -26,7 +26,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         if arguments[:1] == ['node'] and not {'-h', '--help'} & set(arguments):
             return _node(arguments[1:])
-        given = _parser().parse_args(arguments)
+        given = parser().parse_args(arguments)
         return given.run(given)
     except (ValueError, OSError) as error:
         return _refuse(arguments, _sentence(error))
@@ -191,15 +191,16 @@ satdyn node --params-file config/default.yaml
 satdyn node --params-file config/default.yaml --ros-args -p record.enabled:=true -r __ns:=/sat1"""
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = _Parser('satdyn', description='Attitude dynamics of gyrostat satellites.')
-    parser.examples = """\
+def parser() -> argparse.ArgumentParser:
+    """Return what reads the arguments of every command."""
+    satdyn = _Parser('satdyn', description='Attitude dynamics of gyrostat satellites.')
+    satdyn.examples = """\
 satdyn node --params-file config/default.yaml
 satdyn request initial.angular_velocity=[0,0,0.01]
 satdyn simulate config/default.yaml --duration 6000 -o orbit
 satdyn verify orbit
 satdyn check"""
-    commands = parser.add_subparsers(metavar='COMMAND', required=True, parser_class=_Parser)
+    commands = satdyn.add_subparsers(metavar='COMMAND', required=True, parser_class=_Parser)
 
     def command(name, run, text, examples):
         added = commands.add_parser(name, help=text, description=f'{text[0].upper()}{text[1:]}.')
@@ -221,7 +222,7 @@ satdyn check"""
         'prove this install: closed forms against propagation, a bag round trip',
         'satdyn check',
     )
-    return parser
+    return satdyn
 
 
 def _add_request(command):

@@ -70,44 +70,38 @@ def _number(t, r, lattice, zero):
 
 @njit(**COMPILED)
 def _oscillating(r, lattice, zero):
-    """Return the periodic factor and its slope by the series in exp(i w r)."""
+    """Return the periodic factor and its slope, X = exp(-w (height + i sign r))."""
     w = 2.0 * np.pi / lattice.period
-    turn = np.exp(-1j * zero.sign * w * r)
+    angle = -zero.sign * w * r
     if zero.at_end:
-        turn = -turn
-        from_zero = 1.0 + 0j - np.exp(-w * zero.height) * turn
-    else:
-        from_zero = _one_minus_exp(-w * zero.height, -zero.sign * w * r)
-    X = np.exp(-w * zero.height) * turn
-    Y = np.exp(-w * zero.depth) * np.conj(turn)
-    Q = np.exp(-w * (zero.height + zero.depth))
+        angle += np.pi
+    Q, size_Y = np.exp(-w * (zero.height + zero.depth)), np.exp(-w * zero.depth)
     if lattice.share < 1.0:
-        Y, Q = -Y, -Q
-    value, slope = _theta(from_zero, X, Y, Q)
+        Q, size_Y = -Q, -size_Y
+    value, slope = _theta(-w * zero.height, angle, size_Y, Q)
     return value, -1j * zero.sign * w * slope
 
 
 @njit(**COMPILED)
 def _decaying(r, lattice, zero):
-    """Return the periodic factor and its slope by the series in exp(-w |r|)."""
+    """Return the periodic factor and its slope, X = exp(-w (|r| - i sign height))."""
     w = 2.0 * np.pi / lattice.imaginary
-    psi = zero.sign * zero.height * w / 2.0
-    near, far = -w * abs(r), np.exp(-w * (lattice.period / 2.0 - abs(r)))
+    angle = zero.sign * w * zero.height
+    log_X, size_Y = -w * abs(r), np.exp(-w * (lattice.period / 2.0 - abs(r)))
     Q = np.exp(-w * lattice.share * lattice.period)
-    front, growth = 1j, 0.0
+    growth = 0.0
     if lattice.share < 1.0:
-        Q, far = -Q, -far
+        Q, size_Y = -Q, -size_Y
         if zero.at_end:
-            psi -= zero.sign * np.pi / 2.0
-        front *= np.exp(-1j * psi)
+            angle -= zero.sign * np.pi
+        front = 1j * np.exp(-0.5j * angle)
     elif zero.at_end:
-        front, growth = np.exp(near / 2.0) + 0j, -w / 2.0
-        near -= w * lattice.period / 2.0
+        front, growth = np.exp(log_X / 2.0) + 0j, -w / 2.0
+        log_X -= w * lattice.period / 2.0
     else:
-        far *= np.sqrt(Q)
-        front *= np.exp(-1j * psi)
-    P = np.exp(2j * psi)
-    value, slope = _theta(_one_minus_exp(near, 2.0 * psi), np.exp(near) * P, far * np.conj(P), Q)
+        size_Y *= np.sqrt(Q)
+        front = 1j * np.exp(-0.5j * angle)
+    value, slope = _theta(log_X, angle, size_Y, Q)
     value, slope = front * value, front * (growth * value - w * slope)
     if r < 0.0:
         value, slope = np.conj(value), -np.conj(slope)
@@ -119,19 +113,17 @@ def _decaying(r, lattice, zero):
 
 
 @njit(**COMPILED)
-def _one_minus_exp(a, b):
-    """Return 1 - exp(a + i b) without cancellation."""
-    return 2.0 * np.sin(b / 2.0) ** 2 - np.expm1(a) * np.cos(b) - 1j * np.exp(a) * np.sin(b)
-
-
-@njit(**COMPILED)
-def _theta(from_zero, X, Y, Q):
+def _theta(log_X, angle, size_Y, Q):
     """
-    Return theta and X dtheta/dX, from_zero = 1 - X and Y = Q / X.
+    Return theta and X dtheta/dX at X = exp(log_X + i angle), where Q / X = size_Y exp(-i angle).
 
-    theta / (1 - X) is the sum over j >= 0 of (-1)^j Q^(j(j+1)/2) (X^-j + .. + X^j), whose terms
-    stay below those of Q^(j(j-1)/2) while |X|, |Y| <= 1.
+    theta / (1 - X) is the sum over j >= 0 of (-1)^j Q^(j(j+1)/2) (X^-j + .. + X^j): near a zero
+    the digits are in 1 - X.
     """
+    s, c = np.sin(angle / 2.0), np.cos(angle / 2.0)
+    turn, growth = complex((c - s) * (c + s), 2.0 * s * c), np.expm1(log_X)
+    X, Y = np.exp(log_X) * turn, size_Y * np.conj(turn)
+    from_zero = complex(2.0 * s * s - growth * turn.real, -X.imag)
     ratio, slope = 1.0 + 0j, 0j
     term, term_slope = 1.0 + 0j, 0j
     x, y, power, j = 1.0 + 0j, 1.0 + 0j, 1.0, 1

@@ -22,10 +22,11 @@ class Nutation:
     """
     The periods of u, the time since u was last at e, and the integral of u.
 
-    f, f_up, f_down, above and below as in turning_points; u_dot0 [1/s].
+    f, f_up, f_down, above and below as in turning_points; u_dot0 [1/s]; others_apart: the
+    difference of the other two roots, where it is known better than f tells.
     """
 
-    def __init__(self, f, f_up, f_down, above, below, u_dot0):
+    def __init__(self, f, f_up, f_down, above, below, u_dot0, others_apart=None):
         self.turning = turning_points(f, f_up, f_down, above, below)
         self.from_b, self.since = True, 0.0
         if self.turning.steady:
@@ -56,6 +57,8 @@ class Nutation:
             terms = (abs(f[1]) + abs(da + db) * c0) / (-da * db)
             error = _square_error(c1, terms) + EPS * 4.0 * abs(c0 * c2)
             ways.append((width**2 * error, width**2 * (c1 * c1 - 4.0 * c0 * c2)))
+        if others_apart is not None:
+            ways = [(0.0, (width * c2 * others_apart) ** 2)]
         self._set_lattice(M, G, min(ways)[1])
         S2, C2 = (-db / width, da / width) if self.from_b else (da / width, -db / width)
         Qe, (Y1, Y2) = max(Qa, Qb), self.Y
@@ -95,17 +98,17 @@ class Nutation:
     def _from_e(self, tau_s):
         """Return the integral of u over tau_s (N,) since u was at e."""
         T, imaginary, _ = self.lattice
+        if np.isinf(T):
+            # Within so long u arrives at its limit o, to the last bit.
+            whole = 40.0 / (2.0 * np.pi) * imaginary
+            within = np.minimum(np.abs(tau_s), whole)
+            o = self.turning.a if self.from_b else self.turning.b
+            swept = self._over_half_a_period(within) + o * (np.abs(tau_s) - within)
+            return np.copysign(1.0, tau_s) * swept
         n = np.rint(tau_s / T)
-        r = tau_s - np.where(n == 0.0, 0.0, n * T)
-        # An asymptotic motion has arrived at o, to the last bit, by the time that is far.
-        far = np.inf if T < np.inf else 40.0 / (2.0 * np.pi) * imaginary
-        within = np.minimum(np.abs(r), far)
-        o = self.turning.a if self.from_b else self.turning.b
-        swept = self._over_half_a_period(within) + o * (np.abs(r) - within)
-        if T < np.inf:
-            swept_half = self._over_half_a_period(np.array([T / 2.0]))
-            return np.copysign(1.0, r) * swept + 2.0 * n * swept_half
-        return np.copysign(1.0, r) * swept
+        r = tau_s - n * T
+        a_half = self._over_half_a_period(np.array([T / 2.0]))
+        return np.copysign(1.0, r) * self._over_half_a_period(np.abs(r)) + 2.0 * n * a_half
 
     def _over_half_a_period(self, tau_s):
         """

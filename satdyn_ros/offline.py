@@ -6,6 +6,8 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from pathlib import Path
 
+import numpy as np
+
 from .bag.reader import TopicBlock
 from .bag.recorded_run import RecordedRun
 from .bag.recording import Recording
@@ -46,23 +48,29 @@ def simulate(
     simulation = Simulation(scenario, events)
     count = tick_count(scenario, duration_s)
     recording = Recording(directory, scenario, scenario.topics)
+    rows: dict[str, np.ndarray] = {}
     try:
         while simulation.next_tick < count:
             block = min(BLOCK_TICKS, count - simulation.next_tick)
-            _record_block(simulation, packers, recording, block)
+            _record_block(simulation, packers, rows, recording, block)
             yield simulation.next_tick
     finally:
         recording.close()
 
 
-def _record_block(simulation, packers, recording, count):
-    """Record the next ticks, at most count and none beyond the next event."""
+def _record_block(simulation, packers, rows, recording, count):
+    """
+    Record the next ticks, at most count and none beyond the next event.
+
+    rows: those of the last block, which the bag has copied: their memory serves again.
+    """
     applied, samples = simulation.advance(count)
     for event in applied:
         recording.event(event, int(samples.stamps_ns[0]))
-    rows = {name: packers[name].pack(samples) for name in simulation.topics}
+    chosen = {name: packers[name].pack(samples, rows.get(name)) for name in simulation.topics}
+    rows |= chosen
     recording.samples(
-        samples.stamps_ns, rows, lambda i: simulation.snapshot(samples.first_tick + i)
+        samples.stamps_ns, chosen, lambda i: simulation.snapshot(samples.first_tick + i)
     )
 
 

@@ -1,6 +1,7 @@
 """Motions in closed form, one a file, and which of them a system and a state have."""
 
 from .exact_motion import ExactMotion
+from .free import Free
 from .planar import Planar
 from .recognise import explain, recognise
 from .stationary import Stationary
@@ -9,6 +10,7 @@ from .symmetric import Symmetric
 
 __all__ = [
     'ExactMotion',
+    'Free',
     'Planar',
     'Stationary',
     'Steady',

@@ -22,11 +22,11 @@ class Nutation:
     """
     The periods of u, the time since u was last at e, and the integral of u.
 
-    f, f_up, f_down, above and below as in turning_points; u_dot0 [1/s]; others_apart: the
-    difference of the other two roots, where it is known better than f tells.
+    f, f_up, f_down, above and below as in turning_points; u_dot0 [1/s]; is_even: the
+    other two roots of f are -a and -b.
     """
 
-    def __init__(self, f, f_up, f_down, above, below, u_dot0, others_apart=None):
+    def __init__(self, f, f_up, f_down, above, below, u_dot0, is_even=False):
         self.turning = turning_points(f, f_up, f_down, above, below)
         self.from_b, self.since = True, 0.0
         if self.turning.steady:
@@ -57,8 +57,8 @@ class Nutation:
             terms = (abs(f[1]) + abs(da + db) * c0) / (-da * db)
             error = _square_error(c1, terms) + EPS * 4.0 * abs(c0 * c2)
             ways.append((width**2 * error, width**2 * (c1 * c1 - 4.0 * c0 * c2)))
-        if others_apart is not None:
-            ways = [(0.0, (width * c2 * others_apart) ** 2)]
+        if is_even:
+            ways = [(0.0, c_2**2)]
         self._set_lattice(M, G, min(ways)[1])
         S2, C2 = (-db / width, da / width) if self.from_b else (da / width, -db / width)
         Qe, (Y1, Y2) = max(Qa, Qb), self.Y

@@ -5,13 +5,14 @@ import numpy as np
 from ..dynamics.orbit import KeplerOrbit
 from ..dynamics.system import State, System
 from .exact_motion import ExactMotion
+from .free import Free
 from .planar import Planar
 from .stationary import Stationary
 from .steady import Steady
 from .symmetric import Symmetric
 
 # The simplest motion first: several hold for a steady rotation or a symmetric body.
-CANDIDATES: tuple[type[ExactMotion], ...] = (Steady, Planar, Symmetric, Stationary)
+CANDIDATES: tuple[type[ExactMotion], ...] = (Steady, Free, Planar, Symmetric, Stationary)
 
 
 def recognise(system: System, state: State, start_s: float = 0.0) -> ExactMotion | None:
@@ -41,7 +42,7 @@ def explain(system: System, state: State, start_s: float = 0.0) -> str | None:
     driven = np.any(system.torque_b) or system.rotor_torque != 0.0
     if isinstance(system.orbit, KeplerOrbit) or driven:
         return reasons[Planar]
-    of_the_field = (Planar, Symmetric, Stationary)
+    of_the_field = (Free, Planar, Symmetric, Stationary)
     return '; '.join(f'{motion.name}: {reasons[motion]}' for motion in of_the_field)
 
 

@@ -1,0 +1,184 @@
+"""
+Free rotation: Euler and Poinsot's triaxial body, and the gyrostat, its rotor on a principal axis.
+
+About the constant momentum L along space axis z', with body axis 3 the rotor's or, without a
+rotor, the one that the polhode runs about, and v = cos theta = (I3 O3 + h) / L,
+
+    2 E' = I1 O1^2 + I2 O2^2 = 2 E - (L v - h)^2 / I3,    N = L^2 (1 - v^2),
+    v'^2 = (2 I2 E' - N)(N - 2 I1 E') / (I1 I2 L^2),
+
+a quartic that is a product of two quadratics: the flow of flow.py, with the phases' constants
+((L + h) / I3, 2 E'(-1) / L) and ((L - h) / I3, 2 E'(1) / L).  Textbook sections 44 to 46.
+"""
+
+import numpy as np
+from numpy.polynomial import polynomial
+
+from ..dynamics import rotation
+from ..dynamics.system import State, System
+from .axes import ROUNDING, is_principal, principal_axes_about
+from .exact_motion import ExactMotion
+from .flow import Flow
+from .nutation import Nutation
+
+
+class Free(ExactMotion):
+    """
+    The motion of a body on which no torque acts, with or without a rotor on a principal axis.
+
+    L [N m s]: the momentum; E [J]: the kinetic energy omega . I omega / 2.  Om_P, Om_S [rad/s]:
+    the mean precession of body axis 3 about L and the mean spin about it.  Without a rotor's
+    momentum: T1 [s], the period of the rates (46.11), inf on the separatrix; chi0 [rad/s] and T2
+    [s] = 2 pi / chi0, the mean precession of the axis of the largest moment.  period_s: the period
+    of the rates, None where they are constant or the motion is asymptotic.
+
+    >>> Free(system, state).at([10.0, 20.0]).q_ib  # doctest: +SKIP
+    """
+
+    name = 'free rotation'
+    source = 'textbook sections 44-46; Euler and Poinsot'
+
+    def __init__(self, system: System, state: State, start_s: float = 0.0):
+        super().__init__(system, state, start_s)
+        reason = self.why_not(system, state)
+        if reason:
+            raise ValueError(reason)
+        h_b = system.rotor_momentum(state)
+        H_b = system.carrier_inertia @ state.omega_bi_b + h_b
+        self.L = float(np.linalg.norm(H_b))
+        self.E = float(state.omega_bi_b @ system.carrier_inertia @ state.omega_bi_b) / 2.0
+        axis = _third_axis(system, h_b, self.E, self.L)
+        self._moments, self._R_bp = principal_axes_about(axis, system.carrier_inertia)
+        self._h = float(h_b @ self._R_bp[:, 2])
+        self._q_bp = rotation.from_matrix(self._R_bp)
+        q_ip = rotation.multiply(state.q_ib, self._q_bp)
+        self._q_il = _turn_to(rotation.rotate(state.q_ib, H_b) / self.L)
+        q_lp = rotation.multiply(rotation.conjugate(self._q_il), q_ip)
+        self._solve(q_lp, self._R_bp.T @ state.omega_bi_b)
+
+    @classmethod
+    def why_not(cls, system: System, state: State) -> str | None:
+        """Return one sentence that says why this closed form does not apply, or None."""
+        if np.any(system.torque_b) or system.rotor_torque != 0.0:
+            return 'a torque is applied to the body or to the rotor'
+        if np.any(system.weight_moment):
+            return 'body.weight_moment is not zero'
+        moments = np.linalg.eigvalsh(system.inertia)
+        gradient = 1.0 if system.orbit.has_lvlh else system.orbit.gradient_at(0.0)
+        if gradient != 0.0 and np.ptp(moments) > ROUNDING * np.max(moments):
+            return 'the gravity gradient acts on the body'
+        carrier, h_b = system.carrier_inertia, system.rotor_momentum(state)
+        if np.any(h_b) and not is_principal(carrier, system.rotor.axis):
+            return 'rotor.axis is not a principal axis of the body'
+        H = np.linalg.norm(carrier @ state.omega_bi_b + h_b)
+        if H <= ROUNDING * (np.linalg.norm(h_b) + np.linalg.norm(carrier @ state.omega_bi_b)):
+            return 'the angular momentum is zero'
+        return None
+
+    def attitude(self, t_s):
+        """Return q_ib (N, 4) and omega_bi_b (N, 3) at t_s (N,)."""
+        alpha, beta, _ = self._flow.at(t_s)
+        q_lp = np.stack([beta.real, beta.imag, alpha.imag, alpha.real], axis=-1)
+        x, y, z, w = q_lp.T
+        # The momentum in body axes is L times the space axis z', seen from the body.
+        gamma = (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y))
+        I1, I2, I3 = self._moments
+        L = self.L
+        omega_p = np.stack(
+            [L * gamma[0] / I1, L * gamma[1] / I2, (L * gamma[2] - self._h) / I3], axis=-1
+        )
+        q_ip = rotation.multiply(self._q_il, q_lp)
+        q_ib = rotation.multiply(q_ip, rotation.conjugate(self._q_bp))
+        return q_ib, rotation.rotate(self._q_bp, omega_p)
+
+    def axial_turn(self, t_s):
+        """Return the integral of a . omega from 0 to t_s [rad], (N,), a the rotor's axis."""
+        sign = np.sign(self._R_bp[:, 2] @ self.system.rotor.axis)
+        swept = self.L * self._flow.nutation.integral(t_s) - self._h * t_s
+        return sign * swept / self._moments[2]
+
+    def _solve(self, q_lp, omega_p):
+        x, y, z, w = q_lp
+        (I1, I2, I3), (O1, O2, O3), h, L = self._moments, omega_p, self._h, self.L
+        above, below = _distances(np.array([I1 * O1, I2 * O2, I3 * O3 + h]), L)
+        # The quadratics 2 I2 E' - N and N - 2 I1 E' in v - v0, and from the poles v = 1 and -1.
+        first = [(I2 - I1) * I1 * O1**2, 2.0 * L * ((I3 - I2) * O3 + h), L**2 * (1.0 - I2 / I3)]
+        second = [(I2 - I1) * I2 * O2**2, -2.0 * L * ((I3 - I1) * O3 + h), L**2 * (I1 / I3 - 1.0)]
+        at_top, at_bottom = (self._energy_at_pole(omega_p, v) for v in (1.0, -1.0))
+        scale = I1 * I2 * L**2
+        nutation = Nutation(
+            np.convolve(first, second) / scale,
+            _from_pole(at_top, L, -h, self._moments) / scale,
+            _from_pole(at_bottom, L, h, self._moments) / scale,
+            above,
+            below,
+            (I1 - I2) * O1 * O2 / L,
+            is_even=h == 0.0,
+        )
+        start = complex(w, z), complex(x, y), complex(O1, O2)
+        plus, minus = ((L + h) / I3, at_bottom / L), ((L - h) / I3, at_top / L)
+        self._flow = Flow(nutation, plus, minus, *start)
+        self.Om_P, self.Om_S = self._flow.mean_precession, self._flow.mean_spin
+        ends = (nutation.turning.da, nutation.turning.db)
+        period = nutation.period * (1.0 if _same_root(first, second, ends) else 2.0)
+        self.period_s = period if period < np.inf else None
+        if h == 0.0 and not nutation.turning.steady:
+            self.T1 = period
+            about_largest = I3 >= max(I1, I2)
+            self.chi0 = self.Om_P if about_largest else self.Om_P + 2.0 * np.pi / self.T1
+            self.T2 = 2.0 * np.pi / self.chi0
+
+    def _energy_at_pole(self, omega_p, v):
+        """Return 2 E' at v = 1 or -1; at the nearer pole without cancellation."""
+        (I1, I2, I3), (O1, O2, O3), h, L = self._moments, omega_p, self._h, self.L
+        L3 = I3 * O3 + h
+        energies = np.array([I1 * O1**2, I2 * O2**2])
+        if h == 0.0 or v * L3 >= 0.0:
+            # (v L - L3)(v L + L3) = L1^2 + L2^2
+            share = 1.0 - 2.0 * h / (v * L + L3) if h != 0.0 else 1.0
+            return energies @ (1.0 - np.array([I1, I2]) / I3 * share)
+        rise = v * L - L3
+        return np.sum(energies) - (2.0 * O3 + rise / I3) * rise
+
+
+def _third_axis(system, h_b, E, L):
+    """Return the rotor's axis, or that of the largest or smallest moment, as the polhode goes."""
+    if np.any(h_b):
+        return system.rotor.axis
+    moments, axes = np.linalg.eigh(system.carrier_inertia)
+    if moments[1] - moments[0] <= ROUNDING * moments[2]:
+        return axes[:, 2]
+    if moments[2] - moments[1] <= ROUNDING * moments[2]:
+        return axes[:, 0]
+    return axes[:, 2] if L**2 >= 2.0 * E * moments[1] else axes[:, 0]
+
+
+def _turn_to(direction):
+    """Return the quaternion of a turn that takes z to the unit vector direction (3,)."""
+    x, y, z = direction
+    if z >= 0.0:
+        return rotation.normalise([-y, x, 0.0, 1.0 + z])
+    # From -z, behind half a turn about x.
+    return rotation.multiply(rotation.normalise([y, -x, 0.0, 1.0 - z]), [1.0, 0.0, 0.0, 0.0])
+
+
+def _distances(H, L):
+    """Return 1 - v and 1 + v of the momentum H (3,), both with all their digits."""
+    near = (H[0] ** 2 + H[1] ** 2) / (L * (L + abs(H[2])))
+    return (near, 2.0 - near) if H[2] >= 0.0 else (2.0 - near, near)
+
+
+def _from_pole(energy, L, h, moments):
+    """Return I1 I2 L^2 f (5,) in the distance s from a pole where 2 E' is energy."""
+    I1, I2, I3 = moments
+    E = np.array([energy, 2.0 * L * (L + h) / I3, -(L**2) / I3])
+    N = np.array([0.0, 2.0 * L**2, -(L**2)])
+    return np.convolve(I2 * E - N, N - I1 * E)
+
+
+def _same_root(first, second, ends):
+    """Return whether both turning points are roots of one of the two quadratics."""
+    nearer = [
+        abs(polynomial.polyval(end, first)) <= abs(polynomial.polyval(end, second)) for end in ends
+    ]
+    return nearer[0] == nearer[1]

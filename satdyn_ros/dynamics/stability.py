@@ -114,6 +114,18 @@ def smelt_parameters(I_r, I_t, I_n) -> tuple[float, float]:
     return (I_n - I_r) / I_t, (I_n - I_t) / I_r
 
 
+def smelt_moments(k_R, k_Y) -> tuple[float, float, float]:
+    """
+    Return moments I_r, I_t, I_n, up to a common factor, that have these Smelt parameters.
+
+    Every -1 < k_R, k_Y < 1 is a body: the triangle inequalities are (1 -+ k_R) (1 -+ k_Y) > 0.
+
+    >>> smelt_parameters(*smelt_moments(0.5, 0.25))
+    (0.5, 0.25)
+    """
+    return 1.0 - k_R, 1.0 - k_Y, 1.0 - k_R * k_Y
+
+
 def stability_region(I_r, I_t, I_n) -> str | None:
     """
     Return 'Lagrange' or 'DeBra-Delp', the region of stability the moments lie in, or None.

@@ -1,0 +1,94 @@
+"""What one run comes to: a row of the table."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ..dynamics import rotation
+from ..dynamics.integrals import relative_drift
+from ..dynamics.motion import States
+from ..dynamics.orbit import KeplerOrbit
+from ..scenario import Scenario
+from .plan import Plan
+
+INTEGRALS = (
+    'energy',
+    'area',
+    'fourth',
+    'jacobi',
+    'momentum',
+    'axial_rate',
+    'rotor_momentum',
+    'energy_balance',
+)
+
+
+def row(plan: Plan, run: int) -> dict[str, Any]:
+    """Return a run's row; a column that is not in it has no value."""
+    values = plan.values(run)
+    try:
+        return {'run': run, **values, **outcome(plan, plan.scenario_of(values))}
+    except Exception as error:  # whatever ends a run, the others go on
+        return {'run': run, **values, 'failure': str(error) or type(error).__name__}
+
+
+def outcome(plan: Plan, scenario: Scenario) -> dict[str, Any]:
+    """
+    Return what a run of a scenario comes to, by column.
+
+    q_ib, omega_bi_b [rad/s], rotor_speed [rad/s], rotor_angle [rad]: the state at the end.  The
+    rest is over the samples: the extremes of the rate and of the angle to LVLH, the capture, the
+    largest relative change of each first integral.
+    """
+    states = scenario.motion().at(plan.t_s)
+    rate = np.linalg.norm(states.omega_bi_b, axis=-1)
+    columns = {
+        'q_ib': states.q_ib[-1].tolist(),
+        'omega_bi_b': states.omega_bi_b[-1].tolist(),
+        'rate_min_rad_s': float(rate.min()),
+        'rate_max_rad_s': float(rate.max()),
+    }
+    if scenario.system.rotor.turns_freely:
+        columns['rotor_speed'] = float(states.rotor_speed[-1])
+        columns['rotor_angle'] = float(states.rotor_angle[-1])
+    for name, drift in relative_drift(scenario.system, states).items():
+        columns[f'drift_{name}'] = float(np.max(np.abs(drift)))
+    if isinstance(states.orbit, KeplerOrbit):
+        angle = rotation.angle_between(rotation.IDENTITY, states.q_lb)
+        columns['lvlh_angle_min_rad'] = float(angle.min())
+        columns['lvlh_angle_max_rad'] = float(angle.max())
+        columns |= capture(states, 2.0 * np.pi / states.orbit.mean_motion)
+    if plan.keeps_samples:
+        columns |= samples(scenario, states)
+    return columns
+
+
+def capture(states: States, period_s: float) -> dict[str, Any]:
+    """
+    Return whether the body ends captured, and since when [s].
+
+    It is captured when for the last period_s at least, an orbit, each of its axes stays within 90 deg of the
+    line of its LVLH axis, upside down or not; else it tumbles.
+    """
+    diagonal = np.diagonal(rotation.matrix(states.q_lb), axis1=-2, axis2=-1)
+    astray = np.any(diagonal * np.sign(diagonal[-1]) <= 0.0, axis=-1)
+    first = int(np.max(np.nonzero(astray)[0], initial=-1)) + 1
+    since_s = states.t_s[min(first, len(states) - 1)]
+    captured = bool(states.t_s[-1] - since_s >= period_s)
+    return {'captured': captured, 'capture_s': float(since_s) if captured else None}
+
+
+def samples(scenario: Scenario, states: States) -> Mapping[str, Any]:
+    """Return the attitudes and rates at the samples, relative to LVLH where there is one."""
+    if scenario.is_fixed:
+        return {
+            'samples_q_ib': states.q_ib.tolist(),
+            'samples_omega_bi_b': states.omega_bi_b.tolist(),
+        }
+    to_body = rotation.conjugate(states.q_ib)
+    lvlh_rate_b = rotation.rotate(to_body, states.orbit.lvlh_rate(states.orbit_s))
+    return {
+        'samples_q_lb': states.q_lb.tolist(),
+        'samples_omega_bl_b': (states.omega_bi_b - lvlh_rate_b).tolist(),
+    }

@@ -1,0 +1,174 @@
+"""The sweep file: which scenario, what varies, for how long; and the scenario of each run."""
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .. import ros_yaml
+from ..keys import Key
+from ..scenario import Scenario
+from .quantities import Quantity, quantity
+from .variation import Variation, variation
+
+_SEED = Key('seed', 'integer', 0, '', '', low=0, high=2**63 - 1)
+_RUNS = Key('runs', 'integer', 1, '', '', low=1, high=10**9)
+_DURATION = Key('duration_s', 'double', 0.0, 's', '', above=0.0)
+_INTERVAL = Key('interval_s', 'double', 60.0, 's', '', above=0.0)
+_SAMPLES = Key('samples', 'bool', False, '', '')
+_NAMES = ('scenario', 'vary', 'duration_s', 'interval_s', 'runs', 'seed', 'samples', 'bags')
+
+
+@dataclass(frozen=True)
+class Varied:
+    """A quantity by its name in the sweep file, and what values it takes."""
+
+    name: str
+    quantity: Quantity
+    variation: Variation
+
+
+@dataclass(frozen=True)
+class Plan:
+    """
+    A validated sweep.
+
+    Its runs are every combination of the grids, the first in the file slowest, draws_per_point
+    times each.  Run i is a function of the file and i alone.  interval_s: between the samples from
+    which the extremes and the capture are found; with keeps_samples they go into the table.
+    bags: the runs of which a bag is recorded.
+    """
+
+    scenario: Scenario
+    vary: tuple[Varied, ...]
+    duration_s: float
+    interval_s: float = 60.0
+    draws_per_point: int = 1
+    seed: int = 0
+    keeps_samples: bool = False
+    bags: tuple[int, ...] = ()
+
+    @classmethod
+    def from_yaml(cls, path: str | Path) -> 'Plan':
+        """Return the sweep of a file; ValueError, one sentence: what is wrong with it."""
+        given = ros_yaml.load(ros_yaml.read_text(path, 'the sweep'), str(path))
+        if not isinstance(given, Mapping):
+            raise ValueError(f'{path} is no sweep: it takes the keys {", ".join(_NAMES)}')
+        for name in given:
+            if name not in _NAMES:
+                raise ValueError(f'{name} is no key of a sweep; it takes {", ".join(_NAMES)}')
+        for name in ('scenario', 'vary', 'duration_s'):
+            if name not in given:
+                raise ValueError(f'{path} has no {name}, which every sweep needs')
+        if not isinstance(given['scenario'], str):
+            raise ValueError(f'scenario is {given["scenario"]}; it takes the path of a scenario')
+        scenario = Scenario.from_yaml(Path(path).parent / given['scenario'])
+        plan = cls._checked(scenario, given)
+        plan._refuse_if_all_fail()
+        return plan
+
+    @classmethod
+    def from_text(cls, text: str) -> 'Plan':
+        """Return the sweep of what to_text gave."""
+        given = json.loads(text)
+        return cls._checked(Scenario.from_yaml_text(given['scenario']), given)
+
+    @classmethod
+    def _checked(cls, scenario, given):
+        duration_s = _DURATION.checked(given['duration_s'])
+        plan = cls(
+            scenario=scenario,
+            vary=_varied(given['vary']),
+            duration_s=duration_s,
+            interval_s=_INTERVAL.checked(given.get('interval_s', min(60.0, duration_s))),
+            draws_per_point=_RUNS.checked(given.get('runs', 1)),
+            seed=_SEED.checked(given.get('seed', 0)),
+            keeps_samples=_SAMPLES.checked(given.get('samples', False)),
+        )
+        return replace(plan, bags=_bags(given.get('bags', []), len(plan)))
+
+    def __post_init__(self):
+        if self.interval_s > self.duration_s:
+            raise ValueError(
+                f'interval_s is {self.interval_s:g}; it takes at most duration_s, '
+                f'{self.duration_s:g} s'
+            )
+
+    def __len__(self) -> int:
+        """Return the number of runs."""
+        return math.prod(self.shape) * self.draws_per_point
+
+    @cached_property
+    def shape(self) -> tuple[int, ...]:
+        """The lengths of the grids, in the order of the file."""
+        return tuple(len(v.variation.grid) for v in self.vary if v.variation.grid)
+
+    @cached_property
+    def t_s(self) -> np.ndarray:
+        """The times of the samples [s] (N,), the last at the end."""
+        # An end that rounding puts a hair behind a sample is that sample.
+        count = math.ceil(self.duration_s / self.interval_s - 1e-9)
+        return np.minimum(np.arange(count + 1) * self.interval_s, self.duration_s)
+
+    def values(self, run: int) -> dict[str, Any]:
+        """Return what varies in a run, name to value."""
+        point = iter(np.unravel_index(run // self.draws_per_point, self.shape))
+        rng = np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=(run,)))
+        return {
+            v.name: v.variation.grid[next(point)] if v.variation.grid else v.variation.draw(rng)
+            for v in self.vary
+        }
+
+    def scenario_of(self, values: Mapping[str, Any]) -> Scenario:
+        """Return the scenario with the varied values in it; ValueError: as Scenario."""
+        changed = dict(self.scenario.values)
+        for varied in self.vary:
+            changed |= varied.quantity.changes(changed, values[varied.name])
+        return Scenario(changed)
+
+    def to_text(self) -> str:
+        """Return all that the table depends on, as JSON; the same sweep, the same text."""
+        plain = {
+            'scenario': self.scenario.to_yaml(),
+            'vary': {v.name: v.variation.given for v in self.vary},
+            'duration_s': self.duration_s,
+            'interval_s': self.interval_s,
+            'runs': self.draws_per_point,
+            'seed': self.seed,
+            'samples': self.keeps_samples,
+            'bags': self.bags,
+        }
+        return json.dumps(plain, indent=1) + '\n'
+
+    def _refuse_if_all_fail(self):
+        """Raise the ValueError of the first run if no run of the first hundred has a scenario."""
+        errors = []
+        for run in range(min(len(self), 100)):
+            try:
+                self.scenario_of(self.values(run))
+                return
+            except ValueError as error:
+                errors.append(error)
+        raise errors[0]
+
+
+def _varied(given):
+    if not isinstance(given, Mapping) or not given:
+        raise ValueError(f'vary is {given}; it takes names of quantities and how each varies')
+    found = ((str(name), quantity(str(name)), how) for name, how in given.items())
+    return tuple(Varied(name, what, variation(what.key, how)) for name, what, how in found)
+
+
+def _bags(given, count):
+    bag = Key('bags', 'integer', 0, '', '', low=0, high=count - 1)
+    try:
+        return tuple(sorted({bag.checked(run) for run in given}))
+    except (TypeError, ValueError):
+        raise ValueError(
+            f'bags is {given}; it takes a list of runs, integers from 0 to {count - 1}'
+        ) from None

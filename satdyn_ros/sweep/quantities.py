@@ -1,0 +1,102 @@
+"""
+What a sweep can vary: a scenario's keys, their components, and angles and ratios made of them.
+
+    initial.angular_velocity      a key of the scenario
+    initial.angular_velocity.y    one component of a key with three: x, y, z
+    initial.pitch                 also .roll, .yaw: the 3-2-1 angles of initial.attitude [rad]
+    smelt.k_R                     also .k_Y: body.inertia by the Smelt parameters, for body axes
+                                  x ahead, y normal to the orbit, z vertical; the sum stays
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from ..dynamics import rotation
+from ..dynamics.stability import smelt_moments, smelt_parameters
+from ..keys import KEYS, Key
+
+_MOTION = ('body', 'rotor', 'orbit', 'initial', 'motion')
+_COMPONENTS = ('x', 'y', 'z')
+_ANGLES = ('initial.roll', 'initial.pitch', 'initial.yaw')
+_SMELT = ('smelt.k_R', 'smelt.k_Y')
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """
+    One quantity that a sweep varies.
+
+    key: its kind and range.  changes(values, value): the scenario's keys that change when the
+    quantity takes value in a scenario of values.
+    """
+
+    key: Key
+    changes: Callable[[Mapping[str, Any], Any], dict[str, Any]]
+
+
+def quantity(name: str) -> Quantity:
+    """
+    Return the quantity of a name; ValueError: there is none.
+
+    >>> quantity('initial.angular_velocity.y').changes(
+    ...     {'initial.angular_velocity': (0.0, 0.0, 0.0)}, 0.1)
+    {'initial.angular_velocity': (0.0, 0.1, 0.0)}
+    """
+    if name.split('.')[0] in _MOTION and name in KEYS:
+        return Quantity(KEYS[name], lambda values, value: {name: value})
+    whole, _, component = name.rpartition('.')
+    if component in _COMPONENTS and whole in KEYS and 3 in KEYS[whole].lengths:
+        return _component(name, whole, _COMPONENTS.index(component))
+    if name in _ANGLES:
+        return _angle(name)
+    if name in _SMELT:
+        return _smelt(name)
+    raise ValueError(
+        f'{name} in vary is nothing that a sweep varies: it takes keys of body, rotor, orbit, '
+        f'initial and motion, components such as initial.angular_velocity.y, '
+        f'{", ".join((*_ANGLES, *_SMELT))}'
+    )
+
+
+def _component(name, whole, i):
+    def changes(values, value):
+        vector = list(values[whole])
+        if len(vector) != 3:
+            raise ValueError(
+                f'{name} is varied, but {whole} has {len(vector)} entries; it takes 3'
+            )
+        vector[i] = value
+        return {whole: tuple(vector)}
+
+    return Quantity(replace(KEYS[whole], name=name, kind='double', lengths=()), changes)
+
+
+def _angle(name):
+    def changes(values, value):
+        angles = rotation.roll_pitch_yaw(values['initial.attitude'])
+        angles[_ANGLES.index(name)] = value
+        attitude = rotation.from_roll_pitch_yaw(*angles)
+        return {'initial.attitude': tuple(float(x) for x in attitude)}
+
+    return Quantity(
+        Key(name, 'double', 0.0, 'rad', 'a 3-2-1 angle of the initial attitude'), changes
+    )
+
+
+def _smelt(name):
+    def changes(values, value):
+        moments = values['body.inertia']
+        if len(moments) != 3:
+            raise ValueError(
+                f'{name} is varied, but body.inertia has {len(moments)} entries; it takes 3'
+            )
+        I_t, I_n, I_r = moments
+        ratios = list(smelt_parameters(I_r, I_t, I_n))
+        ratios[_SMELT.index(name)] = value
+        I_r, I_t, I_n = smelt_moments(*ratios)
+        size = sum(moments) / (I_r + I_t + I_n)
+        return {'body.inertia': (size * I_t, size * I_n, size * I_r)}
+
+    key = Key(name, 'double', 0.0, '', 'a Smelt parameter', above=-1.0, below=1.0)
+    return Quantity(key, changes)

@@ -1,0 +1,176 @@
+"""
+A sweep from its file to its table: batches on the cores of a machine or of a cluster.
+
+In the directory: sweep.json, what the table depends on; parts, a Parquet file a finished batch;
+at the end table.parquet in their stead, and bags.  What is there already is not done again.
+"""
+
+import multiprocessing
+import os
+import shutil
+import signal
+import threading
+from collections.abc import Iterator
+from concurrent import futures
+from contextlib import contextmanager
+from functools import lru_cache
+from itertools import islice
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from .. import __version__
+from ..offline import simulate
+from ..progress import progress
+from .outcome import row
+from .plan import Plan
+
+# Batches handed over at a time: enough for a large cluster, few enough for a small memory.
+_IN_FLIGHT = 1000
+_CONNECT_S = 5.0
+
+
+def sweep(
+    path: str | Path,
+    directory: str | Path,
+    workers: int | None = None,
+    dask_address: str | None = None,
+) -> Path:
+    """
+    Do all runs of a sweep file and return the path of their table, directory/table.parquet.
+
+    Interrupted, it goes on where it was when called again.  workers: processes on this machine,
+    None: one a core.  dask_address: a dask.distributed scheduler that does the runs instead.
+    ValueError: the file is wrong, the directory holds something else, or a package is missing.
+    OSError: a file cannot be written.
+    """
+    if workers is not None and workers < 1:
+        raise ValueError(f'--workers is {workers}; it takes an integer of at least 1')
+    plan, directory = Plan.from_yaml(path), Path(directory)
+    table = _table()
+    _occupy(directory, plan)
+    whole, parts = directory / 'table.parquet', directory / 'parts'
+    if not whole.exists():
+        parts.mkdir(exist_ok=True)
+        _run_batches(plan, parts, table, _executor(workers, dask_address))
+        table.unite(whole, plan, [parts / _name(first) for first, _ in batches(plan)])
+    shutil.rmtree(parts, ignore_errors=True)
+    for run in plan.bags:
+        _record(plan, run, directory / 'bags')
+    return whole
+
+
+def batches(plan: Plan) -> Iterator[tuple[int, int]]:
+    """Yield the first run and the one after the last of each batch, whoever does them."""
+    # Short against the whole, for interruptions and for cores that finish together.
+    size = max(1, min(64, len(plan) // 64))
+    for first in range(0, len(plan), size):
+        yield first, min(first + size, len(plan))
+
+
+def batch(text: str, first: int, last: int) -> list[dict[str, Any]]:
+    """Return the rows of the runs first to last - 1 of the plan of a text."""
+    plan = _plan(text)
+    return [row(plan, run) for run in range(first, last)]
+
+
+_plan = lru_cache(maxsize=1)(Plan.from_text)
+
+
+def _run_batches(plan, parts, table, executor):
+    text = plan.to_text()
+    missing = (each for each in batches(plan) if not (parts / _name(each[0])).exists())
+    done = sum(last - first for first, last in batches(plan) if (parts / _name(first)).exists())
+    running = {}
+    with executor as pool, progress('sweep', len(plan), 'runs') as show:
+        show(done)
+        try:
+            while True:
+                for first, last in islice(missing, _IN_FLIGHT - len(running)):
+                    running[pool.submit(batch, text, first, last)] = first
+                if not running:
+                    return
+                finished, _ = futures.wait(running, return_when=futures.FIRST_COMPLETED)
+                for future in finished:
+                    rows = future.result()
+                    table.write_part(parts / _name(running.pop(future)), plan, rows)
+                    done += len(rows)
+                show(done)
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+@contextmanager
+def _executor(workers, dask_address):
+    """Give the executor that runs the batches: processes here, or those of a cluster."""
+    if dask_address is None:
+        spawn = multiprocessing.get_context('spawn')
+        with futures.ProcessPoolExecutor(workers or os.cpu_count(), spawn, _follow_parent) as pool:
+            yield pool
+        return
+    try:
+        from distributed import Client
+    except ModuleNotFoundError:
+        raise ValueError(
+            "--dask needs dask.distributed, which is missing: pip install 'satdyn_ros[sweep]'"
+        ) from None
+    try:
+        client = Client(dask_address, timeout=_CONNECT_S)
+    except (OSError, ValueError) as error:
+        raise ValueError(
+            f'--dask is {dask_address}, where no scheduler answers: {error}'
+        ) from None
+    with client:
+        yield client.get_executor(pure=False)
+
+
+def _follow_parent():
+    """Leave interruptions to the parent process, and end when it ends, however it does."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    threading.Thread(target=lambda: (parent.join(), os._exit(1)), daemon=True).start()
+
+
+def _table() -> ModuleType:
+    try:
+        from . import table
+    except ModuleNotFoundError as error:
+        raise ValueError(
+            f"a sweep needs {error.name}, which is missing: pip install 'satdyn_ros[sweep]'"
+        ) from None
+    return table
+
+
+def _occupy(directory, plan):
+    """Make the directory that of a plan; ValueError: it holds something else."""
+    path, text = directory / 'sweep.json', f'{__version__}\n{plan.to_text()}'
+    if path.exists():
+        if path.read_text() != text:
+            raise ValueError(f'{directory} holds another sweep; take a new directory')
+        return
+    if directory.exists() and any(directory.iterdir()):
+        raise ValueError(f'{directory} holds no sweep and is not empty; take a new directory')
+    directory.mkdir(parents=True, exist_ok=True)
+    partial = path.with_suffix('.partial')
+    partial.write_text(text)
+    partial.replace(path)
+
+
+def _record(plan, run, bags):
+    """Record a run's bag, unless it is there."""
+    name = f'run_{run:06d}'
+    if (bags / name).exists():
+        return
+    partial = bags / 'partial'
+    shutil.rmtree(partial, ignore_errors=True)
+    partial.mkdir(parents=True)
+    scenario = plan.scenario_of(plan.values(run))
+    for _ in simulate(scenario, plan.duration_s, partial / name):
+        pass
+    (partial / name).rename(bags / name)
+    partial.rmdir()
+
+
+def _name(first):
+    return f'{first:09d}.parquet'

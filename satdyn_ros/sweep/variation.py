@@ -1,0 +1,111 @@
+"""How one quantity varies: over a grid, or drawn anew in every run."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..dynamics import rotation
+from ..keys import Key
+
+_COUNT = Key('the count of linspace', 'integer', 1, '', '', low=1, high=10**7)
+
+
+@dataclass(frozen=True)
+class Variation:
+    """
+    The values of one quantity: those of a grid, or where it is empty what draw(rng) gives.
+
+    given: as the sweep file has it.
+    """
+
+    given: Any
+    grid: tuple[Any, ...] = ()
+    draw: Callable[[np.random.Generator], Any] = lambda rng: None
+
+
+def variation(key: Key, given: Any) -> Variation:
+    """
+    Return how a quantity varies, as the sweep file gives it.
+
+    {values: [...]}; {linspace: [first, last, count]}; {uniform: [low, high]};
+    {normal: [mean, standard deviation]}, vectors by component; sphere: attitudes uniform on the
+    sphere of unit quaternions.  ValueError, in one sentence: it is none of them or not allowed.
+
+    >>> variation(Key('x', 'double', 0.0, '', ''), {'linspace': [0, 1, 3]}).grid
+    (0.0, 0.5, 1.0)
+    """
+    if given == 'sphere' and key.lengths == (4,):
+        return Variation(given, draw=_unit_quaternion)
+    if not isinstance(given, Mapping) or len(given) != 1 or next(iter(given)) not in _WAYS:
+        sphere = ', or sphere' if key.lengths == (4,) else ''
+        raise ValueError(
+            f'{key.name} in vary is {given}; it takes one of {", ".join(_WAYS)}{sphere}'
+        )
+    ((way, arguments),) = given.items()
+    length, make = _WAYS[way]
+    if not isinstance(arguments, list) or len(arguments) != (length or len(arguments) or 1):
+        what = f'a list of {length}' if length else 'a list that is not empty'
+        raise ValueError(f'{way} of {key.name} is {arguments}; it takes {what}')
+    if way != 'values' and key.kind not in ('double', 'double_array'):
+        raise ValueError(f'{key.name} varies by {way}; a quantity that is no number takes values')
+    return make(key, given, arguments)
+
+
+def _values(key, given, values):
+    return Variation(given, grid=tuple(key.checked(value) for value in values))
+
+
+def _linspace(key, given, arguments):
+    first, last = (np.array(key.checked(value)) for value in arguments[:2])
+    _refuse_other_length(key, first, last)
+    points = np.linspace(first, last, _COUNT.checked(arguments[2]))
+    return Variation(given, grid=tuple(_plain(point) for point in points))
+
+
+def _uniform(key, given, arguments):
+    low, high = (np.array(key.checked(value)) for value in arguments)
+    _refuse_other_length(key, low, high)
+    if not np.all(low <= high):
+        raise ValueError(f'uniform of {key.name} is {arguments}; it takes low, then high')
+    return Variation(given, draw=lambda rng: _plain(rng.uniform(low, high)))
+
+
+def _normal(key, given, arguments):
+    mean = np.array(key.checked(arguments[0]))
+    deviation_key = Key(
+        f'the standard deviation of {key.name}',
+        key.kind,
+        0.0,
+        key.unit,
+        '',
+        low=0.0,
+        lengths=key.lengths,
+    )
+    deviation = np.array(deviation_key.checked(arguments[1]))
+    _refuse_other_length(key, mean, deviation)
+    return Variation(given, draw=lambda rng: _plain(rng.normal(mean, deviation)))
+
+
+# The ways to vary, and how many entries their lists have; None: any.
+_WAYS = {
+    'values': (None, _values),
+    'linspace': (3, _linspace),
+    'uniform': (2, _uniform),
+    'normal': (2, _normal),
+}
+
+
+def _refuse_other_length(key, first, second):
+    if first.shape != second.shape:
+        raise ValueError(f'{key.name} in vary takes two lists of the same length')
+
+
+def _unit_quaternion(rng):
+    # Four independent normal numbers have no preferred direction.
+    return _plain(rotation.normalise(rng.normal(size=4)))
+
+
+def _plain(value):
+    return tuple(float(x) for x in value) if np.ndim(value) else float(value)

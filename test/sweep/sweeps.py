@@ -1,0 +1,32 @@
+"""Sweep files for the tests."""
+
+import yaml
+
+SCENARIO = {
+    'body': {'inertia': [800.0, 900.0, 600.0]},
+    'rotor': {'mode': 'constant_momentum', 'momentum': -5.0},
+    'initial': {'frame': 'lvlh', 'attitude': [0.0, 0.0, 0.0, 1.0]},
+    'publish': {'rate': 0.1, 'topics': ['attitude']},
+    'time': {'epoch_ns': 1},
+}
+SWEEP = {
+    'scenario': 'scenario.yaml',
+    'seed': 1,
+    'runs': 4,
+    'duration_s': 12000.0,
+    'interval_s': 100.0,
+    'vary': {
+        'rotor.momentum': {'linspace': [-10.0, 10.0, 3]},
+        'initial.attitude': 'sphere',
+        'initial.angular_velocity': {'normal': [[0.0, 0.0, 0.0], [1e-3, 1e-3, 1e-3]]},
+    },
+}
+
+
+def write(folder, parameters=None, **changes):
+    """Write a scenario and the sweep above with changes into a folder; return the sweep's path."""
+    sections = {'/**': {'ros__parameters': SCENARIO | (parameters or {})}}
+    (folder / 'scenario.yaml').write_text(yaml.safe_dump(sections))
+    path = folder / 'sweep.yaml'
+    path.write_text(yaml.safe_dump(SWEEP | changes, sort_keys=False))
+    return path

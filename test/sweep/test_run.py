@@ -1,0 +1,251 @@
+"""Sweeps end with the same table whoever does the runs and however often they are interrupted."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from rosbags.highlevel import AnyReader
+
+from satdyn_ros.dynamics import rotation
+from satdyn_ros.dynamics.propagator import Propagation
+from satdyn_ros.sweep.plan import Plan
+from satdyn_ros.sweep.run import batches, sweep
+
+from .sweeps import write
+
+ROOT = Path(__file__).parents[2]
+ENVIRONMENT = os.environ | {'PYTHONPATH': str(ROOT)}
+# 64 batches of 2 runs, long enough to be interrupted among.
+MANY = {'runs': 43, 'duration_s': 200_000.0, 'interval_s': 1000.0}
+PROGRAM = """
+import sys
+from satdyn_ros.sweep.run import sweep
+sweep(sys.argv[1], sys.argv[2], workers=2, dask_address=(sys.argv[3:] or [None])[0])
+"""
+
+
+@pytest.fixture(scope='module')
+def many(tmp_path_factory):
+    """Return the path of a sweep of 129 runs and the bytes of its table from one process."""
+    folder = tmp_path_factory.mktemp('many')
+    path = write(folder, **MANY)
+    return path, sweep(path, folder / 'one', workers=1).read_bytes()
+
+
+def start(path, directory, *more):
+    """Start a sweep in a process of its own, as the command does."""
+    command = [sys.executable, '-c', PROGRAM, str(path), str(directory), *more]
+    return subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
+
+
+def wait_for_parts(directory, count):
+    """Wait until so many batches are done."""
+    for _ in range(3000):
+        if len(list((directory / 'parts').glob('*.parquet'))) >= count:
+            return
+        time.sleep(0.01)
+    raise TimeoutError(f'{directory} has not {count} batches')
+
+
+def test_two_cores(many, tmp_path):
+    """Two processes give the table of one."""
+    path, expected = many
+    assert sweep(path, tmp_path / 'two', workers=2).read_bytes() == expected
+
+
+@pytest.mark.parametrize('how', [signal.SIGINT, signal.SIGKILL], ids=['SIGINT', 'SIGKILL'])
+def test_interrupted_and_resumed(many, tmp_path, how):
+    """Finished batches stay, are not done again, and the table is that of one go."""
+    path, expected = many
+    directory = tmp_path / 'interrupted'
+    process = start(path, directory)
+    wait_for_parts(directory, 3)
+    process.send_signal(how)
+    process.communicate(timeout=60)
+    assert process.returncode != 0
+    assert not (directory / 'table.parquet').exists()
+    before = {part.name: part.stat().st_mtime_ns for part in directory.glob('parts/*.parquet')}
+    assert 3 <= len(before) < 64
+    again = start(path, directory)
+    wait_for_parts(directory, len(before) + 1)
+    after = {part.name: part.stat().st_mtime_ns for part in directory.glob('parts/*.parquet')}
+    assert before.items() <= after.items()
+    assert again.wait(60) == 0
+    assert (directory / 'table.parquet').read_bytes() == expected
+
+
+def test_killed_leaves_no_process_behind(many, tmp_path):
+    """The workers of a sweep that is killed end with it: they hold its stderr open till then."""
+    path, _ = many
+    directory = tmp_path / 'killed'
+    process = start(path, directory)
+    wait_for_parts(directory, 1)
+    process.kill()
+    process.communicate(timeout=20)
+
+
+def test_finished_is_not_done_again(tmp_path):
+    """The same command on a finished directory leaves the table as it is."""
+    table = tmp_path / 'done' / 'table.parquet'
+    small = write(tmp_path)
+    sweep(small, table.parent, workers=1)
+    written = table.stat().st_mtime_ns
+    assert sweep(small, table.parent, workers=1) == table
+    assert table.stat().st_mtime_ns == written
+
+
+def test_another_sweep_is_not_mixed_in(tmp_path):
+    """A directory with another sweep, or with something else, is refused."""
+    path = write(tmp_path)
+    sweep(path, tmp_path / 'out', workers=1)
+    other = write(tmp_path, seed=2)
+    with pytest.raises(ValueError, match='holds another sweep'):
+        sweep(other, tmp_path / 'out')
+    with pytest.raises(ValueError, match='holds no sweep and is not empty'):
+        sweep(other, tmp_path)
+
+
+def test_rows_hold_what_the_runs_came_to(tmp_path):
+    """The final state is that of a propagation of the drawn scenario; extremes bound it."""
+    path = write(tmp_path)
+    plan = Plan.from_yaml(path)
+    rows = pq.read_table(sweep(path, tmp_path / 'out', workers=1)).to_pylist()
+    assert [row['run'] for row in rows] == list(range(12))
+    for row in rows:
+        values = plan.values(row['run'])
+        assert tuple(row['initial.attitude']) == values['initial.attitude']
+        scenario = plan.scenario_of(values)
+        states = Propagation(scenario.system, scenario.initial_state).at(12000.0)
+        assert row['q_ib'] == states.q_ib[0].tolist()
+        assert row['omega_bi_b'] == states.omega_bi_b[0].tolist()
+        rate = np.linalg.norm(states.omega_bi_b[0])
+        assert row['rate_min_rad_s'] <= rate <= row['rate_max_rad_s']
+        angle = rotation.angle_between(rotation.IDENTITY, states.q_lb[0])
+        assert row['lvlh_angle_min_rad'] <= angle <= row['lvlh_angle_max_rad']
+        assert row['drift_jacobi'] < 1e-10
+        assert row['failure'] is None
+
+
+def test_captured_or_tumbling(tmp_path):
+    """At rest at LVLH or upside down: captured from the start; turning fast: tumbling."""
+    upright, upside_down = [0.0, 0.01, 0.0, 0.99995], [0.99995, 0.0, 0.01, 0.0]
+    vary = {
+        'initial.attitude': {'values': [upright, upside_down]},
+        'initial.angular_velocity.y': {'values': [0.0, 0.02]},
+    }
+    scenario = {'rotor': {'mode': 'none'}, 'initial': {}}
+    path = write(tmp_path, scenario, vary=vary, runs=1)
+    rows = pq.read_table(sweep(path, tmp_path / 'out', workers=1)).to_pylist()
+    assert [row['captured'] for row in rows] == [True, False, True, False]
+    assert [row['capture_s'] for row in rows] == [0.0, None, 0.0, None]
+
+
+def test_a_run_that_fails_is_a_row(tmp_path):
+    """An inertia that no body has ends that run alone, and the row says why."""
+    vary = {'body.inertia.x': {'values': [800.0, 5000.0, 700.0]}}
+    path = write(tmp_path, vary=vary, runs=1)
+    rows = pq.read_table(sweep(path, tmp_path / 'out', workers=1)).to_pylist()
+    assert [row['body.inertia.x'] for row in rows] == [800.0, 5000.0, 700.0]
+    assert 'body.inertia is [5000, 900, 600]' in rows[1]['failure']
+    assert rows[1]['q_ib'] is None
+    assert [rows[k]['failure'] for k in (0, 2)] == [None, None]
+
+
+def test_samples_and_fixed_direction(tmp_path):
+    """Without an orbit there is no angle to LVLH; samples are in the table where asked for."""
+    scenario = {'orbit': {'type': 'fixed'}, 'initial': {}, 'rotor': {'mode': 'none'}}
+    vary = {'initial.angular_velocity.z': {'values': [0.1]}}
+    path = write(
+        tmp_path, scenario, vary=vary, runs=1, duration_s=10.0, interval_s=1.0, samples=True
+    )
+    (row,) = pq.read_table(sweep(path, tmp_path / 'out', workers=1)).to_pylist()
+    assert row['lvlh_angle_max_rad'] is None
+    assert row['captured'] is None
+    np.testing.assert_allclose(row['samples_omega_bi_b'], [[0.0, 0.0, 0.1]] * 11, atol=1e-15)
+    assert row['samples_q_ib'][-1] == row['q_ib']
+
+
+def test_bags_of_chosen_runs(tmp_path):
+    """Another program reads the bag of a run; it holds the run's ticks."""
+    path = write(tmp_path, bags=[3])
+    sweep(path, tmp_path / 'out', workers=1)
+    assert [bag.name for bag in (tmp_path / 'out' / 'bags').iterdir()] == ['run_000003']
+    with AnyReader([tmp_path / 'out' / 'bags' / 'run_000003']) as reader:
+        assert reader.message_count == 1200
+
+
+def test_batches_cover_the_runs(tmp_path):
+    """Every run is in one batch, none twice."""
+    plan = Plan.from_yaml(write(tmp_path, runs=1111))
+    assert [run for first, last in batches(plan) for run in range(first, last)] == [*range(3333)]
+
+
+def test_bad_workers(tmp_path):
+    """No sweep without a process."""
+    with pytest.raises(ValueError, match='--workers is 0; it takes an integer of at least 1'):
+        sweep(write(tmp_path), tmp_path / 'out', workers=0)
+
+
+def test_no_scheduler(tmp_path):
+    """An address where nobody listens is told in one sentence."""
+    with pytest.raises(ValueError, match=r'--dask is tcp://127\.0\.0\.1:1, where no') as told:
+        sweep(write(tmp_path), tmp_path / 'out', dask_address='tcp://127.0.0.1:1')
+    assert '\n' not in str(told.value)
+
+
+def free_port():
+    """Return a port of this machine that nobody uses."""
+    with socket.socket() as probe:
+        probe.bind(('127.0.0.1', 0))
+        return probe.getsockname()[1]
+
+
+@pytest.fixture
+def cluster(tmp_path):
+    """Start a dask scheduler and two workers, processes of their own; give address and workers."""
+    address = f'tcp://127.0.0.1:{free_port()}'
+
+    def start_dask(program, *arguments):
+        command = [
+            sys.executable,
+            '-m',
+            f'distributed.cli.{program}',
+            *arguments,
+            '--no-dashboard',
+        ]
+        with (tmp_path / 'dask.log').open('a') as log:
+            return subprocess.Popen(command, stdout=log, stderr=log, cwd=tmp_path, env=ENVIRONMENT)
+
+    scheduler = start_dask('dask_scheduler', '--host', address)
+    workers = [
+        start_dask('dask_worker', address, '--no-nanny', '--nthreads', '1') for _ in range(2)
+    ]
+    yield address, workers
+    for process in (*workers, scheduler):
+        process.kill()
+        process.wait()
+
+
+def test_cluster_that_loses_a_worker(many, tmp_path, cluster):
+    """Over TCP, with one of two workers killed midway, the table is complete and the same."""
+    from distributed import Client
+
+    path, expected = many
+    address, workers = cluster
+    with Client(address, timeout=30) as client:
+        client.wait_for_workers(2, timeout=30)
+    directory = tmp_path / 'cluster'
+    process = start(path, directory, address)
+    wait_for_parts(directory, 8)
+    os.kill(workers[0].pid, signal.SIGKILL)
+    assert not (directory / 'table.parquet').exists()
+    _, stderr = process.communicate(timeout=100)
+    assert process.returncode == 0, stderr
+    assert (directory / 'table.parquet').read_bytes() == expected

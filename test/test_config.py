@@ -17,6 +17,7 @@ SCENARIOS = [path for path in sorted(CONFIG.glob('*.yaml')) if '/**:' in path.re
 FAST_S = {'dual_spin': 300.0, 'euler_poinsot': 300.0}
 EXACT = ['agostinelli', 'balli_grioli', 'beletsky', 'euler_poinsot', 'paladini']
 
+every_exact = pytest.mark.parametrize('name', EXACT)
 every_scenario = pytest.mark.parametrize('path', SCENARIOS, ids=lambda path: path.stem)
 
 
@@ -73,6 +74,17 @@ def test_flies_and_keeps_its_integrals(path):
     assert drift
     for name, values in drift.items():
         assert np.max(np.abs(values)) < 2e-10, name
+
+
+@every_exact
+def test_closed_form_agrees_with_propagation(name):
+    """A scenario of a paper flies in closed form, and its propagation goes the same way."""
+    path = CONFIG / f'{name}.yaml'
+    scenario = Scenario.from_yaml(path)
+    assert scenario['motion.method'] == 'exact'
+    t_s = times(path)
+    exact, propagated = scenario.motion().at(t_s), numeric(path).motion().at(t_s)
+    assert np.max(rotation.angle_between(exact.q_ib, propagated.q_ib)) < 1e-9
 
 
 def test_only_closed_forms_ask_for_one():

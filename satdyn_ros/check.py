@@ -36,6 +36,8 @@ def _rotor(axis, momentum):
     }
 
 
+_FREE = {'orbit.type': 'fixed', 'initial.angular_velocity': [0.02, 0.05, -0.04]}
+
 # What each flight is, and its scenario.
 FLIGHTS: dict[str, Mapping[str, Any]] = {
     'permanent rotation about the vertical': _FIXED
@@ -44,6 +46,11 @@ FLIGHTS: dict[str, Mapping[str, Any]] = {
     'relative equilibrium of a gyrostat': _STILL
     | _rotor([0.0, 1.0, 0.0], -5.0)
     | {'body.inertia': [800.0, 900.0, 600.0]},
+    'free rotation of a triaxial body': _FREE | _TILTED | {'body.inertia': [600.0, 900.0, 1100.0]},
+    'free rotation of a gyrostat': _FREE
+    | _TILTED
+    | _rotor([0.0, 0.0, 1.0], 12.0)
+    | {'body.inertia': [600.0, 900.0, 1100.0]},
     'libration on an orbit': _PITCHED | {'body.inertia': [800.0, 900.0, 600.0]},
     'libration of a symmetric gyrostat': _PITCHED
     | _rotor([0.0, 1.0, 0.0], -30.0)

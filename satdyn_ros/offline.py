@@ -12,7 +12,7 @@ from .bag.reader import TopicBlock
 from .bag.recorded_run import RecordedRun
 from .bag.recording import Recording
 from .dynamics.orbit import KeplerOrbit
-from .events import Event, Request, Topics
+from .events import Event, Request, RotorTorque, Topics, Torque
 from .messages.topics import TOPICS
 from .scenario import Scenario
 from .simulation import Simulation, requested
@@ -44,7 +44,7 @@ def simulate(
         name: TOPICS[name].packer(scenario.frames, scenario.system)
         for name in dict.fromkeys(name for some in names for name in some)
     }
-    _check_requests(scenario, events)
+    _check(events, scenario)
     simulation = Simulation(scenario, events)
     count = tick_count(scenario, duration_s)
     recording = Recording(directory, scenario, scenario.topics)
@@ -156,11 +156,15 @@ def _tick_at(ticks, at_s):
         raise ValueError(f'the instant is {at_s}; it takes a number of seconds') from None
 
 
-def _check_requests(scenario, events):
-    """Refuse a request that is not allowed before anything is written."""
+def _check(events, scenario):
+    """Refuse an event that is not allowed before anything is written."""
     for event in events:
-        if isinstance(event, Request):
-            try:
-                scenario = requested(scenario, event.values)
-            except ValueError as error:
-                raise ValueError(f'the request at tick {event.tick}: {error}') from None
+        try:
+            match event:
+                case Request():
+                    scenario = requested(scenario, event.values)
+                case Torque() | RotorTorque() if scenario['motion.method'] == 'exact':
+                    raise ValueError('motion.method is exact, and no closed form has a torque')
+        except ValueError as error:
+            kind = type(event).__name__
+            raise ValueError(f'the event {kind} at tick {event.tick}: {error}') from None

@@ -121,10 +121,13 @@ def test_events_are_in_the_bag(tmp_path):
 
 
 def test_what_a_scenario_refuses_leaves_no_bag(tmp_path):
-    """A request or topic that is not allowed is refused before a directory is made."""
+    """A request, torque or topic that is not allowed is refused before a directory is made."""
     refused = [Request(10, {'initial.attitude': [0.0, 0.0, 0.0, 2.0]})]
-    with pytest.raises(ValueError, match=r'the request at tick 10: initial\.attitude'):
+    with pytest.raises(ValueError, match=r'the event Request at tick 10: initial\.attitude'):
         simulate(ORBITING, 5, tmp_path / 'bag', refused)
+    exact = Scenario({'initial.attitude': [0, 0, 0, 1], 'motion.method': 'exact'})
+    with pytest.raises(ValueError, match=r'the event Torque at tick 10: motion\.method is exact'):
+        simulate(exact, 5, tmp_path / 'bag', [Torque(10, (0.0, 0.0, 1.0))])
     fixed = Scenario({'orbit.type': 'fixed'})
     with pytest.raises(ValueError, match='no LVLH'):
         simulate(fixed, 5, tmp_path / 'bag', [Topics(10, ('attitude_lvlh',))])

@@ -163,8 +163,9 @@ def _check(events, scenario):
             match event:
                 case Request():
                     scenario = requested(scenario, event.values)
-                case Torque() | RotorTorque() if scenario['motion.method'] == 'exact':
-                    raise ValueError('motion.method is exact, and no closed form has a torque')
+                case Torque(torque_b=torque) | RotorTorque(torque=torque):
+                    if scenario['motion.method'] == 'exact' and np.any(torque):
+                        raise ValueError('motion.method is exact, and no closed form has a torque')
         except ValueError as error:
             kind = type(event).__name__
             raise ValueError(f'the event {kind} at tick {event.tick}: {error}') from None

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from satdyn_ros import events
-from satdyn_ros.cli import parser
+from satdyn_ros.arguments import parser
 from satdyn_ros.scenario import Scenario
 from scripts.write_readme_tables import with_tables
 

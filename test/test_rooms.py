@@ -27,6 +27,7 @@ ROOMS = [
     'sweep',
     'report',
     'check',
+    'arguments',
     'cli',
 ]
 

@@ -1,0 +1,165 @@
+"""What the command `satdyn` takes; its help begins with examples."""
+
+import argparse
+
+INPUT_IS_WRONG = 2
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser whose help begins with examples and whose errors are one sentence."""
+
+    examples = ''
+
+    def format_help(self):
+        examples = ''.join(f'  {line}\n' for line in self.examples.splitlines())
+        return f'examples:\n{examples}\n{super().format_help()}'
+
+    def error(self, message):
+        self.exit(INPUT_IS_WRONG, f'{self.prog}: {message}; {self.prog} --help says more\n')
+
+
+_NODE_EXAMPLES = """\
+satdyn node --params-file config/default.yaml
+satdyn node --params-file config/default.yaml --ros-args -p record.enabled:=true -r __ns:=/sat1"""
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return what reads the arguments of every command."""
+    satdyn = _Parser('satdyn', description='Attitude dynamics of gyrostat satellites.')
+    satdyn.examples = """\
+satdyn node --params-file config/default.yaml
+satdyn request initial.angular_velocity=[0,0,0.01]
+satdyn simulate config/default.yaml --duration 6000 -o orbit
+satdyn verify orbit
+satdyn check"""
+    commands = satdyn.add_subparsers(
+        dest='command', metavar='COMMAND', required=True, parser_class=_Parser
+    )
+
+    def command(name, text, examples):
+        added = commands.add_parser(name, help=text, description=f'{text[0].upper()}{text[1:]}.')
+        added.examples = examples
+        return added
+
+    added = command('node', 'the node, paced; needs ROS 2', _NODE_EXAMPLES)
+    added.add_argument('--params-file', metavar='FILE', help='the scenario')
+    added.add_argument('--ros-args', nargs='...', metavar='', help='what ROS 2 nodes take')
+    _add_request(command)
+    _add_simulate(command)
+    _add_replay(command)
+    _add_bag_commands(command)
+    _add_sweep(command)
+    command(
+        'check',
+        'prove this install: closed forms against propagation, a bag round trip',
+        'satdyn check',
+    )
+    return satdyn
+
+
+def _add_request(command):
+    added = command(
+        'request',
+        'ask a running node and print its answer; needs ROS 2',
+        'satdyn request initial.angular_velocity=[0,0,0.01] initial.frame=lvlh\n'
+        'satdyn request --reset\n'
+        'satdyn request --node /sat1/satdyn --pause',
+    )
+    added.add_argument(
+        'values',
+        nargs='*',
+        metavar='KEY=VALUE',
+        help='new initial conditions: initial.*, rotor.momentum, rotor.speed',
+    )
+    what = added.add_mutually_exclusive_group()
+    for name, text in (
+        ('reset', 'restart from the initial conditions in force'),
+        ('pause', 'let no tick pass'),
+        ('resume', 'let ticks pass again'),
+        ('step', 'step.ticks ticks, while paused'),
+    ):
+        what.add_argument(f'--{name}', dest='action', action='store_const', const=name, help=text)
+    added.add_argument('--node', default='satdyn', metavar='NAME', help='default: satdyn')
+    added.add_argument(
+        '--timeout', type=float, default=5.0, metavar='S', help='how long to wait; default: 5'
+    )
+
+
+def _add_simulate(command):
+    added = command(
+        'simulate',
+        'scenario to bag: no ROS, no pacing',
+        'satdyn simulate config/default.yaml --duration 6000 -o orbit\n'
+        'satdyn simulate config/default.yaml --duration 86400 --rate 10 -o day\n'
+        'satdyn simulate config/default.yaml --duration 60 --events events.yaml -o pushed\n'
+        'satdyn simulate config/default.yaml --duration 60 --from orbit --at 3000 -o onward',
+    )
+    added.add_argument('file', metavar='FILE', help='the scenario, a ROS 2 parameter file')
+    added.add_argument(
+        '--duration', required=True, metavar='S', help='the ticks k with k / rate < S'
+    )
+    added.add_argument('--rate', type=float, metavar='HZ', help='in place of publish.rate')
+    added.add_argument('--events', metavar='FILE', help='what happens: requests, torques ...')
+    added.add_argument('--from', dest='bag', metavar='BAG', help="begin with this bag's state")
+    added.add_argument('--at', metavar='S', help="at this second from the bag's tick 0")
+    _add_out(added, 'BAG', 'the new bag, a directory')
+
+
+def _add_replay(command):
+    added = command(
+        'replay',
+        "publish a bag's topics again; needs ROS 2",
+        'satdyn replay orbit\nsatdyn replay orbit --rate 10 --clock --wait',
+    )
+    _add_bag(added)
+    added.add_argument(
+        '--rate', type=float, default=1.0, metavar='X', help='so many times as fast; default: 1'
+    )
+    added.add_argument('--loop', action='store_true', help='again and again')
+    added.add_argument('--clock', action='store_true', help='publish /clock')
+    added.add_argument(
+        '--start-offset', type=float, default=0.0, metavar='S', help='begin later in the bag'
+    )
+    added.add_argument('--wait', action='store_true', help='wait for a subscriber')
+
+
+def _add_bag_commands(command):
+    _add_bag(
+        command(
+            'verify',
+            'run a bag again from its own scenario and events and compare every message',
+            'satdyn verify orbit',
+        )
+    )
+    _add_bag(command('recover', 'complete a bag whose writer was killed', 'satdyn recover orbit'))
+    added = command('export', 'the states of a bag as a table', 'satdyn export orbit -o orbit.csv')
+    _add_bag(added)
+    _add_out(added, 'FILE', 'a .csv, .npz or .parquet file')
+    added = command(
+        'plot',
+        'draw a bag',
+        'satdyn plot orbit -o orbit.png\nsatdyn plot orbit -o phase.png --what phase',
+    )
+    _add_bag(added)
+    _add_out(added, 'FILE', 'a picture')
+    added.add_argument('--what', nargs='+', default=(), metavar='PANEL', help='the panels to draw')
+    added = command('report', 'a bag as one page to play', 'satdyn report orbit -o orbit.html')
+    _add_bag(added)
+    _add_out(added, 'FILE', 'an .html file')
+
+
+def _add_sweep(command):
+    added = command('sweep', 'many runs at once', 'satdyn sweep sweep.yaml -o runs --workers 8')
+    added.add_argument('file', metavar='SWEEP.yaml', help='a scenario and what varies')
+    _add_out(added, 'DIR', 'where the results go')
+    where = added.add_mutually_exclusive_group()
+    where.add_argument('--workers', type=int, metavar='N', help='processes; default: one a core')
+    where.add_argument('--dask', metavar='ADDR', help='the scheduler of a cluster')
+
+
+def _add_bag(command):
+    command.add_argument('bag', metavar='BAG', help='a bag: a directory or an .mcap file')
+
+
+def _add_out(command, metavar, text):
+    command.add_argument('-o', dest='out', required=True, metavar=metavar, help=text)

@@ -138,4 +138,4 @@ def phase(axes, history: History):
     for sign, name in ((1.0, 'separatrix'), (-1.0, None)):
         axes.plot(np.degrees(angle), sign * limit, '--', color='0.3', lw=1.0, label=name)
     axes.set(xlabel='pitch to LVLH [deg]', ylabel='pitch rate in LVLH / mean motion [1]')
-    axes.legend(**_ABOVE, ncols=2)
+    axes.legend(loc='upper right', fontsize=8)

@@ -6,16 +6,14 @@ as tables, so that the cost of a message is that of copying it.
 """
 
 import io
+from functools import cached_property
 
-import lz4.frame
 import numpy as np
-import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Channel, Schema
 from numba import njit
 
-COMPRESSIONS = ('none', 'lz4', 'zstd')
 CHUNK_SIZE = 786432
 HEAD = np.dtype(
     [
@@ -30,34 +28,45 @@ HEAD = np.dtype(
 
 # Opcode and length come before the content of every record.
 _PREFIX = 9
-# Level 1 takes the same bytes to within a few per cent of the default and less time.
-_ZSTD_LEVEL = 1
+_MESSAGE = int(Opcode.MESSAGE)
+_HEAD_SIZE = HEAD.itemsize
 
 
 class Contents:
     """
     The complete records of a chunk.
 
-    data (N,) uint8; offsets (M,): where its messages begin; heads (M,): their heads, as HEAD.
-    Bytes after the last complete record are left out.
+    data (N,) uint8; for its M messages offsets (M,), where they begin, channel_ids (M,), and
+    log_times (M,) [ns].  Bytes after the last complete record are left out.
     """
 
     def __init__(self, data: np.ndarray):
-        starts = _record_starts(data)
-        self.data = data[: starts[-1]]
-        self._starts = starts[:-1]
-        self._opcodes = data[self._starts]
-        has_head = np.diff(starts) >= HEAD.itemsize
-        self.offsets = self._starts[(self._opcodes == Opcode.MESSAGE) & has_head]
-        self.heads = _gather(data, self.offsets, HEAD.itemsize).view(HEAD)[:, 0]
+        size, self.offsets, self.channel_ids, self.log_times, self._others = _records(data)
+        self.data = data[:size]
+
+    def __len__(self) -> int:
+        return len(self.offsets)
 
     @property
     def span_ns(self) -> tuple[int, int]:
         """Return the first and the last log time; zeros where there is no message."""
-        log_times = self.heads['log_time']
-        if len(log_times) == 0:
+        if len(self) == 0:
             return 0, 0
-        return int(np.min(log_times)), int(np.max(log_times))
+        return int(np.min(self.log_times)), int(np.max(self.log_times))
+
+    @cached_property
+    def places(self) -> dict[int, np.ndarray]:
+        """The places of each channel's messages among all, for those that have any."""
+        order = np.argsort(self.channel_ids, kind='stable')
+        counts = np.bincount(self.channel_ids)
+        present = np.flatnonzero(counts)
+        parts = np.split(order, np.cumsum(counts[present])[:-1])
+        return dict(zip(present.tolist(), parts, strict=False))
+
+    @cached_property
+    def heads(self) -> np.ndarray:
+        """The heads of the messages (M,), as HEAD."""
+        return _gather(self.data, self.offsets, HEAD.itemsize).view(HEAD)[:, 0]
 
     def declarations(self) -> tuple[dict[int, Schema], dict[int, Channel]]:
         """Return the schemas and the channels by their ids."""
@@ -66,24 +75,21 @@ class Contents:
 
     def message_records(self) -> np.ndarray:
         """Return the records of the messages alone, (n,) uint8."""
+        if len(self._others) == 0:
+            return self.data
         kept = np.ones(len(self.data), bool)
-        ends = np.append(self._starts[1:], len(self.data))
-        for i in np.flatnonzero(self._opcodes != Opcode.MESSAGE):
-            kept[self._starts[i] : ends[i]] = False
-        return self.data if np.all(kept) else self.data[kept]
-
-    def channel_ids(self) -> np.ndarray:
-        """Return the channels that have messages, in ascending order."""
-        return np.unique(self.heads['channel_id'])
+        for start in self._others:
+            kept[start : start + self._length(start)] = False
+        return self.data[kept]
 
     def messages(self, channel_id: int) -> tuple[np.ndarray, np.ndarray | list[bytes]]:
         """Return log times [ns] (n,) and data_at of the messages on a channel, in order."""
-        places = np.flatnonzero(self.heads['channel_id'] == channel_id)
-        return self.heads['log_time'][places], self.data_at(places)
+        places = self.places[channel_id]
+        return self.log_times[places], self.data_at(places)
 
     def data_at(self, places: np.ndarray) -> np.ndarray | list[bytes]:
         """
-        Return the data of messages by their places (n,) in the chunk.
+        Return the data of messages by their places (n,) among all.
 
         It is an array (n, length) of uint8, or a list of bytes where lengths differ.
         """
@@ -96,67 +102,63 @@ class Contents:
 
     def _declared(self, kind):
         opcode = Opcode.SCHEMA if kind is Schema else Opcode.CHANNEL
-        for start in self._starts[self._opcodes == opcode]:
-            yield kind.read(ReadDataStream(io.BytesIO(self.data[start + _PREFIX :].data)))
+        for start in self._others.tolist():
+            if self.data[start] != opcode:
+                continue
+            content = self.data[start + _PREFIX : start + self._length(start)]
+            yield kind.read(ReadDataStream(io.BytesIO(content.data)))
+
+    def _length(self, start):
+        """Return the length of a record, its opcode and length included."""
+        return _PREFIX + int(self.data[start + 1 : start + _PREFIX].copy().view('<u8')[0])
 
 
-def compress(compression: str, data) -> bytes:
-    """Return data compressed by one of COMPRESSIONS ('' is none)."""
-    if compression == 'zstd':
-        return zstandard.ZstdCompressor(level=_ZSTD_LEVEL).compress(data)
-    if compression == 'lz4':
-        return lz4.frame.compress(data)
-    return bytes(data)
+@njit(inline='always')
+def _number(data, start, size):
+    """Return the little-endian number of some bytes."""
+    number = np.uint64(0)
+    for i in range(size):
+        number |= np.uint64(data[start + i]) << np.uint64(8 * i)
+    return number
 
 
-def decompress(compression: str, data: bytes, size: int) -> np.ndarray:
+@njit(
+    'Tuple((int64, int64[::1], uint16[::1], uint64[::1], int64[::1]))'
+    '(Array(uint8, 1, "C", readonly=True))',
+    cache=True,
+)
+def _records(data):
     """
-    Return the contents (size,) uint8 of a chunk.
+    Return where the last complete record ends, and where each of them begins.
 
-    ValueError: data is damaged, or the compression is none that we know.
+    The messages: where they begin, their channels and log times; the others: where they begin.
     """
-    try:
-        if compression == 'zstd':
-            data = zstandard.ZstdDecompressor().decompress(data, max_output_size=size)
-        elif compression == 'lz4':
-            data = lz4.frame.decompress(data)
-        elif compression:
-            raise ValueError(f'the compression of a chunk is {compression}; we read lz4 and zstd')
-    except (zstandard.ZstdError, RuntimeError) as error:
-        raise ValueError(f'a chunk cannot be read: {error}') from error
-    return np.frombuffer(data, np.uint8)
-
-
-def decompress_begin(compression: str, data: bytes) -> np.ndarray:
-    """Return as much of a chunk's contents (N,) uint8 as can be had where data is cut off."""
-    try:
-        if compression == 'zstd':
-            data = zstandard.ZstdDecompressor().decompressobj().decompress(data)
-        elif compression == 'lz4':
-            data = lz4.frame.LZ4FrameDecompressor().decompress(data)
-        elif compression:
-            data = b''
-    except (zstandard.ZstdError, RuntimeError):
-        data = b''
-    return np.frombuffer(data, np.uint8)
-
-
-@njit('int64[::1](Array(uint8, 1, "C", readonly=True))', cache=True)
-def _record_starts(data):
-    """Return where each complete record begins, and at last where the last one ends."""
-    starts = np.empty(len(data) // 9 + 1, np.int64)
-    count, start = 0, 0
-    starts[0] = 0
-    while start + 9 <= len(data):
-        length = np.uint64(0)
-        for i in range(8):
-            length |= np.uint64(data[start + 1 + i]) << np.uint64(8 * i)
-        if length > np.uint64(len(data) - start - 9):
+    offsets = np.empty(len(data) // _HEAD_SIZE + 1, np.int64)
+    channel_ids = np.empty(len(offsets), np.uint16)
+    log_times = np.empty(len(offsets), np.uint64)
+    others = np.empty(len(data) // _PREFIX + 1, np.int64)
+    start, messages, other = 0, 0, 0
+    while start + _PREFIX <= len(data):
+        length = _number(data, start + 1, 8)
+        if length > np.uint64(len(data) - start - _PREFIX):
             break
-        start += 9 + np.int64(length)
-        count += 1
-        starts[count] = start
-    return starts[: count + 1].copy()
+        end = start + _PREFIX + np.int64(length)
+        if data[start] == _MESSAGE and end - start >= _HEAD_SIZE:
+            offsets[messages] = start
+            channel_ids[messages] = _number(data, start + 9, 2)
+            log_times[messages] = _number(data, start + 15, 8)
+            messages += 1
+        else:
+            others[other] = start
+            other += 1
+        start = end
+    return (
+        start,
+        offsets[:messages].copy(),
+        channel_ids[:messages].copy(),
+        log_times[:messages].copy(),
+        others[:other].copy(),
+    )
 
 
 @njit('uint8[:, ::1](Array(uint8, 1, "C", readonly=True), int64[::1], int64)', cache=True)

@@ -58,16 +58,17 @@ class Comparison:
             return None
         self.same_bytes = False
         found, wanted = Contents(recorded), Contents(expected.data)
-        count = min(len(found.heads), len(wanted.heads))
+        count = min(len(found), len(wanted))
         differ = []
         for i in np.flatnonzero(found.heads[:count] != wanted.heads[:count])[:1].tolist():
             differ.append((i, 'place, log time or length'))
             count = i
         if len(found.data) < len(recorded):
             differ.append((count, 'length'))
-        channels = wanted.heads['channel_id'][:count]
-        for channel_id in np.unique(channels).tolist():
-            places = np.flatnonzero(channels == channel_id)
+        for channel_id, all_places in wanted.places.items():
+            places = all_places[all_places < count]
+            if len(places) == 0:
+                continue
             rows, right = found.data_at(places), wanted.data_at(places)
             wrong = self._first_wrong(channel_id, rows, right, may_round=twin is not None)
             if wrong is not None:
@@ -75,9 +76,8 @@ class Comparison:
         if not differ:
             return None
         i, field = min(differ)
-        head = wanted.heads[i]
-        tick = self._run.ticks.tick_of(int(head['log_time']))
-        topic = self._run.names[self._names[int(head['channel_id'])]]
+        tick = self._run.ticks.tick_of(int(wanted.log_times[i]))
+        topic = self._run.names[self._names[int(wanted.channel_ids[i])]]
         return Difference(topic, tick, self._run.ticks.seconds(tick), field)
 
     def _first_wrong(self, channel_id, rows, right, may_round):
@@ -100,7 +100,7 @@ class Comparison:
         if expected.starts_anew:
             self._allowed.clear()
         contents, perturbed = Contents(expected.data), Contents(twin.data)
-        for channel_id in contents.channel_ids().tolist():
+        for channel_id in contents.places:
             layout = self._layouts[channel_id]
             rows, turned = (c.messages(channel_id)[1] for c in (contents, perturbed))
             for field in _numbers(layout):

@@ -24,7 +24,7 @@ from mcap.records import (
 )
 from mcap.writer import MCAP0_MAGIC
 
-from .chunk import Contents, compress
+from .chunk import Contents
 
 _INDEX_ENTRY = np.dtype([('log_time', '<u8'), ('offset', '<u8')])
 
@@ -58,15 +58,14 @@ class McapFile:
         self.metadata_names.append(name)
         self.statistics.metadata_count += 1
 
-    def write_chunk(self, contents: np.ndarray, compression: str, data: bytes | None = None):
+    def write_chunk(self, contents: np.ndarray, compression: str, compressed: bytes) -> None:
         """
         Write a chunk of contents (N,) uint8 and the index of its messages.
 
-        compression: 'zstd', 'lz4' or '' for none.  data: the contents compressed already.
+        compressed: the same by compression, 'zstd', 'lz4' or '' for none.
         """
         parsed = Contents(contents)
         first_ns, last_ns = parsed.span_ns
-        compressed = compress(compression, contents) if data is None else data
         chunk = Chunk(
             compression=compression,
             data=compressed,
@@ -140,17 +139,16 @@ class McapFile:
         self.channels |= channels
         statistics, (first_ns, last_ns) = self.statistics, contents.span_ns
         statistics.chunk_count += 1
-        if len(contents.heads) == 0:
+        if len(contents) == 0:
             return
         if statistics.message_count == 0:
             statistics.message_start_time = first_ns
         statistics.message_start_time = min(statistics.message_start_time, first_ns)
         statistics.message_end_time = max(statistics.message_end_time, last_ns)
-        statistics.message_count += len(contents.heads)
+        statistics.message_count += len(contents)
         counts = statistics.channel_message_counts
-        ids, numbers = np.unique(contents.heads['channel_id'], return_counts=True)
-        for channel_id, number in zip(ids.tolist(), numbers.tolist(), strict=True):
-            counts[channel_id] = counts.get(channel_id, 0) + number
+        for channel_id, places in contents.places.items():
+            counts[channel_id] = counts.get(channel_id, 0) + len(places)
 
     def _write_record(self, record: McapRecord):
         self._write(_written([record]))
@@ -173,16 +171,15 @@ def _written(records) -> bytes:
 def _message_indexes(contents: Contents, start: int) -> tuple[bytes, dict[int, int]]:
     """Return the index records of a chunk's messages and where in the file each channel's is."""
     builder = RecordBuilder()
-    places = {}
-    for channel_id in contents.channel_ids().tolist():
-        chosen = contents.heads['channel_id'] == channel_id
-        entries = np.empty(np.count_nonzero(chosen), _INDEX_ENTRY)
-        entries['log_time'] = contents.heads['log_time'][chosen]
-        entries['offset'] = contents.offsets[chosen]
-        places[channel_id] = start + builder.count
+    offsets = {}
+    for channel_id, places in contents.places.items():
+        entries = np.empty(len(places), _INDEX_ENTRY)
+        entries['log_time'] = contents.log_times[places]
+        entries['offset'] = contents.offsets[places]
+        offsets[channel_id] = start + builder.count
         builder.start_record(Opcode.MESSAGE_INDEX)
         builder.write2(channel_id)
         builder.write4(entries.nbytes)
         builder.write(entries.tobytes())
         builder.finish_record()
-    return builder.end(), places
+    return builder.end(), offsets

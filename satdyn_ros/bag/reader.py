@@ -42,8 +42,8 @@ class TopicBlock(NamedTuple):
 
     def by_topic(self) -> dict[str, Messages]:
         """Return the messages of each topic that has any."""
-        ids = self.contents.channel_ids().tolist()
-        return {self.topics[i]: Messages(*self.contents.messages(i)) for i in ids}
+        contents = self.contents
+        return {self.topics[i]: Messages(*contents.messages(i)) for i in contents.places}
 
 
 class Bag:

@@ -10,6 +10,7 @@ import yaml
 from mcap.records import Attachment, Channel, Header, McapRecord, Metadata, Schema, Statistics
 
 from . import metadata
+from .compression import compressor
 from .mcap_file import McapFile
 from .metadata import BagMetadata, FileInformation, TopicMetadata
 from .reader import Bag
@@ -110,7 +111,8 @@ def _copy(records: Iterator[McapRecord | Block], file: McapFile, path: Path) -> 
     for record in records:
         match record:
             case Block(contents, compression, compressed):
-                file.write_chunk(contents.data, compression, compressed)
+                data = compressed or compressor(compression)(contents.data)
+                file.write_chunk(contents.data, compression, data)
             case Metadata():
                 file.write_metadata(record.name, record.metadata)
             case Channel():
@@ -126,7 +128,7 @@ def _records(path: Path) -> Iterator[McapRecord | Block]:
     try:
         for record in scan(path):
             match record:
-                case Block(contents, _, None) if len(contents.heads) == 0:
+                case Block(contents, _, None) if len(contents) == 0:
                     pass
                 case _:
                     yield record

@@ -27,7 +27,8 @@ from mcap.records import (
 from mcap.summary import Summary
 from mcap.writer import MCAP0_MAGIC
 
-from .chunk import CHUNK_SIZE, Contents, decompress, decompress_begin
+from .chunk import CHUNK_SIZE, Contents
+from .compression import decompress, decompress_begin
 
 _PREFIX = struct.Struct('<BQ')
 _IN_CHUNKS = (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE)

@@ -134,7 +134,7 @@ class _MessageStream:
             block = next(self._blocks, None)
             if block is None:
                 return
-            self.count += len(block.contents.heads)
+            self.count += len(block.contents)
             records = block.contents.message_records()
             self._waiting = np.concatenate([self._waiting, records])
 

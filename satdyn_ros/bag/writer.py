@@ -10,8 +10,8 @@ from mcap.records import Channel, Header, Schema
 
 from .. import __version__
 from . import metadata
-from .chunk import COMPRESSIONS
 from .chunk_builder import ChunkBuilder
+from .compression import COMPRESSIONS, compressor
 from .mcap_file import McapFile
 from .metadata import BagMetadata, FileInformation, TopicMetadata
 from .run import SCENARIO, SNAPSHOT
@@ -51,6 +51,7 @@ class BagWriter:
         self._schemas: dict[str, Schema] = {}
         self._channels: dict[str, Channel] = {}
         self._compression = '' if compression == 'none' else compression
+        self._compress = compressor(self._compression)
         self._max_size_bytes = max_size_bytes
         self._max_duration_ns = round(max_duration_s * 1e9) or _NEVER_NS
         self._provenance = dict(provenance or {})
@@ -216,7 +217,8 @@ class BagWriter:
 
     def _end_chunk(self):
         if not self._chunk.is_empty:
-            self._file.write_chunk(self._chunk.take(), self._compression)
+            contents = self._chunk.take()
+            self._file.write_chunk(contents, self._compression, self._compress(contents))
 
     def _write_metadata(self, name, mapping):
         self._end_chunk()

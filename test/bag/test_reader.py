@@ -118,7 +118,7 @@ def test_metadata_stands_before_what_it_affects(bag):
     last_ns = 0
     for item in Bag(bag).items():
         if isinstance(item, TopicBlock):
-            last_ns = int(item.contents.heads['log_time'][-1])
+            last_ns = int(item.contents.log_times[-1])
         elif isinstance(item, Metadata) and item.name == 'satdyn_ros/event':
             before[item.metadata['event'], int(item.metadata['tick'])] = last_ns
     assert list(before) == [('Timeout', 45), ('Request', 60), ('Topics', 80), ('Reset', 100)]

@@ -363,7 +363,7 @@ def test_flushed_messages_are_with_the_system(tmp_path):
     found = []
     with pytest.raises(Incomplete, match='ends in mid-write'):
         found.extend(scan(tmp_path / 'bag/bag_0.mcap'))
-    assert [len(block.contents.heads) for block in found if isinstance(block, Block)] == [10]
+    assert [len(block.contents) for block in found if isinstance(block, Block)] == [10]
     writer.close()
     assert len(flights.sequence(tmp_path / 'bag')) == 11
 
@@ -442,7 +442,7 @@ def test_a_full_disk_is_told_once_and_what_was_written_stays(tmp_path):
     found = []
     with pytest.raises(Incomplete):
         found.extend(scan(path / 'bag_0.mcap'))
-    kept = sum(len(block.contents.heads) for block in found if isinstance(block, Block))
+    kept = sum(len(block.contents) for block in found if isinstance(block, Block))
     assert kept == int(failed[0][0]) == 9
 
 

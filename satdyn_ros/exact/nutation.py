@@ -39,13 +39,13 @@ class Nutation:
             Qb = 1e-200 * -c2 * width**2
             self.turning = self.turning._replace(Qb=Qb)
         self.from_b = Qb >= Qa
-        c_2 = c2 * width**2
-        M, G = Qa + Qb - c_2, 2.0 * np.sqrt(Qa * Qb)
+        sizes, M = min(_ways_to_M(self.turning, c2, -f_up[0], -f_down[0]))
+        G = 2.0 * np.sqrt(Qa * Qb)
         # M^2 - G^2 in ways that keep its digits: where the other roots are near both ends, where
         # the ends are near each other, and where u0 is near a double root.
-        total, difference = Qa + Qb, Qa - Qb
+        total, difference, c_2 = Qa + Qb, Qa - Qb, c2 * width**2
         ways = [
-            (_square_error(M, total + abs(c_2)), (M - G) * (M + G)),
+            (_square_error(M, sizes), (M - G) * (M + G)),
             (
                 _square_error(difference, total) + EPS * (2.0 * total * abs(c_2) + c_2**2),
                 difference**2 - (2.0 * total - c_2) * c_2,
@@ -54,8 +54,8 @@ class Nutation:
         if da * db < 0.0:
             c0 = f[0] / (-da * db)
             c1 = (f[1] - (da + db) * c0) / (-da * db)
-            terms = (abs(f[1]) + abs(da + db) * c0) / (-da * db)
-            error = _square_error(c1, terms) + EPS * 4.0 * abs(c0 * c2)
+            sizes = (abs(f[1]) + abs(da + db) * c0) / (-da * db)
+            error = _square_error(c1, sizes) + EPS * 4.0 * abs(c0 * c2)
             ways.append((width**2 * error, width**2 * (c1 * c1 - 4.0 * c0 * c2)))
         if is_even:
             ways = [(0.0, c_2**2)]
@@ -79,6 +79,7 @@ class Nutation:
             larger = G + abs(M)
             smaller = -discriminant / larger
             G_plus_M, G_minus_M = (larger, smaller) if M > 0.0 else (smaller, larger)
+            self._m1 = G_plus_M / (2.0 * G)
             T = elliprf(0.0, G_plus_M / 4.0, G / 2.0)
             imaginary = elliprf(0.0, G_minus_M / 4.0, G / 2.0)
             self.Y, self.lattice = (Y, Y.conjugate()), Lattice(4.0 * T, 4.0 * imaginary, 0.5)
@@ -125,9 +126,7 @@ class Nutation:
         if self.lattice.share == 1.0:
             third = elliprj(Qe * C**2, Qe * C**2 + Y1 * S**2, Qe * C**2 + Y2 * S**2, Qe)
             return e * tau_s + (o - e) * 2.0 / 3.0 * Qe * S**3 * third
-        G = 2.0 * np.sqrt(Qa * Qb)
-        rate, m1 = np.sqrt(G / 2.0), 0.5 + Y1.real / G
-        p, q = np.sqrt(Qe), np.sqrt(Qo)
+        p, q, m1 = np.sqrt(Qe), np.sqrt(Qo), self._m1
         cn, sn = p * C**2 - q * S**2, 2.0 * np.sqrt(p * q) * S * C
         cn, sn = cn / np.hypot(cn, sn), sn / np.hypot(cn, sn)
         dn = np.hypot(cn, np.sqrt(m1) * sn)
@@ -137,8 +136,9 @@ class Nutation:
         third = np.where(cn < 0.0, 2.0 * whole - third, third)
         k = np.sqrt(eta**2 / h + 1.0 - m1)
         turn = np.arctan(k * sn / dn) / max(k, 1e-100)
-        x = rate * tau_s
-        return ((e * q + o * p) / (q + p) * x + (e - o) / 2.0 * (turn - eta * (x - third))) / rate
+        x = np.sqrt(p * q) * tau_s
+        swept = (e * q + o * p) / (q + p) * x + (e - o) / 2.0 * (turn - eta * (x - third))
+        return swept / np.sqrt(p * q)
 
     def _place(self, tau_s, Qe):
         """Return S and C of tau_s (N,) since u was at e: square roots of two theta functions."""
@@ -151,6 +151,24 @@ class Nutation:
         return S / np.hypot(S, C), C / np.hypot(S, C)
 
 
-def _square_error(x, terms):
-    """Return a bound of the rounding of x^2, terms the sum of the sizes of the terms of x."""
-    return EPS * terms * (2.0 * abs(x) + EPS * terms)
+def _ways_to_M(turning, c2, *squares):
+    """
+    Return pairs of the size of the terms of M, which says how it is rounded, and M.
+
+    From Q's leading coefficient c2, and from f = -square at each pole, whose digits count where
+    more than one root is near it.
+    """
+    width, Qa, Qb = turning.da - turning.db, turning.Qa, turning.Qb
+    ways = [(Qa + Qb + abs(c2) * width**2, Qa + Qb - c2 * width**2)]
+    poles = [(*turning.from_above, Qa, Qb), (*turning.from_below, Qb, Qa)]
+    for (near, far, Q_near, Q_far), square in zip(poles, squares, strict=True):
+        if near > 0.0:
+            sum_ = Q_near * far / near + Q_far * near / far
+            other = square * (width / near / far) ** 2
+            ways.append((sum_ + other, sum_ - other))
+    return ways
+
+
+def _square_error(x, sizes):
+    """Return a bound of the rounding of x^2, sizes the sum of the sizes of the terms of x."""
+    return EPS * sizes * (2.0 * abs(x) + EPS * sizes)

@@ -68,8 +68,8 @@ def capture(states: States, period_s: float) -> dict[str, Any]:
     """
     Return whether the body ends captured, and since when [s].
 
-    It is captured when for the last period_s at least, an orbit, each of its axes stays within 90 deg of the
-    line of its LVLH axis, upside down or not; else it tumbles.
+    It is captured when for the last orbit, period_s, at least each of its axes stays within 90 deg
+    of the line of its LVLH axis, upside down or not; else it tumbles.
     """
     diagonal = np.diagonal(rotation.matrix(states.q_lb), axis1=-2, axis2=-1)
     astray = np.any(diagonal * np.sign(diagonal[-1]) <= 0.0, axis=-1)

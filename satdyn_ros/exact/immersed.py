@@ -1,0 +1,193 @@
+"""
+The solid in an unbounded ideal fluid: Kirchhoff's equations of a symmetric body.
+
+Paladini 1888 ch. 2: with body velocities v = (u, v, w) of its centre O and omega = (p, q, r),
+
+    2 T = a11 (u^2 + v^2) + a33 w^2 + a44 (p^2 + q^2) + a66 r^2 + 2 a14 (u p + v q) + 2 a36 w r,
+
+under the force function U = H1 cos^2(theta) + H2 cos(theta), theta from the constant impulse P0
+e_z to the axis.  The attitude is that of a symmetric body about a fixed point, R*, turned besides:
+
+    R(t) = Rz(Oz t) R*(t) Rz(-kappa int cos(theta) dt).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..dynamics import rotation
+from ..dynamics.system import State
+from .symmetric import Symmetric
+
+E_Z = np.array([0.0, 0.0, 1.0])
+# Gauss and Legendre's nodes and weights on [0, 1].
+NODES, WEIGHTS = (np.polynomial.legendre.leggauss(16) + np.array([[1.0], [0.0]])) / 2.0
+
+
+@dataclass(frozen=True)
+class FluidBody:
+    """
+    A solid with the fluid about it, body axis 3 the axis, and the potential it is in.
+
+    a11, a33 [kg], a44, a66 [kg m^2] and a14, a36 [kg m]: the kinetic energy (Paladini 1888, ch. 2,
+    eq. 2), positive; a14 = a36 = 0 is Kirchhoff's body of revolution.  H1, H2 [J]: the force
+    function, minus the potential energy.  ValueError: the kinetic energy is not positive.
+
+    >>> FluidBody(a11=2.0, a33=3.0, a44=1.0, a66=0.8, a14=0.3, a36=-0.4)  # doctest: +SKIP
+    """
+
+    a11: float
+    a33: float
+    a44: float
+    a66: float
+    a14: float = 0.0
+    a36: float = 0.0
+    H1: float = 0.0
+    H2: float = 0.0
+
+    def __post_init__(self):
+        for name, value in vars(self).items():
+            if not np.isfinite(value):
+                raise ValueError(f'{name} is {value:g}; it must be finite')
+        for name in ('a11', 'a33', 'a44', 'a66'):
+            if getattr(self, name) <= 0.0:
+                raise ValueError(f'{name} is {getattr(self, name):g}; it must be positive')
+        for name, determinant, mass, inertia in (
+            ('a14', self.D, 'a11', 'a44'),
+            ('a36', self.D_prime, 'a33', 'a66'),
+        ):
+            if determinant <= 0.0:
+                raise ValueError(
+                    f'{name} is {getattr(self, name):g}; its square must be less than {mass} '
+                    f'{inertia} = {getattr(self, mass) * getattr(self, inertia):g}'
+                )
+
+    @property
+    def D(self) -> float:
+        """Return a11 a44 - a14^2."""
+        return self.a11 * self.a44 - self.a14**2
+
+    @property
+    def D_prime(self) -> float:
+        """Return a33 a66 - a36^2."""
+        return self.a33 * self.a66 - self.a36**2
+
+    def velocity(self, impulse_b, omega_bi_b):
+        """Return the body velocity (..., 3) [m/s] with that impulse [N s], body axes, and rate."""
+        masses = np.array([self.a11, self.a11, self.a33])
+        return (impulse_b - np.array([self.a14, self.a14, self.a36]) * omega_bi_b) / masses
+
+
+@dataclass(frozen=True, eq=False)
+class FluidStates:
+    """
+    A table of N states of one motion.
+
+    t_s (N,): seconds since it began; q_ib (N, 4); omega_bi_b (N, 3) [rad/s]; v_b (N, 3) [m/s], the
+    velocity of O in body axes; x_i (N, 3) [m], the place of O, inertial, z along the impulse.
+    """
+
+    t_s: np.ndarray
+    q_ib: np.ndarray
+    omega_bi_b: np.ndarray
+    v_b: np.ndarray
+    x_i: np.ndarray
+
+
+class Immersed:
+    """
+    The motion of a fluid body from an attitude q_ib (4,), rate omega_bi_b (3,) and place x_i (3,).
+
+    P0 [N s]: the impulse of body and fluid, along the inertial z axis from which the potential's
+    theta counts too; negative or zero as well.
+
+    The attitude of the symmetric body `equivalent` (moments A_star, C_star [kg m^2], potential
+    H1_star, H2_star [J]) turns besides with Oz [rad/s] about z and -kappa cos(theta) [rad/s] about
+    the axis (Paladini 1888, ch. 2, eq. 12).
+
+    >>> Immersed(body, [0.1, 0.5, 0.7, 0.5], [0.3, -0.2, 1.1], P0=1.5).at(15.0)  # doctest: +SKIP
+    """
+
+    name = 'solid in an ideal fluid'
+    source = 'Paladini 1888, ch. 2'
+
+    def __init__(self, body: FluidBody, q_ib, omega_bi_b, P0: float, x_i=(0.0, 0.0, 0.0)):
+        self.body, self.P0, self._x0 = body, P0, np.asarray(x_i, float)
+        D, D_prime = body.D, body.D_prime
+        self.A_star, self.C_star = D / body.a11, D_prime / body.a33
+        self.Oz = -body.a14 * P0 / D
+        self.kappa = P0 * (body.a36 / D_prime - body.a14 / D)
+        q_ib = np.asarray(q_ib, float)
+        gamma = rotation.rotate(rotation.conjugate(q_ib), E_Z)
+        omega_star = omega_bi_b - self.Oz * gamma + self.kappa * gamma[2] * E_Z
+        G3 = self.C_star * omega_star[2]
+        self.H1_star = body.H1 + P0**2 / 2.0 * (body.a44 / D - body.a66 / D_prime)
+        self.H2_star = body.H2 + G3 * self.kappa
+        self.equivalent = Symmetric.in_potential(
+            self.A_star, self.C_star, 0.0, self.H1_star, self.H2_star, State(q_ib, omega_star)
+        )
+        self._nutation = self.equivalent._flow.nutation
+        self._set_panels()
+
+    def at(self, t_s) -> FluidStates:
+        """
+        Return the states at t_s, a float or (N,), seconds since the motion began, any order.
+
+        Row i depends on t_s[i] alone.  ValueError: a time is negative or not finite.
+        """
+        star = self.equivalent.at(t_s)
+        t_s = star.t_s
+        q, omega, v = self._without_own_turn(t_s, star.q_ib, star.omega_bi_b)
+        turn = rotation.about(E_Z, self.kappa * self._nutation.integral(t_s))
+        return FluidStates(
+            t_s,
+            rotation.multiply(q, rotation.conjugate(turn)),
+            rotation.rotate(turn, omega),
+            rotation.rotate(turn, v),
+            self._x0 + self._travel(t_s),
+        )
+
+    def _without_own_turn(self, t_s, q_star, omega_star):
+        """Return q_ib, omega_bi_b and v_b but for the turn -kappa int u dt about the axis."""
+        q = rotation.multiply(rotation.about(E_Z, self.Oz * t_s), q_star)
+        gamma = rotation.rotate(rotation.conjugate(q), E_Z)
+        omega = omega_star + self.Oz * gamma - self.kappa * gamma[:, 2:] * E_Z
+        return q, omega, self.body.velocity(self.P0 * gamma, omega)
+
+    def _set_panels(self):
+        """Divide two periods of u, after which the velocity is the same but for a turn about z."""
+        period, imaginary, share = self._nutation.lattice
+        turning_rate = self.equivalent.Om_P + self.Oz
+        shortest = min(period, share * imaginary, 2.0 * np.pi / max(abs(turning_rate), 1e-300))
+        self._period, self._panel = 2.0 * period, shortest / 5.0
+        self._turn = 0.0
+        if period < np.inf:
+            self._panel = self._period / np.ceil(self._period / self._panel)
+            self._turn = rotation.wrap(turning_rate * self._period)
+
+    def _travel(self, t_s):
+        """Return the integral of R v from 0 to t_s [m], (N, 3)."""
+        n, rest = np.divmod(t_s, self._period)
+        k = np.floor(rest / self._panel).astype(int)
+        count = np.max(k, initial=0)
+        if self._period < np.inf:
+            count = int(np.rint(self._period / self._panel))
+        starts = self._panel * np.arange(count)
+        panels = np.zeros((count + 1, 3))
+        panels[1:] = np.cumsum(self._travel_between(starts, starts + self._panel), axis=0)
+        x = panels[k] + self._travel_between(k * self._panel, rest)
+        # The n periods before are copies of the first, each turned by one turn more.
+        angle, whole = n * self._turn, panels[-1]
+        sum_of_turns = n * np.sinc(angle / (2.0 * np.pi)) / np.sinc(self._turn / (2.0 * np.pi))
+        before = rotation.about(E_Z, (angle - self._turn) / 2.0)
+        gone = rotation.rotate(before, whole) * np.stack([sum_of_turns, sum_of_turns, n], axis=-1)
+        return gone + rotation.rotate(rotation.about(E_Z, angle), x)
+
+    def _travel_between(self, start_s, stop_s):
+        """Return the integral of R v from start_s to stop_s (N,) by Gauss and Legendre's rule."""
+        length = (stop_s - start_s)[:, None]
+        t_s = (start_s[:, None] + length * NODES).ravel()
+        # Where O goes does not depend on how the body is turned about its axis.
+        q, _, v = self._without_own_turn(t_s, *self.equivalent.attitude(t_s))
+        v_i = rotation.rotate(q, v).reshape(-1, len(NODES), 3)
+        return length * np.sum(WEIGHTS[:, None] * v_i, axis=1)

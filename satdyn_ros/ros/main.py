@@ -40,6 +40,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _run(values)
     except (ValueError, OSError) as error:
         return _refuse(error)
+    except KeyboardInterrupt:
+        return 0
     except (RCLError, NotInitializedException):
         # A signal ends ROS at any moment, also between a check of rclpy's and what relies on it.
         if rclpy.ok():
@@ -55,7 +57,7 @@ def _run(values):
     try:
         executor.add_node(node)
         executor.spin()
-    except (KeyboardInterrupt, ExternalShutdownException):
+    except ExternalShutdownException:
         pass
     finally:
         node.destroy_node()

@@ -127,10 +127,11 @@ class Pacing:
         """
         Let event_at(tick) act at the next tick.
 
-        kind: what it is in place of: of the events of one kind, the last before a tick acts.
+        kind: while paused, an event takes the place of one of its kind that waits.
         """
         with self._changed:
-            self._inbox = [item for item in self._inbox if kind is None or item[0] != kind]
+            if self._paused and kind is not None:
+                self._inbox = [item for item in self._inbox if item[0] != kind]
             self._inbox.append((kind, event_at))
             self._alert()
 

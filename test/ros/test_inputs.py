@@ -9,8 +9,10 @@ from scipy.integrate import solve_ivp
 from std_msgs.msg import Float64
 
 from satdyn_ros.bag.reader import Bag
+from satdyn_ros.bag.recorded_run import RecordedRun
 from satdyn_ros.bag.run import EVENT, event_from_record
 from satdyn_ros.bag.verify import verify
+from satdyn_ros.events import Torque
 
 FREE = {
     'orbit.type': 'fixed',
@@ -129,3 +131,18 @@ def test_a_motor_turns_the_rotor(live):
     assert len(driven) > 40
     # The momentum is of order 0.1 and the tolerance of a step 1e-12.
     np.testing.assert_allclose(momentum, momentum[0] + 0.5 * t_s, rtol=1e-10, atol=1e-12)
+
+
+def test_of_the_torques_that_come_in_a_pause_the_last_acts(live, tmp_path):
+    """A controller that talks on meanwhile leaves one torque behind, at the tick of the step."""
+    node, participant = live(FREE | {'record.enabled': True})
+    publisher = matched(participant, WrenchStamped, 'torque')
+    last = int(participant.switch('pause', True)[1].removeprefix('paused after tick '))
+    for torque in (1.0, 2.0, 3.0):
+        publisher.publish(wrench((torque, 0.0, 0.0)))
+    participant.spin(0.5)
+    assert participant.trigger('step')[0]
+    assert node.end()[0] == 0
+    (directory,) = tmp_path.glob('satdyn_*_*')
+    assert verify(directory).same_bytes
+    assert RecordedRun(directory).events == [Torque(last + 1, (3.0, 0.0, 0.0))]

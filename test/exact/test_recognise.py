@@ -1,0 +1,191 @@
+"""Recognition: every closed form that there is, no other, and the reason where there is none."""
+
+import numpy as np
+import pytest
+from agreement import assert_agrees
+from cases import bounded, newtonian
+from draws import angles, attitudes, body_axes, inertia_in_body_axes, moments
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from satdyn_ros import exact
+from satdyn_ros.dynamics import rotation
+from satdyn_ros.dynamics.orbit import FixedDirection, KeplerOrbit
+from satdyn_ros.dynamics.rotor import Rotor
+from satdyn_ros.dynamics.system import State, System
+
+X, Y, Z = np.eye(3)
+TURNED = rotation.normalise([0.3, -0.5, 0.2, 0.9])
+EXACT = bounded(newtonian(), 'bound_exact')
+OTHERS = [name for name in newtonian() if name not in EXACT]
+
+
+def in_axes(system, state, q_bp):
+    """Return a system and state of one in axes p, told in axes b."""
+    moments, rotor = np.diagonal(system.inertia), system.rotor
+    told = System(
+        inertia_in_body_axes(moments, q_bp),
+        Rotor(rotor.mode, rotation.rotate(q_bp, rotor.axis), rotor.momentum, rotor.inertia),
+        system.orbit,
+        rotation.rotate(q_bp, system.weight_moment),
+    )
+    q_ib = rotation.multiply(state.q_ib, rotation.conjugate(q_bp))
+    return told, State(q_ib, rotation.rotate(q_bp, state.omega_bi_b))
+
+
+@pytest.mark.parametrize('q_bp', [rotation.IDENTITY, TURNED], ids=['principal', 'turned'])
+@pytest.mark.parametrize('name', EXACT)
+def test_every_reference_case_with_a_closed_form_has_one(name, q_bp):
+    """Proves recognition from system and state alone, in any body axes, within the bounds."""
+    case = newtonian()[name]
+    system, start = in_axes(case.system, case.start, q_bp)
+    motion = exact.recognise(system, start)
+    assert motion is not None, exact.explain(system, start)
+    assert exact.explain(system, start) is None
+    states = motion.at(case.t_s)
+    q_ip = rotation.multiply(states.q_ib, q_bp)
+    assert np.max(rotation.angle_between(q_ip, case.q_ib)) <= case.bound_exact
+
+
+@pytest.mark.parametrize('name', OTHERS)
+def test_reference_cases_without_a_closed_form_have_none(name):
+    """Proves that nothing is recognised where the papers have nothing."""
+    case = newtonian()[name]
+    assert exact.recognise(case.system, case.start) is None
+    assert exact.explain(case.system, case.start)
+
+
+def swinging(**changes):
+    """Return the satellite of Balli and Grioli that swings about the orbit normal, changed."""
+    system = {'inertia': np.diag([600.0, 900.0, 800.0]), 'orbit': KeplerOrbit()} | changes
+    orbit = system['orbit']
+    q_lb = rotation.about(Y, 0.3)
+    q_ib = rotation.multiply(orbit.lvlh(0.0), q_lb)
+    rotor = system.get('rotor', Rotor())
+    speed = (2.0, 0.0) if rotor.turns_freely else (np.nan, np.nan)
+    return System(**system), State(q_ib, np.array([0.0, -orbit.mean_motion, 0.0]), *speed)
+
+
+@pytest.mark.parametrize(
+    'rotor',
+    [
+        Rotor(),
+        Rotor('constant_momentum', Y, momentum=5.0),
+        Rotor('constant_momentum', X, momentum=0.0),
+        Rotor('free', Y, inertia=2.0),
+        Rotor('motor', -Y, inertia=2.0),
+    ],
+    ids=['none', 'constant', 'without momentum', 'free', 'motor without torque'],
+)
+def test_rotors_that_leave_the_planar_motion(rotor):
+    """Proves every mode of a rotor along the normal, and one that has no momentum."""
+    assert isinstance(exact.recognise(*swinging(rotor=rotor)), exact.Planar)
+
+
+@pytest.mark.parametrize(
+    ('changes', 'reason'),
+    [
+        ({'torque_b': 1e-6 * X}, 'a torque is applied'),
+        ({'rotor': Rotor('motor', Y, inertia=2.0), 'rotor_torque': 1e-6}, 'a torque is applied'),
+        ({'orbit': KeplerOrbit(eccentricity=1e-3)}, 'orbit.eccentricity is 0.001'),
+        (
+            {'rotor': Rotor('constant_momentum', Z, momentum=5.0)},
+            'the rotor is not along the orbit normal',
+        ),
+        ({'rotor': Rotor('free', X, inertia=2.0)}, 'the rotor is not along the orbit normal'),
+        (
+            {'inertia': np.array([[600.0, 1.0, 0.0], [1.0, 900.0, 0.0], [0.0, 0.0, 800.0]])},
+            'the orbit normal is not a principal axis',
+        ),
+    ],
+)
+def test_what_ends_the_planar_motion_is_said(changes, reason):
+    """Proves that there is no closed form any more, and that the reason is the change."""
+    system, start = swinging(**changes)
+    assert exact.recognise(system, start) is None
+    assert exact.explain(system, start).startswith(reason)
+
+
+def test_in_a_fixed_field_each_motion_has_its_reason():
+    """Proves that a body that is none of them hears of all of them."""
+    system = System(np.diag([1.0, 1.5, 2.0]), orbit=FixedDirection(1.0))
+    start = State(TURNED, np.array([0.1, 0.2, 0.3]))
+    assert exact.recognise(system, start) is None
+    reason = exact.explain(system, start)
+    for words in ('planar motion: ', 'symmetric body: ', 'stationary motion: '):
+        assert words in reason
+    assert '\n' not in reason
+
+
+def test_the_simplest_motion_is_preferred():
+    """Proves the order: what is steady is flown as steady, though it is planar too."""
+    q_ib = KeplerOrbit().lvlh(0.0)
+    start = State(q_ib, np.array([0.0, -KeplerOrbit().mean_motion, 0.0]))
+    system = System(np.diag([700.0, 900.0, 600.0]), orbit=KeplerOrbit())
+    assert isinstance(exact.recognise(system, start), exact.Steady)
+
+
+def test_a_motion_begins_when_it_is_told():
+    """Proves start_s: the centre is where the orbit has it then."""
+    system, _ = swinging()
+    q_ib = rotation.multiply(system.orbit.lvlh(1234.5), rotation.about(Y, 0.3))
+    start = State(q_ib, np.array([0.0, -system.orbit.mean_motion, 0.0]))
+    motion = exact.recognise(system, start, 1234.5)
+    assert motion.start_s == 1234.5
+    # the longest axis swings about the vertical, from 0.3 rad above the track to as far beyond
+    half = motion.at(motion.period_s / 2.0).q_lb[0]
+    assert rotation.angle_between(half, rotation.about(Y, np.pi - 0.3)) < 1e-12
+
+
+@st.composite
+def scenarios(draw):
+    """Draw a system and a start with as many symmetries as closed forms have, or fewer."""
+    I, q_bp = draw(moments()), draw(body_axes())
+    R_bp = rotation.matrix(q_bp)
+    axes = st.sampled_from([*R_bp.T, *-R_bp.T])
+    scale = np.max(I) * 1e-3
+    is_fixed = draw(st.booleans())
+    orbit = FixedDirection(draw(st.sampled_from([0.0, 3.6e-6]))) if is_fixed else KeplerOrbit()
+    weight = np.zeros(3)
+    if is_fixed and draw(st.booleans()):
+        weight = draw(axes) * scale * 1e-3
+    mode = draw(st.sampled_from(['none', 'none', 'constant_momentum', 'free']))
+    axis = draw(axes)
+    rotor = Rotor(mode, axis, 0.0, 0.0)
+    if mode == 'constant_momentum':
+        rotor = Rotor(mode, axis, momentum=float(scale * draw(st.floats(-1.0, 1.0))))
+    elif mode == 'free':
+        rotor = Rotor(mode, axis, inertia=0.3 * np.min(I))
+    system = System(inertia_in_body_axes(I, q_bp), rotor, orbit, weight)
+    # not at rest, where a propagation would resolve rounding
+    rate_axis, size = draw(axes), draw(st.sampled_from([1e-3, 3e-3]))
+    upright = draw(st.sampled_from(['anyhow', 'rate along', 'rate across']))
+    q_ib = draw(attitudes())
+    if upright != 'anyhow':
+        special = orbit.normal if orbit.has_lvlh else Z if upright == 'rate along' else X
+        q_ib = rotation.multiply(
+            rotation.about(special, draw(angles)), _shortest(rate_axis, special)
+        )
+    omega = size * rate_axis
+    if draw(st.integers(0, 2)) == 0:
+        omega = omega + 1e-3 * np.array([draw(st.floats(-1.0, 1.0)) for _ in range(3)])
+    return system, State(q_ib, omega, *((1e-2, 0.0) if mode == 'free' else (np.nan, np.nan)))
+
+
+def _shortest(a, b):
+    """Return the quaternion of the shortest turn from the unit vector a to b."""
+    cosine = a @ b
+    if cosine < -0.999:
+        half = np.cross(a, np.eye(3)[np.argmin(np.abs(a))])
+        return np.append(half / np.linalg.norm(half), 0.0)
+    return rotation.normalise(np.append(np.cross(a, b), 1.0 + cosine))
+
+
+@settings(max_examples=200, deadline=None, derandomize=True)
+@given(scenarios())
+def test_what_is_recognised_is_what_propagates(scenario):
+    """Proves that no motion is taken for another, whatever symmetries meet."""
+    system, start = scenario
+    motion = exact.recognise(system, start)
+    assume(motion is not None)
+    assert_agrees(motion, np.linspace(0.0, 2e4, 40), 1e-3 + np.linalg.norm(start.omega_bi_b))

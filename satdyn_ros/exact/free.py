@@ -27,8 +27,8 @@ class Free(ExactMotion):
     The motion of a body on which no torque acts, with or without a rotor on a principal axis.
 
     L [N m s]: the momentum; E [J]: the kinetic energy omega . I omega / 2.  Om_P, Om_S [rad/s]:
-    the mean precession of body axis 3 about L and the mean spin about it.  Without a rotor's
-    momentum: T1 [s], the period of the rates (46.11), inf on the separatrix; chi0 [rad/s] and T2
+    the mean precession of body axis 3 about L and the mean spin about it.  Without a
+    rotor: T1 [s], the period of the rates (46.11), inf on the separatrix; chi0 [rad/s] and T2
     [s] = 2 pi / chi0, the mean precession of the axis of the largest moment.  period_s: the period
     of the rates, None where they are constant or the motion is asymptotic.
 
@@ -47,14 +47,19 @@ class Free(ExactMotion):
         H_b = system.carrier_inertia @ state.omega_bi_b + h_b
         self.L = float(np.linalg.norm(H_b))
         self.E = float(state.omega_bi_b @ system.carrier_inertia @ state.omega_bi_b) / 2.0
-        axis = _third_axis(system, h_b, self.E, self.L)
+        self._is_rigid = not (system.rotor.turns_freely or np.any(h_b))
+        axis = _polhode_axis(system, self.E, self.L) if self._is_rigid else system.rotor.axis
         self._moments, self._R_bp = principal_axes_about(axis, system.carrier_inertia)
         self._h = float(h_b @ self._R_bp[:, 2])
         self._q_bp = rotation.from_matrix(self._R_bp)
         q_ip = rotation.multiply(state.q_ib, self._q_bp)
         self._q_il = _turn_to(rotation.rotate(state.q_ib, H_b) / self.L)
         q_lp = rotation.multiply(rotation.conjugate(self._q_il), q_ip)
-        self._solve(q_lp, self._R_bp.T @ state.omega_bi_b)
+        omega_p = self._R_bp.T @ state.omega_bi_b
+        if np.linalg.norm(omega_p[:2]) <= ROUNDING * np.linalg.norm(omega_p):
+            # A turn about body axis 3 to rounding: its transverse rate is no nutation.
+            omega_p[:2] = 0.0
+        self._solve(q_lp, omega_p)
 
     @classmethod
     def why_not(cls, system: System, state: State) -> str | None:
@@ -68,7 +73,8 @@ class Free(ExactMotion):
         if gradient != 0.0 and np.ptp(moments) > ROUNDING * np.max(moments):
             return 'the gravity gradient acts on the body'
         carrier, h_b = system.carrier_inertia, system.rotor_momentum(state)
-        if np.any(h_b) and not is_principal(carrier, system.rotor.axis):
+        has_rotor = system.rotor.turns_freely or np.any(h_b)
+        if has_rotor and not is_principal(carrier, system.rotor.axis):
             return 'rotor.axis is not a principal axis of the body'
         H = np.linalg.norm(carrier @ state.omega_bi_b + h_b)
         if H <= ROUNDING * (np.linalg.norm(h_b) + np.linalg.norm(carrier @ state.omega_bi_b)):
@@ -113,7 +119,7 @@ class Free(ExactMotion):
             above,
             below,
             (I1 - I2) * O1 * O2 / L,
-            is_even=h == 0.0,
+            is_even=self._is_rigid,
         )
         start = complex(w, z), complex(x, y), complex(O1, O2)
         plus, minus = ((L + h) / I3, at_bottom / L), ((L - h) / I3, at_top / L)
@@ -122,7 +128,7 @@ class Free(ExactMotion):
         ends = (nutation.turning.da, nutation.turning.db)
         period = nutation.period * (1.0 if _same_root(first, second, ends) else 2.0)
         self.period_s = period if period < np.inf else None
-        if h == 0.0 and not nutation.turning.steady:
+        if self._is_rigid and not nutation.turning.steady:
             self.T1 = period
             about_largest = I3 >= max(I1, I2)
             self.chi0 = self.Om_P if about_largest else self.Om_P + 2.0 * np.pi / self.T1
@@ -141,10 +147,8 @@ class Free(ExactMotion):
         return np.sum(energies) - (2.0 * O3 + rise / I3) * rise
 
 
-def _third_axis(system, h_b, E, L):
-    """Return the rotor's axis, or that of the largest or smallest moment, as the polhode goes."""
-    if np.any(h_b):
-        return system.rotor.axis
+def _polhode_axis(system, E, L):
+    """Return the axis of the largest or smallest moment that the polhode runs about."""
     moments, axes = np.linalg.eigh(system.carrier_inertia)
     if moments[1] - moments[0] <= ROUNDING * moments[2]:
         return axes[:, 2]

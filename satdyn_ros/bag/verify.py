@@ -1,10 +1,9 @@
 """Does a bag hold what its scenario and its events give?  Run it again and compare."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 from itertools import repeat
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -164,8 +163,7 @@ class _Conservation:
         states = samples.states
         if simulation.motion is not self._motion:
             self._motion, self._begin = simulation.motion, states
-        since_begin = _after(self._begin, states)
-        for name, drift in relative_drift(samples.system, since_begin).items():
+        for name, drift in relative_drift(samples.system, states, self._begin).items():
             self.drift[name] = max(self.drift.get(name, 0.0), float(np.max(np.abs(drift))))
         rates = _fastest_rates(samples.system, states)
         self._turned_rad += float(np.sum(rates) / simulation.ticks.rate)
@@ -178,13 +176,3 @@ def _fastest_rates(system: System, states: States) -> np.ndarray:
     gradient = np.abs(states.orbit.gradient_at(states.orbit_s))
     weight = np.linalg.norm(system.weight_moment) / least
     return np.linalg.norm(momentum, axis=1) / least + np.sqrt(gradient + weight)
-
-
-def _after(begin: States, states: States) -> States:
-    """Return states with the first row of begin ahead of them."""
-    arrays: dict[str, Any] = {
-        column.name: np.concatenate([getattr(begin, column.name)[:1], values])
-        for column in fields(States)
-        if isinstance(values := getattr(states, column.name), np.ndarray)
-    }
-    return replace(states, **arrays)

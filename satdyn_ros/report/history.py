@@ -104,8 +104,16 @@ def joined(tables: list[States]) -> States:
     def column(name):
         return np.concatenate([getattr(table, name) for table in tables])
 
-    names = ('t_s', 'q_ib', 'omega_bi_b', 'rotor_speed', 'rotor_angle', 'work')
-    return States(*map(column, names), tables[0].orbit, column('orbit_s'))
+    return States(
+        t_s=column('t_s'),
+        q_ib=column('q_ib'),
+        omega_bi_b=column('omega_bi_b'),
+        rotor_speed=column('rotor_speed'),
+        rotor_angle=column('rotor_angle'),
+        work=column('work'),
+        orbit=tables[0].orbit,
+        orbit_s=column('orbit_s'),
+    )
 
 
 def _last_tick(run):

@@ -4,6 +4,7 @@ import numpy as np
 
 from ..dynamics import rotation
 from ..dynamics.inertia import principal_axes
+from ..dynamics.orbit import FixedDirection
 from ..events import Request, Reset
 from .history import History
 
@@ -122,9 +123,9 @@ def polhode(axes, history: History):
 
 def phase(axes, history: History):
     """Draw pitch and pitch rate in LVLH, with the separatrix of the planar libration."""
-    if history.q_lb is None:
-        raise ValueError('the panel phase needs LVLH, which orbit.type fixed does not have')
     orbit = history.states.orbit
+    if history.q_lb is None or isinstance(orbit, FixedDirection):
+        raise ValueError('the panel phase needs LVLH, which orbit.type fixed does not have')
     pitch = np.unwrap(rotation.roll_pitch_yaw(history.q_lb)[:, 1])
     rate_l = rotation.rotate(history.q_lb, history.states.omega_bi_b)
     rate = (rate_l[:, 1] + orbit.rate(history.states.orbit_s)) / orbit.mean_motion

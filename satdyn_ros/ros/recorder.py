@@ -16,7 +16,8 @@ from ..simulation import Samples, Simulation
 
 # So many blocks of ticks may wait to be written; when more come, the ticks wait.
 _WAITING = 64
-_FLUSH_S = 1.0
+# With the quarter of a second that a block of ticks may take, no message waits for a second.
+_FLUSH_S = 0.7
 
 
 class Recorder:

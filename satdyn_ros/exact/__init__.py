@@ -2,6 +2,7 @@
 
 from .exact_motion import ExactMotion
 from .free import Free
+from .immersed import FluidBody, Immersed
 from .planar import Planar
 from .recognise import explain, recognise
 from .stationary import Stationary
@@ -10,7 +11,9 @@ from .symmetric import Symmetric
 
 __all__ = [
     'ExactMotion',
+    'FluidBody',
     'Free',
+    'Immersed',
     'Planar',
     'Stationary',
     'Steady',

@@ -21,7 +21,13 @@ setup(
         (f'share/{package_name}', ['package.xml']),
         *(
             (f'share/{package_name}/{folder}', sorted(glob(f'{folder}/*.*')))
-            for folder in ('launch', 'config', 'msg_examples/topics', 'msg_examples/services')
+            for folder in (
+                'launch',
+                'config',
+                'config/sweeps',
+                'msg_examples/topics',
+                'msg_examples/services',
+            )
         ),
     ],
     zip_safe=False,

@@ -10,7 +10,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 import pyarrow.parquet as pq
-from matplotlib.colors import ListedColormap
+from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -18,9 +18,6 @@ from matplotlib.patches import Patch
 from ..dynamics.stability import smelt_moments, stability_region
 
 _BLUE, _ORANGE, _GREEN, _GREY = '#0072B2', '#E69F00', '#009E73', '#DDDDDD'
-
-# A motion that grew by this factor over its run has left the neighbourhood of where it began.
-_GROWTH = 20.0
 
 
 def smelt_map(table: str | Path) -> Figure:
@@ -30,18 +27,19 @@ def smelt_map(table: str | Path) -> Figure:
     Left by propagation, the largest angle to LVLH; right by the linear theory of stability.py.
     """
     k_Y, k_R, angle = _grid(table, 'smelt.k_Y', 'smelt.k_R', 'lvlh_angle_max_rad')
-    regions = theory(k_Y, k_R)
+    fine = np.linspace(-0.998, 0.998, 500)
+    regions = theory(fine, fine)
     figure, (left, right) = plt.subplots(
         1, 2, figsize=(11.0, 5.2), sharey=True, layout='constrained'
     )
-    edges = _edges(k_Y), _edges(k_R)
     mesh = left.pcolormesh(
-        *edges, np.log10(np.rad2deg(angle)), cmap='viridis', vmin=-1.5, vmax=np.log10(180.0)
+        _edges(k_Y), _edges(k_R), np.rad2deg(angle), cmap='viridis', norm=LogNorm(0.03, 180.0)
     )
-    left.contour(k_Y, k_R, regions > 0, levels=[0.5], colors='white', linewidths=0.8)
-    bar = figure.colorbar(mesh, ax=left, label='largest angle to LVLH [deg]')
-    bar.set_ticks([-1.0, 0.0, 1.0, 2.0], labels=['0.1', '1', '10', '100'])
-    right.pcolormesh(*edges, regions, cmap=ListedColormap([_GREY, _BLUE, _ORANGE]), vmin=0, vmax=2)
+    left.contour(fine, fine, regions > 0, levels=[0.5], colors='white', linewidths=0.8)
+    figure.colorbar(mesh, ax=left, label='largest angle to LVLH [deg]', shrink=0.8)
+    right.pcolormesh(
+        fine, fine, regions, cmap=ListedColormap([_GREY, _BLUE, _ORANGE]), vmin=0, vmax=2
+    )
     left.set_title('Propagated; white: where linear theory is stable')
     right.set_title('Linear theory')
     names = {'Lagrange': _BLUE, 'DeBra-Delp': _ORANGE, 'unstable': _GREY}
@@ -61,14 +59,9 @@ def theory(k_Y: np.ndarray, k_R: np.ndarray) -> np.ndarray:
     return np.array([[number[stability_region(*smelt_moments(r, y))] for y in k_Y] for r in k_R])
 
 
-def stays_upright(angle_rad: np.ndarray, initial_rad: float) -> np.ndarray:
-    """Return whether the largest angle to LVLH of a run is still that of small motion."""
-    return angle_rad < _GROWTH * initial_rad
-
-
 def capture_map(table: str | Path) -> Figure:
     """Draw with which rotor and from which rate a gyrostat is captured, and how far it swings."""
-    names = 'rotor.momentum', 'initial.angular_velocity.y'
+    names = 'rotor.momentum', 'initial.angular_velocity.x'
     h, rate, captured = _grid(table, *names, 'captured')
     angle = _grid(table, *names, 'lvlh_angle_max_rad')[2]
     figure, axes = plt.subplots(figsize=(7.0, 5.2), layout='constrained')
@@ -80,7 +73,7 @@ def capture_map(table: str | Path) -> Figure:
     figure.colorbar(mesh, label='largest angle to LVLH [deg]', extend='max')
     axes.legend(handles=[Patch(color=_GREY, label='tumbles')], loc='upper right')
     axes.set_xlabel('rotor momentum along body y [N m s]')
-    axes.set_ylabel('initial pitch rate relative to LVLH [mrad/s]')
+    axes.set_ylabel('initial roll rate relative to LVLH [mrad/s]')
     axes.set_title('Capture of a gyrostat')
     return figure
 
@@ -95,23 +88,27 @@ def stroboscopic_map(table: str | Path, orbital_rate: float) -> Figure:
     runs = list(strobes(table))
     colours = plt.colormaps['viridis'](np.linspace(0.0, 0.95, len(runs)))
     for (pitch, rate), colour in zip(runs, colours, strict=True):
-        axes.plot(np.rad2deg(pitch), rate / orbital_rate, '.', ms=1.2, mec='none', color=colour)
+        axes.plot(np.rad2deg(pitch), rate / orbital_rate, '.', ms=2.0, mec='none', color=colour)
     ends = [Line2D([], [], marker='.', ls='', color=colours[k]) for k in (0, -1)]
     axes.legend(ends, ['first run', 'last run'], loc='upper right')
-    axes.set_xlim(-180.0, 180.0)
-    axes.set_xticks(range(-180, 181, 45))
-    axes.set_xlabel('pitch at the pericentre [deg]')
+    axes.set_xlim(-90.0, 90.0)
+    axes.set_xticks(range(-90, 91, 30))
+    axes.set_xlabel('pitch at the pericentre, upside down or not [deg]')
     axes.set_ylabel('pitch rate at the pericentre [rad per rad of true anomaly]')
     axes.set_title("Libration on an ellipse (Beletsky's equation), once an orbit")
     return figure
 
 
 def strobes(table: str | Path):
-    """Yield pitch [rad], from -pi to pi, and pitch rate [rad/s] of each run's samples, (N,)."""
+    """
+    Yield pitch [rad] and pitch rate [rad/s] of each run's samples, (N,).
+
+    The pitch from -pi/2 to pi/2: the field does not tell a body from one upside down.
+    """
     for row in pq.read_table(table).to_pylist():
         q_lb, omega_bl_b = np.array(row['samples_q_lb']), np.array(row['samples_omega_bl_b'])
         pitch = 2.0 * np.arctan2(q_lb[:, 1], q_lb[:, 3])
-        yield (pitch + np.pi) % (2.0 * np.pi) - np.pi, omega_bl_b[:, 1]
+        yield (pitch + np.pi / 2.0) % np.pi - np.pi / 2.0, omega_bl_b[:, 1]
 
 
 def _grid(table, x_name, y_name, name):

@@ -16,7 +16,6 @@ from contextlib import contextmanager
 from functools import lru_cache
 from itertools import islice
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 from .. import __version__
@@ -24,6 +23,7 @@ from ..offline import simulate
 from ..progress import progress
 from .outcome import row
 from .plan import Plan
+from .table import unite, write_part
 
 # Batches handed over at a time: enough for a large cluster, few enough for a small memory.
 _IN_FLIGHT = 1000
@@ -41,19 +41,18 @@ def sweep(
 
     Interrupted, it goes on where it was when called again.  workers: processes on this machine,
     None: one a core.  dask_address: a dask.distributed scheduler that does the runs instead.
-    ValueError: the file is wrong, the directory holds something else, or a package is missing.
+    ValueError: the file is wrong, or the directory holds something else.
     OSError: a file cannot be written.
     """
     if workers is not None and workers < 1:
         raise ValueError(f'--workers is {workers}; it takes an integer of at least 1')
     plan, directory = Plan.from_yaml(path), Path(directory)
-    table = _table()
     _occupy(directory, plan)
     whole, parts = directory / 'table.parquet', directory / 'parts'
     if not whole.exists():
         parts.mkdir(exist_ok=True)
-        _run_batches(plan, parts, table, _executor(workers, dask_address))
-        table.unite(whole, plan, [parts / _name(first) for first, _ in batches(plan)])
+        _run_batches(plan, parts, _executor(workers, dask_address))
+        unite(whole, plan, [parts / _name(first) for first, _ in batches(plan)])
     shutil.rmtree(parts, ignore_errors=True)
     for run in plan.bags:
         _record(plan, run, directory / 'bags')
@@ -77,7 +76,7 @@ def batch(text: str, first: int, last: int) -> list[dict[str, Any]]:
 _plan = lru_cache(maxsize=1)(Plan.from_text)
 
 
-def _run_batches(plan, parts, table, executor):
+def _run_batches(plan, parts, executor):
     text = plan.to_text()
     missing = (each for each in batches(plan) if not (parts / _name(each[0])).exists())
     done = sum(last - first for first, last in batches(plan) if (parts / _name(first)).exists())
@@ -93,7 +92,7 @@ def _run_batches(plan, parts, table, executor):
                 finished, _ = futures.wait(running, return_when=futures.FIRST_COMPLETED)
                 for future in finished:
                     rows = future.result()
-                    table.write_part(parts / _name(running.pop(future)), plan, rows)
+                    write_part(parts / _name(running.pop(future)), plan, rows)
                     done += len(rows)
                 show(done)
         except BaseException:
@@ -109,12 +108,8 @@ def _executor(workers, dask_address):
         with futures.ProcessPoolExecutor(workers or os.cpu_count(), spawn, _follow_parent) as pool:
             yield pool
         return
-    try:
-        from distributed import Client
-    except ModuleNotFoundError:
-        raise ValueError(
-            "--dask needs dask.distributed, which is missing: pip install 'satdyn_ros[sweep]'"
-        ) from None
+    from distributed import Client
+
     try:
         client = Client(dask_address, timeout=_CONNECT_S)
     except (OSError, ValueError) as error:
@@ -130,16 +125,6 @@ def _follow_parent():
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
     threading.Thread(target=lambda: (parent.join(), os._exit(1)), daemon=True).start()
-
-
-def _table() -> ModuleType:
-    try:
-        from . import table
-    except ModuleNotFoundError as error:
-        raise ValueError(
-            f"a sweep needs {error.name}, which is missing: pip install 'satdyn_ros[sweep]'"
-        ) from None
-    return table
 
 
 def _occupy(directory, plan):

@@ -23,7 +23,7 @@ from .sweeps import write
 ROOT = Path(__file__).parents[2]
 ENVIRONMENT = os.environ | {'PYTHONPATH': str(ROOT)}
 # 64 batches of 2 runs, long enough to be interrupted among.
-MANY = {'runs': 43, 'duration_s': 200_000.0, 'interval_s': 1000.0}
+MANY = {'runs': 43, 'duration_s': 100_000.0, 'interval_s': 1000.0}
 PROGRAM = """
 import sys
 from satdyn_ros.sweep.run import sweep
@@ -68,6 +68,7 @@ def test_interrupted_and_resumed(many, tmp_path, how):
     process = start(path, directory)
     wait_for_parts(directory, 3)
     process.send_signal(how)
+    # The workers hold stderr open: it ends when they have ended too.
     process.communicate(timeout=60)
     assert process.returncode != 0
     assert not (directory / 'table.parquet').exists()
@@ -79,16 +80,6 @@ def test_interrupted_and_resumed(many, tmp_path, how):
     assert before.items() <= after.items()
     assert again.wait(60) == 0
     assert (directory / 'table.parquet').read_bytes() == expected
-
-
-def test_killed_leaves_no_process_behind(many, tmp_path):
-    """The workers of a sweep that is killed end with it: they hold its stderr open till then."""
-    path, _ = many
-    directory = tmp_path / 'killed'
-    process = start(path, directory)
-    wait_for_parts(directory, 1)
-    process.kill()
-    process.communicate(timeout=20)
 
 
 def test_finished_is_not_done_again(tmp_path):

@@ -34,7 +34,8 @@ def explain(system: System, state: State, start_s: float = 0.0) -> str | None:
     """
     Return one sentence that says why there is no exact motion, None where there is one.
 
-    It speaks of the motions that the field allows: on an orbit only the planar ones.
+    It speaks of the motions that the field allows: on an orbit only the planar ones, without a
+    field the free ones.
     """
     reasons = {candidate: _why_not(candidate, system, state, start_s) for candidate in CANDIDATES}
     if None in reasons.values():
@@ -42,7 +43,8 @@ def explain(system: System, state: State, start_s: float = 0.0) -> str | None:
     driven = np.any(system.torque_b) or system.rotor_torque != 0.0
     if isinstance(system.orbit, KeplerOrbit) or driven:
         return reasons[Planar]
-    of_the_field = (Free, Planar, Symmetric, Stationary)
+    has_field = system.orbit.gradient != 0.0 or np.any(system.weight_moment)
+    of_the_field = (Planar, Symmetric, Stationary) if has_field else (Free, Symmetric)
     return '; '.join(f'{motion.name}: {reasons[motion]}' for motion in of_the_field)
 
 

@@ -287,7 +287,7 @@ KEYS = {
             1e-12,
             '',
             'relative local error of the numeric propagation',
-            low=1e-15,
+            low=1e-14,
             high=1e-3,
         ),
         Key('publish.rate', 'double', 100.0, 'Hz', 'ticks a second', above=0.0, high=1e4),

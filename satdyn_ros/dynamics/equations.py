@@ -31,7 +31,11 @@ SIZE = 12
 
 
 class Parameters(NamedTuple):
-    """The constants of one motion as plain numbers; matrices are tuples of rows."""
+    """
+    The constants of one motion as plain numbers; matrices are tuples of rows.
+
+    slow_rate [rad/s]: far below the rates at which the field swings the body, for a body at rest.
+    """
 
     inertia: tuple
     carrier_inertia: tuple
@@ -47,6 +51,7 @@ class Parameters(NamedTuple):
     to_pericentre: tuple
     ahead: tuple
     does_work: bool
+    slow_rate: float
 
 
 def parameters(system: System) -> Parameters:
@@ -60,6 +65,7 @@ def parameters(system: System) -> Parameters:
         anomaly_rate = np.sqrt(orbit.mu / orbit.semi_latus_rectum) / orbit.semi_latus_rectum
         gradient = 3.0 * anomaly_rate**2
         to_pericentre, ahead, _ = orbit.perifocal.T
+    weight = np.linalg.norm(system.weight_moment)
     return Parameters(
         inertia=_rows(system.inertia),
         carrier_inertia=_rows(carrier),
@@ -74,6 +80,7 @@ def parameters(system: System) -> Parameters:
         gradient=float(gradient),
         to_pericentre=_row(to_pericentre),
         ahead=_row(ahead),
+        slow_rate=float(1e-3 * np.sqrt(abs(gradient) + weight / np.trace(system.inertia))),
         does_work=bool(eccentricity or np.any(system.torque_b) or system.rotor_torque),
     )
 

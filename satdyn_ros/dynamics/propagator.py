@@ -168,7 +168,7 @@ def _step(clock, y, k, dense, anomaly, of, tolerance):
             derivative(y, of, k[i])
             _combine(i + 1, y_0, h, k, y)
         derivative(y, of, k[12])
-        error = _error(y_0, h, k) / tolerance
+        error = _error(y_0, h, k, of.slow_rate) / tolerance
         if error <= 1.0:
             break
         # nan fails every comparison: such a step is cut, until it is too short to be one.
@@ -198,13 +198,15 @@ def _combine(row, y, h, k, z):
 
 
 @njit(**COMPILED)
-def _error(y, h, k):
+def _error(y, h, k, slow_rate):
     """Return the error of a step from y, the mean over attitude, rate and orbit."""
     e_3, e_5 = k[13], k[14]
     _combine(ERROR_3, _ZERO, h, k, e_3)
     _combine(ERROR_5, _ZERO, h, k, e_5)
-    # The natural scale of a rate: the rate itself and the root of the acceleration.
-    omega_scale = np.sqrt(_square(y, OMEGA)) + np.sqrt(np.sqrt(_square(k[0], OMEGA))) + 1e-300
+    # The natural scale of a rate: the rate itself and the root of the acceleration.  At rest both
+    # may be rounding, which needs no digits.
+    omega_scale = np.sqrt(_square(y, OMEGA)) + np.sqrt(np.sqrt(_square(k[0], OMEGA)))
+    omega_scale += slow_rate + 1e-300
     square_3 = square_5 = 0.0
     for i in range(SIZE):
         if MOMENTUM <= i < CENTRE:

@@ -126,6 +126,7 @@ def _number(data, start, size):
     'Tuple((int64, int64[::1], uint16[::1], uint64[::1], int64[::1]))'
     '(Array(uint8, 1, "C", readonly=True))',
     cache=True,
+    nogil=True,
 )
 def _records(data):
     """
@@ -161,7 +162,9 @@ def _records(data):
     )
 
 
-@njit('uint8[:, ::1](Array(uint8, 1, "C", readonly=True), int64[::1], int64)', cache=True)
+@njit(
+    'uint8[:, ::1](Array(uint8, 1, "C", readonly=True), int64[::1], int64)', cache=True, nogil=True
+)
 def _gather(data, begins, length):
     """Return the rows data[begin : begin + length], shape (N, length)."""
     rows = np.empty((len(begins), length), np.uint8)

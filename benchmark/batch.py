@@ -1,0 +1,125 @@
+"""Many trajectories beside heyoka's batch and ensemble modes, and one core beside two."""
+
+import multiprocessing
+import time
+from concurrent.futures import ProcessPoolExecutor
+
+import heyoka as hy
+import numpy as np
+from common import Claim, medians, milliseconds, show
+from problem import DURATION_S, MAX_ERROR_RAD, START, error_rad, heyoka_equations, system
+
+from satdyn_ros.dynamics.propagator import Propagation
+from satdyn_ros.dynamics.system import State
+
+COUNT, LANES = 64, 8
+OURS, HEYOKA = 3e-13, 5e-12
+END_S = np.array([DURATION_S])
+# Slightly different rates, the first of them the test problem's.
+RATES = START.omega_bi_b * (1.0 + 1e-3 * np.arange(COUNT))[:, None]
+
+
+def ours(rates=RATES):
+    """Propagate from every rate, one after the other; return the last attitudes."""
+    states = (State(START.q_ib, rate) for rate in rates)
+    of = system()
+    return np.array([Propagation(of, state, tolerance=OURS).at(END_S).q_ib[0] for state in states])
+
+
+def heyoka_batch():
+    """Return a function that does the same with heyoka's batch integrator, compiled once."""
+    begin = np.empty((7, LANES))
+    integrator = hy.taylor_adaptive_batch(heyoka_equations(), begin * 0.0, tol=HEYOKA)
+
+    def run():
+        attitudes = []
+        for first in range(0, COUNT, LANES):
+            integrator.set_time(0.0)
+            integrator.state[:4] = START.q_ib[:, None]
+            integrator.state[4:] = RATES[first : first + LANES].T
+            integrator.propagate_until(np.full(LANES, DURATION_S))
+            attitudes.append(integrator.state[:4].T.copy())
+        return np.concatenate(attitudes)
+
+    return run
+
+
+def heyoka_ensemble():
+    """Return a function that does the same with heyoka's ensemble, its threads on all cores."""
+    y_0 = np.concatenate([START.q_ib, START.omega_bi_b])
+    integrator = hy.taylor_adaptive(heyoka_equations(), y_0, tol=HEYOKA)
+
+    def begin(copy, i):
+        copy.time = 0.0
+        copy.state[:] = np.concatenate([START.q_ib, RATES[i]])
+        return copy
+
+    def run():
+        done = hy.ensemble_propagate_until(integrator, DURATION_S, COUNT, begin)
+        return np.array([one[0].state[:4] for one in done])
+
+    return run
+
+
+def _share(rates):
+    begin = time.perf_counter()
+    ours(rates)
+    return time.perf_counter() - begin
+
+
+def two_cores(rounds=7):
+    """Return the wall seconds of the same work on one process and on two, started before."""
+    spawn, seconds = multiprocessing.get_context('spawn'), {}
+    for cores in (1, 2):
+        with ProcessPoolExecutor(cores, spawn) as pool:
+            list(pool.map(_share, [RATES[:1]] * 4 * cores))
+            times = []
+            for _ in range(rounds):
+                begin = time.perf_counter()
+                list(pool.map(_share, np.split(RATES, 16)))
+                times.append(time.perf_counter() - begin)
+        seconds[cores] = float(np.median(times))
+    return seconds
+
+
+def main():
+    """Run all; return title, claims and text."""
+    contenders = {
+        'ours': ours,
+        'heyoka batch': heyoka_batch(),
+        'heyoka ensemble': heyoka_ensemble(),
+    }
+    for name, run in contenders.items():
+        error = error_rad(run()[:1], END_S)
+        print(f'{name}: error {error:.2g} rad')
+        if error > MAX_ERROR_RAD:
+            raise SystemExit(
+                f'{name} misses {MAX_ERROR_RAD:g} rad by its error of {error:.3g} rad'
+            )
+    seconds, cores = medians(contenders), two_cores()
+    claims = [
+        Claim(
+            f'a trajectory of {COUNT}, against {peer}',
+            milliseconds(seconds['ours'] / COUNT),
+            milliseconds(seconds[peer] / COUNT),
+            seconds['ours'] / seconds[peer],
+            1.5,
+            1.0,
+            at_most=True,
+        )
+        for peer in list(contenders)[1:]
+    ]
+    claims.append(
+        Claim(
+            f'{COUNT} trajectories, two cores against one (wall)',
+            milliseconds(cores[2]),
+            milliseconds(cores[1]),
+            cores[1] / cores[2],
+            1.8,
+        )
+    )
+    return 'Many trajectories', show(claims), ''
+
+
+if __name__ == '__main__':
+    main()

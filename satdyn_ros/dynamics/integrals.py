@@ -13,7 +13,7 @@ weight moment, V = (3 mu / 2 r^3) c . I c and nu the orbital rate:
     rotor_momentum  p                                                     free rotor
     energy_balance  energy less the work done and less its first value    driven, or elliptic
 
-Agostinelli 1977, eqs 3-6; Beletsky 1957; Balli and Grioli 1979; THEORY of the elliptic orbit.
+Agostinelli 1977, eqs 3-6; Beletsky 1957; Balli and Grioli 1979.
 """
 
 import numpy as np

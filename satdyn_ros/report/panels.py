@@ -131,7 +131,7 @@ def phase(axes, history: History):
     rate = (rate_l[:, 1] + orbit.rate(history.states.orbit_s)) / orbit.mean_motion
     axes.plot(np.degrees(pitch), rate, color=COLOURS[0], lw=1.4, label='this run')
     inertia = history.scenario.system.inertia
-    # THEORY of planar motion: I_n th'' + 3 n^2 (I_t - I_r) sin th cos th = 0 about the normal.
+    # Beletsky 1957, sec. 2: I_n th'' + 3 n^2 (I_t - I_r) sin th cos th = 0 about the normal.
     strength = 3.0 * (inertia[0, 0] - inertia[2, 2]) / inertia[1, 1]
     angle = np.linspace(-np.pi, np.pi, 721)
     height = np.cos(angle) if strength >= 0.0 else np.sin(angle)

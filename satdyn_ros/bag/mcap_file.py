@@ -168,18 +168,15 @@ def _written(records) -> bytes:
     return builder.end()
 
 
-def _message_indexes(contents: Contents, start: int) -> tuple[bytes, dict[int, int]]:
+def _message_indexes(contents: Contents, start: int) -> tuple[bytearray, dict[int, int]]:
     """Return the index records of a chunk's messages and where in the file each channel's is."""
-    builder = RecordBuilder()
-    offsets = {}
+    records, offsets = bytearray(), {}
     for channel_id, places in contents.places.items():
         entries = np.empty(len(places), _INDEX_ENTRY)
         entries['log_time'] = contents.log_times[places]
         entries['offset'] = contents.offsets[places]
-        offsets[channel_id] = start + builder.count
-        builder.start_record(Opcode.MESSAGE_INDEX)
-        builder.write2(channel_id)
-        builder.write4(entries.nbytes)
-        builder.write(entries.tobytes())
-        builder.finish_record()
-    return builder.end(), offsets
+        offsets[channel_id] = start + len(records)
+        size = entries.nbytes
+        records += struct.pack('<BQHI', Opcode.MESSAGE_INDEX, 2 + 4 + size, channel_id, size)
+        records += entries.data
+    return records, offsets

@@ -1,7 +1,6 @@
 """A rosbag2 bag that is written as it happens: never half a record, never older than one flush."""
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -29,10 +28,9 @@ class BagWriter:
     max_duration_s: a new file begins when the running one has reached this size, or would span
     more than this time; 0: never.  provenance: what made the bag; every file begins with it.
 
-    One thread uses it; a second compresses and writes a chunk while the next one fills.  What was
-    written is with the system after flush(), and the bag is complete after close().  OSError: the
-    directory exists or cannot be written; the bag then takes no more, and what was written can be
-    recovered.
+    One thread uses it.  What was written is with the system after flush(), and the bag is complete
+    after close().  OSError: the directory exists or cannot be written; the bag then takes no more,
+    and what was written can be recovered.
     """
 
     def __init__(
@@ -59,9 +57,7 @@ class BagWriter:
         self._provenance = dict(provenance or {})
         self._metadata = BagMetadata([], self._provenance)
         self._counts: dict[str, int] = {}
-        self._chunk, self._next_chunk = ChunkBuilder(), ChunkBuilder()
-        self._pool = ThreadPoolExecutor(max_workers=1)
-        self._writing: Future[None] | None = None
+        self._chunk = ChunkBuilder()
         self._in_file: set[str] = set()
         self._wants_snapshot = True
         self._failure: str | None = None
@@ -75,8 +71,6 @@ class BagWriter:
         """Take in a topic; one that is known already stays as it is."""
         if topic.name in self._topics:
             return
-        with self._telling():
-            self._await_chunk()
         schema_id = len(self._schemas) + 1
         schema = self._schemas.setdefault(topic.type, topic.schema_record(schema_id))
         channel = topic.channel_record(len(self._channels) + 1, schema.id)
@@ -129,7 +123,6 @@ class BagWriter:
         """Hand all that was written to the system, where it outlives this process."""
         with self._telling():
             self._end_chunk()
-            self._await_chunk()
 
     def close(self) -> None:
         """Complete the bag; to one that takes no more, nothing is done."""
@@ -138,7 +131,6 @@ class BagWriter:
         with self._telling():
             self._end_file()
             self._metadata.write(self.directory, tuple(self._topics.values()), self._counts)
-        self._pool.shutdown()
 
     def __enter__(self) -> 'BagWriter':
         return self
@@ -186,7 +178,6 @@ class BagWriter:
 
     def _end_file(self):
         self._end_chunk()
-        self._await_chunk()
         record = self._metadata.record(tuple(self._topics.values()), self._counts)
         self._file.write_metadata(metadata.NAME, record)
         self._file.finish()
@@ -194,8 +185,6 @@ class BagWriter:
     def _file_is_full(self, stamp_ns):
         if self._metadata.files[-1].message_count == 0:
             return False
-        if self._max_size_bytes:
-            self._await_chunk()
         too_large = 0 < self._max_size_bytes <= self._file.size
         return too_large or stamp_ns - self._first_ns(stamp_ns) > self._max_duration_ns
 
@@ -227,23 +216,10 @@ class BagWriter:
             self._end_chunk()
 
     def _end_chunk(self):
-        """Let the running chunk be written."""
-        if self._chunk.is_empty:
-            return
-        self._await_chunk()
-        self._writing = self._pool.submit(self._write_chunk, self._chunk.take())
-        self._chunk, self._next_chunk = self._next_chunk, self._chunk
-
-    def _await_chunk(self):
-        """Wait until the last chunk is written; OSError: it cannot be."""
-        if self._writing is not None:
-            writing, self._writing = self._writing, None
-            writing.result()
-
-    def _write_chunk(self, contents):
-        self._file.write_chunk(contents, self._compression, self._compress(contents))
+        if not self._chunk.is_empty:
+            contents = self._chunk.take()
+            self._file.write_chunk(contents, self._compression, self._compress(contents))
 
     def _write_metadata(self, name, mapping):
         self._end_chunk()
-        self._await_chunk()
         self._file.write_metadata(name, dict(mapping))

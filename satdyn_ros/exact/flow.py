@@ -18,7 +18,7 @@ import numpy as np
 from scipy.special import elliprf, elliprj
 
 from .half_angles import Zero, evaluate
-from .nutation import Nutation
+from .nutation import NO_DISTANCE, Nutation
 
 
 class Flow:
@@ -87,9 +87,9 @@ def _zero(nutation, c, k, l):
     # The pole u = c from the end of the range beside it and from the other end.
     near, far = turning.from_above if c > 0 else turning.from_below
     if turning.steady:
-        rate = k + (l / near if l != 0.0 else 0.0)
+        rate = k + (l / near if near > NO_DISTANCE else 0.0)
         return Zero(1.0, np.inf, np.inf, False, rate), rate
-    if near == 0.0:
+    if near <= NO_DISTANCE:
         return Zero(1.0, 0.0, depth, nutation.from_b == (c > 0), k + 2.0 * np.pi / T), k
     Q_near, Q_far = (turning.Qa, turning.Qb) if c > 0 else (turning.Qb, turning.Qa)
     width, (Y1, Y2) = turning.da - turning.db, nutation.Y
@@ -97,10 +97,15 @@ def _zero(nutation, c, k, l):
     # lie between, from the far end through infinity.
     direct = near**2 * Q_far <= far**2 * Q_near
     start, end, Q = (near, far, Q_near) if direct else (far, near, Q_far)
-    z1, z2 = Q * end - Y1 * start, Q * end - Y2 * start
-    if share == 1.0 and z1 < Q * end / 2.0:
-        z1 = Q * (l * width) ** 2 / (start * end * z2)
+    if share == 1.0:
+        # z = Q end - Y start by product and difference, for f = -l^2 at the pole
+        product, half = Q * (l * width) ** 2 / (start * end), nutation.split * start / 2.0
+        z2 = half + np.hypot(half, np.sqrt(product))
+        z1 = product / z2 if z2 > 0.0 else 0.0
+    else:
+        z1, z2 = Q * end - Y1 * start, Q * end - Y2 * start
     height = min(2.0 * np.sqrt(start) * elliprf(Q * end, z1, z2).real, depth)
+    depth = depth - height if np.isfinite(height) else np.inf
     sign = 1.0 if (l >= 0.0) == direct else -1.0
     at_end = nutation.from_b == (direct == (c > 0))
     if T < np.inf:
@@ -109,7 +114,7 @@ def _zero(nutation, c, k, l):
     else:
         mean = 1.0 / (near if nutation.from_b == (c > 0) else far)
     rate = k + l * mean
-    return Zero(sign, height, depth - height, at_end, rate), rate
+    return Zero(sign, height, depth, at_end, rate), rate
 
 
 def _least_squares(y1, x1, y2, x2):

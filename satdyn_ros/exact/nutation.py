@@ -16,6 +16,8 @@ from .half_angles import Lattice, Zero, evaluate
 from .turning import turning_points
 
 EPS = np.finfo(float).eps
+# A turning point so near to a pole is at it.
+NO_DISTANCE = 1e-100
 
 
 class Nutation:
@@ -51,7 +53,7 @@ class Nutation:
                 difference**2 - (2.0 * total - c_2) * c_2,
             ),
         ]
-        if da * db < 0.0:
+        if -da * db > 1e-10 * width**2:
             c0 = f[0] / (-da * db)
             c1 = (f[1] - (da + db) * c0) / (-da * db)
             sizes = (abs(f[1]) + abs(da + db) * c0) / (-da * db)
@@ -67,11 +69,12 @@ class Nutation:
         self.since = since if leaving else -since
 
     def _set_lattice(self, M, G, discriminant):
-        """Set Y1, Y2 and the periods of u; discriminant = M^2 - G^2, G^2 = 4 Qa Qb."""
+        """Set Y1, Y2, their split where real, and the periods; discriminant = M^2 - 4 Qa Qb."""
         if discriminant >= 0.0 and M > 0.0:
-            Y1 = (M + np.sqrt(discriminant)) / 2.0
+            self.split = np.sqrt(discriminant)
+            Y1 = (M + self.split) / 2.0
             Y2 = G * G / (4.0 * Y1)
-            T, imaginary = elliprf(0.0, Y1, Y2), elliprf(0.0, np.sqrt(discriminant), Y1)
+            T, imaginary = elliprf(0.0, Y1, Y2), elliprf(0.0, self.split, Y1)
             self.Y, self.lattice = (Y1, Y2), Lattice(4.0 * T, 4.0 * imaginary, 1.0)
         else:
             discriminant = min(discriminant, 0.0)
@@ -162,7 +165,7 @@ def _ways_to_M(turning, c2, *squares):
     ways = [(Qa + Qb + abs(c2) * width**2, Qa + Qb - c2 * width**2)]
     poles = [(*turning.from_above, Qa, Qb), (*turning.from_below, Qb, Qa)]
     for (near, far, Q_near, Q_far), square in zip(poles, squares, strict=True):
-        if near > 0.0:
+        if near > NO_DISTANCE:
             sum_ = Q_near * far / near + Q_far * near / far
             other = square * (width / near / far) ** 2
             ways.append((sum_ + other, sum_ - other))

@@ -46,7 +46,10 @@ def turning_points(f, f_up, f_down, above, below) -> Turning:
     f(1) <= 0 and f(-1) <= 0; above, below: 1 - u0 and 1 + u0.
     """
     f = np.asarray(f)
-    if f[0] == 0.0 and f[1] == 0.0:
+    curvature = np.sum(np.abs(f[2:]))
+    # Rates of 1e-75 rad/s, and a nutation of 1e-60, far below rounding, count as none.
+    still = curvature < 1e-150
+    if still or (abs(f[1]) <= 1e-60 * curvature and f[0] <= 1e-120 * curvature):
         return Turning(0.0, 0.0, (above, above), (below, below), 0.0, 0.0)
     da, to_upper_pole, slope_a = _turning_point(f, f_up, above)
     mirrored = f * np.array([1.0, -1.0, 1.0, -1.0, 1.0])
@@ -83,7 +86,7 @@ def _turning_point(here, pole, gap):
 def _first_root(f, start, stop):
     """Return the first root on the way from start, where f >= 0, to stop, where f <= 0."""
     slope = f.deriv()
-    extrema = np.array([z.real for z in slope.roots() if z.imag == 0.0])
+    extrema = np.array([_polished(slope, z.real) for z in slope.roots() if z.imag == 0.0])
     low, high = min(start, stop), max(start, stop)
     extrema = np.sort(extrema[(extrema > low) & (extrema < high)])
     left = start
@@ -96,5 +99,11 @@ def _first_root(f, start, stop):
     if f(left) <= 0.0:
         return left
     root = brentq(f, left, right, xtol=1e-300, rtol=4 * np.finfo(float).eps, maxiter=1000)
-    newton = root - f(root) / slope(root) if slope(root) != 0.0 else root
+    return _polished(f, root)
+
+
+def _polished(f, root):
+    """Return the root of f after a step of Newton's, if that is nearer to it."""
+    slope = f.deriv()(root)
+    newton = root - f(root) / slope if slope != 0.0 else root
     return newton if abs(f(newton)) < abs(f(root)) else root

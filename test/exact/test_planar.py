@@ -8,7 +8,7 @@ import pytest
 from agreement import assert_agrees
 from cases import bounded, newtonian
 from draws import angles, body_axes, inertia_in_body_axes, moments, powers_of_ten, signs
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
@@ -296,9 +296,10 @@ def _agrees(data, orbit, I, scale, weight_moment):
     R_bp = rotation.matrix(q_bp)
     weight = weight_moment(R_bp[:, plane.axis - 2], R_bp[:, plane.axis - 1])
     system = System(inertia_in_body_axes(I, q_bp), rotor, orbit, weight)
-    motion = Planar(
-        system, State(q_ib, omega, speed, 0.2 if rotor.turns_freely else np.nan), start_s
-    )
+    start = State(q_ib, omega, speed, 0.2 if rotor.turns_freely else np.nan)
+    # At rest a hair beside an equilibrium, the torque alone tells the plane, with few digits.
+    assume(slow > 0.0 or Planar.why_not(system, start) is None)
+    motion = Planar(system, start, start_s)
     total = scale + np.linalg.norm(omega)
     duration = min(10.0 * (motion.period_s or 1.0 / scale), 300.0 / total)
     assert_agrees(motion, np.linspace(0.0, duration, 40), total)

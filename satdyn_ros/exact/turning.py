@@ -47,8 +47,8 @@ def turning_points(f, f_up, f_down, above, below) -> Turning:
     """
     f = np.asarray(f)
     curvature = np.sum(np.abs(f[2:]))
-    # Rates of 1e-75 rad/s, and a nutation of 1e-60, far below rounding, count as none.
-    still = curvature < 1e-150
+    # Rates of 1e-50 rad/s, and a nutation of 1e-60, far below rounding, count as none.
+    still = curvature < 1e-100
     if still or (abs(f[1]) <= 1e-60 * curvature and f[0] <= 1e-120 * curvature):
         return Turning(0.0, 0.0, (above, above), (below, below), 0.0, 0.0)
     da, to_upper_pole, slope_a = _turning_point(f, f_up, above)
@@ -98,7 +98,7 @@ def _first_root(f, start, stop):
         return stop  # rounding hides that the pole itself is the root
     if f(left) <= 0.0:
         return left
-    root = brentq(f, left, right, xtol=1e-300, rtol=4 * np.finfo(float).eps, maxiter=1000)
+    root = brentq(f, left, right, xtol=1e-300, rtol=4 * np.finfo(float).eps, maxiter=3000)
     return _polished(f, root)
 
 

@@ -111,7 +111,7 @@ class PacingReport:
             'factor reached': f'{reached:.4g}',
             'late ticks': counted.late_ticks,
             'late ticks since start': self._late_ticks,
-            'largest lag [s]': f'{counted.largest_lag_s:.6f}',
+            'largest lag [s]': f'{counted.largest_lag_ns * 1e-9:.6f}',
             'restarts of the deadlines': counted.restarts,
         }
         if not pacing.is_alive:

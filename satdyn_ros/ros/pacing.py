@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
-from threading import Condition, Thread
+from threading import Condition, RLock, Thread
 from typing import Protocol
 
 from ..events import Event
@@ -39,11 +39,11 @@ class Listener(Protocol):
 
 @dataclass
 class Punctuality:
-    """Ticks published; those later than one period; the largest lag [s]; fresh starts."""
+    """Ticks published; those later than one period; the largest lag; fresh starts."""
 
     ticks: int = 0
     late_ticks: int = 0
-    largest_lag_s: float = 0.0
+    largest_lag_ns: float = 0.0
     restarts: int = 0
 
 
@@ -67,7 +67,8 @@ class Pacing:
         self._listener = listener
         self._factor = factor
         self._failed = failed
-        self._changed = Condition()
+        self._lock = RLock()
+        self._changed = Condition(self._lock)
         self._attention = False
         self._stopping = False
         self._paused = False
@@ -227,27 +228,32 @@ class Pacing:
 
     def _publish(self, samples, messages):
         """Publish tick by tick until something comes up."""
-        publish, changed, stepping = messages.publish, self._changed, self._paused
-        tick = samples.first_tick
+        # Few steps of Python a tick: after a sleep they find the processor's caches cold.
+        publish, lock, stepping = messages.publish, self._lock, self._paused
+        deadlines_ns = None if stepping or not self._period_ns else self._deadlines_ns(samples)
         for row in range(len(samples)):
-            if not stepping and self._period_ns:
-                self._sleep_to_deadline(tick)
-            with changed:
+            if deadlines_ns:
+                self._sleep_to(deadlines_ns[row])
+            with lock:
                 if self._attention:
                     return
                 publish(row)
-                self._tick = tick
-                tick += 1
+                self._tick += 1
                 if stepping:
                     self._steps -= 1
                     if self._steps == 0:
-                        changed.notify_all()
+                        self._changed.notify_all()
+            if self._begin_anew:
+                return
 
-    def _sleep_to_deadline(self, tick):
+    def _deadlines_ns(self, samples):
         if self._begin_anew:
             self._begin_anew = False
-            self._begin_tick, self._begin_ns = tick, time.monotonic_ns()
-        deadline_ns = self._begin_ns + (tick - self._begin_tick) * self._period_ns
+            self._begin_tick, self._begin_ns = samples.first_tick, time.monotonic_ns()
+        first, period_ns = samples.first_tick - self._begin_tick, self._period_ns
+        return [self._begin_ns + i * period_ns for i in range(first, first + len(samples))]
+
+    def _sleep_to(self, deadline_ns):
         left_ns = deadline_ns - time.monotonic_ns()
         while left_ns > _SHORT_NS:
             with self._changed:
@@ -257,14 +263,11 @@ class Pacing:
             left_ns = deadline_ns - time.monotonic_ns()
         if left_ns > 0:
             time.sleep(left_ns / _SECOND_NS)
-        self._count_lag(time.monotonic_ns() - deadline_ns)
-
-    def _count_lag(self, lag_ns):
-        punctuality = self._punctuality
+        lag_ns, punctuality = time.monotonic_ns() - deadline_ns, self._punctuality
+        if lag_ns > punctuality.largest_lag_ns:
+            punctuality.largest_lag_ns = lag_ns
         if lag_ns > self._period_ns:
             punctuality.late_ticks += 1
-        if lag_ns > punctuality.largest_lag_s * _SECOND_NS:
-            punctuality.largest_lag_s = lag_ns / _SECOND_NS
-        if lag_ns > _LARGEST_LAG_NS:
-            punctuality.restarts += 1
-            self._begin_anew = True
+            if lag_ns > _LARGEST_LAG_NS:
+                punctuality.restarts += 1
+                self._begin_anew = True

@@ -68,7 +68,8 @@ def _request(given):
 
 def _simulate(given):
     from . import events, offline
-    from .progress import progress
+    from .dynamics.propagator import is_compiled
+    from .progress import progress, tell_of_compiling
     from .scenario import Scenario
 
     scenario = Scenario.from_yaml(given.file)
@@ -81,6 +82,7 @@ def _simulate(given):
     happening = events.from_yaml(given.events, scenario) if given.events else []
     count = offline.tick_count(scenario, given.duration)
     run = offline.simulate(scenario, given.duration, given.out, happening)
+    tell_of_compiling(is_compiled())
     with (
         _interruption() as interrupted,
         progress('simulating', count, 'ticks') as show,
@@ -167,7 +169,10 @@ def _sweep(given):
 
 def _check(given):
     from .check import check
+    from .dynamics.propagator import is_compiled
+    from .progress import tell_of_compiling
 
+    tell_of_compiling(is_compiled())
     return DONE if check() else ANSWER_IS_NO
 
 

@@ -1,8 +1,16 @@
-"""A progress bar with rate and time left, on a terminal alone."""
+"""What takes its time says so: a progress bar, on a terminal alone, and a notice."""
 
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+
+from .dynamics.compiled import NOTICE
+
+
+def tell_of_compiling(is_compiled: bool) -> None:
+    """Say why the first use takes seconds, unless the compiled code is there."""
+    if not is_compiled:
+        print(NOTICE, file=sys.stderr)
 
 
 @contextmanager

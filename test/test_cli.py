@@ -174,6 +174,32 @@ def test_verify_says_no(tmp_path, capsys):
     assert 'satdyn recover completes it' in capsys.readouterr().out
 
 
+def test_compiling_is_told(tmp_path):
+    """The first use says why it takes seconds, the second has nothing to say."""
+    command = [
+        sys.executable,
+        '-m',
+        'satdyn_ros.cli',
+        'simulate',
+        'config/default.yaml',
+        '-d',
+        '1',
+    ]
+    environment = os.environ | {'NUMBA_CACHE_DIR': str(tmp_path / 'cache')}
+    said = [
+        subprocess.run(
+            [*command, '--duration', '1', '-o', str(tmp_path / name)],
+            cwd=ROOT,
+            env=environment,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=True,
+        ).stderr
+        for name in ('first', 'second')
+    ]
+    assert said == ['compiling the equations of motion: once, for some seconds\n', '']
+
+
 def test_the_rate_is_overridden(tmp_path):
     """--rate counts in place of publish.rate, also for the instants of events."""
     happening = tmp_path / 'events.yaml'

@@ -95,7 +95,7 @@ def test_data_beside_the_modules_is_installed(distribution):
     beside = [
         path
         for path in (ROOT / 'satdyn_ros').rglob('*')
-        if path.is_file() and path.suffix != '.py' and path.parent.name != '__pycache__'
+        if path.is_file() and path.suffix != '.py' and '__pycache__' not in path.parts
     ]
     assert [path for path in beside if not any(map(path.match, patterns))] == []
 

@@ -19,14 +19,14 @@ of the orbit, f' (3 mu / r^3) t . I c - 3 (r' / r) V.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from .compiled import inlined
 from .orbit import FixedDirection
 from .system import State, System
-from .vector import COMPILED, add, apply, cross, dot, scale, to_body
+from .vector import add, apply, cross, dot, scale, to_body
 
-# The variables of the integration: q_ib (4), omega_bi_b (3), p, rotor angle, work, cos f, sin f.
-Q, OMEGA, MOMENTUM, ANGLE, WORK, CENTRE = 0, 4, 7, 8, 9, 10
+# The variables of the integration: q_ib (4), omega_bi_b (3), cos f, sin f, p, rotor angle, work.
+Q, OMEGA, CENTRE, MOMENTUM, ANGLE, WORK = 0, 4, 7, 9, 10, 11
 SIZE = 12
 
 
@@ -34,14 +34,15 @@ class Parameters(NamedTuple):
     """
     The constants of one motion as plain numbers; matrices are tuples of rows.
 
-    slow_rate [rad/s]: far below the rates at which the field swings the body, for a body at rest.
+    applied [N m]: torque - tau a.  slow_rate [rad/s]: far below the rates at which the field
+    swings the body, for a body at rest.
     """
 
     inertia: tuple
     carrier_inertia: tuple
     carrier_inverse: tuple
     weight_moment: tuple
-    torque_b: tuple
+    applied: tuple
     rotor_axis: tuple
     rotor_torque: float
     rotor_inertia_inverse: float
@@ -50,8 +51,8 @@ class Parameters(NamedTuple):
     gradient: float
     to_pericentre: tuple
     ahead: tuple
-    does_work: bool
     slow_rate: float
+    does_work: bool
 
 
 def parameters(system: System) -> Parameters:
@@ -71,7 +72,7 @@ def parameters(system: System) -> Parameters:
         carrier_inertia=_rows(carrier),
         carrier_inverse=_rows(np.linalg.inv(carrier)),
         weight_moment=_row(system.weight_moment),
-        torque_b=_row(system.torque_b),
+        applied=_row(system.torque_b - system.rotor_torque * rotor.axis),
         rotor_axis=_row(rotor.axis),
         rotor_torque=float(system.rotor_torque),
         rotor_inertia_inverse=1.0 / rotor.inertia if rotor.turns_freely else 0.0,
@@ -96,11 +97,10 @@ def initial_values(system: System, state: State) -> np.ndarray:
     return y
 
 
-@njit(inline='always', **COMPILED)
-def derivative(y, of, dy):
-    """Write dy/dt of the variables y (SIZE,) into dy, for the constants `of`."""
-    q, omega = (y[0], y[1], y[2], y[3]), (y[4], y[5], y[6])
-    p, cos_f, sin_f = y[7], y[10], y[11]
+@inlined
+def rates(y, of):
+    """Return dy/dt of the variables y, both tuples of SIZE, for the constants `of`."""
+    q, omega, cos_f, sin_f, p = y[0:4], y[4:7], y[7], y[8], y[9]
 
     rho = 1.0 + of.eccentricity * cos_f
     f_dot = of.anomaly_rate * rho * rho
@@ -108,28 +108,31 @@ def derivative(y, of, dy):
     c = to_body(q, add(scale(cos_f, of.to_pericentre), scale(sin_f, of.ahead)))
     I_c = apply(of.inertia, c)
 
-    gravity = add(scale(gradient, cross(c, I_c)), cross(c, of.weight_moment))
-    applied = add(of.torque_b, scale(-of.rotor_torque, of.rotor_axis))
+    gravity = cross(c, add(scale(gradient, I_c), of.weight_moment))
     momentum = add(apply(of.carrier_inertia, omega), scale(p, of.rotor_axis))
-    torque = add(add(cross(momentum, omega), gravity), applied)
+    torque = add(add(cross(momentum, omega), gravity), of.applied)
     omega_dot = apply(of.carrier_inverse, torque)
 
-    dy[0] = 0.5 * (q[3] * omega[0] + q[1] * omega[2] - q[2] * omega[1])
-    dy[1] = 0.5 * (q[3] * omega[1] + q[2] * omega[0] - q[0] * omega[2])
-    dy[2] = 0.5 * (q[3] * omega[2] + q[0] * omega[1] - q[1] * omega[0])
-    dy[3] = -0.5 * (q[0] * omega[0] + q[1] * omega[1] + q[2] * omega[2])
-    dy[4], dy[5], dy[6] = omega_dot
-    dy[7] = of.rotor_torque
-    dy[8] = p * of.rotor_inertia_inverse - dot(of.rotor_axis, omega)
+    power = 0.0
     if of.does_work:
         t = to_body(q, add(scale(-sin_f, of.to_pericentre), scale(cos_f, of.ahead)))
         r_dot_r = of.eccentricity * sin_f * f_dot / rho
         orbital = gradient * (f_dot * dot(I_c, t) - 1.5 * r_dot_r * dot(I_c, c))
-        dy[9] = dot(applied, omega) + orbital
-    else:
-        dy[9] = 0.0
-    dy[10] = -f_dot * sin_f
-    dy[11] = f_dot * cos_f
+        power = dot(of.applied, omega) + orbital
+    return (
+        0.5 * (q[3] * omega[0] + q[1] * omega[2] - q[2] * omega[1]),
+        0.5 * (q[3] * omega[1] + q[2] * omega[0] - q[0] * omega[2]),
+        0.5 * (q[3] * omega[2] + q[0] * omega[1] - q[1] * omega[0]),
+        -0.5 * (q[0] * omega[0] + q[1] * omega[1] + q[2] * omega[2]),
+        omega_dot[0],
+        omega_dot[1],
+        omega_dot[2],
+        -f_dot * sin_f,
+        f_dot * cos_f,
+        of.rotor_torque,
+        p * of.rotor_inertia_inverse - dot(of.rotor_axis, omega),
+        power,
+    )
 
 
 def _row(vector):

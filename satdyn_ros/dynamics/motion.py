@@ -106,7 +106,13 @@ class Motion(ABC):
         if len(t_s) and not (t_s.min() >= 0.0 and t_s.max() < np.inf):
             bad = t_s[~(np.isfinite(t_s) & (t_s >= 0.0))][0]
             raise ValueError(f't_s is {bad:g}; a motion answers finite times from 0 s on')
-        q_ib, omega_bi_b, rotor_speed, rotor_angle, work = self._states(t_s)
+        return self._table(t_s, *self._states(t_s))
+
+    @abstractmethod
+    def _states(self, t_s) -> tuple:
+        """Return q_ib (N, 4), omega_bi_b (N, 3), rotor_speed, rotor_angle and work, each (N,)."""
+
+    def _table(self, t_s, q_ib, omega_bi_b, rotor_speed, rotor_angle, work):
         return States(
             t_s=t_s,
             q_ib=q_ib,
@@ -117,7 +123,3 @@ class Motion(ABC):
             orbit=self.system.orbit,
             orbit_s=self.start_s + t_s,
         )
-
-    @abstractmethod
-    def _states(self, t_s) -> tuple:
-        """Return q_ib (N, 4), omega_bi_b (N, 3), rotor_speed, rotor_angle and work, each (N,)."""

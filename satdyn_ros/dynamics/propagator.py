@@ -6,11 +6,9 @@ order 7 (Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, 
 II.10).  The steps do not depend on the times that are asked for.
 """
 
-from pathlib import Path
-
 import numpy as np
-from numba import njit
 
+from .compiled import compiled, inlined, is_kept
 from .equations import (
     ANGLE,
     CENTRE,
@@ -18,17 +16,20 @@ from .equations import (
     OMEGA,
     SIZE,
     WORK,
-    derivative,
+    Q,
     initial_values,
     parameters,
+    rates,
 )
-from .motion import Motion
+from .motion import Motion, States
 from .orbit import true_anomaly
 from .system import State, System
 from .tableau import COLUMNS, DENSE, ENTRIES, ERROR_3, ERROR_5, LENGTHS
-from .vector import COMPILED
+from .vector import dot
 
 DEFAULT_TOLERANCE = 1e-12
+# The place on the orbit, integrated with the rest, is set right every so many steps.
+STEPS_PER_FIX = 8
 _ZERO = np.zeros(SIZE)
 
 
@@ -54,12 +55,9 @@ class Propagation(Motion):
     ):
         super().__init__(system, state, start_s)
         self.tolerance = tolerance
-        self._of = parameters(system)
-        self._anomaly = _anomaly(system, start_s)
-        # Attitude and rate always; what stays constant or has no value is not interpolated.
-        self._wanted = WORK + 1 if self._of.does_work else MOMENTUM
-        if system.rotor.turns_freely:
-            self._wanted = max(self._wanted, ANGLE + 1)
+        self.of = parameters(system)
+        self.anomaly = _anomaly(system, start_s)
+        self.wanted = _wanted(system, self.of)
         self._begin()
 
     @property
@@ -80,38 +78,59 @@ class Propagation(Motion):
         sorted_s = t_s if order is None else t_s[order]
         if len(t_s) and sorted_s[0] < self._clock[0]:
             self._begin()
-        out = np.empty((self._wanted, len(t_s)))
+        out = np.empty((len(self.wanted), len(t_s)))
         reached_s = _walk(
             sorted_s,
+            self.wanted,
             out,
             self._clock,
             self._y,
             self._stages,
             self._dense,
-            self._anomaly,
-            self._of,
+            self.anomaly,
+            self.of,
             self.tolerance,
         )
         if len(t_s) and reached_s < sorted_s[-1]:
-            raise RuntimeError(
-                f'the propagation came to a halt at {reached_s:g} s: no step meets the tolerance '
-                f'{self.tolerance:g}'
-            )
+            raise self.halt(reached_s)
         if order is not None:
             out[:, order] = out.copy()
-        q_ib, omega_bi_b = out[:4].T, out[4:7].T
-        q_ib, omega_bi_b = out[:OMEGA].T, out[OMEGA:MOMENTUM].T
+        return self._columns(out)
+
+    def halt(self, reached_s: float) -> RuntimeError:
+        """Return the error of a propagation that gets no further than reached_s."""
+        return RuntimeError(
+            f'the propagation came to a halt at {reached_s:g} s: no step meets the tolerance '
+            f'{self.tolerance:g}'
+        )
+
+    def states_of(self, t_s: np.ndarray, out: np.ndarray) -> States:
+        """Return the states at t_s (N,) of the wanted variables (V, N)."""
+        return self._table(t_s, *self._columns(out))
+
+    def _columns(self, out):
+        found = dict(zip(self.wanted, out, strict=True))
+        q_ib, omega_bi_b = out[Q:OMEGA].T, out[OMEGA:CENTRE].T
         rotor = self.system.rotor
-        p = out[MOMENTUM] if self._wanted > MOMENTUM else np.nan
-        speed = rotor.speed(p, omega_bi_b)
-        angle = out[ANGLE] if rotor.turns_freely else speed
-        work = out[WORK] if self._of.does_work else np.broadcast_to(0.0, len(t_s))
+        speed = rotor.speed(found.get(MOMENTUM, np.nan), omega_bi_b)
+        angle = found.get(ANGLE, speed)
+        work = found.get(WORK, np.broadcast_to(0.0, out.shape[1]))
         return q_ib, omega_bi_b, speed, angle, work
+
+
+def _wanted(system, of):
+    """Return the variables to be interpolated; the others are constant, or have no value."""
+    wanted = [*range(Q, CENTRE)]
+    if system.rotor.turns_freely:
+        wanted += [MOMENTUM, ANGLE]
+    if of.does_work:
+        wanted += [WORK]
+    return np.array(wanted)
 
 
 def is_compiled() -> bool:
     """Return whether the compiled code is on disk; without it, the first use takes seconds."""
-    return any(Path(_walk.stats.cache_path).glob('propagator._walk-*.nbi'))
+    return is_kept(_walk)
 
 
 def _anomaly(system, start_s):
@@ -126,10 +145,10 @@ def _anomaly(system, start_s):
     )
 
 
-@njit(**COMPILED)
-def _walk(t_s, out, clock, y, k, dense, anomaly, of, tolerance):
+@compiled
+def _walk(t_s, wanted, out, clock, y, k, dense, anomaly, of, tolerance):
     """
-    Fill out (SIZE, N) with the variables at the ascending times t_s (N,); return the time reached.
+    Fill out with the wanted variables at the ascending times t_s (N,); return the time reached.
 
     clock: begin and end of the step in hand, the next step's proposed length, steps taken, and
     whether the dense output is ready.  y (SIZE,): the variables at the step's end; k: its stages.
@@ -141,49 +160,59 @@ def _walk(t_s, out, clock, y, k, dense, anomaly, of, tolerance):
             last += 1
         if last > first:
             if clock[4] == 0.0:
-                _make_dense(clock, y, k, dense, of)
-            _interpolate(t_s, out, first, last, clock, dense)
+                make_dense(clock, y, k, dense, of)
+            interpolate(t_s, wanted, out, first, last, clock, dense)
             first = last
         elif not _step(clock, y, k, dense, anomaly, of, tolerance):
             return clock[1]
     return np.inf
 
 
-@njit(**COMPILED)
+@compiled
 def _step(clock, y, k, dense, anomaly, of, tolerance):
     """Take one step within the tolerance; return whether there is one."""
     t, y_0 = clock[1], dense[0]
-    f = true_anomaly(anomaly[0] + anomaly[1] * t, anomaly[2])
-    y[CENTRE], y[CENTRE + 1] = np.cos(f), np.sin(f)
+    if clock[3] % STEPS_PER_FIX == 0.0:
+        f = true_anomaly(anomaly[0] + anomaly[1] * t, anomaly[2])
+        y[CENTRE], y[CENTRE + 1] = np.cos(f), np.sin(f)
     y_0[:] = y
     h = clock[2]
     if h == 0.0:
-        h = 0.01 / (np.sqrt(_square(y_0, OMEGA)) + of.anomaly_rate + 1e-9)
+        h = first_step((y[4], y[5], y[6]), of)
     largest_growth = 6.0
     while True:
         if not t + h > t:
             return False
         h = (t + h) - t
         for i in range(12):
-            derivative(y, of, k[i])
-            _combine(i + 1, y_0, h, k, y)
-        derivative(y, of, k[12])
+            _stage(y, h, of, k[i])
+            _combine(i + 1, y_0, k, y)
+        _stage(y, h, of, k[12])
         error = _error(y_0, h, k, of.slow_rate) / tolerance
         if error <= 1.0:
             break
         # nan fails every comparison: such a step is cut, until it is too short to be one.
-        h *= max(0.2, 0.9 * error**-0.125) if error < np.inf else 0.2
+        h *= max(0.2, step_ratio(error)) if error < np.inf else 0.2
         largest_growth = 1.0
         y[:] = y_0
-    growth = 0.9 * max(error, 1e-12) ** -0.125
-    clock[0], clock[1], clock[2] = t, t + h, h * min(largest_growth, growth)
+    clock[0], clock[1], clock[2] = t, t + h, h * min(largest_growth, step_ratio(error))
     clock[3], clock[4] = clock[3] + 1.0, 0.0
     return True
 
 
-@njit(inline='always', **COMPILED)
-def _combine(row, y, h, k, z):
-    """Write z = y + h sum_j a_j k_j with row's entries a_j: SIZE sums, held in registers."""
+@inlined
+def _stage(y, h, of, k):
+    """Write k = h f(y)."""
+    y = (y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], y[8], y[9], y[10], y[11])
+    f = rates(y, of)
+    k[0], k[1], k[2], k[3] = h * f[0], h * f[1], h * f[2], h * f[3]
+    k[4], k[5], k[6], k[7] = h * f[4], h * f[5], h * f[6], h * f[7]
+    k[8], k[9], k[10], k[11] = h * f[8], h * f[9], h * f[10], h * f[11]
+
+
+@inlined
+def _combine(row, y, k, z):
+    """Write z = y + sum_j a_j k_j with row's entries a_j: SIZE sums, held in registers."""
     s0 = s1 = s2 = s3 = s4 = s5 = s6 = s7 = s8 = s9 = s10 = s11 = 0.0
     for n in range(LENGTHS[row]):
         a, j = ENTRIES[row, n], COLUMNS[row, n]
@@ -191,73 +220,113 @@ def _combine(row, y, h, k, z):
         s3, s4, s5 = s3 + a * k[j, 3], s4 + a * k[j, 4], s5 + a * k[j, 5]
         s6, s7, s8 = s6 + a * k[j, 6], s7 + a * k[j, 7], s8 + a * k[j, 8]
         s9, s10, s11 = s9 + a * k[j, 9], s10 + a * k[j, 10], s11 + a * k[j, 11]
-    z[0], z[1], z[2] = y[0] + h * s0, y[1] + h * s1, y[2] + h * s2
-    z[3], z[4], z[5] = y[3] + h * s3, y[4] + h * s4, y[5] + h * s5
-    z[6], z[7], z[8] = y[6] + h * s6, y[7] + h * s7, y[8] + h * s8
-    z[9], z[10], z[11] = y[9] + h * s9, y[10] + h * s10, y[11] + h * s11
+    z[0], z[1], z[2], z[3] = y[0] + s0, y[1] + s1, y[2] + s2, y[3] + s3
+    z[4], z[5], z[6], z[7] = y[4] + s4, y[5] + s5, y[6] + s6, y[7] + s7
+    z[8], z[9], z[10], z[11] = y[8] + s8, y[9] + s9, y[10] + s10, y[11] + s11
 
 
-@njit(**COMPILED)
+@compiled
 def _error(y, h, k, slow_rate):
     """Return the error of a step from y, the mean over attitude, rate and orbit."""
     e_3, e_5 = k[13], k[14]
-    _combine(ERROR_3, _ZERO, h, k, e_3)
-    _combine(ERROR_5, _ZERO, h, k, e_5)
+    _combine(ERROR_3, _ZERO, k, e_3)
+    _combine(ERROR_5, _ZERO, k, e_5)
+    return error_of(
+        (y[4], y[5], y[6]),
+        (k[0, 4], k[0, 5], k[0, 6]),
+        (e_3[0], e_3[1], e_3[2], e_3[3], e_3[4], e_3[5], e_3[6], e_3[7], e_3[8]),
+        (e_5[0], e_5[1], e_5[2], e_5[3], e_5[4], e_5[5], e_5[6], e_5[7], e_5[8]),
+        h,
+        slow_rate,
+    )
+
+
+@inlined
+def first_step(omega, of):
+    """Return the length of the step that is tried first."""
+    return 0.01 / (np.sqrt(dot(omega, omega)) + of.anomaly_rate + 1e-9)
+
+
+@inlined
+def error_of(omega, k_omega, e_3, e_5, h, slow_rate):
+    """Return the error of a step h from omega: the mean over attitude, rate and orbit."""
     # The natural scale of a rate: the rate itself and the root of the acceleration.  At rest both
     # may be rounding, which needs no digits.
-    omega_scale = np.sqrt(_square(y, OMEGA)) + np.sqrt(np.sqrt(_square(k[0], OMEGA)))
-    omega_scale += slow_rate + 1e-300
-    square_3 = square_5 = 0.0
-    for i in range(SIZE):
-        if MOMENTUM <= i < CENTRE:
-            continue
-        scale = 1.0 / omega_scale if OMEGA <= i < MOMENTUM else 1.0
-        square_3 += (scale * e_3[i]) ** 2
-        square_5 += (scale * e_5[i]) ** 2
-    if square_5 == 0.0:
-        return 0.0
-    return square_5 / np.sqrt(9.0 * (square_5 + 0.01 * square_3))
+    acceleration = np.sqrt(dot(k_omega, k_omega)) / h
+    per_rate = 1.0 / (np.sqrt(dot(omega, omega)) + np.sqrt(acceleration) + slow_rate + 1e-300)
+    square_3, square_5 = _square(e_3, per_rate), _square(e_5, per_rate)
+    return square_5 / np.sqrt(9.0 * (square_5 + 0.01 * square_3) + 1e-300)
 
 
-@njit(**COMPILED)
-def _make_dense(clock, y, k, dense, of):
+@inlined
+def step_ratio(error):
+    """Return 0.9 error^(-1/8): of order 8, so changed, a step should meet the tolerance."""
+    return 0.9 / np.sqrt(np.sqrt(np.sqrt(max(error, 1e-12))))
+
+
+@inlined
+def _square(e, per_rate):
+    attitude = e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + e[3] * e[3]
+    rate = (e[4] * e[4] + e[5] * e[5] + e[6] * e[6]) * per_rate * per_rate
+    return attitude + rate + e[7] * e[7] + e[8] * e[8]
+
+
+@compiled
+def make_dense(clock, y, k, dense, of):
     """Write the terms of the dense output of the step in hand, y at its begin in dense[0]."""
-    h, y_0, z = clock[1] - clock[0], dense[0], np.empty(SIZE)
+    h, y_0, z = clock[1] - clock[0], dense[0], dense[7]
     for i in range(13, 16):
-        _combine(i, y_0, h, k, z)
-        derivative(z, of, k[i])
+        _combine(i, y_0, k, z)
+        _stage(z, h, of, k[i])
     for i in range(SIZE):
         rise = y[i] - y_0[i]
         dense[1, i] = rise
-        dense[2, i] = h * k[0, i] - rise
-        dense[3, i] = 2.0 * rise - h * (k[0, i] + k[12, i])
+        dense[2, i] = k[0, i] - rise
+        dense[3, i] = 2.0 * rise - (k[0, i] + k[12, i])
     for n in range(4):
-        _combine(DENSE + n, _ZERO, h, k, dense[4 + n])
+        _combine(DENSE + n, _ZERO, k, dense[4 + n])
     clock[4] = 1.0
 
 
-@njit(**COMPILED)
-def _interpolate(t_s, out, first, last, clock, dense):
+@compiled
+def interpolate(t_s, wanted, out, first, last, clock, dense):
     """Evaluate the dense output at t_s[first:last]; the quaternions come out as unit."""
-    h = clock[1] - clock[0]
+    t_s, begin, h = t_s[first:last], clock[0], clock[1] - clock[0]
     per_step = 1.0 / h if h > 0.0 else 0.0
-    for i in range(len(out)):
-        d0, d1, d2, d3 = dense[0, i], dense[1, i], dense[2, i], dense[3, i]
-        d4, d5, d6, d7 = dense[4, i], dense[5, i], dense[6, i], dense[7, i]
-        for n in range(first, last):
-            x = (t_s[n] - clock[0]) * per_step
-            y = 1.0 - x
-            out[i, n] = d0 + x * (
-                d1 + y * (d2 + x * (d3 + y * (d4 + x * (d5 + y * (d6 + x * d7)))))
-            )
-    for n in range(first, last):
-        square = out[0, n] ** 2 + out[1, n] ** 2 + out[2, n] ** 2 + out[3, n] ** 2
+    q_0, q_1 = out[0][first:last], out[1][first:last]
+    q_2, q_3 = out[2][first:last], out[3][first:last]
+    d_0, d_1, d_2, d_3 = _terms(dense, 0), _terms(dense, 1), _terms(dense, 2), _terms(dense, 3)
+    for n in range(len(t_s)):
+        x = (t_s[n] - begin) * per_step
+        a, b = _polynomial(d_0, x), _polynomial(d_1, x)
+        c, d = _polynomial(d_2, x), _polynomial(d_3, x)
+        square = a * a + b * b + c * c + d * d
         # A quaternion that is unit to rounding stays as it is: a requested one is kept exactly.
         unit = 1.0 if abs(square - 1.0) < 1e-15 else 1.0 / np.sqrt(square)
-        for i in range(4):
-            out[i, n] *= unit
+        q_0[n], q_1[n], q_2[n], q_3[n] = unit * a, unit * b, unit * c, unit * d
+    for j in range(OMEGA, len(wanted)):
+        row, d_0 = out[j][first:last], _terms(dense, wanted[j])
+        for n in range(len(t_s)):
+            row[n] = _polynomial(d_0, (t_s[n] - begin) * per_step)
 
 
-@njit(**COMPILED)
-def _square(y, i):
-    return y[i] * y[i] + y[i + 1] * y[i + 1] + y[i + 2] * y[i + 2]
+@inlined
+def _terms(dense, i):
+    return (
+        dense[0, i],
+        dense[1, i],
+        dense[2, i],
+        dense[3, i],
+        dense[4, i],
+        dense[5, i],
+        dense[6, i],
+        dense[7, i],
+    )
+
+
+@inlined
+def _polynomial(d, x):
+    y = 1.0 - x
+    return d[0] + x * (
+        d[1] + y * (d[2] + x * (d[3] + y * (d[4] + x * (d[5] + y * (d[6] + x * d[7])))))
+    )

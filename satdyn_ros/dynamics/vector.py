@@ -1,30 +1,27 @@
 """Vectors as tuples of three numbers, in compiled code: they live in registers."""
 
-from numba import njit
-
-# Contraction to fused multiply-add is all the compiler may do: the same inputs, the same bits.
-COMPILED = {'fastmath': {'contract'}, 'cache': True, 'error_model': 'numpy'}
+from .compiled import inlined
 
 
-@njit(**COMPILED)
+@inlined
 def add(a, b):
     """Return a + b."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
-@njit(**COMPILED)
+@inlined
 def scale(s, a):
     """Return s a."""
     return s * a[0], s * a[1], s * a[2]
 
 
-@njit(**COMPILED)
+@inlined
 def dot(a, b):
     """Return a . b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@njit(**COMPILED)
+@inlined
 def cross(a, b):
     """Return a x b."""
     return (
@@ -34,13 +31,13 @@ def cross(a, b):
     )
 
 
-@njit(**COMPILED)
+@inlined
 def apply(M, a):
     """Return M a for a matrix of three row tuples."""
     return dot(M[0], a), dot(M[1], a), dot(M[2], a)
 
 
-@njit(**COMPILED)
+@inlined
 def to_body(q_ib, v_i):
     """Return q_ib* v_i q_ib."""
     u, w = (-q_ib[0], -q_ib[1], -q_ib[2]), q_ib[3]

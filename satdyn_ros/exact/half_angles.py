@@ -11,9 +11,8 @@ negative.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from ..dynamics.vector import COMPILED
+from ..dynamics.compiled import compiled
 
 
 class Lattice(NamedTuple):
@@ -43,7 +42,7 @@ class Zero(NamedTuple):
     rate: float
 
 
-@njit(**COMPILED)
+@compiled
 def evaluate(t_s, since_s, lattice, plus, minus):
     """Return alpha, alpha', beta and beta' at t_s (N,), up to constant and common real factors."""
     numbers = np.empty((4, len(t_s)), np.complex128)
@@ -56,7 +55,7 @@ def evaluate(t_s, since_s, lattice, plus, minus):
     return numbers
 
 
-@njit(**COMPILED)
+@compiled
 def _number(t, r, lattice, zero):
     """Return exp(i rate t / 2) times the periodic factor at r, |r| <= period / 2; its slope."""
     if lattice.imaginary >= lattice.period:
@@ -68,7 +67,7 @@ def _number(t, r, lattice, zero):
     return turn * value, turn * (slope + 1j * rate * value)
 
 
-@njit(**COMPILED)
+@compiled
 def _oscillating(r, lattice, zero):
     """Return the periodic factor and its slope, X = exp(-w (height + i sign r))."""
     w = 2.0 * np.pi / lattice.period
@@ -82,7 +81,7 @@ def _oscillating(r, lattice, zero):
     return value, -1j * zero.sign * w * slope
 
 
-@njit(**COMPILED)
+@compiled
 def _decaying(r, lattice, zero):
     """Return the periodic factor and its slope, X = exp(-w (|r| - i sign height))."""
     w = 2.0 * np.pi / lattice.imaginary
@@ -112,7 +111,7 @@ def _decaying(r, lattice, zero):
     return turn * value, turn * (slope + 1j * rest * value)
 
 
-@njit(**COMPILED)
+@compiled
 def _theta(log_X, angle, size_Y, Q):
     """
     Return theta and X dtheta/dX at X = exp(log_X + i angle), where Q / X = size_Y exp(-i angle).

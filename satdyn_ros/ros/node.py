@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import rclpy.node
 
+from ..dynamics.compiled import NOTICE
 from ..dynamics.propagator import is_compiled
 from ..events import Event, Topics
 from ..messages.topics import TOPICS
@@ -90,7 +91,7 @@ class SatdynNode(rclpy.node.Node):
     def _load_equations(self, scenario):
         """Compile the equations, if that was never done, ahead of the first tick."""
         if not is_compiled():
-            self.get_logger().info('compiling the equations of motion: once, for some seconds')
+            self.get_logger().info(NOTICE)
         scenario.motion().at(0.0)
 
     def destroy_node(self) -> None:

@@ -1,14 +1,16 @@
-"""What one run comes to: a row of the table."""
+"""What runs come to: the rows of the table."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from ..dynamics import rotation
+from ..dynamics.batch import propagate_all
 from ..dynamics.integrals import relative_drift
 from ..dynamics.motion import States
 from ..dynamics.orbit import KeplerOrbit
+from ..dynamics.propagator import Propagation
 from ..scenario import Scenario
 from .plan import Plan
 
@@ -24,24 +26,53 @@ INTEGRALS = (
 )
 
 
-def row(plan: Plan, run: int) -> dict[str, Any]:
-    """Return a run's row; a column that is not in it has no value."""
-    values = plan.values(run)
+def rows(plan: Plan, runs: Sequence[int]) -> list[dict[str, Any]]:
+    """Return the rows of runs; a column that is not in one has no value."""
+    values = [plan.values(run) for run in runs]
+    flights = [_attempt(_flight, plan, each) for each in values]
+    motions = [flight[1] for flight in flights if not isinstance(flight, Exception)]
+    numeric = [motion for motion in motions if isinstance(motion, Propagation)]
+    tables = dict(zip(numeric, propagate_all(numeric, plan.t_s), strict=True))
+    found = []
+    for run, varied, flight in zip(runs, values, flights, strict=True):
+        columns = _attempt(_outcome, plan, flight, tables)
+        if isinstance(columns, Exception):
+            columns = {'failure': str(columns) or type(columns).__name__}
+        found.append({'run': run, **varied, **columns})
+    return found
+
+
+def _attempt(step, *arguments):
+    """Return what a step returns, or the exception that ends it: the other runs go on."""
     try:
-        return {'run': run, **values, **outcome(plan, plan.scenario_of(values))}
-    except Exception as error:  # whatever ends a run, the others go on
-        return {'run': run, **values, 'failure': str(error) or type(error).__name__}
+        return step(*arguments)
+    except Exception as error:
+        return error
 
 
-def outcome(plan: Plan, scenario: Scenario) -> dict[str, Any]:
+def _flight(plan, values):
+    scenario = plan.scenario_of(values)
+    return scenario, scenario.motion()
+
+
+def _outcome(plan, flight, tables):
+    if isinstance(flight, Exception):
+        raise flight
+    scenario, motion = flight
+    states = tables[motion] if motion in tables else motion.at(plan.t_s)
+    if isinstance(states, Exception):
+        raise states
+    return outcome(plan, scenario, states)
+
+
+def outcome(plan: Plan, scenario: Scenario, states: States) -> dict[str, Any]:
     """
-    Return what a run of a scenario comes to, by column.
+    Return what a run of a scenario comes to, by column, from its states at the plan's times.
 
     q_ib, omega_bi_b [rad/s], rotor_speed [rad/s], rotor_angle [rad]: the state at the end.  The
     rest is over the samples: the extremes of the rate and of the angle to LVLH, the capture, the
     largest relative change of each first integral.
     """
-    states = scenario.motion().at(plan.t_s)
     rate = np.linalg.norm(states.omega_bi_b, axis=-1)
     columns = {
         'q_ib': states.q_ib[-1].tolist(),

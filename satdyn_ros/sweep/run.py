@@ -19,9 +19,10 @@ from pathlib import Path
 from typing import Any
 
 from .. import __version__
+from ..dynamics.batch import LANES, is_compiled
 from ..offline import simulate
-from ..progress import progress
-from .outcome import row
+from ..progress import progress, tell_of_compiling
+from .outcome import rows
 from .plan import Plan
 from .table import unite, write_part
 
@@ -51,6 +52,7 @@ def sweep(
     whole, parts = directory / 'table.parquet', directory / 'parts'
     if not whole.exists():
         parts.mkdir(exist_ok=True)
+        tell_of_compiling(is_compiled())
         _run_batches(plan, parts, _executor(workers, dask_address))
         unite(whole, plan, [parts / _name(first) for first, _ in batches(plan)])
     shutil.rmtree(parts, ignore_errors=True)
@@ -61,16 +63,16 @@ def sweep(
 
 def batches(plan: Plan) -> Iterator[tuple[int, int]]:
     """Yield the first run and the one after the last of each batch, whoever does them."""
-    # Short against the whole, for interruptions and for cores that finish together.
-    size = max(1, min(64, len(plan) // 64))
+    # Short against the whole, for interruptions and for cores that finish together, but not too
+    # short to fill the lanes of a propagation.
+    size = max(LANES, min(64, len(plan) // 64))
     for first in range(0, len(plan), size):
         yield first, min(first + size, len(plan))
 
 
 def batch(text: str, first: int, last: int) -> list[dict[str, Any]]:
     """Return the rows of the runs first to last - 1 of the plan of a text."""
-    plan = _plan(text)
-    return [row(plan, run) for run in range(first, last)]
+    return rows(_plan(text), range(first, last))
 
 
 _plan = lru_cache(maxsize=1)(Plan.from_text)

@@ -22,8 +22,8 @@ from .sweeps import write
 
 ROOT = Path(__file__).parents[2]
 ENVIRONMENT = os.environ | {'PYTHONPATH': str(ROOT)}
-# 64 batches of 2 runs, long enough to be interrupted among.
-MANY = {'runs': 43, 'duration_s': 100_000.0, 'interval_s': 1000.0}
+# 19 batches of 16 runs, long enough to be interrupted among.
+MANY = {'runs': 100, 'duration_s': 100_000.0, 'interval_s': 1000.0}
 PROGRAM = """
 import sys
 from satdyn_ros.sweep.run import sweep
@@ -33,7 +33,7 @@ sweep(sys.argv[1], sys.argv[2], workers=2, dask_address=(sys.argv[3:] or [None])
 
 @pytest.fixture(scope='module')
 def many(tmp_path_factory):
-    """Return the path of a sweep of 129 runs and the bytes of its table from one process."""
+    """Return the path of a sweep of 300 runs and the bytes of its table from one process."""
     folder = tmp_path_factory.mktemp('many')
     path = write(folder, **MANY)
     return path, sweep(path, folder / 'one', workers=1).read_bytes()
@@ -114,12 +114,13 @@ def test_rows_hold_what_the_runs_came_to(tmp_path):
         assert tuple(row['initial.attitude']) == values['initial.attitude']
         scenario = plan.scenario_of(values)
         states = Propagation(scenario.system, scenario.initial_state).at(12000.0)
-        assert row['q_ib'] == states.q_ib[0].tolist()
-        assert row['omega_bi_b'] == states.omega_bi_b[0].tolist()
+        # Side by side or alone, a propagation differs by rounding.
+        assert row['q_ib'] == pytest.approx(states.q_ib[0].tolist(), abs=1e-12)
+        assert row['omega_bi_b'] == pytest.approx(states.omega_bi_b[0].tolist(), abs=1e-12)
         rate = np.linalg.norm(states.omega_bi_b[0])
-        assert row['rate_min_rad_s'] <= rate <= row['rate_max_rad_s']
+        assert row['rate_min_rad_s'] - 1e-12 <= rate <= row['rate_max_rad_s'] + 1e-12
         angle = rotation.angle_between(rotation.IDENTITY, states.q_lb[0])
-        assert row['lvlh_angle_min_rad'] <= angle <= row['lvlh_angle_max_rad']
+        assert row['lvlh_angle_min_rad'] - 1e-12 <= angle <= row['lvlh_angle_max_rad'] + 1e-12
         assert row['drift_jacobi'] < 1e-10
         assert row['failure'] is None
 

@@ -176,15 +176,7 @@ def test_verify_says_no(tmp_path, capsys):
 
 def test_compiling_is_told(tmp_path):
     """The first use says why it takes seconds, the second has nothing to say."""
-    command = [
-        sys.executable,
-        '-m',
-        'satdyn_ros.cli',
-        'simulate',
-        'config/default.yaml',
-        '-d',
-        '1',
-    ]
+    command = [sys.executable, '-m', 'satdyn_ros.cli', 'simulate', 'config/default.yaml']
     environment = os.environ | {'NUMBA_CACHE_DIR': str(tmp_path / 'cache')}
     said = [
         subprocess.run(

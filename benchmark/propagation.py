@@ -23,7 +23,7 @@ from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.dynamics.rotor import Rotor
 
 # The loosest tolerances with which each stays within MAX_ERROR_RAD, which every run checks.
-OURS, SCIPY, HEYOKA = 3e-13, 1e-13, 5e-12
+OURS, SCIPY, HEYOKA = 2.5e-13, 1e-13, 5e-12
 
 Y_0 = np.concatenate([START.q_ib, START.omega_bi_b])
 

@@ -6,8 +6,8 @@ takes its place.  A motion's numbers do not depend on its neighbours.  The loops
 what the compiler turns into vector instructions.
 """
 
+from collections import defaultdict
 from collections.abc import Sequence
-from itertools import groupby
 
 import numpy as np
 
@@ -40,15 +40,15 @@ def propagate_all(motions: Sequence[Propagation], t_s: np.ndarray) -> list[State
 
     As motion.at(t_s) would one by one, to rounding, in a fraction of the time.
     """
-    found: list[States | RuntimeError] = []
-    t_s = np.asarray(t_s, float)
-    for _, group in groupby(motions, key=lambda motion: tuple(motion.wanted)):
-        some = list(group)
-        wanted = some[0].wanted
-        out = np.empty((len(some), len(wanted), len(t_s)))
+    t_s, found = np.asarray(t_s, float), {}
+    alike = defaultdict(list)
+    for motion in motions:
+        alike[tuple(motion.wanted)].append(motion)
+    for some in alike.values():
+        out = np.empty((len(some), len(some[0].wanted), len(t_s)))
         reached_s = _fly(
             t_s,
-            wanted,
+            some[0].wanted,
             np.array([initial_values(motion.system, motion.state) for motion in some]),
             np.array([np.hstack([np.ravel(part) for part in motion.of]) for motion in some]),
             np.array([motion.anomaly for motion in some]),
@@ -58,8 +58,8 @@ def propagate_all(motions: Sequence[Propagation], t_s: np.ndarray) -> list[State
         )
         for motion, rows, last_s in zip(some, out, reached_s, strict=True):
             whole = last_s >= t_s[-1]
-            found.append(motion.states_of(t_s, rows) if whole else motion.halt(last_s))
-    return found
+            found[motion] = motion.states_of(t_s, rows) if whole else motion.halt(last_s)
+    return [found[motion] for motion in motions]
 
 
 def is_compiled() -> bool:

@@ -8,26 +8,28 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Claim:
-    """One line of the results: peer over ours, and what it must reach (or stay below)."""
+    """
+    One line of the results: peer over ours, and what it must reach (or stay below).
+
+    must: None where nothing is asked for, and the two just stand side by side.
+    """
 
     what: str
     ours: str
     peer: str
     ratio: float
-    must: float
+    must: float | None = None
     aim: float | None = None
     at_most: bool = False
 
-    @property
-    def holds(self) -> bool:
-        """Whether the ratio is what it must be."""
-        return self.ratio <= self.must if self.at_most else self.ratio >= self.must
-
     def row(self) -> str:
         """Return the claim as a row of a Markdown table."""
+        if self.must is None:
+            return f'| {self.what} | {self.ours} | {self.peer} | {self.ratio:.3g} | | |'
         bound = f'{"at most" if self.at_most else "at least"} {self.must:g}'
         aim = '' if self.aim is None else f', aim {self.aim:g}'
-        verdict = 'yes' if self.holds else '**no**'
+        holds = self.ratio <= self.must if self.at_most else self.ratio >= self.must
+        verdict = 'yes' if holds else '**no**'
         return (
             f'| {self.what} | {self.ours} | {self.peer} | {self.ratio:.3g} | {bound}{aim} '
             f'| {verdict} |'

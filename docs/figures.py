@@ -1,4 +1,4 @@
-"""Draw the pictures of the documentation: each motion by the package's own closed form."""
+"""Draw the pictures of the documentation: closed forms, a bag, and the maps of the sweeps."""
 
 import sys
 import tempfile
@@ -15,12 +15,15 @@ from satdyn_ros.dynamics.system import State, System
 from satdyn_ros.exact import Free, Symmetric, recognise
 from satdyn_ros.exact.immersed import FluidBody, Immersed
 from satdyn_ros.offline import simulate
+from satdyn_ros.report import maps
 from satdyn_ros.report.history import history
 from satdyn_ros.report.panels import COLOURS, STYLES
 from satdyn_ros.report.plot import draw
 from satdyn_ros.scenario import Scenario
+from satdyn_ros.sweep.run import sweep
 
 FIGURES = Path(__file__).parent / 'figures'
+CONFIG = Path(__file__).parents[1] / 'config'
 
 
 def _sphere(axes):
@@ -253,8 +256,36 @@ def libration():
         return draw(history(bag), ('attitude', 'torque', 'drift', 'phase'))
 
 
+def _swept(name, directory):
+    """Run a sweep of config/sweeps and return the path of its table."""
+    return sweep(CONFIG / 'sweeps' / f'{name}.yaml', Path(directory) / name)
+
+
+def smelt_map():
+    """Draw which bodies stay upright: ten thousand propagations beside linear theory."""
+    with tempfile.TemporaryDirectory() as directory:
+        return maps.smelt_map(_swept('smelt', directory))
+
+
+def capture_map():
+    """Draw which rotors hold a satellite that was left rolling."""
+    with tempfile.TemporaryDirectory() as directory:
+        return maps.capture_map(_swept('capture', directory))
+
+
+def stroboscopic_map():
+    """Draw libration on an ellipse, once an orbit: islands in a chaotic sea."""
+    scenario = Scenario.from_yaml(CONFIG / 'sweeps' / 'beletsky_satellite.yaml')
+    rate = np.linalg.norm(scenario.system.orbit.lvlh_rate(0.0))
+    with tempfile.TemporaryDirectory() as directory:
+        return maps.stroboscopic_map(_swept('beletsky_map', directory), rate)
+
+
 DRAWINGS = (
     libration,
+    smelt_map,
+    capture_map,
+    stroboscopic_map,
     stationary,
     planar,
     offset_pendulum,

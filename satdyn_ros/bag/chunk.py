@@ -57,11 +57,8 @@ class Contents:
     @cached_property
     def places(self) -> dict[int, np.ndarray]:
         """The places of each channel's messages among all, for those that have any."""
-        order = np.argsort(self.channel_ids, kind='stable')
-        counts = np.bincount(self.channel_ids)
-        present = np.flatnonzero(counts)
-        parts = np.split(order, np.cumsum(counts[present])[:-1])
-        return dict(zip(present.tolist(), parts, strict=False))
+        present = np.flatnonzero(np.bincount(self.channel_ids))
+        return {int(i): np.flatnonzero(self.channel_ids == i) for i in present}
 
     @cached_property
     def heads(self) -> np.ndarray:

@@ -1,10 +1,12 @@
 """The propagation beside SciPy, heyoka and Basilisk, at the same error of the attitude."""
 
 import time
+from pathlib import Path
 
 import heyoka as hy
 import numpy as np
 from common import Claim, medians, milliseconds, show
+from matplotlib.figure import Figure
 from problem import (
     DURATION_S,
     GRID_S,
@@ -15,7 +17,6 @@ from problem import (
     right_hand_side,
     right_hand_side_floats,
     system,
-    truth,
 )
 from scipy.integrate import solve_ivp
 
@@ -33,10 +34,10 @@ def ours(t_s, of=None, tolerance=OURS):
     return Propagation(of or system(), START, tolerance=tolerance).at(t_s).q_ib
 
 
-def scipy_dop853(f, t_s):
+def scipy_dop853(f, t_s, tolerance=SCIPY):
     """Integrate f with SciPy's DOP853; return attitudes at t_s."""
     solution = solve_ivp(
-        f, (0.0, DURATION_S), Y_0, 'DOP853', t_eval=t_s, rtol=SCIPY, atol=SCIPY * 1e-2
+        f, (0.0, DURATION_S), Y_0, 'DOP853', t_eval=t_s, rtol=tolerance, atol=tolerance * 1e-2
     )
     return solution.y[:4].T
 
@@ -44,8 +45,8 @@ def scipy_dop853(f, t_s):
 class Heyoka:
     """heyoka's adaptive Taylor integrator, compiled once."""
 
-    def __init__(self):
-        self.integrator = hy.taylor_adaptive(heyoka_equations(), Y_0, tol=HEYOKA)
+    def __init__(self, tolerance=HEYOKA):
+        self.integrator = hy.taylor_adaptive(heyoka_equations(), Y_0, tol=tolerance)
 
     def _begin(self):
         self.integrator.time = 0.0
@@ -183,7 +184,7 @@ def same_code(rounds=7):
 
 
 def work():
-    """Print cost against duration and tolerance, and return the text."""
+    """Print cost against duration and tolerance, draw it, and return the text."""
     lines = ['| orbits | steps | CPU |', '| --- | --- | --- |']
     for orbits in (1, 10, 100, 1000):
         motion = Propagation(system(), START, tolerance=OURS)
@@ -191,19 +192,54 @@ def work():
         motion.at([DURATION_S / 10.0 * orbits])
         cost = milliseconds(time.process_time() - begin)
         lines.append(f'| {orbits} | {motion.steps} | {cost} |')
-    times, _ = truth()
-    lines += ['', '| tolerance | steps | CPU | error [rad] |', '| --- | --- | --- | --- |']
-    for exponent in range(6, 14):
-        tolerance = 10.0**-exponent
-        motion = Propagation(system(), START, tolerance=tolerance)
-        begin = time.process_time()
-        q_ib = motion.at(times).q_ib
-        cost = milliseconds(time.process_time() - begin)
-        error = error_rad(q_ib, times)
-        lines.append(f'| 1e-{exponent} | {motion.steps} | {cost} | {error:.2g} |')
+    curves = precision()
+    lines += ['', '| tolerance | CPU | error [rad] |', '| --- | --- | --- |']
+    for tolerance, seconds, error in curves['satdyn_ros']:
+        lines.append(f'| {tolerance:.0e} | {milliseconds(seconds)} | {error:.2g} |')
+    draw(curves)
+    lines += ['', '![Cost against error of the final attitude](work_precision.png)']
     text = '\n'.join(lines)
     print(text)
     return text
+
+
+def precision():
+    """Return, by integrator, tolerance, CPU time [s] and error [rad] of the final attitude."""
+    end = np.array([DURATION_S])
+
+    def heyoka(tolerance):
+        integrator = Heyoka(tolerance)
+        return integrator.final
+
+    def scipy(tolerance):
+        return lambda: scipy_dop853(right_hand_side_floats, end, tolerance)
+
+    curves = {}
+    for name, begin, least in (
+        ('satdyn_ros', lambda tolerance: lambda: ours(end, tolerance=tolerance), 13),
+        ('heyoka', heyoka, 15),
+        ('SciPy DOP853, floats', scipy, 13),
+    ):
+        curves[name] = []
+        for exponent in range(6, least + 1):
+            run = begin(10.0**-exponent)
+            seconds = medians({name: run}, 3)[name]
+            curves[name].append((10.0**-exponent, seconds, error_rad(run(), end)))
+    return curves
+
+
+def draw(curves):
+    """Draw the work-precision curves beside this file."""
+    figure = Figure(figsize=(6.4, 4.2), layout='constrained')
+    axes = figure.add_subplot()
+    for (name, points), marker in zip(curves.items(), 'os^', strict=True):
+        _, seconds, error = np.transpose(points)
+        axes.loglog(error, 1e3 * seconds, marker=marker, label=name)
+    axes.set(xlabel='error of the final attitude [rad]', ylabel='CPU time of ten orbits [ms]')
+    axes.invert_xaxis()
+    axes.grid(alpha=0.3)
+    axes.legend()
+    figure.savefig(Path(__file__).with_name('work_precision.png'), dpi=110)
 
 
 def main():

@@ -78,28 +78,32 @@ def _fly(t_s, wanted, begin, numbers, anomaly, tolerances, does_work, out):
     count, size = len(begin), max(MOMENTUM, wanted[-1] + 1) * LANES
     reached, waiting = np.full(count, np.inf), 0
     motion, first, steps = np.full(LANES, -1), np.zeros(LANES, np.int64), np.zeros(LANES, np.int64)
-    t, h, growth = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
-    error, tolerance = np.zeros(LANES), np.ones(LANES)
+    t, h, largest_growth = np.zeros(LANES), np.zeros(LANES), np.full(LANES, 6.0)
+    error, ratio, tolerance = np.zeros(LANES), np.zeros(LANES), np.ones(LANES)
     of = np.zeros(numbers.shape[1] * LANES)
     y_0, y, k = np.zeros(_WIDTH), np.zeros(_WIDTH), np.zeros(13 * _WIDTH)
     e_3, e_5 = np.zeros(_WIDTH), np.zeros(_WIDTH)
-    one = np.zeros(5), np.zeros(SIZE), np.zeros((16, SIZE)), np.zeros((8, SIZE))
+    single = np.zeros(5), np.zeros(SIZE), np.zeros((16, SIZE)), np.zeros((8, SIZE))
     while True:
         idle = 0
         for l in range(LANES):
             if motion[l] < 0 and waiting < count:
                 m = waiting
                 waiting += 1
-                motion[l], first[l], steps[l], t[l], growth[l] = m, 0, 0, 0.0, 6.0
-                tolerance[l], of[l::LANES], y_0[l::LANES] = tolerances[m], numbers[m], begin[m]
-                y[l::LANES] = begin[m]
-                _fix(y_0, l, t[l], anomaly[m])
+                motion[l], first[l], steps[l], t[l] = m, 0, 0, 0.0
+                tolerance[l], of[l::LANES] = tolerances[m], numbers[m]
+                y_0[l::LANES] = y[l::LANES] = begin[m]
                 h[l] = first_step(_vector(y_0, OMEGA, l), _constants(of, l, does_work))
-            idle += motion[l] < 0
+            if motion[l] < 0:
+                idle += 1
+            elif steps[l] % STEPS_PER_FIX == 0:
+                place = anomaly[motion[l]]
+                f = true_anomaly(place[0] + place[1] * t[l], place[2])
+                y_0[_at(CENTRE, l)], y_0[_at(CENTRE + 1, l)] = np.cos(f), np.sin(f)
         if idle == LANES:
             return reached
 
-        _attempt(y_0, t, h, of, does_work, tolerance, size, k, y, e_3, e_5, error)
+        _attempt(y_0, t, h, of, does_work, tolerance, size, k, y, e_3, e_5, error, ratio)
         for l in range(LANES):
             m = motion[l]
             if m < 0:
@@ -110,29 +114,25 @@ def _fly(t_s, wanted, begin, numbers, anomaly, tolerances, does_work, out):
                 while last < len(t_s) and t_s[last] <= end:
                     last += 1
                 if last > first[l]:
-                    _take_lane(l, t[l], h[l], y_0, y, k, one)
-                    make_dense(*one, _constants(of, l, does_work))
-                    interpolate(t_s, wanted, out[m], first[l], last, one[0], one[3])
+                    _take_lane(l, t[l], h[l], y_0, y, k, single)
+                    make_dense(*single, _constants(of, l, does_work))
+                    interpolate(t_s, wanted, out[m], first[l], last, single[0], single[3])
                     first[l] = last
-                t[l], steps[l] = end, steps[l] + 1
-                for i in range(l, size, LANES):
-                    y_0[i] = y[i]
-                if steps[l] % STEPS_PER_FIX == 0:
-                    _fix(y_0, l, end, anomaly[m])
-                h[l] *= min(growth[l], step_ratio(error[l]))
-                growth[l] = 6.0
+                t[l], h[l] = end, h[l] * min(largest_growth[l], ratio[l])
+                steps[l], largest_growth[l] = steps[l] + 1, 6.0
             else:
-                h[l] *= max(0.2, step_ratio(error[l])) if error[l] < np.inf else 0.2
-                growth[l] = 1.0
+                h[l] *= max(0.2, ratio[l]) if error[l] < np.inf else 0.2
+                largest_growth[l] = 1.0
                 if not t[l] + h[l] > t[l]:
                     reached[m], motion[l], h[l] = t[l], -1, 0.0
             if first[l] == len(t_s):
                 motion[l], h[l] = -1, 0.0
+        _advance(error, size, y, y_0)
 
 
 @compiled
-def _attempt(y_0, t, h, of, does_work, tolerance, size, k, y, e_3, e_5, error):
-    """Take a step h of every lane from y_0 at t to y, and write its error over the tolerance."""
+def _attempt(y_0, t, h, of, does_work, tolerance, size, k, y, e_3, e_5, error, ratio):
+    """Take a step h of every lane from y_0 at t to y, and write what _errors does."""
     lanes = len(h)
     for l in range(lanes):
         h[l] = (t[l] + h[l]) - t[l]
@@ -142,7 +142,7 @@ def _attempt(y_0, t, h, of, does_work, tolerance, size, k, y, e_3, e_5, error):
         _stage(y, h, of, does_work, i, k)
     _combine(ERROR_3, _ZERO, k, size, e_3)
     _combine(ERROR_5, _ZERO, k, size, e_5)
-    _errors(y_0, h, of, k, e_3, e_5, tolerance, error)
+    _errors(y_0, h, of, k, e_3, e_5, tolerance, error, ratio)
 
 
 @compiled
@@ -201,27 +201,23 @@ def _sum(a, i, k, m):
 
 
 @compiled
-def _errors(y_0, h, of, k, e_3, e_5, tolerance, error):
-    """Write the error of each lane's step over its tolerance."""
+def _errors(y_0, h, of, k, e_3, e_5, tolerance, error, ratio):
+    """Write the error of each lane's step over its tolerance, and the next step over this one."""
     for l in range(len(h)):
-        error[l] = (
-            error_of(
-                _vector(y_0, OMEGA, l),
-                _vector(k, OMEGA, l),
-                _values(e_3, l)[:9],
-                _values(e_5, l)[:9],
-                h[l],
-                of[_at(47, l)],
-            )
-            / tolerance[l]
-        )
+        omega, k_omega = _vector(y_0, OMEGA, l), _vector(k, OMEGA, l)
+        slow_rate = of[_at(47, l)]
+        e = error_of(omega, k_omega, _values(e_3, l)[:9], _values(e_5, l)[:9], h[l], slow_rate)
+        error[l] = e / tolerance[l]
+        ratio[l] = step_ratio(e / tolerance[l])
 
 
-@inlined
-def _fix(y, l, t, anomaly):
-    """Write the direction of the centre at t to a lane."""
-    f = true_anomaly(anomaly[0] + anomaly[1] * t, anomaly[2])
-    y[_at(CENTRE, l)], y[_at(CENTRE + 1, l)] = np.cos(f), np.sin(f)
+@compiled
+def _advance(error, size, y, y_0):
+    """Let the lanes whose step is good begin from its end."""
+    for i in range(size // LANES):
+        for l in range(len(error)):
+            at = _at(i, l)
+            y_0[at] = y[at] if error[l] <= 1.0 else y_0[at]
 
 
 @compiled

@@ -46,7 +46,7 @@ def propagate_all(motions: Sequence[Propagation], t_s: np.ndarray) -> list[State
         alike[tuple(motion.wanted)].append(motion)
     for some in alike.values():
         out = np.empty((len(some), len(some[0].wanted), len(t_s)))
-        reached_s = _fly(
+        halts_s = _fly(
             t_s,
             some[0].wanted,
             np.array([initial_values(motion.system, motion.state) for motion in some]),
@@ -56,9 +56,9 @@ def propagate_all(motions: Sequence[Propagation], t_s: np.ndarray) -> list[State
             some[0].of.does_work,
             out,
         )
-        for motion, rows, last_s in zip(some, out, reached_s, strict=True):
-            whole = last_s >= t_s[-1]
-            found[motion] = motion.states_of(t_s, rows) if whole else motion.halt(last_s)
+        for motion, rows, halt_s in zip(some, out, halts_s, strict=True):
+            halted = halt_s < np.inf
+            found[motion] = motion.halt(halt_s) if halted else motion.states_of(t_s, rows)
     return [found[motion] for motion in motions]
 
 
@@ -70,15 +70,16 @@ def is_compiled() -> bool:
 @compiled
 def _fly(t_s, wanted, begin, numbers, anomaly, tolerances, does_work, out):
     """
-    Fill out (M, V, N) with the wanted variables of M motions at t_s (N,); return times reached.
+    Fill out (M, V, N) with the wanted variables of M motions at t_s (N,).
 
-    begin (M, SIZE), numbers (M, P), anomaly (M, 3), tolerances (M,): what each motion starts from,
-    its Parameters one after the other, as in _step, and of a step.
+    Return the time at which each came to a halt (M,), infinite where it did not.  begin (M, SIZE):
+    the variables at the start; numbers (M, P): the Parameters, one after the other; anomaly (M, 3):
+    those of Propagation; tolerances (M,).
     """
     count, size = len(begin), max(MOMENTUM, wanted[-1] + 1) * LANES
-    reached, waiting = np.full(count, np.inf), 0
+    halts, waiting = np.full(count, np.inf), 0
     motion, first, steps = np.full(LANES, -1), np.zeros(LANES, np.int64), np.zeros(LANES, np.int64)
-    t, h, largest_growth = np.zeros(LANES), np.zeros(LANES), np.full(LANES, 6.0)
+    t, h, largest_growth = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
     error, ratio, tolerance = np.zeros(LANES), np.zeros(LANES), np.ones(LANES)
     of = np.zeros(numbers.shape[1] * LANES)
     y_0, y, k = np.zeros(_WIDTH), np.zeros(_WIDTH), np.zeros(13 * _WIDTH)
@@ -90,7 +91,7 @@ def _fly(t_s, wanted, begin, numbers, anomaly, tolerances, does_work, out):
             if motion[l] < 0 and waiting < count:
                 m = waiting
                 waiting += 1
-                motion[l], first[l], steps[l], t[l] = m, 0, 0, 0.0
+                motion[l], first[l], steps[l], t[l], largest_growth[l] = m, 0, 0, 0.0, 6.0
                 tolerance[l], of[l::LANES] = tolerances[m], numbers[m]
                 y_0[l::LANES] = y[l::LANES] = begin[m]
                 h[l] = first_step(_vector(y_0, OMEGA, l), _constants(of, l, does_work))
@@ -101,7 +102,7 @@ def _fly(t_s, wanted, begin, numbers, anomaly, tolerances, does_work, out):
                 f = true_anomaly(place[0] + place[1] * t[l], place[2])
                 y_0[_at(CENTRE, l)], y_0[_at(CENTRE + 1, l)] = np.cos(f), np.sin(f)
         if idle == LANES:
-            return reached
+            return halts
 
         _attempt(y_0, t, h, of, does_work, tolerance, size, k, y, e_3, e_5, error, ratio)
         for l in range(LANES):
@@ -124,7 +125,7 @@ def _fly(t_s, wanted, begin, numbers, anomaly, tolerances, does_work, out):
                 h[l] *= max(0.2, ratio[l]) if error[l] < np.inf else 0.2
                 largest_growth[l] = 1.0
                 if not t[l] + h[l] > t[l]:
-                    reached[m], motion[l], h[l] = t[l], -1, 0.0
+                    halts[m], motion[l], h[l] = t[l], -1, 0.0
             if first[l] == len(t_s):
                 motion[l], h[l] = -1, 0.0
         _advance(error, size, y, y_0)
@@ -221,9 +222,9 @@ def _advance(error, size, y, y_0):
 
 
 @compiled
-def _take_lane(l, t, h, y_0, y, k, one):
+def _take_lane(l, t, h, y_0, y, k, single):
     """Copy a lane's step to the clock, end, stages and dense output of a single propagation."""
-    clock, end, stages, dense = one
+    clock, end, stages, dense = single
     clock[0], clock[1] = t, t + h
     end[:], dense[0] = y[l::LANES], y_0[l::LANES]
     for i in range(13):

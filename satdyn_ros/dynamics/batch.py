@@ -72,9 +72,10 @@ def _fly(t_s, wanted, begin, numbers, anomaly, tolerances, does_work, out):
     """
     Fill out (M, V, N) with the wanted variables of M motions at t_s (N,).
 
-    Return the time at which each came to a halt (M,), infinite where it did not.  begin (M, SIZE):
-    the variables at the start; numbers (M, P): the Parameters, one after the other; anomaly (M, 3):
-    those of Propagation; tolerances (M,).
+    Return the time at which each came to a halt (M,), infinite where it did not.
+
+    begin (M, SIZE): the variables at the start.  numbers (M, P): the Parameters, one after the
+    other.  anomaly (M, 3), tolerances (M,): as of a Propagation.
     """
     count, size = len(begin), max(MOMENTUM, wanted[-1] + 1) * LANES
     halts, waiting = np.full(count, np.inf), 0

@@ -4,7 +4,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from .dynamics.compiled import NOTICE
+from .compiled import NOTICE
 
 
 def tell_of_compiling(is_compiled: bool) -> None:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .compiled import compiled, inlined, is_kept
+from ..compiled import compiled, inlined, is_kept
 from .equations import CENTRE, MOMENTUM, OMEGA, SIZE, Parameters, initial_values, rates
 from .motion import States
 from .orbit import true_anomaly
@@ -132,7 +132,7 @@ def _fly(t_s, wanted, begin, numbers, anomaly, tolerances, does_work, out):
         _advance(error, size, y, y_0)
 
 
-@compiled
+@inlined
 def _attempt(y_0, t, h, of, does_work, tolerance, size, k, y, e_3, e_5, error, ratio):
     """Take a step h of every lane from y_0 at t to y, and write what _errors does."""
     lanes = len(h)
@@ -147,7 +147,7 @@ def _attempt(y_0, t, h, of, does_work, tolerance, size, k, y, e_3, e_5, error, r
     _errors(y_0, h, of, k, e_3, e_5, tolerance, error, ratio)
 
 
-@compiled
+@inlined
 def _stage(y, h, of, does_work, i, k):
     """Write k_i = h f(y)."""
     # A flag that is known lets the loop be one of vectors.
@@ -168,7 +168,7 @@ def _stage_of_lane(l, y, h, of, i, k):
     k[_at(r + 9, l)], k[_at(r + 10, l)], k[_at(r + 11, l)] = h * f[9], h * f[10], h * f[11]
 
 
-@compiled
+@inlined
 def _combine(row, y, k, size, z):
     """Write z = y + sum_j a_j k_j with row's entries a_j to the first size numbers of z."""
     a, i = _entries(row, 0), _stages(row, 0)
@@ -202,7 +202,7 @@ def _sum(a, i, k, m):
     return a[0] * k[i[0] + m] + a[1] * k[i[1] + m] + a[2] * k[i[2] + m] + a[3] * k[i[3] + m]
 
 
-@compiled
+@inlined
 def _errors(y_0, h, of, k, e_3, e_5, tolerance, error, ratio):
     """Write the error of each lane's step over its tolerance, and the next step over this one."""
     for l in range(len(h)):
@@ -213,7 +213,7 @@ def _errors(y_0, h, of, k, e_3, e_5, tolerance, error, ratio):
         ratio[l] = step_ratio(e / tolerance[l])
 
 
-@compiled
+@inlined
 def _advance(error, size, y, y_0):
     """Let the lanes whose step is good begin from its end."""
     for i in range(size // LANES):
@@ -222,7 +222,7 @@ def _advance(error, size, y, y_0):
             y_0[at] = y[at] if error[l] <= 1.0 else y_0[at]
 
 
-@compiled
+@inlined
 def _take_lane(l, t, h, y_0, y, k, single):
     """Copy a lane's step to the clock, end, stages and dense output of a single propagation."""
     clock, end, stages, dense = single

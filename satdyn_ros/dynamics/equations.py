@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .compiled import inlined
+from ..compiled import inlined
 from .orbit import FixedDirection
 from .system import State, System
 from .vector import add, apply, cross, dot, scale, to_body

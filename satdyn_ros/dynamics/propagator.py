@@ -8,7 +8,7 @@ II.10).  The steps do not depend on the times that are asked for.
 
 import numpy as np
 
-from .compiled import compiled, inlined, is_kept
+from ..compiled import compiled, inlined, is_kept
 from .equations import (
     ANGLE,
     CENTRE,
@@ -168,7 +168,7 @@ def _walk(t_s, wanted, out, clock, y, k, dense, anomaly, of, tolerance):
     return np.inf
 
 
-@compiled
+@inlined
 def _step(clock, y, k, dense, anomaly, of, tolerance):
     """Take one step within the tolerance; return whether there is one."""
     t, y_0 = clock[1], dense[0]
@@ -225,7 +225,7 @@ def _combine(row, y, k, z):
     z[8], z[9], z[10], z[11] = y[8] + s8, y[9] + s9, y[10] + s10, y[11] + s11
 
 
-@compiled
+@inlined
 def _error(y, h, k, slow_rate):
     """Return the error of a step from y, the mean over attitude, rate and orbit."""
     e_3, e_5 = k[13], k[14]
@@ -271,7 +271,7 @@ def _square(e, per_rate):
     return attitude + rate + e[7] * e[7] + e[8] * e[8]
 
 
-@compiled
+@inlined
 def make_dense(clock, y, k, dense, of):
     """Write the terms of the dense output of the step in hand, y at its begin in dense[0]."""
     h, y_0, z = clock[1] - clock[0], dense[0], dense[7]
@@ -288,7 +288,7 @@ def make_dense(clock, y, k, dense, of):
     clock[4] = 1.0
 
 
-@compiled
+@inlined
 def interpolate(t_s, wanted, out, first, last, clock, dense):
     """Evaluate the dense output at t_s[first:last]; the quaternions come out as unit."""
     t_s, begin, h = t_s[first:last], clock[0], clock[1] - clock[0]

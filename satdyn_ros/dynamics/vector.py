@@ -1,6 +1,6 @@
 """Vectors as tuples of three numbers, in compiled code: they live in registers."""
 
-from .compiled import inlined
+from ..compiled import inlined
 
 
 @inlined

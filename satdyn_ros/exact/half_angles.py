@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..dynamics.compiled import compiled
+from ..compiled import compiled, inlined
 
 
 class Lattice(NamedTuple):
@@ -55,7 +55,7 @@ def evaluate(t_s, since_s, lattice, plus, minus):
     return numbers
 
 
-@compiled
+@inlined
 def _number(t, r, lattice, zero):
     """Return exp(i rate t / 2) times the periodic factor at r, |r| <= period / 2; its slope."""
     if lattice.imaginary >= lattice.period:
@@ -67,7 +67,7 @@ def _number(t, r, lattice, zero):
     return turn * value, turn * (slope + 1j * rate * value)
 
 
-@compiled
+@inlined
 def _oscillating(r, lattice, zero):
     """Return the periodic factor and its slope, X = exp(-w (height + i sign r))."""
     w = 2.0 * np.pi / lattice.period
@@ -81,7 +81,7 @@ def _oscillating(r, lattice, zero):
     return value, -1j * zero.sign * w * slope
 
 
-@compiled
+@inlined
 def _decaying(r, lattice, zero):
     """Return the periodic factor and its slope, X = exp(-w (|r| - i sign height))."""
     w = 2.0 * np.pi / lattice.imaginary
@@ -111,7 +111,7 @@ def _decaying(r, lattice, zero):
     return turn * value, turn * (slope + 1j * rest * value)
 
 
-@compiled
+@inlined
 def _theta(log_X, angle, size_Y, Q):
     """
     Return theta and X dtheta/dX at X = exp(log_X + i angle), where Q / X = size_Y exp(-i angle).

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import rclpy.node
 
-from ..dynamics.compiled import NOTICE
+from ..compiled import NOTICE
 from ..dynamics.propagator import is_compiled
 from ..events import Event, Topics
 from ..messages.topics import TOPICS

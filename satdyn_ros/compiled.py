@@ -41,11 +41,11 @@ def _compile(function, **options):
 def _directory():
     """Return where code made of these very sources is kept; what others left there goes."""
     # numba itself looks for changes in a function's own file alone, not in what it calls.
-    here, package = Path(__file__).parent, Path(__file__).parents[1]
-    sources = [*package.glob('dynamics/*.py'), *package.glob('exact/*.py')]
+    package = Path(__file__).parent
+    sources = [Path(__file__), *package.glob('dynamics/*.py'), *package.glob('exact/*.py')]
     digest = sha256(b''.join(path.read_bytes() for path in sorted(sources))).hexdigest()[:16]
-    if not config.CACHE_DIR and os.access(here, os.W_OK):
-        kept = here / '__pycache__' / 'compiled'
+    if not config.CACHE_DIR and os.access(package, os.W_OK):
+        kept = package / '__pycache__' / 'compiled'
     else:
         kept = Path(config.CACHE_DIR or Path.home() / '.cache', 'satdyn_ros')
     with suppress(OSError):

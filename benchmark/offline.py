@@ -1,9 +1,9 @@
 """Scenario to bag without pacing, beside what a user writes with mcap or the Foxglove SDK."""
 
-import shutil
 import subprocess
 import sys
 import tempfile
+import time
 import zlib
 from pathlib import Path
 
@@ -32,11 +32,21 @@ TYPES = {
 }
 
 
+def written(write):
+    """Return a contender that writes to a new place and tells the CPU seconds of that alone."""
+
+    def run():
+        with tempfile.TemporaryDirectory() as name:
+            begin = time.process_time()
+            write(Path(name))
+            return time.process_time() - begin
+
+    return run
+
+
 def ours(directory, duration_s=DAY_S):
     """Simulate and record."""
-    bag = directory / 'ours'
-    shutil.rmtree(bag, ignore_errors=True)
-    for _ in simulate(SCENARIO, duration_s, bag):
+    for _ in simulate(SCENARIO, duration_s, directory / 'ours'):
         pass
 
 
@@ -74,7 +84,7 @@ def mcap_writer(directory):
     """Write a part of a day with mcap.Writer and rclpy's serialisation."""
     from mcap.writer import CompressionType, Writer
 
-    with open(directory / 'mcap.mcap', 'wb') as file:
+    with open(directory / 'mcap.mcap', 'xb') as file:
         writer = Writer(file, compression=CompressionType.ZSTD)
         writer.start('ros2', 'benchmark')
         channels = {
@@ -96,7 +106,6 @@ def foxglove(directory):
     from foxglove import Channel, Schema
 
     path = directory / 'foxglove.mcap'
-    path.unlink(missing_ok=True)
     blocks = ready(DAY_S / PART)
     context = sdk.Context()
     with sdk.open_mcap(str(path), context=context):
@@ -128,10 +137,10 @@ def ready(duration_s):
 
 def floor(directory):
     """Compress, sum and write the bytes of a day's chunks: what nobody can save."""
-    with open(directory / 'floor', 'wb') as file:
+    with open(directory / 'floor', 'xb') as file:
         for chunk in CHUNKS:
             zlib.crc32(chunk)
-            file.write(zstandard.ZstdCompressor(level=1).compress(chunk))
+            file.write(zstandard.ZstdCompressor(level=-1).compress(chunk))
 
 
 def chunks(bag):
@@ -150,12 +159,11 @@ def chunks(bag):
 def memory_mb(days) -> float:
     """Return the peak memory above the start of a process that records some days."""
     program = (
-        'import resource, sys, tempfile; sys.path.insert(0, sys.argv[1]); import offline;'
-        'from pathlib import Path; d = Path(tempfile.mkdtemp()); offline.ours(d, 600.0);'
+        'import resource, sys; sys.path.insert(0, sys.argv[1]); import offline;'
+        'offline.written(lambda place: offline.ours(place, 600.0))();'
         'begin = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss;'
-        f'offline.ours(d, {days} * offline.DAY_S);'
-        'print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - begin);'
-        'import shutil; shutil.rmtree(d)'
+        f'offline.written(lambda place: offline.ours(place, {days} * offline.DAY_S))();'
+        'print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - begin)'
     )
     output = subprocess.run(
         [sys.executable, '-c', program, str(Path(__file__).parent)],
@@ -169,18 +177,10 @@ def main(rounds=7):
     """Run all; return title, claims and text."""
     global CHUNKS
     with tempfile.TemporaryDirectory() as name:
-        directory = Path(name)
-        ours(directory)
-        CHUNKS = chunks(directory / 'ours')
-        seconds = medians(
-            {
-                'ours': lambda: ours(directory),
-                'floor': lambda: floor(directory),
-                'mcap': lambda: mcap_writer(directory),
-                'foxglove': lambda: foxglove(directory),
-            },
-            rounds,
-        )
+        ours(Path(name))
+        CHUNKS = chunks(Path(name) / 'ours')
+    contenders = {'ours': ours, 'floor': floor, 'mcap': mcap_writer, 'foxglove': foxglove}
+    seconds = medians({name: written(write) for name, write in contenders.items()}, rounds)
     for peer in ('mcap', 'foxglove'):
         seconds[peer] *= PART
     memory = {days: memory_mb(days) for days in (1, 7, 30)}

@@ -18,8 +18,8 @@ from .scenario import Scenario
 from .simulation import Simulation, requested
 from .ticks import Ticks
 
-# Long enough that a tick costs what its bytes cost, short enough for a megabyte or two.
-BLOCK_TICKS = 4096
+# Long enough that a tick costs what its bytes cost, short enough for a few megabytes.
+BLOCK_TICKS = 8192
 
 # The seconds of a stamp are an int32.
 LAST_STAMP_NS = 2**31 * 10**9 - 1

@@ -41,6 +41,8 @@ class Ticks:
         if last * rest * 2 >= 2**63 or last * whole >= 2**63:
             return np.array([self.stamp_ns(k) for k in range(first, last)], dtype=np.int64)
         ticks = np.arange(first, last, dtype=np.int64)
+        if rest == 0:
+            return self.epoch_ns + ticks * whole
         quotient, remainder = np.divmod(ticks * rest, period.denominator)
         twice = 2 * remainder - period.denominator
         stamps = ticks * whole + quotient

@@ -55,10 +55,19 @@ class Contents:
         return int(np.min(self.log_times)), int(np.max(self.log_times))
 
     @cached_property
+    def counts(self) -> dict[int, int]:
+        """The number of messages of each channel that has any."""
+        return {i: int(n) for i, n in enumerate(np.bincount(self.channel_ids)) if n}
+
+    @cached_property
     def places(self) -> dict[int, np.ndarray]:
         """The places of each channel's messages among all, for those that have any."""
-        present = np.flatnonzero(np.bincount(self.channel_ids))
-        return {int(i): np.flatnonzero(self.channel_ids == i) for i in present}
+        return {i: np.flatnonzero(self.channel_ids == i) for i in self.counts}
+
+    def index_of(self, channel_id: int) -> np.ndarray:
+        """Return log time [ns] and offset of each message of a channel, (n, 2) uint64."""
+        count = self.counts[channel_id]
+        return _index(self.channel_ids, self.log_times, self.offsets, channel_id, count)
 
     @cached_property
     def heads(self) -> np.ndarray:
@@ -157,6 +166,18 @@ def _records(data):
         log_times[:messages].copy(),
         others[:other].copy(),
     )
+
+
+@njit('uint64[:, ::1](uint16[::1], uint64[::1], int64[::1], int64, int64)', cache=True, nogil=True)
+def _index(channel_ids, log_times, offsets, channel_id, count):
+    """Return the log times and offsets of a channel's messages, of which there are count."""
+    index = np.empty((count, 2), np.uint64)
+    n = 0
+    for i in range(len(channel_ids)):
+        if channel_ids[i] == channel_id:
+            index[n, 0], index[n, 1] = log_times[i], offsets[i]
+            n += 1
+    return index
 
 
 @njit(

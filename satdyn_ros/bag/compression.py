@@ -8,8 +8,9 @@ import zstandard
 
 COMPRESSIONS = ('none', 'lz4', 'zstd')
 
-# The smallest level: a few per cent larger than the default's, in three quarters of its time.
-_ZSTD_LEVEL = 1
+# The first of the fast levels: two to five per cent larger than the default's, in two thirds of
+# its time.
+_ZSTD_LEVEL = -1
 
 
 def compressor(compression: str) -> Callable[[np.ndarray], bytes]:

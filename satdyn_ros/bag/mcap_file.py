@@ -10,7 +10,6 @@ from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import (
     Channel,
-    Chunk,
     ChunkIndex,
     DataEnd,
     Footer,
@@ -25,8 +24,6 @@ from mcap.records import (
 from mcap.writer import MCAP0_MAGIC
 
 from .chunk import Contents
-
-_INDEX_ENTRY = np.dtype([('log_time', '<u8'), ('offset', '<u8')])
 
 
 class McapFile:
@@ -66,22 +63,27 @@ class McapFile:
         """
         parsed = Contents(contents)
         first_ns, last_ns = parsed.span_ns
-        chunk = Chunk(
-            compression=compression,
-            data=compressed,
-            message_start_time=first_ns,
-            message_end_time=last_ns,
-            uncompressed_crc=zlib.crc32(contents.data),
-            uncompressed_size=len(contents),
+        name = compression.encode()
+        fields = struct.pack(
+            f'<QQQII{len(name)}sQ',
+            first_ns,
+            last_ns,
+            len(contents),
+            zlib.crc32(contents.data),
+            len(name),
+            name,
+            len(compressed),
         )
         start = self.size
-        self._write_record(chunk)
+        # A record builder of mcap would copy the compressed bytes twice.
+        self._write(struct.pack('<BQ', Opcode.CHUNK, len(fields) + len(compressed)) + fields)
+        self._write(compressed)
         index_start = self.size
         indexes, index_offsets = _message_indexes(parsed, index_start)
         self._write(indexes)
         ChunkIndex(
-            message_start_time=chunk.message_start_time,
-            message_end_time=chunk.message_end_time,
+            message_start_time=first_ns,
+            message_end_time=last_ns,
             chunk_start_offset=start,
             chunk_length=index_start - start,
             message_index_offsets=index_offsets,
@@ -147,8 +149,8 @@ class McapFile:
         statistics.message_end_time = max(statistics.message_end_time, last_ns)
         statistics.message_count += len(contents)
         counts = statistics.channel_message_counts
-        for channel_id, places in contents.places.items():
-            counts[channel_id] = counts.get(channel_id, 0) + len(places)
+        for channel_id, count in contents.counts.items():
+            counts[channel_id] = counts.get(channel_id, 0) + count
 
     def _write_record(self, record: McapRecord):
         self._write(_written([record]))
@@ -171,10 +173,9 @@ def _written(records) -> bytes:
 def _message_indexes(contents: Contents, start: int) -> tuple[bytearray, dict[int, int]]:
     """Return the index records of a chunk's messages and where in the file each channel's is."""
     records, offsets = bytearray(), {}
-    for channel_id, places in contents.places.items():
-        entries = np.empty(len(places), _INDEX_ENTRY)
-        entries['log_time'] = contents.log_times[places]
-        entries['offset'] = contents.offsets[places]
+    for channel_id in contents.counts:
+        # Numbers of this machine are those of the file, little endian.
+        entries = contents.index_of(channel_id)
         offsets[channel_id] = start + len(records)
         size = entries.nbytes
         records += struct.pack('<BQHI', Opcode.MESSAGE_INDEX, 2 + 4 + size, channel_id, size)

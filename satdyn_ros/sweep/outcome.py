@@ -26,8 +26,18 @@ INTEGRALS = (
 )
 
 
+# Samples that are held at a time, some hundred megabytes: runs with more go fewer together.
+_SAMPLES_AT_ONCE = 4_000_000
+
+
 def rows(plan: Plan, runs: Sequence[int]) -> list[dict[str, Any]]:
     """Return the rows of runs; a column that is not in one has no value."""
+    together = max(1, _SAMPLES_AT_ONCE // len(plan.t_s))
+    parts = (runs[first : first + together] for first in range(0, len(runs), together))
+    return [row for part in parts for row in _rows_of(plan, part)]
+
+
+def _rows_of(plan, runs):
     values = [plan.values(run) for run in runs]
     flights = [_attempt(_flight, plan, each) for each in values]
     motions = [flight[1] for flight in flights if not isinstance(flight, Exception)]

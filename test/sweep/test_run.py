@@ -15,6 +15,7 @@ from rosbags.highlevel import AnyReader
 
 from satdyn_ros.dynamics import rotation
 from satdyn_ros.dynamics.propagator import Propagation
+from satdyn_ros.sweep import outcome
 from satdyn_ros.sweep.plan import Plan
 from satdyn_ros.sweep.run import batches, sweep
 
@@ -26,6 +27,7 @@ ENVIRONMENT = os.environ | {'PYTHONPATH': str(ROOT)}
 MANY = {'runs': 100, 'duration_s': 100_000.0, 'interval_s': 1000.0}
 PROGRAM = """
 import sys
+from satdyn_ros.sweep import outcome
 from satdyn_ros.sweep.run import sweep
 sweep(sys.argv[1], sys.argv[2], workers=2, dask_address=(sys.argv[3:] or [None])[0])
 """
@@ -123,6 +125,14 @@ def test_rows_hold_what_the_runs_came_to(tmp_path):
         assert row['lvlh_angle_min_rad'] - 1e-12 <= angle <= row['lvlh_angle_max_rad'] + 1e-12
         assert row['drift_jacobi'] < 1e-10
         assert row['failure'] is None
+
+
+def test_long_runs_go_fewer_together(tmp_path, monkeypatch):
+    """However many fly side by side, for the memory's sake, their rows are the same."""
+    plan = Plan.from_yaml(write(tmp_path))
+    together = outcome.rows(plan, range(12))
+    monkeypatch.setattr(outcome, '_SAMPLES_AT_ONCE', 5 * len(plan.t_s))
+    assert outcome.rows(plan, range(12)) == together
 
 
 def test_captured_or_tumbling(tmp_path):

@@ -30,7 +30,7 @@ class Free(ExactMotion):
     the mean precession of body axis 3 about L and the mean spin about it.  Without a
     rotor: T1 [s], the period of the rates (46.11), inf on the separatrix; chi0 [rad/s] and T2
     [s] = 2 pi / chi0, the mean precession of the axis of the largest moment.  period_s: the period
-    of the rates, None where they are constant or the motion is asymptotic.
+    of the rates, None where they are constant or the motion is asymptotic.  flow: what turns it.
 
     >>> Free(system, state).at([10.0, 20.0]).q_ib  # doctest: +SKIP
     """
@@ -83,7 +83,7 @@ class Free(ExactMotion):
 
     def attitude(self, t_s):
         """Return q_ib (N, 4) and omega_bi_b (N, 3) at t_s (N,)."""
-        alpha, beta, _ = self._flow.at(t_s)
+        alpha, beta, _ = self.flow.at(t_s)
         q_lp = np.stack([beta.real, beta.imag, alpha.imag, alpha.real], axis=-1)
         x, y, z, w = q_lp.T
         # The momentum in body axes is L times the space axis z', seen from the body.
@@ -100,7 +100,7 @@ class Free(ExactMotion):
     def axial_turn(self, t_s):
         """Return the integral of a . omega from 0 to t_s [rad], (N,), a the rotor's axis."""
         sign = np.sign(self._R_bp[:, 2] @ self.system.rotor.axis)
-        swept = self.L * self._flow.nutation.integral(t_s) - self._h * t_s
+        swept = self.L * self.flow.nutation.integral(t_s) - self._h * t_s
         return sign * swept / self._moments[2]
 
     def _solve(self, q_lp, omega_p):
@@ -123,8 +123,8 @@ class Free(ExactMotion):
         )
         start = complex(w, z), complex(x, y), complex(O1, O2)
         plus, minus = ((L + h) / I3, at_bottom / L), ((L - h) / I3, at_top / L)
-        self._flow = Flow(nutation, plus, minus, *start)
-        self.Om_P, self.Om_S = self._flow.mean_precession, self._flow.mean_spin
+        self.flow = Flow(nutation, plus, minus, *start)
+        self.Om_P, self.Om_S = self.flow.mean_precession, self.flow.mean_spin
         ends = (nutation.turning.da, nutation.turning.db)
         period = nutation.period * (1.0 if _same_root(first, second, ends) else 2.0)
         self.period_s = period if period < np.inf else None

@@ -126,7 +126,7 @@ class Immersed:
         self.equivalent = Symmetric.in_potential(
             self.A_star, self.C_star, 0.0, self.H1_star, self.H2_star, State(q_ib, omega_star)
         )
-        self._nutation = self.equivalent._flow.nutation
+        self._nutation = self.equivalent.flow.nutation
         self._set_panels()
 
     def at(self, t_s) -> FluidStates:

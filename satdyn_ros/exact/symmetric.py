@@ -27,7 +27,7 @@ class Symmetric(ExactMotion):
     momentum h3; r0 [rad/s] the constant rate about the axis; g = H . Z [N m s] the area integral;
     h_prime = A (p^2 + q^2) / 2 - U [J] the energy integral; roots (k,): all roots of f, complex,
     u'^2 = f(u).  Om_P, Om_S [rad/s]: the motion is Rz(Om_P t) R'(t) Rz(Om_S t) with R' of period
-    period_s (twice that for a body that passes exactly through a pole).
+    period_s (twice that for a body that passes exactly through a pole).  flow: what turns it.
 
     >>> Symmetric(system, state).at([10.0, 20.0]).q_ib  # doctest: +SKIP
     """
@@ -82,7 +82,7 @@ class Symmetric(ExactMotion):
 
     def attitude(self, t_s):
         """Return q_ib (N, 4) and omega_bi_b (N, 3) at t_s (N,)."""
-        alpha, beta, pq = self._flow.at(t_s)
+        alpha, beta, pq = self.flow.at(t_s)
         q_ip = np.stack([beta.real, beta.imag, alpha.imag, alpha.real], axis=-1)
         omega_p = np.stack([pq.real, pq.imag, np.full(len(t_s), self.r0)], axis=-1)
         return rotation.multiply(q_ip, rotation.conjugate(self._q_bp)), rotation.rotate(
@@ -120,8 +120,8 @@ class Symmetric(ExactMotion):
         f_down = _from_pole(A, H1, -H2, -j, lp, kinetic + H1 * s2 - H2 * below)
         nutation = Nutation(f, f_up, f_down, above, below, u_dot)
         start = complex(w, z), complex(x, y), complex(p, q)
-        self._flow = Flow(nutation, (self.r0 - j, lp), (j - self.r0, lm), *start)
-        self.Om_P, self.Om_S = self._flow.mean_precession, self._flow.mean_spin
+        self.flow = Flow(nutation, (self.r0 - j, lp), (j - self.r0, lm), *start)
+        self.Om_P, self.Om_S = self.flow.mean_precession, self.flow.mean_spin
         self.period_s = nutation.period if nutation.period < np.inf else None
         self.roots = u + np.roots(f[::-1])
 

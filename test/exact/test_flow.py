@@ -111,7 +111,7 @@ def test_period_and_means(pattern):
     """Proves turning points, period and mean rates for every pattern of roots, by quadrature."""
     motion = motion_of(pattern)
     above_minus_1, below_1, period, mean_u, plus, minus = truth(pattern)
-    flow, nutation = motion._flow, motion._flow.nutation
+    flow, nutation = motion.flow, motion.flow.nutation
     # a double root's distance halves the digits: 'long period' has m1 = 5e-11
     rel = 1e-9 if pattern == 'long period' else 1e-13
     assert nutation.turning.from_below[0] == pytest.approx(float(above_minus_1), rel=1e-12)
@@ -135,12 +135,12 @@ def test_integral_of_u(pattern):
     # |u| <= 1: the rule's and the formula's rounding are below 1e-15 of the time
     bound = 1e-12 if pattern == 'long period' else 3e-14
     for t in t_s:
-        alpha, beta, _ = motion._flow.at(t * x)
+        alpha, beta, _ = motion.flow.at(t * x)
         u = np.abs(alpha) ** 2 - np.abs(beta) ** 2
         rule = t * panels[1] / 2.0 * np.sum(np.tile(weights, len(panels) - 1) * u)
-        assert motion._flow.nutation.integral([t])[0] == pytest.approx(rule, abs=bound * t)
-    together = motion._flow.nutation.integral(t_s)
-    assert np.array_equal(together, [motion._flow.nutation.integral([t])[0] for t in t_s])
+        assert motion.flow.nutation.integral([t])[0] == pytest.approx(rule, abs=bound * t)
+    together = motion.flow.nutation.integral(t_s)
+    assert np.array_equal(together, [motion.flow.nutation.integral([t])[0] for t in t_s])
 
 
 def test_integral_of_an_asymptotic_u():
@@ -154,7 +154,7 @@ def test_integral_of_an_asymptotic_u():
     t0 = np.arccosh(np.sqrt(1.75 / 0.72)) / k
     t_s = np.array([0.1, 1.0, 5.0, 30.0, 400.0])
     expected = t_s - 1.75 / k * (np.tanh(k * (t_s - t0)) + np.tanh(k * t0))
-    assert top._flow.nutation.integral(t_s) == pytest.approx(expected, rel=1e-14, abs=1e-14)
+    assert top.flow.nutation.integral(t_s) == pytest.approx(expected, rel=1e-14, abs=1e-14)
 
 
 def test_triple_root():
@@ -166,7 +166,7 @@ def test_triple_root():
     start = State(np.array([x, 0.0, 0.0, w]), np.array([p, q, spin]))
     top = Symmetric.in_potential(1.0, 1.0, 0.0, H1, H2, start)
     t_s = np.array([0.0, 1.0, 10.0, 50.0])
-    alpha, beta, _ = top._flow.at(t_s)
+    alpha, beta, _ = top.flow.at(t_s)
     u, one_minus_u = np.abs(alpha) ** 2 - np.abs(beta) ** 2, 2.0 * np.abs(beta) ** 2
     # f = (1 - u)^3 (u + 3/4): sqrt((u + 3/4) / (1 - u)) grows by 7/8 a second.
     root = np.sqrt((u + 0.75) / one_minus_u)

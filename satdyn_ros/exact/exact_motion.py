@@ -9,12 +9,26 @@ from ..dynamics.system import State, System
 
 
 class ExactMotion(Motion):
-    """A motion in closed form, evaluated at any time without stepping."""
+    """
+    A motion in closed form, evaluated at any time without stepping.
+
+    ValueError: it does not apply, with the sentence of why_not.
+    """
+
+    def __init__(self, system: System, state: State, start_s: float = 0.0):
+        super().__init__(system, state, start_s)
+        reason = self.why_not(system, state, start_s)
+        if reason:
+            raise ValueError(reason)
 
     @classmethod
     @abstractmethod
-    def why_not(cls, system: System, state: State) -> str | None:
-        """Return one sentence that says why this closed form does not apply, or None."""
+    def why_not(cls, system: System, state: State, start_s: float = 0.0) -> str | None:
+        """
+        Return one sentence that says why this closed form does not apply, or None.
+
+        start_s: seconds from tick 0, which say where the attracting centre is.
+        """
 
     @abstractmethod
     def attitude(self, t_s):

@@ -40,9 +40,6 @@ class Free(ExactMotion):
 
     def __init__(self, system: System, state: State, start_s: float = 0.0):
         super().__init__(system, state, start_s)
-        reason = self.why_not(system, state)
-        if reason:
-            raise ValueError(reason)
         h_b = system.rotor_momentum(state)
         H_b = system.carrier_inertia @ state.omega_bi_b + h_b
         self.L = float(np.linalg.norm(H_b))
@@ -62,7 +59,7 @@ class Free(ExactMotion):
         self._solve(q_lp, omega_p)
 
     @classmethod
-    def why_not(cls, system: System, state: State) -> str | None:
+    def why_not(cls, system: System, state: State, start_s: float = 0.0) -> str | None:
         """Return one sentence that says why this closed form does not apply, or None."""
         if np.any(system.torque_b) or system.rotor_torque != 0.0:
             return 'a torque is applied to the body or to the rotor'

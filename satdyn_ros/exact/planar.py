@@ -39,9 +39,6 @@ class Planar(ExactMotion):
 
     def __init__(self, system: System, state: State, start_s: float = 0.0):
         super().__init__(system, state, start_s)
-        reason = self.why_not(system, state)
-        if reason:
-            raise ValueError(reason)
         (I_1, I_2, _), R_bp = principal_axes_about(_normal(system, state), system.inertia)
         e_1, e_2, self.normal_b = R_bp.T
         stiffness = float(system.orbit.gradient_at(start_s)) * (I_2 - I_1)
@@ -64,7 +61,7 @@ class Planar(ExactMotion):
         self.period_s = self.pendulum.period_s
 
     @classmethod
-    def why_not(cls, system: System, state: State) -> str | None:
+    def why_not(cls, system: System, state: State, start_s: float = 0.0) -> str | None:
         """Return one sentence that says why this closed form does not apply, or None."""
         if np.any(system.torque_b) or system.rotor_torque != 0.0:
             return 'a torque is applied to the body or to the rotor'

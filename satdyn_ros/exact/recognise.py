@@ -25,7 +25,7 @@ def recognise(system: System, state: State, start_s: float = 0.0) -> ExactMotion
     >>> motion = recognise(system, state)  # doctest: +SKIP
     """
     for candidate in CANDIDATES:
-        if _why_not(candidate, system, state, start_s) is None:
+        if candidate.why_not(system, state, start_s) is None:
             return candidate(system, state, start_s)
     return None
 
@@ -37,7 +37,7 @@ def explain(system: System, state: State, start_s: float = 0.0) -> str | None:
     It speaks of the motions that the field allows: on an orbit only the planar ones, without a
     field the free ones.
     """
-    reasons = {candidate: _why_not(candidate, system, state, start_s) for candidate in CANDIDATES}
+    reasons = {candidate: candidate.why_not(system, state, start_s) for candidate in CANDIDATES}
     if None in reasons.values():
         return None
     driven = np.any(system.torque_b) or system.rotor_torque != 0.0
@@ -46,10 +46,3 @@ def explain(system: System, state: State, start_s: float = 0.0) -> str | None:
     has_field = system.orbit.gradient != 0.0 or np.any(system.weight_moment)
     of_the_field = (Planar, Symmetric, Stationary) if has_field else (Free, Symmetric)
     return '; '.join(f'{motion.name}: {reasons[motion]}' for motion in of_the_field)
-
-
-def _why_not(candidate, system, state, start_s):
-    # Of all conditions only the balance of a steady rotation is about where the centre is now.
-    if candidate is Steady:
-        return Steady.why_not(system, state, start_s)
-    return candidate.why_not(system, state)

@@ -42,9 +42,6 @@ class Stationary(ExactMotion):
 
     def __init__(self, system: System, state: State, start_s: float = 0.0):
         super().__init__(system, state, start_s)
-        reason = self.why_not(system, state)
-        if reason:
-            raise ValueError(reason)
         self.moments, q_bp, gamma, omega_p = _in_principal_axes(system, state)
         self.omega_0 = float(np.sqrt(system.orbit.gradient_at(0.0)))
         self.nu, sign = multiplier.find(self.moments, self.omega_0, gamma, omega_p)
@@ -104,7 +101,7 @@ class Stationary(ExactMotion):
         return cls.from_attitude(system, nu, rotation.multiply(q_ip, q_pb), sign)
 
     @classmethod
-    def why_not(cls, system: System, state: State) -> str | None:
+    def why_not(cls, system: System, state: State, start_s: float = 0.0) -> str | None:
         """Return one sentence that says why this closed form does not apply, or None."""
         rotor = system.rotor
         if not isinstance(system.orbit, FixedDirection):

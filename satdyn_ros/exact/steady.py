@@ -40,9 +40,6 @@ class Steady(ExactMotion):
 
     def __init__(self, system: System, state: State, start_s: float = 0.0):
         super().__init__(system, state, start_s)
-        reason = self.why_not(system, state, start_s)
-        if reason:
-            raise ValueError(reason)
         self.rate = float(np.linalg.norm(state.omega_bi_b))
         self.axis_b = state.omega_bi_b / self.rate if self.rate else np.array([0.0, 0.0, 1.0])
 

@@ -10,6 +10,7 @@ body H1 = H2 = 0.  The coefficients of f are derived in docs/theory.md.
 import numpy as np
 
 from ..dynamics import rotation
+from ..dynamics.motion import Motion
 from ..dynamics.orbit import FixedDirection
 from ..dynamics.rotor import Rotor
 from ..dynamics.system import State, System
@@ -37,9 +38,6 @@ class Symmetric(ExactMotion):
 
     def __init__(self, system: System, state: State, start_s: float = 0.0):
         super().__init__(system, state, start_s)
-        reason = self.why_not(system, state)
-        if reason:
-            raise ValueError(reason)
         (A, _, C), R_bp = principal_axes_about(_axis(system), system.carrier_inertia)
         (whole_A, _, whole_C), _ = principal_axes_about(R_bp[:, 2], system.inertia)
         h3 = system.rotor_momentum(state) @ R_bp[:, 2]
@@ -58,12 +56,12 @@ class Symmetric(ExactMotion):
         """
         rotor = Rotor('constant_momentum', axis=np.array([0.0, 0.0, 1.0]), momentum=h3)
         motion = cls.__new__(cls)
-        super().__init__(motion, System(np.diag([A, A, C]), rotor, FixedDirection()), state)
+        Motion.__init__(motion, System(np.diag([A, A, C]), rotor, FixedDirection()), state)
         motion._solve(A, C, h3, H1, H2, np.eye(3))
         return motion
 
     @classmethod
-    def why_not(cls, system: System, state: State) -> str | None:
+    def why_not(cls, system: System, state: State, start_s: float = 0.0) -> str | None:
         """Return one sentence that says why this closed form does not apply, or None."""
         if not isinstance(system.orbit, FixedDirection):
             return 'the direction to the attracting centre turns; orbit.type must be fixed'

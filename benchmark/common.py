@@ -43,7 +43,8 @@ def medians(contenders: dict[str, Callable[[], object]], rounds: int = 7) -> dic
     """
     Return each contender's median CPU seconds over rounds in which all take turns.
 
-    One that has to be made ready each time returns a float: the seconds that count.
+    One that measures itself, because it has to make ready or is another process, returns a float,
+    which counts instead.
     """
     for run in contenders.values():
         run()

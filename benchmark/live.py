@@ -2,14 +2,13 @@
 
 import os
 import signal
-import statistics
 import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
 
-from common import Claim, show
+from common import Claim, medians, show
 
 RATE_HZ, SECONDS = 1000, 8.0
 ENVIRONMENT = os.environ | {'ROS_DOMAIN_ID': '88', 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
@@ -195,15 +194,11 @@ def main(rounds=7):
     with tempfile.TemporaryDirectory() as directory:
         subscriber = start(['-c', SUBSCRIBER])
         contenders = {
-            'ours': lambda: node(directory),
-            'bare': lambda: start(['-c', BARE]),
-            'timer': lambda: start(['-c', TIMER]),
+            'ours': lambda: cpu_of_a_tick(lambda: node(directory)),
+            'bare': lambda: cpu_of_a_tick(lambda: start(['-c', BARE])),
+            'timer': lambda: cpu_of_a_tick(lambda: start(['-c', TIMER])),
         }
-        cpu: dict[str, list[float]] = {name: [] for name in contenders}
-        for _ in range(rounds):
-            for name, begin in contenders.items():
-                cpu[name].append(cpu_of_a_tick(begin))
-        ours, bare, timer = (statistics.median(cpu[name]) for name in contenders)
+        ours, bare, timer = medians(contenders, rounds).values()
         bare_late, bare_lag = bare_minute()
         stop(subscriber)
         seen, missing, _, _, late, lag = watched(directory, RATE_HZ, True, 63.0, 'stamps')

@@ -114,3 +114,11 @@ def heyoka_equations():
         (q, (k * (900.0 - 600.0) * c3 * c1 - (r * h1 - p * h3)) / 800.0),
         (r, (k * (800.0 - 900.0) * c1 * c2 - (p * h2 - q * h1)) / 600.0),
     ]
+
+
+def check(name, q_ib, t_s):
+    """Print the error of attitudes at t_s; SystemExit: it is above MAX_ERROR_RAD."""
+    error = error_rad(q_ib, t_s)
+    print(f'{name}: error {error:.2g} rad')
+    if error > MAX_ERROR_RAD:
+        raise SystemExit(f'{name} misses {MAX_ERROR_RAD:g} rad by its error of {error:.3g} rad')

@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from problem import (
     DURATION_S,
     GRID_S,
-    MAX_ERROR_RAD,
     START,
+    check,
     error_rad,
     heyoka_equations,
     right_hand_side,
@@ -110,13 +110,6 @@ def basilisk():
     return time.process_time() - begin
 
 
-def _check(name, q_ib, t_s):
-    error = error_rad(q_ib, t_s)
-    print(f'{name}: error {error:.2g} rad')
-    if error > MAX_ERROR_RAD:
-        raise SystemExit(f'{name} misses {MAX_ERROR_RAD:g} rad by its error of {error:.3g} rad')
-
-
 def peers(rounds=7):
     """Return the claims against the peers."""
     heyoka, end = Heyoka(), np.array([DURATION_S])
@@ -133,9 +126,9 @@ def peers(rounds=7):
         'SciPy, floats': lambda: scipy_dop853(right_hand_side_floats, GRID_S),
     }
     for name, run in final.items():
-        _check(f'final, {name}', run(), end)
+        check(f'final, {name}', run(), end)
     for name, run in grid.items():
-        _check(f'grid, {name}', run(), GRID_S)
+        check(f'grid, {name}', run(), GRID_S)
     grid['Basilisk RK4 0.1 s'] = basilisk
     end_s, grid_s = medians(final, rounds), medians(grid, rounds)
 

@@ -1,13 +1,12 @@
 """From the command to the first published message, and to the first line of help."""
 
 import os
-import statistics
 import subprocess
 import sys
 import time
 from pathlib import Path
 
-from common import Claim, milliseconds, show
+from common import Claim, medians, milliseconds, show
 
 ROOT = Path(__file__).parents[1]
 ENVIRONMENT = os.environ | {'ROS_DOMAIN_ID': '87', 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
@@ -61,20 +60,9 @@ def whole(arguments: list[str]) -> float:
     return (time.monotonic_ns() - begin) * 1e-9
 
 
-def in_turn(contenders, rounds=7):
-    """Return each contender's median over rounds in which all take turns."""
-    for run in contenders.values():
-        run()
-    seconds: dict[str, list[float]] = {name: [] for name in contenders}
-    for _ in range(rounds):
-        for name, run in contenders.items():
-            seconds[name].append(run())
-    return {name: statistics.median(values) for name, values in seconds.items()}
-
-
 def main():
     """Run all; return title, claims and text."""
-    seconds = in_turn(
+    seconds = medians(
         {
             'ours': lambda: to_first_message(OURS),
             'minimal': lambda: to_first_message(MINIMAL),

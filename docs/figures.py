@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from satdyn_ros.dynamics import rotation
 from satdyn_ros.dynamics.orbit import FixedDirection
 from satdyn_ros.dynamics.rotor import Rotor
-from satdyn_ros.dynamics.stability import smelt_moments, stability_region
 from satdyn_ros.dynamics.system import State, System
 from satdyn_ros.exact import Free, Symmetric, recognise
 from satdyn_ros.exact.immersed import FluidBody, Immersed
@@ -218,28 +217,6 @@ def free():
     return figure
 
 
-def smelt():
-    """Draw the stable regions in the plane of Smelt's parameters: Lagrange and DeBra-Delp."""
-    k = np.linspace(-0.995, 0.995, 400)
-    regions = {'Lagrange': COLOURS[2], 'DeBra-Delp': COLOURS[4]}
-    points = {name: [] for name in regions}
-    for kY in k:
-        for kR in k:
-            name = stability_region(*smelt_moments(kR, kY))
-            if name in points:
-                points[name].append((kY, kR))
-    figure = Figure(figsize=(4.8, 4.6), layout='constrained')
-    axes = figure.add_subplot()
-    for name, colour in regions.items():
-        axes.plot(*np.transpose(points[name]), ',', color=colour)
-        axes.plot([], [], 's', color=colour, label=name)
-    axes.axhline(0.0, color='0.5', lw=0.6)
-    axes.axvline(0.0, color='0.5', lw=0.6)
-    axes.set(xlabel='$k_Y$', ylabel='$k_R$', xlim=(-1, 1), ylim=(-1, 1), aspect='equal')
-    axes.legend(loc='upper left')
-    return figure
-
-
 def libration():
     """Draw a satellite that librates, from its bag: the README's picture."""
     scenario = Scenario.from_dict(
@@ -293,7 +270,6 @@ DRAWINGS = (
     rolling,
     immersed,
     free,
-    smelt,
 )
 
 

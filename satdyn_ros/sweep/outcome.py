@@ -24,8 +24,6 @@ INTEGRALS = (
     'rotor_momentum',
     'energy_balance',
 )
-
-
 # Samples that are held at a time, some hundred megabytes: runs with more go fewer together.
 _SAMPLES_AT_ONCE = 4_000_000
 

@@ -1,5 +1,5 @@
 """
-Many propagations side by side: the method of propagator.py with rows of lanes for numbers.
+Many propagations side by side: the method of dop853.py with rows of lanes for numbers.
 
 Every lane is one motion with steps of its own; when it has reached its last time, the next motion
 takes its place.  A motion's numbers do not depend on its neighbours.  The loops over the lanes are
@@ -12,18 +12,20 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..compiled import compiled, inlined, is_kept
-from .equations import CENTRE, MOMENTUM, OMEGA, SIZE, Parameters, initial_values, rates
-from .motion import States
-from .orbit import true_anomaly
-from .propagator import (
+from .dop853 import (
+    GROWTH,
     STEPS_PER_FIX,
-    Propagation,
+    cut,
+    direction_of_centre,
     error_of,
     first_step,
     interpolate,
     make_dense,
     step_ratio,
 )
+from .equations import CENTRE, MOMENTUM, OMEGA, SIZE, Parameters, initial_values, rates
+from .motion import States
+from .propagator import Propagation
 from .tableau import COLUMNS, ENTRIES, ERROR_3, ERROR_5, LENGTHS
 
 # Enough for two vector registers of today's widest; more would crowd the first-level cache.
@@ -92,16 +94,15 @@ def _fly(t_s, wanted, begin, numbers, anomaly, tolerances, does_work, out):
             if motion[l] < 0 and waiting < count:
                 m = waiting
                 waiting += 1
-                motion[l], first[l], steps[l], t[l], largest_growth[l] = m, 0, 0, 0.0, 6.0
+                motion[l], first[l], steps[l], t[l], largest_growth[l] = m, 0, 0, 0.0, GROWTH
                 tolerance[l], of[l::LANES] = tolerances[m], numbers[m]
                 y_0[l::LANES] = y[l::LANES] = begin[m]
                 h[l] = first_step(_vector(y_0, OMEGA, l), _constants(of, l, does_work))
             if motion[l] < 0:
                 idle += 1
             elif steps[l] % STEPS_PER_FIX == 0:
-                place = anomaly[motion[l]]
-                f = true_anomaly(place[0] + place[1] * t[l], place[2])
-                y_0[_at(CENTRE, l)], y_0[_at(CENTRE + 1, l)] = np.cos(f), np.sin(f)
+                cos_f, sin_f = direction_of_centre(anomaly[motion[l]], t[l])
+                y_0[_at(CENTRE, l)], y_0[_at(CENTRE + 1, l)] = cos_f, sin_f
         if idle == LANES:
             return halts
 
@@ -121,9 +122,9 @@ def _fly(t_s, wanted, begin, numbers, anomaly, tolerances, does_work, out):
                     interpolate(t_s, wanted, out[m], first[l], last, single[0], single[3])
                     first[l] = last
                 t[l], h[l] = end, h[l] * min(largest_growth[l], ratio[l])
-                steps[l], largest_growth[l] = steps[l] + 1, 6.0
+                steps[l], largest_growth[l] = steps[l] + 1, GROWTH
             else:
-                h[l] *= max(0.2, ratio[l]) if error[l] < np.inf else 0.2
+                h[l] *= cut(error[l], ratio[l])
                 largest_growth[l] = 1.0
                 if not t[l] + h[l] > t[l]:
                     halts[m], motion[l], h[l] = t[l], -1, 0.0

@@ -6,7 +6,7 @@ import numpy as np
 from common import Claim, medians, milliseconds, show
 
 from satdyn_ros.dynamics.propagator import Propagation
-from satdyn_ros.scenario import Scenario
+from satdyn_ros.run.scenario import Scenario
 
 CONFIG = Path(__file__).parents[1] / 'config'
 SCENARIOS = ('agostinelli', 'beletsky', 'balli_grioli', 'paladini', 'euler_poinsot')

@@ -105,7 +105,7 @@ def node(directory, rate=RATE_HZ, record=True):
     file.write_text(
         PARAMETERS.format(rate=float(rate), record=str(record).lower(), directory=directory)
     )
-    return start(['-m', 'satdyn_ros.cli', 'node', '--params-file', str(file)])
+    return start(['-m', 'satdyn_ros.cli.main', 'node', '--params-file', str(file)])
 
 
 def cpu_of_a_tick(begin) -> float:

@@ -10,11 +10,11 @@ from pathlib import Path
 import zstandard
 from common import Claim, medians, milliseconds, show
 
+from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.messages.schemas import schema_text
 from satdyn_ros.messages.topics import TOPICS
-from satdyn_ros.offline import simulate
-from satdyn_ros.scenario import Scenario
-from satdyn_ros.simulation import Simulation
+from satdyn_ros.run.scenario import Scenario
+from satdyn_ros.run.simulation import Simulation
 
 RATE_HZ, DAY_S = 10.0, 86400.0
 # The peers are so slow that they get a twelfth of a day; their time is taken twelve times.

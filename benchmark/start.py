@@ -35,7 +35,7 @@ node.create_publisher(QuaternionStamped, 'attitude', 10).publish(QuaternionStamp
 OURS = f"""
 import sys
 sys.argv = ['satdyn', 'node', '--params-file', {str(ROOT / 'config' / 'default.yaml')!r}]
-from satdyn_ros.cli import main
+from satdyn_ros.cli.main import main
 main()
 """
 
@@ -66,7 +66,7 @@ def main():
         {
             'ours': lambda: to_first_message(OURS),
             'minimal': lambda: to_first_message(MINIMAL),
-            'help': lambda: whole(['-m', 'satdyn_ros.cli', '--help']),
+            'help': lambda: whole(['-m', 'satdyn_ros.cli.main', '--help']),
             'pass': lambda: whole(['-c', 'pass']),
         }
     )

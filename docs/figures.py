@@ -7,18 +7,18 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.dynamics import rotation
 from satdyn_ros.dynamics.orbit import FixedDirection
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
 from satdyn_ros.exact import Free, Symmetric, recognise
 from satdyn_ros.exact.immersed import FluidBody, Immersed
-from satdyn_ros.offline import simulate
 from satdyn_ros.report import maps
 from satdyn_ros.report.history import history
 from satdyn_ros.report.panels import COLOURS, STYLES
 from satdyn_ros.report.plot import draw
-from satdyn_ros.scenario import Scenario
+from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.sweep.run import sweep
 
 FIGURES = Path(__file__).parent / 'figures'

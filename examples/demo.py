@@ -31,13 +31,13 @@ from satdyn_ros.bag.verify import verify
 from satdyn_ros.dynamics import rotation
 from satdyn_ros.dynamics.integrals import relative_drift
 from satdyn_ros.dynamics.motion import States
-from satdyn_ros.simulation import requested
-from satdyn_ros.ticks import Ticks
+from satdyn_ros.run.simulation import requested
+from satdyn_ros.run.ticks import Ticks
 
 ROOT = Path(__file__).parent.parent
 SCENARIO = ROOT / 'config/default.yaml'
 BAGS = ROOT / 'bags'
-SATDYN = [sys.executable, '-m', 'satdyn_ros.cli']
+SATDYN = [sys.executable, '-m', 'satdyn_ros.cli.main']
 SECONDS = 20
 REQUEST = {'initial.angular_velocity': [0.0, 0.0, 0.002]}
 # Compiling the equations for the first time takes some of it.

@@ -6,8 +6,8 @@ from typing import Any
 __version__ = '0.1.0'
 
 _PUBLIC = {
-    'Scenario': 'satdyn_ros.scenario',
-    'Simulation': 'satdyn_ros.simulation',
+    'Scenario': 'satdyn_ros.run.scenario',
+    'Simulation': 'satdyn_ros.run.simulation',
     'Propagation': 'satdyn_ros.dynamics.propagator',
 }
 

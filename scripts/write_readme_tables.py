@@ -9,9 +9,9 @@ Each table stands between <!-- name --> and <!-- end of name -->.
 import re
 from pathlib import Path
 
-from satdyn_ros.keys import KEYS
 from satdyn_ros.messages.topics import TOPICS
-from satdyn_ros.scenario import Frames
+from satdyn_ros.run.keys import KEYS
+from satdyn_ros.run.scenario import Frames
 
 README = Path(__file__).parents[1] / 'README.md'
 _CHANGES = {'never': 'start', 'running': 'running', 'service': 'request'}

@@ -5,10 +5,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from satdyn_ros.bag.recording import Recording
-from satdyn_ros.events import Request, Reset, RotorTorque, Timeout, Topics, Torque
 from satdyn_ros.messages.topics import TOPICS
-from satdyn_ros.scenario import Scenario
-from satdyn_ros.simulation import Simulation
+from satdyn_ros.run.events import Request, Reset, RotorTorque, Timeout, Topics, Torque
+from satdyn_ros.run.scenario import Scenario
+from satdyn_ros.run.simulation import Simulation
 
 EPOCH_NS = 1_700_000_000_000_000_000
 TOPIC_NAMES = tuple(name for name, topic in TOPICS.items() if topic.role == 'state')

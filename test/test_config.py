@@ -10,7 +10,7 @@ import yaml
 from satdyn_ros import Scenario
 from satdyn_ros.dynamics import rotation
 from satdyn_ros.dynamics.integrals import relative_drift
-from satdyn_ros.scenario import flattened, parameters_of_yaml
+from satdyn_ros.run.scenario import flattened, parameters_of_yaml
 
 CONFIG = Path(__file__).parent.parent / 'config'
 SCENARIOS = [path for path in sorted(CONFIG.glob('*.yaml')) if '/**:' in path.read_text()]

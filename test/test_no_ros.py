@@ -55,7 +55,7 @@ def python(environment, *arguments):
 
 
 def satdyn(environment, *arguments):
-    result = python(environment, '-m', 'satdyn_ros.cli', *arguments)
+    result = python(environment, '-m', 'satdyn_ros.cli.main', *arguments)
     assert result.returncode == 0, result.stderr
     return result.stdout
 

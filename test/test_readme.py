@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from satdyn_ros import events
-from satdyn_ros.arguments import parser
-from satdyn_ros.scenario import Scenario
+from satdyn_ros.cli.arguments import parser
+from satdyn_ros.run import events
+from satdyn_ros.run.scenario import Scenario
 from scripts.write_readme_tables import with_tables
 
 ROOT = Path(__file__).parents[1]

@@ -9,26 +9,21 @@ import pytest
 
 PACKAGE = Path(__file__).parent.parent / 'satdyn_ros'
 
-# From the ground up; __init__ is the front door and check what one command does.
+# From the ground up; __init__ is the front door.
 ROOMS = [
     'compiled',
     'dynamics',
     'exact',
-    'keys',
-    'ticks',
-    'ros_yaml',
-    'progress',
-    'scenario',
-    'events',
-    'simulation',
+    'sensors',
+    'exchange',
+    'run',
     'messages',
+    'rosbag2',
     'bag',
-    'offline',
     'ros',
-    'sweep',
     'report',
-    'check',
-    'arguments',
+    'watch',
+    'sweep',
     'cli',
 ]
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .chunk import Contents
+from ..rosbag2.chunk import Contents
 from .recorded_run import RecordedRun
 from .rerun import Records
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .reader import Messages, TopicBlock
+from ..rosbag2.reader import Messages, TopicBlock
 from .recorded_run import RecordedRun
 
 _Q_IB = ['q_ib_x', 'q_ib_y', 'q_ib_z', 'q_ib_w']

@@ -8,8 +8,8 @@ import yaml
 from mcap.reader import SeekingReader
 
 from ..messages.qos import Qos
-from .reader import Bag
-from .scan import read_summary
+from ..rosbag2.reader import Bag
+from ..rosbag2.scan import read_summary
 
 # rosbag2 wrote rmw's numbers until version 9 of its metadata, its words since then.
 _BEST_EFFORT = ('best_effort', 2)

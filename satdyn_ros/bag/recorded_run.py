@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from mcap.records import Metadata
 
-from ..events import Event, RotorTorque, Torque
 from ..messages.topics import TOPICS
-from ..scenario import Scenario
-from ..simulation import Simulation
-from ..ticks import Ticks
-from . import run
-from .reader import Bag, Messages, TopicBlock
+from ..rosbag2.reader import Bag, Messages, TopicBlock
+from ..run.events import Event, RotorTorque, Torque
+from ..run.scenario import Scenario
+from ..run.simulation import Simulation
+from ..run.ticks import Ticks
+from . import run_records
 
 _INPUTS = ('torque', 'rotor_torque')
 
@@ -32,15 +32,15 @@ class RecordedRun:
     def __init__(self, path: str | Path):
         self.bag = Bag(path)
         begin = self._begin()
-        if run.SCENARIO not in begin:
+        if run_records.SCENARIO not in begin:
             raise ValueError(f'{path} holds no scenario: it was not written by satdyn')
-        provenance = begin[run.SCENARIO]
+        provenance = begin[run_records.SCENARIO]
         self.scenario = Scenario.from_yaml_text(provenance['scenario'], str(path))
         self.names: dict[str, str] = json.loads(provenance['topics'])
         self.machine: dict[str, str] = json.loads(provenance['machine'])
         self.snapshot: dict[str, Any] | None = None
-        if run.SNAPSHOT in begin:
-            self.snapshot = run.from_record(begin[run.SNAPSHOT])
+        if run_records.SNAPSHOT in begin:
+            self.snapshot = run_records.from_record(begin[run_records.SNAPSHOT])
         self.ticks = Ticks(self.scenario.rate, self.scenario.epoch_ns)
 
     @cached_property
@@ -50,8 +50,8 @@ class RecordedRun:
         for item in self.bag.items():
             if isinstance(item, TopicBlock):
                 happened += self._inputs(item)
-            elif item.name == run.EVENT:
-                happened.append(run.event_from_record(item.metadata))
+            elif item.name == run_records.EVENT:
+                happened.append(run_records.event_from_record(item.metadata))
         return happened
 
     @property
@@ -96,7 +96,7 @@ class RecordedRun:
             if isinstance(item, Metadata):
                 records.setdefault(item.name, item.metadata)
                 continue
-            names = json.loads(records.get(run.SCENARIO, {}).get('topics', '{}'))
+            names = json.loads(records.get(run_records.SCENARIO, {}).get('topics', '{}'))
             inputs = {names.get(name) for name in _INPUTS}
             if not item.by_topic().keys() <= inputs:
                 break

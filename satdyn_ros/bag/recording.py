@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from ..events import Event, RotorTorque, Topics, Torque
 from ..messages import qos, schemas
 from ..messages.topics import TOPICS, pack_rotor_torque, pack_torque
-from ..scenario import Scenario
-from . import run
-from .metadata import TopicMetadata
-from .writer import BagWriter
+from ..rosbag2.metadata import TopicMetadata
+from ..rosbag2.writer import BagWriter
+from ..run.events import Event, RotorTorque, Topics, Torque
+from ..run.scenario import Scenario
+from . import run_records
 
 _INPUTS = tuple(name for name, topic in TOPICS.items() if topic.role == 'input')
 _RECORDED = tuple(name for name, topic in TOPICS.items() if topic.role in ('state', 'input'))
@@ -41,7 +41,7 @@ class Recording:
             compression=scenario['record.compression'],
             max_size_bytes=scenario['record.max_size_bytes'],
             max_duration_s=scenario['record.max_duration_s'],
-            provenance=run.provenance(scenario, self._names),
+            preamble={run_records.SCENARIO: run_records.provenance(scenario, self._names)},
         )
 
     @property
@@ -59,7 +59,7 @@ class Recording:
                 data = pack_rotor_torque(event.torque)
                 self._writer.write_message(self._names['rotor_torque'], stamp_ns, data)
             case _:
-                self._writer.write_metadata(run.EVENT, run.event_record(event))
+                self._writer.write_metadata(run_records.EVENT, run_records.event_record(event))
         if isinstance(event, Topics):
             for name in event.names:
                 self._writer.add_topic(self._metadata(name))
@@ -76,7 +76,11 @@ class Recording:
         snapshot(i): Simulation.snapshot of tick i of these; it is asked where a file begins.
         """
         by_topic = {self._names[name]: messages for name, messages in rows.items()}
-        self._writer.write(stamps_ns, by_topic, lambda i: run.to_record(snapshot(i)))
+        self._writer.write(
+            stamps_ns,
+            by_topic,
+            lambda i: (run_records.SNAPSHOT, run_records.to_record(snapshot(i))),
+        )
 
     def flush(self) -> None:
         """Hand all that was written to the system, where it outlives this process."""

@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ..dynamics import rotation
-from ..events import Request, Reset, RotorTorque, Torque
 from ..messages.topics import TOPICS, pack_rotor_torque, pack_torque
-from ..simulation import Samples, Simulation
-from .chunk_builder import ChunkBuilder
+from ..rosbag2.chunk_builder import ChunkBuilder
+from ..run.events import Request, Reset, RotorTorque, Torque
+from ..run.simulation import Samples, Simulation
 from .recorded_run import RecordedRun
 
 _TICKS = 4096

@@ -11,10 +11,10 @@ from ..dynamics.integrals import relative_drift
 from ..dynamics.motion import Motion, States
 from ..dynamics.system import System
 from ..dynamics.torque import angular_momentum
-from ..simulation import Samples, Simulation
-from . import run
+from ..rosbag2.reader import Bag, TopicBlock
+from ..run.simulation import Samples, Simulation
+from . import run_records
 from .comparison import TWIN_RAD, Comparison, Difference
-from .reader import Bag, TopicBlock
 from .recorded_run import RecordedRun
 from .rerun import Records, rerun
 
@@ -78,7 +78,7 @@ def verify(path: str | Path) -> Verdict:
     ValueError: path is no bag of ours.
     """
     recorded = RecordedRun(path)
-    here = run.machine()
+    here = run_records.machine()
     other_machine = {
         name: (then, here.get(name, ''))
         for name, then in recorded.machine.items()

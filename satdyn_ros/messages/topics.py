@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..dynamics.system import System
-from ..scenario import Frames
+from ..run.scenario import Frames
 from . import cdr, contents
 
 Packer = cdr.Message

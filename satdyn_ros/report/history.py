@@ -5,13 +5,13 @@ from pathlib import Path
 
 import numpy as np
 
-from ..bag.reader import TopicBlock
 from ..bag.recorded_run import RecordedRun
 from ..dynamics.integrals import relative_drift
 from ..dynamics.motion import Motion, States
 from ..dynamics.torque import angular_momentum, gravity_gradient
-from ..events import Event
-from ..scenario import Scenario
+from ..rosbag2.reader import TopicBlock
+from ..run.events import Event
+from ..run.scenario import Scenario
 
 _BLOCK_TICKS = 4096
 

@@ -11,7 +11,7 @@ import numpy as np
 from .. import __version__
 from ..dynamics import rotation
 from ..dynamics.propagator import Propagation
-from ..events import Event, to_yaml
+from ..run.events import Event, to_yaml
 from .history import History, history
 from .scene import scene
 

@@ -5,7 +5,7 @@ import numpy as np
 from ..dynamics import rotation
 from ..dynamics.inertia import principal_axes
 from ..dynamics.orbit import FixedDirection
-from ..events import Request, Reset
+from ..run.events import Request, Reset
 from .history import History
 
 # Okabe and Ito's colours, which the colour-blind tell apart; line styles tell them apart in print.

@@ -13,7 +13,7 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import SetBool, Trigger
 
-from .. import ros_yaml
+from ..run import ros_yaml
 
 # Between two looks for an answer, so that Ctrl-C is heard.
 _LOOK_S = 0.1

@@ -10,7 +10,7 @@ from rclpy.node import Node
 from ..dynamics.integrals import relative_drift
 from ..dynamics.motion import Motion, States
 from ..messages import qos
-from ..simulation import Samples
+from ..run.simulation import Samples
 from .inputs import Tally
 from .pacing import Pacing
 from .publishing import STEADY, qos_profile

@@ -8,11 +8,11 @@ import numpy as np
 from rclpy.node import Node
 
 from ..dynamics.system import System
-from ..events import Event, RotorTorque, Torque
 from ..messages import qos
 from ..messages.topics import TOPICS
-from ..scenario import Scenario
-from ..simulation import Simulation
+from ..run.events import Event, RotorTorque, Torque
+from ..run.scenario import Scenario
+from ..run.simulation import Simulation
 from .pacing import Pacing
 from .publishing import message_class, qos_profile
 

@@ -9,8 +9,8 @@ from rclpy.exceptions import NotInitializedException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 
-from .. import ros_yaml
-from ..scenario import parameters_of_yaml
+from ..run import ros_yaml
+from ..run.scenario import parameters_of_yaml
 from .node import SatdynNode
 
 # The pacing thread waits at most this long for another thread of Python.

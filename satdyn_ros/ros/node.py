@@ -9,10 +9,10 @@ import rclpy.node
 
 from ..compiled import NOTICE
 from ..dynamics.propagator import is_compiled
-from ..events import Event, Topics
 from ..messages.topics import TOPICS
-from ..scenario import Scenario
-from ..simulation import Samples, Simulation
+from ..run.events import Event, Topics
+from ..run.scenario import Scenario
+from ..run.simulation import Samples, Simulation
 from .diagnostics import (
     Diagnostics,
     InputsReport,

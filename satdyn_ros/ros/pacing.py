@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from threading import Condition, RLock, Thread
 from typing import Protocol
 
-from ..events import Event
-from ..simulation import Samples, Simulation
+from ..run.events import Event
+from ..run.simulation import Samples, Simulation
 
 _SECOND_NS = 10**9
 # Ticks are computed ahead for this time at most: what was published reaches the recorder soon.

@@ -14,8 +14,8 @@ from rcl_interfaces.msg import (
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from ..keys import KEYS, Key
-from ..scenario import INITIAL_CONDITIONS, Scenario
+from ..run.keys import KEYS, Key
+from ..run.scenario import INITIAL_CONDITIONS, Scenario
 
 # Parameters of rclpy's own beside ours.
 _FOREIGN = ('use_sim_time', 'start_type_description_service', 'qos_overrides')

@@ -12,8 +12,8 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPo
 
 from ..messages import qos
 from ..messages.topics import TOPICS, Packer
-from ..scenario import Scenario
-from ..simulation import Samples
+from ..run.scenario import Scenario
+from ..run.simulation import Samples
 
 # The node never follows a simulated time, its own least of all.
 STEADY = Clock(clock_type=ClockType.STEADY_TIME)

@@ -10,9 +10,9 @@ from threading import Thread
 import numpy as np
 
 from ..bag.recording import Recording
-from ..events import Event
-from ..scenario import Scenario
-from ..simulation import Samples, Simulation
+from ..run.events import Event
+from ..run.scenario import Scenario
+from ..run.simulation import Samples, Simulation
 
 # So many blocks of ticks may wait to be written; when more come, the ticks wait.
 _WAITING = 64

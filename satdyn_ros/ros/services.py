@@ -8,9 +8,9 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from std_srvs.srv import SetBool, Trigger
 
-from ..events import Event, Request, Reset
-from ..simulation import requested
-from ..ticks import Ticks
+from ..run.events import Event, Request, Reset
+from ..run.simulation import requested
+from ..run.ticks import Ticks
 from .pacing import Pacing
 from .parameters import Parameters, plain_value
 

@@ -11,7 +11,7 @@ from ..dynamics.integrals import relative_drift
 from ..dynamics.motion import States
 from ..dynamics.orbit import KeplerOrbit
 from ..dynamics.propagator import Propagation
-from ..scenario import Scenario
+from ..run.scenario import Scenario
 from .plan import Plan
 
 INTEGRALS = (

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from .. import ros_yaml
-from ..keys import Key
-from ..scenario import Scenario
+from ..run import ros_yaml
+from ..run.keys import Key
+from ..run.scenario import Scenario
 from .quantities import Quantity, quantity
 from .variation import Variation, variation
 

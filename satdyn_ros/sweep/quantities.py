@@ -14,7 +14,7 @@ from typing import Any
 
 from ..dynamics import rotation
 from ..dynamics.stability import smelt_moments, smelt_parameters
-from ..keys import KEYS, Key
+from ..run.keys import KEYS, Key
 
 _MOTION = ('body', 'rotor', 'orbit', 'initial', 'motion')
 _COMPONENTS = ('x', 'y', 'z')

@@ -10,7 +10,7 @@ import os
 import shutil
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent import futures
 from contextlib import contextmanager
 from functools import lru_cache
@@ -19,9 +19,8 @@ from pathlib import Path
 from typing import Any
 
 from .. import __version__
-from ..dynamics.batch import LANES, is_compiled
-from ..offline import simulate
-from ..progress import progress, tell_of_compiling
+from ..bag.simulate import simulate
+from ..dynamics.batch import LANES
 from .outcome import rows
 from .plan import Plan
 from .table import unite, write_part
@@ -36,12 +35,14 @@ def sweep(
     directory: str | Path,
     workers: int | None = None,
     dask_address: str | None = None,
+    show: Callable[[int, int], object] = lambda done, total: None,
 ) -> Path:
     """
     Do all runs of a sweep file and return the path of their table, directory/table.parquet.
 
     Interrupted, it goes on where it was when called again.  workers: processes on this machine,
     None: one a core.  dask_address: a dask.distributed scheduler that does the runs instead.
+    show(done, total): called whenever runs have finished.
     ValueError: the file is wrong, or the directory holds something else.
     OSError: a file cannot be written.
     """
@@ -52,8 +53,7 @@ def sweep(
     whole, parts = directory / 'table.parquet', directory / 'parts'
     if not whole.exists():
         parts.mkdir(exist_ok=True)
-        tell_of_compiling(is_compiled())
-        _run_batches(plan, parts, _executor(workers, dask_address))
+        _run_batches(plan, parts, _executor(workers, dask_address), show)
         unite(whole, plan, [parts / _name(first) for first, _ in batches(plan)])
     shutil.rmtree(parts, ignore_errors=True)
     for run in plan.bags:
@@ -78,13 +78,13 @@ def batch(text: str, first: int, last: int) -> list[dict[str, Any]]:
 _plan = lru_cache(maxsize=1)(Plan.from_text)
 
 
-def _run_batches(plan, parts, executor):
+def _run_batches(plan, parts, executor, show):
     text = plan.to_text()
     missing = (each for each in batches(plan) if not (parts / _name(each[0])).exists())
     done = sum(last - first for first, last in batches(plan) if (parts / _name(first)).exists())
     running = {}
-    with executor as pool, progress('sweep', len(plan), 'runs') as show:
-        show(done)
+    with executor as pool:
+        show(done, len(plan))
         try:
             while True:
                 for first, last in islice(missing, _IN_FLIGHT - len(running)):
@@ -96,7 +96,7 @@ def _run_batches(plan, parts, executor):
                     rows = future.result()
                     write_part(parts / _name(running.pop(future)), plan, rows)
                     done += len(rows)
-                show(done)
+                show(done, len(plan))
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise

@@ -9,12 +9,12 @@ from mcap.records import Channel, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, Writer
 
-from satdyn_ros.bag import run
+from satdyn_ros.bag import run_records
 from satdyn_ros.bag.recorded_run import RecordedRun
 from satdyn_ros.bag.recording import Recording
 from satdyn_ros.bag.verify import verify
-from satdyn_ros.scenario import Scenario
-from satdyn_ros.simulation import Simulation
+from satdyn_ros.run.scenario import Scenario
+from satdyn_ros.run.simulation import Simulation
 
 
 @pytest.fixture(scope='module')
@@ -247,13 +247,13 @@ def test_an_exact_run_verifies(tmp_path):
 
 def aside(tmp_path, monkeypatch, relative):
     """Record a run whose rates start aside, relatively, as on another machine; verify it."""
-    here = run.machine()
+    here = run_records.machine()
     rate = flights.GYROSTAT['initial.angular_velocity']
     flown = flights.GYROSTAT.with_values(
         {'initial.angular_velocity': [x * (1.0 + relative) for x in rate]}
     )
     with monkeypatch.context() as patch:
-        patch.setattr(run, 'machine', lambda: here | {'numba': '0.1'})
+        patch.setattr(run_records, 'machine', lambda: here | {'numba': '0.1'})
         recording = Recording(tmp_path / 'bag', flights.GYROSTAT, flights.GYROSTAT.topics)
     for _ in flights.written(recording, Simulation(flown, flights.EVENTS[:2]), 1000):
         pass
@@ -266,7 +266,7 @@ def test_another_machine_may_round_otherwise(tmp_path, monkeypatch):
     verdict = aside(tmp_path, monkeypatch, 1e-15)
     assert (verdict.is_true, verdict.same_bytes) == (True, False)
     assert 0.0 < verdict.of_allowed < 1.0
-    numba = run.machine()['numba']
+    numba = run_records.machine()['numba']
     assert verdict.other_machine == {'numba': ('0.1', numba)}
     assert f'made on another machine or version (numba 0.1 then, {numba} now)' in str(verdict)
 
@@ -280,7 +280,7 @@ def test_more_than_rounding_is_a_difference_there_too(tmp_path, monkeypatch):
 
 def test_the_same_machine_owes_the_same_bytes(tmp_path, monkeypatch):
     """Where nothing has changed, rounding is no excuse."""
-    monkeypatch.setattr(run, 'machine', lambda: {'numba': '0.1'})
+    monkeypatch.setattr(run_records, 'machine', lambda: {'numba': '0.1'})
     verdict = aside(tmp_path, monkeypatch, 1e-15)
     assert not verdict.is_true
     assert verdict.of_allowed == 0.0

@@ -10,8 +10,8 @@ from pathlib import Path
 import flights
 import pytest
 
-from satdyn_ros.offline import simulate
-from satdyn_ros.scenario import Scenario
+from satdyn_ros.bag.simulate import simulate
+from satdyn_ros.run.scenario import Scenario
 
 PROJECT = Path(__file__).parents[2]
 SCENARIO = """\
@@ -66,7 +66,7 @@ def python(bare, directory, *arguments):
 
 def satdyn(bare, directory, *arguments):
     """Run the command there and return its output; it has to succeed."""
-    program = 'import sys; from satdyn_ros.cli import main; sys.exit(main())'
+    program = 'import sys; from satdyn_ros.cli.main import main; sys.exit(main())'
     result = python(bare, directory, '-c', program, *arguments)
     assert result.returncode == 0, result.stderr
     return result.stdout
@@ -86,7 +86,7 @@ def test_bags_are_the_same_without_ros(bare, tmp_path):
     given = ('scenario.yaml', '--duration', '5', '--events', 'events.yaml')
     satdyn(bare, tmp_path, 'simulate', *given, '-o', 'there')
 
-    from satdyn_ros import events
+    from satdyn_ros.run import events
 
     scenario = Scenario.from_yaml(tmp_path / 'scenario.yaml')
     happening = events.from_yaml(tmp_path / 'events.yaml', scenario)

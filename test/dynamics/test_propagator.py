@@ -15,7 +15,7 @@ from satdyn_ros.dynamics.orbit import FixedDirection, KeplerOrbit
 from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
-from satdyn_ros.scenario import Scenario
+from satdyn_ros.run.scenario import Scenario
 
 ROOT = Path(__file__).parents[2]
 CASES = newtonian() | rigid()

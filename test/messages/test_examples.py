@@ -7,8 +7,8 @@ from messages.flights import SYSTEMS, samples
 from messages.readers import TYPESTORE, message_class, plain
 
 from satdyn_ros.messages.topics import TOPICS
-from satdyn_ros.scenario import Frames, Scenario
-from satdyn_ros.simulation import Simulation
+from satdyn_ros.run.scenario import Frames, Scenario
+from satdyn_ros.run.simulation import Simulation
 
 SERVICES = {
     'set_initial_conditions': 'rcl_interfaces/srv/SetParametersAtomically',

@@ -5,10 +5,10 @@ import shutil
 
 import pytest
 
-from satdyn_ros.events import Request
-from satdyn_ros.offline import simulate
+from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.report.html import report
-from satdyn_ros.scenario import Scenario
+from satdyn_ros.run.events import Request
+from satdyn_ros.run.scenario import Scenario
 
 pytest.importorskip('plotly')
 

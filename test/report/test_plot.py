@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.dynamics import rotation
-from satdyn_ros.events import Request
-from satdyn_ros.offline import simulate
 from satdyn_ros.report.history import history
 from satdyn_ros.report.plot import PANELS, draw, plot
-from satdyn_ros.scenario import Scenario
+from satdyn_ros.run.events import Request
+from satdyn_ros.run.scenario import Scenario
 
 matplotlib = pytest.importorskip('matplotlib')
 

@@ -20,8 +20,8 @@ from std_srvs.srv import SetBool, Trigger
 
 from satdyn_ros.messages.topics import TOPICS
 from satdyn_ros.ros.publishing import message_class
-from satdyn_ros.scenario import Scenario
-from satdyn_ros.simulation import Simulation
+from satdyn_ros.run.scenario import Scenario
+from satdyn_ros.run.simulation import Simulation
 
 ROOT = Path(__file__).parents[2]
 DEFAULT = ROOT / 'config' / 'default.yaml'

@@ -7,7 +7,7 @@ import sys
 import pytest
 from ros.live import ROOT
 
-from satdyn_ros.cli import main
+from satdyn_ros.cli.main import main
 from satdyn_ros.ros.client import Answer, Client
 
 
@@ -74,7 +74,7 @@ def test_from_python_and_from_a_shell(live):
         assert client.set_initial_conditions({'initial.frame': 'inertial'}) == Answer(True, '')
         assert client.pause().success
     result = subprocess.run(
-        [sys.executable, '-m', 'satdyn_ros.cli', 'request', '--node', name, '--step'],
+        [sys.executable, '-m', 'satdyn_ros.cli.main', 'request', '--node', name, '--step'],
         env=os.environ | {'PYTHONPATH': str(ROOT)},
         capture_output=True,
         text=True,

@@ -5,8 +5,8 @@ import signal
 import pytest
 from ros.live import EPOCH_NS, expected, stamp_ns
 
-from satdyn_ros.bag.reader import Bag
 from satdyn_ros.bag.verify import verify
+from satdyn_ros.rosbag2.reader import Bag
 
 
 def ticks(messages, rate=100):

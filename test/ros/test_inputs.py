@@ -8,11 +8,11 @@ from ros.live import EPOCH_NS, stamp_ns
 from scipy.integrate import solve_ivp
 from std_msgs.msg import Float64
 
-from satdyn_ros.bag.reader import Bag
 from satdyn_ros.bag.recorded_run import RecordedRun
-from satdyn_ros.bag.run import EVENT, event_from_record
+from satdyn_ros.bag.run_records import EVENT, event_from_record
 from satdyn_ros.bag.verify import verify
-from satdyn_ros.events import Torque
+from satdyn_ros.rosbag2.reader import Bag
+from satdyn_ros.run.events import Torque
 
 FREE = {
     'orbit.type': 'fixed',

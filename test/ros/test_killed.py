@@ -11,11 +11,11 @@ import pytest
 from geometry_msgs.msg import WrenchStamped
 from ros.live import ROOT, LiveNode
 
-from satdyn_ros.bag.reader import Bag
 from satdyn_ros.bag.recorded_run import RecordedRun
-from satdyn_ros.bag.recover import recover
 from satdyn_ros.bag.verify import verify
-from satdyn_ros.events import Request, Torque
+from satdyn_ros.rosbag2.reader import Bag
+from satdyn_ros.rosbag2.recover import recover
+from satdyn_ros.run.events import Request, Torque
 
 VALUES = {
     'publish.rate': 1000.0,

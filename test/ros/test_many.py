@@ -6,7 +6,7 @@ from ros.live import EPOCH_NS, Participant, expected, raw_stamp_ns
 
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.ros.node import SatdynNode
-from satdyn_ros.scenario import Scenario
+from satdyn_ros.run.scenario import Scenario
 
 COUNT = 8
 

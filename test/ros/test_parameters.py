@@ -6,7 +6,7 @@ import pytest
 from rcl_interfaces.srv import DescribeParameters, ListParameters, SetParametersAtomically
 from ros.live import EPOCH_NS, PATIENCE_S, ROOT, parameter_messages, stamp_ns, start
 
-from satdyn_ros.keys import KEYS
+from satdyn_ros.run.keys import KEYS
 
 
 def test_every_key_is_described_with_unit_and_range_and_none_is_forgotten(live):

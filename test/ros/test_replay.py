@@ -23,11 +23,11 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
-from satdyn_ros import offline
 from satdyn_ros.bag.playback import offered
+from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.messages.topics import TOPICS
 from satdyn_ros.ros.publishing import message_class
-from satdyn_ros.scenario import Scenario
+from satdyn_ros.run.scenario import Scenario
 
 NAMES = ('attitude', 'imu', 'odometry')
 
@@ -45,7 +45,7 @@ def bag(tmp_path_factory):
     """Return a bag of 2 s of three topics at 50 Hz."""
     directory = tmp_path_factory.mktemp('replay') / 'bag'
     scenario = Scenario({'publish.rate': 50.0, 'publish.topics': NAMES, 'time.epoch_ns': 10**18})
-    for _ in offline.simulate(scenario, 2, directory):
+    for _ in simulate(scenario, 2, directory):
         pass
     return directory
 
@@ -53,7 +53,7 @@ def bag(tmp_path_factory):
 def replay(*arguments):
     """Start the command `satdyn replay`."""
     return subprocess.Popen(
-        [sys.executable, '-m', 'satdyn_ros.cli', 'replay', *map(str, arguments)],
+        [sys.executable, '-m', 'satdyn_ros.cli.main', 'replay', *map(str, arguments)],
         env=os.environ | {'PYTHONPATH': str(ROOT)},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

@@ -7,7 +7,7 @@ import pytest
 from geometry_msgs.msg import WrenchStamped
 from ros.live import EPOCH_NS, expected, raw_stamp_ns
 
-from satdyn_ros.events import Request, Reset
+from satdyn_ros.run.events import Request, Reset
 
 HALF = math.sqrt(0.5)
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from ros.live import EPOCH_NS, expected, raw_stamp_ns, stamp_ns
 
-from satdyn_ros.scenario import Scenario
-from satdyn_ros.simulation import Simulation
+from satdyn_ros.run.scenario import Scenario
+from satdyn_ros.run.simulation import Simulation
 
 ALL_TOPICS = [
     'attitude',

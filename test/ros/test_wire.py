@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ros.live import EPOCH_NS, PATIENCE_S
 
-from satdyn_ros.simulation import Simulation
+from satdyn_ros.run.simulation import Simulation
 
 LOOPBACK = """
 <CycloneDDS><Domain><General>

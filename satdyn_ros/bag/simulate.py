@@ -8,15 +8,15 @@ from pathlib import Path
 
 import numpy as np
 
-from .bag.reader import TopicBlock
-from .bag.recorded_run import RecordedRun
-from .bag.recording import Recording
-from .dynamics.orbit import KeplerOrbit
-from .events import Event, Request, RotorTorque, Topics, Torque
-from .messages.topics import TOPICS
-from .scenario import Scenario
-from .simulation import Simulation, requested
-from .ticks import Ticks
+from ..dynamics.orbit import KeplerOrbit
+from ..messages.topics import TOPICS
+from ..rosbag2.reader import TopicBlock
+from ..run.events import Event, Request, RotorTorque, Topics, Torque
+from ..run.scenario import Scenario
+from ..run.simulation import Simulation, requested
+from ..run.ticks import Ticks
+from .recorded_run import RecordedRun
+from .recording import Recording
 
 # Long enough that a tick costs what its bytes cost, short enough for a few megabytes.
 BLOCK_TICKS = 8192

@@ -26,9 +26,9 @@ from mcap.records import (
 )
 from mcap.stream_reader import StreamReader, breakup_chunk
 
-from satdyn_ros.bag.metadata import TopicMetadata
-from satdyn_ros.bag.scan import Block, Incomplete, scan
-from satdyn_ros.bag.writer import BagWriter
+from satdyn_ros.rosbag2.metadata import TopicMetadata
+from satdyn_ros.rosbag2.scan import Block, Incomplete, scan
+from satdyn_ros.rosbag2.writer import BagWriter
 
 PROFILE = '- history: keep_last\n  depth: 10'
 A = TopicMetadata('/a', 'std_msgs/msg/Int64', 'int64 data', 'RIHS01_aa', PROFILE)
@@ -59,7 +59,8 @@ def only(path, kind):
 @pytest.fixture
 def bag(tmp_path):
     """Write two chunks of two topics, metadata between them, and a topic without messages."""
-    with BagWriter(tmp_path / 'bag', [A, B, SILENT], provenance={'version': '1: "x"'}) as writer:
+    preamble = {'satdyn_ros/scenario': {'version': '1: "x"'}}
+    with BagWriter(tmp_path / 'bag', [A, B, SILENT], preamble=preamble) as writer:
         writer.write(stamps(3), {'/a': rows(12, 3)})
         writer.write_metadata('between', {'key': 'value'})
         writer.write(stamps(2, 3), {'/a': rows(12, 2, 3), '/b': rows(5, 2, 3)})
@@ -317,7 +318,7 @@ def test_a_bag_splits_by_duration(tmp_path):
 
     def snapshot(row):
         asked.append(row)
-        return {'row': str(row)}
+        return 'satdyn_ros/snapshot', {'row': str(row)}
 
     with BagWriter(tmp_path / 'bag', [A], max_duration_s=1.0) as writer:
         writer.write(stamps(30), {'/a': rows(12, 30)}, snapshot)

@@ -5,8 +5,8 @@ import pytest
 import yaml
 
 from satdyn_ros.dynamics import rotation
-from satdyn_ros.keys import KEYS
-from satdyn_ros.scenario import Scenario
+from satdyn_ros.run.keys import KEYS
+from satdyn_ros.run.scenario import Scenario
 
 TYPED = {'orbit': {'type': 'fixed', 'gradient': 1e-6}}
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from .dynamics.motion import Motion, States
-from .dynamics.system import State, System
+from ..dynamics.motion import Motion, States
+from ..dynamics.system import State, System
 from .events import Event, Request, Reset, RotorTorque, Timeout, Topics, Torque
 from .scenario import INITIAL_CONDITIONS, Scenario
 from .ticks import Ticks

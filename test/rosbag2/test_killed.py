@@ -7,9 +7,9 @@ import time
 import flights
 import pytest
 
-from satdyn_ros.bag.reader import Bag
-from satdyn_ros.bag.recover import recover
 from satdyn_ros.bag.verify import verify
+from satdyn_ros.rosbag2.reader import Bag
+from satdyn_ros.rosbag2.recover import recover
 
 
 def kill(directory, after_s):

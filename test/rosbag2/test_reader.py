@@ -9,12 +9,12 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as RosbagsWriter
 from rosbags.typesys import Stores, get_typestore
 
-from satdyn_ros.bag.metadata import TopicMetadata
-from satdyn_ros.bag.reader import Bag, TopicBlock
 from satdyn_ros.bag.recorded_run import RecordedRun
-from satdyn_ros.bag.writer import BagWriter
 from satdyn_ros.messages import schemas
-from satdyn_ros.simulation import Simulation
+from satdyn_ros.rosbag2.metadata import TopicMetadata
+from satdyn_ros.rosbag2.reader import Bag, TopicBlock
+from satdyn_ros.rosbag2.writer import BagWriter
+from satdyn_ros.run.simulation import Simulation
 
 
 @pytest.fixture(scope='module')

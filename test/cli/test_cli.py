@@ -12,9 +12,9 @@ import pytest
 from flights import sequence
 
 from satdyn_ros.bag.verify import verify
-from satdyn_ros.cli import main
+from satdyn_ros.cli.main import main
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 DEFAULT = str(ROOT / 'config/default.yaml')
 COMMANDS = (
     'node',
@@ -33,7 +33,7 @@ COMMANDS = (
 
 def satdyn(*arguments, before=''):
     """Run the command in a process of its own, after a line of Python."""
-    program = f'import sys\n{before}\nfrom satdyn_ros.cli import main\nsys.exit(main())'
+    program = f'import sys\n{before}\nfrom satdyn_ros.cli.main import main\nsys.exit(main())'
     return subprocess.run(
         [sys.executable, '-c', program, *map(str, arguments)],
         cwd=ROOT,
@@ -176,7 +176,7 @@ def test_verify_says_no(tmp_path, capsys):
 
 def test_compiling_is_told(tmp_path):
     """The first use says why it takes seconds, the second has nothing to say."""
-    command = [sys.executable, '-m', 'satdyn_ros.cli', 'simulate', 'config/default.yaml']
+    command = [sys.executable, '-m', 'satdyn_ros.cli.main', 'simulate', 'config/default.yaml']
     environment = os.environ | {'NUMBA_CACHE_DIR': str(tmp_path / 'cache')}
     said = [
         subprocess.run(
@@ -219,7 +219,7 @@ def test_ctrl_c_closes_the_bag(tmp_path):
     directory = tmp_path / 'bag'
     command = ['simulate', DEFAULT, '--duration', '1e8', '-o', str(directory)]
     process = subprocess.Popen(
-        [sys.executable, '-m', 'satdyn_ros.cli', *command], cwd=ROOT, stderr=subprocess.PIPE
+        [sys.executable, '-m', 'satdyn_ros.cli.main', *command], cwd=ROOT, stderr=subprocess.PIPE
     )
     file = directory / 'bag_0.mcap'
     while not (file.exists() and file.stat().st_size > 100_000):
@@ -234,7 +234,15 @@ def test_ctrl_c_closes_the_bag(tmp_path):
 
 def test_a_bar_on_a_terminal_alone(tmp_path):
     """Progress with rate and time left is shown on a terminal; a pipe sees the last line only."""
-    command = [sys.executable, '-m', 'satdyn_ros.cli', 'simulate', DEFAULT, '--duration', '20']
+    command = [
+        sys.executable,
+        '-m',
+        'satdyn_ros.cli.main',
+        'simulate',
+        DEFAULT,
+        '--duration',
+        '20',
+    ]
     piped = subprocess.run(
         [*command, '-o', str(tmp_path / 'piped')], cwd=ROOT, capture_output=True, text=True
     )

@@ -10,9 +10,9 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 from rosbags.rosbag2 import Reader
 
-from satdyn_ros.bag.reader import Bag
-from satdyn_ros.bag.recover import recover
 from satdyn_ros.bag.verify import verify
+from satdyn_ros.rosbag2.reader import Bag
+from satdyn_ros.rosbag2.recover import recover
 
 SCENARIO = flights.GYROSTAT.with_values({'publish.topics': ('attitude', 'imu')})
 TICKS = 200

@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 import yaml
 
+from ..dynamics import inertia, rotation
+from ..dynamics.integrals import first_integrals
+from ..dynamics.motion import Motion, States
+from ..dynamics.orbit import FixedDirection, KeplerOrbit
+from ..dynamics.propagator import Propagation
+from ..dynamics.rotor import Rotor
+from ..dynamics.system import State, System
 from . import ros_yaml
-from .dynamics import inertia, rotation
-from .dynamics.integrals import first_integrals
-from .dynamics.motion import Motion, States
-from .dynamics.orbit import FixedDirection, KeplerOrbit
-from .dynamics.propagator import Propagation
-from .dynamics.rotor import Rotor
-from .dynamics.system import State, System
 from .keys import KEYS
 
 INITIAL_CONDITIONS = tuple(key.name for key in KEYS.values() if key.changes == 'service')
@@ -194,7 +194,7 @@ class Scenario:
         """Return the motion of a system from a state at start_s, by motion.method."""
         method = self['motion.method']
         if method != 'numeric':
-            from . import exact
+            from .. import exact
 
             motion = exact.recognise(system, state, start_s)
             if motion is not None:

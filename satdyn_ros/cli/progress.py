@@ -4,7 +4,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from .compiled import NOTICE
+from ..compiled import NOTICE
 
 
 def tell_of_compiling(is_compiled: bool) -> None:
@@ -14,10 +14,10 @@ def tell_of_compiling(is_compiled: bool) -> None:
 
 
 @contextmanager
-def progress(what: str, total: int, unit: str) -> Iterator[Callable[[int], None]]:
-    """Show a bar while the context lasts; yield show(done), done of total units."""
+def progress(what: str, unit: str) -> Iterator[Callable[[int, int], None]]:
+    """Show a bar while the context lasts; yield show(done, total), both in units."""
     if not sys.stderr.isatty():
-        yield lambda done: None
+        yield lambda done, total: None
         return
     # Half a second of imports that a pipe does not pay.
     from rich.console import Console
@@ -31,5 +31,5 @@ def progress(what: str, total: int, unit: str) -> Iterator[Callable[[int], None]
 
     columns = TextColumn('{task.description}'), BarColumn(), Rate(), TimeRemainingColumn()
     with Progress(*columns, console=Console(stderr=True)) as bar:
-        task = bar.add_task(what, total=total)
-        yield lambda done: bar.update(task, completed=done)
+        task = bar.add_task(what, total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)

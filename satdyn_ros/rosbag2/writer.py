@@ -14,7 +14,6 @@ from .chunk_builder import ChunkBuilder
 from .compression import COMPRESSIONS, compressor
 from .mcap_file import McapFile
 from .metadata import BagMetadata, FileInformation, TopicMetadata
-from .run import SCENARIO, SNAPSHOT
 
 _HEADER = Header('ros2', f'satdyn_ros {__version__}; mcap-python {mcap.__version__}')
 _NEVER_NS = 2**62
@@ -26,7 +25,8 @@ class BagWriter:
 
     topics: what is recorded; those without messages are listed too.  max_size_bytes,
     max_duration_s: a new file begins when the running one has reached this size, or would span
-    more than this time; 0: never.  provenance: what made the bag; every file begins with it.
+    more than this time; 0: never.  preamble: metadata records, by name, with which every
+    file begins; metadata.yaml carries their content too.
 
     One thread uses it.  What was written is with the system after flush(), and the bag is complete
     after close().  OSError: the directory exists or cannot be written; the bag then takes no more,
@@ -41,7 +41,7 @@ class BagWriter:
         compression: str = 'zstd',
         max_size_bytes: int = 0,
         max_duration_s: float = 0,
-        provenance: Mapping[str, str] | None = None,
+        preamble: Mapping[str, Mapping[str, str]] | None = None,
     ):
         if compression not in COMPRESSIONS:
             known = ', '.join(COMPRESSIONS)
@@ -54,8 +54,9 @@ class BagWriter:
         self._compress = compressor(self._compression)
         self._max_size_bytes = max_size_bytes
         self._max_duration_ns = round(max_duration_s * 1e9) or _NEVER_NS
-        self._provenance = dict(provenance or {})
-        self._metadata = BagMetadata([], self._provenance)
+        self._preamble = dict(preamble or {})
+        custom_data = {k: v for record in self._preamble.values() for k, v in record.items()}
+        self._metadata = BagMetadata([], custom_data)
         self._counts: dict[str, int] = {}
         self._chunk = ChunkBuilder()
         self._in_file: set[str] = set()
@@ -84,13 +85,14 @@ class BagWriter:
         self,
         stamps_ns: np.ndarray,
         rows: Mapping[str, np.ndarray],
-        snapshot: Callable[[int], Mapping[str, str]] | None = None,
+        snapshot: Callable[[int], tuple[str, Mapping[str, str]]] | None = None,
     ) -> None:
         """
         Write the messages of ticks: stamps_ns (N,), and by topic N rows of one message's bytes.
 
         The topics of a tick follow each other as in rows.
-        snapshot(i): what a file that begins with tick i of these is told of the run.
+        snapshot(i): name and content of a metadata record for a file that begins with tick i of
+        these.
         """
         if not rows:
             return
@@ -101,7 +103,7 @@ class BagWriter:
                     self._end_file()
                     self._begin_file()
                 if self._wants_snapshot and snapshot is not None:
-                    self._write_metadata(SNAPSHOT, snapshot(done))
+                    self._write_metadata(*snapshot(done))
                     self._wants_snapshot = False
                 last_ns = self._first_ns(int(stamps_ns[done])) + self._max_duration_ns
                 fits = slice(done, np.searchsorted(stamps_ns, last_ns, side='right'))
@@ -173,8 +175,8 @@ class BagWriter:
         self._in_file = set()
         self._wants_snapshot = True
         self._file.write_metadata(metadata.NAME, self._metadata.record())
-        if self._provenance:
-            self._file.write_metadata(SCENARIO, self._provenance)
+        for name, record in self._preamble.items():
+            self._file.write_metadata(name, record)
 
     def _end_file(self):
         self._end_chunk()

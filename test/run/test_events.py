@@ -4,10 +4,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from satdyn_ros import events
-from satdyn_ros.events import Request, Reset, RotorTorque, Timeout, Topics, Torque
-from satdyn_ros.keys import STATE_TOPICS
-from satdyn_ros.scenario import Scenario
+from satdyn_ros.run import events
+from satdyn_ros.run.events import Request, Reset, RotorTorque, Timeout, Topics, Torque
+from satdyn_ros.run.keys import STATE_TOPICS
+from satdyn_ros.run.scenario import Scenario
 
 MOTOR = Scenario(
     {

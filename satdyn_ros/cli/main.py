@@ -55,22 +55,23 @@ def _sentence(error):
 
 
 def _node(arguments):
-    from .ros.main import main as run_node
+    from ..ros.main import main as run_node
 
     return run_node(arguments)
 
 
 def _request(given):
-    from .ros.client import ask
+    from ..ros.client import ask
 
     return ask(given.values, given.action, given.node, given.timeout)
 
 
 def _simulate(given):
-    from . import events, offline
-    from .dynamics.propagator import is_compiled
+    from ..bag.simulate import begun_in_bag, simulate, tick_count
+    from ..dynamics.propagator import is_compiled
+    from ..run import events
+    from ..run.scenario import Scenario
     from .progress import progress, tell_of_compiling
-    from .scenario import Scenario
 
     scenario = Scenario.from_yaml(given.file)
     if given.rate is not None:
@@ -78,17 +79,17 @@ def _simulate(given):
     if (given.bag is None) != (given.at is None):
         raise ValueError('--from and --at belong together: a bag and the second in it')
     if given.bag is not None:
-        scenario = offline.begun_in_bag(scenario, given.bag, given.at)
+        scenario = begun_in_bag(scenario, given.bag, given.at)
     happening = events.from_yaml(given.events, scenario) if given.events else []
-    count = offline.tick_count(scenario, given.duration)
-    run = offline.simulate(scenario, given.duration, given.out, happening)
+    count = tick_count(scenario, given.duration)
+    run = simulate(scenario, given.duration, given.out, happening)
     tell_of_compiling(is_compiled())
     with (
         _interruption() as interrupted,
-        progress('simulating', count, 'ticks') as show,
+        progress('simulating', 'ticks') as show,
     ):
         for done in run:
-            show(done)
+            show(done, count)
             if interrupted.is_set():
                 run.close()
                 break
@@ -108,7 +109,7 @@ def _interruption():
 
 
 def _replay(given):
-    from .ros.replay import replay
+    from ..ros.replay import replay
 
     count = replay(
         given.bag,
@@ -123,7 +124,7 @@ def _replay(given):
 
 
 def _verify(given):
-    from .bag.verify import verify
+    from ..bag.verify import verify
 
     verdict = verify(given.bag)
     print(f'{given.bag}: {verdict}')
@@ -131,7 +132,7 @@ def _verify(given):
 
 
 def _recover(given):
-    from .bag.recover import recover
+    from ..rosbag2.recover import recover
 
     recovered = recover(given.bag)
     files = ', '.join(recovered.files) or 'nothing'
@@ -140,36 +141,45 @@ def _recover(given):
 
 
 def _export(given):
-    from .bag.export import export
+    from ..bag.export import export
 
     export(given.bag, given.out)
     return DONE
 
 
 def _plot(given):
-    from .report.plot import plot
+    from ..report.plot import plot
 
     plot(given.bag, given.out, given.what)
     return DONE
 
 
 def _report(given):
-    from .report.html import report
+    from ..report.html import report
 
     report(given.bag, given.out)
     return DONE
 
 
 def _sweep(given):
-    from .sweep.run import sweep
+    from ..dynamics.batch import is_compiled
+    from ..sweep.run import sweep
+    from .progress import progress, tell_of_compiling
 
-    print(sweep(given.file, given.out, given.workers, given.dask))
+    with progress('sweep', 'runs') as show_bar:
+
+        def show(done: int, total: int) -> None:
+            if done == 0:
+                tell_of_compiling(is_compiled())
+            show_bar(done, total)
+
+        print(sweep(given.file, given.out, given.workers, given.dask, show))
     return DONE
 
 
 def _check(given):
+    from ..dynamics.propagator import is_compiled
     from .check import check
-    from .dynamics.propagator import is_compiled
     from .progress import tell_of_compiling
 
     tell_of_compiling(is_compiled())

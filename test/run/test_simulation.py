@@ -8,9 +8,9 @@ import pytest
 
 from satdyn_ros.dynamics import rotation
 from satdyn_ros.dynamics.propagator import Propagation
-from satdyn_ros.events import Request, Reset, RotorTorque, Timeout, Topics, Torque
-from satdyn_ros.scenario import Scenario
-from satdyn_ros.simulation import Simulation
+from satdyn_ros.run.events import Request, Reset, RotorTorque, Timeout, Topics, Torque
+from satdyn_ros.run.scenario import Scenario
+from satdyn_ros.run.simulation import Simulation
 
 COLUMNS = ('q_ib', 'omega_bi_b', 'r_i', 'v_i')
 GYROSTAT = Scenario.from_dict(

@@ -1,7 +1,7 @@
 """What `satdyn check` proves, and that it would tell."""
 
-from satdyn_ros import check
 from satdyn_ros.bag import recording
+from satdyn_ros.cli import check
 from satdyn_ros.exact.recognise import CANDIDATES
 
 

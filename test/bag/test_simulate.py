@@ -10,12 +10,12 @@ from flights import GYROSTAT, sequence
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
-from satdyn_ros import offline
+from satdyn_ros.bag import simulate
 from satdyn_ros.bag.recorded_run import RecordedRun
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.dynamics import rotation
-from satdyn_ros.events import Request, Topics, Torque
-from satdyn_ros.scenario import Scenario
+from satdyn_ros.run.events import Request, Topics, Torque
+from satdyn_ros.run.scenario import Scenario
 
 EPOCH_NS = 1_700_000_000 * 10**9
 ORBITING = Scenario(
@@ -30,9 +30,9 @@ ORBITING = Scenario(
 )
 
 
-def simulate(scenario, duration_s, directory, happening=()):
+def recorded(scenario, duration_s, directory, happening=()):
     """Run to the end and return the bag's directory."""
-    for _ in offline.simulate(scenario, duration_s, directory, happening):
+    for _ in simulate.simulate(scenario, duration_s, directory, happening):
         pass
     return directory
 
@@ -69,27 +69,27 @@ def read(bag):
 def test_the_ticks_are_those_before_the_end(rate, duration_s, count):
     """Ticks k with k / rate < S, in exact arithmetic, S as it is written."""
     scenario = ORBITING.with_values({'publish.rate': rate})
-    assert offline.tick_count(scenario, duration_s) == count
+    assert simulate.tick_count(scenario, duration_s) == count
 
 
 @pytest.mark.parametrize('duration_s', ['0', '-1', 'long', 'nan', 'inf', '1/0', ''])
 def test_a_duration_is_a_number_above_0(duration_s):
     """Anything else is refused in one sentence."""
     with pytest.raises(ValueError, match='it takes a number above 0 s'):
-        offline.tick_count(ORBITING, duration_s)
+        simulate.tick_count(ORBITING, duration_s)
 
 
 def test_a_bag_ends_before_the_stamps_do():
     """The seconds of a stamp are an int32: what ends after 2^31 s would begin anew at -2^31."""
     last_s = 2**31 - 1_700_000_000
-    offline.tick_count(ORBITING, last_s)
+    simulate.tick_count(ORBITING, last_s)
     with pytest.raises(ValueError, match='the last stamp of ROS'):
-        offline.tick_count(ORBITING, last_s + 1)
+        simulate.tick_count(ORBITING, last_s + 1)
 
 
 def test_the_bag_holds_the_motion(tmp_path):
     """Another program reads exactly the stamps and states that Python's front door gives."""
-    stamps, q_ib, omega_bi_b = read(simulate(ORBITING, 300, tmp_path / 'bag'))
+    stamps, q_ib, omega_bi_b = read(recorded(ORBITING, 300, tmp_path / 'bag'))
     states = ORBITING.motion().at(np.arange(6000) / 20.0)
     np.testing.assert_array_equal(stamps, EPOCH_NS + np.arange(6000) * 50_000_000)
     np.testing.assert_array_equal(q_ib, states.q_ib)
@@ -99,9 +99,9 @@ def test_the_bag_holds_the_motion(tmp_path):
 def test_blocks_do_not_show(tmp_path, monkeypatch):
     """However a run is cut into blocks, its bag has the same messages in the same order."""
     happening = [Torque(77, (0.0, 0.1, 0.0), 150), Request(200, {'rotor.speed': 3.0})]
-    whole = simulate(GYROSTAT, 10, tmp_path / 'whole', happening)
-    monkeypatch.setattr(offline, 'BLOCK_TICKS', 13)
-    parts = simulate(GYROSTAT, 10, tmp_path / 'parts', happening)
+    whole = recorded(GYROSTAT, 10, tmp_path / 'whole', happening)
+    monkeypatch.setattr(simulate, 'BLOCK_TICKS', 13)
+    parts = recorded(GYROSTAT, 10, tmp_path / 'parts', happening)
     assert sequence(whole) == sequence(parts)
 
 
@@ -112,32 +112,32 @@ def test_events_are_in_the_bag(tmp_path):
         Request(60, {'initial.angular_velocity': [0.0, 0.0, 0.1]}),
         Topics(80, ('imu',)),
     ]
-    bag = simulate(GYROSTAT, 5, tmp_path / 'bag', happening)
+    bag = recorded(GYROSTAT, 5, tmp_path / 'bag', happening)
     verdict = verify(bag)
     assert verdict.is_true
     assert verdict.same_bytes
-    recorded = [(type(event).__name__, event.tick) for event in RecordedRun(bag).events]
-    assert recorded == [('Torque', 20), ('Timeout', 40), ('Request', 60), ('Topics', 80)]
+    happened = [(type(event).__name__, event.tick) for event in RecordedRun(bag).events]
+    assert happened == [('Torque', 20), ('Timeout', 40), ('Request', 60), ('Topics', 80)]
 
 
 def test_what_a_scenario_refuses_leaves_no_bag(tmp_path):
     """A request, torque or topic that is not allowed is refused before a directory is made."""
     refused = [Request(10, {'initial.attitude': [0.0, 0.0, 0.0, 2.0]})]
     with pytest.raises(ValueError, match=r'the event Request at tick 10: initial\.attitude'):
-        simulate(ORBITING, 5, tmp_path / 'bag', refused)
+        recorded(ORBITING, 5, tmp_path / 'bag', refused)
     exact = Scenario({'initial.attitude': [0, 0, 0, 1], 'motion.method': 'exact'})
     with pytest.raises(ValueError, match=r'the event Torque at tick 10: motion\.method is exact'):
-        simulate(exact, 5, tmp_path / 'bag', [Torque(10, (0.0, 0.0, 1.0))])
+        recorded(exact, 5, tmp_path / 'bag', [Torque(10, (0.0, 0.0, 1.0))])
     fixed = Scenario({'orbit.type': 'fixed'})
     with pytest.raises(ValueError, match='no LVLH'):
-        simulate(fixed, 5, tmp_path / 'bag', [Topics(10, ('attitude_lvlh',))])
+        recorded(fixed, 5, tmp_path / 'bag', [Topics(10, ('attitude_lvlh',))])
     assert list(tmp_path.iterdir()) == []
 
 
 def test_an_epoch_of_0_is_the_wall_clock(tmp_path):
     """The bag holds the full second at which it began, and runs again from it."""
     scenario = ORBITING.with_values({'time.epoch_ns': 0})
-    bag = simulate(scenario, 1, tmp_path / 'bag')
+    bag = recorded(scenario, 1, tmp_path / 'bag')
     epoch_ns = RecordedRun(bag).scenario.epoch_ns
     assert epoch_ns > EPOCH_NS
     assert epoch_ns % 10**9 == 0
@@ -146,7 +146,7 @@ def test_an_epoch_of_0_is_the_wall_clock(tmp_path):
 
 def test_a_run_that_is_broken_off_leaves_a_complete_bag(tmp_path):
     """Whoever stops between blocks has all ticks up to there, and metadata.yaml."""
-    run = offline.simulate(ORBITING, 1e6, tmp_path / 'bag')
+    run = simulate.simulate(ORBITING, 1e6, tmp_path / 'bag')
     done = next(run)
     run.close()
     assert (tmp_path / 'bag/metadata.yaml').exists()
@@ -188,9 +188,9 @@ def test_a_run_goes_on_where_a_bag_is(scenario, tmp_path):
     The motion begins anew, so its steps are others, some fifty, each true to about 1e-12.
     """
     happening = [Request(500, {'initial.angular_velocity': [0.02, -0.01, 0.03]})]
-    bag = simulate(scenario, 300, tmp_path / 'bag', happening)
-    onward = offline.begun_in_bag(scenario, bag, '100')
-    again = simulate(onward, 200, tmp_path / 'onward')
+    bag = recorded(scenario, 300, tmp_path / 'bag', happening)
+    onward = simulate.begun_in_bag(scenario, bag, '100')
+    again = recorded(onward, 200, tmp_path / 'onward')
     truth, found = read(bag), read(again)
     np.testing.assert_array_equal(found[0], truth[0][2000:])
     np.testing.assert_array_equal(found[1][0], truth[1][2000])
@@ -201,27 +201,27 @@ def test_a_run_goes_on_where_a_bag_is(scenario, tmp_path):
 
 def test_a_bag_has_no_state_beyond_its_end(tmp_path):
     """An instant that the bag does not reach, and a word that is none, are refused."""
-    bag = simulate(ORBITING, 10, tmp_path / 'bag')
+    bag = recorded(ORBITING, 10, tmp_path / 'bag')
     with pytest.raises(ValueError, match=r'no state at 10 s; it goes from 0 to 9\.95 s'):
-        offline.begun_in_bag(ORBITING, bag, '10')
+        simulate.begun_in_bag(ORBITING, bag, '10')
     with pytest.raises(ValueError, match='the instant is soon'):
-        offline.begun_in_bag(ORBITING, bag, 'soon')
+        simulate.begun_in_bag(ORBITING, bag, 'soon')
 
 
 def test_memory_stays_flat(tmp_path):
     """A day at 10 Hz takes less than 50 MB more than a minute does."""
     program = f"""
 import resource
-from satdyn_ros import offline
-from satdyn_ros.scenario import Scenario
+from satdyn_ros.bag import simulate
+from satdyn_ros.run.scenario import Scenario
 scenario = Scenario({{'publish.rate': 10.0, 'publish.topics': ['attitude', 'imu']}})
 peaks = []
 for duration_s in (60, 86400):
-    for _ in offline.simulate(scenario, duration_s, f'{tmp_path}/{{duration_s}}'):
+    for _ in simulate.simulate(scenario, duration_s, f'{tmp_path}/{{duration_s}}'):
         pass
     peaks.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 print((peaks[1] - peaks[0]) / 1024)
 """
-    root = Path(__file__).parents[1]
+    root = Path(__file__).parents[2]
     grown_mb = subprocess.check_output([sys.executable, '-c', program], cwd=root, text=True)
     assert float(grown_mb) < 50.0

@@ -7,13 +7,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from . import offline
-from .bag.verify import Verdict, verify
-from .dynamics import rotation
-from .dynamics.propagator import Propagation
-from .events import Event, Request, Torque
-from .exact import recognise
-from .scenario import Scenario
+from ..bag.simulate import simulate
+from ..bag.verify import Verdict, verify
+from ..dynamics import rotation
+from ..dynamics.propagator import Propagation
+from ..exact import recognise
+from ..run.events import Event, Request, Torque
+from ..run.scenario import Scenario
 
 PERIODS = 3.0
 # None of the flights is near a separatrix: in three periods rounding grows to less than this.
@@ -150,7 +150,7 @@ def round_trip(directory: Path) -> Verdict:
         Torque(200, (0.0, 0.01, 0.0), until_tick=300),
         Request(500, {'initial.angular_velocity': [0.0, 0.0, 0.01]}),
     ]
-    for _ in offline.simulate(scenario, 10, directory, happening):
+    for _ in simulate(scenario, 10, directory, happening):
         pass
     return verify(directory)
 

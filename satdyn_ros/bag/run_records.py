@@ -11,9 +11,10 @@ import numba
 import numpy
 import scipy
 
-from .. import __version__, events
-from ..events import Event
-from ..scenario import Scenario
+from .. import __version__
+from ..run import events
+from ..run.events import Event
+from ..run.scenario import Scenario
 
 SCENARIO = 'satdyn_ros/scenario'
 SNAPSHOT = 'satdyn_ros/snapshot'

@@ -222,7 +222,7 @@ def test_a_disk_without_room_leaves_the_old_file(whole, tmp_path):
     bag = cut(path, tmp_path / 'bag', len(data))
     program = """if True:
         import resource, sys
-        from satdyn_ros.bag.recover import recover
+        from satdyn_ros.rosbag2.recover import recover
         resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000))
         try:
             recover(sys.argv[1])

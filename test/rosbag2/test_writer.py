@@ -396,7 +396,7 @@ def test_a_place_without_permission_is_told(tmp_path):
     (tmp_path / 'locked').mkdir(mode=0o500)
     program = """if True:
         import os, sys
-        from satdyn_ros.bag.writer import BagWriter
+        from satdyn_ros.rosbag2.writer import BagWriter
         if os.geteuid() == 0:
             os.setuid(65534)
         try:
@@ -416,8 +416,8 @@ def test_a_full_disk_is_told_once_and_what_was_written_stays(tmp_path):
     program = """if True:
         import resource, sys
         import numpy as np
-        from satdyn_ros.bag.metadata import TopicMetadata
-        from satdyn_ros.bag.writer import BagWriter
+        from satdyn_ros.rosbag2.metadata import TopicMetadata
+        from satdyn_ros.rosbag2.writer import BagWriter
         resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))
         topic = TopicMetadata('/a', 'std_msgs/msg/Int64', 'int64 data', '', '')
         writer = BagWriter(sys.argv[1], [topic], compression='none')

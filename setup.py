@@ -38,6 +38,7 @@ setup(
         'plot': ['matplotlib', 'plotly'],
         'sweep': ['dask', 'distributed', 'pyarrow'],
         'test': [
+            'allantools',
             'cyclonedds',
             'hypothesis',
             'mcap-ros2-support',

@@ -105,6 +105,35 @@ def about(axis, angle_rad):
     return np.concatenate([np.asarray(axis, float) * np.sin(half), np.cos(half)], axis=-1)
 
 
+def from_vector(vector_rad):
+    """
+    Return the rotation by |v| about v, for rotation vectors v [rad] (..., 3), shape (..., 4).
+
+    >>> from_vector([0, 0, np.pi])
+    array([0.000000e+00, 0.000000e+00, 1.000000e+00, 6.123234e-17])
+    """
+    half = np.asarray(vector_rad, float) / 2.0
+    angle = np.linalg.norm(half, axis=-1, keepdims=True)
+    # np.sinc(x) is sin(pi x) / (pi x).
+    return np.concatenate([half * np.sinc(angle / np.pi), np.cos(angle)], axis=-1)
+
+
+def to_vector(q):
+    """
+    Return the rotation vector of q, at most half a turn long [rad], shape (..., 3).
+
+    >>> to_vector([0, 0, 1, 0])
+    array([0.        , 0.        , 3.14159265])
+    """
+    q = np.asarray(q, float)
+    sine, cosine = np.linalg.norm(q[..., :3], axis=-1, keepdims=True), np.abs(q[..., 3:])
+    # The angle over its half's sine tends to 2 where there is no rotation.
+    per_sine = np.divide(
+        2.0 * np.arctan2(sine, cosine), sine, out=np.full_like(sine, 2.0), where=sine > 0.0
+    )
+    return q[..., :3] * np.where(q[..., 3:] < 0.0, -per_sine, per_sine)
+
+
 def angle_between(q, p):
     """Return the angle of the rotation from q to p, 0 to pi [rad], shape (...)."""
     d = multiply(conjugate(q), p)

@@ -131,3 +131,13 @@ def test_arrays_give_what_single_quaternions_give(q):
     assert np.array_equal(
         rotation.from_matrix(rotation.matrix(table))[0], rotation.from_matrix(rotation.matrix(q))
     )
+
+
+@given(arrays(float, 3, elements=st.floats(-np.pi / 2.0, np.pi / 2.0)))
+def test_rotation_vectors_are_those_of_scipy(vector):
+    """To and from the vector of a rotation, by another's program, small ones among them."""
+    for v in (vector, vector * 1e-9, vector * 0.0):
+        q = rotation.from_vector(v)
+        close(q, Rotation.from_rotvec(v).as_quat(), atol=ROUNDING)
+        close(rotation.to_vector(q), v, atol=4.0 * ROUNDING)
+        close(rotation.to_vector(-q), v, atol=4.0 * ROUNDING)

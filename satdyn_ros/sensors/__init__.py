@@ -1,0 +1,7 @@
+"""What sensors measure of true states, with noise that is a function of seed, sensor and tick."""
+
+from .gyro import Gyro
+from .measurements import Measurements
+from .star_tracker import StarTracker
+
+__all__ = ['Gyro', 'Measurements', 'StarTracker']

@@ -1,0 +1,136 @@
+"""
+A rate gyro with the errors of its data sheet.
+
+With the sample interval dt, the true rate omega in sensor axes, and white noise w, u of unit
+variance, sample i reads
+
+    b_i = b_(i-1) + K sqrt(dt) u_i,    b_0 the initial bias
+    y_i = (1 + S + M) omega_i + b_i + N / sqrt(dt) w_i,   rounded to a resolution and cut off
+
+N is the angle random walk, K the rate random walk: the Allan deviation of y is N / sqrt(tau) and
+K sqrt(tau / 3) (IEEE Std 952-1997, annex C; Farrenkopf 1978).
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..dynamics import rotation
+from ..dynamics.motion import States
+from .measurements import Measurements, sampled
+from .noise import normals
+
+STREAM = 0
+# Three of white noise, three of the bias.
+_DEVIATES = 6
+
+
+@dataclass(frozen=True, eq=False)
+class GyroMemory:
+    """
+    What a gyro carries from sample to sample.
+
+    bias (3,) [rad/s] of the last sample, None before the first; q_ib (4,): the attitude at the
+    last sample, None before the first and after a restart of the motion.
+    """
+
+    bias: np.ndarray | None = None
+    q_ib: np.ndarray | None = None
+
+    def restarted(self) -> 'GyroMemory':
+        """Return the memory after the motion has restarted: the bias walks on."""
+        return replace(self, q_ib=None)
+
+
+@dataclass(frozen=True, eq=False)
+class Gyro:
+    """
+    A three-axis gyro.
+
+    seed: of its noise.  interval_s: dt between samples, divisor ticks.  mounting (4,): quaternion
+    from sensor to body axes.  noise_density: N [rad/s/sqrt(Hz)].  bias_random_walk: K
+    [rad/s^2/sqrt(Hz)].  initial_bias (3,) [rad/s].  scale_factor (3,): relative errors S.
+    misalignment (6,): xy, xz, yx, yz, zx, zy of M [rad].  resolution, max_rate [rad/s]: 0 for
+    none.  integrating: whether a sample is the mean rate since the one before.
+    """
+
+    seed: int
+    interval_s: float
+    divisor: int = 1
+    mounting: np.ndarray = field(default_factory=lambda: rotation.IDENTITY)
+    noise_density: float = 0.0
+    bias_random_walk: float = 0.0
+    initial_bias: tuple[float, ...] = (0.0, 0.0, 0.0)
+    scale_factor: tuple[float, ...] = (0.0, 0.0, 0.0)
+    misalignment: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    resolution: float = 0.0
+    max_rate: float = 0.0
+    integrating: bool = False
+
+    memory = GyroMemory()
+
+    @property
+    def variance(self) -> float:
+        """Return the variance of a component of a sample, its bias not included [rad^2/s^2]."""
+        return self.noise_density**2 / self.interval_s + self.resolution**2 / 12.0
+
+    def measure(
+        self, ticks: range, states: States, memory: GyroMemory
+    ) -> tuple[Measurements, GyroMemory]:
+        """
+        Return the body rates [rad/s] (M, 3) measured in sensor axes, and what is carried on.
+
+        ticks: consecutive, those of the rows of states.  memory: after the tick before them.
+        """
+        samples = sampled(ticks, self.divisor)
+        rows = slice(samples.start - ticks.start, None, self.divisor)
+        q_ib = states.q_ib[rows]
+        if len(samples) == 0:
+            return _measurements(samples, np.empty((0, 3))), memory
+        deviates = normals(self.seed, STREAM, ticks, _DEVIATES)[rows]
+        rate_b = states.omega_bi_b[rows]
+        if self.integrating:
+            rate_b = self._mean_rate(q_ib, rate_b, memory.q_ib)
+        bias = self._bias(deviates[:, 3:], memory.bias)
+        rate = self._misread(rotation.rotate(rotation.conjugate(self.mounting), rate_b))
+        rate = rate + bias + self.noise_density / np.sqrt(self.interval_s) * deviates[:, :3]
+        if self.resolution:
+            rate = np.round(rate / self.resolution) * self.resolution
+        if self.max_rate:
+            rate = np.clip(rate, -self.max_rate, self.max_rate)
+        return _measurements(samples, rate), GyroMemory(bias[-1], q_ib[-1])
+
+    def _mean_rate(self, q_ib, rate_b, before):
+        """Return the mean rates (M, 3) since the sample before, where there is one."""
+        first = rate_b[:1] if before is None else None
+        previous = np.concatenate([q_ib[:1] if before is None else before[None], q_ib[:-1]])
+        turned = rotation.multiply(rotation.conjugate(previous), q_ib)
+        mean = rotation.to_vector(turned) / self.interval_s
+        return mean if first is None else np.concatenate([first, mean[1:]])
+
+    def _bias(self, deviates, before):
+        steps = self.bias_random_walk * np.sqrt(self.interval_s) * deviates
+        if before is None:
+            steps[0] = self.initial_bias
+        else:
+            steps[0] += before
+        # One addition after the other, so that blocks do not show in the bits.
+        return np.cumsum(steps, axis=0)
+
+    def _misread(self, rate):
+        """Return (1 + S + M) rate; its sums are written out: a row has the same bits alone."""
+        x, y, z = rate.T
+        s, (xy, xz, yx, yz, zx, zy) = self.scale_factor, self.misalignment
+        return np.stack(
+            [
+                (1.0 + s[0]) * x + xy * y + xz * z,
+                yx * x + (1.0 + s[1]) * y + yz * z,
+                zx * x + zy * y + (1.0 + s[2]) * z,
+            ],
+            axis=-1,
+        )
+
+
+def _measurements(samples, rate):
+    ticks = np.array(samples, np.int64)
+    return Measurements(ticks, ticks, rate)

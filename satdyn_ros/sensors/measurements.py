@@ -1,0 +1,32 @@
+"""What a sensor gives for consecutive ticks: which of them have a message, and what it says."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class Measurements:
+    """
+    M measurements of one sensor.
+
+    ticks (M,) int64: when each is published, ascending.  exposed (M,) int64: the ticks whose
+    states were measured, which the stamps name.  values (M, 3) or (M, 4).
+    """
+
+    ticks: np.ndarray
+    exposed: np.ndarray
+    values: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.ticks)
+
+
+def sampled(ticks: range, divisor: int) -> range:
+    """
+    Return the ticks of a range at which a sensor with a divisor takes a sample.
+
+    >>> list(sampled(range(3, 11), 4))
+    [4, 8]
+    """
+    return range(-(-ticks.start // divisor) * divisor, ticks.stop, divisor)

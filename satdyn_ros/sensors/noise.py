@@ -1,0 +1,33 @@
+"""
+Random numbers by tick: the noise of a tick depends on the seed, the stream and the tick alone.
+
+Philox is a counter-based generator (Salmon, Moraes, Dror and Shaw 2011): the words of a tick are
+those at its place in the stream, whichever ticks were drawn before.  Its raw words are specified;
+what NumPy makes of them by `normal` may change with its version, so they become normal deviates
+here, through the inverse of the normal distribution.
+"""
+
+import numpy as np
+from scipy.special import ndtri
+
+# Philox4x64 gives four words for each step of its counter.
+_WORDS_PER_STEP = 4
+
+
+def normals(seed: int, stream: int, ticks: range, count: int) -> np.ndarray:
+    """
+    Return independent standard normal deviates, shape (len(ticks), count).
+
+    seed: 0 to 2^64 - 1; stream: one for each sensor, so that two never share noise; ticks:
+    consecutive.
+
+    >>> later = normals(7, 0, range(5, 8), 3)
+    >>> bool(np.all(normals(7, 0, range(0, 8), 3)[5:] == later))
+    True
+    """
+    steps = -(-count // _WORDS_PER_STEP)
+    generator = np.random.Philox(key=[seed, stream], counter=ticks.start * steps)
+    words = generator.random_raw(len(ticks) * steps * _WORDS_PER_STEP)
+    chosen = words.reshape(len(ticks), -1)[:, :count]
+    # The middles of 2^53 equal parts of the unit interval: neither 0 nor 1.
+    return ndtri(((chosen >> np.uint64(11)) + 0.5) * 2.0**-53)

@@ -1,0 +1,90 @@
+"""
+A star tracker: the attitude of its axes with a small random rotation, some ticks later.
+
+Its boresight is its z axis.  A sample is q_is = q_ib q_bs d, where d is the rotation by the vector
+(s_c w_x, s_c w_y, s_r w_z), s_c and s_r the standard deviations across and about the boresight.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..dynamics import rotation
+from ..dynamics.motion import States
+from .measurements import Measurements, sampled
+from .noise import normals
+
+STREAM = 1
+_BORESIGHT = np.array([0.0, 0.0, 1.0])
+
+
+@dataclass(frozen=True, eq=False)
+class StarTrackerMemory:
+    """The exposures that wait to be published: ticks (M,) int64 and attitudes (M, 4)."""
+
+    exposed: np.ndarray
+    q_is: np.ndarray
+
+    def restarted(self) -> 'StarTrackerMemory':
+        """Return the memory after the motion has restarted: what was exposed still comes."""
+        return self
+
+
+@dataclass(frozen=True, eq=False)
+class StarTracker:
+    """
+    A star tracker.
+
+    seed: of its noise.  divisor: ticks from sample to sample.  mounting (4,): quaternion from
+    sensor to body axes.  cross_boresight, roll: standard deviations [rad].  latency: ticks from
+    exposure to message.  max_rate [rad/s]: a body that turns faster gives no sample; 0: any.
+    earth_exclusion [rad]: nor one with the attracting centre this near the boresight; 0: any.
+    """
+
+    seed: int
+    divisor: int = 1
+    mounting: np.ndarray = field(default_factory=lambda: rotation.IDENTITY)
+    cross_boresight: float = 0.0
+    roll: float = 0.0
+    latency: int = 0
+    max_rate: float = 0.0
+    earth_exclusion: float = 0.0
+
+    memory = StarTrackerMemory(np.empty(0, np.int64), np.empty((0, 4)))
+
+    @property
+    def variances(self) -> tuple[float, float, float]:
+        """Return the variances of the small rotation about the sensor's axes [rad^2]."""
+        return self.cross_boresight**2, self.cross_boresight**2, self.roll**2
+
+    def measure(
+        self, ticks: range, states: States, memory: StarTrackerMemory
+    ) -> tuple[Measurements, StarTrackerMemory]:
+        """
+        Return the attitudes q_is (M, 4), sensor to inertial, and the exposures that still wait.
+
+        ticks: consecutive, those of the rows of states.  memory: after the tick before them.
+        """
+        samples = sampled(ticks, self.divisor)
+        rows = slice(samples.start - ticks.start, None, self.divisor)
+        small = normals(self.seed, STREAM, ticks, 3)[rows] * np.sqrt(self.variances)
+        q_bs = rotation.multiply(self.mounting, rotation.from_vector(small))
+        q_is = rotation.multiply(states.q_ib[rows], q_bs)
+        sees = self._sees_stars(states, rows)
+        exposed = np.concatenate([memory.exposed, np.array(samples, np.int64)[sees]])
+        q_is = np.concatenate([memory.q_is, q_is[sees]])
+        done = int(np.searchsorted(exposed, ticks.stop - self.latency))
+        published = Measurements(exposed[:done] + self.latency, exposed[:done], q_is[:done])
+        return published, StarTrackerMemory(exposed[done:], q_is[done:])
+
+    def _sees_stars(self, states, rows):
+        """Return whether the body is slow enough and the boresight off the centre, (M,) bool."""
+        sees = np.ones(len(states.omega_bi_b[rows]), bool)
+        if self.max_rate:
+            sees &= np.linalg.norm(states.omega_bi_b[rows], axis=-1) <= self.max_rate
+        if self.earth_exclusion:
+            boresight_b = rotation.rotate(self.mounting, _BORESIGHT)
+            # c_b points from the centre to the body.
+            cosine = -np.sum(states.c_b[rows] * boresight_b, axis=-1)
+            sees &= cosine < np.cos(self.earth_exclusion)
+        return sees

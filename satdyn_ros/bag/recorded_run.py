@@ -1,8 +1,8 @@
 """The run that a bag holds: its scenario, where it begins, and what happened in it."""
 
 import json
-from collections.abc import Iterator
 from functools import cached_property
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +42,7 @@ class RecordedRun:
         if run_records.SNAPSHOT in begin:
             self.snapshot = run_records.from_record(begin[run_records.SNAPSHOT])
         self.ticks = Ticks(self.scenario.rate, self.scenario.epoch_ns)
+        self._inputs_by_topic = {self.names[name]: name for name in _INPUTS}
 
     @cached_property
     def events(self) -> list[Event]:
@@ -102,16 +103,21 @@ class RecordedRun:
                 break
         return records
 
-    def _inputs(self, block: TopicBlock) -> Iterator[Event]:
-        messages = block.by_topic()
-        for name in _INPUTS:
-            if self.names[name] not in messages:
+    def _inputs(self, block: TopicBlock) -> list[Event]:
+        """Return the torques of a block in the order in which they stand there."""
+        contents = block.contents
+        events: list[tuple[int, Event]] = []
+        for channel_id, places in contents.places.items():
+            name = self._inputs_by_topic.get(block.topics[channel_id])
+            if name is None:
                 continue
-            received = messages[self.names[name]]
-            rows = self.rows(name, received)
-            for stamp_ns, row in zip(received.log_times_ns.tolist(), rows, strict=True):
-                tick = self.ticks.tick_of(stamp_ns)
-                if name == 'torque':
-                    yield Torque(tick, tuple(row['wrench.torque'].tolist()))
-                else:
-                    yield RotorTorque(tick, float(row['data']))
+            rows = self.rows(name, Messages(*contents.messages(channel_id)))
+            stamps_ns = contents.log_times[places].tolist()
+            for place, stamp_ns, row in zip(places.tolist(), stamps_ns, rows, strict=True):
+                events.append((place, self._input(name, self.ticks.tick_of(stamp_ns), row)))
+        return [event for _, event in sorted(events, key=itemgetter(0))]
+
+    def _input(self, name: str, tick: int, row: np.ndarray) -> Event:
+        if name == 'torque':
+            return Torque(tick, tuple(row['wrench.torque'].tolist()))
+        return RotorTorque(tick, float(row['data']))

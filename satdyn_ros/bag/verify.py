@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..dynamics.integrals import relative_drift
+from ..dynamics.integrals import field_rate, relative_drift
 from ..dynamics.motion import Motion, States
 from ..dynamics.system import System
 from ..dynamics.torque import angular_momentum
@@ -153,10 +153,11 @@ class _Conservation:
         """
         Return what the tolerance, the error of one step, lets the drift be.
 
-        A step goes through a good part of a radian of the fastest oscillation; the states between
-        steps are interpolated, which costs up to some ten times the tolerance.
+        The errors of steps add up to about four times the tolerance per radian of the fastest
+        oscillation, ten are allowed; the states between steps are interpolated, which costs up to
+        some ten times the tolerance, a hundred are allowed.
         """
-        return max(self._tolerance, _ROUNDING) * (100.0 + self._turned_rad)
+        return max(self._tolerance, _ROUNDING) * (100.0 + 10.0 * self._turned_rad)
 
     def observe(self, simulation: Simulation, samples: Samples) -> None:
         """Take in samples of a run."""
@@ -173,6 +174,4 @@ def _fastest_rates(system: System, states: States) -> np.ndarray:
     """Return a bound of how fast the body turns, nutates and swings [rad/s], shape (N,)."""
     least = np.min(np.linalg.eigvalsh(system.carrier_inertia))
     momentum = angular_momentum(system, states.omega_bi_b, states.rotor_speed)
-    gradient = np.abs(states.orbit.gradient_at(states.orbit_s))
-    weight = np.linalg.norm(system.weight_moment) / least
-    return np.linalg.norm(momentum, axis=1) / least + np.sqrt(gradient + weight)
+    return np.linalg.norm(momentum, axis=1) / least + field_rate(system, states)

@@ -40,21 +40,59 @@ def relative_drift(
     system: System, states: States, begin: States | None = None
 ) -> dict[str, np.ndarray]:
     """
-    Return each first integral's change over the larger size its terms had or have, (N,).
+    Return each first integral's change relative to the size of what it is made of, (N,).
 
-    The change is that since row 0 of begin, an earlier table of the same motion, or of states.
+    The change is that since row 0 of begin, an earlier table of the same motion, or of states; the
+    size is the larger one of the two rows.  An integral may be zero, and so may each of its terms:
+    its size is that of the momenta and potentials behind them.
     """
-    start = _terms(system, (begin or states).rows(slice(1)))
+    begin = (begin or states).rows(slice(1))
+    start, start_sizes = _terms(system, begin), _sizes(system, begin)
+    sizes = _sizes(system, states)
     drift = {}
     for name, terms in _terms(system, states).items():
         change = sum(terms) - sum(start[name])
-        size = np.maximum(_size(start[name]), _size(terms))
+        size = np.maximum(start_sizes[name], sizes[name])
         drift[name] = np.divide(change, size, out=np.zeros(len(states)), where=size > 0.0)
     return drift
 
 
-def _size(terms):
-    return sum(abs(term) for term in terms)
+def field_rate(system: System, states: States) -> np.ndarray:
+    """Return sqrt(|3 mu / r^3| + |m| / K), the rate at which the field swings a body, (N,)."""
+    least = np.min(np.linalg.eigvalsh(system.carrier_inertia))
+    gradient = np.abs(states.orbit.gradient_at(states.orbit_s))
+    return np.sqrt(gradient + np.linalg.norm(system.weight_moment) / least)
+
+
+def _sizes(system, states):
+    """
+    Return by name the size (N,) that the parts of each first integral have.
+
+    A vector counts with its length, whatever its direction.  What the field changes within a
+    radian of the swing counts too: a body that rests in the field has no other rate or momentum.
+    A kinetic energy is as uncertain as the whole momentum times the rate, which a fast rotor
+    makes larger than omega . K omega.
+    """
+    orbit, rotor, omega = system.orbit, system.rotor, states.omega_bi_b
+    swing = field_rate(system, states)
+    rate = np.linalg.norm(omega, axis=-1)
+    K_omega = omega @ system.carrier_inertia
+    p = np.abs(rotor.axial_momentum(states.rotor_speed, omega))
+    K_max = np.max(np.linalg.eigvalsh(system.carrier_inertia))
+    momentum = np.linalg.norm(K_omega, axis=-1) + p + K_max * swing
+    potential = np.abs(orbit.gradient_at(states.orbit_s)) / 2.0 * np.trace(system.inertia)
+    energy = rate * momentum + potential + np.linalg.norm(system.weight_moment)
+    nu = np.linalg.norm(orbit.lvlh_rate(states.orbit_s), axis=-1) if orbit.has_lvlh else 0.0
+    return {
+        'energy': energy,
+        'energy_balance': energy + np.abs(states.work),
+        'jacobi': energy + nu * momentum,
+        'area': momentum,
+        'momentum': momentum,
+        'fourth': momentum**2,
+        'axial_rate': rate + swing,
+        'rotor_momentum': p + rotor.inertia * (rate + swing),
+    }
 
 
 def _terms(system, states):

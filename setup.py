@@ -6,7 +6,7 @@ package_name = 'satdyn_ros'
 
 setup(
     name=package_name,
-    version='0.1.0',
+    version='0.2.0',
     description='Attitude dynamics of gyrostat satellites, live in ROS 2 and in closed form',
     author='satdyn_ros developers',
     author_email='maintainers@satdyn-ros.invalid',

@@ -151,6 +151,10 @@ def _add_bag_commands(command):
 def _add_sweep(command):
     added = command('sweep', 'many runs at once', 'satdyn sweep sweep.yaml -o runs --workers 8')
     added.add_argument('file', metavar='SWEEP.yaml', help='a scenario and what varies')
+    added.epilog = (
+        'A run counts as captured when during at least the last orbit its axis of least inertia, '
+        'or the captured_axis of SWEEP.yaml, never crosses the local horizontal.'
+    )
     _add_out(added, 'DIR', 'where the results go')
     where = added.add_mutually_exclusive_group()
     where.add_argument('--workers', type=int, metavar='N', help='processes; default: one a core')

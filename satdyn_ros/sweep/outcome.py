@@ -8,10 +8,11 @@ import numpy as np
 from ..dynamics import rotation
 from ..dynamics.batch import propagate_all
 from ..dynamics.integrals import relative_drift
-from ..dynamics.motion import States
+from ..dynamics.motion import Motion, States
 from ..dynamics.orbit import KeplerOrbit
 from ..dynamics.propagator import Propagation
 from ..run.scenario import Scenario
+from .capture import captured_since, judged_axis, nadir_angle
 from .plan import Plan
 
 INTEGRALS = (
@@ -70,16 +71,17 @@ def _outcome(plan, flight, tables):
     states = tables[motion] if motion in tables else motion.at(plan.t_s)
     if isinstance(states, Exception):
         raise states
-    return outcome(plan, scenario, states)
+    return outcome(plan, scenario, states, motion)
 
 
-def outcome(plan: Plan, scenario: Scenario, states: States) -> dict[str, Any]:
+def outcome(plan: Plan, scenario: Scenario, states: States, motion: Motion) -> dict[str, Any]:
     """
     Return what a run of a scenario comes to, by column, from its states at the plan's times.
 
     q_ib, omega_bi_b [rad/s], rotor_speed [rad/s], rotor_angle [rad]: the state at the end.  The
-    rest is over the samples: the extremes of the rate and of the angle to LVLH, the capture, the
-    largest relative change of each first integral.
+    rest is over the samples: the extremes of the rate, of the angle to LVLH and of that of the
+    axis of least inertia to nadir, the capture, the largest relative change of each first
+    integral.
     """
     rate = np.linalg.norm(states.omega_bi_b, axis=-1)
     columns = {
@@ -97,25 +99,28 @@ def outcome(plan: Plan, scenario: Scenario, states: States) -> dict[str, Any]:
         angle = rotation.angle_between(rotation.IDENTITY, states.q_lb)
         columns['lvlh_angle_min_rad'] = float(angle.min())
         columns['lvlh_angle_max_rad'] = float(angle.max())
-        columns |= capture(states, 2.0 * np.pi / states.orbit.mean_motion)
+        columns |= _capture(plan, scenario, states, motion)
     if plan.keeps_samples:
         columns |= samples(scenario, states)
     return columns
 
 
-def capture(states: States, period_s: float) -> dict[str, Any]:
-    """
-    Return whether the body ends captured, and since when [s].
-
-    It is captured when for the last orbit, period_s, at least each of its axes stays within 90 deg
-    of the line of its LVLH axis, upside down or not; else it tumbles.
-    """
-    diagonal = np.diagonal(rotation.matrix(states.q_lb), axis1=-2, axis2=-1)
-    astray = np.any(diagonal * np.sign(diagonal[-1]) <= 0.0, axis=-1)
-    first = int(np.max(np.nonzero(astray)[0], initial=-1)) + 1
-    since_s = states.t_s[min(first, len(states) - 1)]
-    captured = bool(states.t_s[-1] - since_s >= period_s)
-    return {'captured': captured, 'capture_s': float(since_s) if captured else None}
+def _capture(plan, scenario, states, motion):
+    """Return the extremes of an axis's angle to nadir, whether it is captured and since when."""
+    axis_b = judged_axis(plan.captured_axis, scenario.system.inertia)
+    if axis_b is None:
+        return {}
+    angle = nadir_angle(states, axis_b)
+    columns = {
+        'nadir_angle_min_rad': float(angle.min()),
+        'nadir_angle_max_rad': float(angle.max()),
+    }
+    end_s, period_s = states.t_s[-1], 2.0 * np.pi / states.orbit.mean_motion
+    if end_s < period_s:
+        return columns
+    since_s = captured_since(states, axis_b, motion)
+    captured = bool(end_s - since_s >= period_s)
+    return columns | {'captured': captured, 'capture_s': since_s if captured else None}
 
 
 def samples(scenario: Scenario, states: States) -> Mapping[str, Any]:

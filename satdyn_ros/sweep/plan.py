@@ -13,6 +13,7 @@ import numpy as np
 from ..run import ros_yaml
 from ..run.keys import Key
 from ..run.scenario import Scenario
+from .capture import AXES, LEAST
 from .quantities import Quantity, quantity
 from .variation import Variation, variation
 
@@ -21,7 +22,18 @@ _RUNS = Key('runs', 'integer', 1, '', '', low=1, high=10**9)
 _DURATION = Key('duration_s', 'double', 0.0, 's', '', above=0.0)
 _INTERVAL = Key('interval_s', 'double', 60.0, 's', '', above=0.0)
 _SAMPLES = Key('samples', 'bool', False, '', '')
-_NAMES = ('scenario', 'vary', 'duration_s', 'interval_s', 'runs', 'seed', 'samples', 'bags')
+_CAPTURED_AXIS = Key('captured_axis', 'string', LEAST, '', '', choices=(LEAST, *AXES))
+_NAMES = (
+    'scenario',
+    'vary',
+    'duration_s',
+    'interval_s',
+    'runs',
+    'seed',
+    'samples',
+    'captured_axis',
+    'bags',
+)
 
 
 @dataclass(frozen=True)
@@ -41,6 +53,7 @@ class Plan:
     Its runs are every combination of the grids, the first in the file slowest, draws_per_point
     times each.  Run i is a function of the file and i alone.  interval_s: between the samples from
     which the extremes and the capture are found; with keeps_samples they go into the table.
+    captured_axis: the axis that is judged (capture.py): x, y, z or least.
     bags: the runs of which a bag is recorded.
     """
 
@@ -51,6 +64,7 @@ class Plan:
     draws_per_point: int = 1
     seed: int = 0
     keeps_samples: bool = False
+    captured_axis: str = LEAST
     bags: tuple[int, ...] = ()
 
     @classmethod
@@ -89,6 +103,7 @@ class Plan:
             draws_per_point=_RUNS.checked(given.get('runs', 1)),
             seed=_SEED.checked(given.get('seed', 0)),
             keeps_samples=_SAMPLES.checked(given.get('samples', False)),
+            captured_axis=_CAPTURED_AXIS.checked(given.get('captured_axis', LEAST)),
         )
         return replace(plan, bags=_bags(given.get('bags', []), len(plan)))
 
@@ -141,6 +156,7 @@ class Plan:
             'runs': self.draws_per_point,
             'seed': self.seed,
             'samples': self.keeps_samples,
+            'captured_axis': self.captured_axis,
             'bags': self.bags,
         }
         return json.dumps(plain, indent=1) + '\n'

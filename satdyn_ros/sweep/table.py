@@ -12,29 +12,78 @@ import pyarrow.parquet as pq
 from .outcome import INTEGRALS
 from .plan import Plan
 
+_NUMBER, _VECTOR = pa.float64(), pa.list_(pa.float64())
+_KINDS = {
+    'double': _NUMBER,
+    'double_array': _VECTOR,
+    'integer': pa.int64(),
+    'string': pa.string(),
+    'bool': pa.bool_(),
+}
+
+# What a run came to: type and meaning of each column.
+OUTCOMES: dict[str, tuple[pa.DataType, str]] = {
+    'failure': (pa.string(), 'why the run failed, in one sentence; no value: it did not'),
+    'q_ib': (_VECTOR, 'attitude at the end, body to inertial, x y z w'),
+    'omega_bi_b': (_VECTOR, 'rate at the end, body relative to inertial, body axes [rad/s]'),
+    'rotor_speed': (_NUMBER, 'speed of a free rotor at the end, relative to the body [rad/s]'),
+    'rotor_angle': (_NUMBER, 'angle of a free rotor at the end [rad]'),
+    'rate_min_rad_s': (_NUMBER, 'least length of omega_bi_b at the samples [rad/s]'),
+    'rate_max_rad_s': (_NUMBER, 'largest length of omega_bi_b at the samples [rad/s]'),
+    'lvlh_angle_min_rad': (
+        _NUMBER,
+        'least angle of the rotation from LVLH to the body axes x, y, z at the samples [rad]',
+    ),
+    'lvlh_angle_max_rad': (
+        _NUMBER,
+        'largest angle of the rotation from LVLH to the body axes x, y, z at the samples [rad]',
+    ),
+    'nadir_angle_min_rad': (
+        _NUMBER,
+        'least angle between nadir and the nearer end of the axis of least inertia (or of '
+        'captured_axis) at the samples, 0 to pi/2 [rad]',
+    ),
+    'nadir_angle_max_rad': (_NUMBER, 'largest angle of that kind at the samples [rad]'),
+    'captured': (
+        pa.bool_(),
+        'whether the axis of least inertia (or captured_axis) does not cross the local '
+        'horizontal during at least the last orbit; no value: the run is shorter than an orbit, '
+        'there is no orbit, or the two least moments of inertia are equal',
+    ),
+    'capture_s': (_NUMBER, 'time from which on it does not cross the horizontal [s]'),
+} | {
+    f'drift_{name}': (_NUMBER, f'largest relative change of the first integral {name}')
+    for name in INTEGRALS
+}
+SAMPLES = {
+    'samples_q_ib': 'attitudes at the samples, body to inertial (orbit.type fixed)',
+    'samples_omega_bi_b': 'rates at the samples, relative to inertial [rad/s] (orbit.type fixed)',
+    'samples_q_lb': 'attitudes at the samples, body to LVLH',
+    'samples_omega_bl_b': 'rates at the samples, relative to LVLH, body axes [rad/s]',
+}
+
 
 def schema(plan: Plan) -> pa.Schema:
-    """Return the columns of the table: what varies, what the run came to, why it failed."""
-    number, vector = pa.float64(), pa.list_(pa.float64())
-    kinds = {
-        'double': number,
-        'double_array': vector,
-        'integer': pa.int64(),
-        'string': pa.string(),
-        'bool': pa.bool_(),
-    }
-    columns = {'run': pa.int64()}
-    columns |= {varied.name: kinds[varied.quantity.key.kind] for varied in plan.vary}
-    columns |= {'failure': pa.string(), 'q_ib': vector, 'omega_bi_b': vector}
-    columns |= dict.fromkeys(('rotor_speed', 'rotor_angle'), number)
-    columns |= dict.fromkeys(('rate_min_rad_s', 'rate_max_rad_s'), number)
-    columns |= dict.fromkeys(('lvlh_angle_min_rad', 'lvlh_angle_max_rad'), number)
-    columns |= {'captured': pa.bool_(), 'capture_s': number}
-    columns |= {f'drift_{name}': number for name in INTEGRALS}
+    """
+    Return the columns of the table: what varies, what the run came to, why it failed.
+
+    Each column's meaning is in its metadata, under description.
+    """
+    fields = [_field('run', pa.int64(), 'number of the run')]
+    for varied in plan.vary:
+        key = varied.quantity.key
+        unit = f' [{key.unit}]' if key.unit else ''
+        fields.append(_field(varied.name, _KINDS[key.kind], f'varied: {key.meaning}{unit}'))
+    fields += [_field(name, *outcome) for name, outcome in OUTCOMES.items()]
     if plan.keeps_samples:
-        frames = ('q_ib', 'omega_bi_b') if plan.scenario.is_fixed else ('q_lb', 'omega_bl_b')
-        columns |= {f'samples_{name}': pa.list_(vector) for name in frames}
-    return pa.schema(list(columns.items()))
+        fixed = plan.scenario.is_fixed
+        names = [name for name in SAMPLES if name.endswith(('ib', 'bi_b')) == fixed]
+        fields += [_field(name, pa.list_(_VECTOR), SAMPLES[name]) for name in names]
+    return pa.schema(fields)
+
+
+def _field(name, kind, description):
+    return pa.field(name, kind, metadata={'description': description})
 
 
 def write_part(path: Path, plan: Plan, rows: list[dict[str, Any]]) -> None:

@@ -14,15 +14,12 @@ from ..rosbag2.reader import TopicBlock
 from ..run.events import Event, Request, RotorTorque, Topics, Torque
 from ..run.scenario import Scenario
 from ..run.simulation import Simulation, requested
-from ..run.ticks import Ticks
+from ..run.ticks import LAST_STAMP_NS, Ticks
 from .recorded_run import RecordedRun
 from .recording import Recording
 
 # Long enough that a tick costs what its bytes cost, short enough for a few megabytes.
 BLOCK_TICKS = 8192
-
-# The seconds of a stamp are an int32.
-LAST_STAMP_NS = 2**31 * 10**9 - 1
 
 
 def simulate(

@@ -1,5 +1,6 @@
 """Who asks a running node: its services, called from another process."""
 
+import math
 import os
 import time
 from collections.abc import Mapping, Sequence
@@ -8,13 +9,16 @@ from typing import Any, NamedTuple
 import rclpy
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.context import Context
+from rclpy.exceptions import NameValidationException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
+from rclpy.validate_full_topic_name import validate_full_topic_name
 from std_srvs.srv import SetBool, Trigger
 
 from ..run import ros_yaml
 
+_LONGEST_S = 1e6
 # Between two looks for an answer, so that Ctrl-C is heard.
 _LOOK_S = 0.1
 
@@ -31,7 +35,7 @@ class Client:
     The services of a node, called one at a time; a ROS node of its own.
 
     node_name: 'satdyn', or '/sat1/satdyn' in a namespace.  TimeoutError, of every call: no answer
-    came within timeout_s.
+    came within timeout_s.  ValueError: timeout_s or the name cannot be one.
 
     >>> with Client('satdyn') as client:  # doctest: +SKIP
     ...     client.set_initial_conditions({'initial.angular_velocity': [0.0, 0.0, 0.01]})
@@ -39,6 +43,17 @@ class Client:
     """
 
     def __init__(self, node_name: str = 'satdyn', timeout_s: float = 5.0):
+        if not (math.isfinite(timeout_s) and 0.0 < timeout_s <= _LONGEST_S):
+            raise ValueError(
+                f'--timeout is {timeout_s:g}; it takes a number above 0 and at most '
+                f'{_LONGEST_S:g} s'
+            )
+        try:
+            validate_full_topic_name('/' + node_name.removeprefix('/'), is_service=True)
+        except NameValidationException as error:
+            raise ValueError(
+                f'--node is {node_name!r}; it takes the name of a node, satdyn or /sat1/satdyn'
+            ) from error
         self._name, self._timeout_s = node_name, timeout_s
         self._context = Context()
         rclpy.init(args=[], context=self._context, signal_handler_options=SignalHandlerOptions.NO)

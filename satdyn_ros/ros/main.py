@@ -5,18 +5,21 @@ import sys
 from collections.abc import Sequence
 
 import rclpy
-from rclpy.exceptions import NotInitializedException
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.exceptions import NameValidationException, NotInitializedException
+from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 
 from ..run import ros_yaml
 from ..run.scenario import parameters_of_yaml
+from .executor import Executor
 from .node import SatdynNode
+from .refusal import one_sentence
 
 # The pacing thread waits at most this long for another thread of Python.
 _SWITCH_INTERVAL_S = 0.0005
 
 RCLError = rclpy_implementation.RCLError
+UnknownROSArgsError = rclpy_implementation.UnknownROSArgsError
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -33,12 +36,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         values = _values(own.params_file)
         rclpy.init(args=['satdyn', *arguments[at:]])
-    except (ValueError, RCLError) as error:
+    except UnknownROSArgsError as error:
+        return _refuse(f'--ros-args takes no {error}')
+    except (ValueError, RCLError, NameValidationException) as error:
         return _refuse(error)
     sys.setswitchinterval(_SWITCH_INTERVAL_S)
     try:
         return _run(values)
-    except (ValueError, OSError) as error:
+    except (ValueError, OSError, NameValidationException) as error:
         return _refuse(error)
     except KeyboardInterrupt:
         return 0
@@ -52,7 +57,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(values):
-    executor = SingleThreadedExecutor()
+    executor = Executor()
     node = SatdynNode(values)
     try:
         executor.add_node(node)
@@ -65,7 +70,7 @@ def _run(values):
 
 
 def _refuse(error):
-    print(f'satdyn node: {error}', file=sys.stderr)
+    print(f'satdyn node: {one_sentence(error)}', file=sys.stderr)
     return 2
 
 

@@ -22,6 +22,7 @@ from .diagnostics import (
 )
 from .inputs import Inputs
 from .pacing import Pacing
+from .parameter_service import ParameterService
 from .parameters import Parameters, given_parameters
 from .publishing import Block, Publishing
 from .services import Services
@@ -45,7 +46,8 @@ class SatdynNode(rclpy.node.Node):
     """
 
     def __init__(self, values: Mapping[str, Any] | None = None, **kwargs: Any):
-        super().__init__(kwargs.pop('node_name', 'satdyn'), **kwargs)
+        name = kwargs.pop('node_name', 'satdyn')
+        super().__init__(name, start_parameter_services=False, **kwargs)
         self.failure: str | None = None
         self._pacing: Pacing | None = None
         self._recorder: Recorder | None = None
@@ -69,6 +71,7 @@ class SatdynNode(rclpy.node.Node):
             }
         )
         parameters = Parameters(self, scenario, self._change)
+        ParameterService(self)
         self._simulation = Simulation(scenario)
         self._pacing = Pacing(self._simulation, self, scenario['time.factor'], self._fail)
         self._inputs = Inputs(self, scenario, self._simulation, self._pacing)

@@ -20,13 +20,18 @@ STEADY = Clock(clock_type=ClockType.STEADY_TIME)
 
 
 class Block:
-    """The messages of consecutive ticks: rows (N,) by topic, and how each is published."""
+    """The messages of `count` ticks: rows (count,) by topic, and how each is published."""
 
-    def __init__(self, rows: dict[str, np.ndarray], outputs: list[tuple[Callable, np.ndarray]]):
+    def __init__(
+        self,
+        count: int,
+        rows: dict[str, np.ndarray],
+        outputs: list[tuple[Callable, np.ndarray]],
+    ):
         self.rows = rows
         # All cut here, while the caches are warm, not tick by tick.
-        columns = (_calls(publish, table) for publish, table in outputs)
-        self._calls = list(zip(*columns, strict=True))
+        columns = [_calls(publish, table) for publish, table in outputs]
+        self._calls = list(zip(*columns, strict=True)) if columns else [()] * count
 
     def publish(self, row: int) -> None:
         """Publish the messages of one tick."""
@@ -67,7 +72,7 @@ class Publishing:
         outputs = [(self._publishers[name].publish, table) for name, table in rows.items()]
         if self._clock is not None:
             outputs.insert(0, (self._clock.publish, self._clock_packer.pack(samples)))
-        return Block(rows, outputs)
+        return Block(len(samples), rows, outputs)
 
     def _watch_clock(self):
         """Warn once when the time has a second source."""

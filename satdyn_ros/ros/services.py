@@ -5,14 +5,15 @@ from typing import Any
 
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.node import Node
-from rclpy.parameter import Parameter
 from std_srvs.srv import SetBool, Trigger
 
 from ..run.events import Event, Request, Reset
 from ..run.simulation import requested
 from ..run.ticks import Ticks
 from .pacing import Pacing
+from .parameter_service import parameter_of
 from .parameters import Parameters, plain_value
+from .refusal import one_sentence
 
 
 class Services:
@@ -68,7 +69,7 @@ class Services:
             conditions = requested(self._conditions, values)
             self._check_closed_form(conditions)
         except ValueError as error:
-            response.result.reason = str(error)
+            response.result.reason = one_sentence(error)
             return response
         self._conditions = conditions
         in_force = {name: self._conditions[name] for name in values}
@@ -81,7 +82,7 @@ class Services:
         try:
             self._check_closed_form(self._conditions)
         except ValueError as error:
-            response.message = str(error)
+            response.message = one_sentence(error)
             return response
         self._after_reply = Reset
         response.success = True
@@ -121,7 +122,7 @@ class Services:
 def _values(parameters) -> dict[str, Any]:
     values: dict[str, Any] = {}
     for message in parameters:
-        parameter = Parameter.from_parameter_msg(message)
+        parameter = parameter_of(message)
         if parameter.name in values:
             raise ValueError(f'{parameter.name} is given twice; a request takes it once')
         values[parameter.name] = plain_value(parameter)

@@ -2,8 +2,11 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import inf, isfinite
+from math import inf, isfinite, pi
+from numbers import Real
 from typing import Any
+
+from .ticks import LAST_STAMP_NS
 
 STATE_TOPICS = (
     'attitude',
@@ -56,13 +59,16 @@ class Key:
         if what is None:
             lengths = ' or '.join(str(n) for n in self.lengths)
             what = f'a list of {lengths} numbers'
+        elif self.unit == 'rad':
+            what = 'an angle in radians,'
         bounds = [
             f'above {self.above:g}' if self.above > -inf else '',
             f'at least {self.low:g}' if self.low > -inf else '',
             f'at most {self.high:g}' if self.high < inf else '',
             f'below {self.below:g}' if self.below < inf else '',
         ]
-        parts = [what, ' and '.join(bound for bound in bounds if bound), self.unit]
+        unit = '' if self.unit == 'rad' else self.unit
+        parts = [what, ' and '.join(bound for bound in bounds if bound), unit]
         return ' '.join(part for part in parts if part)
 
     def checked(self, value: Any) -> Any:
@@ -71,20 +77,26 @@ class Key:
             return _READERS[self.kind](self, value)
         except (TypeError, ValueError, OverflowError):
             given = ascii(value) if isinstance(value, str) else str(value)
+            if len(given) > _LONGEST_GIVEN:
+                given = f'{given[:_LONGEST_GIVEN]}...'
             raise ValueError(f'{self.name} is {given}; it takes {self.allowed}') from None
 
 
-def _number(key: Key, value: Any) -> float:
-    if isinstance(value, bool | str):
+def _real(value: Any) -> Any:
+    if isinstance(value, bool) or not isinstance(value, Real):
         raise TypeError
-    number = float(value)
+    return value
+
+
+def _number(key: Key, value: Any) -> float:
+    number = float(_real(value))
     if not (isfinite(number) and key.low <= number <= key.high and key.above < number < key.below):
         raise ValueError
     return number
 
 
 def _numbers(key: Key, value: Any) -> tuple[float, ...]:
-    if isinstance(value, str):
+    if isinstance(value, str | bytes):
         raise TypeError
     numbers = tuple(_number(key, x) for x in value)
     if len(numbers) not in key.lengths:
@@ -93,7 +105,7 @@ def _numbers(key: Key, value: Any) -> tuple[float, ...]:
 
 
 def _integer(key: Key, value: Any) -> int:
-    if isinstance(value, bool | str) or int(value) != value:
+    if int(_real(value)) != value:
         raise TypeError
     if not (key.low <= value <= key.high and key.above < value < key.below):
         raise ValueError
@@ -109,9 +121,11 @@ def _text(key: Key, value: Any) -> str:
 
 
 def _texts(key: Key, value: Any) -> tuple[str, ...]:
-    if isinstance(value, str):
+    # ROS cannot carry an empty list: it comes as not set.
+    items = () if value is None else value
+    if isinstance(items, str) or not all(isinstance(x, str) for x in items):
         raise TypeError
-    texts = tuple(_text(key, x.removeprefix('/')) for x in value)
+    texts = tuple(_text(key, x.removeprefix('/')) for x in items)
     if len(set(texts)) != len(texts):
         raise ValueError
     return texts
@@ -140,6 +154,9 @@ _DEFAULT_ATTITUDE = (
     0.9952465414778341,
 )
 _INT64 = 2**63 - 1
+_TWO_TURNS = 4.0 * pi
+# A sentence repeats so much of what was given.
+_LONGEST_GIVEN = 100
 
 KEYS = {
     key.name: key
@@ -228,16 +245,34 @@ KEYS = {
             low=0.0,
             below=1.0,
         ),
-        Key('orbit.inclination', 'double', 0.0, 'rad', 'inclination'),
-        Key('orbit.raan', 'double', 0.0, 'rad', 'right ascension of the ascending node'),
+        Key('orbit.inclination', 'double', 0.0, 'rad', 'inclination', low=0.0, high=pi),
+        Key(
+            'orbit.raan',
+            'double',
+            0.0,
+            'rad',
+            'right ascension of the ascending node',
+            low=-_TWO_TURNS,
+            high=_TWO_TURNS,
+        ),
         Key(
             'orbit.argument_of_periapsis',
             'double',
             0.0,
             'rad',
             'argument of periapsis; on a circle it adds to the true anomaly',
+            low=-_TWO_TURNS,
+            high=_TWO_TURNS,
         ),
-        Key('orbit.true_anomaly', 'double', 0.0, 'rad', 'true anomaly at tick 0'),
+        Key(
+            'orbit.true_anomaly',
+            'double',
+            0.0,
+            'rad',
+            'true anomaly at tick 0',
+            low=-_TWO_TURNS,
+            high=_TWO_TURNS,
+        ),
         Key(
             'orbit.gradient',
             'double',
@@ -305,9 +340,9 @@ KEYS = {
             'integer',
             0,
             'ns',
-            'stamp of tick 0; 0: the wall clock at start, rounded to a second',
+            'stamp of tick 0; 0: the wall clock at the first tick, rounded to a second',
             low=0,
-            high=_INT64,
+            high=LAST_STAMP_NS,
         ),
         Key(
             'time.factor',

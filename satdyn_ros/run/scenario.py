@@ -1,5 +1,6 @@
 """One validated description of a run, from and to YAML and plain dictionaries."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -20,6 +21,12 @@ from ..dynamics.rotor import Rotor
 from ..dynamics.system import State, System
 from . import ros_yaml
 from .keys import KEYS
+from .ticks import LAST_STAMP_NS, Ticks
+
+# What moves by more than this between two ticks [rad] takes more steps than a tick may.
+_MOST_RAD_A_TICK = 1e6
+# The longest wall time between two ticks: the system waits for no more.
+_LONGEST_TICK_S = 1e9
 
 INITIAL_CONDITIONS = tuple(key.name for key in KEYS.values() if key.changes == 'service')
 
@@ -76,10 +83,12 @@ class Scenario:
         _refuse_what_does_not_belong(values)
         self.values: Mapping[str, Any] = MappingProxyType(values)
         self._check_rotor()
+        self._check_ticks()
         if self.is_fixed and values['initial.frame'] == 'lvlh':
             raise ValueError(
                 'initial.frame is lvlh; with orbit.type fixed there is no LVLH, it takes inertial'
             )
+        self._check_turns_a_tick()
         if values['motion.method'] == 'exact':
             self.motion()
 
@@ -234,6 +243,42 @@ class Scenario:
                 f'number above 0 and below {largest:g} kg m^2, what body.inertia leaves it'
             )
 
+    def _check_ticks(self):
+        """Refuse what leaves a run without a second tick."""
+        rate_hz, epoch_ns, factor = self['publish.rate'], self.epoch_ns, self['time.factor']
+        if Ticks(self.rate, epoch_ns).stamp_ns(1) > LAST_STAMP_NS:
+            raise ValueError(
+                f'publish.rate is {rate_hz:g} and time.epoch_ns {epoch_ns}; the second tick then '
+                f'comes after the last stamp of ROS, {LAST_STAMP_NS // 10**9} s'
+            )
+        if factor and rate_hz * factor < 1.0 / _LONGEST_TICK_S:
+            raise ValueError(
+                f'time.factor is {factor:g} and publish.rate {rate_hz:g}; their product takes 0 '
+                f'or at least {1.0 / _LONGEST_TICK_S:g} ticks a second'
+            )
+
+    def _check_turns_a_tick(self):
+        """Refuse an orbit or a body that turns too far between two ticks."""
+        tick_s = float(1 / self.rate)
+        if not self.is_fixed:
+            mu, a, e = (
+                self[f'orbit.{name}'] for name in ('mu', 'semi_major_axis', 'eccentricity')
+            )
+            mean_motion = math.sqrt(mu / a) / a
+            at_pericentre = mean_motion * math.sqrt((1.0 + e) / (1.0 - e)) / (1.0 - e)
+            if not at_pericentre * tick_s <= _MOST_RAD_A_TICK:
+                raise ValueError(
+                    f'orbit.semi_major_axis is {a:g} and orbit.mu {mu:g}; at pericentre the body '
+                    f'then goes {at_pericentre:g} rad/s, it takes at most '
+                    f'{_MOST_RAD_A_TICK / tick_s:g} (1e6 rad a tick)'
+                )
+        rate = math.hypot(*self['initial.angular_velocity'])
+        if not rate * tick_s <= _MOST_RAD_A_TICK:
+            raise ValueError(
+                f'initial.angular_velocity is {list(self["initial.angular_velocity"])}; it takes '
+                f'at most {_MOST_RAD_A_TICK / tick_s:g} rad/s (1e6 rad a tick)'
+            )
+
 
 def parameters_of_yaml(text: str, origin: str) -> dict[str, Any]:
     """
@@ -270,9 +315,12 @@ def flattened(nested: Mapping[str, Any], prefix: str = ''):
 def _unit(values, name, allowed_error):
     """Return the vector under name as a unit; one that is unit to rounding stays as it is."""
     vector = np.array(values[name])
-    norm = np.linalg.norm(vector)
+    with np.errstate(over='ignore'):
+        norm = np.linalg.norm(vector)
     if norm == 0.0:
         raise ValueError(f'{name} is {list(values[name])}; it takes a vector that is not zero')
+    if norm == np.inf:
+        raise ValueError(f'{name} is {list(values[name])}; it takes a vector of a finite norm')
     if abs(norm - 1.0) > allowed_error:
         raise ValueError(
             f'{name} is {list(values[name])}, of norm {norm:g}; it takes a unit quaternion '

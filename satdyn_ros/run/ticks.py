@@ -8,6 +8,9 @@ import numpy as np
 
 _SECOND_NS = 10**9
 
+# The seconds of a stamp are an int32.
+LAST_STAMP_NS = 2**31 * _SECOND_NS - 1
+
 
 @dataclass(frozen=True)
 class Ticks:

@@ -66,6 +66,16 @@ def test_nobody_answers(capfd):
     assert capfd.readouterr().out == 'no: no node /nowhere/satdyn is there, after 0.5 s\n'
 
 
+@pytest.mark.parametrize(
+    'wrong', [['--timeout', '-1'], ['--timeout', 'nan'], ['--node', '//x'], ['--node', 'a-b']]
+)
+def test_what_cannot_be_asked(wrong, capfd):
+    """A wait that never ends or begins, and what is no name, are refused in one sentence."""
+    assert main(['request', '--reset', *wrong]) == 2
+    (line,) = capfd.readouterr().err.splitlines()
+    assert line.startswith(f'satdyn request: {wrong[0]} is ')
+
+
 def test_from_python_and_from_a_shell(live):
     """The client in Python gives answers as data; the command works in a process of its own."""
     node, _ = live({'publish.topics': ['attitude']})

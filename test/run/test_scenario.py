@@ -46,6 +46,30 @@ TYPED = {'orbit': {'type': 'fixed', 'gradient': 1e-6}}
         ({'orbit': {'type': 'fixed', 'raan': 1.0}}, 'orbit.raan is 1.0; .*circular and kepler'),
         ({'time': {'epoch_ns': 1.5}}, 'time.epoch_ns is 1.5; it takes an integer'),
         ({'time': {'epoch_ns': -1}}, 'time.epoch_ns is -1'),
+        ({'time': {'epoch_ns': 2**63 - 1}}, 'time.epoch_ns is 9223372036854775807; it takes an'),
+        ({'time': {'epoch_ns': 2**31 * 10**9 - 1}}, 'the second tick then comes after the last'),
+        ({'publish': {'rate': 1e-300}}, 'publish.rate is 1e-300 .*the second tick then comes'),
+        ({'time': {'factor': 1e-12}}, 'time.factor is 1e-12 and publish.rate 100; their product'),
+        ({'time': {'factor': 5e-324}}, 'time.factor is 4.94066e-324 and publish.rate 100'),
+        ({'publish': {'topics': [1, 2]}}, r'publish.topics is \[1, 2\]; it takes a list of'),
+        ({'publish': {'topics': [True]}}, r'publish.topics is \[True\]; it takes a list of'),
+        ({'publish': {'topics': [1.5]}}, r'publish.topics is \[1.5\]; it takes a list of'),
+        ({'publish': {'topics': ['a' * 9999]}}, r'publish.topics is .{100}\.\.\.; it takes a'),
+        ({'body': {'inertia': [b'1', b'1', b'1']}}, 'body.inertia is .*; it takes a list of 3'),
+        ({'orbit': {'inclination': 51.6}}, 'orbit.inclination is 51.6; it takes an angle in rad'),
+        ({'orbit': {'raan': 180.0}}, 'orbit.raan is 180.0; it takes an angle in radians, at lea'),
+        ({'orbit': {'true_anomaly': 1e300}}, 'orbit.true_anomaly is 1e.300; it takes an angle in'),
+        ({'orbit': {'mu': 1e300}}, r'orbit.mu 1e.300; at pericentre the body then goes .* rad/s'),
+        (
+            {'orbit': {'type': 'kepler', 'eccentricity': 1.0 - 1e-16}},
+            'at pericentre the body then goes',
+        ),
+        (
+            {'initial': {'angular_velocity': [1e20, 1, 0]}},
+            'initial.angular_velocity is .*at most 1e.08 rad/s',
+        ),
+        ({'initial': {'attitude': [1e300, 0, 0, 0]}}, 'initial.attitude is .*of a finite norm'),
+        ({'rotor': {'axis': [1e300, 0, 0]}}, 'rotor.axis is .*of a finite norm'),
         ({'time': {'publish_clock': 1}}, 'time.publish_clock is 1; it takes true or false'),
         ({'record': {'directory': ''}}, "record.directory is ''; it takes a text"),
         ({'motion': {'method': 'exact'}}, 'motion.method is exact, but there is no closed form'),
@@ -82,6 +106,23 @@ def test_missing_file(tmp_path):
     for path in (tmp_path / 'none.yaml', tmp_path):
         with pytest.raises(ValueError, match='cannot be read'):
             Scenario.from_yaml(path)
+
+
+@pytest.mark.parametrize(
+    'nested',
+    [
+        {'orbit': {'mu': 1e-6, 'semi_major_axis': 1.0}},
+        {'orbit': {'mu': 1.0, 'semi_major_axis': 1.0}, 'publish': {'rate': 0.01}},
+        {'orbit': {'type': 'kepler', 'eccentricity': 0.99}},
+        {'body': {'inertia': [1e12, 1e12, 1.0]}},
+        {'body': {'inertia': [1e-9, 1e-9, 1e-9]}},
+        {'publish': {'topics': []}},
+        {'publish': {'topics': None}},
+    ],
+)
+def test_unusual_and_allowed(nested):
+    """Problems without dimensions, extreme bodies and a run that publishes nothing are legal."""
+    Scenario.from_dict(nested)
 
 
 def test_every_key_has_a_default_that_holds():

@@ -1,0 +1,51 @@
+"""The executor of the node: whatever comes over the wire, it goes on."""
+
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.logging import get_logger
+
+from .refusal import one_sentence
+
+# The same kind of failure is told at most this often.
+_QUIET_S = 10.0
+
+
+class Executor(SingleThreadedExecutor):
+    """
+    An executor that tells of an exception and goes on.
+
+    What rclpy cannot deserialise, or a callback cannot take, costs that message alone.
+    """
+
+    def spin_once(self, timeout_sec: float | None = None) -> None:
+        """Wait for one callback and execute it."""
+        try:
+            super().spin_once(timeout_sec)
+        except ExternalShutdownException:
+            raise
+        except Exception as error:
+            if not self.context.ok():
+                raise
+            _tell(f'a callback failed: {one_sentence(repr(error))}')
+
+    # An exception where rclpy takes a message would leave its callback group locked for good.
+
+    def _take_service(self, service: Any) -> Any:
+        return _taken(super()._take_service, service)
+
+    def _take_subscription(self, subscription: Any) -> Any:
+        return _taken(super()._take_subscription, subscription)
+
+
+def _taken(take: Callable[[Any], Any], entity: Any) -> Any:
+    try:
+        return take(entity)
+    except Exception as error:
+        _tell(f'a message cannot be read: {one_sentence(repr(error))}')
+        return None
+
+
+def _tell(sentence: str) -> None:
+    get_logger('satdyn').error(sentence, throttle_duration_sec=_QUIET_S)

@@ -1,0 +1,96 @@
+"""What nobody should send: the node answers by a sentence, and flies on."""
+
+import struct
+
+import pytest
+from geometry_msgs.msg import WrenchStamped
+from rcl_interfaces.msg import Parameter as ParameterMessage
+from rcl_interfaces.msg import ParameterType
+from rcl_interfaces.srv import SetParameters, SetParametersAtomically
+from ros.live import stamp_ns
+
+SERVICES = [
+    (SetParameters, 'satdyn/set_parameters'),
+    (SetParametersAtomically, 'satdyn/set_parameters_atomically'),
+    (SetParametersAtomically, 'satdyn/set_initial_conditions'),
+]
+
+
+def answers(participant, messages):
+    """Return what each service that takes parameters says of them."""
+    for kind, name in SERVICES:
+        answer = participant.call(kind, name, kind.Request(parameters=messages))
+        yield from answer.results if hasattr(answer, 'results') else [answer.result]
+
+
+def test_parameters_of_every_type_are_refused_where_they_do_not_fit(live):
+    """Types that do not exist, byte arrays, long texts: one line of at most 500 characters."""
+    _, participant = live()
+    heard = participant.listen('attitude')
+    for number in [*range(1, 12), 255]:
+        for name in ('publish.topics', 'initial.angular_velocity', 'no\nsuch', ''):
+            message = ParameterMessage(name=name)
+            message.value.type = number
+            message.value.byte_array_value = [b'1', b'2', b'3']
+            message.value.string_value = 'line\n' * 5000
+            message.value.string_array_value = ['line\n' * 5000]
+            message.value.bool_array_value = [True, False]
+            message.value.integer_array_value = [1, 2]
+            message.value.double_array_value = [0.5, 0.5]
+            for result in answers(participant, [message]):
+                assert not result.successful
+                assert 0 < len(result.reason) <= 500
+                assert '\n' not in result.reason
+    message = ParameterMessage(name='publish.topics')
+    message.value.type = 10
+    (first, *_) = answers(participant, [message])
+    assert first.reason == 'publish.topics is of type 10; a parameter takes a type of 0 to 9'
+    participant.hear(heard, 20)
+
+
+@pytest.mark.parametrize('topics', [[], ['tf']])
+def test_a_node_that_publishes_nothing_flies_on(live, topics):
+    """No topic, or only one whose type is not installed: ticks pass, services answer."""
+    _, participant = live({'publish.topics': topics, 'step.ticks': 7})
+    _, sentence = participant.switch('pause', True)
+    tick = int(sentence.removeprefix('paused after tick '))
+    assert participant.trigger('step')[1] == f'now after tick {tick + 7}'
+    assert participant.set({'publish.topics': ['attitude']}) == [(True, '')]
+    assert participant.get('publish.topics') == ['attitude']
+    heard = participant.listen('attitude')
+    assert participant.switch('pause', False)[0]
+    participant.hear(heard, 5)
+    unset = ParameterMessage(name='publish.topics')
+    unset.value.type = ParameterType.PARAMETER_NOT_SET
+    (result,) = participant.call(
+        SetParameters, 'satdyn/set_parameters', SetParameters.Request(parameters=[unset])
+    ).results
+    assert result.successful
+    assert participant.switch('pause', True)[0]
+    participant.spin(0.2)
+    silent = len(heard)
+    assert participant.trigger('step')[0]
+    participant.spin(0.2)
+    assert len(heard) == silent
+
+
+def test_what_is_no_message_costs_that_message_alone(live):
+    """A torque whose text is no text or that breaks off is told of; the next one is taken."""
+    node, participant = live({'torque.timeout': 0.0, 'initial.angular_velocity': [0.0] * 3})
+    heard = participant.listen('angular_velocity')
+    publisher = participant.node.create_publisher(WrenchStamped, 'torque', 10)
+    participant.wait_until(lambda: publisher.get_subscription_count() == 1)
+    head = struct.pack('<4BiII', 0, 1, 0, 0, 0, 0, 4)
+    publisher.publish(head + b'\xff\xfe\xff\0' + bytes(48))
+    publisher.publish(head + b'ab')
+    publisher.publish(b'\0\1\0\0')
+    rest = participant.hear(heard, 5)[-1].velocity.angular.x
+    message = WrenchStamped()
+    message.wrench.torque.x = 100.0
+    publisher.publish(message)
+    participant.wait_until(lambda: heard[-1].velocity.angular.x > rest + 0.01)
+    stamps = [stamp_ns(message) for message in heard]
+    assert stamps == list(range(stamps[0], stamps[-1] + 1, 10**7))
+    code, errors = node.end()
+    assert code == 0
+    assert 'Traceback' not in errors

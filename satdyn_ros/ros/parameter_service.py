@@ -32,9 +32,14 @@ class ParameterService(rclpy.parameter_service.ParameterService):
         return response
 
     def _set(self, messages: Sequence[ParameterMessage]) -> SetParametersResult:
+        node = self._get_node()
         try:
             parameters = [parameter_of(message) for message in messages]
-            result = self._get_node().set_parameters_atomically(parameters)
+            # Of an empty name rclpy would make a parameter.
+            unknown = [p.name for p in parameters if not node.has_parameter(p.name)]
+            if unknown:
+                raise ValueError(f'{unknown[0]!r} is no parameter of this node')
+            result = node.set_parameters_atomically(parameters)
         except (ParameterException, ValueError, TypeError) as error:
             result = SetParametersResult(successful=False, reason=str(error))
         result.reason = one_sentence(result.reason)

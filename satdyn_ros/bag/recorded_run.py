@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from mcap.records import Metadata
 
-from ..messages.topics import TOPICS
+from ..messages.packers import packer
 from ..rosbag2.reader import Bag, Messages, TopicBlock
 from ..run.events import Event, RotorTorque, Torque
 from ..run.scenario import Scenario
@@ -75,7 +75,7 @@ class RecordedRun:
 
     def layout(self, name: str) -> np.dtype:
         """Return the layout of a topic's messages, by its name in the scenario."""
-        return TOPICS[name].packer(self.scenario.frames, self.scenario.system).dtype
+        return packer(name, self.scenario).dtype
 
     def rows(self, name: str, messages: Messages) -> np.ndarray:
         """

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..messages import qos, schemas
+from ..messages.rows import Rows
 from ..messages.topics import TOPICS, pack_rotor_torque, pack_torque
 from ..rosbag2.metadata import TopicMetadata
 from ..rosbag2.writer import BagWriter
@@ -34,10 +35,11 @@ class Recording:
         resolve: Callable[[str], str] = lambda name: f'/{name}',
     ):
         self._scenario = scenario
-        self._names = {name: resolve(name) for name in _RECORDED}
+        sensors = tuple(scenario.sensors)
+        self._names = {name: resolve(name) for name in (*_RECORDED, *sensors)}
         self._writer = BagWriter(
             directory,
-            [self._metadata(name) for name in (*topics, *_INPUTS)],
+            [self._metadata(name) for name in (*topics, *sensors, *_INPUTS)],
             compression=scenario['record.compression'],
             max_size_bytes=scenario['record.max_size_bytes'],
             max_duration_s=scenario['record.max_duration_s'],
@@ -67,12 +69,13 @@ class Recording:
     def samples(
         self,
         stamps_ns: np.ndarray,
-        rows: Mapping[str, np.ndarray],
+        rows: Mapping[str, Rows],
         snapshot: Callable[[int], Mapping[str, Any]],
     ) -> None:
         """
-        Write the messages of ticks: stamps_ns (N,) and, by name in the scenario, N rows each.
+        Write the messages of ticks.
 
+        stamps_ns (N,); rows: by name in the scenario N rows each, or SomeRows of a sensor.
         snapshot(i): Simulation.snapshot of tick i of these; it is asked where a file begins.
         """
         by_topic = {self._names[name]: messages for name, messages in rows.items()}

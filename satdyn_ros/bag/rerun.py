@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..dynamics import rotation
-from ..messages.topics import TOPICS, pack_rotor_torque, pack_torque
+from ..messages.packers import packer
+from ..messages.topics import pack_rotor_torque, pack_torque
 from ..rosbag2.chunk_builder import ChunkBuilder
 from ..run.events import Request, Reset, RotorTorque, Torque
 from ..run.simulation import Samples, Simulation
@@ -52,9 +53,9 @@ def rerun(
             _add_input(chunk, run, event, int(samples.stamps_ns[0]))
         already_applied = []
         rows = {}
-        for name in simulation.topics:
+        for name in (*simulation.topics, *run.scenario.sensors):
             if name not in packers:
-                packers[name] = TOPICS[name].packer(run.scenario.frames, run.scenario.system)
+                packers[name] = packer(name, run.scenario)
             rows[run.channel_id(name)] = packers[name].pack(samples)
         done = 0
         while rows and done < len(samples):

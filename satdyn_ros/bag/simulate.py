@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ..dynamics.orbit import KeplerOrbit
-from ..messages.topics import TOPICS
+from ..messages.packers import packer
 from ..rosbag2.reader import TopicBlock
 from ..run.events import Event, Request, RotorTorque, Topics, Torque
 from ..run.scenario import Scenario
@@ -36,15 +36,16 @@ def simulate(
     as BagWriter.
     """
     scenario = with_epoch(scenario)
-    names = [scenario.topics, *(event.names for event in events if isinstance(event, Topics))]
+    changes = [event.names for event in events if isinstance(event, Topics)]
+    names = [scenario.topics, *changes, tuple(scenario.sensors)]
     packers = {
-        name: TOPICS[name].packer(scenario.frames, scenario.system)
+        name: packer(name, scenario)
         for name in dict.fromkeys(name for some in names for name in some)
     }
     _check(events, scenario)
     simulation = Simulation(scenario, events)
     count = tick_count(scenario, duration_s)
-    recording = Recording(directory, scenario, scenario.topics)
+    recording = Recording(directory, simulation.scenario, scenario.topics)
     rows: dict[str, np.ndarray] = {}
     try:
         while simulation.next_tick < count:
@@ -66,8 +67,9 @@ def _record_block(simulation, packers, rows, recording, count):
         recording.event(event, int(samples.stamps_ns[0]))
     chosen = {name: packers[name].pack(samples, rows.get(name)) for name in simulation.topics}
     rows |= chosen
+    measured = {name: packers[name].pack(samples) for name in samples.measured}
     recording.samples(
-        samples.stamps_ns, chosen, lambda i: simulation.snapshot(samples.first_tick + i)
+        samples.stamps_ns, chosen | measured, lambda i: simulation.snapshot(samples.first_tick + i)
     )
 
 

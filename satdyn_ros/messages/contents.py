@@ -6,6 +6,7 @@ function of the samples.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -26,13 +27,13 @@ class Inputs:
 
 def attitude(frames, system):
     """Return geometry_msgs/QuaternionStamped: q_ib."""
-    return {'header': _header(frames.inertial), 'quaternion': _q_ib}
+    return {'header': header(frames.inertial), 'quaternion': _q_ib}
 
 
 def angular_velocity(frames, system):
     """Return geometry_msgs/VelocityStamped: omega_bi_b; the linear part is left at zero."""
     return {
-        'header': _header(frames.body),
+        'header': header(frames.body),
         'body_frame_id': frames.body,
         'reference_frame_id': frames.inertial,
         'velocity': {'angular': _omega_bi_b},
@@ -43,7 +44,7 @@ def imu(frames, system):
     """Return sensor_msgs/Imu: q_ib and omega_bi_b, without acceleration."""
     # REP-145: a covariance of zeros is unknown, one that begins with -1 marks an absent quantity.
     return {
-        'header': _header(frames.body),
+        'header': header(frames.body),
         'orientation': _q_ib,
         'angular_velocity': _omega_bi_b,
         'linear_acceleration_covariance': [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
@@ -53,7 +54,7 @@ def imu(frames, system):
 def odometry(frames, system):
     """Return nav_msgs/Odometry: r_i and q_ib; v and omega_bi_b in body axes."""
     return {
-        'header': _header(frames.inertial),
+        'header': header(frames.inertial),
         'child_frame_id': frames.body,
         'pose': {'pose': {'position': _r_i, 'orientation': _q_ib}},
         'twist': {'twist': {'linear': _v_b, 'angular': _omega_bi_b}},
@@ -67,19 +68,19 @@ def attitude_lvlh(frames, system):
             'publish.topics has attitude_lvlh and orbit.type is fixed, which has no LVLH; '
             'use circular or kepler, or leave the topic out'
         )
-    return {'header': _header(frames.orbital), 'quaternion': _q_lb}
+    return {'header': header(frames.orbital), 'quaternion': _q_lb}
 
 
 def gravity_gradient(frames, system):
     """Return geometry_msgs/WrenchStamped: the torque on the body."""
-    return {'header': _header(frames.body), 'wrench': {'torque': _gravity_gradient}}
+    return {'header': header(frames.body), 'wrench': {'torque': _gravity_gradient}}
 
 
 def rotor(frames, system):
     """Return sensor_msgs/JointState: what the mode of the rotor knows of it."""
     turns, driven = system.rotor.turns_freely, system.rotor.mode == 'motor'
     return {
-        'header': _header(frames.body),
+        'header': header(frames.body),
         'name': ['rotor'],
         'position': [_rotor_angle] if turns else [],
         'velocity': [_rotor_speed] if turns else [],
@@ -89,7 +90,7 @@ def rotor(frames, system):
 
 def marker_array(frames, system):
     """Return visualization_msgs/MarkerArray."""
-    return markers.content(_header(frames.body), system)
+    return markers.content(header(frames.body), system)
 
 
 def tf(frames, system):
@@ -97,7 +98,7 @@ def tf(frames, system):
 
     def transform(child_frame_id, rotation):
         return {
-            'header': _header(frames.inertial),
+            'header': header(frames.inertial),
             'child_frame_id': child_frame_id,
             'transform': {'translation': _r_i, 'rotation': rotation},
         }
@@ -115,7 +116,7 @@ def clock(frames, system):
 
 def torque_input(frames, system):
     """Return geometry_msgs/WrenchStamped of Inputs."""
-    return {'header': _header(frames.body), 'wrench': {'torque': _torques}}
+    return {'header': header(frames.body), 'wrench': {'torque': _torques}}
 
 
 def rotor_torque_input(frames, system):
@@ -134,7 +135,8 @@ def _nanoseconds(samples):
 _STAMP = {'sec': _seconds, 'nanosec': _nanoseconds}
 
 
-def _header(frame_id):
+def header(frame_id: str) -> dict[str, Any]:
+    """Return std_msgs/Header: the samples' stamps, and a frame id."""
     return {'stamp': _STAMP, 'frame_id': frame_id}
 
 

@@ -20,10 +20,11 @@ class Topic:
     A topic.
 
     name: as ROS resolves it in the node's namespace, absolute for /tf, /clock and /diagnostics.
-    role: 'state' (a message a tick, chosen by publish.topics), 'clock', 'input' or 'diagnostics'.
+    role: 'state' (one message per tick, chosen by publish.topics), 'sensor' (chosen by
+    sensors.names), 'clock', 'input' or 'diagnostics'.
     frame: which of the scenario's frames its header names ('inertial', 'orbital', 'body'), or ''.
     says: what is in it, with units.  content: its message for given frames and System; None for
-    /diagnostics, which has no constant layout.
+    the sensors (measured.py) and /diagnostics, which has no constant layout.
     """
 
     name: str
@@ -139,6 +140,24 @@ _TABLE = (
         'inertial',
         'inertial to LVLH, where there is an orbit, and inertial to body',
         contents.tf,
+    ),
+    Topic(
+        'gyro',
+        'sensor_msgs/msg/Imu',
+        'sensor',
+        '',
+        'body rate [rad/s] as the gyro measures it, in its axes, with its covariance; all else is '
+        'marked absent',
+        None,
+    ),
+    Topic(
+        'star_tracker',
+        'sensor_msgs/msg/Imu',
+        'sensor',
+        '',
+        'attitude, sensor to inertial, as the star tracker measures it, with its covariance in '
+        'sensor axes, stamped by its exposure; all else is marked absent',
+        None,
     ),
     Topic(
         '/clock',

@@ -64,7 +64,7 @@ class SatdynNode(rclpy.node.Node):
                 'cannot follow it'
             )
         self._publishing = Publishing(self, scenario)
-        scenario = scenario.with_values(
+        scenario = scenario.with_seed().with_values(
             {
                 'publish.topics': self._publishing.open(scenario.topics),
                 'time.epoch_ns': scenario.epoch_ns or _wall_clock_ns(),

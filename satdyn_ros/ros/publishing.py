@@ -1,9 +1,8 @@
 """The node's outputs: each block of ticks packed once, published row by row."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib import import_module
 
-import numpy as np
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.node import Node
@@ -11,6 +10,9 @@ from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 from ..messages import qos
+from ..messages.measured import SensorPacker
+from ..messages.packers import packer
+from ..messages.rows import Rows, SomeRows
 from ..messages.topics import TOPICS, Packer
 from ..run.scenario import Scenario
 from ..run.simulation import Samples
@@ -20,18 +22,24 @@ STEADY = Clock(clock_type=ClockType.STEADY_TIME)
 
 
 class Block:
-    """The messages of `count` ticks: rows (count,) by topic, and how each is published."""
+    """
+    The messages of `count` consecutive ticks.
+
+    rows: by topic; outputs: what publishes them, with the messages of every tick or SomeRows.
+    """
 
     def __init__(
-        self,
-        count: int,
-        rows: dict[str, np.ndarray],
-        outputs: list[tuple[Callable, np.ndarray]],
+        self, count: int, rows: Mapping[str, Rows], outputs: Sequence[tuple[Callable, Rows]]
     ):
         self.rows = rows
         # All cut here, while the caches are warm, not tick by tick.
-        columns = [_calls(publish, table) for publish, table in outputs]
-        self._calls = list(zip(*columns, strict=True)) if columns else [()] * count
+        full = [_calls(publish, r) for publish, r in outputs if not isinstance(r, SomeRows)]
+        self._calls = list(zip(*full, strict=True)) if full else [()] * count
+        for publish, some in outputs:
+            if isinstance(some, SomeRows):
+                calls = _calls(publish, some.rows)
+                for place, call in zip(some.places.tolist(), calls, strict=True):
+                    self._calls[place] += (call,)
 
     def publish(self, row: int) -> None:
         """Publish the messages of one tick."""
@@ -51,7 +59,7 @@ class Publishing:
         self._node = node
         self._scenario = scenario
         self._qos = qos_profile(qos.state_topics(float(scenario.rate)))
-        self._packers: dict[str, Packer] = {}
+        self._packers: dict[str, Packer | SensorPacker] = {}
         self._publishers: dict[str, Publisher] = {}
         self._left_out: set[str] = set()
         self._clock: Publisher | None = None
@@ -61,6 +69,7 @@ class Publishing:
             )
             self._clock_packer = TOPICS['clock'].packer(scenario.frames, scenario.system)
             self._timer = node.create_timer(1.0, self._watch_clock, clock=STEADY)
+        self.open(scenario.sensors)
 
     def open(self, names: Iterable[str]) -> tuple[str, ...]:
         """Make the publishers of topics that have none yet; return those that can be published."""
@@ -68,8 +77,11 @@ class Publishing:
 
     def pack(self, samples: Samples, names: Iterable[str]) -> Block:
         """Return the messages of samples on the named topics."""
-        rows = {name: self._packers[name].pack(samples) for name in names}
-        outputs = [(self._publishers[name].publish, table) for name, table in rows.items()]
+        packed = (*names, *samples.measured)
+        rows: dict[str, Rows] = {name: self._packers[name].pack(samples) for name in packed}
+        outputs: list[tuple[Callable, Rows]] = [
+            (self._publishers[name].publish, table) for name, table in rows.items()
+        ]
         if self._clock is not None:
             outputs.insert(0, (self._clock.publish, self._clock_packer.pack(samples)))
         return Block(len(samples), rows, outputs)
@@ -85,12 +97,12 @@ class Publishing:
     def _add(self, name):
         topic = TOPICS[name]
         try:
-            packer = topic.packer(self._scenario.frames, self._scenario.system)
+            topic_packer = packer(name, self._scenario)
             message = message_class(topic.type)
         except (ValueError, ImportError) as error:
             self._warn_once(name, error)
             return False
-        self._packers[name] = packer
+        self._packers[name] = topic_packer
         self._publishers[name] = self._node.create_publisher(message, topic.name, self._qos)
         return True
 

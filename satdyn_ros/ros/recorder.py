@@ -7,9 +7,8 @@ from pathlib import Path
 from queue import Empty, Full, Queue
 from threading import Thread
 
-import numpy as np
-
 from ..bag.recording import Recording
+from ..messages.rows import Rows, SomeRows
 from ..run.events import Event
 from ..run.scenario import Scenario
 from ..run.simulation import Samples, Simulation
@@ -65,7 +64,7 @@ class Recorder:
     def put_samples(
         self,
         samples: Samples,
-        rows: Mapping[str, np.ndarray],
+        rows: Mapping[str, Rows],
         count: int,
         simulation: Simulation,
     ) -> None:
@@ -79,7 +78,10 @@ class Recorder:
         def snapshot(row):
             return simulation.snapshot(samples.first_tick + row)
 
-        message_count = count * len(rows)
+        message_count = sum(
+            len(table.rows) if isinstance(table, SomeRows) else count
+            for table in published.values()
+        )
         write = self._recording.samples
         self._put((message_count, write, samples.stamps_ns[:count], published, snapshot))
 

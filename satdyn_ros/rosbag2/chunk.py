@@ -189,3 +189,14 @@ def _gather(data, begins, length):
     for i in range(len(begins)):
         rows[i] = data[begins[i] : begins[i] + length]
     return rows
+
+
+@njit(
+    'void(Array(uint8, 1, "C"), int64[::1], Array(uint8, 2, "C", readonly=True))',
+    cache=True,
+    nogil=True,
+)
+def scatter(data, begins, rows):
+    """Write the rows (N, length) to data[begin : begin + length]."""
+    for i in range(len(begins)):
+        data[begins[i] : begins[i] + rows.shape[1]] = rows[i]

@@ -2,9 +2,10 @@
 Chunks put together with NumPy: the messages of many ticks at once.
 
 All messages of a topic have one length, so a tick is a row of one layout, and a block of ticks is
-a table whose columns are heads and data.
+a table whose columns are heads and data.  Topics that not every tick has stand between its rows.
 """
 
+from collections.abc import Mapping
 from functools import cache
 
 import numpy as np
@@ -12,7 +13,8 @@ from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import McapRecord, Message
 
-from .chunk import CHUNK_SIZE, HEAD
+from ..messages.rows import Rows, SomeRows
+from .chunk import CHUNK_SIZE, HEAD, scatter
 
 
 class ChunkBuilder:
@@ -43,25 +45,37 @@ class ChunkBuilder:
         """Append one message."""
         self.add_record(Message(channel_id, stamp_ns, data, publish_time=stamp_ns, sequence=0))
 
-    def add_ticks(self, stamps_ns: np.ndarray, rows: dict[int, np.ndarray]) -> int:
+    def add_ticks(self, stamps_ns: np.ndarray, rows: Mapping[int, Rows]) -> int:
         """
         Append the messages of ticks until the chunk is full and return how many ticks it took.
 
-        stamps_ns (N,); rows: for each channel the messages (N,), each row the bytes of one.
+        stamps_ns (N,); rows: for each channel the messages (N,), each row the bytes of one, or
+        SomeRows, which follow those of all ticks.
         """
-        layout, heads = _tick_layout(tuple((i, row.itemsize) for i, row in rows.items()))
-        free = CHUNK_SIZE - self._size
-        count = min(len(stamps_ns), max(1, -(-free // layout.itemsize)))
-        block = self._take(count * layout.itemsize)
-        table = block.reshape(count, layout.itemsize)
-        ticks = block.view(layout)
-        for channel_id, messages in rows.items():
-            begin = layout.fields[f'head {channel_id}'][1]
-            end = begin + HEAD.itemsize
-            table[:, begin:end] = heads[channel_id]
-            table[:, end : end + messages.itemsize] = _bytes(messages[:count])
-            head = ticks[f'head {channel_id}']
-            head['log_time'] = head['publish_time'] = stamps_ns[:count]
+        some = {i: row for i, row in rows.items() if isinstance(row, SomeRows) and len(row.rows)}
+        full = {i: row for i, row in rows.items() if not isinstance(row, SomeRows)}
+        layout, _ = _tick_layout(tuple((i, row.itemsize) for i, row in full.items()))
+        sizes = np.full(len(stamps_ns), layout.itemsize)
+        for row in some.values():
+            sizes[row.places] += HEAD.itemsize + row.rows.itemsize
+        ends = np.cumsum(sizes)
+        count = min(len(stamps_ns), 1 + int(np.searchsorted(ends, CHUNK_SIZE - self._size)))
+        block = self._take(int(ends[count - 1]))
+        fits = {i: row[:count] for i, row in full.items()}
+        if not some:
+            _write_ticks(block.reshape(count, layout.itemsize), stamps_ns[:count], fits)
+            return count
+        table = np.empty((count, layout.itemsize), np.uint8)
+        _write_ticks(table, stamps_ns[:count], fits)
+        begins = ends[:count] - sizes[:count]
+        scatter(block, begins, table)
+        begins += layout.itemsize
+        for channel_id, row in some.items():
+            places, messages = row[:count].places, row[:count].rows
+            table = np.empty((len(places), HEAD.itemsize + messages.itemsize), np.uint8)
+            _write_ticks(table, stamps_ns[places], {channel_id: messages})
+            scatter(block, begins[places], table)
+            begins[places] += table.shape[1]
         return count
 
     def take(self) -> np.ndarray:
@@ -77,6 +91,18 @@ class ChunkBuilder:
         place = self._buffer[self._size : end]
         self._size = end
         return place
+
+
+def _write_ticks(table: np.ndarray, stamps_ns: np.ndarray, rows: Mapping[int, np.ndarray]):
+    """Write the messages of N ticks, heads and data, as the rows of a table of bytes (N, size)."""
+    layout, heads = _tick_layout(tuple((i, row.itemsize) for i, row in rows.items()))
+    for channel_id, messages in rows.items():
+        begin = layout.fields[f'head {channel_id}'][1]
+        end = begin + HEAD.itemsize
+        table[:, begin:end] = heads[channel_id]
+        table[:, end : end + messages.itemsize] = _bytes(messages)
+        head = table.view(layout)[:, 0][f'head {channel_id}']
+        head['log_time'] = head['publish_time'] = stamps_ns
 
 
 def _bytes(messages):

@@ -9,6 +9,7 @@ import numpy as np
 from mcap.records import Channel, Header, Schema
 
 from .. import __version__
+from ..messages.rows import Rows, SomeRows
 from . import metadata
 from .chunk_builder import ChunkBuilder
 from .compression import COMPRESSIONS, compressor
@@ -84,13 +85,14 @@ class BagWriter:
     def write(
         self,
         stamps_ns: np.ndarray,
-        rows: Mapping[str, np.ndarray],
+        rows: Mapping[str, Rows],
         snapshot: Callable[[int], tuple[str, Mapping[str, str]]] | None = None,
     ) -> None:
         """
-        Write the messages of ticks: stamps_ns (N,), and by topic N rows of one message's bytes.
+        Write the messages of ticks.
 
-        The topics of a tick follow each other as in rows.
+        stamps_ns (N,); rows: by topic N rows of one message's bytes each, or SomeRows.  The topics
+        of a tick follow each other as in rows, SomeRows after the others.
         snapshot(i): name and content of a metadata record for a file that begins with tick i of
         these.
         """
@@ -114,7 +116,9 @@ class BagWriter:
         """Write one message, as of an input ahead of the messages of its tick."""
         with self._telling():
             self._chunk.add_message(self._declared(topic), stamp_ns, data)
-            self._count([topic], 1, stamp_ns, stamp_ns)
+            self._count(topic, [stamp_ns])
+            if self._chunk.is_full:
+                self._end_chunk()
 
     def write_metadata(self, name: str, mapping: Mapping[str, str]) -> None:
         """Write a metadata record, behind all that was written and ahead of what comes."""
@@ -198,7 +202,11 @@ class BagWriter:
         """Write as many of the ticks as the running chunk takes; return how many."""
         by_channel = {self._declared(topic): rows for topic, rows in messages.items()}
         count = self._chunk.add_ticks(stamps_ns, by_channel)
-        self._count(messages, count, int(stamps_ns[0]), int(stamps_ns[count - 1]))
+        for topic, rows in messages.items():
+            ticks = rows[:count].places if isinstance(rows, SomeRows) else slice(count)
+            self._count(topic, stamps_ns[ticks])
+        if self._chunk.is_full:
+            self._end_chunk()
         return count
 
     def _declared(self, topic):
@@ -210,12 +218,11 @@ class BagWriter:
                 self._in_file.add(key)
         return channel.id
 
-    def _count(self, topics, count, first_ns, last_ns):
-        for topic in topics:
-            self._counts[topic] += count
-        self._metadata.files[-1].add(count * len(topics), first_ns, last_ns)
-        if self._chunk.is_full:
-            self._end_chunk()
+    def _count(self, topic, log_times_ns):
+        if len(log_times_ns):
+            self._counts[topic] += len(log_times_ns)
+            span_ns = int(log_times_ns[0]), int(log_times_ns[-1])
+            self._metadata.files[-1].add(len(log_times_ns), *span_ns)
 
     def _end_chunk(self):
         if not self._chunk.is_empty:

@@ -20,6 +20,8 @@ STATE_TOPICS = (
     'tf',
 )
 
+SENSORS = ('gyro', 'star_tracker')
+
 
 @dataclass(frozen=True)
 class Key:
@@ -145,6 +147,30 @@ _READERS: dict[str, Callable[[Key, Any], Any]] = {
     'string_array': _texts,
     'bool': _truth,
 }
+
+
+def _common_sensor_keys(name: str) -> tuple[Key, ...]:
+    return (
+        Key(
+            f'sensors.{name}.mounting',
+            'double_array',
+            (0.0, 0.0, 0.0, 1.0),
+            '',
+            'unit quaternion x, y, z, w from sensor to body axes',
+            lengths=(4,),
+        ),
+        Key(f'sensors.{name}.frame_id', 'string', name, '', 'frame id of the sensor'),
+        Key(
+            f'sensors.{name}.divisor',
+            'integer',
+            1,
+            '',
+            'one sample every so many ticks, from tick 0 on',
+            low=1,
+            high=10**9,
+        ),
+    )
+
 
 # 5 deg of roll and 10 deg of pitch to LVLH.
 _DEFAULT_ATTITUDE = (
@@ -379,6 +405,131 @@ KEYS = {
             'simulated time after which an applied torque drops to zero; 0: never',
             low=0.0,
             changes='running',
+        ),
+        Key(
+            'sensors.names',
+            'string_array',
+            (),
+            '',
+            'the sensors that measure; each publishes on the topic of its name',
+            choices=SENSORS,
+        ),
+        Key(
+            'sensors.seed',
+            'integer',
+            0,
+            '',
+            'of their noise, the same noise for the same seed; 0: drawn at start and recorded',
+            low=0,
+            high=_INT64,
+        ),
+        *(key for name in SENSORS for key in _common_sensor_keys(name)),
+        Key(
+            'sensors.gyro.noise_density',
+            'double',
+            0.0,
+            'rad/s/sqrt(Hz)',
+            'angle random walk N: white noise of standard deviation N / sqrt(dt)',
+            low=0.0,
+        ),
+        Key(
+            'sensors.gyro.bias_random_walk',
+            'double',
+            0.0,
+            'rad/s^2/sqrt(Hz)',
+            'rate random walk K: the bias changes by steps of standard deviation K sqrt(dt)',
+            low=0.0,
+        ),
+        Key(
+            'sensors.gyro.initial_bias',
+            'double_array',
+            (0.0, 0.0, 0.0),
+            'rad/s',
+            'bias of the first sample, sensor axes',
+            lengths=(3,),
+        ),
+        Key(
+            'sensors.gyro.scale_factor',
+            'double_array',
+            (0.0, 0.0, 0.0),
+            '',
+            'relative errors of the scale factors, sensor axes',
+            lengths=(3,),
+        ),
+        Key(
+            'sensors.gyro.misalignment',
+            'double_array',
+            (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+            'rad',
+            'xy xz yx yz zx zy: what an axis (first letter) reads of the rate about another',
+            lengths=(6,),
+        ),
+        Key(
+            'sensors.gyro.resolution',
+            'double',
+            0.0,
+            'rad/s',
+            'samples are rounded to multiples of it; 0: not rounded',
+            low=0.0,
+        ),
+        Key(
+            'sensors.gyro.max_rate',
+            'double',
+            0.0,
+            'rad/s',
+            'samples saturate at it, axis by axis; 0: never',
+            low=0.0,
+        ),
+        Key(
+            'sensors.gyro.integrating',
+            'bool',
+            False,
+            '',
+            'a sample is the mean rate since the last one, not the rate at its tick',
+        ),
+        Key(
+            'sensors.star_tracker.cross_boresight',
+            'double',
+            0.0,
+            'rad',
+            'standard deviation about each of the two axes across the boresight',
+            low=0.0,
+            high=1.0,
+        ),
+        Key(
+            'sensors.star_tracker.roll',
+            'double',
+            0.0,
+            'rad',
+            'standard deviation about the boresight, the z axis of the sensor',
+            low=0.0,
+            high=1.0,
+        ),
+        Key(
+            'sensors.star_tracker.latency',
+            'integer',
+            0,
+            '',
+            'ticks from the exposure, whose stamp the message has, to its publication',
+            low=0,
+            high=100_000,
+        ),
+        Key(
+            'sensors.star_tracker.max_rate',
+            'double',
+            0.0,
+            'rad/s',
+            'a body that turns faster gives no sample; 0: no limit',
+            low=0.0,
+        ),
+        Key(
+            'sensors.star_tracker.earth_exclusion',
+            'double',
+            0.0,
+            'rad',
+            'no sample with the attracting centre within this angle of the boresight; 0: no limit',
+            low=0.0,
+            high=3.141592653589793,
         ),
         Key('record.enabled', 'bool', False, '', 'record from the first tick'),
         Key('record.directory', 'string', '.', '', 'directory where bags go'),

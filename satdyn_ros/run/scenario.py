@@ -19,8 +19,9 @@ from ..dynamics.orbit import FixedDirection, KeplerOrbit
 from ..dynamics.propagator import Propagation
 from ..dynamics.rotor import Rotor
 from ..dynamics.system import State, System
-from . import ros_yaml
-from .keys import KEYS
+from ..sensors.suite import Sensor
+from . import ros_yaml, sensors
+from .keys import KEYS, SENSORS
 from .ticks import LAST_STAMP_NS, Ticks
 
 # What moves by more than this between two ticks [rad] takes more steps than a tick may.
@@ -80,7 +81,11 @@ class Scenario:
             values['initial.frame'] = 'inertial'
         values['initial.attitude'] = _unit(values, 'initial.attitude', 1e-6)
         values['rotor.axis'] = _unit(values, 'rotor.axis', np.inf)
+        for sensor in SENSORS:
+            name = f'sensors.{sensor}.mounting'
+            values[name] = _unit(values, name, 1e-6)
         _refuse_what_does_not_belong(values)
+        sensors.check(values)
         self.values: Mapping[str, Any] = MappingProxyType(values)
         self._check_rotor()
         self._check_ticks()
@@ -124,6 +129,12 @@ class Scenario:
         """Return the scenario with some keys changed; ValueError: see the class."""
         return Scenario({**self.values, **changes})
 
+    def with_seed(self) -> 'Scenario':
+        """Return the scenario with a seed of 0 drawn, where it has sensors."""
+        if self['sensors.seed'] or not self['sensors.names']:
+            return self
+        return self.with_values({'sensors.seed': sensors.drawn_seed()})
+
     def __getitem__(self, name: str) -> Any:
         return self.values[name]
 
@@ -149,6 +160,11 @@ class Scenario:
     def topics(self) -> tuple[str, ...]:
         """The published topics."""
         return self['publish.topics']
+
+    @cached_property
+    def sensors(self) -> dict[str, Sensor]:
+        """The sensors by name, in the order in which they publish."""
+        return sensors.of(self.values, float(self.rate))
 
     @property
     def epoch_ns(self) -> int:

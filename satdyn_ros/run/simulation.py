@@ -1,16 +1,34 @@
 """Scenario and events to samples at ticks: no ROS and no clock of its own."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from ..dynamics.motion import Motion, States
 from ..dynamics.system import State, System
+from ..sensors import Measurements, Suite
 from .events import Event, Request, Reset, RotorTorque, Timeout, Topics, Torque
 from .scenario import INITIAL_CONDITIONS, Scenario
 from .ticks import Ticks
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """
+    What a sensor gives at some of consecutive ticks.
+
+    places (M,): their ticks, counted from the first; stamps_ns (M,) int64: of the exposures;
+    values (M, 3) or (M, 4), as of the sensor.
+    """
+
+    places: np.ndarray
+    stamps_ns: np.ndarray
+    values: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.places)
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,13 +37,14 @@ class Samples:
     What happens at consecutive ticks, all under one event.
 
     first_tick: the tick of row 0; stamps_ns (N,) int64; states: the rows' states; system: body,
-    field and the torques that act.
+    field and the torques that act; measured: what the sensors give, by their names.
     """
 
     first_tick: int
     stamps_ns: np.ndarray
     states: States
     system: System
+    measured: Mapping[str, Measured] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.stamps_ns)
@@ -42,8 +61,7 @@ class Simulation:
     """
 
     def __init__(self, scenario: Scenario, events: Iterable[Event] = ()):
-        self.scenario = scenario
-        self.conditions = scenario
+        self.scenario = self.conditions = scenario.with_seed()
         self.topics = scenario.topics
         self.ticks = Ticks(scenario.rate, scenario.epoch_ns)
         self.next_tick = 0
@@ -52,6 +70,8 @@ class Simulation:
         self._until: dict[str, int] = {}
         self._torque_of_step = False
         self._block: Samples | None = None
+        # The sensors before the next tick, and before the first tick of the block.
+        self._suite = self._suite_of_block = Suite.of(self.scenario.sensors)
         self._restart(0, scenario.initial_state)
 
     # -- forward ---------------------------------------------------------------------------------
@@ -67,12 +87,17 @@ class Simulation:
         last = min([first + count, *(tick for tick in self._event_ticks() if tick > first)])
         t_s = self.ticks.seconds_between(self._begin_tick, first, last)
         states = replace(self._motion.at(t_s), orbit_s=self.ticks.seconds_between(0, first, last))
-        self._block = Samples(first, self.ticks.stamps_ns(first, last), states, self._system)
+        self._suite_of_block = self._suite
+        found, self._suite = self._suite.measure(range(first, last), states)
+        measured = {name: self._stamped(some, first) for name, some in found.items()}
+        stamps_ns = self.ticks.stamps_ns(first, last)
+        self._block = Samples(first, stamps_ns, states, self._system, measured)
         self.next_tick = last
         return applied, self._block
 
     def rewind(self, tick: int) -> None:
         """Go back to a tick of the last samples: what was computed from it on has not happened."""
+        self._suite = self._suite_at(tick)
         self.next_tick = tick
 
     def schedule(self, event: Event) -> None:
@@ -189,6 +214,7 @@ class Simulation:
     def _restart_from_conditions(self, tick):
         rotor = replace(self._system.rotor, momentum=self.conditions['rotor.momentum'])
         self._system = replace(self._system, rotor=rotor)
+        self._suite = self._suite.restarted()
         self._restart(tick, self.conditions.state_at(self.ticks.seconds(tick)))
 
     def _restart(self, tick, state):
@@ -202,6 +228,19 @@ class Simulation:
         t_s = self.ticks.seconds_between(self._begin_tick, tick, tick + 1)
         return self._motion.at(t_s)[0]
 
+    def _stamped(self, measurements: Measurements, first: int) -> Measured:
+        stamps_ns = [self.ticks.stamp_ns(tick) for tick in measurements.exposed.tolist()]
+        places = measurements.ticks - first
+        return Measured(places, np.array(stamps_ns, np.int64), measurements.values)
+
+    def _suite_at(self, tick):
+        """Return the sensors before a tick of the last samples."""
+        block = self._block
+        if block is None or tick == block.first_tick:
+            return self._suite_of_block
+        before = block.states.rows(slice(tick - block.first_tick))
+        return self._suite_of_block.measure(range(block.first_tick, tick), before)[1]
+
     # -- snapshots -------------------------------------------------------------------------------
 
     def snapshot(self, tick: int) -> dict[str, Any]:
@@ -209,8 +248,8 @@ class Simulation:
         Return, as plain data, all that the run depends on from a tick of the last samples on.
 
         The motion's begin and the state there (so that the same bits come again), the state at
-        the tick, the torques that act with the ticks where they end, the conditions in force and
-        the topics.
+        the tick, the torques that act with the ticks where they end, the conditions in force,
+        the topics and what the sensors carry.
         """
         return {
             'tick': tick,
@@ -226,6 +265,7 @@ class Simulation:
                 if name in INITIAL_CONDITIONS
             },
             'topics': list(self.topics),
+            'sensors': self._suite_at(tick).to_plain(),
         }
 
     @classmethod
@@ -251,6 +291,9 @@ class Simulation:
             begin['rotor_angle'],
         )
         simulation._restart(snapshot['begin_tick'], state)
+        # Version 0.1 had no sensors.
+        suite = simulation._suite.with_memories(snapshot.get('sensors', {}))
+        simulation._suite = simulation._suite_of_block = suite
         simulation.next_tick = snapshot['tick']
         return simulation
 

@@ -3,5 +3,6 @@
 from .gyro import Gyro
 from .measurements import Measurements
 from .star_tracker import StarTracker
+from .suite import Suite
 
-__all__ = ['Gyro', 'Measurements', 'StarTracker']
+__all__ = ['Gyro', 'Measurements', 'StarTracker', 'Suite']

@@ -11,7 +11,9 @@ N is the angle random walk, K the rate random walk: the Allan deviation of y is 
 K sqrt(tau / 3) (IEEE Std 952-1997, annex C; Farrenkopf 1978).
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -23,6 +25,7 @@ from .noise import normals
 STREAM = 0
 # Three of white noise, three of the bias.
 _DEVIATES = 6
+_CARRIED = ('bias', 'q_ib')
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +39,16 @@ class GyroMemory:
 
     bias: np.ndarray | None = None
     q_ib: np.ndarray | None = None
+
+    @classmethod
+    def from_plain(cls, plain: Mapping[str, Any]) -> 'GyroMemory':
+        """Return the memory that to_plain has told of."""
+        return cls(*(None if plain[name] is None else np.array(plain[name]) for name in _CARRIED))
+
+    def to_plain(self) -> dict[str, Any]:
+        """Return the memory as plain data."""
+        carried = {name: getattr(self, name) for name in _CARRIED}
+        return {name: None if x is None else x.tolist() for name, x in carried.items()}
 
     def restarted(self) -> 'GyroMemory':
         """Return the memory after the motion has restarted: the bias walks on."""

@@ -5,7 +5,9 @@ Its boresight is its z axis.  A sample is q_is = q_ib q_bs d, where d is the rot
 (s_c w_x, s_c w_y, s_r w_z), s_c and s_r the standard deviations across and about the boresight.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -24,6 +26,16 @@ class StarTrackerMemory:
 
     exposed: np.ndarray
     q_is: np.ndarray
+
+    @classmethod
+    def from_plain(cls, plain: Mapping[str, Any]) -> 'StarTrackerMemory':
+        """Return the memory that to_plain has told of."""
+        exposed = np.array(plain['exposed'], np.int64)
+        return cls(exposed, np.array(plain['q_is'], float).reshape(len(exposed), 4))
+
+    def to_plain(self) -> dict[str, Any]:
+        """Return the memory as plain data."""
+        return {'exposed': self.exposed.tolist(), 'q_is': self.q_is.tolist()}
 
     def restarted(self) -> 'StarTrackerMemory':
         """Return the memory after the motion has restarted: what was exposed still comes."""

@@ -1,0 +1,31 @@
+"""Messages of a topic at some of consecutive ticks, as a sensor of its own rate gives them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class SomeRows:
+    """
+    M messages of one topic at N consecutive ticks.
+
+    places (M,) int64: their ticks, ascending, 0 to N - 1.  rows (M,): each the bytes of one.
+    A slice is that of the ticks, as of a table with one row per tick.
+
+    >>> some = SomeRows(np.array([1, 5]), np.array([b'a', b'b'], 'V1'))
+    >>> some[3:].places
+    array([2])
+    """
+
+    places: np.ndarray
+    rows: np.ndarray
+
+    def __getitem__(self, ticks: slice) -> 'SomeRows':
+        begin = ticks.start or 0
+        first = np.searchsorted(self.places, begin)
+        last = None if ticks.stop is None else np.searchsorted(self.places, ticks.stop)
+        return SomeRows(self.places[first:last] - begin, self.rows[first:last])
+
+
+Rows = np.ndarray | SomeRows

@@ -1,0 +1,59 @@
+"""All sensors of a run, and what they carry from tick to tick."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ..dynamics.motion import States
+from .gyro import Gyro
+from .measurements import Measurements
+from .star_tracker import StarTracker
+
+Sensor = Gyro | StarTracker
+
+
+@dataclass(frozen=True, eq=False)
+class Suite:
+    """
+    Sensors by name, with the memory of each after some tick; it never changes.
+
+    >>> suite = Suite.of({'gyro': Gyro(seed=1, interval_s=0.01)})
+    >>> suite.to_plain()
+    {'gyro': {'bias': None, 'q_ib': None}}
+    """
+
+    sensors: Mapping[str, Sensor]
+    memories: Mapping[str, Any]
+
+    @classmethod
+    def of(cls, sensors: Mapping[str, Sensor]) -> 'Suite':
+        """Return the suite before the first tick."""
+        return cls(sensors, {name: sensor.memory for name, sensor in sensors.items()})
+
+    def measure(self, ticks: range, states: States) -> tuple[dict[str, Measurements], 'Suite']:
+        """
+        Return what each sensor gives at consecutive ticks, and the suite after them.
+
+        states: one row for each tick.
+        """
+        found = {
+            name: sensor.measure(ticks, states, self.memories[name])
+            for name, sensor in self.sensors.items()
+        }
+        after = Suite(self.sensors, {name: memory for name, (_, memory) in found.items()})
+        return {name: measurements for name, (measurements, _) in found.items()}, after
+
+    def restarted(self) -> 'Suite':
+        """Return the suite after the motion has restarted at a request or a reset."""
+        return Suite(self.sensors, {name: m.restarted() for name, m in self.memories.items()})
+
+    def to_plain(self) -> dict[str, Any]:
+        """Return the memories as plain data, by the sensors' names."""
+        return {name: memory.to_plain() for name, memory in self.memories.items()}
+
+    def with_memories(self, plain: Mapping[str, Any]) -> 'Suite':
+        """Return the suite with the memories that to_plain has told of."""
+        memories = {
+            name: type(self.memories[name]).from_plain(plain[name]) for name in self.sensors
+        }
+        return Suite(self.sensors, memories)

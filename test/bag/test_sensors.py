@@ -1,0 +1,127 @@
+"""A run with sensors, recorded, split, joined in the middle and run again."""
+
+import copy
+
+import numpy as np
+import pytest
+
+from satdyn_ros.bag.recorded_run import RecordedRun
+from satdyn_ros.bag.simulate import simulate
+from satdyn_ros.bag.verify import verify
+from satdyn_ros.rosbag2.reader import Bag
+from satdyn_ros.run.events import Request, Reset, Torque
+from satdyn_ros.run.scenario import Scenario
+from satdyn_ros.run.simulation import Simulation
+
+VALUES = {
+    'publish.rate': 20.0,
+    'publish.topics': ['attitude'],
+    'time.epoch_ns': 10**9,
+    'sensors.names': ['gyro', 'star_tracker'],
+    'sensors.seed': 5,
+    'sensors.gyro.noise_density': 1e-4,
+    'sensors.gyro.bias_random_walk': 1e-5,
+    'sensors.gyro.integrating': True,
+    'sensors.gyro.divisor': 2,
+    'sensors.star_tracker.cross_boresight': 1e-5,
+    'sensors.star_tracker.divisor': 7,
+    'sensors.star_tracker.latency': 5,
+}
+EVENTS = [
+    Torque(30, (0.0, 0.01, 0.0), 55),
+    Request(101, {'initial.angular_velocity': [0.0, 0.0, 0.01]}),
+    Reset(161),
+]
+
+
+def recorded(directory, changes=None, events=EVENTS, duration_s=20):
+    for _ in simulate(Scenario(VALUES | (changes or {})), duration_s, directory, events):
+        pass
+    return directory
+
+
+def read(directory):
+    """Return the log times and data of each topic of a bag."""
+    bag = Bag(directory)
+    return {
+        name: [(int(t), bytes(row)) for t, row in zip(*bag.messages(f'/{name}'), strict=True)]
+        for name in ('attitude', 'gyro', 'star_tracker')
+    }
+
+
+@pytest.mark.parametrize(
+    'changes',
+    [{}, {'record.max_duration_s': 2.15}, {'publish.topics': []}, {'record.compression': 'none'}],
+    ids=['one file', 'split', 'sensors alone', 'not compressed'],
+)
+def test_a_bag_with_sensors_proves_itself(tmp_path, changes):
+    """Run again from its own scenario and events, every measurement has the same bytes."""
+    verdict = verify(recorded(tmp_path / 'bag', changes))
+    assert verdict.is_true, verdict
+    assert verdict.same_bytes
+    attitudes = 0 if 'publish.topics' in changes else 400
+    assert verdict.message_count == attitudes + 200 + 57 + 1
+
+
+def test_each_file_of_a_split_bag_proves_itself(tmp_path):
+    """Bias, attitudes before and exposures in flight stand in the snapshot of each file."""
+    recorded(tmp_path / 'bag', {'record.max_duration_s': 2.15})
+    files = sorted((tmp_path / 'bag').glob('*.mcap'))
+    assert len(files) > 8
+    for file in files:
+        assert verify(file).same_bytes, file
+
+
+def test_splitting_and_blocks_do_not_show(tmp_path, monkeypatch):
+    """Whatever the length of files and blocks: the same messages at the same times."""
+    whole = read(recorded(tmp_path / 'whole'))
+    assert read(recorded(tmp_path / 'split', {'record.max_duration_s': 1.0})) == whole
+    monkeypatch.setattr('satdyn_ros.bag.simulate.BLOCK_TICKS', 13)
+    assert read(recorded(tmp_path / 'blocks')) == whole
+
+
+def test_noise_goes_on_through_a_restart(tmp_path):
+    """With and without a reset the bias and the noise are the same: only the rate differs."""
+    still = {'initial.angular_velocity': [0.0] * 3, 'sensors.gyro.integrating': False}
+    still |= {'orbit.type': 'fixed', 'initial.attitude': [0.0, 0.0, 0.0, 1.0]}
+    still |= {'initial.frame': 'inertial'}
+    calm = read(recorded(tmp_path / 'calm', still, []))
+    assert read(recorded(tmp_path / 'reset', still, [Reset(77)])) == calm
+
+
+def test_a_changed_measurement_is_found(tmp_path, monkeypatch):
+    """A bag whose gyro had other noise than its seed gives is rejected, by the gyro."""
+    with monkeypatch.context() as patch:
+        patch.setattr('satdyn_ros.sensors.gyro.STREAM', 77)
+        recorded(tmp_path / 'bag')
+    verdict = verify(tmp_path / 'bag')
+    assert not verdict.is_true
+    assert verdict.difference.topic == '/gyro'
+    assert verdict.difference.tick == 0
+
+
+def test_a_seed_of_zero_is_drawn_and_recorded(tmp_path):
+    """Two runs differ, and each proves itself."""
+    runs = [recorded(tmp_path / name, {'sensors.seed': 0}, []) for name in 'ab']
+    seeds = [RecordedRun(bag).scenario['sensors.seed'] for bag in runs]
+    assert seeds[0] != seeds[1]
+    assert all(seeds)
+    assert all(verify(bag).same_bytes for bag in runs)
+
+
+def test_ticks_taken_back_are_measured_again():
+    """As the node does when something comes up: what follows has the bits of a run without it."""
+    straight = Simulation(Scenario(VALUES))
+    _, whole = straight.advance(64)
+    halting = Simulation(Scenario(VALUES))
+    halting.advance(20)
+    halting.rewind(11)
+    _, first = halting.advance(20)
+    as_it_was = copy.copy(halting)
+    halting.rewind(31)
+    _, second = halting.advance(33)
+    for name in ('gyro', 'star_tracker'):
+        wanted = whole.measured[name]
+        values = np.concatenate([part.measured[name].values for part in (first, second)])
+        assert np.array_equal(values, wanted.values[wanted.places >= 11])
+    assert as_it_was.snapshot(25)['sensors'] != as_it_was.snapshot(20)['sensors']

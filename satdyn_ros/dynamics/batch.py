@@ -8,35 +8,91 @@ what the compiler turns into vector instructions.
 
 from collections import defaultdict
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from ..compiled import compiled, inlined, is_kept
 from .dop853 import (
     GROWTH,
+    REACHED,
     STEPS_PER_FIX,
+    STUCK,
+    TOO_MANY_STEPS,
+    UNFINISHED,
     cut,
     direction_of_centre,
     error_of,
     first_step,
     interpolate,
+    is_finite,
     make_dense,
     step_ratio,
 )
 from .equations import CENTRE, MOMENTUM, OMEGA, SIZE, Parameters, initial_values, rates
-from .motion import States
+from .motion import Halted, States
 from .propagator import Propagation
 from .tableau import COLUMNS, ENTRIES, ERROR_3, ERROR_5, LENGTHS
 
 # Enough for two vector registers of today's widest; more would crowd the first-level cache.
 LANES = 16
 _WIDTH = SIZE * LANES
+# The most steps of a slice, in all lanes.
+_SLICE_STEPS = 500
 _ZERO = np.zeros(_WIDTH)
 # Where the stages begin that a row of the tableau combines; unsigned, as in _at.
 _BEGINS = (COLUMNS * _WIDTH).astype(np.uintp)
 
 
-def propagate_all(motions: Sequence[Propagation], t_s: np.ndarray) -> list[States | RuntimeError]:
+class Flights(NamedTuple):
+    """
+    What M motions start from and what they come to.
+
+    begin (M, SIZE): the variables at the start; numbers (M, P): the Parameters, one after the
+    other; anomaly (M, 3), tolerance (M,), steps_allowed (M,): as of a Propagation.  out (M, V, N):
+    the wanted variables; outcome (M,): of dop853.py; reached_s (M,) and rows (M,): where it ended.
+    """
+
+    begin: np.ndarray
+    numbers: np.ndarray
+    anomaly: np.ndarray
+    tolerance: np.ndarray
+    steps_allowed: np.ndarray
+    out: np.ndarray
+    outcome: np.ndarray
+    reached_s: np.ndarray
+    rows: np.ndarray
+
+
+class Lanes(NamedTuple):
+    """
+    The steps in all lanes, each an array of a number per lane, or of rows of such numbers.
+
+    motion: which of them flies there, -1: none; waiting (1,): the next to take a lane; steps and
+    since: taken from the start, from the last row; t, h, error, ratio: begin, length, error of the
+    step over the tolerance, and next length over this one; y_0, y, k, e_3, e_5: variables at begin
+    and end, stages, errors.
+    """
+
+    motion: np.ndarray
+    waiting: np.ndarray
+    steps: np.ndarray
+    since: np.ndarray
+    t: np.ndarray
+    h: np.ndarray
+    largest_growth: np.ndarray
+    tolerance: np.ndarray
+    constants: np.ndarray
+    y_0: np.ndarray
+    y: np.ndarray
+    k: np.ndarray
+    e_3: np.ndarray
+    e_5: np.ndarray
+    error: np.ndarray
+    ratio: np.ndarray
+
+
+def propagate_all(motions: Sequence[Propagation], t_s: np.ndarray) -> list[States | Halted]:
     """
     Return each motion's states at the ascending t_s (N,), or the error that ended it.
 
@@ -47,21 +103,53 @@ def propagate_all(motions: Sequence[Propagation], t_s: np.ndarray) -> list[State
     for motion in motions:
         alike[tuple(motion.wanted)].append(motion)
     for some in alike.values():
-        out = np.empty((len(some), len(some[0].wanted), len(t_s)))
-        halts_s = _fly(
-            t_s,
-            some[0].wanted,
-            np.array([initial_values(motion.system, motion.state) for motion in some]),
-            np.array([np.hstack([np.ravel(part) for part in motion.of]) for motion in some]),
-            np.array([motion.anomaly for motion in some]),
-            np.array([motion.tolerance for motion in some]),
-            some[0].of.does_work,
-            out,
-        )
-        for motion, rows, halt_s in zip(some, out, halts_s, strict=True):
-            halted = halt_s < np.inf
-            found[motion] = motion.halt(halt_s) if halted else motion.states_of(t_s, rows)
+        for motion, rows, outcome, reached_s, count in zip(
+            some, *_fly_together(some, t_s), strict=True
+        ):
+            states = motion.states_of(t_s[:count], rows[:, :count])
+            halted = outcome != REACHED
+            found[motion] = motion.halted(outcome, float(reached_s), states) if halted else states
     return [found[motion] for motion in motions]
+
+
+def _fly_together(motions, t_s):
+    """Return of each motion what a Flight has of it: variables, outcome, time reached, rows."""
+    count, wanted = len(motions), motions[0].wanted
+    numbers = np.array([np.hstack([np.ravel(part) for part in motion.of]) for motion in motions])
+    flights = Flights(
+        begin=np.array([initial_values(motion.system, motion.state) for motion in motions]),
+        numbers=numbers,
+        anomaly=np.array([motion.anomaly for motion in motions]),
+        tolerance=np.array([motion.tolerance for motion in motions]),
+        steps_allowed=np.array([motion.steps_allowed for motion in motions]),
+        out=np.empty((count, len(wanted), len(t_s))),
+        outcome=np.full(count, REACHED if len(t_s) == 0 else UNFINISHED),
+        reached_s=np.zeros(count),
+        rows=np.zeros(count, int),
+    )
+    lanes = Lanes(
+        motion=np.full(LANES, -1),
+        waiting=np.zeros(1, int),
+        steps=np.zeros(LANES, int),
+        since=np.zeros(LANES),
+        t=np.zeros(LANES),
+        h=np.zeros(LANES),
+        largest_growth=np.zeros(LANES),
+        tolerance=np.ones(LANES),
+        constants=np.zeros(numbers.shape[1] * LANES),
+        y_0=np.zeros(_WIDTH),
+        y=np.zeros(_WIDTH),
+        k=np.zeros(13 * _WIDTH),
+        e_3=np.zeros(_WIDTH),
+        e_5=np.zeros(_WIDTH),
+        error=np.zeros(LANES),
+        ratio=np.zeros(LANES),
+    )
+    single = np.zeros(7), np.zeros(SIZE), np.zeros((16, SIZE)), np.zeros((8, SIZE))
+    # Slices, between which Ctrl-C and other threads get their turn.
+    while len(t_s) and not _fly(t_s, wanted, flights, lanes, single, motions[0].of.does_work):
+        pass
+    return flights.out, flights.outcome, flights.reached_s, flights.rows
 
 
 def is_compiled() -> bool:
@@ -70,82 +158,98 @@ def is_compiled() -> bool:
 
 
 @compiled
-def _fly(t_s, wanted, begin, numbers, anomaly, tolerances, does_work, out):
-    """
-    Fill out (M, V, N) with the wanted variables of M motions at t_s (N,).
-
-    Return the time at which each came to a halt (M,), infinite where it did not.
-
-    begin (M, SIZE): the variables at the start.  numbers (M, P): the Parameters, one after the
-    other.  anomaly (M, 3), tolerances (M,): as of a Propagation.
-    """
-    count, size = len(begin), max(MOMENTUM, wanted[-1] + 1) * LANES
-    halts, waiting = np.full(count, np.inf), 0
-    motion, first, steps = np.full(LANES, -1), np.zeros(LANES, np.int64), np.zeros(LANES, np.int64)
-    t, h, largest_growth = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
-    error, ratio, tolerance = np.zeros(LANES), np.zeros(LANES), np.ones(LANES)
-    of = np.zeros(numbers.shape[1] * LANES)
-    y_0, y, k = np.zeros(_WIDTH), np.zeros(_WIDTH), np.zeros(13 * _WIDTH)
-    e_3, e_5 = np.zeros(_WIDTH), np.zeros(_WIDTH)
-    single = np.zeros(5), np.zeros(SIZE), np.zeros((16, SIZE)), np.zeros((8, SIZE))
-    while True:
+def _fly(t_s, wanted, flights, lanes, single, does_work):
+    """Fly on for a slice; return whether all flights have ended.  single: see _take_lane."""
+    begin, outcome, rows = flights.begin, flights.outcome, flights.rows
+    motion, steps, since, t, h = lanes.motion, lanes.steps, lanes.since, lanes.t, lanes.h
+    y_0, y, error, ratio, constants = lanes.y_0, lanes.y, lanes.error, lanes.ratio, lanes.constants
+    size = max(MOMENTUM, wanted[-1] + 1) * LANES
+    for _ in range(_SLICE_STEPS):
         idle = 0
         for l in range(LANES):
-            if motion[l] < 0 and waiting < count:
-                m = waiting
-                waiting += 1
-                motion[l], first[l], steps[l], t[l], largest_growth[l] = m, 0, 0, 0.0, GROWTH
-                tolerance[l], of[l::LANES] = tolerances[m], numbers[m]
+            if motion[l] < 0 and lanes.waiting[0] < len(begin):
+                m = lanes.waiting[0]
+                lanes.waiting[0] += 1
+                motion[l], steps[l], since[l], t[l], lanes.largest_growth[l] = (
+                    m,
+                    0,
+                    0.0,
+                    0.0,
+                    GROWTH,
+                )
+                lanes.tolerance[l], constants[l::LANES] = flights.tolerance[m], flights.numbers[m]
                 y_0[l::LANES] = y[l::LANES] = begin[m]
-                h[l] = first_step(_vector(y_0, OMEGA, l), _constants(of, l, does_work))
+                h[l] = first_step(_vector(y_0, OMEGA, l), _constants(constants, l, does_work))
+                rows[m] = _rows_at_begin(t_s, wanted, begin[m], flights.out[m], single)
             if motion[l] < 0:
                 idle += 1
             elif steps[l] % STEPS_PER_FIX == 0:
-                cos_f, sin_f = direction_of_centre(anomaly[motion[l]], t[l])
+                cos_f, sin_f = direction_of_centre(flights.anomaly[motion[l]], t[l])
                 y_0[_at(CENTRE, l)], y_0[_at(CENTRE + 1, l)] = cos_f, sin_f
         if idle == LANES:
-            return halts
+            return True
 
-        _attempt(y_0, t, h, of, does_work, tolerance, size, k, y, e_3, e_5, error, ratio)
+        _attempt(lanes, does_work, size)
         for l in range(LANES):
             m = motion[l]
             if m < 0:
                 continue
+            if not is_finite(*_vector(y, MOMENTUM, l)):
+                error[l] = np.inf
             if error[l] <= 1.0:
                 end = t[l] + h[l]
-                last = first[l]
+                first = last = rows[m]
                 while last < len(t_s) and t_s[last] <= end:
                     last += 1
-                if last > first[l]:
-                    _take_lane(l, t[l], h[l], y_0, y, k, single)
-                    make_dense(*single, _constants(of, l, does_work))
-                    interpolate(t_s, wanted, out[m], first[l], last, single[0], single[3])
-                    first[l] = last
-                t[l], h[l] = end, h[l] * min(largest_growth[l], ratio[l])
-                steps[l], largest_growth[l] = steps[l] + 1, GROWTH
+                since[l] += 1.0
+                if last > first:
+                    _take_lane(l, t[l], h[l], y_0, y, lanes.k, single)
+                    make_dense(*single, _constants(constants, l, does_work))
+                    interpolate(t_s, wanted, flights.out[m], first, last, single[0], single[3])
+                    rows[m], since[l] = last, 0.0
+                t[l], h[l] = end, h[l] * min(lanes.largest_growth[l], ratio[l])
+                steps[l], lanes.largest_growth[l] = steps[l] + 1, GROWTH
+                if since[l] >= flights.steps_allowed[m]:
+                    outcome[m] = TOO_MANY_STEPS
             else:
                 h[l] *= cut(error[l], ratio[l])
-                largest_growth[l] = 1.0
-                if not t[l] + h[l] > t[l]:
-                    halts[m], motion[l], h[l] = t[l], -1, 0.0
-            if first[l] == len(t_s):
-                motion[l], h[l] = -1, 0.0
+                lanes.largest_growth[l] = 1.0
+                if not t[l] < t[l] + h[l] < np.inf:
+                    outcome[m] = STUCK
+            if rows[m] == len(t_s):
+                outcome[m] = REACHED
+            if outcome[m] != UNFINISHED:
+                flights.reached_s[m], motion[l], h[l] = t[l], -1, 0.0
         _advance(error, size, y, y_0)
+    return False
 
 
 @inlined
-def _attempt(y_0, t, h, of, does_work, tolerance, size, k, y, e_3, e_5, error, ratio):
+def _rows_at_begin(t_s, wanted, begin, out, single):
+    """Fill the rows at t = 0, whatever the first step will be; return how many there are."""
+    clock, _, _, dense = single
+    clock[:], dense[:] = 0.0, 0.0
+    dense[0] = begin
+    last = 0
+    while last < len(t_s) and t_s[last] <= 0.0:
+        last += 1
+    interpolate(t_s, wanted, out, 0, last, clock, dense)
+    return last
+
+
+@inlined
+def _attempt(lanes, does_work, size):
     """Take a step h of every lane from y_0 at t to y, and write what _errors does."""
-    lanes = len(h)
-    for l in range(lanes):
+    t, h, constants, k, y_0, y = lanes.t, lanes.h, lanes.constants, lanes.k, lanes.y_0, lanes.y
+    for l in range(LANES):
         h[l] = (t[l] + h[l]) - t[l]
-    _stage(y_0, h, of, does_work, 0, k)
+    _stage(y_0, h, constants, does_work, 0, k)
     for i in range(1, 13):
         _combine(i, y_0, k, size, y)
-        _stage(y, h, of, does_work, i, k)
-    _combine(ERROR_3, _ZERO, k, size, e_3)
-    _combine(ERROR_5, _ZERO, k, size, e_5)
-    _errors(y_0, h, of, k, e_3, e_5, tolerance, error, ratio)
+        _stage(y, h, constants, does_work, i, k)
+    _combine(ERROR_3, _ZERO, k, size, lanes.e_3)
+    _combine(ERROR_5, _ZERO, k, size, lanes.e_5)
+    _errors(lanes)
 
 
 @inlined
@@ -204,14 +308,19 @@ def _sum(a, i, k, m):
 
 
 @inlined
-def _errors(y_0, h, of, k, e_3, e_5, tolerance, error, ratio):
+def _errors(lanes):
     """Write the error of each lane's step over its tolerance, and the next step over this one."""
-    for l in range(len(h)):
-        omega, k_omega = _vector(y_0, OMEGA, l), _vector(k, OMEGA, l)
-        slow_rate = of[_at(47, l)]
-        e = error_of(omega, k_omega, _values(e_3, l)[:9], _values(e_5, l)[:9], h[l], slow_rate)
-        error[l] = e / tolerance[l]
-        ratio[l] = step_ratio(e / tolerance[l])
+    for l in range(LANES):
+        e = error_of(
+            _vector(lanes.y_0, OMEGA, l),
+            _vector(lanes.k, OMEGA, l),
+            _values(lanes.e_3, l)[:9],
+            _values(lanes.e_5, l)[:9],
+            lanes.h[l],
+            lanes.constants[_at(47, l)],
+        )
+        lanes.error[l] = e / lanes.tolerance[l]
+        lanes.ratio[l] = step_ratio(e / lanes.tolerance[l])
 
 
 @inlined

@@ -4,10 +4,11 @@ One step of Dormand and Prince's method of order 8, its error, and the dense out
 The error is estimated by orders 5 and 3, the dense output is of order 7 (Hairer, Norsett and
 Wanner, Solving Ordinary Differential Equations I, 1993, II.5, II.6, II.10).
 
-clock (5,): begin and end of the step in hand, the next step's proposed length, steps taken, and
-whether the dense output is ready.  y (SIZE,): the variables at the step's end; k (16, SIZE): its
-stages, h times the derivatives; dense (8, SIZE): the terms of its dense output, the first of them
-the variables at its begin.
+clock (7,), by the names below: where the current step begins and ends, the proposed length of the
+next one, the number of steps taken, the number of the step that the dense output belongs to, the
+furthest row that was ever reached, and the number of steps begun since.
+y (SIZE,): the variables at the end of the step; k (16, SIZE): its stages, h times the derivatives;
+dense (8, SIZE): the terms of its dense output, the first of them the variables at its begin.
 """
 
 import numpy as np
@@ -18,41 +19,64 @@ from .orbit import true_anomaly
 from .tableau import COLUMNS, DENSE, ENTRIES, ERROR_3, ERROR_5, LENGTHS
 from .vector import dot
 
+# The places of the clock.
+BEGIN, END, NEXT, STEPS, DENSE_OF, FURTHEST, SINCE = range(7)
+# How a walk ends: it goes on in another slice, all rows are reached, no step meets the tolerance,
+# or too many steps are needed.
+UNFINISHED, REACHED, STUCK, TOO_MANY_STEPS = range(4)
+
 # The place on the orbit, integrated with the rest, is set right every so many steps.
 STEPS_PER_FIX = 8
 # What a step may grow to or shrink to at once.
 GROWTH, CUT = 6.0, 0.2
+# Above it a variable counts as infinite: the dense output multiplies it by up to some thousand.
+LARGEST = 1e300
 _ZERO = np.zeros(SIZE)
 
 
 @inlined
 def step(clock, y, k, dense, anomaly, of, tolerance):
-    """Take one step within the tolerance; return whether there is one."""
-    t, y_0 = clock[1], dense[0]
-    if clock[3] % STEPS_PER_FIX == 0.0:
+    """
+    Take one step within the tolerance; return whether there is one.
+
+    Without one, what is left in clock, y, k and dense is of no use.
+    """
+    t, y_0 = clock[END], dense[0]
+    if clock[STEPS] % STEPS_PER_FIX == 0.0:
         y[CENTRE], y[CENTRE + 1] = direction_of_centre(anomaly, t)
     y_0[:] = y
-    h = clock[2]
+    h = clock[NEXT]
     if h == 0.0:
         h = first_step((y[4], y[5], y[6]), of)
     largest_growth = GROWTH
     while True:
-        if not t + h > t:
+        if not t < t + h < np.inf:
             return False
         h = (t + h) - t
         for i in range(12):
             _stage(y, h, of, k[i])
             _combine(i + 1, y_0, k, y)
         _stage(y, h, of, k[12])
-        error = _error(y_0, h, k, of.slow_rate) / tolerance
+        error = (
+            _error(y_0, h, k, of.slow_rate) / tolerance
+            if is_finite(y[9], y[10], y[11])
+            else np.inf
+        )
         if error <= 1.0:
             break
         h *= cut(error, step_ratio(error))
         largest_growth = 1.0
         y[:] = y_0
-    clock[0], clock[1], clock[2] = t, t + h, h * min(largest_growth, step_ratio(error))
-    clock[3], clock[4] = clock[3] + 1.0, 0.0
+    clock[BEGIN], clock[END] = t, t + h
+    clock[NEXT] = h * min(largest_growth, step_ratio(error))
+    clock[STEPS] += 1.0
     return True
+
+
+@inlined
+def is_finite(momentum, angle, work):
+    """Return whether the variables that the error does not look at are finite."""
+    return abs(momentum) + abs(angle) + abs(work) < LARGEST
 
 
 @inlined
@@ -143,7 +167,7 @@ def _square(e, per_rate):
 @inlined
 def make_dense(clock, y, k, dense, of):
     """Write the terms of the dense output of the step in hand, y at its begin in dense[0]."""
-    h, y_0, z = clock[1] - clock[0], dense[0], dense[7]
+    h, y_0, z = clock[END] - clock[BEGIN], dense[0], dense[7]
     for i in range(13, 16):
         _combine(i, y_0, k, z)
         _stage(z, h, of, k[i])
@@ -154,13 +178,13 @@ def make_dense(clock, y, k, dense, of):
         dense[3, i] = 2.0 * rise - (k[0, i] + k[12, i])
     for n in range(4):
         _combine(DENSE + n, _ZERO, k, dense[4 + n])
-    clock[4] = 1.0
+    clock[DENSE_OF] = clock[STEPS]
 
 
 @inlined
 def interpolate(t_s, wanted, out, first, last, clock, dense):
     """Evaluate the dense output at t_s[first:last]; the quaternions come out as unit."""
-    t_s, begin, h = t_s[first:last], clock[0], clock[1] - clock[0]
+    t_s, begin, h = t_s[first:last], clock[BEGIN], clock[END] - clock[BEGIN]
     per_step = 1.0 / h if h > 0.0 else 0.0
     q_0, q_1 = out[0][first:last], out[1][first:last]
     q_2, q_3 = out[2][first:last], out[3][first:last]

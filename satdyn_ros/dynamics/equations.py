@@ -55,6 +55,8 @@ class Parameters(NamedTuple):
     does_work: bool
 
 
+# What overflows here halts the propagation; a warning would come before its sentence.
+@np.errstate(over='ignore', invalid='ignore')
 def parameters(system: System) -> Parameters:
     """Return the constants of the equations for a system."""
     orbit, rotor, carrier = system.orbit, system.rotor, system.carrier_inertia

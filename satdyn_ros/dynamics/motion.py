@@ -81,6 +81,19 @@ class States:
         return rotation.multiply(rotation.conjugate(self.orbit.lvlh(self.orbit_s)), self.q_ib)
 
 
+class Halted(RuntimeError):  # noqa: N818 - it says what happened to a motion
+    """
+    The end of a propagation that cannot reach a requested time; its text is one sentence.
+
+    reached_s: how far it came, in seconds since the motion began; states: the requested rows up to
+    there, in ascending t_s, possibly none.
+    """
+
+    def __init__(self, sentence: str, reached_s: float, states: States):
+        super().__init__(sentence)
+        self.reached_s, self.states = reached_s, states
+
+
 class Motion(ABC):
     """
     One motion of a system from a state at start_s seconds from tick 0.
@@ -100,7 +113,8 @@ class Motion(ABC):
         """
         Return the states at t_s, a float or (N,), seconds since the motion began, any order.
 
-        Row i depends on t_s[i] alone.  ValueError: a time is negative or not finite.
+        Row i depends on t_s[i] alone.  ValueError: a time is negative or not finite.  Halted: the
+        motion cannot be propagated that far; it still answers the times before.
         """
         t_s = np.atleast_1d(np.asarray(t_s, float))
         if len(t_s) and not (t_s.min() >= 0.0 and t_s.max() < np.inf):

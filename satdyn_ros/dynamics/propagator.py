@@ -1,13 +1,29 @@
 """
 The numeric motion: the equations integrated by the explicit Runge-Kutta method of dop853.py.
 
-The steps do not depend on the times that are asked for.
+The steps do not depend on the times that are asked for.  The compiled walk works in slices of a
+few milliseconds, between which Ctrl-C and other threads get their turn.
 """
 
 import numpy as np
 
 from ..compiled import compiled, is_kept
-from .dop853 import interpolate, make_dense, step
+from .dop853 import (
+    BEGIN,
+    DENSE_OF,
+    END,
+    FURTHEST,
+    NEXT,
+    REACHED,
+    SINCE,
+    STEPS,
+    STUCK,
+    TOO_MANY_STEPS,
+    UNFINISHED,
+    interpolate,
+    make_dense,
+    step,
+)
 from .equations import (
     ANGLE,
     CENTRE,
@@ -19,10 +35,12 @@ from .equations import (
     initial_values,
     parameters,
 )
-from .motion import Motion, States
+from .motion import Halted, Motion, States
 from .system import State, System
 
 DEFAULT_TOLERANCE = 1e-12
+# The most steps and rows of a slice.
+_SLICE_STEPS, _SLICE_ROWS = 1000, 20000
 
 
 class Propagation(Motion):
@@ -31,6 +49,9 @@ class Propagation(Motion):
 
     tolerance: relative local error of a step.  The propagation walks forward and keeps only its
     last step, so that memory stays flat; asked for an earlier time it begins again.
+
+    most_steps: the most steps from one requested row to the next, None: any number.  Steps up to
+    the furthest row that was ever reached do not count again.
 
     of, anomaly: the constants of the equations, and mean anomaly at the start [rad], mean motion
     [rad/s] and eccentricity; wanted: the variables that it interpolates (equations.py).
@@ -47,56 +68,70 @@ class Propagation(Motion):
         state: State,
         start_s: float = 0.0,
         tolerance: float = DEFAULT_TOLERANCE,
+        most_steps: int | None = None,
     ):
         super().__init__(system, state, start_s)
-        self.tolerance = tolerance
+        self.tolerance, self.most_steps = tolerance, most_steps
         self.of = parameters(system)
         self.anomaly = _anomaly(system, start_s)
         self.wanted = _wanted(system, self.of)
+        self._clock = np.zeros(7)
         self._begin()
 
     @property
     def steps(self) -> int:
         """The number of steps taken to where the propagation now stands."""
-        return int(self._clock[3])
+        return int(self._clock[STEPS])
 
     def _begin(self):
         self._y = initial_values(self.system, self.state)
         self._stages = np.zeros((16, SIZE))
         self._dense = np.zeros((8, SIZE))
         self._dense[0] = self._y
-        self._clock = np.zeros(5)
-        self._clock[4] = 1.0
+        self._clock[[BEGIN, END, NEXT, STEPS, DENSE_OF, SINCE]] = 0.0
 
     def _states(self, t_s):
         order = None if (t_s[1:] >= t_s[:-1]).all() else np.argsort(t_s, kind='stable')
         sorted_s = t_s if order is None else t_s[order]
-        if len(t_s) and sorted_s[0] < self._clock[0]:
+        if len(t_s) and sorted_s[0] < self._clock[BEGIN]:
             self._begin()
         out = np.empty((len(self.wanted), len(t_s)))
-        reached_s = _walk(
-            sorted_s,
-            self.wanted,
-            out,
-            self._clock,
-            self._y,
-            self._stages,
-            self._dense,
-            self.anomaly,
-            self.of,
-            self.tolerance,
-        )
-        if len(t_s) and reached_s < sorted_s[-1]:
-            raise self.halt(reached_s)
+        rows, outcome = 0, UNFINISHED
+        while outcome == UNFINISHED:
+            rows, outcome = _walk(
+                sorted_s,
+                rows,
+                self.wanted,
+                out,
+                self._clock,
+                self._y,
+                self._stages,
+                self._dense,
+                self.anomaly,
+                self.of,
+                self.tolerance,
+                self.steps_allowed,
+            )
+        if outcome != REACHED:
+            reached_s = float(self._clock[END])
+            self._begin()
+            raise self.halted(outcome, reached_s, self.states_of(sorted_s[:rows], out[:, :rows]))
         if order is not None:
             out[:, order] = out.copy()
         return self._columns(out)
 
-    def halt(self, reached_s: float) -> RuntimeError:
+    @property
+    def steps_allowed(self) -> float:
+        """Return most_steps as a number: infinite for any number."""
+        return np.inf if self.most_steps is None else float(self.most_steps)
+
+    def halted(self, outcome: int, reached_s: float, states: States) -> Halted:
         """Return the error of a propagation that gets no further than reached_s."""
-        return RuntimeError(
-            f'the propagation came to a halt at {reached_s:g} s: no step meets the tolerance '
-            f'{self.tolerance:g}'
+        why = f'no step meets the tolerance {self.tolerance:g}'
+        if outcome == TOO_MANY_STEPS:
+            why = f'more than {self.most_steps} steps are needed to the next sample'
+        return Halted(
+            f'the propagation came to a halt at {reached_s:g} s: {why}', reached_s, states
         )
 
     def states_of(self, t_s: np.ndarray, out: np.ndarray) -> States:
@@ -141,22 +176,31 @@ def _anomaly(system, start_s):
 
 
 @compiled
-def _walk(t_s, wanted, out, clock, y, k, dense, anomaly, of, tolerance):
+def _walk(t_s, rows, wanted, out, clock, y, k, dense, anomaly, of, tolerance, steps_allowed):
     """
-    Fill out with the wanted variables at the ascending times t_s (N,); return the time reached.
+    Fill out with the wanted variables at the ascending times t_s (N,), from row `rows` on.
 
-    clock, y, k, dense: the step in hand, as in dop853.py.
+    Return how many rows are filled when the slice ends, and how it ends.  clock, y, k, dense: the
+    current step, as in dop853.py.
     """
-    first, count = 0, len(t_s)
-    while first < count:
-        last = first
-        while last < count and t_s[last] <= clock[1]:
+    count = min(len(t_s), rows + _SLICE_ROWS)
+    for _ in range(_SLICE_STEPS):
+        last = rows
+        while last < count and t_s[last] <= clock[END]:
             last += 1
-        if last > first:
-            if clock[4] == 0.0:
+        if last > rows:
+            if clock[DENSE_OF] != clock[STEPS]:
                 make_dense(clock, y, k, dense, of)
-            interpolate(t_s, wanted, out, first, last, clock, dense)
-            first = last
-        elif not step(clock, y, k, dense, anomaly, of, tolerance):
-            return clock[1]
-    return np.inf
+            interpolate(t_s, wanted, out, rows, last, clock, dense)
+            rows = last
+            if t_s[rows - 1] > clock[FURTHEST]:
+                clock[FURTHEST], clock[SINCE] = t_s[rows - 1], 0.0
+        if rows == count:
+            break
+        if clock[SINCE] >= steps_allowed:
+            return rows, TOO_MANY_STEPS
+        if not step(clock, y, k, dense, anomaly, of, tolerance):
+            return rows, STUCK
+        if clock[BEGIN] >= clock[FURTHEST]:
+            clock[SINCE] += 1.0
+    return rows, REACHED if rows == len(t_s) else UNFINISHED

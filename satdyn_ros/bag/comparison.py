@@ -86,7 +86,7 @@ class Comparison:
         wrong = rows != right
         for field in _numbers(layout) if may_round else ():
             distance = _distance(rows, right, layout, field)
-            allowed = self._allowed[channel_id, field]
+            allowed = self._allowed[channel_id, field] + self._step(channel_id)
             dtype, offset = layout.fields[field][:2]
             wrong[distance <= allowed, offset : offset + dtype.itemsize] = False
             if allowed > 0.0:
@@ -94,6 +94,11 @@ class Comparison:
         for row in np.flatnonzero(np.any(wrong, axis=1))[:1].tolist():
             return row, _field_at(layout, np.argmax(wrong[row]))
         return None
+
+    def _step(self, channel_id):
+        """Return how far a sample moves that another rounding puts on the next step, all axes."""
+        sensor = self._run.scenario.sensors.get(self._names[channel_id])
+        return np.sqrt(3.0) * sensor.resolution if sensor else 0.0
 
     def _let_grow(self, expected, twin):
         """Take in how far the perturbed run has come from the expected one."""

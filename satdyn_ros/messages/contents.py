@@ -94,19 +94,23 @@ def marker_array(frames, system):
 
 
 def tf(frames, system):
-    """Return tf2_msgs/TFMessage: inertial to LVLH, where there is an orbit, and to body."""
+    """
+    Return tf2_msgs/TFMessage.
 
-    def transform(child_frame_id, rotation):
+    Inertial to LVLH, where there is an orbit; inertial to body; body to each sensor.
+    """
+
+    def transform(frame_id, child_frame_id, rotation, translation=None):
         return {
-            'header': header(frames.inertial),
+            'header': header(frame_id),
             'child_frame_id': child_frame_id,
-            'transform': {'translation': _r_i, 'rotation': rotation},
+            'transform': {'translation': translation, 'rotation': rotation},
         }
 
-    body = transform(frames.body, _q_ib)
-    if system.orbit.has_lvlh:
-        return {'transforms': [transform(frames.orbital, _q_il), body]}
-    return {'transforms': [body]}
+    orbital = [transform(frames.inertial, frames.orbital, _q_il, _r_i)]
+    body = transform(frames.inertial, frames.body, _q_ib, _r_i)
+    mounted = [transform(frames.body, frame_id, q_bs) for frame_id, q_bs in frames.sensors]
+    return {'transforms': [*(orbital if system.orbit.has_lvlh else []), body, *mounted]}
 
 
 def clock(frames, system):

@@ -138,7 +138,7 @@ _TABLE = (
         'tf2_msgs/msg/TFMessage',
         'state',
         'inertial',
-        'inertial to LVLH, where there is an orbit, and inertial to body',
+        'inertial to LVLH, where there is an orbit; inertial to body; body to each sensor',
         contents.tf,
     ),
     Topic(

@@ -53,11 +53,16 @@ _BELONGS = (
 
 @dataclass(frozen=True)
 class Frames:
-    """The frame ids of the inertial, orbital and body axes."""
+    """
+    The frame ids of the inertial, orbital and body axes.
+
+    sensors: frame ids of the sensors' axes, each with its mounting, a quaternion to body axes.
+    """
 
     inertial: str = 'inertial'
     orbital: str = 'lvlh'
     body: str = 'base_link'
+    sensors: tuple[tuple[str, tuple[float, ...]], ...] = ()
 
 
 class Scenario:
@@ -154,7 +159,13 @@ class Scenario:
     @property
     def frames(self) -> Frames:
         """The frame ids."""
-        return Frames(self['frames.inertial'], self['frames.orbital'], self['frames.body'])
+        mounted = tuple(
+            (self[f'sensors.{name}.frame_id'], self[f'sensors.{name}.mounting'])
+            for name in self.sensors
+        )
+        return Frames(
+            self['frames.inertial'], self['frames.orbital'], self['frames.body'], mounted
+        )
 
     @property
     def topics(self) -> tuple[str, ...]:

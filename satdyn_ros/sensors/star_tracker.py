@@ -62,6 +62,8 @@ class StarTracker:
     max_rate: float = 0.0
     earth_exclusion: float = 0.0
 
+    # Samples are not rounded.
+    resolution = 0.0
     memory = StarTrackerMemory(np.empty(0, np.int64), np.empty((0, 4)))
 
     @property

@@ -5,9 +5,12 @@ import copy
 import numpy as np
 import pytest
 
+from satdyn_ros.bag import run_records
 from satdyn_ros.bag.recorded_run import RecordedRun
+from satdyn_ros.bag.recording import Recording
 from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.bag.verify import verify
+from satdyn_ros.messages.packers import packer
 from satdyn_ros.rosbag2.reader import Bag
 from satdyn_ros.run.events import Request, Reset, Torque
 from satdyn_ros.run.scenario import Scenario
@@ -125,3 +128,24 @@ def test_ticks_taken_back_are_measured_again():
         values = np.concatenate([part.measured[name].values for part in (first, second)])
         assert np.array_equal(values, wanted.values[wanted.places >= 11])
     assert as_it_was.snapshot(25)['sensors'] != as_it_was.snapshot(20)['sensors']
+
+
+@pytest.mark.parametrize(('off_by', 'is_true'), [(1, True), (2, False)])
+def test_another_machine_may_round_a_sample_to_the_next_step(
+    tmp_path, monkeypatch, off_by, is_true
+):
+    """One step of the resolution is what rounding may do there, two are not."""
+    step = 1e-4
+    scenario = Scenario(VALUES | {'sensors.gyro.resolution': step})
+    here = run_records.machine()
+    with monkeypatch.context() as patch:
+        patch.setattr(run_records, 'machine', lambda: here | {'numba': '0.1'})
+        recording = Recording(tmp_path / 'bag', scenario, scenario.topics)
+    _, samples = Simulation(scenario).advance(100)
+    samples.measured['gyro'].values[20] += off_by * step
+    names = (*scenario.topics, *scenario.sensors)
+    rows = {name: packer(name, scenario).pack(samples) for name in names}
+    recording.samples(samples.stamps_ns, rows, Simulation(scenario).snapshot)
+    recording.close()
+    verdict = verify(tmp_path / 'bag')
+    assert (verdict.is_true, verdict.same_bytes) == (is_true, False)

@@ -74,3 +74,16 @@ def test_the_examples_say_what_the_node_says():
     for name in ('gyro', 'star_tracker'):
         example = examples.load(examples.ROOT / 'topics' / f'{name}.yaml')
         assert_alike(example.values, messages(name)[2][1])
+
+
+def test_tf_leads_from_the_body_to_each_sensor():
+    """A transform for each sensor, its mounting, in the frame of the body."""
+    mounting = (0.0, 0.6, 0.0, 0.8)
+    scenario = SCENARIO.with_values({'sensors.star_tracker.mounting': mounting})
+    transforms = packer('tf', scenario)
+    _, samples = Simulation(scenario).advance(1)
+    row = transforms.pack(samples)[0]
+    assert b'star_tracker\0' in row.tobytes()
+    assert row['transforms[3].transform.rotation'].tolist() == list(mounting)
+    assert row['transforms[3].transform.translation'].tolist() == [0.0, 0.0, 0.0]
+    assert row['transforms[2].transform.rotation'].tolist() == [0.0, 0.0, 0.0, 1.0]

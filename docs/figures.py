@@ -16,6 +16,7 @@ from satdyn_ros.exact import Free, Symmetric, recognise
 from satdyn_ros.exact.immersed import FluidBody, Immersed
 from satdyn_ros.report import maps
 from satdyn_ros.report.history import history
+from satdyn_ros.report.outcomes import draw_sweep
 from satdyn_ros.report.panels import COLOURS, STYLES
 from satdyn_ros.report.plot import draw
 from satdyn_ros.run.scenario import Scenario
@@ -250,6 +251,12 @@ def capture_map():
         return maps.capture_map(_swept('capture', directory))
 
 
+def monte_carlo():
+    """Draw what becomes of releases with random attitudes and rates."""
+    with tempfile.TemporaryDirectory() as directory:
+        return draw_sweep(_swept('monte_carlo', directory))
+
+
 def stroboscopic_map():
     """Draw libration on an ellipse, once an orbit: islands in a chaotic sea."""
     scenario = Scenario.from_yaml(CONFIG / 'sweeps' / 'beletsky_satellite.yaml')
@@ -262,6 +269,7 @@ DRAWINGS = (
     libration,
     smelt_map,
     capture_map,
+    monte_carlo,
     stroboscopic_map,
     stationary,
     planar,

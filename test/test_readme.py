@@ -12,7 +12,7 @@ import pytest
 from satdyn_ros.cli.arguments import parser
 from satdyn_ros.run import events
 from satdyn_ros.run.scenario import Scenario
-from scripts.write_readme_tables import with_tables
+from scripts.write_tables import DOCUMENTS, with_tables
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / 'README.md').read_text(encoding='utf-8')
@@ -24,8 +24,10 @@ def blocks(language):
 
 
 def test_tables_are_those_of_the_declarations():
-    """Topics and parameters, with units and frames, stand in the README as they are declared."""
-    assert with_tables(README) == README
+    """Topics, parameters and the keys of sweeps are documented as they are declared."""
+    for document in DOCUMENTS:
+        text = document.read_text(encoding='utf-8')
+        assert with_tables(text) == text
     assert README.count('| `body.inertia` |') == 1
     assert README.count('| `attitude` |') == 1
 

@@ -6,13 +6,15 @@ INPUT_IS_WRONG = 2
 
 
 class _Parser(argparse.ArgumentParser):
-    """A parser whose help begins with examples and whose errors are one sentence."""
+    """A parser whose help begins with examples, ends with notes, and whose errors are a line."""
 
     examples = ''
+    notes = ''
 
     def format_help(self):
         examples = ''.join(f'  {line}\n' for line in self.examples.splitlines())
-        return f'examples:\n{examples}\n{super().format_help()}'
+        notes = f'\n{self.notes}\n' if self.notes else ''
+        return f'examples:\n{examples}\n{super().format_help()}{notes}'
 
     def error(self, message):
         self.exit(INPUT_IS_WRONG, f'{self.prog}: {message}; {self.prog} --help says more\n')
@@ -137,24 +139,57 @@ def _add_bag_commands(command):
     _add_out(added, 'FILE', 'a .csv, .npz or .parquet file')
     added = command(
         'plot',
-        'draw a bag',
-        'satdyn plot orbit -o orbit.png\nsatdyn plot orbit -o phase.png --what phase',
+        'draw a bag or a sweep',
+        'satdyn plot orbit -o orbit.png\nsatdyn plot orbit -o phase.png --what phase\n'
+        'satdyn plot capture -o capture.png --what captured lvlh_angle_max_rad',
     )
-    _add_bag(added)
+    added.add_argument(
+        'bag', metavar='BAG|SWEEP_DIR', help='a bag, or the directory of a finished sweep'
+    )
     _add_out(added, 'FILE', 'a picture')
-    added.add_argument('--what', nargs='+', default=(), metavar='PANEL', help='the panels to draw')
+    added.add_argument(
+        '--what',
+        nargs='+',
+        default=(),
+        metavar='PANEL',
+        help='the panels to draw; of a sweep: the columns',
+    )
     added = command('report', 'a bag as one page to play', 'satdyn report orbit -o orbit.html')
     _add_bag(added)
     _add_out(added, 'FILE', 'an .html file')
 
 
+_SWEEP_FORM = """\
+SWEEP.yaml (docs/sweeps.md explains each key, and the columns of DIR/table.parquet):
+
+  scenario: ../gravity_gradient_boom.yaml     # from where SWEEP.yaml is
+  duration_s: 60530
+  interval_s: 60           # between samples; default 60
+  runs: 100                # of each combination of the grids; default 1
+  seed: 1                  # of the draws; default 0
+  samples: false           # keep attitudes and rates at the samples
+  captured_axis: least     # or x, y, z
+  bags: [0, 7]             # runs to record as bags too; default none
+  vary:
+    body.inertia.x: {linspace: [1190, 1220, 4]}                     # a grid
+    orbit.inclination: {values: [0.5, 1.1]}                         # a grid
+    initial.attitude: sphere                                        # drawn: any attitude
+    initial.angular_velocity: {normal: [[0, 0, 0], [1e-3, 1e-3, 1e-3]]}    # drawn
+    orbit.true_anomaly: {uniform: [0, 6.28]}                        # drawn
+
+A run counts as captured when during at least the last orbit its axis of least inertia, or
+captured_axis, never crosses the local horizontal: one of its ends stays to nadir."""
+
+
 def _add_sweep(command):
-    added = command('sweep', 'many runs at once', 'satdyn sweep sweep.yaml -o runs --workers 8')
-    added.add_argument('file', metavar='SWEEP.yaml', help='a scenario and what varies')
-    added.epilog = (
-        'A run counts as captured when during at least the last orbit its axis of least inertia, '
-        'or the captured_axis of SWEEP.yaml, never crosses the local horizontal.'
+    added = command(
+        'sweep',
+        'many runs at once',
+        'satdyn sweep config/sweeps/monte_carlo.yaml -o runs --workers 8\n'
+        'satdyn plot runs -o runs.png',
     )
+    added.add_argument('file', metavar='SWEEP.yaml', help='a scenario and what varies')
+    added.notes = _SWEEP_FORM
     _add_out(added, 'DIR', 'where the results go')
     where = added.add_mutually_exclusive_group()
     where.add_argument('--workers', type=int, metavar='N', help='processes; default: one a core')

@@ -5,6 +5,7 @@ import sys
 import threading
 from collections.abc import Sequence
 from contextlib import contextmanager
+from pathlib import Path
 
 from .arguments import INPUT_IS_WRONG, parser
 
@@ -148,6 +149,11 @@ def _export(given):
 
 
 def _plot(given):
+    if (Path(given.bag) / 'sweep.json').exists():
+        from ..report.outcomes import plot_sweep
+
+        plot_sweep(given.bag, given.out, given.what)
+        return DONE
     from ..report.plot import plot
 
     plot(given.bag, given.out, given.what)
@@ -164,6 +170,7 @@ def _report(given):
 def _sweep(given):
     from ..dynamics.batch import is_compiled
     from ..sweep.run import sweep
+    from ..sweep.summary import summary
     from .progress import progress, tell_of_compiling
 
     with progress('sweep', 'runs') as show_bar:
@@ -173,7 +180,8 @@ def _sweep(given):
                 tell_of_compiling(is_compiled())
             show_bar(done, total)
 
-        print(sweep(given.file, given.out, given.workers, given.dask, show))
+        table = sweep(given.file, given.out, given.workers, given.dask, show)
+    print(f'{table}: {summary(table)}')
     return DONE
 
 

@@ -26,14 +26,14 @@ def smelt_map(table: str | Path) -> Figure:
 
     Left by propagation, the largest angle to LVLH; right by the linear theory of stability.py.
     """
-    k_Y, k_R, angle = _grid(table, 'smelt.k_Y', 'smelt.k_R', 'lvlh_angle_max_rad')
+    k_Y, k_R, angle = grid(table, 'smelt.k_Y', 'smelt.k_R', 'lvlh_angle_max_rad')
     fine = np.linspace(-0.998, 0.998, 500)
     regions = theory(fine, fine)
     figure, (left, right) = plt.subplots(
         1, 2, figsize=(11.0, 5.2), sharey=True, layout='constrained'
     )
     mesh = left.pcolormesh(
-        _edges(k_Y), _edges(k_R), np.rad2deg(angle), cmap='viridis', norm=LogNorm(0.03, 180.0)
+        edges(k_Y), edges(k_R), np.rad2deg(angle), cmap='viridis', norm=LogNorm(0.03, 180.0)
     )
     left.contour(fine, fine, regions > 0, levels=[0.5], colors='white', linewidths=0.8)
     figure.colorbar(mesh, ax=left, label='largest angle to LVLH [deg]', shrink=0.8)
@@ -62,14 +62,12 @@ def theory(k_Y: np.ndarray, k_R: np.ndarray) -> np.ndarray:
 def capture_map(table: str | Path) -> Figure:
     """Draw with which rotor and from which rate a gyrostat is captured, and how far it swings."""
     names = 'rotor.momentum', 'initial.angular_velocity.x'
-    h, rate, captured = _grid(table, *names, 'captured')
-    angle = _grid(table, *names, 'lvlh_angle_max_rad')[2]
+    h, rate, captured = grid(table, *names, 'captured')
+    angle = grid(table, *names, 'lvlh_angle_max_rad')[2]
     figure, axes = plt.subplots(figsize=(7.0, 5.2), layout='constrained')
     swing = np.where(captured > 0.0, np.rad2deg(angle), np.nan)
     axes.set_facecolor(_GREY)
-    mesh = axes.pcolormesh(
-        _edges(h), 1e3 * _edges(rate), swing, cmap='viridis', vmin=0.0, vmax=90.0
-    )
+    mesh = axes.pcolormesh(edges(h), 1e3 * edges(rate), swing, cmap='viridis', vmin=0.0, vmax=90.0)
     figure.colorbar(mesh, label='largest angle to LVLH [deg]', extend='max')
     axes.legend(handles=[Patch(color=_GREY, label='tumbles')], loc='upper right')
     axes.set_xlabel('rotor momentum along body y [N m s]')
@@ -111,7 +109,9 @@ def strobes(table: str | Path):
         yield (pitch + np.pi / 2.0) % np.pi - np.pi / 2.0, omega_bl_b[:, 1]
 
 
-def _grid(table, x_name, y_name, name):
+def grid(
+    table: str | Path, x_name: str, y_name: str, name: str
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the columns x (n,), y (m,) of a grid and what a column holds there, (m, n)."""
     columns = pq.read_table(table, columns=[x_name, y_name, name])
     x, y, values = (np.array(columns[key].to_pylist(), float) for key in (x_name, y_name, name))
@@ -121,7 +121,7 @@ def _grid(table, x_name, y_name, name):
     return xs, ys, grid
 
 
-def _edges(middles):
+def edges(middles: np.ndarray) -> np.ndarray:
     """Return the edges (n + 1,) of the cells around evenly spaced middles (n,)."""
     half = (middles[1] - middles[0]) / 2.0
     return np.append(middles - half, middles[-1] + half)

@@ -13,27 +13,10 @@ import numpy as np
 from ..run import ros_yaml
 from ..run.keys import Key
 from ..run.scenario import Scenario
-from .capture import AXES, LEAST
+from .capture import LEAST
+from .keys import KEYS, REQUIRED, checked
 from .quantities import Quantity, quantity
 from .variation import Variation, variation
-
-_SEED = Key('seed', 'integer', 0, '', '', low=0, high=2**63 - 1)
-_RUNS = Key('runs', 'integer', 1, '', '', low=1, high=10**9)
-_DURATION = Key('duration_s', 'double', 0.0, 's', '', above=0.0)
-_INTERVAL = Key('interval_s', 'double', 60.0, 's', '', above=0.0)
-_SAMPLES = Key('samples', 'bool', False, '', '')
-_CAPTURED_AXIS = Key('captured_axis', 'string', LEAST, '', '', choices=(LEAST, *AXES))
-_NAMES = (
-    'scenario',
-    'vary',
-    'duration_s',
-    'interval_s',
-    'runs',
-    'seed',
-    'samples',
-    'captured_axis',
-    'bags',
-)
 
 
 @dataclass(frozen=True)
@@ -72,11 +55,11 @@ class Plan:
         """Return the sweep of a file; ValueError, one sentence: what is wrong with it."""
         given = ros_yaml.load(ros_yaml.read_text(path, 'the sweep'), str(path))
         if not isinstance(given, Mapping):
-            raise ValueError(f'{path} is no sweep: it takes the keys {", ".join(_NAMES)}')
+            raise ValueError(f'{path} is no sweep: it takes the keys {", ".join(KEYS)}')
         for name in given:
-            if name not in _NAMES:
-                raise ValueError(f'{name} is no key of a sweep; it takes {", ".join(_NAMES)}')
-        for name in ('scenario', 'vary', 'duration_s'):
+            if name not in KEYS:
+                raise ValueError(f'{name} is no key of a sweep; it takes {", ".join(KEYS)}')
+        for name in REQUIRED:
             if name not in given:
                 raise ValueError(f'{path} has no {name}, which every sweep needs')
         if not isinstance(given['scenario'], str):
@@ -94,16 +77,16 @@ class Plan:
 
     @classmethod
     def _checked(cls, scenario, given):
-        duration_s = _DURATION.checked(given['duration_s'])
+        duration_s = checked(given, 'duration_s')
         plan = cls(
             scenario=scenario,
             vary=_varied(given['vary']),
             duration_s=duration_s,
-            interval_s=_INTERVAL.checked(given.get('interval_s', min(60.0, duration_s))),
-            draws_per_point=_RUNS.checked(given.get('runs', 1)),
-            seed=_SEED.checked(given.get('seed', 0)),
-            keeps_samples=_SAMPLES.checked(given.get('samples', False)),
-            captured_axis=_CAPTURED_AXIS.checked(given.get('captured_axis', LEAST)),
+            interval_s=checked({'interval_s': min(60.0, duration_s)} | given, 'interval_s'),
+            draws_per_point=checked(given, 'runs'),
+            seed=checked(given, 'seed'),
+            keeps_samples=checked(given, 'samples'),
+            captured_axis=checked(given, 'captured_axis'),
         )
         return replace(plan, bags=_bags(given.get('bags', []), len(plan)))
 

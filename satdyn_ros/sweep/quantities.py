@@ -1,12 +1,4 @@
-"""
-What a sweep can vary: a scenario's keys, their components, and angles and ratios made of them.
-
-    initial.angular_velocity      a key of the scenario
-    initial.angular_velocity.y    one component of a key with three: x, y, z
-    initial.pitch                 also .roll, .yaw: the 3-2-1 angles of initial.attitude [rad]
-    smelt.k_R                     also .k_Y: body.inertia by the Smelt parameters, for body axes
-                                  x ahead, y normal to the orbit, z vertical; the sum stays
-"""
+"""What a sweep can vary: a scenario's keys, their components, angles and ratios made of them."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -20,6 +12,18 @@ _MOTION = ('body', 'rotor', 'orbit', 'initial', 'motion')
 _COMPONENTS = ('x', 'y', 'z')
 _ANGLES = ('initial.roll', 'initial.pitch', 'initial.yaw')
 _SMELT = ('smelt.k_R', 'smelt.k_Y')
+
+# Every kind of name, and what it stands for.
+FORMS = {
+    ', '.join(f'`{group}.*`' for group in _MOTION): 'the keys of a scenario that its motion '
+    'depends on, whole: numbers, lists and texts',
+    ', '.join(f'`KEY.{c}`' for c in _COMPONENTS): 'one component of such a key that has three',
+    ', '.join(f'`{name}`' for name in _ANGLES): 'one of the 3-2-1 angles of `initial.attitude` '
+    '[rad], the others as they are',
+    ', '.join(f'`{name}`' for name in _SMELT): '`body.inertia` by the Smelt parameters '
+    '(I_n - I_r) / I_t and (I_n - I_t) / I_r, for body axes x ahead, y normal to the orbit, '
+    'z vertical; the sum of the moments stays',
+}
 
 
 @dataclass(frozen=True)

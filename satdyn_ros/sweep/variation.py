@@ -96,6 +96,15 @@ _WAYS = {
     'normal': (2, _normal),
 }
 
+# Every way as a sweep file writes it, and what it means.
+FORMS = {
+    '{values: [A, B, ...]}': 'a grid: each of the values',
+    '{linspace: [FIRST, LAST, COUNT]}': 'a grid: evenly spaced, both ends included',
+    '{uniform: [LOW, HIGH]}': 'drawn anew in each run, evenly between the two',
+    '{normal: [MEAN, DEVIATION]}': 'drawn anew in each run, with a standard deviation',
+    'sphere': 'attitudes alone: drawn anew, uniform on the sphere of unit quaternions',
+}
+
 
 def _refuse_other_length(key, first, second):
     if first.shape != second.shape:

@@ -1,7 +1,7 @@
 """
-Write the tables of topics and parameters into README.md from their declarations.
+Write the tables of README.md and docs/sweeps.md from the declarations that the code reads.
 
-    python scripts/write_readme_tables.py
+    python scripts/write_tables.py
 
 Each table stands between <!-- name --> and <!-- end of name -->.
 """
@@ -12,18 +12,32 @@ from pathlib import Path
 from satdyn_ros.messages.topics import TOPICS
 from satdyn_ros.run.keys import KEYS
 from satdyn_ros.run.scenario import Frames
+from satdyn_ros.sweep import keys, quantities, variation
+from satdyn_ros.sweep.table import OUTCOMES
 
-README = Path(__file__).parents[1] / 'README.md'
+_ROOT = Path(__file__).parents[1]
+DOCUMENTS = (_ROOT / 'README.md', _ROOT / 'docs' / 'sweeps.md')
 _CHANGES = {'never': 'start', 'running': 'running', 'service': 'request'}
 
 
 def tables() -> dict[str, str]:
     """Return the tables, by name, as Markdown."""
-    return {'topics': _topics(), 'parameters': _parameters()}
+    return {
+        'topics': _topics(),
+        'parameters': _parameters(),
+        'sweep keys': _sweep_keys(),
+        'quantities': _table(('name', 'what varies'), quantities.FORMS.items()),
+        'variations': _table(
+            ('form', 'meaning'), ((f'`{form}`', says) for form, says in variation.FORMS.items())
+        ),
+        'outcomes': _table(
+            ('column', 'meaning'), ((f'`{name}`', says) for name, (_, says) in OUTCOMES.items())
+        ),
+    }
 
 
 def with_tables(text: str) -> str:
-    """Return the text of the README with its tables as declared."""
+    """Return the text of a document with its tables as declared."""
     for name, table in tables().items():
         between = re.compile(f'(<!-- {name} -->\n).*?(<!-- end of {name} -->)', re.DOTALL)
         text = between.sub(lambda found, table=table: found[1] + table + found[2], text)
@@ -57,6 +71,19 @@ def _parameters():
     return _table(('parameter', 'takes', 'default', 'meaning', 'changes'), rows)
 
 
+def _sweep_keys():
+    rows = [
+        (
+            f'`{key.name}`',
+            keys.SPECIAL.get(key.name) or key.allowed,
+            'required' if key.default is None else f'`{_plain(key.default)}`',
+            key.meaning,
+        )
+        for key in keys.KEYS.values()
+    ]
+    return _table(('key', 'takes', 'default', 'meaning'), rows)
+
+
 def _plain(value):
     if isinstance(value, tuple):
         return [x if isinstance(x, str) else round(x, 4) for x in value]
@@ -69,4 +96,5 @@ def _table(head, rows):
 
 
 if __name__ == '__main__':
-    README.write_text(with_tables(README.read_text(encoding='utf-8')), encoding='utf-8')
+    for document in DOCUMENTS:
+        document.write_text(with_tables(document.read_text(encoding='utf-8')), encoding='utf-8')

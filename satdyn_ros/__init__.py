@@ -9,9 +9,10 @@ _PUBLIC = {
     'Scenario': 'satdyn_ros.run.scenario',
     'Simulation': 'satdyn_ros.run.simulation',
     'Propagation': 'satdyn_ros.dynamics.propagator',
+    'describe': 'satdyn_ros.run.describe',
 }
 
-__all__ = ['Propagation', 'Scenario', 'Simulation', 'exact']
+__all__ = ['Propagation', 'Scenario', 'Simulation', 'describe', 'exact']
 
 
 def __getattr__(name: str) -> Any:

@@ -50,6 +50,13 @@ satdyn check"""
     _add_simulate(command)
     _add_replay(command)
     _add_bag_commands(command)
+    added = command(
+        'describe',
+        'what theory says of a scenario: closed form, constants, equilibria and their stability',
+        'satdyn describe config/default.yaml\nsatdyn describe config/euler_poinsot.yaml --json',
+    )
+    added.add_argument('file', metavar='FILE', help='the scenario, a ROS 2 parameter file')
+    added.add_argument('--json', action='store_true', help='as JSON')
     _add_sweep(command)
     command(
         'check',

@@ -167,6 +167,21 @@ def _report(given):
     return DONE
 
 
+def _describe(given):
+    import json
+
+    from ..run.describe import describe
+    from ..run.scenario import Scenario
+    from .describe import print_description
+
+    scenario = Scenario.from_yaml(given.file)
+    if given.json:
+        print(json.dumps(describe(scenario), indent=2))
+    else:
+        print_description(scenario)
+    return DONE
+
+
 def _sweep(given):
     from ..dynamics.batch import is_compiled
     from ..sweep.run import sweep
@@ -203,6 +218,7 @@ _COMMANDS = {
     'export': _export,
     'plot': _plot,
     'report': _report,
+    'describe': _describe,
     'sweep': _sweep,
     'check': _check,
 }

@@ -69,7 +69,7 @@ def permanent_rotations(inertia, rate, rotor_momentum=(0.0, 0.0, 0.0)) -> np.nda
     """
     moments, R_bp = _principal_axes_along(np.asarray(rotor_momentum, float), inertia)
     h = R_bp.T @ rotor_momentum
-    h[np.abs(h) <= ROUNDING * (np.linalg.norm(h) + rate * np.max(moments))] = 0.0
+    h[np.abs(h) <= ROUNDING * (np.linalg.norm(h) + rate * np.max(np.abs(moments)))] = 0.0
     found = [omega for k in range(3) if h[k] == 0.0 for omega in _beside(k, moments, h, rate)]
     active = np.flatnonzero(h)
     if len(active):
@@ -81,7 +81,7 @@ def _principal_axes_along(h, inertia):
     """Return moments and principal axes, of equal moments one without any part of h."""
     moments, R_bp = principal_axes(inertia)
     for i, j in ((0, 1), (1, 2), (0, 2), (0, 1)):
-        if abs(moments[i] - moments[j]) <= ROUNDING * np.max(moments):
+        if abs(moments[i] - moments[j]) <= ROUNDING * np.max(np.abs(moments)):
             along, across = R_bp[:, i], R_bp[:, j]
             angle = np.arctan2(h @ across, h @ along)
             turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
@@ -171,6 +171,23 @@ def _is_zero(factors, terms):
     parts = [factor * term for factor, term in zip(factors, terms, strict=True)]
     size = sum(np.linalg.norm(part) for part in parts)
     return np.linalg.norm(sum(parts)) <= ROUNDING * size
+
+
+def vertical_axes(
+    inertia, carrier, rate, gradient=0.0, weight_moment=(0.0, 0.0, 0.0), h=(0.0, 0.0, 0.0)
+) -> np.ndarray:
+    """
+    Return all c (M, 3), the field's direction in the body, that it turns about at rate [rad/s].
+
+    inertia I and carrier K (3, 3) [kg m^2]; gradient [1/s^2]; weight_moment m [N m] and h [N m s]
+    (3,).  c x ((W^2 K - gradient I) c + W h - m) = 0 is the equation of permanent rotations.  Of a
+    circle of axes the principal ones stand for all, where every axis is one too.
+    """
+    turning, field = rate**2 * np.asarray(carrier), gradient * np.asarray(inertia)
+    matrix, vector = turning - field, rate * np.asarray(h) - np.asarray(weight_moment)
+    if np.max(np.abs(matrix)) <= ROUNDING * np.max(np.abs(field)):
+        matrix = np.zeros((3, 3))
+    return permanent_rotations(matrix, 1.0, vector)
 
 
 def relative_equilibria(inertia) -> np.ndarray:

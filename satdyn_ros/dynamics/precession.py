@@ -88,7 +88,7 @@ def regular_precession(
     circular orbit, where nu is the orbital rate (the hyperbolic and conical equilibria).  With f
     and e aligned the whole rate counts as spin.
     """
-    f = _symmetry_axis(system, state)
+    f = symmetry_axis(system, state)
     e = _fixed_axis(system, state, orbit_s)
     if f is None or e is None or np.any(system.torque_b) or system.rotor_torque:
         return None
@@ -105,7 +105,7 @@ def regular_precession(
     mu = omega @ f - along * nu
     if abs(omega @ across) > ROUNDING * size * np.sqrt(square):
         return None
-    if isinstance(system.orbit, KeplerOrbit) and _feels_field(system):
+    if isinstance(system.orbit, KeplerOrbit) and feels_field(system):
         rate = system.orbit.mean_motion
         if abs(nu - rate) > ROUNDING * rate:
             return None
@@ -120,7 +120,7 @@ def regular_precession(
     return RegularPrecession(f, axis_i, float(mu), float(nu), nutation)
 
 
-def _symmetry_axis(system, state):
+def symmetry_axis(system, state):
     """Return the axis (3,) about which body, rotor and weight are symmetric, or None."""
     h, m = system.rotor_momentum(state), system.weight_moment
     moments, R_bp = principal_axes(system.carrier_inertia)
@@ -142,7 +142,7 @@ def _symmetry_axis(system, state):
 
 def _fixed_axis(system, state, orbit_s):
     """Return the axis (3,) about which the surroundings are symmetric, in body axes, or None."""
-    if not _feels_field(system):
+    if not feels_field(system):
         H = angular_momentum(system, state.omega_bi_b, state.rotor_speed)
         return H / np.linalg.norm(H) if np.any(H) else None
     to_body = rotation.conjugate(state.q_ib)
@@ -153,7 +153,7 @@ def _fixed_axis(system, state, orbit_s):
     return None
 
 
-def _feels_field(system):
+def feels_field(system):
     """Whether weight or gravity gradient exert a torque in any attitude."""
     I = system.inertia
     spherical = np.max(np.abs(I - np.trace(I) / 3.0 * np.eye(3))) <= ROUNDING * np.max(I)

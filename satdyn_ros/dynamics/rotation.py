@@ -134,6 +134,18 @@ def to_vector(q):
     return q[..., :3] * np.where(q[..., 3:] < 0.0, -per_sine, per_sine)
 
 
+def from_z_to(direction) -> np.ndarray:
+    """
+    Return the rotation that takes z to the unit vector direction (3,), shape (4,).
+
+    The shortest, or for z < 0 the shortest from -z after half a turn about x.
+    """
+    x, y, z = direction
+    if z >= 0.0:
+        return normalise([-y, x, 0.0, 1.0 + z])
+    return multiply(normalise([y, -x, 0.0, 1.0 - z]), [1.0, 0.0, 0.0, 0.0])
+
+
 def angle_between(q, p):
     """Return the angle of the rotation from q to p, 0 to pi [rad], shape (...)."""
     d = multiply(conjugate(q), p)

@@ -16,7 +16,6 @@ import numpy as np
 
 from .equilibria import direction
 from .system import State, System
-from .torque import angular_momentum
 
 
 def eigenvalue_squared(inertia, omega, rotor_momentum=(0.0, 0.0, 0.0)) -> float:
@@ -31,7 +30,7 @@ def eigenvalue_squared(inertia, omega, rotor_momentum=(0.0, 0.0, 0.0)) -> float:
     0.3333333333333333
     """
     H = inertia @ np.asarray(omega) + rotor_momentum
-    matrix = np.linalg.solve(inertia, _cross(H) - _cross(omega) @ inertia)
+    matrix = np.linalg.solve(inertia, cross_matrices(H) - cross_matrices(omega) @ inertia)
     return float(np.trace(matrix @ matrix) / 2.0)
 
 
@@ -45,15 +44,34 @@ def eigenvalues(system: System, state: State, orbit_s: float = 0.0) -> np.ndarra
     x' = d omega - omega x x.  Equal eigenvalues of opposite sign and pairs of zeros are split
     by rounding, by its square root relative to the largest.
     """
-    omega, c = state.omega_bi_b, direction(system, state, orbit_s)
-    gradient = float(system.orbit.gradient_at(orbit_s))
-    H = angular_momentum(system, omega, state.rotor_speed)
-    I, K = system.inertia, system.carrier_inertia
-    turned = _cross(c)
-    field = gradient * (turned @ I - _cross(I @ c)) - _cross(system.weight_moment)
-    rate_to_rate = np.linalg.solve(K, _cross(H) - _cross(omega) @ K)
-    turn_to_rate = np.linalg.solve(K, field @ turned)
-    return np.linalg.eigvals(np.block([[rate_to_rate, turn_to_rate], [np.eye(3), -_cross(omega)]]))
+    return np.linalg.eigvals(
+        linear_equations(
+            system.inertia,
+            system.carrier_inertia,
+            system.rotor_momentum(state),
+            state.omega_bi_b,
+            direction(system, state, orbit_s),
+            float(system.orbit.gradient_at(orbit_s)),
+            system.weight_moment,
+        )
+    )
+
+
+def linear_equations(inertia, carrier, h, omega, c, gradient, weight_moment) -> np.ndarray:
+    """
+    Return the matrix (6, 6) of (d omega, x)' for small departures from a steady motion.
+
+    inertia I and carrier K (3, 3) [kg m^2]: what the field acts on, what turns with omega (3,)
+    [rad/s]; h (3,) [N m s]; c (3,): from the attracting centre; gradient [1/s^2] 3 mu / r^3;
+    weight_moment m (3,) [N m].  From K omega' = (K omega + h) x omega + gradient c x I c - m x c.
+    """
+    turned, H = cross_matrices(c), carrier @ omega + h
+    field = gradient * (turned @ inertia - cross_matrices(inertia @ c)) - cross_matrices(
+        weight_moment
+    )
+    rate_to_rate = np.linalg.solve(carrier, cross_matrices(H) - cross_matrices(omega) @ carrier)
+    turn_to_rate = np.linalg.solve(carrier, field @ turned)
+    return np.block([[rate_to_rate, turn_to_rate], [np.eye(3), -cross_matrices(omega)]])
 
 
 class SmallMotion(NamedTuple):
@@ -145,7 +163,9 @@ def stability_region(I_r, I_t, I_n) -> str | None:
     return None
 
 
-def _cross(a):
-    """Return the matrix of a x."""
-    x, y, z = a
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+def cross_matrices(a) -> np.ndarray:
+    """Return the matrices (..., 3, 3) of a x for vectors a (..., 3)."""
+    x, y, z = np.moveaxis(np.asarray(a, float), -1, 0)
+    zero = np.zeros_like(x)
+    rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)

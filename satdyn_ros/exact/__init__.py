@@ -1,6 +1,7 @@
 """Motions in closed form, one a file, and which of them a system and a state have."""
 
-from .exact_motion import ExactMotion
+from .classify import RotationClass, axis_wander, rotation_class
+from .exact_motion import ExactMotion, Fact
 from .free import Free
 from .immersed import FluidBody, Immersed
 from .planar import Planar
@@ -11,13 +12,17 @@ from .symmetric import Symmetric
 
 __all__ = [
     'ExactMotion',
+    'Fact',
     'FluidBody',
     'Free',
     'Immersed',
     'Planar',
+    'RotationClass',
     'Stationary',
     'Steady',
     'Symmetric',
+    'axis_wander',
     'explain',
     'recognise',
+    'rotation_class',
 ]

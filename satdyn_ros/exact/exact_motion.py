@@ -1,11 +1,25 @@
 """What all closed forms share: the rotor's speed and angle follow from the body's motion."""
 
 from abc import abstractmethod
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..dynamics.motion import Motion
 from ..dynamics.system import State, System
+
+
+class Fact(NamedTuple):
+    """
+    A constant of a motion: name as in its source, value, unit ('' for none) and what it means.
+
+    value: a number, a list of numbers, or a word; inf for an infinite period.
+    """
+
+    name: str
+    value: Any
+    unit: str
+    meaning: str
 
 
 class ExactMotion(Motion):
@@ -29,6 +43,10 @@ class ExactMotion(Motion):
 
         start_s: seconds from tick 0, which say where the attracting centre is.
         """
+
+    @abstractmethod
+    def facts(self) -> list[Fact]:
+        """Return the constants, periods and limits that say what the motion is like."""
 
     @abstractmethod
     def attitude(self, t_s):

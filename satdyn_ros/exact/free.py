@@ -15,22 +15,33 @@ import numpy as np
 from numpy.polynomial import polynomial
 
 from ..dynamics import rotation
+from ..dynamics.stability import eigenvalue_squared
 from ..dynamics.system import State, System
 from .axes import ROUNDING, is_principal, principal_axes_about
-from .exact_motion import ExactMotion
+from .exact_motion import ExactMotion, Fact
 from .flow import Flow
 from .nutation import Nutation
+from .poinsot import Poinsot
 
 
 class Free(ExactMotion):
     """
     The motion of a body on which no torque acts, with or without a rotor on a principal axis.
 
-    L [N m s]: the momentum; E [J]: the kinetic energy omega . I omega / 2.  Om_P, Om_S [rad/s]:
-    the mean precession of body axis 3 about L and the mean spin about it.  Without a
-    rotor: T1 [s], the period of the rates (46.11), inf on the separatrix; chi0 [rad/s] and T2
-    [s] = 2 pi / chi0, the mean precession of the axis of the largest moment.  period_s: the period
-    of the rates, None where they are constant or the motion is asymptotic.  flow: what turns it.
+    L [N m s]: the momentum; E [J]: the kinetic energy omega . I omega / 2.  Body axis 3 is the
+    rotor's; without a rotor the one that the polhode runs about, of a symmetric body its axis.
+    Om_P, Om_S [rad/s]: its mean precession about L and the mean spin about it; theta_limits [rad]:
+    the angles between which it stays from L.
+
+    T1 [s]: the period of the rates (46.11), of a symmetric body that of their cone in the body, of
+    a permanent rotation that of small departures, inf on a separatrix and where they grow.  chi0
+    [rad/s] and T2 [s] = 2 pi / chi0: the mean precession, without a rotor that of the axis of the
+    largest moment, of a symmetric body of its axis: its coning period.  Psi [rad/s]: the mean spin
+    about that axis; chi0 is Phi beside it (46.34, 46.35).  chi [rad]: the angle about L that the
+    body turns in T1 (45.17).  poinsot: the constants of a body without a rotor, or None.
+
+    period_s: T1, or None where the rates are constant or the motion is asymptotic.  flow: what
+    turns the body.
 
     >>> Free(system, state).at([10.0, 20.0]).q_ib  # doctest: +SKIP
     """
@@ -50,7 +61,7 @@ class Free(ExactMotion):
         self._h = float(h_b @ self._R_bp[:, 2])
         self._q_bp = rotation.from_matrix(self._R_bp)
         q_ip = rotation.multiply(state.q_ib, self._q_bp)
-        self._q_il = _turn_to(rotation.rotate(state.q_ib, H_b) / self.L)
+        self._q_il = rotation.from_z_to(rotation.rotate(state.q_ib, H_b) / self.L)
         q_lp = rotation.multiply(rotation.conjugate(self._q_il), q_ip)
         omega_p = self._R_bp.T @ state.omega_bi_b
         if np.linalg.norm(omega_p[:2]) <= ROUNDING * np.linalg.norm(omega_p):
@@ -77,6 +88,32 @@ class Free(ExactMotion):
         if H <= ROUNDING * (np.linalg.norm(h_b) + np.linalg.norm(carrier @ state.omega_bi_b)):
             return 'the angular momentum is zero'
         return None
+
+    def facts(self) -> list[Fact]:
+        """Return the constants, periods and limits that say what the motion is like."""
+        facts = [
+            Fact('L', self.L, 'N m s', 'angular momentum, along which the reference axis is'),
+            Fact('E', self.E, 'J', 'kinetic energy'),
+            Fact('axis_b', self._R_bp[:, 2], '', 'the body axis whose motion this is, body axes'),
+            Fact('theta', self.theta_limits, 'rad', 'the cones about L between which it stays'),
+            Fact('Om_P', self.Om_P, 'rad/s', 'its mean precession about L'),
+            Fact('Om_S', self.Om_S, 'rad/s', 'mean spin about it'),
+            Fact('T1', self.T1, 's', 'period of the body rates (46.11)'),
+            Fact('chi0', self.chi0, 'rad/s', 'mean precession of the axis that T2 counts'),
+            Fact('T2', self.T2, 's', 'period of that precession, the coning period (46.11)'),
+        ]
+        if self.poinsot is None or self.poinsot.lam == 0.0:
+            return facts
+        known = self.poinsot
+        return [
+            *facts,
+            Fact('k2', known.k2, '', 'squared modulus of the elliptic functions'),
+            Fact('lambda', known.lam, 'rad/s', 'rate of their argument'),
+            Fact('B', known.B, 'rad/s', 'largest rates about axes of ascending moment (46.12)'),
+            Fact('a1', known.a1, 'rad/s', 'root of V about the largest moment (46.15)'),
+            Fact('a3', known.a3, 'rad/s', 'root of V about the smallest moment (46.15)'),
+            Fact('herpolhode', known.herpolhode_radii, '1/(kg^0.5 m)', 'radii of its annulus'),
+        ]
 
     def attitude(self, t_s):
         """Return q_ib (N, 4) and omega_bi_b (N, 3) at t_s (N,)."""
@@ -122,14 +159,42 @@ class Free(ExactMotion):
         plus, minus = ((L + h) / I3, at_bottom / L), ((L - h) / I3, at_top / L)
         self.flow = Flow(nutation, plus, minus, *start)
         self.Om_P, self.Om_S = self.flow.mean_precession, self.flow.mean_spin
-        ends = (nutation.turning.da, nutation.turning.db)
-        period = nutation.period * (1.0 if _same_root(first, second, ends) else 2.0)
-        self.period_s = period if period < np.inf else None
-        if self._is_rigid and not nutation.turning.steady:
-            self.T1 = period
-            about_largest = I3 >= max(I1, I2)
-            self.chi0 = self.Om_P if about_largest else self.Om_P + 2.0 * np.pi / self.T1
-            self.T2 = 2.0 * np.pi / self.chi0
+        self._set_periods(nutation, _same_root(first, second, nutation.turning), omega_p)
+
+    def _set_periods(self, nutation, each_nod, omega_p):
+        """Set T1 and what follows from it; each_nod: the rates repeat after one nod, not two."""
+        (I1, I2, I3), turning = self._moments, nutation.turning
+        is_constant = turning.steady
+        self.theta_limits = turning.theta_limits
+        self.Psi = self.Om_S
+        if I1 == I2:
+            self.Om_P = float(self.L / I1)
+            self.Om_S = float(((I1 - I3) * omega_p[2] - self._h) / I1)
+            self.Psi = self.Om_S
+            self.T1 = 2.0 * np.pi / abs(self.Om_S) if self.Om_S else np.inf
+            is_constant = not np.any(omega_p[:2])
+        elif is_constant:
+            self.T1 = self._wobble_period()
+        else:
+            self.T1 = nutation.period * (1.0 if each_nod else 2.0)
+        self.chi0 = self.Om_P
+        if self._is_rigid and I1 != I2 and I3 < max(I1, I2):
+            # the axis of the largest moment is another, which body axis 3 turns once in T1
+            self.chi0, self.Psi = self.Om_P + 2.0 * np.pi / self.T1, 0.0
+        self.T2, self.chi = 2.0 * np.pi / self.chi0, self.chi0 * self.T1
+        self.period_s = None if is_constant or self.T1 == np.inf else self.T1
+        self.poinsot = None
+        if self._is_rigid:
+            self.poinsot = Poinsot(self.system.carrier_inertia, self.state.omega_bi_b)
+
+    def _wobble_period(self):
+        """Return the period of small departures from the permanent rotation [s], or inf."""
+        square = eigenvalue_squared(
+            self.system.carrier_inertia,
+            self.state.omega_bi_b,
+            self.system.rotor_momentum(self.state),
+        )
+        return 2.0 * np.pi / np.sqrt(-square) if square < 0.0 else np.inf
 
     def _energy_at_pole(self, omega_p, v):
         """Return 2 E' at v = 1 or -1; at the nearer pole without cancellation."""
@@ -154,15 +219,6 @@ def _polhode_axis(system, E, L):
     return axes[:, 2] if L**2 >= 2.0 * E * moments[1] else axes[:, 0]
 
 
-def _turn_to(direction):
-    """Return the quaternion of a turn that takes z to the unit vector direction (3,)."""
-    x, y, z = direction
-    if z >= 0.0:
-        return rotation.normalise([-y, x, 0.0, 1.0 + z])
-    # From -z, behind half a turn about x.
-    return rotation.multiply(rotation.normalise([y, -x, 0.0, 1.0 - z]), [1.0, 0.0, 0.0, 0.0])
-
-
 def _distances(H, L):
     """Return 1 - v and 1 + v of the momentum H (3,), both with all their digits."""
     near = (H[0] ** 2 + H[1] ** 2) / (L * (L + abs(H[2])))
@@ -177,9 +233,10 @@ def _from_pole(energy, L, h, moments):
     return np.convolve(I2 * E - N, N - I1 * E)
 
 
-def _same_root(first, second, ends):
+def _same_root(first, second, turning):
     """Return whether both turning points are roots of one of the two quadratics."""
     nearer = [
-        abs(polynomial.polyval(end, first)) <= abs(polynomial.polyval(end, second)) for end in ends
+        abs(polynomial.polyval(end, first)) <= abs(polynomial.polyval(end, second))
+        for end in (turning.da, turning.db)
     ]
     return nearer[0] == nearer[1]

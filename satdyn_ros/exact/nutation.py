@@ -88,6 +88,15 @@ class Nutation:
             self.Y, self.lattice = (Y, Y.conjugate()), Lattice(4.0 * T, 4.0 * imaginary, 0.5)
 
     @property
+    def k2(self) -> float:
+        """Return the squared modulus of the elliptic functions, 0 where u is constant."""
+        if self.turning.steady:
+            return 0.0
+        if self.lattice.share == 1.0:
+            return float(self.split / self.Y[0]) if self.lattice.period < np.inf else 1.0
+        return float(1.0 - self._m1)
+
+    @property
     def period(self) -> float:
         """Return the period of u [s]: inf where u is constant or the motion asymptotic."""
         return np.inf if self.turning.steady else self.lattice.period

@@ -66,13 +66,15 @@ class OffsetPendulum:
     The pendulum of a field from its start, G1, |G2| not both zero.
 
     regime: 'libration', 'tumbling', 'separatrix' or 'rest'; k the modulus of the elliptic
-    functions; period_s: of the libration, or of a whole turn; else None.
+    functions; period_s: of the libration, or of a whole turn; else None.  limits [rad]: the angles
+    between which a libration stays; else None.
 
     >>> theta, rate = OffsetPendulum(Field(1.0, 0.0, 0.2, 0.5, 0.3)).at(np.array([10.0]))
     """
 
     def __init__(self, field: Field):
         self.regime, self._solution = _solution(field)
+        self.limits: tuple[float, float] | None = self._solution.limits
         self.k, self.period_s = self._solution.k, self._solution.period_s
 
     def at(self, t_s):
@@ -123,7 +125,7 @@ def _end(field, equilibria):
 class Rest:
     """An equilibrium."""
 
-    k, period_s = 0.0, None
+    k, period_s, limits = 0.0, None, None
 
     def __init__(self, theta0):
         self._theta0 = theta0
@@ -144,6 +146,7 @@ class Libration:
 
     def __init__(self, field: Field, down: float, up: float):
         X, self._middle = (up - down) / 2.0, field.theta0 + (up + down) / 2.0
+        self.limits = float(self._middle - X), float(self._middle + X)
         phi = self._middle + field.delta
         g_cos = field.G2 * np.cos(2.0 * self._middle)
         g_sin = -field.G2 * np.sin(2.0 * self._middle)
@@ -195,6 +198,8 @@ class Tumbling:
     |e^(i eta) - b'|, b' the image of b: Legendre's form in half of eta - arg b'.
     """
 
+    limits = None
+
     def __init__(self, field: Field):
         z = np.exp(1j * field.delta)
         G1, G2 = field.G1, field.G2
@@ -233,7 +238,7 @@ class Separatrix:
     kappa = cot((theta - equilibrium) / 2) obeys the linear kappa'' = q2 kappa + q1 / 2.
     """
 
-    k, period_s = 1.0, None
+    k, period_s, limits = 1.0, None, None
 
     def __init__(self, field: Field, d: float):
         self._equilibrium = field.theta0 + d

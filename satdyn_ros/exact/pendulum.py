@@ -15,6 +15,7 @@ class Pendulum:
     k: the modulus, k^2 = (rate0 / N)^2 + sin^2 theta0; k < 1 is the 'libration', k > 1
     'tumbling', k = 1 the 'separatrix', and 'rest' an equilibrium: the regime.  period_s: of the
     libration, or of a whole turn (gradient and rate repeat after half of it); else None.
+    limits [rad]: the angles between which a libration stays; else None.
     """
 
     def __init__(self, N: float, theta0: float, rate0: float):
@@ -24,7 +25,8 @@ class Pendulum:
         speed, self._sense = abs(rate0), np.copysign(1.0, rate0)
         self._fastest = float(np.hypot(rate0, N * sine))
         self.k = self._fastest / N if N > 0.0 else np.inf
-        self.period_s = None
+        self.period_s: float | None = None
+        self.limits: tuple[float, float] | None = None
         excess = speed - N * cosine
         if np.hypot(rate0, N * sine * cosine) <= ROUNDING * N:
             self.regime = 'rest'
@@ -42,6 +44,8 @@ class Pendulum:
             return
         if self.regime == 'libration':
             self._u0 = elliptic.F(np.arctan2(N * sine, rate0), self._m1)
+            swing = float(np.arctan2(self.k, np.sqrt(self._m1)))
+            self.limits = float(self._centre) - swing, float(self._centre) + swing
         else:
             self._u0 = elliptic.F(self._sense * self._from_centre, self._m1)
         if self.regime != 'separatrix':

@@ -18,7 +18,7 @@ from ..dynamics import rotation
 from ..dynamics.orbit import KeplerOrbit
 from ..dynamics.system import State, System
 from .axes import ROUNDING, is_principal, parallel, principal_axes_about
-from .exact_motion import ExactMotion
+from .exact_motion import ExactMotion, Fact
 from .offset_pendulum import Field, OffsetPendulum
 from .pendulum import Pendulum
 
@@ -83,6 +83,21 @@ class Planar(ExactMotion):
         if abs(system.weight_moment @ normal) > ROUNDING * np.linalg.norm(system.weight_moment):
             return f'body.weight_moment is not across the {name}'
         return None
+
+    def facts(self) -> list[Fact]:
+        """Return the constants, periods and limits that say what the motion is like."""
+        facts = [
+            Fact('regime', self.regime, '', 'what the angle to the line of the centre does'),
+            Fact('normal_b', self.normal_b, '', 'axis of rotation, body axes'),
+            Fact('theta0', self._theta0, 'rad', 'angle to the line of the centre at the start'),
+            Fact('k', self.k, '', 'modulus of the elliptic functions'),
+        ]
+        if self.pendulum.limits is not None:
+            facts.append(Fact('theta', self.pendulum.limits, 'rad', 'limits of that angle'))
+        if self.period_s is not None:
+            meaning = 'period of the libration' if self.regime == 'libration' else 'of one turn'
+            facts.append(Fact('T', self.period_s, 's', meaning))
+        return facts
 
     def attitude(self, t_s):
         """Return q_ib (N, 4) and omega_bi_b (N, 3) at t_s (N,)."""

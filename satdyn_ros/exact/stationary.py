@@ -19,7 +19,7 @@ from ..dynamics.inertia import principal_axes
 from ..dynamics.orbit import FixedDirection
 from ..dynamics.system import State, System
 from . import elliptic, multiplier
-from .exact_motion import ExactMotion
+from .exact_motion import ExactMotion, Fact
 
 # A direction cosine that nobody can tell from zero.
 ROUNDING = 4.0 * np.finfo(float).eps
@@ -118,6 +118,25 @@ class Stationary(ExactMotion):
         if multiplier.find(moments, np.sqrt(system.orbit.gradient), gamma, omega_p) is None:
             return 'no nu gives the rates omega_i = omega_0 alpha_i gamma_i about all three axes'
         return None
+
+    def facts(self) -> list[Fact]:
+        """Return the constants, periods and limits that say what the motion is like."""
+        period_s = np.inf if self.period_s is None else self.period_s
+        return [
+            Fact('omega_0', self.omega_0, 'rad/s', 'root of the gradient'),
+            Fact('nu', self.nu, '1/(kg m^2)', 'multiplier of the fourth integral'),
+            Fact('lambda', self.lambda_, 'kg m^2/s^2', 'multiplier of |gamma| (13)'),
+            Fact('mu', self.mu, 'rad/s', 'multiplier of the area integral (12)'),
+            Fact('alpha', self.alpha, '', 'rates over omega_0 gamma in principal axes (14)'),
+            Fact('e', self.e, '', 'alpha . gamma^2'),
+            Fact('c0', self.c0, '', 'e - alpha_3 (25)'),
+            Fact('h', self.h, 'J', 'energy (3)'),
+            Fact('c1', self.c1, 'N m s', 'area integral (4)'),
+            Fact('c2', self.c2, '(N m s)^2', 'fourth integral (5)'),
+            Fact('m', self.m, '', 'parameter of the elliptic functions'),
+            Fact('lam', self.lam, 'rad/s', 'rate of their argument'),
+            Fact('T', period_s, 's', 'period of gamma in the body, inf where it has none'),
+        ]
 
     def attitude(self, t_s):
         """Return q_ib (N, 4) and omega_bi_b (N, 3) at t_s (N,)."""

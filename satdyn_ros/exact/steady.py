@@ -21,7 +21,7 @@ from ..dynamics.orbit import FixedDirection
 from ..dynamics.system import State, System
 from ..dynamics.torque import gravity_gradient
 from .axes import is_symmetric, parallel
-from .exact_motion import ExactMotion
+from .exact_motion import ExactMotion, Fact
 
 
 class Steady(ExactMotion):
@@ -53,6 +53,15 @@ class Steady(ExactMotion):
         if not _torque_stays(system, state, start_s):
             return 'the direction to the attracting centre, and the torque, turn in the body'
         return None
+
+    def facts(self) -> list[Fact]:
+        """Return the constants, periods and limits that say what the motion is like."""
+        turn_s = 2.0 * np.pi / self.rate if self.rate else np.inf
+        return [
+            Fact('rate', self.rate, 'rad/s', 'rate of rotation, constant'),
+            Fact('axis_b', self.axis_b, '', 'axis of rotation, body axes'),
+            Fact('turn', turn_s, 's', 'time of one turn in space'),
+        ]
 
     def attitude(self, t_s):
         """Return q_ib (N, 4) and omega_bi_b (N, 3) at t_s (N,)."""

@@ -15,8 +15,10 @@ from ..dynamics.orbit import FixedDirection
 from ..dynamics.rotor import Rotor
 from ..dynamics.system import State, System
 from .axes import is_symmetric, parallel, principal_axes_about, symmetry_axis
-from .exact_motion import ExactMotion
+from .cones import Cones
+from .exact_motion import ExactMotion, Fact
 from .flow import Flow
+from .geometry import Rolling
 from .nutation import Nutation
 
 
@@ -27,8 +29,9 @@ class Symmetric(ExactMotion):
     With body axis 3 the symmetry axis: moments A, A, C of what turns with the body and rotor
     momentum h3; r0 [rad/s] the constant rate about the axis; g = H . Z [N m s] the area integral;
     h_prime = A (p^2 + q^2) / 2 - U [J] the energy integral; roots (k,): all roots of f, complex,
-    u'^2 = f(u).  Om_P, Om_S [rad/s]: the motion is Rz(Om_P t) R'(t) Rz(Om_S t) with R' of period
-    period_s (twice that for a body that passes exactly through a pole).  flow: what turns it.
+    u'^2 = f(u); theta_limits [rad]: the angles between which the axis stays.  Om_P, Om_S [rad/s]:
+    the motion is Rz(Om_P t) R'(t) Rz(Om_S t) with R' of period period_s (twice that for a body
+    that passes exactly through a pole).  flow: what turns it.
 
     >>> Symmetric(system, state).at([10.0, 20.0]).q_ib  # doctest: +SKIP
     """
@@ -78,6 +81,28 @@ class Symmetric(ExactMotion):
             return 'rotor.axis is not along the symmetry axis'
         return None
 
+    def facts(self) -> list[Fact]:
+        """Return the constants, periods and limits that say what the motion is like."""
+        cones, period_s = Cones.of(self), np.inf if self.period_s is None else self.period_s
+        return [
+            Fact('A', self.A, 'kg m^2', 'moment across the axis'),
+            Fact('C', self.C, 'kg m^2', 'moment about the axis'),
+            Fact('h3', self.h3, 'N m s', 'rotor momentum along the axis'),
+            Fact('H1', self.H1, 'J', 'force function, factor of cos^2 theta'),
+            Fact('H2', self.H2, 'J', 'force function, factor of cos theta'),
+            Fact('r0', self.r0, 'rad/s', 'rate about the axis, constant'),
+            Fact('g', self.g, 'N m s', 'area integral'),
+            Fact('h_prime', self.h_prime, 'J', 'energy integral A (p^2 + q^2) / 2 - U'),
+            Fact('theta', self.theta_limits, 'rad', 'the cones between which the axis stays'),
+            Fact('cones', cones.thetas, 'rad', 'all limiting cones theta_i (sec. 1)'),
+            Fact('interval', cones.interval, '', 'the two of all roots a_i that bound cos theta'),
+            Fact('k', cones.k, '', 'modulus of the elliptic functions (sec. 2, 7)'),
+            Fact('T', period_s, 's', 'period of the nutation, inf where it has none'),
+            Fact('Om_P', self.Om_P, 'rad/s', 'mean precession about the field'),
+            Fact('Om_S', self.Om_S, 'rad/s', 'mean spin about the axis'),
+            Fact('quadric', Rolling.of(self).kind, '', 'the body cone rolls on it (sec. 12)'),
+        ]
+
     def attitude(self, t_s):
         """Return q_ib (N, 4) and omega_bi_b (N, 3) at t_s (N,)."""
         alpha, beta, pq = self.flow.at(t_s)
@@ -122,6 +147,7 @@ class Symmetric(ExactMotion):
         self.Om_P, self.Om_S = self.flow.mean_precession, self.flow.mean_spin
         self.period_s = nutation.period if nutation.period < np.inf else None
         self.roots = u + np.roots(f[::-1])
+        self.theta_limits = nutation.turning.theta_limits
 
 
 def _axis(system):

@@ -33,6 +33,13 @@ class Turning(NamedTuple):
         return self.from_below[0] - 1.0
 
     @property
+    def theta_limits(self) -> tuple[float, float]:
+        """The least and greatest theta [rad], u = cos theta, with the digits of the poles."""
+        (above_a, above_b), (below_b, below_a) = self.from_above, self.from_below
+        least = 2.0 * np.arctan2(np.sqrt(above_a), np.sqrt(below_a))
+        return float(least), float(2.0 * np.arctan2(np.sqrt(above_b), np.sqrt(below_b)))
+
+    @property
     def steady(self) -> bool:
         """Whether u is constant."""
         return self.da == self.db

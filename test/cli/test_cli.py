@@ -1,5 +1,6 @@
 """The command: exit codes, one sentence for what is wrong, help that begins with examples."""
 
+import json
 import os
 import pty
 import signal
@@ -13,6 +14,8 @@ from flights import sequence
 
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.cli.main import main
+from satdyn_ros.run.describe import describe
+from satdyn_ros.run.scenario import Scenario
 
 ROOT = Path(__file__).parents[2]
 DEFAULT = str(ROOT / 'config/default.yaml')
@@ -26,6 +29,7 @@ COMMANDS = (
     'export',
     'plot',
     'report',
+    'describe',
     'sweep',
     'check',
 )
@@ -155,6 +159,18 @@ def test_what_is_not_installed_is_one_sentence(bag, arguments, missing, sentence
 
 
 # -- what is right --------------------------------------------------------------------------------
+
+
+def test_describe(capsys):
+    """The text names the closed form and its constants; --json is the data of the function."""
+    path = str(ROOT / 'config/euler_poinsot.yaml')
+    assert main(['describe', path]) == 0
+    text = capsys.readouterr().out
+    assert text.startswith('free rotation (textbook')
+    assert 'T1 = ' in text
+    assert 'unstable: the energy has a saddle' in text
+    assert main(['describe', path, '--json']) == 0
+    assert json.loads(capsys.readouterr().out) == describe(Scenario.from_yaml(path))
 
 
 def test_simulate_and_verify(bag, capsys):

@@ -8,7 +8,7 @@ from satdyn_ros.dynamics.orbit import FixedDirection, KeplerOrbit
 from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
-from satdyn_ros.exact.rotation_class import axis_wander, rotation_class
+from satdyn_ros.exact.classify import axis_wander, rotation_class
 
 PRINCIPAL, SKEW = np.eye(3), Rotation.from_rotvec([0.4, -0.3, 0.8]).as_matrix()
 ORBIT = KeplerOrbit(inclination=0.9, raan=2.1, argument_of_periapsis=0.3, true_anomaly=1.2)

@@ -1,0 +1,72 @@
+"""What `satdyn describe` prints: what theory says of a scenario, for people."""
+
+from itertools import groupby
+from typing import Any
+
+from ..run.describe import describe
+from ..run.scenario import Scenario
+
+# Components of unit vectors that are less are rounding, and no other value is so small.
+_NOISE = 1e-15
+
+
+def print_description(scenario: Scenario) -> None:
+    """Print what theory says of a scenario."""
+    described = describe(scenario)
+    motion = described['motion']
+    if motion is None:
+        print(f'no closed form: {described["why_not"]}')
+    else:
+        print(f'{motion["name"]} ({motion["source"]})')
+        for fact in motion['facts']:
+            value = f'{fact["name"]} = {_text(fact["value"])} {fact["unit"]}'.rstrip()
+            print(f'  {value:48}  {fact["meaning"]}')
+    print('first integrals')
+    for name, integral in described['first_integrals'].items():
+        print(f'  {name} = {_text(integral["value"])} {integral["unit"]}')
+    _print_steady(described['steady_motions'], scenario.is_fixed)
+    rotation_class = described['rotation_class']
+    if rotation_class is not None:
+        print(f'rotation about a body-fixed axis: {_class(rotation_class)}')
+
+
+def _print_steady(steady: list[dict[str, Any]], is_fixed: bool) -> None:
+    """Print the steady motions, those that differ by their signs alone in one line."""
+    if not steady:
+        return
+    print('steady rotations' if is_fixed else 'relative equilibria')
+
+    def outcome(one):
+        return one['stability'], one['argument'], [f'{period:.6g}' for period in one['periods_s']]
+
+    order = {'stable': 0, 'undecided': 1, 'unstable': 2}
+    ranked = sorted(steady, key=lambda one: (order[one['stability']], *outcome(one)[1:]))
+    where = 'axis' if is_fixed else 'up'
+    for (stability, argument, periods), group in groupby(ranked, outcome):
+        alike = list(group)
+        print(f'  {stability}: {argument}')
+        if periods:
+            print(f'    periods of small motion: {", ".join(periods)} s')
+        for one in alike:
+            place = f'{where} {_text(one["axis_b"])}'
+            if not is_fixed:
+                place += f', attitude to LVLH {_text(one["q_lb"])}'
+            print(f'    {place}')
+
+
+def _class(rotation_class: dict[str, Any]) -> str:
+    if not rotation_class['is_rotation']:
+        return f'no, {rotation_class["why"]}'
+    kind = 'uniform' if rotation_class['is_uniform'] else 'not uniform'
+    return f'yes, {kind}: {rotation_class["why"]}'
+
+
+def _text(value: Any) -> str:
+    """Return a value to six digits; none is infinite or absent."""
+    if value is None:
+        return 'none'
+    if isinstance(value, list):
+        return f'[{", ".join(_text(item) for item in value)}]'
+    if isinstance(value, str):
+        return value
+    return f'{value if abs(value) > _NOISE else 0.0:.6g}'

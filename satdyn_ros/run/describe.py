@@ -1,0 +1,102 @@
+"""What theory says of a scenario before it is flown, as data."""
+
+from typing import Any
+
+import numpy as np
+
+from .. import exact
+from ..dynamics import rotation
+from ..dynamics.motion import Motion
+from ..dynamics.orbit import KeplerOrbit
+from ..dynamics.propagator import Propagation
+from ..dynamics.steady_motions import SteadyMotion, steady_motions
+from .scenario import Scenario
+
+# Units of the first integrals (dynamics/integrals.py).
+_UNITS = {
+    'energy': 'J',
+    'area': 'N m s',
+    'fourth': '(N m s)^2',
+    'jacobi': 'J',
+    'momentum': 'N m s',
+    'axial_rate': 'rad/s',
+    'rotor_momentum': 'N m s',
+    'energy_balance': 'J',
+}
+
+
+def describe(scenario: Scenario) -> dict[str, Any]:
+    """
+    Return what theory says of a scenario, ready for JSON: numbers, text, lists and dictionaries.
+
+    motion: name, source, period_s and facts (name, value, unit, meaning) of the closed form, or
+    None; why_not: why there is none, or None.  first_integrals: name to value and unit at the
+    start.  steady_motions: of each permanent rotation or relative equilibrium with the rotor
+    momenta of the start the axis (body axes; on an orbit the direction up), rate_rad_s, on an
+    orbit the attitude q_lb, stability, argument, and periods_s of small motion.  rotation_class:
+    on a circle whether the motion is a rotation about a body-fixed axis, uniform, and why; else
+    None.  What is infinite or does not exist is None.
+
+    >>> describe(Scenario.from_yaml('config/euler_poinsot.yaml'))['motion']['name']
+    'free rotation'
+    """
+    system, state = scenario.system, scenario.initial_state
+    motion = exact.recognise(system, state)
+    return {
+        'motion': None if motion is None else _motion(motion),
+        'why_not': exact.explain(system, state),
+        'first_integrals': _first_integrals(scenario, motion),
+        'steady_motions': [_steady(scenario, steady) for steady in steady_motions(system, state)],
+        'rotation_class': _rotation_class(scenario),
+    }
+
+
+def _motion(motion: exact.ExactMotion) -> dict[str, Any]:
+    return {
+        'name': motion.name,
+        'source': motion.source,
+        'period_s': _plain(motion.period_s),
+        'facts': [fact._replace(value=_plain(fact.value))._asdict() for fact in motion.facts()],
+    }
+
+
+def _first_integrals(scenario: Scenario, motion: Motion | None) -> dict[str, Any]:
+    if motion is None:
+        motion = Propagation(scenario.system, scenario.initial_state)
+    begin = motion.at(0.0)
+    return {
+        name: {'value': _plain(values[0]), 'unit': _UNITS[name.split('.')[0]]}
+        for name, values in scenario.integrals(begin).items()
+    }
+
+
+def _steady(scenario: Scenario, steady: SteadyMotion) -> dict[str, Any]:
+    described = {
+        'axis_b': _plain(steady.axis_b),
+        'rate_rad_s': _plain(np.linalg.norm(steady.state.omega_bi_b)),
+        'stability': steady.verdict.stability,
+        'argument': steady.verdict.argument,
+        'periods_s': _plain(steady.periods_s),
+    }
+    if not scenario.is_fixed:
+        q_il = scenario.system.orbit.lvlh(0.0)
+        described['q_lb'] = _plain(rotation.multiply(rotation.conjugate(q_il), steady.state.q_ib))
+    return described
+
+
+def _rotation_class(scenario: Scenario) -> dict[str, Any] | None:
+    orbit = scenario.system.orbit
+    if not (isinstance(orbit, KeplerOrbit) and orbit.is_circular):
+        return None
+    return exact.rotation_class(scenario.system, scenario.initial_state)._asdict()
+
+
+def _plain(value: Any) -> Any:
+    """Return numbers of any kind as floats and lists; what is not finite as None."""
+    if value is None or isinstance(value, str):
+        return value
+    if np.ndim(value):
+        return [_plain(item) for item in value]
+    if isinstance(value, int):
+        return value
+    return float(value) if np.isfinite(value) else None

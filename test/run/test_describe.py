@@ -1,0 +1,82 @@
+"""What theory says of a scenario, against what the references and the papers say of it."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from satdyn_ros.run.describe import describe
+from satdyn_ros.run.scenario import Scenario
+
+CONFIG = Path(__file__).parents[2] / 'config'
+
+
+def facts(described):
+    return {fact['name']: fact['value'] for fact in described['motion']['facts']}
+
+
+@pytest.mark.parametrize('path', sorted(CONFIG.glob('*.yaml')), ids=lambda path: path.stem)
+def test_every_shipped_scenario_is_described(path):
+    """Each gives plain data: a closed form or the reason why there is none, and integrals."""
+    scenario = Scenario.from_yaml(path)
+    described = describe(scenario)
+    assert json.loads(json.dumps(described, allow_nan=False)) == described
+    assert (described['motion'] is None) != (described['why_not'] is None)
+    assert described['first_integrals']
+    for steady in described['steady_motions']:
+        assert steady['stability'] in ('stable', 'unstable', 'undecided')
+        assert np.linalg.norm(steady['axis_b']) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_the_coning_of_a_spinning_satellite():
+    """A symmetric body: coning period 2 pi A / L and period of the rates 2 pi A / |C - A| r0."""
+    scenario = Scenario.from_dict(
+        {
+            'body': {'inertia': [100.0, 100.0, 170.0]},
+            'orbit': {'type': 'fixed'},
+            'initial': {'attitude': [0, 0, 0, 1], 'angular_velocity': [0.03, 0.04, 0.11]},
+        }
+    )
+    described = describe(scenario)
+    L = np.hypot(5.0, 18.7)
+    assert described['motion']['name'] == 'free rotation'
+    assert facts(described)['T2'] == pytest.approx(2.0 * np.pi * 100.0 / L, rel=1e-14)
+    assert facts(described)['T1'] == pytest.approx(2.0 * np.pi * 100.0 / (70.0 * 0.11), rel=1e-14)
+    assert facts(described)['theta'] == pytest.approx([np.arctan2(5.0, 18.7)] * 2, rel=1e-14)
+    assert described['first_integrals']['momentum']['value'] == pytest.approx(L, rel=1e-14)
+
+
+def test_the_equilibria_of_a_satellite():
+    """I_n > I_t > I_r: the 24, four of them stable, with Smelt's three periods."""
+    described = describe(Scenario.from_dict({'body': {'inertia': [800.0, 900.0, 600.0]}}))
+    steady = described['steady_motions']
+    stable = [one for one in steady if one['stability'] == 'stable']
+    assert (len(steady), len(stable)) == (24, 4)
+    n = np.sqrt(3.986004418e14 / 6.878137e6**3)
+    # THEORY of small motion for (900, 800, 600): 1.437541 n, 0.816497 n, 0.347816 n
+    expected = 2.0 * np.pi / n / np.array([0.347816, 0.816497, 1.437541])
+    for one in stable:
+        assert one['periods_s'] == pytest.approx(expected, rel=2e-6)
+        assert abs(one['axis_b'][2]) == pytest.approx(1.0, abs=1e-12)
+        assert one['rate_rad_s'] == pytest.approx(n, rel=1e-12)
+
+
+def test_why_there_is_none():
+    """Where nothing is closed the reason is that of exact.explain, and equilibria are given."""
+    described = describe(Scenario.from_yaml(CONFIG / 'default.yaml'))
+    assert described['motion'] is None
+    assert 'orbit normal' in described['why_not']
+    assert described['rotation_class']['is_rotation'] is False
+    assert described['steady_motions']
+
+
+def test_a_rotation_about_the_orbit_normal():
+    """The theorem of Balli and Grioli names the libration of its scenario."""
+    described = describe(Scenario.from_yaml(CONFIG / 'balli_grioli.yaml'))
+    assert described['motion']['name'] == 'planar motion'
+    assert described['rotation_class'] == {
+        'is_rotation': True,
+        'is_uniform': False,
+        'why': 'the body swings or tumbles about the orbit normal, a principal axis',
+    }

@@ -1,58 +1,185 @@
-"""The decorators of compiled functions, and where their code is kept for the next start."""
+"""
+The one door to numba: the decorators of compiled functions.
 
+A function is compiled at its first call and its code kept for the next start.  The compiler works
+in a child process: this one would not hear a signal before the compiler is done.
+"""
+
+import fcntl
+import logging
 import os
-import shutil
-from collections.abc import Callable
-from contextlib import suppress
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from functools import cache
 from hashlib import sha256
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from numba import config, njit
+import numba
+from llvmlite.binding import get_host_cpu_features, get_host_cpu_name
+from numba import config, njit, vectorize
 
-# What is said before the first use, which takes its time.
-NOTICE = 'compiling the equations of motion: once, for some seconds'
+from . import code_folder
+
+_log = logging.getLogger('satdyn_ros')
+_is_child = False
 
 
-def compiled(function: Callable) -> Any:
-    """Compile a function at its first call, and keep the code."""
-    return _compile(function, cache=True)
+def compiled(
+    function: Callable[..., Any], signature: str | None = None, nogil: bool = False
+) -> Any:
+    """
+    Compile a function at its first call, or now for a signature, and keep the code.
+
+    nogil: other threads of Python go on while it runs.
+    """
+    dispatcher = _compile(function, cache=_FOLDER is not None, nogil=nogil)
+    if _FOLDER is not None:
+        compile_here = dispatcher.compile
+
+        def compile_aside_first(signature):
+            if not _is_child and not _is_kept(dispatcher):
+                _compile_aside(dispatcher, signature)
+            return compile_here(signature)
+
+        dispatcher.compile = compile_aside_first
+    if signature is not None:
+        dispatcher.compile(signature)
+    return dispatcher
 
 
-def inlined(function: Callable) -> Any:
+def inlined(function: Callable[..., Any]) -> Any:
     """Compile a function into the body of those that call it."""
     return _compile(function, forceinline=True)
 
 
-def is_kept(function: Any) -> bool:
-    """Return whether the code of a compiled function is there from an earlier start."""
-    return any(Path(function.stats.cache_path).glob(f'*.{function.__name__}-*.nbi'))
+def vectorized(function: Callable[..., Any]) -> Any:
+    """Compile a function of numbers, some tenths of a second, into one of arrays too."""
+    with _keeping():
+        return vectorize(function, cache=_FOLDER is not None)
 
 
 def _compile(function, **options):
-    before, config.CACHE_DIR = config.CACHE_DIR, _DIRECTORY
-    try:
+    with _keeping():
         # Contraction to fused multiply-add is all the compiler may do: same inputs, same bits.
         return njit(function, fastmath={'contract'}, error_model='numpy', **options)
+
+
+@contextmanager
+def _keeping() -> Iterator[None]:
+    before, config.CACHE_DIR = config.CACHE_DIR, str(_FOLDER or '')
+    try:
+        yield
     finally:
         config.CACHE_DIR = before
 
 
-def _directory():
-    """Return where code made of these very sources is kept; what others left there goes."""
+def _is_kept(dispatcher):
+    """Return whether there is code from an earlier start."""
+    folder, name = Path(dispatcher.stats.cache_path), dispatcher.__name__
+    return any(folder.glob(f'*.{name}-*.nbi'))
+
+
+# -- the child process ----------------------------------------------------------------------------
+
+_PROGRAM = (
+    'import sys; sys.path[:] = sys.argv[1:]; '
+    'from satdyn_ros.compiled import compile_for_parent; compile_for_parent()'
+)
+
+
+def _compile_aside(dispatcher, signature):
+    """
+    Let a child process compile a function, unless another process just did.
+
+    Whatever goes wrong there is left to the compilation here, which tells of it.
+    """
+    with suppress(OSError), _lock():
+        if _is_kept(dispatcher):
+            return
+        _tell()
+        with subprocess.Popen(
+            [sys.executable, '-c', _PROGRAM, *sys.path],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        ) as child:
+            try:
+                work = dispatcher.__module__, dispatcher.__name__, signature
+                # Left open: the child ends when it is closed, as it is when this process ends.
+                child.stdin.write(pickle.dumps(work))
+                child.stdin.flush()
+                child.wait()
+            except BaseException:
+                child.kill()
+                raise
+        if child.returncode == -signal.SIGINT:
+            raise KeyboardInterrupt
+
+
+def compile_for_parent() -> None:
+    """Compile what the parent process asks for on the standard input, and end when it ends."""
+    global _is_child
+    _is_child = True
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    module, name, signature = pickle.load(sys.stdin.buffer)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    getattr(import_module(module), name).compile(signature)
+
+
+def _end_with_parent():
+    sys.stdin.buffer.read()
+    os._exit(1)
+
+
+@contextmanager
+def _lock() -> Iterator[None]:
+    """Let one process at a time compile: the others find the code when it is their turn."""
+    with open(_FOLDER.with_name('lock'), 'wb') as file:
+        # Some network file systems have no locks; then each compiles.
+        with suppress(OSError):
+            fcntl.flock(file, fcntl.LOCK_EX)
+        yield
+
+
+@cache
+def _tell():
+    """Say, once, why the first use takes its time."""
+    if code_folder.is_temporary(_FOLDER.parent):
+        _log.info(
+            'compiling the equations of motion, for some seconds at every start: no folder for '
+            'compiled code can be written, and %s is removed at the end',
+            _FOLDER.parent,
+        )
+    else:
+        _log.info('compiling the equations of motion: once, for some seconds')
+
+
+def _folder():
+    """Return where the code made of these very sources is kept; what older ones left goes."""
+    root = code_folder.find(config.CACHE_DIR)
+    if root is None:
+        return None
     # numba itself looks for changes in a function's own file alone, not in what it calls.
     package = Path(__file__).parent
-    sources = [Path(__file__), *package.glob('dynamics/*.py'), *package.glob('exact/*.py')]
-    digest = sha256(b''.join(path.read_bytes() for path in sorted(sources))).hexdigest()[:16]
-    if not config.CACHE_DIR and os.access(package, os.W_OK):
-        kept = package / '__pycache__' / 'compiled'
-    else:
-        kept = Path(config.CACHE_DIR or Path.home() / '.cache', 'satdyn_ros')
-    with suppress(OSError):
-        for old in kept.iterdir():
-            if old.name != digest:
-                shutil.rmtree(old, ignore_errors=True)
-    return str(kept / digest)
+    sources = [
+        path
+        for pattern in ('*.py', 'dynamics/*.py', 'exact/*.py', 'rosbag2/chunk.py')
+        for path in sorted(package.glob(pattern))
+    ]
+    content = b''.join(path.read_bytes() for path in sources) + numba.__version__.encode()
+    place = [str(package), sys.version, get_host_cpu_name(), get_host_cpu_features().flatten()]
+    begin = sha256('\n'.join(place).encode()).hexdigest()[:8]
+    folder = root / f'{begin}-{sha256(content).hexdigest()[:16]}'
+    code_folder.remove_others(folder, f'{begin}-*')
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    return folder
 
 
-_DIRECTORY = _directory()
+_FOLDER = _folder()

@@ -2,8 +2,12 @@
 
 import os
 import shutil
+import signal
 import subprocess
 import sys
+import tempfile
+import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -11,16 +15,38 @@ import pytest
 ROOT = Path(__file__).parents[1]
 # A small compiled function that calls another file's.
 USER = """
-from ..compiled import compiled, is_kept
+import logging
+import sys
+from ..compiled import compiled
 from .vector import dot
 
 @compiled
 def square(a):
     return dot(a, a)
 
-kept = is_kept(square)
-print(square((1.0, 2.0, 3.0)), kept)
+logging.basicConfig(stream=sys.stdout, format='%(message)s', level=logging.INFO)
+print(square((1.0, 2.0, 3.0)))
 """
+
+LONG = """
+import logging
+import sys
+import numpy as np
+from .propagator import Propagation
+from .system import State, System
+
+logging.basicConfig(stream=sys.stdout, format='%(message)s', level=logging.INFO)
+system = System(np.eye(3))
+Propagation(system, State(np.array([0.0, 0.0, 0.0, 1.0]), np.zeros(3))).at(0.0)
+"""
+NOTICE = 'compiling the equations of motion: once, for some seconds'
+# A user without name or home.
+NOBODY = 12345
+# The interpreter and the tests may lie in root's home, which this user shall read all the same.
+AS_NOBODY = (
+    f'setpriv --reuid {NOBODY} --regid {NOBODY} --clear-groups '
+    '--inh-caps=+dac_read_search --ambient-caps=+dac_read_search'
+).split()
 
 # Everything that is compiled: ellipse, free rotor and torque; closed form; lanes.
 MOTIONS = """
@@ -60,39 +86,122 @@ def package(tmp_path):
     copy = tmp_path / 'satdyn_ros'
     shutil.copytree(ROOT / 'satdyn_ros', copy, ignore=shutil.ignore_patterns('__pycache__'))
     (copy / 'dynamics' / 'user.py').write_text(USER)
+    (copy / 'dynamics' / 'long.py').write_text(LONG)
     return copy
 
 
-def run(package, **environment):
-    """Return what the module says: the function's value, and whether its code was there."""
-    return subprocess.run(
-        [sys.executable, '-c', 'import satdyn_ros.dynamics.user'],
-        env=os.environ | {'PYTHONPATH': str(package.parent)} | environment,
+def start(package, module='user', before=(), **environment):
+    """Start a process that imports a module of the package's dynamics."""
+    return subprocess.Popen(
+        [*before, sys.executable, '-c', f'import satdyn_ros.dynamics.{module}'],
+        env=os.environ | {'PYTHONPATH': str(package.parent), 'NUMBA_CACHE_DIR': ''} | environment,
         stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
         text=True,
-        check=True,
         cwd=package.parent,
-    ).stdout.split()
+    )
+
+
+def said(process):
+    """Return the lines that a process says until it ends well."""
+    output, _ = process.communicate()
+    assert process.returncode == 0, output
+    return output.splitlines()
 
 
 @pytest.mark.parametrize('elsewhere', [False, True])
 def test_code_is_kept_until_any_source_changes(package, tmp_path, elsewhere):
     """Kept for the next start; a change in what is called makes new code, and old code goes."""
     environment = {'NUMBA_CACHE_DIR': str(tmp_path / 'cache')} if elsewhere else {}
-    assert run(package, **environment) == ['14.0', 'False']
-    assert run(package, **environment) == ['14.0', 'True']
+    assert said(start(package, **environment)) == [NOTICE, '14.0']
+    assert said(start(package, **environment)) == ['14.0']
     vector = package / 'dynamics' / 'vector.py'
     vector.write_text(
         vector.read_text().replace('return a[0] * b[0] +', 'return 2 * a[0] * b[0] +')
     )
-    assert run(package, **environment) == ['15.0', 'False']
+    assert said(start(package, **environment)) == [NOTICE, '15.0']
     place = 'cache/satdyn_ros' if elsewhere else 'satdyn_ros/__pycache__/compiled'
-    assert len(list((tmp_path / place).iterdir())) == 1
+    assert sorted(path.is_dir() for path in (tmp_path / place).iterdir()) == [False, True]
+
+
+def test_many_processes_compile_once(package):
+    """Of those that start together one compiles; the others wait and find the code."""
+    processes = [start(package) for _ in range(4)]
+    assert sorted(line for each in processes for line in said(each)) == ['14.0'] * 4 + [NOTICE]
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_a_signal_ends_the_compilation(package, number):
+    """A process that compiles ends at a signal, before there is code, and its child with it."""
+    process = start(package, module='long')
+    assert process.stdout.readline() == f'{NOTICE}\n'
+    process.send_signal(number)
+    process.wait()
+    while compilers(package):
+        time.sleep(0.01)
+    assert list((package / '__pycache__').rglob('*._walk-*.nbi')) == []
+
+
+def compilers(package):
+    """Return the processes that compile code of a package."""
+    commands = []
+    for path in Path('/proc').glob('[0-9]*/cmdline'):
+        with suppress(OSError):
+            commands.append(path.read_bytes().decode().split('\0'))
+    return [each for each in commands if str(package.parent) in each]
+
+
+@pytest.fixture(scope='module')
+def as_nobody():
+    """Return what to write before a command of a user without name or home."""
+    if subprocess.run([*AS_NOBODY, sys.executable, '-c', ''], stderr=subprocess.PIPE).returncode:
+        pytest.skip('only root, with its capability to read all, can act as another user')
+    return AS_NOBODY
+
+
+@pytest.mark.parametrize('home', ['none', 'own', 'of another'])
+def test_a_user_who_cannot_write_the_package(package, as_nobody, tmp_path, home):
+    """Code is kept in the user's cache folder; for whom has none, until the process ends."""
+    others, own = tmp_path / 'others', tmp_path / 'own'
+    others.mkdir(mode=0o777)
+    others.chmod(0o777)
+    own.mkdir()
+    os.chown(own, NOBODY, NOBODY)
+    without_home = [*as_nobody, 'env', '-u', 'HOME']
+    user = {
+        'none': {'before': without_home},
+        'own': {'before': as_nobody, 'HOME': str(own)},
+        'of another': {'before': as_nobody, 'HOME': str(others)},
+    }[home]
+    first, second = (said(start(package, **user)) for _ in range(2))
+    if home == 'own':
+        assert (first, second) == ([NOTICE, '14.0'], ['14.0'])
+        assert list((own / '.cache/satdyn_ros').rglob('*.nbi'))
+        return
+    for notice, result in first, second:
+        assert result == '14.0'
+        place = Path(notice.split('written, and ')[1].split(' is removed')[0])
+        assert place.parent.parent == Path(tempfile.gettempdir())
+        assert not place.parent.exists()
+    assert list(others.rglob('*.nbi')) == []
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason='only root can give a folder away')
+def test_no_code_of_another_user_is_run(package):
+    """A package folder of another user, or one that all can write, is no place for code."""
+    said(start(package))
+    kept = package / '__pycache__' / 'compiled'
+    kept.chmod(0o777)
+    assert said(start(package, HOME=str(package.parent))) == [NOTICE, '14.0']
+    kept.chmod(0o755)
+    os.chown(kept, NOBODY, NOBODY)
+    environment = {'HOME': str(package.parent), 'XDG_CACHE_HOME': str(package.parent / 'cache')}
+    assert said(start(package, **environment)) == [NOTICE, '14.0']
 
 
 def test_the_same_bits_when_compiled_and_when_loaded(tmp_path):
     """The process that compiles gives the same bytes as those that find the code."""
-    said = [
+    first, second = (
         subprocess.run(
             [sys.executable, '-c', MOTIONS],
             env=os.environ | {'NUMBA_CACHE_DIR': str(tmp_path)},
@@ -101,6 +210,6 @@ def test_the_same_bits_when_compiled_and_when_loaded(tmp_path):
             cwd=ROOT,
         ).stdout
         for _ in range(2)
-    ]
-    assert said[0] == said[1]
-    assert len(set(said[0].split())) == 5
+    )
+    assert first == second
+    assert len(set(first.split())) == 5

@@ -11,6 +11,7 @@ PACKAGE = Path(__file__).parent.parent / 'satdyn_ros'
 
 # From the ground up; __init__ is the front door.
 ROOMS = [
+    'code_folder',
     'compiled',
     'dynamics',
     'exact',

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from .arguments import INPUT_IS_WRONG, parser
+from .progress import progress, show_notices
 
 DONE, ANSWER_IS_NO, INTERRUPTED = 0, 1, 130
 
@@ -29,6 +30,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         if arguments[:1] == ['node'] and not {'-h', '--help'} & set(arguments):
             return _node(arguments[1:])
         given = parser().parse_args(arguments)
+        show_notices()
         return _COMMANDS[given.command](given)
     except (ValueError, OSError) as error:
         return _refuse(arguments, _sentence(error))
@@ -69,10 +71,8 @@ def _request(given):
 
 def _simulate(given):
     from ..bag.simulate import begun_in_bag, simulate, tick_count
-    from ..dynamics.propagator import is_compiled
     from ..run import events
     from ..run.scenario import Scenario
-    from .progress import progress, tell_of_compiling
 
     scenario = Scenario.from_yaml(given.file)
     if given.rate is not None:
@@ -84,7 +84,6 @@ def _simulate(given):
     happening = events.from_yaml(given.events, scenario) if given.events else []
     count = tick_count(scenario, given.duration)
     run = simulate(scenario, given.duration, given.out, happening)
-    tell_of_compiling(is_compiled())
     with (
         _interruption() as interrupted,
         progress('simulating', 'ticks') as show,
@@ -183,29 +182,18 @@ def _describe(given):
 
 
 def _sweep(given):
-    from ..dynamics.batch import is_compiled
     from ..sweep.run import sweep
     from ..sweep.summary import summary
-    from .progress import progress, tell_of_compiling
 
-    with progress('sweep', 'runs') as show_bar:
-
-        def show(done: int, total: int) -> None:
-            if done == 0:
-                tell_of_compiling(is_compiled())
-            show_bar(done, total)
-
+    with progress('sweep', 'runs') as show:
         table = sweep(given.file, given.out, given.workers, given.dask, show)
     print(f'{table}: {summary(table)}')
     return DONE
 
 
 def _check(given):
-    from ..dynamics.propagator import is_compiled
     from .check import check
-    from .progress import tell_of_compiling
 
-    tell_of_compiling(is_compiled())
     return DONE if check() else ANSWER_IS_NO
 
 

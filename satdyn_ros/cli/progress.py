@@ -1,16 +1,21 @@
 """What takes its time says so: a progress bar, on a terminal alone, and a notice."""
 
+import logging
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from ..compiled import NOTICE
+
+class _Notices(logging.Handler):
+    def emit(self, record):
+        print(record.getMessage(), file=sys.stderr)
 
 
-def tell_of_compiling(is_compiled: bool) -> None:
-    """Say why the first use takes seconds, unless the compiled code is there."""
-    if not is_compiled:
-        print(NOTICE, file=sys.stderr)
+def show_notices() -> None:
+    """Show on stderr what the package logs, such as that it compiles."""
+    log = logging.getLogger('satdyn_ros')
+    log.setLevel(logging.INFO)
+    log.handlers = [_Notices()]
 
 
 @contextmanager

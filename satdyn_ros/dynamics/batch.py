@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compiled import compiled, inlined, is_kept
+from ..compiled import compiled, inlined
 from .dop853 import (
     GROWTH,
     REACHED,
@@ -150,11 +150,6 @@ def _fly_together(motions, t_s):
     while len(t_s) and not _fly(t_s, wanted, flights, lanes, single, motions[0].of.does_work):
         pass
     return flights.out, flights.outcome, flights.reached_s, flights.rows
-
-
-def is_compiled() -> bool:
-    """Return whether the compiled code is on disk; without it, the first use takes seconds."""
-    return is_kept(_fly)
 
 
 @compiled

@@ -10,14 +10,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numba import vectorize
 
+from ..compiled import vectorized
 from . import rotation
 
 EARTH_MU = 3.986004418e14
 
 
-@vectorize(cache=True)
+@vectorized
 def true_anomaly(mean_anomaly, e):
     """
     Return the true anomaly f [rad], continuous, of the mean anomaly M [rad] and eccentricity e.

@@ -7,7 +7,7 @@ few milliseconds, between which Ctrl-C and other threads get their turn.
 
 import numpy as np
 
-from ..compiled import compiled, is_kept
+from ..compiled import compiled
 from .dop853 import (
     BEGIN,
     DENSE_OF,
@@ -156,11 +156,6 @@ def _wanted(system, of):
     if of.does_work:
         wanted += [WORK]
     return np.array(wanted)
-
-
-def is_compiled() -> bool:
-    """Return whether the compiled code is on disk; without it, the first use takes seconds."""
-    return is_kept(_walk)
 
 
 def _anomaly(system, start_s):

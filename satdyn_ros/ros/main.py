@@ -1,13 +1,17 @@
 """The command `satdyn_node`, which is `satdyn node`: one node until it is told to end."""
 
 import argparse
+import logging
+import signal
 import sys
 from collections.abc import Sequence
 
 import rclpy
+import rclpy.logging
 from rclpy.exceptions import NameValidationException, NotInitializedException
 from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.signals import SignalHandlerOptions, install_signal_handlers
 
 from ..run import ros_yaml
 from ..run.scenario import parameters_of_yaml
@@ -35,7 +39,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     own = parser.parse_args(arguments[:at])
     try:
         values = _values(own.params_file)
-        rclpy.init(args=['satdyn', *arguments[at:]])
+        rclpy.init(
+            args=['satdyn', *arguments[at:]], signal_handler_options=SignalHandlerOptions.NO
+        )
     except UnknownROSArgsError as error:
         return _refuse(f'--ros-args takes no {error}')
     except (ValueError, RCLError, NameValidationException) as error:
@@ -57,8 +63,14 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(values):
-    executor = Executor()
+    # A node is built, and its equations compiled, under Python's own handlers, which interrupt
+    # at once; those of rclpy let a spinning executor end.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    _show_notices()
     node = SatdynNode(values)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    install_signal_handlers()
+    executor = Executor()
     try:
         executor.add_node(node)
         executor.spin()
@@ -67,6 +79,18 @@ def _run(values):
     finally:
         node.destroy_node()
     return 0 if node.failure is None else 1
+
+
+class _Notices(logging.Handler):
+    def emit(self, record):
+        rclpy.logging.get_logger('satdyn').info(record.getMessage())
+
+
+def _show_notices():
+    """Show in the log of ROS what the package logs, such as that it compiles."""
+    log = logging.getLogger('satdyn_ros')
+    log.setLevel(logging.INFO)
+    log.handlers = [_Notices()]
 
 
 def _refuse(error):

@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import rclpy.node
 
-from ..compiled import NOTICE
-from ..dynamics.propagator import is_compiled
 from ..messages.topics import TOPICS
 from ..run.events import Event, Topics
 from ..run.scenario import Scenario
@@ -93,8 +91,6 @@ class SatdynNode(rclpy.node.Node):
 
     def _load_equations(self, scenario):
         """Compile the equations, if that was never done, ahead of the first tick."""
-        if not is_compiled():
-            self.get_logger().info(NOTICE)
         scenario.motion().at(0.0)
 
     def destroy_node(self) -> None:

@@ -6,13 +6,14 @@ as tables, so that the cost of a message is that of copying it.
 """
 
 import io
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Channel, Schema
-from numba import njit
+
+from ..compiled import compiled, inlined
 
 CHUNK_SIZE = 786432
 HEAD = np.dtype(
@@ -119,7 +120,7 @@ class Contents:
         return _PREFIX + int(self.data[start + 1 : start + _PREFIX].copy().view('<u8')[0])
 
 
-@njit(inline='always')
+@inlined
 def _number(data, start, size):
     """Return the little-endian number of some bytes."""
     number = np.uint64(0)
@@ -128,10 +129,10 @@ def _number(data, start, size):
     return number
 
 
-@njit(
-    'Tuple((int64, int64[::1], uint16[::1], uint64[::1], int64[::1]))'
+@partial(
+    compiled,
+    signature='Tuple((int64, int64[::1], uint16[::1], uint64[::1], int64[::1]))'
     '(Array(uint8, 1, "C", readonly=True))',
-    cache=True,
     nogil=True,
 )
 def _records(data):
@@ -168,7 +169,11 @@ def _records(data):
     )
 
 
-@njit('uint64[:, ::1](uint16[::1], uint64[::1], int64[::1], int64, int64)', cache=True, nogil=True)
+@partial(
+    compiled,
+    signature='uint64[:, ::1](uint16[::1], uint64[::1], int64[::1], int64, int64)',
+    nogil=True,
+)
 def _index(channel_ids, log_times, offsets, channel_id, count):
     """Return the log times and offsets of a channel's messages, of which there are count."""
     index = np.empty((count, 2), np.uint64)
@@ -180,8 +185,10 @@ def _index(channel_ids, log_times, offsets, channel_id, count):
     return index
 
 
-@njit(
-    'uint8[:, ::1](Array(uint8, 1, "C", readonly=True), int64[::1], int64)', cache=True, nogil=True
+@partial(
+    compiled,
+    signature='uint8[:, ::1](Array(uint8, 1, "C", readonly=True), int64[::1], int64)',
+    nogil=True,
 )
 def _gather(data, begins, length):
     """Return the rows data[begin : begin + length], shape (N, length)."""
@@ -191,9 +198,9 @@ def _gather(data, begins, length):
     return rows
 
 
-@njit(
-    'void(Array(uint8, 1, "C"), int64[::1], Array(uint8, 2, "C", readonly=True))',
-    cache=True,
+@partial(
+    compiled,
+    signature='void(Array(uint8, 1, "C"), int64[::1], Array(uint8, 2, "C", readonly=True))',
     nogil=True,
 )
 def scatter(data, begins, rows):

@@ -18,9 +18,13 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from .. import __version__
 from ..bag.simulate import simulate
-from ..dynamics.batch import LANES
+from ..dynamics.batch import LANES, propagate_all
+from ..dynamics.propagator import Propagation
+from ..run.scenario import Scenario
 from .outcome import rows
 from .plan import Plan
 from .table import unite, write_part
@@ -106,6 +110,9 @@ def _run_batches(plan, parts, executor, show):
 def _executor(workers, dask_address):
     """Give the executor that runs the batches: processes here, or those of a cluster."""
     if dask_address is None:
+        # Compiled here, where an interruption is heard, for all processes.
+        scenario = Scenario()
+        propagate_all([Propagation(scenario.system, scenario.initial_state)], np.zeros(1))
         spawn = multiprocessing.get_context('spawn')
         with futures.ProcessPoolExecutor(workers or os.cpu_count(), spawn, _follow_parent) as pool:
             yield pool

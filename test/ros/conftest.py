@@ -5,11 +5,15 @@ import pytest
 import rclpy
 from ros.live import LiveNode, Participant
 
+from satdyn_ros.run.scenario import Scenario
+
 os.environ['FASTRTPS_DEFAULT_PROFILES_FILE'] = str(Path(__file__).parent / 'discovery.xml')
 
 
 @pytest.fixture(scope='session', autouse=True)
 def _ros():
+    # A node is not to spend the patience of a test on its compiler.
+    Scenario().motion().at(0.0)
     rclpy.init(signal_handler_options=rclpy.signals.SignalHandlerOptions.NO)
     yield
     rclpy.try_shutdown()

@@ -7,10 +7,12 @@ It ends with exit code 0 once the satellite rests at the target, with 1 if that 
 """
 
 import argparse
+import sys
 import time
 
 import numpy as np
 import rclpy
+import rclpy.utilities
 from geometry_msgs.msg import QuaternionStamped, VelocityStamped, WrenchStamped
 from rclpy.node import Node
 
@@ -22,18 +24,18 @@ class Controller(Node):
     Torque = -Kp e - Kd omega with e the rotation vector from the target to the body.
 
     For moments near I [kg m^2], Kp = I wn^2 and Kd = 2 I wn damp the error critically at the
-    bandwidth wn [rad/s].
+    bandwidth wn [rad/s].  source: what stands before the names of the topics it steers by.
     """
 
-    def __init__(self, inertia, bandwidth):
+    def __init__(self, inertia, bandwidth, source=''):
         super().__init__('controller')
         self.target_q_ib = rotation.IDENTITY
         self.error_rad, self.rate_rad_s = np.inf, np.inf
         self._gains = inertia * bandwidth**2, 2.0 * inertia * bandwidth
         self._q_ib = None
         self._torque = self.create_publisher(WrenchStamped, 'torque', 10)
-        self.create_subscription(QuaternionStamped, 'attitude', self._attitude, 10)
-        self.create_subscription(VelocityStamped, 'angular_velocity', self._rate, 10)
+        self.create_subscription(QuaternionStamped, f'{source}attitude', self._attitude, 10)
+        self.create_subscription(VelocityStamped, f'{source}angular_velocity', self._rate, 10)
 
     def _attitude(self, message):
         q = message.quaternion
@@ -67,9 +69,13 @@ def main():
     parser.add_argument('--inertia', type=float, default=0.03, help='kg m^2')
     parser.add_argument('--bandwidth', type=float, default=0.3, help='rad/s')
     parser.add_argument('--timeout', type=float, default=120.0, help='s')
-    arguments = parser.parse_args()
+    parser.add_argument(
+        '--estimate', action='store_true', help='steer by the topics of examples/estimator.py'
+    )
+    arguments = parser.parse_args(rclpy.utilities.remove_ros_args(sys.argv)[1:])
     rclpy.init()
-    controller = Controller(arguments.inertia, arguments.bandwidth)
+    source = 'estimate/' if arguments.estimate else ''
+    controller = Controller(arguments.inertia, arguments.bandwidth, source)
     end, next_line = time.monotonic() + arguments.timeout, 0.0
     while not controller.has_settled and time.monotonic() < end:
         rclpy.spin_once(controller, timeout_sec=0.2)

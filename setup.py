@@ -15,7 +15,7 @@ setup(
     license='Apache-2.0',
     python_requires='>=3.10',
     packages=find_packages(include=[package_name, f'{package_name}.*']),
-    package_data={'': ['*.json', '*.msg', '*.html', '*.js', '*.css']},
+    package_data={'': ['*.json', '*.msg', 'bundled/*', 'page/*']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (f'share/{package_name}', ['package.xml']),
@@ -35,7 +35,7 @@ setup(
     extras_require={
         # On a ROS distribution rclpy and the messages are there already.
         'ros': ['ros-jazzy-common-interfaces', 'ros-jazzy-rclpy[fastrtps]'],
-        'plot': ['matplotlib', 'plotly'],
+        'plot': ['matplotlib'],
         'sweep': ['dask', 'distributed', 'pyarrow'],
         'test': [
             'allantools',

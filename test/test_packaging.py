@@ -92,12 +92,14 @@ def test_everything_shipped_is_installed(distribution):
 def test_data_beside_the_modules_is_installed(distribution):
     """Every file among the modules that is no module is package data."""
     patterns = distribution.package_data['']
-    beside = [
+    packages = [path.parent for path in (ROOT / 'satdyn_ros').rglob('__init__.py')]
+    beside = {
         path
         for path in (ROOT / 'satdyn_ros').rglob('*')
         if path.is_file() and path.suffix != '.py' and '__pycache__' not in path.parts
-    ]
-    assert [path for path in beside if not any(map(path.match, patterns))] == []
+    }
+    packed = {path for package in packages for name in patterns for path in package.glob(name)}
+    assert beside - packed == set()
 
 
 def test_every_folder_of_modules_is_a_package(distribution):

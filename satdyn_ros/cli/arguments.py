@@ -161,9 +161,16 @@ def _add_bag_commands(command):
         metavar='PANEL',
         help='the panels to draw; of a sweep: the columns',
     )
-    added = command('report', 'a bag as one page to play', 'satdyn report orbit -o orbit.html')
+    _add_window(added)
+    added = command(
+        'report',
+        'a bag as one page to play',
+        'satdyn report orbit -o orbit.html\n'
+        'satdyn report day -o hour.html --begin 3600 --end 7200',
+    )
     _add_bag(added)
     _add_out(added, 'FILE', 'an .html file')
+    _add_window(added)
 
 
 _SWEEP_FORM = """\
@@ -205,6 +212,13 @@ def _add_sweep(command):
 
 def _add_bag(command):
     command.add_argument('bag', metavar='BAG', help='a bag: a directory or an .mcap file')
+
+
+def _add_window(command):
+    for name, where in (('begin', 'from'), ('end', 'up to')):
+        command.add_argument(
+            f'--{name}', type=float, metavar='S', help=f'only {where} this second from tick 0'
+        )
 
 
 def _add_out(command, metavar, text):

@@ -16,7 +16,6 @@ DONE, ANSWER_IS_NO, INTERRUPTED = 0, 1, 130
 _EXTRAS = {
     'rclpy': 'ROS 2: source an installation of it, or pip install "satdyn_ros[ros]"',
     'matplotlib': 'matplotlib: pip install "satdyn_ros[plot]"',
-    'plotly': 'plotly: pip install "satdyn_ros[plot]"',
     'dask': 'dask: pip install "satdyn_ros[sweep]"',
     'distributed': 'distributed: pip install "satdyn_ros[sweep]"',
     'pyarrow': 'pyarrow: pip install "satdyn_ros[sweep]"',
@@ -151,18 +150,20 @@ def _plot(given):
     if (Path(given.bag) / 'sweep.json').exists():
         from ..report.outcomes import plot_sweep
 
+        if given.begin is not None or given.end is not None:
+            raise ValueError(f'{given.bag} is a sweep; --begin and --end choose a part of a bag')
         plot_sweep(given.bag, given.out, given.what)
         return DONE
-    from ..report.plot import plot
+    from ..report.plot import DEFAULT, plot
 
-    plot(given.bag, given.out, given.what)
+    plot(given.bag, given.out, given.what or DEFAULT, given.begin, given.end)
     return DONE
 
 
 def _report(given):
     from ..report.html import report
 
-    report(given.bag, given.out)
+    report(given.bag, given.out, given.begin, given.end)
     return DONE
 
 

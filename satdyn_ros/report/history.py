@@ -1,31 +1,42 @@
-"""What a bag shows: its run once more, thinned out for the eye, with the drift of every tick."""
+"""What a bag shows: its run once more, thinned out without hiding what lies between the rows."""
 
 from dataclasses import dataclass
+from fractions import Fraction
+from math import floor
 from pathlib import Path
 
 import numpy as np
 
 from ..bag.recorded_run import RecordedRun
+from ..dynamics import rotation
 from ..dynamics.integrals import relative_drift
 from ..dynamics.motion import Motion, States
 from ..dynamics.torque import angular_momentum, gravity_gradient
 from ..rosbag2.reader import TopicBlock
 from ..run.events import Event
 from ..run.scenario import Scenario
+from ..run.simulation import Samples
 
 _BLOCK_TICKS = 4096
+
+# A line between two rows cannot follow a body that turns further from one to the next [rad].
+LARGEST_TURN = np.pi / 2.0
 
 
 @dataclass(frozen=True, eq=False)
 class History:
     """
-    The run in a bag at some ticks, N of them, evenly spread.
+    The run in a bag, or a part of it, at some ticks, N of them, evenly spread.
 
+    ticks: how many there are in all; row i stands for those from its own up to the next row's.
     t_s (N,): seconds from tick 0.  states: their table, which refers to the orbit; q_lb (N, 4) is
-    None without LVLH.  torque_b (N, 3): gravity gradient [N m]; momentum_b (N, 3): H [N m s].
+    None without LVLH.  torque_b (N, 3): gravity gradient [N m]; applied_b (N, 3): applied torque
+    [N m]; momentum_b (N, 3): H [N m s].  turned (N,): the angle that the body turns within a row
+    [rad].  least, most: by the name of a curve, see curves(), its bounds over all ticks of a row.
     drift: by first integral its largest relative change since the last event so far, of all ticks,
     (N,), nan where it is none.  largest_drift: the same over the whole run.  motions: those of the
-    run, by the tick where they begin.  events: what happened, with the time of each.
+    run, by the tick where they begin.  events: what happened, with the time of each.  driven: from
+    when to when [s] an applied torque acts.
     """
 
     scenario: Scenario
@@ -34,29 +45,83 @@ class History:
     states: States
     q_lb: np.ndarray | None
     torque_b: np.ndarray
+    applied_b: np.ndarray
     momentum_b: np.ndarray
+    turned: np.ndarray
+    least: dict[str, np.ndarray]
+    most: dict[str, np.ndarray]
     drift: dict[str, np.ndarray]
     largest_drift: dict[str, float]
     motions: dict[int, Motion]
     events: list[tuple[float, Event]]
+    driven: list[tuple[float, float]]
+
+    @property
+    def turns_too_far(self) -> np.ndarray:
+        """Return the rows (N,) in which the body turns too far for a line to the next row."""
+        return self.turned > LARGEST_TURN
+
+    @property
+    def window_s(self) -> float:
+        """Return how long a window [s] may be for as many rows to follow the body."""
+        every = -(-self.ticks // len(self.t_s))
+        turn_per_tick = self.turned.max() / every
+        # The average over a long row hides how fast the body is for some ticks of it.
+        suitable = int(0.9 * LARGEST_TURN / turn_per_tick) if turn_per_tick > 0.0 else every
+        return len(self.t_s) * max(suitable, 1) / float(self.scenario.rate)
 
 
-def history(path: str | Path, rows: int = 4000) -> History:
-    """Return the history of a bag at about so many ticks; ValueError: it is no bag of ours."""
+def curves(samples: Samples) -> dict[str, np.ndarray]:
+    """
+    Return what is drawn over time of samples, (N, k) each.
+
+    attitude: roll, pitch and yaw to LVLH, or to inertial axes without an orbit [rad]; rate: body
+    rate in body axes [rad/s]; torque: gravity gradient in body axes [N m]; rotor_speed [rad/s].
+    """
+    states = samples.states
+    q = states.q_lb if states.orbit.has_lvlh else states.q_ib
+    return {
+        'attitude': rotation.roll_pitch_yaw(q),
+        'rate': states.omega_bi_b,
+        'torque': _gravity_gradient(samples),
+        'rotor_speed': rotor_columns(states.rotor_speed),
+    }
+
+
+def rotor_columns(values: np.ndarray) -> np.ndarray:
+    """Return a quantity of the rotors as a table (N, R), R rotors."""
+    return np.reshape(values, (len(values), -1))
+
+
+def history(
+    path: str | Path,
+    rows: int = 4000,
+    begin_s: float | None = None,
+    end_s: float | None = None,
+) -> History:
+    """
+    Return the history of a bag at no more than so many ticks.
+
+    begin_s, end_s: the ticks k with begin_s <= k / rate <= end_s alone, counted from tick 0.
+    ValueError: it is no bag of ours, or has no ticks there.
+    """
     run = RecordedRun(path)
     if run.snapshot is None:
         raise ValueError(f'{path} has no samples')
     simulation = run.simulation()
-    first, end = simulation.next_tick, _last_tick(run) + 1
-    every = max(1, -(-(end - first) // rows))
-    tables, torques, momenta, drifts, events = [], [], [], [], []
+    first, end = _window(run, simulation.next_tick, _last_tick(run) + 1, begin_s, end_s)
+    every = -(-(end - first) // rows)
+    bounds = _Bounds(first, -(-(end - first) // every), every, 1.0 / float(run.ticks.rate))
+    tables, torques, applied_torques, momenta, drifts = [], [], [], [], []
+    events: list[tuple[float, Event]] = []
+    driven: list[tuple[float, float]] = []
     largest: dict[str, float] = {}
     so_far: dict[str, float] = {}
     motions: dict[int, Motion] = {}
     while simulation.next_tick < end:
-        block = min(_BLOCK_TICKS, end - simulation.next_tick)
+        start = simulation.next_tick
+        block = min(_BLOCK_TICKS, (end if start >= first else first) - start)
         applied, samples = simulation.advance(block)
-        events += [(run.ticks.seconds(event.tick), event) for event in applied]
         states = samples.states
         if simulation.motion not in motions.values():
             motions[samples.first_tick] = simulation.motion
@@ -66,12 +131,18 @@ def history(path: str | Path, rows: int = 4000) -> History:
             for name, values in relative_drift(samples.system, states, begin).items()
         }
         so_far = {name: float(values[-1]) for name, values in drift.items()}
+        if start < first:
+            continue
+        events += [(run.ticks.seconds(event.tick), event) for event in applied]
+        if np.any(samples.system.torque_b) or np.any(samples.system.rotor_torque):
+            _extend(driven, run.ticks.seconds(start), run.ticks.seconds(start + len(samples)))
         largest |= {name: max(largest.get(name, 0.0), value) for name, value in so_far.items()}
+        bounds.take(samples)
         chosen = slice((first - samples.first_tick) % every, None, every)
         table = states.rows(chosen)
-        gradient = table.orbit.gradient_at(table.orbit_s)
         tables.append(table)
-        torques.append(gravity_gradient(samples.system.inertia, table.c_b, gradient))
+        torques.append(_gravity_gradient(samples)[chosen])
+        applied_torques.append(np.broadcast_to(samples.system.torque_b, (len(table), 3)))
         momenta.append(angular_momentum(samples.system, table.omega_bi_b, table.rotor_speed))
         drifts.append({name: values[chosen] for name, values in drift.items()})
     states = joined(tables)
@@ -82,7 +153,11 @@ def history(path: str | Path, rows: int = 4000) -> History:
         states=states,
         q_lb=None if run.scenario.is_fixed else states.q_lb,
         torque_b=np.concatenate(torques),
+        applied_b=np.concatenate(applied_torques),
         momentum_b=np.concatenate(momenta),
+        turned=bounds.turned,
+        least=bounds.least,
+        most=bounds.most,
         drift={
             name: np.concatenate(
                 [
@@ -95,7 +170,32 @@ def history(path: str | Path, rows: int = 4000) -> History:
         largest_drift=largest,
         motions=motions,
         events=events,
+        driven=driven,
     )
+
+
+class _Bounds:
+    """The least and the most of every curve, and the angle turned, over all ticks of each row."""
+
+    def __init__(self, first_tick: int, rows: int, every: int, tick_s: float):
+        self._first_tick, self._rows, self._every, self._tick_s = first_tick, rows, every, tick_s
+        self.turned = np.zeros(rows)
+        self.least: dict[str, np.ndarray] = {}
+        self.most: dict[str, np.ndarray] = {}
+
+    def take(self, samples: Samples) -> None:
+        """Take the next samples; a row goes on from one block of them to the next."""
+        tick = samples.first_tick - self._first_tick + np.arange(len(samples))
+        row, begins = np.unique(tick // self._every, return_index=True)
+        rate = np.linalg.norm(samples.states.omega_bi_b, axis=-1)
+        self.turned[row] += np.add.reduceat(rate, begins) * self._tick_s
+        for name, values in curves(samples).items():
+            if name not in self.least:
+                self.least[name] = np.full((self._rows, values.shape[1]), np.inf)
+                self.most[name] = np.full((self._rows, values.shape[1]), -np.inf)
+            least, most = self.least[name], self.most[name]
+            least[row] = np.minimum(least[row], np.minimum.reduceat(values, begins))
+            most[row] = np.maximum(most[row], np.maximum.reduceat(values, begins))
 
 
 def joined(tables: list[States]) -> States:
@@ -114,6 +214,38 @@ def joined(tables: list[States]) -> States:
         orbit=tables[0].orbit,
         orbit_s=column('orbit_s'),
     )
+
+
+def _window(run, first, end, begin_s, end_s):
+    """Return the first tick and the one after the last that were asked for."""
+    rate = run.ticks.rate
+    from_tick = first if begin_s is None else max(first, run.ticks.ceil(begin_s))
+    to_tick = end if end_s is None else min(end, floor(Fraction(str(end_s)) * rate) + 1)
+    if from_tick >= to_tick:
+        lowest, highest = run.ticks.seconds(first), run.ticks.seconds(end - 1)
+        asked = ' and '.join(
+            f'{name} {value:g}'
+            for name, value in (('begin', begin_s), ('end', end_s))
+            if value is not None
+        )
+        raise ValueError(
+            f'{run.bag.path} has no ticks between {asked}; it holds those from {lowest:.9g} s to '
+            f'{highest:.9g} s'
+        )
+    return from_tick, to_tick
+
+
+def _gravity_gradient(samples):
+    states = samples.states
+    gradient = states.orbit.gradient_at(states.orbit_s)
+    return gravity_gradient(samples.system.inertia, states.c_b, gradient)
+
+
+def _extend(intervals, begin_s, end_s):
+    """Add an interval; one that goes on where the last ends makes that longer."""
+    if intervals and intervals[-1][1] == begin_s:
+        begin_s = intervals.pop()[0]
+    intervals.append((begin_s, end_s))
 
 
 def _last_tick(run):

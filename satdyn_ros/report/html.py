@@ -1,87 +1,147 @@
-"""One self-contained page of a bag: a 3-D view that plays, the plots, the scenario, the proof."""
+"""One self-contained page of a bag: the scene that plays, the charts, the proof, the scenario."""
 
 import json
+from collections.abc import Iterable, Iterator
 from html import escape
 from importlib.resources import files
 from pathlib import Path
 from string import Template
+from typing import Any
 
 import numpy as np
 
 from .. import __version__
 from ..dynamics import rotation
 from ..dynamics.propagator import Propagation
-from ..run.events import Event, to_yaml
+from ..run.events import Request, Reset, Topics, to_yaml
+from ..run.keys import KEYS
+from ..run.scenario import Scenario
 from .history import History, history
-from .scene import scene
+from .scene import of_history, table
 
-_ROWS = 4000
+# Enough for a body that turns a thousand times, and small enough for a page of a few megabytes.
+ROWS = 16000
 _LISTED_EVENTS = 200
 
+STYLES = ('bundled/uplot.min.css', 'page/style.css')
+SCENE_SCRIPTS = (
+    'bundled/three.min.js',
+    'bundled/uplot.min.js',
+    'page/units.js',
+    'page/rows.js',
+    'page/planet.js',
+    'page/things.js',
+    'page/labels.js',
+    'page/scene.js',
+    'page/stage.js',
+    'page/charts.js',
+)
+_SCRIPTS = (*SCENE_SCRIPTS, 'page/timeline.js', 'page/report.js')
 
-def report(bag: str | Path, output: str | Path) -> None:
-    """
-    Write the page of a bag.
 
-    ValueError: the bag is none of ours, or plotly is not installed.  OSError: output cannot be
-    written.
+def report(
+    bag: str | Path,
+    output: str | Path,
+    begin_s: float | None = None,
+    end_s: float | None = None,
+) -> None:
     """
-    Path(output).write_text(page(history(bag, _ROWS), Path(bag).name), encoding='utf-8')
+    Write the page of a bag, or of the ticks from begin_s to end_s [s] in it.
+
+    ValueError: the bag is none of ours, or has no such ticks.  OSError: output cannot be written.
+    """
+    run = history(bag, ROWS, begin_s, end_s)
+    Path(output).write_text(page(run, Path(bag).name), encoding='utf-8')
 
 
 def page(run: History, title: str) -> str:
     """Return the page of a history as HTML that needs nothing else."""
-    try:
-        from plotly.offline import get_plotlyjs
-    except ImportError:
-        raise ValueError(
-            'reports take plotly, which is not installed; pip install satdyn_ros[plot]'
-        ) from None
-    room = files(__package__)
-    data = {'t_s': run.t_s.tolist(), 'plots': _plots(run), 'scene': scene(run)}
-    return Template((room / 'report.html').read_text(encoding='utf-8')).substitute(
+    scripts = ''.join(f'<script>{asset(name)}</script>\n' for name in _SCRIPTS)
+    return Template(asset('page/report.html')).substitute(
         title=escape(title),
         version=__version__,
-        summary=escape(_summary(run)),
+        style='\n'.join(asset(name) for name in STYLES),
+        summary=escape(summary(run)),
+        note=f'<p class="quiet">{escape(band_note(run))}</p>' if band_note(run) else '',
         integrals=_table(['first integral', 'largest relative drift'], _integrals(run)),
         closed_forms=_table(['from', 'motion', 'source', 'difference [rad]'], _closed_forms(run)),
-        events=_table(['time [s]', 'event'], _events(run.events)),
-        scenario=escape(run.scenario.to_yaml()),
-        data=json.dumps(data).replace('</', '<\\/'),
-        plotly=get_plotlyjs(),
-        script=(room / 'report.js').read_text(encoding='utf-8'),
+        events=_table(['time [s]', 'event'], _events(run)),
+        scenario=_table(['key', 'value', 'unit', 'default'], _differences(run.scenario)),
+        yaml=escape(run.scenario.to_yaml()),
+        run=json.dumps(playable(run)).replace('</', '<\\/'),
+        scripts=scripts,
     )
 
 
-def _summary(run):
+def asset(name: str) -> str:
+    """Return the text of a file of the pages."""
+    return files(__package__).joinpath(name).read_text(encoding='utf-8')
+
+
+def playable(run: History) -> dict[str, Any]:
+    """
+    Return what the page plays, plain data.
+
+    description and table: see scene.py.  bands: the rows in which the body turns too far for a
+    line, and tables of the least and the most there; null where there are none.  marks: events
+    (t_s, kind 'restart' or 'change', text) and driven intervals (from, to) [s].  notice: what the
+    3-D view cannot show, or ''.
+    """
+    description, rows = of_history(run)
+    far = np.flatnonzero(run.turns_too_far)
+    return {
+        'description': description,
+        'table': rows,
+        'bands': {'rows': far.tolist(), 'least': table(run.least), 'most': table(run.most)}
+        if len(far)
+        else None,
+        'marks': {'events': list(_marks(run)), 'driven': run.driven},
+        'notice': _notice(run),
+    }
+
+
+def summary(run: History) -> str:
+    """Return in one sentence what is drawn."""
     span_s = run.t_s[-1] - run.t_s[0]
+    drawn = 'each is drawn' if len(run.t_s) == run.ticks else f'{len(run.t_s)} of them are drawn'
     return (
         f'{run.ticks} ticks at {float(run.scenario.rate):g} Hz, {span_s:g} s; '
-        f'{len(run.t_s)} of them are drawn, all are checked'
+        f'{drawn}, all are checked'
     )
 
 
-def _plots(run):
-    """Return the plots over time: title, and name and values of each line."""
-    q = run.states.q_ib if run.q_lb is None else run.q_lb
-    frame = 'inertial axes' if run.q_lb is None else 'LVLH'
-    angles = np.degrees(np.unwrap(rotation.roll_pitch_yaw(q), axis=0))
-    plots = [
-        _plot(f'body to {frame} [deg]', ('roll', 'pitch', 'yaw'), angles.T),
-        _plot('body rate [deg/s]', ('x', 'y', 'z'), np.degrees(run.states.omega_bi_b).T),
-        _plot('gravity gradient [N m]', ('x', 'y', 'z'), run.torque_b.T),
-    ]
-    names = [name.replace('_', ' ') for name in run.drift]
-    largest = [np.maximum(values, 1e-17) for values in run.drift.values()]
-    return [*plots, _plot('relative drift [1]', names, largest) | {'log': True}]
+def band_note(run: History) -> str:
+    """Return what the bands of the charts mean, or '' where there are none."""
+    if not np.any(run.turns_too_far) or len(run.t_s) == run.ticks:
+        return ''
+    return (
+        'Where the body turns more than a quarter turn from one row to the next, a band from the '
+        'least to the most over all ticks takes the place of the lines; a shorter window '
+        '(--begin S --end S) shows the lines.'
+    )
 
 
-def _plot(title, names, columns):
-    lines = [
-        {'name': name, 'y': [None if np.isnan(y) else float(f'{y:.7g}') for y in column]}
-        for name, column in zip(names, columns, strict=True)
-    ]
-    return {'title': title, 'lines': lines}
+def _notice(run):
+    if not np.any(run.turns_too_far):
+        return ''
+    largest = np.degrees(run.turned.max())
+    row_s = float(run.t_s[-1] - run.t_s[0]) / max(len(run.t_s) - 1, 1)
+    between = f'The body turns up to {largest:.0f} deg between rows {row_s:.3g} s apart'
+    if len(run.t_s) == run.ticks:
+        return f'{between}, which the ticks do not resolve: publish.rate is too low to play it.'
+    begin_s = run.t_s[int(np.argmax(run.turned))]
+    end_s = min(begin_s + run.window_s, run.t_s[-1])
+    return (
+        f'{between}, which this view cannot play. A shorter window plays as it was: '
+        f'--begin {begin_s:.0f} --end {end_s:.0f}.'
+    )
+
+
+def _marks(run) -> Iterator[dict[str, Any]]:
+    for t_s, event in run.events:
+        if isinstance(event, Request | Reset | Topics):
+            kind = 'restart' if isinstance(event, Request | Reset) else 'change'
+            yield {'t_s': t_s, 'kind': kind, 'text': to_yaml([event]).strip()}
 
 
 def _integrals(run):
@@ -107,19 +167,39 @@ def _closed_forms(run):
         yield begin, closed.name, closed.source, f'{np.max(apart, initial=0.0):.2e}'
 
 
-def _events(events: list[tuple[float, Event]]):
-    rows = [(f'{t_s:.9g}', to_yaml([event]).strip()) for t_s, event in events[:_LISTED_EVENTS]]
-    if len(events) > _LISTED_EVENTS:
-        rows.append(('…', f'{len(events) - _LISTED_EVENTS} more'))
-    return rows
+def _events(run: History) -> Iterator[tuple[str, str]]:
+    """Yield what happened: restarts and changes one by one, torques as the time they act."""
+    listed = [(mark['t_s'], mark['text'].removeprefix('- ')) for mark in _marks(run)]
+    listed += [(begin_s, f'applied torque until {end_s:.9g} s') for begin_s, end_s in run.driven]
+    for t_s, text in sorted(listed)[:_LISTED_EVENTS]:
+        yield f'{t_s:.9g}', text
+    if len(listed) > _LISTED_EVENTS:
+        yield '…', f'{len(listed) - _LISTED_EVENTS} more'
 
 
-def _table(heads, rows):
-    """Return an HTML table, or a dash where there are no rows."""
+def _differences(scenario: Scenario) -> Iterator[tuple[str, str, str, str]]:
+    """Yield what is not as it is by default: key, value, unit and default."""
+    for name, value in scenario.values.items():
+        key = KEYS.get(name)
+        if key is None or value != key.default:
+            yield name, _text(value), key.unit if key else '', _text(key.default) if key else ''
+
+
+def _text(value):
+    if isinstance(value, tuple):
+        return f'[{", ".join(_text(x) for x in value)}]'
+    return f'{value:.9g}' if isinstance(value, float) else str(value)
+
+
+def _table(heads: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    """Return an HTML table, or 'none' where there are no rows."""
     body = ''.join(
         '<tr>' + ''.join(f'<td>{escape(str(cell))}</td>' for cell in row) + '</tr>' for row in rows
     )
     if not body:
         return '<p>none</p>'
     head = ''.join(f'<th>{escape(name)}</th>' for name in heads)
-    return f'<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
+    return (
+        '<div class="scroll"><table>'
+        f'<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+    )

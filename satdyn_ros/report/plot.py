@@ -10,17 +10,25 @@ DEFAULT = ('attitude', 'rates', 'torque', 'drift')
 PANELS = (*panels.TIME_PANELS, 'polhode', 'phase')
 
 
-def plot(bag: str | Path, output: str | Path, what: Sequence[str] = DEFAULT) -> None:
+def plot(
+    bag: str | Path,
+    output: str | Path,
+    what: Sequence[str] = DEFAULT,
+    begin_s: float | None = None,
+    end_s: float | None = None,
+) -> None:
     """
     Draw the chosen panels of a bag into an image; what the output's name ends with says its kind.
 
-    ValueError: a panel is unknown or the run has none, the bag is none of ours, or matplotlib is
-    not installed or does not write such images.
+    begin_s, end_s: only the ticks between [s from tick 0].
+
+    ValueError: a panel is unknown or the run has none, the bag is none of ours or has no such
+    ticks, or matplotlib is not installed or does not write such images.
     """
     unknown = [name for name in what if name not in PANELS]
     if unknown:
         raise ValueError(f'the panel is {unknown[0]}; it takes {", ".join(PANELS)}')
-    figure = draw(history(bag), what or DEFAULT)
+    figure = draw(history(bag, begin_s=begin_s, end_s=end_s), what)
     try:
         figure.savefig(output, dpi=150)
     except ValueError as error:

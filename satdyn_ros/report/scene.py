@@ -1,74 +1,130 @@
-"""What the report's 3-D view shows at each time: the body's box and the arrows around it."""
+"""
+The scene as data: what moves, once, and how it moves, row by row.
 
+The report holds one description and one table; the live page gets a description when it begins and
+after each change, then a table with every frame.  scene.js draws both.
+
+A description is plain data:
+
+    body        edges (3,) of the homogeneous box with these moments, the longest 1, and q_bp (4,)
+                from its principal axes to body axes
+    axis        the unit vector, body axes, whose path is drawn: of symmetry, or the third axis
+    rotors      a list of name, axis (3,) in body axes, mode and momentum [N m s]
+    planet      its radius [m], or null where none is known; then radius_m has no use
+    has_lvlh    whether there is an orbit, with q_il and radius_m in the table
+    integrals   the names of the columns of drift
+
+A table has N rows: {'rows': N, 'columns': {name: {'width': k, 'float32': base64}}}, the numbers
+row by row, little endian, t_s as float64.  Its columns, of which some may be missing:
+
+    t_s                    seconds from tick 0
+    q_ib, q_il             attitude of the body and of LVLH to inertial axes, x, y, z, w
+    radius_m               distance from the centre of the planet [m]
+    omega_bi_b             body rate, body axes [rad/s]
+    momentum_b             angular momentum, body axes [N m s]
+    torque_b, applied_b    gravity gradient and applied torque, body axes [N m]
+    rotor_speed            relative to the body, a number a rotor [rad/s]
+    rotor_angle            within a turn [rad]
+    drift                  largest relative drift since the last event, a number an integral
+"""
+
+from base64 import b64encode
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from ..dynamics import rotation
 from ..dynamics.inertia import principal_axes
-from .history import History
+from ..dynamics.motion import States
+from ..dynamics.orbit import EARTH_MU, KeplerOrbit
+from ..messages.markers import box
+from ..run.scenario import Scenario
+from .history import History, rotor_columns
 
-# Okabe and Ito's colours.
-_AXES = ('#D55E00', '#009E73', '#0072B2')
-_NADIR, _VELOCITY, _RATE, _MOMENTUM = '#E69F00', '#56B4E9', '#CC79A7', '#000000'
+_EARTH_RADIUS_M = 6.3781e6
+_TURN = 2.0 * np.pi
 
 
-def scene(run: History) -> dict[str, Any]:
-    """
-    Return the view as plain data: frame, box, turns and arrows.
-
-    frame: the axes of the view, LVLH or, without an orbit, inertial.  box: the corners (8, 3) of a
-    body with these moments, in body axes, of size 1.  q (N, 4): body to the view.  arrows: name,
-    colour, tips (N, 3) or one tip, in the view's axes.
-    """
-    q_vb = run.states.q_ib if run.q_lb is None else run.q_lb
-    arrows = [
-        _arrow(f'body {name}', colour, 1.1 * rotation.rotate(q_vb, axis))
-        for name, colour, axis in zip('xyz', _AXES, np.eye(3), strict=True)
-    ]
-    if run.q_lb is None:
-        arrows.append(_arrow('to the centre', _NADIR, np.array([[0.0, 0.0, -1.4]])))
-    else:
-        arrows.append(_arrow('nadir', _NADIR, np.array([[0.0, 0.0, 1.4]])))
-        arrows.append(_arrow('velocity', _VELOCITY, 1.4 * _direction(_velocity(run))))
-    omega_v = rotation.rotate(q_vb, run.states.omega_bi_b)
-    momentum_v = rotation.rotate(q_vb, run.momentum_b)
-    arrows.append(_arrow('rate', _RATE, 1.25 * omega_v / _longest(omega_v)))
-    arrows.append(_arrow('momentum', _MOMENTUM, 1.25 * momentum_v / _longest(momentum_v)))
+def description(scenario: Scenario, integrals: list[str]) -> dict[str, Any]:
+    """Return what the scene of a scenario shows, see above."""
+    edges, q_bp = box(scenario.system.inertia)
+    orbit = scenario.system.orbit
+    is_earth = isinstance(orbit, KeplerOrbit) and abs(orbit.mu / EARTH_MU - 1.0) < 1e-3
     return {
-        'frame': 'inertial' if run.q_lb is None else 'LVLH',
-        'box': _rounded(_box(run)),
-        'q': _rounded(rotation.continuous(q_vb)),
-        'arrows': arrows,
+        'body': {'edges': edges.tolist(), 'q_bp': q_bp.tolist()},
+        'axis': _followed_axis(scenario.system.inertia).tolist(),
+        'rotors': _rotors(scenario),
+        'planet': _EARTH_RADIUS_M if is_earth else None,
+        'has_lvlh': orbit.has_lvlh,
+        'integrals': integrals,
     }
 
 
-def _velocity(run):
-    q_li = rotation.multiply(run.q_lb, rotation.conjugate(run.states.q_ib))
-    return rotation.rotate(q_li, run.states.v_i)
+def rows(
+    states: States,
+    momentum_b: np.ndarray,
+    torque_b: np.ndarray,
+    applied_b: np.ndarray | None = None,
+) -> dict[str, np.ndarray]:
+    """Return the columns of states, (N, k) each; those that say nothing are missing."""
+    columns = {
+        't_s': states.orbit_s,
+        'q_ib': states.q_ib,
+        'omega_bi_b': states.omega_bi_b,
+        'momentum_b': momentum_b,
+        'torque_b': torque_b,
+    }
+    if isinstance(states.orbit, KeplerOrbit):
+        columns['q_il'] = states.orbit.lvlh(states.orbit_s)
+        columns['radius_m'] = states.orbit.radius(states.orbit_s)
+    if applied_b is not None and np.any(applied_b):
+        columns['applied_b'] = applied_b
+    speed = rotor_columns(states.rotor_speed)
+    if not np.all(np.isnan(speed)):
+        columns['rotor_speed'] = speed
+        columns['rotor_angle'] = rotor_columns(states.rotor_angle) % _TURN
+    return columns
 
 
-def _box(run):
-    """Return the corners (8, 3) of the cuboid that has these moments, its longest edge 1."""
-    moments, R_bp = principal_axes(run.scenario.system.inertia)
-    # I_1 = m (b^2 + c^2) / 12 and so on: a^2 is as (I_2 + I_3 - I_1).
-    edges = np.sqrt(np.maximum(np.sum(moments) - 2.0 * moments, 1e-3 * np.max(moments)))
-    signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
-    return (signs * edges / np.max(edges) / 2.0) @ R_bp.T
+def table(columns: Mapping[str, np.ndarray]) -> dict[str, Any]:
+    """Return columns of N numbers or (N, k) as a table, plain data for JSON."""
+    return {
+        'rows': len(next(iter(columns.values()))),
+        'columns': {name: _column(name, values) for name, values in columns.items()},
+    }
 
 
-def _direction(vectors):
-    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+def of_history(run: History) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the description and the table of a history."""
+    columns = rows(run.states, run.momentum_b, run.torque_b, run.applied_b)
+    if run.drift:
+        columns['drift'] = np.stack(list(run.drift.values()), axis=-1)
+    return description(run.scenario, list(run.drift)), table(columns)
 
 
-def _longest(vectors):
-    return max(float(np.max(np.linalg.norm(vectors, axis=-1))), 1e-300)
+def _column(name, values):
+    kind, code = ('float64', '<f8') if name == 't_s' else ('float32', '<f4')
+    data = np.ascontiguousarray(values, code)
+    width = 1 if data.ndim == 1 else data.shape[1]
+    return {'width': width, kind: b64encode(data.tobytes()).decode('ascii')}
 
 
-def _arrow(name, colour, tips):
-    return {'name': name, 'colour': colour, 'tips': _rounded(tips)}
+def _rotors(scenario):
+    rotor = scenario.system.rotor
+    if rotor.mode == 'none':
+        return []
+    return [
+        {
+            'name': 'rotor',
+            'axis': rotor.axis.tolist(),
+            'mode': rotor.mode,
+            'momentum': rotor.momentum,
+        }
+    ]
 
 
-def _rounded(values):
-    """Return nested lists with what the eye can tell apart."""
-    return np.round(values, 5).tolist()
+def _followed_axis(tensor):
+    """Return the axis of symmetry (3,), or the third principal axis, in body axes."""
+    moments, R_bp = principal_axes(tensor)
+    alike = np.abs([moments[k - 1] - moments[k - 2] for k in range(3)]) <= 1e-9 * moments.max()
+    return R_bp[:, int(np.argmax(alike)) if alike.sum() == 1 else 2]

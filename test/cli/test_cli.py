@@ -146,7 +146,6 @@ def test_a_bag_that_is_not_ours_has_no_run(tmp_path, capsys):
         (['request', '--reset'], 'rclpy', 'this needs ROS 2'),
         (['replay', 'BAG'], 'rclpy', 'this needs ROS 2'),
         (['plot', 'BAG', '-o', 'x.png'], 'matplotlib', 'pip install satdyn_ros[plot]'),
-        (['report', 'BAG', '-o', 'x.html'], 'plotly', 'pip install satdyn_ros[plot]'),
     ],
 )
 def test_what_is_not_installed_is_one_sentence(bag, arguments, missing, sentence):

@@ -1,0 +1,287 @@
+'use strict';
+// Charts over one time axis, in step with the scene: lines, or bands where a line would lie.
+
+const DEGREES = 180 / Math.PI;
+const TIME_STEPS = [1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 10800, 21600, 43200, 86400];
+const TIME_INCREMENTS = [
+  ...[-6, -5, -4, -3, -2, -1].flatMap((power) => [1, 2, 5].map((k) => k * 10 ** power)),
+  ...TIME_STEPS, ...[1, 2, 3, 4, 5, 6, 7].flatMap((power) => [2, 5, 10].map((k) => 8640 * k * 10 ** power)),
+];
+const ANGLE_INCREMENTS = [-4, -3, -2, -1, 0].flatMap((power) => [1, 2, 5].map((k) => k * 10 ** power)).concat([10, 15, 30, 45, 90, 180]);
+const DASHES = [[], [7, 3], [2, 2], [9, 3, 2, 3]];
+
+// What is drawn of a description: a chart each, its lines by name; values(rows, i) in SI units.
+function panelsOf(description) {
+  const { has_lvlh: hasLvlh, rotors, integrals } = description;
+  const attitude = (rows, i) => Rotation.rollPitchYaw(hasLvlh
+    ? Rotation.multiply(Rotation.conjugate(rows.get('q_il', i)), rows.get('q_ib', i)) : rows.get('q_ib', i));
+  const panels = [
+    {
+      name: 'attitude', title: `attitude to ${hasLvlh ? 'LVLH' : 'inertial axes'}`, lines: ['roll', 'pitch', 'yaw'],
+      colours: ['--x', '--y', '--z'], unit: 'deg', scale: DEGREES, values: attitude, wraps: 360,
+    },
+    {
+      name: 'rate', title: 'body rate', lines: ['ω x', 'ω y', 'ω z'], colours: ['--x', '--y', '--z'],
+      unit: 'deg/s', scale: DEGREES, isScaled: true, values: (rows, i) => rows.get('omega_bi_b', i),
+    },
+    {
+      name: 'torque', title: 'gravity gradient', lines: ['x', 'y', 'z'], colours: ['--x', '--y', '--z'],
+      unit: 'N m', scale: 1, isScaled: true, values: (rows, i) => rows.get('torque_b', i),
+    },
+  ];
+  if (rotors.some(({ mode }) => mode !== 'constant_momentum')) {
+    panels.push({
+      name: 'rotor_speed', title: 'rotor speed', lines: rotors.map(({ name }) => name), unit: 'rad/s', scale: 1,
+      colours: ['--line-1', '--line-2', '--line-3', '--line-4', '--line-5', '--line-6'],
+      values: (rows, i) => rows.get('rotor_speed', i),
+    });
+  }
+  if (integrals.length) {
+    panels.push({
+      name: 'drift', title: 'drift of first integrals', lines: integrals.map((name) => name.replaceAll('_', ' ')),
+      colours: ['--line-1', '--line-2', '--line-3', '--line-4', '--line-5', '--line-6'],
+      unit: 'relative', scale: 1, isLog: true, values: (rows, i) => rows.get('drift', i),
+    });
+  }
+  return panels;
+}
+
+class Charts {
+  // seek(time): called where a chart is clicked.  marks: {events: [{t_s, kind}], driven: [[a, b]]}.
+  constructor(box, seek, marks = { events: [], driven: [] }) {
+    Object.assign(this, { box, seek, marks, charts: [] });
+    matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => {
+      this.charts.forEach(({ plot }) => plot.redraw(false));
+    });
+  }
+
+  // Make the charts of a description; bands: {rows: [i ...], least, most}, Rows of the same curves.
+  describe(description, bands = null) {
+    this.box.replaceChildren();
+    this.bands = bands;
+    this.charts = panelsOf(description).map((panel) => ({ panel, ...this._header(panel) }));
+    this.charts.forEach((chart, k) => { chart.isLast = k === this.charts.length - 1; });
+  }
+
+  // Draw all rows.
+  draw(rows) {
+    const times = rows.has('t_s') ? Array.from(rows.columns.t_s.values.subarray(0, rows.length)) : [];
+    for (const chart of this.charts) {
+      const data = [times, ...this._curves(chart, rows)];
+      if (chart.plot) chart.plot.setData(data);
+      else this._plot(chart, data);
+    }
+  }
+
+  // Move the cursor to a time, and say the values there.
+  point(time, row) {
+    const single = { get: (name) => row[name] };
+    for (const { panel, plot, says, values, chosen } of this.charts) {
+      if (!plot) continue;
+      const left = plot.valToPos(time, 'x');
+      const isInside = left >= 0 && left <= plot.over.clientWidth;
+      chosen.style.transform = `translateX(${left}px)`;
+      chosen.style.visibility = isInside ? 'visible' : 'hidden';
+      const now = panel.values(single, 0) ?? [];
+      values.forEach((element, k) => {
+        const value = now[k];
+        element.textContent = Number.isFinite(value)
+          ? panel.isLog ? (value ? value.toExponential(1).replaceAll('-', '−') : '0') : fixed(value * says.scale * panel.scale, says.digits) : '–';
+      });
+    }
+  }
+
+  _header(panel) {
+    const figure = document.createElement('figure');
+    figure.className = 'chart';
+    const caption = document.createElement('figcaption');
+    caption.innerHTML = '<b></b> <i></i><span class="keys"></span>';
+    caption.querySelector('b').textContent = panel.title;
+    const keys = caption.querySelector('.keys');
+    const values = panel.lines.map((name, k) => {
+      const key = document.createElement('span');
+      key.className = 'key';
+      key.style.setProperty('--colour', `var(${panel.colours[k % panel.colours.length]})`);
+      key.innerHTML = '<svg width="22" height="8" aria-hidden="true"><line x1="1" x2="21" y1="4" y2="4"/></svg><span></span> <output></output>';
+      key.querySelector('line').setAttribute('stroke-dasharray', DASHES[k % 4].join(' '));
+      key.querySelector('span').textContent = name;
+      keys.append(key);
+      return key.querySelector('output');
+    });
+    const place = document.createElement('div');
+    figure.append(caption, place);
+    this.box.append(figure);
+    return { figure, place, values, unit: caption.querySelector('i') };
+  }
+
+  // One array a line, then, where there are bands, two more for its least and most.
+  _curves(chart, rows) {
+    const { panel } = chart;
+    const count = panel.lines.length;
+    const lines = panel.lines.map(() => new Array(rows.length));
+    let largest = 0;
+    for (let i = 0; i < rows.length; i += 1) {
+      const values = panel.values(rows, i) ?? [];
+      for (let k = 0; k < count; k += 1) {
+        const value = values[k];
+        const isNumber = Number.isFinite(value);
+        lines[k][i] = isNumber ? (panel.isLog && value <= 0 ? null : value * panel.scale) : null;
+        if (lines[k][i] !== null) largest = Math.max(largest, Math.abs(lines[k][i]));
+      }
+    }
+    const edges = this.bands && panel.name in this.bands.least ? this._edges(panel) : [];
+    for (const edge of edges) for (const value of edge) if (value !== null) largest = Math.max(largest, Math.abs(value));
+    chart.says = panel.isScaled ? prefixed(largest, panel.unit) : { scale: 1, unit: panel.unit };
+    chart.says.digits = digitsOf(largest * chart.says.scale);
+    chart.unit.textContent = `[${chart.says.unit}]`;
+    if (edges.length) for (const line of lines) for (const i of this.bands.rows) line[i] = null;
+    const all = [...lines, ...edges];
+    if (chart.says.scale !== 1) for (const line of all) line.forEach((y, i) => { if (y !== null) line[i] = y * chart.says.scale; });
+    if (panel.wraps) lines.forEach((line) => openWraps(line, panel.wraps));
+    return all;
+  }
+
+  _edges(panel) {
+    const count = panel.lines.length;
+    return panel.lines.flatMap((_, k) => [this.bands.least, this.bands.most].map((bounds) => {
+      const edge = new Array(this.bands.length).fill(null);
+      for (const i of this.bands.rows) edge[i] = bounds[panel.name][i * count + k] * panel.scale;
+      return edge;
+    }));
+  }
+
+  _plot(chart, data) {
+    const { panel } = chart;
+    const style = getComputedStyle(this.box);
+    const colour = (name) => () => style.getPropertyValue(name).trim();
+    const of = (k) => colour(panel.colours[k % panel.colours.length]);
+    const lines = panel.lines.map((_, k) => ({
+      stroke: of(k), width: 1.6, dash: DASHES[k % 4], points: { show: false }, spanGaps: false,
+    }));
+    const edges = new Array(data.length - 1 - lines.length).fill(null).map(() => ({ points: { show: false }, stroke: null }));
+    const axis = { stroke: colour('--text-quiet'), grid: { stroke: colour('--grid'), width: 1 }, ticks: { show: false }, font: '11px system-ui, sans-serif' };
+    chart.plot = new uPlot({
+      ...this._size(chart),
+      series: [{}, ...lines, ...edges],
+      bands: edges.filter((_, k) => k % 2).map((_, k) => ({
+        series: [lines.length + 2 + 2 * k, lines.length + 1 + 2 * k],
+        fill: () => `color-mix(in srgb, ${of(k)()} 35%, transparent)`,
+      })),
+      scales: { x: { time: false }, y: panel.isLog ? { distr: 3 } : { range: paddedRange } },
+      axes: [
+        {
+          ...axis, size: chart.isLast ? 34 : 6, incrs: TIME_INCREMENTS, space: 60, gap: 3,
+          label: chart.isLast ? ' ' : undefined, labelSize: chart.isLast ? 2 : 0,
+          values: chart.isLast ? (plot, splits) => timeTicks(plot, splits) : () => [],
+        },
+        {
+          ...axis, size: 52, gap: 3, space: 22, incrs: panel.wraps ? ANGLE_INCREMENTS : undefined,
+          splits: panel.isLog ? decades : undefined, values: panel.isLog ? powers : asSteps,
+        },
+      ],
+      legend: { show: false },
+      padding: [6, 10, 0, 0],
+      cursor: { y: false, points: { show: false }, drag: { x: true, y: false } },
+      hooks: {
+        drawClear: [(plot) => this._drawMarks(plot, colour)],
+        setScale: [(plot, key) => { if (key === 'x') this._follow(plot); }],
+      },
+    }, data, chart.place);
+    chart.chosen = document.createElement('div');
+    chart.chosen.className = 'now';
+    chart.plot.over.append(chart.chosen);
+    this._listen(chart.plot);
+    new ResizeObserver(() => chart.plot.setSize(this._size(chart))).observe(chart.figure);
+  }
+
+  _size({ figure, place, isLast }) {
+    const caption = figure.firstElementChild.offsetHeight;
+    const height = figure.clientHeight - caption;
+    return { width: Math.max(place.clientWidth, 100), height: Math.max(height, isLast ? 96 : 70) };
+  }
+
+  _listen(plot) {
+    let begun = 0;
+    plot.over.addEventListener('pointerdown', (event) => { begun = event.clientX; });
+    plot.over.addEventListener('click', (event) => {
+      if (Math.abs(event.clientX - begun) < 4) this.seek(plot.posToVal(event.clientX - plot.over.getBoundingClientRect().left, 'x'));
+    });
+  }
+
+  // All charts show the same time.
+  _follow({ scales: { x } }) {
+    if (this.following) return;
+    this.following = true;
+    for (const { plot } of this.charts) {
+      if (plot && (plot.scales.x.min !== x.min || plot.scales.x.max !== x.max)) plot.setScale('x', { min: x.min, max: x.max });
+    }
+    this.following = false;
+    this.zoomed?.(x.min, x.max);
+  }
+
+  _drawMarks(plot, colour) {
+    const { ctx: context, bbox: { left, top, width, height } } = plot;
+    const at = (time) => Math.max(left, Math.min(left + width, plot.valToPos(time, 'x', true)));
+    context.save();
+    context.fillStyle = colour('--driven')();
+    for (const [begin, end] of this.marks.driven) context.fillRect(at(begin), top, Math.max(at(end) - at(begin), 1), height);
+    for (const { t_s: time, kind } of this.marks.events) {
+      if (time < plot.scales.x.min || time > plot.scales.x.max) continue;
+      context.fillStyle = colour(kind === 'restart' ? '--restart' : '--text-quiet')();
+      context.fillRect(Math.round(at(time)) - devicePixelRatio / 2, top, devicePixelRatio, height);
+    }
+    context.restore();
+  }
+}
+
+// A gap where an angle goes through its end: a line across the chart would be none of its values.
+function openWraps(line, period) {
+  let before = null;
+  for (let i = 0; i < line.length; i += 1) {
+    const now = line[i];
+    if (now !== null && before !== null && Math.abs(now - before) > period / 2) line[i] = null;
+    before = now;
+  }
+}
+
+function paddedRange(plot, least, most) {
+  if (least === null || !(most > least)) {
+    const middle = least ?? 0;
+    const room = Math.max(Math.abs(middle) * 0.1, 1e-3);
+    return [middle - room, middle + room];
+  }
+  const room = 0.06 * (most - least);
+  return [least - room, most + room];
+}
+
+function timeTicks(plot, splits) {
+  const span = plot.scales.x.max - plot.scales.x.min;
+  const { seconds, name } = timeUnit(span);
+  return splits.map((time, k) => {
+    const text = String(Number((time / seconds).toPrecision(9))).replace('-', '−');
+    return k === splits.length - 1 ? `${text} ${name}` : text;
+  });
+}
+
+// As many digits as the steps between them have.
+function asSteps(plot, splits, axis, space, step) {
+  const digits = Math.max(0, Math.ceil(-Math.log10(step) - 1e-9));
+  const isLarge = splits.some((y) => Math.abs(y) >= 1e5);
+  return splits.map((y) => (isLarge ? quantity(y) : String(Number(y.toFixed(digits))).replace('-', '−')));
+}
+
+function decades(plot, axis, least, most) {
+  const [low, high] = [Math.ceil(Math.log10(least) - 1e-9), Math.floor(Math.log10(most) + 1e-9)];
+  const every = Math.max(1, Math.ceil((high - low) / 4));
+  const powersOfTen = [];
+  for (let power = low; power <= high; power += every) powersOfTen.push(10 ** power);
+  return powersOfTen;
+}
+
+function powers(plot, splits) {
+  const upper = (text) => [...text].map((c) => '⁰¹²³⁴⁵⁶⁷⁸⁹'[c] ?? '⁻').join('');
+  return splits.map((y) => {
+    const power = Math.log10(y);
+    return Math.abs(power - Math.round(power)) < 1e-6 ? `10${upper(String(Math.round(power)))}` : '';
+  });
+}

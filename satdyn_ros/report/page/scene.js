@@ -1,0 +1,372 @@
+'use strict';
+// The scene: a satellite as a description and its rows say (see scene.py), seen in one of three frames.
+
+const ARROWS = {
+  nadir: '--nadir', rate: '--rate', momentum: '--momentum', torque: '--torque', applied: '--applied',
+  x: '--x', y: '--y', z: '--z', along: '--quiet', normal: '--quiet',
+};
+const PATHS = { axis: '--axis-path', polhode: '--polhode', herpolhode: '--herpolhode' };
+const AXIS_LENGTH = 1.0;
+const SPHERE_RADIUS = 1.35;
+const PATH_POINTS = 1500;
+const PATH_TURN = 14 * Math.PI; // so far back goes a path: the angle that the body turned
+const FASTEST_WHEEL = 7; // [rad/s] on the screen; a faster one cannot be followed
+
+class Scene {
+  // box: an element that the scene fills.  Error: the browser has no WebGL.
+  constructor(box) {
+    this.box = box;
+    const antialias = !drawsInSoftware();
+    this.renderer = new THREE.WebGLRenderer({ antialias, alpha: true, powerPreference: 'high-performance' });
+    this.canvas = this.renderer.domElement;
+    this.canvas.setAttribute('aria-hidden', 'true');
+    box.append(this.canvas);
+    const overlay = document.createElement('div');
+    overlay.className = 'labels';
+    overlay.setAttribute('aria-hidden', 'true');
+    box.append(overlay);
+    this.labels = new Labels(overlay);
+    this.world = new THREE.Scene();
+    this.camera = new THREE.PerspectiveCamera(36, 1, 0.1, 1500);
+    this.controls = new THREE.OrbitControls(this.camera, this.canvas);
+    Object.assign(this.controls, { enablePan: false, minDistance: 2, maxDistance: 14, enableDamping: false });
+    this.controls.addEventListener('change', () => this.redraw());
+    this.shown = { axis: true, polhode: false, herpolhode: false, arrows: true };
+    this.frames = []; // when the last were drawn [ms]
+    this.sharpness = 1;
+    this._build();
+    this.view = 'space';
+    this._resetCamera();
+    new ResizeObserver(() => this._resize()).observe(box);
+    const dark = matchMedia('(prefers-color-scheme: dark)');
+    dark.addEventListener('change', () => { this._paint(); this.redraw(); });
+  }
+
+  describe(description) {
+    this.description = description;
+    this.inBody.remove(this.solid, ...this.wheels);
+    this.labels.clear();
+    this.solid = bodySolid(description.body.edges);
+    this.solid.quaternion.set(...description.body.q_bp);
+    this.wheels = description.rotors.map((rotor, k) => this._wheel(rotor, k));
+    this.inBody.add(this.solid, ...this.wheels);
+    if (this.planet) this.world.remove(this.planet.group);
+    this.planet = description.planet ? new Planet(description.planet) : null;
+    if (this.planet) this.world.add(this.planet.group);
+    if (this.view === 'space' && description.has_lvlh) this.setView('orbit');
+    this._paint();
+    this.longest = { rate: 0, torque: 0 };
+  }
+
+  get framesPerSecond() {
+    const recent = this.frames.filter((at) => at > performance.now() - 2000);
+    return recent.length < 2 ? 0 : (1000 * (recent.length - 1)) / (recent[recent.length - 1] - recent[0]);
+  }
+
+  setView(name) {
+    this.view = name;
+    this._resetCamera();
+    this._place();
+  }
+
+  toggle(name, on) {
+    this.shown[name] = on;
+    this._place();
+  }
+
+  // The longest arrows of rate and torque are as long as those of the largest values so far.
+  measure(rows) {
+    for (let i = 0; i < rows.length; i += 1) this._measureRow(rows._row(i));
+  }
+
+  // Show a row, and behind it the paths through the rows before it.
+  show(row, rows, playedFactor = 1) {
+    this.row = row;
+    this.rows = rows;
+    this.playedFactor = playedFactor;
+    this._measureRow(row);
+    this._place();
+  }
+
+  redraw() {
+    if (this.asked) return;
+    this.asked = true;
+    requestAnimationFrame((now) => { this.asked = false; this._draw(now); });
+  }
+
+  // -- building ------------------------------------------------------------------------------------
+
+  _build() {
+    this.world.add(new THREE.HemisphereLight(0xffffff, 0x8fa6c8, 1.5));
+    const sun = new THREE.DirectionalLight(0xffffff, 2.4);
+    sun.position.set(3, 4, 5);
+    this.world.add(sun);
+    [this.inertial, this.inLvlh, this.inBody] = [0, 1, 2].map(() => new THREE.Group());
+    this.world.add(this.inertial, this.inLvlh, this.inBody);
+    this.stars = starField();
+    this.sphere = sphereLines(SPHERE_RADIUS);
+    this.inertial.add(this.stars);
+    this.arrows = {};
+    for (const name of Object.keys(ARROWS)) {
+      const isFrame = name === 'along' || name === 'normal';
+      this.arrows[name] = arrow(isFrame ? 0.007 : name.length === 1 ? 0.015 : 0.02);
+      (name.length === 1 ? this.inBody : this.world).add(this.arrows[name]);
+    }
+    this.arrows.x.point(AXIS_LENGTH, 0, 0);
+    this.arrows.y.point(0, AXIS_LENGTH, 0);
+    this.arrows.z.point(0, 0, AXIS_LENGTH);
+    this.paths = {};
+    for (const name of Object.keys(PATHS)) {
+      this.paths[name] = new Path(PATH_POINTS, 2.2);
+      this.world.add(this.paths[name].line);
+    }
+    this.solid = new THREE.Group();
+    this.wheels = [];
+  }
+
+  // A wheel stands outside the body on its axis; further out where another one is.
+  _wheel({ axis, mode, momentum }, k) {
+    const made = wheel(0.2);
+    const along = new THREE.Vector3(...axis);
+    const { edges, q_bp } = this.description.body;
+    const inPrincipal = Rotation.rotate(Rotation.conjugate(q_bp), axis);
+    const surface = Math.min(...inPrincipal.map((c, i) => edges[i] / 2 / Math.max(Math.abs(c), 1e-6)));
+    const before = this.description.rotors.slice(0, k)
+      .filter((other) => along.dot(new THREE.Vector3(...other.axis)) > 0.95).length;
+    made.position.copy(along).multiplyScalar(surface + 0.1 + 0.16 * before);
+    made.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), along);
+    made.angle = 0;
+    made.nominal = mode === 'constant_momentum' ? 2 * Math.sign(momentum) : 0;
+    return made;
+  }
+
+  _paint() {
+    const style = getComputedStyle(this.box);
+    const colourOf = (name) => style.getPropertyValue(name).trim();
+    const background = colourOf('--sky');
+    Object.entries(ARROWS).forEach(([name, colour]) => this.arrows[name].paint(colourOf(colour)));
+    Object.entries(PATHS).forEach(([name, colour]) => this.paths[name].paint(colourOf(colour), background));
+    this.solid.paint?.(colourOf('--solid'), colourOf('--solid-edge'));
+    this.wheels.forEach((made) => made.paint(colourOf('--wheel'), colourOf('--wheel-mark')));
+    this.sphere.material.color.set(colourOf('--quiet'));
+    this.stars.material.color.set(colourOf('--star'));
+    this.stars.visible = colourOf('--star') !== background;
+    this.planet?.paint(colourOf);
+  }
+
+  // -- what a row says -----------------------------------------------------------------------------
+
+  _measureRow({ omega_bi_b: omega, torque_b: torque }) {
+    this.longest.rate = Math.max(this.longest.rate, Math.hypot(...omega));
+    if (torque) this.longest.torque = Math.max(this.longest.torque, Math.hypot(...torque));
+  }
+
+  _place() {
+    if (!this.row || !this.description) return;
+    const { row } = this;
+    const { q_ib, q_il } = row;
+    // The frame that stands still on the screen, with LVLH's and the body's z downwards.
+    const q_if = this.view === 'body' ? q_ib : this.view === 'orbit' && q_il ? q_il : [0, 0, 0, 1];
+    const down = this.view === 'space' || !q_il ? Scene.Z_UP : Scene.Z_DOWN;
+    const q_vi = Rotation.multiply(down, Rotation.conjugate(q_if));
+    const q_vb = Rotation.multiply(q_vi, q_ib);
+    const q_vl = q_il && Rotation.multiply(q_vi, q_il);
+    this.inertial.quaternion.set(...q_vi);
+    this.inBody.quaternion.set(...q_vb);
+    if (q_vl) this.inLvlh.quaternion.set(...q_vl);
+    const nadir_v = q_vl ? Rotation.rotate(q_vl, [0, 0, 1]) : Rotation.rotate(q_vi, [0, 0, -1]);
+    if (this.planet) this.planet.show(this.inertial.quaternion, nadir_v, row.radius_m[0]);
+    this._placeArrows(q_vb, q_vl, nadir_v);
+    this._placeWheels();
+    this._placePaths(q_vi, q_vb, q_vl);
+    this.redraw();
+  }
+
+  _placeArrows(q_vb, q_vl, nadir_v) {
+    const { row, longest } = this;
+    const none = [0, 0, 0];
+    const along = (v, length) => v.map((x) => x * length);
+    // Long enough to be seen outside the body, the longer the larger.
+    const inView = (v_b, largest) => {
+      const size = Math.hypot(...v_b);
+      return size > 1e-6 * largest ? Rotation.rotate(q_vb, along(v_b, 0.95 / size + 0.4 / largest)) : none;
+    };
+    const isOn = this.shown.arrows;
+    const point = (name, v) => this.arrows[name].point(...v);
+    point('nadir', along(nadir_v, 1.75));
+    point('along', q_vl ? Rotation.rotate(q_vl, [1.5, 0, 0]) : none);
+    point('normal', q_vl ? Rotation.rotate(q_vl, [0, -1.5, 0]) : none);
+    point('rate', isOn ? inView(row.omega_bi_b, longest.rate) : none);
+    const H = row.momentum_b;
+    point('momentum', isOn && H ? along(inView(H, Math.hypot(...H)), 1.1) : none);
+    point('torque', isOn && row.torque_b ? inView(row.torque_b, longest.torque) : none);
+    const applied = row.applied_b;
+    point('applied', isOn && applied && applied.every(Number.isFinite) ? inView(applied, Math.hypot(...applied)) : none);
+  }
+
+  _placeWheels() {
+    const now = performance.now() / 1000;
+    const passed = Math.min(now - (this.wheelsAt ?? now), 0.1);
+    this.wheelsAt = now;
+    this.wheels.forEach((made, k) => {
+      const speed = this.row.rotor_speed?.[k];
+      const wanted = Number.isFinite(speed) ? speed * this.playedFactor : made.nominal * Math.min(this.playedFactor, 1);
+      const shown = Math.max(-FASTEST_WHEEL, Math.min(FASTEST_WHEEL, wanted));
+      made.angle += shown * passed;
+      const isTrue = Math.abs(wanted) < FASTEST_WHEEL && Number.isFinite(this.row.rotor_angle?.[k]);
+      made.turn(isTrue ? this.row.rotor_angle[k] : made.angle, Math.abs(wanted) >= FASTEST_WHEEL);
+    });
+  }
+
+  _placePaths(q_vi, q_vb, q_vl) {
+    const isAny = Object.keys(PATHS).some((name) => this.shown[name]);
+    this.sphere.visible = isAny;
+    (q_vl && this.view === 'orbit' ? this.inLvlh : this.view === 'body' ? this.inBody : this.inertial).add(this.sphere);
+    const { rows, description: { axis } } = this;
+    const last = rows ? rows.indexAt(this.row.t_s[0]) : 0;
+    const first = rows ? rows.indexBefore(last, PATH_TURN) : 0;
+    const stride = Math.max(1, Math.ceil((last - first + 2) / PATH_POINTS));
+    const count = Math.floor((last - first) / stride) + 2;
+    const inOrbit = this.view !== 'space' && q_vl;
+    const draw = (name, parent, directionAt) => {
+      parent.add(this.paths[name].line);
+      if (!this.shown[name] || !rows) return this.paths[name].draw(0);
+      return this.paths[name].draw(count, (k, array, offset) => {
+        const i = Math.min(first + k * stride, last);
+        const get = k === count - 1 ? (column) => this.row[column] : (column) => rows.get(column, i);
+        const direction = directionAt(get);
+        const size = Math.hypot(...direction) || 1;
+        for (const c of [0, 1, 2]) array[offset + c] = (SPHERE_RADIUS * direction[c]) / size;
+      });
+    };
+    const axisIn = (get) => {
+      const axis_i = Rotation.rotate(get('q_ib'), axis);
+      return inOrbit ? Rotation.rotate(Rotation.conjugate(get('q_il')), axis_i) : axis_i;
+    };
+    draw('axis', inOrbit ? this.inLvlh : this.inertial, axisIn);
+    draw('polhode', this.inBody, (get) => get('omega_bi_b'));
+    draw('herpolhode', this.inertial, (get) => Rotation.rotate(get('q_ib'), get('omega_bi_b')));
+  }
+
+  // -- drawing -------------------------------------------------------------------------------------
+
+  _labelTexts() {
+    const { row, description } = this;
+    const texts = {
+      nadir: description.has_lvlh ? 'nadir' : 'to the centre', rate: 'ω', momentum: 'H', torque: 'gravity gradient',
+      applied: 'applied torque', x: 'x', y: 'y', z: 'z', along: 'along track', normal: 'orbit normal',
+    };
+    Object.entries(texts).forEach(([name, text]) => this.labels.set(name, text, ARROWS[name]));
+    description.rotors.forEach(({ name, momentum }, k) => {
+      const speed = row.rotor_speed?.[k];
+      const says = Number.isFinite(speed) ? `${quantity(speed)} rad/s` : `${quantity(momentum)} N m s`;
+      this.labels.set(`rotor ${k}`, `${name} ${says}`, '--wheel-text');
+    });
+  }
+
+  _draw(now) {
+    if (!this.row || !this.width) return;
+    this.renderer.render(this.world, this.camera);
+    this._labelTexts();
+    const points = new Map();
+    const at = new THREE.Vector3();
+    const project = (key, isShown, room) => {
+      const isHidden = isShown && this._isBehindBody(at);
+      if (isShown) at.project(this.camera);
+      this.labels.dim(key, isHidden);
+      points.set(key, isShown && at.z < 1
+        ? { x: ((at.x + 1) / 2) * this.width, y: ((1 - at.y) / 2) * this.height, room } : null);
+    };
+    const pixels = this.height / (2 * Math.tan((this.camera.fov * Math.PI) / 360) * this.camera.position.length());
+    for (const [name, made] of Object.entries(this.arrows)) {
+      at.copy(made.tip).applyQuaternion(made.parent.quaternion);
+      project(name, made.visible, 7);
+    }
+    this.wheels.forEach((made, k) => {
+      at.copy(made.position).applyQuaternion(this.inBody.quaternion);
+      project(`rotor ${k}`, true, 0.24 * pixels);
+    });
+    this.labels.place(points, this.width, this.height);
+    this.frames.push(now);
+    if (this.frames.length > 600) this.frames.splice(0, 300);
+    this._keepPace(now);
+  }
+
+  // Whether the body stands between the camera and a point: does the way cross the box?
+  _isBehindBody(point) {
+    const { edges, q_bp } = this.description.body;
+    const { x, y, z, w } = this.inBody.quaternion;
+    const toBox = Rotation.conjugate(Rotation.multiply([x, y, z, w], q_bp));
+    const [from, to] = [this.camera.position, point].map((v) => Rotation.rotate(toBox, v.toArray()));
+    let [enter, leave] = [0, 1];
+    edges.forEach((edge, k) => {
+      const ends = [-edge / 2, edge / 2].map((side) => (side - from[k]) / (to[k] - from[k] || 1e-12));
+      enter = Math.max(enter, Math.min(...ends));
+      leave = Math.min(leave, Math.max(...ends));
+    });
+    return enter < leave;
+  }
+
+  // A slow machine draws fewer pixels, not fewer frames.
+  _keepPace(now) {
+    const recent = this.frames.slice(-30);
+    if (recent.length < 30 || now - (this.paceSet ?? 0) < 2500) return;
+    const each = (recent[29] - recent[0]) / 29;
+    if (each < 30 || each > 300 || this.sharpness <= 0.4) return;
+    this.paceSet = now;
+    this.sharpness *= 0.8;
+    this._resize();
+  }
+
+  _resize() {
+    const { width, height } = this.box.getBoundingClientRect();
+    if (!width || !height) return;
+    [this.width, this.height] = [width, height];
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2) * this.sharpness);
+    this.renderer.setSize(width, height);
+    this.camera.aspect = width / height;
+    // A narrow picture is seen from further away, so that as much is in it.
+    this.camera.fov = width < height ? 44 : 36;
+    this.camera.updateProjectionMatrix();
+    this.redraw();
+  }
+
+  _resetCamera() {
+    const distance = this.box.clientWidth < this.box.clientHeight ? 6.6 : 5.6;
+    const height = this.view === 'orbit' ? 0.16 : 0.3;
+    this.camera.position.set(0.42, height, 0.9).normalize().multiplyScalar(distance);
+    this.controls.target.set(0, this.view === 'orbit' ? -0.15 : 0, 0);
+    this.controls.update();
+    this.redraw();
+  }
+}
+
+// WebGL looks along -Z with Y up: z of LVLH and body goes down, Z of inertial axes goes up.
+Scene.Z_DOWN = [Math.SQRT1_2, 0, 0, Math.SQRT1_2];
+Scene.Z_UP = [-Math.SQRT1_2, 0, 0, Math.SQRT1_2];
+
+// Whether there is no graphics processor: smooth edges then cost more than they give.
+function drawsInSoftware() {
+  const context = document.createElement('canvas').getContext('webgl2');
+  const info = context?.getExtension('WEBGL_debug_renderer_info');
+  const name = info ? context.getParameter(info.UNMASKED_RENDERER_WEBGL) : '';
+  context?.getExtension('WEBGL_lose_context')?.loseContext();
+  return /swiftshader|llvmpipe|software/i.test(name);
+}
+
+function starField() {
+  let seed = 7;
+  const random = () => { seed = (seed * 16807) % 2147483647; return seed / 2147483647; };
+  const points = [];
+  for (let k = 0; k < 700; k += 1) {
+    const [z, a] = [2 * random() - 1, 2 * Math.PI * random()];
+    points.push(700 * Math.sqrt(1 - z * z) * Math.cos(a), 700 * Math.sqrt(1 - z * z) * Math.sin(a), 700 * z);
+  }
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute('position', new THREE.Float32BufferAttribute(points, 3));
+  const stars = new THREE.Points(geometry, new THREE.PointsMaterial({
+    size: 1.5, sizeAttenuation: false, depthTest: false, depthWrite: false,
+  }));
+  stars.renderOrder = -4;
+  return stars;
+}

@@ -1,0 +1,75 @@
+"""A headless Chromium for tests of pages, with WebGL drawn in software."""
+
+import shutil
+
+import pytest
+
+FLAGS = (
+    '--headless=new',
+    '--no-sandbox',
+    '--use-angle=swiftshader',
+    '--enable-unsafe-swiftshader',
+    '--window-size=1280,720',
+    '--hide-scrollbars',
+    '--no-first-run',
+    '--disable-background-networking',
+    '--disable-component-update',
+    '--disable-sync',
+    '--disable-quic',
+)
+
+
+def start(*more_flags):
+    """Return a browser with a driver; skip the test where Debian's packages are not installed."""
+    webdriver = pytest.importorskip('selenium.webdriver')
+    chromium, driver = shutil.which('chromium'), shutil.which('chromedriver')
+    if not (chromium and driver):
+        pytest.skip("Debian's chromium and chromium-driver are not installed")
+    options = webdriver.ChromeOptions()
+    options.binary_location = chromium
+    for flag in (*FLAGS, *more_flags):
+        options.add_argument(flag)
+    options.set_capability('goog:loggingPrefs', {'browser': 'ALL'})
+    return webdriver.Chrome(options, webdriver.ChromeService(driver))
+
+
+def wait(browser, condition, timeout_s=60):
+    """Wait until condition(), a function or a text of JavaScript, is true; return its value."""
+    from selenium.webdriver.support.ui import WebDriverWait
+
+    def met(_):
+        return (
+            condition() if callable(condition) else browser.execute_script(f'return {condition}')
+        )
+
+    return WebDriverWait(browser, timeout_s, poll_frequency=0.1).until(met)
+
+
+def resize(browser, width, height, colours='dark'):
+    """Show the page in a window of this size [px], with the system's colours 'dark' or 'light'."""
+    browser.execute_cdp_cmd(
+        'Emulation.setDeviceMetricsOverride',
+        {'width': width, 'height': height, 'deviceScaleFactor': 1, 'mobile': width < 500},
+    )
+    browser.execute_cdp_cmd(
+        'Emulation.setEmulatedMedia',
+        {'features': [{'name': 'prefers-color-scheme', 'value': colours}]},
+    )
+
+
+def errors(browser):
+    """Return what the console says is wrong."""
+    return [entry for entry in browser.get_log('browser') if entry['level'] == 'SEVERE']
+
+
+OVERLAPS = """
+const boxes = [...document.querySelectorAll('.label')]
+  .filter((label) => label.style.visibility === 'visible')
+  .map((label) => ({ text: label.textContent, ...label.getBoundingClientRect().toJSON() }));
+const overlaps = [];
+boxes.forEach((a, i) => boxes.slice(i + 1).forEach((b) => {
+  if (a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom)
+    overlaps.push([a.text, b.text]);
+}));
+return { count: boxes.length, overlaps };
+"""

@@ -1,126 +1,202 @@
-"""The states in a bag as a table: CSV, NPZ or Parquet, a row a tick."""
+"""The states in a bag for other programs: tables, CCSDS messages and STK attitude files."""
 
-import csv
+import os
+import re
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from ..rosbag2.reader import Messages, TopicBlock
+from ..exchange.aem import AemWriter
+from ..exchange.ccsds import Subject
+from ..exchange.oem import OemWriter
+from ..exchange.stk import StkAttitudeWriter
+from .columns import OMEGA_BI_B, Q_IB, Columns, StateTable, columns_of_topics, dtype_of
 from .recorded_run import RecordedRun
-
-_Q_IB = ['q_ib_x', 'q_ib_y', 'q_ib_z', 'q_ib_w']
-_OMEGA = ['omega_bi_b_x_rad_s', 'omega_bi_b_y_rad_s', 'omega_bi_b_z_rad_s']
-
-# By topic its fields and their columns; what two topics say is taken from the first.
-_COLUMNS = {
-    'attitude': {'quaternion': _Q_IB},
-    'angular_velocity': {'velocity.angular': _OMEGA},
-    'imu': {'orientation': _Q_IB, 'angular_velocity': _OMEGA},
-    'odometry': {
-        'pose.pose.orientation': _Q_IB,
-        'twist.twist.angular': _OMEGA,
-        'pose.pose.position': ['r_i_x_m', 'r_i_y_m', 'r_i_z_m'],
-        'twist.twist.linear': ['v_b_x_m_s', 'v_b_y_m_s', 'v_b_z_m_s'],
-    },
-    'attitude_lvlh': {'quaternion': ['q_lb_x', 'q_lb_y', 'q_lb_z', 'q_lb_w']},
-    'gravity_gradient': {
-        'wrench.torque': [
-            'gravity_gradient_b_x_n_m',
-            'gravity_gradient_b_y_n_m',
-            'gravity_gradient_b_z_n_m',
-        ]
-    },
-    'rotor': {
-        'position[0]': ['rotor_angle_rad'],
-        'velocity[0]': ['rotor_speed_rad_s'],
-        'effort[0]': ['rotor_torque_n_m'],
-    },
-}
-_CSV_ROWS = 65536
+from .table_files import write_csv, write_npz, write_parquet
 
 
-def table(path: str | Path) -> dict[str, np.ndarray]:
+@dataclass(frozen=True)
+class Options:
     """
-    Return the states in a bag: columns (N,) by name, a row a tick.
+    What an export may be told.
 
-    tick, t_s (from tick 0) and stamp_ns come first; the others are those that the recorded topics
-    say, nan at a tick where they were not published.  ValueError: path is no bag of ours.
+    step_s: thinned to one row in so many seconds.  columns: those of a table; empty: all.
+    with_rates: body rates in an .aem or .a too.  frame, center: the names that .aem, .oem and .a
+    give the inertial axes and the attracting body; None: EME2000 and EARTH.
     """
+
+    step_s: str | float | None = None
+    columns: tuple[str, ...] = ()
+    with_rates: bool = False
+    frame: str | None = None
+    center: str | None = None
+
+    def check(self, kind: str) -> None:
+        """Refuse what the format ('.csv') does not take; ValueError: in one sentence."""
+        for name, given, kinds in (
+            ('--columns', self.columns, _TABLES),
+            ('--rates', self.with_rates, ('.aem', '.a')),
+            ('--frame', self.frame, _MESSAGES),
+            ('--center', self.center, _MESSAGES),
+        ):
+            if given and kind not in kinds:
+                raise ValueError(f'{name} is for {" and ".join(kinds)}, not for {kind}')
+
+    def subject(self, bag: Path) -> Subject:
+        """Return what a message is about: the satellite has the name of its bag."""
+        name = re.sub(r'[^A-Z0-9_-]', '_', bag.resolve().stem.upper())
+        return Subject(name, self.frame or 'EME2000', self.center or 'EARTH')
+
+
+def export(
+    path: str | Path,
+    output: str | Path,
+    options: Options | None = None,
+    show: Callable[[int, int | None], None] = lambda done, total: None,
+) -> int:
+    """
+    Write the states in a bag into a file and return its number of rows.
+
+    output: the end of its name is the format: .csv, .npz, .parquet, .aem, .oem or .a.  It appears
+    when it is complete.  show(done, total) is told the ticks.  ValueError: the format is another,
+    does not take the options or needs what is not installed; the bag is not ours, damaged, or
+    lacks what the format needs.
+    """
+    output, options = Path(output), options or Options()
+    kind = output.suffix
+    if kind not in (*_TABLES, *_MESSAGES):
+        raise ValueError(f'{output} ends with neither {", ".join((*_TABLES, *_MESSAGES))}')
+    options.check(kind)
     run = RecordedRun(path)
-    found = _messages(run)
-    log_times_ns = [np.empty(0, np.uint64), *(m.log_times_ns for m in found.values())]
-    stamps_ns = np.unique(np.concatenate(log_times_ns)).astype(np.int64)
-    rate, since_ns = run.scenario.rate, stamps_ns - run.scenario.epoch_ns
-    # A stamp is within half a nanosecond of its tick's time, which doubles tell apart for ages.
-    ticks = np.rint(since_ns * (float(rate) * 1e-9)).astype(np.int64)
-    columns = {
-        'tick': ticks,
-        't_s': ticks * rate.denominator / rate.numerator,
-        'stamp_ns': stamps_ns,
+    if kind in _TABLES:
+        table = StateTable(run, options.columns, options.step_s)
+    else:
+        table = StateTable(run, _message_columns(run, kind, options), options.step_s)
+    rows = 0
+
+    def blocks() -> Iterator[Columns]:
+        nonlocal rows
+        for block in _read_ahead(table.blocks()):
+            yield block
+            rows += len(next(iter(block.values())))
+            show(table.ticks_read, table.tick_count)
+
+    with _complete(output) as part:
+        if kind in _TABLES:
+            _TABLES[kind](part, table.names, blocks())
+        else:
+            subject = options.subject(Path(path))
+            with open(part, 'w+', encoding='ascii', newline='\n') as file:
+                _MESSAGES[kind](file, table, blocks(), subject, options.with_rates)
+            if rows == 0:
+                raise ValueError(f'{path} has no attitude to write')
+    return rows
+
+
+def table(path: str | Path) -> Columns:
+    """Return the states in a bag as columns (N,) by name, see StateTable; all in memory."""
+    states = StateTable(RecordedRun(path))
+    blocks = list(states.blocks())
+    return {
+        name: np.concatenate([np.empty(0, dtype_of(name)), *(block[name] for block in blocks)])
+        for name in states.names
     }
-    for topic, messages in found.items():
-        rows = run.rows(topic, messages)
-        places = np.searchsorted(stamps_ns, messages.log_times_ns.astype(np.int64))
-        for field, names in _COLUMNS[topic].items():
-            if field not in (rows.dtype.names or ()):
-                continue
-            values = rows[field].reshape(len(rows), -1)
-            for name, value in zip(names, values.T, strict=True):
-                column = columns.setdefault(name, np.full(len(stamps_ns), np.nan))
-                column[places] = np.where(np.isnan(column[places]), value, column[places])
-    return columns
 
 
-def export(path: str | Path, output: str | Path) -> int:
-    """
-    Write the states in a bag as a table and return its number of rows.
-
-    output: what its name ends with says the format: .csv, .npz or .parquet.  ValueError: it is
-    another, what it takes is not installed, or path is no bag of ours.
-    """
-    output = Path(output)
-    write = _WRITERS.get(output.suffix)
-    if write is None:
-        raise ValueError(f'{output} ends with neither {", ".join(_WRITERS)}')
-    columns = table(path)
-    write(output, columns)
-    return len(columns['tick'])
-
-
-def _messages(run: RecordedRun) -> dict[str, Messages]:
-    """Return the messages of the topics that have columns, by their names in the scenario."""
-    parts: dict[str, list[Messages]] = {name: [] for name in _COLUMNS}
-    for item in run.bag.items():
-        if isinstance(item, TopicBlock):
-            by_topic = item.by_topic()
-            for name, collected in parts.items():
-                if run.names[name] in by_topic:
-                    collected.append(by_topic[run.names[name]])
-    return {name: Messages.joined(collected) for name, collected in parts.items() if collected}
+def _message_columns(run, kind, options):
+    """Return the columns that a message takes; ValueError: the bag has not recorded them."""
+    times = ['t_s', 'stamp_ns', 'segment']
+    if kind == '.oem':
+        if run.scenario.is_fixed:
+            raise ValueError(
+                f'{run.bag.path} has orbit.type fixed: the body does not travel, so there is no '
+                'orbit to write; .aem and .a hold its attitude'
+            )
+        return times
+    wanted = {'attitude': Q_IB} | ({'body rate': OMEGA_BI_B} if options.with_rates else {})
+    recorded = StateTable(run).names
+    for what, columns in wanted.items():
+        if not {*columns} <= {*recorded}:
+            topics = [t for t, fields in columns_of_topics().items() if columns in fields.values()]
+            raise ValueError(
+                f'{run.bag.path} has not recorded the {what}, which one of the topics '
+                f'{", ".join(topics)} holds'
+            )
+    return [*times, *(name for columns in wanted.values() for name in columns)]
 
 
-def _write_csv(output, columns):
-    with open(output, 'w', newline='', encoding='utf-8') as file:
-        writer = csv.writer(file)
-        writer.writerow(columns)
-        for first in range(0, len(columns['tick']), _CSV_ROWS):
-            part = (column[first : first + _CSV_ROWS].tolist() for column in columns.values())
-            writer.writerows(zip(*part, strict=True))
+def _write_aem(file, table, blocks, subject, with_rates):
+    writer = AemWriter(file, subject, with_rates)
+    segment = None
+    for rows in _attitudes(blocks, with_rates):
+        if rows.segment != segment:
+            writer.end_segment()
+        writer.write(rows.stamps_ns, rows.q_ib, rows.omega_bi_b)
+        segment = rows.segment
+    writer.end_segment()
 
 
-def _write_npz(output, columns):
-    np.savez(output, **columns)
+def _write_stk(file, table, blocks, subject, with_rates):
+    writer = StkAttitudeWriter(file, subject, with_rates)
+    for rows in _attitudes(blocks, with_rates):
+        writer.write(rows.stamps_ns, rows.q_ib, rows.omega_bi_b)
+    writer.close()
 
 
-def _write_parquet(output, columns):
+def _write_oem(file, table, blocks, subject, with_rates):
+    writer = OemWriter(file, subject)
+    orbit = table.run.scenario.system.orbit
+    for block in blocks:
+        writer.write(block['stamp_ns'], *orbit.position_velocity(block['t_s']))
+    writer.end_segment()
+
+
+class _Attitudes(NamedTuple):
+    """Successive rows of one segment, none of them nan; zero rates where none are written."""
+
+    segment: int
+    stamps_ns: np.ndarray
+    q_ib: np.ndarray
+    omega_bi_b: np.ndarray
+
+
+def _attitudes(blocks, with_rates):
+    """Yield the rows of blocks where attitude, and rate if written, are known, by segment."""
+    for block in blocks:
+        q_ib = np.stack([block[name] for name in Q_IB], axis=-1)
+        omega_bi_b = np.zeros((len(q_ib), 3))
+        if with_rates:
+            omega_bi_b = np.stack([block[name] for name in OMEGA_BI_B], axis=-1)
+        known = ~np.isnan(np.sum(q_ib, axis=-1) + np.sum(omega_bi_b, axis=-1))
+        for segment in np.unique(block['segment'][known]):
+            rows = known & (block['segment'] == segment)
+            yield _Attitudes(int(segment), block['stamp_ns'][rows], q_ib[rows], omega_bi_b[rows])
+
+
+def _read_ahead(blocks: Iterator[Columns]) -> Iterator[Columns]:
+    """Yield blocks, the next one being read while one is written: half the time on two cores."""
+    with ThreadPoolExecutor(1) as pool:
+        coming = pool.submit(next, blocks, None)
+        while (block := coming.result()) is not None:
+            coming = pool.submit(next, blocks, None)
+            yield block
+
+
+@contextmanager
+def _complete(output: Path) -> Iterator[Path]:
+    """Yield where to write a file that takes its name when it is complete."""
+    part = output.with_name(f'{output.name}.part')
     try:
-        import pyarrow
-        import pyarrow.parquet
-    except ImportError as error:
-        raise ValueError(
-            'a .parquet file takes pyarrow, which is not installed; .csv and .npz do not'
-        ) from error
-    pyarrow.parquet.write_table(pyarrow.table(columns), output)
+        yield part
+        os.replace(part, output)
+    finally:
+        part.unlink(missing_ok=True)
 
 
-_WRITERS = {'.csv': _write_csv, '.npz': _write_npz, '.parquet': _write_parquet}
+_TABLES = {'.csv': write_csv, '.npz': write_npz, '.parquet': write_parquet}
+_MESSAGES = {'.aem': _write_aem, '.oem': _write_oem, '.a': _write_stk}

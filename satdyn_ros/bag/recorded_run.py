@@ -43,6 +43,7 @@ class RecordedRun:
             self.snapshot = run_records.from_record(begin[run_records.SNAPSHOT])
         self.ticks = Ticks(self.scenario.rate, self.scenario.epoch_ns)
         self._inputs_by_topic = {self.names[name]: name for name in _INPUTS}
+        self._layouts: dict[str, np.dtype] = {}
 
     @cached_property
     def events(self) -> list[Event]:
@@ -75,7 +76,9 @@ class RecordedRun:
 
     def layout(self, name: str) -> np.dtype:
         """Return the layout of a topic's messages, by its name in the scenario."""
-        return packer(name, self.scenario).dtype
+        if name not in self._layouts:
+            self._layouts[name] = packer(name, self.scenario).dtype
+        return self._layouts[name]
 
     def rows(self, name: str, messages: Messages) -> np.ndarray:
         """

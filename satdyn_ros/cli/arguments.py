@@ -101,7 +101,9 @@ def _add_simulate(command):
         'satdyn simulate config/default.yaml --duration 6000 -o orbit\n'
         'satdyn simulate config/default.yaml --duration 86400 --rate 10 -o day\n'
         'satdyn simulate config/default.yaml --duration 60 --events events.yaml -o pushed\n'
-        'satdyn simulate config/default.yaml --duration 60 --from orbit --at 3000 -o onward',
+        'satdyn simulate config/default.yaml --duration 60 --from orbit --at 3000 -o onward\n'
+        'satdyn simulate config/default.yaml --duration 60 --from orbit.aem '
+        '--at 2026-01-31T12:00:00 -o onward',
     )
     added.add_argument('file', metavar='FILE', help='the scenario, a ROS 2 parameter file')
     added.add_argument(
@@ -109,8 +111,17 @@ def _add_simulate(command):
     )
     added.add_argument('--rate', type=float, metavar='HZ', help='in place of publish.rate')
     added.add_argument('--events', metavar='FILE', help='what happens: requests, torques ...')
-    added.add_argument('--from', dest='bag', metavar='BAG', help="begin with this bag's state")
-    added.add_argument('--at', metavar='S', help="at this second from the bag's tick 0")
+    added.add_argument(
+        '--from',
+        dest='origin',
+        metavar='BAG|FILE.aem',
+        help="begin with this bag's state, or with an attitude from a CCSDS message",
+    )
+    added.add_argument(
+        '--at',
+        metavar='S|EPOCH',
+        help="at this second from the bag's tick 0; at this epoch of the message, in UTC",
+    )
     _add_out(added, 'BAG', 'the new bag, a directory')
 
 
@@ -141,9 +152,7 @@ def _add_bag_commands(command):
         )
     )
     _add_bag(command('recover', 'complete a bag whose writer was killed', 'satdyn recover orbit'))
-    added = command('export', 'the states of a bag as a table', 'satdyn export orbit -o orbit.csv')
-    _add_bag(added)
-    _add_out(added, 'FILE', 'a .csv, .npz or .parquet file')
+    _add_export(command)
     added = command(
         'plot',
         'draw a bag or a sweep',
@@ -171,6 +180,35 @@ def _add_bag_commands(command):
     _add_bag(added)
     _add_out(added, 'FILE', 'an .html file')
     _add_window(added)
+
+
+def _add_export(command):
+    added = command(
+        'export',
+        "the states of a bag as a table, or in other tools' formats",
+        'satdyn export orbit -o orbit.csv --columns t_s roll_rad pitch_rad yaw_rad\n'
+        'satdyn export orbit -o orbit.parquet --step 10\n'
+        'satdyn export orbit -o orbit.aem --rates\n'
+        'satdyn export orbit -o orbit.oem --step 60',
+    )
+    _add_bag(added)
+    _add_out(
+        added,
+        'FILE',
+        'tables: .csv, .npz, .parquet; CCSDS messages: .aem (attitude), .oem (orbit); '
+        'STK attitude: .a',
+    )
+    added.add_argument('--step', metavar='S', help='one row in S seconds, a multiple of the tick')
+    added.add_argument(
+        '--columns', nargs='+', default=(), metavar='NAME', help='the columns of a table'
+    )
+    added.add_argument('--rates', action='store_true', help='body rates in .aem and .a')
+    added.add_argument(
+        '--frame', metavar='NAME', help='what to call the inertial axes; default: EME2000'
+    )
+    added.add_argument(
+        '--center', metavar='NAME', help='what to call the attracting body; default: EARTH'
+    )
 
 
 _SWEEP_FORM = """\

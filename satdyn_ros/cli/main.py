@@ -69,17 +69,20 @@ def _request(given):
 
 
 def _simulate(given):
-    from ..bag.simulate import begun_in_bag, simulate, tick_count
+    from ..bag.simulate import begun_in_aem, begun_in_bag, simulate, tick_count
     from ..run import events
     from ..run.scenario import Scenario
 
     scenario = Scenario.from_yaml(given.file)
     if given.rate is not None:
         scenario = scenario.with_values({'publish.rate': given.rate})
-    if (given.bag is None) != (given.at is None):
-        raise ValueError('--from and --at belong together: a bag and the second in it')
-    if given.bag is not None:
-        scenario = begun_in_bag(scenario, given.bag, given.at)
+    if (given.origin is None) != (given.at is None):
+        raise ValueError(
+            '--from and --at belong together: a bag and the second in it, or an .aem and an epoch'
+        )
+    if given.origin is not None:
+        begun = begun_in_aem if given.origin.endswith('.aem') else begun_in_bag
+        scenario = begun(scenario, given.origin, given.at)
     happening = events.from_yaml(given.events, scenario) if given.events else []
     count = tick_count(scenario, given.duration)
     run = simulate(scenario, given.duration, given.out, happening)
@@ -140,9 +143,19 @@ def _recover(given):
 
 
 def _export(given):
-    from ..bag.export import export
+    from ..bag.export import Options, export
+    from .progress import progress
 
-    export(given.bag, given.out)
+    options = Options(
+        step_s=given.step,
+        columns=tuple(given.columns),
+        with_rates=given.rates,
+        frame=given.frame,
+        center=given.center,
+    )
+    with progress('exporting', 'ticks') as show:
+        rows = export(given.bag, given.out, options, show)
+    print(f'{given.out}: {rows} rows')
     return DONE
 
 

@@ -1,14 +1,21 @@
 """The states of a bag as tables that other programs open."""
 
 import csv
+import re
+import subprocess
 import sys
 
 import flights
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from satdyn_ros.bag.export import export, table
+from satdyn_ros import Scenario
+from satdyn_ros.bag import columns as columns_module
+from satdyn_ros.bag.export import Options, export, table
 from satdyn_ros.dynamics import rotation
+from satdyn_ros.exchange import utc
+from satdyn_ros.exchange.aem_reader import attitude_at
 
 TICKS = 90
 COLUMNS = [
@@ -20,6 +27,7 @@ COLUMNS = [
     *('q_lb_x', 'q_lb_y', 'q_lb_z', 'q_lb_w'),
     *('gravity_gradient_b_x_n_m', 'gravity_gradient_b_y_n_m', 'gravity_gradient_b_z_n_m'),
     *('rotor_angle_rad', 'rotor_speed_rad_s', 'rotor_torque_n_m'),
+    *('roll_rad', 'pitch_rad', 'yaw_rad', 'nadir_angle_rad'),
 ]
 
 
@@ -47,6 +55,12 @@ def assert_true(columns):
     np.testing.assert_array_equal(columns['rotor_angle_rad'], states.rotor_angle)
     np.testing.assert_array_equal(columns['rotor_speed_rad_s'], states.rotor_speed)
     v_i = rotation.rotate(states.q_ib, joined(columns, 'v_b'))
+    euler = Rotation.from_quat(joined(columns, 'q_lb')).as_euler('ZYX')
+    angles = np.stack([columns['yaw_rad'], columns['pitch_rad'], columns['roll_rad']], -1)
+    np.testing.assert_allclose(angles, euler, rtol=0.0, atol=1e-14)
+    # The least moment of 800, 900 and 600 kg m^2 is about z, which LVLH has to nadir.
+    tilt = np.arccos(np.abs(Rotation.from_quat(joined(columns, 'q_lb')).as_matrix()[:, 2, 2]))
+    np.testing.assert_allclose(columns['nadir_angle_rad'], tilt, rtol=0.0, atol=1e-12)
     # Turned there and back: a few roundings of 8 km/s.
     np.testing.assert_allclose(v_i, states.v_i, rtol=0.0, atol=1e-11)
 
@@ -95,7 +109,9 @@ def test_parquet_without_pyarrow_is_told(bag, tmp_path, monkeypatch):
 
 def test_another_format_is_refused(bag, tmp_path):
     """By the name of the file."""
-    with pytest.raises(ValueError, match=r'ends with neither \.csv, \.npz, \.parquet'):
+    with pytest.raises(
+        ValueError, match=r'ends with neither \.csv, \.npz, \.parquet, \.aem, \.oem, \.a$'
+    ):
         export(bag, tmp_path / 'states.xlsx')
 
 
@@ -114,13 +130,185 @@ def test_what_one_topic_lacks_another_tells(tmp_path):
     """With imu alone the attitude and the rate come from there."""
     scenario = flights.GYROSTAT.with_values({'publish.topics': ('imu',)})
     columns = table(flights.record(tmp_path / 'bag', scenario, TICKS, ()))
-    assert list(columns) == COLUMNS[:10]
+    assert list(columns) == COLUMNS[:10] + COLUMNS[-4:]
     states = flights.GYROSTAT.motion().at(np.arange(TICKS) / 30.0)
     np.testing.assert_array_equal(joined(columns, 'q_ib'), states.q_ib)
     np.testing.assert_array_equal(joined(columns, 'omega_bi_b'), states.omega_bi_b)
 
 
 def test_an_empty_bag_is_an_empty_table(tmp_path):
-    """No tick, no row."""
-    assert export(flights.record(tmp_path / 'bag', ticks=0), tmp_path / 'states.csv') == 0
-    assert (tmp_path / 'states.csv').read_text() == 'tick,t_s,stamp_ns\n'
+    """No tick, no row: the header alone."""
+    bag = flights.record(tmp_path / 'bag', ticks=0)
+    for name in ('states.csv', 'states.npz', 'states.parquet'):
+        assert export(bag, tmp_path / name) == 0
+    assert (tmp_path / 'states.csv').read_text() == ','.join(COLUMNS) + '\n'
+    with np.load(tmp_path / 'states.npz') as columns:
+        assert [len(columns[name]) for name in COLUMNS] == [0] * len(COLUMNS)
+
+
+def test_csv_without_pyarrow_is_the_same_table(bag, tmp_path, monkeypatch):
+    """By the standard library, slower."""
+    monkeypatch.setitem(sys.modules, 'pyarrow', None)
+    monkeypatch.setitem(sys.modules, 'pyarrow.csv', None)
+    assert export(bag, tmp_path / 'states.csv') == TICKS
+    with open(tmp_path / 'states.csv', newline='') as file:
+        rows = list(csv.DictReader(file))
+    states = flights.GYROSTAT.motion().at(np.arange(TICKS) / 30.0)
+    np.testing.assert_array_equal([float(row['q_ib_w']) for row in rows], states.q_ib[:, 3])
+
+
+def test_blocks_of_any_size_make_the_same_table(bag, monkeypatch):
+    """Rows are put together from the chunks of a bag, whatever is read at a time."""
+    whole = table(bag)
+    monkeypatch.setattr(columns_module, '_BLOCK_ROWS', 1)
+    assert_true(table(bag))
+    for name, column in table(bag).items():
+        np.testing.assert_array_equal(column, whole[name])
+
+
+def test_a_tick_whose_messages_are_apart_is_one_row(tmp_path):
+    """As in a bag that another tool has put into chunks of its own, here one for each message."""
+    from mcap.stream_reader import StreamReader
+    from mcap.writer import Writer
+
+    scenario = flights.GYROSTAT.with_values(
+        {'publish.topics': ('angular_velocity', 'attitude'), 'record.compression': 'none'}
+    )
+    bag = flights.record(tmp_path / 'bag', scenario, 20, ())
+    rechunked = tmp_path / 'rechunked.mcap'
+    with open(rechunked, 'wb') as file:
+        writer = Writer(file, chunk_size=1)
+        writer.start('ros2', '')
+        for record in StreamReader(str(bag / 'bag_0.mcap')).records:
+            match type(record).__name__:
+                case 'Metadata':
+                    writer.add_metadata(record.name, record.metadata)
+                case 'Schema' if record.id not in writer._Writer__schemas:
+                    writer.register_schema(record.name, record.encoding, record.data)
+                case 'Channel' if record.id not in writer._Writer__channels:
+                    writer.register_channel(
+                        record.topic, record.message_encoding, record.schema_id, record.metadata
+                    )
+                case 'Message':
+                    writer.add_message(
+                        record.channel_id, record.log_time, record.data, record.publish_time
+                    )
+        writer.finish()
+    whole = table(bag)
+    assert len(whole['tick']) == 20
+    for name, column in table(rechunked).items():
+        np.testing.assert_array_equal(column, whole[name])
+
+
+def test_chosen_columns_and_a_step(bag, tmp_path):
+    """In the order asked for, one row in so many ticks."""
+    options = Options(step_s='0.2', columns=('yaw_rad', 'tick'))
+    assert export(bag, tmp_path / 'states.npz', options) == TICKS // 6
+    whole = table(bag)
+    with np.load(tmp_path / 'states.npz') as columns:
+        assert list(columns) == ['yaw_rad', 'tick']
+        assert columns['tick'].tolist() == list(range(0, TICKS, 6))
+        np.testing.assert_array_equal(columns['yaw_rad'], whole['yaw_rad'][::6])
+
+
+def test_a_message_has_a_segment_for_each_motion(tmp_path):
+    """Readers must not interpolate over a request or a reset; times to the nanosecond."""
+    bag = flights.record(tmp_path / 'bag')
+    assert export(bag, tmp_path / 'flight.aem', Options(frame='GCRF')) == 150
+    text = (tmp_path / 'flight.aem').read_text()
+    # The request at tick 60 and the reset at tick 100 of 30 Hz.
+    starts = re.findall(r'START_TIME = (\S+)\nSTOP_TIME = (\S+)\n', text)
+    ticks = [(0, 59), (60, 99), (100, 149)]
+    stamps = [[flights.EPOCH_NS + round(k * 10**9 / 30) for k in span] for span in ticks]
+    assert [tuple(utc.epochs(span)) for span in stamps] == starts
+    assert text.count('REF_FRAME_A = GCRF') == 3
+    assert text.count('OBJECT_NAME = BAG') == 3
+    whole = table(bag)
+    for tick in (0, 59, 60, 149):
+        found = attitude_at(tmp_path / 'flight.aem', utc.epoch(int(whole['stamp_ns'][tick])))
+        q_ib = joined(whole, 'q_ib')[tick]
+        np.testing.assert_allclose(found.q_ib, q_ib, rtol=0.0, atol=1e-15)
+
+
+def test_rates_are_written_where_they_were_recorded(tmp_path):
+    """From tick 80 on angular_velocity was not published."""
+    bag = flights.record(tmp_path / 'bag')
+    assert export(bag, tmp_path / 'flight.aem', Options(with_rates=True)) == 150
+    text = (tmp_path / 'flight.aem').read_text()
+    rows = [line for line in text.splitlines() if line.startswith('2023-')]
+    assert len(rows) == 80
+    assert {len(row.split()) for row in rows} == {8}
+    scenario = flights.GYROSTAT.with_values({'publish.topics': ('attitude',)})
+    bag = flights.record(tmp_path / 'without', scenario, TICKS, ())
+    with pytest.raises(ValueError, match='has not recorded the body rate, which one of the topic'):
+        export(bag, tmp_path / 'without.a', Options(with_rates=True))
+    assert list(tmp_path.glob('without.a*')) == []
+
+
+def test_an_orbit_is_written_thinned(bag, tmp_path):
+    """In one segment, positions in km at the ticks of the step."""
+    assert export(bag, tmp_path / 'orbit.oem', Options(step_s=1)) == 3
+    text = (tmp_path / 'orbit.oem').read_text()
+    rows = [line.split() for line in text.splitlines() if line.startswith('2023-')]
+    states = flights.GYROSTAT.motion().at([0.0, 1.0, 2.0])
+    assert [row[0] for row in rows] == utc.epochs(flights.EPOCH_NS + 10**9 * np.arange(3))
+    numbers = np.array([row[1:] for row in rows], float) * 1000.0
+    np.testing.assert_allclose(numbers[:, :3], states.r_i, rtol=1e-14)
+    np.testing.assert_allclose(numbers[:, 3:], states.v_i, rtol=1e-14, atol=1e-11)
+
+
+def test_what_does_not_fit_is_refused(bag, tmp_path):
+    """In one sentence, and no file is left."""
+    fixed = Scenario({'orbit.type': 'fixed', 'publish.topics': ('attitude',)})
+    held = flights.record(tmp_path / 'held', fixed.with_values({'time.epoch_ns': 1}), 3, ())
+    for source, name, options, reason in (
+        (held, 'x.oem', Options(), 'orbit.type fixed: the body does not travel'),
+        (bag, 'x.csv', Options(with_rates=True), '--rates is for .aem and .a, not for .csv'),
+        (bag, 'x.aem', Options(columns=('tick',)), '--columns is for .csv and .npz and .parquet'),
+        (bag, 'x.csv', Options(columns=('q',)), 'has no column q; it has tick, t_s'),
+        (bag, 'x.csv', Options(step_s='0.05'), 'it takes a multiple of the bag'),
+        (bag, 'x.csv', Options(step_s='soon'), 'the step is soon s'),
+        (bag, 'x.aem', Options(frame='ITRF'), 'the frame is ITRF; it takes an inertial one'),
+    ):
+        with pytest.raises(ValueError, match=re.escape(reason)):
+            export(source, tmp_path / name, options)
+    assert list(tmp_path.glob('x.*')) == []
+
+
+def test_a_bag_cut_off_is_told_and_gives_no_file(tmp_path):
+    """What would be half a table must not look like a whole one."""
+    bag = flights.record(tmp_path / 'bag', ticks=900, events=(), flush=True)
+    path = bag / 'bag_0.mcap'
+    path.write_bytes(path.read_bytes()[:-3000])
+    with pytest.raises(ValueError, match='satdyn recover'):
+        export(bag, tmp_path / 'states.csv')
+    assert list(tmp_path.glob('states*')) == []
+
+
+def test_progress_counts_the_ticks(bag, tmp_path):
+    """Of those that the bag spans."""
+    shown = []
+    export(bag, tmp_path / 'states.npz', Options(step_s=1), lambda *done: shown.append(done))
+    assert shown[-1] == (TICKS, TICKS)
+
+
+def test_memory_stays_flat(tmp_path):
+    """Ten hours at 10 Hz take less than 60 MB more than a minute does, in every format."""
+    program = f"""
+import resource
+from satdyn_ros.bag.export import Options, export
+from satdyn_ros.bag.simulate import simulate
+from satdyn_ros.run.scenario import Scenario
+scenario = Scenario({{'publish.rate': 10.0, 'publish.topics': ['attitude', 'imu']}})
+for duration_s in (60, 36000):
+    for _ in simulate(scenario, duration_s, f'{tmp_path}/{{duration_s}}'):
+        pass
+for kind in ('csv', 'npz', 'parquet', 'aem', 'oem', 'a'):
+    peaks = []
+    for duration_s in (60, 36000):
+        export(f'{tmp_path}/{{duration_s}}', f'{tmp_path}/{{duration_s}}.{{kind}}')
+        peaks.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+    assert peaks[1] - peaks[0] < 60 * 1024, (kind, peaks)
+"""
+    result = subprocess.run([sys.executable, '-c', program], capture_output=True, text=True)
+    assert result.returncode == 0, result.stderr

@@ -1,0 +1,248 @@
+"""The states in a bag as columns, block by block: what each is called, and its values."""
+
+import json
+from collections.abc import Iterable, Iterator
+from fractions import Fraction
+
+import numpy as np
+from mcap.records import Metadata
+
+from ..dynamics import inertia, rotation
+from ..rosbag2.reader import Messages, TopicBlock
+from ..rosbag2.scan import read_summary
+from . import run_records
+from .recorded_run import RecordedRun
+
+Columns = dict[str, np.ndarray]
+
+Q_IB = ('q_ib_x', 'q_ib_y', 'q_ib_z', 'q_ib_w')
+OMEGA_BI_B = ('omega_bi_b_x_rad_s', 'omega_bi_b_y_rad_s', 'omega_bi_b_z_rad_s')
+_TIMES = ('tick', 't_s', 'stamp_ns')
+_LVLH_ANGLES = ('roll_rad', 'pitch_rad', 'yaw_rad', 'nadir_angle_rad')
+
+# Enough rows that a block costs what its values cost, few enough for some tens of megabytes.
+_BLOCK_ROWS = 32768
+
+
+def columns_of_topics(rotors: Iterable[str] = ('rotor',)) -> dict[str, dict[str, tuple[str, ...]]]:
+    """
+    Return by topic its fields and the columns that they fill.
+
+    Where two topics say the same, the first one's values are taken.
+    """
+    columns: dict[str, dict[str, tuple[str, ...]]] = {
+        'attitude': {'quaternion': Q_IB},
+        'angular_velocity': {'velocity.angular': OMEGA_BI_B},
+        'imu': {'orientation': Q_IB, 'angular_velocity': OMEGA_BI_B},
+        'odometry': {
+            'pose.pose.orientation': Q_IB,
+            'twist.twist.angular': OMEGA_BI_B,
+            'pose.pose.position': ('r_i_x_m', 'r_i_y_m', 'r_i_z_m'),
+            'twist.twist.linear': ('v_b_x_m_s', 'v_b_y_m_s', 'v_b_z_m_s'),
+        },
+        'attitude_lvlh': {'quaternion': ('q_lb_x', 'q_lb_y', 'q_lb_z', 'q_lb_w')},
+        'gravity_gradient': {
+            'wrench.torque': (
+                'gravity_gradient_b_x_n_m',
+                'gravity_gradient_b_y_n_m',
+                'gravity_gradient_b_z_n_m',
+            )
+        },
+        'rotor': {},
+    }
+    for i, rotor in enumerate(rotors):
+        columns['rotor'] |= {
+            f'position[{i}]': (f'{rotor}_angle_rad',),
+            f'velocity[{i}]': (f'{rotor}_speed_rad_s',),
+            f'effort[{i}]': (f'{rotor}_torque_n_m',),
+        }
+    return columns
+
+
+def dtype_of(column: str) -> np.dtype:
+    """Return the type of a column's values: ticks, stamps and counts are integers."""
+    return np.dtype(np.int64 if column in ('tick', 'stamp_ns', 'segment') else np.float64)
+
+
+class StateTable:
+    """
+    The states in a bag, a row for each tick.
+
+    names: the columns.  tick, t_s (seconds from tick 0) and stamp_ns come first, then what the
+    recorded topics hold, nan at a tick where it was not published, and the angles relative to
+    LVLH: roll, pitch and yaw (3-2-1), and the angle between the axis of least inertia, whichever
+    end is nearer, and nadir.  ticks_read: how many of tick_count were yielded.
+
+    columns: those wanted, in this order; none: all but segment, which counts how often a request
+    or a reset has started the motion anew.  step_s: thinned to one row in so many
+    seconds.  ValueError: the bag has no such column, or step_s is no whole number of ticks.
+    """
+
+    def __init__(
+        self,
+        run: RecordedRun,
+        columns: Iterable[str] = (),
+        step_s: str | float | None = None,
+    ):
+        self.run = run
+        self._restarts: set[int] = set()
+        self.ticks_read = 0
+        self._first_tick = 0 if run.snapshot is None else run.snapshot['tick']
+        self._stride = 1 if step_s is None else _stride(step_s, run.scenario.rate)
+        self._fields = {
+            topic: {
+                field: names
+                for field, names in fields.items()
+                if field in (run.layout(topic).names or ())
+            }
+            for topic, fields in columns_of_topics().items()
+            if topic in run.names and run.names[topic] in run.bag.topics
+        }
+        recorded = [name for f in self._fields.values() for names in f.values() for name in names]
+        self.names = [*_TIMES, *dict.fromkeys(recorded)]
+        if not run.scenario.is_fixed and Q_IB[0] in self.names:
+            self.names += _LVLH_ANGLES
+        if columns:
+            self._choose(list(dict.fromkeys(columns)))
+
+    @property
+    def tick_count(self) -> int | None:
+        """How many ticks the bag spans; None: its last file is empty or was not completed."""
+        summary = read_summary(self.run.bag.files[-1])
+        if summary is None or summary.statistics is None or not summary.statistics.message_count:
+            return None
+        return self.run.ticks.tick_of(summary.statistics.message_end_time) + 1 - self._first_tick
+
+    def blocks(self) -> Iterator[Columns]:
+        """
+        Yield the columns (N,) of successive rows; memory does not grow with the bag.
+
+        ValueError: after all that could be read, the bag is damaged or was not completed.
+        """
+        waiting: list[Columns] = []
+        for item in self.run.bag.items():
+            if isinstance(item, Metadata):
+                self._note_restart(item)
+                continue
+            part = self._recorded(item)
+            if waiting and part['stamp_ns'][:1] == waiting[-1]['stamp_ns'][-1]:
+                part = _joined_tick(waiting[-1], part)
+            if len(part['stamp_ns']) == 0:
+                continue
+            if sum(len(part['stamp_ns']) for part in waiting) >= _BLOCK_ROWS:
+                yield self._block(waiting)
+                waiting = []
+            waiting.append(part)
+        if waiting:
+            yield self._block(waiting)
+        if self.run.bag.problem:
+            raise ValueError(self.run.bag.problem)
+
+    def _choose(self, chosen):
+        unknown = [name for name in chosen if name not in (*self.names, 'segment')]
+        if unknown:
+            raise ValueError(
+                f'{self.run.bag.path} has no column {unknown[0]}; it has {", ".join(self.names)}'
+            )
+        self.names = chosen
+        needed = {*chosen, *(Q_IB if {*_LVLH_ANGLES} & {*chosen} else ())}
+        self._fields = {
+            topic: {field: names for field, names in fields.items() if needed & {*names}}
+            for topic, fields in self._fields.items()
+        }
+
+    def _note_restart(self, record):
+        if record.name == run_records.EVENT and record.metadata['event'] in ('Request', 'Reset'):
+            self._restarts.add(json.loads(record.metadata['tick']))
+
+    def _recorded(self, block: TopicBlock) -> Columns:
+        """Return stamp_ns and the recorded columns of the ticks in a block of messages."""
+        contents = block.contents
+        channels = {topic: i for i, topic in block.topics.items() if i in contents.places}
+        present = {
+            name: channels[self.run.names[name]]
+            for name in self._fields
+            if self.run.names[name] in channels
+        }
+        times = [contents.log_times[contents.places[i]] for i in present.values()]
+        stamps_ns = np.unique(np.concatenate([np.empty(0, np.uint64), *times]))
+        columns: Columns = {'stamp_ns': stamps_ns.astype(np.int64)}
+        filled: dict[tuple[str, ...], np.ndarray] = {}
+        for topic, channel_id in present.items():
+            missing = {
+                field: names
+                for field, names in self._fields[topic].items()
+                if names not in filled or not np.all(filled[names])
+            }
+            if not missing:
+                continue
+            messages = Messages(*contents.messages(channel_id))
+            rows = self.run.rows(topic, messages)
+            places = np.searchsorted(stamps_ns, messages.log_times_ns)
+            for field, names in missing.items():
+                values = rows[field].reshape(len(rows), -1)
+                empty = ~filled.setdefault(names, np.zeros(len(stamps_ns), bool))[places]
+                for name, value in zip(names, values.T, strict=True):
+                    column = columns.setdefault(name, np.full(len(stamps_ns), np.nan))
+                    column[places[empty]] = value[empty]
+                filled[names][places] = True
+        return columns
+
+    def _block(self, parts: list[Columns]) -> Columns:
+        """Return the columns of the rows that follow each other in parts, the chosen ticks."""
+        ticks_of = self.run.ticks
+        stamps_ns = np.concatenate([part['stamp_ns'] for part in parts])
+        # A stamp is within half a nanosecond of its tick's time, which doubles tell apart for
+        # ages.
+        since_ns = stamps_ns - ticks_of.epoch_ns
+        ticks = np.rint(since_ns * (float(ticks_of.rate) * 1e-9)).astype(np.int64)
+        self.ticks_read = int(ticks[-1]) + 1 - self._first_tick
+        chosen = ticks % self._stride == 0
+        ticks, stamps_ns = ticks[chosen], stamps_ns[chosen]
+        t_s = ticks * ticks_of.rate.denominator / ticks_of.rate.numerator
+        columns: Columns = {'tick': ticks, 't_s': t_s, 'stamp_ns': stamps_ns}
+        if 'segment' in self.names:
+            columns['segment'] = np.searchsorted(sorted(self._restarts), ticks, side='right')
+        recorded = {
+            name for fields in self._fields.values() for f in fields.values() for name in f
+        }
+        for name in recorded:
+            values = [part.get(name, np.full(len(part['stamp_ns']), np.nan)) for part in parts]
+            columns[name] = np.concatenate(values)[chosen]
+        if {*_LVLH_ANGLES} & {*self.names}:
+            q_ib = np.stack([columns[name] for name in Q_IB], axis=-1)
+            columns |= zip(_LVLH_ANGLES, self._lvlh_angles(q_ib, t_s), strict=True)
+        return {name: columns[name] for name in self.names}
+
+    def _lvlh_angles(self, q_ib, t_s):
+        """Return roll, pitch, yaw and the angle of the least axis to nadir, each (N,)."""
+        system = self.run.scenario.system
+        q_lb = rotation.multiply(rotation.conjugate(system.orbit.lvlh(t_s)), q_ib)
+        moments, axes = inertia.principal_axes(system.inertia)
+        least_l = rotation.rotate(q_lb, axes[:, np.argmin(moments)])
+        # Nadir is z of LVLH.
+        nadir_angle = np.arctan2(np.hypot(least_l[:, 0], least_l[:, 1]), np.abs(least_l[:, 2]))
+        return [*rotation.roll_pitch_yaw(q_lb).T, nadir_angle]
+
+
+def _joined_tick(before: Columns, part: Columns) -> Columns:
+    """Give the last row of `before` what the first of part adds to it; return the rest of part."""
+    for name, values in part.items():
+        column = before.setdefault(name, np.full(len(before['stamp_ns']), np.nan))
+        if name != 'stamp_ns' and np.isnan(column[-1]):
+            column[-1] = values[0]
+    return {name: values[1:] for name, values in part.items()}
+
+
+def _stride(step_s: str | float, rate: Fraction) -> int:
+    """Return how many ticks a step has; ValueError: they are no whole number above 0."""
+    try:
+        ticks = Fraction(str(step_s)) * rate
+    except (ValueError, ZeroDivisionError):
+        ticks = Fraction(0)
+    if ticks <= 0 or ticks.denominator != 1:
+        raise ValueError(
+            f"the step is {step_s} s; it takes a multiple of the bag's tick of "
+            f'{float(1 / rate):g} s'
+        )
+    return int(ticks)

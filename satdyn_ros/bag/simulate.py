@@ -8,7 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from ..dynamics import rotation
 from ..dynamics.orbit import KeplerOrbit
+from ..exchange.aem_reader import attitude_at
 from ..messages.packers import packer
 from ..rosbag2.reader import TopicBlock
 from ..run.events import Event, Request, RotorTorque, Topics, Torque
@@ -137,6 +139,31 @@ def begun_in_bag(scenario: Scenario, bag: str | Path, at_s: str | float) -> Scen
     if mode == run.scenario['rotor.mode'] == 'constant_momentum':
         values['rotor.momentum'] = simulation.conditions['rotor.momentum']
     return scenario.with_values(values)
+
+
+def begun_in_aem(scenario: Scenario, path: str | Path, epoch: str) -> Scenario:
+    """
+    Return the scenario begun with the attitude, and the rate, of an AEM's row at an epoch (UTC).
+
+    Without rates in the file the scenario's initial.angular_velocity holds, relative to the frame
+    that the scenario gives it in.  The epoch is the stamp of tick 0 unless time.epoch_ns is set.
+    ValueError: see attitude_at.
+    """
+    attitude = attitude_at(path, epoch)
+    omega_bi_b = attitude.omega_bi_b
+    if omega_bi_b is None:
+        omega_bi_b = np.array(scenario['initial.angular_velocity'])
+        if scenario['initial.frame'] == 'lvlh':
+            lvlh_rate_i = scenario.system.orbit.lvlh_rate(0.0)
+            omega_bi_b += rotation.rotate(rotation.conjugate(attitude.q_ib), lvlh_rate_i)
+    return scenario.with_values(
+        {
+            'initial.frame': 'inertial',
+            'initial.attitude': attitude.q_ib,
+            'initial.angular_velocity': omega_bi_b,
+            'time.epoch_ns': scenario.epoch_ns or attitude.stamp_ns,
+        }
+    )
 
 
 def _span(run):

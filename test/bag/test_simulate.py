@@ -11,9 +11,11 @@ from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
 from satdyn_ros.bag import simulate
+from satdyn_ros.bag.export import Options, export
 from satdyn_ros.bag.recorded_run import RecordedRun
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.dynamics import rotation
+from satdyn_ros.exchange import utc
 from satdyn_ros.run.events import Request, Topics, Torque
 from satdyn_ros.run.scenario import Scenario
 
@@ -206,6 +208,39 @@ def test_a_bag_has_no_state_beyond_its_end(tmp_path):
         simulate.begun_in_bag(ORBITING, bag, '10')
     with pytest.raises(ValueError, match='the instant is soon'):
         simulate.begun_in_bag(ORBITING, bag, 'soon')
+
+
+def test_a_run_goes_on_from_an_attitude_message(tmp_path):
+    """Exported with rates and begun at one of its rows, a run goes on as before."""
+    bag = recorded(ORBITING, 20, tmp_path / 'bag')
+    message = tmp_path / 'bag.aem'
+    export(bag, message, Options(with_rates=True))
+    epoch = utc.epoch(ORBITING.epoch_ns + 10 * 10**9)
+    begun = simulate.begun_in_aem(ORBITING.with_values({'time.epoch_ns': 0}), message, epoch)
+    assert begun.epoch_ns == ORBITING.epoch_ns + 10 * 10**9
+    stamps_ns, q_ib, omega_bi_b = read(bag)
+    (row,) = np.flatnonzero(stamps_ns == begun.epoch_ns)
+    np.testing.assert_allclose(begun.initial_state.q_ib, q_ib[row], rtol=0.0, atol=1e-15)
+    # Sixteen digits in deg/s.
+    np.testing.assert_allclose(begun.initial_state.omega_bi_b, omega_bi_b[row], rtol=1e-14)
+    # The given epoch wins; the orbit begins as the scenario says.
+    assert simulate.begun_in_aem(ORBITING, message, epoch).epoch_ns == ORBITING.epoch_ns
+
+
+def test_without_rates_in_the_message_the_scenario_gives_the_rate(tmp_path):
+    """Relative to the frame in which it gives it: at rest in LVLH the body turns once an orbit."""
+    message = tmp_path / 'bag.aem'
+    export(recorded(ORBITING, 1, tmp_path / 'bag'), message)
+    epoch = utc.epoch(ORBITING.epoch_ns)
+    resting = Scenario({'initial.frame': 'lvlh', 'orbit.inclination': 0.9})
+    state = simulate.begun_in_aem(resting, message, epoch).initial_state
+    rate_i = rotation.rotate(state.q_ib, state.omega_bi_b)
+    orbit = resting.system.orbit
+    np.testing.assert_allclose(rate_i, orbit.mean_motion * orbit.normal, rtol=0.0, atol=1e-17)
+    rate_b = (0.1, -0.2, 0.3)
+    turning = Scenario({'initial.frame': 'inertial', 'initial.angular_velocity': rate_b})
+    state = simulate.begun_in_aem(turning, message, epoch).initial_state
+    np.testing.assert_array_equal(state.omega_bi_b, rate_b)
 
 
 def test_memory_stays_flat(tmp_path):

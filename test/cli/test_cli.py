@@ -229,6 +229,22 @@ def test_from_a_bag(bag, tmp_path):
     assert begun['/angular_velocity'] == first['/angular_velocity']
 
 
+def test_from_an_attitude_message(bag, tmp_path, capsys):
+    """--from FILE.aem and --at EPOCH begin with the attitude of a message; no row, no run."""
+    message = tmp_path / 'bag.aem'
+    assert main(['export', str(bag), '-o', str(message), '--rates', '--step', '0.5']) == 0
+    assert capsys.readouterr().out == f'{message}: 2 rows\n'
+    epoch = message.read_text().splitlines()[-2].split()[0]
+    onward = tmp_path / 'onward'
+    command = ['simulate', DEFAULT, '--duration', '0.5', '--from', str(message), '--at']
+    assert main([*command, epoch, '-o', str(onward)]) == 0
+    (_, first_ns, _), *_ = sequence(onward)
+    assert first_ns == sequence(bag)[300][1]
+    assert main([*command, '2020-01-01T00:00:00', '-o', str(tmp_path / 'never')]) == 2
+    assert 'the nearest is ' in capsys.readouterr().err
+    assert not (tmp_path / 'never').exists()
+
+
 def test_ctrl_c_closes_the_bag(tmp_path):
     """Interrupted, a run ends quietly with a complete bag and exit code 130."""
     directory = tmp_path / 'bag'

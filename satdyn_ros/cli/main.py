@@ -144,7 +144,6 @@ def _recover(given):
 
 def _export(given):
     from ..bag.export import Options, export
-    from .progress import progress
 
     options = Options(
         step_s=given.step,

@@ -19,7 +19,7 @@ def show_notices() -> None:
 
 
 @contextmanager
-def progress(what: str, unit: str) -> Iterator[Callable[[int, int], None]]:
+def progress(what: str, unit: str) -> Iterator[Callable[[int, int | None], None]]:
     """Show a bar while the context lasts; yield show(done, total), both in units."""
     if not sys.stderr.isatty():
         yield lambda done, total: None

@@ -113,7 +113,7 @@ def test_help_loads_nothing_heavy():
         (['request'], 'it takes either KEY=VALUE'),
         (['request', '--reset', 'a=1'], 'it takes either KEY=VALUE'),
         (['request', 'initial.attitude'], 'is no KEY=VALUE'),
-        (['request', 'initial.attitude=[0'], 'initial.attitude is no YAML'),
+        (['request', 'initial.attitude=[0'], 'initial.attitude is not YAML'),
         (['request', 'initial.attitude={a: 1}'], 'a request takes numbers, lists and texts'),
         (['request', '--reset', '--step'], 'not allowed with argument'),
     ],

@@ -106,7 +106,7 @@ def test_what_is_written_is_read(happened):
         ('- {tick: 3, request: 5}', 'request is 5; it takes keys and values'),
         ('- {tick: 3, topics: [altitude]}', 'publish.topics is'),
         ('- {tick: 3, timeout: tork}', "timeout is 'tork'"),
-        ('- {tick: 3', 'events is no YAML'),
+        ('- {tick: 3', 'events is not YAML'),
     ],
 )
 def test_refused(text, sentence):

@@ -85,7 +85,7 @@ def test_refused(nested, sentence):
 @pytest.mark.parametrize(
     ('text', 'sentence'),
     [
-        ('a: [1', 'is no YAML at line'),
+        ('a: [1', 'is not YAML at line'),
         ('- 1', 'is no parameter file'),
         ('other:\n  ros__parameters: {}', 'has no section for this node'),
         ('/**:\n  publish: {}', 'section without ros__parameters'),

@@ -1,0 +1,74 @@
+"""YAML files: numbers as ROS has them, and one sentence, soon, for whatever is not to be read."""
+
+import resource
+import subprocess
+import sys
+
+import pytest
+import yaml
+
+from satdyn_ros.run import ros_yaml
+
+BOMB = 'a: &a [x, x, x, x, x, x, x, x, x]\n' + ''.join(
+    f'{name}: &{name} [{", ".join([f"*{before}"] * 9)}]\n'
+    for before, name in zip('abcdefgh', 'bcdefghi', strict=True)
+)
+MERGE_BOMB = 'a: &a {x: 1}\n' + ''.join(
+    f'{name}: &{name} {{<<: [{", ".join([f"*{before}"] * 99)}]}}\n'
+    for before, name in zip('abcdefgh', 'bcdefghi', strict=True)
+)
+REFUSED = {
+    'a bomb of aliases': (BOMB, 'has more than the 1000000 values allowed'),
+    'a bomb of merges': (MERGE_BOMB, 'has more than the 1000000 values allowed'),
+    'a list of itself': ('&a [*a]', 'has the alias *a for something not complete'),
+    'a key of itself': ('&a {*a : 1}', 'has the alias *a for something not complete'),
+    'an alias of nothing': ('[*a]', 'has the alias *a for something not complete'),
+    'depth': ('[' * 100_000, 'is nested deeper than the 64 levels allowed'),
+    'depth of lines': ('\n'.join(' ' * i + 'a:' for i in range(80)), 'is nested deeper than'),
+    'size': ('a' * 50_000_000, 'is larger than the 10000000 bytes allowed'),
+    'values': ('[' + '1,' * 1_000_001 + ']', 'has more than the 1000000 values allowed'),
+    'two documents': ('a\n---\nb', 'is not YAML at line 2'),
+    'an object of Python': ('!!python/object/apply:os.system [exit]', 'is not YAML'),
+} | {
+    value: (value, 'has a value that does not suit its tag')
+    for value in ('!!bool maybe', '!!int abc', '!!float ""', '!!timestamp now', '!!int "0x"')
+}
+
+
+@pytest.mark.parametrize(('text', 'reason'), REFUSED.values(), ids=REFUSED)
+def test_hostile_texts_are_refused_in_one_sentence(text, reason):
+    """Nothing is built of them: a bomb of 9^9 values costs as little as a word."""
+    with pytest.raises(ValueError, match='the file ') as refusal:
+        ros_yaml.load(text, 'the file')
+    assert reason in str(refusal.value)
+    assert '\n' not in str(refusal.value)
+    assert len(str(refusal.value)) < 200
+
+
+def test_a_file_without_end_is_not_read_to_it():
+    """A device or a pipe that never ends costs no more than the largest file."""
+    program = """
+from satdyn_ros.run import ros_yaml
+try:
+    ros_yaml.read_text('/dev/zero', 'the scenario')
+except ValueError as error:
+    print(error)
+"""
+    limit = 2 * 10**9
+    result = subprocess.run(
+        [sys.executable, '-c', program],
+        stdout=subprocess.PIPE,
+        text=True,
+        check=True,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit)),
+    )
+    assert result.stdout == 'the scenario /dev/zero is larger than the 10000000 bytes allowed\n'
+
+
+def test_aliases_of_a_moderate_size_are_allowed():
+    """What yaml.dump writes where the same list stands twice."""
+    torque = [0.0, 0.0, 0.01]
+    text = yaml.safe_dump([{'at_s': 1, 'torque': torque}, {'at_s': 2, 'torque': torque}])
+    assert '*' in text
+    assert [entry['torque'] for entry in ros_yaml.load(text, 'events')] == [torque, torque]
+    assert ros_yaml.load('a: &a {x: 1}\nb: {<<: *a, y: 2}', 'merged')['b'] == {'x': 1, 'y': 2}

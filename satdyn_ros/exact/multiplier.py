@@ -1,8 +1,10 @@
 """
 The multiplier nu of Agostinelli's stationary motions and the alphas that belong to it.
 
-alpha_i = s sqrt(N1 N2 N3) / N_i with N_i = 1 - 2 nu I_i and s = +-1; nu is admissible where
-N1 N2 N3 > 0: below the least of the poles 1 / (2 I_i), and between the two others.
+omega_i = omega_0 alpha_i gamma_i with omega_0^2 = |gradient|, alpha_i = s sqrt|N1 N2 N3| / N_i,
+N_i = 1 - 2 nu I_i and s = +-1.  nu is admissible where N1 N2 N3 has the sign of the gradient: for
+a positive one below the least of the poles 1 / (2 I_i) and between the two others, for a negative
+one (De Brun's problem) between the two least and above the greatest.
 """
 
 import numpy as np
@@ -10,35 +12,64 @@ import numpy as np
 from .axes import ROUNDING
 
 
-def alphas(moments, nu, sign):
-    """Return the alphas (3,); ValueError: nu is not admissible."""
+def alphas(moments: np.ndarray, nu: float, sign: int, field: int = 1) -> np.ndarray:
+    """
+    Return the alphas (3,); field: the sign of the gradient.
+
+    ValueError: nu is not admissible.
+    """
     N = 1.0 - 2.0 * nu * moments
-    if not np.prod(N) > 0.0:
+    if not field * np.prod(N) > 0.0:
         poles = ', '.join(f'{pole:g}' for pole in np.sort(0.5 / moments))
-        raise ValueError(
-            f'nu is {nu:g}; of the poles 1 / (2 I), {poles}, it must be below the least or '
-            'between the others'
-        )
-    return sign * np.sqrt(np.prod(N)) / N
+        if field > 0:
+            where = 'below the least or between the others'
+        else:
+            where = 'between the two least or above the greatest'
+        raise ValueError(f'nu is {nu:g}; of the poles 1 / (2 I), {poles}, it must be {where}')
+    return sign * np.sqrt(np.abs(np.prod(N))) / N
 
 
-def differences(moments, nu, sign):
+def differences(moments: np.ndarray, nu: float, sign: int) -> np.ndarray:
     """Return the matrix alpha_i - alpha_j without cancellation."""
     N = 1.0 - 2.0 * nu * moments
-    scale = 2.0 * nu * sign * np.sqrt(np.prod(N))
+    scale = 2.0 * nu * sign * np.sqrt(np.abs(np.prod(N)))
     return scale * np.subtract.outer(moments, moments) / np.multiply.outer(N, N)
 
 
-def find(moments, omega_0, gamma, omega_p):
+def c0_of_energy(moments: np.ndarray, nu: float, sign: int, field: int, h: float) -> float:
+    """
+    Return c0 = e - alpha_3 of h [kg m^2], the energy over omega_0^2 (27, corrected).
+
+    c0 = nu (2 h - C (alpha_3^2 + f)) f s sqrt|N1 N2 N3| / (1 - (A + B + C) nu + 4 A B C nu^3), f
+    the sign of the gradient.  ValueError: nu is not admissible, or zero or a root of the
+    denominator, where all motions have one energy, which determines none.
+    """
+    alpha = alphas(moments, nu, sign, field)
+    terms = np.array([1.0, -np.sum(moments) * nu, 4.0 * np.prod(moments) * nu**3])
+    denominator = np.sum(terms)
+    if nu == 0.0 or abs(denominator) <= ROUNDING * np.sum(np.abs(terms)):
+        raise ValueError(
+            f'nu is {nu:g}, where all motions have the same energy, which determines none; give '
+            'c0 in its place'
+        )
+    root = np.sqrt(np.abs(np.prod(1.0 - 2.0 * nu * moments)))
+    left = 2.0 * h - moments[2] * (alpha[2] ** 2 + field)
+    return float(nu * left * field * sign * root / denominator)
+
+
+def find(
+    moments: np.ndarray, omega_0: float, gamma: np.ndarray, omega_p: np.ndarray, field: int = 1
+) -> tuple[float, int] | None:
     """
     Return nu and the sign of mu of a state, None where there is none.
 
-    The axis k of the largest |gamma_k| gives alpha_k, and N_i N_j = alpha_k^2 N_k is quadratic in
-    nu; least squares over all axes then settle what alpha_k alone may leave open.  The rates must
-    agree as if the attitude were off by no more than the rounding of its input.
+    field: the sign of the gradient.  The axis k of the largest |gamma_k| gives alpha_k, and
+    N_i N_j = field alpha_k^2 N_k is quadratic in nu; least squares over all axes then settle what
+    alpha_k alone may leave open.  The rates must agree as if the attitude were off by no more than
+    the rounding of its input.
     """
     I, k = moments, np.argmax(np.abs(gamma))
-    square = (omega_p[k] / (omega_0 * gamma[k])) ** 2
+    square = field * (omega_p[k] / (omega_0 * gamma[k])) ** 2
     found = []
     for root in _real_roots(
         4.0 * I[k - 1] * I[k - 2], 2.0 * (square * I[k] - I[k - 1] - I[k - 2]), 1.0 - square
@@ -46,17 +77,18 @@ def find(moments, omega_0, gamma, omega_p):
         nu = root
         for _ in range(3):
             N = 1.0 - 2.0 * nu * I
-            if not np.prod(N) > 0.0:
+            if not field * np.prod(N) > 0.0:
                 break
             sign = int(np.copysign(1.0, omega_p[k] * gamma[k] * N[k]))
-            rates = omega_0 * alphas(I, nu, sign)
+            rates = omega_0 * alphas(I, nu, sign, field)
             off = omega_p - rates * gamma
             found.append((np.max(np.abs(off)) / np.max(np.abs(rates)), nu, sign))
             slope = rates * gamma * (2.0 * I / N - np.sum(I / N))
             nu += float(off @ slope / (slope @ slope)) if np.any(slope) else 0.0
     if not found or min(found)[0] > ROUNDING:
         return None
-    return min(found)[1:]
+    _, nu, sign = min(found)
+    return nu, sign
 
 
 def _real_roots(a, b, c):

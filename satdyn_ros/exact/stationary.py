@@ -2,15 +2,15 @@
 The stationary motions of a body held in a Newtonian field (Agostinelli 1977).
 
 The energy is stationary at fixed |gamma|, area integral and fourth integral (multipliers lambda,
-mu, nu) where omega_i = omega_0 alpha_i gamma_i in the principal axes, omega_0^2 = 3 mu / r^3,
+mu, nu) where omega_i = omega_0 alpha_i gamma_i in the principal axes, omega_0^2 = |gradient|,
 
-    alpha_i = s sqrt(N1 N2 N3) / N_i,   N_i = 1 - 2 nu I_i,   s = +-1.
+    alpha_i = s sqrt|N1 N2 N3| / N_i,   N_i = 1 - 2 nu I_i,   s = +-1,
 
-Such a motion stays so, and gamma moves like the rate of a free body with the alphas for moments:
-gamma_1' = omega_0 (alpha_3 - alpha_2) gamma_2 gamma_3, with e = alpha . gamma^2 constant.
+with N1 N2 N3 of the gradient's sign: negative in De Brun's problem, of a body drawn to a plane,
+and for the pull averaged over an orbit.  Such a motion stays so, and gamma moves like the rate of
+a free body with the alphas for moments: gamma_1' = omega_0 (alpha_3 - alpha_2) gamma_2 gamma_3,
+with e = alpha . gamma^2 constant.
 """
-
-from typing import NamedTuple
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from ..dynamics.orbit import FixedDirection
 from ..dynamics.system import State, System
 from . import elliptic, multiplier
 from .exact_motion import ExactMotion, Fact
+from .polhode import Polhode
 
 # A direction cosine that nobody can tell from zero.
 ROUNDING = 4.0 * np.finfo(float).eps
@@ -43,9 +44,11 @@ class Stationary(ExactMotion):
     def __init__(self, system: System, state: State, start_s: float = 0.0):
         super().__init__(system, state, start_s)
         self.moments, q_bp, gamma, omega_p = _in_principal_axes(system, state)
-        self.omega_0 = float(np.sqrt(system.orbit.gradient_at(0.0)))
-        self.nu, sign = multiplier.find(self.moments, self.omega_0, gamma, omega_p)
-        self._constants(sign, gamma)
+        self.omega_0, field = _field(system)
+        found = multiplier.find(self.moments, self.omega_0, gamma, omega_p, field)
+        assert found is not None  # why_not has asked
+        self.nu, sign = found
+        self._constants(sign, field, gamma)
         differences = self.omega_0 * multiplier.differences(self.moments, self.nu, sign)
         self._solve(self.omega_0 * self.alpha, differences, gamma, q_bp)
 
@@ -54,14 +57,15 @@ class Stationary(ExactMotion):
         """
         Return the motion with the multiplier nu [1 / (kg m^2)] from the attitude q_ib (4,).
 
-        sign: of mu.  ValueError: nu is not admissible, N1 N2 N3 must be positive.
+        sign: of mu.  ValueError: nu is not admissible, N1 N2 N3 must have the gradient's sign.
         """
         moments, R_bp = principal_axes(system.inertia)
-        alpha = multiplier.alphas(moments, nu, sign)
+        omega_0, field = _field(system)
+        alpha = multiplier.alphas(moments, nu, sign, field)
         q_bp = rotation.from_matrix(R_bp)
         q_ib = rotation.normalise(q_ib)
         gamma = rotation.rotate(rotation.conjugate(rotation.multiply(q_ib, q_bp)), [0, 0, 1])
-        omega_p = np.sqrt(system.orbit.gradient_at(0.0)) * alpha * gamma
+        omega_p = omega_0 * alpha * gamma
         return cls(system, State(q_ib, rotation.rotate(q_bp, omega_p)))
 
     @classmethod
@@ -83,7 +87,7 @@ class Stationary(ExactMotion):
         or c0 beyond the alphas.
         """
         moments, R_bp = principal_axes(system.inertia)
-        alpha = multiplier.alphas(moments, nu, sign)
+        alpha = multiplier.alphas(moments, nu, sign, _field(system)[1])
         low, high = np.min(alpha) - alpha[2], np.max(alpha) - alpha[2]
         if not low <= c0 <= high:
             raise ValueError(f'c0 is {c0:g}; for this nu it is from {low:g} to {high:g}')
@@ -101,6 +105,27 @@ class Stationary(ExactMotion):
         return cls.from_attitude(system, nu, rotation.multiply(q_ip, q_pb), sign)
 
     @classmethod
+    def from_energy(
+        cls,
+        system: System,
+        nu: float,
+        h: float,
+        phase: float = 0.0,
+        psi0: float = 0.0,
+        sign: int = 1,
+    ) -> 'Stationary':
+        """
+        Return the motion with the paper's constants nu [1 / (kg m^2)] and h [J], the energy (27).
+
+        The rest as in from_constants.  ValueError: nu is not admissible, all motions with it have
+        one energy, or none has this.
+        """
+        moments, _ = principal_axes(system.inertia)
+        omega_0, field = _field(system)
+        c0 = multiplier.c0_of_energy(moments, nu, sign, field, h / omega_0**2)
+        return cls.from_constants(system, nu, c0, phase, psi0, sign)
+
+    @classmethod
     def why_not(cls, system: System, state: State, start_s: float = 0.0) -> str | None:
         """Return one sentence that says why this closed form does not apply, or None."""
         rotor = system.rotor
@@ -108,14 +133,15 @@ class Stationary(ExactMotion):
             return 'the direction to the attracting centre turns; orbit.type must be fixed'
         if np.any(system.torque_b) or system.rotor_torque != 0.0:
             return 'a torque is applied to the body or to the rotor'
-        if system.orbit.gradient <= 0.0:
-            return f'orbit.gradient is {system.orbit.gradient:g}; it must be positive'
+        if system.orbit.gradient == 0.0:
+            return 'orbit.gradient is 0: there is no field'
         if np.any(system.weight_moment):
             return 'body.weight_moment is not zero'
         if rotor.turns_freely or rotor.momentum != 0.0:
             return 'there is a rotor'
         moments, _, gamma, omega_p = _in_principal_axes(system, state)
-        if multiplier.find(moments, np.sqrt(system.orbit.gradient), gamma, omega_p) is None:
+        omega_0, field = _field(system)
+        if multiplier.find(moments, omega_0, gamma, omega_p, field) is None:
             return 'no nu gives the rates omega_i = omega_0 alpha_i gamma_i about all three axes'
         return None
 
@@ -123,7 +149,7 @@ class Stationary(ExactMotion):
         """Return the constants, periods and limits that say what the motion is like."""
         period_s = np.inf if self.period_s is None else self.period_s
         return [
-            Fact('omega_0', self.omega_0, 'rad/s', 'root of the gradient'),
+            Fact('omega_0', self.omega_0, 'rad/s', 'root of the size of the gradient'),
             Fact('nu', self.nu, '1/(kg m^2)', 'multiplier of the fourth integral'),
             Fact('lambda', self.lambda_, 'kg m^2/s^2', 'multiplier of |gamma| (13)'),
             Fact('mu', self.mu, 'rad/s', 'multiplier of the area integral (12)'),
@@ -154,19 +180,20 @@ class Stationary(ExactMotion):
         """Return nan (N,): no rotor turns here."""
         return np.full(len(t_s), np.nan)
 
-    def _constants(self, sign, gamma):
+    def _constants(self, sign, field, gamma):
         """Set what the paper calls h, c0, c1, c2, lambda and mu (its eqs. 2-4, 12, 16)."""
         I, omega_0, square = self.moments, self.omega_0, gamma**2
         A, B, C = I
-        self.alpha = alpha = multiplier.alphas(I, self.nu, sign)
+        self.alpha = alpha = multiplier.alphas(I, self.nu, sign, field)
         self.e = float(alpha @ square)
         self.c0 = self.e - float(alpha[2])
-        self.h = omega_0**2 / 2.0 * float(I * (alpha**2 + 1.0) @ square)
+        self.h = omega_0**2 / 2.0 * float(I * (alpha**2 + field) @ square)
         self.c1 = omega_0 * float(I * alpha @ square)
-        self.c2 = omega_0**2 * float((I**2 * alpha**2 - A * B * C / I) @ square)
-        self.mu = sign * omega_0 * float(np.sqrt(np.prod(1.0 - 2.0 * self.nu * I)))
+        self.c2 = omega_0**2 * float((I**2 * alpha**2 - field * A * B * C / I) @ square)
+        product = abs(float(np.prod(1.0 - 2.0 * self.nu * I)))
+        self.mu = sign * omega_0 * float(np.sqrt(product))
         pairs = A * B + B * C + C * A
-        self.lambda_ = omega_0**2 * (pairs * self.nu - 2.0 * A * B * C * self.nu**2)
+        self.lambda_ = field * omega_0**2 * (pairs * self.nu - 2.0 * A * B * C * self.nu**2)
 
     def _solve(self, rates, differences, gamma, q_bp):
         """
@@ -227,61 +254,18 @@ class Stationary(ExactMotion):
         return rotation.multiply(q, [0.5, 0.5, 0.5, 0.5]), gamma
 
 
-class Polhode(NamedTuple):
-    """
-    The way of gamma in the body: gamma = (S sn u, D dn u, C cn u), u' = lam.
-
-    m + m1 = 1 and C^2 + D^2 = 1; S has the sign that makes gamma' = gamma x omega.
-    """
-
-    lam: float
-    m: float
-    m1: float
-    S: float
-    D: float
-    C: float
-
-    @classmethod
-    def of(cls, differences, distances):
-        """
-        Return the polhode, whose y axis has the largest or the least alpha and z the other.
-
-        differences: y - z, y - x, x - z of the alphas; distances: e - z, y - e, e - x; all times
-        one rate [rad/s], and those from y or z of one sign, so that nothing cancels.
-        """
-        yz, yx, xz = differences
-        ez, ye, ex = distances
-        product = yx * ez
-        if product == 0.0 or ye == 0.0:
-            return cls(0.0, 0.0, 1.0, 0.0, 1.0, 0.0)
-        return cls(
-            lam=np.sqrt(product),
-            m=ye * xz / product,
-            m1=min(ex * yz / product, 1.0),
-            S=-np.copysign(np.sqrt(ye / yx), yx),
-            D=np.sqrt(ez / yz),
-            C=np.sqrt(ye / yz),
-        )
-
-    def at(self, u):
-        """Return the three cosines at the argument u."""
-        sn, cn, dn = elliptic.sncndn(u, self.m1)
-        return self.S * sn, self.D * dn, self.C * cn
-
-    def angle_about_y(self, u):
-        """Return the angle of gamma about y, counted from x against z [rad], continuous."""
-        am, S = elliptic.amplitude(u, self.m1), abs(self.S)
-        sine, cosine = np.sin(am), np.cos(am)
-        ahead = np.arctan2((S - self.C) * sine * cosine, S * sine**2 + self.C * cosine**2)
-        return np.pi / 2.0 - np.copysign(1.0, self.S) * (am + ahead)
-
-
 def _half_angles(psi, theta, phi):
     """Return the quaternion of Rz(psi) Rx(theta) Rz(phi) by the half-angle form of euler.py."""
     sine, cosine = np.sin(theta / 2.0), np.cos(theta / 2.0)
     half_sum, half_difference = (psi + phi) / 2.0, (psi - phi) / 2.0
     x, y = sine * np.cos(half_difference), sine * np.sin(half_difference)
     return np.stack([x, y, cosine * np.sin(half_sum), cosine * np.cos(half_sum)], axis=-1)
+
+
+def _field(system):
+    """Return omega_0 [rad/s], the root of the gradient's size, and the gradient's sign."""
+    gradient = float(system.orbit.gradient_at(0.0))
+    return float(np.sqrt(abs(gradient))), int(np.sign(gradient))
 
 
 def _in_principal_axes(system, state):

@@ -18,10 +18,12 @@ from hypothesis import strategies as st
 
 from satdyn_ros.dynamics import rotation
 from satdyn_ros.dynamics.euler import from_zxz, zxz_angles
+from satdyn_ros.dynamics.integrals import first_integrals
 from satdyn_ros.dynamics.orbit import FixedDirection, KeplerOrbit
 from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
+from satdyn_ros.exact import recognise
 from satdyn_ros.exact.stationary import Stationary
 
 CASES = {
@@ -94,15 +96,28 @@ def test_constants_have_the_values_of_the_paper(name):
     assert motion.c2 == pytest.approx(float(integrals['F2']['value']), rel=1e-13)
 
 
-@pytest.mark.parametrize(('nu', 'sign'), [(0.1, 1), (-0.7, -1), (0.4, 1), (0.4, -1)])
-def test_the_energy_is_stationary(nu, sign):
+# nu of both ranges for a positive gradient, then of both for a negative one
+MULTIPLIERS = [
+    (2.5, 0.1, 1),
+    (2.5, -0.7, -1),
+    (2.5, 0.4, 1),
+    (2.5, 0.4, -1),
+    (-2.5, 0.3, 1),
+    (-2.5, 0.3, -1),
+    (-2.5, 0.7, 1),
+    (-2.5, 1.9, -1),
+]
+
+
+@pytest.mark.parametrize(('gradient', 'nu', 'sign'), MULTIPLIERS)
+def test_the_energy_is_stationary(gradient, nu, sign):
     """
     Proves what defines the motion: h has no first variation beside the constraints.
 
     grad h = lambda grad |gamma|^2 + mu grad c1 + nu grad c2, with respect to omega and gamma.
     """
-    motion = Stationary.from_attitude(system(gradient=2.5), nu, SOME, sign)
-    I, square = BODY, 2.5
+    motion = Stationary.from_attitude(system(gradient=gradient), nu, SOME, sign)
+    I, square = BODY, gradient
     omega, gamma = motion.state.omega_bi_b, rotation.rotate(rotation.conjugate(SOME), [0, 0, 1.0])
     of_omega = I * omega - motion.mu * I * gamma - 2.0 * nu * I**2 * omega
     of_gamma = (
@@ -111,8 +126,48 @@ def test_the_energy_is_stationary(nu, sign):
         - motion.mu * I * omega
         + 2.0 * nu * square * np.prod(I) / I * gamma
     )
-    np.testing.assert_allclose(of_omega, 0.0, atol=1e-14)
-    np.testing.assert_allclose(of_gamma, 0.0, atol=1e-14)
+    # the terms are up to 100
+    np.testing.assert_allclose(of_omega, 0.0, atol=5e-14)
+    np.testing.assert_allclose(of_gamma, 0.0, atol=5e-14)
+
+
+@pytest.mark.parametrize(('gradient', 'nu', 'sign'), MULTIPLIERS)
+def test_the_energy_determines_the_motion(gradient, nu, sign):
+    """Proves (19), (20), (27): nu and h give c0, c1 and c2 of the motion that has them."""
+    motion = Stationary.from_attitude(system(gradient=gradient), nu, SOME, sign)
+    same = Stationary.from_energy(system(gradient=gradient), nu, motion.h, 0.4, 1.0, sign)
+    for name in ('h', 'c0', 'c1', 'c2', 'e', 'm', 'lam', 'period_s'):
+        assert getattr(same, name) == pytest.approx(getattr(motion, name), rel=1e-11), name
+    drifts = first_integrals(motion.system, motion.at([0.0, 3.0, 50.0]))
+    for name, value in (('energy', motion.h), ('area', motion.c1), ('fourth', motion.c2)):
+        np.testing.assert_allclose(drifts[name], value, rtol=1e-12)
+
+
+def test_the_energy_that_determines_nothing_is_refused():
+    """Proves that nu = 0 and a root of D3, nu = -0.7026 for this body, want c0 in place of h."""
+    D3 = [4.0 * np.prod(BODY), 0.0, -np.sum(BODY), 1.0]
+    root = float(np.min(np.roots(D3).real))
+    assert root == pytest.approx(-0.7026, abs=1e-4)
+    for nu in (0.0, root):
+        with pytest.raises(ValueError, match='give c0 in its place'):
+            Stationary.from_energy(system(), nu, 2.0)
+    with pytest.raises(ValueError, match='c0 is'):
+        Stationary.from_energy(system(), 0.1, 1e3)
+
+
+@pytest.mark.parametrize('nu', [0.1, 0.4])
+def test_nu_of_a_positive_gradient_is_refused_for_a_negative_one(nu):
+    """Proves that the ranges change places with the sign of the field."""
+    with pytest.raises(ValueError, match='between the two least or above the greatest'):
+        Stationary.from_attitude(system(gradient=-1.0), nu, SOME)
+
+
+def test_the_pull_averaged_over_an_orbit_is_recognised():
+    """Proves that a start of De Brun's class in a negative gradient finds its closed form."""
+    motion = Stationary.from_attitude(system(gradient=-3e-6), 0.3, SOME)
+    found = recognise(motion.system, motion.state)
+    assert isinstance(found, Stationary)
+    assert found.nu == pytest.approx(0.3, rel=1e-13)
 
 
 @pytest.mark.parametrize(('nu', 'c0', 'sign'), [(0.1, -0.1, 1), (-2.0, 0.9, 1), (0.4, -0.5, -1)])
@@ -199,19 +254,23 @@ def test_rows_do_not_depend_on_each_other(name):
 
 
 @st.composite
-def admissible(draw, moments):
+def admissible(draw, moments, field=1):
     """
-    Draw nu of either range.
+    Draw nu of either range for a gradient of the sign field.
 
     |N_i| > 0.05: nearer to a pole the alphas amplify rounding of the moments; a case is there.
     """
     low, middle, high = np.sort(moments)
-    if draw(st.booleans()):
+    if field < 0 and draw(st.booleans()):
+        nu = 0.5 / low * (1.0 + draw(powers_of_ten(-1.3, 1.5)))
+    elif field < 0:
+        nu = 0.5 / high + (0.5 / middle - 0.5 / high) * draw(st.floats(0.0, 1.0))
+    elif draw(st.booleans()):
         nu = 0.5 / high * (1.0 - draw(powers_of_ten(-1.3, 1.5)))
     else:
         nu = 0.5 / middle + (0.5 / low - 0.5 / middle) * draw(st.floats(0.0, 1.0))
     N = 1.0 - 2.0 * nu * moments
-    assume(np.prod(N) > 0.0 and np.min(np.abs(N)) > 0.05)
+    assume(field * np.prod(N) > 0.0 and np.min(np.abs(N)) > 0.05)
     return nu
 
 
@@ -220,8 +279,9 @@ def admissible(draw, moments):
 def test_agrees_with_propagation(data):
     """Proves the closed form in all regimes, recognised from a state in any body axes."""
     I, q_bp = data.draw(moments()), data.draw(body_axes())
-    nu, q_ib = data.draw(admissible(I)), data.draw(attitudes())
-    gradient = data.draw(powers_of_ten(-6.0, 1.0))
+    field = data.draw(signs)
+    nu, q_ib = data.draw(admissible(I, field)), data.draw(attitudes())
+    gradient = field * data.draw(powers_of_ten(-6.0, 1.0))
     motion = Stationary.from_attitude(system(I, gradient, q_bp), nu, q_ib, data.draw(signs))
     scale = motion.omega_0 + np.linalg.norm(motion.state.omega_bi_b)
     duration = min(10.0 * (motion.period_s or 1.0 / scale), 300.0 / scale)

@@ -1,0 +1,56 @@
+"""The way of the vertical in the body in a stationary motion (Agostinelli 1977, eqs. 24 to 30)."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from . import elliptic
+
+
+class Polhode(NamedTuple):
+    """
+    The way of gamma in the body: gamma = (S sn u, D dn u, C cn u), u' = lam.
+
+    m + m1 = 1 and C^2 + D^2 = 1; S has the sign that makes gamma' = gamma x omega.
+    """
+
+    lam: float
+    m: float
+    m1: float
+    S: float
+    D: float
+    C: float
+
+    @classmethod
+    def of(cls, differences, distances):
+        """
+        Return the polhode, whose y axis has the largest or the least alpha and z the other.
+
+        differences: y - z, y - x, x - z of the alphas; distances: e - z, y - e, e - x; all times
+        one rate [rad/s], and those from y or z of one sign, so that nothing cancels.
+        """
+        yz, yx, xz = differences
+        ez, ye, ex = distances
+        product = yx * ez
+        if product == 0.0 or ye == 0.0:
+            return cls(0.0, 0.0, 1.0, 0.0, 1.0, 0.0)
+        return cls(
+            lam=np.sqrt(product),
+            m=ye * xz / product,
+            m1=min(ex * yz / product, 1.0),
+            S=-np.copysign(np.sqrt(ye / yx), yx),
+            D=np.sqrt(ez / yz),
+            C=np.sqrt(ye / yz),
+        )
+
+    def at(self, u):
+        """Return the three cosines at the argument u."""
+        sn, cn, dn = elliptic.sncndn(u, self.m1)
+        return self.S * sn, self.D * dn, self.C * cn
+
+    def angle_about_y(self, u):
+        """Return the angle of gamma about y, counted from x against z [rad], continuous."""
+        am, S = elliptic.amplitude(u, self.m1), abs(self.S)
+        sine, cosine = np.sin(am), np.cos(am)
+        ahead = np.arctan2((S - self.C) * sine * cosine, S * sine**2 + self.C * cosine**2)
+        return np.pi / 2.0 - np.copysign(1.0, self.S) * (am + ahead)

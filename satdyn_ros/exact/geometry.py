@@ -147,6 +147,23 @@ class Rolling:
             return 'cone'
         return f'hyperboloid of {"two sheets" if discriminant > 0.0 else "one sheet"}'
 
+    def space_radius(self, u) -> np.ndarray:
+        """Return the pole's distance from Z in space, (N,) [rad/s], at u = cos theta (42)."""
+        v_z = (self.g - self.Delta * np.asarray(u, float)) / self.A
+        return np.sqrt(np.maximum(self.r0**2 + self.polar_radius(u) ** 2 - v_z**2, 0.0))
+
+    def space_rate(self, u) -> np.ndarray:
+        """
+        Return the rate (N,) [rad/s] at which the pole turns about Z in space (42).
+
+        Z . (v x v') / rho'^2 with A v' the torque less the change of Delta e_3 = H - A v.
+        """
+        u = np.asarray(u, float)
+        v_z = (self.g - self.Delta * u) / self.A
+        slope, square = 2.0 * self.H1 * u + self.H2, self.r0**2 + self.polar_radius(u) ** 2
+        moment = slope * (u * v_z - self.r0) - self.Delta * (self.r0 * v_z - u * square)
+        return moment / (self.A * self.space_radius(u) ** 2)
+
     def residual(self, v_i) -> np.ndarray:
         """
         Return by how much poles v_i (N, 3) [rad/s] miss the quadric [rad^2/s^2] or plane [rad/s].

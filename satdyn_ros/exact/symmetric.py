@@ -26,12 +26,13 @@ class Symmetric(ExactMotion):
     """
     The motion of a symmetric body, with or without a rotor on its axis, from any state.
 
-    With body axis 3 the symmetry axis: moments A, A, C of what turns with the body and rotor
-    momentum h3; r0 [rad/s] the constant rate about the axis; g = H . Z [N m s] the area integral;
-    h_prime = A (p^2 + q^2) / 2 - U [J] the energy integral; roots (k,): all roots of f, complex,
-    u'^2 = f(u); theta_limits [rad]: the angles between which the axis stays.  Om_P, Om_S [rad/s]:
-    the motion is Rz(Om_P t) R'(t) Rz(Om_S t) with R' of period period_s (twice that for a body
-    that passes exactly through a pole).  flow: what turns it.
+    With body axis 3 the symmetry axis, q_bp (4,) axes 1, 2, 3 in body axes: moments A, A, C of
+    what turns with the body and rotor momentum h3; r0 [rad/s] the constant rate about the axis;
+    g = H . Z [N m s] the area integral; h_prime = A (p^2 + q^2) / 2 - U [J] the energy integral;
+    roots (k,): all roots of f, complex, u'^2 = f(u); theta_limits [rad]: the angles between which
+    the axis stays.  Om_P, Om_S [rad/s]: the motion is Rz(Om_P t) R'(t) Rz(Om_S t) with R' of
+    period period_s (twice that for a body that passes exactly through a pole).  flow: what turns
+    it.
 
     >>> Symmetric(system, state).at([10.0, 20.0]).q_ib  # doctest: +SKIP
     """
@@ -108,20 +109,25 @@ class Symmetric(ExactMotion):
         alpha, beta, pq = self.flow.at(t_s)
         q_ip = np.stack([beta.real, beta.imag, alpha.imag, alpha.real], axis=-1)
         omega_p = np.stack([pq.real, pq.imag, np.full(len(t_s), self.r0)], axis=-1)
-        return rotation.multiply(q_ip, rotation.conjugate(self._q_bp)), rotation.rotate(
-            self._q_bp, omega_p
+        return rotation.multiply(q_ip, rotation.conjugate(self.q_bp)), rotation.rotate(
+            self.q_bp, omega_p
         )
+
+    def pole(self, t_s: np.ndarray) -> np.ndarray:
+        """Return the rates p, q, r0 [rad/s] (N, 3) about axes 1, 2, 3 at t_s (N,)."""
+        _, _, pq = self.flow.at(t_s)
+        return np.stack([pq.real, pq.imag, np.full(len(t_s), self.r0)], axis=-1)
 
     def axial_turn(self, t_s):
         """Return the integral of a . omega from 0 to t_s [rad], (N,), a the rotor's axis."""
-        axis_b = rotation.rotate(self._q_bp, [0.0, 0.0, 1.0])
+        axis_b = rotation.rotate(self.q_bp, [0.0, 0.0, 1.0])
         return np.sign(axis_b @ self.system.rotor.axis) * self.r0 * np.asarray(t_s)
 
     def _solve(self, A, C, h3, H1, H2, R_bp):
         self.A, self.C, self.h3, self.H1, self.H2 = A, C, h3, H1, H2
-        self._q_bp = rotation.from_matrix(R_bp)
-        x, y, z, w = rotation.multiply(self.state.q_ib, self._q_bp)
-        p, q, self.r0 = rotation.rotate(rotation.conjugate(self._q_bp), self.state.omega_bi_b)
+        self.q_bp = rotation.from_matrix(R_bp)
+        x, y, z, w = rotation.multiply(self.state.q_ib, self.q_bp)
+        p, q, self.r0 = rotation.rotate(rotation.conjugate(self.q_bp), self.state.omega_bi_b)
         gamma_1, gamma_2 = 2.0 * (x * z - w * y), 2.0 * (y * z + w * x)
         above, below = 2.0 * (x * x + y * y), 2.0 * (z * z + w * w)
         u = 1.0 - above if above < below else below - 1.0

@@ -205,9 +205,19 @@ def _sweep(given):
 
 
 def _check(given):
+    if (given.file is None) != (given.duration is None) or (given.out and given.file is None):
+        raise ValueError('FILE and --duration belong together; -o is for them alone')
+    from .accuracy import check_run
     from .check import check
 
-    return DONE if check() else ANSWER_IS_NO
+    if given.file is None:
+        return DONE if check() else ANSWER_IS_NO
+    try:
+        check_run(given.file, given.duration, given.out)
+    except RuntimeError as error:
+        print(f'satdyn check: {error}', file=sys.stderr)
+        return ANSWER_IS_NO
+    return DONE
 
 
 _COMMANDS = {

@@ -345,7 +345,7 @@ KEYS = {
         Key(
             'motion.tolerance',
             'double',
-            1e-12,
+            1e-13,
             '',
             'relative local error of the numeric propagation',
             low=1e-14,

@@ -31,15 +31,10 @@ def tensor(values) -> np.ndarray:
         )
     if not np.all(np.isfinite(numbers)):
         raise ValueError(f'{given}; every entry must be finite')
-    if len(numbers) == 9:
-        rows = numbers.reshape(3, 3)
-        if np.max(np.abs(rows - rows.T)) > _ROUNDING * np.max(np.abs(rows)):
-            raise ValueError(f'{given}; the matrix must be symmetric')
-        inertia = (rows + rows.T) / 2.0
-    else:
-        inertia = np.diag(numbers[:3])
-        if len(numbers) == 6:
-            inertia[[0, 0, 1], [1, 2, 2]] = inertia[[1, 2, 2], [0, 0, 1]] = numbers[3:]
+    rows = numbers.reshape(3, -1)
+    if len(numbers) == 9 and np.max(np.abs(rows - rows.T)) > _ROUNDING * np.max(np.abs(rows)):
+        raise ValueError(f'{given}; the matrix must be symmetric')
+    inertia = entries(numbers)
     small, middle, large = np.sort(principal_axes(inertia)[0])
     moments = f'{small:g}, {middle:g} and {large:g}'
     if small <= _ROUNDING * large:
@@ -52,17 +47,41 @@ def tensor(values) -> np.ndarray:
     return inertia
 
 
+def entries(numbers) -> np.ndarray:
+    """Return the matrix (..., 3, 3) of 3, 6 or 9 numbers (..., k), as tensor takes them."""
+    numbers = np.asarray(numbers, float)
+    if numbers.shape[-1] == 9:
+        rows = numbers.reshape(*numbers.shape[:-1], 3, 3)
+        return (rows + np.swapaxes(rows, -1, -2)) / 2.0
+    inertia = numbers[..., :3, None] * np.eye(3)
+    if numbers.shape[-1] == 6:
+        for (i, j), k in zip(((0, 1), (0, 2), (1, 2)), range(3, 6), strict=True):
+            inertia[..., i, j] = inertia[..., j, i] = numbers[..., k]
+    return inertia
+
+
+def is_that_of_a_body(inertia: np.ndarray) -> np.ndarray:
+    """Return whether symmetric matrices (..., 3, 3) are inertias with a margin, shape (...)."""
+    small, middle, large = np.moveaxis(np.linalg.eigvalsh(inertia), -1, 0)
+    return (small > 2.0 * _ROUNDING * large) & (small + middle >= large)
+
+
 def principal_axes(inertia) -> tuple[np.ndarray, np.ndarray]:
     """
     Return the principal moments (3,) and the rotation R_bp (3, 3): inertia = R diag(moments) R^T.
 
     The columns of R_bp are the principal axes in body axes, right-handed, and of all orders and
     signs (of all pairs, for equal moments) those that turn least from the body axes; a diagonal
-    tensor gives its diagonal and the identity.
+    tensor gives its diagonal and the identity.  Many tensors (..., 3, 3) give as many of both.
     """
     inertia = np.asarray(inertia, float)
-    if np.all(inertia == np.diag(np.diagonal(inertia))):
-        return np.diagonal(inertia).copy(), np.eye(3)
+    moments = np.diagonal(inertia, axis1=-2, axis2=-1).copy()
+    if np.all(inertia == moments[..., None] * np.eye(3)):
+        return moments, np.broadcast_to(np.eye(3), inertia.shape).copy()
+    if inertia.ndim > 2:
+        found = [principal_axes(each) for each in inertia.reshape(-1, 3, 3)]
+        moments, axes = (np.array(parts) for parts in zip(*found, strict=True))
+        return moments.reshape(inertia.shape[:-1]), axes.reshape(inertia.shape)
     moments, axes = np.linalg.eigh(inertia)
     low_equal, high_equal = np.diff(moments) <= _ROUNDING * np.max(np.abs(moments))
     if low_equal and high_equal:

@@ -22,17 +22,22 @@ from . import rotation
 from .inertia import principal_axes
 from .motion import States
 from .system import System
-from .torque import angular_momentum
+from .torque import angular_momentum, times
 
 # Relative size below which a moment, a rotor's or weight's component counts as absent.
 _ROUNDING = 1e-12
 
 
 def first_integrals(system: System, states: States) -> dict[str, np.ndarray]:
-    """Return what the motion of states conserves, name to values (N,), in SI units."""
+    """
+    Return what the motion of states conserves, name to values (N,), in SI units.
+
+    Systems of arrays, which broadcast against states of many motions (M, N), give (M, N): nan for
+    motions that do not conserve it, where others do.
+    """
     values = {name: sum(terms) for name, terms in _terms(system, states).items()}
     if 'energy_balance' in values:
-        values['energy_balance'] = values['energy_balance'] - values['energy_balance'][0]
+        values['energy_balance'] = values['energy_balance'] - values['energy_balance'][..., :1]
     return values
 
 
@@ -53,15 +58,15 @@ def relative_drift(
     for name, terms in _terms(system, states).items():
         change = sum(terms) - sum(start[name])
         size = np.maximum(start_sizes[name], sizes[name])
-        drift[name] = np.divide(change, size, out=np.zeros(len(states)), where=size > 0.0)
+        drift[name] = np.divide(change, size, out=np.zeros_like(change), where=size > 0.0)
     return drift
 
 
 def field_rate(system: System, states: States) -> np.ndarray:
     """Return sqrt(|3 mu / r^3| + |m| / K), the rate at which the field swings a body, (N,)."""
-    least = np.min(np.linalg.eigvalsh(system.carrier_inertia))
+    least = np.linalg.eigvalsh(system.carrier_inertia)[..., 0]
     gradient = np.abs(states.orbit.gradient_at(states.orbit_s))
-    return np.sqrt(gradient + np.linalg.norm(system.weight_moment) / least)
+    return np.sqrt(gradient + _length(system.weight_moment) / least)
 
 
 def _sizes(system, states):
@@ -75,14 +80,15 @@ def _sizes(system, states):
     """
     orbit, rotor, omega = system.orbit, system.rotor, states.omega_bi_b
     swing = field_rate(system, states)
-    rate = np.linalg.norm(omega, axis=-1)
-    K_omega = omega @ system.carrier_inertia
+    rate = _length(omega)
+    K_omega = _apply(system.carrier_inertia, omega)
     p = np.abs(rotor.axial_momentum(states.rotor_speed, omega))
-    K_max = np.max(np.linalg.eigvalsh(system.carrier_inertia))
-    momentum = np.linalg.norm(K_omega, axis=-1) + p + K_max * swing
-    potential = np.abs(orbit.gradient_at(states.orbit_s)) / 2.0 * np.trace(system.inertia)
-    energy = rate * momentum + potential + np.linalg.norm(system.weight_moment)
-    nu = np.linalg.norm(orbit.lvlh_rate(states.orbit_s), axis=-1) if orbit.has_lvlh else 0.0
+    K_max = np.linalg.eigvalsh(system.carrier_inertia)[..., -1]
+    momentum = _length(K_omega) + p + K_max * swing
+    trace = np.trace(system.inertia, axis1=-2, axis2=-1)
+    potential = np.abs(orbit.gradient_at(states.orbit_s)) / 2.0 * trace
+    energy = rate * momentum + potential + _length(system.weight_moment)
+    nu = _length(orbit.lvlh_rate(states.orbit_s)) if orbit.has_lvlh else 0.0
     return {
         'energy': energy,
         'energy_balance': energy + np.abs(states.work),
@@ -102,10 +108,10 @@ def _terms(system, states):
     driven = bool(np.any(system.torque_b) or system.rotor_torque)
     moments, R_bp = principal_axes(system.inertia)
     gradient = orbit.gradient_at(states.orbit_s)
-    spherical = np.ptp(moments) <= _ROUNDING * np.max(moments)
+    spherical = np.ptp(moments, axis=-1) <= _ROUNDING * np.max(moments, axis=-1)
     H = angular_momentum(system, omega, states.rotor_speed)
-    kinetic = _dot(omega, omega @ system.carrier_inertia) / 2.0
-    potential = gradient / 2.0 * _dot(c, c @ system.inertia)
+    kinetic = _dot(omega, _apply(system.carrier_inertia, omega)) / 2.0
+    potential = gradient / 2.0 * _dot(c, _apply(system.inertia, c))
     weight_potential = _dot(weight, c)
 
     terms = {}
@@ -117,44 +123,70 @@ def _terms(system, states):
     else:
         terms['energy'] = [kinetic, potential, weight_potential]
         terms['area'] = [_dot(H, c)]
-        if rotor.mode in ('none', 'constant_momentum') and not (rotor.momentum or np.any(weight)):
-            adjugate = R_bp @ np.diag(np.prod(moments) / moments) @ R_bp.T
-            terms['fourth'] = [_dot(H, H), -gradient * _dot(c, c @ adjugate)]
-    if not driven and not np.any(weight) and (spherical or not np.any(gradient)):
-        terms['momentum'] = [np.linalg.norm(H, axis=-1)]
-    axis = None if driven else _symmetry_axis(system, moments, R_bp)
-    if axis is not None:
+        applies = ~_is_felt(rotor) & ~_is_there(weight)
+        if np.any(applies):
+            adjugate = R_bp @ (_prod(moments) / moments[..., :, None] * np.swapaxes(R_bp, -1, -2))
+            fourth = [_dot(H, H), -gradient * _dot(c, _apply(adjugate, c))]
+            terms['fourth'] = _only(applies, fourth)
+    applies = ~_is_there(weight) & (
+        spherical | np.all(gradient == 0.0, axis=-1, keepdims=gradient.ndim > 1)
+    )
+    if np.any(applies) and not driven:
+        terms['momentum'] = _only(applies, [_length(H)])
+    axis = _symmetry_axis(system, moments, R_bp)
+    if not (driven or np.all(np.isnan(axis))):
         terms['axial_rate'] = [_dot(omega, axis)]
     if rotor.turns_freely and not system.rotor_torque:
         terms['rotor_momentum'] = [rotor.axial_momentum(states.rotor_speed, omega)]
     return terms
 
 
+def _only(applies, terms):
+    """Return terms with nan for the motions to which they do not apply."""
+    return terms if np.all(applies) else [np.where(applies, term, np.nan) for term in terms]
+
+
 def _symmetry_axis(system, moments, R_bp):
-    """Return the axis (3,) about which body, rotor and weight are symmetric, or None."""
+    """Return the axis (3,) about which body, rotor and weight are symmetric; nan: none."""
     rotor, weight = system.rotor, system.weight_moment
-    largest = np.max(moments)
-    along = [a for a in (_rotor_axis(rotor), weight) if np.any(a)]
-    if np.ptp(moments) <= _ROUNDING * largest:
-        axis = along[0] / np.linalg.norm(along[0]) if along else None
-    else:
-        equal = [
-            k for k in range(3) if abs(moments[k - 1] - moments[k - 2]) <= _ROUNDING * largest
-        ]
-        axis = R_bp[:, equal[0]] if equal else None
-    if axis is None:
-        return None
-    aligned = all(
-        np.linalg.norm(np.cross(axis, a)) <= _ROUNDING * np.linalg.norm(a) for a in along
-    )
-    return axis if aligned else None
+    felt = _is_felt(rotor)[..., None]
+    allowed = _ROUNDING * np.max(moments, axis=-1)
+    axis = np.full_like(moments, np.nan)
+    for k in (2, 1, 0):
+        equal = np.abs(moments[..., k - 1] - moments[..., k - 2]) <= allowed
+        axis = np.where(equal[..., None], R_bp[..., :, k], axis)
+    # A sphere is symmetric about whatever axis the rotor or the weight singles out.
+    with np.errstate(invalid='ignore'):
+        single = np.where(felt, rotor.axis, weight / _length(weight)[..., None])
+    spherical = (np.ptp(moments, axis=-1) <= allowed)[..., None]
+    axis = np.where(spherical, single, axis)
+    for along, is_there in ((rotor.axis, felt), (weight, _is_there(weight)[..., None])):
+        off = _length(np.cross(axis, along)) > _ROUNDING * _length(along)
+        axis = np.where(is_there & off[..., None], np.nan, axis)
+    return axis
 
 
-def _rotor_axis(rotor):
-    if rotor.turns_freely or rotor.momentum:
-        return rotor.axis
-    return np.zeros(3)
+def _is_felt(rotor):
+    """Return whether the body feels that there is a rotor."""
+    return np.asarray(rotor.momentum != 0.0) | rotor.turns_freely
+
+
+def _is_there(vector):
+    return np.any(vector, axis=-1)
+
+
+def _prod(moments):
+    return np.prod(moments, axis=-1)[..., None, None]
+
+
+def _apply(M, v):
+    """Return M v, written out as in torque.py."""
+    return np.stack(times(M, np.moveaxis(v, -1, 0)), axis=-1)
+
+
+def _length(v):
+    return np.sqrt(_dot(v, v))
 
 
 def _dot(a, b):
-    return np.sum(a * b, axis=-1)
+    return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]

@@ -20,6 +20,8 @@ class States:
     [rad/s] and rotor_angle [rad] (N,), nan where the rotor has none.  work [J] (N,): what the
     applied torques and the orbit's ellipticity added to the energy since the motion began.
     orbit_s (N,): the same instants in seconds from tick 0, where the orbit counts from.
+
+    Of many motions at the same times, the tables have one more axis in front.
     """
 
     t_s: np.ndarray
@@ -47,11 +49,11 @@ class States:
         """Return the table of some rows."""
         return States(
             self.t_s[chosen],
-            self.q_ib[chosen],
-            self.omega_bi_b[chosen],
-            self.rotor_speed[chosen],
-            self.rotor_angle[chosen],
-            self.work[chosen],
+            self.q_ib[..., chosen, :],
+            self.omega_bi_b[..., chosen, :],
+            self.rotor_speed[..., chosen],
+            self.rotor_angle[..., chosen],
+            self.work[..., chosen],
             self.orbit,
             self.orbit_s[chosen],
         )

@@ -73,7 +73,7 @@ class KeplerOrbit:
     A Kepler ellipse by its elements at t = 0; angles in rad, mu [m^3/s^2], semi_major_axis [m].
 
     The inertial frame is that of the elements: with all angles zero the pericentre is on +X and
-    the orbit normal on +Z.
+    the orbit normal on +Z.  Elements may be arrays, which broadcast against the times.
     """
 
     mu: float = EARTH_MU
@@ -114,7 +114,7 @@ class KeplerOrbit:
     @property
     def is_circular(self) -> bool:
         """Whether the distance is constant."""
-        return self.eccentricity == 0.0
+        return bool(np.all(self.eccentricity == 0.0))
 
     @property
     def mean_motion(self) -> float:
@@ -153,7 +153,7 @@ class KeplerOrbit:
     @property
     def normal(self) -> np.ndarray:
         """Return the unit normal of the orbit in inertial axes, shape (3,)."""
-        return self.perifocal[:, 2]
+        return self.perifocal[..., :, 2]
 
     def anomaly(self, t_s):
         """Return the true anomaly f [rad], continuous in time, shape (...)."""
@@ -163,7 +163,7 @@ class KeplerOrbit:
     def direction(self, t_s):
         """Return c_i, the unit vector from the centre to the body, shape (..., 3)."""
         f = self.anomaly(t_s)[..., None]
-        to_pericentre, ahead, _ = self.perifocal.T
+        to_pericentre, ahead, _ = np.moveaxis(self.perifocal, -1, 0)
         return np.cos(f) * to_pericentre + np.sin(f) * ahead
 
     def radius(self, t_s):
@@ -181,7 +181,7 @@ class KeplerOrbit:
     def position_velocity(self, t_s):
         """Return r_i [m] and v_i [m/s], each (..., 3)."""
         e, p, f = self.eccentricity, self.semi_latus_rectum, self.anomaly(t_s)[..., None]
-        to_pericentre, ahead, _ = self.perifocal.T
+        to_pericentre, ahead, _ = np.moveaxis(self.perifocal, -1, 0)
         cos_f, sin_f = np.cos(f), np.sin(f)
         r_i = p / (1.0 + e * cos_f) * (cos_f * to_pericentre + sin_f * ahead)
         v_i = np.sqrt(self.mu / p) * (-sin_f * to_pericentre + (e + cos_f) * ahead)
@@ -198,7 +198,7 @@ class KeplerOrbit:
 
     @cached_property
     def _lvlh_at_pericentre(self):
-        to_pericentre, ahead, normal = self.perifocal.T
+        to_pericentre, ahead, normal = np.moveaxis(self.perifocal, -1, 0)
         return rotation.from_matrix(np.stack([ahead, -normal, -to_pericentre], axis=-1))
 
     def lvlh_rate(self, t_s):

@@ -37,7 +37,7 @@ class Rotor:
         """Return p [N m s] for the relative speed [rad/s] and body rate omega_bi_b (..., 3)."""
         if self.turns_freely:
             return self.inertia * (speed + self._rate_along_axis(omega_bi_b))
-        return np.full(np.shape(omega_bi_b)[:-1], self.momentum)[()]
+        return (np.zeros(np.shape(omega_bi_b)[:-1]) + self.momentum)[()]
 
     def speed(self, axial_momentum, omega_bi_b):
         """Return the relative speed s = p / J - a . omega [rad/s]; nan where it has none."""
@@ -48,4 +48,4 @@ class Rotor:
     def _rate_along_axis(self, omega_bi_b):
         # Written out: the bits of a matrix product depend on how many rows there are.
         x, y, z = np.moveaxis(np.asarray(omega_bi_b, float), -1, 0)
-        return x * self.axis[0] + y * self.axis[1] + z * self.axis[2]
+        return x * self.axis[..., 0] + y * self.axis[..., 1] + z * self.axis[..., 2]

@@ -36,7 +36,8 @@ class System:
         """
         rotor = self.rotor
         if rotor.turns_freely:
-            return self.inertia - rotor.inertia * np.outer(rotor.axis, rotor.axis)
+            outer = rotor.axis[..., :, None] * rotor.axis[..., None, :]
+            return self.inertia - np.asarray(rotor.inertia)[..., None, None] * outer
         return self.inertia
 
     def rotor_momentum(self, state: 'State') -> np.ndarray:

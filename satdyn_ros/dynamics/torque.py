@@ -21,7 +21,7 @@ def gravity_gradient(inertia, c_b, gradient) -> np.ndarray:
     array([0.48, 0.  , 0.  ])
     """
     x, y, z = np.moveaxis(c_b, -1, 0)
-    I_x, I_y, I_z = _times(inertia, (x, y, z))
+    I_x, I_y, I_z = times(inertia, (x, y, z))
     torque = (y * I_z - z * I_y, z * I_x - x * I_z, x * I_y - y * I_x)
     return np.stack([gradient * component for component in torque], axis=-1)
 
@@ -33,12 +33,14 @@ def angular_momentum(system: System, omega_bi_b, rotor_speed) -> np.ndarray:
     omega_bi_b [rad/s] (..., 3); rotor_speed [rad/s] (...), not looked at where the rotor has none.
     """
     rotor = system.rotor
-    momentum = _times(system.carrier_inertia, np.moveaxis(omega_bi_b, -1, 0))
+    momentum = times(system.carrier_inertia, np.moveaxis(omega_bi_b, -1, 0))
     p = rotor.axial_momentum(rotor_speed, omega_bi_b)
-    return np.stack([H + p * a for H, a in zip(momentum, rotor.axis, strict=True)], axis=-1)
+    return np.stack(
+        [H + p * a for H, a in zip(momentum, np.moveaxis(rotor.axis, -1, 0), strict=True)], axis=-1
+    )
 
 
-def _times(M, v):
-    """Return the components of M v for the components v."""
+def times(M, v):
+    """Return the components of M v for a matrix M (..., 3, 3) and the components v."""
     x, y, z = v
-    return [row[0] * x + row[1] * y + row[2] * z for row in M]
+    return [M[..., i, 0] * x + M[..., i, 1] * y + M[..., i, 2] * z for i in range(3)]

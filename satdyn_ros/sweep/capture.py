@@ -94,9 +94,11 @@ def _lowest(begin, begin_slope, end, end_slope):
     rise = end - begin
     third = begin_slope + end_slope - 2.0 * rise
     second = 3.0 * rise - 2.0 * begin_slope - end_slope
-    # The root of begin_slope + 2 second x + 3 third x^2 where the slope grows, without a loss.
+    # The root of begin_slope + 2 second x + 3 third x^2 where the slope grows, in the form that
+    # does not cancel.
     root = np.sqrt(np.maximum(second**2 - 3.0 * third * begin_slope, 0.0))
-    x = -begin_slope / (second + root)
+    falls = second < 0.0
+    x = np.where(falls, root - second, -begin_slope) / np.where(falls, 3.0 * third, second + root)
     return begin + x * (begin_slope + x * (second + x * third))
 
 

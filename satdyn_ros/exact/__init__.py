@@ -2,8 +2,9 @@
 
 from .classify import RotationClass, axis_wander, rotation_class
 from .exact_motion import ExactMotion, Fact
+from .fluid import FluidBody
 from .free import Free
-from .immersed import FluidBody, Immersed
+from .immersed import Immersed
 from .planar import Planar
 from .recognise import explain, recognise
 from .stationary import Stationary

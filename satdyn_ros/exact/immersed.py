@@ -1,81 +1,25 @@
 """
 The solid in an unbounded ideal fluid: Kirchhoff's equations of a symmetric body.
 
-Paladini 1888 ch. 2: with body velocities v = (u, v, w) of its centre O and omega = (p, q, r),
-
-    2 T = a11 (u^2 + v^2) + a33 w^2 + a44 (p^2 + q^2) + a66 r^2 + 2 a14 (u p + v q) + 2 a36 w r,
-
-under the force function U = H1 cos^2(theta) + H2 cos(theta), theta from the constant impulse P0
-e_z to the axis.  The attitude is that of a symmetric body about a fixed point, R*, turned besides:
+Paladini 1888 ch. 2, for the body of fluid.py with theta counted from the constant impulse P0 e_z
+to the axis.  The attitude is that of a symmetric body about a fixed point, R*, turned besides:
 
     R(t) = Rz(Oz t) R*(t) Rz(-kappa int cos(theta) dt).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..dynamics import rotation
 from ..dynamics.system import State
+from .axes import ROUNDING
+from .fluid import E_Z, FluidBody
 from .symmetric import Symmetric
 
-E_Z = np.array([0.0, 0.0, 1.0])
 # Gauss and Legendre's nodes and weights on [0, 1].
 NODES, WEIGHTS = (np.polynomial.legendre.leggauss(16) + np.array([[1.0], [0.0]])) / 2.0
-
-
-@dataclass(frozen=True)
-class FluidBody:
-    """
-    A solid with the fluid about it, body axis 3 the axis, and the potential it is in.
-
-    a11, a33 [kg], a44, a66 [kg m^2] and a14, a36 [kg m]: the kinetic energy (Paladini 1888, ch. 2,
-    eq. 2), positive; a14 = a36 = 0 is Kirchhoff's body of revolution.  H1, H2 [J]: the force
-    function, minus the potential energy.  ValueError: the kinetic energy is not positive.
-
-    >>> FluidBody(a11=2.0, a33=3.0, a44=1.0, a66=0.8, a14=0.3, a36=-0.4)  # doctest: +SKIP
-    """
-
-    a11: float
-    a33: float
-    a44: float
-    a66: float
-    a14: float = 0.0
-    a36: float = 0.0
-    H1: float = 0.0
-    H2: float = 0.0
-
-    def __post_init__(self):
-        for name, value in vars(self).items():
-            if not np.isfinite(value):
-                raise ValueError(f'{name} is {value:g}; it must be finite')
-        for name in ('a11', 'a33', 'a44', 'a66'):
-            if getattr(self, name) <= 0.0:
-                raise ValueError(f'{name} is {getattr(self, name):g}; it must be positive')
-        for name, determinant, mass, inertia in (
-            ('a14', self.D, 'a11', 'a44'),
-            ('a36', self.D_prime, 'a33', 'a66'),
-        ):
-            if determinant <= 0.0:
-                raise ValueError(
-                    f'{name} is {getattr(self, name):g}; its square must be less than {mass} '
-                    f'{inertia} = {getattr(self, mass) * getattr(self, inertia):g}'
-                )
-
-    @property
-    def D(self) -> float:
-        """Return a11 a44 - a14^2."""
-        return self.a11 * self.a44 - self.a14**2
-
-    @property
-    def D_prime(self) -> float:
-        """Return a33 a66 - a36^2."""
-        return self.a33 * self.a66 - self.a36**2
-
-    def velocity(self, impulse_b, omega_bi_b):
-        """Return the body velocity (..., 3) [m/s] with that impulse [N s], body axes, and rate."""
-        masses = np.array([self.a11, self.a11, self.a33])
-        return (impulse_b - np.array([self.a14, self.a14, self.a36]) * omega_bi_b) / masses
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +43,8 @@ class Immersed:
     The motion of a fluid body from an attitude q_ib (4,), rate omega_bi_b (3,) and place x_i (3,).
 
     P0 [N s]: the impulse of body and fluid, along the inertial z axis from which the potential's
-    theta counts too; negative or zero as well.
+    theta counts too; negative or zero as well.  The constants: G3 [N m s], the impulsive moment
+    about the axis, g [N m s], that along the impulse, and energy [J], T - U.
 
     The attitude of the symmetric body `equivalent` (moments A_star, C_star [kg m^2], potential
     H1_star, H2_star [J]) turns besides with Oz [rad/s] about z and -kappa cos(theta) [rad/s] about
@@ -113,6 +58,7 @@ class Immersed:
 
     def __init__(self, body: FluidBody, q_ib, omega_bi_b, P0: float, x_i=(0.0, 0.0, 0.0)):
         self.body, self.P0, self._x0 = body, P0, np.asarray(x_i, float)
+        self._q_frame = rotation.IDENTITY
         D, D_prime = body.D, body.D_prime
         self.A_star, self.C_star = D / body.a11, D_prime / body.a33
         self.Oz = -body.a14 * P0 / D
@@ -121,6 +67,10 @@ class Immersed:
         gamma = rotation.rotate(rotation.conjugate(q_ib), E_Z)
         omega_star = omega_bi_b - self.Oz * gamma + self.kappa * gamma[2] * E_Z
         G3 = self.C_star * omega_star[2]
+        self.G3 = float(G3)
+        v_b = body.velocity(P0 * gamma, np.asarray(omega_bi_b, float))
+        self.g = float(body.momenta(v_b, np.asarray(omega_bi_b, float))[1] @ gamma)
+        self.energy = float(body.energy(q_ib, v_b, np.asarray(omega_bi_b, float)))
         self.H1_star = body.H1 + P0**2 / 2.0 * (body.a44 / D - body.a66 / D_prime)
         self.H2_star = body.H2 + G3 * self.kappa
         self.equivalent = Symmetric.in_potential(
@@ -128,6 +78,40 @@ class Immersed:
         )
         self._nutation = self.equivalent.flow.nutation
         self._set_panels()
+
+    @classmethod
+    def from_velocity(
+        cls,
+        body: FluidBody,
+        q_ib: np.ndarray | Sequence[float],
+        omega_bi_b: np.ndarray | Sequence[float],
+        v_b: np.ndarray | Sequence[float],
+        x_i: np.ndarray | Sequence[float] = (0.0, 0.0, 0.0),
+    ) -> 'Immersed':
+        """
+        Return the motion from an attitude, a rate [rad/s] and a velocity v_b [m/s], body axes.
+
+        Without a potential the impulse may have any direction, and the states are in the inertial
+        axes of q_ib and x_i.  ValueError: there is a potential, and the impulse is not along its
+        axis, inertial z: such a motion has no closed form here.
+        """
+        q_ib, omega_bi_b = rotation.normalise(q_ib), np.asarray(omega_bi_b, float)
+        impulse_b, _ = body.momenta(np.asarray(v_b, float), omega_bi_b)
+        impulse_i = rotation.rotate(q_ib, impulse_b)
+        size = float(np.linalg.norm(impulse_i))
+        if np.linalg.norm(impulse_i[:2]) <= ROUNDING * size:
+            return cls(body, q_ib, omega_bi_b, float(impulse_i[2]), x_i)
+        if body.H1 != 0.0 or body.H2 != 0.0:
+            raise ValueError(
+                f'the impulse is [{", ".join(f"{x:g}" for x in impulse_i)}] N s; with H1 or H2 it '
+                'must be along the inertial z axis, from which the potential counts theta'
+            )
+        frame = rotation.from_z_to(impulse_i / size)
+        to_frame = rotation.conjugate(frame)
+        start = rotation.multiply(to_frame, q_ib)
+        motion = cls(body, start, omega_bi_b, size, rotation.rotate(to_frame, x_i))
+        motion._q_frame = frame
+        return motion
 
     def at(self, t_s) -> FluidStates:
         """
@@ -139,13 +123,11 @@ class Immersed:
         t_s = star.t_s
         q, omega, v = self._without_own_turn(t_s, star.q_ib, star.omega_bi_b)
         turn = rotation.about(E_Z, self.kappa * self._nutation.integral(t_s))
-        return FluidStates(
-            t_s,
-            rotation.multiply(q, rotation.conjugate(turn)),
-            rotation.rotate(turn, omega),
-            rotation.rotate(turn, v),
-            self._x0 + self._travel(t_s),
-        )
+        q_ib, x_i = rotation.multiply(q, rotation.conjugate(turn)), self._x0 + self._travel(t_s)
+        if self._q_frame is not rotation.IDENTITY:
+            q_ib = rotation.multiply(self._q_frame, q_ib)
+            x_i = rotation.rotate(self._q_frame, x_i)
+        return FluidStates(t_s, q_ib, rotation.rotate(turn, omega), rotation.rotate(turn, v), x_i)
 
     def _without_own_turn(self, t_s, q_star, omega_star):
         """Return q_ib, omega_bi_b and v_b but for the turn -kappa int u dt about the axis."""

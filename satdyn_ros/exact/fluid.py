@@ -1,0 +1,129 @@
+"""
+A solid in an unbounded ideal fluid at rest far away, and Kirchhoff's equations of its motion.
+
+With body velocities v = (u, v, w) of its centre O and omega = (p, q, r),
+
+    2 T = a11 (u^2 + v^2) + a33 w^2 + a44 (p^2 + q^2) + a66 r^2 + 2 a14 (u p + v q) + 2 a36 w r,
+
+under the force function U = H1 cos^2(theta) + H2 cos(theta) (Paladini 1888, ch. 2).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..dynamics import rotation
+
+E_Z = np.array([0.0, 0.0, 1.0])
+
+
+@dataclass(frozen=True)
+class FluidBody:
+    """
+    A solid with the fluid about it, body axis 3 the axis, and the potential it is in.
+
+    a11, a33 [kg], a44, a66 [kg m^2] and a14, a36 [kg m]: the kinetic energy (Paladini 1888, ch. 2,
+    eq. 2), positive; a14 = a36 = 0 is Kirchhoff's body of revolution.  H1, H2 [J]: the force
+    function, minus the potential energy.  ValueError: the kinetic energy is not positive.
+
+    >>> FluidBody(a11=2.0, a33=3.0, a44=1.0, a66=0.8, a14=0.3, a36=-0.4)  # doctest: +SKIP
+    """
+
+    a11: float
+    a33: float
+    a44: float
+    a66: float
+    a14: float = 0.0
+    a36: float = 0.0
+    H1: float = 0.0
+    H2: float = 0.0
+
+    def __post_init__(self):
+        for name, value in vars(self).items():
+            if not np.isfinite(value):
+                raise ValueError(f'{name} is {value:g}; it must be finite')
+        for name in ('a11', 'a33', 'a44', 'a66'):
+            if getattr(self, name) <= 0.0:
+                raise ValueError(f'{name} is {getattr(self, name):g}; it must be positive')
+        for name, determinant, mass, inertia in (
+            ('a14', self.D, 'a11', 'a44'),
+            ('a36', self.D_prime, 'a33', 'a66'),
+        ):
+            if determinant <= 0.0:
+                raise ValueError(
+                    f'{name} is {getattr(self, name):g}; its square must be less than {mass} '
+                    f'{inertia} = {getattr(self, mass) * getattr(self, inertia):g}'
+                )
+
+    @property
+    def D(self) -> float:
+        """Return a11 a44 - a14^2."""
+        return self.a11 * self.a44 - self.a14**2
+
+    @property
+    def D_prime(self) -> float:
+        """Return a33 a66 - a36^2."""
+        return self.a33 * self.a66 - self.a36**2
+
+    @property
+    def masses(self) -> np.ndarray:
+        """Return a11, a11, a33 [kg] (3,)."""
+        return np.array([self.a11, self.a11, self.a33])
+
+    @property
+    def couplings(self) -> np.ndarray:
+        """Return a14, a14, a36 [kg m] (3,)."""
+        return np.array([self.a14, self.a14, self.a36])
+
+    @property
+    def inertias(self) -> np.ndarray:
+        """Return a44, a44, a66 [kg m^2] (3,)."""
+        return np.array([self.a44, self.a44, self.a66])
+
+    def momenta(self, v_b: np.ndarray, omega_bi_b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """
+        Return the impulse P = dT/dv [N s] and the impulsive moment G = dT/domega [N m s].
+
+        Of body and fluid, body axes, (..., 3) each; v_b [m/s], omega_bi_b [rad/s] (..., 3).
+        """
+        P = self.masses * v_b + self.couplings * omega_bi_b
+        return P, self.inertias * omega_bi_b + self.couplings * v_b
+
+    def velocities(self, P: np.ndarray, G: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return v_b [m/s] and omega_bi_b [rad/s] (..., 3) with these momenta: their inverse."""
+        determinants = np.array([self.D, self.D, self.D_prime])
+        omega_bi_b = (self.masses * G - self.couplings * P) / determinants
+        return (self.inertias * P - self.couplings * G) / determinants, omega_bi_b
+
+    def velocity(self, impulse_b: np.ndarray, omega_bi_b: np.ndarray) -> np.ndarray:
+        """Return the body velocity (..., 3) [m/s] with that impulse [N s], body axes, and rate."""
+        return (impulse_b - self.couplings * omega_bi_b) / self.masses
+
+    def energy(self, q_ib: np.ndarray, v_b: np.ndarray, omega_bi_b: np.ndarray) -> np.ndarray:
+        """Return the constant T - U [J] (...), theta of U from inertial z."""
+        P, G = self.momenta(v_b, omega_bi_b)
+        u = rotation.rotate(q_ib, E_Z)[..., 2]
+        kinetic = np.sum(P * v_b + G * omega_bi_b, axis=-1) / 2.0
+        return kinetic - (self.H1 * u + self.H2) * u
+
+    def kirchhoff(
+        self, q_ib: np.ndarray, P: np.ndarray, G: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """
+        Return q_ib', P' [N], G' [N m] and x_i' [m/s], by Kirchhoff's equations.
+
+        P' = P x omega, G' = G x omega + P x v + N, x' = R v, with N = U'(u) e_3 x gamma the torque
+        of the potential; q_ib (..., 4), P [N s] and G [N m s] (..., 3) in body axes.
+        """
+        v_b, omega_bi_b = self.velocities(P, G)
+        gamma = rotation.rotate(rotation.conjugate(q_ib), E_Z)
+        slope = 2.0 * self.H1 * gamma[..., 2:] + self.H2
+        q_dot = rotation.multiply(q_ib, _without_real_part(omega_bi_b)) / 2.0
+        G_dot = np.cross(G, omega_bi_b) + np.cross(P, v_b) + slope * np.cross(E_Z, gamma)
+        return q_dot, np.cross(P, omega_bi_b), G_dot, rotation.rotate(q_ib, v_b)
+
+
+def _without_real_part(v: np.ndarray) -> np.ndarray:
+    """Return the vectors (..., 3) as quaternions (..., 4)."""
+    v = np.asarray(v, float)
+    return np.concatenate([v, np.zeros_like(v[..., :1])], axis=-1)

@@ -12,8 +12,7 @@ from satdyn_ros.dynamics import rotation
 from satdyn_ros.dynamics.orbit import FixedDirection
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
-from satdyn_ros.exact import Free, Symmetric, recognise
-from satdyn_ros.exact.immersed import FluidBody, Immersed
+from satdyn_ros.exact import FluidBody, Free, Immersed, Symmetric, recognise
 from satdyn_ros.report import maps
 from satdyn_ros.report.history import history
 from satdyn_ros.report.outcomes import draw_sweep

@@ -174,7 +174,7 @@ def test_many_periods_of_the_coupled_body(q, omega, P0, potential):
 
 
 def integrated(body, q, omega, v, t_s):
-    """Return q_ib, omega_bi_b, v_b and x_i at t_s by the package's Kirchhoff equations and SciPy."""
+    """Return q_ib, omega_bi_b, v_b and x_i at t_s by the package's equations and SciPy."""
 
     def rates(_, y):
         return np.concatenate(body.kirchhoff(y[:4], y[4:7], y[7:10]))

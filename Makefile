@@ -13,7 +13,7 @@ PYTHON ?= $(shell for python in python3 python3.13 python3.12 python3.11 python3
 SOURCED := $(shell test -n "$$ROS_DISTRO" && $(PYTHON) -c 'import rclpy' 2>/dev/null && echo yes)
 ROS := $(if $(SOURCED),,[ros])
 
-.PHONY: help demo test torture lint colcon figures bench clean
+.PHONY: help demo test torture lint colcon figures docs bench clean
 
 help:
 	@echo 'make demo     a satellite live for 20 s: the node, a subscriber, a request, a bag'
@@ -21,6 +21,7 @@ help:
 	@echo 'make lint     ruff and mypy'
 	@echo 'make colcon   build the package in a colcon workspace of its own and try what it installs'
 	@echo 'make figures  draw the pictures of the documentation again'
+	@echo 'make docs     the site, in build/docs'
 	@echo 'make bench    the benchmarks beside their peers; writes benchmark/RESULTS.md'
 	@echo 'make torture  the long tests of bags whose writer is killed'
 	@echo 'make clean    remove .venv and everything that was built'
@@ -44,6 +45,10 @@ colcon: $(VENV)/.colcon
 
 figures: $(VENV)/.test
 	@$(PY) docs/figures.py
+
+docs: $(VENV)/.docs
+	@$(PY) -m sphinx -q -W --keep-going -b html docs build/docs
+	@echo 'build/docs/index.html'
 
 bench: $(VENV)/.bench
 	@$(PY) benchmark/run.py
@@ -74,6 +79,11 @@ $(VENV)/.test: $(VENV)/.run
 $(VENV)/.bench: $(VENV)/.run
 	@echo 'Installing the peers to compare with (a minute)'
 	@$(PIP) install --editable '.[bench]'
+	@touch $@
+
+$(VENV)/.docs: $(VENV)/.run
+	@echo 'Installing Sphinx'
+	@$(PIP) install --editable '.[docs]'
 	@touch $@
 
 $(VENV)/.colcon: $(VENV)/.run

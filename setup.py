@@ -51,6 +51,7 @@ setup(
             'selenium',
             'setuptools',
         ],
+        'docs': ['furo', 'myst-parser', 'sphinx>=8.2'],
         'dev': ['mypy==2.4.*', 'ruff==0.17.*', 'types-PyYAML'],
         'bench': ['bsk', 'foxglove-sdk', 'heyoka', 'matplotlib', 'mcap-ros2-support'],
     },

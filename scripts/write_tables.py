@@ -1,14 +1,17 @@
 """
-Write the tables of README.md and docs/sweeps.md from the declarations that the code reads.
+Write the tables of the reference pages from the declarations that the code reads.
 
     python scripts/write_tables.py
 
 Each table stands between <!-- name --> and <!-- end of name -->.
 """
 
+import os
 import re
+from contextlib import contextmanager
 from pathlib import Path
 
+from satdyn_ros.cli.arguments import parser
 from satdyn_ros.messages.topics import TOPICS
 from satdyn_ros.run.keys import KEYS
 from satdyn_ros.run.scenario import Frames
@@ -16,7 +19,13 @@ from satdyn_ros.sweep import keys, quantities, variation
 from satdyn_ros.sweep.table import OUTCOMES
 
 _ROOT = Path(__file__).parents[1]
-DOCUMENTS = (_ROOT / 'README.md', _ROOT / 'docs' / 'sweeps.md')
+DOCUMENTS = (
+    *(
+        _ROOT / 'docs' / 'reference' / f'{name}.md'
+        for name in ('topics', 'parameters', 'commands')
+    ),
+    _ROOT / 'docs' / 'sweeps.md',
+)
 _CHANGES = {'never': 'start', 'running': 'running', 'service': 'request'}
 
 
@@ -25,6 +34,7 @@ def tables() -> dict[str, str]:
     return {
         'topics': _topics(),
         'parameters': _parameters(),
+        'commands': _commands(),
         'sweep keys': _sweep_keys(),
         'quantities': _table(('name', 'what varies'), quantities.FORMS.items()),
         'variations': _table(
@@ -69,6 +79,28 @@ def _parameters():
         for key in KEYS.values()
     ]
     return _table(('parameter', 'takes', 'default', 'meaning', 'changes'), rows)
+
+
+def _commands():
+    (commands,) = (action for action in parser()._actions if action.dest == 'command')
+    with _terminal():
+        return ''.join(
+            f'## satdyn {name}\n\n```text\n{command.format_help()}```\n\n'
+            for name, command in commands.choices.items()
+        )
+
+
+@contextmanager
+def _terminal():
+    """Let help be as wide as a page, whatever the terminal."""
+    before = os.environ.get('COLUMNS')
+    os.environ['COLUMNS'] = '99'
+    try:
+        yield
+    finally:
+        os.environ.pop('COLUMNS')
+        if before is not None:
+            os.environ['COLUMNS'] = before
 
 
 def _sweep_keys():

@@ -1,0 +1,79 @@
+"""The site: `make docs` builds it offline into build/docs."""
+
+import re
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+sys.path[:0] = [str(ROOT), str(Path(__file__).parent)]
+
+from satdyn_ros import __version__  # noqa: E402
+
+project = 'satdyn_ros'
+author = copyright = 'the satdyn_ros developers'
+release = version = __version__
+
+extensions = ['myst_parser', 'sphinx.ext.apidoc', 'sphinx.ext.autodoc', 'sphinx.ext.mathjax']
+myst_enable_extensions = ['dollarmath']
+myst_heading_anchors = 3
+source_suffix = {'.md': 'markdown', '.rst': 'restructuredtext'}
+exclude_patterns = ['_static']
+root_doc = 'index'
+
+html_theme = 'furo'
+html_title = 'satdyn_ros'
+html_static_path = ['_static']
+mathjax_path = 'mathjax/tex-svg.js'
+
+apidoc_modules = [
+    {
+        'path': str(ROOT / 'satdyn_ros'),
+        'destination': 'reference/api',
+        'max_depth': 2,
+        'separate_modules': True,
+        # Its functions stand with the package, which has one of its name.
+        'exclude_patterns': [str(ROOT / 'satdyn_ros/exact/recognise.py')],
+        'automodule_options': {'members', 'show-inheritance'},
+    }
+]
+autodoc_member_order = 'bysource'
+autodoc_typehints = 'signature'
+
+nitpicky = True
+# Types of other libraries.
+nitpick_ignore_regex = [('py:.*', r'(?!satdyn_ros).*')]
+
+
+def _as_written(app, what, name, obj, options, lines):
+    """
+    Let a docstring stand as it is written.
+
+    It is plain text with formulas in it: what reStructuredText would take for markup is escaped,
+    and what is indented is kept line by line.
+    """
+    written, lines[:] = list(lines), []
+    in_block = False
+    for i, line in enumerate(written):
+        starts = line.startswith((' ', '>>>'))
+        if starts and not in_block:
+            lines.extend(['', '::', ''])
+        if line and not starts and in_block and not _goes_on(written, i):
+            lines.append('')
+            in_block = False
+        in_block = in_block or starts
+        lines.append(f'    {line}' if in_block else re.sub(r'([*`|_\\])', r'\\\1', line))
+
+
+def _goes_on(lines, i):
+    """Whether line i is the output of an example above it."""
+    before = lines[:i]
+    while before and before[-1] and not before[-1].startswith(' '):
+        if before[-1].startswith('>>>'):
+            return True
+        before.pop()
+    return False
+
+
+def setup(app):
+    """Connect what changes docstrings."""
+    app.connect('autodoc-process-docstring', _as_written)

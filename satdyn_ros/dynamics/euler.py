@@ -84,3 +84,26 @@ def rate_from_zxz(angles_rad, rates):
         ],
         axis=-1,
     )
+
+
+def node(q_ab: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """
+    Return the line of nodes, unit, in axes of a and of b, (..., 3) each.
+
+    It is z_a x z_b over its length, (cos P, sin P, 0) in a and (cos S, -sin S, 0) in b; S counts as
+    0 where theta is 0 or pi.
+    """
+    P, _, S = np.moveaxis(zxz_angles(q_ab), -1, 0)
+    zero = np.zeros_like(P)
+    in_a = np.stack([np.cos(P), np.sin(P), zero], axis=-1)
+    return in_a, np.stack([np.cos(S), -np.sin(S), zero], axis=-1)
+
+
+def kinetic_energy(moments: np.ndarray, angles_rad: np.ndarray, rates: np.ndarray) -> np.ndarray:
+    """
+    Return T [J] (...) of P, theta, S [rad] and their rates [rad/s] (..., 3) (textbook, 43.14).
+
+    moments (3,) [kg m^2]: principal, about the axes that the angles turn.  For I1 = I2 this is
+    I1 (theta'^2 + P'^2 sin^2 theta) / 2 + I3 (S' + P' cos theta)^2 / 2 (43.15).
+    """
+    return np.square(rate_from_zxz(angles_rad, rates)) @ np.asarray(moments, float) / 2.0

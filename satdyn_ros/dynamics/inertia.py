@@ -1,5 +1,6 @@
 """The inertia tensor: validation, principal axes, parallel axis, and a catalogue of shapes."""
 
+from collections.abc import Sequence
 from itertools import permutations
 from typing import NamedTuple
 
@@ -131,6 +132,30 @@ def parallel_axis(inertia_g, mass, offset) -> np.ndarray:
     """
     d = np.asarray(offset, float)
     return np.asarray(inertia_g, float) + mass * (d @ d * np.eye(3) - np.outer(d, d))
+
+
+def moment_about(
+    inertia_g: np.ndarray,
+    axis: Sequence[float] | np.ndarray,
+    mass: float = 0.0,
+    through: Sequence[float] | np.ndarray = (0.0, 0.0, 0.0),
+) -> float:
+    """
+    Return the moment [kg m^2] about any axis (3,), unit or not, through a point (textbook, 42.16).
+
+    inertia_g (3, 3): about the mass centre, from which through (3,) [m] counts; mass [kg].
+
+    >>> round(moment_about(sphere(2.0, 0.5), [0, 0, 1], mass=2.0, through=[0.5, 0, 0]), 12)
+    0.7
+    """
+    e = np.asarray(axis, float) / np.linalg.norm(axis)
+    return float(e @ parallel_axis(inertia_g, mass, through) @ e)
+
+
+def in_space(inertia: np.ndarray, q_ib: np.ndarray) -> np.ndarray:
+    """Return the tensor (..., 3, 3) in inertial axes, R I R^T, of a body at q_ib (..., 4)."""
+    R = rotation.matrix(q_ib)
+    return R @ np.asarray(inertia, float) @ np.swapaxes(R, -1, -2)
 
 
 class Body(NamedTuple):

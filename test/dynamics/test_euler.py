@@ -68,3 +68,34 @@ def test_tables_are_as_single_rows():
     for i in range(2):
         assert np.array_equal(euler.zxz_angles(q)[i], euler.zxz_angles(q[i]))
         assert np.array_equal(euler.zxz_rates(q, omega)[i], euler.zxz_rates(q[i], omega[i]))
+
+
+@given(P=angles, theta=nutations, S=angles)
+def test_the_node_is_across_both_axes(P, theta, S):
+    """It is z_a x z_b in both frames, and the same line in space."""
+    q = euler.from_zxz(P, theta, S)
+    in_a, in_b = euler.node(q)
+    z_a, z_b = np.array([0.0, 0.0, 1.0]), rotation.rotate(q, [0.0, 0.0, 1.0])
+    close(in_a * np.sin(theta), np.cross(z_a, z_b), atol=1e-14)
+    # angles lose the factor 1 / sin theta, at most 1e3 here
+    close(rotation.rotate(q, in_b), in_a, atol=2e-12)
+
+
+def test_kinetic_energy_in_euler_angles():
+    """T of (43.14) is the sum over the masses of a body, from places a moment apart."""
+    masses, places = np.array([1.0, 2.0, 0.5, 1.5]), np.random.default_rng(1).normal(size=(4, 3))
+    whole = np.sum(masses[:, None, None] * places[:, :, None] * places[:, None, :], axis=0)
+    moments, R = np.linalg.eigh(np.trace(whole) * np.eye(3) - whole)
+    R[:, 2] *= np.linalg.det(R)
+    angle, rate, h = np.array([0.3, 1.1, -0.7]), np.array([0.5, -0.4, 1.2]), 1e-6
+    before, after = (
+        places @ R @ rotation.matrix(euler.from_zxz(*(angle + s * h * rate))).T for s in (-1, 1)
+    )
+    speeds = np.linalg.norm(after - before, axis=-1) / (2.0 * h)
+    expected = np.sum(masses * speeds**2) / 2.0
+    assert euler.kinetic_energy(moments, angle, rate) == pytest.approx(expected, rel=1e-8)
+    # (43.15)
+    A, C, (_, theta, _) = 2.0, 3.0, angle
+    symmetric = A * (rate[1] ** 2 + (rate[0] * np.sin(theta)) ** 2) / 2.0
+    symmetric += C * (rate[2] + rate[0] * np.cos(theta)) ** 2 / 2.0
+    assert euler.kinetic_energy([A, A, C], angle, rate) == pytest.approx(symmetric, rel=1e-14)

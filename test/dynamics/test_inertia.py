@@ -199,3 +199,88 @@ def test_the_inertia_ellipsoid_touches_where_the_quadratic_form_is_one():
     tips = inertia.principal_axes(I)[1] * inertia.ellipsoid(I)
     assert tips.T @ I @ tips == pytest.approx(np.eye(3), abs=1e-13)
     assert inertia.ellipsoid(inertia.rod(12.0, 1.0)) == pytest.approx([1.0, 1.0, np.inf])
+
+
+def test_the_moment_about_any_axis_is_the_sum_over_the_masses():
+    """(42.16) with Steiner's theorem: sum m r^2, r the distance from a line in space."""
+    random = np.random.default_rng(3)
+    masses, places = random.uniform(0.5, 2.0, 6), random.normal(size=(6, 3))
+    I, centre = inertia.points(masses, places), masses @ places / np.sum(masses)
+    through, axis = random.normal(size=3), random.normal(size=3)
+    r = np.linalg.norm(np.cross(places - through, axis / np.linalg.norm(axis)), axis=-1)
+    moment = inertia.moment_about(I, axis, np.sum(masses), through - centre)
+    assert moment == pytest.approx(masses @ r**2, rel=1e-13)
+
+
+@pytest.mark.parametrize(
+    ('shape', 'through', 'axis', 'expected'),
+    [
+        # exercises 15, 17 and 20, with m = 2, r = 0.5, h = 1.2
+        (inertia.cylinder(2.0, 0.5, 1.2), [0, 0, 0.6], [1, 0, 0], 2.0 * (1.44 / 3 + 0.25 / 4)),
+        (inertia.sphere(2.0, 0.5), [0, 0.5, 0], [1, 0, 0], 1.4 * 2.0 * 0.25),
+        (inertia.cone(2.0, 0.5, 1.2), [0, 0, 0.9], [0, 1, 0], 6.0 * (1.44 / 5 + 0.25 / 20)),
+    ],
+)
+def test_moments_of_the_exercises(shape, through, axis, expected):
+    """The base's diameter of a cylinder, a sphere's tangent, across a cone's axis at the apex."""
+    assert inertia.moment_about(shape, axis, 2.0, through) == pytest.approx(expected, rel=1e-14)
+
+
+def test_the_tensor_in_space_gives_the_momentum_in_space():
+    """R I R^T omega_space is the momentum turned into space, for a table of attitudes."""
+    I = np.diag([1.0, 2.0, 2.5])
+    q = Rotation.random(5, random_state=2).as_quat()
+    omega = np.random.default_rng(4).normal(size=(5, 3))
+    in_space = inertia.in_space(I, q)
+    R = Rotation.from_quat(q)
+    momenta = np.einsum('nij,nj->ni', in_space, R.apply(omega))
+    np.testing.assert_allclose(momenta, R.apply(omega @ I), atol=1e-14)
+
+
+def turned_copies(n, axis, places):
+    """Return the places (M n, 3) with their turns by 2 pi / n about an axis."""
+    turns = [Rotation.from_rotvec(2.0 * np.pi * k / n * np.asarray(axis)) for k in range(n)]
+    return np.concatenate([turn.apply(places) for turn in turns])
+
+
+AXIS = np.array([0.36, 0.48, 0.8])
+
+
+@pytest.mark.parametrize('n', [2, 3, 4, 5, 7])
+def test_an_axis_of_symmetry_is_principal(n):
+    """42.22, exercises 3 and 4: of order 2 principal; of order n > 2 one of rotation as well."""
+    places = turned_copies(n, AXIS, np.random.default_rng(n).normal(size=(3, 3)))
+    I = inertia.points(np.ones(len(places)), places)
+    assert np.linalg.norm(np.cross(AXIS, I @ AXIS)) < 1e-13 * np.max(I)
+    moments = np.linalg.eigvalsh(I - (AXIS @ I @ AXIS) * np.outer(AXIS, AXIS))
+    across = np.sort(np.abs(moments))[1:]
+    if n > 2:
+        assert across[0] == pytest.approx(across[1], rel=1e-13)
+    else:
+        assert across[1] - across[0] > 0.1
+
+
+@pytest.mark.parametrize(
+    ('orders', 'angle'),
+    # two axes of order n > 2 (exercise 5); one of them of order 2 and askew (exercise 6): the
+    # groups of the tetrahedron and of the cube
+    [((3, 3), np.arccos(-1.0 / 3.0)), ((4, 4), np.pi / 2.0), ((3, 2), np.arccos(3.0**-0.5))],
+)
+def test_two_axes_of_symmetry_make_a_sphere(orders, angle):
+    """Exercises 5 and 6: places closed under the turns about both axes have one moment."""
+    second = np.array([np.sin(angle), 0.0, np.cos(angle)])
+    group = [np.eye(3)]
+    generators = [
+        Rotation.from_rotvec(2.0 * np.pi / n * axis).as_matrix()
+        for n, axis in zip(orders, (np.array([0.0, 0.0, 1.0]), second), strict=True)
+    ]
+    for element in group:
+        for generator in generators:
+            image = generator @ element
+            if min(np.max(np.abs(image - other)) for other in group) > 1e-9:
+                group.append(image)
+        assert len(group) <= 24
+    place = np.array([0.3, -1.1, 0.7])
+    places = np.array([element @ place for element in group])
+    moments = np.linalg.eigvalsh(inertia.points(np.ones(len(group)), places))
+    np.testing.assert_allclose(moments, np.mean(moments), rtol=1e-13)

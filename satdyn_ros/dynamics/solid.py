@@ -1,0 +1,91 @@
+"""Bodies of any density: mass, mass centre and inertia by quadrature (textbook, 42.26, ex. 8)."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from .inertia import Body
+
+# A range of a coordinate: its ends, or a function that gives them where the others before it are.
+Range = tuple[float, float] | Callable[..., tuple]
+_MOST_POINTS = 160
+
+
+def solid(
+    density: Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray | float],
+    ranges: Sequence[Range],
+    coordinates: str = 'cartesian',
+    tolerance: float = 1e-10,
+) -> Body:
+    """
+    Return the body that fills a region with density(x, y, z) [kg/m^3], arrays of one shape.
+
+    ranges (3): of x, y, z; 'cylindrical': of z, phi and the distance r from z; 'spherical': of
+    theta from z, phi and the radius r [m, rad].  A range may be a function of the coordinates
+    before it.  Gauss and Legendre's rule with ever more points until mass and inertia stay to
+    tolerance, relative.  ValueError: no such coordinates, or the density is not smooth enough, or
+    the mass is not positive.
+
+    >>> ball = solid(lambda x, y, z: 1.0, [(0, np.pi), (0, 2 * np.pi), (0, 2.0)], 'spherical')
+    >>> round(ball.mass, 9), round(ball.inertia[2, 2] / (0.4 * ball.mass * 4.0), 9)
+    (33.510321638, 1.0)
+    """
+    if coordinates not in _PLACES:
+        raise ValueError(f'coordinates is {coordinates}; it takes {", ".join(_PLACES)}')
+    points, before = 10, np.full(10, np.inf)
+    while points <= _MOST_POINTS:
+        sums = _sums(density, ranges, _PLACES[coordinates], points)
+        if np.max(np.abs(sums - before)) <= tolerance * np.max(np.abs(sums)):
+            return _body(sums)
+        points, before = 2 * points, sums
+    raise ValueError(
+        f'the inertia does not settle to {tolerance:g} with {_MOST_POINTS} points in each '
+        'direction; give ranges that end where the density jumps, or a larger tolerance'
+    )
+
+
+def _cartesian(x, y, z):
+    return x, y, z, np.ones_like(x)
+
+
+def _cylindrical(z, phi, r):
+    return r * np.cos(phi), r * np.sin(phi), z, r
+
+
+def _spherical(theta, phi, r):
+    across = r * np.sin(theta)
+    return across * np.cos(phi), across * np.sin(phi), r * np.cos(theta), r * across
+
+
+# Coordinates to x, y, z and the volume of their unit cell.
+_PLACES = {'cartesian': _cartesian, 'cylindrical': _cylindrical, 'spherical': _spherical}
+
+
+def _sums(density, ranges, place, points):
+    """Return the integrals (10,) of density times 1, x, y, z, xx, yy, zz, xy, xz, yz."""
+    nodes, weights = np.polynomial.legendre.leggauss(points)
+    weight = np.einsum('i,j,k->ijk', weights, weights, weights) / 8.0
+    unit = np.meshgrid(
+        (nodes + 1.0) / 2.0, (nodes + 1.0) / 2.0, (nodes + 1.0) / 2.0, indexing='ij'
+    )
+    given: list[np.ndarray] = []
+    for share, ends in zip(unit, ranges, strict=True):
+        low, high = ends(*given) if callable(ends) else ends
+        given.append(low + (high - low) * share)
+        weight = weight * (high - low)
+    x, y, z, volume = place(*given)
+    mass = weight * volume * density(x, y, z)
+    powers = (1.0, x, y, z, x * x, y * y, z * z, x * y, x * z, y * z)
+    return np.array([np.sum(mass * power) for power in powers])
+
+
+def _body(sums):
+    """Return the body of the ten integrals."""
+    mass, centre = sums[0], sums[1:4]
+    if not mass > 0.0:
+        raise ValueError(f'the mass is {mass:g} kg; it must be positive')
+    centre = centre / mass
+    xx, yy, zz, xy, xz, yz = sums[4:]
+    second = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    second -= mass * np.outer(centre, centre)
+    return Body(float(mass), centre, np.trace(second) * np.eye(3) - second)

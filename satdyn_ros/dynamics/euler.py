@@ -90,8 +90,8 @@ def node(q_ab: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """
     Return the line of nodes, unit, in axes of a and of b, (..., 3) each.
 
-    It is z_a x z_b over its length, (cos P, sin P, 0) in a and (cos S, -sin S, 0) in b; S counts as
-    0 where theta is 0 or pi.
+    It is z_a x z_b over its length, (cos P, sin P, 0) in a and (cos S, -sin S, 0) in b; S counts
+    as 0 where theta is 0 or pi.
     """
     P, _, S = np.moveaxis(zxz_angles(q_ab), -1, 0)
     zero = np.zeros_like(P)

@@ -8,7 +8,7 @@ from .inertia import Body
 
 # A range of a coordinate: its ends, or a function that gives them where the others before it are.
 Range = tuple[float, float] | Callable[..., tuple]
-_MOST_POINTS = 160
+_MOST_POINTS = 80
 
 
 def solid(
@@ -65,10 +65,8 @@ def _sums(density, ranges, place, points):
     """Return the integrals (10,) of density times 1, x, y, z, xx, yy, zz, xy, xz, yz."""
     nodes, weights = np.polynomial.legendre.leggauss(points)
     weight = np.einsum('i,j,k->ijk', weights, weights, weights) / 8.0
-    unit = np.meshgrid(
-        (nodes + 1.0) / 2.0, (nodes + 1.0) / 2.0, (nodes + 1.0) / 2.0, indexing='ij'
-    )
-    given: list[np.ndarray] = []
+    unit = np.meshgrid(*[(nodes + 1.0) / 2.0] * 3, indexing='ij')
+    given = []
     for share, ends in zip(unit, ranges, strict=True):
         low, high = ends(*given) if callable(ends) else ends
         given.append(low + (high - low) * share)

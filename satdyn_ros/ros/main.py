@@ -13,8 +13,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.signals import SignalHandlerOptions, install_signal_handlers
 
-from ..run import ros_yaml
-from ..run.scenario import parameters_of_yaml
+from ..run.scenario import parameters_of_yaml, scenario_text
 from .executor import Executor
 from .node import SatdynNode
 from .refusal import one_sentence
@@ -102,7 +101,7 @@ def _values(path):
     """Return the parameters of a file; a list that mixes integers and floats is one of floats."""
     if path is None:
         return {}
-    return parameters_of_yaml(ros_yaml.read_text(path, 'the scenario'), path)
+    return parameters_of_yaml(scenario_text(path), path)
 
 
 if __name__ == '__main__':

@@ -20,7 +20,7 @@ from ..dynamics.propagator import Propagation
 from ..dynamics.rotor import Rotor
 from ..dynamics.system import State, System
 from ..sensors.suite import Sensor
-from . import ros_yaml, sensors
+from . import ros_yaml, sensors, shipped
 from .keys import KEYS, SENSORS
 from .ticks import LAST_STAMP_NS, Ticks
 
@@ -111,8 +111,12 @@ class Scenario:
 
     @classmethod
     def from_yaml(cls, path: str | Path) -> 'Scenario':
-        """Return the scenario of a ROS 2 parameter file; ValueError: see the class."""
-        return cls.from_yaml_text(ros_yaml.read_text(path, 'the scenario'), str(path))
+        """
+        Return the scenario of a ROS 2 parameter file, or of a shipped one by its name.
+
+        ValueError: see the class.
+        """
+        return cls.from_yaml_text(scenario_text(path), str(path))
 
     @classmethod
     def from_yaml_text(cls, text: str, origin: str = 'scenario') -> 'Scenario':
@@ -305,6 +309,11 @@ class Scenario:
                 f'initial.angular_velocity is {list(self["initial.angular_velocity"])}; it takes '
                 f'at most {_MOST_RAD_A_TICK / tick_s:g} rad/s (1e6 rad a tick)'
             )
+
+
+def scenario_text(path: str | Path) -> str:
+    """Return the text of a scenario by its path, or by its name if it is shipped; ValueError."""
+    return ros_yaml.read_text(shipped.scenario_path(path), 'the scenario')
 
 
 def parameters_of_yaml(text: str, origin: str) -> dict[str, Any]:

@@ -8,8 +8,9 @@ import numpy as np
 from mcap.records import Metadata
 
 from ..dynamics import inertia, rotation
+from ..rosbag2.errors import Incomplete
 from ..rosbag2.reader import Messages, TopicBlock
-from ..rosbag2.scan import read_summary
+from ..rosbag2.summary import read_summary
 from . import run_records
 from .recorded_run import RecordedRun
 
@@ -108,10 +109,13 @@ class StateTable:
     @property
     def tick_count(self) -> int | None:
         """How many ticks the bag spans; None: its last file is empty or was not completed."""
-        summary = read_summary(self.run.bag.files[-1])
-        if summary is None or summary.statistics is None or not summary.statistics.message_count:
+        try:
+            statistics = read_summary(self.run.bag.files[-1]).statistics
+        except Incomplete:
             return None
-        return self.run.ticks.tick_of(summary.statistics.message_end_time) + 1 - self._first_tick
+        if statistics is None or not statistics.message_count:
+            return None
+        return self.run.ticks.tick_of(statistics.message_end_time) + 1 - self._first_tick
 
     def blocks(self) -> Iterator[Columns]:
         """

@@ -2,27 +2,20 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
-
-import yaml
-from mcap.reader import SeekingReader
+from typing import Any
 
 from ..messages.qos import Qos
+from ..rosbag2.compression import decompress, zstd_size
+from ..rosbag2.errors import BagError, Damaged, Incomplete
 from ..rosbag2.reader import Bag
-from ..rosbag2.scan import read_summary
+from ..rosbag2.summary import read_summary
+from ..rosbag2.timeline import Message, Timeline
+from ..run import ros_yaml
 
 # rosbag2 wrote rmw's numbers until version 9 of its metadata, its words since then.
 _BEST_EFFORT = ('best_effort', 2)
 _TRANSIENT_LOCAL = ('transient_local', 1)
-_SMALLEST_DEPTH = 10
-
-
-class Message(NamedTuple):
-    """A message: when it was logged, on which topic, its CDR bytes."""
-
-    log_time_ns: int
-    topic: str
-    data: bytes
+_SMALLEST_DEPTH, _LARGEST_DEPTH = 10, 20_000
 
 
 class Playback:
@@ -30,53 +23,79 @@ class Playback:
     A complete bag to play.
 
     types, qos: of each topic that has messages in CDR, by its name.  begin_ns, end_ns: the first
-    and the last log time.  ValueError: path is no such bag, or holds no messages.
+    and the last log time.  BagError, here and while reading: path is no such bag, holds no
+    messages, or is damaged.
     """
 
     def __init__(self, path: str | Path):
         bag = Bag(path)
-        self._files = bag.files
-        summaries = [read_summary(file) for file in bag.files]
+        self._has_compressed_messages = bag.has_compressed_messages
+        self._timelines = []
         spans = []
         self.types: dict[str, str] = {}
-        for summary in summaries:
-            if summary is None or summary.statistics is None:
-                raise ValueError(f'{path} is not complete; satdyn recover completes it')
+        for file in bag.files:
+            try:
+                summary = read_summary(file)
+            except Incomplete:
+                raise BagError(f'{path} is not complete; satdyn recover completes it') from None
             statistics = summary.statistics
+            if statistics is None:
+                raise BagError(f'{file} has no statistics; satdyn recover makes them')
             if statistics.message_count:
                 spans.append((statistics.message_start_time, statistics.message_end_time))
+                self._timelines.append(Timeline(file, summary))
             for channel_id, channel in summary.channels.items():
                 counts = statistics.channel_message_counts
                 schema = summary.schemas.get(channel.schema_id)
                 if counts.get(channel_id) and channel.message_encoding == 'cdr' and schema:
                     self.types[channel.topic] = schema.name
         if not spans:
-            raise ValueError(f'{path} holds no messages')
+            raise BagError(f'{path} holds no messages')
         self.begin_ns = min(begin for begin, _ in spans)
         self.end_ns = max(end for _, end in spans)
         self.qos = {name: offered(bag.topics[name].qos) for name in self.types}
 
     def messages(self, topics: list[str], from_ns: int) -> Iterator[Message]:
         """Yield the messages of topics whose log time is not before from_ns."""
-        for path in self._files:
-            with open(path, 'rb') as file:
-                found = SeekingReader(file).iter_messages(topics, start_time=from_ns)
-                for _, channel, message in found:
-                    yield Message(message.log_time, channel.topic, message.data)
+        for timeline in self._timelines:
+            for message in timeline.messages(topics, from_ns):
+                yield _expanded(message) if self._has_compressed_messages else message
+
+
+def _expanded(message: Message) -> Message:
+    """Return a message that rosbag2 compressed by itself."""
+    try:
+        data = decompress('zstd', message.data, zstd_size(message.data))
+    except Damaged as error:
+        raise Damaged(f'a message on {message.topic} is damaged: {error}') from None
+    return message._replace(data=data)
 
 
 def offered(text: str) -> Qos:
     """
     Return what suits all that subscribed to the publishers of offered_qos_profiles.
 
+    Damaged: the text is no list of profiles.
+
     >>> offered('- {depth: 5, reliability: 2, durability: 2}').reliability
     'best_effort'
     """
-    profiles: list[dict[str, Any]] = yaml.safe_load(text) or []
+    profiles = _profiles(text)
     least = any(profile.get('reliability') in _BEST_EFFORT for profile in profiles)
     latched = profiles and all(p.get('durability') in _TRANSIENT_LOCAL for p in profiles)
+    depths = [depth for p in profiles if isinstance(depth := p.get('depth', 0), int)]
     return Qos(
-        depth=max([_SMALLEST_DEPTH, *(int(profile.get('depth', 0)) for profile in profiles)]),
+        depth=min(_LARGEST_DEPTH, max([_SMALLEST_DEPTH, *depths])),
         reliability='best_effort' if least else 'reliable',
         durability='transient_local' if latched else 'volatile',
     )
+
+
+def _profiles(text: str) -> list[dict[str, Any]]:
+    try:
+        profiles = ros_yaml.load(text, 'offered_qos_profiles') or []
+    except ValueError as error:
+        raise Damaged(str(error)) from None
+    if not isinstance(profiles, list) or not all(isinstance(p, dict) for p in profiles):
+        raise Damaged('offered_qos_profiles are no list of profiles')
+    return profiles

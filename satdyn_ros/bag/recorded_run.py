@@ -10,6 +10,7 @@ import numpy as np
 from mcap.records import Metadata
 
 from ..messages.packers import packer
+from ..rosbag2.errors import BagError
 from ..rosbag2.reader import Bag, Messages, TopicBlock
 from ..run.events import Event, RotorTorque, Torque
 from ..run.scenario import Scenario
@@ -33,7 +34,10 @@ class RecordedRun:
         self.bag = Bag(path)
         begin = self._begin()
         if run_records.SCENARIO not in begin:
-            raise ValueError(f'{path} holds no scenario: it was not written by satdyn')
+            raise BagError(
+                f'{path} holds no scenario: it was not written by satdyn, or another program, '
+                'as ros2 bag convert, wrote it again without'
+            )
         provenance = begin[run_records.SCENARIO]
         self.scenario = Scenario.from_yaml_text(provenance['scenario'], str(path))
         self.names: dict[str, str] = json.loads(provenance['topics'])

@@ -6,12 +6,16 @@ from itertools import repeat
 from pathlib import Path
 
 import numpy as np
+from mcap.records import Header, Metadata
 
 from ..dynamics.integrals import field_rate, relative_drift
 from ..dynamics.motion import Motion, States
 from ..dynamics.system import System
 from ..dynamics.torque import angular_momentum
+from ..rosbag2.errors import BagError, Damaged, Incomplete
+from ..rosbag2.integrity import check
 from ..rosbag2.reader import Bag, TopicBlock
+from ..rosbag2.scan import scan
 from ..run.simulation import Samples, Simulation
 from . import run_records
 from .comparison import TWIN_RAD, Comparison, Difference
@@ -32,6 +36,7 @@ class Verdict:
     rounding may grow to on another machine.  other_machine: what was another when the bag was
     made, by name (then, now).  drift: the largest relative change of each first integral between
     events; allowed_drift: what the tolerance lets it be.  problem: what cuts the bag short.
+    notes: what could not be held against anything, in words.
     """
 
     message_count: int
@@ -42,6 +47,7 @@ class Verdict:
     drift: dict[str, float]
     allowed_drift: float
     problem: str | None
+    notes: tuple[str, ...] = ()
 
     @property
     def is_true(self) -> bool:
@@ -67,7 +73,7 @@ class Verdict:
         drifts = ', '.join(f'{name} {drift:.1e}' for name, drift in self.drift.items())
         if drifts:
             said += f'; drift of {drifts} (allowed {self.allowed_drift:.1e})'
-        return said if self.problem is None else f'{said}; {self.problem}'
+        return '; '.join([said, *self.notes, *([self.problem] if self.problem else [])])
 
 
 def verify(path: str | Path) -> Verdict:
@@ -75,9 +81,15 @@ def verify(path: str | Path) -> Verdict:
     Run a bag's own scenario and events again and compare every message, byte for byte.
 
     A bag made on another machine or with other versions may differ by what rounding grows to.
-    ValueError: path is no bag of ours.
+    Damaged: a bag of ours that is not as it was written.  BagError: path is no bag of ours.
     """
-    recorded = RecordedRun(path)
+    try:
+        notes = _notes(path)
+        recorded = RecordedRun(path)
+    except BagError as error:
+        if isinstance(error, Damaged) == _is_ours(Path(path)):
+            raise
+        raise (BagError if isinstance(error, Damaged) else Damaged)(str(error)) from error
     here = run_records.machine()
     other_machine = {
         name: (then, here.get(name, ''))
@@ -106,7 +118,30 @@ def verify(path: str | Path) -> Verdict:
         drift=conservation.drift,
         allowed_drift=conservation.allowed,
         problem=recorded.bag.problem,
+        notes=notes,
     )
+
+
+def _notes(path: str | Path) -> tuple[str, ...]:
+    """Hold a bag's records against each other, as far as it goes."""
+    try:
+        return tuple(check(Bag(path)))
+    except Incomplete:
+        return ()
+
+
+def _is_ours(path: Path) -> bool:
+    """Whether any file, in whatever state it is, tells that satdyn wrote it."""
+    for file in sorted(path.glob('*.mcap')) if path.is_dir() else [path]:
+        try:
+            for found in scan(file):
+                match found.item:
+                    case Header(library=name) | Metadata(name=name):
+                        if name.startswith('satdyn_ros'):
+                            return True
+        except (BagError, OSError):
+            continue
+    return False
 
 
 class _MessageStream:

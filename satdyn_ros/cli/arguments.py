@@ -147,7 +147,13 @@ def _add_bag_commands(command):
             'satdyn verify orbit',
         )
     )
-    _add_bag(command('recover', 'complete a bag whose writer was killed', 'satdyn recover orbit'))
+    added = command(
+        'recover',
+        'mend a bag whose writer was killed, or which is damaged',
+        'satdyn recover orbit\nsatdyn recover /media/archive/orbit -o mended',
+    )
+    _add_bag(added)
+    added.add_argument('-o', dest='out', metavar='BAG', help='a new bag; default: in its place')
     _add_export(command)
     added = command(
         'plot',

@@ -127,8 +127,13 @@ def _replay(given):
 
 def _verify(given):
     from ..bag.verify import verify
+    from ..rosbag2.errors import Damaged
 
-    verdict = verify(given.bag)
+    try:
+        verdict = verify(given.bag)
+    except Damaged as error:
+        print(f'satdyn verify: {_sentence(error)}', file=sys.stderr)
+        return ANSWER_IS_NO
     print(f'{given.bag}: {verdict}')
     return DONE if verdict.is_true else ANSWER_IS_NO
 
@@ -136,10 +141,12 @@ def _verify(given):
 def _recover(given):
     from ..rosbag2.recover import recover
 
-    recovered = recover(given.bag)
+    recovered = recover(given.bag, given.out)
     files = ', '.join(recovered.files) or 'nothing'
-    print(f'{given.bag}: completed {files}; {recovered.message_count} messages')
-    return DONE
+    print(f'{given.out or given.bag}: completed {files}; {recovered.message_count} messages')
+    for loss in recovered.losses:
+        print(loss)
+    return ANSWER_IS_NO if recovered.losses else DONE
 
 
 def _export(given):

@@ -6,14 +6,17 @@ as tables, so that the cost of a message is that of copying it.
 """
 
 import io
+import struct
 from functools import cached_property, partial
 
 import numpy as np
 from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Channel, Schema
 
 from ..compiled import compiled, inlined
+from .errors import Damaged
 
 CHUNK_SIZE = 786432
 HEAD = np.dtype(
@@ -29,6 +32,8 @@ HEAD = np.dtype(
 
 # Opcode and length come before the content of every record.
 _PREFIX = 9
+# Ids have two bytes.
+_MOST_DECLARATIONS = 2 * 2**16
 _MESSAGE = int(Opcode.MESSAGE)
 _HEAD_SIZE = HEAD.itemsize
 
@@ -44,6 +49,7 @@ class Contents:
     def __init__(self, data: np.ndarray):
         size, self.offsets, self.channel_ids, self.log_times, self._others = _records(data)
         self.data = data[:size]
+        self._given_size = len(data)
 
     def __len__(self) -> int:
         return len(self.offsets)
@@ -54,6 +60,17 @@ class Contents:
         if len(self) == 0:
             return 0, 0
         return int(np.min(self.log_times)), int(np.max(self.log_times))
+
+    def check(self) -> None:
+        """Damaged: there is more than schemas, channels and messages, each of them whole."""
+        if len(self.data) != self._given_size:
+            raise Damaged(f'its messages are broken off at byte {len(self.data)} of its contents')
+        foreign = set(self.data[self._others].tolist()) - {Opcode.SCHEMA, Opcode.CHANNEL}
+        if foreign:
+            raise Damaged(f'it holds a record of opcode {min(foreign)}, which no chunk has')
+        if len(self._others) > _MOST_DECLARATIONS:
+            raise Damaged(f'it declares more than {_MOST_DECLARATIONS} schemas and channels')
+        self.declarations()
 
     @cached_property
     def counts(self) -> dict[int, int]:
@@ -76,7 +93,7 @@ class Contents:
         return _gather(self.data, self.offsets, HEAD.itemsize).view(HEAD)[:, 0]
 
     def declarations(self) -> tuple[dict[int, Schema], dict[int, Channel]]:
-        """Return the schemas and the channels by their ids."""
+        """Return the schemas and the channels by their ids; Damaged: one cannot be read."""
         schemas, channels = self._declared(Schema), self._declared(Channel)
         return {schema.id: schema for schema in schemas}, {c.id: c for c in channels}
 
@@ -113,7 +130,10 @@ class Contents:
             if self.data[start] != opcode:
                 continue
             content = self.data[start + _PREFIX : start + self._length(start)]
-            yield kind.read(ReadDataStream(io.BytesIO(content.data)))
+            try:
+                yield kind.read(ReadDataStream(io.BytesIO(content.data)))
+            except (McapError, struct.error, UnicodeError):
+                raise Damaged(f'a {kind.__name__} in it cannot be read') from None
 
     def _length(self, start):
         """Return the length of a record, its opcode and length included."""

@@ -1,4 +1,4 @@
-"""How the contents of chunks are compressed, and had again."""
+"""How the contents of chunks are compressed, and had again within bounds of memory."""
 
 from collections.abc import Callable
 
@@ -6,7 +6,12 @@ import lz4.frame
 import numpy as np
 import zstandard
 
+from .errors import Damaged
+
 COMPRESSIONS = ('none', 'lz4', 'zstd')
+
+# What a chunk may hold [bytes]: rosbag2 and we write less than one per cent of it.
+CEILING = 256 * 2**20
 
 # The first of the fast levels: two to six per cent larger than the default's, in seven tenths of
 # its time.
@@ -23,33 +28,59 @@ def compressor(compression: str) -> Callable[[np.ndarray], bytes]:
     return np.ndarray.tobytes
 
 
-def decompress(compression: str, data: bytes, size: int) -> np.ndarray:
+def decompress(compression: str, data: bytes, size: int, ceiling: int = CEILING) -> bytes:
     """
-    Return the contents (size,) uint8 of a chunk.
+    Return the contents, `size` bytes, of compressed data, by the name in a chunk.
 
-    ValueError: data is damaged, or the compression is none that we know.
+    No more than size and ceiling [bytes] are expanded.  Damaged: data does not hold so many bytes,
+    or the compression is none that we know.
     """
+    if size > ceiling:
+        raise Damaged(f'it claims to hold {size} bytes; we read up to {ceiling}')
+    try:
+        contents = _DECOMPRESS[compression](data, size)
+    except KeyError:
+        raise Damaged(f'its compression is {compression!r}; we read lz4 and zstd') from None
+    except (zstandard.ZstdError, RuntimeError, MemoryError) as error:
+        raise Damaged(f'it cannot be decompressed: {error}') from None
+    if len(contents) != size:
+        raise Damaged(f'it does not hold the {size} bytes that it claims')
+    return contents
+
+
+def decompress_begin(compression: str, data: bytes, ceiling: int = CEILING) -> bytes:
+    """Return as much of the contents as can be had where data is cut off."""
     try:
         if compression == 'zstd':
-            data = zstandard.ZstdDecompressor().decompress(data, max_output_size=size)
-        elif compression == 'lz4':
-            data = lz4.frame.decompress(data)
-        elif compression:
-            raise ValueError(f'the compression of a chunk is {compression}; we read lz4 and zstd')
-    except (zstandard.ZstdError, RuntimeError) as error:
-        raise ValueError(f'a chunk cannot be read: {error}') from error
-    return np.frombuffer(data, np.uint8)
+            return zstandard.ZstdDecompressor().stream_reader(data).read(ceiling)
+        if compression == 'lz4':
+            return lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=ceiling)
+    except (zstandard.ZstdError, RuntimeError, MemoryError):
+        return b''
+    return data[:ceiling] if compression == '' else b''
 
 
-def decompress_begin(compression: str, data: bytes) -> np.ndarray:
-    """Return as much of a chunk's contents (N,) uint8 as can be had where data is cut off."""
+def zstd_size(data: bytes) -> int:
+    """Return the size of the contents that a zstd frame claims; Damaged: it claims none."""
     try:
-        if compression == 'zstd':
-            data = zstandard.ZstdDecompressor().decompressobj().decompress(data)
-        elif compression == 'lz4':
-            data = lz4.frame.LZ4FrameDecompressor().decompress(data)
-        elif compression:
-            data = b''
-    except (zstandard.ZstdError, RuntimeError):
-        data = b''
-    return np.frombuffer(data, np.uint8)
+        size = zstandard.get_frame_parameters(data).content_size
+    except zstandard.ZstdError:
+        raise Damaged('it is not compressed with zstd') from None
+    if size == zstandard.CONTENTSIZE_UNKNOWN:
+        raise Damaged('its zstd frame does not tell the size of its contents')
+    return size
+
+
+def _decompress_zstd(data, size):
+    # Where a frame tells its size, zstandard takes that and not max_output_size.
+    claimed = zstandard.get_frame_parameters(data).content_size
+    if claimed not in (size, zstandard.CONTENTSIZE_UNKNOWN):
+        raise Damaged(f'its zstd frame holds {claimed} bytes, not {size}')
+    return zstandard.ZstdDecompressor().decompress(data, max_output_size=size)
+
+
+def _decompress_lz4(data, size):
+    return lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size + 1)
+
+
+_DECOMPRESS = {'zstd': _decompress_zstd, 'lz4': _decompress_lz4, '': lambda data, size: data}

@@ -7,8 +7,13 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
-from mcap.records import Channel, Schema
+from mcap.records import Channel, Schema, Statistics
+
+from ..run import ros_yaml
+from .errors import BagError, Damaged
+from .summary import Tally
 
 NAME = 'rosbag2'
 FILE_NAME = 'metadata.yaml'
@@ -47,7 +52,7 @@ class TopicMetadata:
         return cls(
             channel.topic,
             schema.name if schema else '',
-            schema.data.decode() if schema else '',
+            schema.data.decode(errors='replace') if schema else '',
             channel.metadata.get('topic_type_hash', ''),
             channel.metadata.get('offered_qos_profiles', ''),
         )
@@ -61,6 +66,14 @@ class FileInformation:
     message_count: int = 0
     first_ns: int = _NO_TIME
     last_ns: int = -1
+
+    @classmethod
+    def of(cls, name: str, statistics: Statistics) -> 'FileInformation':
+        """Return what the statistics of a file say."""
+        if statistics.message_count == 0:
+            return cls(name)
+        span_ns = statistics.message_start_time, statistics.message_end_time
+        return cls(name, statistics.message_count, *span_ns)
 
     def add(self, count: int, first_ns: int, last_ns: int) -> None:
         """Count messages that lie between two log times."""
@@ -124,13 +137,83 @@ class BagMetadata:
         os.replace(unfinished, directory / FILE_NAME)
 
 
+class BagContents:
+    """What metadata.yaml has to say of a bag, gathered file by file."""
+
+    def __init__(self, custom_data: Mapping[str, str] | None = None, ros_distro: str = ''):
+        self.bag = BagMetadata([], custom_data or {}, ros_distro)
+        self.topics: dict[str, TopicMetadata] = {}
+        self.counts: dict[str, int] = {}
+
+    def add(self, name: str, tally: Tally) -> None:
+        """Take in a file by what its summary says."""
+        self.bag.files.append(FileInformation.of(name, tally.statistics))
+        counts = tally.statistics.channel_message_counts
+        for _, channel in sorted(tally.channels.items()):
+            topic = TopicMetadata.from_records(channel, tally.schemas.get(channel.schema_id))
+            self.topics[topic.name] = topic
+            self.counts[topic.name] = self.counts.get(topic.name, 0) + counts.get(channel.id, 0)
+
+    def to_yaml(self) -> str:
+        """Return the map without its outer key."""
+        return self.bag.to_yaml(tuple(self.topics.values()), self.counts)
+
+    def record(self) -> dict[str, str]:
+        """Return the content of the metadata record that closes a file."""
+        return self.bag.record(tuple(self.topics.values()), self.counts)
+
+    def write(self, directory: Path) -> None:
+        """Write metadata.yaml."""
+        self.bag.write(directory, tuple(self.topics.values()), self.counts)
+
+
+def read(path: Path) -> dict[str, Any]:
+    """
+    Return what a metadata.yaml says, without its outer key.
+
+    relative_file_paths are names of files in the bag.  Damaged: it is not what rosbag2 writes.
+    BagError: it is that of a bag which we do not read.
+    """
+    try:
+        text = path.read_text(encoding='utf-8')
+    except UnicodeDecodeError:
+        raise Damaged(f'{path} is damaged: it is no text') from None
+    outer = parse(text, str(path))
+    said = outer.get('rosbag2_bagfile_information')
+    if not isinstance(said, dict):
+        raise Damaged(f'{path} is damaged: it has no rosbag2_bagfile_information')
+    storage = said.get('storage_identifier')
+    if storage != 'mcap':
+        raise BagError(f'{path.parent} is stored as {storage}; we read mcap')
+    names = said.get('relative_file_paths')
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise Damaged(f'{path} is damaged: its relative_file_paths are no list of names')
+    outside = [name for name in names if Path(name).name != name or name == '..' or '\0' in name]
+    if outside:
+        raise BagError(f'{path} lists {outside[0]!r}, which is no file of the bag')
+    if len(set(names)) < len(names):
+        raise Damaged(f'{path} is damaged: its relative_file_paths list a file twice')
+    return said
+
+
+def parse(text: str, origin: str) -> dict[str, Any]:
+    """Return the map that a YAML text is; Damaged, which names its origin: it is none."""
+    try:
+        said = ros_yaml.load(text, origin)
+    except ValueError as error:
+        raise Damaged(f'{origin} is damaged: {error}') from None
+    if not isinstance(said, dict):
+        raise Damaged(f'{origin} is damaged: it has no keys and values')
+    return said
+
+
 def _topic(topic, counts):
     profiles = f'offered_qos_profiles:\n{_indent(topic.qos, 2)}'
     return '\n'.join(
         [
             'topic_metadata:',
-            f'  name: {topic.name}',
-            f'  type: {topic.type}',
+            f'  name: {_scalar(topic.name)}',
+            f'  type: {_scalar(topic.type)}',
             '  serialization_format: cdr',
             _indent(profiles if topic.qos else 'offered_qos_profiles: []', 2),
             f'  type_description_hash: {_scalar(topic.type_hash)}',
@@ -162,12 +245,14 @@ def _list(key, items):
 def _map(key, mapping):
     if not mapping:
         return f'{key}: ~'
-    return '\n'.join([f'{key}:', *(f'  {name}: {_quoted(mapping[name])}' for name in mapping)])
+    return '\n'.join(
+        [f'{key}:', *(f'  {_scalar(name)}: {_quoted(mapping[name])}' for name in mapping)]
+    )
 
 
 def _scalar(text):
     """Return a string as YAML writes it, plain where nothing can be misread."""
-    return text if re.fullmatch(r'[A-Za-z_][\w.-]*', text, re.ASCII) else _quoted(text)
+    return text if re.fullmatch(r'[A-Za-z_/][\w./-]*', text, re.ASCII) else _quoted(text)
 
 
 def _quoted(text):

@@ -1,18 +1,21 @@
-"""A bag as it can be had: ours or another's, complete or cut off by the end of its writer."""
+"""A bag as it is: ours or another's, complete or cut off by the end of its writer."""
 
 import re
 from collections.abc import Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-import yaml
 from mcap.records import Channel, Metadata, Schema
 
+from . import metadata
 from .chunk import Contents
-from .metadata import FILE_NAME, TopicMetadata
-from .scan import Block, Incomplete, read_summary, scan
+from .compression import CEILING
+from .errors import BagError, Damaged, Incomplete
+from .metadata import TopicMetadata
+from .scan import Block, Flaw, scan
+from .summary import Tally, read_summary
 
 
 class Messages(NamedTuple):
@@ -50,29 +53,40 @@ class Bag:
     """
     A bag: a directory or a bare .mcap file.
 
-    files: its .mcap files in order.  problem: what cut reading short, known after all was read.
-    ValueError: path is no bag of MCAP files.
+    files: its .mcap files in order.  information: what its metadata.yaml says, None: it has none.
+    has_compressed_messages: rosbag2 compressed each by itself, with zstd; they are read as such.
+    problem: what cut reading short, known after all was read.  ceiling [bytes]: no chunk is read
+    that holds more.
+
+    BagError, here and while reading: path is no bag of MCAP files, or one that is damaged.
     """
 
-    def __init__(self, path: str | Path):
+    def __init__(self, path: str | Path, ceiling: int = CEILING):
         self.path = Path(path)
-        self.files = bag_files(self.path)
+        self.information = _information(self.path)
+        self.has_compressed_messages = _has_compressed_messages(self.path, self.information)
+        self.files = bag_files(self.path, self.information)
         self.problem: str | None = None
+        self._ceiling = ceiling
 
     def items(self) -> Iterator[TopicBlock | Metadata]:
         """Yield messages in blocks, and metadata records, in the order of the bag."""
         for path in self.files:
             topics: dict[int, str] = {}
-            try:
-                for item in scan(path):
-                    if isinstance(item, Block):
-                        _, channels = item.contents.declarations()
+            for found in scan(path, self._ceiling):
+                match found.item:
+                    case Flaw(what=what, is_end=is_end):
+                        self.problem = f'{path} {what}'
+                        if not is_end:
+                            raise Damaged(self.problem)
+                    case Block(contents):
+                        _, channels = contents.declarations()
                         topics |= {i: channel.topic for i, channel in channels.items()}
-                        yield TopicBlock(item.contents, topics)
-                    elif isinstance(item, Metadata):
-                        yield item
-            except Incomplete as error:
-                self.problem = str(error)
+                        if not contents.counts.keys() <= topics.keys():
+                            raise Damaged(f'{path} is damaged: a channel is not declared')
+                        yield TopicBlock(contents, topics)
+                    case Metadata():
+                        yield found.item
 
     def messages(self, topic: str) -> Messages:
         """Return all messages on a topic ('/attitude'), in the order of the bag."""
@@ -83,8 +97,7 @@ class Bag:
     def topics(self) -> dict[str, TopicMetadata]:
         """The recorded topics by name; of an unfinished file, those that have messages."""
         topics = {}
-        for path in self.files:
-            schemas, channels = _declarations(path)
+        for schemas, channels in self._declarations:
             for channel in channels.values():
                 schema = schemas.get(channel.schema_id)
                 topics[channel.topic] = TopicMetadata.from_records(channel, schema)
@@ -93,48 +106,64 @@ class Bag:
     @cached_property
     def channel_ids(self) -> dict[str, int]:
         """The channels by the topic's name, those of its last file that has it."""
-        found = (_declarations(path)[1] for path in self.files)
-        return {channel.topic: i for channels in found for i, channel in channels.items()}
+        declared = (channels for _, channels in self._declarations)
+        return {channel.topic: i for channels in declared for i, channel in channels.items()}
+
+    @cached_property
+    def _declarations(self) -> list[tuple[dict[int, Schema], dict[int, Channel]]]:
+        """The schemas and channels of each file by id, from its summary if it has one."""
+        return [self._declared(path) for path in self.files]
+
+    def _declared(self, path: Path) -> tuple[dict[int, Schema], dict[int, Channel]]:
+        try:
+            summary = read_summary(path)
+            return summary.schemas, summary.channels
+        except Incomplete:
+            tally = Tally()
+        for found in scan(path, self._ceiling):
+            if isinstance(found.item, Block):
+                tally.add_messages(found.item.contents)
+        return tally.schemas, tally.channels
 
 
-def bag_files(path: Path) -> list[Path]:
-    """Return the .mcap files of a bag in order; ValueError: path is no bag of MCAP files."""
+def bag_files(path: Path, information: dict[str, Any] | None) -> list[Path]:
+    """Return the .mcap files of a bag in order; BagError: path is no bag of MCAP files."""
     if path.is_file():
         return [path]
     if not path.is_dir():
-        raise ValueError(f'{path} is no bag: there is no such file or directory')
-    if (path / FILE_NAME).exists():
-        text = (path / FILE_NAME).read_text(encoding='utf-8')
-        information = yaml.safe_load(text)['rosbag2_bagfile_information']
-        if information['storage_identifier'] != 'mcap':
-            raise ValueError(
-                f'{path} is stored as {information["storage_identifier"]}; we read mcap'
-            )
-        return [path / name for name in information['relative_file_paths']]
-    files = sorted(path.glob('*.mcap'), key=_number)
+        raise BagError(f'{path} is no bag: there is no such file or directory')
+    if information is not None:
+        files = [path / name for name in information['relative_file_paths']]
+        missing = [file for file in files if not file.is_file()]
+        if missing:
+            raise Damaged(f'{path} is damaged: {missing[0].name} of its metadata.yaml is missing')
+    else:
+        files = sorted(path.glob('*.mcap'), key=_number)
     if not files:
-        raise ValueError(f'{path} is no bag: there is no .mcap file in it')
+        raise BagError(f'{path} is no bag: there is no .mcap file in it')
     return files
 
 
-def _declarations(path: Path) -> tuple[dict[int, Schema], dict[int, Channel]]:
-    """Return the schemas and channels of a file by id, from its summary if it has one."""
-    summary = read_summary(path)
-    if summary is not None:
-        return summary.schemas, summary.channels
-    schemas: dict[int, Schema] = {}
-    channels: dict[int, Channel] = {}
-    try:
-        for item in scan(path):
-            if isinstance(item, Block):
-                declared = item.contents.declarations()
-                schemas |= declared[0]
-                channels |= declared[1]
-    except Incomplete:
-        pass
-    return schemas, channels
+def _information(path: Path) -> dict[str, Any] | None:
+    file = path / metadata.FILE_NAME
+    return metadata.read(file) if path.is_dir() and file.exists() else None
 
 
-def _number(path):
+def _has_compressed_messages(path: Path, information: dict[str, Any] | None) -> bool:
+    """Return whether messages are compressed; BagError: whole files are, or otherwise."""
+    said = information or {}
+    mode, form = str(said.get('compression_mode') or 'NONE'), said.get('compression_format')
+    if mode.upper() == 'NONE':
+        return False
+    if mode.upper() != 'MESSAGE' or form != 'zstd':
+        raise BagError(
+            f'{path} was compressed by rosbag2 (compression_mode {mode}, compression_format '
+            f'{form}), of which we read MESSAGE by zstd; ros2 bag convert writes it uncompressed'
+        )
+    return True
+
+
+def _number(path: Path) -> int:
     """Return the number that ends a file's name, which counts the files of a bag."""
-    return int(re.search(r'(\d*)$', path.stem).group() or 0)
+    digits = re.findall(r'[0-9]{1,18}$', path.stem)
+    return int(digits[0]) if digits else 0

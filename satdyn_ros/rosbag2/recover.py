@@ -1,144 +1,185 @@
-"""Complete a bag whose writer was killed: index, statistics, summary and metadata.yaml."""
+"""
+Mend a bag whose writer was killed, or which was damaged: everything that can be read is kept.
 
-from collections.abc import Iterator
+Indexes, statistics, summaries and metadata.yaml are made anew from the data.
+"""
+
+import os
+import shutil
+from collections.abc import Mapping
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-import yaml
-from mcap.records import Attachment, Channel, Header, McapRecord, Metadata, Schema, Statistics
+import numpy as np
+from mcap.records import Header, Metadata
 
 from . import metadata
 from .compression import compressor
+from .errors import Damaged
+from .integrity import CheckedFile, check_file, check_metadata
 from .mcap_file import McapFile
-from .metadata import BagMetadata, FileInformation, TopicMetadata
-from .reader import Bag
-from .scan import Block, Incomplete, read_summary, scan
+from .metadata import BagContents
+from .reader import bag_files
+from .records import written
+from .scan import Block, scan
+from .survey import Loss, Survey
 
 _LOST_HEADER = Header('ros2', 'satdyn_ros')
 
 
 @dataclass(frozen=True)
 class Recovered:
-    """What recover did: the files that it completed, and the messages that the bag has."""
+    """What recover did: the files it wrote again, the messages that the bag has, what was lost."""
 
     files: tuple[str, ...]
     message_count: int
+    losses: tuple[Loss, ...]
 
 
-def recover(path: str | Path) -> Recovered:
+def recover(path: str | Path, output: str | Path | None = None) -> Recovered:
     """
-    Complete a bag that was not closed: a directory, or a bare .mcap file.
+    Mend a bag: a directory, or a bare .mcap file.
 
-    Everything that reached its files is kept, of a chunk that is cut off its whole messages.  A
-    file is replaced when the new one is complete; what is complete is left as it is.
+    Everything that can be read is kept, on both sides of any damage; of a chunk that is cut off
+    its whole messages.  A file is replaced when the new one is complete, and where anything was
+    lost the old one stays beside it as NAME.damaged.  What is complete is left as it is.
 
-    ValueError: path is no bag, or one that cannot be kept whole.  OSError: the new file cannot be
-    written.
+    output: the new bag, which must not exist; the old one stays as it is.  BagError: path is no
+    bag, or one that cannot be kept whole.  OSError: the new file cannot be written.
     """
-    bag = Bag(path)
-    known = _Known(_first_metadata(bag))
-    completed = []
-    for file in bag.files:
-        summary = read_summary(file)
-        if summary is None or summary.statistics is None:
-            _complete(file, known)
-            completed.append(file.name)
-        else:
-            known.add(file.name, summary.statistics, summary.schemas, summary.channels)
-    is_listed = (bag.path / metadata.FILE_NAME).exists()
-    if bag.path.is_dir() and (completed or not is_listed):
-        known.bag.write(bag.path, tuple(known.topics.values()), known.counts)
-    return Recovered(tuple(completed), sum(known.counts.values()))
+    path = Path(path)
+    files, losses = _files(path)
+    contents = BagContents(*_first_words(files))
+    directory = path if path.is_dir() else path.parent
+    if output is not None:
+        directory = _new_place(path, Path(output))
+    mended, checked = [], []
+    for file in files:
+        target = directory / file.name if output is None or path.is_dir() else Path(output)
+        try:
+            checked.append(check_file(file))
+            contents.add(target.name, checked[-1].tally)
+            if target != file:
+                shutil.copyfile(file, target)
+        except Damaged:
+            loss = _mend(file, target, contents)
+            losses += [loss] if loss else []
+            mended.append(file.name)
+            checked.append(check_file(target))
+    if path.is_dir() and (output is not None or mended or not _is_listed(path, checked)):
+        contents.write(directory)
+    return Recovered(tuple(mended), sum(contents.counts.values()), tuple(losses))
 
 
-class _Known:
-    """What is known of a bag after its first files; first: what it said of itself at its begin."""
-
-    def __init__(self, first: dict[str, Any]):
-        self.bag = BagMetadata([], first.get('custom_data') or {}, first.get('ros_distro', ''))
-        self.topics: dict[str, TopicMetadata] = {}
-        self.counts: dict[str, int] = {}
-
-    def add(
-        self,
-        name: str,
-        statistics: Statistics,
-        schemas: dict[int, Schema],
-        channels: dict[int, Channel],
-    ) -> None:
-        """Take in a file."""
-        information = FileInformation(name)
-        if statistics.message_count:
-            span_ns = statistics.message_start_time, statistics.message_end_time
-            information.add(statistics.message_count, *span_ns)
-        self.bag.files.append(information)
-        for channel in channels.values():
-            topic = TopicMetadata.from_records(channel, schemas.get(channel.schema_id))
-            count = statistics.channel_message_counts.get(channel.id, 0)
-            self.topics[topic.name] = topic
-            self.counts[topic.name] = self.counts.get(topic.name, 0) + count
-
-    def record(self) -> dict[str, str]:
-        """Return the content of the metadata record that closes a file."""
-        return self.bag.record(tuple(self.topics.values()), self.counts)
-
-
-def _complete(path: Path, known: _Known) -> None:
-    """Write a file again with all that can be had of it, then put it in its place."""
-    unfinished = path.with_suffix('.recovering')
-    unfinished.unlink(missing_ok=True)
-    records = _records(path)
-    first = next(records, None)
-    header = first if isinstance(first, Header) else _LOST_HEADER
+def _files(path: Path) -> tuple[list[Path], list[Loss]]:
+    """Return the files of a bag, without a metadata.yaml that is damaged, and those missing."""
     try:
-        with closing(McapFile(unfinished, header)) as file:
-            _copy(records, file, path)
-            known.add(path.name, file.statistics, file.schemas, file.channels)
+        said = metadata.read(path / metadata.FILE_NAME)
+    except (Damaged, FileNotFoundError, NotADirectoryError):
+        return bag_files(path, None), []
+    names = said['relative_file_paths']
+    present = [path / name for name in names if (path / name).is_file()]
+    if len(present) == len(names):
+        return bag_files(path, said), []
+    files = bag_files(path, None)
+    missing = [name for name in names if not (path / name).is_file()][: len(names) - len(files)]
+    return files, [Loss(name, None) for name in missing]
+
+
+def _is_listed(path: Path, files: list[CheckedFile]) -> bool:
+    """Whether metadata.yaml says what the files hold."""
+    file = path / metadata.FILE_NAME
+    try:
+        check_metadata(file, metadata.read(file), files)
+    except (Damaged, FileNotFoundError):
+        return False
+    return True
+
+
+def _first_words(files: list[Path]) -> tuple[Mapping[str, str], str]:
+    """Return custom_data and ros_distro as rosbag2's first record that can be read says them."""
+    for file in files:
+        for found in scan(file):
+            item = found.item
+            if not (isinstance(item, Metadata) and item.name == metadata.NAME):
+                continue
+            try:
+                said = metadata.parse(item.metadata.get('serialized_metadata', ''), file.name)
+            except Damaged:
+                continue
+            custom, distro = said.get('custom_data'), said.get('ros_distro')
+            custom = custom if isinstance(custom, dict) else {}
+            return {str(k): str(v) for k, v in custom.items()}, str(distro or '')
+    return {}, ''
+
+
+def _new_place(path: Path, output: Path) -> Path:
+    """Return the directory of the mended bag, made anew if the bag is one."""
+    if output.exists():
+        raise FileExistsError(f'{output} exists already; a mended bag needs a new place')
+    if path.is_dir():
+        output.mkdir(parents=True)
+        return output
+    return output.parent
+
+
+def _mend(path: Path, target: Path, contents: BagContents) -> Loss | None:
+    """Write a file again with all that can be had of it, then put it in its place."""
+    survey = Survey(path)
+    unfinished = target.with_suffix('.recovering')
+    try:
+        unfinished.unlink(missing_ok=True)
+        with closing(McapFile(unfinished, survey.header or _LOST_HEADER)) as file:
+            _copy(path, file, survey)
+            file.tally.schemas |= survey.tally.schemas
+            file.tally.channels |= survey.tally.channels
+            contents.add(target.name, file.tally)
             # Two in a file: the first at its begin, the second with what is known at its end.
-            for _ in range(file.metadata_names.count(metadata.NAME), 2):
-                file.write_metadata(metadata.NAME, known.record())
+            for _ in range(file.tally.metadata_names.count(metadata.NAME), 2):
+                file.write_metadata(metadata.NAME, contents.record())
+            loss = survey.loss(file.crc)
             file.finish()
-        unfinished.replace(path)
+        if loss is not None and target == path:
+            _keep(path)
+        unfinished.replace(target)
     except OSError as error:
         raise OSError(f'{unfinished} cannot be written: {error.strerror}') from error
     finally:
         unfinished.unlink(missing_ok=True)
+    return loss
 
 
-def _copy(records: Iterator[McapRecord | Block], file: McapFile, path: Path) -> None:
-    for record in records:
-        match record:
-            case Block(contents, compression, compressed):
-                data = compressed or compressor(compression)(contents.data)
-                file.write_chunk(contents.data, compression, data)
-            case Metadata():
-                file.write_metadata(record.name, record.metadata)
-            case Channel():
-                file.channels.setdefault(record.id, record)
-            case Schema():
-                file.schemas.setdefault(record.id, record)
-            case Attachment():
-                raise ValueError(f'{path} has attachments, which a rosbag2 bag has not')
+def _copy(path: Path, file: McapFile, survey: Survey) -> None:
+    """Write what can be had of a file; a channel that lost its declaration gets it again."""
+    known = survey.tally
+    compression = ''
+    for found in scan(path):
+        match found.item:
+            case Metadata(name=name, metadata=mapping):
+                is_last = name == metadata.NAME and name in file.tally.metadata_names
+                if survey.lost_bytes == 0 or not is_last:
+                    file.write_metadata(name, mapping)
+            case Block(contents, chunk) if len(contents):
+                declared = contents.declarations()[1].keys() | file.tally.channels.keys()
+                channels = [known.channels[i] for i in contents.counts.keys() - declared]
+                schemas = {c.schema_id: known.schemas.get(c.schema_id) for c in channels}
+                compression = chunk.compression if chunk else compression
+                if chunk is not None and not channels:
+                    file.write_chunk(contents.data, compression, chunk.data)
+                    continue
+                lost = written([*(s for s in schemas.values() if s is not None), *channels])
+                data = np.concatenate([np.frombuffer(lost, np.uint8), contents.data])
+                file.write_chunk(data, compression, compressor(compression)(data))
 
 
-def _records(path: Path) -> Iterator[McapRecord | Block]:
-    """Yield what can be had of a file, but no chunk that is cut off before its first message."""
+def _keep(path: Path) -> None:
+    """Keep a file beside itself under a name that nobody has."""
+    number, kept = 1, path.with_name(f'{path.name}.damaged')
+    while kept.exists():
+        number += 1
+        kept = path.with_name(f'{path.name}.damaged.{number}')
     try:
-        for record in scan(path):
-            match record:
-                case Block(contents, _, None) if len(contents) == 0:
-                    pass
-                case _:
-                    yield record
-    except Incomplete:
-        pass
-
-
-def _first_metadata(bag: Bag) -> dict[str, Any]:
-    """Return what rosbag2's first metadata record in a bag says."""
-    for item in bag.items():
-        if isinstance(item, Metadata) and item.name == metadata.NAME:
-            return yaml.safe_load(item.metadata['serialized_metadata'])
-    return {}
+        os.link(path, kept)
+    except OSError:
+        shutil.copy2(path, kept)

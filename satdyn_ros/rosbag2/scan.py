@@ -1,160 +1,187 @@
-"""The records of an MCAP file from its begin on, as far as they go."""
+"""
+The records of an MCAP file from its begin to its end, past whatever is damaged.
 
-import io
-import os
-import struct
+What cannot be read is told as a flaw, and the scan goes on at the next bytes that are a record.
+Each byte is looked at a bounded number of times, however hostile the file.
+"""
+
 import zlib
-from collections.abc import Iterable, Iterator
-from itertools import groupby, takewhile
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from mcap.data_stream import ReadDataStream
-from mcap.exceptions import EndOfFile, McapError
 from mcap.opcode import Opcode
-from mcap.reader import SeekingReader
-from mcap.records import (
-    Attachment,
-    Channel,
-    Chunk,
-    Footer,
-    Header,
-    McapRecord,
-    Metadata,
-    Schema,
-)
-from mcap.summary import Summary
+from mcap.records import DataEnd
 from mcap.writer import MCAP0_MAGIC
 
 from .chunk import CHUNK_SIZE, Contents
-from .compression import decompress, decompress_begin
+from .compression import CEILING, decompress_begin
+from .errors import BagError, Damaged
+from .frames import Frame, FrameReader
+from .records import PREFIX, ChunkRecord, read
 
-_PREFIX = struct.Struct('<BQ')
+_KNOWN = frozenset(Opcode)
 _IN_CHUNKS = (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE)
-_BESIDE_CHUNKS: dict[int, Any] = {
-    Opcode.HEADER: Header,
-    Opcode.ATTACHMENT: Attachment,
-    Opcode.METADATA: Metadata,
-}
-_IN_SUMMARY: dict[int, Any] = {
-    Opcode.SCHEMA: Schema,
-    Opcode.CHANNEL: Channel,
-    Opcode.FOOTER: Footer,
-}
-
-
-class Incomplete(ValueError):  # noqa: N818
-    """A file that ends before its footer, or is damaged there."""
 
 
 class Block(NamedTuple):
-    """Messages that follow each other; compressed: as they stand in the file, if a whole chunk."""
+    """Messages that follow each other; chunk: as it stands in the file, None: in no whole one."""
 
     contents: Contents
-    compression: str = ''
-    compressed: bytes | None = None
+    chunk: ChunkRecord | None = None
 
 
-class _Raw(NamedTuple):
-    """A record as bytes: its opcode, the length it says, and the bytes there are."""
+class Flaw(NamedTuple):
+    """
+    What is not as it was written, as a predicate of the file.
 
-    opcode: int
-    length: int
-    body: bytes
+    opcode: of the record whose length is right, but not what is in it, or which is cut off; 0:
+    there is no record.  is_end: here the file ends, in the middle of writing it.
+    """
 
-    @property
-    def is_whole(self):
-        return len(self.body) == self.length
-
-    @property
-    def stream(self):
-        return ReadDataStream(io.BytesIO(self.body))
+    what: str
+    opcode: int = 0
+    is_end: bool = False
 
 
-def scan(path: Path) -> Iterator[McapRecord | Block]:
+_CUT_OFF = Flaw('ends in mid-write; satdyn recover completes it', is_end=True)
+_WRONG_END = Flaw('is damaged: the magic at its end is wrong')
+
+
+class Found(NamedTuple):
+    """
+    What a file holds from byte `start` to `end`.
+
+    item: a McapRecord, IndexRecord, Block or Flaw; None: a kind of record that is not known.
+    """
+
+    start: int
+    end: int
+    item: Any
+
+
+def scan(path: Path, ceiling: int = CEILING) -> Iterator[Found]:
     """
     Yield what a file holds, in its order.
 
-    These are header, metadata and blocks of messages; from the summary schemas and channels, and
-    the footer at last.
-
-    ValueError: it is no MCAP file.  Incomplete (a ValueError): after all that could be had, the
-    footer is missing; of a chunk that is cut off, its first messages were yielded as a block.
+    Messages come in blocks: a whole chunk, the begin of one that is cut off, or a chunk's size of
+    those that stand outside of chunks.  ceiling [bytes]: no record, and no chunk's contents, is
+    read that is larger.  BagError: it is no MCAP file.
     """
     with open(path, 'rb') as file:
-        magic = file.read(len(MCAP0_MAGIC))
-        if magic != MCAP0_MAGIC[: len(magic)]:
-            raise ValueError(f'{path} is no MCAP file')
-        records = _raw_records(file)
-        data = takewhile(lambda raw: raw.opcode != Opcode.DATA_END, records)
-        try:
-            for are_loose, group in groupby(data, lambda raw: raw.opcode in _IN_CHUNKS):
-                read = _loose_blocks if are_loose else _records
-                yield from read(group)
-        except (ValueError, EndOfFile, struct.error) as error:
-            raise Incomplete(f'{path} is damaged: {error}') from error
-        for raw in records:
-            if raw.is_whole and raw.opcode in _IN_SUMMARY:
-                yield _IN_SUMMARY[raw.opcode].read(raw.stream)
-        if file.read() != MCAP0_MAGIC:
-            raise Incomplete(f'{path} ends in mid-write; satdyn recover completes it')
+        reader = FrameReader(file, ceiling)
+        yield from _magic_at_begin(path, reader)
+        yield from _data(reader)
+        yield from _summary(reader)
+        yield from _magic_at_end(reader)
 
 
-def read_summary(path: Path) -> Summary | None:
-    """Return the summary of a complete file; None: it has none."""
-    with open(path, 'rb') as file:
-        try:
-            return SeekingReader(file).get_summary()
-        except (McapError, OSError, ValueError, struct.error):
-            return None
+def _data(reader: FrameReader) -> Iterator[Found]:
+    """Yield what stands up to the end of the data, whose checksum is that of all before it."""
+    crc: int | None = zlib.crc32(MCAP0_MAGIC)
+    loose: list[Frame] = []
+    before = 'the magic at its begin'
+    for frame in reader.frames():
+        is_loose = frame.is_whole and frame.opcode in _IN_CHUNKS and _is_readable(frame)
+        if loose and not (is_loose and frame.end - loose[0].start < CHUNK_SIZE):
+            yield _loose_block(loose)
+            loose = []
+        if is_loose:
+            loose.append(frame)
+        elif frame.is_whole:
+            found = _found(frame, reader.ceiling)
+            yield found
+            if isinstance(found.item, DataEnd):
+                if crc is not None and found.item.data_section_crc not in (0, crc):
+                    why = 'the checksum of all data before it is wrong'
+                    yield _flaw(frame, why)._replace(start=frame.end)
+                return
+        else:
+            yield from _broken(reader, frame, before)
+            crc = None
+        if crc is not None:
+            crc = zlib.crc32(frame.content, zlib.crc32(frame.prefix, crc))
+        before = frame.name
+    if loose:
+        yield _loose_block(loose)
 
 
-def _raw_records(file: BinaryIO) -> Iterator[_Raw]:
-    """Yield the records up to the footer, or to the end, where the last one may be cut off."""
-    size = os.fstat(file.fileno()).st_size
-    while len(prefix := file.read(_PREFIX.size)) == _PREFIX.size:
-        opcode, length = _PREFIX.unpack(prefix)
-        if opcode == Opcode.MESSAGE_INDEX:
-            file.seek(length, os.SEEK_CUR)
-            continue
-        if opcode == 0:  # not a record: blocks of a file that the system never filled
-            return
-        yield _Raw(opcode, length, file.read(min(length, size - file.tell())))
-        if opcode == Opcode.FOOTER:
-            return
+def _summary(reader: FrameReader) -> Iterator[Found]:
+    """Yield what stands behind the data."""
+    before = 'the end of the data'
+    for frame in reader.frames():
+        if frame.is_whole:
+            yield _found(frame, reader.ceiling)
+        else:
+            yield from _broken(reader, frame, before)
+        before = frame.name
 
 
-def _records(group: Iterable[_Raw]) -> Iterator[McapRecord | Block]:
-    for raw in group:
-        if raw.opcode == Opcode.CHUNK:
-            yield from _chunk_block(raw)
-        elif raw.is_whole and raw.opcode in _BESIDE_CHUNKS:
-            yield _BESIDE_CHUNKS[raw.opcode].read(raw.stream)
+def _magic_at_begin(path: Path, reader: FrameReader) -> Iterator[Found]:
+    magic = reader.read(0, len(MCAP0_MAGIC))
+    if MCAP0_MAGIC.startswith(magic):
+        return
+    if not (reader.is_finished or reader.is_record(len(MCAP0_MAGIC))):
+        raise BagError(f'{path} is no MCAP file')
+    yield Found(0, len(MCAP0_MAGIC), Flaw('is damaged: the magic at its begin is wrong'))
 
 
-def _chunk_block(raw: _Raw) -> Iterator[Block]:
-    """Yield the messages of a chunk; of one that is cut off, those that are there."""
+def _magic_at_end(reader: FrameReader) -> Iterator[Found]:
+    if reader.is_broken_off:
+        return
+    magic = reader.read(reader.place, reader.size)
+    if magic == MCAP0_MAGIC:
+        return
+    flaw = _CUT_OFF if MCAP0_MAGIC.startswith(magic) else _WRONG_END
+    yield Found(reader.place, reader.size, flaw)
+
+
+def _found(frame: Frame, ceiling: int) -> Found:
+    """Return what a record holds, or why that cannot be had."""
     try:
-        chunk = Chunk.read(raw.stream)
-    except (EndOfFile, struct.error):
-        return
-    if not raw.is_whole:
-        yield Block(Contents(decompress_begin(chunk.compression, chunk.data)), chunk.compression)
-        return
-    data = decompress(chunk.compression, chunk.data, chunk.uncompressed_size)
-    if chunk.uncompressed_crc not in (0, zlib.crc32(data.data)):
-        raise ValueError('the checksum of a chunk is wrong')
-    yield Block(Contents(data), chunk.compression, chunk.data)
+        record = read(frame.opcode, frame.content)
+        if isinstance(record, ChunkRecord):
+            return Found(frame.start, frame.end, Block(record.contents(ceiling), record))
+    except Damaged as error:
+        return _flaw(frame, str(error))
+    return Found(frame.start, frame.end, record)
 
 
-def _loose_blocks(group: Iterable[_Raw]) -> Iterator[Block]:
-    """Yield records that stand outside of chunks in blocks of a chunk's size."""
-    records = bytearray()
-    for raw in group:
-        records += _PREFIX.pack(raw.opcode, raw.length) + raw.body
-        if len(records) >= CHUNK_SIZE:
-            yield Block(Contents(np.frombuffer(bytes(records), np.uint8)))
-            records.clear()
-    if records:
-        yield Block(Contents(np.frombuffer(bytes(records), np.uint8)))
+def _is_readable(frame: Frame) -> bool:
+    try:
+        read(frame.opcode, frame.content)
+    except Damaged:
+        return False
+    return True
+
+
+def _flaw(frame: Frame, why: str) -> Found:
+    flaw = Flaw(f'is damaged: {frame.name}: {why}', frame.opcode)
+    return Found(frame.start, frame.end, flaw)
+
+
+def _broken(reader: FrameReader, frame: Frame, before: str) -> Iterator[Found]:
+    """Yield what can be had where no whole record is; before: what stands ahead of it."""
+    if frame.end < reader.size or reader.is_finished:
+        what = f'there is no record at byte {frame.start}, behind {before}'
+        if frame.opcode in _KNOWN:
+            what = f'{frame.name}: it cannot be read'
+        yield Found(frame.start, frame.end, Flaw(f'is damaged: {what}'))
+        return
+    if frame.opcode == Opcode.CHUNK and reader.is_cut_off(frame.start):
+        chunk = ChunkRecord.read(reader.read(frame.start + PREFIX.size, reader.size))
+        data = decompress_begin(chunk.compression, chunk.data, reader.ceiling)
+        contents = Contents(np.frombuffer(data, np.uint8))
+        if len(contents):
+            kept = 0 if chunk.compression else len(chunk.prefix()) + len(contents.data)
+            yield Found(frame.start, frame.start + kept, Block(contents))
+            yield Found(frame.start + kept, frame.end, _CUT_OFF)
+            return
+    yield Found(frame.start, frame.end, _CUT_OFF._replace(opcode=frame.opcode))
+
+
+def _loose_block(frames: list[Frame]) -> Found:
+    """Return records that stand outside of chunks as a block."""
+    data = b''.join(part for frame in frames for part in (frame.prefix, frame.content))
+    return Found(frames[0].start, frames[-1].end, Block(Contents(np.frombuffer(data, np.uint8))))

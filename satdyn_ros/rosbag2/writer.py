@@ -79,8 +79,8 @@ class BagWriter:
         self._topics[topic.name] = topic
         self._channels[topic.name] = channel
         self._counts[topic.name] = 0
-        self._file.schemas[schema.id] = schema
-        self._file.channels[channel.id] = channel
+        self._file.tally.schemas[schema.id] = schema
+        self._file.tally.channels[channel.id] = channel
 
     def write(
         self,
@@ -174,8 +174,8 @@ class BagWriter:
         name = f'{self.directory.resolve().name}_{len(self._metadata.files)}.mcap'
         self._metadata.files.append(FileInformation(name))
         self._file = McapFile(self.directory / name, _HEADER)
-        self._file.schemas |= {schema.id: schema for schema in self._schemas.values()}
-        self._file.channels |= {channel.id: channel for channel in self._channels.values()}
+        self._file.tally.schemas |= {schema.id: schema for schema in self._schemas.values()}
+        self._file.tally.channels |= {channel.id: channel for channel in self._channels.values()}
         self._in_file = set()
         self._wants_snapshot = True
         self._file.write_metadata(metadata.NAME, self._metadata.record())

@@ -1,5 +1,6 @@
 """A bag whose writer did not come to its end is completed, and loses nothing that was written."""
 
+import random
 import subprocess
 import sys
 
@@ -11,6 +12,8 @@ from mcap.writer import CompressionType, Writer
 from rosbags.rosbag2 import Reader
 
 from satdyn_ros.bag.verify import verify
+from satdyn_ros.rosbag2.errors import BagError
+from satdyn_ros.rosbag2.integrity import check
 from satdyn_ros.rosbag2.reader import Bag
 from satdyn_ros.rosbag2.recover import recover
 
@@ -68,7 +71,13 @@ def test_a_file_cut_anywhere_keeps_all_that_was_written(whole, tmp_path):
         with Reader(bag) as reader:
             assert reader.message_count == len(kept)
             assert [data for _, _, data in reader.messages()] == [data for _, _, data in kept]
-        assert sorted(file.name for file in bag.iterdir()) == ['bag_0.mcap', 'metadata.yaml']
+        names = {'bag_0.mcap', 'metadata.yaml'}
+        if length in {8, size - 9, size - 1, *(end for end, _ in ends)}:
+            assert recovered.losses == ()
+        if recovered.losses:
+            names.add('bag_0.mcap.damaged')
+            assert (bag / 'bag_0.mcap.damaged').stat().st_size == length
+        assert {file.name for file in bag.iterdir()} == names
         assert recover(bag).files == ()
 
 
@@ -121,18 +130,150 @@ def test_blocks_that_the_system_never_filled_end_the_file(whole, tmp_path):
     assert flights.sequence(bag) == messages[:count]
 
 
-def test_a_damaged_chunk_ends_the_file(whole, tmp_path):
-    """What its checksum does not vouch for is not kept, nor what comes after."""
+@pytest.mark.parametrize('has_end', [True, False])
+def test_a_damaged_chunk_is_lost_alone(whole, tmp_path, has_end):
+    """What its checksum does not vouch for is lost, all before and behind it is kept."""
     path, messages = whole
     (_, kept), (end, count), *_ = chunk_ends(path / 'bag_0.mcap')
     size = (path / 'bag_0.mcap').stat().st_size
-    bag = cut(path, tmp_path / 'bag', size - 40)
+    bag = cut(path, tmp_path / 'bag', size if has_end else size - 40)
     data = bytearray((bag / 'bag_0.mcap').read_bytes())
     data[end - 30] ^= 1
     (bag / 'bag_0.mcap').write_bytes(data)
+    recovered = recover(bag)
+    assert flights.sequence(bag) == messages[:kept] + messages[count:]
+    (loss,) = recovered.losses
+    assert loss.message_count == count - kept
+    assert loss.span_ns[0] <= messages[kept][1] <= messages[count - 1][1] <= loss.span_ns[1]
+    assert 0 < loss.byte_count < size / 5
+    assert (bag / 'bag_0.mcap.damaged').read_bytes() == data
+    assert recover(bag).losses == ()
+    assert check(Bag(bag)) == []
+
+
+@pytest.mark.parametrize('number', [0, 3])
+def test_a_chunk_that_declares_leaves_its_declarations(whole, tmp_path, number):
+    """Where the chunk is lost that declared channels, the messages behind keep their topics."""
+    path, messages = whole
+    ends = [(0, 0), *chunk_ends(path / 'bag_0.mcap')]
+    bag = cut(path, tmp_path / 'bag', (path / 'bag_0.mcap').stat().st_size)
+    with open(bag / 'bag_0.mcap', 'r+b') as file:
+        file.seek(ends[number + 1][0] - 100)
+        file.write(bytes(60))
     recover(bag)
-    assert flights.sequence(bag) == messages[:kept]
-    assert kept < count
+    assert flights.sequence(bag) == messages[: ends[number][1]] + messages[ends[number + 1][1] :]
+
+
+def test_bytes_that_are_gone_or_foreign_cost_what_they_touch(whole, tmp_path):
+    """A piece cut out, written over or put in, anywhere: all whole chunks elsewhere are kept."""
+    path, messages = whole
+    data = (path / 'bag_0.mcap').read_bytes()
+    ends = chunk_ends(path / 'bag_0.mcap')
+    draw = random.Random(4)
+    for number in range(30):
+        start = draw.randrange(60, len(data) - 60)
+        noise = draw.randbytes(40)
+        damaged = draw.choice(
+            [
+                data[:start] + noise + data[start + 40 :],
+                data[:start] + data[start + 40 :],
+                data[:start] + noise + data[start:],
+            ]
+        )
+        bag = tmp_path / str(number)
+        bag.mkdir()
+        (bag / 'bag_0.mcap').write_bytes(damaged)
+        recover(bag)
+        kept = flights.sequence(bag)
+        begins = [0, *(count for _, count in ends)]
+        touched = next((k for k, (end, _) in enumerate(ends) if end > start), len(ends))
+        whole_before = begins[touched]
+        assert kept[:whole_before] == messages[:whole_before]
+        behind = messages[begins[min(touched + 2, len(ends))] :]
+        assert kept[len(kept) - len(behind) :] == behind
+        assert check(Bag(bag)) == []
+
+
+def test_a_damaged_index_or_summary_costs_nothing(whole, tmp_path):
+    """They are made anew from the data: the file is the one that was written."""
+    path, _ = whole
+    data = (path / 'bag_0.mcap').read_bytes()
+    bag = cut(path, tmp_path / 'bag', len(data))
+    for place in (chunk_ends(path / 'bag_0.mcap')[2][0] + 20, len(data) - 300, len(data) - 20):
+        damaged = data[:place] + bytes([data[place] ^ 4]) + data[place + 1 :]
+        (bag / 'bag_0.mcap').write_bytes(damaged)
+        recovered = recover(bag)
+        assert (recovered.files, recovered.losses) == (('bag_0.mcap',), ())
+        assert (bag / 'bag_0.mcap').read_bytes() == data
+
+
+def test_a_changed_event_is_told_as_what_it_is(whole, tmp_path):
+    """A metadata record has no checksum of its own: it is kept, and the doubt is said."""
+    path, messages = whole
+    data = (path / 'bag_0.mcap').read_bytes()
+    bag = cut(path, tmp_path / 'bag', len(data))
+    place = data.index(b'Timeout') + 3
+    damaged = data[:place] + bytes([data[place] ^ 1]) + data[place + 1 :]
+    (bag / 'bag_0.mcap').write_bytes(damaged)
+    (loss,) = recover(bag).losses
+    assert str(loss) == (
+        'bag_0.mcap: a Header or Metadata record is not as it was written; '
+        'all are kept as they are'
+    )
+    assert flights.sequence(bag) == messages
+    assert (bag / 'bag_0.mcap.damaged').read_bytes() == damaged
+
+
+def test_a_damaged_metadata_yaml_is_written_again(whole, tmp_path):
+    """Every key of it is in the files."""
+    path, _ = whole
+    bag = cut(path, tmp_path / 'bag', (path / 'bag_0.mcap').stat().st_size)
+    text = (path / 'metadata.yaml').read_text()
+    for damaged in (
+        text.replace('bag_0', 'cag_0'),
+        text.replace('message_count: 4', '{'),
+        '',
+        '[',
+    ):
+        (bag / 'metadata.yaml').write_text(damaged)
+        recovered = recover(bag)
+        assert (recovered.files, recovered.losses) == ((), ())
+        assert (bag / 'metadata.yaml').read_text() == text
+
+
+def test_a_file_outside_of_the_bag_is_not_touched(whole, tmp_path):
+    """A name that leads out of the bag is refused by whoever reads metadata.yaml."""
+    path, _ = whole
+    size = (path / 'bag_0.mcap').stat().st_size
+    bag = cut(path, tmp_path / 'bag', size)
+    outside = tmp_path / 'x.mcap'
+    outside.write_bytes((path / 'bag_0.mcap').read_bytes()[: size // 2])
+    text = (path / 'metadata.yaml').read_text()
+    for name in ('../x.mcap', str(outside), '..', 'sub/x.mcap'):
+        (bag / 'metadata.yaml').write_text(text.replace('bag_0.mcap', name))
+        for read in (recover, Bag):
+            with pytest.raises(BagError, match='which is no file of the bag'):
+                read(bag)
+    assert outside.stat().st_size == size // 2
+    assert sorted(file.name for file in bag.iterdir()) == ['bag_0.mcap', 'metadata.yaml']
+
+
+@pytest.mark.parametrize('is_bare', [True, False])
+def test_a_bag_that_cannot_be_written_is_mended_elsewhere(whole, tmp_path, is_bare):
+    """With an output the old bag is only read."""
+    path, messages = whole
+    bag = cut(path, tmp_path / 'bag', (path / 'bag_0.mcap').stat().st_size - 40)
+    before = (bag / 'bag_0.mcap').read_bytes()
+    bag.chmod(0o500)
+    old, new = (bag / 'bag_0.mcap', tmp_path / 'new.mcap') if is_bare else (bag, tmp_path / 'new')
+    recovered = recover(old, new)
+    assert recovered.message_count == len(messages)
+    assert flights.sequence(tmp_path if is_bare else new) == messages
+    assert check(Bag(new)) == []
+    assert (bag / 'bag_0.mcap').read_bytes() == before
+    assert [file.name for file in bag.iterdir()] == ['bag_0.mcap']
+    with pytest.raises(FileExistsError, match='exists already; a mended bag needs a new place'):
+        recover(old, new)
 
 
 def test_a_bag_of_several_files(tmp_path):

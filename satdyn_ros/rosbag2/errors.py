@@ -1,0 +1,13 @@
+"""What can be wrong with a bag, each said in one sentence."""
+
+
+class BagError(ValueError):
+    """A path that is no bag, or a bag that cannot be read."""
+
+
+class Damaged(BagError):  # noqa: N818
+    """A bag whose bytes are not those that its writer wrote."""
+
+
+class Incomplete(Damaged):
+    """A file whose writer did not come to its end."""

@@ -1,0 +1,171 @@
+"""Where the records of an MCAP file stand, and where the next one begins behind damaged bytes."""
+
+import os
+from collections.abc import Iterator
+from typing import BinaryIO, NamedTuple
+
+import numpy as np
+from mcap.opcode import Opcode
+from mcap.writer import MCAP0_MAGIC
+
+from .errors import Damaged
+from .records import PREFIX, name_of, read
+
+_MESSAGE_HEAD = 2 + 4 + 8 + 8
+_LAST_OPCODE = max(Opcode)
+_WINDOW = 2**20
+# So many messages that follow each other do not by chance.
+_CHAIN = 3
+# By kind: the size of what comes ahead of the first inner length, and of the inner lengths, each
+# followed by so many bytes.
+_SIZED: dict[int, tuple[int, ...]] = {
+    Opcode.HEADER: (0, 4, 4),
+    Opcode.SCHEMA: (2, 4, 4, 4),
+    Opcode.CHANNEL: (4, 4, 4, 4),
+    Opcode.CHUNK: (28, 4, 8),
+    Opcode.MESSAGE_INDEX: (2, 4),
+    Opcode.METADATA: (0, 4, 4),
+}
+
+
+class Frame(NamedTuple):
+    """
+    The bytes of a record; is_whole: they are one, else what stands in its place.
+
+    content: what comes behind opcode and length; empty where it is not whole.
+    """
+
+    opcode: int
+    start: int
+    end: int
+    content: bytes
+    is_whole: bool = True
+
+    @property
+    def prefix(self) -> bytes:
+        """Return opcode and length as they stand in the file."""
+        return PREFIX.pack(self.opcode, len(self.content))
+
+    @property
+    def name(self) -> str:
+        """Return how a sentence calls it."""
+        return f'the {name_of(self.opcode)} record at byte {self.start}'
+
+
+class FrameReader:
+    """
+    A file by its records.
+
+    place: where the next one is.  is_broken_off: the last one had no end.  ceiling [bytes]: no
+    larger record is read.
+    """
+
+    def __init__(self, file: BinaryIO, ceiling: int):
+        self.size = os.fstat(file.fileno()).st_size
+        self.place = len(MCAP0_MAGIC)
+        self.is_broken_off = False
+        self.ceiling = ceiling
+        self._file = file
+
+    @property
+    def is_finished(self) -> bool:
+        """Whether the file ends as a writer ends it."""
+        return self.read(self.size - len(MCAP0_MAGIC), self.size) == MCAP0_MAGIC
+
+    def read(self, start: int, length: int) -> bytes:
+        """Return bytes, fewer where the file ends."""
+        self._file.seek(max(0, start))
+        return self._file.read(max(0, min(length, self.size - start)))
+
+    def frames(self) -> Iterator[Frame]:
+        """Yield the records and what stands in their place, to the footer or the end."""
+        while self.place < self.size:
+            frame = self._frame()
+            self.place = frame.end
+            self.is_broken_off = frame.end == self.size and not frame.is_whole
+            yield frame
+            if frame.opcode == Opcode.FOOTER and frame.is_whole:
+                return
+
+    def is_record(self, start: int, chain: int = _CHAIN) -> bool:
+        """
+        Whether bytes are a whole record, and not so by chance.
+
+        The inner lengths add up to the length; of messages, which have none, several follow each
+        other.
+        """
+        opcode, length = self._head(start)
+        begin, end = start + PREFIX.size, start + PREFIX.size + length
+        if end > self.size or length > self.ceiling:
+            return False
+        if opcode == Opcode.FOOTER:
+            return length == 20 and MCAP0_MAGIC.startswith(self.read(end, len(MCAP0_MAGIC)))
+        if opcode == Opcode.DATA_END:
+            return length == 4 and (end == self.size or self._may_begin(end))
+        if opcode == Opcode.MESSAGE:
+            if length < _MESSAGE_HEAD:
+                return False
+            return chain <= 1 or end == self.size or self.is_record(end, chain - 1)
+        return opcode in _SIZED and self._adds_up(opcode, begin, length)
+
+    def is_cut_off(self, start: int) -> bool:
+        """Whether a record begins here whose inner lengths are right, and the file ends in it."""
+        opcode, length = self._head(start)
+        begin = start + PREFIX.size
+        return begin + length > self.size and self._adds_up(opcode, begin, length)
+
+    def _frame(self) -> Frame:
+        start = self.place
+        opcode, length = self._head(start)
+        end = start + PREFIX.size + length
+        if opcode and end <= self.size and length <= self.ceiling:
+            frame = Frame(opcode, start, end, self.read(start + PREFIX.size, length))
+            if self._is_valid(frame) or self.is_record(end):
+                return frame
+        if self.is_cut_off(start):
+            return Frame(opcode, start, self.size, b'', is_whole=False)
+        return Frame(opcode, start, self._next_record(start + 1), b'', is_whole=False)
+
+    def _is_valid(self, frame: Frame) -> bool:
+        """Whether a frame is a record, by its own bytes or by what comes behind it."""
+        if frame.opcode in _SIZED:
+            return self._adds_up(frame.opcode, frame.start + PREFIX.size, len(frame.content))
+        if frame.opcode == Opcode.MESSAGE or frame.opcode > _LAST_OPCODE:
+            return frame.end == self.size or self._may_begin(frame.end)
+        try:
+            return read(frame.opcode, frame.content) is not None
+        except Damaged:
+            return False
+
+    def _head(self, start: int) -> tuple[int, int]:
+        """Return opcode and length of what begins here; 0, 0: the file ends."""
+        prefix = self.read(start, PREFIX.size)
+        return PREFIX.unpack(prefix) if len(prefix) == PREFIX.size else (0, 0)
+
+    def _may_begin(self, start: int) -> bool:
+        opcode, length = self._head(start)
+        return 0 < opcode <= _LAST_OPCODE and length <= self.ceiling
+
+    def _adds_up(self, opcode: int, begin: int, length: int) -> bool:
+        """Whether the inner lengths of a record, whose content begins here, fill its length."""
+        if opcode not in _SIZED:
+            return False
+        offset, *sizes = _SIZED[opcode]
+        for size in sizes:
+            number = self.read(begin + offset, size)
+            if len(number) < size or offset > length:
+                return False
+            offset += size + int.from_bytes(number, 'little')
+        return offset == length
+
+    def _next_record(self, start: int) -> int:
+        """Return where the next whole record begins, the end of the file: there is none."""
+        for first in range(start, self.size, _WINDOW):
+            window = np.frombuffer(self.read(first, _WINDOW + PREFIX.size), np.uint8)
+            count = max(0, len(window) - PREFIX.size + 1)
+            # No record has 4 GiB; opcode 0 wraps around and is none.
+            likely = (window[:count] - np.uint8(1) < _LAST_OPCODE) & (window[5 : 5 + count] == 0)
+            for place in np.flatnonzero(likely).tolist():
+                if self.is_record(first + place):
+                    return first + place
+        return self.size

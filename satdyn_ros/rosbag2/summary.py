@@ -1,0 +1,210 @@
+"""
+The summary that ends a file: what it says of the data, told as the data are written or read.
+
+It is the same for whoever writes a file and for whoever holds one against its data.
+"""
+
+import os
+import struct
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from mcap.opcode import Opcode
+from mcap.records import (
+    Channel,
+    ChunkIndex,
+    Footer,
+    McapRecord,
+    MetadataIndex,
+    Schema,
+    Statistics,
+    SummaryOffset,
+)
+from mcap.writer import MCAP0_MAGIC
+
+from .chunk import Contents
+from .errors import Damaged, Incomplete
+from .records import PREFIX, ChunkRecord, name_of, read, written
+
+FOOTER_SIZE = PREFIX.size + 8 + 8 + 4
+_GROUPS = (
+    Opcode.SCHEMA,
+    Opcode.CHANNEL,
+    Opcode.STATISTICS,
+    Opcode.CHUNK_INDEX,
+    Opcode.METADATA_INDEX,
+)
+
+
+class Tally:
+    """
+    What the summary of a file has to say after its first records.
+
+    schemas, channels: by id.  chunk_indexes, metadata_indexes: as they stand in a file, by the
+    place of what they index.
+    """
+
+    def __init__(self) -> None:
+        self.schemas: dict[int, Schema] = {}
+        self.channels: dict[int, Channel] = {}
+        self.statistics = Statistics(0, 0, {}, 0, 0, 0, 0, 0, 0)
+        self.chunk_indexes: dict[int, bytes] = {}
+        self.metadata_indexes: dict[int, bytes] = {}
+        self.metadata_names: list[str] = []
+
+    def add_metadata(self, start: int, length: int, name: str) -> None:
+        """Take in a metadata record, its place and its whole length."""
+        self.metadata_indexes[start] = written([MetadataIndex(start, length, name)])
+        self.metadata_names.append(name)
+        self.statistics.metadata_count += 1
+
+    def add_chunk(
+        self,
+        start: int,
+        chunk: ChunkRecord,
+        contents: Contents,
+        index_offsets: dict[int, int],
+        index_length: int,
+    ) -> None:
+        """Take in a chunk at its place, and the indexes of its messages behind it."""
+        index = ChunkIndex(
+            message_start_time=chunk.first_ns,
+            message_end_time=chunk.last_ns,
+            chunk_start_offset=start,
+            chunk_length=len(chunk.prefix()) + len(chunk.data),
+            message_index_offsets=index_offsets,
+            message_index_length=index_length,
+            compression=chunk.compression,
+            compressed_size=len(chunk.data),
+            uncompressed_size=chunk.size,
+        )
+        self.chunk_indexes[start] = in_order(index)
+        self.statistics.chunk_count += 1
+        self.add_messages(contents)
+
+    def add_messages(self, contents: Contents) -> None:
+        """Take in what messages declare and count."""
+        schemas, channels = contents.declarations()
+        self.schemas |= schemas
+        self.channels |= channels
+        if len(contents) == 0:
+            return
+        statistics, (first_ns, last_ns) = self.statistics, contents.span_ns
+        if statistics.message_count == 0:
+            statistics.message_start_time = first_ns
+        statistics.message_start_time = min(statistics.message_start_time, first_ns)
+        statistics.message_end_time = max(statistics.message_end_time, last_ns)
+        statistics.message_count += len(contents)
+        counts = statistics.channel_message_counts
+        for channel_id, count in contents.counts.items():
+            counts[channel_id] = counts.get(channel_id, 0) + count
+
+    def close(self) -> None:
+        """Count the schemas and channels, of which the summary may have more than the data."""
+        self.statistics.schema_count = len(self.schemas)
+        self.statistics.channel_count = len(self.channels)
+
+    def end_of_file(self, start: int) -> bytes:
+        """Return what stands behind the data, from `start` to the end of the file."""
+        self.close()
+        groups = (
+            written(schema for _, schema in sorted(self.schemas.items())),
+            written(channel for _, channel in sorted(self.channels.items())),
+            written([self.statistics]),
+            b''.join(self.chunk_indexes.values()),
+            b''.join(self.metadata_indexes.values()),
+        )
+        offsets, end = [], start
+        for opcode, group in zip(_GROUPS, groups, strict=True):
+            if group:
+                offsets.append(SummaryOffset(opcode, end, len(group)))
+                end += len(group)
+        summary = b''.join([*groups, written(offsets)])
+        crc = checksum(summary, start, end)
+        return summary + written([Footer(start, end, crc)]) + MCAP0_MAGIC
+
+
+def checksum(summary: bytes, start: int, offset_start: int) -> int:
+    """Return the checksum of a summary, and of the footer up to where the checksum stands."""
+    footer = struct.pack('<BQQQ', Opcode.FOOTER, 8 + 8 + 4, start, offset_start)
+    return zlib.crc32(footer, zlib.crc32(summary))
+
+
+def in_order(index: ChunkIndex) -> bytes:
+    """Return an index as it stands in a file, its offsets by channel."""
+    offsets = dict(sorted(index.message_index_offsets.items()))
+    return written([replace(index, message_index_offsets=offsets)])
+
+
+@dataclass
+class Summary:
+    """The summary as it stands in a file."""
+
+    footer: Footer
+    schemas: dict[int, Schema] = field(default_factory=dict)
+    channels: dict[int, Channel] = field(default_factory=dict)
+    statistics: Statistics | None = None
+    chunk_indexes: list[ChunkIndex] = field(default_factory=list)
+
+
+def read_summary(path: Path) -> Summary:
+    """
+    Return the summary of a file, read from its end.
+
+    Incomplete: the file has none, for its writer did not come to its end.  Damaged: it is not what
+    a writer writes.
+    """
+    with open(path, 'rb') as file:
+        size = file.seek(0, os.SEEK_END)
+        end = size - len(MCAP0_MAGIC) - FOOTER_SIZE
+        file.seek(max(0, end))
+        tail = file.read()
+        if end < len(MCAP0_MAGIC) or not tail.endswith(MCAP0_MAGIC):
+            raise Incomplete(f'{path} ends in mid-write; satdyn recover completes it')
+        if tail[: PREFIX.size] != PREFIX.pack(Opcode.FOOTER, FOOTER_SIZE - PREFIX.size):
+            raise Damaged(f'{path} is damaged: there is no footer ahead of its end')
+        footer = Footer(*struct.unpack_from('<QQI', tail, PREFIX.size))
+        if footer.summary_start == 0:
+            return Summary(footer)
+        if not len(MCAP0_MAGIC) <= footer.summary_start <= end:
+            raise Damaged(
+                f'{path} is damaged: its footer places the summary at byte {footer.summary_start}'
+            )
+        file.seek(footer.summary_start)
+        data = file.read(end - footer.summary_start)
+    wanted = checksum(data, footer.summary_start, footer.summary_offset_start)
+    if footer.summary_crc not in (0, wanted):
+        raise Damaged(f'{path} is damaged: the checksum of its summary is wrong')
+    summary = Summary(footer)
+    for record in _records(path, footer.summary_start, data):
+        match record:
+            case Schema():
+                summary.schemas[record.id] = record
+            case Channel():
+                summary.channels[record.id] = record
+            case Statistics():
+                summary.statistics = record
+            case ChunkIndex():
+                summary.chunk_indexes.append(record)
+    return summary
+
+
+def _records(path: Path, start: int, data: bytes) -> Iterator[McapRecord]:
+    place = 0
+    while place < len(data):
+        rest = len(data) - place - PREFIX.size
+        opcode, length = PREFIX.unpack_from(data, place) if rest >= 0 else (0, 0)
+        if length > rest:
+            raise Damaged(f'{path} is damaged: its summary is broken off at byte {start + place}')
+        begin = place + PREFIX.size
+        try:
+            record = read(opcode, data[begin : begin + length])
+        except Damaged as error:
+            raise Damaged(
+                f'{path} is damaged: the {name_of(opcode)} record at byte {start + place}: {error}'
+            ) from None
+        if isinstance(record, McapRecord):
+            yield record
+        place = begin + length

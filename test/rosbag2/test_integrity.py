@@ -1,0 +1,156 @@
+"""Every bit of a bag counts: one that is turned is noticed, by its file and its record."""
+
+import random
+import re
+import shutil
+
+import flights
+import pytest
+import yaml
+from mcap.stream_reader import StreamReader
+
+from satdyn_ros.bag.verify import verify
+from satdyn_ros.rosbag2.errors import Damaged
+from satdyn_ros.rosbag2.integrity import check, check_file
+from satdyn_ros.rosbag2.reader import Bag
+from satdyn_ros.rosbag2.scan import Flaw, scan
+
+SCENARIO = flights.GYROSTAT.with_values({'publish.topics': ('attitude', 'imu')})
+# The end of the message and that of the first word that names a place in the file.
+NAMED = re.compile(r'_[01]\.mcap is damaged: .*(record|magic|summary|data|[Ff]ooter)')
+
+
+@pytest.fixture(scope='module', params=['zstd', 'lz4', 'none'])
+def bag(request, tmp_path_factory):
+    """Record a bag of two files, several chunks, and a metadata record of each kind."""
+    scenario = SCENARIO.with_values(
+        {'record.compression': request.param, 'record.max_duration_s': 1.5}
+    )
+    path = tmp_path_factory.mktemp(request.param) / 'bag'
+    return flights.record(path, scenario, 80, flights.EVENTS[:-2], block=20, flush=True)
+
+
+def turned(path, bit):
+    """Turn a bit of a file."""
+    with open(path, 'r+b') as file:
+        file.seek(bit // 8)
+        byte = file.read(1)[0]
+        file.seek(bit // 8)
+        file.write(bytes([byte ^ 1 << bit % 8]))
+
+
+def unnoticed(bag, directory, bits, named=NAMED):
+    """Return those of (file name, bit) that, turned one at a time, are not told by file."""
+    copy = directory / 'bag'
+    shutil.copytree(bag, copy)
+    missed = []
+    for name, bit in bits:
+        turned(copy / name, bit)
+        try:
+            check_file(copy / name)
+            missed.append((name, bit, 'accepted'))
+        except Damaged as error:
+            if not named.search(str(error)):
+                missed.append((name, bit, str(error)))
+        turned(copy / name, bit)
+    assert check(Bag(copy)) == []
+    shutil.rmtree(copy)
+    return missed
+
+
+def bits_of_every_record(path, count, seed):
+    """Return bits of a file: one of each byte of opcode and length, `count` of each content."""
+    draw = random.Random(seed)
+    size = path.stat().st_size
+    places = [(found.start, found.end) for found in scan(path)]
+    bits = [8 * byte + draw.randrange(8) for byte in (*range(8), *range(size - 8, size))]
+    for start, end in places:
+        bits += [8 * (start + k) + draw.randrange(8) for k in range(9)]
+        bits += [draw.randrange(8 * (start + 9), 8 * end) for _ in range(count)]
+    return bits
+
+
+def test_a_sound_bag_has_nothing_to_tell(bag):
+    """No flaw and no note; the mcap library finds all checksums right and none missing."""
+    assert check(Bag(bag)) == []
+    for path in bag.glob('*.mcap'):
+        assert not any(isinstance(found.item, Flaw) for found in scan(path))
+        records = list(StreamReader(str(path), emit_chunks=True, validate_crcs=True).records)
+        kinds = {type(record).__name__: record for record in records}
+        assert kinds['DataEnd'].data_section_crc != 0
+        assert kinds['Footer'].summary_crc != 0
+        assert kinds['Chunk'].uncompressed_crc != 0
+        assert len(kinds) == 12
+
+
+def test_a_turned_bit_in_any_record_is_noticed(bag, tmp_path):
+    """In every byte of opcode and length, and in the content, of every record of a file."""
+    bits = [
+        (path.name, bit)
+        for path in [bag / 'bag_1.mcap']
+        for bit in bits_of_every_record(path, 3, path.name)
+    ]
+    print(f'{len(bits)} bits turned')
+    assert unnoticed(bag, tmp_path, bits) == []
+
+
+@pytest.mark.torture
+def test_every_turned_bit_is_noticed(bag, tmp_path):
+    """The same with every bit of a whole file."""
+    bits = [('bag_0.mcap', bit) for bit in range(8 * (bag / 'bag_0.mcap').stat().st_size)]
+    print(f'{len(bits)} bits turned')
+    assert unnoticed(bag, tmp_path, bits) == []
+
+
+def meanings_kept(bag, directory, bits):
+    """Turn bits of metadata.yaml; return those noticed without, or not with, another meaning."""
+    copy = directory / 'bag'
+    shutil.copytree(bag, copy)
+    path = copy / 'metadata.yaml'
+    before = yaml.safe_load(path.read_text())
+    wrong = []
+    for bit in bits:
+        turned(path, bit)
+        try:
+            is_same = yaml.safe_load(path.read_text()) == before
+        except (yaml.YAMLError, UnicodeDecodeError, ValueError):
+            is_same = False
+        try:
+            check(Bag(copy))
+            said = ''
+        except ValueError as error:
+            said = str(error)
+        if is_same != (said == '') or not re.search(
+            '^$|metadata.yaml|is stored as|compressed', said
+        ):
+            wrong.append((bit, said))
+        turned(path, bit)
+    shutil.rmtree(copy)
+    return wrong
+
+
+def test_a_turned_bit_in_metadata_yaml_is_noticed_where_it_means_something(bag, tmp_path):
+    """By its key, or by the place where the text is no YAML."""
+    size = 8 * (bag / 'metadata.yaml').stat().st_size
+    bits = random.Random(1).sample(range(size), 100)
+    assert meanings_kept(bag, tmp_path, bits) == []
+
+
+@pytest.mark.torture
+def test_every_turned_bit_in_metadata_yaml(bag, tmp_path):
+    """The same with every bit of the file."""
+    bits = range(8 * (bag / 'metadata.yaml').stat().st_size)
+    assert meanings_kept(bag, tmp_path, bits) == []
+
+
+@pytest.mark.parametrize('kind', ['magic', 'Header', 'Metadata', 'Block', 'DataEnd', 'Footer'])
+def test_verify_says_no_to_a_turned_bit(bag, tmp_path, kind):
+    """A bag of ours that is damaged is no wrong input but a no: Damaged, whatever record it is."""
+    copy = tmp_path / 'bag'
+    shutil.copytree(bag, copy)
+    places = {type(f.item).__name__: f.start for f in scan(copy / 'bag_0.mcap')} | {'magic': 0}
+    for byte in (0, 5):
+        turned(copy / 'bag_0.mcap', 8 * (places[kind] + byte) + 2)
+        with pytest.raises(Damaged, match=r'bag_0\.mcap'):
+            verify(copy)
+        turned(copy / 'bag_0.mcap', 8 * (places[kind] + byte) + 2)

@@ -3,6 +3,7 @@
 import math
 import time
 from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from fractions import Fraction
 from pathlib import Path
 
@@ -23,19 +24,23 @@ from .recording import Recording
 # Long enough that a tick costs what its bytes cost, short enough for a few megabytes.
 BLOCK_TICKS = 8192
 
+_NOTHING = nullcontext()
+
 
 def simulate(
     scenario: Scenario,
     duration_s: str | float,
     directory: str | Path,
     events: Sequence[Event] = (),
+    shelter: AbstractContextManager[object] = _NOTHING,
 ) -> Iterator[int]:
     """
     Record the ticks k with k / rate < duration_s into a new bag and yield how many are done.
 
     The bag is complete when the iteration ends, also when it is closed half way.  An epoch of 0 is
-    the wall clock's full second.  ValueError: an event that the scenario does not allow.  OSError:
-    as BagWriter.
+    the wall clock's full second.  shelter: entered while the bag is written, which a signal must
+    not interrupt.  ValueError: an event that the scenario does not allow.  OSError: as BagWriter.
+    Halted: the motion cannot go on; the bag holds the blocks before.
     """
     scenario = with_epoch(scenario)
     changes = [event.names for event in events if isinstance(event, Topics)]
@@ -52,19 +57,21 @@ def simulate(
     try:
         while simulation.next_tick < count:
             block = min(BLOCK_TICKS, count - simulation.next_tick)
-            _record_block(simulation, packers, rows, recording, block)
+            applied, samples = simulation.advance(block)
+            with shelter:
+                _record(simulation, applied, samples, packers, rows, recording)
             yield simulation.next_tick
     finally:
-        recording.close()
+        with shelter:
+            recording.close()
 
 
-def _record_block(simulation, packers, rows, recording, count):
+def _record(simulation, applied, samples, packers, rows, recording):
     """
-    Record the next ticks, at most count and none beyond the next event.
+    Record events and the samples that follow them.
 
     rows: those of the last block, which the bag has copied: their memory serves again.
     """
-    applied, samples = simulation.advance(count)
     for event in applied:
         recording.event(event, int(samples.stamps_ns[0]))
     chosen = {name: packers[name].pack(samples, rows.get(name)) for name in simulation.topics}

@@ -1,16 +1,15 @@
 """The command `satdyn`: each sub-command calls the room that does its work."""
 
-import signal
 import sys
-import threading
 from collections.abc import Sequence
-from contextlib import contextmanager
 from pathlib import Path
 
 from .arguments import INPUT_IS_WRONG, parser
+from .interruption import Terminated, interruptible
+from .output import output_that_may_fail
 from .progress import progress, show_notices
 
-DONE, ANSWER_IS_NO, INTERRUPTED = 0, 1, 130
+DONE, ANSWER_IS_NO, INTERRUPTED, TERMINATED = 0, 1, 130, 143
 
 # What is not part of every installation, and how one comes by it.
 _EXTRAS = {
@@ -28,16 +27,26 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         if arguments[:1] == ['node'] and not {'-h', '--help'} & set(arguments):
             return _node(arguments[1:])
-        given = parser().parse_args(arguments)
-        show_notices()
-        return _COMMANDS[given.command](given)
+        with interruptible(), output_that_may_fail(' '.join(arguments[:1])):
+            given = parser().parse_args(arguments)
+            show_notices()
+            return _COMMANDS[given.command](given)
     except (ValueError, OSError) as error:
         return _refuse(arguments, _sentence(error))
+    except RuntimeError as error:
+        from ..dynamics.motion import Halted
+
+        if not isinstance(error, Halted):
+            raise
+        _refuse(arguments, _sentence(error))
+        return ANSWER_IS_NO
     except ImportError as error:
         package = (error.name or '').split('.')[0]
         if package not in _EXTRAS:
             raise
         return _refuse(arguments, f'this needs {_EXTRAS[package]}')
+    except Terminated:
+        return TERMINATED
     except KeyboardInterrupt:
         return INTERRUPTED
 
@@ -85,29 +94,14 @@ def _simulate(given):
         scenario = begun(scenario, given.origin, given.at)
     happening = events.from_yaml(given.events, scenario) if given.events else []
     count = tick_count(scenario, given.duration)
-    run = simulate(scenario, given.duration, given.out, happening)
-    with (
-        _interruption() as interrupted,
-        progress('simulating', 'ticks') as show,
-    ):
-        for done in run:
-            show(done, count)
-            if interrupted.is_set():
-                run.close()
-                break
-    print(f'{given.out}: {done} ticks, {done / float(scenario.rate):g} s')
-    return INTERRUPTED if interrupted.is_set() else DONE
-
-
-@contextmanager
-def _interruption():
-    """Yield an event that Ctrl-C sets, to be seen where it does no harm: between blocks."""
-    interrupted = threading.Event()
-    before = signal.signal(signal.SIGINT, lambda *_: interrupted.set())
+    done = 0
     try:
-        yield interrupted
+        with interruptible() as shelter, progress('simulating', 'ticks') as show:
+            for done in simulate(scenario, given.duration, given.out, happening, shelter):
+                show(done, count)
     finally:
-        signal.signal(signal.SIGINT, before)
+        print(f'{given.out}: {done} ticks, {done / float(scenario.rate):g} s')
+    return DONE
 
 
 def _replay(given):

@@ -118,7 +118,8 @@ class Motion(ABC):
         Row i depends on t_s[i] alone.  ValueError: a time is negative or not finite.  Halted: the
         motion cannot be propagated that far; it still answers the times before.
         """
-        t_s = np.atleast_1d(np.asarray(t_s, float))
+        # A copy has the one memory layout for which there is compiled code.
+        t_s = np.array(t_s, float, ndmin=1)
         if len(t_s) and not (t_s.min() >= 0.0 and t_s.max() < np.inf):
             bad = t_s[~(np.isfinite(t_s) & (t_s >= 0.0))][0]
             raise ValueError(f't_s is {bad:g}; a motion answers finite times from 0 s on')

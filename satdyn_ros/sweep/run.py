@@ -15,6 +15,7 @@ from concurrent import futures
 from contextlib import contextmanager
 from functools import lru_cache
 from itertools import islice
+from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,7 @@ from ..dynamics.propagator import Propagation
 from ..run.scenario import Scenario
 from .outcome import rows
 from .plan import Plan
+from .resources import check_resources
 from .table import unite, write_part
 
 # Batches handed over at a time: enough for a large cluster, few enough for a small memory.
@@ -47,12 +49,13 @@ def sweep(
     Interrupted, it goes on where it was when called again.  workers: processes on this machine,
     None: one a core.  dask_address: a dask.distributed scheduler that does the runs instead.
     show(done, total): called whenever runs have finished.
-    ValueError: the file is wrong, or the directory holds something else.
+    ValueError: the file is wrong, the directory holds something else, or the machine is too small.
     OSError: a file cannot be written.
     """
     if workers is not None and workers < 1:
         raise ValueError(f'--workers is {workers}; it takes an integer of at least 1')
     plan, directory = Plan.from_yaml(path), Path(directory)
+    check_resources(plan, directory)
     _occupy(directory, plan)
     whole, parts = directory / 'table.parquet', directory / 'parts'
     if not whole.exists():
@@ -91,8 +94,9 @@ def _run_batches(plan, parts, executor, show):
         show(done, len(plan))
         try:
             while True:
-                for first, last in islice(missing, _IN_FLIGHT - len(running)):
-                    running[pool.submit(batch, text, first, last)] = first
+                with _without_interruption():
+                    for first, last in islice(missing, _IN_FLIGHT - len(running)):
+                        running[pool.submit(batch, text, first, last)] = first
                 if not running:
                     return
                 finished, _ = futures.wait(running, return_when=futures.FIRST_COMPLETED)
@@ -113,9 +117,15 @@ def _executor(workers, dask_address):
         # Compiled here, where an interruption is heard, for all processes.
         scenario = Scenario()
         propagate_all([Propagation(scenario.system, scenario.initial_state)], np.zeros(1))
-        spawn = multiprocessing.get_context('spawn')
+        spawn, others = multiprocessing.get_context('spawn'), multiprocessing.active_children()
         with futures.ProcessPoolExecutor(workers or os.cpu_count(), spawn, _follow_parent) as pool:
-            yield pool
+            try:
+                yield pool
+            except BaseException:
+                # What they have in hand is done again, sooner than anybody waits for it.
+                for process in set(multiprocessing.active_children()).difference(others):
+                    process.kill()
+                raise
         return
     from distributed import Client
 
@@ -129,9 +139,20 @@ def _executor(workers, dask_address):
         yield client.get_executor(pure=False)
 
 
+@contextmanager
+def _without_interruption():
+    """Let processes that are started here leave SIGINT to this one, from their first moment."""
+    # It would lift the block when the first process is started.
+    resource_tracker.ensure_running()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def _follow_parent():
-    """Leave interruptions to the parent process, and end when it ends, however it does."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """End when the parent process ends, however it does."""
     parent = multiprocessing.parent_process()
     threading.Thread(target=lambda: (parent.join(), os._exit(1)), daemon=True).start()
 

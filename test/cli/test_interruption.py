@@ -1,0 +1,93 @@
+"""Signals end a command at once and in order; a standard output that fails spoils no work."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import yaml
+
+from satdyn_ros.bag.verify import verify
+from satdyn_ros.cli.interruption import Terminated, interruptible
+
+ROOT = Path(__file__).parents[2]
+DEFAULT = ROOT / 'config/default.yaml'
+# A rate whose steps are so small that one block of ticks takes minutes.
+STIFF = {'orbit': {'type': 'fixed'}, 'initial': {'angular_velocity': [1e4, 1e3, 0.0]}}
+
+
+def start(*arguments, **options):
+    """Start the command in a process group of its own, as a terminal does."""
+    return subprocess.Popen(
+        [sys.executable, '-m', 'satdyn_ros.cli.main', *map(str, arguments)],
+        cwd=ROOT,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        **options,
+    )
+
+
+def wait_for(path):
+    """Wait until a file is there."""
+    while not path.exists():
+        time.sleep(0.01)
+
+
+@pytest.mark.parametrize(('number', 'code'), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_stiff_run_is_interrupted_in_the_midst_of_a_block(tmp_path, number, code):
+    """It ends without a traceback and leaves a bag that can be verified."""
+    scenario, bag = tmp_path / 'stiff.yaml', tmp_path / 'bag'
+    scenario.write_text(yaml.safe_dump({'/**': {'ros__parameters': STIFF}}))
+    process = start('simulate', scenario, '--duration', '1e6', '-o', bag)
+    wait_for(bag / 'bag_0.mcap')
+    process.send_signal(number)
+    _, errors = process.communicate()
+    assert (process.returncode, 'Traceback' in errors) == (code, False)
+    assert verify(bag).is_true
+
+
+def test_an_interruption_waits_for_what_must_not_be_torn():
+    """Inside the shelter a signal is kept, and acts when the shelter ends."""
+    done = []
+    with pytest.raises(Terminated), interruptible() as shelter:  # noqa: PT012
+        with shelter:
+            signal.raise_signal(signal.SIGTERM)
+            done.append('inside')
+        done.append('after')
+    assert done == ['inside']
+
+
+@pytest.mark.parametrize('parts', [0, 1])
+def test_a_sweep_ends_with_its_processes_and_says_nothing(tmp_path, parts):
+    """Ctrl-C, which a terminal sends to all processes, at the start and in the midst."""
+    path, directory = tmp_path / 'sweep.yaml', tmp_path / 'sweep'
+    path.write_text(
+        f'{{scenario: {DEFAULT}, duration_s: 1.0e+5, runs: 5000, vary: '
+        '{initial.attitude: sphere}}'
+    )
+    process = start('sweep', path, '-o', directory)
+    wait_for(directory / 'parts')
+    while len(list((directory / 'parts').glob('*.parquet'))) < parts:
+        time.sleep(0.01)
+    os.killpg(process.pid, signal.SIGINT)
+    # The workers hold stderr open: it ends when they have ended too.
+    _, errors = process.communicate()
+    assert (process.returncode, errors) == (130, '')
+
+
+def test_an_output_that_fails_does_not_change_what_was_done(tmp_path):
+    """On a full disk the bag elsewhere is complete, the code is 0 and stderr says what is lost."""
+    bag = tmp_path / 'bag'
+    with open('/dev/full', 'w') as full:
+        process = start('simulate', DEFAULT, '--duration', '1', '-o', bag, stdout=full)
+        _, errors = process.communicate()
+    assert (process.returncode, errors) == (
+        0,
+        'satdyn simulate: what it did is done, but its output could not be written: '
+        'No space left on device\n',
+    )
+    assert verify(bag).is_true

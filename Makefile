@@ -16,7 +16,8 @@ ROS := $(if $(SOURCED),,[ros])
 .PHONY: help demo test torture lint colcon figures docs bench clean
 
 help:
-	@echo 'make demo     a satellite live for 20 s: the node, a subscriber, a request, a bag'
+	@echo 'make demo     a satellite live for 20 s: the node, a subscriber, a request, a bag;'
+	@echo '              with WATCH=1 for 10 min, and a page to watch it'
 	@echo 'make test     the tests'
 	@echo 'make lint     ruff and mypy'
 	@echo 'make colcon   build the package in a colcon workspace of its own and try what it installs'
@@ -26,8 +27,8 @@ help:
 	@echo 'make torture  the long tests of bags whose writer is killed'
 	@echo 'make clean    remove .venv and everything that was built'
 
-demo: $(VENV)/.run
-	@$(PY) examples/demo.py
+demo: $(VENV)/.run $(if $(WATCH),$(VENV)/.watch)
+	@WATCH=$(WATCH) $(PY) examples/demo.py
 
 test: $(VENV)/.test
 	@$(PY) -m pytest
@@ -73,7 +74,12 @@ $(VENV)/.run: setup.py | $(PY)
 
 $(VENV)/.test: $(VENV)/.run
 	@echo 'Installing what the tests and pictures need (a minute)'
-	@$(PIP) install --editable '.[plot,sweep,test,dev]'
+	@$(PIP) install --editable '.[plot,sweep,watch,test,dev]'
+	@touch $@
+
+$(VENV)/.watch: $(VENV)/.run
+	@echo 'Installing what the live page needs'
+	@$(PIP) install --editable '.[watch]'
 	@touch $@
 
 $(VENV)/.bench: $(VENV)/.run

@@ -36,6 +36,7 @@ setup(
         # On a ROS distribution rclpy and the messages are there already.
         'ros': ['ros-jazzy-common-interfaces', 'ros-jazzy-rclpy[fastrtps]'],
         'plot': ['matplotlib'],
+        'watch': ['aiohttp'],
         'sweep': ['dask', 'distributed', 'pyarrow'],
         'test': [
             'allantools',

@@ -2,10 +2,11 @@
 A satellite live for 20 s: the node in one process, a subscriber and a request in this one.
 
     make demo
+    make demo WATCH=1
 
 The node flies config/default.yaml, publishes at 100 Hz and records a bag.  This process listens,
-works out from the messages alone how well the motion conserves its first integrals, asks half way
-for new initial conditions, and at last has the bag run again and compared byte for byte.
+works out from the messages alone how well the motion conserves its first integrals, asks after ten
+seconds for new initial conditions, and at last has the bag run again and compared byte for byte.
 """
 
 import os
@@ -38,7 +39,10 @@ ROOT = Path(__file__).parent.parent
 SCENARIO = ROOT / 'config/default.yaml'
 BAGS = ROOT / 'bags'
 SATDYN = [sys.executable, '-m', 'satdyn_ros.cli.main']
-SECONDS = 20
+# WATCH=1: a page shows the satellite, long enough to look around.
+WATCH = bool(os.environ.get('WATCH'))
+SECONDS = 600 if WATCH else 20
+REQUEST_AT_S = 10
 REQUEST = {'initial.angular_velocity': [0.0, 0.0, 0.002]}
 # Compiling the equations for the first time takes some of it.
 START_TIMEOUT_S = 120.0
@@ -48,7 +52,10 @@ def main() -> int:
     """Run the demo and return the exit code: 0 if all went as it should."""
     scenario = Scenario.from_yaml(SCENARIO).with_values({'time.epoch_ns': now_ns()})
     print(f'The node flies {SCENARIO.relative_to(ROOT)}; this process listens to it.')
+    if not WATCH:
+        print('To see it fly, in another terminal: .venv/bin/satdyn watch  (or make demo WATCH=1)')
     node = start_node(scenario.epoch_ns)
+    page = subprocess.Popen([*SATDYN, 'watch'], cwd=ROOT) if WATCH else None
     rclpy.init()
     listener = Listener(scenario)
     try:
@@ -56,12 +63,15 @@ def main() -> int:
         for second in range(1, SECONDS + 1):
             listener.listen(1.0)
             print(listener.line(), flush=True)
-            if second == SECONDS // 2:
+            if second == REQUEST_AT_S:
                 asking = start_request(listener)
         accepted = asking.wait() == 0
     except (KeyboardInterrupt, ExternalShutdownException):
         return 130
     finally:
+        if page is not None:
+            page.send_signal(signal.SIGINT)
+            page.wait(timeout=30.0)
         node.send_signal(signal.SIGINT)
         node_exit_code = node.wait(timeout=30.0)
         listener.destroy_node()

@@ -1,9 +1,10 @@
 """One satellite, with RViz or the Foxglove bridge beside it where wanted."""
 
+import sys
 from pathlib import Path
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, OpaqueFunction
+from launch.actions import DeclareLaunchArgument, ExecuteProcess, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
@@ -28,6 +29,12 @@ ARGUMENTS = [
     ),
     DeclareLaunchArgument(
         'rviz', default_value='false', choices=['true', 'false'], description='start RViz'
+    ),
+    DeclareLaunchArgument(
+        'watch',
+        default_value='false',
+        choices=['true', 'false'],
+        description='serve the live page of satdyn watch on http://127.0.0.1:8090/',
     ),
     DeclareLaunchArgument(
         'foxglove',
@@ -86,6 +93,10 @@ def start(context):
                 ],
             )
         )
+    if given['watch'] == 'true':
+        name = '/'.join(['', *filter(None, namespace.split('/')), 'satdyn'])
+        command = [sys.executable, '-m', 'satdyn_ros.cli.main', 'watch', '--node', name]
+        nodes.append(ExecuteProcess(cmd=command, output='screen'))
     if foxglove:
         nodes.append(Node(package='foxglove_bridge', executable='foxglove_bridge'))
     return nodes

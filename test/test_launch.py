@@ -33,7 +33,7 @@ def calls(tree, function):
     [
         (
             'satdyn.launch.py',
-            {'params_file', 'namespace', 'record', 'rate', 'rviz', 'foxglove'},
+            {'params_file', 'namespace', 'record', 'rate', 'rviz', 'watch', 'foxglove'},
         ),
         ('constellation.launch.py', {'params_file'}),
     ],

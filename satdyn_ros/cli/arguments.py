@@ -50,6 +50,7 @@ satdyn check"""
     _add_simulate(command)
     _add_replay(command)
     _add_bag_commands(command)
+    _add_watch(command)
     added = command(
         'describe',
         'what theory says of a scenario: closed form, constants, equilibria and their stability',
@@ -233,6 +234,42 @@ SWEEP.yaml (docs/sweeps.md explains each key, and the columns of DIR/table.parqu
 
 A run counts as captured when during at least the last orbit its axis of least inertia, or
 captured_axis, never crosses the local horizontal: one of its ends stays to nadir."""
+
+
+def _add_watch(command):
+    added = command(
+        'watch',
+        'a live page of a running node, or of a bag; a node needs ROS 2',
+        'satdyn watch\nsatdyn watch --node /sat1/satdyn --port 8091\nsatdyn watch orbit\n'
+        'satdyn watch --host 0.0.0.0',
+    )
+    what = added.add_mutually_exclusive_group()
+    what.add_argument('bag', nargs='?', metavar='BAG', help='a bag in place of a node')
+    what.add_argument('--node', metavar='NAME', help='default: the one that is there')
+    added.add_argument(
+        '--host',
+        default='127.0.0.1',
+        metavar='ADDRESS',
+        help='where to listen; on any but this machine itself the page asks for the token that '
+        'is printed; default: 127.0.0.1',
+    )
+    added.add_argument(
+        '--port',
+        type=_port,
+        default=8090,
+        metavar='PORT',
+        help='0: any that is free; default: 8090',
+    )
+
+
+def _port(text):
+    port = int(text)
+    if not 0 <= port < 65536:
+        raise ValueError
+    return port
+
+
+_port.__name__ = 'port'
 
 
 def _add_sweep(command):

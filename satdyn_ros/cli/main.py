@@ -14,6 +14,7 @@ DONE, ANSWER_IS_NO, INTERRUPTED, TERMINATED = 0, 1, 130, 143
 # What is not part of every installation, and how one comes by it.
 _EXTRAS = {
     'rclpy': 'ROS 2: source an installation of it, or pip install "satdyn_ros[ros]"',
+    'aiohttp': 'aiohttp: pip install "satdyn_ros[watch]"',
     'matplotlib': 'matplotlib: pip install "satdyn_ros[plot]"',
     'dask': 'dask: pip install "satdyn_ros[sweep]"',
     'distributed': 'distributed: pip install "satdyn_ros[sweep]"',
@@ -195,6 +196,22 @@ def _describe(given):
     return DONE
 
 
+def _watch(given):
+    from ..watch.server import Source, serve
+
+    source: Source
+    if given.bag is not None:
+        from ..watch.recorded import Recorded
+
+        source = Recorded(given.bag)
+    else:
+        from ..watch.satellite import Satellite
+
+        source = Satellite(given.node)
+    serve(source, given.host, given.port, lambda url: print(f'watch: {url}', flush=True))
+    return DONE
+
+
 def _sweep(given):
     from ..sweep.run import sweep
     from ..sweep.summary import summary
@@ -230,6 +247,7 @@ _COMMANDS = {
     'export': _export,
     'plot': _plot,
     'report': _report,
+    'watch': _watch,
     'describe': _describe,
     'sweep': _sweep,
     'check': _check,

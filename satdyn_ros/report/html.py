@@ -36,7 +36,7 @@ SCENE_SCRIPTS = (
     'page/stage.js',
     'page/charts.js',
 )
-_SCRIPTS = (*SCENE_SCRIPTS, 'page/timeline.js', 'page/report.js')
+PLAYER_SCRIPTS = (*SCENE_SCRIPTS, 'page/timeline.js', 'page/player.js')
 
 
 def report(
@@ -56,7 +56,9 @@ def report(
 
 def page(run: History, title: str) -> str:
     """Return the page of a history as HTML that needs nothing else."""
-    scripts = ''.join(f'<script>{asset(name)}</script>\n' for name in _SCRIPTS)
+    scripts = ''.join(
+        f'<script>{asset(name)}</script>\n' for name in (*PLAYER_SCRIPTS, 'page/report.js')
+    )
     return Template(asset('page/report.html')).substitute(
         title=escape(title),
         version=__version__,

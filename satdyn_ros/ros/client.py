@@ -100,6 +100,10 @@ class Client:
         """Let ticks pass again."""
         return self._answer(SetBool, 'pause', SetBool.Request(data=False))
 
+    def record(self, enabled: bool) -> Answer:
+        """Begin a new bag, or close the open one."""
+        return self._answer(SetBool, 'record', SetBool.Request(data=enabled))
+
     def _answer(self, service_type, service, request):
         response = self._call(service_type, service, request)
         return Answer(response.success, response.message)

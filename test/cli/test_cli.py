@@ -29,6 +29,7 @@ COMMANDS = (
     'export',
     'plot',
     'report',
+    'watch',
     'describe',
     'sweep',
     'check',
@@ -142,6 +143,8 @@ def test_a_bag_that_is_not_ours_has_no_run(tmp_path, capsys):
 @pytest.mark.parametrize(
     ('arguments', 'missing', 'sentence'),
     [
+        (['watch'], 'aiohttp', 'pip install satdyn_ros[watch]'),
+        (['watch'], 'rclpy', 'this needs ROS 2'),
         (['node'], 'rclpy', 'this needs ROS 2: source an installation of it, or pip install'),
         (['request', '--reset'], 'rclpy', 'this needs ROS 2'),
         (['replay', 'BAG'], 'rclpy', 'this needs ROS 2'),

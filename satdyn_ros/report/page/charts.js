@@ -48,8 +48,9 @@ function panelsOf(description) {
 
 class Charts {
   // seek(time): called where a chart is clicked.  marks: {events: [{t_s, kind}], driven: [[a, b]]}.
-  constructor(box, seek, marks = { events: [], driven: [] }) {
-    Object.assign(this, { box, seek, marks, charts: [] });
+  // zoomed(from, to), where set: called when another part of the time is chosen.
+  constructor(box, seek) {
+    Object.assign(this, { box, seek, marks: { events: [], driven: [] }, charts: [] });
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => {
       this.charts.forEach(({ plot }) => plot.redraw(false));
     });
@@ -259,7 +260,7 @@ function timeTicks(plot, splits) {
   const { seconds, name } = timeUnit(span);
   return splits.map((time, k) => {
     const text = String(Number((time / seconds).toPrecision(9))).replace('-', '−');
-    return k === splits.length - 1 ? `${text} ${name}` : text;
+    return k === Math.max(0, splits.length - 2) ? `${text} ${name}` : text;
   });
 }
 

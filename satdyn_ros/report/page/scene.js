@@ -266,7 +266,7 @@ class Scene {
 
   _draw(now) {
     if (!this.row || !this.width) return;
-    this.renderer.render(this.world, this.camera);
+    this._render();
     this._labelTexts();
     const points = new Map();
     const at = new THREE.Vector3();
@@ -291,6 +291,8 @@ class Scene {
     if (this.frames.length > 600) this.frames.splice(0, 300);
     this._keepPace(now);
   }
+
+  _render() { this.renderer.render(this.world, this.camera); }
 
   // Whether the body stands between the camera and a point: does the way cross the box?
   _isBehindBody(point) {
@@ -328,7 +330,8 @@ class Scene {
     // A narrow picture is seen from further away, so that as much is in it.
     this.camera.fov = width < height ? 44 : 36;
     this.camera.updateProjectionMatrix();
-    this.redraw();
+    // At once: a canvas of a new size is empty.
+    this._render();
   }
 
   _resetCamera() {

@@ -1,0 +1,85 @@
+"""The browsers that watch: each gets the newest message of each kind, as fast as it takes it."""
+
+import asyncio
+from collections import deque
+from contextlib import suppress
+
+from aiohttp import WSCloseCode, web
+
+_MOST_BROWSERS = 64
+_MOST_ANSWERS = 16
+_PATIENCE_S = 20.0
+
+
+class Browser:
+    """One open page: a place for the newest message of each kind, and a queue of its answers."""
+
+    def __init__(self, socket: web.WebSocketResponse):
+        self._socket = socket
+        self._newest: dict[str, str] = {}
+        self._answers: deque[str] = deque(maxlen=_MOST_ANSWERS)
+        self._something = asyncio.Event()
+
+    def put(self, kind: str, text: str) -> None:
+        """Leave a message in place of an older one of its kind that was not sent yet."""
+        self._newest[kind] = text
+        self._something.set()
+
+    def answer(self, text: str) -> None:
+        """Leave the answer to a request."""
+        self._answers.append(text)
+        self._something.set()
+
+    async def send(self) -> None:
+        """Send what there is, for as long as the browser takes it."""
+        with suppress(ConnectionError, asyncio.TimeoutError):
+            while not self._socket.closed:
+                await self._something.wait()
+                self._something.clear()
+                texts = [*self._answers, *self._newest.values()]
+                self._answers.clear()
+                self._newest.clear()
+                for text in texts:
+                    await asyncio.wait_for(self._socket.send_str(text), _PATIENCE_S)
+        await self._socket.close(code=WSCloseCode.TRY_AGAIN_LATER)
+
+
+class Hub:
+    """All browsers, and what a new one has to be told first."""
+
+    def __init__(self) -> None:
+        self._browsers: set[Browser] = set()
+        self._lasting: dict[str, str] = {}
+
+    @property
+    def is_full(self) -> bool:
+        """Whether there are as many browsers as are served."""
+        return len(self._browsers) >= _MOST_BROWSERS
+
+    def __len__(self) -> int:
+        return len(self._browsers)
+
+    def put(self, kind: str, text: str, is_lasting: bool = False) -> None:
+        """Give all browsers a message; one that is lasting goes to those that come later too."""
+        if is_lasting:
+            self._lasting[kind] = text
+        for browser in self._browsers:
+            browser.put(kind, text)
+
+    def enter(self, socket: web.WebSocketResponse) -> Browser:
+        """Take a browser in."""
+        browser = Browser(socket)
+        for kind, text in self._lasting.items():
+            browser.put(kind, text)
+        self._browsers.add(browser)
+        return browser
+
+    def leave(self, browser: Browser) -> None:
+        """Forget a browser."""
+        self._browsers.discard(browser)
+
+    async def close(self) -> None:
+        """Send all browsers away."""
+        for browser in list(self._browsers):
+            with suppress(ConnectionError):
+                await browser._socket.close(code=WSCloseCode.GOING_AWAY)

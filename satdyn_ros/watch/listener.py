@@ -1,0 +1,179 @@
+"""What a running node says: its newest sample, found by asking the graph, and its diagnostics."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import QuaternionStamped, VelocityStamped, WrenchStamped
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.subscription import Subscription
+from sensor_msgs.msg import Imu, JointState
+
+from ..messages.topics import TOPICS
+
+_SERVICE = '/set_initial_conditions'
+_SERVICE_TYPE = 'rcl_interfaces/srv/SetParametersAtomically'
+
+# The newest message alone, whatever was lost before it: the publisher never waits for a page.
+_NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+_CLASSES = {
+    'odometry': Odometry,
+    'imu': Imu,
+    'attitude': QuaternionStamped,
+    'angular_velocity': VelocityStamped,
+    'rotor': JointState,
+    'torque': WrenchStamped,
+}
+
+
+class Sample(NamedTuple):
+    """A state that was published: stamp [ns], q_ib (4,), omega_bi_b (3,) [rad/s]."""
+
+    stamp_ns: int
+    q_ib: np.ndarray
+    omega_bi_b: np.ndarray
+
+
+class Listener:
+    """
+    The topics of one satellite, polled.
+
+    Messages are taken from the reader when a frame is due, not as they come: what lies between
+    two frames costs nothing in Python.
+    """
+
+    def __init__(self, node: Node):
+        self._node = node
+        self._subscriptions: dict[str, Subscription] = {}
+        self._latest: dict[str, Any] = {}
+
+    def look(self, name: str) -> dict[str, str]:
+        """Find the topics of a node ('/sat1/satdyn'); return them by their names in TOPICS."""
+        namespace, _, base = name.rpartition('/')
+        try:
+            graph = self._node
+            out = graph.get_publisher_names_and_types_by_node(base, namespace or '/')
+            taken = graph.get_subscriber_names_and_types_by_node(base, namespace or '/')
+        except RuntimeError:
+            return {}
+        found = {
+            key: topic
+            for key in _CLASSES
+            if (topic := _topic(key, taken if key == 'torque' else out)) is not None
+        }
+        for key, topic in found.items():
+            old = self._subscriptions.get(key)
+            if old is None or old.topic_name != topic:
+                self._leave(key)
+                self._subscriptions[key] = self._node.create_subscription(
+                    _CLASSES[key], topic, lambda message: None, _NEWEST
+                )
+        for key in self._subscriptions.keys() - found.keys():
+            self._leave(key)
+        return found
+
+    def endpoints(self, name: str) -> set[bytes]:
+        """Return the identities of the publishers of a node's diagnostics: new ones each start."""
+        infos = self._node.get_publishers_info_by_topic('/diagnostics')
+        return {
+            bytes(info.endpoint_gid)
+            for info in infos
+            if f'{info.node_namespace.rstrip("/")}/{info.node_name}' == name
+        }
+
+    def sample(self) -> Sample | None:
+        """Return the newest sample that was not returned before, or None."""
+        for key in ('odometry', 'imu'):
+            message = self._take(key)
+            if message is not None:
+                if key == 'odometry':
+                    q, omega = message.pose.pose.orientation, message.twist.twist.angular
+                else:
+                    q, omega = message.orientation, message.angular_velocity
+                return _sample(message, q, omega)
+            if key in self._subscriptions:
+                return None
+        for key in ('attitude', 'angular_velocity'):
+            self._latest[key] = self._take(key) or self._latest.get(key)
+        attitude, rate = self._latest.get('attitude'), self._latest.get('angular_velocity')
+        if attitude is None or rate is None:
+            return None
+        self._latest['attitude'] = None
+        return _sample(attitude, attitude.quaternion, rate.velocity.angular)
+
+    def rotors(self) -> JointState | None:
+        """Return the newest message of the rotors, or None before the first."""
+        self._latest['rotor'] = self._take('rotor') or self._latest.get('rotor')
+        return self._latest['rotor']
+
+    def torque_b(self) -> np.ndarray | None:
+        """Return a torque (3,) [N m] that came in since the last call, or None."""
+        message = self._take('torque')
+        if message is None:
+            return None
+        torque = message.wrench.torque
+        return np.array([torque.x, torque.y, torque.z])
+
+    def forget(self) -> None:
+        """Forget what came before: another node has taken the name."""
+        self._latest.clear()
+
+    def _take(self, key):
+        """Return the newest message of a topic, or None."""
+        subscription = self._subscriptions.get(key)
+        if subscription is None:
+            return None
+        with subscription.handle:
+            taken = subscription.handle.take_message(subscription.msg_type, subscription.raw)
+        return None if taken is None else taken[0]
+
+    def _leave(self, key):
+        subscription = self._subscriptions.pop(key, None)
+        if subscription is not None:
+            self._node.destroy_subscription(subscription)
+        self._latest.pop(key, None)
+
+
+def satellites(node: Node) -> list[str]:
+    """Return the names of the satellites in the graph, those that have our service."""
+    return sorted(
+        name.removesuffix(_SERVICE)
+        for name, types in node.get_service_names_and_types()
+        if name.endswith(_SERVICE) and _SERVICE_TYPE in types
+    )
+
+
+def parts(message: DiagnosticArray, name: str) -> dict[str, dict[str, Any]]:
+    """Return the diagnostics of a node by part: level (0: good), text and values."""
+    prefix = f'{name.lstrip("/")}: '
+    return {
+        status.name.removeprefix(prefix): {
+            'level': status.level[0],
+            'text': status.message,
+            'values': [[value.key, value.value] for value in status.values],
+        }
+        for status in message.status
+        if status.name.startswith(prefix)
+    }
+
+
+def _topic(key, topics):
+    """Return the topic of the type of TOPICS[key], the one of its own name first, or None."""
+    wanted = TOPICS[key]
+    names = [name for name, types in topics if wanted.type in types]
+    own = [name for name in names if name.rsplit('/', 1)[-1] == wanted.name]
+    # A type of several topics, such as those of the sensors, is taken by its name alone.
+    is_alone = sum(topic.type == wanted.type for topic in TOPICS.values()) == 1
+    return next(iter(own or (names if is_alone else [])), None)
+
+
+def _sample(message, q, omega):
+    stamp = message.header.stamp
+    return Sample(
+        stamp.sec * 10**9 + stamp.nanosec,
+        np.array([q.x, q.y, q.z, q.w]),
+        np.array([omega.x, omega.y, omega.z]),
+    )

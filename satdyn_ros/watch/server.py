@@ -1,0 +1,166 @@
+"""The server of the page: files, one WebSocket, and the rule of who may come in."""
+
+import asyncio
+import json
+import time
+from collections.abc import Awaitable, Callable, Mapping
+from contextlib import suppress
+from importlib.resources import files
+from typing import Any, Protocol
+
+from aiohttp import WSCloseCode, WSMsgType, web
+
+from ..report import html
+from .door import Door
+from .hub import Hub
+
+_LARGEST_REQUEST = 4096
+_REQUESTS_PER_S, _REQUESTS_AT_ONCE = 5.0, 20.0
+_HEARTBEAT_S = 15.0
+
+# Nothing from elsewhere, nothing inside another page; styles of elements are set by scripts.
+_HEADERS = {
+    'Content-Security-Policy': "default-src 'none'; script-src 'self'; connect-src 'self'; "
+    "style-src 'self' 'unsafe-inline'; img-src 'self' data:; frame-ancestors 'none'; "
+    "base-uri 'none'; form-action 'none'",
+    'X-Content-Type-Options': 'nosniff',
+    'Referrer-Policy': 'no-referrer',
+    'Cross-Origin-Resource-Policy': 'same-origin',
+    'Cache-Control': 'no-store',
+}
+_TYPES = {'js': 'text/javascript', 'css': 'text/css', 'html': 'text/html'}
+
+
+class Source(Protocol):
+    """What a page shows: a running node or a bag."""
+
+    page: str
+    files: tuple[str, ...]
+
+    async def start(self, hub: Hub) -> None:
+        """Begin to tell the browsers."""
+
+    async def stop(self) -> None:
+        """End."""
+
+    async def first(self) -> Mapping[str, str]:
+        """Return what a new browser is told ahead of what comes, messages by kind."""
+
+    async def asked(self, request: dict[str, Any]) -> dict[str, Any]:
+        """Return the answer to a browser's request; ValueError: it is none."""
+
+
+class Server:
+    """The pages of a source."""
+
+    def __init__(self, source: Source, door: Door):
+        self._source, self._door, self._hub = source, door, Hub()
+        self._files = {name.split('/')[-1]: name for name in (*html.STYLES, *source.files)}
+
+    def application(self) -> web.Application:
+        """Return the aiohttp application."""
+        application = web.Application(middlewares=[self._guard], client_max_size=_LARGEST_REQUEST)
+        application.router.add_get('/', self._page)
+        application.router.add_get('/socket', self._socket)
+        application.router.add_get('/files/{name}', self._file)
+        application.on_startup.append(lambda _: self._source.start(self._hub))
+        application.on_shutdown.append(lambda _: self._hub.close())
+        application.on_cleanup.append(lambda _: self._source.stop())
+        return application
+
+    @web.middleware
+    async def _guard(
+        self,
+        request: web.Request,
+        handler: Callable[[web.Request], Awaitable[web.StreamResponse]],
+    ) -> web.StreamResponse:
+        refusal = self._door.refusal(request)
+        if refusal is not None:
+            return web.Response(status=403, text=refusal + '\n', headers=_HEADERS)
+        return await handler(request)
+
+    async def _page(self, request: web.Request) -> web.Response:
+        links = ''.join(
+            f'<link rel="stylesheet" href="files/{name}">'
+            if name.endswith('.css')
+            else f'<script src="files/{name}" defer></script>'
+            for name in self._files
+        )
+        text = asset(self._source.page).replace('$files', links)
+        response = web.Response(text=text, content_type='text/html', headers=_HEADERS)
+        self._door.let_in(request, response)
+        return response
+
+    async def _file(self, request: web.Request) -> web.Response:
+        name = self._files.get(request.match_info['name'])
+        if name is None:
+            return web.Response(status=404, text='there is no such file\n', headers=_HEADERS)
+        kind = _TYPES[name.rsplit('.', 1)[1]]
+        return web.Response(text=asset(name), content_type=kind, headers=_HEADERS)
+
+    async def _socket(self, request: web.Request) -> web.StreamResponse:
+        if self._hub.is_full:
+            return web.Response(status=503, text='too many browsers watch\n', headers=_HEADERS)
+        socket = web.WebSocketResponse(max_msg_size=_LARGEST_REQUEST, heartbeat=_HEARTBEAT_S)
+        await socket.prepare(request)
+        browser = self._hub.enter(socket)
+        sending = asyncio.create_task(browser.send())
+        try:
+            for kind, text in (await self._source.first()).items():
+                browser.put(kind, text)
+            allowed, at = _REQUESTS_AT_ONCE, time.monotonic()
+            async for message in socket:
+                now = time.monotonic()
+                allowed = min(_REQUESTS_AT_ONCE, allowed + _REQUESTS_PER_S * (now - at)) - 1.0
+                at = now
+                if message.type != WSMsgType.TEXT or allowed < 0.0:
+                    await socket.close(code=WSCloseCode.POLICY_VIOLATION)
+                    break
+                browser.answer(json.dumps(await self._answer(message.data)))
+        finally:
+            self._hub.leave(browser)
+            sending.cancel()
+        return socket
+
+    async def _answer(self, text: str) -> dict[str, Any]:
+        number = None
+        try:
+            request = json.loads(text)
+            if not isinstance(request, dict):
+                raise ValueError('a request is an object')
+            number = request.get('id')
+            answer = await self._source.asked(request)
+        except (ValueError, RecursionError) as error:
+            answer = {'success': False, 'text': str(error)}
+        return {'type': 'answer', 'id': number} | answer
+
+
+def asset(name: str) -> str:
+    """Return the text of a file of the pages, ours or the report's."""
+    own = files(__package__).joinpath(name)
+    return own.read_text(encoding='utf-8') if own.is_file() else html.asset(name)
+
+
+def serve(source: Source, host: str, port: int, tell: Callable[[str], None]) -> None:
+    """
+    Serve a source until the process is asked to end; tell gets the URL once it is open.
+
+    OSError: the port cannot be opened.
+    """
+    asyncio.run(_serve(source, host, port, tell))
+
+
+async def _serve(source, host, port, tell):
+    door = Door(host, port)
+    runner = web.AppRunner(
+        Server(source, door).application(), access_log=None, shutdown_timeout=1.0
+    )
+    await runner.setup()
+    try:
+        await web.TCPSite(runner, host, port).start()
+        door.port = runner.addresses[0][1]
+        tell(door.url)
+        with suppress(asyncio.CancelledError):
+            await asyncio.Event().wait()
+    finally:
+        await runner.cleanup()

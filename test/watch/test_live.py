@@ -1,0 +1,172 @@
+"""The live page of a running node, in a browser, beside a participant that hears the topics."""
+
+import signal
+
+import browser as pages
+import numpy as np
+import pytest
+import rclpy
+from ros.live import LiveNode, Participant
+
+from satdyn_ros.run.scenario import Scenario
+
+VALUES = {
+    'publish.rate': 50.0,
+    'publish.topics': ['attitude', 'imu', 'rotor'],
+    'initial.angular_velocity': [0.0, 0.1, 0.05],
+    'rotor.mode': 'free',
+    'rotor.inertia': 1.0,
+    'rotor.speed': 12.0,
+}
+NAMESPACE = '/watched'
+
+
+@pytest.fixture(scope='module', autouse=True)
+def _ros():
+    # A node is not to spend the patience of a test on its compiler.
+    Scenario().motion().at(0.0)
+    begins = not rclpy.ok()
+    if begins:
+        rclpy.init(signal_handler_options=rclpy.signals.SignalHandlerOptions.NO)
+    yield
+    if begins:
+        rclpy.try_shutdown()
+
+
+@pytest.fixture(scope='module')
+def nodes(tmp_path_factory):
+    """Return a list of the nodes that were started, the one that lives last."""
+    directory = tmp_path_factory.mktemp('live')
+
+    class Nodes(list):
+        def begin(self, values=VALUES):
+            self.append(LiveNode(directory, values, namespace=NAMESPACE))
+
+    nodes = Nodes()
+    nodes.begin()
+    yield nodes
+    nodes[-1].end()
+
+
+@pytest.fixture(scope='module')
+def participant(nodes):
+    participant = Participant(NAMESPACE)
+    yield participant
+    participant.close()
+
+
+@pytest.fixture(scope='module')
+def page(nodes, watch, browser):
+    """Return the browser with the page open and rows in it."""
+    browser.get(watch('--node', f'{NAMESPACE}/satdyn'))
+    pages.wait(browser, 'window.satdyn && satdyn.rows.length > 5')
+    return browser
+
+
+def text(browser, name):
+    return browser.find_element('id', name).text
+
+
+def press(browser, name, state):
+    """Press a button and wait until the page says the state."""
+    pages.wait(browser, lambda: browser.find_element('id', name).is_enabled())
+    browser.find_element('id', name).click()
+    pages.wait(browser, lambda: text(browser, 'state') == state)
+
+
+def test_body_turns_as_the_node_says(page, participant):
+    """Attitude, rate and rotor in the page are those of the topic at the same stamp."""
+    messages = participant.listen('imu')
+    participant.hear(messages, 1)
+    press(page, 'pause', 'paused')
+    participant.spin(0.5)
+    before = messages[-1]
+    tick = before.header.stamp.nanosec // 20_000_000 + 50 * (before.header.stamp.sec - 17 * 10**8)
+    time = 'satdyn.rows.time(satdyn.rows.length - 1)'
+    pages.wait(page, f'Math.abs({time} - {tick / 50.0}) < 1e-6')
+    row = page.execute_script('return satdyn.stage.scene.row')
+    q, omega = before.orientation, before.angular_velocity
+    np.testing.assert_array_equal(row['q_ib'], np.float32([q.x, q.y, q.z, q.w]))
+    np.testing.assert_array_equal(row['omega_bi_b'], np.float32([omega.x, omega.y, omega.z]))
+    assert row['rotor_speed'][0] == pytest.approx(12.0, abs=0.2)
+    count = page.execute_script('return satdyn.rows.length')
+    press(page, 'step', 'paused')
+    pages.wait(page, f'satdyn.rows.length === {count + 1}')
+    participant.hear(messages, 1)
+    press(page, 'pause', 'running')
+
+
+def test_request_by_the_form(page, participant):
+    """What is typed arrives; a refusal shows the node's own sentence, and nothing changes."""
+    messages = participant.listen('imu')
+    press(page, 'begin', 'running')
+    field = page.find_element('name', 'initial.angular_velocity')
+    field.clear()
+    field.send_keys('0.1 0.2')
+    page.find_element('id', 'send').click()
+    pages.wait(page, lambda: text(page, 'refusal'))
+    assert text(page, 'refusal') == participant.request({'initial.angular_velocity': [0.1, 0.2]})[
+        1
+    ].replace('\n', ' ')
+    field.clear()
+    field.send_keys('0, 0, 0.25')
+    frame = page.find_element('name', 'initial.frame')
+    frame.send_keys('inertial')
+    page.find_element('id', 'send').click()
+    participant.wait_until(
+        lambda: messages and messages[-1].angular_velocity.z > 0.2, 'the requested rate'
+    )
+    pages.wait(page, 'satdyn.stage.scene.row.omega_bi_b[2] > 0.2')
+    assert not page.find_element('id', 'start').is_displayed()
+    assert participant.get('initial.frame') == 'inertial'
+    pages.wait(page, "satdyn.live.values['initial.frame'] === 'inertial'")
+
+
+def test_record(page, participant):
+    """The button begins a bag and closes it again; the page says which."""
+    page.find_element('id', 'record').click()
+    pages.wait(page, lambda: page.find_element('id', 'recording').is_displayed())
+    pages.wait(page, lambda: text(page, 'record') == 'Stop recording')
+    page.find_element('id', 'record').click()
+    pages.wait(page, lambda: text(page, 'answer').startswith('closed'))
+    pages.wait(page, lambda: not page.find_element('id', 'recording').is_displayed())
+
+
+def test_diagnostics_and_no_errors(page):
+    """The parts of the diagnostics are there, and the console is silent."""
+    pages.wait(page, lambda: 'factor reached' in text(page, 'diagnostics'))
+    shown = text(page, 'diagnostics').lower()
+    assert all(part in shown for part in ('propagation', 'pacing', 'recorder', 'inputs'))
+    assert 'relative drift of' in shown
+    assert pages.errors(page) == []
+
+
+def test_goes_on_when_the_node_is_killed_and_comes_back(page, nodes):
+    """After a SIGKILL the page says so, and goes on with the next node of this name."""
+    nodes[-1].end(signal.SIGKILL)
+    pages.wait(page, lambda: text(page, 'state') == 'not there')
+    nodes.begin(
+        {
+            'publish.rate': 50.0,
+            'publish.topics': ['attitude'],
+            'initial.angular_velocity': [0.0, 0.0, 0.3],
+            'time.epoch_ns': 10**18,
+        }
+    )
+    pages.wait(page, lambda: text(page, 'state') == 'running')
+    pages.wait(page, lambda: 'angular_velocity not published' in text(page, 'stage'))
+    participant = Participant(NAMESPACE)
+    try:
+        assert participant.set({'publish.topics': ['attitude', 'angular_velocity']})[0][0]
+    finally:
+        participant.close()
+    pages.wait(page, 'satdyn.rows.length > 5 && satdyn.stage.scene.row.omega_bi_b[2] > 0.29')
+    assert page.execute_script('return satdyn.rows.time(0)') < 60.0
+    assert pages.errors(page) == []
+
+
+def test_page_comes_back_when_the_server_does_not(page):
+    """The page outlives its server and says that it has gone."""
+    page.execute_script('arguments[0]; connection.socket.close()', None)
+    pages.wait(page, 'connection.isOpen')
+    pages.wait(page, lambda: text(page, 'state') == 'running')

@@ -114,6 +114,8 @@ class PacingReport:
             'largest lag [s]': f'{counted.largest_lag_ns * 1e-9:.6f}',
             'restarts of the deadlines': counted.restarts,
         }
+        if len(pacing.lateness):
+            values |= pacing.lateness.values()
         if not pacing.is_alive:
             return ERROR, 'the ticks have ended', values
         if pacing.is_paused:

@@ -1,6 +1,7 @@
 """The command `satdyn_node`, which is `satdyn node`: one node until it is told to end."""
 
 import argparse
+import gc
 import logging
 import signal
 import sys
@@ -66,7 +67,10 @@ def _run(values):
     # at once; those of rclpy let a spinning executor end.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     _show_notices()
+    # Garbage is collected between ticks, and what the start has made is never looked at again.
+    gc.disable()
     node = SatdynNode(values)
+    gc.freeze()
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     install_signal_handlers()
     executor = Executor()
@@ -76,7 +80,11 @@ def _run(values):
     except ExternalShutdownException:
         pass
     finally:
+        name = node.get_logger().name
         node.destroy_node()
+        if len(node.lateness):
+            # The node's own logger would try to publish on /rosout, which has ended.
+            rclpy.logging.get_logger(name).info(str(node.lateness))
     return 0 if node.failure is None else 1
 
 

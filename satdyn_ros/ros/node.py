@@ -11,6 +11,7 @@ from ..messages.topics import TOPICS
 from ..run.events import Event, Topics
 from ..run.scenario import Scenario
 from ..run.simulation import Samples, Simulation
+from . import realtime
 from .diagnostics import (
     Diagnostics,
     InputsReport,
@@ -19,6 +20,7 @@ from .diagnostics import (
     recorder_report,
 )
 from .inputs import Inputs
+from .lateness import Lateness
 from .pacing import Pacing
 from .parameter_service import ParameterService
 from .parameters import Parameters, given_parameters
@@ -71,7 +73,15 @@ class SatdynNode(rclpy.node.Node):
         parameters = Parameters(self, scenario, self._change)
         ParameterService(self)
         self._simulation = Simulation(scenario)
-        self._pacing = Pacing(self._simulation, self, scenario['time.factor'], self._fail)
+        warn = self.get_logger().warning
+        realtime.lock_memory(scenario, warn)
+        self._pacing = Pacing(
+            self._simulation,
+            self,
+            scenario['time.factor'],
+            self._fail,
+            lambda: realtime.raise_priority(scenario, warn),
+        )
         self._inputs = Inputs(self, scenario, self._simulation, self._pacing)
         Services(self, parameters, self._pacing, self._record)
         self._propagation = PropagationReport(scenario['motion.tolerance'])
@@ -92,6 +102,11 @@ class SatdynNode(rclpy.node.Node):
     def _load_equations(self, scenario):
         """Compile the equations, if that was never done, ahead of the first tick."""
         scenario.motion().at(0.0)
+
+    @property
+    def lateness(self) -> Lateness:
+        """The lags of the ticks behind their deadlines since the start."""
+        return Lateness() if self._pacing is None else self._pacing.lateness
 
     def destroy_node(self) -> None:
         """End the ticks, complete the bag and leave the graph."""

@@ -9,6 +9,8 @@ from typing import Protocol
 
 from ..run.events import Event
 from ..run.simulation import Samples, Simulation
+from .lateness import Lateness
+from .realtime import GarbageCollection
 
 _SECOND_NS = 10**9
 # Ticks are computed ahead for this time at most: what was published reaches the recorder soon.
@@ -54,6 +56,8 @@ class Pacing:
     factor: simulated seconds per wall second, 0: as fast as possible.  Nothing is skipped: late
     ticks are published late; deadlines start anew after a lag of a second, a pause, or a change
     of the factor.  failed(error): called once from the thread if a tick cannot be computed.
+    begin(): called once from the thread before all else.  lateness: the lags of all ticks that had
+    deadlines.  Where Python's garbage collection is disabled, it happens between ticks.
     """
 
     def __init__(
@@ -62,11 +66,16 @@ class Pacing:
         listener: Listener,
         factor: float,
         failed: Callable[[Exception], None],
+        begin: Callable[[], None] = lambda: None,
     ):
         self._simulation = simulation
         self._listener = listener
         self._factor = factor
         self._failed = failed
+        self._begin = begin
+        self.lateness = Lateness()
+        self._lags_ns: list[float] = []
+        self._garbage = GarbageCollection()
         self._lock = RLock()
         self._changed = Condition(self._lock)
         self._attention = False
@@ -187,6 +196,7 @@ class Pacing:
 
     def _run(self):
         try:
+            self._begin()
             while (count := self._next_count()) > 0:
                 self._play(count)
         except Exception as error:
@@ -213,12 +223,15 @@ class Pacing:
 
     def _play(self, count):
         simulation = self._simulation
+        self._garbage.collect_at_last(has_deadlines=bool(self._period_ns))
         applied, samples = simulation.advance(count)
         messages = self._listener.prepare(applied, samples)
         try:
             self._publish(samples, messages)
         finally:
             done = self._tick + 1 - samples.first_tick
+            self.lateness.add(self._lags_ns)
+            self._lags_ns.clear()
             if done:
                 self._punctuality.ticks += done
                 self._listener.published(samples, messages, done)
@@ -255,6 +268,8 @@ class Pacing:
 
     def _sleep_to(self, deadline_ns):
         left_ns = deadline_ns - time.monotonic_ns()
+        if self._garbage.collect_within(left_ns):
+            left_ns = deadline_ns - time.monotonic_ns()
         while left_ns > _SHORT_NS:
             with self._changed:
                 if self._attention:
@@ -264,6 +279,7 @@ class Pacing:
         if left_ns > 0:
             time.sleep(left_ns / _SECOND_NS)
         lag_ns, punctuality = time.monotonic_ns() - deadline_ns, self._punctuality
+        self._lags_ns.append(lag_ns)
         if lag_ns > punctuality.largest_lag_ns:
             punctuality.largest_lag_ns = lag_ns
         if lag_ns > self._period_ns:

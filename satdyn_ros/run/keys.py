@@ -388,6 +388,32 @@ KEYS = {
             "publish /clock just before each sample, with the sample's stamp",
         ),
         Key(
+            'realtime.priority',
+            'integer',
+            0,
+            '',
+            'SCHED_FIFO priority of the thread that paces the ticks, where the system allows it; '
+            '0: none',
+            low=0,
+            high=99,
+        ),
+        Key(
+            'realtime.cpu',
+            'integer',
+            -1,
+            '',
+            'the processor on which that thread runs; -1: any',
+            low=-1,
+            high=4095,
+        ),
+        Key(
+            'realtime.lock_memory',
+            'bool',
+            False,
+            '',
+            'keep the process in memory (mlockall), where the system allows it',
+        ),
+        Key(
             'step.ticks',
             'integer',
             1,

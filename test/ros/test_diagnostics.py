@@ -1,5 +1,7 @@
 """What the node says of its health, and that each level means something."""
 
+import re
+
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import WrenchStamped
 
@@ -45,7 +47,7 @@ def test_a_healthy_node_is_ok(live):
     assert list(report) == ['propagation', 'pacing', 'recorder', 'inputs']
     assert {status.hardware_id for status in report.values()} == {'none'}
     propagation = values(report['propagation'])
-    assert propagation['tolerance'] == '1e-12'
+    assert propagation['tolerance'] == '1e-13'
     assert abs(float(propagation['relative drift of jacobi'])) < 1e-10
     assert float(values(report['pacing'])['factor reached']) > 0.5
     assert values(report['recorder'])['bag'].startswith('satdyn_')
@@ -103,3 +105,28 @@ def test_a_bag_that_cannot_be_written_is_an_error_and_the_node_flies_on(live):
     code, errors = node.end()
     assert code == 0
     assert errors.count('takes no more') == 1
+
+
+def test_lateness_is_told_each_second_and_at_the_end(live):
+    """Percentiles and a histogram of all ticks with deadlines, on /diagnostics and as a line."""
+    node, participant = live({'publish.rate': 100.0})
+    until = health(participant)
+    report = until(
+        node.namespace, lambda r: int(values(r['pacing']).get('ticks late up to 1 ms', 0)) > 0
+    )
+    pacing = values(report['pacing'])
+    names = (
+        'lateness 50 % [s]',
+        'lateness 99 % [s]',
+        'lateness 99.9 % [s]',
+        'lateness at most [s]',
+    )
+    lags_s = [float(pacing[name]) for name in names]
+    assert 0.0 < lags_s[0]
+    assert lags_s == sorted(lags_s)
+    counts = [int(count) for name, count in pacing.items() if name.startswith('ticks late ')]
+    assert 1 <= sum(counts) <= int(pacing['tick']) + 1
+    code, errors = node.end()
+    assert code == 0
+    assert re.search(r'lateness of \d+ ticks: 50 % within .*, at most .*; \d+ up to ', errors)
+    assert 'rosout' not in errors

@@ -1,4 +1,5 @@
 from glob import glob
+from pathlib import Path
 
 from setuptools import find_packages, setup
 
@@ -13,6 +14,17 @@ setup(
     maintainer='satdyn_ros developers',
     maintainer_email='maintainers@satdyn-ros.invalid',
     license='Apache-2.0',
+    long_description=Path(__file__).with_name('README.md').read_text(encoding='utf-8'),
+    long_description_content_type='text/markdown',
+    keywords=['attitude dynamics', 'gravity gradient', 'gyrostat', 'ROS', 'spacecraft'],
+    classifiers=[
+        'Development Status :: 4 - Beta',
+        'Intended Audience :: Education',
+        'Intended Audience :: Science/Research',
+        'Operating System :: POSIX :: Linux',
+        'Programming Language :: Python :: 3',
+        'Topic :: Scientific/Engineering :: Physics',
+    ],
     python_requires='>=3.10',
     packages=find_packages(include=[package_name, f'{package_name}.*']),
     package_data={'': ['*.json', '*.msg', 'bundled/*', 'page/*']},

@@ -79,14 +79,10 @@ def cpu_s(pid: int) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
 
 
-def start(arguments):
-    """Start a Python process."""
-    return subprocess.Popen(
-        [sys.executable, *arguments],
-        env=ENVIRONMENT,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
+def start(arguments, **kwargs):
+    """Start a Python process, silent unless kwargs say other."""
+    silent = {'stdout': subprocess.DEVNULL, 'stderr': subprocess.DEVNULL}
+    return subprocess.Popen([sys.executable, *arguments], env=ENVIRONMENT, **(silent | kwargs))
 
 
 def stop(process):
@@ -177,6 +173,58 @@ def watched(directory, rate, record, seconds, what):
     return [float(value) for value in output.split()]
 
 
+BUSY = 4
+LOADED_S = 30.0
+REALTIME = '    realtime: {priority: 50, cpu: 1, lock_memory: true}\n'
+
+LATENESS = BARE.replace(
+    '    attitude.publish(',
+    f"""    lags_ns.append((time.monotonic() - begin - k / {RATE_HZ}) * 1e9)
+    if k == {LOADED_S} * {RATE_HZ}:
+        lateness.add(lags_ns)
+        print(lateness)
+        break
+    attitude.publish(""",
+).replace(
+    'begin, k =',
+    'from satdyn_ros.ros.lateness import Lateness\nlateness, lags_ns = Lateness(), []\nbegin, k =',
+)
+
+
+def loaded(process) -> str:
+    """Return what a process tells of its lateness at its end."""
+    output = process.communicate()[0]
+    return next(line[line.index('lateness') :] for line in output.splitlines() if 'late' in line)
+
+
+def node_under_load(directory, realtime: str) -> str:
+    """Return the lateness of our node, with some lines of parameters more."""
+    file = Path(directory) / 'loaded.yaml'
+    text = PARAMETERS.format(rate=float(RATE_HZ), record='true', directory=directory)
+    file.write_text(text + realtime)
+    arguments = ['-m', 'satdyn_ros.cli.main', 'node', '--params-file', str(file)]
+    process = start(arguments, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    time.sleep(LOADED_S + 5.0)
+    process.send_signal(signal.SIGINT)
+    return loaded(process)
+
+
+def under_load(directory) -> dict[str, str]:
+    """Return the lateness of a bare loop and our node, with and without real time, beside load."""
+    busy = [start(['-c', 'while True: pass']) for _ in range(BUSY)]
+    try:
+        bare = start(['-c', LATENESS], stdout=subprocess.PIPE, text=True)
+        return {
+            'bare loop': loaded(bare),
+            'node': node_under_load(directory, ''),
+            'node with realtime.*': node_under_load(directory, REALTIME),
+        }
+    finally:
+        for process in busy:
+            process.kill()
+            process.wait()
+
+
 def bare_minute():
     """Return the late ticks and the largest lag [s] of a bare loop in a minute."""
     output = subprocess.run(
@@ -201,6 +249,7 @@ def main(rounds=7):
         ours, bare, timer = medians(contenders, rounds).values()
         bare_late, bare_lag = bare_minute()
         stop(subscriber)
+        beside_load = under_load(directory)
         seen, missing, _, _, late, lag = watched(directory, RATE_HZ, True, 63.0, 'stamps')
         _, _, ticks, seconds, fast_late, fast_lag = watched(
             directory, 10 * RATE_HZ, False, 23.0, 'diagnostics'
@@ -245,7 +294,9 @@ def main(rounds=7):
     text = (
         f'At 10 000 Hz {fast_late:.0f} ticks were late by more than 0.1 ms, at most '
         f'{fast_lag * 1e3:.1f} ms.\nNo tick is ever left out: one that is late is published late.'
-    )
+        f'\n\nAt {RATE_HZ} Hz, recording, on {os.cpu_count()} processors beside {BUSY} busy '
+        'processes:\n\n'
+    ) + '\n'.join(f'- {name}: {lateness}' for name, lateness in beside_load.items())
     print(text)
     return 'Live', show(claims), text
 

@@ -140,6 +140,21 @@ def _add_replay(command):
     added.add_argument('--wait', action='store_true', help='wait for a subscriber')
 
 
+_PANELS = """\
+The panels of a bag; the first four are drawn where none is named:
+
+  attitude   roll, pitch and yaw to LVLH, or to inertial axes without an orbit
+  rates      body rate in body axes
+  torque     gravity-gradient torque in body axes
+  drift      relative drift of the first integrals
+  rotor      speed of each rotor relative to the body
+  polhode    body rate on the ellipsoids of energy and momentum
+  phase      pitch and pitch rate in LVLH, with the separatrix of planar libration
+
+Applied torques are shaded, requests and resets marked by a line.  Where the body turns more than
+a quarter turn between two points, a band from the least to the most takes the place of a line."""
+
+
 def _add_bag_commands(command):
     _add_bag(
         command(
@@ -160,6 +175,7 @@ def _add_bag_commands(command):
         'plot',
         'draw a bag or a sweep',
         'satdyn plot orbit -o orbit.png\nsatdyn plot orbit -o phase.png --what phase\n'
+        'satdyn plot orbit -o begin.png --what attitude rotor --end 600\n'
         'satdyn plot capture -o capture.png --what captured lvlh_angle_max_rad',
     )
     added.add_argument(
@@ -171,9 +187,13 @@ def _add_bag_commands(command):
         nargs='+',
         default=(),
         metavar='PANEL',
-        help='the panels to draw; of a sweep: the columns',
+        help='the panels to draw, see below; of a sweep: the columns',
+    )
+    added.add_argument(
+        '--unwrap', action='store_true', help='let roll, pitch and yaw count their turns'
     )
     _add_window(added)
+    added.notes = _PANELS
     added = command(
         'report',
         'a bag as one page to play',

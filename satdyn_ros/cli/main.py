@@ -170,7 +170,7 @@ def _plot(given):
         return DONE
     from ..report.plot import DEFAULT, plot
 
-    plot(given.bag, given.out, given.what or DEFAULT, given.begin, given.end)
+    plot(given.bag, given.out, given.what or DEFAULT, given.begin, given.end, given.unwrap)
     return DONE
 
 

@@ -6,7 +6,8 @@ from ..dynamics import rotation
 from ..dynamics.inertia import principal_axes
 from ..dynamics.orbit import FixedDirection
 from ..run.events import Request, Reset
-from .history import History
+from .history import History, rotor_columns
+from .scene import rotor_names
 
 # Okabe and Ito's colours, which the colour-blind tell apart; line styles tell them apart in print.
 COLOURS = ('#0072B2', '#D55E00', '#009E73', '#CC79A7', '#E69F00', '#56B4E9')
@@ -29,19 +30,58 @@ def time_unit(history: History) -> tuple[float, str]:
     return 1.0, 's'
 
 
-def _lines(axes, history, columns, names):
+def _lines(axes, history, columns, names, bounds=None, scale=1.0):
+    """
+    Draw a line each.
+
+    bounds: the name of these curves in history.least and history.most, whose band, times scale,
+    takes the place of a line where the body turns too far between rows.
+    """
     seconds, _ = time_unit(history)
+    t = history.t_s / seconds
+    far = history.turns_too_far if bounds else np.zeros(len(t), bool)
     for i, (column, name) in enumerate(zip(columns, names, strict=True)):
-        style = STYLES[i % len(STYLES)]
-        axes.plot(history.t_s / seconds, column, style, color=COLOURS[i], label=name, lw=1.4)
+        style, colour = STYLES[i % len(STYLES)], COLOURS[i % len(COLOURS)]
+        axes.plot(t, np.where(far, np.nan, column), style, color=colour, label=name, lw=1.4)
+        if np.any(far):
+            least, most = (scale * part[bounds][:, i] for part in (history.least, history.most))
+            axes.fill_between(t, least, most, where=far, color=colour, alpha=0.35, lw=0.0)
     axes.legend(**_ABOVE, ncols=len(names))
 
 
 def attitude(axes, history: History):
-    """Draw roll, pitch and yaw of the body to LVLH, or to inertial axes without an orbit."""
-    q = history.states.q_ib if history.q_lb is None else history.q_lb
-    angles = np.degrees(np.unwrap(rotation.roll_pitch_yaw(q), axis=0))
-    _lines(axes, history, angles.T, ('roll', 'pitch', 'yaw'))
+    """
+    Draw roll, pitch and yaw of the body to LVLH, or to inertial axes without an orbit.
+
+    Roll and yaw go from -180 to 180 deg: a line has a gap where it goes through the end.
+    """
+    angles = np.degrees(_angles(history))
+    jumps = np.abs(np.diff(angles, axis=0, prepend=angles[:1])) > 180.0
+    _attitude(axes, history, np.where(jumps, np.nan, angles), 'attitude')
+
+
+def unwrapped_attitude(axes, history: History):
+    """
+    Draw roll, pitch and yaw as angles that count their turns.
+
+    ValueError: the body turns too far between the rows to count them.
+    """
+    if np.any(history.turns_too_far):
+        begin_s = history.t_s[0]
+        raise ValueError(
+            'unwrap cannot count the turns: the body turns more than a quarter turn between two '
+            f'rows; a part of {history.window_s:.4g} s can be followed, such as --begin '
+            f'{begin_s:.0f} --end {begin_s + history.window_s:.0f}'
+        )
+    _attitude(axes, history, np.degrees(np.unwrap(_angles(history), axis=0)), None)
+
+
+def _angles(history):
+    return rotation.roll_pitch_yaw(history.states.q_ib if history.q_lb is None else history.q_lb)
+
+
+def _attitude(axes, history, angles, bounds):
+    _lines(axes, history, angles.T, ('roll', 'pitch', 'yaw'), bounds, np.degrees(1.0))
     frame = 'inertial axes' if history.q_lb is None else 'LVLH'
     axes.set_ylabel(f'body to {frame} [deg]')
 
@@ -49,7 +89,8 @@ def attitude(axes, history: History):
 def rates(axes, history: History):
     """Draw the body rate relative to inertial axes, in body axes."""
     names = (r'$\omega_x$', r'$\omega_y$', r'$\omega_z$')
-    _lines(axes, history, np.degrees(history.states.omega_bi_b).T, names)
+    omega = np.degrees(history.states.omega_bi_b)
+    _lines(axes, history, omega.T, names, 'rate', np.degrees(1.0))
     axes.set_ylabel('body rate [deg/s]')
 
 
@@ -60,7 +101,7 @@ def torque(axes, history: History):
     prefix = {0: '', -3: 'm', -6: 'µ', -9: 'n'}.get(exponent)
     scale = 1.0 if prefix is None else 10.0**exponent
     names = ('$T_x$', '$T_y$', '$T_z$')
-    _lines(axes, history, history.torque_b.T / scale, names)
+    _lines(axes, history, history.torque_b.T / scale, names, 'torque', 1.0 / scale)
     axes.set_ylabel(f'gravity gradient [{prefix or ""}N m]')
 
 
@@ -73,8 +114,10 @@ def drift(axes, history: History):
 
 
 def rotor(axes, history: History):
-    """Draw the rotor's speed relative to the body."""
-    _lines(axes, history, [history.states.rotor_speed], ('rotor',))
+    """Draw the speed of each rotor relative to the body."""
+    speeds = rotor_columns(history.states.rotor_speed)
+    names = rotor_names(history.scenario)
+    _lines(axes, history, speeds.T, names, 'rotor_speed')
     axes.set_ylabel('rotor speed [rad/s]')
 
 
@@ -88,11 +131,13 @@ TIME_PANELS = {
 
 
 def events(axes, history: History):
-    """Mark what happened: requests and resets by a line, torques by a thin one."""
+    """Mark requests and resets by a line, and shade where an applied torque acts."""
     seconds, _ = time_unit(history)
+    for begin_s, end_s in history.driven:
+        axes.axvspan(begin_s / seconds, end_s / seconds, color=COLOURS[3], alpha=0.15, lw=0.0)
     for t_s, event in history.events:
-        restarts = isinstance(event, Request | Reset)
-        axes.axvline(t_s / seconds, color='0.35', lw=1.2 if restarts else 0.4, alpha=0.7, zorder=0)
+        if isinstance(event, Request | Reset):
+            axes.axvline(t_s / seconds, color='0.35', lw=1.2, alpha=0.7, zorder=0)
 
 
 def polhode(axes, history: History):

@@ -16,11 +16,13 @@ def plot(
     what: Sequence[str] = DEFAULT,
     begin_s: float | None = None,
     end_s: float | None = None,
+    unwrap: bool = False,
 ) -> None:
     """
     Draw the chosen panels of a bag into an image; what the output's name ends with says its kind.
 
-    begin_s, end_s: only the ticks between [s from tick 0].
+    begin_s, end_s: only the ticks between [s from tick 0].  unwrap: roll, pitch and yaw count
+    their turns.
 
     ValueError: a panel is unknown or the run has none, the bag is none of ours or has no such
     ticks, or matplotlib is not installed or does not write such images.
@@ -28,14 +30,14 @@ def plot(
     unknown = [name for name in what if name not in PANELS]
     if unknown:
         raise ValueError(f'the panel is {unknown[0]}; it takes {", ".join(PANELS)}')
-    figure = draw(history(bag, begin_s=begin_s, end_s=end_s), what)
+    figure = draw(history(bag, begin_s=begin_s, end_s=end_s), what, unwrap)
     try:
         figure.savefig(output, dpi=150)
     except ValueError as error:
         raise ValueError(f'{output} cannot be drawn: {error}') from None
 
 
-def draw(run: History, what: Sequence[str] = DEFAULT):
+def draw(run: History, what: Sequence[str] = DEFAULT, unwrap: bool = False):
     """Return the matplotlib figure of a history's panels, those over time on one time axis."""
     try:
         from matplotlib.figure import Figure
@@ -52,7 +54,10 @@ def draw(run: History, what: Sequence[str] = DEFAULT):
     first = None
     for row, name in enumerate(over_time):
         first = axes = figure.add_subplot(grid[row], sharex=first)
-        panels.TIME_PANELS[name](axes, run)
+        if unwrap and name == 'attitude':
+            panels.unwrapped_attitude(axes, run)
+        else:
+            panels.TIME_PANELS[name](axes, run)
         panels.events(axes, run)
         axes.grid(alpha=0.3)
         axes.margins(x=0.0)

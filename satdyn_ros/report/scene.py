@@ -109,6 +109,11 @@ def _column(name, values):
     return {'width': width, kind: b64encode(data.tobytes()).decode('ascii')}
 
 
+def rotor_names(scenario: Scenario) -> list[str]:
+    """Return the names of the rotors."""
+    return [rotor['name'] for rotor in _rotors(scenario)] or ['rotor']
+
+
 def _rotors(scenario):
     rotor = scenario.system.rotor
     if rotor.mode == 'none':

@@ -1,13 +1,17 @@
 """Figures of bags: what they show is what the run says."""
 
+import re
+
 import numpy as np
 import pytest
 
 from satdyn_ros.bag.simulate import simulate
+from satdyn_ros.cli import arguments
 from satdyn_ros.dynamics import rotation
+from satdyn_ros.report import panels
 from satdyn_ros.report.history import history
-from satdyn_ros.report.plot import PANELS, draw, plot
-from satdyn_ros.run.events import Request
+from satdyn_ros.report.plot import DEFAULT, PANELS, draw, plot
+from satdyn_ros.run.events import Request, Reset, Torque
 from satdyn_ros.run.scenario import Scenario
 
 matplotlib = pytest.importorskip('matplotlib')
@@ -65,6 +69,80 @@ def test_every_panel_has_units(bag):
         if axes.get_shared_x_axes().get_siblings(axes)[1:]:
             assert [line.get_xdata()[0] for line in dashed] == [6000.0 / 3600.0]
     assert '[h]' in figure.axes[len(PANELS) - 3].get_xlabel()
+
+
+def test_angles_have_gaps_where_they_wrap(bag):
+    """A free body that turns about z at 0.01 rad/s for 6000 s goes through 180 deg ten times."""
+    free = {'orbit.type': 'fixed', 'initial.attitude': [0.0, 0.0, 0.0, 1.0]}
+    spin = {'initial.angular_velocity': [0.0, 0.0, 0.01], 'publish.rate': 1.0}
+    path = bag.parent / 'spun'
+    for _ in simulate(Scenario(free | spin | {'time.epoch_ns': 10**18}), 6000, path):
+        pass
+    run = history(path, 3000)
+    yaw = draw(run, ['attitude']).axes[0].get_lines()[2].get_ydata()
+    assert np.nanmax(np.abs(np.diff(yaw))) < 2.0
+    assert np.count_nonzero(np.isnan(yaw)) == 10
+    counted = draw(run, ['attitude'], unwrap=True).axes[0].get_lines()[2].get_ydata()
+    np.testing.assert_allclose(counted, np.degrees(0.01 * run.t_s), atol=1e-9)
+
+
+def test_bounds_hold_all_ticks(bag):
+    """A row stands for the least and the most of every tick up to the next row."""
+    every, tenth = history(bag, 12000), history(bag, 1200)
+    for name in ('attitude', 'rate', 'torque', 'rotor_speed'):
+        ticks = every.least[name].reshape(1200, 10, -1)
+        np.testing.assert_array_equal(tenth.least[name], ticks.min(axis=1))
+        np.testing.assert_array_equal(tenth.most[name], ticks.max(axis=1))
+    omega = np.linalg.norm(every.states.omega_bi_b, axis=-1).reshape(1200, 10)
+    np.testing.assert_allclose(tenth.turned, omega.sum(axis=1), rtol=1e-12)
+
+
+def test_fast_body_is_a_band(bag):
+    """Where the body turns too far between two rows there is no line; turns are not counted."""
+    fast = SCENARIO.with_values({'initial.angular_velocity': [0.0, 0.0, 0.5]})
+    path = bag.parent / 'fast'
+    for _ in simulate(fast, 1000, path):
+        pass
+    run = history(path, 100)
+    axes = draw(run, ['attitude']).axes[0]
+    assert all(np.all(np.isnan(line.get_ydata())) for line in axes.get_lines()[:3])
+    assert len(axes.collections) == 3
+    with pytest.raises(ValueError, match='unwrap cannot count the turns'):
+        draw(run, ['attitude'], unwrap=True)
+    assert not np.any(history(path, 100, 0.0, run.window_s - 1.0).turns_too_far)
+
+
+def test_torques_are_shaded_and_restarts_marked(bag):
+    """A stream of torques is one shaded interval, from the first to its timeout."""
+    path = bag.parent / 'driven'
+    stream = [Torque(k, (0.001 * k, 0.0, 0.0), 601) for k in range(100, 600)]
+    for _ in simulate(SCENARIO, 1200, path, [*stream, Reset(900)]):
+        pass
+    run = history(path)
+    assert run.driven == [(100.0, 601.0)]
+    axes = draw(run, ['rates']).axes[0]
+    (shade,) = axes.patches
+    assert shade.get_extents().width > 0.0
+    marks = [line for line in axes.get_lines() if len(set(line.get_xdata())) == 1]
+    assert [line.get_xdata()[0] for line in marks] == [900.0 / panels.time_unit(run)[0]]
+
+
+def test_a_part_is_drawn(bag):
+    """From begin to end, both included; a part that the bag does not hold is refused."""
+    run = history(bag, begin_s=100.5, end_s=200.0)
+    assert (run.t_s[0], run.t_s[-1], run.ticks) == (101.0, 200.0, 100)
+    whole = history(bag, 12000)
+    np.testing.assert_array_equal(run.states.q_ib, whole.states.q_ib[101:201])
+    np.testing.assert_array_equal(run.drift['jacobi'], whole.drift['jacobi'][101:201])
+    with pytest.raises(ValueError, match='has no ticks between begin 20000; it holds those'):
+        history(bag, begin_s=20000.0)
+
+
+def test_help_lists_the_panels():
+    """`satdyn plot --help` names every panel, those of the figure as it comes first."""
+    named = re.findall(r'^  (\w+)   +', arguments._PANELS, re.MULTILINE)
+    assert tuple(named) == PANELS
+    assert PANELS[:4] == DEFAULT
 
 
 @pytest.mark.parametrize('kind', ['png', 'pdf', 'svg'])

@@ -47,10 +47,3 @@ class Polhode(NamedTuple):
         """Return the three cosines at the argument u."""
         sn, cn, dn = elliptic.sncndn(u, self.m1)
         return self.S * sn, self.D * dn, self.C * cn
-
-    def angle_about_y(self, u):
-        """Return the angle of gamma about y, counted from x against z [rad], continuous."""
-        am, S = elliptic.amplitude(u, self.m1), abs(self.S)
-        sine, cosine = np.sin(am), np.cos(am)
-        ahead = np.arctan2((S - self.C) * sine * cosine, S * sine**2 + self.C * cosine**2)
-        return np.pi / 2.0 - np.copysign(1.0, self.S) * (am + ahead)

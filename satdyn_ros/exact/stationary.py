@@ -9,17 +9,21 @@ mu, nu) where omega_i = omega_0 alpha_i gamma_i in the principal axes, omega_0^2
 with N1 N2 N3 of the gradient's sign: negative in De Brun's problem, of a body drawn to a plane,
 and for the pull averaged over an orbit.  Such a motion stays so, and gamma moves like the rate of
 a free body with the alphas for moments: gamma_1' = omega_0 (alpha_3 - alpha_2) gamma_2 gamma_3,
-with e = alpha . gamma^2 constant.
+with e = alpha . gamma^2 constant.  About the axis that gamma circles the attitude is a flow
+(flow.py), its phases by the paper's (31).
 """
 
 import numpy as np
 
 from ..dynamics import rotation
+from ..dynamics.euler import from_zxz
 from ..dynamics.inertia import principal_axes
 from ..dynamics.orbit import FixedDirection
 from ..dynamics.system import State, System
 from . import elliptic, multiplier
 from .exact_motion import ExactMotion, Fact
+from .flow import Flow
+from .nutation import Nutation
 from .polhode import Polhode
 
 # A direction cosine that nobody can tell from zero.
@@ -100,7 +104,7 @@ class Stationary(ExactMotion):
         )
         gamma = _frame(y, z, np.ones(3)) @ np.array(polhode.at(phase))
         nutation = np.arctan2(np.hypot(gamma[0], gamma[1]), gamma[2])
-        q_ip = _half_angles(psi0, nutation, np.arctan2(gamma[0], gamma[1]))
+        q_ip = from_zxz(psi0, nutation, np.arctan2(gamma[0], gamma[1]))
         q_pb = rotation.conjugate(rotation.from_matrix(R_bp))
         return cls.from_attitude(system, nu, rotation.multiply(q_ip, q_pb), sign)
 
@@ -166,15 +170,11 @@ class Stationary(ExactMotion):
 
     def attitude(self, t_s):
         """Return q_ib (N, 4) and omega_bi_b (N, 3) at t_s (N,)."""
-        if self._steady:
-            turn = rotation.about([0, 0, 1], self.omega_0 * self.e * t_s)
-            q_ib = rotation.multiply(turn, self.state.q_ib)
-            omega_k = np.tile(self._rates * self._gamma_k, (len(t_s), 1))
-        else:
-            q_zk, gamma = self._turn(t_s)
-            q_ib = rotation.multiply(self._q_iz, rotation.multiply(q_zk, self._q_kb))
-            omega_k = self._rates * np.stack(gamma, axis=-1)
-        return q_ib, rotation.rotate(rotation.conjugate(self._q_kb), omega_k)
+        alpha, beta, _ = self._flow.at(t_s)
+        q_ik = np.stack([beta.real, beta.imag, alpha.imag, alpha.real], axis=-1)
+        gamma_k = rotation.rotate(rotation.conjugate(q_ik), [0.0, 0.0, 1.0])
+        q_ib = rotation.multiply(q_ik, rotation.conjugate(self._q_bk))
+        return q_ib, rotation.rotate(self._q_bk, self._rates * gamma_k)
 
     def axial_turn(self, t_s):
         """Return nan (N,): no rotor turns here."""
@@ -197,19 +197,21 @@ class Stationary(ExactMotion):
 
     def _solve(self, rates, differences, gamma, q_bp):
         """
-        Find the polhode and the frame k whose y axis gamma circles and whose z axis it passes.
+        Find the polhode and the flow of frame k, whose axis 3 gamma circles and never is across.
 
-        rates: omega_0 alpha_i, differences (3, 3) theirs, both [rad/s].
+        Axis 1 of k is the other axis with an extreme alpha, axis 2 the middle one.  rates: omega_0
+        alpha_i, differences (3, 3) theirs, both [rad/s].
         """
         c, b, a = _ascending(differences)
         around_a = differences[a, b] * gamma[a] ** 2 >= differences[b, c] * gamma[c] ** 2
         x, y, z = (b, a, c) if around_a else (b, c, a)
-        R_pk = _frame(y, z, gamma)
-        self._q_kb = rotation.conjugate(rotation.multiply(q_bp, rotation.from_matrix(R_pk)))
-        self._gamma_k = gamma_x, gamma_y, gamma_z = R_pk.T @ gamma
-        self._rates = rates[[x, y, z]]
+        gamma = np.where(np.abs(gamma) > ROUNDING, gamma, 0.0)
+        R_pk = _frame(y, z, gamma)[:, [2, 0, 1]]
+        self._q_bk = rotation.multiply(q_bp, rotation.from_matrix(R_pk))
+        gamma_z, gamma_x, gamma_y = gamma_k = R_pk.T @ gamma
+        self._rates = rates[[z, x, y]]
         yz, yx, xz = differences[[y, y, x], [z, x, z]]
-        self._polhode = Polhode.of(
+        known = Polhode.of(
             (yz, yx, xz),
             (
                 yz * gamma_y**2 + xz * gamma_x**2,
@@ -217,49 +219,43 @@ class Stationary(ExactMotion):
                 yx * gamma_y**2 - xz * gamma_z**2,
             ),
         )
-        self.lam, self.m, self.m1 = self._polhode.lam, self._polhode.m, self._polhode.m1
-        along_axis = np.sum(np.abs(gamma) > ROUNDING) == 1
-        self._steady = along_axis or self.lam * self._polhode.S == 0.0
-        if self._steady:
-            return
-        if self.m1 > 0.0:
+        self.lam, self.m, self.m1 = known.lam, known.m, known.m1
+        nutation, depth = _nutation(gamma_k, (yz, yx, xz))
+        if known.S * self.lam != 0.0 and np.sum(gamma != 0.0) > 1 and self.m1 > 0.0:
             self.period_s = float(4.0 * elliptic.K(self.m1) / self.lam)
-        S, D, C = self._polhode.S, self._polhode.D, self._polhode.C
-        self._u0 = elliptic.F_sncndn(gamma_x / S, gamma_z / C, gamma_y / D)
-        self._about_z = D >= C
-        self._nn = -((C / D) ** 2) if self._about_z else -self.m * (D / C) ** 2
-        self._third0 = elliptic.L(self._u0, self._nn, self.m1)
-        self._precession = (yz if self._about_z else -yz) * self._nn / self.lam
-        start = rotation.multiply(self._turn(0.0)[0], self._q_kb)
-        self._q_iz = rotation.multiply(self.state.q_ib, rotation.conjugate(start))
-
-    def _turn(self, t_s):
-        """
-        Return the attitude of frame k, (N, 4), psi about Z from 0 on, and the cosines of Z in it.
-
-        theta is counted from z or, where gamma passes that closer than y, from y; so its sine is
-        at least sqrt(1/2) and the angles have no singular attitude.
-        """
-        u = self._u0 + self.lam * t_s
-        gamma_x, gamma_y, gamma_z = gamma = self._polhode.at(u)
-        third = self._precession * (elliptic.L(u, self._nn, self.m1) - self._third0)
-        if self._about_z:
-            theta = np.arctan2(np.hypot(gamma_x, gamma_y), gamma_z)
-            phi = np.arctan2(gamma_x, gamma_y)
-            return _half_angles(self._rates[1] * t_s + third, theta, phi), gamma
-        theta = np.arctan2(np.hypot(gamma_x, gamma_z), gamma_y)
-        phi = self._polhode.angle_about_y(u)
-        q = _half_angles(self._rates[2] * t_s + third, theta, phi)
-        # the angles counted from y are those of the axes z, x, y
-        return rotation.multiply(q, [0.5, 0.5, 0.5, 0.5]), gamma
+        qx, qy, qz, qw = rotation.multiply(self.state.q_ib, self._q_bk)
+        phase = self._rates[2], -depth
+        p, q, _ = self._rates * gamma_k
+        self._flow = Flow(nutation, phase, phase, complex(qw, qz), complex(qx, qy), complex(p, q))
 
 
-def _half_angles(psi, theta, phi):
-    """Return the quaternion of Rz(psi) Rx(theta) Rz(phi) by the half-angle form of euler.py."""
-    sine, cosine = np.sin(theta / 2.0), np.cos(theta / 2.0)
-    half_sum, half_difference = (psi + phi) / 2.0, (psi - phi) / 2.0
-    x, y = sine * np.cos(half_difference), sine * np.sin(half_difference)
-    return np.stack([x, y, cosine * np.sin(half_sum), cosine * np.cos(half_sum)], axis=-1)
+def _nutation(gamma_k, differences):
+    """
+    Return the nutation of axis 3 of frame k from Z and omega_0 (alpha_3 - e) [rad/s].
+
+    differences: r_3 - r_1, r_3 - r_2, r_2 - r_1 of r_i = omega_0 alpha_i.  With u = gamma_3 and
+    E = omega_0 e,
+
+        u'^2 = (E - r_2 - (r_3 - r_2) u^2) (r_1 - E + (r_3 - r_1) u^2)          (30)
+        s+-' = r_3 - (r_3 - E) / (1 +- u)                                       (31)
+    """
+    gamma_1, gamma_2, u = gamma_k
+    r31, r32, r21 = differences
+    depth = r31 * gamma_1**2 + r32 * gamma_2**2
+    first = [-r21 * gamma_1**2, -2.0 * r32 * u, -r32]
+    second = [-r21 * gamma_2**2, 2.0 * r31 * u, r31]
+    at_pole = np.convolve([-depth, 2.0 * r32, -r32], [depth, -2.0 * r31, r31])
+    above = (gamma_1**2 + gamma_2**2) / (1.0 + u)
+    nutation = Nutation(
+        np.convolve(first, second),
+        at_pole,
+        at_pole,
+        above,
+        1.0 + u,
+        r21 * gamma_1 * gamma_2,
+        is_even=True,
+    )
+    return nutation, depth
 
 
 def _field(system):

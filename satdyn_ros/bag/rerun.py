@@ -9,7 +9,7 @@ from ..dynamics import rotation
 from ..messages.packers import packer
 from ..messages.topics import pack_rotor_torque, pack_torque
 from ..rosbag2.chunk_builder import ChunkBuilder
-from ..run.events import Request, Reset, RotorTorque, Torque
+from ..run.events import Event, Request, Reset, RotorTorque, Torque
 from ..run.simulation import Samples, Simulation
 from .recorded_run import RecordedRun
 
@@ -27,14 +27,14 @@ class Records(NamedTuple):
 def rerun(
     run: RecordedRun,
     perturbation_rad: float = 0.0,
-    observe: Callable[[Simulation, Samples], None] | None = None,
+    observe: Callable[[Simulation, list[Event], Samples], None] | None = None,
 ) -> Iterator[Records]:
     """
-    Yield the messages of a run, without end, as its bag should hold them.
+    Yield the messages of a run, until it halts, as its bag should hold them.
 
     perturbation_rad: how far the states where motions start are turned, and relatively their
     rates changed, so that the distance of two runs shows how errors grow.  observe is called with
-    all samples.
+    all events and samples.
     """
     simulation = run.simulation()
     starts_anew = True
@@ -48,9 +48,12 @@ def rerun(
             simulation = _perturbed(run, simulation, samples.first_tick, perturbation_rad)
             _, samples = simulation.advance(len(samples))
         if observe is not None:
-            observe(simulation, samples)
+            observe(simulation, applied, samples)
         for event in [*already_applied, *applied]:
-            _add_input(chunk, run, event, int(samples.stamps_ns[0]))
+            _add_input(chunk, run, event, run.ticks.stamp_ns(samples.first_tick))
+        if simulation.halted:
+            yield Records(chunk.take(), starts_anew)
+            return
         already_applied = []
         rows = {}
         for name in (*simulation.topics, *run.scenario.sensors):

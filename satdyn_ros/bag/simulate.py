@@ -16,7 +16,7 @@ from ..messages.packers import packer
 from ..rosbag2.reader import TopicBlock
 from ..run.events import Event, Request, RotorTorque, Topics, Torque
 from ..run.scenario import Scenario
-from ..run.simulation import Simulation, requested
+from ..run.simulation import RunHalted, Simulation, requested, try_out
 from ..run.ticks import LAST_STAMP_NS, Ticks
 from .recorded_run import RecordedRun
 from .recording import Recording
@@ -39,8 +39,9 @@ def simulate(
 
     The bag is complete when the iteration ends, also when it is closed half way.  An epoch of 0 is
     the wall clock's full second.  shelter: entered while the bag is written, which a signal must
-    not interrupt.  ValueError: an event that the scenario does not allow.  OSError: as BagWriter.
-    Halted: the motion cannot go on; the bag holds the blocks before.
+    not interrupt.  ValueError: an event that the scenario does not allow, or a start that begins
+    no motion.  OSError: as BagWriter.  RunHalted: the run came to a halt; the bag has the ticks
+    before.
     """
     scenario = with_epoch(scenario)
     changes = [event.names for event in events if isinstance(event, Topics)]
@@ -50,12 +51,13 @@ def simulate(
         for name in dict.fromkeys(name for some in names for name in some)
     }
     _check(events, scenario)
+    try_out(scenario, 0)
     simulation = Simulation(scenario, events)
     count = tick_count(scenario, duration_s)
     recording = Recording(directory, simulation.scenario, scenario.topics)
     rows: dict[str, np.ndarray] = {}
     try:
-        while simulation.next_tick < count:
+        while simulation.next_tick < count and not simulation.halted:
             block = min(BLOCK_TICKS, count - simulation.next_tick)
             applied, samples = simulation.advance(block)
             with shelter:
@@ -64,6 +66,8 @@ def simulate(
     finally:
         with shelter:
             recording.close()
+    if simulation.halted:
+        raise RunHalted(f'{simulation.halted}; {directory} has {simulation.next_tick} ticks')
 
 
 def _record(simulation, applied, samples, packers, rows, recording):
@@ -73,7 +77,7 @@ def _record(simulation, applied, samples, packers, rows, recording):
     rows: those of the last block, which the bag has copied: their memory serves again.
     """
     for event in applied:
-        recording.event(event, int(samples.stamps_ns[0]))
+        recording.event(event, simulation.ticks.stamp_ns(samples.first_tick))
     chosen = {name: packers[name].pack(samples, rows.get(name)) for name in simulation.topics}
     rows |= chosen
     measured = {name: packers[name].pack(samples) for name in samples.measured}

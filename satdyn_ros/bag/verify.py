@@ -16,6 +16,7 @@ from ..rosbag2.errors import BagError, Damaged, Incomplete
 from ..rosbag2.integrity import check
 from ..rosbag2.reader import Bag, TopicBlock
 from ..rosbag2.scan import scan
+from ..run.events import Event, Halt, TorquesDropped
 from ..run.simulation import Samples, Simulation
 from . import run_records
 from .comparison import TWIN_RAD, Comparison, Difference
@@ -97,7 +98,13 @@ def verify(path: str | Path) -> Verdict:
         if then != here.get(name)
     }
     conservation = _Conservation(recorded.scenario['motion.tolerance'])
-    expected = rerun(recorded, observe=conservation.observe)
+    derived = _Derived(recorded)
+
+    def observe(simulation: Simulation, applied: list[Event], samples: Samples) -> None:
+        conservation.observe(simulation, samples)
+        derived.observe(applied, samples)
+
+    expected = rerun(recorded, observe=observe)
     twins: Iterator[Records | None] = rerun(recorded, TWIN_RAD) if other_machine else repeat(None)
     messages = _MessageStream(recorded.bag)
     comparison = Comparison(recorded)
@@ -109,6 +116,7 @@ def verify(path: str | Path) -> Verdict:
         difference = comparison.difference(found, records, twin)
         if difference:
             break
+    difference = difference or derived.difference(messages.last_ns)
     return Verdict(
         message_count=messages.count,
         same_bytes=comparison.same_bytes,
@@ -149,6 +157,7 @@ class _MessageStream:
 
     def __init__(self, bag: Bag):
         self.count = 0
+        self.last_ns = -1
         self._blocks = (item for item in bag.items() if isinstance(item, TopicBlock))
         self._waiting = np.empty(0, np.uint8)
 
@@ -169,8 +178,42 @@ class _MessageStream:
             if block is None:
                 return
             self.count += len(block.contents)
+            self.last_ns = max(self.last_ns, block.contents.span_ns[1])
             records = block.contents.message_records()
             self._waiting = np.concatenate([self._waiting, records])
+
+
+class _Derived:
+    """The events that a run brings about itself, beside those that its bag tells of."""
+
+    def __init__(self, recorded: RecordedRun):
+        self._ticks = recorded.ticks
+        self._told = _derived(recorded.events)
+        self._found: list[Event] = _derived(recorded.events_at_begin)
+        self._end_tick = 0
+
+    def observe(self, applied: list[Event], samples: Samples) -> None:
+        """Take in events and samples of a run."""
+        self._found += _derived(applied)
+        self._end_tick = samples.first_tick + len(samples)
+
+    def difference(self, last_ns: int) -> Difference | None:
+        """
+        Return the first event that is told and did not happen, or happened and is not told.
+
+        last_ns: the log time of the last message; how the bag ends after it is open.
+        """
+        last_tick = self._ticks.tick_of(last_ns)
+        wrong = [e for e in self._told if e not in self._found and e.tick <= self._end_tick]
+        wrong += [e for e in self._found if e not in self._told and e.tick <= last_tick]
+        for event in sorted(wrong, key=lambda event: event.tick)[:1]:
+            t_s = self._ticks.seconds(event.tick)
+            return Difference('the events', event.tick, t_s, type(event).__name__)
+        return None
+
+
+def _derived(events: list[Event]) -> list[Event]:
+    return [event for event in events if isinstance(event, TorquesDropped | Halt)]
 
 
 class _Conservation:
@@ -197,6 +240,8 @@ class _Conservation:
     def observe(self, simulation: Simulation, samples: Samples) -> None:
         """Take in samples of a run."""
         states = samples.states
+        if len(states) == 0:
+            return
         if simulation.motion is not self._motion:
             self._motion, self._begin = simulation.motion, states
         for name, drift in relative_drift(samples.system, states, self._begin).items():

@@ -35,9 +35,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except (ValueError, OSError) as error:
         return _refuse(arguments, _sentence(error))
     except RuntimeError as error:
-        from ..dynamics.motion import Halted
-
-        if not isinstance(error, Halted):
+        if not _has_halted(error):
             raise
         _refuse(arguments, _sentence(error))
         return ANSWER_IS_NO
@@ -55,6 +53,13 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _refuse(arguments, sentence):
     print(f'satdyn {arguments[0]}: {sentence}', file=sys.stderr)
     return INPUT_IS_WRONG
+
+
+def _has_halted(error):
+    from ..dynamics.motion import Halted
+    from ..run.simulation import RunHalted
+
+    return isinstance(error, Halted | RunHalted)
 
 
 def _sentence(error):

@@ -118,6 +118,8 @@ class PacingReport:
             values |= pacing.lateness.values()
         if not pacing.is_alive:
             return ERROR, 'the ticks have ended', values
+        if pacing.halted:
+            return ERROR, f'halted after tick {pacing.tick}: {pacing.halted}', values
         if pacing.is_paused:
             return OK, f'paused after tick {pacing.tick}', values
         if counted.late_ticks:

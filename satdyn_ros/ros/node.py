@@ -3,14 +3,16 @@
 import copy
 import time
 from collections.abc import Mapping
+from datetime import datetime, timezone
 from typing import TYPE_CHECKING, Any
 
 import rclpy.node
 
+from ..dynamics.propagator import Propagation
 from ..messages.topics import TOPICS
-from ..run.events import Event, Topics
+from ..run.events import Event, Halt, Topics, TorquesDropped
 from ..run.scenario import Scenario
-from ..run.simulation import Samples, Simulation
+from ..run.simulation import Samples, Simulation, try_out
 from . import realtime
 from .diagnostics import (
     Diagnostics,
@@ -49,6 +51,7 @@ class SatdynNode(rclpy.node.Node):
         name = kwargs.pop('node_name', 'satdyn')
         super().__init__(name, start_parameter_services=False, **kwargs)
         self.failure: str | None = None
+        self._own_services: Services | None = None
         self._pacing: Pacing | None = None
         self._recorder: Recorder | None = None
         try:
@@ -64,14 +67,16 @@ class SatdynNode(rclpy.node.Node):
                 'cannot follow it'
             )
         self._publishing = Publishing(self, scenario)
+        topics = self._publishing.open(scenario.topics)
+        _try_out(scenario)
         scenario = scenario.with_seed().with_values(
             {
-                'publish.topics': self._publishing.open(scenario.topics),
+                'publish.topics': topics,
                 'time.epoch_ns': scenario.epoch_ns or _wall_clock_ns(),
             }
         )
         parameters = Parameters(self, scenario, self._change)
-        ParameterService(self)
+        ParameterService(self, parameters.lock)
         self._simulation = Simulation(scenario)
         warn = self.get_logger().warning
         realtime.lock_memory(scenario, warn)
@@ -83,7 +88,7 @@ class SatdynNode(rclpy.node.Node):
             lambda: realtime.raise_priority(scenario, warn),
         )
         self._inputs = Inputs(self, scenario, self._simulation, self._pacing)
-        Services(self, parameters, self._pacing, self._record)
+        self._own_services = Services(self, parameters, self._pacing, self._record)
         self._propagation = PropagationReport(scenario['motion.tolerance'])
         Diagnostics(
             self,
@@ -94,14 +99,22 @@ class SatdynNode(rclpy.node.Node):
                 'inputs': InputsReport(self._inputs.tally),
             },
         )
-        self._load_equations(scenario)
         if scenario['record.enabled']:
             self._recorder = self._open_recorder()
+        self.get_logger().info(self._what_begins(scenario))
         self._pacing.start()
 
-    def _load_equations(self, scenario):
-        """Compile the equations, if that was never done, ahead of the first tick."""
-        scenario.motion().at(0.0)
+    def _what_begins(self, scenario):
+        """Return the line that is logged at the start."""
+        topics = ', '.join(self._simulation.topics + tuple(scenario.sensors)) or 'nothing'
+        epoch = datetime.fromtimestamp(scenario.epoch_ns / _SECOND_NS, timezone.utc)
+        factor = scenario['time.factor']
+        pace = f'factor {factor:g}' if factor else 'as fast as possible'
+        bag = f'recording {self._recorder.directory}' if self._recorder else 'not recording'
+        return (
+            f'publishing {topics} at {scenario["publish.rate"]:g} Hz, {pace}; tick 0 is at '
+            f'{epoch:%Y-%m-%d %H:%M:%S} UTC; {bag}'
+        )
 
     @property
     def lateness(self) -> Lateness:
@@ -110,6 +123,8 @@ class SatdynNode(rclpy.node.Node):
 
     def destroy_node(self) -> None:
         """End the ticks, complete the bag and leave the graph."""
+        if self._own_services is not None:
+            self._own_services.close()
         if self._pacing is not None:
             self._pacing.stop()
         if self._recorder is not None:
@@ -121,11 +136,24 @@ class SatdynNode(rclpy.node.Node):
 
     def prepare(self, applied: list[Event], samples: Samples) -> Block:
         """Record the events that act at the first tick and return the messages of all."""
+        for event in applied:
+            if isinstance(event, TorquesDropped | Halt):
+                self._tell(event)
         recorder = self._recorder
         if recorder is not None:
+            stamp_ns = self._simulation.ticks.stamp_ns(samples.first_tick)
             for event in applied:
-                recorder.put_event(event, int(samples.stamps_ns[0]))
+                recorder.put_event(event, stamp_ns)
         return self._publishing.pack(samples, self._simulation.topics)
+
+    def _tell(self, event):
+        if isinstance(event, TorquesDropped):
+            reason = f'with them tick {event.tick} is out of reach'
+            self.get_logger().error(f'the torques that acted are dropped: {reason}')
+        else:
+            self.get_logger().error(
+                f'no tick follows until a request or a reset: {self._simulation.halted}'
+            )
 
     def published(self, samples: Samples, messages: Block, count: int) -> None:
         """Record the first `count` ticks, which were published."""
@@ -184,6 +212,14 @@ class SatdynNode(rclpy.node.Node):
         self.failure = str(error)
         self.get_logger().fatal(f'the ticks have ended: {self.failure}')
         self.context.try_shutdown()
+
+
+def _try_out(scenario):
+    """Compile the equations, if that was never done, and refuse a start that begins no motion."""
+    if scenario['motion.method'] == 'auto':
+        # A torque may ask for it later.
+        Propagation(scenario.system, scenario.initial_state).at(0.0)
+    try_out(scenario, 0)
 
 
 def _wall_clock_ns():

@@ -18,6 +18,8 @@ _AHEAD_S = 0.25
 _LARGEST_BLOCK = 256
 # A longer sleep can be interrupted; a shorter one ends more punctually.
 _SHORT_NS = 50_000_000
+# The end waits so long for a tick that is computed.
+_PATIENCE_S, _LOOK_S = 0.3, 0.02
 # A lag after which deadlines start anew.
 _LARGEST_LAG_NS = _SECOND_NS
 
@@ -55,9 +57,10 @@ class Pacing:
 
     factor: simulated seconds per wall second, 0: as fast as possible.  Nothing is skipped: late
     ticks are published late; deadlines start anew after a lag of a second, a pause, or a change
-    of the factor.  failed(error): called once from the thread if a tick cannot be computed.
-    begin(): called once from the thread before all else.  lateness: the lags of all ticks that had
-    deadlines.  Where Python's garbage collection is disabled, it happens between ticks.
+    of the factor.  A run that has halted waits for a request or a reset.  failed(error): called
+    once from the thread if it ends by an error.  begin(): called once from the thread before all
+    else.  lateness: the lags of all ticks that had deadlines.  Where Python's garbage collection
+    is disabled, it happens between ticks.
     """
 
     def __init__(
@@ -81,7 +84,11 @@ class Pacing:
         self._attention = False
         self._stopping = False
         self._paused = False
+        self._computing = False
+        self._halted: str | None = None
         self._steps = 0
+        self._step_begin = 0
+        self._step_ended: Callable[[int], None] | None = None
         self._inbox: list[tuple[str | None, Callable[[int], Event]]] = []
         self._largest_block = 1
         self._block_length = 1
@@ -112,6 +119,16 @@ class Pacing:
         return self._paused
 
     @property
+    def is_stepping(self) -> bool:
+        """Whether a step goes on."""
+        return self._steps > 0
+
+    @property
+    def halted(self) -> str | None:
+        """Why no tick can follow, None: one can."""
+        return self._halted
+
+    @property
     def factor(self) -> float:
         """The simulated seconds per wall second that are asked for."""
         return self._factor
@@ -126,50 +143,77 @@ class Pacing:
         self._thread.start()
 
     def stop(self) -> None:
-        """Let no more ticks happen."""
+        """Let no more ticks happen; one that is still computed is left to itself."""
+        self._attention = True
         with self._changed:
             self._stopping = True
+            self._end_step()
             self._alert()
-        if self._thread.is_alive():
-            self._thread.join()
+        patience_ends_s = time.monotonic() + _PATIENCE_S
+        while self._thread.is_alive():
+            if self._computing and time.monotonic() > patience_ends_s:
+                return
+            self._thread.join(_LOOK_S)
 
-    def put(self, event_at: Callable[[int], Event], kind: str | None = None) -> None:
+    def put(
+        self, event_at: Callable[[int], Event], kind: str | None = None, restarts: bool = False
+    ) -> None:
         """
         Let event_at(tick) act at the next tick.
 
-        kind: while paused, an event takes the place of one of its kind that waits.
+        kind: while no tick passes, an event takes the place of one of its kind that waits.
+        restarts: the event begins a new motion, with which a run that has halted goes on.
         """
+        self._attention = True
         with self._changed:
-            if self._paused and kind is not None:
+            if restarts and self._halted:
+                self._halted = None
+                self._begin_anew = True
+            if (self._paused or self._halted) and kind is not None:
                 self._inbox = [item for item in self._inbox if item[0] != kind]
             self._inbox.append((kind, event_at))
             self._alert()
 
     def pause(self) -> None:
-        """Let no tick pass from now on."""
+        """Let no tick pass from now on; a step ends."""
+        self._attention = True
         with self._changed:
             self._paused = True
+            self._end_step()
             self._alert()
 
     def resume(self) -> None:
-        """Let ticks pass again."""
+        """Let ticks pass again; a step ends."""
+        self._attention = True
         with self._changed:
+            self._end_step()
             self._begin_anew = self._begin_anew or self._paused
             self._paused = False
             self._alert()
 
-    def step(self, count: int) -> bool:
-        """Let `count` ticks pass while paused and return when they have; False: none did."""
+    def step(self, count: int, ended: Callable[[int], None]) -> bool:
+        """
+        Let `count` ticks pass while paused; False: not paused, halted, or a step goes on.
+
+        ended(passed): called once, by any thread and while no tick passes, when that many of the
+        ticks have passed and no more will.
+        """
         with self._changed:
-            if not self._paused:
+            if not self._paused or self._steps or self._halted or self._stopping:
                 return False
-            self._steps = count
+            self._steps, self._step_begin, self._step_ended = count, self._tick, ended
             self._changed.notify_all()
-            self._changed.wait_for(lambda: self._steps == 0 or self._stopping)
-            return self._steps == 0
+            return True
+
+    def _end_step(self):
+        """Let no more ticks of a step pass; the lock is held."""
+        ended, self._step_ended, self._steps = self._step_ended, None, 0
+        if ended is not None:
+            ended(self._tick - self._step_begin)
 
     def set_factor(self, factor: float) -> None:
         """Change the simulated seconds per wall second."""
+        self._attention = True
         with self._changed:
             self._factor = factor
             self._begin_anew = True
@@ -204,12 +248,13 @@ class Pacing:
         finally:
             with self._changed:
                 self._stopping = True
+                self._end_step()
                 self._changed.notify_all()
 
     def _next_count(self):
         """Return how many ticks to compute next, with what came scheduled; 0: stop."""
         with self._changed:
-            while self._paused and not (self._steps or self._stopping):
+            while (self._halted or (self._paused and not self._steps)) and not self._stopping:
                 self._attention = False
                 self._changed.wait()
             if self._stopping:
@@ -224,7 +269,9 @@ class Pacing:
     def _play(self, count):
         simulation = self._simulation
         self._garbage.collect_at_last(has_deadlines=bool(self._period_ns))
+        begin_s, self._computing = time.monotonic(), True
         applied, samples = simulation.advance(count)
+        took_s, self._computing = time.monotonic() - begin_s, False
         messages = self._listener.prepare(applied, samples)
         try:
             self._publish(samples, messages)
@@ -235,9 +282,23 @@ class Pacing:
             if done:
                 self._punctuality.ticks += done
                 self._listener.published(samples, messages, done)
+        if simulation.halted:
+            return self._halt(simulation.halted)
         if done < len(samples):
             simulation.rewind(samples.first_tick + done)
-        self._block_length = 1 if applied or done < len(samples) else 2 * count
+        if applied or done < len(samples):
+            self._block_length = 1
+        elif took_s < _AHEAD_S / 4:
+            self._block_length = 2 * count
+        else:
+            self._block_length = max(1, int(count * _AHEAD_S / 2 / took_s))
+
+    def _halt(self, sentence):
+        with self._changed:
+            # What came meanwhile may begin a new motion.
+            if not self._inbox:
+                self._halted = sentence
+                self._end_step()
 
     def _publish(self, samples, messages):
         """Publish tick by tick until something comes up."""
@@ -255,7 +316,7 @@ class Pacing:
                 if stepping:
                     self._steps -= 1
                     if self._steps == 0:
-                        self._changed.notify_all()
+                        self._end_step()
             if self._begin_anew:
                 return
 

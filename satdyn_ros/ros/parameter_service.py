@@ -1,12 +1,14 @@
 """The parameter services of rclpy, which outlive any message."""
 
 from collections.abc import Sequence
+from contextlib import AbstractContextManager
 
 import rclpy.parameter_service
 from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.msg import SetParametersResult
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.exceptions import ParameterException
+from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from .refusal import one_sentence
@@ -16,8 +18,13 @@ class ParameterService(rclpy.parameter_service.ParameterService):
     """
     The services that list, describe, get and set a node's parameters.
 
-    A set that rclpy would answer with an exception, which ends the executor, is refused.
+    A set that rclpy would answer with an exception, which ends the executor, is refused.  lock:
+    held by whoever sets parameters.
     """
+
+    def __init__(self, node: Node, lock: AbstractContextManager):
+        self._lock = lock
+        super().__init__(node)
 
     def _set_parameters_callback(
         self, request: SetParameters.Request, response: SetParameters.Response
@@ -39,7 +46,8 @@ class ParameterService(rclpy.parameter_service.ParameterService):
             unknown = [p.name for p in parameters if not node.has_parameter(p.name)]
             if unknown:
                 raise ValueError(f'{unknown[0]!r} is no parameter of this node')
-            result = node.set_parameters_atomically(parameters)
+            with self._lock:
+                result = node.set_parameters_atomically(parameters)
         except (ParameterException, ValueError, TypeError) as error:
             result = SetParametersResult(successful=False, reason=str(error))
         result.reason = one_sentence(result.reason)

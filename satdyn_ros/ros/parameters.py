@@ -3,6 +3,7 @@
 import sys
 from array import array
 from collections.abc import Callable, Mapping
+from threading import RLock
 from typing import Any
 
 from rcl_interfaces.msg import (
@@ -78,6 +79,7 @@ class Parameters:
     The parameters of a node, whose values are those of a scenario.
 
     changed(scenario, names): called after an ordinary set was accepted, names being what changed.
+    lock: held by whoever sets parameters.
     """
 
     def __init__(
@@ -87,6 +89,7 @@ class Parameters:
         changed: Callable[[Scenario, list[str]], None],
     ):
         self.scenario = scenario
+        self.lock = RLock()
         self._node = node
         self._changed = changed
         self._puts_in_force = False
@@ -99,11 +102,12 @@ class Parameters:
 
     def put_in_force(self, values: Mapping[str, Any]) -> None:
         """Show initial conditions that were accepted as the parameters' values."""
-        self._puts_in_force = True
-        try:
-            self._node.set_parameters_atomically([_parameter(n, v) for n, v in values.items()])
-        finally:
-            self._puts_in_force = False
+        with self.lock:
+            self._puts_in_force = True
+            try:
+                self._node.set_parameters_atomically([_parameter(n, v) for n, v in values.items()])
+            finally:
+                self._puts_in_force = False
 
     def _converted(self, parameters):
         """Return the parameters in their keys' types where their values allow it."""

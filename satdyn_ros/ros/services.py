@@ -1,26 +1,34 @@
 """The services: requests of new initial conditions, reset, pause, step and record."""
 
 from collections.abc import Callable
+from contextlib import suppress
+from queue import SimpleQueue
+from threading import Thread
 from typing import Any
 
 from rcl_interfaces.srv import SetParametersAtomically
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from std_srvs.srv import SetBool, Trigger
 
 from ..run.events import Event, Request, Reset
-from ..run.simulation import requested
-from ..run.ticks import Ticks
+from ..run.scenario import Scenario
+from ..run.simulation import requested, try_out
 from .pacing import Pacing
 from .parameter_service import parameter_of
 from .parameters import Parameters, plain_value
 from .refusal import one_sentence
+
+Reply = Callable[[Any], None]
 
 
 class Services:
     """
     The services of a node.
 
-    record(enabled): opens a bag or closes the open one and returns (success, sentence).
+    What begins a new motion is first tried in a thread of its own, one request after the other, so
+    that neither ticks nor other services wait.  record(enabled): opens a bag or closes the open
+    one and returns (success, sentence).
     """
 
     def __init__(
@@ -32,91 +40,127 @@ class Services:
     ):
         self._parameters, self._pacing, self._record = parameters, pacing, record
         self._conditions = parameters.scenario
-        self._ticks = Ticks(parameters.scenario.rate, parameters.scenario.epoch_ns)
-        self._after_reply: Callable[[int], Event] | None = None
-        acting = [
-            node.create_service(
-                SetParametersAtomically, '~/set_initial_conditions', self._set_initial_conditions
-            ),
-            node.create_service(Trigger, '~/reset', self._reset),
-        ]
-        for service in acting:
-            self._act_after_reply(service)
+        self._asked: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
+        Thread(target=self._try_one_by_one, name='requests', daemon=True).start()
+        _create_deferred(
+            node, SetParametersAtomically, '~/set_initial_conditions', self._set_initial_conditions
+        )
+        _create_deferred(node, Trigger, '~/reset', self._reset)
+        _create_deferred(node, Trigger, '~/step', self._step)
         node.create_service(SetBool, '~/pause', self._pause)
-        node.create_service(Trigger, '~/step', self._step)
         node.create_service(SetBool, '~/record', self._set_record)
 
-    def _act_after_reply(self, service):
-        """
-        Let what a service left act once its reply is sent, with no tick in between.
+    def close(self) -> None:
+        """Try no more requests."""
+        self._asked.put(None)
 
-        So the first tick after the reply carries exactly the requested state.
-        """
-        send = service.send_response
+    # -- what begins a new motion ----------------------------------------------------------------
 
-        def send_response(response, header):
-            with self._pacing.between_ticks:
-                send(response, header)
-                event_at, self._after_reply = self._after_reply, None
-                if event_at is not None:
-                    self._pacing.put(event_at)
+    def _try_one_by_one(self):
+        while (ask := self._asked.get()) is not None:
+            ask()
 
-        service.send_response = send_response
+    def _set_initial_conditions(self, request, reply):
+        self._asked.put(lambda: self._try_request(request, reply))
 
-    def _set_initial_conditions(self, request, response):
+    def _try_request(self, request, reply):
+        response = SetParametersAtomically.Response()
         try:
             values = _values(request.parameters)
             conditions = requested(self._conditions, values)
-            self._check_closed_form(conditions)
-        except ValueError as error:
+            self._try_out(conditions)
+        except (ValueError, ArithmeticError) as error:
             response.result.reason = one_sentence(error)
-            return response
+            return reply(response)
         self._conditions = conditions
-        in_force = {name: self._conditions[name] for name in values}
+        in_force = {name: conditions[name] for name in values}
         self._parameters.put_in_force(in_force)
-        self._after_reply = lambda tick: Request(tick, in_force)
         response.result.successful = True
-        return response
+        self._act(reply, response, lambda tick: Request(tick, in_force))
 
-    def _reset(self, request, response):
+    def _reset(self, request, reply):
+        self._asked.put(lambda: self._try_reset(reply))
+
+    def _try_reset(self, reply):
         try:
-            self._check_closed_form(self._conditions)
-        except ValueError as error:
-            response.message = one_sentence(error)
-            return response
-        self._after_reply = Reset
-        response.success = True
-        response.message = 'the motion restarts from the initial conditions in force'
-        return response
+            self._try_out(self._conditions)
+        except (ValueError, ArithmeticError) as error:
+            return reply(Trigger.Response(message=one_sentence(error)))
+        sentence = 'the motion restarts from the initial conditions in force'
+        self._act(reply, Trigger.Response(success=True, message=sentence), Reset)
 
-    def _check_closed_form(self, conditions):
-        """Raise ValueError if motion.method is exact and the next tick begins no closed form."""
-        if conditions['motion.method'] == 'exact':
-            t_s = self._ticks.seconds(self._pacing.tick + 1)
-            conditions.motion_from(conditions.system, conditions.state_at(t_s), t_s)
+    def _try_out(self, conditions: Scenario):
+        try_out(conditions, self._pacing.tick + 1)
+
+    def _act(self, reply: Reply, response: Any, event_at: Callable[[int], Event]):
+        """
+        Send the reply and let the event act, with no tick in between.
+
+        So the first tick after the reply carries exactly the requested state.
+        """
+        with self._pacing.between_ticks:
+            reply(response)
+            self._pacing.put(event_at, restarts=True)
+
+    # -- the passing of ticks --------------------------------------------------------------------
 
     def _pause(self, request, response):
-        response.success = True
         if request.data:
             self._pacing.pause()
+            response.success = True
             response.message = f'paused after tick {self._pacing.tick}'
+        elif self._pacing.halted:
+            response.message = self._halted
         else:
             self._pacing.resume()
-            response.message = 'running'
+            response.success, response.message = True, 'running'
         return response
 
-    def _step(self, request, response):
+    def _step(self, request, reply):
         count = self._parameters.scenario['step.ticks']
-        response.success = self._pacing.step(count)
-        if response.success:
-            response.message = f'now after tick {self._pacing.tick}'
+
+        def ended(passed):
+            now = f'now after tick {self._pacing.tick}'
+            if passed == count:
+                return reply(Trigger.Response(success=True, message=now))
+            reply(Trigger.Response(message=f'{passed} of {count} ticks passed, {now}'))
+
+        if self._pacing.step(count, ended):
+            return
+        if self._pacing.halted:
+            reason = self._halted
+        elif self._pacing.is_stepping:
+            reason = 'a step goes on already; ~/pause ends it'
         else:
-            response.message = 'the node is not paused; ~/step takes a paused node (~/pause)'
-        return response
+            reason = 'the node is not paused; ~/step takes a paused node (~/pause)'
+        reply(Trigger.Response(message=reason))
+
+    @property
+    def _halted(self):
+        return one_sentence(
+            f'no tick can follow until a request or a reset: {self._pacing.halted}'
+        )
 
     def _set_record(self, request, response):
         response.success, response.message = self._record(request.data)
         return response
+
+
+def _create_deferred(node: Node, kind: type, name: str, ask: Callable[[Any, Reply], None]) -> None:
+    """Create a service that calls ask(request, reply); reply(response), by any thread, answers."""
+    service = node.create_service(kind, name, lambda request, response: request)
+    send = service.send_response
+
+    # What the callback returns, here the request, the executor hands on with its header.
+    def ask_with_header(request, header):
+        def reply(response):
+            # Who asked, or this node, may have gone.
+            with suppress(rclpy_implementation.RCLError, rclpy_implementation.InvalidHandle):
+                send(response, header)
+
+        ask(request, reply)
+
+    setattr(service, 'send_response', ask_with_header)  # noqa: B010
 
 
 def _values(parameters) -> dict[str, Any]:

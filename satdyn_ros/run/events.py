@@ -15,7 +15,7 @@ ends after torque.timeout, as in the node, unless until_s or until_tick says whe
 until the next one.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -77,7 +77,21 @@ class Topics:
     names: tuple[str, ...]
 
 
-Event = Request | Reset | Torque | RotorTorque | Timeout | Topics
+@dataclass(frozen=True)
+class TorquesDropped:
+    """The end of all torques at the tick before, for with them this tick is out of reach."""
+
+    tick: int
+
+
+@dataclass(frozen=True)
+class Halt:
+    """The end of a motion that does not reach this tick; a request or reset begins a new one."""
+
+    tick: int
+
+
+Event = Request | Reset | Torque | RotorTorque | Timeout | Topics | TorquesDropped | Halt
 
 _AT = {
     'at_s': Key('at_s', 'double', None, 's', '', low=0.0),
@@ -89,9 +103,13 @@ _UNTIL = {
 }
 _TORQUE = Key('torque', 'double_array', None, 'N m', '', lengths=(3,))
 _ROTOR_TORQUE = Key('rotor_torque', 'double', None, 'N m', '')
-_RESET = Key('reset', 'bool', None, '', '')
+_FLAGS: dict[str, Callable[[int], Event]] = {
+    'reset': Reset,
+    'torques_dropped': TorquesDropped,
+    'halt': Halt,
+}
 _TIMEOUT = Key('timeout', 'string', None, '', '', choices=('torque', 'rotor_torque'))
-_WHAT = ('torque', 'rotor_torque', 'request', 'reset', 'topics', 'timeout')
+_WHAT = ('torque', 'rotor_torque', 'request', 'topics', 'timeout', *_FLAGS)
 
 
 def from_yaml(path: str | Path, scenario: Scenario) -> list[Event]:
@@ -158,14 +176,14 @@ def _event(entry, scenario) -> Event:
             if not isinstance(value, Mapping):
                 raise ValueError(f'request is {value}; it takes keys and values')
             return Request(tick, dict(flattened(value)))
-        case 'reset':
-            if not _RESET.checked(value):
-                raise ValueError('reset is false; it takes true')
-            return Reset(tick)
         case 'topics':
             return Topics(tick, KEYS['publish.topics'].checked(value))
-        case _:
+        case 'timeout':
             return Timeout(tick, _TIMEOUT.checked(value))
+        case _:
+            if not Key(what, 'bool', None, '', '').checked(value):
+                raise ValueError(f'{what} is false; it takes true')
+            return _FLAGS[what](tick)
 
 
 def _only(entry, names):
@@ -205,12 +223,12 @@ def _entry(event) -> dict[str, Any]:
             what = {'rotor_torque': event.torque, 'until_tick': event.until_tick}
         case Request():
             what = {'request': _plain(event.values)}
-        case Reset():
-            what = {'reset': True}
         case Topics():
             what = {'topics': list(event.names)}
         case Timeout():
             what = {'timeout': event.topic}
+        case _:
+            what = {name: True for name, kind in _FLAGS.items() if type(event) is kind}
     return {'tick': event.tick} | what
 
 

@@ -230,8 +230,14 @@ class Scenario:
         """Return the motion from tick 0; ValueError: exact is asked for and there is none."""
         return self.motion_from(self.system, self.initial_state, 0.0)
 
-    def motion_from(self, system: System, state: State, start_s: float) -> Motion:
-        """Return the motion of a system from a state at start_s, by motion.method."""
+    def motion_from(
+        self, system: System, state: State, start_s: float, most_steps: int | None = None
+    ) -> Motion:
+        """
+        Return the motion of a system from a state at start_s, by motion.method.
+
+        most_steps: as of a Propagation.
+        """
         method = self['motion.method']
         if method != 'numeric':
             from .. import exact
@@ -242,7 +248,7 @@ class Scenario:
             if method == 'exact':
                 reason = exact.explain(system, state)
                 raise ValueError(f'motion.method is exact, but there is no closed form: {reason}')
-        return Propagation(system, state, start_s, self['motion.tolerance'])
+        return Propagation(system, state, start_s, self['motion.tolerance'], most_steps)
 
     def integrals(self, states: States) -> dict[str, np.ndarray]:
         """Return the first integrals that this scenario conserves, name to values (N,)."""

@@ -6,12 +6,33 @@ from typing import Any
 
 import numpy as np
 
-from ..dynamics.motion import Motion, States
+from ..dynamics.motion import Halted, Motion, States
+from ..dynamics.propagator import Propagation
 from ..dynamics.system import State, System
 from ..sensors import Measurements, Suite
-from .events import Event, Request, Reset, RotorTorque, Timeout, Topics, Torque
+from .events import (
+    Event,
+    Halt,
+    Request,
+    Reset,
+    RotorTorque,
+    Timeout,
+    Topics,
+    Torque,
+    TorquesDropped,
+)
 from .scenario import INITIAL_CONDITIONS, Scenario
-from .ticks import Ticks
+from .ticks import LAST_STAMP_NS, Ticks
+
+# A motion that takes more steps from one tick to the next does not reach it.
+MOST_STEPS_A_TICK = 10**6
+_NO_STAMP = f'the next tick comes after the last stamp of ROS, {LAST_STAMP_NS // 10**9} s'
+# A request is tried for so many ticks, or steps in all.
+_TRIED_TICKS, _TRIED_STEPS = 100, 10**6
+
+
+class RunHalted(RuntimeError):  # noqa: N818
+    """The end of a run whose motion cannot go on; its text is one sentence."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +77,10 @@ class Simulation:
 
     events: what happens at ticks to come, in their order.  ValueError: as Scenario.motion.
 
+    Where the next tick is out of reach (steps beyond number, a stamp that ROS does not have), the
+    torques are dropped; if none acts, the run halts until a request or reset.  Both are events
+    too, decided by the motion alone: given ones that are not true are left out.
+
     >>> simulation = Simulation(Scenario.from_yaml('config/default.yaml'))  # doctest: +SKIP
     >>> state = simulation.step(torque_b=(0, 0, 0.01))  # doctest: +SKIP
     """
@@ -70,6 +95,9 @@ class Simulation:
         self._until: dict[str, int] = {}
         self._torque_of_step = False
         self._block: Samples | None = None
+        # The motion's states that were computed, from a tick on.
+        self._ahead: tuple[int, States] | None = None
+        self.halted: str | None = None
         # The sensors before the next tick, and before the first tick of the block.
         self._suite = self._suite_of_block = Suite.of(self.scenario.sensors)
         self._restart(0, scenario.initial_state)
@@ -80,23 +108,28 @@ class Simulation:
         """
         Return the events of the next tick, now applied, and the samples from it on.
 
-        At most count ticks, and none beyond the next event.
+        At most count ticks, none beyond the next event, and none at all of a run that has halted.
         """
         first = self.next_tick
         applied = self._apply_events(first)
         last = min([first + count, *(tick for tick in self._event_ticks() if tick > first)])
-        t_s = self.ticks.seconds_between(self._begin_tick, first, last)
-        states = replace(self._motion.at(t_s), orbit_s=self.ticks.seconds_between(0, first, last))
-        self._suite_of_block = self._suite
-        found, self._suite = self._suite.measure(range(first, last), states)
-        measured = {name: self._stamped(some, first) for name, some in found.items()}
+        states = self._states(first, last)
+        if not len(states):
+            applied += self._make_way(first)
+            states = self._states(first, last)
+        last = first + len(states)
+        measured = {}
+        if len(states):
+            self._suite_of_block = self._suite
+            found, self._suite = self._suite.measure(range(first, last), states)
+            measured = {name: self._stamped(some, first) for name, some in found.items()}
         stamps_ns = self.ticks.stamps_ns(first, last)
         self._block = Samples(first, stamps_ns, states, self._system, measured)
         self.next_tick = last
         return applied, self._block
 
     def rewind(self, tick: int) -> None:
-        """Go back to a tick of the last samples: what was computed from it on has not happened."""
+        """Go back to a tick of the last samples: what comes from it on has not happened."""
         self._suite = self._suite_at(tick)
         self.next_tick = tick
 
@@ -135,6 +168,7 @@ class Simulation:
         Go one tick on and return the state there.
 
         torque_b [N m] (3,), body axes: holds during this step alone; None: what is in force.
+        RunHalted: the run goes no further.
         """
         if self.next_tick == 0:
             self.advance(1)
@@ -147,6 +181,8 @@ class Simulation:
                 self.schedule(Torque(self.next_tick, torque))
                 self.advance(1)
         self.advance(1)
+        if self.halted:
+            raise RunHalted(self.halted)
         return self.state
 
     def request(self, values: Mapping[str, Any]) -> None:
@@ -165,14 +201,14 @@ class Simulation:
         yield from self._until.values()
 
     def _apply_events(self, tick):
+        """Let happen what is due at a tick; return the events that did."""
         due = [Timeout(tick, topic) for topic, until in self._until.items() if until <= tick]
         due += [event for event in self._pending if event.tick <= tick]
         self._pending = [event for event in self._pending if event.tick > tick]
-        for event in due:
-            self._apply(event, tick)
-        return due
+        return [happened for event in due for happened in self._apply(event, tick)]
 
     def _apply(self, event, tick):
+        """Let an event happen; return what did, what it brought about first."""
         match event:
             case Request():
                 self.conditions = self.conditions.with_values(event.values)
@@ -181,18 +217,48 @@ class Simulation:
                 self._restart_from_conditions(tick)
             case Torque():
                 self._hold('torque', event.until_tick)
-                self._drive(tick, torque_b=np.array(event.torque_b, float))
+                return [*self._drive(tick, torque_b=np.array(event.torque_b, float)), event]
             case RotorTorque():
                 self._hold('rotor_torque', event.until_tick)
-                self._drive(tick, rotor_torque=float(event.torque))
+                return [*self._drive(tick, rotor_torque=float(event.torque)), event]
             case Timeout(topic='torque'):
                 self._hold('torque', None)
-                self._drive(tick, torque_b=np.zeros(3))
+                return [*self._drive(tick, torque_b=np.zeros(3)), event]
             case Timeout():
                 self._hold('rotor_torque', None)
-                self._drive(tick, rotor_torque=0.0)
+                return [*self._drive(tick, rotor_torque=0.0), event]
             case Topics():
                 self.topics = event.names
+            case TorquesDropped() | Halt():
+                # Nothing else tells that they are true: of what follows at this tick, a request
+                # lets the run go on without this motion.
+                return self._make_way(tick, type(event))
+        return [event]
+
+    def _make_way(self, tick, *kinds):
+        """
+        Drop the torques, or else halt, where the motion does not reach a tick.
+
+        kinds: which of both may happen, each if none is given.  Return the events that happened.
+        """
+        happened = []
+        while self.halted is None and not len(self._states(tick, tick + 1)):
+            event = TorquesDropped(tick) if self._is_driven else Halt(tick)
+            if kinds and not isinstance(event, kinds):
+                break
+            if self._is_driven:
+                state = self._state_at(tick - 1)
+                self._until = {}
+                self._system = replace(self._system, torque_b=np.zeros(3), rotor_torque=0.0)
+                self._restart(tick - 1, state)
+            else:
+                self.halted = self._why_no_further
+            happened.append(event)
+        return happened
+
+    @property
+    def _is_driven(self):
+        return bool(np.any(self._system.torque_b)) or self._system.rotor_torque != 0.0
 
     def _hold(self, topic, until_tick):
         # A new dictionary each time: a shallow copy of the run is a snapshot of it.
@@ -200,16 +266,26 @@ class Simulation:
         self._until = held if until_tick is None else held | {topic: until_tick}
 
     def _drive(self, tick, **torques):
-        """Let torques act from a tick on; a torque that already acts changes nothing."""
+        """
+        Let torques act from a tick on; a torque that already acts changes nothing.
+
+        Return what happened first, where the motion so far does not reach the tick.
+        """
         driven = replace(self._system, **torques)
         if (
             np.array_equal(driven.torque_b, self._system.torque_b)
             and driven.rotor_torque == self._system.rotor_torque
         ):
-            return
+            return []
+        happened = self._make_way(tick)
+        driven = replace(self._system, **torques)
+        if self.halted:
+            self._system = driven
+            return happened
         state = self._state_at(tick)
         self._system = driven
         self._restart(tick, state)
+        return happened
 
     def _restart_from_conditions(self, tick):
         rotor = replace(self._system.rotor, momentum=self.conditions['rotor.momentum'])
@@ -218,13 +294,36 @@ class Simulation:
         self._restart(tick, self.conditions.state_at(self.ticks.seconds(tick)))
 
     def _restart(self, tick, state):
-        self._motion = self.scenario.motion_from(self._system, state, self.ticks.seconds(tick))
-        self._begin_tick, self._block = tick, None
+        self._motion = self.scenario.motion_from(
+            self._system, state, self.ticks.seconds(tick), MOST_STEPS_A_TICK
+        )
+        self._begin_tick, self._block, self._ahead = tick, None, None
+        self._end_tick, self._why_no_further = self.ticks.last + 1, _NO_STAMP
+        self.halted = None
+
+    def _states(self, first, last):
+        """Return the states at the ticks from first to before last, as far as the motion goes."""
+        if self._ahead is None or not 0 <= first - self._ahead[0] < len(self._ahead[1]):
+            states = self._propagated(first, min(last, self._end_tick))
+            if len(states):
+                self._ahead = first, states
+            return states
+        begin, states = self._ahead
+        return states.rows(slice(first - begin, last - begin))
+
+    def _propagated(self, first, last):
+        t_s = self.ticks.seconds_between(self._begin_tick, first, last)
+        try:
+            states = self._motion.at(t_s)
+        except Halted as halted:
+            states = halted.states
+            self._end_tick, self._why_no_further = first + len(states), str(halted)
+        return replace(states, orbit_s=self.ticks.seconds_between(0, first, first + len(states)))
 
     def _state_at(self, tick):
-        block = self._block
-        if block is not None and 0 <= tick - block.first_tick < len(block):
-            return block.states[tick - block.first_tick]
+        if self._ahead is not None and 0 <= tick - self._ahead[0] < len(self._ahead[1]):
+            begin, states = self._ahead
+            return states[tick - begin]
         t_s = self.ticks.seconds_between(self._begin_tick, tick, tick + 1)
         return self._motion.at(t_s)[0]
 
@@ -295,7 +394,37 @@ class Simulation:
         suite = simulation._suite.with_memories(snapshot.get('sensors', {}))
         simulation._suite = simulation._suite_of_block = suite
         simulation.next_tick = snapshot['tick']
+        simulation._catch_up()
         return simulation
+
+    def _catch_up(self):
+        """Go from the motion's begin to the next tick, which the run has reached before."""
+        if isinstance(self._motion, Propagation):
+            self._motion.most_steps = None
+            self._state_at(self.next_tick)
+            self._motion.most_steps = MOST_STEPS_A_TICK
+
+
+def try_out(conditions: Scenario, tick: int) -> None:
+    """
+    Raise ValueError unless the motion from the initial conditions at a tick goes on.
+
+    Tried are the ticks that follow, or fewer where these take many steps; no torque acts.
+    """
+    ticks = Ticks(conditions.rate, conditions.epoch_ns)
+    if tick > ticks.last:
+        raise ValueError(_NO_STAMP)
+    start_s = ticks.seconds(tick)
+    motion = conditions.motion_from(
+        conditions.system, conditions.state_at(start_s), start_s, MOST_STEPS_A_TICK
+    )
+    try:
+        for t_s in ticks.seconds_between(0, 1, _TRIED_TICKS + 1):
+            motion.at(t_s)
+            if isinstance(motion, Propagation) and motion.steps > _TRIED_STEPS:
+                break
+    except Halted as halted:
+        raise ValueError(f'what is given begins no motion: {halted}') from None
 
 
 def requested(conditions: Scenario, values: Mapping[str, Any]) -> Scenario:

@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 
 import numpy as np
 
@@ -32,6 +33,11 @@ class Ticks:
         """Return (k - begin) / rate [s] for the ticks k from first to before last."""
         count = np.arange(first - begin, last - begin, dtype=float)
         return count * self.rate.denominator / self.rate.numerator
+
+    @cached_property
+    def last(self) -> int:
+        """Return the last tick that has a stamp: the seconds of a stamp are an int32."""
+        return math.floor((LAST_STAMP_NS - self.epoch_ns) * self.rate / _SECOND_NS)
 
     def stamp_ns(self, tick: int) -> int:
         """Return the stamp of a tick: epoch_ns + tick 10^9 / rate, rounded half to even."""

@@ -117,7 +117,7 @@ def test_ticks_taken_back_are_measured_again():
     straight = Simulation(Scenario(VALUES))
     _, whole = straight.advance(64)
     halting = Simulation(Scenario(VALUES))
-    halting.advance(20)
+    halting.advance(64)
     halting.rewind(11)
     _, first = halting.advance(20)
     as_it_was = copy.copy(halting)

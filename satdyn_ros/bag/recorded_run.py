@@ -1,6 +1,7 @@
 """The run that a bag holds: its scenario, where it begins, and what happened in it."""
 
-import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cached_property
 from operator import itemgetter
 from pathlib import Path
@@ -10,7 +11,7 @@ import numpy as np
 from mcap.records import Metadata
 
 from ..messages.packers import packer
-from ..rosbag2.errors import BagError
+from ..rosbag2.errors import BagError, Damaged
 from ..rosbag2.reader import Bag, Messages, TopicBlock
 from ..run.events import Event, RotorTorque, Torque
 from ..run.scenario import Scenario
@@ -38,13 +39,14 @@ class RecordedRun:
                 f'{path} holds no scenario: it was not written by satdyn, or another program, '
                 'as ros2 bag convert, wrote it again without'
             )
-        provenance = begin[run_records.SCENARIO]
-        self.scenario = Scenario.from_yaml_text(provenance['scenario'], str(path))
-        self.names: dict[str, str] = json.loads(provenance['topics'])
-        self.machine: dict[str, str] = json.loads(provenance['machine'])
+        with self._reading(run_records.SCENARIO):
+            provenance = begin[run_records.SCENARIO]
+            self.names, self.machine = run_records.names_and_machine(provenance)
+            self.scenario = Scenario.from_yaml_text(provenance['scenario'], 'its scenario')
         self.snapshot: dict[str, Any] | None = None
         if run_records.SNAPSHOT in begin:
-            self.snapshot = run_records.from_record(begin[run_records.SNAPSHOT])
+            with self._reading(run_records.SNAPSHOT):
+                self.snapshot = run_records.snapshot_from_record(begin[run_records.SNAPSHOT])
         self.ticks = Ticks(self.scenario.rate, self.scenario.epoch_ns)
         self._inputs_by_topic = {self.names[name]: name for name in _INPUTS}
         self._layouts: dict[str, np.dtype] = {}
@@ -57,7 +59,8 @@ class RecordedRun:
             if isinstance(item, TopicBlock):
                 happened += self._inputs(item)
             elif item.name == run_records.EVENT:
-                happened.append(run_records.event_from_record(item.metadata))
+                with self._reading(run_records.EVENT):
+                    happened.append(run_records.event_from_record(item.metadata))
         return happened
 
     @property
@@ -72,7 +75,8 @@ class RecordedRun:
         if self.snapshot is None or self.snapshot['tick'] == 0:
             return Simulation(self.scenario, self.events)
         later = self.events[len(self.events_at_begin) :]
-        return Simulation.from_snapshot(self.scenario, self.snapshot, later)
+        with self._reading(run_records.SNAPSHOT):
+            return Simulation.from_snapshot(self.scenario, self.snapshot, later)
 
     def channel_id(self, name: str) -> int:
         """Return the channel of a topic by its name in the scenario; 0: it has none yet."""
@@ -92,10 +96,19 @@ class RecordedRun:
         """
         layout, data = self.layout(name), messages.data
         if not isinstance(data, np.ndarray) or data.shape[1] != layout.itemsize:
-            raise ValueError(
-                f'{self.bag.path} has messages on {self.names[name]} that are foreign'
-            )
+            raise Damaged(f'{self.bag.path} has messages on {self.names[name]} that are foreign')
         return data.view(layout)[:, 0]
+
+    @contextmanager
+    def _reading(self, name: str) -> Iterator[None]:
+        """Say in one sentence that a metadata record is not what satdyn writes."""
+        try:
+            yield
+        except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
+            why = error if isinstance(error, ValueError) else 'it does not describe a run'
+            raise Damaged(
+                f'{self.bag.path} is damaged: the Metadata record {name}: {why}'
+            ) from error
 
     def _begin(self) -> dict[str, dict[str, str]]:
         """Return the first metadata record of each name ahead of the first sample."""
@@ -104,8 +117,11 @@ class RecordedRun:
             if isinstance(item, Metadata):
                 records.setdefault(item.name, item.metadata)
                 continue
-            names = json.loads(records.get(run_records.SCENARIO, {}).get('topics', '{}'))
-            inputs = {names.get(name) for name in _INPUTS}
+            if run_records.SCENARIO not in records:
+                break
+            with self._reading(run_records.SCENARIO):
+                names, _ = run_records.names_and_machine(records[run_records.SCENARIO])
+            inputs = {names[name] for name in _INPUTS}
             if not item.by_topic().keys() <= inputs:
                 break
         return records

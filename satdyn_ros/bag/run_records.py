@@ -4,7 +4,7 @@ import dataclasses
 import json
 import platform
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, get_args
 
 import llvmlite.binding
 import numba
@@ -12,13 +12,18 @@ import numpy
 import scipy
 
 from .. import __version__
+from ..rosbag2.errors import Damaged
 from ..run import events
 from ..run.events import Event
+from ..run.keys import KEYS
 from ..run.scenario import Scenario
 
 SCENARIO = 'satdyn_ros/scenario'
 SNAPSHOT = 'satdyn_ros/snapshot'
 EVENT = 'satdyn_ros/event'
+
+_EVENTS = {kind.__name__: kind for kind in get_args(Event)}
+_LENGTHS = {'q_ib': 4, 'omega_bi_b': 3, 'torque_b': 3}
 
 
 def provenance(scenario: Scenario, topics: Mapping[str, str]) -> dict[str, str]:
@@ -55,8 +60,49 @@ def to_record(plain: Mapping[str, Any]) -> dict[str, str]:
 
 
 def from_record(record: Mapping[str, str]) -> dict[str, Any]:
-    """Return the plain data of a metadata record."""
-    return {name: json.loads(value) for name, value in record.items()}
+    """Return the plain data of a metadata record; Damaged: there are none."""
+    try:
+        return {name: json.loads(value) for name, value in record.items()}
+    except (ValueError, RecursionError):
+        raise Damaged('its values are no JSON') from None
+
+
+def names_and_machine(record: Mapping[str, str]) -> tuple[dict[str, str], dict[str, str]]:
+    """Return the names of topics and the machine of provenance; Damaged: it has none."""
+    missing = [name for name in ('scenario', 'topics', 'machine') if name not in record]
+    if missing:
+        raise Damaged(f'it has no {missing[0]}')
+    plain = from_record({name: record[name] for name in ('topics', 'machine')})
+    for name, texts in plain.items():
+        if not isinstance(texts, dict) or not all(isinstance(t, str) for t in texts.values()):
+            raise Damaged(f'its {name} are no names and texts')
+    unnamed = {'torque', 'rotor_torque'} - plain['topics'].keys()
+    if unnamed:
+        raise Damaged(f'its topics have no {min(unnamed)}')
+    return plain['topics'], plain['machine']
+
+
+def snapshot_from_record(record: Mapping[str, str]) -> dict[str, Any]:
+    """Return the snapshot of a metadata record, as Simulation.snapshot; Damaged: it is none."""
+    snapshot = from_record(record)
+    begin, tick = snapshot.get('begin_tick'), snapshot.get('tick')
+    if not (type(begin) is int and type(tick) is int and 0 <= begin <= tick):
+        raise Damaged('its ticks are no numbers of ticks')
+    if not isinstance(state := snapshot.get('begin_state'), dict):
+        raise Damaged('it has no begin_state')
+    for name, vector in (*state.items(), ('torque_b', snapshot.get('torque_b'))):
+        length = _LENGTHS.get(name)
+        if length and not (
+            isinstance(vector, list)
+            and len(vector) == length
+            and all(isinstance(x, int | float) for x in vector)
+        ):
+            raise Damaged(f'its {name} is no vector of {length} numbers')
+    until = snapshot.get('until')
+    if not isinstance(until, dict) or not all(type(tick) is int for tick in until.values()):
+        raise Damaged('its until are no ticks')
+    KEYS['publish.topics'].checked(snapshot.get('topics'))
+    return snapshot
 
 
 def event_record(event: Event) -> dict[str, str]:
@@ -70,8 +116,16 @@ def event_record(event: Event) -> dict[str, str]:
 
 
 def event_from_record(record: Mapping[str, str]) -> Event:
-    """Return the event of a metadata record."""
+    """Return the event of a metadata record; Damaged: it is none."""
+    kind = _EVENTS.get(record.get('event', ''))
+    if kind is None:
+        raise Damaged(f'its event is {record.get("event")!r}; it is one of {", ".join(_EVENTS)}')
     values = from_record({name: value for name, value in record.items() if name != 'event'})
-    if record['event'] == 'Topics':
-        values['names'] = tuple(values['names'])
-    return getattr(events, record['event'])(**values)
+    names = {field.name for field in dataclasses.fields(kind)}
+    if values.keys() != names or type(values['tick']) is not int or values['tick'] < 0:
+        raise Damaged(f'it does not describe a {record["event"]}')
+    if kind is events.Topics:
+        values['names'] = KEYS['publish.topics'].checked(values['names'])
+    if kind is events.Request and not isinstance(values['values'], dict):
+        raise Damaged('its request is no keys and values')
+    return kind(**values)

@@ -109,14 +109,19 @@ def verify(path: str | Path) -> Verdict:
     messages = _MessageStream(recorded.bag)
     comparison = Comparison(recorded)
     difference = None
-    for records, twin in zip(expected, twins, strict=False):
-        if messages.has_ended():
-            break
-        found = messages.take(len(records.data))
-        difference = comparison.difference(found, records, twin)
-        if difference:
-            break
-    difference = difference or derived.difference(messages.last_ns)
+    try:
+        for records, twin in zip(expected, twins, strict=False):
+            if messages.has_ended():
+                break
+            found = messages.take(len(records.data))
+            difference = comparison.difference(found, records, twin)
+            if difference:
+                break
+        difference = difference or derived.difference(messages.last_ns)
+    except BagError:
+        raise
+    except ValueError as error:
+        raise Damaged(f'{path} cannot be run again: {error}') from error
     return Verdict(
         message_count=messages.count,
         same_bytes=comparison.same_bytes,

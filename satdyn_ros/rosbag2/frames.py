@@ -74,7 +74,8 @@ class FrameReader:
 
     def read(self, start: int, length: int) -> bytes:
         """Return bytes, fewer where the file ends."""
-        self._file.seek(max(0, start))
+        start = min(max(0, start), self.size)
+        self._file.seek(start)
         return self._file.read(max(0, min(length, self.size - start)))
 
     def frames(self) -> Iterator[Frame]:

@@ -64,7 +64,7 @@ class Bag:
     def __init__(self, path: str | Path, ceiling: int = CEILING):
         self.path = Path(path)
         self.information = _information(self.path)
-        self.has_compressed_messages = _has_compressed_messages(self.path, self.information)
+        self.has_compressed_messages = has_compressed_messages(self.path, self.information)
         self.files = bag_files(self.path, self.information)
         self.problem: str | None = None
         self._ceiling = ceiling
@@ -149,7 +149,7 @@ def _information(path: Path) -> dict[str, Any] | None:
     return metadata.read(file) if path.is_dir() and file.exists() else None
 
 
-def _has_compressed_messages(path: Path, information: dict[str, Any] | None) -> bool:
+def has_compressed_messages(path: Path, information: dict[str, Any] | None) -> bool:
     """Return whether messages are compressed; BagError: whole files are, or otherwise."""
     said = information or {}
     mode, form = str(said.get('compression_mode') or 'NONE'), said.get('compression_format')

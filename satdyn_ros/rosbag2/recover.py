@@ -16,11 +16,11 @@ from mcap.records import Header, Metadata
 
 from . import metadata
 from .compression import compressor
-from .errors import Damaged
+from .errors import BagError, Damaged
 from .integrity import CheckedFile, check_file, check_metadata
 from .mcap_file import McapFile
 from .metadata import BagContents
-from .reader import bag_files
+from .reader import bag_files, has_compressed_messages
 from .records import written
 from .scan import Block, scan
 from .survey import Loss, Survey
@@ -78,6 +78,8 @@ def _files(path: Path) -> tuple[list[Path], list[Loss]]:
         said = metadata.read(path / metadata.FILE_NAME)
     except (Damaged, FileNotFoundError, NotADirectoryError):
         return bag_files(path, None), []
+    if has_compressed_messages(path, said):
+        raise BagError(f'{path} has messages compressed by rosbag2, which recover does not keep')
     names = said['relative_file_paths']
     present = [path / name for name in names if (path / name).is_file()]
     if len(present) == len(names):

@@ -1,0 +1,214 @@
+"""Damaged and hostile bags: every command ends with an answer or one sentence, within bounds."""
+
+import random
+import re
+import resource
+import shutil
+import signal
+import struct
+from collections import Counter
+from contextlib import contextmanager
+
+import flights
+import pytest
+from mcap.records import Header, Metadata
+
+from satdyn_ros.bag.playback import Playback
+from satdyn_ros.cli.main import main
+from satdyn_ros.rosbag2.mcap_file import McapFile
+from satdyn_ros.rosbag2.scan import Block, scan
+
+SCENARIO = flights.GYROSTAT.with_values({'publish.topics': ('attitude', 'imu')})
+# Whatever the bag: a file of 10 MB is to take less than 10 s, and these have some kilobytes.
+MOST_S, MOST_KB = 10, 2 * 2**20
+NUMBERS = (0, 1, 9, 2**16, 2**31, 2**32 - 1, 2**40, 2**63, 2**64 - 1)
+WORDS = ('{', '[', '~', '-1', '1e400', '&a [*a]', '!!python/name:os.system', '"\\0"', '../x.mcap')
+
+
+@pytest.fixture(scope='module')
+def bags(tmp_path_factory):
+    """Record small bags: compressed, not compressed, and one of several files."""
+    folder = tmp_path_factory.mktemp('bags')
+    return [
+        flights.record(folder / name / 'bag', SCENARIO.with_values(values), 60, events, 20, True)
+        for name, values, events in (
+            ('zstd', {}, flights.EVENTS[:-2]),
+            ('none', {'record.compression': 'none'}, flights.EVENTS[:2]),
+            ('split', {'record.max_duration_s': 0.7, 'record.compression': 'lz4'}, ()),
+        )
+    ]
+
+
+def flip(data, draw):
+    """Turn bits, close to each other or not."""
+    for _ in range(draw.choice((1, 1, 4, 100))):
+        data[draw.randrange(len(data))] ^= 1 << draw.randrange(8)
+
+
+def truncate(data, draw):
+    """Cut off the end, the begin or a piece."""
+    first, last = sorted(draw.randrange(len(data)) for _ in range(2))
+    del data[draw.choice((slice(first, None), slice(0, first), slice(first, last)))]
+
+
+def splice(data, draw):
+    """Put a piece of the file in another place of it, or over it."""
+    start = draw.randrange(len(data))
+    piece = data[start : start + draw.choice((1, 9, 100, 3000))]
+    place = draw.randrange(len(data))
+    data[place : place + draw.choice((0, len(piece)))] = piece
+
+
+def renumber(data, draw):
+    """Write another number where a record, or something in it, has a length or an offset."""
+    places = [found.start for found in draw.records]
+    place = draw.choice(places) + draw.choice((1, 9, 13, 17, 25, 33, 37))
+    form = draw.choice(('<Q', '<I', '<H'))
+    number = draw.choice((*NUMBERS, *places, len(data))) % 256 ** struct.calcsize(form)
+    data[place : place + struct.calcsize(form)] = struct.pack(form, number)
+
+
+def edit(text, draw):
+    """Change words, lines or columns of a YAML text."""
+    lines = text.split('\n')
+    for _ in range(draw.choice((1, 1, 3))):
+        i = draw.randrange(len(lines))
+        match draw.randrange(5):
+            case 0:
+                del lines[i]
+            case 1:
+                lines.insert(i, lines[draw.randrange(len(lines))])
+            case 2:
+                lines[i] = re.sub(r'[^ :-]+$', lambda _: draw.choice(WORDS), lines[i])
+            case 3:
+                lines[i] = ' ' * draw.randrange(5) + lines[i].lstrip()
+            case 4:
+                lines[i] = lines[i].replace(draw.choice('0123456789abcdef:'), draw.choice(WORDS))
+        lines = lines or ['']
+    return '\n'.join(lines)
+
+
+def forge(path, draw):
+    """Write a file again, sound in every checksum, with a metadata record that is not true."""
+    forged = path.with_suffix('.forged')
+    records = [f.item for f in draw.records if isinstance(f.item, Header | Metadata | Block)]
+    file = McapFile(forged, records[0])
+    chosen = draw.choice([record for record in records if isinstance(record, Metadata)])
+    for record in records[1:]:
+        if isinstance(record, Block):
+            file.write_chunk(record.contents.data, record.chunk.compression, record.chunk.data)
+            continue
+        mapping = dict(record.metadata)
+        if record is chosen:
+            key = draw.choice(list(mapping))
+            match draw.randrange(4):
+                case 0:
+                    del mapping[key]
+                case 1:
+                    mapping[key] = draw.choice((*WORDS, *map(str, NUMBERS), '"__class__"', ''))
+                case 2:
+                    mapping[key] = edit(mapping[key], draw)
+                case 3:
+                    number = draw.choice(('-1', '1e9', 'null', '"a"', '{}', '[]', 'NaN'))
+                    mapping[key] = re.sub(r'-?[0-9][0-9.e-]*', number, mapping[key], count=1)
+        file.write_metadata(record.name, mapping)
+    file.finish()
+    forged.replace(path)
+
+
+def mutate(bag, draw):
+    """Change a bag by one of all kinds of mutations, and return its name."""
+    path = draw.choice(sorted(bag.glob('*.mcap')))
+    draw.records = list(scan(path))
+    kind = draw.choice((flip, truncate, splice, renumber, edit, forge))
+    if kind is edit:
+        yaml = bag / 'metadata.yaml'
+        yaml.write_text(edit(yaml.read_text(), draw))
+    elif kind is forge:
+        forge(path, draw)
+        if draw.random() < 0.5:
+            (bag / 'metadata.yaml').unlink()
+    else:
+        data = bytearray(path.read_bytes())
+        kind(data, draw)
+        path.write_bytes(data)
+    return kind.__name__
+
+
+@contextmanager
+def bounded(what):
+    """Fail where a command does not end."""
+
+    def stop(*_):
+        raise TimeoutError(f'{what} takes more than {MOST_S} s')
+
+    before = signal.signal(signal.SIGALRM, stop)
+    signal.alarm(MOST_S)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def replay(bag):
+    """Read what `satdyn replay` publishes; return its exit code."""
+    try:
+        playback = Playback(bag)
+        for _ in playback.messages(list(playback.types), playback.begin_ns):
+            pass
+    except (ValueError, OSError):
+        return 2
+    return 0
+
+
+def answers(bag, out):
+    """Return the exit code of every command that reads the bag."""
+    commands = {
+        'verify': lambda: main(['verify', str(bag)]),
+        'replay': lambda: replay(bag),
+        'export': lambda: main(['export', str(bag), '-o', str(out / 'x.csv')]),
+        'report': lambda: main(['report', str(bag), '-o', str(out / 'x.html')]),
+        'recover -o': lambda: main(['recover', str(bag), '-o', str(out / 'new')]),
+        'recover': lambda: main(['recover', str(bag)]),
+        'verify what was recovered': lambda: main(['verify', str(bag)]),
+    }
+    for name, command in commands.items():
+        with bounded(name):
+            yield name, command()
+
+
+def torment(bags, folder, numbers, capsys):
+    """Mutate bags, run all commands on each, and print how often each ended how."""
+    codes, kinds = Counter(), Counter()
+    outside = folder / 'x.mcap'
+    outside.write_bytes(b'not of the bag')
+    for number in numbers:
+        draw = random.Random(number)
+        place = folder / str(number)
+        bag = shutil.copytree(draw.choice(bags), place / 'bag')
+        kinds[mutate(bag, draw)] += 1
+        for name, code in answers(bag, place):
+            out, err = capsys.readouterr()
+            assert code in (0, 1, 2), (number, name)
+            assert 'Traceback' not in out + err, (number, name)
+            assert err.count('\n') <= 1 or code != 2, (number, name, err)
+            codes[name, code] += 1
+        shutil.rmtree(place)
+    assert outside.read_bytes() == b'not of the bag'
+    with capsys.disabled():
+        print(f'\n{len(numbers)} bags: {dict(kinds)}')
+        for (name, code), count in sorted(codes.items()):
+            print(f'  {name}: exit {code} {count} times')
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < MOST_KB
+
+
+def test_a_hostile_bag_ends_in_an_answer(bags, tmp_path, capsys):
+    """Thirty mutations, the same in every run of the test."""
+    torment(bags, tmp_path, range(30), capsys)
+
+
+@pytest.mark.torture
+def test_1200_hostile_bags(bags, tmp_path, capsys):
+    """The same with other seeds."""
+    torment(bags, tmp_path, range(1000, 2200), capsys)

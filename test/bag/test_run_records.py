@@ -1,0 +1,99 @@
+"""What a bag says of its run is taken as data: a record that is not true is refused in words."""
+
+import json
+
+import flights
+import pytest
+from mcap.records import Metadata
+
+from satdyn_ros.bag import run_records
+from satdyn_ros.bag.recorded_run import RecordedRun
+from satdyn_ros.rosbag2.errors import Damaged
+from satdyn_ros.rosbag2.mcap_file import McapFile
+from satdyn_ros.rosbag2.scan import Block, scan
+from satdyn_ros.run.simulation import Simulation
+
+
+@pytest.mark.parametrize('event', [e for e in flights.EVENTS if type(e).__name__ != 'Torque'])
+def test_events_come_back(event):
+    """Each kind as it was."""
+    assert run_records.event_from_record(run_records.event_record(event)) == event
+
+
+@pytest.mark.parametrize(
+    'record',
+    [
+        {},
+        {'event': 'from_yaml', 'path': '"/etc/passwd"'},
+        {'event': 'np', 'tick': '1'},
+        {'event': '__class__', 'tick': '1'},
+        {'event': 'Reset'},
+        {'event': 'Reset', 'tick': '-1'},
+        {'event': 'Reset', 'tick': 'true'},
+        {'event': 'Reset', 'tick': '1.5'},
+        {'event': 'Reset', 'tick': '1', 'more': '2'},
+        {'event': 'Reset', 'tick': '[' * 100_000},
+        {'event': 'Reset', 'tick': '{'},
+        {'event': 'Topics', 'tick': '1', 'names': '3'},
+        {'event': 'Topics', 'tick': '1', 'names': '["no such topic"]'},
+        {'event': 'Request', 'tick': '1', 'values': '[]'},
+    ],
+)
+def test_what_is_no_event_is_refused(record):
+    """No name from a bag is looked up in the program."""
+    with pytest.raises(ValueError):
+        run_records.event_from_record(record)
+
+
+SNAPSHOT = Simulation(flights.GYROSTAT).snapshot(0)
+
+
+@pytest.mark.parametrize(
+    'change',
+    [
+        {'tick': -1},
+        {'tick': None},
+        {'begin_tick': 7},
+        {'begin_state': []},
+        {'begin_state': SNAPSHOT['begin_state'] | {'q_ib': [1.0, 0.0]}},
+        {'begin_state': SNAPSHOT['begin_state'] | {'omega_bi_b': 'abc'}},
+        {'torque_b': [[0.0], [0.0], [0.0]]},
+        {'until': {'torque': 'soon'}},
+        {'topics': ['none']},
+    ],
+)
+def test_what_is_no_snapshot_is_refused(change):
+    """Ticks, vectors and topics have their form."""
+    good = run_records.to_record(SNAPSHOT)
+    assert run_records.snapshot_from_record(good) == json.loads(json.dumps(SNAPSHOT))
+    with pytest.raises(ValueError):
+        run_records.snapshot_from_record(run_records.to_record(SNAPSHOT | change))
+
+
+@pytest.mark.parametrize(
+    ('key', 'text', 'sentence'),
+    [
+        ('scenario', '{"a', 'satdyn_ros/scenario: its scenario is not YAML'),
+        ('topics', '{"attitude"', 'satdyn_ros/scenario: its values are no JSON'),
+        ('topics', '{}', 'satdyn_ros/scenario: its topics have no rotor_torque'),
+        ('machine', None, 'satdyn_ros/scenario: it has no machine'),
+    ],
+)
+def test_a_damaged_scenario_says_so(tmp_path, key, text, sentence):
+    """In words that name the record, however sound the file."""
+    path = flights.record(tmp_path / 'bag', ticks=5, events=()) / 'bag_0.mcap'
+    header, *items = [found.item for found in scan(path)]
+    forged = McapFile(tmp_path / 'forged.mcap', header)
+    for item in items:
+        if isinstance(item, Block):
+            forged.write_chunk(item.contents.data, item.chunk.compression, item.chunk.data)
+        elif isinstance(item, Metadata):
+            mapping = dict(item.metadata)
+            if key in mapping and text is None:
+                del mapping[key]
+            elif key in mapping:
+                mapping[key] = text
+            forged.write_metadata(item.name, mapping)
+    forged.finish()
+    with pytest.raises(Damaged, match=sentence):
+        RecordedRun(forged.path)

@@ -1,0 +1,82 @@
+"""Contents are expanded within what is claimed and a ceiling, whatever the bytes."""
+
+import subprocess
+import sys
+
+import lz4.frame
+import numpy as np
+import pytest
+import zstandard
+
+from satdyn_ros.rosbag2.compression import compressor, decompress, decompress_begin, zstd_size
+from satdyn_ros.rosbag2.errors import Damaged
+
+TEXT = b'the same words again and again ' * 1000
+
+
+@pytest.mark.parametrize('compression', ['', 'lz4', 'zstd'])
+def test_contents_come_back(compression):
+    """Whole, and of bytes that are cut off the begin."""
+    data = compressor(compression)(np.frombuffer(TEXT, np.uint8))
+    assert decompress(compression, data, len(TEXT)) == TEXT
+    assert TEXT.startswith(decompress_begin(compression, data[:-1]))
+    assert len(decompress_begin(compression, data, ceiling=100)) <= 100
+
+
+@pytest.mark.parametrize('compression', ['', 'lz4', 'zstd'])
+@pytest.mark.parametrize('claimed', [0, 1, len(TEXT) - 1, len(TEXT) + 1, 2**60])
+def test_another_size_than_claimed_is_refused(compression, claimed):
+    """More or less than the chunk says, or more than any chunk may hold."""
+    data = compressor(compression)(np.frombuffer(TEXT, np.uint8))
+    with pytest.raises(Damaged, match='bytes'):
+        decompress(compression, data, claimed)
+
+
+def test_a_ceiling_is_a_parameter():
+    """What is allowed by default may be too much for somebody."""
+    data = compressor('zstd')(np.frombuffer(TEXT, np.uint8))
+    assert decompress('zstd', data, len(TEXT), ceiling=len(TEXT)) == TEXT
+    with pytest.raises(Damaged, match='it claims to hold 31000 bytes; we read up to 30999'):
+        decompress('zstd', data, len(TEXT), ceiling=len(TEXT) - 1)
+
+
+def test_another_compression_is_named():
+    """Those of MCAP are lz4 and zstd."""
+    with pytest.raises(Damaged, match="its compression is 'br'; we read lz4 and zstd"):
+        decompress('br', b'', 0)
+    with pytest.raises(Damaged, match='not compressed with zstd'):
+        zstd_size(b'plain')
+
+
+def frame_without_size(count):
+    """Return a zstd frame of zeros that does not tell its size."""
+    context = zstandard.ZstdCompressor().compressobj()
+    return b''.join([*(context.compress(bytes(2**20)) for _ in range(count)), context.flush()])
+
+
+def test_bombs_are_not_expanded(tmp_path):
+    """Two gigabytes behind a claim of 1000 bytes: they take less than 100 MB of memory."""
+    with lz4.frame.open(tmp_path / 'lz4', 'wb') as file:
+        for _ in range(256):
+            file.write(bytes(8 * 2**20))
+    (tmp_path / 'zstd').write_bytes(frame_without_size(2048))
+    program = """if True:
+        import resource, sys
+        from pathlib import Path
+        from satdyn_ros.rosbag2.compression import decompress, decompress_begin
+        before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        for name in ('lz4', 'zstd'):
+            data = (Path(sys.argv[1]) / name).read_bytes()
+            try:
+                decompress(name, data, 1000)
+            except ValueError as error:
+                print(error)
+            decompress_begin(name, data, ceiling=1000)
+        after = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        print((after - before) / 1024 < 100)
+    """
+    command = [sys.executable, '-c', program, tmp_path]
+    result = subprocess.run(command, capture_output=True, text=True, check=True)
+    *sentences, is_small = result.stdout.splitlines()
+    assert len(sentences) == 2
+    assert is_small == 'True'

@@ -10,7 +10,7 @@ from ..run.simulation import Measured, Samples
 from ..sensors import Gyro, StarTracker
 from ..sensors.suite import Sensor
 from . import cdr, contents
-from .rows import SomeRows
+from .rows import Rows, SomeRows
 from .topics import TOPICS
 
 # REP-145: a covariance that begins with -1 marks what a message does not have.
@@ -25,16 +25,23 @@ class SensorPacker:
     """
 
     def __init__(self, name: str, scenario: Scenario):
+        sensor = scenario.sensors[name]
         self._name = name
+        self._is_at_every_tick = isinstance(sensor, Gyro) and sensor.divisor == 1
         header = contents.header(scenario[f'sensors.{name}.frame_id'])
-        content = {'header': header, **_content(scenario.sensors[name])}
+        content = {'header': header, **_content(sensor)}
         self._message = cdr.Message(TOPICS[name].type, content)
         self.dtype = self._message.dtype
 
-    def pack(self, samples: Samples) -> SomeRows:
-        """Return the messages that samples have of the sensor, each stamped by its exposure."""
+    def pack(self, samples: Samples) -> Rows:
+        """
+        Return the messages that samples have of the sensor, each stamped by its exposure.
+
+        They are SomeRows, but of a gyro that measures at every tick.
+        """
         measured = samples.measured[self._name]
-        return SomeRows(measured.places, self._message.pack(measured))
+        rows = self._message.pack(measured)
+        return rows if self._is_at_every_tick else SomeRows(measured.places, rows)
 
 
 def _content(sensor: Sensor) -> dict[str, Any]:

@@ -328,9 +328,8 @@ class Simulation:
         return self._motion.at(t_s)[0]
 
     def _stamped(self, measurements: Measurements, first: int) -> Measured:
-        stamps_ns = [self.ticks.stamp_ns(tick) for tick in measurements.exposed.tolist()]
-        places = measurements.ticks - first
-        return Measured(places, np.array(stamps_ns, np.int64), measurements.values)
+        stamps_ns = self.ticks.stamps_of(measurements.exposed)
+        return Measured(measurements.ticks - first, stamps_ns, measurements.values)
 
     def _suite_at(self, tick):
         """Return the sensors before a tick of the last samples."""

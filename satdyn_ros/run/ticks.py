@@ -45,11 +45,15 @@ class Ticks:
 
     def stamps_ns(self, first: int, last: int) -> np.ndarray:
         """Return the stamps of the ticks from first to before last, int64."""
+        return self.stamps_of(np.arange(first, last, dtype=np.int64))
+
+    def stamps_of(self, ticks: np.ndarray) -> np.ndarray:
+        """Return the stamps of ticks (N,) int64, of the same shape and type."""
         period = _SECOND_NS / self.rate
         whole, rest = divmod(period.numerator, period.denominator)
+        last = int(ticks.max(initial=0))
         if last * rest * 2 >= 2**63 or last * whole >= 2**63:
-            return np.array([self.stamp_ns(k) for k in range(first, last)], dtype=np.int64)
-        ticks = np.arange(first, last, dtype=np.int64)
+            return np.array([self.stamp_ns(k) for k in ticks.tolist()], dtype=np.int64)
         if rest == 0:
             return self.epoch_ns + ticks * whole
         quotient, remainder = np.divmod(ticks * rest, period.denominator)

@@ -100,7 +100,7 @@ class Gyro:
         q_ib = states.q_ib[rows]
         if len(samples) == 0:
             return _measurements(samples, np.empty((0, 3))), memory
-        deviates = normals(self.seed, STREAM, ticks, _DEVIATES)[rows]
+        deviates = normals(self.seed, STREAM, samples, _DEVIATES)
         rate_b = states.omega_bi_b[rows]
         if self.integrating:
             rate_b = self._mean_rate(q_ib, rate_b, memory.q_ib)

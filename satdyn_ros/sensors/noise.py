@@ -18,8 +18,8 @@ def normals(seed: int, stream: int, ticks: range, count: int) -> np.ndarray:
     """
     Return independent standard normal deviates, shape (len(ticks), count).
 
-    seed: 0 to 2^64 - 1; stream: one for each sensor, so that two never share noise; ticks:
-    consecutive.
+    seed: 0 to 2^64 - 1; stream: one for each sensor, so that two never share noise; ticks: evenly
+    spaced.
 
     >>> later = normals(7, 0, range(5, 8), 3)
     >>> bool(np.all(normals(7, 0, range(0, 8), 3)[5:] == later))
@@ -27,7 +27,8 @@ def normals(seed: int, stream: int, ticks: range, count: int) -> np.ndarray:
     """
     steps = -(-count // _WORDS_PER_STEP)
     generator = np.random.Philox(key=[seed, stream], counter=ticks.start * steps)
-    words = generator.random_raw(len(ticks) * steps * _WORDS_PER_STEP)
-    chosen = words.reshape(len(ticks), -1)[:, :count]
+    span = ticks[-1] + 1 - ticks.start if ticks else 0
+    words = generator.random_raw(span * steps * _WORDS_PER_STEP)
+    chosen = words.reshape(span, steps * _WORDS_PER_STEP)[:: ticks.step, :count]
     # The middles of 2^53 equal parts of the unit interval: neither 0 nor 1.
     return ndtri(((chosen >> np.uint64(11)) + 0.5) * 2.0**-53)

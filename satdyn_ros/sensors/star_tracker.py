@@ -81,7 +81,7 @@ class StarTracker:
         """
         samples = sampled(ticks, self.divisor)
         rows = slice(samples.start - ticks.start, None, self.divisor)
-        small = normals(self.seed, STREAM, ticks, 3)[rows] * np.sqrt(self.variances)
+        small = normals(self.seed, STREAM, samples, 3) * np.sqrt(self.variances)
         q_bs = rotation.multiply(self.mounting, rotation.from_vector(small))
         q_is = rotation.multiply(states.q_ib[rows], q_bs)
         sees = self._sees_stars(states, rows)

@@ -4,6 +4,7 @@ from messages.readers import TYPESTORE, plain
 from messages.test_examples import assert_alike
 
 from satdyn_ros.messages.packers import packer
+from satdyn_ros.messages.rows import SomeRows
 from satdyn_ros.messages.topics import TOPICS
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
@@ -27,9 +28,12 @@ SCENARIO = Scenario(
 def messages(name, count=40):
     """Return places and messages, read by another's program, of the first ticks of a sensor."""
     _, samples = Simulation(SCENARIO).advance(count)
-    some = packer(name, SCENARIO).pack(samples)
-    read = [TYPESTORE.deserialize_cdr(row.tobytes(), TOPICS[name].type) for row in some.rows]
-    return samples, some.places, [plain(message) for message in read]
+    packed = packer(name, SCENARIO).pack(samples)
+    places, rows = np.arange(count), packed
+    if isinstance(packed, SomeRows):
+        places, rows = packed.places, packed.rows
+    read = [TYPESTORE.deserialize_cdr(row.tobytes(), TOPICS[name].type) for row in rows]
+    return samples, places, [plain(message) for message in read]
 
 
 def test_a_gyro_says_what_it_measures_and_how_well():

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from cases import rigid
 from scipy.optimize import brentq
 
 from satdyn_ros.dynamics import rotation
@@ -17,7 +18,7 @@ from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.stability import is_surely_stable, small_motion
 from satdyn_ros.dynamics.steady_motions import steady_motions
 from satdyn_ros.dynamics.system import State, System
-from satdyn_ros.dynamics.verdict import free_verdict, verdict
+from satdyn_ros.dynamics.verdict import free_verdict, small_motion_roots, verdict
 
 ANY = rotation.normalise([0.1, 0.5, 0.7, 0.5])
 SKEW = rotation.matrix(rotation.normalise([0.3, -0.2, 0.4, 1.0]))
@@ -209,3 +210,23 @@ def test_an_elliptic_orbit_has_no_steady_motions():
     assert steady_motions(system, state) == []
     with pytest.raises(ValueError, match='elliptic'):
         verdict(system, state)
+
+
+def test_a_steady_precession():
+    """
+    Paladini's steady precession, its body spinning: stable, with the nutation of f (2.1).
+
+    u'^2 = f(u) has a double root there, and small nutations the frequency sqrt(-f'' / 2).
+    """
+    case = rigid()['pal1_steady_precession_double_root']
+    assert verdict(case.system, case.start).stability == 'stable'
+    A, C = (float(case.raw['body'][key]) for key in 'AC')
+    H1, H2 = (float(case.raw['field'][key]) for key in ('H1', 'H2'))
+    u = rotation.rotate(rotation.conjugate(case.start.q_ib), [0.0, 0.0, 1.0])[2]
+    p, q, r0 = case.start.omega_bi_b
+    h_prime = A / 2.0 * (p * p + q * q) - H1 * u * u - H2 * u
+    second = 12.0 * -2.0 * H1 / A * u * u - 6.0 * 2.0 * H2 / A * u
+    second += 2.0 * (2.0 * (H1 - h_prime) / A - (C * r0 / A) ** 2)
+    roots = small_motion_roots(case.system, case.start)
+    nutation = np.sqrt(-second / 2.0)
+    assert np.min(np.abs(roots - 1j * nutation)) < 1e-7 * nutation

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 @dataclass(frozen=True)
 class Claim:
     """
-    One line of the results: peer over ours, and what it must reach (or stay below).
+    One line of the results: peer over ours, and what it must reach.
 
+    at_most: ours over peer in place of it, and what it must stay below.
     must: None where nothing is asked for, and the two just stand side by side.
     """
 

@@ -29,9 +29,19 @@ from .dop853 import (
     make_dense,
     step_ratio,
 )
-from .equations import CENTRE, MOMENTUM, OMEGA, SIZE, Parameters, initial_values, rates
+from .equations import (
+    CENTRE,
+    MOMENTUM,
+    OMEGA,
+    SIZE,
+    Parameters,
+    initial_values,
+    parameters_of_many,
+    rates,
+)
 from .motion import Halted, States
-from .propagator import Propagation
+from .propagator import Propagation, columns, mean_anomaly, wanted_variables
+from .system import State, System
 from .tableau import COLUMNS, ENTRIES, ERROR_3, ERROR_5, LENGTHS
 
 # Enough for two vector registers of today's widest; more would crowd the first-level cache.
@@ -103,30 +113,67 @@ def propagate_all(motions: Sequence[Propagation], t_s: np.ndarray) -> list[State
     for motion in motions:
         alike[tuple(motion.wanted)].append(motion)
     for some in alike.values():
-        for motion, rows, outcome, reached_s, count in zip(
-            some, *_fly_together(some, t_s), strict=True
-        ):
+        flights = _flights(
+            begin=np.array([initial_values(motion.system, motion.state) for motion in some]),
+            numbers=np.array([np.hstack([np.ravel(part) for part in m.of]) for m in some]),
+            anomaly=np.array([motion.anomaly for motion in some]),
+            tolerance=np.array([motion.tolerance for motion in some]),
+            steps_allowed=np.array([motion.steps_allowed for motion in some]),
+            shape=(len(some[0].wanted), len(t_s)),
+        )
+        _fly_together(flights, some[0].wanted, some[0].of.does_work, t_s)
+        for motion, rows, outcome, reached_s, count in zip(some, *flights[-4:], strict=True):
             states = motion.states_of(t_s[:count], rows[:, :count])
             halted = outcome != REACHED
             found[motion] = motion.halted(outcome, float(reached_s), states) if halted else states
     return [found[motion] for motion in motions]
 
 
-def _fly_together(motions, t_s):
-    """Return of each motion what a Flight has of it: variables, outcome, time reached, rows."""
-    count, wanted = len(motions), motions[0].wanted
-    numbers = np.array([np.hstack([np.ravel(part) for part in motion.of]) for motion in motions])
-    flights = Flights(
-        begin=np.array([initial_values(motion.system, motion.state) for motion in motions]),
+def propagate_many(
+    system: System, state: State, tolerance: np.ndarray, t_s: np.ndarray
+) -> tuple[States, np.ndarray]:
+    """
+    Return the states of M motions at the ascending t_s (N,), and whether each got there (M,).
+
+    The constants of the system and the state may be arrays: (M, 1), vectors (M, 1, 3), matrices
+    (M, 1, 3, 3); q_ib is (M, 1, 4), tolerance (M,).  All begin at tick 0.
+    """
+    count = len(tolerance)
+    numbers = parameters_of_many(system, count)
+    does_work = bool(numbers[0, -1])
+    wanted = wanted_variables(system, does_work)
+    flights = _flights(
+        begin=initial_values(system, state)[:, 0],
         numbers=numbers,
-        anomaly=np.array([motion.anomaly for motion in motions]),
-        tolerance=np.array([motion.tolerance for motion in motions]),
-        steps_allowed=np.array([motion.steps_allowed for motion in motions]),
-        out=np.empty((count, len(wanted), len(t_s))),
-        outcome=np.full(count, REACHED if len(t_s) == 0 else UNFINISHED),
+        anomaly=np.broadcast_to(np.reshape(mean_anomaly(system, 0.0), (-1, 3)), (count, 3)),
+        tolerance=tolerance,
+        steps_allowed=np.full(count, np.inf),
+        shape=(len(wanted), len(t_s)),
+    )
+    _fly_together(flights, wanted, does_work, t_s)
+    q_ib, omega_bi_b, speed, angle, work = columns(system, wanted, flights.out)
+    states = States(t_s, q_ib, omega_bi_b, speed, angle, work, system.orbit, t_s)
+    return states, flights.outcome == REACHED
+
+
+def _flights(begin, numbers, anomaly, tolerance, steps_allowed, shape):
+    """Return Flights that have not begun; shape: of the variables that are wanted of each."""
+    count = len(begin)
+    return Flights(
+        begin=begin,
+        numbers=numbers,
+        anomaly=np.ascontiguousarray(anomaly),
+        tolerance=tolerance,
+        steps_allowed=steps_allowed,
+        out=np.empty((count, *shape)),
+        outcome=np.full(count, REACHED if shape[1] == 0 else UNFINISHED),
         reached_s=np.zeros(count),
         rows=np.zeros(count, int),
     )
+
+
+def _fly_together(flights, wanted, does_work, t_s):
+    """Fly all to the end of t_s, or to theirs."""
     lanes = Lanes(
         motion=np.full(LANES, -1),
         waiting=np.zeros(1, int),
@@ -136,7 +183,7 @@ def _fly_together(motions, t_s):
         h=np.zeros(LANES),
         largest_growth=np.zeros(LANES),
         tolerance=np.ones(LANES),
-        constants=np.zeros(numbers.shape[1] * LANES),
+        constants=np.zeros(flights.numbers.shape[1] * LANES),
         y_0=np.zeros(_WIDTH),
         y=np.zeros(_WIDTH),
         k=np.zeros(13 * _WIDTH),
@@ -147,9 +194,8 @@ def _fly_together(motions, t_s):
     )
     single = np.zeros(7), np.zeros(SIZE), np.zeros((16, SIZE)), np.zeros((8, SIZE))
     # Slices, between which Ctrl-C and other threads get their turn.
-    while len(t_s) and not _fly(t_s, wanted, flights, lanes, single, motions[0].of.does_work):
+    while len(t_s) and not _fly(t_s, wanted, flights, lanes, single, does_work):
         pass
-    return flights.out, flights.outcome, flights.reached_s, flights.rows
 
 
 @compiled

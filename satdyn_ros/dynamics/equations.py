@@ -55,10 +55,26 @@ class Parameters(NamedTuple):
     does_work: bool
 
 
-# What overflows here halts the propagation; a warning would come before its sentence.
-@np.errstate(over='ignore', invalid='ignore')
 def parameters(system: System) -> Parameters:
     """Return the constants of the equations for a system."""
+    constants = _constants(system)
+    plain = Parameters(*(_plain(part) for part in constants))
+    return plain._replace(does_work=bool(constants.does_work))
+
+
+def parameters_of_many(system: System, count: int) -> np.ndarray:
+    """Return the numbers of the Parameters of so many systems, one after the other, (count, P)."""
+    rows = []
+    for part, field in zip(_constants(system), _constants(System(np.eye(3))), strict=True):
+        size = np.size(field)
+        rows.append(np.broadcast_to(np.reshape(part, (-1, size)), (count, size)))
+    return np.concatenate(rows, axis=1)
+
+
+# What overflows here halts the propagation; a warning would come before its sentence.
+@np.errstate(over='ignore', invalid='ignore')
+def _constants(system):
+    """Return the Parameters as arrays, of a system whose own constants may be arrays."""
     orbit, rotor, carrier = system.orbit, system.rotor, system.carrier_inertia
     if isinstance(orbit, FixedDirection):
         eccentricity, anomaly_rate, gradient = 0.0, 0.0, orbit.gradient
@@ -67,35 +83,36 @@ def parameters(system: System) -> Parameters:
         eccentricity = orbit.eccentricity
         anomaly_rate = np.sqrt(orbit.mu / orbit.semi_latus_rectum) / orbit.semi_latus_rectum
         gradient = 3.0 * anomaly_rate**2
-        to_pericentre, ahead, _ = orbit.perifocal.T
-    weight = np.linalg.norm(system.weight_moment)
+        to_pericentre, ahead, _ = np.moveaxis(orbit.perifocal, -1, 0)
+    weight = np.linalg.norm(system.weight_moment, axis=-1)
+    size = np.trace(system.inertia, axis1=-2, axis2=-1)
     return Parameters(
-        inertia=_rows(system.inertia),
-        carrier_inertia=_rows(carrier),
-        carrier_inverse=_rows(np.linalg.inv(carrier)),
-        weight_moment=_row(system.weight_moment),
-        applied=_row(system.torque_b - system.rotor_torque * rotor.axis),
-        rotor_axis=_row(rotor.axis),
-        rotor_torque=float(system.rotor_torque),
+        inertia=system.inertia,
+        carrier_inertia=carrier,
+        carrier_inverse=np.linalg.inv(carrier),
+        weight_moment=system.weight_moment,
+        applied=system.torque_b - system.rotor_torque * rotor.axis,
+        rotor_axis=rotor.axis,
+        rotor_torque=system.rotor_torque,
         rotor_inertia_inverse=1.0 / rotor.inertia if rotor.turns_freely else 0.0,
-        eccentricity=float(eccentricity),
-        anomaly_rate=float(anomaly_rate),
-        gradient=float(gradient),
-        to_pericentre=_row(to_pericentre),
-        ahead=_row(ahead),
-        slow_rate=float(1e-3 * np.sqrt(abs(gradient) + weight / np.trace(system.inertia))),
-        does_work=bool(eccentricity or np.any(system.torque_b) or system.rotor_torque),
+        eccentricity=eccentricity,
+        anomaly_rate=anomaly_rate,
+        gradient=gradient,
+        to_pericentre=to_pericentre,
+        ahead=ahead,
+        slow_rate=1e-3 * np.sqrt(np.abs(gradient) + weight / size),
+        does_work=np.any(eccentricity) or np.any(system.torque_b) or system.rotor_torque != 0.0,
     )
 
 
 def initial_values(system: System, state: State) -> np.ndarray:
-    """Return the variables (SIZE,) of a state; the direction of the centre is left at f = 0."""
-    y = np.zeros(SIZE)
-    y[Q : Q + 4] = state.q_ib
-    y[OMEGA : OMEGA + 3] = state.omega_bi_b
-    y[CENTRE] = 1.0
-    y[MOMENTUM] = system.rotor.axial_momentum(state.rotor_speed, state.omega_bi_b)
-    y[ANGLE] = state.rotor_angle if system.rotor.turns_freely else 0.0
+    """Return the variables (..., SIZE) of a state, with the direction of the centre at f = 0."""
+    y = np.zeros((*np.shape(state.q_ib)[:-1], SIZE))
+    y[..., Q : Q + 4] = state.q_ib
+    y[..., OMEGA : OMEGA + 3] = state.omega_bi_b
+    y[..., CENTRE] = 1.0
+    y[..., MOMENTUM] = system.rotor.axial_momentum(state.rotor_speed, state.omega_bi_b)
+    y[..., ANGLE] = state.rotor_angle if system.rotor.turns_freely else 0.0
     return y
 
 
@@ -137,9 +154,6 @@ def rates(y, of):
     )
 
 
-def _row(vector):
-    return tuple(float(x) for x in vector)
-
-
-def _rows(M):
-    return tuple(_row(row) for row in M)
+def _plain(part):
+    """Return an array as a number or as tuples of numbers."""
+    return tuple(_plain(each) for each in part) if np.ndim(part) else float(part)

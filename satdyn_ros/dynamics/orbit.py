@@ -52,7 +52,7 @@ class FixedDirection:
 
     def gradient_at(self, t_s):
         """Return the gradient [1/s^2], shape (...)."""
-        return np.full(np.shape(t_s), self.gradient)
+        return np.zeros(np.shape(t_s)) + self.gradient
 
     def position_velocity(self, t_s):
         """Return r_i [m] and v_i [m/s], zero: the body does not travel."""

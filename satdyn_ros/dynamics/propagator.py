@@ -36,6 +36,7 @@ from .equations import (
     parameters,
 )
 from .motion import Halted, Motion, States
+from .orbit import FixedDirection
 from .system import State, System
 
 # A third more steps than at 1e-12, a tenth of the error, and still above the rounding.
@@ -74,8 +75,8 @@ class Propagation(Motion):
         super().__init__(system, state, start_s)
         self.tolerance, self.most_steps = tolerance, most_steps
         self.of = parameters(system)
-        self.anomaly = _anomaly(system, start_s)
-        self.wanted = _wanted(system, self.of)
+        self.anomaly = tuple(mean_anomaly(system, start_s).tolist())
+        self.wanted = wanted_variables(system, self.of.does_work)
         self._clock = np.zeros(7)
         self._begin()
 
@@ -140,35 +141,37 @@ class Propagation(Motion):
         return self._table(t_s, *self._columns(out))
 
     def _columns(self, out):
-        found = dict(zip(self.wanted, out, strict=True))
-        q_ib, omega_bi_b = out[Q:OMEGA].T, out[OMEGA:CENTRE].T
-        rotor = self.system.rotor
-        speed = rotor.speed(found.get(MOMENTUM, np.nan), omega_bi_b)
-        angle = found.get(ANGLE, speed)
-        work = found.get(WORK, np.broadcast_to(0.0, out.shape[1]))
-        return q_ib, omega_bi_b, speed, angle, work
+        return columns(self.system, self.wanted, out)
 
 
-def _wanted(system, of):
+def columns(system: System, wanted: np.ndarray, out: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return the columns of States of the wanted variables (..., V, N)."""
+    found = dict(zip(wanted, np.moveaxis(out, -2, 0), strict=True))
+    q_ib = np.moveaxis(out[..., Q:OMEGA, :], -2, -1)
+    omega_bi_b = np.moveaxis(out[..., OMEGA:CENTRE, :], -2, -1)
+    speed = system.rotor.speed(found.get(MOMENTUM, np.nan), omega_bi_b)
+    angle = found.get(ANGLE, speed)
+    work = found.get(WORK, np.broadcast_to(0.0, out[..., 0, :].shape))
+    return q_ib, omega_bi_b, speed, angle, work
+
+
+def wanted_variables(system: System, does_work: bool) -> np.ndarray:
     """Return the variables to be interpolated; the others are constant, or have no value."""
     wanted = [*range(Q, CENTRE)]
     if system.rotor.turns_freely:
         wanted += [MOMENTUM, ANGLE]
-    if of.does_work:
+    if does_work:
         wanted += [WORK]
     return np.array(wanted)
 
 
-def _anomaly(system, start_s):
-    """Return mean anomaly at the start, mean motion and eccentricity; zeros: no orbit."""
+def mean_anomaly(system: System, start_s: float) -> np.ndarray:
+    """Return mean anomaly at start_s, mean motion and eccentricity, (..., 3); zeros: no orbit."""
     orbit = system.orbit
-    if not orbit.has_lvlh:
-        return 0.0, 0.0, 0.0
-    return (
-        float(orbit.mean_anomaly + orbit.mean_motion * start_s),
-        float(orbit.mean_motion),
-        float(orbit.eccentricity),
-    )
+    if isinstance(orbit, FixedDirection):
+        return np.zeros(3)
+    begin = orbit.mean_anomaly + orbit.mean_motion * start_s
+    return np.stack(np.broadcast_arrays(begin, orbit.mean_motion, orbit.eccentricity), axis=-1)
 
 
 @compiled

@@ -35,7 +35,7 @@ INITIAL_CONDITIONS = tuple(key.name for key in KEYS.values() if key.changes == '
 _FOREIGN = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
 
 # A key that belongs to some choices only: key, the choosing key, the choices.
-_BELONGS = (
+BELONGS = (
     ('body.weight_moment', 'orbit.type', ('fixed',)),
     ('rotor.momentum', 'rotor.mode', ('constant_momentum',)),
     ('rotor.inertia', 'rotor.mode', ('free', 'motor')),
@@ -91,6 +91,7 @@ class Scenario:
             values[name] = _unit(values, name, 1e-6)
         _refuse_what_does_not_belong(values)
         sensors.check(values)
+        inertia.tensor(values['body.inertia'])
         self.values: Mapping[str, Any] = MappingProxyType(values)
         self._check_rotor()
         self._check_ticks()
@@ -133,6 +134,17 @@ class Scenario:
                 branch = branch.setdefault(group, {})
             branch[leaf] = list(value) if isinstance(value, tuple) else value
         return yaml.safe_dump({'/**': {'ros__parameters': nested}}, sort_keys=False, width=99)
+
+    @classmethod
+    def of_many(cls, values: Mapping[str, Any]) -> 'Scenario':
+        """
+        Return M scenarios as one, with a system and an initial state of arrays.
+
+        values: of every key, known to be valid, by many.py; what differs as (M, 1) or (M, 1, k).
+        """
+        many = object.__new__(cls)
+        many.values = MappingProxyType(dict(values))
+        return many
 
     def with_values(self, changes: Mapping[str, Any]) -> 'Scenario':
         """Return the scenario with some keys changed; ValueError: see the class."""
@@ -197,7 +209,7 @@ class Scenario:
     def system(self) -> System:
         """What moves, with no torque applied."""
         return System(
-            inertia=inertia.tensor(self['body.inertia']),
+            inertia=inertia.entries(self['body.inertia']),
             rotor=Rotor(
                 mode=self['rotor.mode'],
                 axis=np.array(self['rotor.axis']),
@@ -374,7 +386,7 @@ def _unit(values, name, allowed_error):
 
 
 def _refuse_what_does_not_belong(values):
-    for name, chooser, choices in _BELONGS:
+    for name, chooser, choices in BELONGS:
         if values[chooser] not in choices and values[name] != KEYS[name].default:
             given = values[name]
             given = list(given) if isinstance(given, tuple) else given

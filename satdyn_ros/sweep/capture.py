@@ -7,11 +7,13 @@ the unit vector from the attracting centre and a the axis, it crosses the horizo
 changes sign; (c . a)' = omega_bl . (a x c).
 """
 
+from collections.abc import Callable
+
 import numpy as np
 
-from ..dynamics import rotation
 from ..dynamics.inertia import principal_axes
 from ..dynamics.motion import Motion, States
+from .measures import cross, dot, extremes, length, omega_bl_b
 
 LEAST = 'least'
 AXES = {'x': (1.0, 0.0, 0.0), 'y': (0.0, 1.0, 0.0), 'z': (0.0, 0.0, 1.0)}
@@ -24,66 +26,82 @@ _TURN_RAD = 0.5
 _AT_ONCE = 100_000
 
 
-def judged_axis(name: str, inertia: np.ndarray) -> np.ndarray | None:
+def judged_axis(name: str, inertia: np.ndarray) -> np.ndarray:
     """
-    Return the axis (3,) of a name, x, y, z or least, of a body of inertia (3, 3), body axes.
+    Return the axis (..., 3) of a name, x, y, z or least, of inertias (..., 3, 3), body axes.
 
-    None: it has no axis of least inertia, the least two moments are equal.
+    nan: the body has no axis of least inertia, the least two moments are equal.
     """
     if name in AXES:
         return np.array(AXES[name])
     moments, R_bp = principal_axes(inertia)
-    least, middle, _ = np.argsort(moments)
-    if moments[middle] - moments[least] <= _ROUNDING * np.max(moments):
-        return None
-    return R_bp[:, least]
+    least, middle, largest = np.moveaxis(np.sort(moments, axis=-1), -1, 0)
+    at = np.argmin(np.asarray(moments), axis=-1, keepdims=True)[..., None]
+    axis = np.take_along_axis(R_bp, at, axis=-1)[..., 0]
+    return np.where((middle - least > _ROUNDING * largest)[..., None], axis, np.nan)
 
 
-def nadir_angle(states: States, axis_b: np.ndarray) -> np.ndarray:
-    """Return the angle of an axis (3,), either end of it, to nadir, 0 to pi/2 [rad], (N,)."""
-    across = np.linalg.norm(np.cross(states.c_b, axis_b), axis=-1)
-    return np.arctan2(across, np.abs(states.c_b @ axis_b))
+def nadir_angles(states: States, axis_b: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the extremes of the angle of axes, either end of them, to nadir, 0 to pi/2 [rad]."""
+    across = cross(states.c_b, axis_b)
+    with np.errstate(divide='ignore'):
+        return extremes('nadir_angle', dot(across, across) / dot(states.c_b, axis_b) ** 2)
 
 
-def captured_since(states: States, axis_b: np.ndarray, motion: Motion) -> float:
+def capture_times(
+    states: States,
+    axis_b: np.ndarray,
+    period_s: np.ndarray,
+    motion_of: Callable[[int], Motion],
+) -> np.ndarray:
     """
-    Return the time [s] from which on an axis (3,) does not cross the horizontal.
+    Return the times [s] (M,) from which on axes do not cross the horizontal; nan: it has no axis.
 
-    states: a table of the motion.  Where the body turns far between two of its rows, the motion
-    is asked again, densely enough to miss no crossing; where it is not, to the next row.
+    states (M, N), axis_b (3,) or (M, 1, 3), period_s (M,).  Runs that look captured and turn far
+    between two samples are followed more closely: motion_of gives the motion of a row.
     """
-    since_s = _since(states, axis_b)
-    fastest = np.max(np.linalg.norm(_omega_bl_b(states), axis=-1))
-    end_s, step_s = states.t_s[-1], _TURN_RAD / fastest if fastest > 0.0 else np.inf
-    if since_s == end_s or np.max(np.diff(states.t_s)) <= step_s:
-        return since_s
-    count = int(np.ceil((end_s - since_s) / step_s))
-    begin_s = since_s
-    for first in range(0, count, _AT_ONCE):
-        rows = np.arange(first, min(first + _AT_ONCE, count) + 1)
-        dense = motion.at(begin_s + rows * ((end_s - begin_s) / count))
-        found_s = _since(dense, axis_b)
-        since_s = found_s if found_s > dense.t_s[0] else since_s
+    rates = omega_bl_b(states)
+    since_s, end_s = states.t_s[_first_after(states, rates, axis_b)], states.t_s[-1]
+    since_s = np.where(np.isnan(axis_b).any(axis=-1).ravel(), np.nan, since_s)
+    fastest = length(rates).max(axis=-1)
+    turns_far = fastest * np.max(np.diff(states.t_s)) > _TURN_RAD
+    for row in np.nonzero(turns_far & (end_s - since_s >= period_s))[0].tolist():
+        axis = axis_b if axis_b.ndim == 1 else axis_b[min(row, len(axis_b) - 1)]
+        since_s[row] = _followed(motion_of(row), np.ravel(axis), since_s[row], end_s, fastest[row])
     return since_s
 
 
-def _since(states, axis_b):
-    """Return the time of the first row after the last crossing; the first: there is none."""
-    crossings = np.nonzero(_crosses(states, axis_b))[0]
-    return float(states.t_s[np.max(crossings, initial=-1) + 1])
+def _followed(motion, axis_b, begin_s, end_s, fastest):
+    """Return the time from begin_s on from which the axis of a motion does not cross."""
+    count, since_s = int(np.ceil((end_s - begin_s) * fastest / _TURN_RAD)), begin_s
+    for first in range(0, count, _AT_ONCE):
+        rows = np.arange(first, min(first + _AT_ONCE, count) + 1)
+        dense = motion.at(begin_s + rows * ((end_s - begin_s) / count))
+        since = int(_first_after(dense, omega_bl_b(dense), axis_b))
+        since_s = float(dense.t_s[since]) if since > 0 else since_s
+    return since_s
 
 
-def _crosses(states, axis_b):
-    """Return whether the axis crosses the horizontal between rows, (N - 1,)."""
-    height = states.c_b @ axis_b
-    rate = np.sum(_omega_bl_b(states) * np.cross(axis_b, states.c_b), axis=-1)
-    upper = np.where(height[:-1] < 0.0, -1.0, 1.0)
-    begin, end = upper * height[:-1], upper * height[1:]
-    gap_s = np.diff(states.t_s)
-    begin_slope, end_slope = upper * rate[:-1] * gap_s, upper * rate[1:] * gap_s
+def _first_after(states, rates, axis_b):
+    """Return the first row after the last crossing, shape (...); 0: there is none."""
+    crosses = _crosses(states, rates, axis_b)
+    count = crosses.shape[-1]
+    last = count - np.argmax(crosses[..., ::-1], axis=-1)
+    return np.where(crosses.any(axis=-1), last, 0)
+
+
+def _crosses(states, rates, axis_b):
+    """Return whether the axis crosses the horizontal between rows, (..., N - 1)."""
+    height = dot(states.c_b, axis_b)
+    rate = dot(rates, cross(axis_b, states.c_b))
+    begin, end = height[..., :-1], height[..., 1:]
+    upper = np.where(begin < 0.0, -1.0, 1.0)
+    begin, end = upper * begin, upper * end
+    gap_s = upper * np.diff(states.t_s)
+    begin_slope, end_slope = gap_s * rate[..., :-1], gap_s * rate[..., 1:]
     # Where it comes down and goes up again, the lowest point of the cubic between the rows.
     crosses = end <= 0.0
-    dips = np.nonzero(~crosses & (begin_slope < 0.0) & (end_slope > 0.0))[0]
+    dips = ~crosses & (begin_slope < 0.0) & (end_slope > 0.0)
     lowest = _lowest(begin[dips], begin_slope[dips], end[dips], end_slope[dips])
     crosses[dips] = lowest <= 0.0
     return crosses
@@ -100,8 +118,3 @@ def _lowest(begin, begin_slope, end, end_slope):
     falls = second < 0.0
     x = np.where(falls, root - second, -begin_slope) / np.where(falls, 3.0 * third, second + root)
     return begin + x * (begin_slope + x * (second + x * third))
-
-
-def _omega_bl_b(states):
-    to_body = rotation.conjugate(states.q_ib)
-    return states.omega_bi_b - rotation.rotate(to_body, states.orbit.lvlh_rate(states.orbit_s))

@@ -1,18 +1,25 @@
-"""What runs come to: the rows of the table."""
+"""
+What runs come to: the columns of the table.
 
-from collections.abc import Mapping, Sequence
+Runs that differ in numbers alone are flown and measured together, as arrays (M, N) of M runs at
+N times.  A run with a closed form, a wrong value or a propagation that halts goes by itself.
+"""
+
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from ..dynamics import rotation
-from ..dynamics.batch import propagate_all
+from ..dynamics.batch import propagate_many
 from ..dynamics.integrals import relative_drift
-from ..dynamics.motion import Motion, States
+from ..dynamics.motion import States
 from ..dynamics.orbit import KeplerOrbit
-from ..dynamics.propagator import Propagation
+from ..dynamics.system import System
+from ..run.many import many, part_of
 from ..run.scenario import Scenario
-from .capture import captured_since, judged_axis, nadir_angle
+from .capture import capture_times, judged_axis, nadir_angles
+from .measures import length, lvlh_angles, samples
 from .plan import Plan
 
 INTEGRALS = (
@@ -27,112 +34,154 @@ INTEGRALS = (
 )
 # Samples that are held at a time, some hundred megabytes: runs with more go fewer together.
 _SAMPLES_AT_ONCE = 4_000_000
+# Samples that are measured at a time: what is made of them stays in the cache.
+_SAMPLES_IN_CACHE = 32_000
+
+Columns = dict[str, Any]
 
 
-def rows(plan: Plan, runs: Sequence[int]) -> list[dict[str, Any]]:
-    """Return the rows of runs; a column that is not in one has no value."""
+def columns(plan: Plan, runs: Sequence[int]) -> Columns:
+    """Return the columns of runs, name to a value for each of them; nan or None: it has none."""
     together = max(1, _SAMPLES_AT_ONCE // len(plan.t_s))
-    parts = (runs[first : first + together] for first in range(0, len(runs), together))
-    return [row for part in parts for row in _rows_of(plan, part)]
+    table = _Table(len(runs))
+    for first in range(0, len(runs), together):
+        _fill(plan, runs[first : first + together], first, table)
+    return {'run': np.array(runs), **plan.values_of(runs), **table.columns}
 
 
-def _rows_of(plan, runs):
-    values = [plan.values(run) for run in runs]
-    flights = [_attempt(_flight, plan, each) for each in values]
-    motions = [flight[1] for flight in flights if not isinstance(flight, Exception)]
-    numeric = [motion for motion in motions if isinstance(motion, Propagation)]
-    tables = dict(zip(numeric, propagate_all(numeric, plan.t_s), strict=True))
-    found = []
-    for run, varied, flight in zip(runs, values, flights, strict=True):
-        columns = _attempt(_outcome, plan, flight, tables)
-        if isinstance(columns, Exception):
-            columns = {'failure': str(columns) or type(columns).__name__}
-        found.append({'run': run, **varied, **columns})
-    return found
+class _Table:
+    """Columns that fill in any order; a column begins with its first value."""
+
+    def __init__(self, count: int):
+        self.count, self.columns = count, {'failure': np.full(count, None)}
+
+    def put(self, rows, found: Mapping[str, Any]) -> None:
+        """Put in values (M, ...) of some rows."""
+        for name, values in found.items():
+            values = np.asarray(values)
+            if name not in self.columns:
+                self.columns[name] = np.full((self.count, *values.shape[1:]), np.nan)
+            self.columns[name][rows] = values
 
 
-def _attempt(step, *arguments):
-    """Return what a step returns, or the exception that ends it: the other runs go on."""
+def _fill(plan, runs, first, table):
+    values = plan.values_of(runs)
+    for rows in _alike(plan, values):
+        done = _fly_together(plan, runs, values, rows, first, table)
+        for row in rows[~done]:
+            _fly_alone(plan, runs[row], first + row, table)
+
+
+def _alike(plan, values) -> Iterator[np.ndarray]:
+    """Yield the rows of runs that differ in numbers alone."""
+    kinds = defaultdict(list)
+    for row in range(len(next(iter(values.values())))):
+        kinds[tuple(_kind(v, values[v.name][row]) for v in plan.vary)].append(row)
+    yield from (np.array(rows) for rows in kinds.values())
+
+
+def _kind(varied, value):
+    key = varied.quantity.key
+    if key.kind == 'double':
+        # A circle conserves what an ellipse does not.
+        return key.name == 'orbit.eccentricity' and value == 0.0
+    return len(value) if key.kind == 'double_array' else value
+
+
+def _fly_together(plan, runs, values, rows, first, table):
+    """Fly rows of values together and return which of them that was possible for, (M,)."""
+    done = np.zeros(len(rows), bool)
+    changed = _changed(plan, values, rows)
+    if changed is None or changed['motion.method'] != 'numeric':
+        return done
+    _, valid = many(changed, len(rows))
+    count = int(valid.sum())
+    if not count:
+        return done
+    chosen = {k: x[valid] if isinstance(x, np.ndarray) else x for k, x in changed.items()}
+    scenario, _ = many(chosen, count)
+    tolerance = np.zeros(count) + np.ravel(scenario['motion.tolerance'])
+    system = scenario.system
+    states, done[valid] = propagate_many(system, scenario.initial_state, tolerance, plan.t_s)
+    size = max(1, _SAMPLES_IN_CACHE // len(plan.t_s))
+    for begin in range(0, count, size):
+        part = slice(begin, begin + size)
+        some, reached = rows[valid][part], done[valid][part]
+        some_runs = [runs[row] for row in some]
+        found = outcome(plan, part_of(system, part), part_of(states, part), some_runs)
+        table.put(first + some[reached], {k: np.asarray(x)[reached] for k, x in found.items()})
+    return done
+
+
+def _changed(plan, values, rows):
+    """Return the values of every key, arrays (M,) or (M, k) of what varies; None: not together."""
+    arrays = {}
+    for varied in plan.vary:
+        some = [values[varied.name][row] for row in rows]
+        is_number = varied.quantity.key.kind in ('double', 'double_array')
+        arrays[varied.name] = np.array(some) if is_number else some[0]
     try:
-        return step(*arguments)
+        # What they share is judged with the first of them; its numbers may be wrong.
+        Scenario(plan.scenario.values | {k: x for k, x in arrays.items() if isinstance(x, str)})
+        return plan.changed(arrays)
+    except ValueError:
+        return None
+
+
+def _fly_alone(plan, run, row, table):
+    """Fly a run that may fail in any way: then its row says why, and the others go on."""
+    try:
+        scenario = plan.scenario_of(plan.values(run))
+        states = scenario.motion().at(plan.t_s)
+        found = outcome(plan, scenario.system, part_of(states, None), [run])
     except Exception as error:
-        return error
+        found = {'failure': [str(error) or type(error).__name__]}
+    table.put([row], found)
 
 
-def _flight(plan, values):
-    scenario = plan.scenario_of(values)
-    return scenario, scenario.motion()
-
-
-def _outcome(plan, flight, tables):
-    if isinstance(flight, Exception):
-        raise flight
-    scenario, motion = flight
-    states = tables[motion] if motion in tables else motion.at(plan.t_s)
-    if isinstance(states, Exception):
-        raise states
-    return outcome(plan, scenario, states, motion)
-
-
-def outcome(plan: Plan, scenario: Scenario, states: States, motion: Motion) -> dict[str, Any]:
+def outcome(plan: Plan, system: System, states: States, runs: Sequence[int]) -> Columns:
     """
-    Return what a run of a scenario comes to, by column, from its states at the plan's times.
+    Return what M runs come to, by column, from their states (M, N) at the plan's times.
 
     q_ib, omega_bi_b [rad/s], rotor_speed [rad/s], rotor_angle [rad]: the state at the end.  The
     rest is over the samples: the extremes of the rate, of the angle to LVLH and of that of the
     axis of least inertia to nadir, the capture, the largest relative change of each first
     integral.
     """
-    rate = np.linalg.norm(states.omega_bi_b, axis=-1)
-    columns = {
-        'q_ib': states.q_ib[-1].tolist(),
-        'omega_bi_b': states.omega_bi_b[-1].tolist(),
-        'rate_min_rad_s': float(rate.min()),
-        'rate_max_rad_s': float(rate.max()),
+    rate = length(states.omega_bi_b)
+    found: Columns = {
+        'q_ib': states.q_ib[:, -1],
+        'omega_bi_b': states.omega_bi_b[:, -1],
+        'rate_min_rad_s': rate.min(axis=-1),
+        'rate_max_rad_s': rate.max(axis=-1),
     }
-    if scenario.system.rotor.turns_freely:
-        columns['rotor_speed'] = float(states.rotor_speed[-1])
-        columns['rotor_angle'] = float(states.rotor_angle[-1])
-    for name, drift in relative_drift(scenario.system, states).items():
-        columns[f'drift_{name}'] = float(np.max(np.abs(drift)))
+    if system.rotor.turns_freely:
+        found['rotor_speed'] = states.rotor_speed[:, -1]
+        found['rotor_angle'] = states.rotor_angle[:, -1]
+    for name, drift in relative_drift(system, states).items():
+        found[f'drift_{name}'] = np.abs(drift).max(axis=-1)
     if isinstance(states.orbit, KeplerOrbit):
-        angle = rotation.angle_between(rotation.IDENTITY, states.q_lb)
-        columns['lvlh_angle_min_rad'] = float(angle.min())
-        columns['lvlh_angle_max_rad'] = float(angle.max())
-        columns |= _capture(plan, scenario, states, motion)
+        found |= lvlh_angles(states) | _capture(plan, system, states, runs)
     if plan.keeps_samples:
-        columns |= samples(scenario, states)
-    return columns
+        found |= samples(states)
+    return found
 
 
-def _capture(plan, scenario, states, motion):
+def _capture(plan, system, states, runs):
     """Return the extremes of an axis's angle to nadir, whether it is captured and since when."""
-    axis_b = judged_axis(plan.captured_axis, scenario.system.inertia)
-    if axis_b is None:
+    axis_b = judged_axis(plan.captured_axis, system.inertia)
+    if np.all(np.isnan(axis_b)):
         return {}
-    angle = nadir_angle(states, axis_b)
-    columns = {
-        'nadir_angle_min_rad': float(angle.min()),
-        'nadir_angle_max_rad': float(angle.max()),
-    }
+    found = nadir_angles(states, axis_b)
     end_s, period_s = states.t_s[-1], 2.0 * np.pi / states.orbit.mean_motion
-    if end_s < period_s:
-        return columns
-    since_s = captured_since(states, axis_b, motion)
-    captured = bool(end_s - since_s >= period_s)
-    return columns | {'captured': captured, 'capture_s': since_s if captured else None}
+    period_s = np.broadcast_to(np.ravel(period_s), len(runs))
 
+    def follow(row):
+        return plan.scenario_of(plan.values(runs[row])).motion()
 
-def samples(scenario: Scenario, states: States) -> Mapping[str, Any]:
-    """Return the attitudes and rates at the samples, relative to LVLH where there is one."""
-    if scenario.is_fixed:
-        return {
-            'samples_q_ib': states.q_ib.tolist(),
-            'samples_omega_bi_b': states.omega_bi_b.tolist(),
-        }
-    to_body = rotation.conjugate(states.q_ib)
-    lvlh_rate_b = rotation.rotate(to_body, states.orbit.lvlh_rate(states.orbit_s))
-    return {
-        'samples_q_lb': states.q_lb.tolist(),
-        'samples_omega_bl_b': (states.omega_bi_b - lvlh_rate_b).tolist(),
-    }
+    since_s = capture_times(states, axis_b, period_s, follow)
+    judged = np.isfinite(since_s) & (period_s <= end_s)
+    captured = end_s - since_s >= period_s
+    found['captured'] = np.where(judged, captured, np.nan)
+    found['capture_s'] = np.where(judged & captured, since_s, np.nan)
+    return found

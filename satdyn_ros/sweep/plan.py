@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -115,19 +115,44 @@ class Plan:
 
     def values(self, run: int) -> dict[str, Any]:
         """Return what varies in a run, name to value."""
-        point = iter(np.unravel_index(run // self.draws_per_point, self.shape))
-        rng = np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=(run,)))
+        return {name: values[0] for name, values in self.values_of([run]).items()}
+
+    def values_of(self, runs: Sequence[int]) -> dict[str, list[Any]]:
+        """Return what varies in runs, name to the value in each."""
+        at = np.array(runs) // self.draws_per_point
+        points = iter(np.unravel_index(at, self.shape) if self.shape else ())
+        drawn = [v.variation.draw for v in self.vary if not v.variation.grid]
+        draws = iter(zip(*(self._draws(run, drawn) for run in runs), strict=True))
         return {
-            v.name: v.variation.grid[next(point)] if v.variation.grid else v.variation.draw(rng)
+            v.name: [v.variation.grid[i] for i in next(points)]
+            if v.variation.grid
+            else list(next(draws))
             for v in self.vary
         }
 
+    def _draws(self, run, drawn):
+        """Return what a run draws; a run draws for itself, whatever the others do."""
+        if not drawn:
+            return []
+        rng = np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=(run,)))
+        return [draw(rng) for draw in drawn]
+
     def scenario_of(self, values: Mapping[str, Any]) -> Scenario:
         """Return the scenario with the varied values in it; ValueError: as Scenario."""
+        changed = self.changed(values)
+        plain = {k: x.tolist() if isinstance(x, np.ndarray) else x for k, x in changed.items()}
+        return Scenario(plain)
+
+    def changed(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """
+        Return the values of every key with the varied ones in them, not yet checked.
+
+        values: of one run, or of many as arrays; then what they change comes as arrays too.
+        """
         changed = dict(self.scenario.values)
         for varied in self.vary:
             changed |= varied.quantity.changes(changed, values[varied.name])
-        return Scenario(changed)
+        return changed
 
     def to_text(self) -> str:
         """Return all that the table depends on, as JSON; the same sweep, the same text."""

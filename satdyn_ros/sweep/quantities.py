@@ -4,6 +4,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from ..dynamics import rotation
 from ..dynamics.stability import smelt_moments, smelt_parameters
 from ..run.keys import KEYS, Key
@@ -32,7 +34,7 @@ class Quantity:
     One quantity that a sweep varies.
 
     key: its kind and range.  changes(values, value): the scenario's keys that change when the
-    quantity takes value in a scenario of values.
+    quantity takes value in a scenario of values; of many scenarios, all are arrays (M,), (M, k).
     """
 
     key: Key
@@ -45,7 +47,7 @@ def quantity(name: str) -> Quantity:
 
     >>> quantity('initial.angular_velocity.y').changes(
     ...     {'initial.angular_velocity': (0.0, 0.0, 0.0)}, 0.1)
-    {'initial.angular_velocity': (0.0, 0.1, 0.0)}
+    {'initial.angular_velocity': array([0. , 0.1, 0. ])}
     """
     if name.split('.')[0] in _MOTION and name in KEYS:
         return Quantity(KEYS[name], lambda values, value: {name: value})
@@ -65,23 +67,20 @@ def quantity(name: str) -> Quantity:
 
 def _component(name, whole, i):
     def changes(values, value):
-        vector = list(values[whole])
-        if len(vector) != 3:
-            raise ValueError(
-                f'{name} is varied, but {whole} has {len(vector)} entries; it takes 3'
-            )
-        vector[i] = value
-        return {whole: tuple(vector)}
+        parts = _parts(name, whole, values[whole])
+        parts[i] = value
+        return {whole: _stacked(parts)}
 
     return Quantity(replace(KEYS[whole], name=name, kind='double', lengths=()), changes)
 
 
 def _angle(name):
     def changes(values, value):
-        angles = rotation.roll_pitch_yaw(values['initial.attitude'])
+        attitude = values['initial.attitude']
+        angles = [*np.moveaxis(rotation.roll_pitch_yaw(attitude), -1, 0)]
         angles[_ANGLES.index(name)] = value
-        attitude = rotation.from_roll_pitch_yaw(*angles)
-        return {'initial.attitude': tuple(float(x) for x in attitude)}
+        angles = np.broadcast_arrays(*angles)
+        return {'initial.attitude': rotation.from_roll_pitch_yaw(*angles)}
 
     return Quantity(
         Key(name, 'double', 0.0, 'rad', 'a 3-2-1 angle of the initial attitude'), changes
@@ -90,17 +89,25 @@ def _angle(name):
 
 def _smelt(name):
     def changes(values, value):
-        moments = values['body.inertia']
-        if len(moments) != 3:
-            raise ValueError(
-                f'{name} is varied, but body.inertia has {len(moments)} entries; it takes 3'
-            )
-        I_t, I_n, I_r = moments
+        I_t, I_n, I_r = _parts(name, 'body.inertia', values['body.inertia'])
+        total = I_t + I_n + I_r
         ratios = list(smelt_parameters(I_r, I_t, I_n))
         ratios[_SMELT.index(name)] = value
         I_r, I_t, I_n = smelt_moments(*ratios)
-        size = sum(moments) / (I_r + I_t + I_n)
-        return {'body.inertia': (size * I_t, size * I_n, size * I_r)}
+        size = total / (I_r + I_t + I_n)
+        return {'body.inertia': _stacked([size * I_t, size * I_n, size * I_r])}
 
     key = Key(name, 'double', 0.0, '', 'a Smelt parameter', above=-1.0, below=1.0)
     return Quantity(key, changes)
+
+
+def _parts(name, whole, vector):
+    """Return the three components of a vector; ValueError: it has not three."""
+    parts = [*np.moveaxis(np.asarray(vector, float), -1, 0)]
+    if len(parts) != 3:
+        raise ValueError(f'{name} is varied, but {whole} has {len(parts)} entries; it takes 3')
+    return parts
+
+
+def _stacked(parts):
+    return np.stack(np.broadcast_arrays(*parts), axis=-1)

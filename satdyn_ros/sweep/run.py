@@ -17,22 +17,23 @@ from functools import lru_cache
 from itertools import islice
 from multiprocessing import resource_tracker
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+import pyarrow as pa
 
 from .. import __version__
 from ..bag.simulate import simulate
 from ..dynamics.batch import LANES, propagate_all
 from ..dynamics.propagator import Propagation
 from ..run.scenario import Scenario
-from .outcome import rows
+from .outcome import columns
 from .plan import Plan
 from .resources import check_resources
-from .table import unite, write_part
+from .table import table, unite, write_part
 
 # Batches handed over at a time: enough for a large cluster, few enough for a small memory.
-_IN_FLIGHT = 1000
+_IN_FLIGHT = 256
+_SAMPLES_A_BATCH = 500_000
 _CONNECT_S = 5.0
 
 
@@ -71,15 +72,16 @@ def sweep(
 def batches(plan: Plan) -> Iterator[tuple[int, int]]:
     """Yield the first run and the one after the last of each batch, whoever does them."""
     # Short against the whole, for interruptions and for cores that finish together, but not too
-    # short to fill the lanes of a propagation.
-    size = max(LANES, min(64, len(plan) // 64))
+    # short to fill the lanes of a propagation, nor so short that what is done once for all counts.
+    size = max(LANES, min(1024, len(plan) // 64, _SAMPLES_A_BATCH // len(plan.t_s)))
     for first in range(0, len(plan), size):
         yield first, min(first + size, len(plan))
 
 
-def batch(text: str, first: int, last: int) -> list[dict[str, Any]]:
+def batch(text: str, first: int, last: int) -> pa.Table:
     """Return the rows of the runs first to last - 1 of the plan of a text."""
-    return rows(_plan(text), range(first, last))
+    plan = _plan(text)
+    return table(plan, columns(plan, range(first, last)))
 
 
 _plan = lru_cache(maxsize=1)(Plan.from_text)

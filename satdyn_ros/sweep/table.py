@@ -1,11 +1,12 @@
 """Rows as Parquet: the columns of a sweep's table, its parts, and their union."""
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
@@ -86,9 +87,28 @@ def _field(name, kind, description):
     return pa.field(name, kind, metadata={'description': description})
 
 
-def write_part(path: Path, plan: Plan, rows: list[dict[str, Any]]) -> None:
-    """Write rows as a Parquet file that is there whole or not at all."""
-    _write(path, plan, [pa.Table.from_pylist(rows, schema(plan))])
+def table(plan: Plan, columns: Mapping[str, Any]) -> pa.Table:
+    """Return columns of runs (outcome.py) as a table; what is missing or nan has no value."""
+    fields, count = schema(plan), len(columns['run'])
+    arrays = [_array(columns.get(f.name, [None] * count), f.type) for f in fields]
+    return pa.Table.from_arrays(arrays, schema=fields)
+
+
+def _array(values, kind):
+    if not isinstance(values, np.ndarray) or values.dtype != float:
+        return pa.array(values, kind)
+    missing = np.isnan(values)
+    if kind == _VECTOR:
+        begins = np.arange(0, values.size + 1, values.shape[1], dtype=np.int32)
+        return pa.ListArray.from_arrays(begins, values.ravel(), mask=pa.array(missing.any(axis=1)))
+    if values.ndim > 1:
+        return pa.array([None if np.isnan(run).any() else run.tolist() for run in values], kind)
+    return pa.array(values == 1.0 if kind == pa.bool_() else values, kind, mask=missing)
+
+
+def write_part(path: Path, plan: Plan, part: pa.Table) -> None:
+    """Write runs as a Parquet file that is there whole or not at all."""
+    _write(path, plan, [part])
 
 
 def unite(path: Path, plan: Plan, parts: Iterable[Path]) -> None:

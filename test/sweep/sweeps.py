@@ -2,6 +2,9 @@
 
 import yaml
 
+from satdyn_ros.sweep.outcome import columns
+from satdyn_ros.sweep.table import table
+
 SCENARIO = {
     'body': {'inertia': [800.0, 900.0, 600.0]},
     'rotor': {'mode': 'constant_momentum', 'momentum': -5.0},
@@ -30,3 +33,8 @@ def write(folder, parameters=None, **changes):
     path = folder / 'sweep.yaml'
     path.write_text(yaml.safe_dump(SWEEP | changes, sort_keys=False))
     return path
+
+
+def rows_of(plan, runs):
+    """Return the rows of runs of a sweep."""
+    return table(plan, columns(plan, runs)).to_pylist()

@@ -19,7 +19,7 @@ from satdyn_ros.sweep import outcome
 from satdyn_ros.sweep.plan import Plan
 from satdyn_ros.sweep.run import batches, sweep
 
-from .sweeps import write
+from .sweeps import rows_of, write
 
 ROOT = Path(__file__).parents[2]
 ENVIRONMENT = os.environ | {'PYTHONPATH': str(ROOT)}
@@ -130,9 +130,10 @@ def test_rows_hold_what_the_runs_came_to(tmp_path):
 def test_long_runs_go_fewer_together(tmp_path, monkeypatch):
     """However many fly side by side, for the memory's sake, their rows are the same."""
     plan = Plan.from_yaml(write(tmp_path))
-    together = outcome.rows(plan, range(12))
+    together = rows_of(plan, range(12))
     monkeypatch.setattr(outcome, '_SAMPLES_AT_ONCE', 5 * len(plan.t_s))
-    assert outcome.rows(plan, range(12)) == together
+    monkeypatch.setattr(outcome, '_SAMPLES_IN_CACHE', 2 * len(plan.t_s))
+    assert rows_of(plan, range(12)) == together
 
 
 def test_captured_or_tumbling(tmp_path):

@@ -51,13 +51,15 @@ def relative_drift(
     size is the larger one of the two rows.  An integral may be zero, and so may each of its terms:
     its size is that of the momenta and potentials behind them.
     """
-    begin = (begin or states).rows(slice(1))
-    start, start_sizes = _terms(system, begin), _sizes(system, begin)
-    sizes = _sizes(system, states)
+    all_terms, sizes = _terms(system, states), _sizes(system, states)
+    start, start_sizes = all_terms, sizes
+    if begin is not None:
+        begin = begin.rows(slice(1))
+        start, start_sizes = _terms(system, begin), _sizes(system, begin)
     drift = {}
-    for name, terms in _terms(system, states).items():
-        change = sum(terms) - sum(start[name])
-        size = np.maximum(start_sizes[name], sizes[name])
+    for name, terms in all_terms.items():
+        change = sum(terms) - sum(term[..., :1] for term in start[name])
+        size = np.maximum(start_sizes[name][..., :1], sizes[name])
         drift[name] = np.divide(change, size, out=np.zeros_like(change), where=size > 0.0)
     return drift
 

@@ -62,21 +62,16 @@ def start(context):
     if given['record']:
         overrides['record.enabled'] = given['record'] == 'true'
     if given['rate']:
-        overrides['publish.rate'] = float(given['rate'])
+        try:
+            overrides['publish.rate'] = float(given['rate'])
+        except ValueError:
+            raise ValueError(f'rate is {given["rate"]!r}; it takes a number [Hz]') from None
     scenario = Scenario.from_yaml(params_file)
     if rviz or foxglove:
         shown = dict.fromkeys([*scenario.topics, 'markers', 'tf'])
         overrides['publish.topics'] = list(shown)
 
-    nodes = [
-        Node(
-            package='satdyn_ros',
-            executable='satdyn_node',
-            namespace=namespace,
-            parameters=[params_file, overrides] if overrides else [params_file],
-            output='screen',
-        )
-    ]
+    nodes = []
     if rviz:
         frames = scenario.frames
         frame = frames.inertial if scenario.is_fixed else frames.orbital
@@ -99,4 +94,14 @@ def start(context):
         nodes.append(ExecuteProcess(cmd=command, output='screen'))
     if foxglove:
         nodes.append(Node(package='foxglove_bridge', executable='foxglove_bridge'))
+    # At the end: where another's package is missing, nothing has begun.
+    nodes.append(
+        Node(
+            package='satdyn_ros',
+            executable='satdyn_node',
+            namespace=namespace,
+            parameters=[params_file, overrides] if overrides else [params_file],
+            output='screen',
+        )
+    )
     return nodes

@@ -65,12 +65,24 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run(values):
     # A node is built, and its equations compiled, under Python's own handlers, which interrupt
     # at once; those of rclpy let a spinning executor end.
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    signals = []
+
+    def interrupt(number, frame):
+        # The compiler may lose the exception in a callback of its own.
+        signals.append(number)
+        raise KeyboardInterrupt
+
+    signal.signal(signal.SIGINT, interrupt)
+    signal.signal(signal.SIGTERM, interrupt)
     _show_notices()
     # Garbage is collected between ticks, and what the start has made is never looked at again.
     gc.disable()
     node = SatdynNode(values)
+    if signals:
+        node.destroy_node()
+        return 0
     gc.freeze()
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     install_signal_handlers()
     executor = Executor()

@@ -8,6 +8,13 @@ from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.msg import ParameterType
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from ros.live import stamp_ns
+from ros.test_diagnostics import ERROR, health
+from std_srvs.srv import Trigger
+
+from satdyn_ros.bag.recorded_run import RecordedRun
+from satdyn_ros.bag.verify import verify
+from satdyn_ros.run.events import TorquesDropped
+from satdyn_ros.run.ticks import LAST_STAMP_NS
 
 SERVICES = [
     (SetParameters, 'satdyn/set_parameters'),
@@ -94,3 +101,71 @@ def test_what_is_no_message_costs_that_message_alone(live):
     code, errors = node.end()
     assert code == 0
     assert 'Traceback' not in errors
+
+
+def test_what_would_take_forever_is_refused_or_dropped(live, tmp_path):
+    """A request is refused, a torque dropped; services answer, and the bag proves itself."""
+    node, participant = live({'publish.topics': ['attitude'], 'record.enabled': True})
+    heard = participant.listen('attitude')
+    participant.hear(heard, 5)
+    for rate in (1e300, 1e20, 9e7):
+        done, reason = participant.request({'initial.angular_velocity': [rate, 1.0, 0.0]})
+        assert not done
+        assert 'it takes at most 1e+08 rad/s' in reason or 'begins no motion' in reason
+    publisher = participant.node.create_publisher(WrenchStamped, 'torque', 10)
+    participant.wait_until(lambda: publisher.get_subscription_count() == 1)
+    for torque in (1e30, 1e300):
+        message = WrenchStamped()
+        message.wrench.torque.x = torque
+        publisher.publish(message)
+        participant.hear(heard, 20)
+    assert participant.trigger('reset')[0]
+    participant.hear(heard, 5)
+    code, errors = node.end()
+    assert code == 0
+    assert errors.count('the torques that acted are dropped: ') == 2
+    (directory,) = tmp_path.glob('satdyn_*_*')
+    events = RecordedRun(directory).events
+    assert sum(isinstance(event, TorquesDropped) for event in events) == 2
+    assert verify(directory).same_bytes
+
+
+def test_a_run_that_halts_says_so_and_ends_when_told(live):
+    """At the last stamp of ROS: ERROR in the diagnostics, services answer, a signal ends it."""
+    node, participant = live({'time.epoch_ns': LAST_STAMP_NS - 5 * 10**7})
+    until = health(participant)
+    report = until(node.namespace, lambda r: r['pacing'].level == ERROR)
+    assert report['pacing'].message.startswith('halted after tick 5: the next tick comes after')
+    for name in ('step', 'reset'):
+        done, reason = participant.trigger(name)
+        assert not done
+        assert 'the last stamp of ROS, 2147483647 s' in reason
+    assert participant.switch('pause', False)[0] is False
+    code, errors = node.end()
+    assert code == 0
+    assert 'Traceback' not in errors
+
+
+def test_all_services_answer_during_a_step(live):
+    """A second step is refused; requests act; a pause ends it, and its reply counts the ticks."""
+    _, participant = live({'publish.topics': ['attitude'], 'step.ticks': 10**9})
+    heard = participant.listen('attitude')
+    participant.hear(heard, 1)
+    begin = int(participant.switch('pause', True)[1].removeprefix('paused after tick '))
+    client = participant.node.create_client(Trigger, 'satdyn/step')
+    participant.wait_until(client.service_is_ready)
+    step = client.call_async(Trigger.Request())
+    participant.hear(heard, 20)
+    assert participant.trigger('step') == (False, 'a step goes on already; ~/pause ends it')
+    asked = {'initial.frame': 'inertial', 'initial.attitude': [0.6, 0.0, 0.0, 0.8]}
+    assert participant.request(asked)[0]
+    assert participant.trigger('reset')[0]
+    assert participant.get('step.ticks') == 10**9
+    assert participant.switch('record', True)[0]
+    assert not step.done()
+    end = int(participant.switch('pause', True)[1].removeprefix('paused after tick '))
+    participant.wait_until(step.done, 'the end of the step')
+    assert step.result().success is False
+    assert step.result().message == (
+        f'{end - begin} of 1000000000 ticks passed, now after tick {end}'
+    )

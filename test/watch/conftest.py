@@ -26,6 +26,7 @@ def watch():
             text=True,
         )
         running.append(process)
+        begin.pid = process.pid
         return process.stdout.readline().removeprefix('watch: ').strip()
 
     yield begin

@@ -8,6 +8,7 @@ const TIME_INCREMENTS = [
   ...TIME_STEPS, ...[1, 2, 3, 4, 5, 6, 7].flatMap((power) => [2, 5, 10].map((k) => 8640 * k * 10 ** power)),
 ];
 const ANGLE_INCREMENTS = [-4, -3, -2, -1, 0].flatMap((power) => [1, 2, 5].map((k) => k * 10 ** power)).concat([10, 15, 30, 45, 90, 180]);
+const READ_EACH = 200; // [ms]
 const DASHES = [[], [7, 3], [2, 2], [9, 3, 2, 3]];
 
 // What is drawn of a description: a chart each, its lines by name; values(rows, i) in SI units.
@@ -75,14 +76,18 @@ class Charts {
   }
 
   // Move the cursor to a time, and say the values there.
-  point(time, row) {
+  point(time, row, isMoving = false) {
     const single = { get: (name) => row[name] };
+    // The eye follows the line at every frame, numbers a few times a second.
+    const reads = performance.now() - (this.readAt ?? 0) > READ_EACH || !isMoving;
+    if (reads) this.readAt = performance.now();
     for (const { panel, plot, says, values, chosen } of this.charts) {
       if (!plot) continue;
       const left = plot.valToPos(time, 'x');
       const isInside = left >= 0 && left <= plot.over.clientWidth;
       chosen.style.transform = `translateX(${left}px)`;
       chosen.style.visibility = isInside ? 'visible' : 'hidden';
+      if (!reads) continue;
       const now = panel.values(single, 0) ?? [];
       values.forEach((element, k) => {
         const value = now[k];

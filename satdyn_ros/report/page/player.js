@@ -9,7 +9,7 @@ class Player {
     this.timeline = new Timeline(box('timeline'), (time, factor) => {
       const row = this.rows.at(time);
       this.stage.show(row, this.rows, factor);
-      this.charts.point(time, row);
+      this.charts.point(time, row, this.timeline.isPlaying);
     });
   }
 

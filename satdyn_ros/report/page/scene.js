@@ -17,7 +17,7 @@ class Scene {
   constructor(box) {
     this.box = box;
     const antialias = !drawsInSoftware();
-    this.renderer = new THREE.WebGLRenderer({ antialias, alpha: true, powerPreference: 'high-performance' });
+    this.renderer = new THREE.WebGLRenderer({ antialias, powerPreference: 'high-performance' });
     this.canvas = this.renderer.domElement;
     this.canvas.setAttribute('aria-hidden', 'true');
     box.append(this.canvas);
@@ -144,6 +144,7 @@ class Scene {
     const style = getComputedStyle(this.box);
     const colourOf = (name) => style.getPropertyValue(name).trim();
     const background = colourOf('--sky');
+    this.renderer.setClearColor(background);
     Object.entries(ARROWS).forEach(([name, colour]) => this.arrows[name].paint(colourOf(colour)));
     Object.entries(PATHS).forEach(([name, colour]) => this.paths[name].paint(colourOf(colour), background));
     this.solid.paint?.(colourOf('--solid'), colourOf('--solid-edge'));
@@ -330,8 +331,9 @@ class Scene {
     // A narrow picture is seen from further away, so that as much is in it.
     this.camera.fov = width < height ? 44 : 36;
     this.camera.updateProjectionMatrix();
-    // At once: a canvas of a new size is empty.
+    // At once, for a canvas of a new size is empty; the labels follow with the next frame.
     this._render();
+    this.redraw();
   }
 
   _resetCamera() {

@@ -56,9 +56,9 @@ class Timeline {
   _frame(now) {
     if (!this.isPlaying) return;
     this.time = Math.min(this.from.time + ((now - this.from.wall) / 1000) * this.factor, this.end);
-    this._say();
     if (this.time >= this.end) this.play(false);
-    else requestAnimationFrame((later) => this._frame(later));
+    this._say();
+    if (this.isPlaying) requestAnimationFrame((later) => this._frame(later));
   }
 
   get factor() { return Number(this.speed.value); }
@@ -66,11 +66,14 @@ class Timeline {
   _start() { this.from = { wall: performance.now(), time: this.time }; }
 
   _say() {
+    this.show(this.time, this.isPlaying ? this.factor : 0);
+    // To paint slider and clock at every frame would cost more than the scene.
+    if (this.isPlaying && performance.now() - (this.saidAt ?? 0) < 100) return;
+    this.saidAt = performance.now();
     this.slider.value = Math.round(((this.time - this.begin) / this.span) * 1e6);
     const text = timeText(this.time, this.span);
     this.clock.textContent = text;
     this.slider.setAttribute('aria-valuetext', text);
-    this.show(this.time, this.isPlaying ? this.factor : 0);
   }
 
   _look() {

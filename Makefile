@@ -13,7 +13,17 @@ PYTHON ?= $(shell for python in python3 python3.13 python3.12 python3.11 python3
 SOURCED := $(shell test -n "$$ROS_DISTRO" && $(PYTHON) -c 'import rclpy' 2>/dev/null && echo yes)
 ROS := $(if $(SOURCED),,[ros])
 
-.PHONY: help demo test torture lint colcon figures docs bench clean
+# numba 0.58, the oldest that we name, has wheels up to CPython 3.11.
+OLD := $(VENV)-oldest
+OLD_PYTHON = $(shell for python in python3.11 python3.10 $(PYTHON); do \
+	$$python -c 'import sys; sys.exit(sys.version_info[:2] not in ((3, 10), (3, 11)))' 2>/dev/null \
+	&& echo $$python && break; done)
+# What the libraries are called for most: propagation, closed forms, bags, YAML, pictures, a node.
+OLD_TESTS := test/dynamics/test_propagator.py test/dynamics/test_batch.py test/exact/test_elliptic.py \
+	test/exact/test_flow.py test/run test/messages test/rosbag2/test_reader.py \
+	test/report/test_plot.py test/ros/test_stream.py
+
+.PHONY: help demo test torture oldest lint colcon figures docs bench clean
 
 help:
 	@echo 'make demo     a satellite live for 20 s: the node, a subscriber, a request, a bag;'
@@ -24,7 +34,8 @@ help:
 	@echo 'make figures  draw the pictures of the documentation again'
 	@echo 'make docs     the site, in build/docs'
 	@echo 'make bench    the benchmarks beside their peers; writes benchmark/RESULTS.md'
-	@echo 'make torture  the long tests of bags whose writer is killed'
+	@echo 'make torture  the long tests: fuzz, soak, restarts, kills (hours)'
+	@echo 'make oldest   tests with the oldest libraries that setup.py names (Python 3.10 or 3.11)'
 	@echo 'make clean    remove .venv and everything that was built'
 
 demo: $(VENV)/.run $(if $(WATCH),$(VENV)/.watch)
@@ -35,6 +46,9 @@ test: $(VENV)/.test
 
 torture: $(VENV)/.test
 	@$(PY) -m pytest -m torture
+
+oldest: $(OLD)/.test
+	@$(OLD)/bin/python -m pytest $(OLD_TESTS)
 
 lint: $(VENV)/.test
 	@$(PY) -m ruff check
@@ -55,7 +69,7 @@ bench: $(VENV)/.bench
 	@$(PY) benchmark/run.py
 
 clean:
-	rm -rf $(VENV) build install log *.egg-info
+	rm -rf $(VENV) $(OLD) build install log *.egg-info
 	rm -rf .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -prune -exec rm -rf {} +
 
@@ -64,6 +78,16 @@ $(PY):
 	@echo "Making $(VENV) with $$($(PYTHON) --version)"
 	@$(PYTHON) -m venv $(if $(SOURCED),--system-site-packages) $(VENV) || { rm -rf $(VENV); exit 1; }
 	@touch $(VENV)/COLCON_IGNORE
+
+$(OLD)/.test: setup.py
+	@test -n "$(OLD_PYTHON)" || { echo 'make oldest takes Python 3.10 or 3.11: numba 0.58 has no wheel for later ones'; exit 1; }
+	@echo 'Installing the oldest libraries that setup.py names (a minute)'
+	@$(OLD_PYTHON) -m venv $(if $(SOURCED),--system-site-packages) $(OLD) && touch $(OLD)/COLCON_IGNORE
+	@sed -n "s/^ .*'\([A-Za-z][A-Za-z]*\)>=\([0-9.]*\)'.*/\1==\2/p" setup.py > $(OLD)/constraints.txt
+	@$(OLD)/bin/python -m pip --quiet --quiet --disable-pip-version-check install \
+		--constraint $(OLD)/constraints.txt --editable '.$(ROS)' matplotlib \
+		hypothesis mcap-ros2-support mpmath pytest rosbags
+	@touch $@
 
 $(VENV)/.run: setup.py | $(PY)
 	@echo 'Installing satdyn_ros$(if $(SOURCED), beside the sourced ROS 2, and ROS 2 Jazzy) (a minute)'

@@ -27,7 +27,7 @@ setup(
     ],
     python_requires='>=3.10',
     packages=find_packages(include=[package_name, f'{package_name}.*']),
-    package_data={'': ['*.json', '*.msg', 'bundled/*', 'page/*']},
+    package_data={'': ['py.typed', '*.json', '*.msg', 'bundled/*', 'page/*']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (f'share/{package_name}', ['package.xml']),
@@ -43,11 +43,19 @@ setup(
         ),
     ],
     zip_safe=False,
-    install_requires=['mcap>=1.6', 'numba', 'numpy', 'PyYAML', 'rich', 'scipy'],
+    # The oldest are those of Ubuntu 24.04, which ROS 2 Jazzy runs on; `make oldest` tests them.
+    install_requires=[
+        'mcap>=1.6.0',
+        'numba>=0.58.1',
+        'numpy>=1.26.4',
+        'PyYAML>=6.0.1',
+        'rich>=13.7.0',
+        'scipy>=1.11.4',
+    ],
     extras_require={
         # On a ROS distribution rclpy and the messages are there already.
         'ros': ['ros-jazzy-common-interfaces', 'ros-jazzy-rclpy[fastrtps]'],
-        'plot': ['matplotlib'],
+        'plot': ['matplotlib>=3.6.3'],
         'watch': ['aiohttp'],
         'sweep': ['dask', 'distributed', 'pyarrow'],
         'test': [

@@ -54,7 +54,7 @@ def samples(name, count=40):
     turns = system.rotor.turns_freely
     states = States(
         t_s=t_s,
-        q_ib=Rotation.random(count, rng=rng).as_quat(),
+        q_ib=Rotation.random(count, rng).as_quat(),
         omega_bi_b=rng.normal(size=(count, 3)),
         rotor_speed=rng.normal(size=count) if turns else nan,
         rotor_angle=100.0 * rng.normal(size=count) if turns else nan,

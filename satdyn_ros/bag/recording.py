@@ -95,7 +95,11 @@ class Recording:
 
     def _metadata(self, name):
         topic = TOPICS[name]
-        quality = qos.INPUTS if topic.role == 'input' else qos.state_topics(self._scenario.rate)
+        quality = (
+            qos.INPUTS
+            if topic.role == 'input'
+            else qos.state_topics(self._scenario.ticks_per_wall_s)
+        )
         return TopicMetadata(
             self._names[name],
             topic.type,

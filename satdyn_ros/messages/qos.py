@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 
+_MOST = 20_000
 _INFINITE = 'sec: 9223372036\n    nsec: 854775807'
 
 
@@ -30,11 +31,17 @@ class Qos:
         )
 
 
-def state_topics(rate_hz: float) -> Qos:
-    """Return that of the state topics: reliable, one second of ticks kept, at least 10."""
-    return Qos(depth=max(10, math.ceil(rate_hz)))
+def state_topics(ticks_per_wall_s: float) -> Qos:
+    """
+    Return that of the state topics: reliable, one wall second of ticks kept, 10 to 20 000.
+
+    ticks_per_wall_s: rate times time.factor; 0: as fast as possible, which keeps the most.
+    """
+    depth = math.ceil(min(ticks_per_wall_s, _MOST)) if ticks_per_wall_s else _MOST
+    return Qos(depth=max(10, depth))
 
 
-INPUTS = Qos(depth=10)
+# Who commands keeps the rate of a controller; a busy node reads them some moments later.
+INPUTS = Qos(depth=1000)
 CLOCK = Qos(depth=1, reliability='best_effort')
 DIAGNOSTICS = Qos(depth=1)

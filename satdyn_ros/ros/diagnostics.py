@@ -5,12 +5,14 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 from rclpy.node import Node
 
 from ..dynamics.integrals import relative_drift
 from ..dynamics.motion import Motion, States
 from ..messages import qos
-from ..run.simulation import Samples
+from ..run.simulation import Samples, Simulation
 from .inputs import Tally
 from .pacing import Pacing
 from .publishing import STEADY, qos_profile
@@ -22,9 +24,12 @@ OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.E
 Report = tuple[bytes, str, dict[str, Any]]
 
 _PERIOD_S = 1.0
+_WALL = Clock(clock_type=ClockType.SYSTEM_TIME)
 # A hundred orbits drift by some 200 tolerances; far more means that something is wrong.
 _WARN_TOLERANCES, _ERROR_TOLERANCES = 1e4, 1e7
 _LARGEST_WARN, _LARGEST_ERROR = 1e-3, 1e-1
+# Of ticks that come more than their period behind the deadline, so many a report do not matter.
+_LATE_PART = 0.05
 # A queue so full is about to make ticks late.
 _HIGH_LOAD = 0.5
 
@@ -41,7 +46,7 @@ class Diagnostics:
 
     def _publish(self):
         message = DiagnosticArray()
-        message.header.stamp = self._node.get_clock().now().to_msg()
+        message.header.stamp = self._now().to_msg()
         for part, report in self._parts.items():
             level, text, values = report()
             message.status.append(
@@ -54,6 +59,17 @@ class Diagnostics:
                 )
             )
         self._publisher.publish(message)
+
+    def _now(self):
+        """Return the time of the node's clock; while that waits for a /clock, the wall's."""
+        now = self._node.get_clock().now()
+        if now.nanoseconds:
+            return now
+        self._node.get_logger().warning(
+            'use_sim_time is true and no /clock is there: the diagnostics have the wall clock',
+            once=True,
+        )
+        return _WALL.now()
 
 
 class PropagationReport:
@@ -122,7 +138,7 @@ class PacingReport:
             return ERROR, f'halted after tick {pacing.tick}: {pacing.halted}', values
         if pacing.is_paused:
             return OK, f'paused after tick {pacing.tick}', values
-        if counted.late_ticks:
+        if counted.restarts or counted.late_ticks > _LATE_PART * counted.ticks:
             text = f'{counted.late_ticks} ticks came late, the factor reached is {reached:.4g}'
             return WARN, text, values
         return OK, f'the factor reached is {reached:.4g}', values
@@ -146,26 +162,28 @@ def recorder_report(recorder: 'Recorder | None') -> Report:
 
 
 class InputsReport:
-    """The last torques, and whether some were refused since the last report."""
+    """The torques that act, and whether messages were refused or lost since the last report."""
 
-    def __init__(self, tally: Tally):
-        self._tally = tally
-        self._refused = 0
+    def __init__(self, tally: Tally, simulation: Simulation):
+        self._tally, self._simulation = tally, simulation
+        self._refused = self._lost = 0
 
     def __call__(self) -> Report:
         """Return the state of the inputs."""
-        tally = self._tally
+        tally, system = self._tally, self._simulation.system
         values = {
-            'last torque [N m]': 'none' if tally.torque_b is None else tally.torque_b,
-            'last rotor torque [N m]': 'none'
-            if tally.rotor_torque is None
-            else tally.rotor_torque,
+            'torque that acts [N m]': tuple(system.torque_b.tolist()),
+            'rotor torque that acts [N m]': system.rotor_torque,
             'accepted': tally.accepted,
             'refused': tally.refused,
+            'lost on the way': tally.lost,
         }
         refused, self._refused = tally.refused - self._refused, tally.refused
+        lost, self._lost = tally.lost - self._lost, tally.lost
         if refused:
             return WARN, f'{refused} refused: {tally.reason}', values
+        if lost:
+            return WARN, f'{lost} lost on the way', values
         return OK, f'{tally.accepted} accepted', values
 
 

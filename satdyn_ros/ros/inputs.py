@@ -1,10 +1,12 @@
 """The inputs: torques that come in on topics and act at the next tick."""
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import isfinite
 
 import numpy as np
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 
 from ..dynamics.system import System
@@ -15,6 +17,7 @@ from ..run.scenario import Scenario
 from ..run.simulation import Simulation
 from .pacing import Pacing
 from .publishing import message_class, qos_profile
+from .refusal import one_sentence
 
 # The same warning comes at most this often.
 _QUIET_S = 10.0
@@ -22,12 +25,11 @@ _QUIET_S = 10.0
 
 @dataclass
 class Tally:
-    """What came in: the last accepted torques, how many were refused, and the last reason."""
+    """What came in: how many were accepted, refused or lost on the way, and the last reason."""
 
-    torque_b: tuple[float, float, float] | None = None
-    rotor_torque: float | None = None
     accepted: int = 0
     refused: int = 0
+    lost: int = 0
     reason: str = ''
 
 
@@ -35,13 +37,15 @@ class Inputs:
     """
     The subscriptions `torque` and, for a motor, `rotor_torque`.
 
-    A message is refused, with a throttled warning, in another frame than the body's, with a number
-    that is not finite, or where motion.method is exact and there is no closed form with it.
+    A message is refused in another frame than the body's, with a force, with a number that is not
+    finite, or where motion.method is exact and there is no closed form with it; of each kind of
+    refusal a warning comes at most every ten seconds.
     timeout_s: simulated time after which a torque drops to zero; 0: never.
     """
 
     def __init__(self, node: Node, scenario: Scenario, simulation: Simulation, pacing: Pacing):
         self.tally = Tally()
+        self._warned_s: dict[str, float] = {}
         self.timeout_s: float = scenario['torque.timeout']
         self._node, self._scenario = node, scenario
         self._simulation, self._pacing = simulation, pacing
@@ -52,20 +56,35 @@ class Inputs:
     def _subscribe(self, name: str, callback: Callable):
         topic = TOPICS[name]
         self._node.create_subscription(
-            message_class(topic.type), topic.name, callback, qos_profile(qos.INPUTS)
+            message_class(topic.type),
+            topic.name,
+            callback,
+            qos_profile(qos.INPUTS),
+            event_callbacks=SubscriptionEventCallbacks(message_lost=self._count_lost),
         )
+
+    def _count_lost(self, lost):
+        self.tally.lost += lost.total_count_change
 
     def _take_torque(self, message):
         x, y, z = message.wrench.torque.x, message.wrench.torque.y, message.wrench.torque.z
         frame, body = message.header.frame_id, self._scenario.frames.body
         if frame not in ('', body):
-            return self._refuse(f'torque is given in the frame {frame}; it takes {body} or none')
+            return self._refuse(
+                'frame', f'torque is given in the frame {frame}; it takes {body} or none'
+            )
+        force = message.wrench.force
+        if (force.x, force.y, force.z) != (0.0, 0.0, 0.0):
+            return self._refuse(
+                'force',
+                f'torque has a force of {force.x:g}, {force.y:g}, {force.z:g}; the force must be '
+                'zero',
+            )
 
         def event_at(tick: int) -> Event:
             return Torque(tick, (x, y, z), self._until(tick))
 
         if self._is_taken('torque', (x, y, z), torque_b=np.array([x, y, z])):
-            self.tally.torque_b = (x, y, z)
             self._pacing.put(event_at, 'torque')
 
     def _take_rotor_torque(self, message):
@@ -75,7 +94,6 @@ class Inputs:
             return RotorTorque(tick, torque, self._until(tick))
 
         if self._is_taken('rotor_torque', (torque,), rotor_torque=torque):
-            self.tally.rotor_torque = torque
             self._pacing.put(event_at, 'rotor_torque')
 
     def _until(self, tick):
@@ -84,11 +102,11 @@ class Inputs:
     def _is_taken(self, name, numbers, **torques):
         if not all(isfinite(number) for number in numbers):
             given = ', '.join(f'{number:g}' for number in numbers)
-            return self._refuse(f'{name} is {given}; it takes finite numbers [N m]')
+            return self._refuse(name, f'{name} is {given}; it takes finite numbers [N m]')
         try:
             self._check_closed_form(replace(self._scenario.system, **torques))
         except ValueError as error:
-            return self._refuse(f'{name} is refused: {error}')
+            return self._refuse('closed form', f'{name} is refused: {error}')
         self.tally.accepted += 1
         return True
 
@@ -97,8 +115,11 @@ class Inputs:
         if self._scenario['motion.method'] == 'exact':
             self._scenario.motion_from(system, self._scenario.initial_state, 0.0)
 
-    def _refuse(self, reason):
+    def _refuse(self, kind, reason):
         self.tally.refused += 1
-        self.tally.reason = reason
-        self._node.get_logger().warning(reason, throttle_duration_sec=_QUIET_S)
+        self.tally.reason = one_sentence(reason)
+        now_s = time.monotonic()
+        if now_s - self._warned_s.get(kind, -_QUIET_S) >= _QUIET_S:
+            self._warned_s[kind] = now_s
+            self._node.get_logger().warning(self.tally.reason)
         return False

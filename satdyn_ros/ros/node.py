@@ -96,12 +96,14 @@ class SatdynNode(rclpy.node.Node):
                 'propagation': self._propagation,
                 'pacing': PacingReport(self._pacing, float(scenario.rate)),
                 'recorder': lambda: recorder_report(self._recorder),
-                'inputs': InputsReport(self._inputs.tally),
+                'inputs': InputsReport(self._inputs.tally, self._simulation),
             },
         )
         if scenario['record.enabled']:
             self._recorder = self._open_recorder()
         self.get_logger().info(self._what_begins(scenario))
+        for doubt in scenario.doubts:
+            self.get_logger().warning(doubt)
         self._pacing.start()
 
     def _what_begins(self, scenario):

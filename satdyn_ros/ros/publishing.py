@@ -58,7 +58,7 @@ class Publishing:
     def __init__(self, node: Node, scenario: Scenario):
         self._node = node
         self._scenario = scenario
-        self._qos = qos_profile(qos.state_topics(float(scenario.rate)))
+        self._qos = qos_profile(qos.state_topics(scenario.ticks_per_wall_s))
         self._packers: dict[str, Packer | SensorPacker] = {}
         self._publishers: dict[str, Publisher] = {}
         self._left_out: set[str] = set()

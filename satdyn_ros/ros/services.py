@@ -40,6 +40,7 @@ class Services:
     ):
         self._parameters, self._pacing, self._record = parameters, pacing, record
         self._conditions = parameters.scenario
+        self._warn = node.get_logger().warning
         self._asked: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
         Thread(target=self._try_one_by_one, name='requests', daemon=True).start()
         _create_deferred(
@@ -72,6 +73,8 @@ class Services:
         except (ValueError, ArithmeticError) as error:
             response.result.reason = one_sentence(error)
             return reply(response)
+        for doubt in conditions.doubts if 'initial.angular_velocity' in values else ():
+            self._warn(doubt)
         self._conditions = conditions
         in_force = {name: conditions[name] for name in values}
         self._parameters.put_in_force(in_force)

@@ -24,6 +24,9 @@ from . import ros_yaml, sensors, shipped
 from .keys import KEYS, SENSORS
 from .ticks import LAST_STAMP_NS, Ticks
 
+# Above this a body rate is rarely meant [rad/s]; the Earth's equatorial radius (WGS 84).
+_FAST_RAD_S = 10.0
+_EARTH_RADIUS_M = 6_378_137.0
 # What moves by more than this between two ticks [rad] takes more steps than a tick may.
 _MOST_RAD_A_TICK = 1e6
 # The longest wall time between two ticks: the system waits for no more.
@@ -204,6 +207,31 @@ class Scenario:
         given = self['publish.rate']
         simple = Fraction(given).limit_denominator(1000)
         return simple if float(simple) == given else Fraction(given)
+
+    @property
+    def ticks_per_wall_s(self) -> float:
+        """Ticks a second of the wall clock, 0: as many as possible."""
+        return float(self.rate) * self['time.factor']
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What is allowed and rarely meant, each in one sentence."""
+        found = []
+        rate = math.hypot(*self['initial.angular_velocity'])
+        if rate > _FAST_RAD_S:
+            found.append(
+                f'initial.angular_velocity is {rate:g} rad/s, {rate / math.tau:.3g} turns a '
+                'second; it is in radians'
+            )
+        if self['orbit.type'] != 'fixed' and self['orbit.mu'] == KEYS['orbit.mu'].default:
+            lowest_m = self['orbit.semi_major_axis'] * (1.0 - self['orbit.eccentricity'])
+            if lowest_m < _EARTH_RADIUS_M:
+                found.append(
+                    f'orbit.semi_major_axis is {self["orbit.semi_major_axis"]:g} m; the orbit '
+                    f'then goes {(_EARTH_RADIUS_M - lowest_m) / 1e3:.4g} km below the surface of '
+                    'the Earth'
+                )
+        return tuple(found)
 
     @cached_property
     def system(self) -> System:

@@ -159,6 +159,11 @@ class Simulation:
         return self._state_at(max(self.tick, 0))
 
     @property
+    def system(self) -> System:
+        """What moves, with the torques that act."""
+        return self._system
+
+    @property
     def motion(self) -> Motion:
         """The motion since the last event."""
         return self._motion

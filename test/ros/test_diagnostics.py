@@ -130,3 +130,16 @@ def test_lateness_is_told_each_second_and_at_the_end(live):
     assert code == 0
     assert re.search(r'lateness of \d+ ticks: 50 % within .*, at most .*; \d+ up to ', errors)
     assert 'rosout' not in errors
+
+
+def test_a_node_that_follows_no_clock_says_so(live):
+    """With use_sim_time and without a /clock, the diagnostics are stamped by the wall clock."""
+    node, participant = live({}, ros_args=['-p', 'use_sim_time:=true'])
+    heard = []
+    participant.node.create_subscription(DiagnosticArray, '/diagnostics', heard.append, 10)
+    own = f'{node.namespace.strip("/")}/satdyn: '
+    participant.wait_until(lambda: any(m.status[0].name.startswith(own) for m in heard))
+    (first, *_) = [m for m in heard if m.status[0].name.startswith(own)]
+    # Whatever the date, it is no time since the start of a simulation.
+    assert first.header.stamp.sec > 1_600_000_000
+    assert node.end()[1].count('use_sim_time is true and no /clock is there') == 1

@@ -94,7 +94,7 @@ def test_a_torque_acts_from_a_tick_on_until_the_next_or_the_timeout(live, tmp_pa
 
 
 def test_what_cannot_be_a_torque_is_refused_and_changes_nothing(live):
-    """Another frame and what is not finite: a warning, and the motion is as before."""
+    """Another frame, a force, no finite number: a warning of each, the motion is as before."""
     node, participant = live(FREE | {'body.inertia': [1.0, 1.0, 1.0]})
     publisher = matched(participant, WrenchStamped, 'torque')
     heard = participant.listen('angular_velocity')
@@ -102,12 +102,20 @@ def test_what_cannot_be_a_torque_is_refused_and_changes_nothing(live):
     for _ in range(3):
         publisher.publish(wrench((1.0, 0.0, 0.0), 'lvlh'))
         publisher.publish(wrench((math.nan, 0.0, 0.0)))
+        with_force = wrench((1.0, 0.0, 0.0))
+        with_force.wrench.force.x = 2.0
+        publisher.publish(with_force)
     participant.hear(heard, 30)
     rate = heard[-1].velocity.angular
     # A sphere without torque keeps its rate, to the tolerance.
     np.testing.assert_allclose([rate.x, rate.y, rate.z], [0.01, 0.02, 0.03], rtol=1e-12)
     _, errors = node.end()
-    assert errors.count('torque is given in the frame lvlh; it takes base_link or none') == 1
+    for sentence in (
+        'torque is given in the frame lvlh; it takes base_link or none',
+        'torque is nan, 0, 0; it takes finite numbers [N m]',
+        'torque has a force of 2, 0, 0; the force must be zero',
+    ):
+        assert errors.count(sentence) == 1
 
 
 def test_a_motor_turns_the_rotor(live):

@@ -125,6 +125,16 @@ def test_unusual_and_allowed(nested):
     Scenario.from_dict(nested)
 
 
+def test_what_is_rarely_meant_is_doubted():
+    """Degrees for radians, and an orbit within the Earth; the shipped default raises no doubt."""
+    assert Scenario().doubts == ()
+    assert Scenario({'orbit.mu': 1e-6, 'orbit.semi_major_axis': 1.0}).doubts == ()
+    (spin,) = Scenario({'initial.angular_velocity': [0.0, 0.0, 30.0]}).doubts
+    assert spin.startswith('initial.angular_velocity is 30 rad/s, 4.77 turns a second')
+    (orbit,) = Scenario({'orbit.semi_major_axis': 500e3}).doubts
+    assert orbit.endswith('goes 5878 km below the surface of the Earth')
+
+
 def test_every_key_has_a_default_that_holds():
     """The table's defaults pass the table's own checks and make a scenario."""
     for key in KEYS.values():

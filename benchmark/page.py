@@ -1,0 +1,131 @@
+"""The pages: frames a second of a report drawn in software, and what an open page costs a node."""
+
+import shutil
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from common import Claim, medians, show
+from live import SUBSCRIBER, cpu_of_a_tick, node, start, stop
+
+from satdyn_ros.bag.simulate import simulate
+from satdyn_ros.report.html import report
+from satdyn_ros.run.scenario import Scenario
+
+PLAYED_S, FRAMES_PER_S = 20.0, 30.0
+PORT = 8099
+FLAGS = (
+    'headless=new',
+    'no-sandbox',
+    'use-angle=swiftshader',
+    'enable-unsafe-swiftshader',
+    'window-size=1280,720',
+)
+
+# A browser on another machine: it takes every frame and draws none here.
+BROWSER = f"""
+import asyncio
+import aiohttp
+async def watch():
+    async with aiohttp.ClientSession() as session:
+        while True:
+            try:
+                url = 'http://127.0.0.1:{PORT}/socket'
+                async with session.ws_connect(url, max_msg_size=0) as socket:
+                    async for message in socket:
+                        pass
+            except aiohttp.ClientError:
+                await asyncio.sleep(0.2)
+asyncio.run(watch())
+"""
+
+
+def million_messages(directory: Path) -> Path:
+    """Return the report of a bag of a million messages."""
+    scenario = Scenario.from_dict(
+        {
+            'publish': {'rate': 50.0, 'topics': ['attitude', 'imu']},
+            'time': {'epoch_ns': 10**18},
+            'rotor': {'mode': 'free', 'inertia': 0.5, 'speed': 30.0},
+        }
+    )
+    for _ in simulate(scenario, 10000, directory / 'bag'):
+        pass
+    report(directory / 'bag', directory / 'report.html')
+    return directory / 'report.html'
+
+
+def frames_per_second(page: Path) -> tuple[float, float]:
+    """Play a page in software; return the frames a second it measures, and its sharpness."""
+    from selenium import webdriver
+
+    options = webdriver.ChromeOptions()
+    options.binary_location = shutil.which('chromium')
+    for flag in FLAGS:
+        options.add_argument(f'--{flag}')
+    service = webdriver.ChromeService(shutil.which('chromedriver'))
+    with webdriver.Chrome(options, service) as browser:
+        browser.get(page.as_uri())
+        browser.execute_script('satdyn.timeline.play(true)')
+        # A slow machine draws fewer pixels until it keeps pace.
+        time.sleep(PLAYED_S)
+        scene = 'satdyn.stage.scene'
+        return tuple(
+            browser.execute_script(f'return [{scene}.framesPerSecond, {scene}.sharpness]')
+        )
+
+
+def node_cpu(directory: Path, watchers: list[list[str]]) -> float:
+    """Return the CPU time of a tick [us] of a node beside those that watch it."""
+    watching = [start(arguments) for arguments in watchers]
+    try:
+        return cpu_of_a_tick(lambda: node(directory, record=False))
+    finally:
+        for process in watching:
+            stop(process)
+
+
+def main(rounds: int = 5) -> tuple[str, list[Claim], str]:
+    """Run all; return title, claims and text."""
+    claims = []
+    with tempfile.TemporaryDirectory() as name:
+        directory = Path(name)
+        page = million_messages(directory)
+        text = f'The report of a million messages has {page.stat().st_size / 1e6:.1f} MB. '
+        if shutil.which('chromium') and shutil.which('chromedriver'):
+            rate, sharpness = frames_per_second(page)
+            claims.append(
+                Claim(
+                    'frames a second of a report of a million messages, drawn in software',
+                    f'{rate:.0f}',
+                    f'{FRAMES_PER_S:.0f} asked for',
+                    rate / FRAMES_PER_S,
+                    must=1.0,
+                )
+            )
+            text += f'The scene was drawn with {sharpness:.0%} of the pixels in each direction. '
+        else:
+            text += 'No chromium is installed to play it. '
+        watch = ['-m', 'satdyn_ros.cli.main', 'watch', '--port', str(PORT)]
+        contenders = {
+            'page': lambda: node_cpu(directory, [watch, ['-c', BROWSER]]),
+            'subscriber': lambda: node_cpu(directory, [['-c', SUBSCRIBER]]),
+        }
+        watched, subscribed = medians(contenders, rounds).values()
+    claims.append(
+        Claim(
+            'CPU of a tick at 1000 Hz with a page open over that with one subscriber',
+            f'{watched:.0f} us',
+            f'{subscribed:.0f} us',
+            watched / subscribed,
+            must=1.05,
+            at_most=True,
+        )
+    )
+    text += 'The browser of the second line is one that takes every frame and draws none.'
+    return 'The pages', show(claims), text
+
+
+if __name__ == '__main__':
+    print(main(int(sys.argv[1]) if len(sys.argv) > 1 else 5)[2])

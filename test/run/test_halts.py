@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from satdyn_ros.bag.recorded_run import RecordedRun
+from satdyn_ros.bag.recording import Recording
 from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.run.events import Halt, Request, Reset, Timeout, Torque, TorquesDropped
@@ -128,3 +129,13 @@ def test_bags_of_drops_and_halts_prove_themselves(tmp_path):
     assert verdict.is_true, verdict
     assert verdict.message_count == 31 + 2
     assert verdict.same_bytes
+
+
+def test_a_bag_that_ends_ahead_of_its_first_sample_is_true(tmp_path):
+    """Recording began and ended between an input and its tick: there is nothing to hold it to."""
+    recording = Recording(tmp_path / 'bag', SCENARIO, SCENARIO.topics)
+    recording.event(Torque(7, (0.1, 0.0, 0.0)), 10**18 + 7 * 10**7)
+    recording.close()
+    verdict = verify(tmp_path / 'bag')
+    assert verdict.is_true, verdict
+    assert verdict.message_count == 1

@@ -1,5 +1,6 @@
 """The command `satdyn`: each sub-command calls the room that does its work."""
 
+import signal
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -213,8 +214,8 @@ def _watch(given):
         from ..watch.satellite import Satellite
 
         source = Satellite(given.node)
-    serve(source, given.host, given.port, lambda url: print(f'watch: {url}', flush=True))
-    return DONE
+    number = serve(source, given.host, given.port, lambda url: print(f'watch: {url}', flush=True))
+    return TERMINATED if number == signal.SIGTERM else INTERRUPTED
 
 
 def _sweep(given):

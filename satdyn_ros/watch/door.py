@@ -3,6 +3,7 @@
 import hmac
 import ipaddress
 import secrets
+import socket
 from urllib.parse import urlsplit
 
 from aiohttp import web
@@ -27,7 +28,9 @@ class Door:
     @property
     def url(self) -> str:
         """Return where the page is, with the token where there is one."""
-        host = f'[{self._host}]' if ':' in self._host else self._host
+        # Who listens everywhere is reached by the machine's name.
+        host = socket.gethostname() if self._host in ('0.0.0.0', '::') else self._host
+        host = f'[{host}]' if ':' in host else host
         query = f'?token={self.token}' if self.token else ''
         return f'http://{host}:{self.port}/{query}'
 

@@ -2,9 +2,9 @@
 
 import asyncio
 import json
+import signal
 import time
 from collections.abc import Awaitable, Callable, Mapping
-from contextlib import suppress
 from importlib.resources import files
 from typing import Any, Protocol
 
@@ -141,16 +141,28 @@ def asset(name: str) -> str:
     return own.read_text(encoding='utf-8') if own.is_file() else html.asset(name)
 
 
-def serve(source: Source, host: str, port: int, tell: Callable[[str], None]) -> None:
+def serve(source: Source, host: str, port: int, tell: Callable[[str], None]) -> int:
     """
-    Serve a source until the process is asked to end; tell gets the URL once it is open.
+    Serve a source until SIGINT or SIGTERM, whose number is returned.
 
-    OSError: the port cannot be opened.
+    tell gets the URL once it is open.  OSError: the port cannot be opened.
     """
-    asyncio.run(_serve(source, host, port, tell))
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = [signal.getsignal(number) for number in numbers]
+    try:
+        return asyncio.run(_serve(source, host, port, tell, numbers))
+    finally:
+        for number, handler in zip(numbers, before, strict=True):
+            signal.signal(number, handler)
 
 
-async def _serve(source, host, port, tell):
+async def _serve(source, host, port, tell, numbers):
+    loop = asyncio.get_running_loop()
+    ended: asyncio.Future[int] = loop.create_future()
+    for number in numbers:
+        loop.add_signal_handler(
+            number, lambda number=number: ended.done() or ended.set_result(number)
+        )
     door = Door(host, port)
     runner = web.AppRunner(
         Server(source, door).application(), access_log=None, shutdown_timeout=1.0
@@ -160,7 +172,6 @@ async def _serve(source, host, port, tell):
         await web.TCPSite(runner, host, port).start()
         door.port = runner.addresses[0][1]
         tell(door.url)
-        with suppress(asyncio.CancelledError):
-            await asyncio.Event().wait()
+        return await ended
     finally:
         await runner.cleanup()

@@ -23,6 +23,7 @@ def watch():
             [sys.executable, '-m', 'satdyn_ros.cli.main', 'watch', *arguments, '--port', '0'],
             cwd=ROOT,
             stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
             text=True,
         )
         running.append(process)
@@ -30,10 +31,12 @@ def watch():
         return process.stdout.readline().removeprefix('watch: ').strip()
 
     yield begin
-    for process in running:
-        process.send_signal(signal.SIGINT)
-        # Ctrl-C ends it in good order.
-        assert process.wait(timeout=60) in (0, 130)
+    for number, process in enumerate(running):
+        # Both end it in good order.
+        asked, code = ((signal.SIGINT, 130), (signal.SIGTERM, 143))[number % 2]
+        process.send_signal(asked)
+        assert process.communicate(timeout=60)[1] == ''
+        assert process.returncode == code
 
 
 @pytest.fixture(scope='module')

@@ -68,23 +68,35 @@ def _add_request(command):
         'request',
         'ask a running node and print its answer; needs ROS 2',
         'satdyn request initial.angular_velocity=[0,0,0.01] initial.frame=lvlh\n'
-        'satdyn request --reset\n'
-        'satdyn request --node /sat1/satdyn --pause',
+        'satdyn request --pause\n'
+        'satdyn request --step 10\n'
+        'satdyn request --set time.factor=10\n'
+        'satdyn request --node /sat1/satdyn --record on',
     )
     added.add_argument(
         'values',
         nargs='*',
         metavar='KEY=VALUE',
-        help='new initial conditions: initial.*, rotor.momentum, rotor.speed',
+        help='new initial conditions: initial.*, momentum and speed of the rotors',
     )
     what = added.add_mutually_exclusive_group()
     for name, text in (
         ('reset', 'restart from the initial conditions in force'),
         ('pause', 'let no tick pass'),
         ('resume', 'let ticks pass again'),
-        ('step', 'step.ticks ticks, while paused'),
     ):
-        what.add_argument(f'--{name}', dest='action', action='store_const', const=name, help=text)
+        what.add_argument(f'--{name}', action='store_true', help=text)
+    what.add_argument(
+        '--step',
+        nargs='?',
+        type=int,
+        const=0,
+        metavar='N',
+        help='let ticks pass while paused; N: set step.ticks first',
+    )
+    what.add_argument('--record', choices=('on', 'off'), help='begin a bag, or close the open one')
+    what.add_argument('--set', metavar='PARAMETER=VALUE', help='set a parameter')
+    what.add_argument('--get', metavar='PARAMETER', help='print the value of a parameter')
     added.add_argument('--node', default='satdyn', metavar='NAME', help='default: satdyn')
     added.add_argument(
         '--timeout', type=float, default=5.0, metavar='S', help='how long to wait; default: 5'

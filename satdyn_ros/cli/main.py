@@ -79,9 +79,40 @@ def _node(arguments):
 
 
 def _request(given):
-    from ..ros.client import ask
+    from ..ros.client import Answer, Client, assignment
 
-    return ask(given.values, given.action, given.node, given.timeout)
+    chosen = {
+        name: value
+        for name in ('reset', 'pause', 'resume', 'step', 'record', 'set', 'get')
+        if (value := getattr(given, name)) is not None and value is not False
+    }
+    if bool(given.values) == bool(chosen):
+        raise ValueError(
+            'give either KEY=VALUE ..., or one of --reset, --pause, --resume, --step, --record, '
+            '--set and --get'
+        )
+    values = dict(assignment(text) for text in given.values)
+    change = assignment(given.set) if given.set else None
+    try:
+        with Client(given.node, given.timeout) as client:
+            match chosen:
+                case {'step': ticks}:
+                    answer = client.step(ticks or None)
+                case {'record': switch}:
+                    answer = client.record(switch == 'on')
+                case {'set': _}:
+                    answer = client.set_parameter(*change)
+                case {'get': name}:
+                    answer = client.get_parameter(name)
+                case {}:
+                    for action in chosen:
+                        answer = getattr(client, action)()
+                    if values:
+                        answer = client.set_initial_conditions(values)
+    except TimeoutError as error:
+        answer = Answer(False, str(error))
+    print(answer.text if answer.success else f'no: {answer.text}')
+    return DONE if answer.success else ANSWER_IS_NO
 
 
 def _simulate(given):
@@ -107,7 +138,8 @@ def _simulate(given):
             for done in simulate(scenario, given.duration, given.out, happening, shelter):
                 show(done, count)
     finally:
-        print(f'{given.out}: {done} ticks, {done / float(scenario.rate):g} s')
+        if done:
+            print(f'{given.out}: {done} ticks, {done / float(scenario.rate):g} s')
     return DONE
 
 

@@ -3,15 +3,16 @@
 import math
 import os
 import time
-from collections.abc import Mapping, Sequence
+from array import array
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import rclpy
-from rcl_interfaces.srv import SetParametersAtomically
+from rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
 from rclpy.context import Context
 from rclpy.exceptions import NameValidationException
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.parameter import Parameter
+from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.signals import SignalHandlerOptions
 from rclpy.validate_full_topic_name import validate_full_topic_name
 from std_srvs.srv import SetBool, Trigger
@@ -82,15 +83,37 @@ class Client:
         ]
         request = SetParametersAtomically.Request(parameters=messages)
         result = self._call(SetParametersAtomically, 'set_initial_conditions', request).result
-        return Answer(result.successful, result.reason)
+        done = ', '.join(f'{name} = {value}' for name, value in values.items())
+        text = f'restarted with {done}' if result.successful else result.reason
+        return Answer(result.successful, text)
 
     def reset(self) -> Answer:
         """Restart the motion from the initial conditions in force."""
         return self._answer(Trigger, 'reset', Trigger.Request())
 
-    def step(self) -> Answer:
-        """Let step.ticks ticks pass, while paused."""
+    def step(self, ticks: int | None = None) -> Answer:
+        """Let step.ticks ticks pass, while paused; ticks: what step.ticks is set to before."""
+        if ticks is not None:
+            answer = self.set_parameter('step.ticks', ticks)
+            if not answer.success:
+                return answer
         return self._answer(Trigger, 'step', Trigger.Request())
+
+    def set_parameter(self, name: str, value: Any) -> Answer:
+        """Set a parameter of the node."""
+        messages = [Parameter(name, value=value).to_parameter_msg()]
+        request = SetParameters.Request(parameters=messages)
+        (result,) = self._call(SetParameters, 'set_parameters', request).results
+        return Answer(result.successful, result.reason or f'{name} = {value}')
+
+    def get_parameter(self, name: str) -> Answer:
+        """Return the value of a parameter of the node, as text."""
+        request = GetParameters.Request(names=[name])
+        values = self._call(GetParameters, 'get_parameters', request).values
+        value = parameter_value_to_python(values[0]) if values else None
+        if value is None:
+            return Answer(False, f'{self._name} has no parameter {name}')
+        return Answer(True, str(value.tolist() if isinstance(value, array) else value))
 
     def pause(self) -> Answer:
         """Let no tick pass."""
@@ -111,7 +134,10 @@ class Client:
     def _call(self, service_type, service, request):
         client = self._node.create_client(service_type, f'{self._name}/{service}')
         if not client.wait_for_service(self._timeout_s):
-            raise TimeoutError(f'no node {self._name} is there, after {self._timeout_s:g} s')
+            raise TimeoutError(
+                f'no node {self._name} is there, after {self._timeout_s:g} s; start one by '
+                'satdyn node --params-file default'
+            )
         future = client.call_async(request)
         deadline_s = time.monotonic() + self._timeout_s
         while not future.done():
@@ -122,39 +148,21 @@ class Client:
         return future.result()
 
 
-def ask(assignments: Sequence[str], action: str | None, node_name: str, timeout_s: float) -> int:
+def assignment(text: str) -> tuple[str, Any]:
     """
-    Ask as `satdyn request` does, print the answer and return the exit code: 0 done, 1 refused.
+    Return key and value of 'initial.angular_velocity=[0,0,0.01]', the value as in a YAML file.
 
-    assignments: 'initial.angular_velocity=[0,0,0.01]' ...; action: 'reset', 'pause', 'resume' or
-    'step' in their place.  ValueError: neither or both are given, or one cannot be read.
+    ValueError: it is none, or its value is not one of a parameter.
     """
-    if bool(assignments) == bool(action):
-        raise ValueError(
-            'it takes either KEY=VALUE ... or one of --reset, --pause, --resume and --step'
-        )
-    values = dict(_assignment(text) for text in assignments)
-    try:
-        with Client(node_name, timeout_s) as client:
-            answer = getattr(client, action)() if action else client.set_initial_conditions(values)
-    except TimeoutError as error:
-        answer = Answer(False, str(error))
-    done = ', '.join(f'{name} = {value}' for name, value in values.items())
-    print(answer.text or f'restarted with {done}' if answer.success else f'no: {answer.text}')
-    return 0 if answer.success else 1
-
-
-def _assignment(text):
-    """Return key and value of 'key=value', the value as in a parameter file."""
-    name, equals, value = text.partition('=')
-    if not (name and equals and value.strip()):
-        raise ValueError(f'{text!r} is no KEY=VALUE')
-    value = ros_yaml.load(value, name)
+    name, equals, given = text.partition('=')
+    if not (name and equals and given.strip()):
+        raise ValueError(f'{text!r} must have the form KEY=VALUE')
+    value = ros_yaml.load(given, name)
     value = [_float(x) for x in value] if isinstance(value, list) else _float(value)
     try:
         Parameter(name, value=value)
     except TypeError:
-        raise ValueError(f'{name} is {value}; a request takes numbers, lists and texts') from None
+        raise ValueError(f'{name} is {value}; it must be a number, a list or a text') from None
     return name, value
 
 

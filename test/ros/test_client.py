@@ -56,14 +56,33 @@ def test_pause_step_resume_reset(asked):
     assert (code, paused[:17]) == (0, 'paused after tick')
     tick = int(paused.split()[-1])
     assert ask('--step') == (0, f'now after tick {tick + 1}')
+    assert ask('--step', '10') == (0, f'now after tick {tick + 11}')
     assert ask('--resume') == (0, 'running')
     assert ask('--reset')[0] == 0
+
+
+def test_parameters_and_bags(asked):
+    """What `ros2 param` and `ros2 service` do: set, get, record; a refusal is the node's own."""
+    _, ask = asked
+    assert ask('--set', 'time.factor=2') == (0, 'time.factor = 2.0')
+    assert ask('--get', 'time.factor') == (0, '2.0')
+    assert ask('--set', 'publish.topics=[attitude]')[0] == 0
+    assert ask('--get', 'publish.topics') == (0, "['attitude']")
+    code, answer = ask('--set', 'publish.rate=5')
+    assert code == 1
+    assert 'publish.rate' in answer
+    assert ask('--get', 'no.such')[0] == 1
+    assert ask('--record', 'on')[1].startswith('recording ')
+    assert ask('--record', 'off')[1].startswith('closed ')
 
 
 def test_nobody_answers(capfd):
     """Where there is no such node, the answer is no, in one sentence."""
     assert main(['request', '--reset', '--node', '/nowhere/satdyn', '--timeout', '0.5']) == 1
-    assert capfd.readouterr().out == 'no: no node /nowhere/satdyn is there, after 0.5 s\n'
+    assert capfd.readouterr().out == (
+        'no: no node /nowhere/satdyn is there, after 0.5 s; start one by satdyn node '
+        '--params-file default\n'
+    )
 
 
 @pytest.mark.parametrize(
@@ -81,7 +100,8 @@ def test_from_python_and_from_a_shell(live):
     node, _ = live({'publish.topics': ['attitude']})
     name = f'{node.namespace}/satdyn'
     with Client(name, timeout_s=30.0) as client:
-        assert client.set_initial_conditions({'initial.frame': 'inertial'}) == Answer(True, '')
+        answer = client.set_initial_conditions({'initial.frame': 'inertial'})
+        assert answer == Answer(True, 'restarted with initial.frame = inertial')
         assert client.pause().success
     result = subprocess.run(
         [sys.executable, '-m', 'satdyn_ros.cli.main', 'request', '--node', name, '--step'],

@@ -28,7 +28,7 @@ def system(eccentricity: float = 0.0, rotor: Rotor | None = None) -> System:
     orbit = KeplerOrbit(
         mu=MU, semi_major_axis=(MU / N**2) ** (1.0 / 3.0), eccentricity=eccentricity
     )
-    return System(np.diag(INERTIA), rotor, orbit)
+    return System(np.diag(INERTIA), (rotor,), orbit)
 
 
 def truth() -> tuple[np.ndarray, np.ndarray]:

@@ -37,7 +37,9 @@ def _axis_system(inertia, gradient, weight=0.0, momentum=0.0):
     rotor = Rotor()
     if momentum:
         rotor = Rotor('constant_momentum', np.array([0.0, 0.0, 1.0]), momentum)
-    return System(np.diag(inertia), rotor, FixedDirection(gradient), np.array([0.0, 0.0, weight]))
+    return System(
+        np.diag(inertia), (rotor,), FixedDirection(gradient), np.array([0.0, 0.0, weight])
+    )
 
 
 def stationary():

@@ -168,7 +168,7 @@ class Listener(rclpy.node.Node):
     def _follow(self, ticks, rows):
         if not rows:
             return
-        nothing = np.full(len(rows), np.nan)
+        nothing = np.full((len(rows), 1), np.nan)
         t_s = ticks / float(self.scenario.rate)
         states = States(
             t_s=t_s,

@@ -24,11 +24,16 @@ from typing import Any
 import numba
 from llvmlite.binding import get_host_cpu_features, get_host_cpu_name
 from numba import config, njit, vectorize
+from numba.cpython.unsafe.tuple import tuple_setitem
 
 from . import code_folder
 
 _log = logging.getLogger('satdyn_ros')
 _is_child = False
+
+# In compiled code: replaced(t, i, x) is the tuple t with x at i.  The length of a tuple is part of
+# its type: a loop over it is unrolled, and the tuple lives in registers.
+replaced = tuple_setitem
 
 
 def compiled(

@@ -42,6 +42,7 @@ def collect() -> dict[str, dict[str, str]]:
     """Return the data of definitions.json."""
     found: dict[str, dict[str, str]] = {}
     wanted = {topic.type for topic in topics.TOPICS.values() if topic.content}
+    wanted |= {topics.TOPICS['rotor_command'].type, topics.ROTOR_TORQUE.type}
     while wanted:
         name = wanted.pop()
         try:

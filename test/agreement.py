@@ -34,7 +34,7 @@ def assert_agrees(motion, t_s, rate_scale):
     assert np.max(np.abs(states.omega_bi_b - truth.omega_bi_b)) <= 10.0 * bound * rate_scale
     # quaternions of one sign: neither jumps where the other does not
     assert np.all(np.sum(states.q_ib * truth.q_ib, axis=-1) > 0.0)
-    if system.rotor.turns_freely:
+    if system.has_turning_rotor:
         assert np.max(np.abs(states.rotor_angle - truth.rotor_angle)) <= 10.0 * bound
 
 

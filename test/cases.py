@@ -95,7 +95,7 @@ def _newtonian(raw):
             true_anomaly=float(field['f0']),
         )
     inertia = np.diag(_floats([raw['body'][key] for key in 'ABC']))
-    system = System(inertia, _rotor(_floats(raw['rotor_h'])), orbit, weight_moment)
+    system = System(inertia, (_rotor(_floats(raw['rotor_h'])),), orbit, weight_moment)
     return _case(raw, system, raw['initial']['q_xyzw'], raw['initial']['omega'])
 
 
@@ -108,5 +108,5 @@ def _rigid(raw):
             gradient = -2.0 * H1 / (C - A) if H1 else 0.0
             rotor = _rotor(_floats(raw['rotor_h_body']))
             weight_moment = np.array([0.0, 0.0, -H2])
-            system = System(np.diag([A, B, C]), rotor, FixedDirection(gradient), weight_moment)
+            system = System(np.diag([A, B, C]), (rotor,), FixedDirection(gradient), weight_moment)
     return _case(raw, system, raw['q0_xyzw'], raw['omega0'])

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from satdyn_ros.bag.recording import Recording
 from satdyn_ros.messages.topics import TOPICS
-from satdyn_ros.run.events import Request, Reset, RotorTorque, Timeout, Topics, Torque
+from satdyn_ros.run.events import Request, Reset, RotorCommand, Timeout, Topics, Torque
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 
@@ -27,7 +27,7 @@ GYROSTAT = Scenario.from_dict(
 # One of each kind; two share a tick, and one changes what is published.
 EVENTS = (
     Torque(20, (0.1, -0.2, 0.3)),
-    RotorTorque(20, 0.01),
+    RotorCommand(20, {'rotor': 0.01}),
     Timeout(45, 'torque'),
     Request(60, {'initial.angular_velocity': [0.0, 0.1, 0.0]}),
     Torque(60, (0.0, 0.0, 0.05)),

@@ -40,7 +40,10 @@ class Comparison:
         self.of_allowed = 0.0
         self._run = run
         self._names = {run.channel_id(name): name for name in run.names if run.channel_id(name)}
-        self._layouts = {i: run.layout(name) for i, name in self._names.items()}
+        # Commands have no one layout, and come from the bag itself: their bytes must be the same.
+        self._layouts = {
+            i: run.layout(name) for i, name in self._names.items() if name != 'rotor_command'
+        }
         self._allowed: dict[tuple[int, str], float] = {}
 
     def difference(
@@ -82,6 +85,10 @@ class Comparison:
 
     def _first_wrong(self, channel_id, rows, right, may_round):
         """Return the first of rows (n, length) that is wrong, and the field in it."""
+        if channel_id not in self._layouts:
+            pairs = zip(rows, right, strict=True)
+            found = [row for row, (a, b) in enumerate(pairs) if bytes(a) != bytes(b)]
+            return (found[0], 'the command') if found else None
         layout = self._layouts[channel_id]
         wrong = rows != right
         for field in _numbers(layout) if may_round else ():
@@ -105,7 +112,7 @@ class Comparison:
         if expected.starts_anew:
             self._allowed.clear()
         contents, perturbed = Contents(expected.data), Contents(twin.data)
-        for channel_id in contents.places:
+        for channel_id in contents.places.keys() & self._layouts.keys():
             layout = self._layouts[channel_id]
             rows, turned = (c.messages(channel_id)[1] for c in (contents, perturbed))
             for field in _numbers(layout):

@@ -11,15 +11,17 @@ import numpy as np
 from mcap.records import Metadata
 
 from ..messages.packers import packer
+from ..messages.topics import ROTOR_TORQUE, rotor_command_of
 from ..rosbag2.errors import BagError, Damaged
 from ..rosbag2.reader import Bag, Messages, TopicBlock
-from ..run.events import Event, RotorTorque, Torque
+from ..run.events import Event, RotorCommand, Torque
 from ..run.scenario import Scenario
 from ..run.simulation import Simulation
 from ..run.ticks import Ticks
 from . import run_records
 
-_INPUTS = ('torque', 'rotor_torque')
+# rotor_torque is that of version 0.1.
+_INPUTS = ('torque', 'rotor_command', 'rotor_torque')
 
 
 class RecordedRun:
@@ -48,7 +50,7 @@ class RecordedRun:
             with self._reading(run_records.SNAPSHOT):
                 self.snapshot = run_records.snapshot_from_record(begin[run_records.SNAPSHOT])
         self.ticks = Ticks(self.scenario.rate, self.scenario.epoch_ns)
-        self._inputs_by_topic = {self.names[name]: name for name in _INPUTS}
+        self._inputs_by_topic = {self.names[name]: name for name in _INPUTS if name in self.names}
         self._layouts: dict[str, np.dtype] = {}
 
     @cached_property
@@ -84,6 +86,8 @@ class RecordedRun:
 
     def layout(self, name: str) -> np.dtype:
         """Return the layout of a topic's messages, by its name in the scenario."""
+        if name == 'rotor_torque':
+            return ROTOR_TORQUE.dtype
         if name not in self._layouts:
             self._layouts[name] = packer(name, self.scenario).dtype
         return self._layouts[name]
@@ -121,7 +125,7 @@ class RecordedRun:
                 break
             with self._reading(run_records.SCENARIO):
                 names, _ = run_records.names_and_machine(records[run_records.SCENARIO])
-            inputs = {names[name] for name in _INPUTS}
+            inputs = {names.get(name) for name in _INPUTS}
             if not item.by_topic().keys() <= inputs:
                 break
         return records
@@ -134,7 +138,9 @@ class RecordedRun:
             name = self._inputs_by_topic.get(block.topics[channel_id])
             if name is None:
                 continue
-            rows = self.rows(name, Messages(*contents.messages(channel_id)))
+            messages = Messages(*contents.messages(channel_id))
+            # Commands name any of the rotors: they differ in length.
+            rows = messages.data if name == 'rotor_command' else self.rows(name, messages)
             stamps_ns = contents.log_times[places].tolist()
             for place, stamp_ns, row in zip(places.tolist(), stamps_ns, rows, strict=True):
                 events.append((place, self._input(name, self.ticks.tick_of(stamp_ns), row)))
@@ -143,4 +149,6 @@ class RecordedRun:
     def _input(self, name: str, tick: int, row: np.ndarray) -> Event:
         if name == 'torque':
             return Torque(tick, tuple(row['wrench.torque'].tolist()))
-        return RotorTorque(tick, float(row['data']))
+        if name == 'rotor_torque':
+            return RotorCommand(tick, {'rotor': float(row['data'])})
+        return RotorCommand(tick, rotor_command_of(bytes(row)))

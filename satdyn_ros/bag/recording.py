@@ -8,10 +8,10 @@ import numpy as np
 
 from ..messages import qos, schemas
 from ..messages.rows import Rows
-from ..messages.topics import TOPICS, pack_rotor_torque, pack_torque
+from ..messages.topics import TOPICS, pack_rotor_command, pack_torque
 from ..rosbag2.metadata import TopicMetadata
 from ..rosbag2.writer import BagWriter
-from ..run.events import Event, RotorTorque, Topics, Torque
+from ..run.events import Event, RotorCommand, Topics, Torque
 from ..run.scenario import Scenario
 from . import run_records
 
@@ -57,9 +57,9 @@ class Recording:
             case Torque():
                 data = pack_torque(stamp_ns, event.torque_b, self._scenario.frames)
                 self._writer.write_message(self._names['torque'], stamp_ns, data)
-            case RotorTorque():
-                data = pack_rotor_torque(event.torque)
-                self._writer.write_message(self._names['rotor_torque'], stamp_ns, data)
+            case RotorCommand():
+                data = pack_rotor_command(stamp_ns, event.torques, self._scenario.frames)
+                self._writer.write_message(self._names['rotor_command'], stamp_ns, data)
             case _:
                 self._writer.write_metadata(run_records.EVENT, run_records.event_record(event))
         if isinstance(event, Topics):

@@ -7,9 +7,9 @@ import numpy as np
 
 from ..dynamics import rotation
 from ..messages.packers import packer
-from ..messages.topics import pack_rotor_torque, pack_torque
+from ..messages.topics import pack_rotor_command, pack_rotor_torque, pack_torque
 from ..rosbag2.chunk_builder import ChunkBuilder
-from ..run.events import Event, Request, Reset, RotorTorque, Torque
+from ..run.events import Event, Request, Reset, RotorCommand, Torque
 from ..run.simulation import Samples, Simulation
 from .recorded_run import RecordedRun
 
@@ -75,9 +75,13 @@ def _add_input(chunk, run, event, stamp_ns):
     if isinstance(event, Torque):
         data = pack_torque(stamp_ns, event.torque_b, run.scenario.frames)
         chunk.add_message(run.channel_id('torque'), stamp_ns, data)
-    elif isinstance(event, RotorTorque):
-        data = pack_rotor_torque(event.torque)
-        chunk.add_message(run.channel_id('rotor_torque'), stamp_ns, data)
+    elif isinstance(event, RotorCommand):
+        if 'rotor_torque' in run.names:
+            name, data = 'rotor_torque', pack_rotor_torque(event.torques['rotor'])
+        else:
+            name = 'rotor_command'
+            data = pack_rotor_command(stamp_ns, event.torques, run.scenario.frames)
+        chunk.add_message(run.channel_id(name), stamp_ns, data)
 
 
 def _perturbed(run, simulation, tick, angle_rad):
@@ -89,7 +93,7 @@ def _perturbed(run, simulation, tick, angle_rad):
     snapshot['begin_state'] = {
         'q_ib': turned,
         'omega_bi_b': np.array(begin['omega_bi_b']) * faster,
-        'rotor_speed': begin['rotor_speed'] * faster,
+        'rotor_speed': np.multiply(begin['rotor_speed'], faster),
         'rotor_angle': begin['rotor_angle'],
     }
     later = [event for event in run.events if event.tick > tick]

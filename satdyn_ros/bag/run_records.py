@@ -76,9 +76,11 @@ def names_and_machine(record: Mapping[str, str]) -> tuple[dict[str, str], dict[s
     for name, texts in plain.items():
         if not isinstance(texts, dict) or not all(isinstance(t, str) for t in texts.values()):
             raise Damaged(f'its {name} are no names and texts')
-    unnamed = {'torque', 'rotor_torque'} - plain['topics'].keys()
-    if unnamed:
-        raise Damaged(f'its topics have no {min(unnamed)}')
+    # Version 0.1 had rotor_torque in place of rotor_command.
+    if 'torque' not in plain['topics'] or not {'rotor_command', 'rotor_torque'} & {
+        *plain['topics']
+    }:
+        raise Damaged('its topics have no torque, or no rotor_command')
     return plain['topics'], plain['machine']
 
 

@@ -14,7 +14,7 @@ from ..dynamics.orbit import KeplerOrbit
 from ..exchange.aem_reader import attitude_at
 from ..messages.packers import packer
 from ..rosbag2.reader import TopicBlock
-from ..run.events import Event, Request, RotorTorque, Topics, Torque
+from ..run.events import Event, Request, RotorCommand, Topics, Torque
 from ..run.scenario import Scenario
 from ..run.simulation import RunHalted, Simulation, requested, try_out
 from ..run.ticks import LAST_STAMP_NS, Ticks
@@ -133,7 +133,7 @@ def begun_in_bag(scenario: Scenario, bag: str | Path, at_s: str | float) -> Scen
     simulation = run.simulation()
     while simulation.tick < tick:
         simulation.advance(min(BLOCK_TICKS, tick + 1 - simulation.next_tick))
-    state, mode = simulation.state, scenario['rotor.mode']
+    state = simulation.state
     values = {name: value for name, value in run.scenario.values.items() if name[:6] == 'orbit.'}
     values |= {
         'initial.frame': 'inertial',
@@ -145,10 +145,16 @@ def begun_in_bag(scenario: Scenario, bag: str | Path, at_s: str | float) -> Scen
     if isinstance(orbit, KeplerOrbit):
         anomaly = orbit.anomaly(run.ticks.seconds(tick))
         values['orbit.true_anomaly'] = math.remainder(anomaly, math.tau)
-    if scenario.system.rotor.turns_freely and run.scenario.system.rotor.turns_freely:
-        values['rotor.speed'] = state.rotor_speed
-    if mode == run.scenario['rotor.mode'] == 'constant_momentum':
-        values['rotor.momentum'] = simulation.conditions['rotor.momentum']
+    speeds = dict(zip(run.scenario['rotor.names'] or ('',), state.rotor_speed, strict=True))
+    before = {rotor.name: rotor for rotor in simulation.conditions.system.rotors}
+    for rotor in scenario.system.rotors:
+        earlier, prefix = before.get(rotor.name), f'rotor.{rotor.name}'.rstrip('.')
+        if earlier is None:
+            continue
+        if rotor.turns_freely and earlier.turns_freely:
+            values[f'{prefix}.speed'] = speeds[rotor.name]
+        if rotor.mode == earlier.mode == 'constant_momentum':
+            values[f'{prefix}.momentum'] = earlier.momentum
     return scenario.with_values(values)
 
 
@@ -200,8 +206,10 @@ def _check(events, scenario):
             match event:
                 case Request():
                     scenario = requested(scenario, event.values)
-                case Torque(torque_b=torque) | RotorTorque(torque=torque):
-                    if scenario['motion.method'] == 'exact' and np.any(torque):
+                case Torque() | RotorCommand():
+                    rotor = isinstance(event, RotorCommand)
+                    torques = tuple(event.torques.values()) if rotor else event.torque_b
+                    if scenario['motion.method'] == 'exact' and np.any(torques):
                         raise ValueError('motion.method is exact, and no closed form has a torque')
         except ValueError as error:
             kind = type(event).__name__

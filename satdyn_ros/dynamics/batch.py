@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compiled import compiled, inlined
+from ..compiled import compiled, inlined, replaced
 from .dop853 import (
     GROWTH,
     REACHED,
@@ -25,7 +25,6 @@ from .dop853 import (
     error_of,
     first_step,
     interpolate,
-    is_finite,
     make_dense,
     step_ratio,
 )
@@ -33,10 +32,11 @@ from .equations import (
     CENTRE,
     MOMENTUM,
     OMEGA,
-    SIZE,
     Parameters,
+    RotorParameters,
     initial_values,
-    parameters_of_many,
+    numbers_of_many,
+    parameters,
     rates,
 )
 from .motion import Halted, States
@@ -46,20 +46,34 @@ from .tableau import COLUMNS, ENTRIES, ERROR_3, ERROR_5, LENGTHS
 
 # Enough for two vector registers of today's widest; more would crowd the first-level cache.
 LANES = 16
-_WIDTH = SIZE * LANES
 # The most steps of a slice, in all lanes.
 _SLICE_STEPS = 500
-_ZERO = np.zeros(_WIDTH)
-# Where the stages begin that a row of the tableau combines; unsigned, as in _at.
-_BEGINS = (COLUMNS * _WIDTH).astype(np.uintp)
+_CORE = (0.0,) * MOMENTUM
+# The tableau's columns; unsigned, as in _at.
+_COLUMNS = COLUMNS.astype(np.uintp)
+
+
+def _numbers(part) -> list[float]:
+    """Return the numbers of nested tuples, such as Parameters, one after the other."""
+    if isinstance(part, tuple):
+        return [number for inner in part for number in _numbers(inner)]
+    return [float(part)]
+
+
+# Where each of the Parameters begins among their numbers, and each constant of a rotor among its.
+_SAMPLE = parameters(System(np.eye(3)))
+_AT = Parameters(*np.cumsum([0] + [len(_numbers(part)) for part in _SAMPLE])[:-1].tolist())
+_ROTOR = _SAMPLE.rotors[0]
+_IN_ROTOR = RotorParameters(*np.cumsum([0] + [len(_numbers(x)) for x in _ROTOR])[:-1].tolist())
+_ROTOR_SIZE = len(_numbers(_ROTOR))
 
 
 class Flights(NamedTuple):
     """
     What M motions start from and what they come to.
 
-    begin (M, SIZE): the variables at the start; numbers (M, P): the Parameters, one after the
-    other; anomaly (M, 3), tolerance (M,), steps_allowed (M,): as of a Propagation.  out (M, V, N):
+    begin (M, V): the variables at the start; numbers (M, P): the Parameters, one after the
+    other; anomaly (M, 3), tolerance (M,), steps_allowed (M,): as of a Propagation.  out (M, W, N):
     the wanted variables; outcome (M,): of dop853.py; reached_s (M,) and rows (M,): where it ended.
     """
 
@@ -98,6 +112,7 @@ class Lanes(NamedTuple):
     k: np.ndarray
     e_3: np.ndarray
     e_5: np.ndarray
+    zeros: np.ndarray
     error: np.ndarray
     ratio: np.ndarray
 
@@ -111,17 +126,17 @@ def propagate_all(motions: Sequence[Propagation], t_s: np.ndarray) -> list[State
     t_s, found = np.asarray(t_s, float), {}
     alike = defaultdict(list)
     for motion in motions:
-        alike[tuple(motion.wanted)].append(motion)
+        alike[tuple(motion.wanted), len(motion.constants.rotors)].append(motion)
     for some in alike.values():
         flights = _flights(
             begin=np.array([initial_values(motion.system, motion.state) for motion in some]),
-            numbers=np.array([np.hstack([np.ravel(part) for part in m.of]) for m in some]),
+            numbers=np.array([_numbers(motion.constants) for motion in some]),
             anomaly=np.array([motion.anomaly for motion in some]),
             tolerance=np.array([motion.tolerance for motion in some]),
             steps_allowed=np.array([motion.steps_allowed for motion in some]),
             shape=(len(some[0].wanted), len(t_s)),
         )
-        _fly_together(flights, some[0].wanted, some[0].of.does_work, t_s)
+        _fly_together(flights, some[0].wanted, some[0].constants, t_s)
         for motion, rows, outcome, reached_s, count in zip(some, *flights[-4:], strict=True):
             states = motion.states_of(t_s[:count], rows[:, :count])
             halted = outcome != REACHED
@@ -139,9 +154,8 @@ def propagate_many(
     (M, 1, 3, 3); q_ib is (M, 1, 4), tolerance (M,).  All begin at tick 0.
     """
     count = len(tolerance)
-    numbers = parameters_of_many(system, count)
-    does_work = bool(numbers[0, -1])
-    wanted = wanted_variables(system, does_work)
+    like, numbers = numbers_of_many(system, count)
+    wanted = wanted_variables(system, like.does_work)
     flights = _flights(
         begin=initial_values(system, state)[:, 0],
         numbers=numbers,
@@ -150,7 +164,7 @@ def propagate_many(
         steps_allowed=np.full(count, np.inf),
         shape=(len(wanted), len(t_s)),
     )
-    _fly_together(flights, wanted, does_work, t_s)
+    _fly_together(flights, wanted, like, t_s)
     q_ib, omega_bi_b, speed, angle, work = columns(system, wanted, flights.out)
     states = States(t_s, q_ib, omega_bi_b, speed, angle, work, system.orbit, t_s)
     return states, flights.outcome == REACHED
@@ -172,8 +186,9 @@ def _flights(begin, numbers, anomaly, tolerance, steps_allowed, shape):
     )
 
 
-def _fly_together(flights, wanted, does_work, t_s):
+def _fly_together(flights, wanted, like, t_s):
     """Fly all to the end of t_s, or to theirs."""
+    size = flights.begin.shape[1]
     lanes = Lanes(
         motion=np.full(LANES, -1),
         waiting=np.zeros(1, int),
@@ -184,27 +199,34 @@ def _fly_together(flights, wanted, does_work, t_s):
         largest_growth=np.zeros(LANES),
         tolerance=np.ones(LANES),
         constants=np.zeros(flights.numbers.shape[1] * LANES),
-        y_0=np.zeros(_WIDTH),
-        y=np.zeros(_WIDTH),
-        k=np.zeros(13 * _WIDTH),
-        e_3=np.zeros(_WIDTH),
-        e_5=np.zeros(_WIDTH),
+        y_0=np.zeros(size * LANES),
+        y=np.zeros(size * LANES),
+        k=np.zeros(13 * size * LANES),
+        e_3=np.zeros(size * LANES),
+        e_5=np.zeros(size * LANES),
+        zeros=np.zeros(size * LANES),
         error=np.zeros(LANES),
         ratio=np.zeros(LANES),
     )
-    single = np.zeros(7), np.zeros(SIZE), np.zeros((16, SIZE)), np.zeros((8, SIZE))
+    single = np.zeros(7), np.zeros(size), np.zeros((16, size)), np.zeros((8, size))
     # Slices, between which Ctrl-C and other threads get their turn.
-    while len(t_s) and not _fly(t_s, wanted, flights, lanes, single, does_work):
+    while len(t_s) and not _fly(t_s, wanted, flights, lanes, single, like):
         pass
 
 
 @compiled
-def _fly(t_s, wanted, flights, lanes, single, does_work):
-    """Fly on for a slice; return whether all flights have ended.  single: see _take_lane."""
+def _fly(t_s, wanted, flights, lanes, single, like):
+    """
+    Fly on for a slice; return whether all flights have ended.
+
+    single: see _take_lane.  like: the Parameters of one motion, which tell the compiler how many
+    rotors there are, and whether work is done, in all.
+    """
     begin, outcome, rows = flights.begin, flights.outcome, flights.rows
     motion, steps, since, t, h = lanes.motion, lanes.steps, lanes.since, lanes.t, lanes.h
     y_0, y, error, ratio, constants = lanes.y_0, lanes.y, lanes.error, lanes.ratio, lanes.constants
-    size = max(MOMENTUM, wanted[-1] + 1) * LANES
+    # Variables beyond those are constant, or nobody asks for them.
+    changing = max(MOMENTUM, wanted[-1] + 1)
     for _ in range(_SLICE_STEPS):
         idle = 0
         for l in range(LANES):
@@ -220,7 +242,9 @@ def _fly(t_s, wanted, flights, lanes, single, does_work):
                 )
                 lanes.tolerance[l], constants[l::LANES] = flights.tolerance[m], flights.numbers[m]
                 y_0[l::LANES] = y[l::LANES] = begin[m]
-                h[l] = first_step(_vector(y_0, OMEGA, l), _constants(constants, l, does_work))
+                h[l] = first_step(
+                    _vector(y_0, OMEGA, l), _constants(constants, l, like, like.does_work)
+                )
                 rows[m] = _rows_at_begin(t_s, wanted, begin[m], flights.out[m], single)
             if motion[l] < 0:
                 idle += 1
@@ -230,13 +254,11 @@ def _fly(t_s, wanted, flights, lanes, single, does_work):
         if idle == LANES:
             return True
 
-        _attempt(lanes, does_work, size)
+        _attempt(lanes, like, changing * LANES)
         for l in range(LANES):
             m = motion[l]
             if m < 0:
                 continue
-            if not is_finite(*_vector(y, MOMENTUM, l)):
-                error[l] = np.inf
             if error[l] <= 1.0:
                 end = t[l] + h[l]
                 first = last = rows[m]
@@ -245,7 +267,7 @@ def _fly(t_s, wanted, flights, lanes, single, does_work):
                 since[l] += 1.0
                 if last > first:
                     _take_lane(l, t[l], h[l], y_0, y, lanes.k, single)
-                    make_dense(*single, _constants(constants, l, does_work))
+                    make_dense(*single, _constants(constants, l, like, like.does_work))
                     interpolate(t_s, wanted, flights.out[m], first, last, single[0], single[3])
                     rows[m], since[l] = last, 0.0
                 t[l], h[l] = end, h[l] * min(lanes.largest_growth[l], ratio[l])
@@ -261,7 +283,7 @@ def _fly(t_s, wanted, flights, lanes, single, does_work):
                 outcome[m] = REACHED
             if outcome[m] != UNFINISHED:
                 flights.reached_s[m], motion[l], h[l] = t[l], -1, 0.0
-        _advance(error, size, y, y_0)
+        _advance(error, changing, y, y_0)
     return False
 
 
@@ -279,55 +301,56 @@ def _rows_at_begin(t_s, wanted, begin, out, single):
 
 
 @inlined
-def _attempt(lanes, does_work, size):
+def _attempt(lanes, like, size):
     """Take a step h of every lane from y_0 at t to y, and write what _errors does."""
     t, h, constants, k, y_0, y = lanes.t, lanes.h, lanes.constants, lanes.k, lanes.y_0, lanes.y
+    width = np.uintp(len(y))
     for l in range(LANES):
         h[l] = (t[l] + h[l]) - t[l]
-    _stage(y_0, h, constants, does_work, 0, k)
+    _stage(y_0, h, constants, like, 0, k)
     for i in range(1, 13):
-        _combine(i, y_0, k, size, y)
-        _stage(y, h, constants, does_work, i, k)
-    _combine(ERROR_3, _ZERO, k, size, lanes.e_3)
-    _combine(ERROR_5, _ZERO, k, size, lanes.e_5)
-    _errors(lanes)
+        _combine(i, y_0, k, width, size, y)
+        _stage(y, h, constants, like, i, k)
+    _combine(ERROR_3, lanes.zeros, k, width, size, lanes.e_3)
+    _combine(ERROR_5, lanes.zeros, k, width, size, lanes.e_5)
+    _errors(lanes, like)
 
 
 @inlined
-def _stage(y, h, of, does_work, i, k):
+def _stage(y, h, constants, like, i, k):
     """Write k_i = h f(y)."""
     # A flag that is known lets the loop be one of vectors.
-    if does_work:
-        for l in range(len(h)):
-            _stage_of_lane(l, y, h, _constants(of, l, True), i, k)
+    if like.does_work:
+        for l in range(LANES):
+            _stage_of_lane(l, y, h, _constants(constants, l, like, True), i, k)
     else:
-        for l in range(len(h)):
-            _stage_of_lane(l, y, h, _constants(of, l, False), i, k)
+        for l in range(LANES):
+            _stage_of_lane(l, y, h, _constants(constants, l, like, False), i, k)
 
 
 @inlined
-def _stage_of_lane(l, y, h, of, i, k):
-    f, h, r = rates(_values(y, l), of), h[l], i * SIZE
-    k[_at(r, l)], k[_at(r + 1, l)], k[_at(r + 2, l)] = h * f[0], h * f[1], h * f[2]
-    k[_at(r + 3, l)], k[_at(r + 4, l)], k[_at(r + 5, l)] = h * f[3], h * f[4], h * f[5]
-    k[_at(r + 6, l)], k[_at(r + 7, l)], k[_at(r + 8, l)] = h * f[6], h * f[7], h * f[8]
-    k[_at(r + 9, l)], k[_at(r + 10, l)], k[_at(r + 11, l)] = h * f[9], h * f[10], h * f[11]
+def _stage_of_lane(l, y, h, constants, i, k):
+    f, h = rates(_variables(y, l, constants), constants), h[l]
+    begin = _at(i * len(f), l)
+    for n in range(len(f)):
+        # A product with the stage i in here would keep the compiler from vectors.
+        k[begin + np.uintp(n * LANES)] = h * f[n]
 
 
 @inlined
-def _combine(row, y, k, size, z):
+def _combine(row, y, k, width, size, z):
     """Write z = y + sum_j a_j k_j with row's entries a_j to the first size numbers of z."""
-    a, i = _entries(row, 0), _stages(row, 0)
+    a, i = _entries(row, 0), _stages(row, 0, width)
     if LENGTHS[row] <= 4:
         for m in range(size):
             z[m] = y[m] + _sum(a, i, k, m)
         return
-    b, j = _entries(row, 4), _stages(row, 4)
+    b, j = _entries(row, 4), _stages(row, 4, width)
     if LENGTHS[row] <= 8:
         for m in range(size):
             z[m] = y[m] + _sum(a, i, k, m) + _sum(b, j, k, m)
         return
-    c, n = _entries(row, 8), _stages(row, 8)
+    c, n = _entries(row, 8), _stages(row, 8, width)
     for m in range(size):
         z[m] = y[m] + _sum(a, i, k, m) + _sum(b, j, k, m) + _sum(c, n, k, m)
 
@@ -338,8 +361,14 @@ def _entries(row, n):
 
 
 @inlined
-def _stages(row, n):
-    return _BEGINS[row, n], _BEGINS[row, n + 1], _BEGINS[row, n + 2], _BEGINS[row, n + 3]
+def _stages(row, n, width):
+    """Return where four of the stages begin that a row of the tableau combines."""
+    return (
+        _COLUMNS[row, n] * width,
+        _COLUMNS[row, n + 1] * width,
+        _COLUMNS[row, n + 2] * width,
+        _COLUMNS[row, n + 3] * width,
+    )
 
 
 @inlined
@@ -349,25 +378,27 @@ def _sum(a, i, k, m):
 
 
 @inlined
-def _errors(lanes):
+def _errors(lanes, like):
     """Write the error of each lane's step over its tolerance, and the next step over this one."""
     for l in range(LANES):
+        constants = _constants(lanes.constants, l, like, like.does_work)
         e = error_of(
-            _vector(lanes.y_0, OMEGA, l),
+            _variables(lanes.y_0, l, like),
+            _variables(lanes.y, l, like),
             _vector(lanes.k, OMEGA, l),
-            _values(lanes.e_3, l)[:9],
-            _values(lanes.e_5, l)[:9],
+            _variables(lanes.e_3, l, like),
+            _variables(lanes.e_5, l, like),
             lanes.h[l],
-            lanes.constants[_at(47, l)],
+            constants,
         )
         lanes.error[l] = e / lanes.tolerance[l]
         lanes.ratio[l] = step_ratio(e / lanes.tolerance[l])
 
 
 @inlined
-def _advance(error, size, y, y_0):
+def _advance(error, changing, y, y_0):
     """Let the lanes whose step is good begin from its end."""
-    for i in range(size // LANES):
+    for i in range(changing):
         for l in range(len(error)):
             at = _at(i, l)
             y_0[at] = y[at] if error[l] <= 1.0 else y_0[at]
@@ -380,7 +411,7 @@ def _take_lane(l, t, h, y_0, y, k, single):
     clock[0], clock[1] = t, t + h
     end[:], dense[0] = y[l::LANES], y_0[l::LANES]
     for i in range(13):
-        stages[i] = k[i * _WIDTH + l : (i + 1) * _WIDTH : LANES]
+        stages[i] = k[i * len(y) + l : (i + 1) * len(y) : LANES]
 
 
 @inlined
@@ -400,28 +431,40 @@ def _matrix(of, i, l):
 
 
 @inlined
-def _values(y, l):
+def _variables(y, l, constants):
     """Return a lane's variables."""
-    return _vector(y, 0, l) + _vector(y, 3, l) + _vector(y, 6, l) + _vector(y, 9, l)
+    values = _CORE + constants.zeros + constants.zeros + (0.0,)
+    for i in range(len(values)):
+        values = replaced(values, i, y[_at(i, l)])
+    return values
 
 
 @inlined
-def _constants(of, l, does_work):
+def _constants(numbers, l, like, does_work):
     """Return a lane's Parameters."""
+    rotors = like.rotors
+    for i in range(len(rotors)):
+        at = _AT.rotors + i * _ROTOR_SIZE
+        rotor = RotorParameters(
+            axis=_vector(numbers, at + _IN_ROTOR.axis, l),
+            torque=numbers[_at(at + _IN_ROTOR.torque, l)],
+            friction=numbers[_at(at + _IN_ROTOR.friction, l)],
+            inertia_inverse=numbers[_at(at + _IN_ROTOR.inertia_inverse, l)],
+        )
+        rotors = replaced(rotors, i, rotor)
     return Parameters(
-        _matrix(of, 0, l),
-        _matrix(of, 9, l),
-        _matrix(of, 18, l),
-        _vector(of, 27, l),
-        _vector(of, 30, l),
-        _vector(of, 33, l),
-        of[_at(36, l)],
-        of[_at(37, l)],
-        of[_at(38, l)],
-        of[_at(39, l)],
-        of[_at(40, l)],
-        _vector(of, 41, l),
-        _vector(of, 44, l),
-        of[_at(47, l)],
-        does_work,
+        inertia=_matrix(numbers, _AT.inertia, l),
+        carrier_inertia=_matrix(numbers, _AT.carrier_inertia, l),
+        carrier_inverse=_matrix(numbers, _AT.carrier_inverse, l),
+        weight_moment=_vector(numbers, _AT.weight_moment, l),
+        applied=_vector(numbers, _AT.applied, l),
+        eccentricity=numbers[_at(_AT.eccentricity, l)],
+        anomaly_rate=numbers[_at(_AT.anomaly_rate, l)],
+        gradient=numbers[_at(_AT.gradient, l)],
+        to_pericentre=_vector(numbers, _AT.to_pericentre, l),
+        ahead=_vector(numbers, _AT.ahead, l),
+        slow_rate=numbers[_at(_AT.slow_rate, l)],
+        does_work=does_work,
+        rotors=rotors,
+        zeros=like.zeros,
     )

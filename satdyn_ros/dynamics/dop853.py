@@ -7,14 +7,15 @@ Wanner, Solving Ordinary Differential Equations I, 1993, II.5, II.6, II.10).
 clock (7,), by the names below: where the current step begins and ends, the proposed length of the
 next one, the number of steps taken, the number of the step that the dense output belongs to, the
 furthest row that was ever reached, and the number of steps begun since.
-y (SIZE,): the variables at the end of the step; k (16, SIZE): its stages, h times the derivatives;
-dense (8, SIZE): the terms of its dense output, the first of them the variables at its begin.
+y (V,): the variables at the end of the step; k (16, V): its stages, h times the derivatives;
+dense (8, V): the terms of its dense output, the first of them the variables at its begin.
+constants: the Parameters of the equations, whose number of rotors tells the compiler V.
 """
 
 import numpy as np
 
-from ..compiled import inlined
-from .equations import CENTRE, OMEGA, SIZE, rates
+from ..compiled import inlined, replaced
+from .equations import CENTRE, MOMENTUM, OMEGA, rates
 from .orbit import true_anomaly
 from .tableau import COLUMNS, DENSE, ENTRIES, ERROR_3, ERROR_5, LENGTHS
 from .vector import dot
@@ -31,11 +32,11 @@ STEPS_PER_FIX = 8
 GROWTH, CUT = 6.0, 0.2
 # Above it a variable counts as infinite: the dense output multiplies it by up to some thousand.
 LARGEST = 1e300
-_ZERO = np.zeros(SIZE)
+_CORE = (0.0,) * MOMENTUM
 
 
 @inlined
-def step(clock, y, k, dense, anomaly, of, tolerance):
+def step(clock, y, k, dense, anomaly, constants, tolerance):
     """
     Take one step within the tolerance; return whether there is one.
 
@@ -47,21 +48,17 @@ def step(clock, y, k, dense, anomaly, of, tolerance):
     y_0[:] = y
     h = clock[NEXT]
     if h == 0.0:
-        h = first_step((y[4], y[5], y[6]), of)
+        h = first_step((y[4], y[5], y[6]), constants)
     largest_growth = GROWTH
     while True:
         if not t < t + h < np.inf:
             return False
         h = (t + h) - t
         for i in range(12):
-            _stage(y, h, of, k[i])
-            _combine(i + 1, y_0, k, y)
-        _stage(y, h, of, k[12])
-        error = (
-            _error(y_0, h, k, of.slow_rate) / tolerance
-            if is_finite(y[9], y[10], y[11])
-            else np.inf
-        )
+            _stage(y, h, constants, k[i])
+            _combine(i + 1, y_0, k, y, constants)
+        _stage(y, h, constants, k[12])
+        error = _error(y_0, y, h, k, constants) / tolerance
         if error <= 1.0:
             break
         h *= cut(error, step_ratio(error))
@@ -74,66 +71,82 @@ def step(clock, y, k, dense, anomaly, of, tolerance):
 
 
 @inlined
-def is_finite(momentum, angle, work):
-    """Return whether the variables that the error does not look at are finite."""
-    return abs(momentum) + abs(angle) + abs(work) < LARGEST
+def variables(y, constants):
+    """Return the variables of an array as a tuple."""
+    values = _CORE + constants.zeros + constants.zeros + (0.0,)
+    for i in range(len(values)):
+        values = replaced(values, i, y[i])
+    return values
 
 
 @inlined
-def _stage(y, h, of, k):
+def _stage(y, h, constants, k):
     """Write k = h f(y)."""
-    y = (y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], y[8], y[9], y[10], y[11])
-    f = rates(y, of)
-    k[0], k[1], k[2], k[3] = h * f[0], h * f[1], h * f[2], h * f[3]
-    k[4], k[5], k[6], k[7] = h * f[4], h * f[5], h * f[6], h * f[7]
-    k[8], k[9], k[10], k[11] = h * f[8], h * f[9], h * f[10], h * f[11]
+    f = rates(variables(y, constants), constants)
+    for i in range(len(f)):
+        k[i] = h * f[i]
 
 
 @inlined
-def _combine(row, y, k, z):
-    """Write z = y + sum_j a_j k_j with row's entries a_j: SIZE sums, held in registers."""
-    s0 = s1 = s2 = s3 = s4 = s5 = s6 = s7 = s8 = s9 = s10 = s11 = 0.0
+def _combine(row, y, k, z, constants):
+    """Write z = y + sum_j a_j k_j with row's entries a_j: V sums, held in registers."""
+    sums = _CORE + constants.zeros + constants.zeros + (0.0,)
     for n in range(LENGTHS[row]):
         a, j = ENTRIES[row, n], COLUMNS[row, n]
-        s0, s1, s2 = s0 + a * k[j, 0], s1 + a * k[j, 1], s2 + a * k[j, 2]
-        s3, s4, s5 = s3 + a * k[j, 3], s4 + a * k[j, 4], s5 + a * k[j, 5]
-        s6, s7, s8 = s6 + a * k[j, 6], s7 + a * k[j, 7], s8 + a * k[j, 8]
-        s9, s10, s11 = s9 + a * k[j, 9], s10 + a * k[j, 10], s11 + a * k[j, 11]
-    z[0], z[1], z[2], z[3] = y[0] + s0, y[1] + s1, y[2] + s2, y[3] + s3
-    z[4], z[5], z[6], z[7] = y[4] + s4, y[5] + s5, y[6] + s6, y[7] + s7
-    z[8], z[9], z[10], z[11] = y[8] + s8, y[9] + s9, y[10] + s10, y[11] + s11
+        for i in range(len(sums)):
+            sums = replaced(sums, i, sums[i] + a * k[j, i])
+    for i in range(len(sums)):
+        z[i] = y[i] + sums[i]
 
 
 @inlined
-def _error(y, h, k, slow_rate):
-    """Return the error of a step from y, the mean over attitude, rate and orbit."""
+def _error(y_0, y, h, k, constants):
+    """Return the error of a step from y_0 to y, as error_of."""
+    # In the places of stages that only the dense output needs.
     e_3, e_5 = k[13], k[14]
-    _combine(ERROR_3, _ZERO, k, e_3)
-    _combine(ERROR_5, _ZERO, k, e_5)
+    e_3[:], e_5[:] = 0.0, 0.0
+    _combine(ERROR_3, e_3, k, e_3, constants)
+    _combine(ERROR_5, e_5, k, e_5, constants)
     return error_of(
-        (y[4], y[5], y[6]),
+        variables(y_0, constants),
+        variables(y, constants),
         (k[0, 4], k[0, 5], k[0, 6]),
-        (e_3[0], e_3[1], e_3[2], e_3[3], e_3[4], e_3[5], e_3[6], e_3[7], e_3[8]),
-        (e_5[0], e_5[1], e_5[2], e_5[3], e_5[4], e_5[5], e_5[6], e_5[7], e_5[8]),
+        variables(e_3, constants),
+        variables(e_5, constants),
         h,
-        slow_rate,
+        constants,
     )
 
 
 @inlined
-def first_step(omega, of):
+def first_step(omega, constants):
     """Return the length of the step that is tried first."""
-    return 0.01 / (np.sqrt(dot(omega, omega)) + of.anomaly_rate + 1e-9)
+    return 0.01 / (np.sqrt(dot(omega, omega)) + constants.anomaly_rate + 1e-9)
 
 
 @inlined
-def error_of(omega, k_omega, e_3, e_5, h, slow_rate):
-    """Return the error of a step h from omega: the mean over attitude, rate and orbit."""
+def error_of(y_0, y, k_omega, e_3, e_5, h, constants):
+    """Return the error of a step h from y_0 to y: the mean over attitude, rate and orbit."""
     # The natural scale of a rate: the rate itself and the root of the acceleration.  At rest both
     # may be rounding, which needs no digits.
+    omega = (y_0[4], y_0[5], y_0[6])
     acceleration = np.sqrt(dot(k_omega, k_omega)) / h
-    per_rate = 1.0 / (np.sqrt(dot(omega, omega)) + np.sqrt(acceleration) + slow_rate + 1e-300)
-    square_3, square_5 = _square(e_3, per_rate), _square(e_5, per_rate)
+    rate = np.sqrt(dot(omega, omega)) + np.sqrt(acceleration) + constants.slow_rate + 1e-300
+    square_3, square_5 = _square(e_3, 1.0 / rate), _square(e_5, 1.0 / rate)
+    for i in range(len(constants.rotors)):
+        rotor = constants.rotors[i]
+        # Without friction a momentum has no error.
+        if rotor.friction > 0.0:
+            speed = abs(y_0[MOMENTUM + i]) * rotor.inertia_inverse
+            per_momentum = rotor.inertia_inverse / (speed + rate)
+            square_3 += (e_3[MOMENTUM + i] * per_momentum) ** 2
+            square_5 += (e_5[MOMENTUM + i] * per_momentum) ** 2
+    # The error does not look at the other variables: they must be finite.
+    rest = 0.0
+    for i in range(MOMENTUM, len(y)):
+        rest += abs(y[i])
+    if not rest < LARGEST:
+        return np.inf
     return square_5 / np.sqrt(9.0 * (square_5 + 0.01 * square_3) + 1e-300)
 
 
@@ -165,19 +178,20 @@ def _square(e, per_rate):
 
 
 @inlined
-def make_dense(clock, y, k, dense, of):
+def make_dense(clock, y, k, dense, constants):
     """Write the terms of the dense output of the step in hand, y at its begin in dense[0]."""
     h, y_0, z = clock[END] - clock[BEGIN], dense[0], dense[7]
     for i in range(13, 16):
-        _combine(i, y_0, k, z)
-        _stage(z, h, of, k[i])
-    for i in range(SIZE):
+        _combine(i, y_0, k, z, constants)
+        _stage(z, h, constants, k[i])
+    for i in range(len(y)):
         rise = y[i] - y_0[i]
         dense[1, i] = rise
         dense[2, i] = k[0, i] - rise
         dense[3, i] = 2.0 * rise - (k[0, i] + k[12, i])
     for n in range(4):
-        _combine(DENSE + n, _ZERO, k, dense[4 + n])
+        dense[4 + n] = 0.0
+        _combine(DENSE + n, dense[4 + n], k, dense[4 + n], constants)
     clock[DENSE_OF] = clock[STEPS]
 
 

@@ -17,6 +17,7 @@ from scipy.optimize import brentq
 from . import rotation
 from .inertia import principal_axes
 from .orbit import KeplerOrbit
+from .rotor import Rotor
 from .system import State, System
 from .torque import angular_momentum, gravity_gradient
 
@@ -38,8 +39,20 @@ def imbalance(system: System, state: State, orbit_s: float = 0.0) -> np.ndarray:
     c = direction(system, state, orbit_s)
     H = angular_momentum(system, state.omega_bi_b, state.rotor_speed)
     field = gravity_gradient(system.inertia, c, system.orbit.gradient_at(orbit_s))
-    applied = system.torque_b - system.rotor_torque * system.rotor.axis
+    applied = system.torque_b - sum(
+        (p_dot * rotor.axis for rotor, p_dot in rotor_torques(system, state)), np.zeros(3)
+    )
     return np.cross(H, state.omega_bi_b) + field - np.cross(system.weight_moment, c) + applied
+
+
+def rotor_torques(system: System, state: State) -> list[tuple[Rotor, float]]:
+    """Return each rotor with p' = tau - b s [N m], what motor and friction give it."""
+    return [
+        (rotor, torque - rotor.friction * speed if rotor.is_damped else torque)
+        for rotor, torque, speed in zip(
+            system.rotors, system.rotor_torque, system.rotor_speeds(state), strict=True
+        )
+    ]
 
 
 def is_balanced(system: System, state: State, orbit_s: float = 0.0) -> bool:
@@ -49,7 +62,8 @@ def is_balanced(system: System, state: State, orbit_s: float = 0.0) -> bool:
         np.linalg.norm(H) * np.linalg.norm(state.omega_bi_b),
         abs(system.orbit.gradient_at(orbit_s)) * np.max(system.inertia),
         np.linalg.norm(system.weight_moment),
-        np.linalg.norm(system.torque_b) + abs(system.rotor_torque),
+        np.linalg.norm(system.torque_b),
+        *(abs(p_dot) for _, p_dot in rotor_torques(system, state)),
     ]
     return bool(np.linalg.norm(imbalance(system, state, orbit_s)) <= ROUNDING * sum(torques))
 

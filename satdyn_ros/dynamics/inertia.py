@@ -1,6 +1,6 @@
 """The inertia tensor: validation, principal axes, parallel axis, and a catalogue of shapes."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import permutations
 from typing import NamedTuple
 
@@ -11,6 +11,8 @@ from . import rotation
 # Rounding of a tensor that came through a rotation or from 15 printed digits; moments that differ
 # by less have no principal axes of their own.
 _ROUNDING = 1e-13
+# Relative difference of moments, and sine of an angle, that counts as rounding of the input.
+ROUNDING = 1e-12
 
 
 def tensor(values) -> np.ndarray:
@@ -99,6 +101,45 @@ def principal_axes(inertia) -> tuple[np.ndarray, np.ndarray]:
             R[:, least] = -R[:, least]
         candidates.append((moments[list(order)], R))
     return max(candidates, key=lambda candidate: np.trace(candidate[1]))
+
+
+def symmetry_axis(
+    inertias: Iterable[np.ndarray], vectors: Iterable[np.ndarray] = ()
+) -> np.ndarray | None:
+    """
+    Return the unit axis (3,) about which all inertias (3, 3) and vectors (3,) are symmetric.
+
+    None: there is no such axis, or any axis is one.
+    """
+    tensors, along = list(inertias), [v for v in vectors if np.any(v)]
+    axes = [v / np.linalg.norm(v) for v in along]
+    for I in tensors:
+        moments, R_bp = principal_axes(I)
+        equal = [are_equal(moments[k - 1], moments[k - 2], np.max(moments)) for k in range(3)]
+        if sum(equal) == 1:
+            axes.insert(0, R_bp[:, equal.index(True)])
+        elif not any(equal):
+            return None
+    if not axes:
+        return None
+    axis = axes[0]
+    for I in tensors:
+        C = axis @ I @ axis
+        A = (np.trace(I) - C) / 2.0
+        symmetric = A * np.eye(3) + (C - A) * np.outer(axis, axis)
+        if np.max(np.abs(I - symmetric)) > ROUNDING * np.max(I):
+            return None
+    return axis if all(are_parallel(axis, v) for v in along) else None
+
+
+def are_equal(a: float, b: float, size: float) -> bool:
+    """Whether a and b differ by no more than rounding of size."""
+    return bool(abs(a - b) <= ROUNDING * size)
+
+
+def are_parallel(a: np.ndarray, b: np.ndarray) -> bool:
+    """Whether the vectors a and b (3,) are parallel, opposite, or one of them is zero."""
+    return bool(np.linalg.norm(np.cross(a, b)) <= ROUNDING * np.linalg.norm(a) * np.linalg.norm(b))
 
 
 def _about_one_axis(moments, axes, distinct):

@@ -1,8 +1,8 @@
 """
 The first integrals of every system: what a motion conserves, and by how much it fails to.
 
-With K the carrier inertia, H = K omega + p a, c the unit vector from the attracting centre, m the
-weight moment, V = (3 mu / 2 r^3) c . I c and nu the orbital rate:
+With K the carrier inertia, H = K omega + sum p a, c the unit vector from the attracting centre, m
+the weight moment, V = (3 mu / 2 r^3) c . I c and nu the orbital rate:
 
     energy          omega . K omega / 2 + V + m . c                       fixed direction
     area            H . c                                                 fixed direction
@@ -10,7 +10,7 @@ weight moment, V = (3 mu / 2 r^3) c . I c and nu the orbital rate:
     jacobi          omega . K omega / 2 - nu . H + V                      circular orbit
     momentum        |H|                                                   no field, or a sphere
     axial_rate      omega . e                                             symmetric about e
-    rotor_momentum  p                                                     free rotor
+    rotor_momentum  p; rotor_momentum.NAME of a named one                 no friction, no motor
     energy_balance  energy less the work done and less its first value    driven, or elliptic
 
 Agostinelli 1977, eqs 3-6; Beletsky 1957; Balli and Grioli 1979.
@@ -19,13 +19,23 @@ Agostinelli 1977, eqs 3-6; Beletsky 1957; Balli and Grioli 1979.
 import numpy as np
 
 from . import rotation
-from .inertia import principal_axes
+from .inertia import ROUNDING, principal_axes
 from .motion import States
+from .rotor import Rotor
 from .system import System
 from .torque import angular_momentum, times
 
-# Relative size below which a moment, a rotor's or weight's component counts as absent.
-_ROUNDING = 1e-12
+# A named rotor's momentum has the name of the rotor behind it: rotor_momentum.NAME.
+NAMES = (
+    'energy',
+    'area',
+    'fourth',
+    'jacobi',
+    'momentum',
+    'axial_rate',
+    'rotor_momentum',
+    'energy_balance',
+)
 
 
 def first_integrals(system: System, states: States) -> dict[str, np.ndarray]:
@@ -80,13 +90,13 @@ def _sizes(system, states):
     A kinetic energy is as uncertain as the whole momentum times the rate, which a fast rotor
     makes larger than omega . K omega.
     """
-    orbit, rotor, omega = system.orbit, system.rotor, states.omega_bi_b
+    orbit, omega = system.orbit, states.omega_bi_b
     swing = field_rate(system, states)
     rate = _length(omega)
     K_omega = _apply(system.carrier_inertia, omega)
-    p = np.abs(rotor.axial_momentum(states.rotor_speed, omega))
+    p = [np.abs(p_i) for p_i in _axial_momenta(system, states)]
     K_max = np.linalg.eigvalsh(system.carrier_inertia)[..., -1]
-    momentum = _length(K_omega) + p + K_max * swing
+    momentum = _length(K_omega) + sum(p) + K_max * swing
     trace = np.trace(system.inertia, axis1=-2, axis2=-1)
     potential = np.abs(orbit.gradient_at(states.orbit_s)) / 2.0 * trace
     energy = rate * momentum + potential + _length(system.weight_moment)
@@ -99,18 +109,20 @@ def _sizes(system, states):
         'momentum': momentum,
         'fourth': momentum**2,
         'axial_rate': rate + swing,
-        'rotor_momentum': p + rotor.inertia * (rate + swing),
+        **{
+            momentum_name(rotor): p_i + rotor.inertia * (rate + swing)
+            for rotor, p_i in zip(system.rotors, p, strict=True)
+        },
     }
 
 
 def _terms(system, states):
     """Return the terms, a list of (N,), whose sum each first integral is."""
-    orbit, rotor, weight = system.orbit, system.rotor, system.weight_moment
-    omega, c = states.omega_bi_b, states.c_b
-    driven = bool(np.any(system.torque_b) or system.rotor_torque)
+    orbit, weight, driven = system.orbit, system.weight_moment, system.is_driven
+    omega, c, p = states.omega_bi_b, states.c_b, _axial_momenta(system, states)
     moments, R_bp = principal_axes(system.inertia)
     gradient = orbit.gradient_at(states.orbit_s)
-    spherical = np.ptp(moments, axis=-1) <= _ROUNDING * np.max(moments, axis=-1)
+    spherical = np.ptp(moments, axis=-1) <= ROUNDING * np.max(moments, axis=-1)
     H = angular_momentum(system, omega, states.rotor_speed)
     kinetic = _dot(omega, _apply(system.carrier_inertia, omega)) / 2.0
     potential = gradient / 2.0 * _dot(c, _apply(system.inertia, c))
@@ -125,7 +137,9 @@ def _terms(system, states):
     else:
         terms['energy'] = [kinetic, potential, weight_potential]
         terms['area'] = [_dot(H, c)]
-        applies = ~_is_felt(rotor) & ~_is_there(weight)
+        applies = ~_is_there(weight)
+        for rotor in system.rotors:
+            applies = applies & (np.asarray(rotor.momentum == 0.0) & (not rotor.turns_freely))
         if np.any(applies):
             adjugate = R_bp @ (_prod(moments) / moments[..., :, None] * np.swapaxes(R_bp, -1, -2))
             fourth = [_dot(H, H), -gradient * _dot(c, _apply(adjugate, c))]
@@ -135,12 +149,26 @@ def _terms(system, states):
     )
     if np.any(applies) and not driven:
         terms['momentum'] = _only(applies, [_length(H)])
-    axis = _symmetry_axis(system, moments, R_bp)
+    axis = _symmetry_axis(system, states, p)
     if not (driven or np.all(np.isnan(axis))):
         terms['axial_rate'] = [_dot(omega, axis)]
-    if rotor.turns_freely and not system.rotor_torque:
-        terms['rotor_momentum'] = [rotor.axial_momentum(states.rotor_speed, omega)]
+    for i, rotor in enumerate(system.rotors):
+        if rotor.turns_freely and not (rotor.is_damped or system.rotor_torque[i]):
+            terms[momentum_name(rotor)] = [p[i]]
     return terms
+
+
+def momentum_name(rotor: Rotor) -> str:
+    """Return the name of a rotor's axial momentum among the integrals."""
+    return f'rotor_momentum.{rotor.name}' if rotor.name else 'rotor_momentum'
+
+
+def _axial_momenta(system, states):
+    """Return p [N m s] of each rotor, a list of (N,)."""
+    return [
+        rotor.axial_momentum(states.rotor_speed[..., i], states.omega_bi_b)
+        for i, rotor in enumerate(system.rotors)
+    ]
 
 
 def _only(applies, terms):
@@ -148,29 +176,46 @@ def _only(applies, terms):
     return terms if np.all(applies) else [np.where(applies, term, np.nan) for term in terms]
 
 
-def _symmetry_axis(system, moments, R_bp):
-    """Return the axis (3,) about which body, rotor and weight are symmetric; nan: none."""
-    rotor, weight = system.rotor, system.weight_moment
-    felt = _is_felt(rotor)[..., None]
-    allowed = _ROUNDING * np.max(moments, axis=-1)
+def _symmetry_axis(system, states, p):
+    """
+    Return the axis (..., 3) about which all that turns the body is symmetric; nan: none.
+
+    That is K, I where there is a field, the weight, and the momentum of all rotors.
+    """
+    weight, h = system.weight_moment, np.zeros(3)
+    for rotor, p_i in zip(system.rotors, p, strict=True):
+        h = h + p_i[..., :1, None] * rotor.axis
+    moments, R_bp = principal_axes(system.carrier_inertia)
+    allowed = ROUNDING * np.max(moments, axis=-1)
     axis = np.full_like(moments, np.nan)
     for k in (2, 1, 0):
         equal = np.abs(moments[..., k - 1] - moments[..., k - 2]) <= allowed
         axis = np.where(equal[..., None], R_bp[..., :, k], axis)
-    # A sphere is symmetric about whatever axis the rotor or the weight singles out.
+    # A sphere is symmetric about whatever axis the rotors or the weight single out.
     with np.errstate(invalid='ignore'):
-        single = np.where(felt, rotor.axis, weight / _length(weight)[..., None])
+        single = np.where(_is_there(h)[..., None], _unit(h), _unit(weight))
     spherical = (np.ptp(moments, axis=-1) <= allowed)[..., None]
     axis = np.where(spherical, single, axis)
-    for along, is_there in ((rotor.axis, felt), (weight, _is_there(weight)[..., None])):
-        off = _length(np.cross(axis, along)) > _ROUNDING * _length(along)
-        axis = np.where(is_there & off[..., None], np.nan, axis)
-    return axis
+    for along in (h, weight):
+        off = _length(np.cross(axis, along)) > ROUNDING * _length(along)
+        axis = np.where(off[..., None], np.nan, axis)
+    is_pulled = np.any(states.orbit.gradient_at(states.orbit_s), axis=-1, keepdims=True)
+    skew = is_pulled & ~_is_symmetric(system.inertia, axis)
+    return np.where(skew[..., None], np.nan, axis)
 
 
-def _is_felt(rotor):
-    """Return whether the body feels that there is a rotor."""
-    return np.asarray(rotor.momentum != 0.0) | rotor.turns_freely
+def _is_symmetric(I, axis):
+    """Return whether inertias (..., 3, 3) are symmetric about unit axes (..., 3)."""
+    along = axis[..., :, None] * axis[..., None, :]
+    trace = np.trace(I, axis1=-2, axis2=-1)
+    C = _dot(axis, _apply(I, axis))
+    A = (trace - C) / 2.0
+    symmetric = A[..., None, None] * np.eye(3) + (C - A)[..., None, None] * along
+    return np.max(np.abs(I - symmetric), axis=(-2, -1)) <= ROUNDING * trace
+
+
+def _unit(v):
+    return v / _length(v)[..., None]
 
 
 def _is_there(vector):

@@ -17,7 +17,7 @@ class States:
     A table of N states of one motion.
 
     t_s (N,): seconds since the motion began; q_ib (N, 4); omega_bi_b (N, 3) [rad/s]; rotor_speed
-    [rad/s] and rotor_angle [rad] (N,), nan where the rotor has none.  work [J] (N,): what the
+    [rad/s] and rotor_angle [rad] (N, R), nan where a rotor has none.  work [J] (N,): what the
     applied torques and the orbit's ellipticity added to the energy since the motion began.
     orbit_s (N,): the same instants in seconds from tick 0, where the orbit counts from.
 
@@ -41,8 +41,8 @@ class States:
         return State(
             self.q_ib[i],
             self.omega_bi_b[i],
-            float(self.rotor_speed[i]),
-            float(self.rotor_angle[i]),
+            self.rotor_speed[i],
+            self.rotor_angle[i],
         )
 
     def rows(self, chosen: slice) -> 'States':
@@ -51,8 +51,8 @@ class States:
             self.t_s[chosen],
             self.q_ib[..., chosen, :],
             self.omega_bi_b[..., chosen, :],
-            self.rotor_speed[..., chosen],
-            self.rotor_angle[..., chosen],
+            self.rotor_speed[..., chosen, :],
+            self.rotor_angle[..., chosen, :],
             self.work[..., chosen],
             self.orbit,
             self.orbit_s[chosen],
@@ -127,7 +127,7 @@ class Motion(ABC):
 
     @abstractmethod
     def _states(self, t_s) -> tuple:
-        """Return q_ib (N, 4), omega_bi_b (N, 3), rotor_speed, rotor_angle and work, each (N,)."""
+        """Return q_ib (N, 4), omega_bi_b (N, 3), rotor_speed and _angle (N, R), and work (N,)."""
 
     def _table(self, t_s, q_ib, omega_bi_b, rotor_speed, rotor_angle, work):
         return States(

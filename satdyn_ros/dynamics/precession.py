@@ -9,9 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import rotation
+from . import inertia, rotation
 from .equilibria import ROUNDING, imbalance
-from .inertia import principal_axes
 from .orbit import KeplerOrbit
 from .system import State, System
 from .torque import angular_momentum
@@ -90,7 +89,7 @@ def regular_precession(
     """
     f = symmetry_axis(system, state)
     e = _fixed_axis(system, state, orbit_s)
-    if f is None or e is None or np.any(system.torque_b) or system.rotor_torque:
+    if f is None or e is None or system.is_driven:
         return None
     omega, size = state.omega_bi_b, np.linalg.norm(state.omega_bi_b)
     along, across = e @ f, np.cross(e, f)
@@ -121,23 +120,9 @@ def regular_precession(
 
 
 def symmetry_axis(system, state):
-    """Return the axis (3,) about which body, rotor and weight are symmetric, or None."""
-    h, m = system.rotor_momentum(state), system.weight_moment
-    moments, R_bp = principal_axes(system.carrier_inertia)
-    apart = [k for k in range(3) if _equal(moments[k - 1], moments[k - 2], np.max(moments))]
-    if len(apart) == 1:
-        f = R_bp[:, apart[0]]
-    elif len(apart) == 3 and (np.any(h) or np.any(m)):
-        f = m if np.any(m) else h
-        f = f / np.linalg.norm(f)
-    else:
-        return None
-    largest = np.max(system.inertia)
-    C = f @ system.inertia @ f
-    A = (np.trace(system.inertia) - C) / 2.0
-    skew = system.inertia - A * np.eye(3) - (C - A) * np.outer(f, f)
-    aligned = all(np.linalg.norm(np.cross(f, v)) <= ROUNDING * np.linalg.norm(v) for v in (h, m))
-    return f if aligned and np.max(np.abs(skew)) <= ROUNDING * largest else None
+    """Return the axis (3,) about which body, rotors and weight are symmetric, or None."""
+    vectors = (system.weight_moment, system.rotor_momentum(state))
+    return inertia.symmetry_axis((system.inertia, system.carrier_inertia), vectors)
 
 
 def _fixed_axis(system, state, orbit_s):
@@ -159,7 +144,3 @@ def feels_field(system):
     spherical = np.max(np.abs(I - np.trace(I) / 3.0 * np.eye(3))) <= ROUNDING * np.max(I)
     gradient = float(system.orbit.gradient_at(0.0)) != 0.0
     return bool(np.any(system.weight_moment)) or (gradient and not spherical)
-
-
-def _equal(a, b, size):
-    return abs(a - b) <= ROUNDING * size

@@ -25,13 +25,11 @@ from .dop853 import (
     step,
 )
 from .equations import (
-    ANGLE,
     CENTRE,
     MOMENTUM,
     OMEGA,
-    SIZE,
-    WORK,
     Q,
+    flown_rotors,
     initial_values,
     parameters,
 )
@@ -55,7 +53,7 @@ class Propagation(Motion):
     most_steps: the most steps from one requested row to the next, None: any number.  Steps up to
     the furthest row that was ever reached do not count again.
 
-    of, anomaly: the constants of the equations, and mean anomaly at the start [rad], mean motion
+    constants, anomaly: those of the equations, and mean anomaly at the start [rad], mean motion
     [rad/s] and eccentricity; wanted: the variables that it interpolates (equations.py).
 
     >>> Propagation(system, state).at([10.0, 20.0]).q_ib  # doctest: +SKIP
@@ -74,9 +72,9 @@ class Propagation(Motion):
     ):
         super().__init__(system, state, start_s)
         self.tolerance, self.most_steps = tolerance, most_steps
-        self.of = parameters(system)
+        self.constants = parameters(system)
         self.anomaly = tuple(mean_anomaly(system, start_s).tolist())
-        self.wanted = wanted_variables(system, self.of.does_work)
+        self.wanted = wanted_variables(system, self.constants.does_work)
         self._clock = np.zeros(7)
         self._begin()
 
@@ -87,8 +85,8 @@ class Propagation(Motion):
 
     def _begin(self):
         self._y = initial_values(self.system, self.state)
-        self._stages = np.zeros((16, SIZE))
-        self._dense = np.zeros((8, SIZE))
+        self._stages = np.zeros((16, len(self._y)))
+        self._dense = np.zeros((8, len(self._y)))
         self._dense[0] = self._y
         self._clock[[BEGIN, END, NEXT, STEPS, DENSE_OF, SINCE]] = 0.0
 
@@ -110,7 +108,7 @@ class Propagation(Motion):
                 self._stages,
                 self._dense,
                 self.anomaly,
-                self.of,
+                self.constants,
                 self.tolerance,
                 self.steps_allowed,
             )
@@ -149,20 +147,25 @@ def columns(system: System, wanted: np.ndarray, out: np.ndarray) -> tuple[np.nda
     found = dict(zip(wanted, np.moveaxis(out, -2, 0), strict=True))
     q_ib = np.moveaxis(out[..., Q:OMEGA, :], -2, -1)
     omega_bi_b = np.moveaxis(out[..., OMEGA:CENTRE, :], -2, -1)
-    speed = system.rotor.speed(found.get(MOMENTUM, np.nan), omega_bi_b)
-    angle = found.get(ANGLE, speed)
-    work = found.get(WORK, np.broadcast_to(0.0, out[..., 0, :].shape))
-    return q_ib, omega_bi_b, speed, angle, work
+    rows = out[..., 0, :].shape
+    speeds = np.full((*rows, len(system.rotors)), np.nan)
+    angles, flown = speeds.copy(), flown_rotors(system)
+    for n, (i, rotor) in enumerate(flown):
+        if rotor.turns_freely:
+            speeds[..., i] = rotor.speed(found[MOMENTUM + n], omega_bi_b)
+            angles[..., i] = found[MOMENTUM + len(flown) + n]
+    work = found.get(MOMENTUM + 2 * len(flown), np.broadcast_to(0.0, rows))
+    return q_ib, omega_bi_b, speeds, angles, work
 
 
 def wanted_variables(system: System, does_work: bool) -> np.ndarray:
     """Return the variables to be interpolated; the others are constant, or have no value."""
-    wanted = [*range(Q, CENTRE)]
-    if system.rotor.turns_freely:
-        wanted += [MOMENTUM, ANGLE]
-    if does_work:
-        wanted += [WORK]
-    return np.array(wanted)
+    flown = flown_rotors(system)
+    turning = [n for n, (_, rotor) in enumerate(flown) if rotor.turns_freely]
+    momenta = [MOMENTUM + n for n in turning]
+    angles = [MOMENTUM + len(flown) + n for n in turning]
+    work = [MOMENTUM + 2 * len(flown)] if does_work else []
+    return np.array([*range(Q, CENTRE), *momenta, *angles, *work])
 
 
 def mean_anomaly(system: System, start_s: float) -> np.ndarray:
@@ -175,7 +178,9 @@ def mean_anomaly(system: System, start_s: float) -> np.ndarray:
 
 
 @compiled
-def _walk(t_s, rows, wanted, out, clock, y, k, dense, anomaly, of, tolerance, steps_allowed):
+def _walk(
+    t_s, rows, wanted, out, clock, y, k, dense, anomaly, constants, tolerance, steps_allowed
+):
     """
     Fill out with the wanted variables at the ascending times t_s (N,), from row `rows` on.
 
@@ -189,7 +194,7 @@ def _walk(t_s, rows, wanted, out, clock, y, k, dense, anomaly, of, tolerance, st
             last += 1
         if last > rows:
             if clock[DENSE_OF] != clock[STEPS]:
-                make_dense(clock, y, k, dense, of)
+                make_dense(clock, y, k, dense, constants)
             interpolate(t_s, wanted, out, rows, last, clock, dense)
             rows = last
             if t_s[rows - 1] > clock[FURTHEST]:
@@ -198,7 +203,7 @@ def _walk(t_s, rows, wanted, out, clock, y, k, dense, anomaly, of, tolerance, st
             break
         if clock[SINCE] >= steps_allowed:
             return rows, TOO_MANY_STEPS
-        if not step(clock, y, k, dense, anomaly, of, tolerance):
+        if not step(clock, y, k, dense, anomaly, constants, tolerance):
             return rows, STUCK
         if clock[BEGIN] >= clock[FURTHEST]:
             clock[SINCE] += 1.0

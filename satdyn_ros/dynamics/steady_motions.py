@@ -80,9 +80,11 @@ def _places(system, state, orbit_s):
 
 def _at(system, state, q_ib, omega):
     """Return the state with the rotor momenta of another at this attitude and rate."""
-    rotor = system.rotor
-    p = rotor.axial_momentum(state.rotor_speed, state.omega_bi_b)
-    return replace(state, q_ib=q_ib, omega_bi_b=omega, rotor_speed=rotor.speed(p, omega))
+    speeds = [
+        rotor.speed(rotor.axial_momentum(speed, state.omega_bi_b), omega)
+        for rotor, speed in zip(system.rotors, system.rotor_speeds(state), strict=True)
+    ]
+    return replace(state, q_ib=q_ib, omega_bi_b=omega, rotor_speed=np.array(speeds))
 
 
 def _roots(system, state, orbit_s):

@@ -1,4 +1,4 @@
-"""What moves and from where: a body with its rotor in an attracting field, and its state."""
+"""What moves and from where: a body with its rotors in an attracting field, and its state."""
 
 from dataclasses import dataclass, field
 
@@ -13,41 +13,72 @@ _ZERO = np.zeros(3)
 @dataclass(frozen=True, eq=False)
 class System:
     """
-    A gyrostat in a Newtonian field, with the torques that are applied to it.
+    A gyrostat with R rotors in a Newtonian field, with the torques that are applied to it.
 
-    inertia [kg m^2] (3, 3): body axes, locked rotor included, about the mass centre, or about the
+    inertia [kg m^2] (3, 3): body axes, locked rotors included, about the mass centre, or about the
     fixed point where weight_moment [N m] (3,), the weight times the mass centre's place, is not
-    zero.  torque_b [N m] (3,) acts on the body, rotor_torque [N m] from the body on the rotor.
+    zero.  torque_b [N m] (3,) acts on the body, rotor_torque [N m] (R,), or one for all, from the
+    body on the rotors.
     """
 
     inertia: np.ndarray
-    rotor: Rotor = Rotor()
+    rotors: tuple[Rotor, ...] = (Rotor(),)
     orbit: FixedDirection | KeplerOrbit = FixedDirection()
     weight_moment: np.ndarray = field(default_factory=lambda: _ZERO)
     torque_b: np.ndarray = field(default_factory=lambda: _ZERO)
-    rotor_torque: float = 0.0
+    rotor_torque: np.ndarray = field(default_factory=lambda: np.zeros(()))
+
+    def __post_init__(self) -> None:
+        torques = np.broadcast_to(np.asarray(self.rotor_torque, float), len(self.rotors))
+        object.__setattr__(self, 'rotor_torque', torques)
+
+    @property
+    def is_driven(self) -> bool:
+        """Whether something beside the field does work: a torque, a motor, friction."""
+        return bool(
+            np.any(self.torque_b)
+            or np.any(self.rotor_torque)
+            or any(rotor.is_damped for rotor in self.rotors)
+        )
+
+    @property
+    def has_turning_rotor(self) -> bool:
+        """Whether a rotor has a speed of its own."""
+        return any(rotor.turns_freely for rotor in self.rotors)
 
     @property
     def carrier_inertia(self) -> np.ndarray:
         """
-        Return the inertia (3, 3) that turns with the rate omega [kg m^2].
+        Return the inertia K (3, 3) that turns with the rate omega [kg m^2].
 
-        The whole body's; for a rotor with a speed of its own, without J a a^T (see rotor.py).
+        The whole body's without J a a^T of each rotor with a speed of its own (see rotor.py).
         """
-        rotor = self.rotor
-        if rotor.turns_freely:
-            outer = rotor.axis[..., :, None] * rotor.axis[..., None, :]
-            return self.inertia - np.asarray(rotor.inertia)[..., None, None] * outer
-        return self.inertia
+        K = self.inertia
+        for rotor in self.rotors:
+            if rotor.turns_freely:
+                outer = rotor.axis[..., :, None] * rotor.axis[..., None, :]
+                K = K - np.asarray(rotor.inertia)[..., None, None] * outer
+        return K
 
     def rotor_momentum(self, state: 'State') -> np.ndarray:
         """
-        Return h (3,) of state in body axes [N m s], the part of H beside carrier_inertia omega.
+        Return sum p a (3,) of state in body axes [N m s], the part of H beside K omega.
 
-        It is constant unless a motor torque acts.
+        It is constant unless a motor torque or friction acts.
         """
-        rotor = self.rotor
-        return rotor.axial_momentum(state.rotor_speed, state.omega_bi_b) * rotor.axis
+        h = np.zeros(3)
+        for rotor, speed in zip(self.rotors, self.rotor_speeds(state), strict=True):
+            h = h + rotor.axial_momentum(speed, state.omega_bi_b) * rotor.axis
+        return h
+
+    def rotor_speeds(self, state: 'State') -> np.ndarray:
+        """Return the rotors' speeds (R,) of state [rad/s]; ValueError: it has another number."""
+        speeds = state.rotor_speed
+        return (
+            speeds
+            if len(speeds) == len(self.rotors)
+            else np.broadcast_to(speeds, len(self.rotors))
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,10 +87,15 @@ class State:
     Attitude and rates at one instant.
 
     q_ib (4,): body to inertial; omega_bi_b [rad/s] (3,); rotor_speed [rad/s] relative to the body
-    and rotor_angle [rad], nan where the rotor has none.
+    and rotor_angle [rad] (R,), nan where a rotor has none.  Given as one number, it is for one
+    rotor.
     """
 
     q_ib: np.ndarray
     omega_bi_b: np.ndarray
-    rotor_speed: float = np.nan
-    rotor_angle: float = np.nan
+    rotor_speed: np.ndarray = field(default_factory=lambda: np.array([np.nan]))
+    rotor_angle: np.ndarray = field(default_factory=lambda: np.array([np.nan]))
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, 'rotor_speed', np.atleast_1d(self.rotor_speed))
+        object.__setattr__(self, 'rotor_angle', np.atleast_1d(self.rotor_angle))

@@ -28,16 +28,17 @@ def gravity_gradient(inertia, c_b, gradient) -> np.ndarray:
 
 def angular_momentum(system: System, omega_bi_b, rotor_speed) -> np.ndarray:
     """
-    Return H = I omega + J s a, or I omega + h, [N m s] in body axes, shape (..., 3).
+    Return H = K omega + sum p a [N m s] in body axes, shape (..., 3).
 
-    omega_bi_b [rad/s] (..., 3); rotor_speed [rad/s] (...), not looked at where the rotor has none.
+    omega_bi_b [rad/s] (..., 3); rotor_speed [rad/s] (..., R), nan where a rotor has none.
     """
-    rotor = system.rotor
     momentum = times(system.carrier_inertia, np.moveaxis(omega_bi_b, -1, 0))
-    p = rotor.axial_momentum(rotor_speed, omega_bi_b)
-    return np.stack(
-        [H + p * a for H, a in zip(momentum, np.moveaxis(rotor.axis, -1, 0), strict=True)], axis=-1
-    )
+    for i, rotor in enumerate(system.rotors):
+        speed = rotor_speed[..., i] if rotor.turns_freely else np.nan
+        p = rotor.axial_momentum(speed, omega_bi_b)
+        axis = np.moveaxis(rotor.axis, -1, 0)
+        momentum = [H + p * a for H, a in zip(momentum, axis, strict=True)]
+    return np.stack(momentum, axis=-1)
 
 
 def times(M, v):

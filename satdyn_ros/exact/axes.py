@@ -3,15 +3,8 @@
 import numpy as np
 
 from ..dynamics import rotation
-from ..dynamics.inertia import principal_axes
-
-# Relative difference of moments, and sine of an angle, that counts as rounding of the input.
-ROUNDING = 1e-12
-
-
-def parallel(a, b) -> bool:
-    """Whether the vectors a and b (3,) are parallel, opposite, or one of them is zero."""
-    return bool(np.linalg.norm(np.cross(a, b)) <= ROUNDING * np.linalg.norm(a) * np.linalg.norm(b))
+from ..dynamics.inertia import ROUNDING
+from ..dynamics.system import State, System
 
 
 def is_principal(inertia, axis) -> bool:
@@ -27,11 +20,19 @@ def is_symmetric(inertia, axis) -> bool:
     return bool(first == second)
 
 
-def symmetry_axis(inertia) -> np.ndarray | None:
-    """Return the unit axis (3,) whose moment is apart from two equal ones, None without one."""
-    moments, R_bp = principal_axes(inertia)
-    apart = [abs(moments[k - 1] - moments[k - 2]) > ROUNDING * np.max(moments) for k in range(3)]
-    return R_bp[:, apart.index(False)] if sum(apart) == 2 else None
+def rotor_axes(system: System, state: State) -> list[np.ndarray]:
+    """
+    Return the unit axes (3,) along which rotors matter, of each that turns and of their momentum.
+
+    A rotor that turns has an angle to be known, even where the momentum of all is zero.
+    """
+    axes = [rotor.axis for rotor in system.rotors if rotor.turns_freely]
+    h_b = system.rotor_momentum(state)
+    if not np.any(h_b):
+        return axes
+    # The axis itself where there is one alone: it has no rounding.
+    alone = len(system.rotors) == 1
+    return [*axes, system.rotors[0].axis if alone else h_b / np.linalg.norm(h_b)]
 
 
 def principal_axes_about(axis, inertia) -> tuple[np.ndarray, np.ndarray]:

@@ -11,11 +11,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ..dynamics.equilibria import imbalance
+from ..dynamics.inertia import ROUNDING, symmetry_axis
 from ..dynamics.motion import Motion
 from ..dynamics.orbit import KeplerOrbit
 from ..dynamics.propagator import Propagation
 from ..dynamics.system import State, System
-from .axes import ROUNDING, symmetry_axis
 from .planar import Planar
 from .steady import Steady
 
@@ -45,7 +45,7 @@ def rotation_class(system: System, state: State, start_s: float = 0.0) -> Rotati
     orbit = system.orbit
     if not (isinstance(orbit, KeplerOrbit) and orbit.is_circular):
         raise ValueError('the classes of rotation are those on an orbit.type of circular')
-    if np.any(system.torque_b) or system.rotor_torque or np.any(system.weight_moment):
+    if system.is_driven or np.any(system.weight_moment):
         raise ValueError('the classes of rotation are those without an applied torque or weight')
     if Steady.why_not(system, state, start_s) is None:
         return RotationClass(True, True, 'the torque balances the turn of the angular momentum')
@@ -53,11 +53,11 @@ def rotation_class(system: System, state: State, start_s: float = 0.0) -> Rotati
     if not_planar is None:
         why = 'the body swings or tumbles about the orbit normal, a principal axis'
         return RotationClass(True, False, why)
-    volterra = not system.rotor.turns_freely
+    volterra = not system.has_turning_rotor
     if volterra and _is_spherical(system.inertia):
         why = 'the rotor of a spherical body is not along the axis of rotation'
         return RotationClass(False, False, why)
-    if volterra and symmetry_axis(system.inertia) is not None:
+    if volterra and symmetry_axis([system.inertia]) is not None:
         return RotationClass(False, False, not_planar)
     return _watched(system, state, start_s, not_planar)
 

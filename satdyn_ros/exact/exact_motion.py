@@ -1,6 +1,7 @@
-"""What all closed forms share: the rotor's speed and angle follow from the body's motion."""
+"""What all closed forms share: the rotors' speeds and angles follow from the body's motion."""
 
 from abc import abstractmethod
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,7 +28,12 @@ class ExactMotion(Motion):
     A motion in closed form, evaluated at any time without stepping.
 
     ValueError: it does not apply, with the sentence of why_not.
+
+    takes_torque_b: whether it may hold under a constant torque on the body, which its own
+    conditions then judge.  Every other motion is refused for a driven system.
     """
+
+    takes_torque_b = False
 
     def __init__(self, system: System, state: State, start_s: float = 0.0):
         super().__init__(system, state, start_s)
@@ -36,13 +42,22 @@ class ExactMotion(Motion):
             raise ValueError(reason)
 
     @classmethod
-    @abstractmethod
     def why_not(cls, system: System, state: State, start_s: float = 0.0) -> str | None:
         """
         Return one sentence that says why this closed form does not apply, or None.
 
         start_s: seconds from tick 0, which say where the attracting centre is.
         """
+        if any(rotor.is_damped for rotor in system.rotors):
+            return 'rotor.friction is not zero: friction drives the body'
+        if (replace(system, torque_b=np.zeros(3)) if cls.takes_torque_b else system).is_driven:
+            return 'a torque is applied to the body or to a rotor'
+        return cls._why_not(system, state, start_s)
+
+    @classmethod
+    @abstractmethod
+    def _why_not(cls, system: System, state: State, start_s: float = 0.0) -> str | None:
+        """Return why_not of a system without motor torque and friction."""
 
     @abstractmethod
     def facts(self) -> list[Fact]:
@@ -53,18 +68,21 @@ class ExactMotion(Motion):
         """Return q_ib (N, 4) and omega_bi_b (N, 3) at t_s (N,)."""
 
     @abstractmethod
-    def axial_turn(self, t_s):
-        """Return the integral of a . omega from 0 to t_s [rad], (N,), a the rotor's axis."""
+    def axial_turn(self, t_s, axis):
+        """Return the integral of axis . omega from 0 to t_s [rad], (N,), for a rotor's axis."""
 
     def _states(self, t_s):
         q_ib, omega_bi_b = self.attitude(t_s)
         # The start is what was asked for, to the last bit.
         start_rows = t_s == 0.0
         q_ib[start_rows], omega_bi_b[start_rows] = self.state.q_ib, self.state.omega_bi_b
-        rotor, start, no_work = self.system.rotor, self.state, np.zeros(len(t_s))
-        if not rotor.turns_freely:
-            absent = np.full(len(t_s), np.nan)
-            return q_ib, omega_bi_b, absent, absent, no_work
-        p = rotor.axial_momentum(start.rotor_speed, start.omega_bi_b)
-        angle = start.rotor_angle + p / rotor.inertia * t_s - self.axial_turn(t_s)
-        return q_ib, omega_bi_b, rotor.speed(p, omega_bi_b), angle, no_work
+        start, rotors = self.state, self.system.rotors
+        speeds = np.full((len(t_s), len(rotors)), np.nan)
+        angles = speeds.copy()
+        for i, rotor in enumerate(rotors):
+            if rotor.turns_freely:
+                p = rotor.axial_momentum(start.rotor_speed[i], start.omega_bi_b)
+                turned = p / rotor.inertia * t_s - self.axial_turn(t_s, rotor.axis)
+                speeds[:, i] = rotor.speed(p, omega_bi_b)
+                angles[:, i] = start.rotor_angle[i] + turned
+        return q_ib, omega_bi_b, speeds, angles, np.zeros(len(t_s))

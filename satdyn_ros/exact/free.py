@@ -15,9 +15,10 @@ import numpy as np
 from numpy.polynomial import polynomial
 
 from ..dynamics import rotation
+from ..dynamics.inertia import ROUNDING, are_parallel
 from ..dynamics.stability import eigenvalue_squared
 from ..dynamics.system import State, System
-from .axes import ROUNDING, is_principal, principal_axes_about
+from .axes import is_principal, principal_axes_about, rotor_axes
 from .exact_motion import ExactMotion, Fact
 from .flow import Flow
 from .nutation import Nutation
@@ -55,8 +56,9 @@ class Free(ExactMotion):
         H_b = system.carrier_inertia @ state.omega_bi_b + h_b
         self.L = float(np.linalg.norm(H_b))
         self.E = float(state.omega_bi_b @ system.carrier_inertia @ state.omega_bi_b) / 2.0
-        self._is_rigid = not (system.rotor.turns_freely or np.any(h_b))
-        axis = _polhode_axis(system, self.E, self.L) if self._is_rigid else system.rotor.axis
+        axes = rotor_axes(system, state)
+        self._is_rigid = not axes
+        axis = _polhode_axis(system, self.E, self.L) if self._is_rigid else axes[0]
         self._moments, self._R_bp = principal_axes_about(axis, system.carrier_inertia)
         self._h = float(h_b @ self._R_bp[:, 2])
         self._q_bp = rotation.from_matrix(self._R_bp)
@@ -70,10 +72,8 @@ class Free(ExactMotion):
         self._solve(q_lp, omega_p)
 
     @classmethod
-    def why_not(cls, system: System, state: State, start_s: float = 0.0) -> str | None:
+    def _why_not(cls, system: System, state: State, start_s: float = 0.0) -> str | None:
         """Return one sentence that says why this closed form does not apply, or None."""
-        if np.any(system.torque_b) or system.rotor_torque != 0.0:
-            return 'a torque is applied to the body or to the rotor'
         if np.any(system.weight_moment):
             return 'body.weight_moment is not zero'
         moments = np.linalg.eigvalsh(system.inertia)
@@ -81,9 +81,11 @@ class Free(ExactMotion):
         if gradient != 0.0 and np.ptp(moments) > ROUNDING * np.max(moments):
             return 'the gravity gradient acts on the body'
         carrier, h_b = system.carrier_inertia, system.rotor_momentum(state)
-        has_rotor = system.rotor.turns_freely or np.any(h_b)
-        if has_rotor and not is_principal(carrier, system.rotor.axis):
+        axes = rotor_axes(system, state)
+        if axes and not is_principal(carrier, axes[0]):
             return 'rotor.axis is not a principal axis of the body'
+        if not all(are_parallel(axes[0], axis) for axis in axes):
+            return 'the rotors are not all along one principal axis of the body'
         H = np.linalg.norm(carrier @ state.omega_bi_b + h_b)
         if H <= ROUNDING * (np.linalg.norm(h_b) + np.linalg.norm(carrier @ state.omega_bi_b)):
             return 'the angular momentum is zero'
@@ -131,9 +133,9 @@ class Free(ExactMotion):
         q_ib = rotation.multiply(q_ip, rotation.conjugate(self._q_bp))
         return q_ib, rotation.rotate(self._q_bp, omega_p)
 
-    def axial_turn(self, t_s):
-        """Return the integral of a . omega from 0 to t_s [rad], (N,), a the rotor's axis."""
-        sign = np.sign(self._R_bp[:, 2] @ self.system.rotor.axis)
+    def axial_turn(self, t_s, axis):
+        """Return the integral of axis . omega from 0 to t_s [rad], (N,), for a rotor's axis."""
+        sign = np.sign(self._R_bp[:, 2] @ axis)
         swept = self.L * self.flow.nutation.integral(t_s) - self._h * t_s
         return sign * swept / self._moments[2]
 

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..dynamics import rotation
-from ..dynamics.inertia import principal_axes
-from .axes import ROUNDING, parallel
+from ..dynamics.inertia import ROUNDING, are_parallel, principal_axes
 
 
 def polhode(inertia, omega, angle_rad) -> np.ndarray:
@@ -27,7 +26,7 @@ def polhode(inertia, omega, angle_rad) -> np.ndarray:
     omega, moments, R_bp = np.asarray(omega, float), *principal_axes(inertia)
     w = R_bp.T @ omega
     square = moments * w**2
-    if parallel(omega, inertia @ omega):
+    if are_parallel(omega, inertia @ omega):
         return np.tile(omega / np.sqrt(np.sum(square)), (len(angle_rad), 1))
     # L^2 - 2 E I_j without cancellation; the axis enclosed is the largest or smallest moment's.
     excess = [np.sum((moments - moments[j]) * square) for j in range(3)]

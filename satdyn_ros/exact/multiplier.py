@@ -9,7 +9,7 @@ one (De Brun's problem) between the two least and above the greatest.
 
 import numpy as np
 
-from .axes import ROUNDING
+from ..dynamics.inertia import ROUNDING
 
 
 def alphas(moments: np.ndarray, nu: float, sign: int, field: int = 1) -> np.ndarray:

@@ -15,9 +15,10 @@ k = 3 mu / r^3 the gradient and m the weight moment, where there is one.
 import numpy as np
 
 from ..dynamics import rotation
+from ..dynamics.inertia import ROUNDING, are_parallel
 from ..dynamics.orbit import KeplerOrbit
 from ..dynamics.system import State, System
-from .axes import ROUNDING, is_principal, parallel, principal_axes_about
+from .axes import is_principal, principal_axes_about
 from .exact_motion import ExactMotion, Fact
 from .offset_pendulum import Field, OffsetPendulum
 from .pendulum import Pendulum
@@ -61,10 +62,8 @@ class Planar(ExactMotion):
         self.period_s = self.pendulum.period_s
 
     @classmethod
-    def why_not(cls, system: System, state: State, start_s: float = 0.0) -> str | None:
+    def _why_not(cls, system: System, state: State, start_s: float = 0.0) -> str | None:
         """Return one sentence that says why this closed form does not apply, or None."""
-        if np.any(system.torque_b) or system.rotor_torque != 0.0:
-            return 'a torque is applied to the body or to the rotor'
         orbit, omega, normal = system.orbit, state.omega_bi_b, _normal(system, state)
         if isinstance(orbit, KeplerOrbit):
             if not orbit.is_circular:
@@ -76,7 +75,7 @@ class Planar(ExactMotion):
             name, c_i = 'axis of rotation', orbit.direction(0.0)
             if abs(rotation.rotate(state.q_ib, normal) @ c_i) > ROUNDING:
                 return 'the axis of rotation is not across the direction to the attracting centre'
-        if not parallel(system.rotor_momentum(state), normal):
+        if not are_parallel(system.rotor_momentum(state), normal):
             return f'the rotor is not along the {name}'
         if not all(is_principal(I, normal) for I in (system.inertia, system.carrier_inertia)):
             return f'the {name} is not a principal axis of the body'
@@ -106,10 +105,10 @@ class Planar(ExactMotion):
         omega = (rate + self._line_rate)[:, None] * self.normal_b
         return rotation.multiply(self.state.q_ib, turn), omega
 
-    def axial_turn(self, t_s):
-        """Return the integral of a . omega from 0 to t_s [rad], (N,), a the rotor's axis."""
+    def axial_turn(self, t_s, axis):
+        """Return the integral of axis . omega from 0 to t_s [rad], (N,), for a rotor's axis."""
         theta, _ = self.pendulum.at(t_s)
-        return self.system.rotor.axis @ self.normal_b * self._turn(theta, t_s)
+        return axis @ self.normal_b * self._turn(theta, t_s)
 
     def _turn(self, theta, t_s):
         """Return the angle about the normal that the body has turned in space [rad]."""

@@ -12,9 +12,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from ..dynamics.inertia import principal_axes
+from ..dynamics.inertia import ROUNDING, principal_axes
 from . import elliptic
-from .axes import ROUNDING
 
 
 class Poinsot:

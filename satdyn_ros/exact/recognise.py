@@ -40,8 +40,7 @@ def explain(system: System, state: State, start_s: float = 0.0) -> str | None:
     reasons = {candidate: candidate.why_not(system, state, start_s) for candidate in CANDIDATES}
     if None in reasons.values():
         return None
-    driven = np.any(system.torque_b) or system.rotor_torque != 0.0
-    if isinstance(system.orbit, KeplerOrbit) or driven:
+    if isinstance(system.orbit, KeplerOrbit) or system.is_driven:
         return reasons[Planar]
     has_field = system.orbit.gradient != 0.0 or np.any(system.weight_moment)
     of_the_field = (Planar, Symmetric, Stationary) if has_field else (Free, Symmetric)

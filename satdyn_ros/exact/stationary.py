@@ -130,18 +130,15 @@ class Stationary(ExactMotion):
         return cls.from_constants(system, nu, c0, phase, psi0, sign)
 
     @classmethod
-    def why_not(cls, system: System, state: State, start_s: float = 0.0) -> str | None:
+    def _why_not(cls, system: System, state: State, start_s: float = 0.0) -> str | None:
         """Return one sentence that says why this closed form does not apply, or None."""
-        rotor = system.rotor
         if not isinstance(system.orbit, FixedDirection):
             return 'the direction to the attracting centre turns; orbit.type must be fixed'
-        if np.any(system.torque_b) or system.rotor_torque != 0.0:
-            return 'a torque is applied to the body or to the rotor'
         if system.orbit.gradient == 0.0:
             return 'orbit.gradient is 0: there is no field'
         if np.any(system.weight_moment):
             return 'body.weight_moment is not zero'
-        if rotor.turns_freely or rotor.momentum != 0.0:
+        if system.has_turning_rotor or np.any(system.rotor_momentum(state)):
             return 'there is a rotor'
         moments, _, gamma, omega_p = _in_principal_axes(system, state)
         omega_0, field = _field(system)
@@ -176,7 +173,7 @@ class Stationary(ExactMotion):
         q_ib = rotation.multiply(q_ik, rotation.conjugate(self._q_bk))
         return q_ib, rotation.rotate(self._q_bk, self._rates * gamma_k)
 
-    def axial_turn(self, t_s):
+    def axial_turn(self, t_s, axis):
         """Return nan (N,): no rotor turns here."""
         return np.full(len(t_s), np.nan)
 

@@ -17,10 +17,11 @@ import numpy as np
 
 from ..dynamics import rotation
 from ..dynamics.equilibria import ROUNDING, direction, is_balanced
+from ..dynamics.inertia import are_parallel
 from ..dynamics.orbit import FixedDirection
 from ..dynamics.system import State, System
 from ..dynamics.torque import gravity_gradient
-from .axes import is_symmetric, parallel
+from .axes import is_symmetric
 from .exact_motion import ExactMotion, Fact
 
 
@@ -36,6 +37,7 @@ class Steady(ExactMotion):
     """
 
     name = 'steady rotation'
+    takes_torque_b = True
     source = 'Agostinelli 1977; Balli and Grioli 1979, sec. 3'
 
     def __init__(self, system: System, state: State, start_s: float = 0.0):
@@ -44,10 +46,8 @@ class Steady(ExactMotion):
         self.axis_b = state.omega_bi_b / self.rate if self.rate else np.array([0.0, 0.0, 1.0])
 
     @classmethod
-    def why_not(cls, system: System, state: State, start_s: float = 0.0) -> str | None:
+    def _why_not(cls, system: System, state: State, start_s: float = 0.0) -> str | None:
         """Return one sentence that says why this closed form does not apply, or None."""
-        if system.rotor_torque != 0.0:
-            return 'a motor torque acts on the rotor'
         if not is_balanced(system, state, start_s):
             return 'the torque does not balance omega x H: the rate of rotation changes'
         if not _torque_stays(system, state, start_s):
@@ -69,9 +69,9 @@ class Steady(ExactMotion):
         omega = np.tile(self.state.omega_bi_b, (len(t_s), 1))
         return rotation.multiply(self.state.q_ib, turn), omega
 
-    def axial_turn(self, t_s):
-        """Return the integral of a . omega from 0 to t_s [rad], (N,), a the rotor's axis."""
-        return self.system.rotor.axis @ self.state.omega_bi_b * np.asarray(t_s)
+    def axial_turn(self, t_s, axis):
+        """Return the integral of axis . omega from 0 to t_s [rad], (N,), for a rotor's axis."""
+        return axis @ self.state.omega_bi_b * np.asarray(t_s)
 
 
 def _torque_stays(system, state, start_s):
@@ -85,7 +85,7 @@ def _torque_stays(system, state, start_s):
     rate = np.linalg.norm(omega)
     if isinstance(orbit, FixedDirection):
         axis = omega / rate if rate else c
-        c_stays, c_keeps_angle = parallel(omega, c), parallel(m, axis)
+        c_stays, c_keeps_angle = are_parallel(omega, c), are_parallel(m, axis)
     else:
         axis = rotation.rotate(rotation.conjugate(state.q_ib), orbit.normal)
         gone = np.linalg.norm(omega - orbit.mean_motion * axis)

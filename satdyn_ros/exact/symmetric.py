@@ -10,11 +10,12 @@ body H1 = H2 = 0.  The coefficients of f are derived in docs/theory.md.
 import numpy as np
 
 from ..dynamics import rotation
+from ..dynamics.inertia import are_parallel, symmetry_axis
 from ..dynamics.motion import Motion
 from ..dynamics.orbit import FixedDirection
 from ..dynamics.rotor import Rotor
 from ..dynamics.system import State, System
-from .axes import is_symmetric, parallel, principal_axes_about, symmetry_axis
+from .axes import is_symmetric, principal_axes_about, rotor_axes
 from .cones import Cones
 from .exact_motion import ExactMotion, Fact
 from .flow import Flow
@@ -42,7 +43,7 @@ class Symmetric(ExactMotion):
 
     def __init__(self, system: System, state: State, start_s: float = 0.0):
         super().__init__(system, state, start_s)
-        (A, _, C), R_bp = principal_axes_about(_axis(system), system.carrier_inertia)
+        (A, _, C), R_bp = principal_axes_about(_axis(system, state), system.carrier_inertia)
         (whole_A, _, whole_C), _ = principal_axes_about(R_bp[:, 2], system.inertia)
         h3 = system.rotor_momentum(state) @ R_bp[:, 2]
         H1 = -float(system.orbit.gradient_at(start_s)) / 2.0 * (whole_C - whole_A)
@@ -60,25 +61,23 @@ class Symmetric(ExactMotion):
         """
         rotor = Rotor('constant_momentum', axis=np.array([0.0, 0.0, 1.0]), momentum=h3)
         motion = cls.__new__(cls)
-        Motion.__init__(motion, System(np.diag([A, A, C]), rotor, FixedDirection()), state)
+        Motion.__init__(motion, System(np.diag([A, A, C]), (rotor,), FixedDirection()), state)
         motion._solve(A, C, h3, H1, H2, np.eye(3))
         return motion
 
     @classmethod
-    def why_not(cls, system: System, state: State, start_s: float = 0.0) -> str | None:
+    def _why_not(cls, system: System, state: State, start_s: float = 0.0) -> str | None:
         """Return one sentence that says why this closed form does not apply, or None."""
         if not isinstance(system.orbit, FixedDirection):
             return 'the direction to the attracting centre turns; orbit.type must be fixed'
-        if np.any(system.torque_b) or system.rotor_torque != 0.0:
-            return 'a torque is applied to the body or to the rotor'
-        axis, carrier = _axis(system), system.carrier_inertia
+        axis, carrier = _axis(system, state), system.carrier_inertia
         if not is_symmetric(carrier, axis):
             return 'the body (without a rotor that turns freely) has no two equal moments'
         if system.orbit.gradient != 0.0 and not is_symmetric(system.inertia, axis):
             return 'body.inertia is not symmetric about the axis of the body without its rotor'
-        if not parallel(axis, system.weight_moment):
+        if not are_parallel(axis, system.weight_moment):
             return 'body.weight_moment is not along the symmetry axis'
-        if not parallel(axis, _rotor_axis(system)):
+        if not all(are_parallel(axis, a) for a in rotor_axes(system, state)):
             return 'rotor.axis is not along the symmetry axis'
         return None
 
@@ -118,10 +117,10 @@ class Symmetric(ExactMotion):
         _, _, pq = self.flow.at(t_s)
         return np.stack([pq.real, pq.imag, np.full(len(t_s), self.r0)], axis=-1)
 
-    def axial_turn(self, t_s):
-        """Return the integral of a . omega from 0 to t_s [rad], (N,), a the rotor's axis."""
+    def axial_turn(self, t_s, axis):
+        """Return the integral of axis . omega from 0 to t_s [rad], (N,), for a rotor's axis."""
         axis_b = rotation.rotate(self.q_bp, [0.0, 0.0, 1.0])
-        return np.sign(axis_b @ self.system.rotor.axis) * self.r0 * np.asarray(t_s)
+        return np.sign(axis_b @ axis) * self.r0 * np.asarray(t_s)
 
     def _solve(self, A, C, h3, H1, H2, R_bp):
         self.A, self.C, self.h3, self.H1, self.H2 = A, C, h3, H1, H2
@@ -156,21 +155,15 @@ class Symmetric(ExactMotion):
         self.theta_limits = nutation.turning.theta_limits
 
 
-def _axis(system):
+def _axis(system, state):
     """Return the unit vector (3,) that is the symmetry axis, if the system has one."""
-    candidates = [symmetry_axis(system.carrier_inertia)]
+    candidates = [symmetry_axis([system.carrier_inertia])]
     if system.orbit.gradient != 0.0:
-        candidates.append(symmetry_axis(system.inertia))
-    for vector in (system.weight_moment, _rotor_axis(system)):
+        candidates.append(symmetry_axis([system.inertia]))
+    for vector in (system.weight_moment, *rotor_axes(system, state)):
         if np.any(vector):
             candidates.append(vector / np.linalg.norm(vector))
     return next((axis for axis in candidates if axis is not None), np.array([0.0, 0.0, 1.0]))
-
-
-def _rotor_axis(system):
-    """Return the rotor's axis (3,), zero where the rotor plays no part."""
-    rotor = system.rotor
-    return rotor.axis if rotor.turns_freely or rotor.momentum != 0.0 else np.zeros(3)
 
 
 def _from_pole(A, H1, H2, j, l, kinetic):

@@ -154,3 +154,26 @@ def is_vector(type_name: str) -> bool:
     parts = schemas.fields(type_name)
     one_type = {(part.type, part.length) for part in parts} == {(parts[0].type, None)}
     return one_type and parts[0].type in _NUMBERS
+
+
+class Reader:
+    """The values of a message's bytes one after the other; ValueError: there are none left."""
+
+    def __init__(self, data: bytes):
+        self._data, self._at = data, len(ENCAPSULATION)
+
+    def numbers(self, type_name: str, count: int) -> list[Any]:
+        """Return so many numbers of a type."""
+        dtype = np.dtype(_NUMBERS[type_name])
+        self._at += (len(ENCAPSULATION) - self._at) % dtype.itemsize
+        values = np.frombuffer(self._data, dtype, count, self._at)
+        self._at += values.nbytes
+        return values.tolist()
+
+    def count(self) -> int:
+        """Return the number of elements of a sequence, or of bytes of a string."""
+        return self.numbers('uint32', 1)[0]
+
+    def string(self) -> str:
+        """Return a string."""
+        return bytes(self.numbers('uint8', self.count())[:-1]).decode()

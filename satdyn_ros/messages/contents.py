@@ -16,7 +16,7 @@ from . import markers
 
 @dataclass(frozen=True, eq=False)
 class Inputs:
-    """What came in on an input topic: stamps_ns (N,) and torques [N m] of shape (N, 3) or (N,)."""
+    """What came in on an input topic: stamps_ns (N,) and torques [N m], (N, 3), (N, R) or (N,)."""
 
     stamps_ns: np.ndarray
     torques: np.ndarray
@@ -77,14 +77,16 @@ def gravity_gradient(frames, system):
 
 
 def rotor(frames, system):
-    """Return sensor_msgs/JointState: what the mode of the rotor knows of it."""
-    turns, driven = system.rotor.turns_freely, system.rotor.mode == 'motor'
+    """Return sensor_msgs/JointState: all rotors; an array is empty where none has its values."""
+    rotors = system.rotors
+    turns = any(rotor.turns_freely for rotor in rotors)
+    driven = any(rotor.mode == 'motor' for rotor in rotors)
     return {
         'header': header(frames.body),
-        'name': ['rotor'],
-        'position': [_rotor_angle] if turns else [],
-        'velocity': [_rotor_speed] if turns else [],
-        'effort': [_rotor_torque] if driven else [],
+        'name': [rotor.label for rotor in rotors],
+        'position': [_rotor_angle(i) for i in range(len(rotors))] if turns else [],
+        'velocity': [_rotor_speed(i) for i in range(len(rotors))] if turns else [],
+        'effort': [_rotor_torque(i) for i in range(len(rotors))] if driven else [],
     }
 
 
@@ -123,9 +125,15 @@ def torque_input(frames, system):
     return {'header': header(frames.body), 'wrench': {'torque': _torques}}
 
 
-def rotor_torque_input(frames, system):
+def rotor_torque_input():
     """Return std_msgs/Float64 of Inputs."""
     return {'data': _torques}
+
+
+def rotor_command(frames, names):
+    """Return sensor_msgs/JointState of Inputs (N, R): motor torques of the rotors of names."""
+    efforts = [_torque_of(i) for i in range(len(names))]
+    return {'header': header(frames.body), 'name': list(names), 'effort': efforts}
 
 
 def _seconds(samples):
@@ -174,17 +182,25 @@ def _gravity_gradient(samples):
     return torque.gravity_gradient(samples.system.inertia, states.c_b, gradient)
 
 
-def _rotor_angle(samples):
-    return samples.states.rotor_angle
+def _rotor_angle(i):
+    return lambda samples: samples.states.rotor_angle[:, i]
 
 
-def _rotor_speed(samples):
-    return samples.states.rotor_speed
+def _rotor_speed(i):
+    return lambda samples: samples.states.rotor_speed[:, i]
 
 
-def _rotor_torque(samples):
-    return samples.system.rotor_torque
+def _rotor_torque(i):
+    def effort(samples):
+        is_motor = samples.system.rotors[i].mode == 'motor'
+        return samples.system.rotor_torque[i] if is_motor else np.nan
+
+    return effort
 
 
 def _torques(inputs):
     return inputs.torques
+
+
+def _torque_of(i):
+    return lambda inputs: inputs.torques[:, i]

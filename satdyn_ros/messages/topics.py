@@ -1,6 +1,6 @@
 """The one table of topics: what each is called, what it says, and how samples become messages."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -52,8 +52,32 @@ def pack_torque(stamp_ns: int, torque_b, frames: Frames) -> bytes:
 
 
 def pack_rotor_torque(torque: float) -> bytes:
-    """Return the message of the input rotor_torque [N m]."""
-    return _pack_input('rotor_torque', None, 0, torque)
+    """Return std_msgs/Float64, the input rotor_torque [N m] in bags of version 0.1."""
+    inputs = contents.Inputs(np.array([0]), np.array([torque], float))
+    return ROTOR_TORQUE.pack(inputs).tobytes()
+
+
+def pack_rotor_command(stamp_ns: int, torques: Mapping[str, float], frames: Frames) -> bytes:
+    """Return the message of the input rotor_command: torques [N m] by rotor."""
+    inputs = contents.Inputs(np.array([stamp_ns]), np.array([list(torques.values())], float))
+    return _command_packer(frames, tuple(torques)).pack(inputs).tobytes()
+
+
+def rotor_command_of(data: bytes) -> dict[str, float]:
+    """Return the torques [N m] by rotor of a message; ValueError: it is no JointState."""
+    reader = cdr.Reader(data)
+    reader.numbers('int32', 2)
+    reader.string()
+    names = [reader.string() for _ in range(reader.count())]
+    _positions, _velocities, efforts = (
+        reader.numbers('float64', count) if (count := reader.count()) else [] for _ in range(3)
+    )
+    return dict(zip(names, efforts, strict=True))
+
+
+@cache
+def _command_packer(frames, names):
+    return Packer(TOPICS['rotor_command'].type, contents.rotor_command(frames, names))
 
 
 def _pack_input(name, frames, stamp_ns, torque):
@@ -121,8 +145,8 @@ _TABLE = (
         'sensor_msgs/msg/JointState',
         'state',
         'body',
-        'angle [rad], speed relative to the body [rad/s] and motor torque [N m] of the rotor; '
-        'arrays are empty where the mode has no such value',
+        'angle [rad], speed relative to the body [rad/s] and motor torque after its limits [N m] '
+        'of all rotors; arrays are empty where no rotor has such a value',
         contents.rotor,
     ),
     Topic(
@@ -184,14 +208,18 @@ _TABLE = (
         contents.torque_input,
     ),
     Topic(
-        'rotor_torque',
-        'std_msgs/msg/Float64',
+        'rotor_command',
+        'sensor_msgs/msg/JointState',
         'input',
-        '',
-        'motor torque on the rotor [N m], held until the next one or the timeout',
-        contents.rotor_torque_input,
+        'body',
+        'motor torques by name (effort [N m]), held until the next one or the timeout; rotors '
+        'not named keep theirs',
+        None,
     ),
 )
+
+# The input of version 0.1 in place of rotor_command: the motor torque on its one rotor.
+ROTOR_TORQUE = Packer('std_msgs/msg/Float64', contents.rotor_torque_input())
 
 # By the names that publish.topics takes: without a slash.
 TOPICS: dict[str, Topic] = {topic.name.lstrip('/'): topic for topic in _TABLE}

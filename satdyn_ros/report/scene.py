@@ -111,20 +111,20 @@ def _column(name, values):
 
 def rotor_names(scenario: Scenario) -> list[str]:
     """Return the names of the rotors."""
-    return [rotor['name'] for rotor in _rotors(scenario)] or ['rotor']
+    return [rotor.label for rotor in scenario.system.rotors]
 
 
 def _rotors(scenario):
-    rotor = scenario.system.rotor
-    if rotor.mode == 'none':
+    if all(rotor.mode == 'none' for rotor in scenario.system.rotors):
         return []
     return [
         {
-            'name': 'rotor',
+            'name': rotor.label,
             'axis': rotor.axis.tolist(),
             'mode': rotor.mode,
             'momentum': rotor.momentum,
         }
+        for rotor in scenario.system.rotors
     ]
 
 

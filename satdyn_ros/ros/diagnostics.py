@@ -173,7 +173,7 @@ class InputsReport:
         tally, system = self._tally, self._simulation.system
         values = {
             'torque that acts [N m]': tuple(system.torque_b.tolist()),
-            'rotor torque that acts [N m]': system.rotor_torque,
+            'rotor torques that act [N m]': tuple(system.rotor_torque.tolist()),
             'accepted': tally.accepted,
             'refused': tally.refused,
             'lost on the way': tally.lost,

@@ -12,7 +12,7 @@ from rclpy.node import Node
 from ..dynamics.system import System
 from ..messages import qos
 from ..messages.topics import TOPICS
-from ..run.events import Event, RotorTorque, Torque
+from ..run.events import Event, RotorCommand, Torque, rotor_torques
 from ..run.scenario import Scenario
 from ..run.simulation import Simulation
 from .pacing import Pacing
@@ -35,7 +35,7 @@ class Tally:
 
 class Inputs:
     """
-    The subscriptions `torque` and, for a motor, `rotor_torque`.
+    The subscriptions `torque` and, where a rotor is a motor, `rotor_command`.
 
     A message is refused in another frame than the body's, with a force, with a number that is not
     finite, or where motion.method is exact and there is no closed form with it; of each kind of
@@ -50,8 +50,8 @@ class Inputs:
         self._node, self._scenario = node, scenario
         self._simulation, self._pacing = simulation, pacing
         self._subscribe('torque', self._take_torque)
-        if scenario['rotor.mode'] == 'motor':
-            self._subscribe('rotor_torque', self._take_rotor_torque)
+        if any(rotor.mode == 'motor' for rotor in scenario.system.rotors):
+            self._subscribe('rotor_command', self._take_rotor_command)
 
     def _subscribe(self, name: str, callback: Callable):
         topic = TOPICS[name]
@@ -87,14 +87,27 @@ class Inputs:
         if self._is_taken('torque', (x, y, z), torque_b=np.array([x, y, z])):
             self._pacing.put(event_at, 'torque')
 
-    def _take_rotor_torque(self, message):
-        torque = message.data
+    def _take_rotor_command(self, message):
+        names, efforts = list(message.name), list(message.effort)
+        if len(names) != len(efforts):
+            return self._refuse(
+                'rotors',
+                f'rotor_command has {len(names)} names and {len(efforts)} efforts; it takes an '
+                'effort for each name',
+            )
+        if len(set(names)) != len(names):
+            return self._refuse('rotors', f'rotor_command names a rotor twice: {", ".join(names)}')
+        try:
+            torques = rotor_torques(dict(zip(names, efforts, strict=True)), self._scenario)
+        except ValueError as error:
+            return self._refuse('rotors', f'rotor_command is refused: {error}')
 
         def event_at(tick: int) -> Event:
-            return RotorTorque(tick, torque, self._until(tick))
+            return RotorCommand(tick, torques, self._until(tick))
 
-        if self._is_taken('rotor_torque', (torque,), rotor_torque=torque):
-            self._pacing.put(event_at, 'rotor_torque')
+        acting = [torques.get(rotor.label, 0.0) for rotor in self._scenario.system.rotors]
+        if self._is_taken('rotor_command', efforts, rotor_torque=np.array(acting)):
+            self._pacing.put(event_at, ' '.join(['rotor_command', *sorted(names)]))
 
     def _until(self, tick):
         return self._simulation.timeout_tick(tick, self.timeout_s)

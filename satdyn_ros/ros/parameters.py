@@ -15,8 +15,8 @@ from rcl_interfaces.msg import (
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from ..run.keys import KEYS, Key
-from ..run.scenario import INITIAL_CONDITIONS, Scenario
+from ..run.keys import Key
+from ..run.scenario import Scenario
 
 # Parameters of rclpy's own beside ours.
 _FOREIGN = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
@@ -93,7 +93,7 @@ class Parameters:
         self._node = node
         self._changed = changed
         self._puts_in_force = False
-        for key in KEYS.values():
+        for key in scenario.keys.values():
             value = _plain(scenario[key.name])
             node.declare_parameter(key.name, value, descriptor(key), ignore_override=True)
         node.add_pre_set_parameters_callback(self._converted)
@@ -105,13 +105,15 @@ class Parameters:
         with self.lock:
             self._puts_in_force = True
             try:
-                self._node.set_parameters_atomically([_parameter(n, v) for n, v in values.items()])
+                self._node.set_parameters_atomically(
+                    [_parameter(self.scenario.keys[n], v) for n, v in values.items()]
+                )
             finally:
                 self._puts_in_force = False
 
     def _converted(self, parameters):
         """Return the parameters in their keys' types where their values allow it."""
-        return [_converted(parameter) for parameter in parameters]
+        return [_converted(self.scenario.keys.get(p.name), p) for p in parameters]
 
     def _check(self, parameters):
         try:
@@ -122,15 +124,16 @@ class Parameters:
 
     def _act(self, parameters):
         scenario = self._with(parameters)
-        changed = [p.name for p in parameters if p.name in KEYS]
+        changed = [p.name for p in parameters if p.name in scenario.keys]
         self.scenario = scenario
         if changed and not self._puts_in_force:
             self._changed(scenario, changed)
 
     def _with(self, parameters):
         """Return the scenario with parameters changed; ValueError: they may not be."""
-        values = {p.name: plain_value(p) for p in parameters if p.name in KEYS}
-        refused = [name for name in values if name in INITIAL_CONDITIONS]
+        keys = self.scenario.keys
+        values = {p.name: plain_value(p) for p in parameters if p.name in keys}
+        refused = [name for name in values if name in self.scenario.initial_conditions]
         if refused and not self._puts_in_force:
             raise ValueError(
                 f'{refused[0]} changes through the service ~/set_initial_conditions alone, which '
@@ -143,15 +146,14 @@ def _plain(value):
     return list(value) if isinstance(value, tuple) else value
 
 
-def _parameter(name, value):
-    return Parameter(name, _TYPES[KEYS[name].kind], _plain(value))
+def _parameter(key, value):
+    return Parameter(key.name, _TYPES[key.kind], _plain(value))
 
 
-def _converted(parameter):
-    key = KEYS.get(parameter.name)
+def _converted(key, parameter):
     if key is None:
         return parameter
     try:
-        return _parameter(parameter.name, key.checked(plain_value(parameter)))
+        return _parameter(key, key.checked(plain_value(parameter)))
     except ValueError:
         return parameter

@@ -12,11 +12,12 @@ tick; torques leave it and act from it on.  In a file, events are a YAML list:
 
 Each acts at a tick, or at the first tick that is not before at_s seconds from tick 0.  A torque
 ends after torque.timeout, as in the node, unless until_s or until_tick says where; null: it holds
-until the next one.
+until the next one.  With rotor.names a rotor_torque is given by name,
+{rw_x: 0.001, rw_z: -0.002}; rotors that it does not name keep theirs.
 """
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -53,20 +54,37 @@ class Torque:
 
 
 @dataclass(frozen=True)
-class RotorTorque:
-    """A motor torque on the rotor [N m], held until the next one or until a tick."""
+class RotorCommand:
+    """Motor torques [N m] by rotor, held until the next ones for these or until a tick."""
 
     tick: int
-    torque: float
+    torques: dict[str, float] = field(default_factory=dict)
     until_tick: int | None = None
 
 
 @dataclass(frozen=True)
 class Timeout:
-    """The end of the held torques: 'torque' or 'rotor_torque' drops to zero."""
+    """
+    The end of a held torque, which drops to zero: 'torque', or 'rotor_command.NAME' of a rotor.
+
+    Version 0.1 wrote 'rotor_torque' for the one rotor that it had.
+    """
 
     tick: int
     topic: str
+
+
+@dataclass(frozen=True)
+class RotorLimited:
+    """
+    A limit of a rotor acts: 'max_torque' cuts a command, 'max_speed' drops it until the next one.
+
+    It follows from the run; where it is given beforehand, the run looks for itself.
+    """
+
+    tick: int
+    rotor: str
+    limit: str
 
 
 @dataclass(frozen=True)
@@ -91,7 +109,17 @@ class Halt:
     tick: int
 
 
-Event = Request | Reset | Torque | RotorTorque | Timeout | Topics | TorquesDropped | Halt
+Event = (
+    Request
+    | Reset
+    | Torque
+    | RotorCommand
+    | Timeout
+    | RotorLimited
+    | Topics
+    | TorquesDropped
+    | Halt
+)
 
 _AT = {
     'at_s': Key('at_s', 'double', None, 's', '', low=0.0),
@@ -108,8 +136,7 @@ _FLAGS: dict[str, Callable[[int], Event]] = {
     'torques_dropped': TorquesDropped,
     'halt': Halt,
 }
-_TIMEOUT = Key('timeout', 'string', None, '', '', choices=('torque', 'rotor_torque'))
-_WHAT = ('torque', 'rotor_torque', 'request', 'topics', 'timeout', *_FLAGS)
+_WHAT = ('torque', 'rotor_torque', 'request', 'topics', 'timeout', 'rotor_limited', *_FLAGS)
 
 
 def from_yaml(path: str | Path, scenario: Scenario) -> list[Event]:
@@ -165,25 +192,56 @@ def _event(entry, scenario) -> Event:
         case 'torque':
             return Torque(tick, _TORQUE.checked(value), _until(entry, tick, ticks, scenario))
         case 'rotor_torque':
-            if scenario['rotor.mode'] != 'motor':
-                raise ValueError(
-                    f'rotor_torque is given and rotor.mode is {scenario["rotor.mode"]}; '
-                    'it takes motor'
-                )
             until_tick = _until(entry, tick, ticks, scenario)
-            return RotorTorque(tick, _ROTOR_TORQUE.checked(value), until_tick)
+            return RotorCommand(tick, rotor_torques(value, scenario), until_tick)
         case 'request':
             if not isinstance(value, Mapping):
                 raise ValueError(f'request is {value}; it takes keys and values')
             return Request(tick, dict(flattened(value)))
         case 'topics':
             return Topics(tick, KEYS['publish.topics'].checked(value))
+        case 'rotor_limited':
+            if not (isinstance(value, Mapping) and set(value) == {'rotor', 'limit'}):
+                raise ValueError(f'rotor_limited is {value}; it takes a rotor and a limit')
+            return RotorLimited(tick, str(value['rotor']), str(value['limit']))
         case 'timeout':
-            return Timeout(tick, _TIMEOUT.checked(value))
+            held = [f'rotor_command.{rotor.label}' for rotor in scenario.system.rotors]
+            choices = ('torque', *held, 'rotor_torque')
+            key = Key('timeout', 'string', None, '', '', choices=choices)
+            return Timeout(tick, key.checked(value))
         case _:
             if not Key(what, 'bool', None, '', '').checked(value):
                 raise ValueError(f'{what} is false; it takes true')
             return _FLAGS[what](tick)
+
+
+def rotor_torques(given: Any, scenario: Scenario) -> dict[str, float]:
+    """
+    Return motor torques [N m] by rotor from what is given: by name, or a number for the one rotor.
+
+    ValueError, in one sentence: there is no such motor, or a torque is none.
+    """
+    rotors = {rotor.label: rotor for rotor in scenario.system.rotors}
+    if not isinstance(given, Mapping):
+        if scenario['rotor.names']:
+            raise ValueError(
+                f'rotor_torque is {given}; with rotor.names it takes torques by name, such as '
+                f'{{{next(iter(rotors))}: 0.001}}'
+            )
+        given = {'rotor': given}
+    for name in given:
+        if name not in rotors:
+            raise ValueError(f'there is no rotor {name}; there are {", ".join(rotors)}')
+        if rotors[name].mode != 'motor':
+            key = f'rotor.{name}.mode' if rotors[name].name else 'rotor.mode'
+            raise ValueError(
+                f'a torque on the rotor {name} is given and {key} is {rotors[name].mode}; '
+                'it takes motor'
+            )
+    return {
+        name: replace(_ROTOR_TORQUE, name=f'torque on the rotor {name}').checked(torque)
+        for name, torque in given.items()
+    }
 
 
 def _only(entry, names):
@@ -210,7 +268,7 @@ def _until(entry, tick, ticks, scenario) -> int | None:
         return None
     until_tick = _tick(ticks, name, _UNTIL[name].checked(entry[name]))
     if until_tick <= tick:
-        raise ValueError(f'{name} is {entry[name]}; it takes a time after the begin of the torque')
+        raise ValueError(f'{name} is {entry[name]}; it must be after the torque starts')
     return until_tick
 
 
@@ -219,8 +277,10 @@ def _entry(event) -> dict[str, Any]:
     match event:
         case Torque():
             what = {'torque': list(event.torque_b), 'until_tick': event.until_tick}
-        case RotorTorque():
-            what = {'rotor_torque': event.torque, 'until_tick': event.until_tick}
+        case RotorCommand():
+            what = {'rotor_torque': dict(event.torques), 'until_tick': event.until_tick}
+        case RotorLimited():
+            what = {'rotor_limited': {'rotor': event.rotor, 'limit': event.limit}}
         case Request():
             what = {'request': _plain(event.values)}
         case Topics():

@@ -1,7 +1,7 @@
 """The table of a scenario's keys (type, unit, range, default, meaning) and a value's check."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, isfinite, pi
 from numbers import Real
 from typing import Any
@@ -52,7 +52,7 @@ class Key:
         if self.kind == 'bool':
             return 'true or false'
         if self.kind == 'string_array':
-            return f'a list of {", ".join(self.choices)}'
+            return f'a list of {", ".join(self.choices) or "different names"}'
         if self.choices:
             return f'one of {", ".join(self.choices)}'
         if self.kind == 'string':
@@ -206,6 +206,14 @@ KEYS = {
             lengths=(3,),
         ),
         Key(
+            'rotor.names',
+            'string_array',
+            (),
+            '',
+            'names of several rotors, each described by rotor.NAME.mode and so on; without names '
+            'the one rotor called rotor is described by rotor.mode and so on',
+        ),
+        Key(
             'rotor.mode',
             'string',
             'none',
@@ -244,6 +252,31 @@ KEYS = {
             'rad/s',
             'initial speed relative to the body; rotor.mode free and motor only',
             changes='service',
+        ),
+        Key(
+            'rotor.friction',
+            'double',
+            0.0,
+            'N m s',
+            'viscous friction between rotor and body; rotor.mode free and motor only',
+            low=0.0,
+        ),
+        Key(
+            'rotor.max_torque',
+            'double',
+            0.0,
+            'N m',
+            'a commanded torque is cut to it; 0: no limit; rotor.mode motor only',
+            low=0.0,
+        ),
+        Key(
+            'rotor.max_speed',
+            'double',
+            0.0,
+            'rad/s',
+            'a rotor that is as fast at a tick takes no torque that makes it faster; 0: no limit; '
+            'rotor.mode motor only',
+            low=0.0,
         ),
         Key(
             'orbit.type',
@@ -589,3 +622,31 @@ KEYS = {
         Key('frames.body', 'string', 'base_link', '', 'frame id of the body axes'),
     )
 }
+
+
+# What describes one rotor.
+_OF_A_ROTOR = tuple(
+    name.removeprefix('rotor.')
+    for name in KEYS
+    if name.startswith('rotor.') and name != 'rotor.names'
+)
+
+
+def keys_of(rotor_names: tuple[str, ...]) -> dict[str, Key]:
+    """
+    Return the keys of a scenario whose rotors have these names, by their own names.
+
+    ValueError: a name is no identifier, or is itself a key.
+    """
+    for name in rotor_names:
+        if not (name.isidentifier() and name.isascii()) or name in (*_OF_A_ROTOR, 'names'):
+            raise ValueError(
+                f'rotor.names has {name!r}; it takes names of letters, digits and _ that do not '
+                f'begin with a digit and are none of {", ".join(("names", *_OF_A_ROTOR))}'
+            )
+    named = {
+        f'rotor.{name}.{leaf}': replace(KEYS[f'rotor.{leaf}'], name=f'rotor.{name}.{leaf}')
+        for name in rotor_names
+        for leaf in _OF_A_ROTOR
+    }
+    return KEYS | named if named else KEYS

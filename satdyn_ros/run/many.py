@@ -9,6 +9,7 @@ import numpy as np
 from ..dynamics import inertia
 from ..dynamics.motion import States
 from .keys import KEYS, Key
+from .rotors import BELONGS as BELONGS_TO_ROTOR
 from .scenario import BELONGS, Scenario
 
 # Far inside what a Scenario allows.
@@ -25,7 +26,9 @@ def many(values: Mapping[str, Any], count: int) -> tuple[Scenario, np.ndarray]:
     differ = {name: x for name, x in values.items() if isinstance(x, np.ndarray)}
     # Every run has a row of its own in the state.
     differ.setdefault('initial.attitude', np.tile(values['initial.attitude'], (count, 1)))
-    valid = np.full(count, not any(_is_out_of_place(name, values) for name in differ))
+    # Rotors with names are left to Scenario.
+    in_place = not any(_is_out_of_place(name, values) for name in differ)
+    valid = np.full(count, in_place and not values['rotor.names'])
     for name, x in differ.items():
         valid &= _is_in_range(KEYS[name], x)
     with np.errstate(all='ignore'):
@@ -40,7 +43,8 @@ def many(values: Mapping[str, Any], count: int) -> tuple[Scenario, np.ndarray]:
 
 
 def _is_out_of_place(name, values):
-    return any(name == key and values[chooser] not in choices for key, chooser, choices in BELONGS)
+    belongs = (*BELONGS, *BELONGS_TO_ROTOR)
+    return any(name == key and values[chooser] not in choices for key, chooser, choices in belongs)
 
 
 def _is_in_range(key: Key, x):
@@ -74,8 +78,9 @@ def _has_a_body(scenario, differ):
         if moments.shape[-1] == 9:
             rows = np.reshape(moments, system.inertia.shape)
             valid = valid & np.all(rows == system.inertia, axis=(-1, -2))
-    if system.rotor.turns_freely:
-        axis, J = system.rotor.axis, system.rotor.inertia
+    (rotor, *_) = system.rotors
+    if rotor.turns_freely:
+        axis, J = rotor.axis, rotor.inertia
         compliance = np.sum(axis * np.linalg.solve(system.inertia, axis[..., None])[..., 0], -1)
         valid = valid & (J > 0.0) & (J * compliance < 1.0 - 1e-9)
     return np.ravel(valid)
@@ -98,6 +103,10 @@ def part_of(many_things: Any, rows: slice | None) -> Any:
         chosen = {name: part_of(part, rows) for name, part in parts.items()}
         differ = any(chosen[name] is not part for name, part in parts.items())
         return replace(many_things, **chosen) if differ else many_things
+    if isinstance(many_things, tuple) and rows is not None:
+        some = tuple(part_of(part, rows) for part in many_things)
+        same = all(a is b for a, b in zip(some, many_things, strict=True))
+        return many_things if same else some
     if isinstance(many_things, np.ndarray) and rows is not None:
         return many_things[rows] if many_things.shape[1:2] == (1,) else many_things
     return many_things

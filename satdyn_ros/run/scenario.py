@@ -17,11 +17,10 @@ from ..dynamics.integrals import first_integrals
 from ..dynamics.motion import Motion, States
 from ..dynamics.orbit import FixedDirection, KeplerOrbit
 from ..dynamics.propagator import Propagation
-from ..dynamics.rotor import Rotor
 from ..dynamics.system import State, System
 from ..sensors.suite import Sensor
-from . import ros_yaml, sensors, shipped
-from .keys import KEYS, SENSORS
+from . import ros_yaml, rotors, sensors, shipped
+from .keys import KEYS, SENSORS, Key, keys_of
 from .ticks import LAST_STAMP_NS, Ticks
 
 # Above this a body rate is rarely meant [rad/s]; the Earth's equatorial radius (WGS 84).
@@ -32,7 +31,6 @@ _MOST_RAD_A_TICK = 1e6
 # The longest wall time between two ticks: the system waits for no more.
 _LONGEST_TICK_S = 1e9
 
-INITIAL_CONDITIONS = tuple(key.name for key in KEYS.values() if key.changes == 'service')
 
 # What rclpy puts beside a node's own parameters.
 _FOREIGN = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
@@ -40,9 +38,6 @@ _FOREIGN = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
 # A key that belongs to some choices only: key, the choosing key, the choices.
 BELONGS = (
     ('body.weight_moment', 'orbit.type', ('fixed',)),
-    ('rotor.momentum', 'rotor.mode', ('constant_momentum',)),
-    ('rotor.inertia', 'rotor.mode', ('free', 'motor')),
-    ('rotor.speed', 'rotor.mode', ('free', 'motor')),
     ('orbit.gradient', 'orbit.type', ('fixed',)),
     ('orbit.mu', 'orbit.type', ('circular', 'kepler')),
     ('orbit.semi_major_axis', 'orbit.type', ('circular', 'kepler')),
@@ -70,7 +65,7 @@ class Frames:
 
 class Scenario:
     """
-    A validated run: immutable, every key in `values` by its dotted name.
+    A validated run: immutable, every key in `values` by its dotted name, described in `keys`.
 
     ValueError, in one sentence that names the key: a value that is not allowed.
 
@@ -80,23 +75,27 @@ class Scenario:
 
     def __init__(self, given: Mapping[str, Any] | None = None):
         given = dict(given or {})
-        unknown = [name for name in given if name not in KEYS]
+        keys: dict[str, Key] = keys_of(KEYS['rotor.names'].checked(given.get('rotor.names', ())))
+        unknown = [name for name in given if name not in keys]
         if unknown:
-            raise ValueError(f'{unknown[0]} is not a parameter of a scenario')
-        checked = {name: KEYS[name].checked(value) for name, value in given.items()}
-        values = {name: key.default for name, key in KEYS.items()} | checked
+            raise ValueError(_unknown(unknown[0]))
+        checked = {name: keys[name].checked(value) for name, value in given.items()}
+        values = {name: key.default for name, key in keys.items()} | checked
         if values['orbit.type'] == 'fixed' and 'initial.frame' not in given:
             values['initial.frame'] = 'inertial'
         values['initial.attitude'] = _unit(values, 'initial.attitude', 1e-6)
-        values['rotor.axis'] = _unit(values, 'rotor.axis', np.inf)
+        for prefix in rotors.prefixes(values['rotor.names']):
+            values[f'{prefix}.axis'] = _unit(values, f'{prefix}.axis', np.inf)
         for sensor in SENSORS:
             name = f'sensors.{sensor}.mounting'
             values[name] = _unit(values, name, 1e-6)
         _refuse_what_does_not_belong(values)
+        rotors.refuse_foreign(values)
         sensors.check(values)
         inertia.tensor(values['body.inertia'])
+        self.keys: Mapping[str, Key] = MappingProxyType(keys)
         self.values: Mapping[str, Any] = MappingProxyType(values)
-        self._check_rotor()
+        rotors.check(values, self.system.rotors, self.system.inertia)
         self._check_ticks()
         if self.is_fixed and values['initial.frame'] == 'lvlh':
             raise ValueError(
@@ -146,7 +145,7 @@ class Scenario:
         values: of every key, known to be valid, by many.py; what differs as (M, 1) or (M, 1, k).
         """
         many = object.__new__(cls)
-        many.values = MappingProxyType(dict(values))
+        many.values, many.keys = MappingProxyType(dict(values)), KEYS
         return many
 
     def with_values(self, changes: Mapping[str, Any]) -> 'Scenario':
@@ -169,6 +168,11 @@ class Scenario:
         return hash(tuple(self.values.items()))
 
     # -- what it describes -----------------------------------------------------------------------
+
+    @property
+    def initial_conditions(self) -> tuple[str, ...]:
+        """The keys that a request may give."""
+        return tuple(key.name for key in self.keys.values() if key.changes == 'service')
 
     @property
     def is_fixed(self) -> bool:
@@ -238,12 +242,7 @@ class Scenario:
         """What moves, with no torque applied."""
         return System(
             inertia=inertia.entries(self['body.inertia']),
-            rotor=Rotor(
-                mode=self['rotor.mode'],
-                axis=np.array(self['rotor.axis']),
-                momentum=self['rotor.momentum'],
-                inertia=self['rotor.inertia'],
-            ),
+            rotors=rotors.rotors_of(self.values),
             orbit=self._orbit,
             weight_moment=np.array(self['body.weight_moment']),
         )
@@ -261,10 +260,8 @@ class Scenario:
             q_ib = rotation.normalise(rotation.multiply(orbit.lvlh(orbit_s), q_ib))
             rate_b = rotation.rotate(rotation.conjugate(q_ib), orbit.lvlh_rate(orbit_s))
             omega_bi_b = rate_b + omega_bi_b
-        speed, angle = (
-            (self['rotor.speed'], 0.0) if self.system.rotor.turns_freely else (np.nan, np.nan)
-        )
-        return State(q_ib, np.array(omega_bi_b), speed, angle)
+        speeds, angles = rotors.speeds_and_angles(self.values, self.system.rotors)
+        return State(q_ib, np.array(omega_bi_b), speeds, angles)
 
     def motion(self) -> Motion:
         """Return the motion from tick 0; ValueError: exact is asked for and there is none."""
@@ -308,17 +305,6 @@ class Scenario:
             argument_of_periapsis=periapsis,
             true_anomaly=anomaly,
         )
-
-    def _check_rotor(self):
-        tensor, rotor = self.system.inertia, self.system.rotor
-        if not rotor.turns_freely:
-            return
-        largest = 1.0 / (rotor.axis @ np.linalg.solve(tensor, rotor.axis))
-        if not 0.0 < rotor.inertia < largest:
-            raise ValueError(
-                f'rotor.inertia is {rotor.inertia:g}; with rotor.mode {rotor.mode} it takes a '
-                f'number above 0 and below {largest:g} kg m^2, what body.inertia leaves it'
-            )
 
     def _check_ticks(self):
         """Refuse what leaves a run without a second tick."""
@@ -411,6 +397,14 @@ def _unit(values, name, allowed_error):
     if abs(norm - 1.0) < 4.0 * np.finfo(float).eps:
         return values[name]
     return tuple(float(x) for x in vector / norm)
+
+
+def _unknown(name):
+    _, _, rest = name.partition('rotor.')
+    rotor, _, leaf = rest.partition('.')
+    if name.startswith('rotor.') and leaf:
+        return f'{name} is given, but rotor.names has no {rotor}'
+    return f'{name} is not a parameter of a scenario'
 
 
 def _refuse_what_does_not_belong(values):

@@ -15,13 +15,15 @@ from .events import (
     Halt,
     Request,
     Reset,
-    RotorTorque,
+    RotorCommand,
+    RotorLimited,
     Timeout,
     Topics,
     Torque,
     TorquesDropped,
+    rotor_torques,
 )
-from .scenario import INITIAL_CONDITIONS, Scenario
+from .scenario import Scenario
 from .ticks import LAST_STAMP_NS, Ticks
 
 # A motion that takes more steps from one tick to the next does not reach it.
@@ -90,10 +92,13 @@ class Simulation:
         self.topics = scenario.topics
         self.ticks = Ticks(scenario.rate, scenario.epoch_ns)
         self.next_tick = 0
-        self._pending = sorted(events, key=lambda event: event.tick)
+        # The limits of rotors follow from the run itself.
+        given: list[Event] = [e for e in events if not isinstance(e, RotorLimited)]
+        self._pending = sorted(given, key=lambda event: event.tick)
         self._system = scenario.system
         self._until: dict[str, int] = {}
         self._torque_of_step = False
+        self._rotors_of_step: frozenset[str] = frozenset()
         self._block: Samples | None = None
         # The motion's states that were computed, from a tick on.
         self._ahead: tuple[int, States] | None = None
@@ -108,15 +113,19 @@ class Simulation:
         """
         Return the events of the next tick, now applied, and the samples from it on.
 
-        At most count ticks, none beyond the next event, and none at all of a run that has halted.
+        At most count ticks, none beyond the next event or where a rotor comes to its limit, and
+        none at all of a run that has halted.
         """
         first = self.next_tick
-        applied = self._apply_events(first)
+        applied = self._apply_events(first) + self._limit_speeds(first)
         last = min([first + count, *(tick for tick in self._event_ticks() if tick > first)])
         states = self._states(first, last)
         if not len(states):
             applied += self._make_way(first)
             states = self._states(first, last)
+        too_fast = np.any(self._is_too_fast(states.rotor_speed), axis=-1)
+        if np.any(too_fast):
+            states = states.rows(slice(int(np.argmax(too_fast))))
         last = first + len(states)
         measured = {}
         if len(states):
@@ -168,14 +177,22 @@ class Simulation:
         """The motion since the last event."""
         return self._motion
 
-    def step(self, torque_b=None) -> State:
+    def step(self, torque_b=None, rotor_torque: Mapping[str, float] | None = None) -> State:
         """
         Go one tick on and return the state there.
 
-        torque_b [N m] (3,), body axes: holds during this step alone; None: what is in force.
-        RunHalted: the run goes no further.
+        torque_b [N m] (3,), body axes, and rotor_torque [N m], by rotor, hold during this step
+        alone; without them, and for rotors that are not named, what is in force.  ValueError:
+        there is no such motor.  RunHalted: the run goes no further.
         """
+        torques = rotor_torques(rotor_torque or {}, self.scenario)
         if self.next_tick == 0:
+            self.advance(1)
+        ended = {name: 0.0 for name in self._rotors_of_step - torques.keys()}
+        self._rotors_of_step = frozenset(torques)
+        if ended or torques:
+            self.rewind(self.tick)
+            self.schedule(RotorCommand(self.next_tick, ended | torques))
             self.advance(1)
         if torque_b is not None or self._torque_of_step:
             self._torque_of_step = torque_b is not None
@@ -223,15 +240,19 @@ class Simulation:
             case Torque():
                 self._hold('torque', event.until_tick)
                 return [*self._drive(tick, torque_b=np.array(event.torque_b, float)), event]
-            case RotorTorque():
-                self._hold('rotor_torque', event.until_tick)
-                return [*self._drive(tick, rotor_torque=float(event.torque)), event]
+            case RotorCommand():
+                for name in event.torques:
+                    self._hold(f'rotor_command.{name}', event.until_tick)
+                acting, cut = self._within_limits(tick, event.torques)
+                return [*self._drive(tick, rotor_torque=acting), event, *cut]
             case Timeout(topic='torque'):
                 self._hold('torque', None)
                 return [*self._drive(tick, torque_b=np.zeros(3)), event]
             case Timeout():
-                self._hold('rotor_torque', None)
-                return [*self._drive(tick, rotor_torque=0.0), event]
+                name = _rotor_of(event.topic)
+                self._hold(f'rotor_command.{name}', None)
+                acting, _ = self._within_limits(tick, {name: 0.0})
+                return [*self._drive(tick, rotor_torque=acting), event]
             case Topics():
                 self.topics = event.names
             case TorquesDropped() | Halt():
@@ -248,13 +269,14 @@ class Simulation:
         """
         happened = []
         while self.halted is None and not len(self._states(tick, tick + 1)):
-            event = TorquesDropped(tick) if self._is_driven else Halt(tick)
+            event = TorquesDropped(tick) if self._has_torque else Halt(tick)
             if kinds and not isinstance(event, kinds):
                 break
-            if self._is_driven:
+            if self._has_torque:
                 state = self._state_at(tick - 1)
                 self._until = {}
-                self._system = replace(self._system, torque_b=np.zeros(3), rotor_torque=0.0)
+                none = np.zeros(len(self._system.rotors))
+                self._system = replace(self._system, torque_b=np.zeros(3), rotor_torque=none)
                 self._restart(tick - 1, state)
             else:
                 self.halted = self._why_no_further
@@ -262,8 +284,40 @@ class Simulation:
         return happened
 
     @property
-    def _is_driven(self):
-        return bool(np.any(self._system.torque_b)) or self._system.rotor_torque != 0.0
+    def _has_torque(self):
+        return bool(np.any(self._system.torque_b) or np.any(self._system.rotor_torque))
+
+    def _within_limits(self, tick, torques):
+        """Return the motor torques (R,) with some new, and which of these are cut to limits."""
+        acting, cut = self._system.rotor_torque.copy(), []
+        for i, rotor in enumerate(self._system.rotors):
+            torque = torques.get(rotor.label)
+            if torque is None:
+                continue
+            if 0.0 < rotor.max_torque < abs(torque):
+                torque = rotor.max_torque if torque > 0.0 else -rotor.max_torque
+                cut.append(RotorLimited(tick, rotor.label, 'max_torque'))
+            acting[i] = torque
+        return acting, cut
+
+    def _limit_speeds(self, tick):
+        """Drop torques that make a rotor at its limit faster; return what happened."""
+        limited = any(rotor.max_speed for rotor in self._system.rotors)
+        if not limited or self.halted or not len(self._states(tick, tick + 1)):
+            return []
+        too_fast = self._is_too_fast(self._state_at(tick).rotor_speed)
+        dropped = [self._system.rotors[i].label for i in np.flatnonzero(too_fast)]
+        for name in dropped:
+            self._hold(f'rotor_command.{name}', None)
+        acting, _ = self._within_limits(tick, dict.fromkeys(dropped, 0.0))
+        happened = self._drive(tick, rotor_torque=acting)
+        return [*happened, *(RotorLimited(tick, name, 'max_speed') for name in dropped)]
+
+    def _is_too_fast(self, speeds):
+        """Return of speeds (..., R) [rad/s] which are at their limit while a torque adds to it."""
+        most = np.array([rotor.max_speed or np.inf for rotor in self._system.rotors])
+        with np.errstate(invalid='ignore'):
+            return (np.abs(speeds) >= most) & (speeds * self._system.rotor_torque > 0.0)
 
     def _hold(self, topic, until_tick):
         # A new dictionary each time: a shallow copy of the run is a snapshot of it.
@@ -277,9 +331,8 @@ class Simulation:
         Return what happened first, where the motion so far does not reach the tick.
         """
         driven = replace(self._system, **torques)
-        if (
-            np.array_equal(driven.torque_b, self._system.torque_b)
-            and driven.rotor_torque == self._system.rotor_torque
+        if np.array_equal(driven.torque_b, self._system.torque_b) and np.array_equal(
+            driven.rotor_torque, self._system.rotor_torque
         ):
             return []
         happened = self._make_way(tick)
@@ -293,8 +346,7 @@ class Simulation:
         return happened
 
     def _restart_from_conditions(self, tick):
-        rotor = replace(self._system.rotor, momentum=self.conditions['rotor.momentum'])
-        self._system = replace(self._system, rotor=rotor)
+        self._system = replace(self._system, rotors=self.conditions.system.rotors)
         self._suite = self._suite.restarted()
         self._restart(tick, self.conditions.state_at(self.ticks.seconds(tick)))
 
@@ -360,12 +412,12 @@ class Simulation:
             'begin_tick': self._begin_tick,
             'begin_state': _plain(self._motion.state),
             'torque_b': [float(x) for x in self._system.torque_b],
-            'rotor_torque': self._system.rotor_torque,
+            'rotor_torque': self._system.rotor_torque.tolist(),
             'until': dict(self._until),
             'conditions': {
                 name: list(value) if isinstance(value, tuple) else value
                 for name, value in self.conditions.values.items()
-                if name in INITIAL_CONDITIONS
+                if name in self.conditions.initial_conditions
             },
             'topics': list(self.topics),
             'sensors': self._suite_at(tick).to_plain(),
@@ -379,10 +431,13 @@ class Simulation:
         simulation = cls(scenario, events)
         simulation.conditions = scenario.with_values(snapshot['conditions'])
         simulation.topics = tuple(snapshot['topics'])
-        simulation._until = dict(snapshot['until'])
+        simulation._until = {
+            topic if topic == 'torque' else f'rotor_command.{_rotor_of(topic)}': until
+            for topic, until in snapshot['until'].items()
+        }
         simulation._system = replace(
             scenario.system,
-            rotor=replace(scenario.system.rotor, momentum=simulation.conditions['rotor.momentum']),
+            rotors=simulation.conditions.system.rotors,
             torque_b=np.array(snapshot['torque_b']),
             rotor_torque=snapshot['rotor_torque'],
         )
@@ -433,18 +488,22 @@ def try_out(conditions: Scenario, tick: int) -> None:
 
 def requested(conditions: Scenario, values: Mapping[str, Any]) -> Scenario:
     """Return the conditions with what a request gives; ValueError: it is not allowed."""
-    foreign = [name for name in values if name not in INITIAL_CONDITIONS]
+    allowed = conditions.initial_conditions
+    foreign = [name for name in values if name not in allowed]
     if foreign:
-        raise ValueError(
-            f'{foreign[0]} cannot be requested; a request takes {", ".join(INITIAL_CONDITIONS)}'
-        )
+        raise ValueError(f'{foreign[0]} cannot be requested; a request takes {", ".join(allowed)}')
     return conditions.with_values(values)
+
+
+def _rotor_of(topic):
+    """Return the rotor of a held torque; version 0.1 had one, whose topic was rotor_torque."""
+    return topic.removeprefix('rotor_command.') if topic != 'rotor_torque' else 'rotor'
 
 
 def _plain(state):
     return {
         'q_ib': [float(x) for x in state.q_ib],
         'omega_bi_b': [float(x) for x in state.omega_bi_b],
-        'rotor_speed': float(state.rotor_speed),
-        'rotor_angle': float(state.rotor_angle),
+        'rotor_speed': state.rotor_speed.tolist(),
+        'rotor_angle': state.rotor_angle.tolist(),
     }

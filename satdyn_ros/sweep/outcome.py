@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..dynamics.batch import propagate_many
-from ..dynamics.integrals import relative_drift
+from ..dynamics.integrals import NAMES, relative_drift
 from ..dynamics.motion import States
 from ..dynamics.orbit import KeplerOrbit
 from ..dynamics.system import System
@@ -22,16 +22,6 @@ from .capture import capture_times, judged_axis, nadir_angles
 from .measures import length, lvlh_angles, samples
 from .plan import Plan
 
-INTEGRALS = (
-    'energy',
-    'area',
-    'fourth',
-    'jacobi',
-    'momentum',
-    'axial_rate',
-    'rotor_momentum',
-    'energy_balance',
-)
 # Samples that are held at a time, some hundred megabytes: runs with more go fewer together.
 _SAMPLES_AT_ONCE = 4_000_000
 # Samples that are measured at a time: what is made of them stays in the cache.
@@ -155,11 +145,13 @@ def outcome(plan: Plan, system: System, states: States, runs: Sequence[int]) -> 
         'rate_min_rad_s': rate.min(axis=-1),
         'rate_max_rad_s': rate.max(axis=-1),
     }
-    if system.rotor.turns_freely:
-        found['rotor_speed'] = states.rotor_speed[:, -1]
-        found['rotor_angle'] = states.rotor_angle[:, -1]
+    for i, rotor in enumerate(system.rotors):
+        if rotor.turns_freely and not rotor.name:
+            found['rotor_speed'] = states.rotor_speed[:, -1, i]
+            found['rotor_angle'] = states.rotor_angle[:, -1, i]
     for name, drift in relative_drift(system, states).items():
-        found[f'drift_{name}'] = np.abs(drift).max(axis=-1)
+        if name in NAMES:
+            found[f'drift_{name}'] = np.abs(drift).max(axis=-1)
     if isinstance(states.orbit, KeplerOrbit):
         found |= lvlh_angles(states) | _capture(plan, system, states, runs)
     if plan.keeps_samples:

@@ -10,7 +10,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from .outcome import INTEGRALS
+from ..dynamics.integrals import NAMES
 from .plan import Plan
 
 _NUMBER, _VECTOR = pa.float64(), pa.list_(pa.float64())
@@ -54,7 +54,7 @@ OUTCOMES: dict[str, tuple[pa.DataType, str]] = {
     'capture_s': (_NUMBER, 'time from which on it does not cross the horizontal [s]'),
 } | {
     f'drift_{name}': (_NUMBER, f'largest relative change of the first integral {name}')
-    for name in INTEGRALS
+    for name in NAMES
 }
 SAMPLES = {
     'samples_q_ib': 'attitudes at the samples, body to inertial (orbit.type fixed)',

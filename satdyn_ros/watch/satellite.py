@@ -26,7 +26,7 @@ from ..dynamics.motion import States
 from ..dynamics.torque import angular_momentum, gravity_gradient
 from ..report import html, scene
 from ..ros.client import Answer, Client
-from ..run.scenario import INITIAL_CONDITIONS, Scenario
+from ..run.scenario import Scenario
 from .hub import Hub
 from .listener import Listener, parts, satellites
 
@@ -332,7 +332,8 @@ class Satellite:
 def _initial_conditions(scenario):
     """Return what a request can change, those of rotors where their modes have them."""
     modes = {'momentum': ('constant_momentum',), 'speed': ('free', 'motor')}
-    values = {name: scenario[name] for name in INITIAL_CONDITIONS if name.startswith('initial.')}
+    names = scenario.initial_conditions
+    values = {name: scenario[name] for name in names if name.startswith('initial.')}
     for name, value in scenario.values.items():
         rotor, _, what = name.rpartition('.')
         if rotor.startswith('rotor') and scenario[f'{rotor}.mode'] in modes.get(what, ()):

@@ -220,7 +220,7 @@ def test_a_torque_with_a_timeout_verifies(tmp_path):
 @pytest.mark.parametrize('torque_comes_first', [True, False])
 def test_inputs_at_one_tick_keep_their_order(tmp_path, torque_comes_first):
     """Whichever input came first in the run comes first in the run again."""
-    inputs = [flights.Torque(20, (0.1, 0.0, 0.0)), flights.RotorTorque(20, 0.01)]
+    inputs = [flights.Torque(20, (0.1, 0.0, 0.0)), flights.RotorCommand(20, {'rotor': 0.01})]
     inputs = inputs if torque_comes_first else inputs[::-1]
     path = flights.record(tmp_path / 'bag', ticks=40, events=inputs)
     assert RecordedRun(path).events == inputs

@@ -17,8 +17,8 @@ FREE = Rotor('free', np.array([0.0, 1.0, 0.0]), inertia=0.05)
 SYSTEMS = [
     System(INERTIA, orbit=KeplerOrbit()),
     System(INERTIA, orbit=KeplerOrbit(eccentricity=0.3)),
-    System(INERTIA, orbit=KeplerOrbit(), rotor=FREE),
-    System(INERTIA, orbit=KeplerOrbit(), rotor=FREE, rotor_torque=1e-4),
+    System(INERTIA, orbit=KeplerOrbit(), rotors=(FREE,)),
+    System(INERTIA, orbit=KeplerOrbit(), rotors=(FREE,), rotor_torque=1e-4),
     System(INERTIA, orbit=KeplerOrbit(), torque_b=np.array([0.0, 1e-4, 2e-4])),
 ]
 TIMES_S = np.linspace(0.0, 6000.0, 7)
@@ -39,8 +39,8 @@ def motions(count, seed=1):
 
 def columns(states):
     """Return all that states hold of a motion, (N, 10)."""
-    scalars = np.transpose([states.rotor_speed, states.rotor_angle, states.work])
-    return np.hstack([states.q_ib, states.omega_bi_b, scalars])
+    rotors = [states.rotor_speed, states.rotor_angle]
+    return np.hstack([states.q_ib, states.omega_bi_b, *rotors, states.work[:, None]])
 
 
 @pytest.mark.parametrize('name', bounded(CASES, 'bound_numeric'))

@@ -26,7 +26,7 @@ def gyrostat(inertia, h, orbit):
     """Return a system whose rotor has the constant relative momentum h (3,)."""
     size = np.linalg.norm(h)
     axis = h / size if size > 0.0 else np.array([0.0, 1.0, 0.0])
-    return System(inertia, Rotor('constant_momentum', axis, size), orbit)
+    return System(inertia, (Rotor('constant_momentum', axis, size),), orbit)
 
 
 def attitude_for(inertia, k, orbit_s):

@@ -33,7 +33,7 @@ def test_each_balances_and_they_are_as_many_as_morse_allows(h):
     """
     h = np.array(h)
     size = np.linalg.norm(h)
-    system = System(I, Rotor('constant_momentum', h / size, size), ORBIT)
+    system = System(I, (Rotor('constant_momentum', h / size, size),), ORBIT)
     total = 0
     found = gyrostat_equilibria(I, I, h, N)
     for q_lb in found:

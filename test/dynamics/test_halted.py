@@ -41,16 +41,16 @@ HOSTILE = {
     'slender, spinning': (System(np.diag([1e12, 1e12, 1.0])), np.array([0.1, 0.2, 3.0])),
     'inertias 1e300': (System(np.diag([1e300, 1e300, 1.1e300])), np.array([0.1, 0.2, 3.0])),
     'inertias 1e-300': (System(np.diag([1e-300, 1e-300, 1.1e-300])), np.array([0.1, 0.2, 3.0])),
-    'momentum 1e15': (System(BODY, Rotor('constant_momentum', momentum=1e15)), CALM),
-    'motor 1e30': (System(BODY, MOTOR, rotor_torque=1e30), CALM),
-    'motor 1e308': (System(BODY, MOTOR, rotor_torque=1e308), CALM),
+    'momentum 1e15': (System(BODY, (Rotor('constant_momentum', momentum=1e15),)), CALM),
+    'motor 1e30': (System(BODY, (MOTOR,), rotor_torque=1e30), CALM),
+    'motor 1e308': (System(BODY, (MOTOR,), rotor_torque=1e308), CALM),
     'nothing acts, for ages': (System(BODY), np.zeros(3)),
 }
 
 
 def _hostile(name):
     system, omega = HOSTILE[name]
-    turns = system.rotor.turns_freely
+    turns = system.has_turning_rotor
     state = State(rotation.normalise([0.4, 0.4, 0.8, 0.2]), omega, *([0.0, 0.0] if turns else []))
     return Propagation(system, state, tolerance=1e-12, most_steps=MOST_STEPS)
 

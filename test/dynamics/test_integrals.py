@@ -55,7 +55,7 @@ def test_a_rotor_ends_the_fourth_integral():
     """With a rotor F2 is not conserved, and it is not listed."""
     system = System(
         np.diag([1.0, 1.5, 2.0]),
-        Rotor('constant_momentum', np.array([0.6, 0.0, 0.8]), 0.3),
+        (Rotor('constant_momentum', np.array([0.6, 0.0, 0.8]), 0.3),),
         FixedDirection(1.0),
     )
     states = Propagation(system, State(ANY, np.array([0.3, -0.2, 0.5]))).at(np.linspace(0, 20, 50))
@@ -80,7 +80,7 @@ def test_the_axial_rate_of_a_spherical_top(weight):
 def test_the_axial_rate_of_a_sphere_with_a_rotor():
     """Without weight the rate about the rotor's axis is the constant one."""
     rotor = Rotor('constant_momentum', np.array([0.6, 0.0, 0.8]), 0.3)
-    system = System(1.3 * np.eye(3), rotor, FixedDirection(1.0))
+    system = System(1.3 * np.eye(3), (rotor,), FixedDirection(1.0))
     states = Propagation(system, State(ANY, np.array([0.3, -0.2, 0.5]))).at(np.linspace(0, 60, 99))
     rate = first_integrals(system, states)['axial_rate']
     np.testing.assert_allclose(rate, 0.3 * 0.6 + 0.5 * 0.8, atol=1e-12)

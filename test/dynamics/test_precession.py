@@ -154,7 +154,7 @@ def test_a_sphere_with_a_rotor_precesses_and_one_without_has_no_axis():
     """The rotor gives the axis f: the momentum stays, and the rotor's axis turns about it."""
     case = rigid()['free_spherical']
     assert regular_precession(case.system, case.start) is None
-    system = System(np.eye(3), Rotor('constant_momentum', X, 0.3))
+    system = System(np.eye(3), (Rotor('constant_momentum', X, 0.3),))
     state = State(rotation.IDENTITY, np.array([0.2, 0.4, 0.1]))
     found = regular_precession(system, state)
     assert found.precession == pytest.approx(np.linalg.norm([0.5, 0.4, 0.1]), rel=1e-14)

@@ -25,7 +25,7 @@ moments = st.tuples(*[st.floats(0.5, 1.0)] * 3)
 def aligned(I_r, I_t, I_n, h=0.0):
     """Return the system and state with body axes along LVLH and the rotor along the normal."""
     rotor = Rotor('constant_momentum', NORMAL, h)
-    system = System(np.diag([I_t, I_n, I_r]), rotor, ORBIT)
+    system = System(np.diag([I_t, I_n, I_r]), (rotor,), ORBIT)
     return system, equilibria.at_rest_in_lvlh(ORBIT, rotation.IDENTITY)
 
 
@@ -65,7 +65,7 @@ def test_a_free_rotation_has_the_same_eigenvalues_in_both_functions(I, h):
     """Beside +-lambda the six have those of the turned attitude: 0, 0 and +-i W."""
     W = 0.7
     rotor = Rotor('constant_momentum', np.array([0.0, 0.0, 1.0]), h)
-    system = System(np.diag(I), rotor, FixedDirection())
+    system = System(np.diag(I), (rotor,), FixedDirection())
     state = State(rotation.normalise([0.1, 0.5, 0.7, 0.5]), np.array([0.0, 0.0, W]))
     square = stability.eigenvalue_squared(np.diag(I), state.omega_bi_b, [0.0, 0.0, h])
     # Compare the polynomials in s^2: two of its six roots stand for four of the six in s.
@@ -165,8 +165,8 @@ def transition(system, state, t_s):
 
     A perturbed rate leaves the rotor its axial momentum.
     """
-    rotor, columns = system.rotor, []
-    p = rotor.axial_momentum(state.rotor_speed, state.omega_bi_b)
+    rotor, columns = system.rotors[0], []
+    p = rotor.axial_momentum(state.rotor_speed[0], state.omega_bi_b)
     for i in range(6):
         ends = []
         for step in (1e-5, -1e-5):
@@ -194,14 +194,14 @@ def test_eigenvalues_are_those_of_propagated_departures(case):
         q_lb = rotation.about([0.0, 0.0, 1.0], 0.4)
         h = equilibria.equilibrium_momentum(I, q_lb, N, -2.0)
         size = np.linalg.norm(h)
-        system = System(I, Rotor('constant_momentum', h / size, size), ORBIT)
+        system = System(I, (Rotor('constant_momentum', h / size, size),), ORBIT)
         state = equilibria.at_rest_in_lvlh(ORBIT, q_lb)
     elif case == 'vertical spin':
         system = System(I, orbit=FixedDirection(N**2))
         q = rotation.normalise([0.1, 0.5, 0.7, 0.5])
         state = State(q, N * rotation.rotate(rotation.conjugate(q), [0.0, 0.0, 1.0]))
     else:
-        system = System(I, Rotor('free', NORMAL, inertia=30.0), ORBIT)
+        system = System(I, (Rotor('free', NORMAL, inertia=30.0),), ORBIT)
         rest = equilibria.at_rest_in_lvlh(ORBIT, rotation.IDENTITY)
         state = State(rest.q_ib, rest.omega_bi_b, rotor_speed=0.05, rotor_angle=0.0)
     assert equilibria.is_balanced(system, state)

@@ -58,22 +58,22 @@ def test_angular_momentum_is_that_of_the_moving_parts(speed):
 
     inertia = inertia_of(all_masses, points)
     J = 5 * ring_mass * 0.7**2
-    free = System(inertia, Rotor('free', axis, inertia=J))
-    held = System(inertia, Rotor('constant_momentum', axis, momentum=J * speed))
-    assert angular_momentum(free, omega, speed) == pytest.approx(expected, rel=1e-13)
-    assert angular_momentum(held, omega, np.nan) == pytest.approx(expected, rel=1e-13)
+    free = System(inertia, (Rotor('free', axis, inertia=J),))
+    held = System(inertia, (Rotor('constant_momentum', axis, momentum=J * speed),))
+    assert angular_momentum(free, omega, np.array([speed])) == pytest.approx(expected, rel=1e-13)
+    assert angular_momentum(held, omega, np.array([np.nan])) == pytest.approx(expected, rel=1e-13)
 
 
 def test_a_row_alone_has_the_bits_of_a_row_among_many():
     """What is computed tick by tick equals what is computed in blocks, bit by bit."""
     A = RNG.normal(size=(3, 3))
-    system = System(A @ A.T, Rotor('free', np.array([0.48, 0.6, 0.64]), inertia=0.1))
+    system = System(A @ A.T, (Rotor('free', np.array([0.48, 0.6, 0.64]), inertia=0.1),))
     vectors, numbers = RNG.normal(size=(999, 3)), RNG.normal(size=999)
     torques = gravity_gradient(system.inertia, vectors, numbers)
-    momenta = angular_momentum(system, vectors, numbers)
+    momenta = angular_momentum(system, vectors, numbers[:, None])
     for i in range(0, 999, 37):
         row = slice(i, i + 1)
         torque = gravity_gradient(system.inertia, vectors[row], numbers[row])
-        momentum = angular_momentum(system, vectors[row], numbers[row])
+        momentum = angular_momentum(system, vectors[row], numbers[row, None])
         assert np.array_equal(torque[0], torques[i])
         assert np.array_equal(momentum[0], momenta[i])

@@ -76,7 +76,7 @@ def test_permanent_rotations(name):
     """
     moments, axis, h, stability = FREE[name]
     rotor = Rotor('constant_momentum', SKEW[:, axis], h) if h else Rotor()
-    system = System(SKEW @ np.diag(moments) @ SKEW.T, rotor)
+    system = System(SKEW @ np.diag(moments) @ SKEW.T, (rotor,))
     state = State(ANY, SKEW[:, axis])
     found = verdict(system, state)
     assert found.stability == stability, found
@@ -89,7 +89,7 @@ def test_a_rotor_along_no_principal_axis():
     """Each rotation that permanent_rotations finds with a skew rotor goes as its verdict says."""
     inertia, h = np.diag([1.0, 2.0, 2.5]), np.array([0.3, 0.2, 0.4])
     size = np.linalg.norm(h)
-    system = System(inertia, Rotor('constant_momentum', h / size, size))
+    system = System(inertia, (Rotor('constant_momentum', h / size, size),))
     verdicts = []
     for omega in permanent_rotations(inertia, 1.0, h):
         found = verdict(system, State(ANY, omega))
@@ -129,7 +129,7 @@ def test_aligned_equilibria_agree_with_the_linear_equations(h):
         R_lp = rotation.matrix(q_lb)
         I_t, I_n, I_r = np.abs(R_lp) @ moments
         rotor = Rotor('constant_momentum', -R_lp[1], h) if h else Rotor()
-        system = System(np.diag(moments), rotor, ORBIT)
+        system = System(np.diag(moments), (rotor,), ORBIT)
         found = verdict(system, at_rest_in_lvlh(ORBIT, q_lb)).stability
         if is_surely_stable(I_r, I_t, I_n, n, h):
             assert found == 'stable'
@@ -159,7 +159,7 @@ def test_relative_equilibria_go_as_the_verdict_says(inertia, h):
     """Near each equilibrium of a gyrostat on a circle, over twenty orbits."""
     size = np.linalg.norm(h)
     rotor = Rotor('constant_momentum', np.array(h) / size, size) if size else Rotor()
-    system = System(inertia, rotor, ORBIT)
+    system = System(inertia, (rotor,), ORBIT)
     spans = 20.0 * 2.0 * np.pi / ORBIT.mean_motion
     for steady in steady_motions(system, State(rotation.IDENTITY, np.zeros(3)))[::3]:
         if steady.verdict.stability == 'undecided':

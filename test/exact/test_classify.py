@@ -21,7 +21,7 @@ def gyrostat(moments, h, axes=PRINCIPAL):
     inertia, h = axes @ np.diag(moments) @ axes.T, axes @ np.asarray(h, float)
     size = np.linalg.norm(h)
     rotor = Rotor('constant_momentum', h / size, size) if size else Rotor()
-    return System(inertia, rotor, ORBIT)
+    return System(inertia, (rotor,), ORBIT)
 
 
 def state(pitch, rate, axes=PRINCIPAL, lean=0.0):
@@ -104,11 +104,13 @@ def test_relative_equilibria_are_uniform_rotations_with_any_rotor():
 
 def test_a_free_wheel_along_the_normal_leaves_a_pitch_motion():
     """The theorem's planar class holds for a free wheel, whose body swings with less inertia."""
-    system = System(np.diag(TRIAXIAL), Rotor('free', Y, inertia=20.0), ORBIT)
+    system = System(np.diag(TRIAXIAL), (Rotor('free', Y, inertia=20.0),), ORBIT)
     start = state(0.4, 1.3 * N)
     start = State(start.q_ib, start.omega_bi_b, rotor_speed=3.0, rotor_angle=0.0)
     assert rotation_class(system, start)[:2] == (True, False)
-    tilted = System(np.diag(TRIAXIAL), Rotor('free', (Y + Z) / np.sqrt(2.0), inertia=20.0), ORBIT)
+    tilted = System(
+        np.diag(TRIAXIAL), (Rotor('free', (Y + Z) / np.sqrt(2.0), inertia=20.0),), ORBIT
+    )
     assert rotation_class(tilted, start)[:2] == (False, False)
 
 

@@ -92,7 +92,7 @@ def scenarios(draw):
     omega = np.array([draw(number), draw(number), draw(number)])
     q_ib = rotation.normalise([draw(number), draw(number), draw(number), 1.0])
     speed = 20.0 * draw(number) if mode == 'free' else np.nan
-    system = System(R @ np.diag(moments) @ R.T, rotor, FixedDirection())
+    system = System(R @ np.diag(moments) @ R.T, (rotor,), FixedDirection())
     return system, State(q_ib, R @ omega, speed, 0.0 if mode == 'free' else np.nan)
 
 
@@ -112,7 +112,7 @@ def test_agrees_with_propagation(scenario):
 def test_a_sphere_in_orbit_is_free():
     """The gravity gradient does nothing to a sphere, which is recognised with its rotor."""
     rotor = Rotor('free', np.array([0.6, 0.0, 0.8]), inertia=2.0)
-    system = System(50.0 * np.eye(3), rotor, KeplerOrbit(eccentricity=0.2))
+    system = System(50.0 * np.eye(3), (rotor,), KeplerOrbit(eccentricity=0.2))
     start = State(rotation.IDENTITY, np.array([0.1, 0.2, -0.1]), 5.0, 0.3)
     motion = recognise(system, start, 100.0)
     assert isinstance(motion, Free)
@@ -130,7 +130,7 @@ def test_a_sphere_in_orbit_is_free():
         ({'orbit': FixedDirection(1.0)}, 'the gravity gradient acts on the body'),
         ({'orbit': KeplerOrbit()}, 'the gravity gradient acts on the body'),
         (
-            {'rotor': Rotor('constant_momentum', np.array([0.6, 0.8, 0.0]), momentum=1.0)},
+            {'rotors': (Rotor('constant_momentum', np.array([0.6, 0.8, 0.0]), momentum=1.0),)},
             'rotor.axis is not a principal axis',
         ),
     ],

@@ -147,7 +147,7 @@ def test_the_companion_top(name):
     # The closed form of the top, in turn, is what its equations give.
     heavy = Propagation(
         System(
-            top.system.inertia, top.system.rotor, top.system.orbit, np.array([0.0, 0.0, -top.H2])
+            top.system.inertia, top.system.rotors, top.system.orbit, np.array([0.0, 0.0, -top.H2])
         ),
         top.state,
         0.0,

@@ -222,7 +222,7 @@ def test_the_rotor_has_no_part_in_the_motion():
     bare = Planar(System(np.diag(body), orbit=ORBIT), State(q_ib, omega)).at(t_s)
     for momentum in (4.0, -300.0):
         rotor = Rotor('constant_momentum', n_b, momentum)
-        states = Planar(System(np.diag(body), rotor, ORBIT), State(q_ib, omega)).at(t_s)
+        states = Planar(System(np.diag(body), (rotor,), ORBIT), State(q_ib, omega)).at(t_s)
         assert np.array_equal(states.q_ib, bare.q_ib)
 
 
@@ -230,7 +230,7 @@ def test_a_free_rotor_takes_its_inertia_out_of_the_swing():
     """Proves I_n = I - J for a rotor that turns freely: the period is that of the lighter body."""
     body, J = np.array([600.0, 900.0, 800.0]), 250.0
     q_ib, omega, n_b = start_in(Plane(1, 1, 0.4, 2e-4), body, rotation.IDENTITY, ORBIT)
-    free = System(np.diag(body), Rotor('free', n_b, inertia=J), ORBIT)
+    free = System(np.diag(body), (Rotor('free', n_b, inertia=J),), ORBIT)
     N = np.sqrt(3.0 * (800.0 - 600.0) / (900.0 - J)) * ORBIT.mean_motion
     k = np.hypot(2e-4 / N, np.sin(0.4 - np.pi / 2.0))
     period = 4.0 / N * float(mp.ellipk(k**2))
@@ -295,7 +295,7 @@ def _agrees(data, orbit, I, scale, weight_moment):
         rotor, speed = Rotor(mode, -n_b, inertia=fraction * I[plane.axis]), 3.0 * scale
     R_bp = rotation.matrix(q_bp)
     weight = weight_moment(R_bp[:, plane.axis - 2], R_bp[:, plane.axis - 1])
-    system = System(inertia_in_body_axes(I, q_bp), rotor, orbit, weight)
+    system = System(inertia_in_body_axes(I, q_bp), (rotor,), orbit, weight)
     start = State(q_ib, omega, speed, 0.2 if rotor.turns_freely else np.nan)
     # At rest a hair beside an equilibrium, the torque alone tells the plane, with few digits.
     assume(slow > 0.0 or Planar.why_not(system, start) is None)
@@ -332,7 +332,7 @@ def test_it_says_why_not():
     along = State(rotation.IDENTITY, np.array([0.0, 0.0, 0.1]))
     across = State(rotation.IDENTITY, np.array([0.0, 0.1, 0.0]))
     reasons = {
-        'the rotor is not along the orbit normal': (System(inertia, skew, ORBIT), start),
+        'the rotor is not along the orbit normal': (System(inertia, (skew,), ORBIT), start),
         'the orbit normal is not a principal axis': (System(product, orbit=ORBIT), start),
         'does not rotate about the orbit normal': (System(inertia, orbit=ORBIT), tilted),
         'eccentricity is 0.1': (System(inertia, orbit=eccentric), start),

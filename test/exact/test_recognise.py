@@ -22,10 +22,10 @@ OTHERS = [name for name in newtonian() if name not in EXACT]
 
 def in_axes(system, state, q_bp):
     """Return a system and state of one in axes p, told in axes b."""
-    moments, rotor = np.diagonal(system.inertia), system.rotor
+    moments, rotor = np.diagonal(system.inertia), system.rotors[0]
     told = System(
         inertia_in_body_axes(moments, q_bp),
-        Rotor(rotor.mode, rotation.rotate(q_bp, rotor.axis), rotor.momentum, rotor.inertia),
+        (Rotor(rotor.mode, rotation.rotate(q_bp, rotor.axis), rotor.momentum, rotor.inertia),),
         system.orbit,
         rotation.rotate(q_bp, system.weight_moment),
     )
@@ -61,7 +61,7 @@ def swinging(**changes):
     orbit = system['orbit']
     q_lb = rotation.about(Y, 0.3)
     q_ib = rotation.multiply(orbit.lvlh(0.0), q_lb)
-    rotor = system.get('rotor', Rotor())
+    rotor = system.get('rotors', (Rotor(),))[0]
     speed = (2.0, 0.0) if rotor.turns_freely else (np.nan, np.nan)
     return System(**system), State(q_ib, np.array([0.0, -orbit.mean_motion, 0.0]), *speed)
 
@@ -79,20 +79,23 @@ def swinging(**changes):
 )
 def test_rotors_that_leave_the_planar_motion(rotor):
     """Proves every mode of a rotor along the normal, and one that has no momentum."""
-    assert isinstance(exact.recognise(*swinging(rotor=rotor)), exact.Planar)
+    assert isinstance(exact.recognise(*swinging(rotors=(rotor,))), exact.Planar)
 
 
 @pytest.mark.parametrize(
     ('changes', 'reason'),
     [
         ({'torque_b': 1e-6 * X}, 'a torque is applied'),
-        ({'rotor': Rotor('motor', Y, inertia=2.0), 'rotor_torque': 1e-6}, 'a torque is applied'),
+        (
+            {'rotors': (Rotor('motor', Y, inertia=2.0),), 'rotor_torque': 1e-6},
+            'a torque is applied',
+        ),
         ({'orbit': KeplerOrbit(eccentricity=1e-3)}, 'orbit.eccentricity is 0.001'),
         (
-            {'rotor': Rotor('constant_momentum', Z, momentum=5.0)},
+            {'rotors': (Rotor('constant_momentum', Z, momentum=5.0),)},
             'the rotor is not along the orbit normal',
         ),
-        ({'rotor': Rotor('free', X, inertia=2.0)}, 'the rotor is not along the orbit normal'),
+        ({'rotors': (Rotor('free', X, inertia=2.0),)}, 'the rotor is not along the orbit normal'),
         (
             {'inertia': np.array([[600.0, 1.0, 0.0], [1.0, 900.0, 0.0], [0.0, 0.0, 800.0]])},
             'the orbit normal is not a principal axis',
@@ -120,7 +123,7 @@ def test_in_a_fixed_field_each_motion_has_its_reason():
 def test_without_a_field_only_free_motions_have_reasons():
     """Proves that a gyrostat that no torque moves hears nothing of fields."""
     rotor = Rotor('constant_momentum', np.array([0.6, 0.0, 0.8]), 1.0)
-    system = System(np.diag([1.0, 1.5, 2.0]), rotor, FixedDirection(0.0))
+    system = System(np.diag([1.0, 1.5, 2.0]), (rotor,), FixedDirection(0.0))
     start = State(TURNED, np.array([0.1, 0.2, 0.3]))
     assert exact.recognise(system, start) is None
     reason = exact.explain(system, start)
@@ -167,7 +170,7 @@ def scenarios(draw):
         rotor = Rotor(mode, axis, momentum=float(scale * draw(powers_of_ten(-3.0, 0.0))))
     elif mode == 'free':
         rotor = Rotor(mode, axis, inertia=0.3 * np.min(I))
-    system = System(inertia_in_body_axes(I, q_bp), rotor, orbit, weight)
+    system = System(inertia_in_body_axes(I, q_bp), (rotor,), orbit, weight)
     # not at rest, where a propagation would resolve rounding
     rate_axis, size = draw(axes), draw(st.sampled_from([1e-3, 3e-3]))
     upright = draw(st.sampled_from(['anyhow', 'rate along', 'rate across']))

@@ -316,7 +316,7 @@ def test_it_says_why_not():
         'nu': (System(inertia, orbit=fixed), off),
         'orbit.type': (System(inertia, orbit=KeplerOrbit()), start),
         'gradient': (System(inertia, orbit=FixedDirection(0.0)), start),
-        'rotor': (System(inertia, rotor, fixed), start),
+        'rotor': (System(inertia, (rotor,), fixed), start),
         'weight_moment': (System(inertia, orbit=fixed, weight_moment=torque), start),
         'torque': (System(inertia, orbit=fixed, torque_b=torque), start),
     }

@@ -29,7 +29,7 @@ vectors = arrays(float, 3, elements=st.floats(-1.0, 1.0))
 
 def gyrostat(inertia, h, orbit):
     size = np.linalg.norm(h)
-    return System(inertia, Rotor('constant_momentum', h / size, size), orbit)
+    return System(inertia, (Rotor('constant_momentum', h / size, size),), orbit)
 
 
 def vertical(q_ib):
@@ -103,7 +103,7 @@ def test_skew_gyrostats_rest_on_the_orbit(k, along_normal):
 def test_a_free_wheel_keeps_its_speed_and_turns_on():
     """With a free-spinning rotor the rotor's angle and speed come with the motion."""
     wheel = Rotor('free', -Y, inertia=30.0)
-    system = System(np.diag([800.0, 900.0, 600.0]), wheel, ORBIT)
+    system = System(np.diag([800.0, 900.0, 600.0]), (wheel,), ORBIT)
     rest = equilibria.at_rest_in_lvlh(ORBIT, rotation.IDENTITY)
     state = State(rest.q_ib, rest.omega_bi_b, rotor_speed=0.05, rotor_angle=0.3)
     assert_agrees_with_propagation(system, state)
@@ -139,7 +139,7 @@ def test_a_heavy_gyrostat_about_the_vertical():
     rates = equilibria.vertical_rotation_rates(inertia, c, 0.4, m, h)
     size = np.linalg.norm(h)
     rotor = Rotor('constant_momentum', h / size, size)
-    system = System(inertia, rotor, FixedDirection(0.4), weight_moment=m)
+    system = System(inertia, (rotor,), FixedDirection(0.4), weight_moment=m)
     assert len(rates) == 2
     for W in rates:
         assert_agrees_with_propagation(system, State(ANY, W * c))
@@ -198,9 +198,9 @@ def test_rest():
     ('system', 'state', 'why'),
     [
         (
-            System(np.eye(3), Rotor('motor', X, inertia=0.1), rotor_torque=0.1),
+            System(np.eye(3), (Rotor('motor', X, inertia=0.1),), rotor_torque=0.1),
             State(ANY, np.zeros(3), 0.0, 0.0),
-            'a motor torque acts on the rotor',
+            'a torque is applied to the body or to a rotor',
         ),
         (
             System(TRIAXIAL),

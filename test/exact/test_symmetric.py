@@ -89,7 +89,7 @@ def tops(draw):
     weight = draw(st.one_of(st.just(0.0), powers_of_ten(-1.0, 1.0))) * rate**2
     system = System(
         inertia_in_body_axes([A, A, C], q_bp),
-        rotor,
+        (rotor,),
         FixedDirection(draw(signs) * strength),
         draw(signs) * weight * A * axis,
     )
@@ -265,12 +265,12 @@ SYMMETRIC, TRIAXIAL = np.diag([1.0, 1.0, 1.5]), np.diag([1.0, 1.2, 1.5])
     [
         (System(SYMMETRIC, orbit=KeplerOrbit()), 'orbit.type'),
         (System(SYMMETRIC, torque_b=np.array([0.0, 0.0, 0.1])), 'torque'),
-        (System(SYMMETRIC, AXIAL, rotor_torque=0.1), 'torque'),
+        (System(SYMMETRIC, (AXIAL,), rotor_torque=0.1), 'torque'),
         (System(TRIAXIAL), 'no two equal moments'),
-        (System(SYMMETRIC, ACROSS), 'no two equal moments'),
+        (System(SYMMETRIC, (ACROSS,)), 'no two equal moments'),
         (System(SYMMETRIC, weight_moment=np.array([0.0, 0.1, 0.4])), 'weight_moment'),
-        (System(SYMMETRIC, Rotor('constant_momentum', Z[::-1], momentum=0.3)), 'rotor.axis'),
-        (System(np.diag([1.2, 1.0, 1.5]), ACROSS, FixedDirection(0.3)), 'body.inertia'),
+        (System(SYMMETRIC, (Rotor('constant_momentum', Z[::-1], momentum=0.3),)), 'rotor.axis'),
+        (System(np.diag([1.2, 1.0, 1.5]), (ACROSS,), FixedDirection(0.3)), 'body.inertia'),
     ],
 )
 def test_says_why_not(system, said):

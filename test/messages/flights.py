@@ -23,15 +23,15 @@ ELLIPSE = KeplerOrbit(
 )
 SYSTEMS = {
     'ellipse, motor': System(
-        TENSOR, Rotor('motor', AXIS, inertia=2.0), ELLIPSE, rotor_torque=0.02
+        TENSOR, (Rotor('motor', AXIS, inertia=2.0),), ELLIPSE, rotor_torque=0.02
     ),
     'circle, no rotor': System(np.diag([800.0, 900.0, 600.0]), orbit=KeplerOrbit()),
     'circle, free rotor': System(
-        TENSOR, Rotor('free', AXIS, inertia=2.0), KeplerOrbit(inclination=1.7)
+        TENSOR, (Rotor('free', AXIS, inertia=2.0),), KeplerOrbit(inclination=1.7)
     ),
     'fixed, constant momentum': System(
         TENSOR,
-        Rotor('constant_momentum', AXIS, momentum=7.0),
+        (Rotor('constant_momentum', AXIS, momentum=7.0),),
         FixedDirection(gradient=3e-6),
         weight_moment=np.array([0.1, 0.2, 0.3]),
     ),
@@ -49,15 +49,15 @@ def samples(name, count=40):
     """Return count samples of the system of that name."""
     rng = np.random.default_rng(3)
     system = SYSTEMS[name]
-    nan = np.full(count, np.nan)
+    nan = np.full((count, 1), np.nan)
     t_s = np.arange(count) * PERIOD_NS * 1e-9
-    turns = system.rotor.turns_freely
+    turns = system.has_turning_rotor
     states = States(
         t_s=t_s,
         q_ib=Rotation.random(count, rng).as_quat(),
         omega_bi_b=rng.normal(size=(count, 3)),
-        rotor_speed=rng.normal(size=count) if turns else nan,
-        rotor_angle=100.0 * rng.normal(size=count) if turns else nan,
+        rotor_speed=rng.normal(size=(count, 1)) if turns else nan,
+        rotor_angle=100.0 * rng.normal(size=(count, 1)) if turns else nan,
         work=np.zeros(count),
         orbit=system.orbit,
         orbit_s=1234.5 + t_s,

@@ -27,9 +27,9 @@ def test_arrows_point_along_what_they_are_named_for(flight):
     nadir_i = [0.0, 0.0, -1.0]
     if system.orbit.has_lvlh:
         nadir_i = -states.r_i[row] / np.linalg.norm(states.r_i[row])
-    h = system.rotor.momentum
-    if system.rotor.mode in ('free', 'motor'):
-        h = system.rotor.inertia * states.rotor_speed[row]
+    h = system.rotors[0].momentum
+    if system.rotors[0].mode in ('free', 'motor'):
+        h = system.rotors[0].inertia * states.rotor_speed[row, 0]
     directions = {
         'nadir': Rotation.from_quat(states.q_ib[row]).inv().apply(nadir_i),
         'rate': states.omega_bi_b[row],

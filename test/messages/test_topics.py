@@ -138,13 +138,16 @@ def expected_gravity_gradient(of, i, frames):
 
 
 def expected_rotor(of, i, frames):
-    turns, driven = of.system.rotor.mode in ('free', 'motor'), of.system.rotor.mode == 'motor'
+    turns, driven = (
+        of.system.rotors[0].mode in ('free', 'motor'),
+        of.system.rotors[0].mode == 'motor',
+    )
     return {
         'header': header(of, i, frames.body),
         'name': ['rotor'],
-        'position': [of.states.rotor_angle[i]] if turns else [],
-        'velocity': [of.states.rotor_speed[i]] if turns else [],
-        'effort': [of.system.rotor_torque] if driven else [],
+        'position': list(of.states.rotor_angle[i]) if turns else [],
+        'velocity': list(of.states.rotor_speed[i]) if turns else [],
+        'effort': [of.system.rotor_torque[0]] if driven else [],
     }
 
 

@@ -53,7 +53,7 @@ def test_the_inputs_act(live):
     )
     rates, rotors = participant.listen('angular_velocity'), participant.listen('rotor')
     participant.hear(rates, 5)
-    for name in ('torque', 'rotor_torque'):
+    for name in ('torque', 'rotor_command'):
         example = examples.load(examples.ROOT / 'topics' / f'{name}.yaml')
         kind = examples.interface(example.type)
         publisher = participant.node.create_publisher(kind, example.name.lstrip('/'), 10)
@@ -62,7 +62,7 @@ def test_the_inputs_act(live):
         participant.hear(rates, 20)
     assert rates[-1].velocity.angular.z != rates[0].velocity.angular.z
     assert rotors[0].effort[0] == 0.0
-    given = examples.load(examples.ROOT / 'topics' / 'rotor_torque.yaml').values['data']
+    given = examples.load(examples.ROOT / 'topics' / 'rotor_command.yaml').values['effort'][0]
     assert rotors[-1].effort[0] == given
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from geometry_msgs.msg import WrenchStamped
 from ros.live import EPOCH_NS, stamp_ns
 from scipy.integrate import solve_ivp
-from std_msgs.msg import Float64
+from sensor_msgs.msg import JointState
 
 from satdyn_ros.bag.recorded_run import RecordedRun
 from satdyn_ros.bag.run_records import EVENT, event_from_record
@@ -125,11 +125,11 @@ def test_a_motor_turns_the_rotor(live):
         | {'rotor.mode': 'motor', 'rotor.axis': [0.0, 0.0, 1.0], 'rotor.inertia': 2.0}
         | {'publish.topics': ['rotor', 'angular_velocity'], 'torque.timeout': 0.0}
     )
-    publisher = matched(participant, Float64, 'rotor_torque')
+    publisher = matched(participant, JointState, 'rotor_command')
     rotors = participant.listen('rotor')
     rates = participant.listen('angular_velocity')
     participant.hear(rotors, 5)
-    publisher.publish(Float64(data=0.5))
+    publisher.publish(JointState(name=['rotor'], effort=[0.5]))
     participant.hear(rotors, 60)
     participant.wait_until(lambda: len(rates) >= 60)
     axial_rate = {stamp_ns(m): m.velocity.angular.z for m in rates}

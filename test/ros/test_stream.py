@@ -119,8 +119,8 @@ def test_a_typed_subscriber_sees_what_was_computed(live):
 
     rotor = seen['rotor']
     assert list(rotor.name) == ['rotor']
-    assert list(rotor.position) == [states.rotor_angle[-1]]
-    assert list(rotor.velocity) == [states.rotor_speed[-1]]
+    assert list(rotor.position) == list(states.rotor_angle[-1])
+    assert list(rotor.velocity) == list(states.rotor_speed[-1])
     assert list(rotor.effort) == [0.0]
     assert [marker.ns for marker in seen['markers'].markers] == [
         'body',

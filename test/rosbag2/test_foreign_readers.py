@@ -21,7 +21,7 @@ from satdyn_ros.messages.topics import TOPICS
 TICKS = 90
 FOXGLOVE = Path(__file__).parent / 'foxglove'
 COMPUTED_HERE = ('twist.twist.linear', 'wrench.torque')
-INPUT = ('torque', 'rotor_torque')
+INPUT = ('torque', 'rotor_command')
 
 
 @pytest.fixture(scope='module')
@@ -52,8 +52,8 @@ def truth():
         'attitude_lvlh': {'quaternion': states.q_lb},
         'gravity_gradient': {'wrench.torque': gradient * np.cross(c_b, c_b @ inertia)},
         'rotor': {
-            'position': states.rotor_angle[:, None],
-            'velocity': states.rotor_speed[:, None],
+            'position': states.rotor_angle,
+            'velocity': states.rotor_speed,
             'effort': np.zeros((TICKS, 1)),
         },
         'markers': {'markers.0.pose.position': np.zeros((TICKS, 3))},

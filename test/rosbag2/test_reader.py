@@ -38,7 +38,7 @@ def test_topics_are_described_as_they_were_written(bag):
     """Type, definition, hash and quality of service come back, silent topics with them."""
     topics = Bag(bag).topics
     assert list(topics) == [
-        f'/{name}' for name in (*flights.TOPIC_NAMES, 'torque', 'rotor_torque')
+        f'/{name}' for name in (*flights.TOPIC_NAMES, 'torque', 'rotor_command')
     ]
     imu = topics['/imu']
     assert (imu.name, imu.type) == ('/imu', 'sensor_msgs/msg/Imu')
@@ -131,7 +131,7 @@ def test_an_input_is_recorded_ahead_of_its_tick(bag):
     sequence = flights.sequence(bag)
     stamp = flights.EPOCH_NS + round(20 * 10**9 / 30)
     at_tick = [topic for topic, log_time, _ in sequence if log_time == stamp]
-    assert at_tick[:3] == ['/torque', '/rotor_torque', '/attitude']
+    assert at_tick[:3] == ['/torque', '/rotor_command', '/attitude']
     first = [log_time for _, log_time, _ in sequence].index(stamp)
     assert sequence[first][0] == '/torque'
 

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from satdyn_ros.run import events
-from satdyn_ros.run.events import Request, Reset, RotorTorque, Timeout, Topics, Torque
+from satdyn_ros.run.events import Request, Reset, RotorCommand, Timeout, Topics, Torque
 from satdyn_ros.run.keys import STATE_TOPICS
 from satdyn_ros.run.scenario import Scenario
 
@@ -25,7 +25,7 @@ def test_the_documented_file_is_read():
     assert events.from_yaml_text('\n'.join(lines), MOTOR) == [
         Torque(125, (0.0, 0.0, 0.01), until_tick=145),
         Request(200, {'initial.angular_velocity': [0.0, 0.0, 0.1]}),
-        RotorTorque(400, 0.05, until_tick=450),
+        RotorCommand(400, {'rotor': 0.05}, until_tick=450),
         Topics(600, ('attitude',)),
         Reset(3000),
     ]
@@ -72,7 +72,7 @@ some_event = st.one_of(
     st.builds(Request, ticks, st.fixed_dictionaries({'initial.attitude': st.lists(numbers)})),
     st.builds(Reset, ticks),
     st.builds(Torque, ticks, st.tuples(numbers, numbers, numbers), later),
-    st.builds(RotorTorque, ticks, numbers, later),
+    st.builds(RotorCommand, ticks, st.dictionaries(st.just('rotor'), numbers, min_size=1), later),
     st.builds(Timeout, ticks, st.sampled_from(['torque', 'rotor_torque'])),
     st.builds(Topics, ticks, st.lists(st.sampled_from(STATE_TOPICS), unique=True).map(tuple)),
 )
@@ -101,7 +101,7 @@ def test_what_is_written_is_read(happened):
         ('- {tick: 3, reset: false}', 'reset is false; it takes true'),
         ('- {tick: 3, torque: [0, 0]}', 'torque is [0, 0]; it takes a list of 3 numbers N m'),
         ('- {tick: 3, torque: [0, 0, .inf]}', 'torque is [0, 0, inf]'),
-        ('- {tick: 3, torque: [0, 0, 1], until_tick: 3}', 'until_tick is 3; it takes a time'),
+        ('- {tick: 3, torque: [0, 0, 1], until_tick: 3}', 'until_tick is 3; it must be after'),
         ('- {tick: 3, reset: true, until_tick: 9}', 'reset does not end'),
         ('- {tick: 3, request: 5}', 'request is 5; it takes keys and values'),
         ('- {tick: 3, topics: [altitude]}', 'publish.topics is'),

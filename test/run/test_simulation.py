@@ -8,7 +8,7 @@ import pytest
 
 from satdyn_ros.dynamics import rotation
 from satdyn_ros.dynamics.propagator import Propagation
-from satdyn_ros.run.events import Request, Reset, RotorTorque, Timeout, Topics, Torque
+from satdyn_ros.run.events import Request, Reset, RotorCommand, Timeout, Topics, Torque
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 
@@ -38,9 +38,9 @@ def run(scenario, events=(), ticks=200, block=64):
 
 EVENTS = [
     Torque(20, (0.1, -0.2, 0.3), until_tick=90),
-    RotorTorque(40, 0.05),
+    RotorCommand(40, {'rotor': 0.05}),
     Request(60, {'initial.angular_velocity': [0.0, 0.0, 0.05], 'rotor.speed': 5.0}),
-    RotorTorque(110, 0.0),
+    RotorCommand(110, {'rotor': 0.0}),
     Reset(130),
     Topics(150, ('attitude',)),
 ]

@@ -10,7 +10,7 @@ from satdyn_ros.dynamics.orbit import FixedDirection
 def turning(count, rate_b, interval_s, orbit=None, q_ib=rotation.IDENTITY):
     """Return the states of a body that turns at a constant rate_b (3,) [rad/s] from q_ib on."""
     t_s = np.arange(count) * interval_s
-    nothing = np.full(count, np.nan)
+    nothing = np.full((count, 1), np.nan)
     return States(
         t_s=t_s,
         q_ib=rotation.multiply(q_ib, rotation.from_vector(np.outer(t_s, rate_b))),

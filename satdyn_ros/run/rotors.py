@@ -1,0 +1,108 @@
+"""The rotors that a scenario describes, under rotor.* or, with names, under rotor.NAME.*."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ..dynamics.rotor import Rotor
+from .keys import KEYS
+
+# What belongs to some modes only.
+_MODES_OF = {
+    'momentum': ('constant_momentum',),
+    'inertia': ('free', 'motor'),
+    'speed': ('free', 'motor'),
+    'friction': ('free', 'motor'),
+    'max_torque': ('motor',),
+    'max_speed': ('motor',),
+}
+
+
+# The same of the one rotor without a name: key, the choosing key, the choices.
+BELONGS = tuple((f'rotor.{leaf}', 'rotor.mode', modes) for leaf, modes in _MODES_OF.items())
+
+
+def prefixes(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Return what the keys of each rotor begin with."""
+    return tuple(f'rotor.{name}' for name in names) or ('rotor',)
+
+
+def refuse_foreign(values: Mapping[str, Any]) -> None:
+    """Raise ValueError for a key that its rotor's mode, or rotor.names, has no use for."""
+    names = values['rotor.names']
+    if names:
+        for name, key in KEYS.items():
+            is_of_rotor = name.startswith('rotor.') and name != 'rotor.names'
+            if is_of_rotor and values[name] != key.default:
+                raise ValueError(
+                    f'{name} is {_shown(values[name])}; with rotor.names it takes only its '
+                    f'default, use {name.replace("rotor.", f"rotor.{names[0]}.")} and so on'
+                )
+    for prefix in prefixes(names):
+        mode = values[f'{prefix}.mode']
+        for leaf, modes in _MODES_OF.items():
+            given = values[f'{prefix}.{leaf}']
+            if mode not in modes and given != KEYS[f'rotor.{leaf}'].default:
+                raise ValueError(
+                    f'{prefix}.{leaf} is {given}; with {prefix}.mode {mode} it takes only its '
+                    f'default, it belongs to {" and ".join(modes)}'
+                )
+
+
+def rotors_of(values: Mapping[str, Any]) -> tuple[Rotor, ...]:
+    """Return the rotors of a scenario's values."""
+    names = values['rotor.names']
+    return tuple(
+        Rotor(
+            mode=values[f'{prefix}.mode'],
+            axis=np.array(values[f'{prefix}.axis']),
+            momentum=values[f'{prefix}.momentum'],
+            inertia=values[f'{prefix}.inertia'],
+            friction=values[f'{prefix}.friction'],
+            max_torque=values[f'{prefix}.max_torque'],
+            max_speed=values[f'{prefix}.max_speed'],
+            name=name,
+        )
+        for prefix, name in zip(prefixes(names), names or ('',), strict=True)
+    )
+
+
+def check(values: Mapping[str, Any], rotors: tuple[Rotor, ...], inertia: np.ndarray) -> None:
+    """Raise ValueError where the rotors leave the body no inertia, or one is too fast."""
+    left = inertia
+    for prefix, rotor in zip(prefixes(values['rotor.names']), rotors, strict=True):
+        if not rotor.turns_freely:
+            continue
+        largest = 1.0 / (rotor.axis @ np.linalg.solve(left, rotor.axis))
+        if not 0.0 < rotor.inertia < largest:
+            others = '' if left is inertia else ' and the rotors before it'
+            raise ValueError(
+                f'{prefix}.inertia is {rotor.inertia:g}; with {prefix}.mode {rotor.mode} it takes '
+                f'a number above 0 and below {largest:g} kg m^2, what body.inertia{others} '
+                f'{"leave" if others else "leaves"} it'
+            )
+        left = left - rotor.inertia * np.outer(rotor.axis, rotor.axis)
+        speed = values[f'{prefix}.speed']
+        if 0.0 < rotor.max_speed < abs(speed):
+            raise ValueError(
+                f'{prefix}.speed is {speed:g}; it takes at most {prefix}.max_speed, '
+                f'{rotor.max_speed:g} rad/s, either way'
+            )
+
+
+def speeds_and_angles(values: Mapping[str, Any], rotors: tuple[Rotor, ...]):
+    """Return the initial speeds [rad/s] and angles [rad] (R,), nan where a rotor has none."""
+    names = prefixes(values['rotor.names'])
+    speeds = np.stack(
+        [
+            np.asarray(values[f'{prefix}.speed'] if rotor.turns_freely else np.nan)
+            for prefix, rotor in zip(names, rotors, strict=True)
+        ],
+        axis=-1,
+    )
+    return speeds, np.where(np.isnan(speeds), np.nan, 0.0)
+
+
+def _shown(value):
+    return list(value) if isinstance(value, tuple) else value

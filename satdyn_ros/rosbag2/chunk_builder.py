@@ -1,8 +1,9 @@
 """
-Chunks put together with NumPy: the messages of many ticks at once.
+Builds chunks with NumPy, the messages of many ticks at once.
 
 All messages of a topic have one length, so a tick is a row of one layout, and a block of ticks is
-a table whose columns are heads and data.  Topics that not every tick has stand between its rows.
+a table whose columns are heads and data.  Messages of topics without a message at every tick go
+between the rows.
 """
 
 from collections.abc import Mapping
@@ -18,7 +19,7 @@ from .chunk import CHUNK_SIZE, HEAD, scatter
 
 
 class ChunkBuilder:
-    """The contents of the running chunk; full once they reach the size of a chunk."""
+    """The contents of the current chunk; full once they reach the size of a chunk."""
 
     def __init__(self):
         self._buffer = np.empty(2 * CHUNK_SIZE, np.uint8)
@@ -47,7 +48,7 @@ class ChunkBuilder:
 
     def add_ticks(self, stamps_ns: np.ndarray, rows: Mapping[int, Rows]) -> int:
         """
-        Append the messages of ticks until the chunk is full and return how many ticks it took.
+        Append the messages of ticks until the chunk is full; return how many ticks were added.
 
         stamps_ns (N,); rows: for each channel the messages (N,), each row the bytes of one, or
         SomeRows, which follow those of all ticks.
@@ -79,7 +80,7 @@ class ChunkBuilder:
         return count
 
     def take(self) -> np.ndarray:
-        """Return the contents, valid until the next record comes, and begin anew."""
+        """Return the contents, valid until the next record is added, and start a new chunk."""
         contents = self._buffer[: self._size]
         self._size = 0
         return contents

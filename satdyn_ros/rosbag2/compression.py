@@ -1,4 +1,4 @@
-"""How the contents of chunks are compressed, and had again within bounds of memory."""
+"""Compression of chunk contents, and decompression within bounds of memory."""
 
 from collections.abc import Callable
 
@@ -10,16 +10,16 @@ from .errors import Damaged
 
 COMPRESSIONS = ('none', 'lz4', 'zstd')
 
-# What a chunk may hold [bytes]: rosbag2 and we write less than one per cent of it.
+# The most a chunk may hold [bytes]: rosbag2 and satdyn_ros write less than one per cent of it.
 CEILING = 256 * 2**20
 
-# The first of the fast levels: two to six per cent larger than the default's, in seven tenths of
-# its time.
+# The first of the fast levels: output two to six per cent larger than at the default level, in
+# seven tenths of the time.
 _ZSTD_LEVEL = -1
 
 
 def compressor(compression: str) -> Callable[[np.ndarray], bytes]:
-    """Return what compresses contents (N,) uint8 by the name in a chunk: 'zstd', 'lz4' or ''."""
+    """Return the function that compresses contents (N,) uint8: 'zstd', 'lz4' or '' for none."""
     if compression == 'zstd':
         context = zstandard.ZstdCompressor(level=_ZSTD_LEVEL)
         return lambda contents: context.compress(contents.data)
@@ -32,15 +32,15 @@ def decompress(compression: str, data: bytes, size: int, ceiling: int = CEILING)
     """
     Return the contents, `size` bytes, of compressed data, by the name in a chunk.
 
-    No more than size and ceiling [bytes] are expanded.  Damaged: data does not hold so many bytes,
-    or the compression is none that we know.
+    No more than size and ceiling [bytes] are expanded.  Damaged: data does not hold that many
+    bytes, or the compression is unknown.
     """
     if size > ceiling:
-        raise Damaged(f'it claims to hold {size} bytes; we read up to {ceiling}')
+        raise Damaged(f'it claims to hold {size} bytes; the limit is {ceiling}')
     try:
         contents = _DECOMPRESS[compression](data, size)
     except KeyError:
-        raise Damaged(f'its compression is {compression!r}; we read lz4 and zstd') from None
+        raise Damaged(f'its compression is {compression!r}; lz4 and zstd are supported') from None
     except (zstandard.ZstdError, RuntimeError, MemoryError) as error:
         raise Damaged(f'it cannot be decompressed: {error}') from None
     if len(contents) != size:
@@ -49,7 +49,7 @@ def decompress(compression: str, data: bytes, size: int, ceiling: int = CEILING)
 
 
 def decompress_begin(compression: str, data: bytes, ceiling: int = CEILING) -> bytes:
-    """Return as much of the contents as can be had where data is cut off."""
+    """Return as much of the contents as can be recovered from data that is cut off."""
     try:
         if compression == 'zstd':
             return zstandard.ZstdDecompressor().stream_reader(data).read(ceiling)
@@ -67,12 +67,12 @@ def zstd_size(data: bytes) -> int:
     except zstandard.ZstdError:
         raise Damaged('it is not compressed with zstd') from None
     if size == zstandard.CONTENTSIZE_UNKNOWN:
-        raise Damaged('its zstd frame does not tell the size of its contents')
+        raise Damaged('its zstd frame does not give the size of its contents')
     return size
 
 
 def _decompress_zstd(data, size):
-    # Where a frame tells its size, zstandard takes that and not max_output_size.
+    # Where a frame gives its size, zstandard uses that and not max_output_size.
     claimed = zstandard.get_frame_parameters(data).content_size
     if claimed not in (size, zstandard.CONTENTSIZE_UNKNOWN):
         raise Damaged(f'its zstd frame holds {claimed} bytes, not {size}')

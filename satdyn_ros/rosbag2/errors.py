@@ -2,12 +2,12 @@
 
 
 class BagError(ValueError):
-    """A path that is no bag, or a bag that cannot be read."""
+    """A path that is not a bag, or a bag that cannot be read."""
 
 
 class Damaged(BagError):  # noqa: N818
-    """A bag whose bytes are not those that its writer wrote."""
+    """A bag whose bytes are not those its writer wrote."""
 
 
 class Incomplete(Damaged):
-    """A file whose writer did not come to its end."""
+    """A file whose writer did not finish it."""

@@ -1,4 +1,4 @@
-"""Where the records of an MCAP file stand, and where the next one begins behind damaged bytes."""
+"""Where the records of an MCAP file are, and where the next one begins after damaged bytes."""
 
 import os
 from collections.abc import Iterator
@@ -14,10 +14,10 @@ from .records import PREFIX, name_of, read
 _MESSAGE_HEAD = 2 + 4 + 8 + 8
 _LAST_OPCODE = max(Opcode)
 _WINDOW = 2**20
-# So many messages that follow each other do not by chance.
+# This many messages do not follow each other by chance.
 _CHAIN = 3
-# By kind: the size of what comes ahead of the first inner length, and of the inner lengths, each
-# followed by so many bytes.
+# By kind of record: the size of what precedes the first inner length, and the sizes of the inner
+# lengths; each is followed by as many bytes as it says.
 _SIZED: dict[int, tuple[int, ...]] = {
     Opcode.HEADER: (0, 4, 4),
     Opcode.SCHEMA: (2, 4, 4, 4),
@@ -30,9 +30,9 @@ _SIZED: dict[int, tuple[int, ...]] = {
 
 class Frame(NamedTuple):
     """
-    The bytes of a record; is_whole: they are one, else what stands in its place.
+    The bytes of a record; is_whole: false for other bytes in the place of a record.
 
-    content: what comes behind opcode and length; empty where it is not whole.
+    content: what follows opcode and length; empty where it is not whole.
     """
 
     opcode: int
@@ -43,18 +43,18 @@ class Frame(NamedTuple):
 
     @property
     def prefix(self) -> bytes:
-        """Return opcode and length as they stand in the file."""
+        """Return opcode and length as they are in the file."""
         return PREFIX.pack(self.opcode, len(self.content))
 
     @property
     def name(self) -> str:
-        """Return how a sentence calls it."""
+        """Return its name in an error message."""
         return f'the {name_of(self.opcode)} record at byte {self.start}'
 
 
 class FrameReader:
     """
-    A file by its records.
+    Reads a file record by record.
 
     place: where the next one is.  is_broken_off: the last one had no end.  ceiling [bytes]: no
     larger record is read.
@@ -79,7 +79,7 @@ class FrameReader:
         return self._file.read(max(0, min(length, self.size - start)))
 
     def frames(self) -> Iterator[Frame]:
-        """Yield the records and what stands in their place, to the footer or the end."""
+        """Yield records, and the bytes in place of damaged ones, up to the footer or the end."""
         while self.place < self.size:
             frame = self._frame()
             self.place = frame.end
@@ -90,7 +90,7 @@ class FrameReader:
 
     def is_record(self, start: int, chain: int = _CHAIN) -> bool:
         """
-        Whether bytes are a whole record, and not so by chance.
+        Whether bytes are a whole record, and not by chance.
 
         The inner lengths add up to the length; of messages, which have none, several follow each
         other.
@@ -128,7 +128,7 @@ class FrameReader:
         return Frame(opcode, start, self._next_record(start + 1), b'', is_whole=False)
 
     def _is_valid(self, frame: Frame) -> bool:
-        """Whether a frame is a record, by its own bytes or by what comes behind it."""
+        """Whether a frame is a record, by its own bytes or by what follows it."""
         if frame.opcode in _SIZED:
             return self._adds_up(frame.opcode, frame.start + PREFIX.size, len(frame.content))
         if frame.opcode == Opcode.MESSAGE or frame.opcode > _LAST_OPCODE:
@@ -139,7 +139,7 @@ class FrameReader:
             return False
 
     def _head(self, start: int) -> tuple[int, int]:
-        """Return opcode and length of what begins here; 0, 0: the file ends."""
+        """Return opcode and length of what begins here; 0, 0 at the end of the file."""
         prefix = self.read(start, PREFIX.size)
         return PREFIX.unpack(prefix) if len(prefix) == PREFIX.size else (0, 0)
 
@@ -160,11 +160,11 @@ class FrameReader:
         return offset == length
 
     def _next_record(self, start: int) -> int:
-        """Return where the next whole record begins, the end of the file: there is none."""
+        """Return where the next whole record begins, or the end of the file if there is none."""
         for first in range(start, self.size, _WINDOW):
             window = np.frombuffer(self.read(first, _WINDOW + PREFIX.size), np.uint8)
             count = max(0, len(window) - PREFIX.size + 1)
-            # No record has 4 GiB; opcode 0 wraps around and is none.
+            # No record has 4 GiB; opcode 0 wraps around and is not a record.
             likely = (window[:count] - np.uint8(1) < _LAST_OPCODE) & (window[5 : 5 + count] == 0)
             for place in np.flatnonzero(likely).tolist():
                 if self.is_record(first + place):

@@ -1,8 +1,8 @@
 """
 Whether a bag says the same everywhere: its data, their indexes, the summaries, metadata.yaml.
 
-A bag of ours has every checksum and index of the format.  Other writers leave some out, and so did
-our version 0.1, which summed no data.
+Bags written by satdyn_ros have every checksum and index of the format.  Other writers leave some
+out, as version 0.1 did, which wrote no checksum of the data.
 """
 
 import re
@@ -54,8 +54,9 @@ class CheckedFile:
     """
     A file that says the same everywhere.
 
-    tally: what its data hold; its schemas and channels are those of the summary.  is_ours: we
-    wrote it.  has_checksum: its data are summed.  closing: rosbag2's last words in it, '': none.
+    tally: what its data hold; its schemas and channels are those of the summary.  is_ours:
+    satdyn_ros wrote it.  has_checksum: its data have one.  closing: rosbag2's metadata at its end,
+    '': none.
     """
 
     path: Path
@@ -67,7 +68,7 @@ class CheckedFile:
 
 def check(bag: Bag) -> list[str]:
     """
-    Hold everything in a bag against everything else; return in words what cannot be held.
+    Check everything in a bag against everything else; return in words what cannot be checked.
 
     Damaged: the first contradiction, by file and record.  Incomplete: a file has no end.
     """
@@ -80,20 +81,20 @@ def check(bag: Bag) -> list[str]:
 
 
 def check_file(path: Path) -> CheckedFile:
-    """Hold the records of a file against each other; errors: as check."""
+    """Check the records of a file against each other; errors: as check."""
     data = _Data(path)
     found = scan(path)
     for item in found:
         if data.take(item):
             break
     else:
-        raise Damaged(f'{path} is damaged: its data have no end')
+        raise Damaged(f'{path} is damaged: its data section has no end')
     _Summary(path, data, [_sound(path, item) for item in found]).check()
     return CheckedFile(path, data.tally, data.is_ours, data.crc != 0, data.closing)
 
 
 class _Data:
-    """What the data of a file hold, record by record."""
+    """The data section of a file, record by record."""
 
     def __init__(self, path: Path):
         self.path = path
@@ -116,14 +117,14 @@ class _Data:
         return tuple(map(int, found.groups())) if found else None
 
     def take(self, found: Found) -> bool:
-        """Take in what stands next and return whether it ends the data."""
+        """Take in the next item and return whether it ends the data."""
         item = _sound(self.path, found).item
         if isinstance(item, IndexRecord):
             self._take_index(found, item)
             return False
         self._end_chunk()
         if isinstance(item, Header) != (self.header is None):
-            raise _damaged(self.path, found, 'the data have one Header, at their begin')
+            raise _damaged(self.path, found, 'the data must have one Header, at their start')
         match item:
             case Header():
                 self.header = item
@@ -178,7 +179,7 @@ class _Data:
 
 
 class _Summary:
-    """What stands behind the data of a file."""
+    """What follows the data of a file."""
 
     def __init__(self, path: Path, data: _Data, found: list[Found]):
         self._path = path
@@ -188,7 +189,7 @@ class _Summary:
             raise Damaged(f'{path} is damaged: there is no Footer record at its end')
 
     def check(self) -> None:
-        """Hold the summary against the data, and give the tally what only the summary says."""
+        """Check the summary against the data, and add to the tally what only the summary says."""
         footer_found = self._found[-1]
         footer = footer_found.item
         read_summary(self._path)
@@ -229,7 +230,7 @@ class _Summary:
             is_chunk = isinstance(index, ChunkIndex)
             place = index.chunk_start_offset if is_chunk else index.offset
             if expected.get(place) != (in_order(index) if is_chunk else written([index])):
-                raise self._damaged(found, f'it does not fit what stands at byte {place}')
+                raise self._damaged(found, f'it does not match what is at byte {place}')
             places.add(place)
         if expected.keys() - places and (listed or self._data.is_ours):
             raise self._missing(f'{kind.__name__} of byte {min(expected.keys() - places)}')
@@ -265,7 +266,7 @@ class _Summary:
 
 def check_metadata(path: Path, said: dict[str, Any], files: list[CheckedFile]) -> None:
     """
-    Hold what metadata.yaml says against the files, one of ours also against their last words.
+    Check metadata.yaml against the files; that of satdyn_ros also against their closing records.
 
     Damaged: the first contradiction, by its key.
     """

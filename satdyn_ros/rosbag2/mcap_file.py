@@ -15,7 +15,7 @@ from .summary import Tally
 
 class McapFile:
     """
-    A file that is complete after finish(); what was written before is with the system at once.
+    A file that is complete after finish(); each write is handed to the system at once.
 
     tally: what the summary will say; schemas and channels that are added to it are listed there.
     size [bytes], crc: of what was written so far.  OSError: the file exists, or cannot be written.
@@ -54,7 +54,7 @@ class McapFile:
         self.tally.add_chunk(start, chunk, parsed, index_offsets, len(indexes))
 
     def finish(self) -> None:
-        """Write the summary and close the file, its bytes on the disk."""
+        """Write the summary, sync the file to disk and close it."""
         self._write_record(DataEnd(self.crc))
         self._write(self.tally.end_of_file(self.size))
         os.fsync(self._file.fileno())
@@ -62,7 +62,7 @@ class McapFile:
 
     @property
     def is_closed(self) -> bool:
-        """Whether the file takes no more."""
+        """Whether the file is closed."""
         return self._file.closed
 
     def close(self) -> None:

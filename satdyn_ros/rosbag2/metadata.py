@@ -89,7 +89,7 @@ class FileInformation:
 
 @dataclass
 class BagMetadata:
-    """What metadata.yaml says of a bag beside its topics."""
+    """What metadata.yaml says of a bag besides its topics."""
 
     files: list[FileInformation]
     custom_data: Mapping[str, str] = field(default_factory=dict)
@@ -121,13 +121,13 @@ class BagMetadata:
     def record(
         self, topics: Sequence[TopicMetadata] = (), counts: Mapping[str, int] | None = None
     ) -> dict[str, str]:
-        """Return the content of the metadata record NAME; at the begin, topics are unknown."""
+        """Return the content of the metadata record NAME; at the start, topics are unknown."""
         return {'serialized_metadata': self.to_yaml(topics, counts or {})}
 
     def write(
         self, directory: Path, topics: Sequence[TopicMetadata], counts: Mapping[str, int]
     ) -> None:
-        """Write metadata.yaml, which makes the bag complete: all at once, and on the disk."""
+        """Write metadata.yaml atomically and sync it to disk, which completes the bag."""
         text = f'rosbag2_bagfile_information:\n{_indent(self.to_yaml(topics, counts), 2)}'
         unfinished = directory / f'.{FILE_NAME}'
         with open(unfinished, 'w', encoding='utf-8') as file:
@@ -172,32 +172,32 @@ def read(path: Path) -> dict[str, Any]:
     Return what a metadata.yaml says, without its outer key.
 
     relative_file_paths are names of files in the bag.  Damaged: it is not what rosbag2 writes.
-    BagError: it is that of a bag which we do not read.
+    BagError: the storage or compression of the bag is not supported.
     """
     try:
         text = path.read_text(encoding='utf-8')
     except UnicodeDecodeError:
-        raise Damaged(f'{path} is damaged: it is no text') from None
+        raise Damaged(f'{path} is damaged: it is not text') from None
     outer = parse(text, str(path))
     said = outer.get('rosbag2_bagfile_information')
     if not isinstance(said, dict):
         raise Damaged(f'{path} is damaged: it has no rosbag2_bagfile_information')
     storage = said.get('storage_identifier')
     if storage != 'mcap':
-        raise BagError(f'{path.parent} is stored as {storage}; we read mcap')
+        raise BagError(f'{path.parent} is stored as {storage}; only mcap is supported')
     names = said.get('relative_file_paths')
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise Damaged(f'{path} is damaged: its relative_file_paths are no list of names')
+        raise Damaged(f'{path} is damaged: its relative_file_paths are not a list of names')
     outside = [name for name in names if Path(name).name != name or name == '..' or '\0' in name]
     if outside:
-        raise BagError(f'{path} lists {outside[0]!r}, which is no file of the bag')
+        raise BagError(f'{path} lists {outside[0]!r}, which is not a file of the bag')
     if len(set(names)) < len(names):
         raise Damaged(f'{path} is damaged: its relative_file_paths list a file twice')
     return said
 
 
 def parse(text: str, origin: str) -> dict[str, Any]:
-    """Return the map that a YAML text is; Damaged, which names its origin: it is none."""
+    """Return the map in a YAML text; Damaged, naming the origin: it is not a map."""
     try:
         said = ros_yaml.load(text, origin)
     except ValueError as error:
@@ -236,7 +236,7 @@ def _file(file):
 
 
 def _list(key, items):
-    """Return a YAML list of texts; what follows an item's first line keeps its column."""
+    """Return a YAML list of texts; the lines after an item's first one are indented."""
     if not items:
         return f'{key}: []'
     return '\n'.join([f'{key}:', *('  - ' + _indent(item, 4).lstrip() for item in items)])
@@ -251,7 +251,7 @@ def _map(key, mapping):
 
 
 def _scalar(text):
-    """Return a string as YAML writes it, plain where nothing can be misread."""
+    """Return a string as a YAML scalar, plain where it cannot be misread."""
     return text if re.fullmatch(r'[A-Za-z_/][\w./-]*', text, re.ASCII) else _quoted(text)
 
 

@@ -1,4 +1,4 @@
-"""A bag as it is: ours or another's, complete or cut off by the end of its writer."""
+"""Reads a bag from any writer, complete or truncated because its writer died."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -38,7 +38,7 @@ class Messages(NamedTuple):
 
 
 class TopicBlock(NamedTuple):
-    """Messages of several topics that follow each other; topics: names by channel."""
+    """Consecutive messages of several topics; topics: names by channel."""
 
     contents: Contents
     topics: dict[int, str]
@@ -54,11 +54,12 @@ class Bag:
     A bag: a directory or a bare .mcap file.
 
     files: its .mcap files in order.  information: what its metadata.yaml says, None: it has none.
-    has_compressed_messages: rosbag2 compressed each by itself, with zstd; they are read as such.
+    has_compressed_messages: rosbag2 compressed each message separately, with zstd; they are read
+    as they are stored.
     problem: what cut reading short, known after all was read.  ceiling [bytes]: no chunk is read
     that holds more.
 
-    BagError, here and while reading: path is no bag of MCAP files, or one that is damaged.
+    BagError, here and while reading: path is not a bag of MCAP files, or the bag is damaged.
     """
 
     def __init__(self, path: str | Path, ceiling: int = CEILING):
@@ -105,7 +106,7 @@ class Bag:
 
     @cached_property
     def channel_ids(self) -> dict[str, int]:
-        """The channels by the topic's name, those of its last file that has it."""
+        """Channel ids by topic name, from the last file that has the topic."""
         declared = (channels for _, channels in self._declarations)
         return {channel.topic: i for channels in declared for i, channel in channels.items()}
 
@@ -127,11 +128,11 @@ class Bag:
 
 
 def bag_files(path: Path, information: dict[str, Any] | None) -> list[Path]:
-    """Return the .mcap files of a bag in order; BagError: path is no bag of MCAP files."""
+    """Return the .mcap files of a bag in order; BagError: path is not a bag of MCAP files."""
     if path.is_file():
         return [path]
     if not path.is_dir():
-        raise BagError(f'{path} is no bag: there is no such file or directory')
+        raise BagError(f'{path} is not a bag: no such file or directory')
     if information is not None:
         files = [path / name for name in information['relative_file_paths']]
         missing = [file for file in files if not file.is_file()]
@@ -140,7 +141,7 @@ def bag_files(path: Path, information: dict[str, Any] | None) -> list[Path]:
     else:
         files = sorted(path.glob('*.mcap'), key=_number)
     if not files:
-        raise BagError(f'{path} is no bag: there is no .mcap file in it')
+        raise BagError(f'{path} is not a bag: it has no .mcap file')
     return files
 
 
@@ -150,7 +151,7 @@ def _information(path: Path) -> dict[str, Any] | None:
 
 
 def has_compressed_messages(path: Path, information: dict[str, Any] | None) -> bool:
-    """Return whether messages are compressed; BagError: whole files are, or otherwise."""
+    """Return whether messages are compressed; BagError: whole files are, or not with zstd."""
     said = information or {}
     mode, form = str(said.get('compression_mode') or 'NONE'), said.get('compression_format')
     if mode.upper() == 'NONE':
@@ -158,7 +159,7 @@ def has_compressed_messages(path: Path, information: dict[str, Any] | None) -> b
     if mode.upper() != 'MESSAGE' or form != 'zstd':
         raise BagError(
             f'{path} was compressed by rosbag2 (compression_mode {mode}, compression_format '
-            f'{form}), of which we read MESSAGE by zstd; ros2 bag convert writes it uncompressed'
+            f'{form}); only MESSAGE with zstd is supported, and ros2 bag convert decompresses it'
         )
     return True
 

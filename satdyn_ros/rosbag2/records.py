@@ -1,4 +1,4 @@
-"""The records of MCAP one by one: read strictly, and told apart from other bytes."""
+"""The records of MCAP one by one: parsed strictly, and distinguished from other bytes."""
 
 import io
 import struct
@@ -52,7 +52,7 @@ _ENTRIES = np.dtype([('log_time', '<u8'), ('offset', '<u8')])
 
 
 class ChunkRecord(NamedTuple):
-    """A chunk as it stands in a file; data: the messages, compressed."""
+    """A chunk as it is in a file; data: the messages, compressed."""
 
     first_ns: int
     last_ns: int
@@ -63,7 +63,7 @@ class ChunkRecord(NamedTuple):
 
     @classmethod
     def read(cls, content: bytes) -> 'ChunkRecord':
-        """Return the chunk of a record's content, which may be cut off; Damaged: it is none."""
+        """Return the chunk of a record's content, which may be cut off; Damaged: it is not one."""
         try:
             first_ns, last_ns, size, crc, length = _CHUNK.unpack_from(content)
             compression = content[_CHUNK.size : _CHUNK.size + length].decode()
@@ -75,7 +75,7 @@ class ChunkRecord(NamedTuple):
         return cls(first_ns, last_ns, size, crc, compression, data)
 
     def prefix(self) -> bytes:
-        """Return all of the record that stands ahead of data."""
+        """Return the part of the record that precedes data."""
         name = self.compression.encode()
         fields = _CHUNK.pack(self.first_ns, self.last_ns, self.size, self.crc, len(name))
         length = len(fields) + len(name) + 8 + len(self.data)
@@ -89,7 +89,7 @@ class ChunkRecord(NamedTuple):
         )
 
     def contents(self, ceiling: int = CEILING) -> Contents:
-        """Return the messages; Damaged: they are not those that were written."""
+        """Return the messages; Damaged: they are not what was written."""
         data = decompress(self.compression, self.data, self.size, ceiling)
         if self.crc not in (0, zlib.crc32(data)):
             raise Damaged('its checksum is wrong')
@@ -99,14 +99,14 @@ class ChunkRecord(NamedTuple):
 
 
 class IndexRecord(NamedTuple):
-    """The index of a channel's messages in the chunk before: entries (n,) of log_time, offset."""
+    """A channel's messages in the previous chunk: entries (n,) of log_time, offset."""
 
     channel_id: int
     entries: np.ndarray
 
     @classmethod
     def read(cls, content: bytes) -> 'IndexRecord':
-        """Return the index of a record's content; Damaged: it is none."""
+        """Return the index of a record's content; Damaged: it is not an index."""
         if len(content) < _INDEX.size:
             raise Damaged('it cannot be read')
         channel_id, size = _INDEX.unpack_from(content)
@@ -115,7 +115,7 @@ class IndexRecord(NamedTuple):
         return cls(channel_id, np.frombuffer(content, _ENTRIES, offset=_INDEX.size))
 
     def agrees_with(self, contents: Contents) -> bool:
-        """Whether this is the index of a chunk's contents, in whatever order."""
+        """Whether this is the index of a chunk's contents, in any order."""
         if self.channel_id not in contents.counts:
             return len(self.entries) == 0
         expected = contents.index_of(self.channel_id)
@@ -127,7 +127,7 @@ def message_indexes(contents: Contents, start: int) -> tuple[bytes, dict[int, in
     """Return the index records of a chunk's messages and where in the file each channel's is."""
     records, offsets = bytearray(), {}
     for channel_id in contents.counts:
-        # Numbers of this machine are those of the file, little endian.
+        # This machine is little endian, as the file is.
         entries = contents.index_of(channel_id)
         offsets[channel_id] = start + len(records)
         size = entries.nbytes
@@ -139,7 +139,7 @@ def message_indexes(contents: Contents, start: int) -> tuple[bytes, dict[int, in
 
 def read(opcode: int, content: bytes) -> McapRecord | ChunkRecord | IndexRecord | None:
     """
-    Return the record of a content, None: a kind that MCAP may have one day.
+    Return the record of a content; None: a kind that this version of MCAP does not define.
 
     Damaged: it is not what a writer writes.
     """
@@ -160,7 +160,7 @@ def read(opcode: int, content: bytes) -> McapRecord | ChunkRecord | IndexRecord 
 
 
 def written(records: Iterable[McapRecord]) -> bytes:
-    """Return records as they stand in a file."""
+    """Return the bytes of records in a file."""
     builder = RecordBuilder()
     for record in records:
         record.write(builder)

@@ -1,7 +1,7 @@
 """
 Mend a bag whose writer was killed, or which was damaged: everything that can be read is kept.
 
-Indexes, statistics, summaries and metadata.yaml are made anew from the data.
+Indexes, statistics, summaries and metadata.yaml are rebuilt from the data.
 """
 
 import os
@@ -30,7 +30,7 @@ _LOST_HEADER = Header('ros2', 'satdyn_ros')
 
 @dataclass(frozen=True)
 class Recovered:
-    """What recover did: the files it wrote again, the messages that the bag has, what was lost."""
+    """What recover did: the files it rewrote, the messages in the bag, what was lost."""
 
     files: tuple[str, ...]
     message_count: int
@@ -41,12 +41,12 @@ def recover(path: str | Path, output: str | Path | None = None) -> Recovered:
     """
     Mend a bag: a directory, or a bare .mcap file.
 
-    Everything that can be read is kept, on both sides of any damage; of a chunk that is cut off
-    its whole messages.  A file is replaced when the new one is complete, and where anything was
-    lost the old one stays beside it as NAME.damaged.  What is complete is left as it is.
+    Everything readable is kept, before and after any damage; from a chunk that is cut off, its
+    complete messages.  A file is replaced when the new one is complete, and where anything was
+    lost the old one stays beside it as NAME.damaged.  Complete files are left as they are.
 
-    output: the new bag, which must not exist; the old one stays as it is.  BagError: path is no
-    bag, or one that cannot be kept whole.  OSError: the new file cannot be written.
+    output: the new bag, which must not exist; the old one stays as it is.  BagError: path is not
+    a bag, or cannot be kept whole.  OSError: the new file cannot be written.
     """
     path = Path(path)
     files, losses = _files(path)
@@ -73,7 +73,7 @@ def recover(path: str | Path, output: str | Path | None = None) -> Recovered:
 
 
 def _files(path: Path) -> tuple[list[Path], list[Loss]]:
-    """Return the files of a bag, without a metadata.yaml that is damaged, and those missing."""
+    """Return the files of a bag and those missing; a damaged metadata.yaml is ignored."""
     try:
         said = metadata.read(path / metadata.FILE_NAME)
     except (Damaged, FileNotFoundError, NotADirectoryError):
@@ -90,7 +90,7 @@ def _files(path: Path) -> tuple[list[Path], list[Loss]]:
 
 
 def _is_listed(path: Path, files: list[CheckedFile]) -> bool:
-    """Whether metadata.yaml says what the files hold."""
+    """Whether metadata.yaml agrees with the files."""
     file = path / metadata.FILE_NAME
     try:
         check_metadata(file, metadata.read(file), files)
@@ -100,7 +100,7 @@ def _is_listed(path: Path, files: list[CheckedFile]) -> bool:
 
 
 def _first_words(files: list[Path]) -> tuple[Mapping[str, str], str]:
-    """Return custom_data and ros_distro as rosbag2's first record that can be read says them."""
+    """Return custom_data and ros_distro from the first readable rosbag2 record."""
     for file in files:
         for found in scan(file):
             item = found.item
@@ -117,9 +117,9 @@ def _first_words(files: list[Path]) -> tuple[Mapping[str, str], str]:
 
 
 def _new_place(path: Path, output: Path) -> Path:
-    """Return the directory of the mended bag, made anew if the bag is one."""
+    """Return the directory of the mended bag, created if the bag is a directory."""
     if output.exists():
-        raise FileExistsError(f'{output} exists already; a mended bag needs a new place')
+        raise FileExistsError(f'{output} already exists; a mended bag needs a new place')
     if path.is_dir():
         output.mkdir(parents=True)
         return output
@@ -127,7 +127,7 @@ def _new_place(path: Path, output: Path) -> Path:
 
 
 def _mend(path: Path, target: Path, contents: BagContents) -> Loss | None:
-    """Write a file again with all that can be had of it, then put it in its place."""
+    """Rewrite a file with all that can be recovered of it, then replace it."""
     survey = Survey(path)
     unfinished = target.with_suffix('.recovering')
     try:
@@ -137,7 +137,7 @@ def _mend(path: Path, target: Path, contents: BagContents) -> Loss | None:
             file.tally.schemas |= survey.tally.schemas
             file.tally.channels |= survey.tally.channels
             contents.add(target.name, file.tally)
-            # Two in a file: the first at its begin, the second with what is known at its end.
+            # A file has two: the first at its start, the second with what is known at its end.
             for _ in range(file.tally.metadata_names.count(metadata.NAME), 2):
                 file.write_metadata(metadata.NAME, contents.record())
             loss = survey.loss(file.crc)
@@ -153,7 +153,7 @@ def _mend(path: Path, target: Path, contents: BagContents) -> Loss | None:
 
 
 def _copy(path: Path, file: McapFile, survey: Survey) -> None:
-    """Write what can be had of a file; a channel that lost its declaration gets it again."""
+    """Write what can be recovered of a file; a channel that lost its declaration gets it back."""
     known = survey.tally
     compression = ''
     for found in scan(path):
@@ -176,7 +176,7 @@ def _copy(path: Path, file: McapFile, survey: Survey) -> None:
 
 
 def _keep(path: Path) -> None:
-    """Keep a file beside itself under a name that nobody has."""
+    """Keep a copy of a file beside it under an unused name."""
     number, kept = 1, path.with_name(f'{path.name}.damaged')
     while kept.exists():
         number += 1

@@ -1,8 +1,8 @@
 """
-The records of an MCAP file from its begin to its end, past whatever is damaged.
+The records of an MCAP file from start to end, past any damage.
 
-What cannot be read is told as a flaw, and the scan goes on at the next bytes that are a record.
-Each byte is looked at a bounded number of times, however hostile the file.
+What cannot be read is reported as a flaw, and the scan continues at the next bytes that are a
+record.  Each byte is read a bounded number of times, however hostile the file.
 """
 
 import zlib
@@ -26,7 +26,7 @@ _IN_CHUNKS = (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE)
 
 
 class Block(NamedTuple):
-    """Messages that follow each other; chunk: as it stands in the file, None: in no whole one."""
+    """Consecutive messages; chunk: the one they are in, None: they are not in a whole chunk."""
 
     contents: Contents
     chunk: ChunkRecord | None = None
@@ -34,10 +34,10 @@ class Block(NamedTuple):
 
 class Flaw(NamedTuple):
     """
-    What is not as it was written, as a predicate of the file.
+    A defect of the file; what: its description, the predicate of a sentence about the file.
 
-    opcode: of the record whose length is right, but not what is in it, or which is cut off; 0:
-    there is no record.  is_end: here the file ends, in the middle of writing it.
+    opcode: of the record whose length is right but whose content is wrong or cut off; 0: there is
+    no record.  is_end: the file ends here, in mid-write.
     """
 
     what: str
@@ -63,11 +63,11 @@ class Found(NamedTuple):
 
 def scan(path: Path, ceiling: int = CEILING) -> Iterator[Found]:
     """
-    Yield what a file holds, in its order.
+    Yield what a file holds, in order.
 
-    Messages come in blocks: a whole chunk, the begin of one that is cut off, or a chunk's size of
-    those that stand outside of chunks.  ceiling [bytes]: no record, and no chunk's contents, is
-    read that is larger.  BagError: it is no MCAP file.
+    Messages come in blocks: a whole chunk, the beginning of one that is cut off, or a chunk's size
+    of those outside chunks.  ceiling [bytes]: no larger record or chunk contents is read.
+    BagError: it is not an MCAP file.
     """
     with open(path, 'rb') as file:
         reader = FrameReader(file, ceiling)
@@ -78,10 +78,10 @@ def scan(path: Path, ceiling: int = CEILING) -> Iterator[Found]:
 
 
 def _data(reader: FrameReader) -> Iterator[Found]:
-    """Yield what stands up to the end of the data, whose checksum is that of all before it."""
+    """Yield the data section; the record that ends it has the checksum of all before it."""
     crc: int | None = zlib.crc32(MCAP0_MAGIC)
     loose: list[Frame] = []
-    before = 'the magic at its begin'
+    before = 'the magic at its start'
     for frame in reader.frames():
         is_loose = frame.is_whole and frame.opcode in _IN_CHUNKS and _is_readable(frame)
         if loose and not (is_loose and frame.end - loose[0].start < CHUNK_SIZE):
@@ -108,7 +108,7 @@ def _data(reader: FrameReader) -> Iterator[Found]:
 
 
 def _summary(reader: FrameReader) -> Iterator[Found]:
-    """Yield what stands behind the data."""
+    """Yield what follows the data."""
     before = 'the end of the data'
     for frame in reader.frames():
         if frame.is_whole:
@@ -123,8 +123,8 @@ def _magic_at_begin(path: Path, reader: FrameReader) -> Iterator[Found]:
     if MCAP0_MAGIC.startswith(magic):
         return
     if not (reader.is_finished or reader.is_record(len(MCAP0_MAGIC))):
-        raise BagError(f'{path} is no MCAP file')
-    yield Found(0, len(MCAP0_MAGIC), Flaw('is damaged: the magic at its begin is wrong'))
+        raise BagError(f'{path} is not an MCAP file')
+    yield Found(0, len(MCAP0_MAGIC), Flaw('is damaged: the magic at its start is wrong'))
 
 
 def _magic_at_end(reader: FrameReader) -> Iterator[Found]:
@@ -138,7 +138,7 @@ def _magic_at_end(reader: FrameReader) -> Iterator[Found]:
 
 
 def _found(frame: Frame, ceiling: int) -> Found:
-    """Return what a record holds, or why that cannot be had."""
+    """Return what a record holds, or why it cannot be read."""
     try:
         record = read(frame.opcode, frame.content)
         if isinstance(record, ChunkRecord):
@@ -162,9 +162,9 @@ def _flaw(frame: Frame, why: str) -> Found:
 
 
 def _broken(reader: FrameReader, frame: Frame, before: str) -> Iterator[Found]:
-    """Yield what can be had where no whole record is; before: what stands ahead of it."""
+    """Yield what is readable where no whole record is; before: what precedes it."""
     if frame.end < reader.size or reader.is_finished:
-        what = f'there is no record at byte {frame.start}, behind {before}'
+        what = f'there is no record at byte {frame.start}, after {before}'
         if frame.opcode in _KNOWN:
             what = f'{frame.name}: it cannot be read'
         yield Found(frame.start, frame.end, Flaw(f'is damaged: {what}'))
@@ -182,6 +182,6 @@ def _broken(reader: FrameReader, frame: Frame, before: str) -> Iterator[Found]:
 
 
 def _loose_block(frames: list[Frame]) -> Found:
-    """Return records that stand outside of chunks as a block."""
+    """Return records outside chunks as a block."""
     data = b''.join(part for frame in frames for part in (frame.prefix, frame.content))
     return Found(frames[0].start, frames[-1].end, Block(Contents(np.frombuffer(data, np.uint8))))

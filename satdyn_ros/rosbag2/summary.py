@@ -1,7 +1,7 @@
 """
-The summary that ends a file: what it says of the data, told as the data are written or read.
+The summary at the end of a file, built up while the data are written or read.
 
-It is the same for whoever writes a file and for whoever holds one against its data.
+Writing a file and checking one against its data use the same tally.
 """
 
 import os
@@ -40,9 +40,9 @@ _GROUPS = (
 
 class Tally:
     """
-    What the summary of a file has to say after its first records.
+    What the summary of a file must say, given the records so far.
 
-    schemas, channels: by id.  chunk_indexes, metadata_indexes: as they stand in a file, by the
+    schemas, channels: by id.  chunk_indexes, metadata_indexes: their bytes in a file, by the
     place of what they index.
     """
 
@@ -68,7 +68,7 @@ class Tally:
         index_offsets: dict[int, int],
         index_length: int,
     ) -> None:
-        """Take in a chunk at its place, and the indexes of its messages behind it."""
+        """Take in a chunk at its place, and the message indexes that follow it."""
         index = ChunkIndex(
             message_start_time=chunk.first_ns,
             message_end_time=chunk.last_ns,
@@ -107,7 +107,7 @@ class Tally:
         self.statistics.channel_count = len(self.channels)
 
     def end_of_file(self, start: int) -> bytes:
-        """Return what stands behind the data, from `start` to the end of the file."""
+        """Return what follows the data, from `start` to the end of the file."""
         self.close()
         groups = (
             written(schema for _, schema in sorted(self.schemas.items())),
@@ -127,20 +127,20 @@ class Tally:
 
 
 def checksum(summary: bytes, start: int, offset_start: int) -> int:
-    """Return the checksum of a summary, and of the footer up to where the checksum stands."""
+    """Return the checksum of a summary and of the footer up to the checksum itself."""
     footer = struct.pack('<BQQQ', Opcode.FOOTER, 8 + 8 + 4, start, offset_start)
     return zlib.crc32(footer, zlib.crc32(summary))
 
 
 def in_order(index: ChunkIndex) -> bytes:
-    """Return an index as it stands in a file, its offsets by channel."""
+    """Return the bytes of an index in a file, its offsets by channel."""
     offsets = dict(sorted(index.message_index_offsets.items()))
     return written([replace(index, message_index_offsets=offsets)])
 
 
 @dataclass
 class Summary:
-    """The summary as it stands in a file."""
+    """The summary read from a file."""
 
     footer: Footer
     schemas: dict[int, Schema] = field(default_factory=dict)
@@ -153,8 +153,8 @@ def read_summary(path: Path) -> Summary:
     """
     Return the summary of a file, read from its end.
 
-    Incomplete: the file has none, for its writer did not come to its end.  Damaged: it is not what
-    a writer writes.
+    Incomplete: the file has none because its writer did not finish.  Damaged: it is not what a
+    writer writes.
     """
     with open(path, 'rb') as file:
         size = file.seek(0, os.SEEK_END)
@@ -164,7 +164,7 @@ def read_summary(path: Path) -> Summary:
         if end < len(MCAP0_MAGIC) or not tail.endswith(MCAP0_MAGIC):
             raise Incomplete(f'{path} ends in mid-write; satdyn recover completes it')
         if tail[: PREFIX.size] != PREFIX.pack(Opcode.FOOTER, FOOTER_SIZE - PREFIX.size):
-            raise Damaged(f'{path} is damaged: there is no footer ahead of its end')
+            raise Damaged(f'{path} is damaged: there is no footer before its end')
         footer = Footer(*struct.unpack_from('<QQI', tail, PREFIX.size))
         if footer.summary_start == 0:
             return Summary(footer)
@@ -197,7 +197,7 @@ def _records(path: Path, start: int, data: bytes) -> Iterator[McapRecord]:
         rest = len(data) - place - PREFIX.size
         opcode, length = PREFIX.unpack_from(data, place) if rest >= 0 else (0, 0)
         if length > rest:
-            raise Damaged(f'{path} is damaged: its summary is broken off at byte {start + place}')
+            raise Damaged(f'{path} is damaged: its summary is cut off at byte {start + place}')
         begin = place + PREFIX.size
         try:
             record = read(opcode, data[begin : begin + length])

@@ -19,10 +19,10 @@ _MADE_ANEW = (Opcode.HEADER, Opcode.MESSAGE_INDEX, Opcode.DATA_END)
 @dataclass(frozen=True)
 class Loss:
     """
-    What cannot be had of a file any more.
+    What can no longer be recovered from a file.
 
     byte_count: bytes that are lost, None: the whole file; 0: a Header or Metadata record is not as
-    it was written, and none can tell which.  span_ns: log times between which messages may be
+    it was written, but it is unknown which.  span_ns: log times between which messages may be
     missing; None: there are no messages around.  begin_ns: the file's first log time.
     message_count: None: not known.
     """
@@ -52,7 +52,7 @@ class Loss:
 
 class Survey:
     """
-    A damaged file, read once from begin to end.
+    A damaged file, read once from start to end.
 
     header: None: it is lost.  tally: what its data hold; its schemas and channels are those that
     data or summary declare.  lost_bytes: how many cannot be read.  BagError: it cannot be kept
@@ -83,7 +83,7 @@ class Survey:
 
     def loss(self, crc: int) -> Loss | None:
         """
-        Return what cannot be had any more; None: all that the file held is still there.
+        Return what is lost; None: all that the file held is still there.
 
         crc: the checksum of the data written again.
         """
@@ -123,7 +123,7 @@ class Survey:
             case Statistics():
                 self._statistics = found.item
             case Attachment():
-                raise BagError(f'{self._name} has attachments, which a rosbag2 bag has not')
+                raise BagError(f'{self._name} has attachments, which rosbag2 does not support')
             case Flaw():
                 self._take_flaw(found, found.item)
 

@@ -16,7 +16,7 @@ from .records import PREFIX, ChunkRecord
 from .scan import Block, Flaw, scan
 from .summary import Summary
 
-# Where so much of a file is at the same log times, its chunks are no order to play in.
+# Where this much of a file is at the same log times, its chunks give no order to play in.
 _MOST_AT_ONCE = 2**30
 
 
@@ -29,7 +29,7 @@ class Message(NamedTuple):
 
 
 class _Place(NamedTuple):
-    """Where messages stand in a file, and the log times between which they are."""
+    """Where messages are in a file, and the range of their log times."""
 
     first_ns: int
     last_ns: int
@@ -114,7 +114,7 @@ class Timeline:
             yield Message(log_time_ns, self._topics[channel_id], bytes(data))
 
     def _loose_places(self) -> Iterator[_Place]:
-        """Yield where messages stand in a file without chunks."""
+        """Yield the places of messages in a file without chunks."""
         for found in scan(self._path, self._ceiling):
             if isinstance(found.item, Flaw):
                 raise Damaged(f'{self._path} {found.item.what}')
@@ -133,7 +133,7 @@ class Timeline:
             if opcode != Opcode.CHUNK or place.start + PREFIX.size + length != place.end:
                 raise Damaged(f'{what} is not where the summary places it')
             if length > self._ceiling:
-                raise Damaged(f'{what} has {length} bytes; we read up to {self._ceiling}')
+                raise Damaged(f'{what} has {length} bytes; the limit is {self._ceiling}')
             try:
                 content = reader.read(place.start + PREFIX.size, length)
                 return ChunkRecord.read(content).contents(self._ceiling)

@@ -1,4 +1,4 @@
-"""A rosbag2 bag that is written as it happens: never half a record, never older than one flush."""
+"""Writes a rosbag2 bag as it happens: never half a record, never more than one flush behind."""
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import contextmanager
@@ -25,13 +25,13 @@ class BagWriter:
     Write a bag into a new directory: <name>_0.mcap, <name>_1.mcap ... and metadata.yaml.
 
     topics: what is recorded; those without messages are listed too.  max_size_bytes,
-    max_duration_s: a new file begins when the running one has reached this size, or would span
+    max_duration_s: a new file begins when the current one has reached this size, or would span
     more than this time; 0: never.  preamble: metadata records, by name, with which every
     file begins; metadata.yaml carries their content too.
 
-    One thread uses it.  What was written is with the system after flush(), and the bag is complete
-    after close().  OSError: the directory exists or cannot be written; the bag then takes no more,
-    and what was written can be recovered.
+    For use by one thread.  Writes reach the system at flush(), and the bag is complete after
+    close().  OSError: the directory exists or cannot be written; nothing more is then written to
+    the bag, and what was written can be recovered.
     """
 
     def __init__(
@@ -46,7 +46,7 @@ class BagWriter:
     ):
         if compression not in COMPRESSIONS:
             known = ', '.join(COMPRESSIONS)
-            raise ValueError(f'record.compression is {compression!r}; it is one of {known}')
+            raise ValueError(f'record.compression is {compression!r}; allowed: {known}')
         self.directory = Path(directory)
         self._topics: dict[str, TopicMetadata] = {}
         self._schemas: dict[str, Schema] = {}
@@ -70,7 +70,7 @@ class BagWriter:
             self.add_topic(topic)
 
     def add_topic(self, topic: TopicMetadata) -> None:
-        """Take in a topic; one that is known already stays as it is."""
+        """Add a topic; a known one stays as it is."""
         if topic.name in self._topics:
             return
         schema_id = len(self._schemas) + 1
@@ -113,7 +113,7 @@ class BagWriter:
                 done += self._add_ticks(stamps_ns[fits], messages)
 
     def write_message(self, topic: str, stamp_ns: int, data: bytes) -> None:
-        """Write one message, as of an input ahead of the messages of its tick."""
+        """Write one message, such as an input ahead of the messages of its tick."""
         with self._telling():
             self._chunk.add_message(self._declared(topic), stamp_ns, data)
             self._count(topic, [stamp_ns])
@@ -121,17 +121,17 @@ class BagWriter:
                 self._end_chunk()
 
     def write_metadata(self, name: str, mapping: Mapping[str, str]) -> None:
-        """Write a metadata record, behind all that was written and ahead of what comes."""
+        """Write a metadata record, after everything written so far."""
         with self._telling():
             self._write_metadata(name, mapping)
 
     def flush(self) -> None:
-        """Hand all that was written to the system, where it outlives this process."""
+        """Hand everything written to the system, so that it survives the process."""
         with self._telling():
             self._end_chunk()
 
     def close(self) -> None:
-        """Complete the bag; to one that takes no more, nothing is done."""
+        """Complete the bag; after a write error, do nothing."""
         if self._failure or self._file.is_closed:
             return
         with self._telling():
@@ -149,23 +149,23 @@ class BagWriter:
             self.directory.mkdir(parents=True)
         except FileExistsError as error:
             raise FileExistsError(
-                f'{self.directory} exists already; a bag needs a new directory'
+                f'{self.directory} already exists; a bag needs a new directory'
             ) from error
         except OSError as error:
             raise type(error)(
-                f'the bag {self.directory} cannot be made: {error.strerror}'
+                f'the bag {self.directory} cannot be created: {error.strerror}'
             ) from error
 
     @contextmanager
     def _telling(self):
-        """Turn what the system says into one sentence; after it the bag takes no more."""
+        """Turn an error of the system into one sentence, after which nothing more is written."""
         if self._failure:
             raise OSError(self._failure)
         try:
             yield
         except OSError as error:
             self._failure = (
-                f'the bag {self.directory} takes no more: {error.strerror}; '
+                f'the bag {self.directory} can no longer be written: {error.strerror}; '
                 'satdyn recover completes it'
             )
             raise OSError(self._failure) from error
@@ -195,11 +195,11 @@ class BagWriter:
         return too_large or stamp_ns - self._first_ns(stamp_ns) > self._max_duration_ns
 
     def _first_ns(self, stamp_ns):
-        """Return the first log time of the running file, which is stamp_ns if it has none yet."""
+        """Return the first log time of the current file, or stamp_ns if it has none yet."""
         return min(stamp_ns, self._metadata.files[-1].first_ns)
 
     def _add_ticks(self, stamps_ns, messages):
-        """Write as many of the ticks as the running chunk takes; return how many."""
+        """Write as many of the ticks as the current chunk has room for; return how many."""
         by_channel = {self._declared(topic): rows for topic, rows in messages.items()}
         count = self._chunk.add_ticks(stamps_ns, by_channel)
         for topic, rows in messages.items():
@@ -210,7 +210,7 @@ class BagWriter:
         return count
 
     def _declared(self, topic):
-        """Return a topic's channel; ahead of its first message a file declares it."""
+        """Return a topic's channel; a file declares it before its first message."""
         channel, schema = self._channels[topic], self._schemas[self._topics[topic].type]
         for key, record in ((schema.name, schema), (topic, channel)):
             if key not in self._in_file:

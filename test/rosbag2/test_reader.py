@@ -80,7 +80,7 @@ def test_a_bag_written_by_rosbags_is_read(tmp_path, version):
     assert found.data[:, 4:12].copy().view('<i8')[:, 0].tolist() == list(range(1000))
     assert bag.topics['/count'].type == 'std_msgs/msg/Int64'
     assert bag.problem is None
-    with pytest.raises(ValueError, match='holds no scenario: it was not written by satdyn'):
+    with pytest.raises(ValueError, match='holds no scenario: satdyn_ros did not write it'):
         RecordedRun(path)
 
 
@@ -88,7 +88,7 @@ def test_a_bag_stored_otherwise_is_refused(tmp_path):
     """The other storage of rosbag2 is named, not misread."""
     with RosbagsWriter(tmp_path / 'bag', version=9, storage_plugin=StoragePlugin.SQLITE3):
         pass
-    with pytest.raises(ValueError, match='is stored as sqlite3; we read mcap'):
+    with pytest.raises(ValueError, match='is stored as sqlite3; only mcap is supported'):
         Bag(tmp_path / 'bag')
 
 

@@ -252,7 +252,7 @@ def test_a_file_outside_of_the_bag_is_not_touched(whole, tmp_path):
     for name in ('../x.mcap', str(outside), '..', 'sub/x.mcap'):
         (bag / 'metadata.yaml').write_text(text.replace('bag_0.mcap', name))
         for read in (recover, Bag):
-            with pytest.raises(BagError, match='which is no file of the bag'):
+            with pytest.raises(BagError, match='which is not a file of the bag'):
                 read(bag)
     assert outside.stat().st_size == size // 2
     assert sorted(file.name for file in bag.iterdir()) == ['bag_0.mcap', 'metadata.yaml']
@@ -272,7 +272,7 @@ def test_a_bag_that_cannot_be_written_is_mended_elsewhere(whole, tmp_path, is_ba
     assert check(Bag(new)) == []
     assert (bag / 'bag_0.mcap').read_bytes() == before
     assert [file.name for file in bag.iterdir()] == ['bag_0.mcap']
-    with pytest.raises(FileExistsError, match='exists already; a mended bag needs a new place'):
+    with pytest.raises(FileExistsError, match='already exists; a mended bag needs a new place'):
         recover(old, new)
 
 
@@ -380,11 +380,11 @@ def test_a_disk_without_room_leaves_the_old_file(whole, tmp_path):
 
 def test_what_is_no_bag_is_refused(tmp_path):
     """Nothing there, nothing in it, or something else."""
-    with pytest.raises(ValueError, match='is no bag: there is no such file or directory'):
+    with pytest.raises(ValueError, match='is not a bag: no such file or directory'):
         recover(tmp_path / 'nothing')
-    with pytest.raises(ValueError, match=r'is no bag: there is no \.mcap file in it'):
+    with pytest.raises(ValueError, match=r'is not a bag: it has no \.mcap file'):
         recover(tmp_path)
     (tmp_path / 'text.mcap').write_text('this is not an MCAP file')
-    with pytest.raises(ValueError, match='is no MCAP file'):
+    with pytest.raises(ValueError, match='is not an MCAP file'):
         recover(tmp_path)
     assert (tmp_path / 'text.mcap').read_text() == 'this is not an MCAP file'

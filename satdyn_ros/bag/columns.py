@@ -246,7 +246,7 @@ def _stride(step_s: str | float, rate: Fraction) -> int:
         ticks = Fraction(0)
     if ticks <= 0 or ticks.denominator != 1:
         raise ValueError(
-            f"the step is {step_s} s; it takes a multiple of the bag's tick of "
+            f"the step is {step_s} s; it must be a multiple of the bag's tick of "
             f'{float(1 / rate):g} s'
         )
     return int(ticks)

@@ -70,7 +70,8 @@ def export(
     output, options = Path(output), options or Options()
     kind = output.suffix
     if kind not in (*_TABLES, *_MESSAGES):
-        raise ValueError(f'{output} ends with neither {", ".join((*_TABLES, *_MESSAGES))}')
+        formats = ', '.join((*_TABLES, *_MESSAGES))
+        raise ValueError(f'the format of {output} is unknown; allowed: {formats}')
     options.check(kind)
     run = RecordedRun(path)
     if kind in _TABLES:

@@ -97,5 +97,5 @@ def _profiles(text: str) -> list[dict[str, Any]]:
     except ValueError as error:
         raise Damaged(str(error)) from None
     if not isinstance(profiles, list) or not all(isinstance(p, dict) for p in profiles):
-        raise Damaged('offered_qos_profiles are no list of profiles')
+        raise Damaged('offered_qos_profiles is not a list of profiles')
     return profiles

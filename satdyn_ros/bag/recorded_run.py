@@ -38,8 +38,8 @@ class RecordedRun:
         begin = self._begin()
         if run_records.SCENARIO not in begin:
             raise BagError(
-                f'{path} holds no scenario: it was not written by satdyn, or another program, '
-                'as ros2 bag convert, wrote it again without'
+                f'{path} holds no scenario: satdyn_ros did not write it, or another program, '
+                'such as ros2 bag convert, rewrote it without one'
             )
         with self._reading(run_records.SCENARIO):
             provenance = begin[run_records.SCENARIO]
@@ -100,7 +100,9 @@ class RecordedRun:
         """
         layout, data = self.layout(name), messages.data
         if not isinstance(data, np.ndarray) or data.shape[1] != layout.itemsize:
-            raise Damaged(f'{self.bag.path} has messages on {self.names[name]} that are foreign')
+            raise Damaged(
+                f'{self.bag.path} has messages on {self.names[name]} that satdyn_ros did not write'
+            )
         return data.view(layout)[:, 0]
 
     @contextmanager

@@ -64,7 +64,7 @@ def from_record(record: Mapping[str, str]) -> dict[str, Any]:
     try:
         return {name: json.loads(value) for name, value in record.items()}
     except (ValueError, RecursionError):
-        raise Damaged('its values are no JSON') from None
+        raise Damaged('its values are not JSON') from None
 
 
 def names_and_machine(record: Mapping[str, str]) -> tuple[dict[str, str], dict[str, str]]:
@@ -89,7 +89,7 @@ def snapshot_from_record(record: Mapping[str, str]) -> dict[str, Any]:
     snapshot = from_record(record)
     begin, tick = snapshot.get('begin_tick'), snapshot.get('tick')
     if not (type(begin) is int and type(tick) is int and 0 <= begin <= tick):
-        raise Damaged('its ticks are no numbers of ticks')
+        raise Damaged('its ticks are not tick numbers')
     if not isinstance(state := snapshot.get('begin_state'), dict):
         raise Damaged('it has no begin_state')
     for name, vector in (*state.items(), ('torque_b', snapshot.get('torque_b'))):
@@ -99,10 +99,10 @@ def snapshot_from_record(record: Mapping[str, str]) -> dict[str, Any]:
             and len(vector) == length
             and all(isinstance(x, int | float) for x in vector)
         ):
-            raise Damaged(f'its {name} is no vector of {length} numbers')
+            raise Damaged(f'its {name} is not a vector of {length} numbers')
     until = snapshot.get('until')
     if not isinstance(until, dict) or not all(type(tick) is int for tick in until.values()):
-        raise Damaged('its until are no ticks')
+        raise Damaged('its until does not hold ticks')
     KEYS['publish.topics'].checked(snapshot.get('topics'))
     return snapshot
 
@@ -121,7 +121,7 @@ def event_from_record(record: Mapping[str, str]) -> Event:
     """Return the event of a metadata record; Damaged: it is none."""
     kind = _EVENTS.get(record.get('event', ''))
     if kind is None:
-        raise Damaged(f'its event is {record.get("event")!r}; it is one of {", ".join(_EVENTS)}')
+        raise Damaged(f'its event is {record.get("event")!r}; allowed: {", ".join(_EVENTS)}')
     values = from_record({name: value for name, value in record.items() if name != 'event'})
     names = {field.name for field in dataclasses.fields(kind)}
     if values.keys() != names or type(values['tick']) is not int or values['tick'] < 0:
@@ -129,5 +129,5 @@ def event_from_record(record: Mapping[str, str]) -> Event:
     if kind is events.Topics:
         values['names'] = KEYS['publish.topics'].checked(values['names'])
     if kind is events.Request and not isinstance(values['values'], dict):
-        raise Damaged('its request is no keys and values')
+        raise Damaged('its request is not keys and values')
     return kind(**values)

@@ -97,7 +97,7 @@ def tick_count(scenario: Scenario, duration_s: str | float) -> int:
     except (ValueError, ZeroDivisionError):
         duration = Fraction(0)
     if duration <= 0:
-        raise ValueError(f'the duration is {duration_s}; it takes a number above 0 s')
+        raise ValueError(f'the duration is {duration_s}; it must be a number above 0 s')
     count = math.ceil(duration * scenario.rate)
     ticks = Ticks(scenario.rate, scenario.epoch_ns)
     if ticks.stamp_ns(count - 1) > LAST_STAMP_NS:
@@ -196,7 +196,7 @@ def _tick_at(ticks, at_s):
     try:
         return ticks.ceil(at_s)
     except (ValueError, ZeroDivisionError):
-        raise ValueError(f'the instant is {at_s}; it takes a number of seconds') from None
+        raise ValueError(f'the instant is {at_s}; it must be a number of seconds') from None
 
 
 def _check(events, scenario):

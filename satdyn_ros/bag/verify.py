@@ -63,8 +63,8 @@ class Verdict:
             said = f'{self.message_count} messages, the same byte for byte'
         else:
             said = (
-                f'{self.message_count} messages, apart by at most {self.of_allowed:.2g} of what '
-                'rounding grows to'
+                f'{self.message_count} messages, differing by at most {self.of_allowed:.2g} of '
+                'what rounding can grow to'
             )
         if self.other_machine:
             changes = ', '.join(

@@ -87,7 +87,7 @@ def seconds(duration: str) -> float:
     except ValueError:
         given = 0.0
     if not 0.0 < given < np.inf:
-        raise ValueError(f'--duration is {duration}; it takes a number above 0 s')
+        raise ValueError(f'--duration is {duration}; it must be a number above 0 s')
     return given
 
 

@@ -65,14 +65,14 @@ class _Segment:
 
         self.type = value('ATTITUDE_TYPE')
         if self.type not in _LENGTHS:
-            raise ValueError(f'ATTITUDE_TYPE is {self.type}; we read {" and ".join(_LENGTHS)}')
+            raise ValueError(f'ATTITUDE_TYPE is {self.type}; supported: {" and ".join(_LENGTHS)}')
         if value('TIME_SYSTEM') != 'UTC':
-            raise ValueError(f'TIME_SYSTEM is {value("TIME_SYSTEM")}; we read UTC')
+            raise ValueError(f'TIME_SYSTEM is {value("TIME_SYSTEM")}; only UTC is supported')
         frames = value('REF_FRAME_A'), value('REF_FRAME_B')
         are_body = [frame.startswith('SC_BODY') for frame in frames]
         if sum(are_body) != 1 or not _is_inertial(frames[are_body.index(False)]):
             raise ValueError(
-                f'REF_FRAME_A is {frames[0]} and REF_FRAME_B {frames[1]}; we read SC_BODY and '
+                f'REF_FRAME_A is {frames[0]} and REF_FRAME_B {frames[1]}; supported: SC_BODY and '
                 f'one of {", ".join(INERTIAL_FRAMES)}'
             )
         is_b_to_a = version == '1.0' and value('ATTITUDE_DIR') == 'B2A'

@@ -32,12 +32,12 @@ class Subject:
     def __post_init__(self) -> None:
         if self.frame not in INERTIAL_FRAMES:
             raise ValueError(
-                f'the frame is {self.frame}; it takes an inertial one: '
+                f'the frame is {self.frame}; it must be an inertial one: '
                 f'{", ".join(INERTIAL_FRAMES)}'
             )
         for what, name in (('center', self.center), ('object', self.object_name)):
             if not _NAME.fullmatch(name):
-                raise ValueError(f'the {what} is {name!r}; it takes letters, digits, _ and -')
+                raise ValueError(f'the {what} is {name!r}; allowed: letters, digits, _ and -')
 
 
 class SegmentWriter:

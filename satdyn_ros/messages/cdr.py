@@ -107,7 +107,7 @@ class Message:
         if field.length == schemas.SEQUENCE:
             self._add_count(len(items))
         elif len(items) != field.length:
-            raise ValueError(f'{path} has {len(items)} elements; it takes {field.length}')
+            raise ValueError(f'{path} has {len(items)} elements; it must have {field.length}')
         if field.type in _NUMBERS and not any(callable(item) for item in items):
             self._add_numbers(path, field.type, (len(items),), items)
         else:

@@ -40,7 +40,7 @@ def draw_sweep(table: str | Path, what: Sequence[str] = ()) -> Figure:
     numbers = [name for name in columns.column_names if _is_number(columns, name)]
     unknown = [name for name in what if name not in numbers]
     if unknown:
-        raise ValueError(f'the column is {unknown[0]}; it takes {", ".join(numbers)}')
+        raise ValueError(f'the column is {unknown[0]}; allowed: {", ".join(numbers)}')
     axes_names = _grid_axes(columns, numbers)
     usual = _MAPPED if axes_names else _COUNTED
     chosen = what or [name for name in usual if name in numbers]

@@ -29,7 +29,7 @@ def plot(
     """
     unknown = [name for name in what if name not in PANELS]
     if unknown:
-        raise ValueError(f'the panel is {unknown[0]}; it takes {", ".join(PANELS)}')
+        raise ValueError(f'the panel is {unknown[0]}; allowed: {", ".join(PANELS)}')
     figure = draw(history(bag, begin_s=begin_s, end_s=end_s), what, unwrap)
     try:
         figure.savefig(output, dpi=150)

@@ -46,14 +46,14 @@ class Client:
     def __init__(self, node_name: str = 'satdyn', timeout_s: float = 5.0):
         if not (math.isfinite(timeout_s) and 0.0 < timeout_s <= _LONGEST_S):
             raise ValueError(
-                f'--timeout is {timeout_s:g}; it takes a number above 0 and at most '
+                f'--timeout is {timeout_s:g}; it must be a number above 0 and at most '
                 f'{_LONGEST_S:g} s'
             )
         try:
             validate_full_topic_name('/' + node_name.removeprefix('/'), is_service=True)
         except NameValidationException as error:
             raise ValueError(
-                f'--node is {node_name!r}; it takes the name of a node, satdyn or /sat1/satdyn'
+                f'--node is {node_name!r}; it must be the name of a node, satdyn or /sat1/satdyn'
             ) from error
         self._name, self._timeout_s = node_name, timeout_s
         self._context = Context()
@@ -135,14 +135,14 @@ class Client:
         client = self._node.create_client(service_type, f'{self._name}/{service}')
         if not client.wait_for_service(self._timeout_s):
             raise TimeoutError(
-                f'no node {self._name} is there, after {self._timeout_s:g} s; start one by '
+                f'no node {self._name} found within {self._timeout_s:g} s; start one with '
                 'satdyn node --params-file default'
             )
         future = client.call_async(request)
         deadline_s = time.monotonic() + self._timeout_s
         while not future.done():
             if time.monotonic() > deadline_s:
-                raise TimeoutError(f'{self._name} gave no answer within {self._timeout_s:g} s')
+                raise TimeoutError(f'{self._name} did not answer within {self._timeout_s:g} s')
             self._executor.spin_once(_LOOK_S)
         self._node.destroy_client(client)
         return future.result()
@@ -152,7 +152,7 @@ def assignment(text: str) -> tuple[str, Any]:
     """
     Return key and value of 'initial.angular_velocity=[0,0,0.01]', the value as in a YAML file.
 
-    ValueError: it is none, or its value is not one of a parameter.
+    ValueError: it is not KEY=VALUE, or no parameter can hold the value.
     """
     name, equals, given = text.partition('=')
     if not (name and equals and given.strip()):

@@ -71,7 +71,7 @@ class Inputs:
         frame, body = message.header.frame_id, self._scenario.frames.body
         if frame not in ('', body):
             return self._refuse(
-                'frame', f'torque is given in the frame {frame}; it takes {body} or none'
+                'frame', f'torque is given in the frame {frame}; it must be {body} or none'
             )
         force = message.wrench.force
         if (force.x, force.y, force.z) != (0.0, 0.0, 0.0):
@@ -115,7 +115,7 @@ class Inputs:
     def _is_taken(self, name, numbers, **torques):
         if not all(isfinite(number) for number in numbers):
             given = ', '.join(f'{number:g}' for number in numbers)
-            return self._refuse(name, f'{name} is {given}; it takes finite numbers [N m]')
+            return self._refuse(name, f'{name} is {given}; it must be finite [N m]')
         try:
             self._check_closed_form(replace(self._scenario.system, **torques))
         except ValueError as error:

@@ -43,7 +43,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             args=['satdyn', *arguments[at:]], signal_handler_options=SignalHandlerOptions.NO
         )
     except UnknownROSArgsError as error:
-        return _refuse(f'--ros-args takes no {error}')
+        return _refuse(f'--ros-args does not allow {error}')
     except (ValueError, RCLError, NameValidationException) as error:
         return _refuse(error)
     sys.setswitchinterval(_SWITCH_INTERVAL_S)

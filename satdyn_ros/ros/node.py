@@ -63,7 +63,7 @@ class SatdynNode(rclpy.node.Node):
     def _build(self, scenario):
         if scenario['time.publish_clock'] and self.get_parameter('use_sim_time').value:
             raise ValueError(
-                'time.publish_clock and use_sim_time are both true; whoever publishes /clock '
+                'time.publish_clock and use_sim_time are both true; a node that publishes /clock '
                 'cannot follow it'
             )
         self._publishing = Publishing(self, scenario)
@@ -150,7 +150,7 @@ class SatdynNode(rclpy.node.Node):
 
     def _tell(self, event):
         if isinstance(event, TorquesDropped):
-            reason = f'with them tick {event.tick} is out of reach'
+            reason = f'with them tick {event.tick} cannot be reached'
             self.get_logger().error(f'the torques that acted are dropped: {reason}')
         else:
             self.get_logger().error(

@@ -45,7 +45,7 @@ class ParameterService(rclpy.parameter_service.ParameterService):
             # Of an empty name rclpy would make a parameter.
             unknown = [p.name for p in parameters if not node.has_parameter(p.name)]
             if unknown:
-                raise ValueError(f'{unknown[0]!r} is no parameter of this node')
+                raise ValueError(f'{unknown[0]!r} is not a parameter of this node')
             with self._lock:
                 result = node.set_parameters_atomically(parameters)
         except (ParameterException, ValueError, TypeError) as error:
@@ -59,7 +59,7 @@ def parameter_of(message: ParameterMessage) -> Parameter:
     types = [kind.value for kind in Parameter.Type]
     if message.value.type not in types:
         raise ValueError(
-            f'{message.name} is of type {message.value.type}; a parameter takes a type of '
+            f'{message.name} is of type {message.value.type}; it must be a type of '
             f'{min(types)} to {max(types)}'
         )
     return Parameter.from_parameter_msg(message)

@@ -70,7 +70,7 @@ def descriptor(key: Key) -> ParameterDescriptor:
 
 def _constraints(key):
     if key.changes == 'service':
-        return f'takes {key.allowed}; changes through ~/set_initial_conditions alone'
+        return f'takes {key.allowed}; changed only through ~/set_initial_conditions'
     return f'takes {key.allowed}'
 
 
@@ -136,7 +136,7 @@ class Parameters:
         refused = [name for name in values if name in self.scenario.initial_conditions]
         if refused and not self._puts_in_force:
             raise ValueError(
-                f'{refused[0]} changes through the service ~/set_initial_conditions alone, which '
+                f'{refused[0]} changes only through the service ~/set_initial_conditions, which '
                 'restarts the motion'
             )
         return self.scenario.with_values(values)

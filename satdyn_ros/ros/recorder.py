@@ -24,7 +24,7 @@ class Recorder:
     One bag in record.directory, named by the wall clock, open from its making to close().
 
     topics: those recorded from the begin.  resolve: a topic's full name in the node's namespace.
-    tell(sentence): called once if the bag takes no more.  OSError: the bag cannot be made.
+    tell(sentence): called once if the bag takes no more.  OSError: the bag cannot be created.
     """
 
     def __init__(

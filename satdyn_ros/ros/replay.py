@@ -41,13 +41,11 @@ def replay(
     with one sentence each.  ValueError: the bag or a number is not allowed.
     """
     if not (math.isfinite(rate) and rate > 0.0):
-        raise ValueError(f'--rate is {rate:g}; it takes a number above 0')
+        raise ValueError(f'--rate is {rate:g}; it must be a number above 0')
     bag = Playback(path)
     duration_s = (bag.end_ns - bag.begin_ns) / _SECOND_NS
     if not 0.0 <= start_offset_s <= duration_s:
-        raise ValueError(
-            f'--start-offset is {start_offset_s:g}; the bag takes 0 to {duration_s:g} s'
-        )
+        raise ValueError(f'--start-offset is {start_offset_s:g}; it must be 0 to {duration_s:g} s')
     context = Context()
     rclpy.init(args=[], context=context, signal_handler_options=SignalHandlerOptions.NO)
     node = rclpy.create_node('satdyn_replay', context=context, start_parameter_services=False)
@@ -81,7 +79,7 @@ def _publishers(node: Node, bag: Playback) -> dict[str, Publisher]:
             continue
         publishers[name] = node.create_publisher(message, name, qos_profile(bag.qos[name]))
     if not publishers:
-        raise ValueError('no type of message in the bag is installed')
+        raise ValueError('none of the message types in the bag is installed')
     return publishers
 
 

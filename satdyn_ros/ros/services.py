@@ -133,9 +133,9 @@ class Services:
         if self._pacing.halted:
             reason = self._halted
         elif self._pacing.is_stepping:
-            reason = 'a step goes on already; ~/pause ends it'
+            reason = 'a step is already in progress; ~/pause ends it'
         else:
-            reason = 'the node is not paused; ~/step takes a paused node (~/pause)'
+            reason = 'the node is not paused; ~/step needs a paused node (call ~/pause)'
         reply(Trigger.Response(message=reason))
 
     @property
@@ -171,6 +171,6 @@ def _values(parameters) -> dict[str, Any]:
     for message in parameters:
         parameter = parameter_of(message)
         if parameter.name in values:
-            raise ValueError(f'{parameter.name} is given twice; a request takes it once')
+            raise ValueError(f'{parameter.name} is given twice; it may be given once')
         values[parameter.name] = plain_value(parameter)
     return values

@@ -1,8 +1,8 @@
 """
 What can happen to a run, as data.
 
-An event acts on a tick, never between ticks.  Requests and resets replace the state of their
-tick; torques leave it and act from it on.  In a file, events are a YAML list:
+An event acts at a tick, never between ticks.  Requests and resets replace the state of their
+tick; torques leave it and act from then on.  In a file, events are a YAML list:
 
     - {at_s: 12.5, torque: [0.0, 0.0, 0.01]}
     - {at_s: 20, request: {initial.angular_velocity: [0.0, 0.0, 0.1]}}
@@ -10,7 +10,7 @@ tick; torques leave it and act from it on.  In a file, events are a YAML list:
     - {at_s: 40, rotor_torque: 0.05, until_s: 45}
     - {at_s: 60, topics: [attitude]}
 
-Each acts at a tick, or at the first tick that is not before at_s seconds from tick 0.  A torque
+Each acts at a tick, or at the first tick at or after at_s seconds from tick 0.  A torque
 ends after torque.timeout, as in the node, unless until_s or until_tick says where; null: it holds
 until the next one.  With rotor.names a rotor_torque is given by name,
 {rw_x: 0.001, rw_z: -0.002}; rotors that it does not name keep theirs.
@@ -97,7 +97,7 @@ class Topics:
 
 @dataclass(frozen=True)
 class TorquesDropped:
-    """The end of all torques at the tick before, for with them this tick is out of reach."""
+    """The end of all torques at the tick before, for with them this tick cannot be reached."""
 
     tick: int
 
@@ -152,7 +152,7 @@ def from_yaml_text(text: str, scenario: Scenario, origin: str = 'events') -> lis
     """
     entries = ros_yaml.load(text, origin) or []
     if not isinstance(entries, list):
-        raise ValueError(f'{origin} takes a list of events')
+        raise ValueError(f'{origin} must be a list of events')
     events = []
     for number, entry in enumerate(entries, 1):
         try:
@@ -177,10 +177,11 @@ def to_yaml(events: Iterable[Event]) -> str:
 
 def _event(entry, scenario) -> Event:
     if not isinstance(entry, Mapping):
-        raise ValueError(f'it is {entry}; it takes keys and values')
+        raise ValueError(f'it is {entry}; it must be keys and values')
     unknown = [name for name in entry if name not in (*_AT, *_WHAT, *_UNTIL)]
     if unknown:
-        raise ValueError(f'{unknown[0]} is none of {", ".join((*_AT, *_WHAT, *_UNTIL))}')
+        allowed = ', '.join((*_AT, *_WHAT, *_UNTIL))
+        raise ValueError(f'{unknown[0]} is not a key of an event; allowed: {allowed}')
     what = _only(entry, _WHAT)
     at = _only(entry, _AT)
     ticks = Ticks(scenario.rate, scenario.epoch_ns)
@@ -196,7 +197,7 @@ def _event(entry, scenario) -> Event:
             return RotorCommand(tick, rotor_torques(value, scenario), until_tick)
         case 'request':
             if not isinstance(value, Mapping):
-                raise ValueError(f'request is {value}; it takes keys and values')
+                raise ValueError(f'request is {value}; it must be keys and values')
             return Request(tick, dict(flattened(value)))
         case 'topics':
             return Topics(tick, KEYS['publish.topics'].checked(value))
@@ -211,7 +212,7 @@ def _event(entry, scenario) -> Event:
             return Timeout(tick, key.checked(value))
         case _:
             if not Key(what, 'bool', None, '', '').checked(value):
-                raise ValueError(f'{what} is false; it takes true')
+                raise ValueError(f'{what} is false; it must be true')
             return _FLAGS[what](tick)
 
 
@@ -249,7 +250,8 @@ def _only(entry, names):
     given = [name for name in names if name in entry]
     if len(given) != 1:
         raise ValueError(
-            f'it has {" and ".join(given) or "none"} of {", ".join(names)}; it takes one'
+            f'it has {" and ".join(given) or "none"} of {", ".join(names)}; '
+            'it must have exactly one'
         )
     return given[0]
 

@@ -48,7 +48,7 @@ class Key:
 
     @property
     def allowed(self) -> str:
-        """Return what the key takes, as the end of a sentence."""
+        """Return what is allowed, as the end of a sentence."""
         if self.kind == 'bool':
             return 'true or false'
         if self.kind == 'string_array':
@@ -56,7 +56,7 @@ class Key:
         if self.choices:
             return f'one of {", ".join(self.choices)}'
         if self.kind == 'string':
-            return 'a text that is not empty'
+            return 'a non-empty string'
         what = {'double': 'a number', 'integer': 'an integer'}.get(self.kind)
         if what is None:
             lengths = ' or '.join(str(n) for n in self.lengths)
@@ -74,14 +74,14 @@ class Key:
         return ' '.join(part for part in parts if part)
 
     def checked(self, value: Any) -> Any:
-        """Return value as the key's kind; ValueError, in one sentence: it does not fit."""
+        """Return value as the key's kind; ValueError, in one sentence: it is not allowed."""
         try:
             return _READERS[self.kind](self, value)
         except (TypeError, ValueError, OverflowError):
             given = ascii(value) if isinstance(value, str) else str(value)
             if len(given) > _LONGEST_GIVEN:
                 given = f'{given[:_LONGEST_GIVEN]}...'
-            raise ValueError(f'{self.name} is {given}; it takes {self.allowed}') from None
+            raise ValueError(f'{self.name} is {given}; it must be {self.allowed}') from None
 
 
 def _real(value: Any) -> Any:
@@ -123,7 +123,7 @@ def _text(key: Key, value: Any) -> str:
 
 
 def _texts(key: Key, value: Any) -> tuple[str, ...]:
-    # ROS cannot carry an empty list: it comes as not set.
+    # ROS cannot carry an empty list: it arrives as not set.
     items = () if value is None else value
     if isinstance(items, str) or not all(isinstance(x, str) for x in items):
         raise TypeError
@@ -165,7 +165,7 @@ def _common_sensor_keys(name: str) -> tuple[Key, ...]:
             'integer',
             1,
             '',
-            'one sample every so many ticks, from tick 0 on',
+            'ticks from one sample to the next, counted from tick 0',
             low=1,
             high=10**9,
         ),
@@ -181,7 +181,7 @@ _DEFAULT_ATTITUDE = (
 )
 _INT64 = 2**63 - 1
 _TWO_TURNS = 4.0 * pi
-# A sentence repeats so much of what was given.
+# The longest part of a given value that a sentence repeats.
 _LONGEST_GIVEN = 100
 
 KEYS = {
@@ -193,7 +193,8 @@ KEYS = {
             (800.0, 900.0, 600.0),
             'kg m^2',
             '3 principal moments, the 6 tensor entries ixx iyy izz ixy ixz iyz, or 9 row-major; '
-            'locked rotor included; about the mass centre, with a weight moment the fixed point',
+            'locked rotor included; about the mass centre, or about the fixed point where there '
+            'is a weight moment',
             lengths=(3, 6, 9),
         ),
         Key(
@@ -201,8 +202,8 @@ KEYS = {
             'double_array',
             (0.0, 0.0, 0.0),
             'N m',
-            "the weight times the mass centre's place from the fixed point, body axes; orbit.type "
-            'fixed only',
+            "weight times the mass centre's position from the fixed point, body axes; "
+            'orbit.type fixed only',
             lengths=(3,),
         ),
         Key(
@@ -283,7 +284,7 @@ KEYS = {
             'string',
             'circular',
             '',
-            'where the attracting centre is: fixed direction, circular orbit or Kepler ellipse',
+            'position of the attracting centre: fixed direction, circular orbit or Kepler ellipse',
             choices=('fixed', 'circular', 'kepler'),
         ),
         Key(
@@ -319,7 +320,7 @@ KEYS = {
             'double',
             0.0,
             'rad',
-            'argument of periapsis; on a circle it adds to the true anomaly',
+            'argument of periapsis; on a circular orbit it is added to the true anomaly',
             low=-_TWO_TURNS,
             high=_TWO_TURNS,
         ),
@@ -337,7 +338,8 @@ KEYS = {
             'double',
             0.0,
             '1/s^2',
-            '3 mu / r^3; negative: the pull averaged over an orbit about Z; orbit.type fixed only',
+            '3 mu / r^3; negative: the gradient averaged over an orbit about Z; orbit.type fixed '
+            'only',
         ),
         Key(
             'initial.attitude',
@@ -371,7 +373,7 @@ KEYS = {
             'string',
             'numeric',
             '',
-            'numeric propagation; exact closed form, refused where there is none; auto: exact '
+            'numeric: propagation; exact: closed form, refused where there is none; auto: exact '
             'where one applies',
             choices=('numeric', 'exact', 'auto'),
         ),
@@ -384,7 +386,7 @@ KEYS = {
             low=1e-14,
             high=1e-3,
         ),
-        Key('publish.rate', 'double', 100.0, 'Hz', 'ticks a second', above=0.0, high=1e4),
+        Key('publish.rate', 'double', 100.0, 'Hz', 'ticks per second', above=0.0, high=1e4),
         Key(
             'publish.topics',
             'string_array',
@@ -435,7 +437,7 @@ KEYS = {
             'integer',
             -1,
             '',
-            'the processor on which that thread runs; -1: any',
+            'the processor that this thread runs on; -1: any',
             low=-1,
             high=4095,
         ),
@@ -451,7 +453,7 @@ KEYS = {
             'integer',
             1,
             '',
-            'ticks of one ~/step',
+            'number of ticks in one ~/step',
             low=1,
             high=10**9,
             changes='running',
@@ -478,7 +480,7 @@ KEYS = {
             'integer',
             0,
             '',
-            'of their noise, the same noise for the same seed; 0: drawn at start and recorded',
+            'seed of the noise, the same noise for the same seed; 0: drawn at start and recorded',
             low=0,
             high=_INT64,
         ),
@@ -528,7 +530,7 @@ KEYS = {
             'double',
             0.0,
             'rad/s',
-            'samples are rounded to multiples of it; 0: not rounded',
+            'samples are rounded to multiples of this; 0: not rounded',
             low=0.0,
         ),
         Key(
@@ -536,7 +538,7 @@ KEYS = {
             'double',
             0.0,
             'rad/s',
-            'samples saturate at it, axis by axis; 0: never',
+            'samples saturate at this rate, axis by axis; 0: never',
             low=0.0,
         ),
         Key(
@@ -569,7 +571,7 @@ KEYS = {
             'integer',
             0,
             '',
-            'ticks from the exposure, whose stamp the message has, to its publication',
+            'ticks from exposure to publication; the message has the stamp of the exposure',
             low=0,
             high=100_000,
         ),
@@ -578,7 +580,7 @@ KEYS = {
             'double',
             0.0,
             'rad/s',
-            'a body that turns faster gives no sample; 0: no limit',
+            'no sample while the body turns faster; 0: no limit',
             low=0.0,
         ),
         Key(
@@ -591,7 +593,7 @@ KEYS = {
             high=3.141592653589793,
         ),
         Key('record.enabled', 'bool', False, '', 'record from the first tick'),
-        Key('record.directory', 'string', '.', '', 'directory where bags go'),
+        Key('record.directory', 'string', '.', '', 'directory for bags'),
         Key(
             'record.compression',
             'string',
@@ -605,7 +607,7 @@ KEYS = {
             'integer',
             0,
             'byte',
-            'size at which a bag goes on in a new file; 0: never',
+            'size at which a bag continues in a new file; 0: never',
             low=0,
             high=_INT64,
         ),
@@ -614,7 +616,7 @@ KEYS = {
             'double',
             0.0,
             's',
-            'simulated time after which a bag goes on in a new file; 0: never',
+            'simulated time after which a bag continues in a new file; 0: never',
             low=0.0,
         ),
         Key('frames.inertial', 'string', 'inertial', '', 'frame id of the inertial axes'),

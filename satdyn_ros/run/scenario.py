@@ -99,7 +99,8 @@ class Scenario:
         self._check_ticks()
         if self.is_fixed and values['initial.frame'] == 'lvlh':
             raise ValueError(
-                'initial.frame is lvlh; with orbit.type fixed there is no LVLH, it takes inertial'
+                'initial.frame is lvlh; with orbit.type fixed there is no LVLH, so it must be '
+                'inertial'
             )
         self._check_turns_a_tick()
         if values['motion.method'] == 'exact':
@@ -316,8 +317,8 @@ class Scenario:
             )
         if factor and rate_hz * factor < 1.0 / _LONGEST_TICK_S:
             raise ValueError(
-                f'time.factor is {factor:g} and publish.rate {rate_hz:g}; their product takes 0 '
-                f'or at least {1.0 / _LONGEST_TICK_S:g} ticks a second'
+                f'time.factor is {factor:g} and publish.rate {rate_hz:g}; their product must be 0 '
+                f'or at least {1.0 / _LONGEST_TICK_S:g} ticks per second'
             )
 
     def _check_turns_a_tick(self):
@@ -331,15 +332,15 @@ class Scenario:
             at_pericentre = mean_motion * math.sqrt((1.0 + e) / (1.0 - e)) / (1.0 - e)
             if not at_pericentre * tick_s <= _MOST_RAD_A_TICK:
                 raise ValueError(
-                    f'orbit.semi_major_axis is {a:g} and orbit.mu {mu:g}; at pericentre the body '
-                    f'then goes {at_pericentre:g} rad/s, it takes at most '
-                    f'{_MOST_RAD_A_TICK / tick_s:g} (1e6 rad a tick)'
+                    f'orbit.semi_major_axis is {a:g} and orbit.mu {mu:g}; the orbital '
+                    f'rate at pericentre is then {at_pericentre:g} rad/s; it must be at most '
+                    f'{_MOST_RAD_A_TICK / tick_s:g} (1e6 rad per tick)'
                 )
         rate = math.hypot(*self['initial.angular_velocity'])
         if not rate * tick_s <= _MOST_RAD_A_TICK:
             raise ValueError(
-                f'initial.angular_velocity is {list(self["initial.angular_velocity"])}; it takes '
-                f'at most {_MOST_RAD_A_TICK / tick_s:g} rad/s (1e6 rad a tick)'
+                f'initial.angular_velocity is {list(self["initial.angular_velocity"])}; it must '
+                f'be at most {_MOST_RAD_A_TICK / tick_s:g} rad/s (1e6 rad per tick)'
             )
 
 
@@ -356,17 +357,17 @@ def parameters_of_yaml(text: str, origin: str) -> dict[str, Any]:
     """
     document = ros_yaml.load(text, origin)
     if not isinstance(document, Mapping):
-        raise ValueError(f'{origin} is no parameter file: it takes sections such as /**')
+        raise ValueError(f'{origin} is not a parameter file: it must have sections such as /**')
     found = [document[name] for name in ('/**', 'satdyn', '/satdyn') if name in document]
     if not found:
-        raise ValueError(f'{origin} has no section for this node; it takes /**, satdyn or /satdyn')
+        raise ValueError(f'{origin} has no section for this node; allowed: /**, satdyn or /satdyn')
     parameters: dict[str, Any] = {}
     for section in found:
         if not isinstance(section, Mapping) or set(section) != {'ros__parameters'}:
-            raise ValueError(f'{origin} has a section without ros__parameters alone in it')
+            raise ValueError(f'{origin} has a section with more than ros__parameters in it')
         nested = section['ros__parameters']
         if not isinstance(nested, Mapping | None):
-            raise ValueError(f'ros__parameters of {origin} takes keys and values')
+            raise ValueError(f'ros__parameters of {origin} must be keys and values')
         parameters.update(flattened(nested or {}))
     return {k: v for k, v in parameters.items() if k.split('.')[0] not in _FOREIGN}
 
@@ -386,12 +387,12 @@ def _unit(values, name, allowed_error):
     with np.errstate(over='ignore'):
         norm = np.linalg.norm(vector)
     if norm == 0.0:
-        raise ValueError(f'{name} is {list(values[name])}; it takes a vector that is not zero')
+        raise ValueError(f'{name} is {list(values[name])}; it must not be zero')
     if norm == np.inf:
-        raise ValueError(f'{name} is {list(values[name])}; it takes a vector of a finite norm')
+        raise ValueError(f'{name} is {list(values[name])}; its norm must be finite')
     if abs(norm - 1.0) > allowed_error:
         raise ValueError(
-            f'{name} is {list(values[name])}, of norm {norm:g}; it takes a unit quaternion '
+            f'{name} is {list(values[name])}, of norm {norm:g}; it must be a unit quaternion '
             f'x, y, z, w, to within {allowed_error:g}'
         )
     if abs(norm - 1.0) < 4.0 * np.finfo(float).eps:
@@ -413,6 +414,6 @@ def _refuse_what_does_not_belong(values):
             given = values[name]
             given = list(given) if isinstance(given, tuple) else given
             raise ValueError(
-                f'{name} is {given}; with {chooser} {values[chooser]} it takes only its default, '
-                f'it belongs to {" and ".join(choices)}'
+                f'{name} is {given}; with {chooser} {values[chooser]} only its default is '
+                f'allowed: it belongs to {" and ".join(choices)}'
             )

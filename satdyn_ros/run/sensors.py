@@ -31,7 +31,7 @@ def check(values: Mapping[str, Any]) -> None:
     if exclusion and values['orbit.type'] == 'fixed':
         raise ValueError(
             f'sensors.star_tracker.earth_exclusion is {exclusion:g}; with orbit.type fixed there '
-            'is no Earth to look away from, it must be 0'
+            'is no Earth to look away from, so it must be 0'
         )
 
 

@@ -79,7 +79,7 @@ class Simulation:
 
     events: what happens at ticks to come, in their order.  ValueError: as Scenario.motion.
 
-    Where the next tick is out of reach (steps beyond number, a stamp that ROS does not have), the
+    Where the next tick cannot be reached (too many steps, or a stamp that ROS cannot hold), the
     torques are dropped; if none acts, the run halts until a request or reset.  Both are events
     too, decided by the motion alone: given ones that are not true are left out.
 
@@ -483,7 +483,7 @@ def try_out(conditions: Scenario, tick: int) -> None:
             if isinstance(motion, Propagation) and motion.steps > _TRIED_STEPS:
                 break
     except Halted as halted:
-        raise ValueError(f'what is given begins no motion: {halted}') from None
+        raise ValueError(f'no motion can start from these values: {halted}') from None
 
 
 def requested(conditions: Scenario, values: Mapping[str, Any]) -> Scenario:

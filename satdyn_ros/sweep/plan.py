@@ -21,7 +21,7 @@ from .variation import Variation, variation
 
 @dataclass(frozen=True)
 class Varied:
-    """A quantity by its name in the sweep file, and what values it takes."""
+    """A quantity by its name in the sweep file, and the values it takes."""
 
     name: str
     quantity: Quantity
@@ -55,15 +55,15 @@ class Plan:
         """Return the sweep of a file; ValueError, one sentence: what is wrong with it."""
         given = ros_yaml.load(ros_yaml.read_text(path, 'the sweep'), str(path))
         if not isinstance(given, Mapping):
-            raise ValueError(f'{path} is no sweep: it takes the keys {", ".join(KEYS)}')
+            raise ValueError(f'{path} is not a sweep file; its keys are {", ".join(KEYS)}')
         for name in given:
             if name not in KEYS:
-                raise ValueError(f'{name} is no key of a sweep; it takes {", ".join(KEYS)}')
+                raise ValueError(f'{name} is not a key of a sweep; allowed: {", ".join(KEYS)}')
         for name in REQUIRED:
             if name not in given:
                 raise ValueError(f'{path} has no {name}, which every sweep needs')
         if not isinstance(given['scenario'], str):
-            raise ValueError(f'scenario is {given["scenario"]}; it takes the path of a scenario')
+            raise ValueError(f'scenario is {given["scenario"]}; it must be the path of a scenario')
         scenario = Scenario.from_yaml(Path(path).parent / given['scenario'])
         plan = cls._checked(scenario, given)
         plan._refuse_if_all_fail()
@@ -93,7 +93,7 @@ class Plan:
     def __post_init__(self):
         if self.interval_s > self.duration_s:
             raise ValueError(
-                f'interval_s is {self.interval_s:g}; it takes at most duration_s, '
+                f'interval_s is {self.interval_s:g}; it must be at most duration_s, '
                 f'{self.duration_s:g} s'
             )
 
@@ -183,7 +183,7 @@ class Plan:
 
 def _varied(given):
     if not isinstance(given, Mapping) or not given:
-        raise ValueError(f'vary is {given}; it takes names of quantities and how each varies')
+        raise ValueError(f'vary is {given}; it must map quantities to how each varies')
     found = ((str(name), quantity(str(name)), how) for name, how in given.items())
     return tuple(Varied(name, what, variation(what.key, how)) for name, what, how in found)
 
@@ -194,5 +194,5 @@ def _bags(given, count):
         return tuple(sorted({bag.checked(run) for run in given}))
     except (TypeError, ValueError):
         raise ValueError(
-            f'bags is {given}; it takes a list of runs, integers from 0 to {count - 1}'
+            f'bags is {given}; it must be a list of runs, integers from 0 to {count - 1}'
         ) from None

@@ -59,7 +59,7 @@ def quantity(name: str) -> Quantity:
     if name in _SMELT:
         return _smelt(name)
     raise ValueError(
-        f'{name} in vary is nothing that a sweep varies: it takes keys of body, rotor, orbit, '
+        f'{name} in vary cannot be varied; allowed: keys of body, rotor, orbit, '
         f'initial and motion, components such as initial.angular_velocity.y, '
         f'{", ".join((*_ANGLES, *_SMELT))}'
     )
@@ -105,7 +105,7 @@ def _parts(name, whole, vector):
     """Return the three components of a vector; ValueError: it has not three."""
     parts = [*np.moveaxis(np.asarray(vector, float), -1, 0)]
     if len(parts) != 3:
-        raise ValueError(f'{name} is varied, but {whole} has {len(parts)} entries; it takes 3')
+        raise ValueError(f'{name} is varied, but {whole} has {len(parts)} entries; it must have 3')
     return parts
 
 

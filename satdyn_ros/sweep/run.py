@@ -54,7 +54,7 @@ def sweep(
     OSError: a file cannot be written.
     """
     if workers is not None and workers < 1:
-        raise ValueError(f'--workers is {workers}; it takes an integer of at least 1')
+        raise ValueError(f'--workers is {workers}; it must be an integer of at least 1')
     plan, directory = Plan.from_yaml(path), Path(directory)
     check_resources(plan, directory)
     _occupy(directory, plan)

@@ -41,15 +41,17 @@ def variation(key: Key, given: Any) -> Variation:
     if not isinstance(given, Mapping) or len(given) != 1 or next(iter(given)) not in _WAYS:
         sphere = ', or sphere' if key.lengths == (4,) else ''
         raise ValueError(
-            f'{key.name} in vary is {given}; it takes one of {", ".join(_WAYS)}{sphere}'
+            f'{key.name} in vary is {given}; it must be one of {", ".join(_WAYS)}{sphere}'
         )
     ((way, arguments),) = given.items()
     length, make = _WAYS[way]
     if not isinstance(arguments, list) or len(arguments) != (length or len(arguments) or 1):
         what = f'a list of {length}' if length else 'a list that is not empty'
-        raise ValueError(f'{way} of {key.name} is {arguments}; it takes {what}')
+        raise ValueError(f'{way} of {key.name} is {arguments}; it must be {what}')
     if way != 'values' and key.kind not in ('double', 'double_array'):
-        raise ValueError(f'{key.name} varies by {way}; a quantity that is no number takes values')
+        raise ValueError(
+            f'{key.name} varies by {way}; a quantity that is not a number allows only values'
+        )
     return make(key, given, arguments)
 
 
@@ -68,7 +70,7 @@ def _uniform(key, given, arguments):
     low, high = (np.array(key.checked(value)) for value in arguments)
     _refuse_other_length(key, low, high)
     if not np.all(low <= high):
-        raise ValueError(f'uniform of {key.name} is {arguments}; it takes low, then high')
+        raise ValueError(f'uniform of {key.name} is {arguments}; the lower bound comes first')
     return Variation(given, draw=lambda rng: _plain(rng.uniform(low, high)))
 
 

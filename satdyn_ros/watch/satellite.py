@@ -205,7 +205,7 @@ class Satellite:
         """Return what the page lacks, a sentence each."""
         if self._name is None or self._name not in found:
             wanted = self._wanted or 'with the service set_initial_conditions'
-            return [f'no node {wanted} is there; satdyn node starts one']
+            return [f'there is no node {wanted}; satdyn node starts one']
         missing = [self._fault] if self._fault else []
         topics = self._topics
         if not ('odometry' in topics or 'imu' in topics):

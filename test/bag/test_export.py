@@ -110,7 +110,7 @@ def test_parquet_without_pyarrow_is_told(bag, tmp_path, monkeypatch):
 def test_another_format_is_refused(bag, tmp_path):
     """By the name of the file."""
     with pytest.raises(
-        ValueError, match=r'ends with neither \.csv, \.npz, \.parquet, \.aem, \.oem, \.a$'
+        ValueError, match=r'x.xls is unknown; allowed: \.csv, \.npz, \.parquet, \.aem, \.oem, \.a$'
     ):
         export(bag, tmp_path / 'states.xlsx')
 
@@ -266,9 +266,9 @@ def test_what_does_not_fit_is_refused(bag, tmp_path):
         (bag, 'x.csv', Options(with_rates=True), '--rates is for .aem and .a, not for .csv'),
         (bag, 'x.aem', Options(columns=('tick',)), '--columns is for .csv and .npz and .parquet'),
         (bag, 'x.csv', Options(columns=('q',)), 'has no column q; it has tick, t_s'),
-        (bag, 'x.csv', Options(step_s='0.05'), 'it takes a multiple of the bag'),
+        (bag, 'x.csv', Options(step_s='0.05'), 'it must be a multiple of the bag'),
         (bag, 'x.csv', Options(step_s='soon'), 'the step is soon s'),
-        (bag, 'x.aem', Options(frame='ITRF'), 'the frame is ITRF; it takes an inertial one'),
+        (bag, 'x.aem', Options(frame='ITRF'), 'the frame is ITRF; it must be an inertial one'),
     ):
         with pytest.raises(ValueError, match=re.escape(reason)):
             export(source, tmp_path / name, options)

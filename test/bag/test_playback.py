@@ -46,7 +46,7 @@ def test_messages_that_rosbag2_compressed_are_played(tmp_path):
     """compression_mode MESSAGE: each message is a zstd frame of its own."""
     messages = compressed(tmp_path / 'bag', CompressionMode.MESSAGE)
     assert played(tmp_path / 'bag') == messages
-    with pytest.raises(BagError, match='holds no scenario: it was not written by satdyn'):
+    with pytest.raises(BagError, match='holds no scenario: satdyn_ros did not write it'):
         RecordedRun(tmp_path / 'bag')
     with pytest.raises(BagError, match='which recover does not keep'):
         recover(tmp_path / 'bag')

@@ -77,7 +77,7 @@ def test_the_ticks_are_those_before_the_end(rate, duration_s, count):
 @pytest.mark.parametrize('duration_s', ['0', '-1', 'long', 'nan', 'inf', '1/0', ''])
 def test_a_duration_is_a_number_above_0(duration_s):
     """Anything else is refused in one sentence."""
-    with pytest.raises(ValueError, match='it takes a number above 0 s'):
+    with pytest.raises(ValueError, match='it must be a number above 0 s'):
         simulate.tick_count(ORBITING, duration_s)
 
 

@@ -49,8 +49,8 @@ def test_the_command(tmp_path, capsys):
         (['no.yaml', '--duration', '10'], 'no.yaml cannot be read'),
         ([str(CONFIG / 'default.yaml')], 'FILE and --duration belong together'),
         (['--duration', '10'], 'FILE and --duration belong together'),
-        ([str(CONFIG / 'default.yaml'), '--duration', '-1'], '--duration is -1; it takes'),
-        ([str(CONFIG / 'default.yaml'), '--duration', 'day'], '--duration is day; it takes'),
+        ([str(CONFIG / 'default.yaml'), '--duration', '-1'], '--duration is -1; it must be'),
+        ([str(CONFIG / 'default.yaml'), '--duration', 'day'], '--duration is day; it must be'),
     ],
 )
 def test_wrong_input(arguments, sentence, capsys):

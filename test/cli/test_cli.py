@@ -101,16 +101,16 @@ def test_help_loads_nothing_heavy():
         (['simulate', DEFAULT, '--duration', '1', '--rate', 'x', '-o', 'x'], "value: 'x'"),
         (['simulate', DEFAULT, '--duration', '1', '--at', '3', '-o', 'x'], 'belong together'),
         (['simulate', DEFAULT, '--duration', '1', '--events', 'no', '-o', 'x'], 'the events no'),
-        (['simulate', DEFAULT, '--duration', '1', '-o', DEFAULT], 'exists already'),
-        (['simulate', DEFAULT, '--duration', '1', '-o', '/proc/x'], '/proc/x cannot be made'),
-        (['verify', 'no'], 'no is no bag'),
-        (['verify', str(ROOT / 'config')], 'there is no .mcap file in it'),
-        (['recover', 'no'], 'no is no bag'),
-        (['export', 'no', '-o', 'x.csv'], 'no is no bag'),
-        (['plot', 'no', '-o', 'x.png'], 'no is no bag'),
-        (['report', 'no', '-o', 'x.html'], 'no is no bag'),
+        (['simulate', DEFAULT, '--duration', '1', '-o', DEFAULT], 'already exists'),
+        (['simulate', DEFAULT, '--duration', '1', '-o', '/proc/x'], '/proc/x cannot be created'),
+        (['verify', 'no'], 'no is not a bag'),
+        (['verify', str(ROOT / 'config')], 'it has no .mcap file'),
+        (['recover', 'no'], 'no is not a bag'),
+        (['export', 'no', '-o', 'x.csv'], 'no is not a bag'),
+        (['plot', 'no', '-o', 'x.png'], 'no is not a bag'),
+        (['report', 'no', '-o', 'x.html'], 'no is not a bag'),
         (['sweep', 'no.yaml', '-o', 'x'], 'no.yaml cannot be read'),
-        (['replay', 'no'], 'no is no bag'),
+        (['replay', 'no'], 'no is not a bag'),
         (['request'], 'give either KEY=VALUE'),
         (['request', '--reset', 'a=1'], 'give either KEY=VALUE'),
         (['request', 'initial.attitude'], 'must have the form KEY=VALUE'),
@@ -137,7 +137,7 @@ def test_a_bag_that_is_not_ours_has_no_run(tmp_path, capsys):
     """A file that is no MCAP at all is refused in one sentence."""
     (tmp_path / 'noise.mcap').write_bytes(os.urandom(100))
     assert main(['verify', str(tmp_path / 'noise.mcap')]) == 2
-    assert 'is no MCAP file' in capsys.readouterr().err
+    assert 'is not an MCAP file' in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

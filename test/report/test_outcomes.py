@@ -46,7 +46,7 @@ def test_the_command(tmp_path, capsys):
     assert main(['plot', str(directory), '-o', str(picture)]) == 0
     assert picture.read_bytes().startswith(b'\x89PNG')
     assert main(['plot', str(directory), '-o', str(picture), '--what', 'colour']) == 2
-    assert 'the column is colour; it takes' in capsys.readouterr().err
+    assert 'the column is colour; allowed:' in capsys.readouterr().err
 
 
 @pytest.mark.parametrize('state', ['begun', 'nothing'])
@@ -55,5 +55,5 @@ def test_a_sweep_that_has_not_finished(tmp_path, capsys, state):
     if state == 'begun':
         (tmp_path / 'sweep.json').write_text('')
     assert main(['plot', str(tmp_path), '-o', str(tmp_path / 'x.png')]) == 2
-    expected = 'its sweep has not finished' if state == 'begun' else 'is no bag'
+    expected = 'its sweep has not finished' if state == 'begun' else 'is not a bag'
     assert expected in capsys.readouterr().err

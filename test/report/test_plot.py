@@ -154,9 +154,9 @@ def test_file(bag, tmp_path, kind):
 
 def test_refused(bag, tmp_path):
     """An unknown panel, a kind of image that is none, and a bag that is none: one sentence."""
-    with pytest.raises(ValueError, match='the panel is nonsense; it takes attitude'):
+    with pytest.raises(ValueError, match='the panel is nonsense; allowed: attitude'):
         plot(bag, tmp_path / 'figure.png', ['nonsense'])
     with pytest.raises(ValueError, match='cannot be drawn'):
         plot(bag, tmp_path / 'figure.xyz')
-    with pytest.raises(ValueError, match='is no bag'):
+    with pytest.raises(ValueError, match='is not a bag'):
         plot(tmp_path / 'none', tmp_path / 'figure.png')

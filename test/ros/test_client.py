@@ -42,7 +42,7 @@ def test_a_refusal_is_told(asked):
     code, answer = ask('initial.attitude=[0, 0, 0, 2]')
     assert code == 1
     assert answer.startswith('no: initial.attitude is')
-    assert 'of norm 2; it takes a unit quaternion' in answer
+    assert 'of norm 2; it must be a unit quaternion' in answer
     code, answer = ask('body.inertia=[1, 1, 1]')
     assert code == 1
     assert answer.startswith('no: body.inertia cannot be requested')
@@ -80,7 +80,7 @@ def test_nobody_answers(capfd):
     """Where there is no such node, the answer is no, in one sentence."""
     assert main(['request', '--reset', '--node', '/nowhere/satdyn', '--timeout', '0.5']) == 1
     assert capfd.readouterr().out == (
-        'no: no node /nowhere/satdyn is there, after 0.5 s; start one by satdyn node '
+        'no: no node /nowhere/satdyn found within 0.5 s; start one with satdyn node '
         '--params-file default\n'
     )
 

@@ -20,7 +20,7 @@ def test_while_paused_ticks_pass_by_steps_alone(live):
     participant.hear(heard, 5)
     assert participant.trigger('step') == (
         False,
-        'the node is not paused; ~/step takes a paused node (~/pause)',
+        'the node is not paused; ~/step needs a paused node (call ~/pause)',
     )
     paused, sentence = participant.switch('pause', True)
     last = int(sentence.removeprefix('paused after tick '))
@@ -124,5 +124,5 @@ def test_a_directory_without_permission_is_said_so(live, tmp_path):
     _, participant = live({'record.directory': str(tmp_path / 'file')})
     done, sentence = participant.switch('record', True)
     assert not done
-    assert 'cannot be made' in sentence
+    assert 'cannot be created' in sentence
     participant.hear(participant.listen('attitude'), 5)

@@ -66,7 +66,7 @@ def test_a_coarse_propagation_is_warned_of(live):
 
 
 def test_a_machine_that_cannot_keep_up_is_warned_of(live):
-    """A million ticks a second are too many: the factor reached is said."""
+    """A million ticks per second are too many: the factor reached is said."""
     node, participant = live({'publish.rate': 1000.0, 'time.factor': 1000.0})
     until = health(participant)
     report = until(node.namespace, lambda r: r['pacing'].level == WARN)
@@ -85,7 +85,7 @@ def test_a_refused_input_is_warned_of_and_a_pause_is_said(live):
     publisher.publish(message)
     report = until(node.namespace, lambda r: r['inputs'].level == WARN)
     assert report['inputs'].message == (
-        '1 refused: torque is given in the frame map; it takes base_link or none'
+        '1 refused: torque is given in the frame map; it must be base_link or none'
     )
     assert participant.switch('pause', True)[0]
     until(node.namespace, lambda r: r['pacing'].message.startswith('paused after tick'))
@@ -99,12 +99,12 @@ def test_a_bag_that_cannot_be_written_is_an_error_and_the_node_flies_on(live):
     )
     until = health(participant)
     report = until(node.namespace, lambda r: r['recorder'].level == ERROR)
-    assert 'takes no more' in report['recorder'].message
+    assert 'can no longer be written' in report['recorder'].message
     heard = participant.listen('attitude')
     participant.hear(heard, 100)
     code, errors = node.end()
     assert code == 0
-    assert errors.count('takes no more') == 1
+    assert errors.count('can no longer be written') == 1
 
 
 def test_lateness_is_told_each_second_and_at_the_end(live):

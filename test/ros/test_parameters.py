@@ -71,8 +71,8 @@ def test_sets_are_taken_or_refused_by_the_rules_of_their_key(live):
             'initial.angular_velocity changes through the service ~/set_initial_conditions alone',
             'step.ticks',
             'torque.timeout',
-            'time.factor is None; it takes a number',
-            "publish.topics is ['attitude', 'height']; it takes a list of attitude, ",
+            'time.factor is None; it must be a number',
+            "publish.topics is ['attitude', 'height']; it must be a list of attitude, ",
         ],
         strict=True,
     ):
@@ -104,19 +104,19 @@ def test_topics_change_while_running(live):
 WRONG = [
     (['-p', 'foo:=1'], 'foo is not a parameter of a scenario'),
     (['-p', 'body.inertia:=[1.0, 1.0, 5.0]'], 'body.inertia is [1, 1, 5]; '),
-    (['-p', 'publish.topics:=[1, 2]'], 'publish.topics is [1, 2]; it takes a list of attitude'),
-    (['-p', 'publish.topics:=[true]'], 'publish.topics is [True]; it takes a list of attitude'),
+    (['-p', 'publish.topics:=[1, 2]'], 'publish.topics is [1, 2]; it must be a list of attitude'),
+    (['-p', 'publish.topics:=[true]'], 'publish.topics is [True]; it must be a list of attitude'),
     (['-p', 'time.factor:=1e-12'], 'time.factor is 1e-12 and publish.rate 100; '),
-    (['-p', 'orbit.inclination:=51.6'], 'orbit.inclination is 51.6; it takes an angle in radian'),
-    (['--bogus'], "--ros-args takes no ['--bogus']"),
-    (['-p', 'publish.rate:=0'], 'publish.rate is 0; it takes a number above 0'),
+    (['-p', 'orbit.inclination:=51.6'], 'orbit.inclination is 51.6; it must be an angle in radi'),
+    (['--bogus'], "--ros-args does not allow ['--bogus']"),
+    (['-p', 'publish.rate:=0'], 'publish.rate is 0; it must be a number above 0'),
     (
         ['-p', 'time.publish_clock:=true', '-p', 'use_sim_time:=true'],
         'time.publish_clock and use_sim_time are both true; ',
     ),
     (
         ['-p', 'record.enabled:=true', '-p', f'record.directory:={ROOT}/setup.py'],
-        'cannot be made',
+        'cannot be created',
     ),
 ]
 

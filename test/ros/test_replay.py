@@ -126,9 +126,9 @@ def test_a_loop_goes_on_until_ctrl_c(bag, listener):
 @pytest.mark.parametrize(
     ('arguments', 'sentence'),
     [
-        (['--rate', 0], '--rate is 0; it takes a number above 0'),
+        (['--rate', 0], '--rate is 0; it must be a number above 0'),
         (['--rate', 'nan'], '--rate is nan'),
-        (['--start-offset', 2], '--start-offset is 2; the bag takes 0 to 1.98 s'),
+        (['--start-offset', 2], '--start-offset is 2; it must be 0 to 1.98 s'),
     ],
 )
 def test_refused(bag, arguments, sentence):

@@ -77,40 +77,40 @@ def test_keys_not_given_stay_in_force_and_show_as_parameters(live):
 REFUSED = [
     (
         {'initial.attitude': [1.0, 1.0, 0.0, 0.0]},
-        'initial.attitude is [1.0, 1.0, 0.0, 0.0], of norm 1.41421; it takes a unit quaternion '
+        'initial.attitude is [1.0, 1.0, 0.0, 0.0], of norm 1.41421; it must be a unit quaternion '
         'x, y, z, w, to within 1e-06',
     ),
     (
         {'initial.attitude': [0.0, 0.0, 0.0, 0.0]},
-        'initial.attitude is [0.0, 0.0, 0.0, 0.0]; it takes a vector that is not zero',
+        'initial.attitude is [0.0, 0.0, 0.0, 0.0]; it must not be zero',
     ),
     (
         {'initial.angular_velocity': [math.nan, 0.0, 0.0]},
-        'initial.angular_velocity is [nan, 0.0, 0.0]; it takes a list of 3 numbers rad/s',
+        'initial.angular_velocity is [nan, 0.0, 0.0]; it must be a list of 3 numbers rad/s',
     ),
     (
         {'initial.angular_velocity': [0.1, 0.2]},
-        'initial.angular_velocity is [0.1, 0.2]; it takes a list of 3 numbers rad/s',
+        'initial.angular_velocity is [0.1, 0.2]; it must be a list of 3 numbers rad/s',
     ),
-    ({'initial.frame': 'ecef'}, "initial.frame is 'ecef'; it takes one of inertial, lvlh"),
+    ({'initial.frame': 'ecef'}, "initial.frame is 'ecef'; it must be one of inertial, lvlh"),
     (
         {'body.inertia': [1.0, 1.0, 1.0]},
-        'body.inertia cannot be requested; a request takes rotor.momentum, rotor.speed, '
+        'body.inertia cannot be requested; allowed: rotor.momentum, rotor.speed, '
         'initial.attitude, initial.frame, initial.angular_velocity',
     ),
     (
         {'initial.height': 5.0},
-        'initial.height cannot be requested; a request takes rotor.momentum, rotor.speed, '
+        'initial.height cannot be requested; allowed: rotor.momentum, rotor.speed, '
         'initial.attitude, initial.frame, initial.angular_velocity',
     ),
     (
         {'rotor.speed': 5.0},
-        'rotor.speed is 5.0; with rotor.mode none it takes only its default, it belongs to free '
+        'rotor.speed is 5.0; with rotor.mode none only its default is allowed: it belongs to free '
         'and motor',
     ),
     (
         {'initial.angular_velocity': [0.0, 0.0, 0.1], 'initial.attitude': 'upright'},
-        "initial.attitude is 'upright'; it takes a list of 4 numbers",
+        "initial.attitude is 'upright'; it must be a list of 4 numbers",
     ),
 ]
 

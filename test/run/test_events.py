@@ -88,22 +88,22 @@ def test_what_is_written_is_read(happened):
 @pytest.mark.parametrize(
     ('text', 'sentence'),
     [
-        ('{tick: 3, reset: true}', 'events takes a list of events'),
-        ('- reset', 'events, event 1: it is reset; it takes keys and values'),
+        ('{tick: 3, reset: true}', 'events must be a list of events'),
+        ('- reset', 'events, event 1: it is reset; it must be keys and values'),
         ('- {tick: 3}', 'event 1: it has none of torque'),
-        ('- {reset: true}', 'event 1: it has none of at_s, tick; it takes one'),
+        ('- {reset: true}', 'event 1: it has none of at_s, tick; it must have exactly one'),
         ('- {at_s: 1, tick: 3, reset: true}', 'it has at_s and tick of'),
         ('- {tick: 3, reset: true, torque: [0, 0, 0]}', 'it has torque and reset of'),
-        ('- {tick: 3, rest: true}', 'event 1: rest is none of'),
-        ('- {tick: -1, reset: true}', 'tick is -1; it takes an integer at least 0'),
-        ('- {at_s: .nan, reset: true}', 'at_s is nan; it takes a number at least 0 s'),
-        ('- {tick: 1.5, reset: true}', 'tick is 1.5; it takes an integer'),
-        ('- {tick: 3, reset: false}', 'reset is false; it takes true'),
-        ('- {tick: 3, torque: [0, 0]}', 'torque is [0, 0]; it takes a list of 3 numbers N m'),
+        ('- {tick: 3, rest: true}', 'event 1: rest is not a key of an event'),
+        ('- {tick: -1, reset: true}', 'tick is -1; it must be an integer at least 0'),
+        ('- {at_s: .nan, reset: true}', 'at_s is nan; it must be a number at least 0 s'),
+        ('- {tick: 1.5, reset: true}', 'tick is 1.5; it must be an integer'),
+        ('- {tick: 3, reset: false}', 'reset is false; it must be true'),
+        ('- {tick: 3, torque: [0, 0]}', 'torque is [0, 0]; it must be a list of 3 numbers N m'),
         ('- {tick: 3, torque: [0, 0, .inf]}', 'torque is [0, 0, inf]'),
         ('- {tick: 3, torque: [0, 0, 1], until_tick: 3}', 'until_tick is 3; it must be after'),
         ('- {tick: 3, reset: true, until_tick: 9}', 'reset does not end'),
-        ('- {tick: 3, request: 5}', 'request is 5; it takes keys and values'),
+        ('- {tick: 3, request: 5}', 'request is 5; it must be keys and values'),
         ('- {tick: 3, topics: [altitude]}', 'publish.topics is'),
         ('- {tick: 3, timeout: tork}', "timeout is 'tork'"),
         ('- {tick: 3', 'events is not YAML'),
@@ -119,7 +119,7 @@ def test_refused(text, sentence):
 
 def test_a_rotor_torque_takes_a_motor():
     """As the node, a file cannot drive a rotor that has no motor."""
-    with pytest.raises(ValueError, match=r'rotor\.mode is none; it takes motor'):
+    with pytest.raises(ValueError, match=r'rotor\.mode is none; it must be motor'):
         events.from_yaml_text('- {tick: 3, rotor_torque: 1.0}', Scenario())
 
 

@@ -1,4 +1,4 @@
-"""Runs whose next tick is out of reach: what is dropped, where they halt, what resumes them."""
+"""Runs whose next tick cannot be reached: what is dropped, where they halt, what resumes them."""
 
 import numpy as np
 import pytest
@@ -105,7 +105,7 @@ def test_stamps_end_where_those_of_ros_do():
 )
 def test_a_start_that_begins_no_motion_is_refused(values, tmp_path):
     """In one sentence, before a bag is made."""
-    with pytest.raises(ValueError, match='what is given begins no motion: the propagation came'):
+    with pytest.raises(ValueError, match='no motion can start from these values: the prop'):
         list(simulate(Scenario(values), 10, tmp_path / 'bag'))
     assert not (tmp_path / 'bag').exists()
 

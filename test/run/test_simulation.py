@@ -144,11 +144,11 @@ def test_keys_not_given_stay_in_force():
 @pytest.mark.parametrize(
     ('values', 'sentence'),
     [
-        ({'initial.attitude': [0, 0, 0, 2]}, 'initial.attitude is .* of norm 2; it takes a unit'),
+        ({'initial.attitude': [0, 0, 0, 2]}, 'initial.attitude is .* of norm 2; it must be a un'),
         ({'initial.angular_velocity': [0, float('nan'), 0]}, 'initial.angular_velocity is .*nan'),
         ({'publish.rate': 5.0}, 'publish.rate cannot be requested'),
         ({'nonsense': 1}, 'nonsense cannot be requested'),
-        ({'rotor.momentum': 1.0}, 'rotor.momentum is 1.0; with rotor.mode motor it takes only'),
+        ({'rotor.momentum': 1.0}, 'rotor.momentum is 1.0; with rotor.mode motor only'),
     ],
 )
 def test_refused_request_changes_nothing(values, sentence):

@@ -97,29 +97,29 @@ def test_text_gives_the_same_plan(tmp_path):
 @pytest.mark.parametrize(
     ('changes', 'sentence'),
     [
-        ({'sed': 1}, 'sed is no key of a sweep'),
+        ({'sed': 1}, 'sed is not a key of a sweep'),
         ({'scenario': 'none.yaml'}, 'none.yaml cannot be read'),
-        ({'scenario': 3}, 'it takes the path of a scenario'),
-        ({'duration_s': -1.0}, 'duration_s is -1.0; it takes a number above 0'),
+        ({'scenario': 3}, 'it must be the path of a scenario'),
+        ({'duration_s': -1.0}, 'duration_s is -1.0; it must be a number above 0'),
         ({'duration_s': 'long'}, "duration_s is 'long'"),
-        ({'interval_s': 1e6}, 'interval_s is 1e+06; it takes at most duration_s'),
-        ({'runs': 0}, 'runs is 0; it takes an integer at least 1'),
+        ({'interval_s': 1e6}, 'interval_s is 1e+06; it must be at most duration_s'),
+        ({'runs': 0}, 'runs is 0; it must be an integer at least 1'),
         ({'seed': -1}, 'seed is -1'),
-        ({'samples': 1}, 'samples is 1; it takes true or false'),
-        ({'bags': [12]}, 'bags is [12]; it takes a list of runs, integers from 0 to 11'),
+        ({'samples': 1}, 'samples is 1; it must be true or false'),
+        ({'bags': [12]}, 'bags is [12]; it must be a list of runs, integers from 0 to 11'),
         ({'bags': 'all'}, 'bags is all'),
         ({'vary': {}}, 'vary is {}'),
         ({'vary': {'publish.rate': {'values': [1.0]}}}, 'publish.rate in vary'),
         ({'vary': {'rotor.momentun': {'values': [1.0]}}}, 'rotor.momentun in vary'),
         ({'vary': {'rotor.momentum': 'sphere'}}, 'rotor.momentum in vary is sphere'),
-        ({'vary': {'rotor.momentum': 1.0}}, 'it takes one of values, linspace, uniform, normal'),
+        ({'vary': {'rotor.momentum': 1.0}}, 'it must be one of values, linspace, uniform, normal'),
         ({'vary': {'rotor.momentum': {'values': []}}}, 'a list that is not empty'),
         ({'vary': {'rotor.momentum': {'values': ['a']}}}, "rotor.momentum is 'a'"),
-        ({'vary': {'rotor.momentum': {'linspace': [0.0, 1.0]}}}, 'it takes a list of 3'),
+        ({'vary': {'rotor.momentum': {'linspace': [0.0, 1.0]}}}, 'it must be a list of 3'),
         ({'vary': {'rotor.momentum': {'linspace': [0.0, 1.0, 0]}}}, 'count of linspace is 0'),
-        ({'vary': {'rotor.momentum': {'uniform': [1.0, 0.0]}}}, 'it takes low, then high'),
+        ({'vary': {'rotor.momentum': {'uniform': [1.0, 0.0]}}}, 'the lower bound comes first'),
         ({'vary': {'rotor.momentum': {'normal': [1.0, -1.0]}}}, 'standard deviation'),
-        ({'vary': {'rotor.mode': {'uniform': [0.0, 1.0]}}}, 'a quantity that is no number'),
+        ({'vary': {'rotor.mode': {'uniform': [0.0, 1.0]}}}, 'a quantity that is not a number'),
         ({'vary': {'orbit.eccentricity': {'values': [1.5]}}}, 'orbit.eccentricity is 1.5'),
         ({'vary': {'orbit.eccentricity': {'values': [0.1]}}}, 'with orbit.type circular'),
         ({'vary': {'smelt.k_R': {'linspace': [-1.0, 1.0, 3]}}}, 'smelt.k_R is -1.0'),
@@ -147,5 +147,5 @@ def test_a_file_that_is_no_mapping(tmp_path):
     """A list is no sweep."""
     path = write(tmp_path)
     path.write_text('- 1')
-    with pytest.raises(ValueError, match='is no sweep'):
+    with pytest.raises(ValueError, match='is not a sweep file'):
         Plan.from_yaml(path)

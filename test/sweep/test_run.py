@@ -192,7 +192,7 @@ def test_batches_cover_the_runs(tmp_path):
 
 def test_bad_workers(tmp_path):
     """No sweep without a process."""
-    with pytest.raises(ValueError, match='--workers is 0; it takes an integer of at least 1'):
+    with pytest.raises(ValueError, match='--workers is 0; it must be an integer of at least 1'):
         sweep(write(tmp_path), tmp_path / 'out', workers=0)
 
 

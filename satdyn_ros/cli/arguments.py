@@ -1,4 +1,4 @@
-"""What the command `satdyn` takes; its help begins with examples."""
+"""The arguments of the command `satdyn`; its help begins with examples."""
 
 import argparse
 
@@ -6,7 +6,7 @@ INPUT_IS_WRONG = 2
 
 
 class _Parser(argparse.ArgumentParser):
-    """A parser whose help begins with examples, ends with notes, and whose errors are a line."""
+    """A parser whose help begins with examples and ends with notes, with one-line errors."""
 
     examples = ''
     notes = ''
@@ -17,7 +17,7 @@ class _Parser(argparse.ArgumentParser):
         return f'examples:\n{examples}\n{super().format_help()}{notes}'
 
     def error(self, message):
-        self.exit(INPUT_IS_WRONG, f'{self.prog}: {message}; {self.prog} --help says more\n')
+        self.exit(INPUT_IS_WRONG, f'{self.prog}: {message}; see {self.prog} --help\n')
 
 
 _NODE_EXAMPLES = """\
@@ -26,7 +26,7 @@ satdyn node --params-file config/default.yaml --ros-args -p record.enabled:=true
 
 
 def parser() -> argparse.ArgumentParser:
-    """Return what reads the arguments of every command."""
+    """Return the parser of every command."""
     satdyn = _Parser('satdyn', description='Attitude dynamics of gyrostat satellites.')
     satdyn.examples = """\
 satdyn node --params-file config/default.yaml
@@ -45,7 +45,9 @@ satdyn check"""
 
     added = command('node', 'the node, paced; needs ROS 2', _NODE_EXAMPLES)
     added.add_argument('--params-file', metavar='FILE', help='the scenario')
-    added.add_argument('--ros-args', nargs='...', metavar='', help='what ROS 2 nodes take')
+    added.add_argument(
+        '--ros-args', nargs='...', metavar='', help='the usual arguments of ROS 2 nodes'
+    )
     _add_request(command)
     _add_simulate(command)
     _add_replay(command)
@@ -82,8 +84,8 @@ def _add_request(command):
     what = added.add_mutually_exclusive_group()
     for name, text in (
         ('reset', 'restart from the initial conditions in force'),
-        ('pause', 'let no tick pass'),
-        ('resume', 'let ticks pass again'),
+        ('pause', 'stop the ticks'),
+        ('resume', 'let the ticks go on'),
     ):
         what.add_argument(f'--{name}', action='store_true', help=text)
     what.add_argument(
@@ -92,9 +94,9 @@ def _add_request(command):
         type=int,
         const=0,
         metavar='N',
-        help='let ticks pass while paused; N: set step.ticks first',
+        help='go on by step.ticks ticks while paused; N: set step.ticks first',
     )
-    what.add_argument('--record', choices=('on', 'off'), help='begin a bag, or close the open one')
+    what.add_argument('--record', choices=('on', 'off'), help='start a new bag, or close the open one')
     what.add_argument('--set', metavar='PARAMETER=VALUE', help='set a parameter')
     what.add_argument('--get', metavar='PARAMETER', help='print the value of a parameter')
     added.add_argument('--node', default='satdyn', metavar='NAME', help='default: satdyn')
@@ -116,20 +118,20 @@ def _add_simulate(command):
     )
     added.add_argument('file', metavar='FILE', help='the scenario, a ROS 2 parameter file')
     added.add_argument(
-        '--duration', required=True, metavar='S', help='the ticks k with k / rate < S'
+        '--duration', required=True, metavar='S', help='simulate the ticks k with k / rate < S'
     )
     added.add_argument('--rate', type=float, metavar='HZ', help='in place of publish.rate')
-    added.add_argument('--events', metavar='FILE', help='what happens: requests, torques ...')
+    added.add_argument('--events', metavar='FILE', help='requests, torques and so on, a YAML file')
     added.add_argument(
         '--from',
         dest='origin',
         metavar='BAG|FILE.aem',
-        help="begin with this bag's state, or with an attitude from a CCSDS message",
+        help='start from a state in this bag, or from an attitude in a CCSDS message',
     )
     added.add_argument(
         '--at',
         metavar='S|EPOCH',
-        help="at this second from the bag's tick 0; at this epoch of the message, in UTC",
+        help="with --from: seconds from the bag's tick 0, or an epoch in the message, in UTC",
     )
     _add_out(added, 'BAG', 'the new bag, a directory')
 
@@ -142,18 +144,22 @@ def _add_replay(command):
     )
     _add_bag(added)
     added.add_argument(
-        '--rate', type=float, default=1.0, metavar='X', help='so many times as fast; default: 1'
+        '--rate', type=float, default=1.0, metavar='X', help='this many times as fast; default: 1'
     )
-    added.add_argument('--loop', action='store_true', help='again and again')
+    added.add_argument('--loop', action='store_true', help='repeat until interrupted')
     added.add_argument('--clock', action='store_true', help='publish /clock')
     added.add_argument(
-        '--start-offset', type=float, default=0.0, metavar='S', help='begin later in the bag'
+        '--start-offset',
+        type=float,
+        default=0.0,
+        metavar='S',
+        help='start this many seconds into the bag',
     )
     added.add_argument('--wait', action='store_true', help='wait for a subscriber')
 
 
 _PANELS = """\
-The panels of a bag; the first four are drawn where none is named:
+The panels of a bag; by default the first four are drawn:
 
   attitude   roll, pitch and yaw to LVLH, or to inertial axes without an orbit
   rates      body rate in body axes
@@ -163,8 +169,8 @@ The panels of a bag; the first four are drawn where none is named:
   polhode    body rate on the ellipsoids of energy and momentum
   phase      pitch and pitch rate in LVLH, with the separatrix of planar libration
 
-Applied torques are shaded, requests and resets marked by a line.  Where the body turns more than
-a quarter turn between two points, a band from the least to the most takes the place of a line."""
+Applied torques are shaded; requests and resets are marked by a line.  Where the body turns more
+than a quarter turn between two points, a band from least to most replaces the line."""
 
 
 def _add_bag_commands(command):
@@ -177,11 +183,13 @@ def _add_bag_commands(command):
     )
     added = command(
         'recover',
-        'mend a bag whose writer was killed, or which is damaged',
+        'mend a bag that is damaged, or whose writer was killed',
         'satdyn recover orbit\nsatdyn recover /media/archive/orbit -o mended',
     )
     _add_bag(added)
-    added.add_argument('-o', dest='out', metavar='BAG', help='a new bag; default: in its place')
+    added.add_argument(
+        '-o', dest='out', metavar='BAG', help='write a new bag; default: mend in place'
+    )
     _add_export(command)
     added = command(
         'plot',
@@ -193,27 +201,27 @@ def _add_bag_commands(command):
     added.add_argument(
         'bag', metavar='BAG|SWEEP_DIR', help='a bag, or the directory of a finished sweep'
     )
-    _add_out(added, 'FILE', 'a picture')
+    _add_out(added, 'FILE', 'the image file')
     added.add_argument(
         '--what',
         nargs='+',
         default=(),
         metavar='PANEL',
-        help='the panels to draw, see below; of a sweep: the columns',
+        help='the panels to draw, see below; for a sweep, the columns',
     )
     added.add_argument(
-        '--unwrap', action='store_true', help='let roll, pitch and yaw count their turns'
+        '--unwrap', action='store_true', help='let roll, pitch and yaw grow beyond a turn'
     )
     _add_window(added)
     added.notes = _PANELS
     added = command(
         'report',
-        'a bag as one page to play',
+        'write a bag as one self-contained page',
         'satdyn report orbit -o orbit.html\n'
         'satdyn report day -o hour.html --begin 3600 --end 7200',
     )
     _add_bag(added)
-    _add_out(added, 'FILE', 'an .html file')
+    _add_out(added, 'FILE', 'the .html file')
     _add_window(added)
 
 
@@ -233,27 +241,31 @@ def _add_export(command):
         'tables: .csv, .npz, .parquet; CCSDS messages: .aem (attitude), .oem (orbit); '
         'STK attitude: .a',
     )
-    added.add_argument('--step', metavar='S', help='one row in S seconds, a multiple of the tick')
+    added.add_argument('--step', metavar='S', help='one row per S seconds, a multiple of the tick')
     added.add_argument(
-        '--columns', nargs='+', default=(), metavar='NAME', help='the columns of a table'
+        '--columns',
+        nargs='+',
+        default=(),
+        metavar='NAME',
+        help='the columns of the table; default: all',
     )
-    added.add_argument('--rates', action='store_true', help='body rates in .aem and .a')
+    added.add_argument('--rates', action='store_true', help='write body rates to .aem and .a too')
     added.add_argument(
-        '--frame', metavar='NAME', help='what to call the inertial axes; default: EME2000'
+        '--frame', metavar='NAME', help='name for the inertial axes; default: EME2000'
     )
     added.add_argument(
-        '--center', metavar='NAME', help='what to call the attracting body; default: EARTH'
+        '--center', metavar='NAME', help='name for the attracting body; default: EARTH'
     )
 
 
 _SWEEP_FORM = """\
 SWEEP.yaml (docs/sweeps.md explains each key, and the columns of DIR/table.parquet):
 
-  scenario: ../gravity_gradient_boom.yaml     # from where SWEEP.yaml is
+  scenario: ../gravity_gradient_boom.yaml     # relative to SWEEP.yaml
   duration_s: 60530
   interval_s: 60           # between samples; default 60
-  runs: 100                # of each combination of the grids; default 1
-  seed: 1                  # of the draws; default 0
+  runs: 100                # per combination of the grids; default 1
+  seed: 1                  # for the draws; default 0
   samples: false           # keep attitudes and rates at the samples
   captured_axis: least     # or x, y, z
   bags: [0, 7]             # runs to record as bags too; default none
@@ -264,8 +276,8 @@ SWEEP.yaml (docs/sweeps.md explains each key, and the columns of DIR/table.parqu
     initial.angular_velocity: {normal: [[0, 0, 0], [1e-3, 1e-3, 1e-3]]}    # drawn
     orbit.true_anomaly: {uniform: [0, 6.28]}                        # drawn
 
-A run counts as captured when during at least the last orbit its axis of least inertia, or
-captured_axis, never crosses the local horizontal: one of its ends stays to nadir."""
+A run counts as captured when its axis of least inertia, or captured_axis, does not cross the local
+horizontal during at least the last orbit: one of its ends stays toward nadir."""
 
 
 def _add_watch(command):
@@ -276,21 +288,21 @@ def _add_watch(command):
         'satdyn watch --host 0.0.0.0',
     )
     what = added.add_mutually_exclusive_group()
-    what.add_argument('bag', nargs='?', metavar='BAG', help='a bag in place of a node')
-    what.add_argument('--node', metavar='NAME', help='default: the one that is there')
+    what.add_argument('bag', nargs='?', metavar='BAG', help='a bag instead of a node')
+    what.add_argument('--node', metavar='NAME', help='default: the first one found')
     added.add_argument(
         '--host',
         default='127.0.0.1',
         metavar='ADDRESS',
-        help='where to listen; on any but this machine itself the page asks for the token that '
-        'is printed; default: 127.0.0.1',
+        help='address to listen on; on addresses other than loopback the page asks for the token '
+        'that is printed; default: 127.0.0.1',
     )
     added.add_argument(
         '--port',
         type=_port,
         default=8090,
         metavar='PORT',
-        help='0: any that is free; default: 8090',
+        help='0: any free port; default: 8090',
     )
 
 
@@ -307,33 +319,37 @@ _port.__name__ = 'port'
 def _add_sweep(command):
     added = command(
         'sweep',
-        'many runs at once',
+        'many runs of one scenario with quantities that vary',
         'satdyn sweep config/sweeps/monte_carlo.yaml -o runs --workers 8\n'
         'satdyn plot runs -o runs.png',
     )
-    added.add_argument('file', metavar='SWEEP.yaml', help='a scenario and what varies')
+    added.add_argument(
+        'file', metavar='SWEEP.yaml', help='the sweep file: a scenario and what varies'
+    )
     added.notes = _SWEEP_FORM
-    _add_out(added, 'DIR', 'where the results go')
+    _add_out(added, 'DIR', 'the directory for the results')
     where = added.add_mutually_exclusive_group()
-    where.add_argument('--workers', type=int, metavar='N', help='processes; default: one a core')
-    where.add_argument('--dask', metavar='ADDR', help='the scheduler of a cluster')
+    where.add_argument(
+        '--workers', type=int, metavar='N', help='number of processes; default: one per core'
+    )
+    where.add_argument('--dask', metavar='ADDR', help='scheduler of a dask cluster')
 
 
 def _add_check(command):
     added = command(
         'check',
-        'prove this install; or say how accurate the run of a scenario is',
+        'check this installation, or how accurate a run of a scenario is',
         'satdyn check\n'
         'satdyn check config/default.yaml --duration 86400\n'
         'satdyn check config/default.yaml --duration 86400 -o growth.png',
     )
     added.add_argument('file', nargs='?', metavar='FILE', help='a scenario')
-    added.add_argument('--duration', metavar='S', help='how long it is flown')
-    added.add_argument('-o', dest='out', metavar='FILE.png', help='draw how the error grows')
+    added.add_argument('--duration', metavar='S', help='how long to simulate it')
+    added.add_argument('-o', dest='out', metavar='FILE.png', help='plot how the error grows')
     added.notes = """\
-Without FILE: closed forms beside their propagation, and a bag written and run again.  With FILE:
-the scenario at its own motion.tolerance beside a hundredth of it, and beside the closed form where
-there is one.  docs/accuracy.md says how to read it."""
+Without FILE: compare closed forms with their propagation, and verify a bag written here.  With
+FILE: compare the scenario at its own motion.tolerance with a hundredth of it, and with the closed
+form where there is one.  docs/accuracy.md explains the output."""
 
 
 def _add_bag(command):
@@ -343,7 +359,7 @@ def _add_bag(command):
 def _add_window(command):
     for name, where in (('begin', 'from'), ('end', 'up to')):
         command.add_argument(
-            f'--{name}', type=float, metavar='S', help=f'only {where} this second from tick 0'
+            f'--{name}', type=float, metavar='S', help=f'only {where} this time from tick 0 [s]'
         )
 
 

@@ -68,7 +68,7 @@ def test_sets_are_taken_or_refused_by_the_rules_of_their_key(live):
         refused,
         [
             'Trying to set a read-only parameter: body.inertia.',
-            'initial.angular_velocity changes through the service ~/set_initial_conditions alone',
+            'initial.angular_velocity changes only through the service ~/set_initial_conditions',
             'step.ticks',
             'torque.timeout',
             'time.factor is None; it must be a number',

@@ -96,7 +96,9 @@ def _add_request(command):
         metavar='N',
         help='go on by step.ticks ticks while paused; N: set step.ticks first',
     )
-    what.add_argument('--record', choices=('on', 'off'), help='start a new bag, or close the open one')
+    what.add_argument(
+        '--record', choices=('on', 'off'), help='start a new bag, or close the open one'
+    )
     what.add_argument('--set', metavar='PARAMETER=VALUE', help='set a parameter')
     what.add_argument('--get', metavar='PARAMETER', help='print the value of a parameter')
     added.add_argument('--node', default='satdyn', metavar='NAME', help='default: satdyn')

@@ -1,5 +1,5 @@
 """
-What ROS 2 knows about our message types: definitions, type hashes, and the fields they say.
+What ROS 2 knows about the message types used here: definitions, type hashes and fields.
 
 The definitions are data of the package, so that bags are the same with and without ROS:
 definitions.json holds the .msg texts word for word and the hashes as ROS 2 Jazzy installs them.
@@ -77,14 +77,16 @@ def fields(type_name: str) -> tuple[Field, ...]:
 
 
 def parse(type_name: str, definition: str) -> tuple[Field, ...]:
-    """Return the fields that the definition (.msg text) of a type says."""
+    """Return the fields in the definition (.msg text) of a type."""
     package = type_name.split('/')[0]
     lines = (line.split('#')[0].split() for line in definition.splitlines())
     return tuple(_field(package, *words) for words in lines if words and '=' not in words[1])
 
 
 def _field(package, declared, name, default=None):
-    base, brackets, length = re.fullmatch(r'([\w/]+)(\[(\d*)\])?', declared).groups()
+    found = re.fullmatch(r'([\w/]+)(\[(\d*)\])?', declared)
+    assert found is not None, declared
+    base, brackets, length = found.groups()
     if base[0].isupper():
         base = f'{package}/{base}'
     count = None if brackets is None else int(length) if length else SEQUENCE

@@ -33,7 +33,7 @@ class Tally:
     reason: str = ''
 
 
-class Inputs:
+class TorqueInputs:
     """
     The subscriptions `torque` and, where a rotor is a motor, `rotor_command`.
 

@@ -21,12 +21,12 @@ from .diagnostics import (
     PropagationReport,
     recorder_report,
 )
-from .inputs import Inputs
+from .inputs import TorqueInputs
 from .lateness import Lateness
 from .pacing import Pacing
 from .parameter_service import ParameterService
-from .parameters import Parameters, given_parameters
-from .publishing import Block, Publishing
+from .parameters import NodeParameters, given_parameters
+from .publishing import PackedTicks, Publishing
 from .services import Services
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ class SatdynNode(rclpy.node.Node):
                 'time.epoch_ns': scenario.epoch_ns or _wall_clock_ns(),
             }
         )
-        parameters = Parameters(self, scenario, self._change)
+        parameters = NodeParameters(self, scenario, self._change)
         ParameterService(self, parameters.lock)
         self._simulation = Simulation(scenario)
         warn = self.get_logger().warning
@@ -87,7 +87,7 @@ class SatdynNode(rclpy.node.Node):
             self._fail,
             lambda: realtime.raise_priority(scenario, warn),
         )
-        self._inputs = Inputs(self, scenario, self._simulation, self._pacing)
+        self._inputs = TorqueInputs(self, scenario, self._simulation, self._pacing)
         self._own_services = Services(self, parameters, self._pacing, self._record)
         self._propagation = PropagationReport(scenario['motion.tolerance'])
         Diagnostics(
@@ -136,7 +136,7 @@ class SatdynNode(rclpy.node.Node):
 
     # -- what the ticks hold, told by the pacing thread ------------------------------------------
 
-    def prepare(self, applied: list[Event], samples: Samples) -> Block:
+    def prepare(self, applied: list[Event], samples: Samples) -> PackedTicks:
         """Record the events that act at the first tick and return the messages of all."""
         for event in applied:
             if isinstance(event, TorquesDropped | Halt):
@@ -157,7 +157,7 @@ class SatdynNode(rclpy.node.Node):
                 f'no tick follows until a request or a reset: {self._simulation.halted}'
             )
 
-    def published(self, samples: Samples, messages: Block, count: int) -> None:
+    def published(self, samples: Samples, messages: PackedTicks, count: int) -> None:
         """Record the first `count` ticks, which were published."""
         self._propagation.take(self._simulation.motion, samples)
         recorder = self._recorder
@@ -168,7 +168,7 @@ class SatdynNode(rclpy.node.Node):
     # -- changes, made by the executor's threads -------------------------------------------------
 
     def _change(self, scenario, names):
-        """Let parameters act that were set while running."""
+        """Apply parameters changed at run time."""
         if 'time.factor' in names:
             self._pacing.set_factor(scenario['time.factor'])
         if 'torque.timeout' in names:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from threading import Condition, RLock, Thread
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 from ..run.events import Event
 from ..run.simulation import Samples, Simulation
@@ -24,21 +24,24 @@ _PATIENCE_S, _LOOK_S = 0.3, 0.02
 _LARGEST_LAG_NS = _SECOND_NS
 
 
-class Messages(Protocol):
+class Publishable(Protocol):
     """The messages of a block of ticks, ready to be published row by row."""
 
     def publish(self, row: int) -> None:
         """Publish the messages of one tick."""
 
 
-class Listener(Protocol):
-    """Who is told what the ticks hold: before a block is published, and what of it was."""
+_Messages = TypeVar('_Messages', bound=Publishable)
 
-    def prepare(self, applied: list[Event], samples: Samples) -> Messages:
+
+class Listener(Protocol[_Messages]):
+    """Gets each block of ticks before it is published, and how much of it was published."""
+
+    def prepare(self, applied: list[Event], samples: Samples) -> _Messages:
         """Take the events that act at the first tick and return the messages of all."""
 
-    def published(self, samples: Samples, messages: Messages, count: int) -> None:
-        """Take notice that the first `count` ticks were published."""
+    def published(self, samples: Samples, messages: _Messages, count: int) -> None:
+        """Handle that the first `count` ticks were published."""
 
 
 @dataclass

@@ -18,7 +18,7 @@ from rclpy.parameter import Parameter
 from ..run.keys import Key
 from ..run.scenario import Scenario
 
-# Parameters of rclpy's own beside ours.
+# rclpy's own parameters.
 _FOREIGN = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
 
 _TYPES = {
@@ -70,15 +70,15 @@ def descriptor(key: Key) -> ParameterDescriptor:
 
 def _constraints(key):
     if key.changes == 'service':
-        return f'takes {key.allowed}; changed only through ~/set_initial_conditions'
-    return f'takes {key.allowed}'
+        return f'allowed: {key.allowed}; changed only through ~/set_initial_conditions'
+    return f'allowed: {key.allowed}'
 
 
-class Parameters:
+class NodeParameters:
     """
     The parameters of a node, whose values are those of a scenario.
 
-    changed(scenario, names): called after an ordinary set was accepted, names being what changed.
+    changed(scenario, names): called after an ordinary set was accepted, names: of what changed.
     lock: held by whoever sets parameters.
     """
 

@@ -21,7 +21,7 @@ from ..run.simulation import Samples
 STEADY = Clock(clock_type=ClockType.STEADY_TIME)
 
 
-class Block:
+class PackedTicks:
     """
     The messages of `count` consecutive ticks.
 
@@ -32,7 +32,7 @@ class Block:
         self, count: int, rows: Mapping[str, Rows], outputs: Sequence[tuple[Callable, Rows]]
     ):
         self.rows = rows
-        # All cut here, while the caches are warm, not tick by tick.
+        # All rows are cut here, while the caches are warm, not tick by tick.
         full = [_calls(publish, r) for publish, r in outputs if not isinstance(r, SomeRows)]
         self._calls = list(zip(*full, strict=True)) if full else [()] * count
         for publish, some in outputs:
@@ -75,7 +75,7 @@ class Publishing:
         """Make the publishers of topics that have none yet; return those that can be published."""
         return tuple(name for name in names if name in self._publishers or self._add(name))
 
-    def pack(self, samples: Samples, names: Iterable[str]) -> Block:
+    def pack(self, samples: Samples, names: Iterable[str]) -> PackedTicks:
         """Return the messages of samples on the named topics."""
         packed = (*names, *samples.measured)
         rows: dict[str, Rows] = {name: self._packers[name].pack(samples) for name in packed}
@@ -84,7 +84,7 @@ class Publishing:
         ]
         if self._clock is not None:
             outputs.insert(0, (self._clock.publish, self._clock_packer.pack(samples)))
-        return Block(len(samples), rows, outputs)
+        return PackedTicks(len(samples), rows, outputs)
 
     def _watch_clock(self):
         """Warn once when the time has a second source."""

@@ -16,7 +16,7 @@ from ..run.scenario import Scenario
 from ..run.simulation import requested, try_out
 from .pacing import Pacing
 from .parameter_service import parameter_of
-from .parameters import Parameters, plain_value
+from .parameters import NodeParameters, plain_value
 from .refusal import one_sentence
 
 Reply = Callable[[Any], None]
@@ -34,7 +34,7 @@ class Services:
     def __init__(
         self,
         node: Node,
-        parameters: Parameters,
+        parameters: NodeParameters,
         pacing: Pacing,
         record: Callable[[bool], tuple[bool, str]],
     ):

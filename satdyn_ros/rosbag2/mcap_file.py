@@ -2,6 +2,7 @@
 
 import os
 import zlib
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -30,10 +31,10 @@ class McapFile:
         self._write(MCAP0_MAGIC)
         self._write_record(header)
 
-    def write_metadata(self, name: str, mapping: dict[str, str]) -> None:
+    def write_metadata(self, name: str, mapping: Mapping[str, str]) -> None:
         """Write a metadata record."""
         start = self.size
-        self._write_record(Metadata(name, mapping))
+        self._write_record(Metadata(name, dict(mapping)))
         self.tally.add_metadata(start, self.size - start, name)
 
     def write_chunk(self, contents: np.ndarray, compression: str, compressed: bytes) -> None:

@@ -231,4 +231,4 @@ class BagWriter:
 
     def _write_metadata(self, name, mapping):
         self._end_chunk()
-        self._file.write_metadata(name, dict(mapping))
+        self._file.write_metadata(name, mapping)

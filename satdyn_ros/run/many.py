@@ -72,7 +72,7 @@ def _turns_slowly(scenario):
 def _has_a_body(scenario, differ):
     """Return whether the inertias are those of bodies, and leave the rotor its part."""
     moments, system = scenario['body.inertia'], scenario.system
-    valid = np.True_
+    valid: np.ndarray | np.bool_ = np.True_
     if 'body.inertia' in differ:
         valid = inertia.is_that_of_a_body(system.inertia)
         if moments.shape[-1] == 9:

@@ -224,7 +224,9 @@ class Simulation:
 
     def _apply_events(self, tick):
         """Let happen what is due at a tick; return the events that did."""
-        due = [Timeout(tick, topic) for topic, until in self._until.items() if until <= tick]
+        due: list[Event] = [
+            Timeout(tick, topic) for topic, until in self._until.items() if until <= tick
+        ]
         due += [event for event in self._pending if event.tick <= tick]
         self._pending = [event for event in self._pending if event.tick > tick]
         return [happened for event in due for happened in self._apply(event, tick)]

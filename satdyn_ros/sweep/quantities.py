@@ -79,8 +79,8 @@ def _angle(name):
         attitude = values['initial.attitude']
         angles = [*np.moveaxis(rotation.roll_pitch_yaw(attitude), -1, 0)]
         angles[_ANGLES.index(name)] = value
-        angles = np.broadcast_arrays(*angles)
-        return {'initial.attitude': rotation.from_roll_pitch_yaw(*angles)}
+        roll, pitch, yaw = np.broadcast_arrays(*angles)
+        return {'initial.attitude': rotation.from_roll_pitch_yaw(roll, pitch, yaw)}
 
     return Quantity(
         Key(name, 'double', 0.0, 'rad', 'a 3-2-1 angle of the initial attitude'), changes

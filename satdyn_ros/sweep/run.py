@@ -16,7 +16,9 @@ from contextlib import contextmanager
 from functools import lru_cache
 from itertools import islice
 from multiprocessing import resource_tracker
+from multiprocessing.process import BaseProcess
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -91,7 +93,7 @@ def _run_batches(plan, parts, executor, show):
     text = plan.to_text()
     missing = (each for each in batches(plan) if not (parts / _name(each[0])).exists())
     done = sum(last - first for first, last in batches(plan) if (parts / _name(first)).exists())
-    running = {}
+    running: dict[Any, Any] = {}
     with executor as pool:
         show(done, len(plan))
         try:
@@ -156,7 +158,13 @@ def _without_interruption():
 def _follow_parent():
     """End when the parent process ends, however it does."""
     parent = multiprocessing.parent_process()
-    threading.Thread(target=lambda: (parent.join(), os._exit(1)), daemon=True).start()
+    assert parent is not None
+    threading.Thread(target=_end_after, args=(parent,), daemon=True).start()
+
+
+def _end_after(process: BaseProcess) -> None:
+    process.join()
+    os._exit(1)
 
 
 def _occupy(directory, plan):

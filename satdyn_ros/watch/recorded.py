@@ -18,11 +18,11 @@ class Recorded:
     """
     A bag as the source of a page: the whole of it first, then the windows that are asked for.
 
-    ValueError: it is no bag of ours.
+    ValueError: it is not a bag written by satdyn_ros.
     """
 
     page = 'page/bag.html'
-    files = (*html.PLAYER_SCRIPTS, 'page/connection.js', 'page/bag.js')
+    files: tuple[str, ...] = (*html.PLAYER_SCRIPTS, 'page/connection.js', 'page/bag.js')
 
     def __init__(self, bag: str | Path):
         self._bag = bag

@@ -54,7 +54,7 @@ class Satellite:
     """
 
     page = 'page/live.html'
-    files = (
+    files: tuple[str, ...] = (
         *html.SCENE_SCRIPTS,
         'page/live.css',
         'page/connection.js',

@@ -75,7 +75,7 @@ def names_and_machine(record: Mapping[str, str]) -> tuple[dict[str, str], dict[s
     plain = from_record({name: record[name] for name in ('topics', 'machine')})
     for name, texts in plain.items():
         if not isinstance(texts, dict) or not all(isinstance(t, str) for t in texts.values()):
-            raise Damaged(f'its {name} are no names and texts')
+            raise Damaged(f'its {name} does not map names to texts')
     # Version 0.1 had rotor_torque in place of rotor_command.
     if 'torque' not in plain['topics'] or not {'rotor_command', 'rotor_torque'} & {
         *plain['topics']

@@ -210,7 +210,9 @@ def _check(events, scenario):
                     rotor = isinstance(event, RotorCommand)
                     torques = tuple(event.torques.values()) if rotor else event.torque_b
                     if scenario['motion.method'] == 'exact' and np.any(torques):
-                        raise ValueError('motion.method is exact, and no closed form has a torque')
+                        raise ValueError(
+                            'motion.method is exact, and no closed form allows an applied torque'
+                        )
         except ValueError as error:
             kind = type(event).__name__
             raise ValueError(f'the event {kind} at tick {event.tick}: {error}') from None

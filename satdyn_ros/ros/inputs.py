@@ -92,8 +92,8 @@ class TorqueInputs:
         if len(names) != len(efforts):
             return self._refuse(
                 'rotors',
-                f'rotor_command has {len(names)} names and {len(efforts)} efforts; it takes an '
-                'effort for each name',
+                f'rotor_command has {len(names)} names and {len(efforts)} efforts; it must '
+                'have one effort per name',
             )
         if len(set(names)) != len(names):
             return self._refuse('rotors', f'rotor_command names a rotor twice: {", ".join(names)}')

@@ -203,7 +203,7 @@ def _event(entry, scenario) -> Event:
             return Topics(tick, KEYS['publish.topics'].checked(value))
         case 'rotor_limited':
             if not (isinstance(value, Mapping) and set(value) == {'rotor', 'limit'}):
-                raise ValueError(f'rotor_limited is {value}; it takes a rotor and a limit')
+                raise ValueError(f'rotor_limited is {value}; it must be a rotor and a limit')
             return RotorLimited(tick, str(value['rotor']), str(value['limit']))
         case 'timeout':
             held = [f'rotor_command.{rotor.label}' for rotor in scenario.system.rotors]
@@ -220,13 +220,13 @@ def rotor_torques(given: Any, scenario: Scenario) -> dict[str, float]:
     """
     Return motor torques [N m] by rotor from what is given: by name, or a number for the one rotor.
 
-    ValueError, in one sentence: there is no such motor, or a torque is none.
+    ValueError, in one sentence: there is no such motor, or a torque is not allowed.
     """
     rotors = {rotor.label: rotor for rotor in scenario.system.rotors}
     if not isinstance(given, Mapping):
         if scenario['rotor.names']:
             raise ValueError(
-                f'rotor_torque is {given}; with rotor.names it takes torques by name, such as '
+                f'rotor_torque is {given}; with rotor.names torques are given by name, such as '
                 f'{{{next(iter(rotors))}: 0.001}}'
             )
         given = {'rotor': given}
@@ -237,7 +237,7 @@ def rotor_torques(given: Any, scenario: Scenario) -> dict[str, float]:
             key = f'rotor.{name}.mode' if rotors[name].name else 'rotor.mode'
             raise ValueError(
                 f'a torque on the rotor {name} is given and {key} is {rotors[name].mode}; '
-                'it takes motor'
+                'it must be motor'
             )
     return {
         name: replace(_ROTOR_TORQUE, name=f'torque on the rotor {name}').checked(torque)

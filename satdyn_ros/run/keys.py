@@ -267,7 +267,7 @@ KEYS = {
             'double',
             0.0,
             'N m',
-            'a commanded torque is cut to it; 0: no limit; rotor.mode motor only',
+            'a commanded torque is limited to this; 0: no limit; rotor.mode motor only',
             low=0.0,
         ),
         Key(
@@ -275,7 +275,7 @@ KEYS = {
             'double',
             0.0,
             'rad/s',
-            'a rotor that is as fast at a tick takes no torque that makes it faster; 0: no limit; '
+            'a rotor at this speed at a tick gets no torque that makes it faster; 0: no limit; '
             'rotor.mode motor only',
             low=0.0,
         ),
@@ -638,13 +638,13 @@ def keys_of(rotor_names: tuple[str, ...]) -> dict[str, Key]:
     """
     Return the keys of a scenario whose rotors have these names, by their own names.
 
-    ValueError: a name is no identifier, or is itself a key.
+    ValueError: a name is not an identifier, or is itself a key.
     """
     for name in rotor_names:
         if not (name.isidentifier() and name.isascii()) or name in (*_OF_A_ROTOR, 'names'):
             raise ValueError(
-                f'rotor.names has {name!r}; it takes names of letters, digits and _ that do not '
-                f'begin with a digit and are none of {", ".join(("names", *_OF_A_ROTOR))}'
+                f'rotor.names has {name!r}; a name has letters, digits and _, does not '
+                f'begin with a digit and is none of {", ".join(("names", *_OF_A_ROTOR))}'
             )
     named = {
         f'rotor.{name}.{leaf}': replace(KEYS[f'rotor.{leaf}'], name=f'rotor.{name}.{leaf}')

@@ -24,20 +24,20 @@ BELONGS = tuple((f'rotor.{leaf}', 'rotor.mode', modes) for leaf, modes in _MODES
 
 
 def prefixes(names: tuple[str, ...]) -> tuple[str, ...]:
-    """Return what the keys of each rotor begin with."""
+    """Return the prefix of the keys of each rotor."""
     return tuple(f'rotor.{name}' for name in names) or ('rotor',)
 
 
 def refuse_foreign(values: Mapping[str, Any]) -> None:
-    """Raise ValueError for a key that its rotor's mode, or rotor.names, has no use for."""
+    """Raise ValueError for a key that does not belong to its rotor's mode or to rotor.names."""
     names = values['rotor.names']
     if names:
         for name, key in KEYS.items():
             is_of_rotor = name.startswith('rotor.') and name != 'rotor.names'
             if is_of_rotor and values[name] != key.default:
                 raise ValueError(
-                    f'{name} is {_shown(values[name])}; with rotor.names it takes only its '
-                    f'default, use {name.replace("rotor.", f"rotor.{names[0]}.")} and so on'
+                    f'{name} is {_shown(values[name])}; with rotor.names only its default '
+                    f'is allowed; use {name.replace("rotor.", f"rotor.{names[0]}.")} and so on'
                 )
     for prefix in prefixes(names):
         mode = values[f'{prefix}.mode']
@@ -45,8 +45,8 @@ def refuse_foreign(values: Mapping[str, Any]) -> None:
             given = values[f'{prefix}.{leaf}']
             if mode not in modes and given != KEYS[f'rotor.{leaf}'].default:
                 raise ValueError(
-                    f'{prefix}.{leaf} is {given}; with {prefix}.mode {mode} it takes only its '
-                    f'default, it belongs to {" and ".join(modes)}'
+                    f'{prefix}.{leaf} is {given}; with {prefix}.mode {mode} only its default is '
+                    f'allowed: it belongs to {" and ".join(modes)}'
                 )
 
 
@@ -78,15 +78,15 @@ def check(values: Mapping[str, Any], rotors: tuple[Rotor, ...], inertia: np.ndar
         if not 0.0 < rotor.inertia < largest:
             others = '' if left is inertia else ' and the rotors before it'
             raise ValueError(
-                f'{prefix}.inertia is {rotor.inertia:g}; with {prefix}.mode {rotor.mode} it takes '
-                f'a number above 0 and below {largest:g} kg m^2, what body.inertia{others} '
-                f'{"leave" if others else "leaves"} it'
+                f'{prefix}.inertia is {rotor.inertia:g}; with {prefix}.mode {rotor.mode} it must '
+                f'be above 0 and below {largest:g} kg m^2, the most that body.inertia{others} '
+                f'{"allow" if others else "allows"}'
             )
         left = left - rotor.inertia * np.outer(rotor.axis, rotor.axis)
         speed = values[f'{prefix}.speed']
         if 0.0 < rotor.max_speed < abs(speed):
             raise ValueError(
-                f'{prefix}.speed is {speed:g}; it takes at most {prefix}.max_speed, '
+                f'{prefix}.speed is {speed:g}; it must be at most {prefix}.max_speed, '
                 f'{rotor.max_speed:g} rad/s, either way'
             )
 

@@ -493,7 +493,7 @@ def requested(conditions: Scenario, values: Mapping[str, Any]) -> Scenario:
     allowed = conditions.initial_conditions
     foreign = [name for name in values if name not in allowed]
     if foreign:
-        raise ValueError(f'{foreign[0]} cannot be requested; a request takes {", ".join(allowed)}')
+        raise ValueError(f'{foreign[0]} cannot be requested; allowed: {", ".join(allowed)}')
     return conditions.with_values(values)
 
 

@@ -74,7 +74,7 @@ def test_what_is_no_snapshot_is_refused(change):
     ('key', 'text', 'sentence'),
     [
         ('scenario', '{"a', 'satdyn_ros/scenario: its scenario is not YAML'),
-        ('topics', '{"attitude"', 'satdyn_ros/scenario: its values are no JSON'),
+        ('topics', '{"attitude"', 'satdyn_ros/scenario: its values are not JSON'),
         ('topics', '{}', 'satdyn_ros/scenario: its topics have no torque, or no rotor_command'),
         ('machine', None, 'satdyn_ros/scenario: it has no machine'),
     ],

@@ -37,7 +37,7 @@ TYPED = {'orbit': {'type': 'fixed', 'gradient': 1e-6}}
         ({'initial': {'attitude': [0, 0, 0, 0]}}, 'initial.attitude is .*must not be zero'),
         ({'initial': {'frame': 'lvlh'}} | TYPED, 'initial.frame is lvlh; with orbit.type fixed'),
         ({'rotor': {'axis': [0, 0, 0]}}, 'rotor.axis is .*must not be zero'),
-        ({'rotor': {'mode': 'free'}}, 'rotor.inertia is 0; with rotor.mode free it must be above'),
+        ({'rotor': {'mode': 'free'}}, 'rotor.inertia is 0; with rotor.mode free it must be'),
         ({'rotor': {'mode': 'free', 'inertia': 900.0}}, 'rotor.inertia is 900; .*below 900'),
         ({'rotor': {'momentum': 1.0}}, 'rotor.momentum is 1.0; with rotor.mode none'),
         ({'orbit': {'eccentricity': 0.1}}, 'orbit.eccentricity is 0.1; with orbit.type circular'),

@@ -110,7 +110,7 @@ def test_parquet_without_pyarrow_is_told(bag, tmp_path, monkeypatch):
 def test_another_format_is_refused(bag, tmp_path):
     """By the name of the file."""
     with pytest.raises(
-        ValueError, match=r'x.xls is unknown; allowed: \.csv, \.npz, \.parquet, \.aem, \.oem, \.a$'
+        ValueError, match=r'xlsx is unknown; allowed: \.csv, \.npz, \.parquet, \.aem, \.oem, \.a$'
     ):
         export(bag, tmp_path / 'states.xlsx')
 

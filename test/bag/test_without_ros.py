@@ -42,7 +42,7 @@ def with_needs(names):
 @pytest.fixture(scope='module')
 def bare(tmp_path_factory):
     """Return the variables of an environment with the runtime needs and nothing else."""
-    declared = re.search(r'install_requires=\[(.*?)\]', (PROJECT / 'setup.py').read_text())
+    declared = re.search(r'install_requires=\[(.*?)\]', (PROJECT / 'setup.py').read_text(), re.S)
     names = [re.match(r'[\w-]+', need).group() for need in re.findall(r"'(.*?)'", declared[1])]
     site = tmp_path_factory.mktemp('site')
     for found in with_needs(names).values():

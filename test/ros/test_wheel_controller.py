@@ -1,0 +1,91 @@
+"""The loop closed by reaction wheels: their speeds in, their torques out."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import yaml
+from ros.live import PATIENCE_S, ROOT
+
+from satdyn_ros.dynamics import rotation
+from satdyn_ros.run.scenario import parameters_of_yaml
+
+CONFIG = ROOT / 'config' / 'three_wheels.yaml'
+# Ten times as fast as the clock; no torque ends while a message is less than two seconds late.
+CHANGES = {'publish.rate': 20.0, 'time.factor': 10.0, 'torque.timeout': 20.0}
+
+
+def run(scenario, *arguments):
+    """Return the exit code and what the controller says."""
+    command = [sys.executable, 'examples/wheel_controller.py', str(scenario), *arguments]
+    ran = subprocess.run(
+        command, cwd=ROOT, capture_output=True, text=True, timeout=300.0 + PATIENCE_S
+    )
+    return ran.returncode, ran.stdout + ran.stderr
+
+
+def test_wheels_alone_bring_the_tumbling_cubesat_to_rest(live):
+    """
+    It comes to rest at the target, and the wheels then hold the momentum that the body had.
+
+    From outside comes the gravity gradient's torque alone: 3 n^2 (0.02 kg m^2) / 2 = 4e-8 N m at
+    most, 1.2e-4 N m s in the 3000 s after which the controller gives up.  At rest the body holds
+    0.04 kg m^2 times 1.7e-4 rad/s, and 1.7e-3 rad off target turn 2.6e-3 N m s by 5e-6.
+    """
+    values = parameters_of_yaml(CONFIG.read_text(), str(CONFIG)) | CHANGES
+    node, participant = live(values)
+    attitudes, rates = participant.listen('attitude'), participant.listen('angular_velocity')
+    rotors = participant.listen('rotor')
+    code, said = run(CONFIG, '--ros-args', '-r', f'__ns:={node.namespace}')
+    assert code == 0, said
+
+    def rests():
+        if not (attitudes and rates and rotors):
+            return False
+        q, omega = attitudes[-1].quaternion, rates[-1].velocity.angular
+        error_rad = rotation.angle_between(rotation.IDENTITY, [q.x, q.y, q.z, q.w])
+        rate_rad_s = np.linalg.norm([omega.x, omega.y, omega.z])
+        return np.degrees(error_rad) < 0.1 and np.degrees(rate_rad_s) < 0.01
+
+    participant.wait_until(rests, 'rest')
+    system, state = node.scenario.system, node.scenario.initial_state
+    before_i = rotation.rotate(state.q_ib, system.inertia @ state.omega_bi_b)
+    assert list(rotors[-1].name) == ['rw_x', 'rw_y', 'rw_z']
+    wheels_i = 1e-5 * np.array(rotors[-1].velocity)
+    np.testing.assert_allclose(wheels_i, before_i, atol=1.2e-4 + 7e-6 + 5e-6)
+
+
+@pytest.mark.parametrize(
+    ('limit', 'value', 'said'),
+    [
+        ('max_torque', 1e-4, 'saturates at 0.0001 N m'),
+        ('max_speed', 50.0, 'saturates at 50 rad/s'),
+    ],
+)
+def test_says_when_a_wheel_saturates(limit, value, said, live, tmp_path):
+    """A tenth of the torque is less than is wanted, 50 rad/s hold less than the body's momentum."""
+    values = parameters_of_yaml(CONFIG.read_text(), str(CONFIG)) | CHANGES
+    values |= {f'rotor.{name}.{limit}': value for name in ('rw_x', 'rw_y', 'rw_z')}
+    node, _ = live(values)
+    weak = tmp_path / 'weak.yaml'
+    weak.write_text(yaml.safe_dump({'/**': {'ros__parameters': values}}))
+    arguments = ('--timeout', '5', '--ros-args', '-r', f'__ns:={node.namespace}')
+    code, told = run(weak, *arguments)
+    assert code == 1
+    assert said in told
+
+
+@pytest.mark.parametrize('names', [[], ['rw_x', 'rw_y']])
+def test_too_few_wheels_are_refused(names, tmp_path):
+    """Motors about two axes cannot point a satellite, and it says so instead of starting."""
+    values = {'rotor.names': names}
+    for name, axis in zip(names, np.eye(3).tolist(), strict=False):
+        values |= {f'rotor.{name}.mode': 'motor', f'rotor.{name}.axis': axis}
+        values |= {f'rotor.{name}.inertia': 1.0}
+    few = tmp_path / 'few.yaml'
+    few.write_text(yaml.safe_dump({'/**': {'ros__parameters': values}}))
+    code, said = run(few)
+    assert code == 2
+    assert 'it takes motors whose axes span space' in said
+    assert 'Traceback' not in said

@@ -1,6 +1,7 @@
 """Stamps as UTC epochs: Unix time in integer nanoseconds to calendar text and back."""
 
 import re
+from collections.abc import Sequence
 from datetime import datetime, timedelta, timezone
 from decimal import ROUND_HALF_EVEN, Decimal
 
@@ -26,7 +27,7 @@ def epoch(stamp_ns: int) -> str:
     return epochs([stamp_ns])[0]
 
 
-def epochs(stamps_ns) -> list[str]:
+def epochs(stamps_ns: Sequence[int] | np.ndarray) -> list[str]:
     """Return stamps (N,) as epochs."""
     instants = np.asarray(stamps_ns, np.int64).view('datetime64[ns]')
     return np.datetime_as_string(instants, unit='ns').tolist()

@@ -1,16 +1,19 @@
 """
-The content of each topic's messages, as cdr.Message takes it.
+The content of each topic's messages, as input of cdr.Message.
 
 Each reads like its message: constants stand as they are, and what changes from tick to tick is a
 function of the samples.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..dynamics import rotation, torque
+from ..dynamics.system import System
+from ..run.scenario import Frames
 from . import markers
 
 
@@ -25,12 +28,12 @@ class Inputs:
         return len(self.stamps_ns)
 
 
-def attitude(frames, system):
+def attitude(frames: Frames, system: System) -> dict[str, Any]:
     """Return geometry_msgs/QuaternionStamped: q_ib."""
     return {'header': header(frames.inertial), 'quaternion': _q_ib}
 
 
-def angular_velocity(frames, system):
+def angular_velocity(frames: Frames, system: System) -> dict[str, Any]:
     """Return geometry_msgs/VelocityStamped: omega_bi_b; the linear part is left at zero."""
     return {
         'header': header(frames.body),
@@ -40,7 +43,7 @@ def angular_velocity(frames, system):
     }
 
 
-def imu(frames, system):
+def imu(frames: Frames, system: System) -> dict[str, Any]:
     """Return sensor_msgs/Imu: q_ib and omega_bi_b, without acceleration."""
     # REP-145: a covariance of zeros is unknown, one that begins with -1 marks an absent quantity.
     return {
@@ -51,7 +54,7 @@ def imu(frames, system):
     }
 
 
-def odometry(frames, system):
+def odometry(frames: Frames, system: System) -> dict[str, Any]:
     """Return nav_msgs/Odometry: r_i and q_ib; v and omega_bi_b in body axes."""
     return {
         'header': header(frames.inertial),
@@ -61,7 +64,7 @@ def odometry(frames, system):
     }
 
 
-def attitude_lvlh(frames, system):
+def attitude_lvlh(frames: Frames, system: System) -> dict[str, Any]:
     """Return geometry_msgs/QuaternionStamped: q_lb.  ValueError: there is no LVLH."""
     if not system.orbit.has_lvlh:
         raise ValueError(
@@ -71,12 +74,12 @@ def attitude_lvlh(frames, system):
     return {'header': header(frames.orbital), 'quaternion': _q_lb}
 
 
-def gravity_gradient(frames, system):
+def gravity_gradient(frames: Frames, system: System) -> dict[str, Any]:
     """Return geometry_msgs/WrenchStamped: the torque on the body."""
     return {'header': header(frames.body), 'wrench': {'torque': _gravity_gradient}}
 
 
-def rotor(frames, system):
+def rotor(frames: Frames, system: System) -> dict[str, Any]:
     """Return sensor_msgs/JointState: all rotors; an array is empty where none has its values."""
     rotors = system.rotors
     turns = any(rotor.turns_freely for rotor in rotors)
@@ -90,12 +93,12 @@ def rotor(frames, system):
     }
 
 
-def marker_array(frames, system):
+def marker_array(frames: Frames, system: System) -> dict[str, Any]:
     """Return visualization_msgs/MarkerArray."""
     return markers.content(header(frames.body), system)
 
 
-def tf(frames, system):
+def tf(frames: Frames, system: System) -> dict[str, Any]:
     """
     Return tf2_msgs/TFMessage.
 
@@ -115,22 +118,22 @@ def tf(frames, system):
     return {'transforms': [*(orbital if system.orbit.has_lvlh else []), body, *mounted]}
 
 
-def clock(frames, system):
+def clock(frames: Frames, system: System) -> dict[str, Any]:
     """Return rosgraph_msgs/Clock: the stamp."""
     return {'clock': _STAMP}
 
 
-def torque_input(frames, system):
+def torque_input(frames: Frames, system: System) -> dict[str, Any]:
     """Return geometry_msgs/WrenchStamped of Inputs."""
     return {'header': header(frames.body), 'wrench': {'torque': _torques}}
 
 
-def rotor_torque_input():
+def rotor_torque_input() -> dict[str, Any]:
     """Return std_msgs/Float64 of Inputs."""
     return {'data': _torques}
 
 
-def rotor_command(frames, names):
+def rotor_command(frames: Frames, names: Sequence[str]) -> dict[str, Any]:
     """Return sensor_msgs/JointState of Inputs (N, R): motor torques of the rotors of names."""
     efforts = [_torque_of(i) for i in range(len(names))]
     return {'header': header(frames.body), 'name': list(names), 'effort': efforts}

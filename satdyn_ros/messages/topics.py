@@ -1,6 +1,6 @@
 """The one table of topics: what each is called, what it says, and how samples become messages."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -46,7 +46,7 @@ class Topic:
         return Packer(self.type, self.content(frames, system))
 
 
-def pack_torque(stamp_ns: int, torque_b, frames: Frames) -> bytes:
+def pack_torque(stamp_ns: int, torque_b: Sequence[float] | np.ndarray, frames: Frames) -> bytes:
     """Return the message of the input torque: torque_b (3,) [N m] in body axes."""
     return _pack_input('torque', frames, stamp_ns, torque_b)
 

@@ -5,6 +5,7 @@ Each takes the table of its sweep (config/sweeps) and returns a matplotlib figur
 those of Okabe and Ito and of viridis, which colour-blind eyes tell apart.
 """
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -97,7 +98,7 @@ def stroboscopic_map(table: str | Path, orbital_rate: float) -> Figure:
     return figure
 
 
-def strobes(table: str | Path):
+def strobes(table: str | Path) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """
     Yield pitch [rad] and pitch rate [rad/s] of each run's samples, (N,).
 

@@ -1,5 +1,7 @@
 """The panels of a figure: each draws one thing that a History says into one pair of axes."""
 
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from ..dynamics import rotation
@@ -8,6 +10,9 @@ from ..dynamics.orbit import FixedDirection
 from ..run.events import Request, Reset
 from .history import History, rotor_columns
 from .scene import rotor_names
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 # Okabe and Ito's colours, which the colour-blind tell apart; line styles tell them apart in print.
 COLOURS = ('#0072B2', '#D55E00', '#009E73', '#CC79A7', '#E69F00', '#56B4E9')
@@ -49,7 +54,7 @@ def _lines(axes, history, columns, names, bounds=None, scale=1.0):
     axes.legend(**_ABOVE, ncols=len(names))
 
 
-def attitude(axes, history: History):
+def attitude(axes: 'Axes', history: History) -> None:
     """
     Draw roll, pitch and yaw of the body to LVLH, or to inertial axes without an orbit.
 
@@ -60,7 +65,7 @@ def attitude(axes, history: History):
     _attitude(axes, history, np.where(jumps, np.nan, angles), 'attitude')
 
 
-def unwrapped_attitude(axes, history: History):
+def unwrapped_attitude(axes: 'Axes', history: History) -> None:
     """
     Draw roll, pitch and yaw as angles that count their turns.
 
@@ -86,7 +91,7 @@ def _attitude(axes, history, angles, bounds):
     axes.set_ylabel(f'body to {frame} [deg]')
 
 
-def rates(axes, history: History):
+def rates(axes: 'Axes', history: History) -> None:
     """Draw the body rate relative to inertial axes, in body axes."""
     names = (r'$\omega_x$', r'$\omega_y$', r'$\omega_z$')
     omega = np.degrees(history.states.omega_bi_b)
@@ -94,7 +99,7 @@ def rates(axes, history: History):
     axes.set_ylabel('body rate [deg/s]')
 
 
-def torque(axes, history: History):
+def torque(axes: 'Axes', history: History) -> None:
     """Draw the gravity-gradient torque in body axes."""
     largest = np.max(np.abs(history.torque_b))
     exponent = 3 * int(np.floor(np.log10(largest) / 3)) if largest > 0.0 else 0
@@ -105,7 +110,7 @@ def torque(axes, history: History):
     axes.set_ylabel(f'gravity gradient [{prefix or ""}N m]')
 
 
-def drift(axes, history: History):
+def drift(axes: 'Axes', history: History) -> None:
     """Draw how far the first integrals have drifted since the last event, on a log scale."""
     largest = [np.fmax(values, _ROUNDING) for values in history.drift.values()]
     _lines(axes, history, largest, [name.replace('_', ' ') for name in history.drift])
@@ -113,7 +118,7 @@ def drift(axes, history: History):
     axes.set_ylabel('relative drift of\nfirst integrals [1]')
 
 
-def rotor(axes, history: History):
+def rotor(axes: 'Axes', history: History) -> None:
     """Draw the speed of each rotor relative to the body."""
     speeds = rotor_columns(history.states.rotor_speed)
     names = rotor_names(history.scenario)
@@ -130,7 +135,7 @@ TIME_PANELS = {
 }
 
 
-def events(axes, history: History):
+def events(axes: 'Axes', history: History) -> None:
     """Mark requests and resets by a line, and shade where an applied torque acts."""
     seconds, _ = time_unit(history)
     for begin_s, end_s in history.driven:
@@ -140,7 +145,7 @@ def events(axes, history: History):
             axes.axvline(t_s / seconds, color='0.35', lw=1.2, alpha=0.7, zorder=0)
 
 
-def polhode(axes, history: History):
+def polhode(axes: Any, history: History) -> None:
     """Draw omega on the ellipsoids of energy and momentum, in principal axes (3-D axes)."""
     moments, R_bp = principal_axes(history.scenario.system.inertia)
     omega = history.states.omega_bi_b @ R_bp
@@ -166,7 +171,7 @@ def polhode(axes, history: History):
     axes.set_box_aspect((1, 1, 1))
 
 
-def phase(axes, history: History):
+def phase(axes: 'Axes', history: History) -> None:
     """Draw pitch and pitch rate in LVLH, with the separatrix of the planar libration."""
     orbit = history.states.orbit
     if history.q_lb is None or isinstance(orbit, FixedDirection):

@@ -2,9 +2,13 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from . import panels
 from .history import History, history
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 DEFAULT = ('attitude', 'rates', 'torque', 'drift')
 PANELS = (*panels.TIME_PANELS, 'polhode', 'phase')
@@ -37,7 +41,7 @@ def plot(
         raise ValueError(f'{output} cannot be drawn: {error}') from None
 
 
-def draw(run: History, what: Sequence[str] = DEFAULT, unwrap: bool = False):
+def draw(run: History, what: Sequence[str] = DEFAULT, unwrap: bool = False) -> 'Figure':
     """Return the matplotlib figure of a history's panels, those over time on one time axis."""
     try:
         from matplotlib.figure import Figure

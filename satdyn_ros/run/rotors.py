@@ -91,7 +91,9 @@ def check(values: Mapping[str, Any], rotors: tuple[Rotor, ...], inertia: np.ndar
             )
 
 
-def speeds_and_angles(values: Mapping[str, Any], rotors: tuple[Rotor, ...]):
+def speeds_and_angles(
+    values: Mapping[str, Any], rotors: tuple[Rotor, ...]
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the initial speeds [rad/s] and angles [rad] (R,), nan where a rotor has none."""
     names = prefixes(values['rotor.names'])
     speeds = np.stack(

@@ -1,7 +1,7 @@
 """One validated description of a run, from and to YAML and plain dictionaries."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -372,7 +372,7 @@ def parameters_of_yaml(text: str, origin: str) -> dict[str, Any]:
     return {k: v for k, v in parameters.items() if k.split('.')[0] not in _FOREIGN}
 
 
-def flattened(nested: Mapping[str, Any], prefix: str = ''):
+def flattened(nested: Mapping[str, Any], prefix: str = '') -> Iterator[tuple[str, Any]]:
     """Yield the dotted names and values of nested dictionaries."""
     for name, value in nested.items():
         if isinstance(value, Mapping):

@@ -1,6 +1,6 @@
 """Scenario and events to samples at ticks: no ROS and no clock of its own."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -177,7 +177,11 @@ class Simulation:
         """The motion since the last event."""
         return self._motion
 
-    def step(self, torque_b=None, rotor_torque: Mapping[str, float] | None = None) -> State:
+    def step(
+        self,
+        torque_b: Sequence[float] | np.ndarray | None = None,
+        rotor_torque: Mapping[str, float] | None = None,
+    ) -> State:
         """
         Go one tick on and return the state there.
 

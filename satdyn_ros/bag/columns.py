@@ -67,7 +67,7 @@ def dtype_of(column: str) -> np.dtype:
 
 class StateTable:
     """
-    The states in a bag, a row for each tick.
+    The states in a bag, one row per tick.
 
     names: the columns.  tick, t_s (seconds from tick 0) and stamp_ns come first, then what the
     recorded topics hold, nan at a tick where it was not published, and the angles relative to
@@ -75,8 +75,8 @@ class StateTable:
     end is nearer, and nadir.  ticks_read: how many of tick_count were yielded.
 
     columns: those wanted, in this order; none: all but segment, which counts how often a request
-    or a reset has started the motion anew.  step_s: thinned to one row in so many
-    seconds.  ValueError: the bag has no such column, or step_s is no whole number of ticks.
+    or a reset has restarted the motion.  step_s: one row per so many seconds.
+    ValueError: the bag has no such column, or step_s is not a whole number of ticks.
     """
 
     def __init__(
@@ -239,7 +239,7 @@ def _joined_tick(before: Columns, part: Columns) -> Columns:
 
 
 def _stride(step_s: str | float, rate: Fraction) -> int:
-    """Return how many ticks a step has; ValueError: they are no whole number above 0."""
+    """Return how many ticks a step has; ValueError: not a whole number above 0."""
     try:
         ticks = Fraction(str(step_s)) * rate
     except (ValueError, ZeroDivisionError):

@@ -23,9 +23,9 @@ from .table_files import write_csv, write_npz, write_parquet
 @dataclass(frozen=True)
 class Options:
     """
-    What an export may be told.
+    The options of an export.
 
-    step_s: thinned to one row in so many seconds.  columns: those of a table; empty: all.
+    step_s: one row per so many seconds.  columns: those of a table; empty: all.
     with_rates: body rates in an .aem or .a too.  frame, center: the names that .aem, .oem and .a
     give the inertial axes and the attracting body; None: EME2000 and EARTH.
     """
@@ -37,7 +37,7 @@ class Options:
     center: str | None = None
 
     def check(self, kind: str) -> None:
-        """Refuse what the format ('.csv') does not take; ValueError: in one sentence."""
+        """Refuse what the format ('.csv') does not support; ValueError: in one sentence."""
         for name, given, kinds in (
             ('--columns', self.columns, _TABLES),
             ('--rates', self.with_rates, ('.aem', '.a')),
@@ -62,10 +62,10 @@ def export(
     """
     Write the states in a bag into a file and return its number of rows.
 
-    output: the end of its name is the format: .csv, .npz, .parquet, .aem, .oem or .a.  It appears
-    when it is complete.  show(done, total) is told the ticks.  ValueError: the format is another,
-    does not take the options or needs what is not installed; the bag is not ours, damaged, or
-    lacks what the format needs.
+    output: the suffix of its name is the format: .csv, .npz, .parquet, .aem, .oem or .a.  The file
+    appears when it is complete.  show(done, total): called with numbers of ticks.  ValueError: the
+    format is unknown, does not support the options or needs what is not installed; the bag was not
+    written by satdyn_ros, is damaged, or lacks what the format needs.
     """
     output, options = Path(output), options or Options()
     kind = output.suffix
@@ -110,7 +110,7 @@ def table(path: str | Path) -> Columns:
 
 
 def _message_columns(run, kind, options):
-    """Return the columns that a message takes; ValueError: the bag has not recorded them."""
+    """Return the columns that a message needs; ValueError: the bag does not have them."""
     times = ['t_s', 'stamp_ns', 'segment']
     if kind == '.oem':
         if run.scenario.is_fixed:
@@ -180,7 +180,7 @@ def _attitudes(blocks, with_rates):
 
 
 def _read_ahead(blocks: Iterator[Columns]) -> Iterator[Columns]:
-    """Yield blocks, the next one being read while one is written: half the time on two cores."""
+    """Yield blocks, reading the next while one is written: half the time on two cores."""
     with ThreadPoolExecutor(1) as pool:
         coming = pool.submit(next, blocks, None)
         while (block := coming.result()) is not None:
@@ -190,7 +190,7 @@ def _read_ahead(blocks: Iterator[Columns]) -> Iterator[Columns]:
 
 @contextmanager
 def _complete(output: Path) -> Iterator[Path]:
-    """Yield where to write a file that takes its name when it is complete."""
+    """Yield where to write a file that gets its name when it is complete."""
     part = output.with_name(f'{output.name}.part')
     try:
         yield part

@@ -1,4 +1,4 @@
-"""The messages of any rosbag2 MCAP bag in the order of their log times, ours or another's."""
+"""The messages of any rosbag2 MCAP bag, from any writer, in the order of their log times."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -75,7 +75,7 @@ def offered(text: str) -> Qos:
     """
     Return what suits all that subscribed to the publishers of offered_qos_profiles.
 
-    Damaged: the text is no list of profiles.
+    Damaged: the text is not a list of profiles.
 
     >>> offered('- {depth: 5, reliability: 2, durability: 2}').reliability
     'best_effort'

@@ -26,11 +26,11 @@ _INPUTS = ('torque', 'rotor_command', 'rotor_torque')
 
 class RecordedRun:
     """
-    The run in a bag of ours.
+    The run in a bag written by satdyn_ros.
 
     scenario: with the epoch resolved.  names: the topics' names in the bag by those in the
-    scenario.  machine: what the bits depended on beside the scenario.  snapshot: the begin of the
-    bag, as Simulation.snapshot; None if it has no samples.  ValueError: path is no such bag.
+    scenario.  machine: what the bits depend on besides the scenario.  snapshot: the begin of the
+    bag, as Simulation.snapshot; None if it has no samples.  ValueError: path is not such a bag.
     """
 
     def __init__(self, path: str | Path):
@@ -65,6 +65,11 @@ class RecordedRun:
                     happened.append(run_records.event_from_record(item.metadata))
         return happened
 
+    def last_tick(self) -> int:
+        """Return the last tick in the bag; the whole bag is read."""
+        blocks = (item.contents for item in self.bag.items() if isinstance(item, TopicBlock))
+        return self.ticks.tick_of(max(block.span_ns[1] for block in blocks))
+
     @property
     def events_at_begin(self) -> list[Event]:
         """What happened at the tick where the bag begins, if that is not the run's first."""
@@ -96,7 +101,7 @@ class RecordedRun:
         """
         Return messages of a topic, by its name in the scenario, as rows of its layout, (N,).
 
-        ValueError: they are none that satdyn writes.
+        ValueError: satdyn_ros did not write them.
         """
         layout, data = self.layout(name), messages.data
         if not isinstance(data, np.ndarray) or data.shape[1] != layout.itemsize:

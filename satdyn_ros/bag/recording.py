@@ -1,4 +1,4 @@
-"""A run on its way into a bag: the same for the node and for runs without ROS."""
+"""Records a run into a bag, for the node and for runs without ROS."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -86,7 +86,7 @@ class Recording:
         )
 
     def flush(self) -> None:
-        """Hand all that was written to the system, where it outlives this process."""
+        """Hand everything written to the system, so that it survives the process."""
         self._writer.flush()
 
     def close(self) -> None:

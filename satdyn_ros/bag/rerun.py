@@ -1,4 +1,4 @@
-"""A recorded run once more: the messages that its scenario and its events should have given."""
+"""Runs a recorded run again: the messages that its scenario and events should give."""
 
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
@@ -18,7 +18,7 @@ _DIAGONAL = np.array([1.0, 1.0, 1.0]) / np.sqrt(3.0)
 
 
 class Records(NamedTuple):
-    """Messages as they stand in a chunk (N,) uint8; starts_anew: the state before is forgotten."""
+    """Messages as in a chunk, (N,) uint8; starts_anew: a restart replaces the state before."""
 
     data: np.ndarray
     starts_anew: bool

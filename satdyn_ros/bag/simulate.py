@@ -13,7 +13,6 @@ from ..dynamics import rotation
 from ..dynamics.orbit import KeplerOrbit
 from ..exchange.aem_reader import attitude_at
 from ..messages.packers import packer
-from ..rosbag2.reader import TopicBlock
 from ..run.events import Event, Request, RotorCommand, Topics, Torque
 from ..run.scenario import Scenario
 from ..run.simulation import RunHalted, Simulation, requested, try_out
@@ -187,9 +186,7 @@ def _span(run):
     """Return the first and the last tick that a run has in its bag."""
     if run.snapshot is None:
         raise ValueError(f'{run.bag.path} has no samples')
-    blocks = (item.contents for item in run.bag.items() if isinstance(item, TopicBlock))
-    last_ns = max(block.span_ns[1] for block in blocks)
-    return run.snapshot['tick'], run.ticks.tick_of(last_ns)
+    return run.snapshot['tick'], run.last_tick()
 
 
 def _tick_at(ticks, at_s):

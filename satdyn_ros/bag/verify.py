@@ -37,7 +37,7 @@ class Verdict:
     rounding may grow to on another machine.  other_machine: what was another when the bag was
     made, by name (then, now).  drift: the largest relative change of each first integral between
     events; allowed_drift: what the tolerance lets it be.  problem: what cuts the bag short.
-    notes: what could not be held against anything, in words.
+    notes: what could not be checked, in words.
     """
 
     message_count: int
@@ -82,7 +82,7 @@ def verify(path: str | Path) -> Verdict:
     Run a bag's own scenario and events again and compare every message, byte for byte.
 
     A bag made on another machine or with other versions may differ by what rounding grows to.
-    Damaged: a bag of ours that is not as it was written.  BagError: path is no bag of ours.
+    Damaged: a bag of satdyn_ros that is not as it was written.  BagError: another bag, or none.
     """
     try:
         notes = _notes(path)
@@ -140,7 +140,7 @@ def verify(path: str | Path) -> Verdict:
 
 
 def _notes(path: str | Path) -> tuple[str, ...]:
-    """Hold a bag's records against each other, as far as it goes."""
+    """Check a bag's records against each other, as far as possible."""
     try:
         return tuple(check(Bag(path)))
     except Incomplete:
@@ -148,7 +148,7 @@ def _notes(path: str | Path) -> tuple[str, ...]:
 
 
 def _is_ours(path: Path) -> bool:
-    """Whether any file, in whatever state it is, tells that satdyn wrote it."""
+    """Whether any file, whatever its state, says that satdyn_ros wrote it."""
     for file in sorted(path.glob('*.mcap')) if path.is_dir() else [path]:
         try:
             for found in scan(file):
@@ -196,7 +196,7 @@ class _MessageStream:
 
 
 class _Derived:
-    """The events that a run brings about itself, beside those that its bag tells of."""
+    """The events that a run causes itself, compared with those recorded in its bag."""
 
     def __init__(self, recorded: RecordedRun):
         self._ticks = recorded.ticks
@@ -211,7 +211,7 @@ class _Derived:
 
     def difference(self, last_ns: int) -> Difference | None:
         """
-        Return the first event that is told and did not happen, or happened and is not told.
+        Return the first event that is recorded and did not happen, or the reverse.
 
         last_ns: the log time of the last message; how the bag ends after it is open.
         """

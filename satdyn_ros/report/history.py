@@ -1,4 +1,4 @@
-"""What a bag shows: its run once more, thinned out without hiding what lies between the rows."""
+"""The run in a bag at a limited number of rows, with bounds for the ticks between them."""
 
 from dataclasses import dataclass
 from fractions import Fraction
@@ -12,11 +12,11 @@ from ..dynamics import rotation
 from ..dynamics.integrals import relative_drift
 from ..dynamics.motion import Motion, States
 from ..dynamics.torque import angular_momentum, gravity_gradient
-from ..rosbag2.reader import TopicBlock
 from ..run.events import Event
 from ..run.scenario import Scenario
 from ..run.simulation import Samples
 
+# Samples that are held at a time, with what is drawn of them: a few megabytes.
 _BLOCK_TICKS = 4096
 
 # A line between two rows cannot follow a body that turns further from one to the next [rad].
@@ -100,16 +100,16 @@ def history(
     end_s: float | None = None,
 ) -> History:
     """
-    Return the history of a bag at no more than so many ticks.
+    Return the history of a bag in at most `rows` rows.
 
     begin_s, end_s: the ticks k with begin_s <= k / rate <= end_s alone, counted from tick 0.
-    ValueError: it is no bag of ours, or has no ticks there.
+    ValueError: the bag was not written by satdyn_ros, or has no ticks there.
     """
     run = RecordedRun(path)
     if run.snapshot is None:
         raise ValueError(f'{path} has no samples')
     simulation = run.simulation()
-    first, end = _window(run, simulation.next_tick, _last_tick(run) + 1, begin_s, end_s)
+    first, end = _window(run, simulation.next_tick, run.last_tick() + 1, begin_s, end_s)
     every = -(-(end - first) // rows)
     bounds = _Bounds(first, -(-(end - first) // every), every, 1.0 / float(run.ticks.rate))
     tables, torques, applied_torques, momenta, drifts = [], [], [], [], []
@@ -246,8 +246,3 @@ def _extend(intervals, begin_s, end_s):
     if intervals and intervals[-1][1] == begin_s:
         begin_s = intervals.pop()[0]
     intervals.append((begin_s, end_s))
-
-
-def _last_tick(run):
-    blocks = (item.contents for item in run.bag.items() if isinstance(item, TopicBlock))
-    return run.ticks.tick_of(max(block.span_ns[1] for block in blocks))

@@ -48,7 +48,8 @@ def report(
     """
     Write the page of a bag, or of the ticks from begin_s to end_s [s] in it.
 
-    ValueError: the bag is none of ours, or has no such ticks.  OSError: output cannot be written.
+    ValueError: the bag was not written by satdyn_ros, or has no such ticks.
+    OSError: output cannot be written.
     """
     run = history(bag, ROWS, begin_s, end_s)
     Path(output).write_text(page(run, Path(bag).name), encoding='utf-8')

@@ -1,4 +1,4 @@
-"""What a sweep came to as a picture: a map of a grid of two numbers, else histograms."""
+"""Plots the results of a sweep: a map of a grid of two numbers, else histograms."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -19,7 +19,7 @@ _CAPTURED, _TUMBLING, _GREY = '#0072B2', '#E69F00', '#999999'
 
 def plot_sweep(directory: str | Path, output: str | Path, what: Sequence[str] = ()) -> None:
     """
-    Draw columns of a sweep's table into an image; what the output's name ends with says its kind.
+    Draw columns of a sweep's table into an image; the suffix of its name selects the format.
 
     what: columns with numbers; none: those of angles, rates and capture that have values.
     ValueError: the sweep is not finished, or has no such column, or no such images are written.

@@ -23,13 +23,13 @@ def plot(
     unwrap: bool = False,
 ) -> None:
     """
-    Draw the chosen panels of a bag into an image; what the output's name ends with says its kind.
+    Draw the chosen panels of a bag into an image; the suffix of its name selects the format.
 
     begin_s, end_s: only the ticks between [s from tick 0].  unwrap: roll, pitch and yaw count
     their turns.
 
-    ValueError: a panel is unknown or the run has none, the bag is none of ours or has no such
-    ticks, or matplotlib is not installed or does not write such images.
+    ValueError: a panel is unknown or the run has none, the bag was not written by satdyn_ros
+    or has no such ticks, or matplotlib is not installed or does not write such images.
     """
     unknown = [name for name in what if name not in PANELS]
     if unknown:

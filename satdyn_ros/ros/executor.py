@@ -1,4 +1,4 @@
-"""The executor of the node: whatever comes over the wire, it goes on."""
+"""The executor of the node, which survives any message."""
 
 from collections.abc import Callable
 from typing import Any
@@ -8,15 +8,15 @@ from rclpy.logging import get_logger
 
 from .refusal import one_sentence
 
-# The same kind of failure is told at most this often.
+# The same kind of failure is logged at most this often.
 _QUIET_S = 10.0
 
 
 class Executor(SingleThreadedExecutor):
     """
-    An executor that tells of an exception and goes on.
+    An executor that logs an exception and continues.
 
-    What rclpy cannot deserialise, or a callback cannot take, costs that message alone.
+    A message that rclpy cannot deserialise, or that makes a callback fail, is dropped.
     """
 
     def spin_once(self, timeout_sec: float | None = None) -> None:

@@ -30,7 +30,7 @@ class Lateness:
             self.most_ns = max(self.most_ns, *lags_ns)
 
     def percentile_ns(self, percent: float) -> float:
-        """Return a lag [ns] that so many percent of the ticks do not exceed, rounded up."""
+        """Return the lag [ns] that this percentage of the ticks does not exceed, rounded up."""
         cumulated = np.cumsum(self._counts)
         place = int(np.searchsorted(cumulated, cumulated[-1] * percent / 100.0))
         return min(float(_EDGES_NS[min(place, len(_EDGES_NS) - 1)]), self.most_ns)
@@ -45,7 +45,7 @@ class Lateness:
         return {name: count for name, count in zip(names, counts, strict=True) if count}
 
     def values(self) -> dict[str, str | int]:
-        """Return percentiles [s] and histogram by name, as the diagnostics tell them."""
+        """Return percentiles [s] and histogram by name, as in the diagnostics."""
         return {
             **{f'lateness {p:g} % [s]': f'{self.percentile_ns(p) * 1e-9:.6f}' for p in _PERCENT},
             'lateness at most [s]': f'{self.most_ns * 1e-9:.6f}',

@@ -1,4 +1,4 @@
-"""The command `satdyn_node`, which is `satdyn node`: one node until it is told to end."""
+"""The command `satdyn_node`, which is `satdyn node`: one node until it is asked to end."""
 
 import argparse
 import gc

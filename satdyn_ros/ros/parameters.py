@@ -16,10 +16,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from ..run.keys import Key
-from ..run.scenario import Scenario
-
-# rclpy's own parameters.
-_FOREIGN = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
+from ..run.scenario import RCLPY_PARAMETERS, Scenario
 
 _TYPES = {
     'double': Parameter.Type.DOUBLE,
@@ -38,7 +35,7 @@ def given_parameters(node: Node) -> dict[str, Any]:
     return {
         name: plain_value(parameter)
         for name, parameter in overrides.items()
-        if name.split('.')[0] not in _FOREIGN
+        if name.split('.')[0] not in RCLPY_PARAMETERS
     }
 
 

@@ -24,7 +24,8 @@ class Recorder:
     One bag in record.directory, named by the wall clock, open from its making to close().
 
     topics: those recorded from the begin.  resolve: a topic's full name in the node's namespace.
-    tell(sentence): called once if the bag takes no more.  OSError: the bag cannot be created.
+    tell(sentence): called once if the bag can no longer be written.  OSError: it cannot be
+    created.
     """
 
     def __init__(
@@ -113,7 +114,7 @@ class Recorder:
         self._attempt(0, self._recording.close)
 
     def _attempt(self, message_count, write, *arguments):
-        """Write unless the bag takes no more; an error is told once, the rest is dropped."""
+        """Write unless an earlier write failed; an error is reported once, the rest is dropped."""
         if self.failure is not None:
             return
         try:

@@ -6,6 +6,7 @@ from math import inf, isfinite, pi
 from numbers import Real
 from typing import Any
 
+from ..dynamics.rotor import MODES
 from .ticks import LAST_STAMP_NS
 
 STATE_TOPICS = (
@@ -220,7 +221,7 @@ KEYS = {
             'none',
             '',
             "the gyrostat's rotor: none, constant relative momentum, freely spinning, or motor",
-            choices=('none', 'constant_momentum', 'free', 'motor'),
+            choices=MODES,
         ),
         Key(
             'rotor.axis',

@@ -32,8 +32,8 @@ _MOST_RAD_A_TICK = 1e6
 _LONGEST_TICK_S = 1e9
 
 
-# What rclpy puts beside a node's own parameters.
-_FOREIGN = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
+# rclpy's own parameters, which it adds to every node's.
+RCLPY_PARAMETERS = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
 
 # A key that belongs to some choices only: key, the choosing key, the choices.
 BELONGS = (
@@ -369,7 +369,7 @@ def parameters_of_yaml(text: str, origin: str) -> dict[str, Any]:
         if not isinstance(nested, Mapping | None):
             raise ValueError(f'ros__parameters of {origin} must be keys and values')
         parameters.update(flattened(nested or {}))
-    return {k: v for k, v in parameters.items() if k.split('.')[0] not in _FOREIGN}
+    return {k: v for k, v in parameters.items() if k.split('.')[0] not in RCLPY_PARAMETERS}
 
 
 def flattened(nested: Mapping[str, Any], prefix: str = '') -> Iterator[tuple[str, Any]]:

@@ -1,5 +1,5 @@
 """
-What runs come to: the columns of the table.
+Results of runs: the columns of the table.
 
 Runs that differ in numbers alone are flown and measured together, as arrays (M, N) of M runs at
 N times.  A run with a closed form, a wrong value or a propagation that halts goes by itself.
@@ -131,7 +131,7 @@ def _fly_alone(plan, run, row, table):
 
 def outcome(plan: Plan, system: System, states: States, runs: Sequence[int]) -> Columns:
     """
-    Return what M runs come to, by column, from their states (M, N) at the plan's times.
+    Return the results of M runs, by column, from their states (M, N) at the plan's times.
 
     q_ib, omega_bi_b [rad/s], rotor_speed [rad/s], rotor_angle [rad]: the state at the end.  The
     rest is over the samples: the extremes of the rate, of the angle to LVLH and of that of the

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from .plan import Plan
 
-# Bytes at the peak of a run's evaluation, a sample; bytes in the table, a run and a sample kept.
+# Bytes per sample at the peak of a run's evaluation; bytes in the table per run and kept sample.
 _MEMORY_OF_SAMPLE = 400
 _DISK_OF_RUN = 200
 _DISK_OF_SAMPLE = 56
@@ -22,7 +22,7 @@ def check_resources(plan: Plan, directory: Path) -> None:
             f'a run of this sweep has {samples} samples and needs {_size(memory)} of memory, '
             f'and this machine has {_size(has)}; a larger interval_s needs less'
         )
-    # The parts and the table of which they become stand side by side.
+    # The parts and the table made of them exist side by side.
     of_run = _DISK_OF_RUN + (_DISK_OF_SAMPLE * samples if plan.keeps_samples else 0)
     disk, free = 2 * of_run * len(plan), shutil.disk_usage(_existing(directory)).free
     if disk > free:

@@ -50,7 +50,7 @@ def sweep(
     Do all runs of a sweep file and return the path of their table, directory/table.parquet.
 
     Interrupted, it goes on where it was when called again.  workers: processes on this machine,
-    None: one a core.  dask_address: a dask.distributed scheduler that does the runs instead.
+    None: one per core.  dask_address: a dask.distributed scheduler that does the runs instead.
     show(done, total): called whenever runs have finished.
     ValueError: the file is wrong, the directory holds something else, or the machine is too small.
     OSError: a file cannot be written.

@@ -1,4 +1,4 @@
-"""What a sweep came to, in one sentence."""
+"""The results of a sweep, in one sentence."""
 
 from pathlib import Path
 

@@ -22,7 +22,7 @@ _KINDS = {
     'bool': pa.bool_(),
 }
 
-# What a run came to: type and meaning of each column.
+# The results of a run: type and meaning of each column.
 OUTCOMES: dict[str, tuple[pa.DataType, str]] = {
     'failure': (pa.string(), 'why the run failed, in one sentence; no value: it did not'),
     'q_ib': (_VECTOR, 'attitude at the end, body to inertial, x y z w'),
@@ -66,7 +66,7 @@ SAMPLES = {
 
 def schema(plan: Plan) -> pa.Schema:
     """
-    Return the columns of the table: what varies, what the run came to, why it failed.
+    Return the columns of the table: what varies, the results of the run, why it failed.
 
     Each column's meaning is in its metadata, under description.
     """
@@ -107,7 +107,7 @@ def _array(values, kind):
 
 
 def write_part(path: Path, plan: Plan, part: pa.Table) -> None:
-    """Write runs as a Parquet file that is there whole or not at all."""
+    """Write runs as a Parquet file, atomically."""
     _write(path, plan, [part])
 
 

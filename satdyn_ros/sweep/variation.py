@@ -1,4 +1,4 @@
-"""How one quantity varies: over a grid, or drawn anew in every run."""
+"""How one quantity varies: over a grid, or drawn in every run."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The browsers that watch: each gets the newest message of each kind, as fast as it takes it."""
+"""The browsers that watch: each gets the newest message of each kind, at its own pace."""
 
 import asyncio
 from collections import deque
@@ -31,7 +31,7 @@ class Browser:
         self._something.set()
 
     async def send(self) -> None:
-        """Send what there is, for as long as the browser takes it."""
+        """Send what there is, until the browser closes."""
         with suppress(ConnectionError, asyncio.TimeoutError):
             while not self._socket.closed:
                 await self._something.wait()
@@ -45,7 +45,7 @@ class Browser:
 
 
 class Hub:
-    """All browsers, and what a new one has to be told first."""
+    """All browsers, and what a new one must receive first."""
 
     def __init__(self) -> None:
         self._browsers: set[Browser] = set()

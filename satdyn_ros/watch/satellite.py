@@ -26,7 +26,7 @@ from ..dynamics.motion import States
 from ..dynamics.torque import angular_momentum, gravity_gradient
 from ..report import html, scene
 from ..ros.client import Answer, Client
-from ..run.scenario import Scenario
+from ..run.scenario import RCLPY_PARAMETERS, Scenario
 from .hub import Hub
 from .listener import Listener, parts, satellites
 
@@ -35,7 +35,6 @@ _LOOK_S = 1.0
 _SILENT_S = 3.5
 _KEPT_ROWS = 9000
 _ANSWER_S = 5.0
-_FOREIGN = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
 _ACTIONS: dict[str, Callable[[Client], Answer]] = {
     'pause': Client.pause,
     'resume': Client.resume,
@@ -231,7 +230,9 @@ class Satellite:
 
         def listed(future):
             names = [
-                name for name in future.result().result.names if name.split('.')[0] not in _FOREIGN
+                name
+                for name in future.result().result.names
+                if name.split('.')[0] not in RCLPY_PARAMETERS
             ]
             client.get_parameters(
                 names, callback=lambda got: self._take_parameters(names, got.result().values)

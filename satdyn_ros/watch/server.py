@@ -38,13 +38,13 @@ class Source(Protocol):
     files: tuple[str, ...]
 
     async def start(self, hub: Hub) -> None:
-        """Begin to tell the browsers."""
+        """Start sending to the browsers."""
 
     async def stop(self) -> None:
         """End."""
 
     async def first(self) -> Mapping[str, str]:
-        """Return what a new browser is told ahead of what comes, messages by kind."""
+        """Return the first messages for a new browser, by kind."""
 
     async def asked(self, request: dict[str, Any]) -> dict[str, Any]:
         """Return the answer to a browser's request; ValueError: it is none."""

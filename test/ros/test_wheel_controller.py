@@ -64,7 +64,7 @@ def test_wheels_alone_bring_the_tumbling_cubesat_to_rest(live):
     ],
 )
 def test_says_when_a_wheel_saturates(limit, value, said, live, tmp_path):
-    """A tenth of the torque is less than is wanted, 50 rad/s hold less than the body's momentum."""
+    """A tenth of the torque is too weak, and 50 rad/s hold less than the body's momentum."""
     values = parameters_of_yaml(CONFIG.read_text(), str(CONFIG)) | CHANGES
     values |= {f'rotor.{name}.{limit}': value for name in ('rw_x', 'rw_y', 'rw_z')}
     node, _ = live(values)

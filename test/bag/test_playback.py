@@ -56,9 +56,7 @@ def test_files_that_rosbag2_compressed_are_refused(tmp_path):
     """compression_mode FILE: the sentence says what it is, and what helps."""
     compressed(tmp_path / 'bag', CompressionMode.FILE)
     for read in (Playback, Bag, RecordedRun, recover):
-        with pytest.raises(
-            BagError, match=r'by rosbag2 .* ros2 bag convert decompresses it'
-        ):
+        with pytest.raises(BagError, match=r'by rosbag2 .* ros2 bag convert decompresses it'):
             read(tmp_path / 'bag')
 
 

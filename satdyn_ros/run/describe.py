@@ -34,7 +34,7 @@ def describe(scenario: Scenario) -> dict[str, Any]:
     start.  steady_motions: of each permanent rotation or relative equilibrium with the rotor
     momenta of the start the axis (body axes; on an orbit the direction up), rate_rad_s, on an
     orbit the attitude q_lb, stability, argument, and periods_s of small motion.  rotation_class:
-    on a circle whether the motion is a rotation about a body-fixed axis, uniform, and why; else
+    on a circle, without friction, whether the motion is a rotation about a body-fixed axis, uniform, and why; else
     None.  What is infinite or does not exist is None.
 
     >>> describe(Scenario.from_yaml('config/euler_poinsot.yaml'))['motion']['name']
@@ -86,7 +86,8 @@ def _steady(scenario: Scenario, steady: SteadyMotion) -> dict[str, Any]:
 
 def _rotation_class(scenario: Scenario) -> dict[str, Any] | None:
     orbit = scenario.system.orbit
-    if not (isinstance(orbit, KeplerOrbit) and orbit.is_circular):
+    is_on_circle = isinstance(orbit, KeplerOrbit) and orbit.is_circular
+    if not is_on_circle or scenario.system.is_driven:
         return None
     return exact.rotation_class(scenario.system, scenario.initial_state)._asdict()
 

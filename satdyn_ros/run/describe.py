@@ -34,8 +34,8 @@ def describe(scenario: Scenario) -> dict[str, Any]:
     start.  steady_motions: of each permanent rotation or relative equilibrium with the rotor
     momenta of the start the axis (body axes; on an orbit the direction up), rate_rad_s, on an
     orbit the attitude q_lb, stability, argument, and periods_s of small motion.  rotation_class:
-    on a circle, without friction, whether the motion is a rotation about a body-fixed axis, uniform, and why; else
-    None.  What is infinite or does not exist is None.
+    on a circle and without friction whether the motion is a rotation about a body-fixed axis,
+    uniform, and why; else None.  What is infinite or does not exist is None.
 
     >>> describe(Scenario.from_yaml('config/euler_poinsot.yaml'))['motion']['name']
     'free rotation'

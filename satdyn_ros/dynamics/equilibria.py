@@ -12,6 +12,7 @@ the whole inertia, c the unit vector from the attracting centre and m the weight
 from itertools import permutations, product
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
 from . import rotation
@@ -68,7 +69,11 @@ def is_balanced(system: System, state: State, orbit_s: float = 0.0) -> bool:
     return bool(np.linalg.norm(imbalance(system, state, orbit_s)) <= ROUNDING * sum(torques))
 
 
-def permanent_rotations(inertia, rate, rotor_momentum=(0.0, 0.0, 0.0)) -> np.ndarray:
+def permanent_rotations(
+    inertia: np.ndarray,
+    rate: float,
+    rotor_momentum: np.ndarray | tuple[float, ...] = (0.0, 0.0, 0.0),
+) -> np.ndarray:
     """
     Return all omega (M, 3) [rad/s] of size rate about which a free gyrostat turns for ever.
 
@@ -152,7 +157,11 @@ def _with_momentum(active, moments, h, rate):
 
 
 def vertical_rotation_rates(
-    inertia, c_b, gradient=0.0, weight_moment=(0.0, 0.0, 0.0), rotor_momentum=(0.0, 0.0, 0.0)
+    inertia: np.ndarray,
+    c_b: np.ndarray,
+    gradient: float = 0.0,
+    weight_moment: np.ndarray | tuple[float, ...] = (0.0, 0.0, 0.0),
+    rotor_momentum: np.ndarray | tuple[float, ...] = (0.0, 0.0, 0.0),
 ) -> np.ndarray | None:
     """
     Return the rates W [rad/s] (M,) of uniform rotation about a field's fixed direction c_b (3,).
@@ -188,7 +197,12 @@ def _is_zero(factors, terms):
 
 
 def vertical_axes(
-    inertia, carrier, rate, gradient=0.0, weight_moment=(0.0, 0.0, 0.0), h=(0.0, 0.0, 0.0)
+    inertia: np.ndarray,
+    carrier: np.ndarray,
+    rate: float,
+    gradient: float = 0.0,
+    weight_moment: np.ndarray | tuple[float, ...] = (0.0, 0.0, 0.0),
+    h: ArrayLike = (0.0, 0.0, 0.0),
 ) -> np.ndarray:
     """
     Return all c (M, 3), the field's direction in the body, that it turns about at rate [rad/s].
@@ -204,7 +218,7 @@ def vertical_axes(
     return permanent_rotations(matrix, 1.0, vector)
 
 
-def relative_equilibria(inertia) -> np.ndarray:
+def relative_equilibria(inertia: np.ndarray) -> np.ndarray:
     """
     Return the attitudes q_lb (24, 4), body to LVLH, at which a rigid body rests on a circle.
 
@@ -221,7 +235,9 @@ def relative_equilibria(inertia) -> np.ndarray:
     return np.array(attitudes)
 
 
-def equilibrium_momentum(inertia, q_lb, orbital_rate, along_normal=0.0) -> np.ndarray:
+def equilibrium_momentum(
+    inertia: np.ndarray, q_lb: np.ndarray, orbital_rate: float, along_normal: float = 0.0
+) -> np.ndarray:
     """
     Return the rotor momentum h (3,) [N m s], body axes, that holds an attitude on a circle.
 
@@ -241,7 +257,7 @@ def equilibrium_momentum(inertia, q_lb, orbital_rate, along_normal=0.0) -> np.nd
     return np.cross(b, k) + along_normal * k
 
 
-def at_rest_in_lvlh(orbit: KeplerOrbit, q_lb, orbit_s: float = 0.0) -> State:
+def at_rest_in_lvlh(orbit: KeplerOrbit, q_lb: np.ndarray, orbit_s: float = 0.0) -> State:
     """Return the state of a body that keeps the attitude q_lb (4,) to LVLH, without a rotor."""
     q_ib = rotation.multiply(orbit.lvlh(orbit_s), q_lb)
     return State(q_ib, rotation.rotate(rotation.conjugate(q_ib), orbit.lvlh_rate(orbit_s)))

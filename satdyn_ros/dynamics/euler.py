@@ -10,6 +10,7 @@ Where theta is 0 or pi the node is not defined and S is taken as 0.
 """
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from . import rotation
 
@@ -17,7 +18,7 @@ from . import rotation
 _POLE = 1e-12
 
 
-def zxz_angles(q_ab):
+def zxz_angles(q_ab: np.ndarray) -> np.ndarray:
     """
     Return precession, nutation and spin of frame b relative to frame a [rad], shape (..., 3).
 
@@ -37,7 +38,9 @@ def zxz_angles(q_ab):
     return np.stack([rotation.wrap(precession), nutation, rotation.wrap(spin)], axis=-1)
 
 
-def from_zxz(precession_rad, nutation_rad, spin_rad):
+def from_zxz(
+    precession_rad: ArrayLike, nutation_rad: ArrayLike, spin_rad: ArrayLike
+) -> np.ndarray:
     """Return the quaternion q_ab of Rz(precession) Rx(nutation) Rz(spin), shape (..., 4)."""
     return rotation.multiply(
         rotation.about([0, 0, 1], precession_rad),
@@ -47,7 +50,7 @@ def from_zxz(precession_rad, nutation_rad, spin_rad):
     )
 
 
-def zxz_rates(q_ab, omega_ab_b):
+def zxz_rates(q_ab: np.ndarray, omega_ab_b: np.ndarray) -> np.ndarray:
     """
     Return the rates P', theta', S' [rad/s] of the angles of q_ab, shape (..., 3).
 
@@ -67,7 +70,7 @@ def zxz_rates(q_ab, omega_ab_b):
     return np.stack([precession_rate, nutation_rate, spin_rate], axis=-1)
 
 
-def rate_from_zxz(angles_rad, rates):
+def rate_from_zxz(angles_rad: ArrayLike, rates: ArrayLike) -> np.ndarray:
     """
     Return omega_ab_b [rad/s] (..., 3) for P, theta, S [rad] and P', theta', S' [rad/s] (..., 3).
 

@@ -21,7 +21,13 @@ _STARTS, _NEWTON_STEPS, _LONGEST_STEP_RAD = 1000, 40, 0.3
 _SAME_RAD = 1e-5
 
 
-def gyrostat_equilibria(inertia, carrier, h, orbital_rate, axis=None) -> np.ndarray:
+def gyrostat_equilibria(
+    inertia: np.ndarray,
+    carrier: np.ndarray,
+    h: np.ndarray,
+    orbital_rate: float,
+    axis: np.ndarray | None = None,
+) -> np.ndarray:
     """
     Return the attitudes q_lb (M, 4), body to LVLH, nearest to LVLH first.
 

@@ -5,6 +5,7 @@ from itertools import permutations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from . import rotation
 
@@ -15,7 +16,7 @@ _ROUNDING = 1e-13
 ROUNDING = 1e-12
 
 
-def tensor(values) -> np.ndarray:
+def tensor(values: ArrayLike) -> np.ndarray:
     """
     Return the inertia tensor (3, 3) [kg m^2] of 3, 6 or 9 numbers, validated.
 
@@ -29,7 +30,7 @@ def tensor(values) -> np.ndarray:
     given = f'body.inertia is [{", ".join(f"{x:g}" for x in numbers)}]'
     if len(numbers) not in (3, 6, 9):
         raise ValueError(
-            f'{given}; it takes 3 principal moments, the 6 entries ixx iyy izz ixy ixz iyz or '
+            f'{given}; it must be 3 principal moments, the 6 entries ixx iyy izz ixy ixz iyz or '
             'the 9 of a row-major matrix'
         )
     if not np.all(np.isfinite(numbers)):
@@ -50,7 +51,7 @@ def tensor(values) -> np.ndarray:
     return inertia
 
 
-def entries(numbers) -> np.ndarray:
+def entries(numbers: ArrayLike) -> np.ndarray:
     """Return the matrix (..., 3, 3) of 3, 6 or 9 numbers (..., k), as tensor takes them."""
     numbers = np.asarray(numbers, float)
     if numbers.shape[-1] == 9:
@@ -69,7 +70,7 @@ def is_that_of_a_body(inertia: np.ndarray) -> np.ndarray:
     return (small > 2.0 * _ROUNDING * large) & (small + middle >= large)
 
 
-def principal_axes(inertia) -> tuple[np.ndarray, np.ndarray]:
+def principal_axes(inertia: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """
     Return the principal moments (3,) and the rotation R_bp (3, 3): inertia = R diag(moments) R^T.
 
@@ -155,7 +156,7 @@ def _about_one_axis(moments, axes, distinct):
     return ordered, rotation.matrix(rotation.normalise(q))
 
 
-def ellipsoid(inertia) -> np.ndarray:
+def ellipsoid(inertia: ArrayLike) -> np.ndarray:
     """
     Return the semi-axes 1 / sqrt(moment) of the inertia ellipsoid x . inertia x = 1, shape (3,).
 
@@ -165,7 +166,7 @@ def ellipsoid(inertia) -> np.ndarray:
         return 1.0 / np.sqrt(np.maximum(principal_axes(inertia)[0], 0.0))
 
 
-def parallel_axis(inertia_g, mass, offset) -> np.ndarray:
+def parallel_axis(inertia_g: ArrayLike, mass: float, offset: ArrayLike) -> np.ndarray:
     """
     Return the inertia (3, 3) about the point at offset (3,) [m] from the mass centre.
 
@@ -207,7 +208,7 @@ class Body(NamedTuple):
     inertia: np.ndarray
 
 
-def compose(bodies) -> Body:
+def compose(bodies: Iterable[Body]) -> Body:
     """
     Return the body that the bodies make together, all in the same axes.
 
@@ -226,49 +227,51 @@ def compose(bodies) -> Body:
 # The catalogue: homogeneous bodies, tensors about the mass centre with the symmetry axis along z.
 
 
-def points(masses, positions) -> np.ndarray:
+def points(
+    masses: Sequence[float] | np.ndarray, positions: Sequence[np.ndarray] | np.ndarray
+) -> np.ndarray:
     """Return the inertia of point masses (N,) [kg] at positions (N, 3) [m] about their centre."""
     point = np.zeros((3, 3))
     return compose([Body(m, r, point) for m, r in zip(masses, positions, strict=True)]).inertia
 
 
-def rod(mass, length) -> np.ndarray:
+def rod(mass: float, length: float) -> np.ndarray:
     """Return the inertia of a thin rod along z; its moment about z is zero."""
     return _about_z(mass * length**2 / 12.0, 0.0)
 
 
-def ring(mass, radius) -> np.ndarray:
+def ring(mass: float, radius: float) -> np.ndarray:
     """Return the inertia of a thin ring about z."""
     return _about_z(mass * radius**2 / 2.0, mass * radius**2)
 
 
-def disk(mass, radius) -> np.ndarray:
+def disk(mass: float, radius: float) -> np.ndarray:
     """Return the inertia of a thin disk about z."""
     return annulus(mass, 0.0, radius)
 
 
-def annulus(mass, inner_radius, outer_radius) -> np.ndarray:
+def annulus(mass: float, inner_radius: float, outer_radius: float) -> np.ndarray:
     """Return the inertia of a thin annulus about z."""
     square = mass * (inner_radius**2 + outer_radius**2)
     return _about_z(square / 4.0, square / 2.0)
 
 
-def cylinder(mass, radius, height) -> np.ndarray:
+def cylinder(mass: float, radius: float, height: float) -> np.ndarray:
     """Return the inertia of a solid cylinder about z."""
     return _about_z(mass * (3.0 * radius**2 + height**2) / 12.0, mass * radius**2 / 2.0)
 
 
-def sphere(mass, radius) -> np.ndarray:
+def sphere(mass: float, radius: float) -> np.ndarray:
     """Return the inertia of a solid sphere."""
     return 0.4 * mass * radius**2 * np.eye(3)
 
 
-def rectangular_plate(mass, length_x, length_y) -> np.ndarray:
+def rectangular_plate(mass: float, length_x: float, length_y: float) -> np.ndarray:
     """Return the inertia of a thin plate normal to z with sides along x and y."""
     return mass / 12.0 * np.diag([length_y**2, length_x**2, length_x**2 + length_y**2])
 
 
-def cone(mass, radius, height) -> np.ndarray:
+def cone(mass: float, radius: float, height: float) -> np.ndarray:
     """Return the inertia of a solid cone about z; its mass centre is 3/4 height from the apex."""
     return _about_z(3.0 / 80.0 * mass * (4.0 * radius**2 + height**2), 0.3 * mass * radius**2)
 

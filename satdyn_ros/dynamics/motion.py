@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from . import rotation
 from .orbit import FixedDirection, KeplerOrbit
@@ -111,7 +112,7 @@ class Motion(ABC):
     def __init__(self, system: System, state: State, start_s: float = 0.0):
         self.system, self.state, self.start_s = system, state, start_s
 
-    def at(self, t_s) -> States:
+    def at(self, t_s: ArrayLike) -> States:
         """
         Return the states at t_s, a float or (N,), seconds since the motion began, any order.
 

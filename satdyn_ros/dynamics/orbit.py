@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..compiled import vectorized
 from . import rotation
@@ -18,7 +19,7 @@ EARTH_MU = 3.986004418e14
 
 
 @vectorized
-def true_anomaly(mean_anomaly, e):
+def true_anomaly(mean_anomaly: np.ndarray, e: np.ndarray | float) -> np.ndarray:
     """
     Return the true anomaly f [rad], continuous, of the mean anomaly M [rad] and eccentricity e.
 
@@ -46,23 +47,23 @@ class FixedDirection:
 
     has_lvlh = False
 
-    def direction(self, t_s):
+    def direction(self, t_s: ArrayLike) -> np.ndarray:
         """Return c_i, shape (..., 3)."""
         return np.broadcast_to([0.0, 0.0, 1.0], (*np.shape(t_s), 3))
 
-    def gradient_at(self, t_s):
+    def gradient_at(self, t_s: ArrayLike) -> np.ndarray:
         """Return the gradient [1/s^2], shape (...)."""
         return np.zeros(np.shape(t_s)) + self.gradient
 
-    def position_velocity(self, t_s):
+    def position_velocity(self, t_s: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Return r_i [m] and v_i [m/s], zero: the body does not travel."""
         return np.zeros((*np.shape(t_s), 3)), np.zeros((*np.shape(t_s), 3))
 
-    def lvlh(self, t_s):
+    def lvlh(self, t_s: ArrayLike) -> np.ndarray:
         """Refuse: without an orbit there is no LVLH."""
         raise ValueError('orbit.type is fixed, which has no LVLH; use circular or kepler')
 
-    def lvlh_rate(self, t_s):
+    def lvlh_rate(self, t_s: ArrayLike) -> np.ndarray:
         """Refuse: without an orbit there is no LVLH."""
         return self.lvlh(t_s)
 
@@ -87,7 +88,7 @@ class KeplerOrbit:
     has_lvlh = True
 
     @classmethod
-    def from_state(cls, r_i, v_i, mu=EARTH_MU):
+    def from_state(cls, r_i: ArrayLike, v_i: ArrayLike, mu: float = EARTH_MU) -> 'KeplerOrbit':
         """Return the ellipse through r_i [m] with v_i [m/s], both (3,)."""
         r_i, v_i = np.asarray(r_i, float), np.asarray(v_i, float)
         r = np.linalg.norm(r_i)
@@ -155,30 +156,30 @@ class KeplerOrbit:
         """Return the unit normal of the orbit in inertial axes, shape (3,)."""
         return self.perifocal[..., :, 2]
 
-    def anomaly(self, t_s):
+    def anomaly(self, t_s: ArrayLike) -> np.ndarray:
         """Return the true anomaly f [rad], continuous in time, shape (...)."""
         mean_anomaly = self.mean_anomaly + self.mean_motion * np.asarray(t_s, float)
         return true_anomaly(mean_anomaly, self.eccentricity)
 
-    def direction(self, t_s):
+    def direction(self, t_s: ArrayLike) -> np.ndarray:
         """Return c_i, the unit vector from the centre to the body, shape (..., 3)."""
         f = self.anomaly(t_s)[..., None]
         to_pericentre, ahead, _ = np.moveaxis(self.perifocal, -1, 0)
         return np.cos(f) * to_pericentre + np.sin(f) * ahead
 
-    def radius(self, t_s):
+    def radius(self, t_s: ArrayLike) -> np.ndarray:
         """Return r [m], shape (...)."""
         return self.semi_latus_rectum / (1.0 + self.eccentricity * np.cos(self.anomaly(t_s)))
 
-    def rate(self, t_s):
+    def rate(self, t_s: ArrayLike) -> np.ndarray:
         """Return df/dt [rad/s], shape (...)."""
         return np.sqrt(self.mu * self.semi_latus_rectum) / self.radius(t_s) ** 2
 
-    def gradient_at(self, t_s):
+    def gradient_at(self, t_s: ArrayLike) -> np.ndarray:
         """Return 3 mu / r^3 [1/s^2], shape (...)."""
         return 3.0 * self.mu / self.radius(t_s) ** 3
 
-    def position_velocity(self, t_s):
+    def position_velocity(self, t_s: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Return r_i [m] and v_i [m/s], each (..., 3)."""
         e, p, f = self.eccentricity, self.semi_latus_rectum, self.anomaly(t_s)[..., None]
         to_pericentre, ahead, _ = np.moveaxis(self.perifocal, -1, 0)
@@ -187,7 +188,7 @@ class KeplerOrbit:
         v_i = np.sqrt(self.mu / p) * (-sin_f * to_pericentre + (e + cos_f) * ahead)
         return r_i, v_i
 
-    def lvlh(self, t_s):
+    def lvlh(self, t_s: ArrayLike) -> np.ndarray:
         """
         Return q_il, LVLH to inertial, shape (..., 4), continuous in time.
 
@@ -201,6 +202,6 @@ class KeplerOrbit:
         to_pericentre, ahead, normal = np.moveaxis(self.perifocal, -1, 0)
         return rotation.from_matrix(np.stack([ahead, -normal, -to_pericentre], axis=-1))
 
-    def lvlh_rate(self, t_s):
+    def lvlh_rate(self, t_s: ArrayLike) -> np.ndarray:
         """Return the angular velocity of LVLH in inertial axes [rad/s], shape (..., 3)."""
         return self.rate(t_s)[..., None] * self.normal

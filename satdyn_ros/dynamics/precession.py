@@ -119,7 +119,7 @@ def regular_precession(
     return RegularPrecession(f, axis_i, float(mu), float(nu), nutation)
 
 
-def symmetry_axis(system, state):
+def symmetry_axis(system: System, state: State) -> np.ndarray | None:
     """Return the axis (3,) about which body, rotors and weight are symmetric, or None."""
     vectors = (system.weight_moment, system.rotor_momentum(state))
     return inertia.symmetry_axis((system.inertia, system.carrier_inertia), vectors)
@@ -138,7 +138,7 @@ def _fixed_axis(system, state, orbit_s):
     return None
 
 
-def feels_field(system):
+def feels_field(system: System) -> bool:
     """Whether weight or gravity gradient exert a torque in any attitude."""
     I = system.inertia
     spherical = np.max(np.abs(I - np.trace(I) / 3.0 * np.eye(3))) <= ROUNDING * np.max(I)

@@ -6,12 +6,15 @@ Attitude kinematics: Hamilton quaternions (x, y, z, w), direction cosines, roll,
 (..., 4) and arrays of vectors (..., 3).
 """
 
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 IDENTITY = np.array([0.0, 0.0, 0.0, 1.0])
 
 
-def multiply(q, p):
+def multiply(q: ArrayLike, p: ArrayLike) -> np.ndarray:
     """
     Return the Hamilton product q p, shape (..., 4); i j = k.
 
@@ -31,18 +34,18 @@ def multiply(q, p):
     )
 
 
-def conjugate(q):
+def conjugate(q: ArrayLike) -> np.ndarray:
     """Return q*, the inverse of a unit quaternion, shape (..., 4)."""
     return np.asarray(q, float) * np.array([-1.0, -1.0, -1.0, 1.0])
 
 
-def normalise(q):
+def normalise(q: ArrayLike) -> np.ndarray:
     """Return q / |q|, shape (..., 4)."""
     q = np.asarray(q, float)
     return q / np.linalg.norm(q, axis=-1, keepdims=True)
 
 
-def rotate(q_ab, v_b):
+def rotate(q_ab: ArrayLike, v_b: ArrayLike) -> np.ndarray:
     """Return v_a = q_ab v_b q_ab*, shape (..., 3)."""
     x, y, z, w = np.moveaxis(np.asarray(q_ab, float), -1, 0)
     v = np.moveaxis(np.asarray(v_b, float), -1, 0)
@@ -57,7 +60,7 @@ def rotate(q_ab, v_b):
     )
 
 
-def matrix(q_ab):
+def matrix(q_ab: np.ndarray) -> np.ndarray:
     """Return the direction cosines R with v_a = R v_b, shape (..., 3, 3)."""
     x, y, z, w = np.moveaxis(np.asarray(q_ab, float), -1, 0)
     rows = [
@@ -68,7 +71,7 @@ def matrix(q_ab):
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
-def from_matrix(R):
+def from_matrix(R: ArrayLike) -> np.ndarray:
     """
     Return the quaternion of the direction cosines R (..., 3, 3), shape (..., 4).
 
@@ -94,7 +97,7 @@ def from_matrix(R):
     return normalise(np.take_along_axis(rows, largest, axis=-2)[..., 0, :])
 
 
-def about(axis, angle_rad):
+def about(axis: ArrayLike, angle_rad: ArrayLike) -> np.ndarray:
     """
     Return the rotation by angle_rad about a unit axis, shape (..., 4).
 
@@ -105,7 +108,7 @@ def about(axis, angle_rad):
     return np.concatenate([np.asarray(axis, float) * np.sin(half), np.cos(half)], axis=-1)
 
 
-def from_vector(vector_rad):
+def from_vector(vector_rad: ArrayLike) -> np.ndarray:
     """
     Return the rotation by |v| about v, for rotation vectors v [rad] (..., 3), shape (..., 4).
 
@@ -118,7 +121,7 @@ def from_vector(vector_rad):
     return np.concatenate([half * np.sinc(angle / np.pi), np.cos(angle)], axis=-1)
 
 
-def to_vector(q):
+def to_vector(q: np.ndarray) -> np.ndarray:
     """
     Return the rotation vector of q, at most half a turn long [rad], shape (..., 3).
 
@@ -134,7 +137,7 @@ def to_vector(q):
     return q[..., :3] * np.where(q[..., 3:] < 0.0, -per_sine, per_sine)
 
 
-def from_z_to(direction) -> np.ndarray:
+def from_z_to(direction: np.ndarray | Sequence[float]) -> np.ndarray:
     """
     Return the rotation that takes z to the unit vector direction (3,), shape (4,).
 
@@ -146,13 +149,13 @@ def from_z_to(direction) -> np.ndarray:
     return multiply(normalise([y, -x, 0.0, 1.0 - z]), [1.0, 0.0, 0.0, 0.0])
 
 
-def angle_between(q, p):
+def angle_between(q: np.ndarray, p: np.ndarray) -> np.ndarray:
     """Return the angle of the rotation from q to p, 0 to pi [rad], shape (...)."""
     d = multiply(conjugate(q), p)
     return 2.0 * np.arctan2(np.linalg.norm(d[..., :3], axis=-1), np.abs(d[..., 3]))
 
 
-def continuous(q):
+def continuous(q: np.ndarray) -> np.ndarray:
     """Return the quaternions q (N, 4) with the signs that make the sequence continuous."""
     q = np.asarray(q, float)
     turns = np.sum(q[1:] * q[:-1], axis=-1) < 0.0
@@ -160,7 +163,7 @@ def continuous(q):
     return q * signs[:, None]
 
 
-def roll_pitch_yaw(q_ab):
+def roll_pitch_yaw(q_ab: np.ndarray) -> np.ndarray:
     """
     Return the 3-2-1 angles of frame b relative to frame a [rad], shape (..., 3).
 
@@ -183,7 +186,9 @@ def roll_pitch_yaw(q_ab):
     return np.stack([roll, pitch, yaw], axis=-1)
 
 
-def from_roll_pitch_yaw(roll_rad, pitch_rad, yaw_rad):
+def from_roll_pitch_yaw(
+    roll_rad: ArrayLike, pitch_rad: ArrayLike, yaw_rad: ArrayLike
+) -> np.ndarray:
     """Return the quaternion of Rz(yaw) Ry(pitch) Rx(roll), shape (..., 4)."""
     return multiply(
         about([0, 0, 1], yaw_rad),

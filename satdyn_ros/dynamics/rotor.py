@@ -50,13 +50,17 @@ class Rotor:
         """Whether friction acts between rotor and body."""
         return bool(self.turns_freely and np.any(self.friction))
 
-    def axial_momentum(self, speed, omega_bi_b):
+    def axial_momentum(
+        self, speed: float | np.ndarray, omega_bi_b: np.ndarray
+    ) -> float | np.ndarray:
         """Return p [N m s] for the relative speed [rad/s] and body rate omega_bi_b (..., 3)."""
         if self.turns_freely:
             return self.inertia * (speed + self._rate_along_axis(omega_bi_b))
         return (np.zeros(np.shape(omega_bi_b)[:-1]) + self.momentum)[()]
 
-    def speed(self, axial_momentum, omega_bi_b):
+    def speed(
+        self, axial_momentum: float | np.ndarray, omega_bi_b: np.ndarray
+    ) -> float | np.ndarray:
         """Return the relative speed s = p / J - a . omega [rad/s]; nan where it has none."""
         if self.turns_freely:
             return axial_momentum / self.inertia - self._rate_along_axis(omega_bi_b)

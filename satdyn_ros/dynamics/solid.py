@@ -31,7 +31,7 @@ def solid(
     (33.510321638, 1.0)
     """
     if coordinates not in _PLACES:
-        raise ValueError(f'coordinates is {coordinates}; it takes {", ".join(_PLACES)}')
+        raise ValueError(f'coordinates is {coordinates}; allowed: {", ".join(_PLACES)}')
     points, before = 10, np.full(10, np.inf)
     while points <= _MOST_POINTS:
         sums = _sums(density, ranges, _PLACES[coordinates], points)

@@ -13,12 +13,15 @@ Attitude Dynamics, 1986)
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .equilibria import direction
 from .system import State, System
 
 
-def eigenvalue_squared(inertia, omega, rotor_momentum=(0.0, 0.0, 0.0)) -> float:
+def eigenvalue_squared(
+    inertia: np.ndarray, omega: np.ndarray, rotor_momentum: ArrayLike = (0.0, 0.0, 0.0)
+) -> float:
     """
     Return lambda^2 [1/s^2] of a permanent rotation of a free gyrostat: growth if positive.
 
@@ -57,7 +60,15 @@ def eigenvalues(system: System, state: State, orbit_s: float = 0.0) -> np.ndarra
     )
 
 
-def linear_equations(inertia, carrier, h, omega, c, gradient, weight_moment) -> np.ndarray:
+def linear_equations(
+    inertia: np.ndarray,
+    carrier: np.ndarray,
+    h: np.ndarray,
+    omega: np.ndarray,
+    c: np.ndarray,
+    gradient: float,
+    weight_moment: np.ndarray,
+) -> np.ndarray:
     """
     Return the matrix (6, 6) of (d omega, x)' for small departures from a steady motion.
 
@@ -99,7 +110,9 @@ class SmallMotion(NamedTuple):
         return np.where(oscillates, np.sqrt(np.abs(squares.real)), np.nan)
 
 
-def small_motion(I_r, I_t, I_n, orbital_rate, h=0.0) -> SmallMotion:
+def small_motion(
+    I_r: float, I_t: float, I_n: float, orbital_rate: float, h: float = 0.0
+) -> SmallMotion:
     """
     Return the small motion with the moments I_r up, I_t ahead, I_n along the normal [kg m^2].
 
@@ -121,18 +134,20 @@ def small_motion(I_r, I_t, I_n, orbital_rate, h=0.0) -> SmallMotion:
     return SmallMotion(-3.0 * n * n * (I_t - I_r) / I_n, squares)
 
 
-def is_surely_stable(I_r, I_t, I_n, orbital_rate, h=0.0) -> bool:
+def is_surely_stable(
+    I_r: float, I_t: float, I_n: float, orbital_rate: float, h: float = 0.0
+) -> bool:
     """Whether the amended potential has a minimum, which suffices without linearisation."""
     n = orbital_rate
     return bool(I_t > I_r and n * (I_n - I_t) + h > 0.0 and 4.0 * n * (I_n - I_r) + h > 0.0)
 
 
-def smelt_parameters(I_r, I_t, I_n) -> tuple[float, float]:
+def smelt_parameters(I_r: float, I_t: float, I_n: float) -> tuple[float, float]:
     """Return k_R = (I_n - I_r) / I_t and k_Y = (I_n - I_t) / I_r of a body without a rotor."""
     return (I_n - I_r) / I_t, (I_n - I_t) / I_r
 
 
-def smelt_moments(k_R, k_Y) -> tuple[float, float, float]:
+def smelt_moments(k_R: float, k_Y: float) -> tuple[float, float, float]:
     """
     Return moments I_r, I_t, I_n, up to a common factor, that have these Smelt parameters.
 
@@ -144,7 +159,7 @@ def smelt_moments(k_R, k_Y) -> tuple[float, float, float]:
     return 1.0 - k_R, 1.0 - k_Y, 1.0 - k_R * k_Y
 
 
-def stability_region(I_r, I_t, I_n) -> str | None:
+def stability_region(I_r: float, I_t: float, I_n: float) -> str | None:
     """
     Return 'Lagrange' or 'DeBra-Delp', the region of stability the moments lie in, or None.
 
@@ -163,7 +178,7 @@ def stability_region(I_r, I_t, I_n) -> str | None:
     return None
 
 
-def cross_matrices(a) -> np.ndarray:
+def cross_matrices(a: np.ndarray) -> np.ndarray:
     """Return the matrices (..., 3, 3) of a x for vectors a (..., 3)."""
     x, y, z = np.moveaxis(np.asarray(a, float), -1, 0)
     zero = np.zeros_like(x)

@@ -5,12 +5,16 @@ The sums are written out: a row has the same bits alone and among thousands, whi
 product of the linear algebra libraries does not promise.
 """
 
+from typing import Any
+
 import numpy as np
 
 from .system import System
 
 
-def gravity_gradient(inertia, c_b, gradient) -> np.ndarray:
+def gravity_gradient(
+    inertia: np.ndarray, c_b: np.ndarray, gradient: float | np.ndarray
+) -> np.ndarray:
     """
     Return the torque gradient c x I c [N m] in body axes, shape (..., 3).
 
@@ -26,7 +30,9 @@ def gravity_gradient(inertia, c_b, gradient) -> np.ndarray:
     return np.stack([gradient * component for component in torque], axis=-1)
 
 
-def angular_momentum(system: System, omega_bi_b, rotor_speed) -> np.ndarray:
+def angular_momentum(
+    system: System, omega_bi_b: np.ndarray, rotor_speed: np.ndarray
+) -> np.ndarray:
     """
     Return H = K omega + sum p a [N m s] in body axes, shape (..., 3).
 
@@ -41,7 +47,7 @@ def angular_momentum(system: System, omega_bi_b, rotor_speed) -> np.ndarray:
     return np.stack(momentum, axis=-1)
 
 
-def times(M, v):
+def times(M: Any, v: Any) -> Any:
     """Return the components of M v for a matrix M (..., 3, 3) and the components v."""
     x, y, z = v
     return [M[..., i, 0] * x + M[..., i, 1] * y + M[..., i, 2] * z for i in range(3)]

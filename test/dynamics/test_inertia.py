@@ -30,7 +30,7 @@ def test_three_six_and_nine_numbers_mean_the_tensor_they_say(values):
 @pytest.mark.parametrize(
     ('values', 'why'),
     [
-        ([1, 2], 'it takes 3 principal moments'),
+        ([1, 2], 'it must be 3 principal moments'),
         ([1, np.nan, 1], 'every entry must be finite'),
         ([1, 1, 0], 'must be positive'),
         ([1, 1, 1, 2, 0, 0], 'must be positive'),

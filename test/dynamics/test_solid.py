@@ -82,7 +82,7 @@ def test_a_density_that_varies():
 def test_what_is_no_body_is_refused():
     """Unknown coordinates, a jump inside the region, no mass: one sentence each."""
     cube = [(-1.0, 1.0)] * 3
-    with pytest.raises(ValueError, match='coordinates is polar; it takes cartesian'):
+    with pytest.raises(ValueError, match='coordinates is polar; allowed: cartesian'):
         solid(uniform, cube, 'polar')
     with pytest.raises(ValueError, match='end where the density jumps'):
         solid(lambda x, y, z: np.where(x + y + z < 0.3, 1.0, 0.0), cube)

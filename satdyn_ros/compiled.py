@@ -49,7 +49,7 @@ def compiled(
         compile_here = dispatcher.compile
 
         def compile_aside_first(signature):
-            if not _is_child and not _is_kept(dispatcher):
+            if not _is_child and not _is_kept(dispatcher, signature):
                 _compile_aside(dispatcher, signature)
             return compile_here(signature)
 
@@ -85,10 +85,12 @@ def _keeping() -> Iterator[None]:
         config.CACHE_DIR = before
 
 
-def _is_kept(dispatcher):
-    """Return whether there is code from an earlier start."""
-    folder, name = Path(dispatcher.stats.cache_path), dispatcher.__name__
-    return any(folder.glob(f'*.{name}-*.nbi'))
+def _is_kept(dispatcher, signature):
+    """Return whether there is code for a signature from an earlier start."""
+    # numba has no public way to ask without loading the code.
+    kept = dispatcher._cache
+    key = kept._index_key(signature, dispatcher.targetctx.codegen())
+    return key in kept._cache_file._load_index()
 
 
 # -- the child process ----------------------------------------------------------------------------
@@ -101,12 +103,12 @@ _PROGRAM = (
 
 def _compile_aside(dispatcher, signature):
     """
-    Let a child process compile a function, unless another process just did.
+    Let a child process compile a function for a signature, unless another process just did.
 
     Whatever goes wrong there is left to the compilation here, which tells of it.
     """
     with suppress(OSError), _lock():
-        if _is_kept(dispatcher):
+        if _is_kept(dispatcher, signature):
             return
         _tell()
         with subprocess.Popen(

@@ -27,6 +27,12 @@ def square(a):
 logging.basicConfig(stream=sys.stdout, format='%(message)s', level=logging.INFO)
 print(square((1.0, 2.0, 3.0)))
 """
+# The same function for another type, as the equations are for another number of rotors.
+OTHER_TYPE = """
+from .user import square
+
+print(square((1, 2, 3)))
+"""
 
 LONG = """
 import logging
@@ -62,7 +68,7 @@ from satdyn_ros.dynamics.system import State, System
 
 system = System(
     np.diag([900.0, 800.0, 600.0]),
-    Rotor('free', np.array([0.0, 1.0, 0.0]), inertia=0.05),
+    (Rotor('free', np.array([0.0, 1.0, 0.0]), inertia=0.05),),
     KeplerOrbit(eccentricity=0.1),
     torque_b=np.array([0.0, 1e-4, 0.0]),
 )
@@ -86,6 +92,7 @@ def package(tmp_path):
     copy = tmp_path / 'satdyn_ros'
     shutil.copytree(ROOT / 'satdyn_ros', copy, ignore=shutil.ignore_patterns('__pycache__'))
     (copy / 'dynamics' / 'user.py').write_text(USER)
+    (copy / 'dynamics' / 'other_type.py').write_text(OTHER_TYPE)
     (copy / 'dynamics' / 'long.py').write_text(LONG)
     return copy
 
@@ -122,6 +129,13 @@ def test_code_is_kept_until_any_source_changes(package, tmp_path, elsewhere):
     assert said(start(package, **environment)) == [NOTICE, '15.0']
     place = 'cache/satdyn_ros' if elsewhere else 'satdyn_ros/__pycache__/compiled'
     assert sorted(path.is_dir() for path in (tmp_path / place).iterdir()) == [False, True]
+
+
+def test_every_type_of_arguments_is_compiled_with_the_notice(package):
+    """Code for one type does not count as code for another; both are kept."""
+    assert said(start(package)) == [NOTICE, '14.0']
+    assert said(start(package, module='other_type')) == ['14.0', NOTICE, '14']
+    assert said(start(package, module='other_type')) == ['14.0', '14']
 
 
 def test_many_processes_compile_once(package):

@@ -126,7 +126,7 @@ def first_step(omega, constants):
 
 @inlined
 def error_of(y_0, y, k_omega, e_3, e_5, h, constants):
-    """Return the error of a step h from y_0 to y: the mean over attitude, rate and orbit."""
+    """Return the error of a step h from y_0 to y: of attitude, rate, orbit and damped momenta."""
     # The natural scale of a rate: the rate itself and the root of the acceleration.  At rest both
     # may be rounding, which needs no digits.
     omega = (y_0[4], y_0[5], y_0[6])
@@ -135,10 +135,11 @@ def error_of(y_0, y, k_omega, e_3, e_5, h, constants):
     square_3, square_5 = _square(e_3, 1.0 / rate), _square(e_5, 1.0 / rate)
     for i in range(len(constants.rotors)):
         rotor = constants.rotors[i]
-        # Without friction a momentum has no error.
+        # Without friction a momentum has no error.  Friction acts by the relative speed, which may
+        # be far below the rate of the body: nearly all of p / J may be due to that rate.
         if rotor.friction > 0.0:
-            speed = abs(y_0[MOMENTUM + i]) * rotor.inertia_inverse
-            per_momentum = rotor.inertia_inverse / (speed + rate)
+            speed = abs(_speed(y_0, i, rotor)) + abs(_speed(y, i, rotor))
+            per_momentum = rotor.inertia_inverse / (speed + 0.1 * rate)
             square_3 += (e_3[MOMENTUM + i] * per_momentum) ** 2
             square_5 += (e_5[MOMENTUM + i] * per_momentum) ** 2
     # The error does not look at the other variables: they must be finite.
@@ -148,6 +149,12 @@ def error_of(y_0, y, k_omega, e_3, e_5, h, constants):
     if not rest < LARGEST:
         return np.inf
     return square_5 / np.sqrt(9.0 * (square_5 + 0.01 * square_3) + 1e-300)
+
+
+@inlined
+def _speed(y, i, rotor):
+    """Return the speed of rotor i relative to the body."""
+    return y[MOMENTUM + i] * rotor.inertia_inverse - dot(rotor.axis, (y[4], y[5], y[6]))
 
 
 @inlined

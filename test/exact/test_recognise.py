@@ -1,5 +1,7 @@
 """Recognition: every closed form that there is, no other, and the reason where there is none."""
 
+from dataclasses import fields
+
 import numpy as np
 import pytest
 from agreement import assert_agrees
@@ -13,6 +15,7 @@ from satdyn_ros.dynamics import rotation
 from satdyn_ros.dynamics.orbit import FixedDirection, KeplerOrbit
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
+from satdyn_ros.exact.exact_motion import ExactMotion
 
 X, Y, Z = np.eye(3)
 TURNED = rotation.normalise([0.3, -0.5, 0.2, 0.9])
@@ -203,3 +206,25 @@ def test_what_is_recognised_is_what_propagates(scenario):
     motion = exact.recognise(system, start)
     assume(motion is not None)
     assert_agrees(motion, np.linspace(0.0, 2e4, 40), 1e-3 + np.linalg.norm(start.omega_bi_b))
+
+
+class Pushed(System):
+    """A system with a torque of a kind that no closed form knows."""
+
+    @property
+    def is_driven(self) -> bool:
+        """Whether something beside the field does work."""
+        return True
+
+
+@pytest.mark.parametrize('name', EXACT)
+def test_a_torque_that_no_closed_form_knows_is_refused(name):
+    """System.is_driven alone makes every closed form refuse a system that it else would take."""
+    case = newtonian()[name]
+    pushed = Pushed(**{field.name: getattr(case.system, field.name) for field in fields(System)})
+    assert exact.recognise(case.system, case.start) is not None
+    assert exact.recognise(pushed, case.start) is None
+    assert exact.explain(pushed, case.start)
+    for motion in ExactMotion.__subclasses__():
+        with pytest.raises(ValueError, match='a torque is applied'):
+            motion(pushed, case.start)

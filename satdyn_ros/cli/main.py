@@ -130,6 +130,8 @@ def _simulate(given):
     if given.origin is not None:
         begun = begun_in_aem if given.origin.endswith('.aem') else begun_in_bag
         scenario = begun(scenario, given.origin, given.at)
+    for doubt in scenario.doubts:
+        print(f'satdyn simulate: {doubt}', file=sys.stderr)
     happening = events.from_yaml(given.events, scenario) if given.events else []
     count = tick_count(scenario, given.duration)
     done = 0

@@ -297,3 +297,16 @@ def test_a_bar_on_a_terminal_alone(tmp_path):
     assert process.wait() == 0
     assert b'simulating' in shown
     assert b'ticks/s' in shown
+
+
+def test_a_doubtful_scenario_flies_with_a_warning(tmp_path, capsys):
+    """A rate that few satellites have is allowed, and doubted in one line on stderr."""
+    file = tmp_path / 'fast.yaml'
+    file.write_text(
+        '/**: {ros__parameters: {initial: {angular_velocity: [20.0, 0.0, 0.0]}, '
+        'publish: {rate: 1000.0}}}'
+    )
+    assert main(['simulate', str(file), '--duration', '0.01', '-o', str(tmp_path / 'bag')]) == 0
+    said = capsys.readouterr()
+    assert 'initial.angular_velocity' in said.err
+    assert said.out == f'{tmp_path / "bag"}: 10 ticks, 0.01 s\n'

@@ -27,7 +27,7 @@ _BLOCK_ROWS = 32768
 
 def columns_of_topics(rotors: Iterable[str] = ('rotor',)) -> dict[str, dict[str, tuple[str, ...]]]:
     """
-    Return by topic its fields and the columns that they fill.
+    Return by topic its fields and the columns that they fill, those of rotors by their names.
 
     Where two topics say the same, the first one's values are taken.
     """
@@ -90,13 +90,14 @@ class StateTable:
         self.ticks_read = 0
         self._first_tick = 0 if run.snapshot is None else run.snapshot['tick']
         self._stride = 1 if step_s is None else _stride(step_s, run.scenario.rate)
+        rotors = [rotor.label for rotor in run.scenario.system.rotors]
         self._fields = {
             topic: {
                 field: names
                 for field, names in fields.items()
                 if field in (run.layout(topic).names or ())
             }
-            for topic, fields in columns_of_topics().items()
+            for topic, fields in columns_of_topics(rotors).items()
             if topic in run.names and run.names[topic] in run.bag.topics
         }
         recorded = [name for f in self._fields.values() for names in f.values() for name in names]

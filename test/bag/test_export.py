@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from satdyn_ros import Scenario
 from satdyn_ros.bag import columns as columns_module
 from satdyn_ros.bag.export import Options, export, table
+from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.dynamics import rotation
 from satdyn_ros.exchange import utc
 from satdyn_ros.exchange.aem_reader import attitude_at
@@ -124,6 +125,35 @@ def test_ticks_without_a_topic_are_nan(tmp_path):
     np.testing.assert_array_equal(np.isnan(columns['omega_bi_b_x_rad_s']), changed)
     assert not np.any(np.isnan(columns['q_ib_w']))
     assert not np.any(np.isnan(columns['rotor_speed_rad_s']))
+
+
+def test_columns_of_rotors_have_their_names(tmp_path):
+    """Each of several rotors has its columns, with the values that the motion answers."""
+    names = ('rw_x', 'ring')
+    scenario = Scenario(
+        {
+            'rotor.names': names,
+            'rotor.rw_x.mode': 'motor',
+            'rotor.rw_x.axis': (1.0, 0.0, 0.0),
+            'rotor.rw_x.inertia': 0.5,
+            'rotor.rw_x.speed': 20.0,
+            'rotor.ring.mode': 'free',
+            'rotor.ring.inertia': 2.0,
+            'rotor.ring.friction': 0.1,
+            'publish.rate': 10.0,
+            'publish.topics': ('attitude', 'rotor'),
+            'time.epoch_ns': flights.EPOCH_NS,
+        }
+    )
+    for _ in simulate(scenario, 5.0, tmp_path / 'bag'):
+        pass
+    columns = table(tmp_path / 'bag')
+    states = scenario.motion().at(columns['t_s'])
+    for i, name in enumerate(names):
+        np.testing.assert_array_equal(columns[f'{name}_speed_rad_s'], states.rotor_speed[:, i])
+        np.testing.assert_array_equal(columns[f'{name}_angle_rad'], states.rotor_angle[:, i])
+    np.testing.assert_array_equal(columns['rw_x_torque_n_m'], 0.0)
+    assert not [name for name in columns if name.startswith('rotor')]
 
 
 def test_what_one_topic_lacks_another_tells(tmp_path):

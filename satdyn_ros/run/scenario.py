@@ -1,7 +1,7 @@
 """One validated description of a run, from and to YAML and plain dictionaries."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -78,7 +78,7 @@ class Scenario:
         keys: dict[str, Key] = keys_of(KEYS['rotor.names'].checked(given.get('rotor.names', ())))
         unknown = [name for name in given if name not in keys]
         if unknown:
-            raise ValueError(_unknown(unknown[0]))
+            raise ValueError(_unknown(unknown[0], given.get('rotor.names', ())))
         checked = {name: keys[name].checked(value) for name, value in given.items()}
         values = {name: key.default for name, key in keys.items()} | checked
         if values['orbit.type'] == 'fixed' and 'initial.frame' not in given:
@@ -400,10 +400,10 @@ def _unit(values, name, allowed_error):
     return tuple(float(x) for x in vector / norm)
 
 
-def _unknown(name):
+def _unknown(name: str, rotor_names: Iterable[str]) -> str:
     _, _, rest = name.partition('rotor.')
     rotor, _, leaf = rest.partition('.')
-    if name.startswith('rotor.') and leaf:
+    if name.startswith('rotor.') and leaf and rotor not in rotor_names:
         return f'{name} is given, but rotor.names has no {rotor}'
     return f'{name} is not a parameter of a scenario'
 

@@ -14,7 +14,6 @@ from .. import __version__
 from ..dynamics import rotation
 from ..dynamics.propagator import Propagation
 from ..run.events import Request, Reset, Topics, to_yaml
-from ..run.keys import KEYS
 from ..run.scenario import Scenario
 from .history import History, history
 from .scene import of_history, table
@@ -183,9 +182,9 @@ def _events(run: History) -> Iterator[tuple[str, str]]:
 def _differences(scenario: Scenario) -> Iterator[tuple[str, str, str, str]]:
     """Yield what is not as it is by default: key, value, unit and default."""
     for name, value in scenario.values.items():
-        key = KEYS.get(name)
-        if key is None or value != key.default:
-            yield name, _text(value), key.unit if key else '', _text(key.default) if key else ''
+        key = scenario.keys[name]
+        if value != key.default:
+            yield name, _text(value), key.unit, _text(key.default)
 
 
 def _text(value):

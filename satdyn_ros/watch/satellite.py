@@ -314,12 +314,17 @@ class Satellite:
             applied_b=self._applied_torque(scenario, t_s),
         )
 
-    def _rotor_state(self, scenario):
-        """Return speed [rad/s] and angle [rad] of the rotor (1,), nan where they are unknown."""
+    def _rotor_state(self, scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
+        """Return speeds [rad/s] and angles [rad] of the rotors (1, R), nan where unknown."""
         message = self._listener.rotors()
-        speed = message.velocity if message is not None else []
-        angle = message.position if message is not None else []
-        return (np.array(given if len(given) else [np.nan]) for given in (speed, angle))
+        unknown = np.full((1, len(scenario.system.rotors)), np.nan)
+        if message is None:
+            return unknown, unknown
+        speed, angle = (
+            np.array([given]) if len(given) == unknown.size else unknown
+            for given in (message.velocity, message.position)
+        )
+        return speed, angle
 
     def _applied_torque(self, scenario, t_s):
         """Return the torque (1, 3) [N m] that came in last, until its timeout, or None."""

@@ -1,6 +1,7 @@
 """What the node says of itself each second on /diagnostics, in diagnostic_updater's form."""
 
 import time
+from collections import Counter
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,7 @@ from rclpy.node import Node
 from ..dynamics.integrals import relative_drift
 from ..dynamics.motion import Motion, States
 from ..messages import qos
+from ..run.events import Event, RotorLimited
 from ..run.simulation import Samples, Simulation
 from .inputs import Tally
 from .pacing import Pacing
@@ -162,11 +164,16 @@ def recorder_report(recorder: 'Recorder | None') -> Report:
 
 
 class InputsReport:
-    """The torques that act, and whether messages were refused or lost since the last report."""
+    """The torques that act, what the rotors' limits took, and messages refused or lost."""
 
     def __init__(self, tally: Tally, simulation: Simulation):
         self._tally, self._simulation = tally, simulation
         self._refused = self._lost = 0
+        self._limited: Counter[str] = Counter()
+
+    def take(self, applied: list[Event]) -> None:
+        """Take the events of a tick."""
+        self._limited.update(event.limit for event in applied if isinstance(event, RotorLimited))
 
     def __call__(self) -> Report:
         """Return the state of the inputs."""
@@ -174,6 +181,8 @@ class InputsReport:
         values = {
             'torque that acts [N m]': tuple(system.torque_b.tolist()),
             'rotor torques that act [N m]': tuple(system.rotor_torque.tolist()),
+            'cut to max_torque': self._limited['max_torque'],
+            'dropped at max_speed': self._limited['max_speed'],
             'accepted': tally.accepted,
             'refused': tally.refused,
             'lost on the way': tally.lost,

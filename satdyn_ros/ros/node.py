@@ -89,6 +89,7 @@ class SatdynNode(rclpy.node.Node):
         )
         self._inputs = TorqueInputs(self, scenario, self._simulation, self._pacing)
         self._own_services = Services(self, parameters, self._pacing, self._record)
+        self._inputs_report = InputsReport(self._inputs.tally, self._simulation)
         self._propagation = PropagationReport(scenario['motion.tolerance'])
         Diagnostics(
             self,
@@ -96,7 +97,7 @@ class SatdynNode(rclpy.node.Node):
                 'propagation': self._propagation,
                 'pacing': PacingReport(self._pacing, float(scenario.rate)),
                 'recorder': lambda: recorder_report(self._recorder),
-                'inputs': InputsReport(self._inputs.tally, self._simulation),
+                'inputs': self._inputs_report,
             },
         )
         if scenario['record.enabled']:
@@ -141,6 +142,7 @@ class SatdynNode(rclpy.node.Node):
         for event in applied:
             if isinstance(event, TorquesDropped | Halt):
                 self._tell(event)
+        self._inputs_report.take(applied)
         recorder = self._recorder
         if recorder is not None:
             stamp_ns = self._simulation.ticks.stamp_ns(samples.first_tick)

@@ -156,7 +156,7 @@ def test_all_services_answer_during_a_step(live):
     participant.wait_until(client.service_is_ready)
     step = client.call_async(Trigger.Request())
     participant.hear(heard, 20)
-    assert participant.trigger('step') == (False, 'a step goes on already; ~/pause ends it')
+    assert participant.trigger('step') == (False, 'a step is already in progress; ~/pause ends it')
     asked = {'initial.frame': 'inertial', 'initial.attitude': [0.6, 0.0, 0.0, 0.8]}
     assert participant.request(asked)[0]
     assert participant.trigger('reset')[0]

@@ -10,7 +10,17 @@ from pathlib import Path
 from common import HEADER
 
 HERE = Path(__file__).parent
-SCRIPTS = ('propagation', 'closed_forms', 'batch', 'sweep', 'offline', 'live', 'page', 'start')
+SCRIPTS = (
+    'propagation',
+    'rotors',
+    'closed_forms',
+    'batch',
+    'sweep',
+    'offline',
+    'live',
+    'page',
+    'start',
+)
 PACKAGES = (
     'numpy',
     'scipy',

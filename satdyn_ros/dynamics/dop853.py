@@ -73,30 +73,41 @@ def step(clock, y, k, dense, anomaly, constants, tolerance):
 @inlined
 def variables(y, constants):
     """Return the variables of an array as a tuple."""
-    values = _CORE + constants.zeros + constants.zeros + (0.0,)
-    for i in range(len(values)):
-        values = replaced(values, i, y[i])
-    return values
+    p, angle, n = constants.zeros, constants.zeros, len(constants.zeros)
+    for i in range(n):
+        p = replaced(p, i, y[MOMENTUM + i])
+        angle = replaced(angle, i, y[MOMENTUM + n + i])
+    core = y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], y[8]
+    return core + p + angle + (y[MOMENTUM + 2 * n],)
 
 
 @inlined
 def _stage(y, h, constants, k):
     """Write k = h f(y)."""
-    f = rates(variables(y, constants), constants)
-    for i in range(len(f)):
-        k[i] = h * f[i]
+    f, n = rates(variables(y, constants), constants), len(constants.zeros)
+    k[0], k[1], k[2], k[3] = h * f[0], h * f[1], h * f[2], h * f[3]
+    k[4], k[5], k[6], k[7], k[8] = h * f[4], h * f[5], h * f[6], h * f[7], h * f[8]
+    for i in range(MOMENTUM, MOMENTUM + n):
+        k[i], k[i + n] = h * f[i], h * f[i + n]
+    k[MOMENTUM + 2 * n] = h * f[MOMENTUM + 2 * n]
 
 
 @inlined
 def _combine(row, y, k, z, constants):
     """Write z = y + sum_j a_j k_j with row's entries a_j: V sums, held in registers."""
-    sums = _CORE + constants.zeros + constants.zeros + (0.0,)
+    # Twelve sums are what the compiler holds in registers; the rest, of further rotors, follow.
+    sums = (*_CORE, 0.0, 0.0, 0.0)
     for n in range(LENGTHS[row]):
         a, j = ENTRIES[row, n], COLUMNS[row, n]
         for i in range(len(sums)):
             sums = replaced(sums, i, sums[i] + a * k[j, i])
     for i in range(len(sums)):
         z[i] = y[i] + sums[i]
+    for i in range(len(sums), len(_CORE) + 2 * len(constants.zeros) + 1):
+        rest = 0.0
+        for n in range(LENGTHS[row]):
+            rest += ENTRIES[row, n] * k[COLUMNS[row, n], i]
+        z[i] = y[i] + rest
 
 
 @inlined

@@ -33,6 +33,7 @@ GROWTH, CUT = 6.0, 0.2
 # Above it a variable counts as infinite: the dense output multiplies it by up to some thousand.
 LARGEST = 1e300
 _CORE = (0.0,) * MOMENTUM
+_TWELVE = (0.0,) * 12
 
 
 @inlined
@@ -96,7 +97,7 @@ def _stage(y, h, constants, k):
 def _combine(row, y, k, z, constants):
     """Write z = y + sum_j a_j k_j with row's entries a_j: V sums, held in registers."""
     # Twelve sums are what the compiler holds in registers; the rest, of further rotors, follow.
-    sums = (*_CORE, 0.0, 0.0, 0.0)
+    sums = _TWELVE
     for n in range(LENGTHS[row]):
         a, j = ENTRIES[row, n], COLUMNS[row, n]
         for i in range(len(sums)):

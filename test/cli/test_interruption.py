@@ -37,6 +37,18 @@ def wait_for(path):
         time.sleep(0.01)
 
 
+@pytest.fixture(scope='module', autouse=True)
+def _compiled(tmp_path_factory):
+    """Compile ahead, which says so on stderr, where the tests expect silence."""
+    directory = tmp_path_factory.mktemp('compiled')
+    path = directory / 'sweep.yaml'
+    path.write_text(
+        f'{{scenario: {DEFAULT}, duration_s: 100.0, runs: 64, vary: {{initial.attitude: sphere}}}}'
+    )
+    start('sweep', path, '-o', directory / 'sweep').communicate()
+    start('simulate', DEFAULT, '--duration', '1', '-o', directory / 'bag').communicate()
+
+
 @pytest.mark.parametrize(('number', 'code'), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_stiff_run_is_interrupted_in_the_midst_of_a_block(tmp_path, number, code):
     """It ends without a traceback and leaves a bag that can be verified."""

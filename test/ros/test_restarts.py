@@ -28,8 +28,8 @@ for number in range(count):
     held.append((memory_bytes(), descriptor_count(), threading.active_count()))
 print(json.dumps(held))
 """
-# What one more start may leave in the middleware and in Python's own caches.
-ALLOWED_BYTES = 200_000
+# The allocator's slack over a few starts; the buffer of a chunk alone is more.
+ALLOWED_BYTES = 1_000_000
 
 
 @pytest.mark.parametrize('count', [8, pytest.param(200, marks=pytest.mark.torture)])

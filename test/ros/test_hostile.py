@@ -1,19 +1,22 @@
 """What nobody should send: the node answers by a sentence, and flies on."""
 
+import signal
 import struct
 
+import numpy as np
 import pytest
 from geometry_msgs.msg import WrenchStamped
 from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.msg import ParameterType
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
-from ros.live import stamp_ns
-from ros.test_diagnostics import ERROR, health
+from ros.live import EPOCH_NS, stamp_ns
+from ros.test_diagnostics import ERROR, health, values
 from std_srvs.srv import Trigger
 
 from satdyn_ros.bag.recorded_run import RecordedRun
 from satdyn_ros.bag.verify import verify
-from satdyn_ros.run.events import TorquesDropped
+from satdyn_ros.rosbag2.reader import Bag
+from satdyn_ros.run.events import Halt, TorquesDropped
 from satdyn_ros.run.ticks import LAST_STAMP_NS
 
 SERVICES = [
@@ -144,6 +147,79 @@ def test_a_run_that_halts_says_so_and_ends_when_told(live):
     code, errors = node.end()
     assert code == 0
     assert 'Traceback' not in errors
+
+
+# For one tick, a torque of 3e12 N m spins the body up so far that the next tick would need
+# 1.6e6 steps; with half of it, each tick that follows needs 8e5, about a second.
+SPIN = {'publish.topics': ['angular_velocity'], 'torque.timeout': 0.01, 'record.enabled': True}
+HALTING, SLOWING = 3e12, 1.5e12
+
+
+def spin_up(participant, torque):
+    """Let a torque [N m] act for one tick; return the list of rates, which fills."""
+    heard = participant.listen('angular_velocity')
+    publisher = participant.node.create_publisher(WrenchStamped, 'torque', 10)
+    participant.wait_until(lambda: heard and publisher.get_subscription_count())
+    message = WrenchStamped()
+    message.wrench.torque.z = torque
+    publisher.publish(message)
+    participant.wait_until(lambda: heard[-1].velocity.angular.z > 1e7, 'the fast spin')
+    return heard
+
+
+def test_a_halt_by_step_count_is_an_error_until_a_request_or_a_reset(live, tmp_path):
+    """No tick passes while it halts, each of both resumes it, and the bag proves itself."""
+    node, participant = live(SPIN)
+    until = health(participant)
+    heard = spin_up(participant, HALTING)
+    report = until(node.namespace, lambda r: r['pacing'].level == ERROR)
+    assert 'more than 1000000 steps are needed' in report['pacing'].message
+    assert stamp_ns(heard[-1]) == EPOCH_NS + int(values(report['pacing'])['tick']) * 10**7
+    done, reason = participant.trigger('step')
+    assert not done
+    assert reason.startswith('no tick can follow until a request or a reset: ')
+    assert participant.switch('pause', False)[0] is False
+    halted_ns = stamp_ns(heard[-1])
+
+    assert participant.trigger('reset')[0]
+    participant.hear(heard, 5)
+    resumed = [message for message in heard if stamp_ns(message) > halted_ns]
+    assert stamp_ns(resumed[0]) == halted_ns + 10**7
+    assert resumed[0].velocity.angular.z < 1e-3
+
+    spin_up(participant, HALTING)
+    asked = {'initial.frame': 'inertial', 'initial.angular_velocity': [0.0, 0.0, 0.25]}
+    until(node.namespace, lambda r: r['pacing'].level == ERROR)
+    halted_ns = stamp_ns(heard[-1])
+    assert participant.request(asked)[0]
+    participant.wait_until(lambda: stamp_ns(heard[-1]) > halted_ns)
+    resumed = [message for message in heard if stamp_ns(message) > halted_ns]
+    assert resumed[0].velocity.angular.z == 0.25
+
+    code, errors = node.end()
+    assert code == 0
+    assert 'Traceback' not in errors
+    (directory,) = tmp_path.glob('satdyn_*_*')
+    assert sum(isinstance(event, Halt) for event in RecordedRun(directory).events) == 2
+    verdict = verify(directory)
+    assert verdict.is_true, str(verdict)
+    assert verdict.same_bytes
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_in_a_slow_tick_ends_the_node_without_it(live, tmp_path, number):
+    """The tick that is being computed is given up; the bag holds all that were heard."""
+    node, participant = live(SPIN)
+    heard = spin_up(participant, SLOWING)
+    code, errors = node.end(number)
+    assert code == 0
+    assert 'Traceback' not in errors
+    participant.spin(0.1)
+    (directory,) = tmp_path.glob('satdyn_*_*')
+    topic = f'{node.namespace}/angular_velocity'
+    stamps_ns = Bag(directory).messages(topic).log_times_ns.astype(np.int64)
+    assert stamps_ns[-1] == stamp_ns(heard[-1])
+    assert set(np.diff(stamps_ns).tolist()) == {10**7}
 
 
 def test_all_services_answer_during_a_step(live):

@@ -12,6 +12,7 @@ from satdyn_ros.dynamics import rotation
 from satdyn_ros.run.scenario import parameters_of_yaml
 
 CONFIG = ROOT / 'config' / 'three_wheels.yaml'
+PYRAMID = ROOT / 'config' / 'pyramid.yaml'
 # Ten times as fast as the clock; no torque ends while a message is less than two seconds late.
 CHANGES = {'publish.rate': 20.0, 'time.factor': 10.0, 'torque.timeout': 20.0}
 
@@ -25,19 +26,12 @@ def run(scenario, *arguments):
     return ran.returncode, ran.stdout + ran.stderr
 
 
-def test_wheels_alone_bring_the_tumbling_cubesat_to_rest(live):
-    """
-    It comes to rest at the target, and the wheels then hold the momentum that the body had.
-
-    From outside comes the gravity gradient's torque alone: 3 n^2 (0.02 kg m^2) / 2 = 4e-8 N m at
-    most, 1.2e-4 N m s in the 3000 s after which the controller gives up.  At rest the body holds
-    0.04 kg m^2 times 1.7e-4 rad/s, and 1.7e-3 rad off target turn 2.6e-3 N m s by 5e-6.
-    """
-    values = parameters_of_yaml(CONFIG.read_text(), str(CONFIG)) | CHANGES
+def brought_to_rest(scenario, values, live):
+    """Return the node's scenario and its wheels' names and speeds, once the satellite rests."""
     node, participant = live(values)
     attitudes, rates = participant.listen('attitude'), participant.listen('angular_velocity')
     rotors = participant.listen('rotor')
-    code, said = run(CONFIG, '--ros-args', '-r', f'__ns:={node.namespace}')
+    code, said = run(scenario, '--ros-args', '-r', f'__ns:={node.namespace}')
     assert code == 0, said
 
     def rests():
@@ -49,11 +43,40 @@ def test_wheels_alone_bring_the_tumbling_cubesat_to_rest(live):
         return np.degrees(error_rad) < 0.1 and np.degrees(rate_rad_s) < 0.01
 
     participant.wait_until(rests, 'rest')
-    system, state = node.scenario.system, node.scenario.initial_state
+    return node.scenario, list(rotors[-1].name), np.array(rotors[-1].velocity)
+
+
+def test_wheels_alone_bring_the_tumbling_cubesat_to_rest(live):
+    """
+    It comes to rest at the target, and the wheels then hold the momentum that the body had.
+
+    From outside comes the gravity gradient's torque alone: 3 n^2 (0.02 kg m^2) / 2 = 4e-8 N m at
+    most, 1.2e-4 N m s in the 3000 s after which the controller gives up.  At rest the body holds
+    0.04 kg m^2 times 1.7e-4 rad/s, and 1.7e-3 rad off target turn 2.6e-3 N m s by 5e-6.
+    """
+    values = parameters_of_yaml(CONFIG.read_text(), str(CONFIG)) | CHANGES
+    scenario, names, speeds = brought_to_rest(CONFIG, values, live)
+    system, state = scenario.system, scenario.initial_state
     before_i = rotation.rotate(state.q_ib, system.inertia @ state.omega_bi_b)
-    assert list(rotors[-1].name) == ['rw_x', 'rw_y', 'rw_z']
-    wheels_i = 1e-5 * np.array(rotors[-1].velocity)
-    np.testing.assert_allclose(wheels_i, before_i, atol=1.2e-4 + 7e-6 + 5e-6)
+    assert names == ['rw_x', 'rw_y', 'rw_z']
+    np.testing.assert_allclose(1e-5 * speeds, before_i, atol=1.2e-4 + 7e-6 + 5e-6)
+
+
+def test_four_wheels_turn_the_satellite_and_keep_their_alternate_spin(live, tmp_path):
+    """
+    The pseudo-inverse gives no torque to the combination of wheels that does not turn the body.
+
+    With a = (a_1 - a_2 + a_3 - a_4) = 0 the sum s_1 - s_2 + s_3 - s_4 of the speeds, 400 rad/s at
+    the start, then changes by friction alone, which is off here: what is left is rounding, of
+    1e-16 of 400 rad/s in each of some 1e5 steps and commands.
+    """
+    values = parameters_of_yaml(PYRAMID.read_text(), str(PYRAMID)) | CHANGES
+    values |= {f'rotor.rw_{number}.friction': 0.0 for number in (1, 2, 3, 4)}
+    without_friction = tmp_path / 'without_friction.yaml'
+    without_friction.write_text(yaml.safe_dump({'/**': {'ros__parameters': values}}))
+    _, names, speeds = brought_to_rest(without_friction, values, live)
+    assert names == ['rw_1', 'rw_2', 'rw_3', 'rw_4']
+    assert speeds @ [1.0, -1.0, 1.0, -1.0] == pytest.approx(400.0, abs=1e-8)
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from ..rosbag2.errors import BagError, Damaged, Incomplete
 from ..rosbag2.integrity import check
 from ..rosbag2.reader import Bag, TopicBlock
 from ..rosbag2.scan import scan
-from ..run.events import Event, Halt, TorquesDropped
+from ..run.events import Event, Halt, RotorLimited, TorquesDropped
 from ..run.simulation import Samples, Simulation
 from . import run_records
 from .comparison import TWIN_RAD, Comparison, Difference
@@ -225,7 +225,8 @@ class _Derived:
 
 
 def _derived(events: list[Event]) -> list[Event]:
-    return [event for event in events if isinstance(event, TorquesDropped | Halt)]
+    kinds = RotorLimited | TorquesDropped | Halt
+    return [event for event in events if isinstance(event, kinds)]
 
 
 class _Conservation:

@@ -12,7 +12,7 @@ from satdyn_ros.bag.recorded_run import RecordedRun
 from satdyn_ros.bag.run_records import EVENT, event_from_record
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.rosbag2.reader import Bag
-from satdyn_ros.run.events import Torque
+from satdyn_ros.run.events import RotorLimited, Torque
 
 FREE = {
     'orbit.type': 'fixed',
@@ -139,6 +139,32 @@ def test_a_motor_turns_the_rotor(live):
     assert len(driven) > 40
     # The momentum is of order 0.1 and the tolerance of a step 1e-12.
     np.testing.assert_allclose(momentum, momentum[0] + 0.5 * t_s, rtol=1e-10, atol=1e-12)
+
+
+def test_limits_in_a_live_bag_verify(live, tmp_path):
+    """A command beyond max_torque is cut and, at max_speed, dropped: a re-run finds both again."""
+    wheel = {'mode': 'motor', 'inertia': 1e-3, 'max_torque': 0.01, 'max_speed': 1.0}
+    values = {'rotor.names': ['a', 'b'], 'rotor.b.axis': [0.0, 0.0, 1.0], 'torque.timeout': 0.0}
+    values |= {f'rotor.{name}.{key}': value for name in 'ab' for key, value in wheel.items()}
+    node, participant = live(FREE | values | {'publish.topics': ['rotor'], 'record.enabled': True})
+    publisher = matched(participant, JointState, 'rotor_command')
+    rotors = participant.listen('rotor')
+    participant.hear(rotors, 5)
+    publisher.publish(JointState(name=['b', 'a'], effort=[-0.002, 0.5]))
+    participant.wait_until(
+        lambda: abs(rotors[-1].velocity[1]) >= 1.0 and not any(rotors[-1].effort), 'both dropped'
+    )
+    assert node.end()[0] == 0
+    (directory,) = tmp_path.glob('satdyn_*_*')
+    verdict = verify(directory)
+    assert verdict.is_true, str(verdict)
+    assert verdict.same_bytes
+    happened = [e for e in RecordedRun(directory).events if isinstance(e, RotorLimited)]
+    assert [(event.rotor, event.limit) for event in happened] == [
+        ('a', 'max_torque'),
+        ('a', 'max_speed'),
+        ('b', 'max_speed'),
+    ]
 
 
 def test_of_the_torques_that_come_in_a_pause_the_last_acts(live, tmp_path):

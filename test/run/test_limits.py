@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from satdyn_ros.bag.simulate import simulate
+from satdyn_ros.bag.recording import Recording
+from satdyn_ros.bag.simulate import begun_in_bag, simulate
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.run.events import Reset, RotorCommand, RotorLimited, Timeout
 from satdyn_ros.run.scenario import Scenario
@@ -108,10 +109,94 @@ def test_limits_follow_from_the_run(block):
     np.testing.assert_array_equal(again[2], torques)
 
 
+def recorded(directory, scenario=SCENARIO):
+    """Record four seconds in which two torques are cut and two are dropped."""
+    for _ in simulate(scenario, 4.0, directory, EVENTS):
+        pass
+    return directory
+
+
 def test_a_bag_with_limits_verifies(tmp_path):
     """Run again from its bag alone, the run comes to the same limits and the same bytes."""
-    for _ in simulate(SCENARIO, 4.0, tmp_path / 'bag', EVENTS):
-        pass
-    verdict = verify(tmp_path / 'bag')
+    verdict = verify(recorded(tmp_path / 'bag'))
     assert verdict.is_true
     assert verdict.same_bytes
+
+
+def limits(applied):
+    return [event for event in applied if isinstance(event, RotorLimited)]
+
+
+def test_limits_are_the_same_from_any_tick_on():
+    """
+    A snapshot holds what limits depend on: resumed anywhere, the run goes on with the same bits.
+
+    Also at and beside the ticks where a torque is cut or dropped.
+    """
+    whole, speeds, torques = run(EVENTS)
+    begins = {tick + by for tick in {event.tick for event in limits(whole)} for by in (-1, 0, 1)}
+    assert len(begins) > 8
+    for begin in begins:
+        simulation = Simulation(SCENARIO, EVENTS)
+        while simulation.next_tick <= begin:
+            simulation.advance(begin + 1 - simulation.next_tick)
+        later = [event for event in EVENTS if event.tick > begin]
+        resumed = Simulation.from_snapshot(SCENARIO, simulation.snapshot(begin), later)
+        applied = []
+        for tick in range(begin, 200):
+            new, samples = resumed.advance(1)
+            applied += new
+            np.testing.assert_array_equal(samples.states.rotor_speed[0], speeds[tick])
+            np.testing.assert_array_equal(samples.system.rotor_torque, torques[tick])
+        assert applied == [event for event in whole if event.tick > begin]
+
+
+@pytest.mark.parametrize('duration_s', [0.1, 0.33])
+def test_each_file_of_a_split_bag_with_limits_verifies(tmp_path, duration_s):
+    """Each begins from its own snapshot, one of them where a limit acts."""
+    scenario = SCENARIO.with_values({'record.max_duration_s': duration_s})
+    files = sorted(recorded(tmp_path / 'bag', scenario).glob('*.mcap'))
+    assert len(files) > 10
+    for file in files:
+        verdict = verify(file)
+        assert verdict.is_true, str(verdict)
+        assert verdict.same_bytes
+
+
+def without(limited, monkeypatch):
+    """Let recordings leave out the events of one limit."""
+    write = Recording.event
+
+    def event(self, event, log_time_ns):
+        if event != limited:
+            write(self, event, log_time_ns)
+
+    monkeypatch.setattr(Recording, 'event', event)
+
+
+@pytest.mark.parametrize('limit', [CUT, DROPPED])
+def test_a_limit_that_the_bag_does_not_tell_is_a_difference(limit, tmp_path, monkeypatch):
+    """The run comes to its limits again, and verify compares them with those of the bag."""
+    missing = next(event for event in limits(run(EVENTS)[0]) if event.limit == limit)
+    without(missing, monkeypatch)
+    verdict = verify(recorded(tmp_path / 'bag'))
+    assert not verdict.is_true
+    assert verdict.difference.tick == missing.tick
+    assert 'RotorLimited' in str(verdict)
+
+
+def test_a_run_goes_on_from_a_bag_with_limits(tmp_path):
+    """
+    Begun where both torques have been dropped, the rotors turn on as in the bag.
+
+    Friction is all that acts on them until tick 90; the motion's steps are others, each true to
+    1e-13.  Right after the drop the speed is above its limit, which no initial speed may be.
+    """
+    bag = recorded(tmp_path / 'bag')
+    whole, speeds, torques = run(EVENTS)
+    assert (torques[60:90] == 0.0).all()
+    onward = begun_in_bag(SCENARIO, bag, 1.2).motion().at(np.arange(30) / 50.0)
+    np.testing.assert_allclose(onward.rotor_speed, speeds[60:90], rtol=1e-11)
+    dropped = next(event for event in limits(whole) if event.limit == DROPPED)
+    with pytest.raises(ValueError, match=r'it must be at most rotor\.a\.max_speed, 5 rad/s'):
+        begun_in_bag(SCENARIO, bag, dropped.tick / 50.0)

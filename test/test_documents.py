@@ -3,7 +3,6 @@
 import os
 import re
 import shlex
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -22,7 +21,8 @@ README = ROOT / 'README.md'
 PAGES = [README, ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'docs').rglob('*.md'))]
 # The tutorial has a test of its own, in which each step stands on the one before.
 RUN = [page for page in PAGES if page.name != 'tutorial.md']
-SCRATCH = Path('/tmp/satdyn_docs')
+# Where the commands of the pages write; here each page gets a folder of its own.
+SCRATCH = '/tmp/satdyn_docs'
 
 
 def blocks(page, language):
@@ -109,16 +109,13 @@ def test_examples_in_python_run(example):
 @pytest.mark.parametrize(
     'page', [page for page in RUN if blocks(page, 'sh')], ids=lambda page: page.stem
 )
-def test_commands_run(page):
+def test_commands_run(page, tmp_path):
     """The commands of a page, in their order, each with exit code 0."""
-    shutil.rmtree(SCRATCH, ignore_errors=True)
-    SCRATCH.mkdir()
-    for line in ''.join(blocks(page, 'sh')).strip().splitlines():
+    for line in ''.join(blocks(page, 'sh')).replace(SCRATCH, str(tmp_path)).splitlines():
         done = subprocess.run(
             shlex.split(line), cwd=ROOT, env=environment(), capture_output=True, text=True
         )
         assert done.returncode == 0, f'{line}\n{done.stderr}'
-    shutil.rmtree(SCRATCH, ignore_errors=True)
 
 
 @pytest.mark.parametrize('text', examples('yaml'))

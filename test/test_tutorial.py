@@ -12,7 +12,8 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 TUTORIAL = ROOT / 'docs' / 'tutorial.md'
-DIRECTORY = Path('/tmp/satdyn_tutorial')
+# Where the commands write; here it is a folder of the test's own.
+DIRECTORY = '/tmp/satdyn_tutorial'
 BLOCK = re.compile(r'```(sh background|sh|python)\n(.*?)```', re.S)
 COMMANDS = [
     (kind, line)
@@ -23,11 +24,9 @@ COMMANDS = [
 
 
 @pytest.mark.skipif(shutil.which('bash') is None, reason='the commands are for a shell')
-def test_every_command_of_the_tutorial():
+def test_every_command_of_the_tutorial(tmp_path):
     """Every command ends with exit code 0, the node when it is told to, in their order."""
     pytest.importorskip('rclpy')
-    shutil.rmtree(DIRECTORY, ignore_errors=True)
-    DIRECTORY.mkdir()
     bin_directory = Path(sys.executable).parent
     environment = os.environ | {
         'PATH': f'{bin_directory}:{os.environ["PATH"]}',
@@ -35,7 +34,8 @@ def test_every_command_of_the_tutorial():
     }
     background = []
     try:
-        for kind, command in COMMANDS:
+        for kind, told in COMMANDS:
+            command = told.replace(DIRECTORY, str(tmp_path))
             if kind == 'python':
                 arguments: list[str] = [sys.executable, '-c', command]
             else:
@@ -61,4 +61,3 @@ def test_every_command_of_the_tutorial():
         for process in background:
             process.kill()
             process.wait()
-        shutil.rmtree(DIRECTORY, ignore_errors=True)

@@ -208,9 +208,9 @@ def _plot(given):
             raise ValueError(f'{given.bag} is a sweep; --begin and --end choose a part of a bag')
         plot_sweep(given.bag, given.out, given.what)
         return DONE
-    from ..report.plot import DEFAULT, plot
+    from ..report.plot import plot
 
-    plot(given.bag, given.out, given.what or DEFAULT, given.begin, given.end, given.unwrap)
+    plot(given.bag, given.out, given.what, given.begin, given.end, given.unwrap)
     return DONE
 
 

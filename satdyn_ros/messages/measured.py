@@ -50,7 +50,7 @@ def _content(sensor: Sensor) -> dict[str, Any]:
             return {
                 'orientation_covariance': _ABSENT,
                 'angular_velocity': _values,
-                'angular_velocity_covariance': _diagonal([sensor.variance] * 3),
+                'angular_velocity_covariance': _diagonal(sensor.variances),
                 'linear_acceleration_covariance': _ABSENT,
             }
         case StarTracker():

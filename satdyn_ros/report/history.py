@@ -15,6 +15,7 @@ from ..dynamics.torque import angular_momentum, gravity_gradient
 from ..run.events import Event
 from ..run.scenario import Scenario
 from ..run.simulation import Samples
+from .sensor_errors import ErrorsOfSensors, SensorErrors
 
 # Samples that are held at a time, with what is drawn of them: a few megabytes.
 _BLOCK_TICKS = 4096
@@ -36,7 +37,8 @@ class History:
     drift: by first integral its largest relative change since the last event so far, of all ticks,
     (N,), nan where it is none.  largest_drift: the same over the whole run.  motions: those of the
     run, by the tick where they begin.  events: what happened, with the time of each.  driven: from
-    when to when [s] an applied torque acts.
+    when to when [s] an applied torque acts.  sensors: by their names the errors of at most as many
+    measurements as there may be rows.
     """
 
     scenario: Scenario
@@ -55,6 +57,7 @@ class History:
     motions: dict[int, Motion]
     events: list[tuple[float, Event]]
     driven: list[tuple[float, float]]
+    sensors: dict[str, SensorErrors]
 
     @property
     def turns_too_far(self) -> np.ndarray:
@@ -112,6 +115,7 @@ def history(
     first, end = _window(run, simulation.next_tick, run.last_tick() + 1, begin_s, end_s)
     every = -(-(end - first) // rows)
     bounds = _Bounds(first, -(-(end - first) // every), every, 1.0 / float(run.ticks.rate))
+    sensors = ErrorsOfSensors(simulation.sensors, run.ticks, range(first, end), rows)
     tables, torques, applied_torques, momenta, drifts = [], [], [], [], []
     events: list[tuple[float, Event]] = []
     driven: list[tuple[float, float]] = []
@@ -122,6 +126,7 @@ def history(
         start = simulation.next_tick
         block = min(_BLOCK_TICKS, (end if start >= first else first) - start)
         applied, samples = simulation.advance(block)
+        sensors.take(applied, samples)
         states = samples.states
         if simulation.motion not in motions.values():
             motions[samples.first_tick] = simulation.motion
@@ -171,6 +176,7 @@ def history(
         motions=motions,
         events=events,
         driven=driven,
+        sensors=sensors.result(),
     )
 
 

@@ -87,7 +87,8 @@ def playable(run: History) -> dict[str, Any]:
     description and table: see scene.py.  bands: the rows in which the body turns too far for a
     line, and tables of the least and the most there; null where there are none.  marks: events
     (t_s, kind 'restart' or 'change', text) and driven intervals (from, to) [s].  notice: what the
-    3-D view cannot show, or ''.
+    3-D view cannot show, or ''.  sensors: by their names a table of t_s, error and systematic, and
+    sigma, see sensor_errors.py.
     """
     description, rows = of_history(run)
     far = np.flatnonzero(run.turns_too_far)
@@ -99,7 +100,13 @@ def playable(run: History) -> dict[str, Any]:
         else None,
         'marks': {'events': list(_marks(run)), 'driven': run.driven},
         'notice': _notice(run),
+        'sensors': {name: _errors(errors) for name, errors in run.sensors.items()},
     }
+
+
+def _errors(errors):
+    columns = {name: getattr(errors, name) for name in ('t_s', 'error', 'systematic')}
+    return {'table': table(columns), 'sigma': errors.sigma.tolist()}
 
 
 def summary(run: History) -> str:

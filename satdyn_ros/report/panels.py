@@ -101,13 +101,18 @@ def rates(axes: 'Axes', history: History) -> None:
 
 def torque(axes: 'Axes', history: History) -> None:
     """Draw the gravity-gradient torque in body axes."""
-    largest = np.max(np.abs(history.torque_b))
-    exponent = 3 * int(np.floor(np.log10(largest) / 3)) if largest > 0.0 else 0
-    prefix = {0: '', -3: 'm', -6: 'µ', -9: 'n'}.get(exponent)
-    scale = 1.0 if prefix is None else 10.0**exponent
+    scale, prefix = _prefixed(history.torque_b)
     names = ('$T_x$', '$T_y$', '$T_z$')
     _lines(axes, history, history.torque_b.T / scale, names, 'torque', 1.0 / scale)
-    axes.set_ylabel(f'gravity gradient [{prefix or ""}N m]')
+    axes.set_ylabel(f'gravity gradient [{prefix}N m]')
+
+
+def _prefixed(values):
+    """Return the scale in which the largest value reads well, and the prefix of its unit."""
+    largest = np.max(np.abs(values), initial=0.0)
+    exponent = 3 * int(np.floor(np.log10(largest) / 3)) if largest > 0.0 else 0
+    prefix = {0: '', -3: 'm', -6: 'µ', -9: 'n'}.get(exponent)
+    return (1.0, '') if prefix is None else (10.0**exponent, prefix)
 
 
 def drift(axes: 'Axes', history: History) -> None:
@@ -126,12 +131,50 @@ def rotor(axes: 'Axes', history: History) -> None:
     axes.set_ylabel('rotor speed [rad/s]')
 
 
+def gyro(axes: 'Axes', history: History) -> None:
+    """Draw measured minus true rate in sensor axes, and three sigma about its bias."""
+    errors = _errors(history, 'gyro')
+    scale, prefix = _prefixed(errors.error)
+    _measured(axes, history, errors, scale)
+    axes.set_ylabel(f'gyro minus truth\n[{prefix}rad/s]')
+
+
+def star_tracker(axes: 'Axes', history: History) -> None:
+    """Draw the small angles from the true to the measured sensor axes, and three sigma."""
+    _measured(axes, history, _errors(history, 'star_tracker'), np.radians(1.0 / 3600.0))
+    axes.set_ylabel('star tracker minus\ntruth [arcsec]')
+
+
+def _errors(history, name):
+    if name not in history.sensors:
+        raise ValueError(f'the panel {name} needs measurements, and the run has none of a {name}')
+    return history.sensors[name]
+
+
+def _measured(axes, history, errors, scale):
+    """Draw errors about the three axes of a sensor, the noisiest behind the others."""
+    seconds, _ = time_unit(history)
+    t = errors.t_s / seconds
+    for i, name in enumerate('xyz'):
+        colour, order = COLOURS[i], 2.0 - errors.sigma[i] / max(errors.sigma.max(), _ROUNDING)
+        axes.plot(
+            t, errors.error[:, i] / scale, color=colour, label=name, lw=0.6, zorder=2.0 + order
+        )
+        for sign in (-3.0, 3.0):
+            edge = (errors.systematic[:, i] + sign * errors.sigma[i]) / scale
+            axes.plot(t, edge, '--', color=colour, lw=1.0, zorder=5.0)
+    axes.plot([], [], '--', color='0.4', lw=1.0, label='3 sigma')
+    axes.legend(**_ABOVE, ncols=4)
+
+
 TIME_PANELS = {
     'attitude': attitude,
     'rates': rates,
     'torque': torque,
     'drift': drift,
     'rotor': rotor,
+    'gyro': gyro,
+    'star_tracker': star_tracker,
 }
 
 

@@ -17,7 +17,7 @@ PANELS = (*panels.TIME_PANELS, 'polhode', 'phase')
 def plot(
     bag: str | Path,
     output: str | Path,
-    what: Sequence[str] = DEFAULT,
+    what: Sequence[str] = (),
     begin_s: float | None = None,
     end_s: float | None = None,
     unwrap: bool = False,
@@ -25,8 +25,8 @@ def plot(
     """
     Draw the chosen panels of a bag into an image; the suffix of its name selects the format.
 
-    begin_s, end_s: only the ticks between [s from tick 0].  unwrap: roll, pitch and yaw count
-    their turns.
+    what: of PANELS; without any: DEFAULT, and those of the run's sensors.  begin_s, end_s: only
+    the ticks between [s from tick 0].  unwrap: roll, pitch and yaw count their turns.
 
     ValueError: a panel is unknown or the run has none, the bag was not written by satdyn_ros
     or has no such ticks, or matplotlib is not installed or does not write such images.
@@ -41,8 +41,9 @@ def plot(
         raise ValueError(f'{output} cannot be drawn: {error}') from None
 
 
-def draw(run: History, what: Sequence[str] = DEFAULT, unwrap: bool = False) -> 'Figure':
+def draw(run: History, what: Sequence[str] = (), unwrap: bool = False) -> 'Figure':
     """Return the matplotlib figure of a history's panels, those over time on one time axis."""
+    what = what or (*DEFAULT, *run.sensors)
     try:
         from matplotlib.figure import Figure
     except ImportError:

@@ -173,6 +173,11 @@ class Simulation:
         return self._system
 
     @property
+    def sensors(self) -> Suite:
+        """The sensors before the next tick."""
+        return self._suite
+
+    @property
     def motion(self) -> Motion:
         """The motion since the last event."""
         return self._motion

@@ -50,6 +50,14 @@ class GyroMemory:
         carried = {name: getattr(self, name) for name in _CARRIED}
         return {name: None if x is None else x.tolist() for name, x in carried.items()}
 
+    def without_noise(self) -> 'GyroMemory':
+        """Return the memory itself: the bias is no noise."""
+        return self
+
+    def perfect(self) -> 'GyroMemory':
+        """Return the memory without a bias."""
+        return replace(self, bias=None)
+
     def restarted(self) -> 'GyroMemory':
         """Return the memory after the motion has restarted: the bias walks on."""
         return replace(self, q_ib=None)
@@ -83,9 +91,19 @@ class Gyro:
     memory = GyroMemory()
 
     @property
-    def variance(self) -> float:
-        """Return the variance of a component of a sample, its bias not included [rad^2/s^2]."""
-        return self.noise_density**2 / self.interval_s + self.resolution**2 / 12.0
+    def variances(self) -> tuple[float, float, float]:
+        """Return the variances of a sample about each axis, its bias not included [rad^2/s^2]."""
+        variance = self.noise_density**2 / self.interval_s + self.resolution**2 / 12.0
+        return variance, variance, variance
+
+    def without_noise(self) -> 'Gyro':
+        """Return the gyro with its systematic errors alone: bias, scale factor, misalignment."""
+        return replace(self, noise_density=0.0, resolution=0.0, max_rate=0.0)
+
+    def perfect(self) -> 'Gyro':
+        """Return the gyro without any error."""
+        errors = ('bias_random_walk', 'initial_bias', 'scale_factor', 'misalignment')
+        return replace(self.without_noise(), **{name: getattr(Gyro, name) for name in errors})
 
     def measure(
         self, ticks: range, states: States, memory: GyroMemory

@@ -6,7 +6,7 @@ Its boresight is its z axis.  A sample is q_is = q_ib q_bs d, where d is the rot
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -36,6 +36,12 @@ class StarTrackerMemory:
     def to_plain(self) -> dict[str, Any]:
         """Return the memory as plain data."""
         return {'exposed': self.exposed.tolist(), 'q_is': self.q_is.tolist()}
+
+    def without_noise(self) -> 'StarTrackerMemory':
+        """Return a memory without the exposures that wait: they have their noise."""
+        return StarTrackerMemory(self.exposed[:0], self.q_is[:0])
+
+    perfect = without_noise
 
     def restarted(self) -> 'StarTrackerMemory':
         """Return the memory after the motion has restarted: what was exposed still comes."""
@@ -70,6 +76,13 @@ class StarTracker:
     def variances(self) -> tuple[float, float, float]:
         """Return the variances of the small rotation about the sensor's axes [rad^2]."""
         return self.cross_boresight**2, self.cross_boresight**2, self.roll**2
+
+    def without_noise(self) -> 'StarTracker':
+        """Return the star tracker without noise."""
+        return replace(self, cross_boresight=0.0, roll=0.0)
+
+    # Noise is all of its error.
+    perfect = without_noise
 
     def measure(
         self, ticks: range, states: States, memory: StarTrackerMemory

@@ -47,6 +47,20 @@ class Suite:
         """Return the suite after the motion has restarted at a request or a reset."""
         return Suite(self.sensors, {name: m.restarted() for name, m in self.memories.items()})
 
+    def without_noise(self) -> 'Suite':
+        """Return the suite with the systematic errors alone, without exposures that wait."""
+        return Suite(
+            {name: sensor.without_noise() for name, sensor in self.sensors.items()},
+            {name: memory.without_noise() for name, memory in self.memories.items()},
+        )
+
+    def perfect(self) -> 'Suite':
+        """Return the suite without any error, and without exposures that wait."""
+        return Suite(
+            {name: sensor.perfect() for name, sensor in self.sensors.items()},
+            {name: memory.perfect() for name, memory in self.memories.items()},
+        )
+
     def to_plain(self) -> dict[str, Any]:
         """Return the memories as plain data, by the sensors' names."""
         return {name: memory.to_plain() for name, memory in self.memories.items()}

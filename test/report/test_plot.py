@@ -21,6 +21,7 @@ SCENARIO = Scenario.from_dict(
         'publish': {'rate': 1.0, 'topics': ['attitude']},
         'time': {'epoch_ns': 10**18},
         'rotor': {'mode': 'free', 'inertia': 0.5, 'speed': 10.0},
+        'sensors': {'names': ['gyro', 'star_tracker'], 'seed': 1, 'star_tracker': {'roll': 1e-4}},
     }
 )
 EVENTS = [Request(6000, {'initial.angular_velocity': [0.0, 0.0005, 0.0]})]

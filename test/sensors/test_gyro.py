@@ -58,7 +58,7 @@ def test_samples_scatter_as_the_variance_says():
     """Noise and rounding together have the published variance, within its 4-sigma scatter."""
     gyro = Gyro(1, INTERVAL_S, noise_density=1e-4, resolution=1e-3)
     samples = measured(gyro, turning(100_000, [0.1234, 0.0, 0.0], INTERVAL_S)) - [0.1234, 0.0, 0.0]
-    spread = np.mean(samples**2) / gyro.variance
+    spread = np.mean(samples**2) / gyro.variances[0]
     assert abs(spread - 1.0) < 4.0 * np.sqrt(2.0 / samples.size)
 
 

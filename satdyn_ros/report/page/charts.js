@@ -47,6 +47,43 @@ function panelsOf(description) {
   return panels;
 }
 
+const SENSOR_LOOKS = {
+  gyro: { title: 'gyro error, 3 σ about the bias', unit: 'rad/s', scale: 1, isScaled: true },
+  star_tracker: { title: 'star tracker error, 3 σ', unit: 'arcsec', scale: DEGREES * 3600 },
+};
+
+// A chart of each sensor's errors, by the sensors' names as html.playable has them.
+function sensorPanels(sensors) {
+  return Object.entries(sensors).map(([name, { table, sigma }]) => {
+    const errors = new Errors(table, sigma);
+    return {
+      name, ...SENSOR_LOOKS[name], lines: ['x', 'y', 'z'], colours: ['--x', '--y', '--z'], errors,
+      values: (rows, i) => errors.at(i),
+    };
+  });
+}
+
+// The errors of a sensor at times of its own.
+class Errors {
+  constructor({ rows, columns }, sigma) {
+    for (const [name, column] of Object.entries(columns)) this[name] = Rows.decoded(column);
+    Object.assign(this, { length: rows, sigma });
+  }
+
+  at(i) { return Array.from(this.error.subarray(3 * i, 3 * i + 3)); }
+
+  // The last sample that is not after a time; none is before the first.
+  before(time) {
+    const i = Rows.last(this.length, (k) => this.t_s[k] <= time);
+    return this.t_s[i] <= time ? this.at(i) : [];
+  }
+
+  // The edges of the noise about axis k.
+  edges(k) {
+    return [-3, 3].map((sign) => Array.from({ length: this.length }, (_, i) => this.systematic[3 * i + k] + sign * this.sigma[k]));
+  }
+}
+
 class Charts {
   // seek(time): called where a chart is clicked.  marks: {events: [{t_s, kind}], driven: [[a, b]]}.
   // zoomed(from, to), where set: called when another part of the time is chosen.
@@ -57,11 +94,12 @@ class Charts {
     });
   }
 
-  // Make the charts of a description; bands: {rows: [i ...], least, most}, Rows of the same curves.
-  describe(description, bands = null) {
+  // Make the charts of a description; bands: {rows: [i ...], least, most}, Rows of the same curves;
+  // sensors: as html.playable has them.
+  describe(description, bands = null, sensors = {}) {
     this.box.replaceChildren();
     this.bands = bands;
-    this.charts = panelsOf(description).map((panel) => ({ panel, ...this._header(panel) }));
+    this.charts = [...panelsOf(description), ...sensorPanels(sensors)].map((panel) => ({ panel, ...this._header(panel) }));
     this.charts.forEach((chart, k) => { chart.isLast = k === this.charts.length - 1; });
   }
 
@@ -69,7 +107,9 @@ class Charts {
   draw(rows) {
     const times = rows.has('t_s') ? Array.from(rows.columns.t_s.values.subarray(0, rows.length)) : [];
     for (const chart of this.charts) {
-      const data = [times, ...this._curves(chart, rows)];
+      const { errors } = chart.panel;
+      const data = errors ? this._within(times, [Array.from(errors.t_s), ...this._curves(chart, errors)])
+        : [times, ...this._curves(chart, rows)];
       if (chart.plot) chart.plot.setData(data);
       else this._plot(chart, data);
     }
@@ -88,7 +128,7 @@ class Charts {
       chosen.style.transform = `translateX(${left}px)`;
       chosen.style.visibility = isInside ? 'visible' : 'hidden';
       if (!reads) continue;
-      const now = panel.values(single, 0) ?? [];
+      const now = panel.errors ? panel.errors.before(time) : panel.values(single, 0) ?? [];
       values.forEach((element, k) => {
         const value = now[k];
         element.textContent = Number.isFinite(value)
@@ -109,7 +149,7 @@ class Charts {
       key.className = 'key';
       key.style.setProperty('--colour', `var(${panel.colours[k % panel.colours.length]})`);
       key.innerHTML = '<svg width="22" height="8" aria-hidden="true"><line x1="1" x2="21" y1="4" y2="4"/></svg><span></span> <output></output>';
-      key.querySelector('line').setAttribute('stroke-dasharray', DASHES[k % 4].join(' '));
+      key.querySelector('line').setAttribute('stroke-dasharray', dashOf(panel, k).join(' '));
       key.querySelector('span').textContent = name;
       keys.append(key);
       return key.querySelector('output');
@@ -135,16 +175,27 @@ class Charts {
         if (lines[k][i] !== null) largest = Math.max(largest, Math.abs(lines[k][i]));
       }
     }
-    const edges = this.bands && panel.name in this.bands.least ? this._edges(panel) : [];
+    const isBanded = this.bands && panel.name in this.bands.least;
+    const edges = panel.errors ? this._sigmas(panel) : isBanded ? this._edges(panel) : [];
     for (const edge of edges) for (const value of edge) if (value !== null) largest = Math.max(largest, Math.abs(value));
     chart.says = panel.isScaled ? prefixed(largest, panel.unit) : { scale: 1, unit: panel.unit };
     chart.says.digits = digitsOf(largest * chart.says.scale);
     chart.unit.textContent = `[${chart.says.unit}]`;
-    if (edges.length) for (const line of lines) for (const i of this.bands.rows) line[i] = null;
+    if (isBanded) for (const line of lines) for (const i of this.bands.rows) line[i] = null;
     const all = [...lines, ...edges];
     if (chart.says.scale !== 1) for (const line of all) line.forEach((y, i) => { if (y !== null) line[i] = y * chart.says.scale; });
     if (panel.wraps) lines.forEach((line) => openWraps(line, panel.wraps));
     return all;
+  }
+
+  // Curves at times of their own, over the time of all.
+  _within(times, curves) {
+    const ends = [times[0], times[times.length - 1]];
+    return curves.map((curve, k) => (k ? [null, ...curve, null] : [ends[0], ...curve, ends[1]]));
+  }
+
+  _sigmas(panel) {
+    return panel.lines.flatMap((_, k) => panel.errors.edges(k).map((edge) => edge.map((y) => y * panel.scale)));
   }
 
   _edges(panel) {
@@ -162,7 +213,7 @@ class Charts {
     const colour = (name) => () => style.getPropertyValue(name).trim();
     const of = (k) => colour(panel.colours[k % panel.colours.length]);
     const lines = panel.lines.map((_, k) => ({
-      stroke: of(k), width: 1.6, dash: DASHES[k % 4], points: { show: false }, spanGaps: false,
+      stroke: of(k), width: panel.errors ? 0.8 : 1.6, dash: dashOf(panel, k), points: { show: false }, spanGaps: false,
     }));
     const edges = new Array(data.length - 1 - lines.length).fill(null).map(() => ({ points: { show: false }, stroke: null }));
     const axis = { stroke: colour('--text-quiet'), grid: { stroke: colour('--grid'), width: 1 }, ticks: { show: false }, font: '11px system-ui, sans-serif' };
@@ -239,6 +290,9 @@ class Charts {
     context.restore();
   }
 }
+
+// Noise has no dashes that could be told apart.
+function dashOf(panel, k) { return panel.errors ? [] : DASHES[k % 4]; }
 
 // A gap where an angle goes through its end: a line across the chart would be none of its values.
 function openWraps(line, period) {

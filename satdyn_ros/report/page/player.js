@@ -14,7 +14,7 @@ class Player {
   }
 
   // Play a run, as html.playable describes it.
-  take({ description, table, bands, marks, notice }) {
+  take({ description, table, bands, marks, notice, sensors }) {
     this.rows = new Rows();
     this.rows.append(table);
     const decoded = (bounds) => Object.fromEntries(
@@ -26,7 +26,7 @@ class Player {
     this.charts.marks = marks;
     this.charts.describe(description, bands && {
       rows: bands.rows, length: this.rows.length, least: decoded(bands.least), most: decoded(bands.most),
-    });
+    }, sensors);
     this.charts.draw(this.rows);
     this.timeline.take(this.rows.time(0), this.rows.time(this.rows.length - 1), marks);
   }

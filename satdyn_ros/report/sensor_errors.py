@@ -1,0 +1,94 @@
+"""
+Measurement minus truth, for each sensor of a run.
+
+The truth is what the sensor would give without any error, mounted and sampled alike.  What it
+would give without noise differs from that by its systematic errors: the bias with its walk, the
+scale factor, the misalignment.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..dynamics import rotation
+from ..run.events import Event, Request, Reset
+from ..run.simulation import Samples
+from ..run.ticks import Ticks
+from ..sensors import Gyro, Suite
+from ..sensors.suite import Sensor
+
+
+@dataclass(frozen=True, eq=False)
+class SensorErrors:
+    """
+    The errors of M measurements of a sensor, about its axes.
+
+    t_s (M,): of the exposures [s from tick 0].  error (M, 3): measurement minus truth, of a gyro
+    [rad/s], of a star tracker the rotation vector from its true to its measured axes [rad].
+    systematic (M, 3): the part of it that is not noise.  sigma (3,): the standard deviation of
+    the noise, as the messages' covariance has it.
+    """
+
+    t_s: np.ndarray
+    error: np.ndarray
+    systematic: np.ndarray
+    sigma: np.ndarray
+
+
+class ErrorsOfSensors:
+    """
+    Collects the errors of a run's sensors as the run passes, at most so many rows of each.
+
+    suite: the sensors before the first samples.  ticks: those of the run.  window: the ticks
+    whose exposures are wanted.
+    """
+
+    def __init__(self, suite: Suite, ticks: Ticks, window: range, rows: int):
+        self._sensors, self._ticks, self._window = suite.sensors, ticks, window
+        self._true, self._noiseless = suite.perfect(), suite.without_noise()
+        # Every such tick's sample is kept: rows of them in the whole window.
+        self._every = {
+            name: sensor.divisor * -(-len(window) // (sensor.divisor * rows))
+            for name, sensor in self._sensors.items()
+        }
+        self._found: dict[str, list[tuple[np.ndarray, ...]]] = {name: [] for name in self._sensors}
+
+    def take(self, events: Iterable[Event], samples: Samples) -> None:
+        """Take the next samples, and what happened at their begin."""
+        if any(isinstance(event, Request | Reset) for event in events):
+            self._true, self._noiseless = self._true.restarted(), self._noiseless.restarted()
+        ticks = range(samples.first_tick, samples.first_tick + len(samples))
+        true, self._true = self._true.measure(ticks, samples.states)
+        noiseless, self._noiseless = self._noiseless.measure(ticks, samples.states)
+        for name, measured in samples.measured.items():
+            exposed = true[name].exposed
+            # What was exposed before the first samples has no truth here.
+            values = measured.values[len(measured) - len(exposed) :]
+            kept = (exposed % self._every[name] == 0) & (exposed >= self._window.start)
+            parts = (values, true[name].values, noiseless[name].values)
+            self._found[name].append((exposed[kept], *(part[kept] for part in parts)))
+
+    def result(self) -> dict[str, SensorErrors]:
+        """Return the errors of all samples that were taken, by the sensors' names."""
+        return {name: self._errors(name) for name, parts in self._found.items() if parts}
+
+    def _errors(self, name: str) -> SensorErrors:
+        sensor = self._sensors[name]
+        exposed, values, true, noiseless = (
+            np.concatenate(parts) for parts in zip(*self._found[name], strict=True)
+        )
+        first_ns = self._ticks.stamp_ns(0)
+        return SensorErrors(
+            t_s=(self._ticks.stamps_of(exposed) - first_ns) * 1e-9,
+            error=_difference(sensor, values, true),
+            systematic=_difference(sensor, noiseless, true),
+            sigma=np.sqrt(sensor.variances),
+        )
+
+
+def _difference(sensor: Sensor, values: np.ndarray, true: np.ndarray) -> np.ndarray:
+    """Return measurements minus their truth, (M, 3)."""
+    if isinstance(sensor, Gyro):
+        return values - true
+    return rotation.to_vector(rotation.multiply(rotation.conjugate(true), values))

@@ -1,0 +1,199 @@
+"""Measurement minus truth: what plot and report show of sensors is what the messages say."""
+
+import browser as pages
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+from scipy.spatial.transform import Rotation
+
+from satdyn_ros.bag.simulate import simulate
+from satdyn_ros.report.history import history
+from satdyn_ros.report.html import report
+from satdyn_ros.report.plot import draw
+from satdyn_ros.run.events import Request
+from satdyn_ros.run.scenario import Scenario
+
+RATE_HZ, LATENCY, RESTART = 20.0, 5, 1001
+MOUNTING = [0.0, 0.7071067811865476, 0.0, 0.7071067811865476]
+SCENARIO = Scenario(
+    {
+        'publish.rate': RATE_HZ,
+        'publish.topics': ['attitude', 'angular_velocity'],
+        'time.epoch_ns': 10**9,
+        'initial.angular_velocity': [0.02, -0.01, 0.03],
+        'record.max_duration_s': 31.0,
+        'sensors.names': ['gyro', 'star_tracker'],
+        'sensors.seed': 11,
+        'sensors.gyro.mounting': MOUNTING,
+        'sensors.gyro.noise_density': 1e-4,
+        'sensors.gyro.initial_bias': [0.002, -0.003, 0.001],
+        'sensors.gyro.scale_factor': [0.01, 0.02, -0.03],
+        'sensors.gyro.misalignment': [0.001, 0.002, 0.003, -0.001, -0.002, -0.003],
+        'sensors.star_tracker.mounting': MOUNTING,
+        'sensors.star_tracker.divisor': 4,
+        'sensors.star_tracker.latency': LATENCY,
+        'sensors.star_tracker.cross_boresight': 5e-5,
+        'sensors.star_tracker.roll': 3.5e-4,
+    }
+)
+
+
+@pytest.fixture(scope='module')
+def bag(tmp_path_factory):
+    """Return a bag in several files, with a restart in it."""
+    path = tmp_path_factory.mktemp('errors') / 'bag'
+    restart = Request(RESTART, {'initial.angular_velocity': [0.0, 0.01, 0.0]})
+    for _ in simulate(SCENARIO, 100, path, [restart]):
+        pass
+    return path
+
+
+def vector(part):
+    """Return the numbers of a vector or a quaternion."""
+    return [getattr(part, name) for name in 'xyzw' if hasattr(part, name)]
+
+
+CONTENTS = {
+    'attitude': lambda message: vector(message.quaternion),
+    'angular_velocity': lambda message: vector(message.velocity.angular),
+    'gyro': lambda message: vector(message.angular_velocity),
+    'star_tracker': lambda message: vector(message.orientation),
+}
+
+
+@pytest.fixture(scope='module')
+def messages(bag):
+    """Return stamps [s from tick 0] and numbers by topic, as mcap-ros2-support reads them."""
+    found = {name: ([], []) for name in CONTENTS}
+    for file in sorted(bag.glob('*.mcap')):
+        with file.open('rb') as stream:
+            reader = make_reader(stream, decoder_factories=[DecoderFactory()])
+            for _, channel, _, message in reader.iter_decoded_messages():
+                stamps, values = found[channel.topic[1:]]
+                stamps.append(message.header.stamp.sec - 1 + message.header.stamp.nanosec * 1e-9)
+                values.append(CONTENTS[channel.topic[1:]](message))
+    return {name: (np.array(t_s), np.array(values)) for name, (t_s, values) in found.items()}
+
+
+def test_gyro_against_the_messages(bag, messages):
+    """Measured minus true rate: that of the topics, the truth turned into the sensor's axes."""
+    errors = history(bag).sensors['gyro']
+    t_s, measured = messages['gyro']
+    _, omega = messages['angular_velocity']
+    true = Rotation.from_quat(MOUNTING).inv().apply(omega)
+    np.testing.assert_allclose(errors.t_s, t_s, atol=1e-12)
+    np.testing.assert_allclose(errors.error, measured - true, atol=1e-15)
+    xy, xz, yx, yz, zx, zy = SCENARIO['sensors.gyro.misalignment']
+    sx, sy, sz = SCENARIO['sensors.gyro.scale_factor']
+    wrong = np.array([[sx, xy, xz], [yx, sy, yz], [zx, zy, sz]])
+    systematic = true @ wrong.T + SCENARIO['sensors.gyro.initial_bias']
+    np.testing.assert_allclose(errors.systematic, systematic, atol=1e-15)
+
+
+def test_star_tracker_against_the_messages(bag, messages):
+    """The rotation from true to measured axes at the exposure, which the stamp names."""
+    errors = history(bag).sensors['star_tracker']
+    t_s, measured = messages['star_tracker']
+    _, q_ib = messages['attitude']
+    exposed = np.rint(t_s * RATE_HZ).astype(int)
+    true = Rotation.from_quat(q_ib[exposed]) * Rotation.from_quat(MOUNTING)
+    angles = (true.inv() * Rotation.from_quat(measured)).as_rotvec()
+    np.testing.assert_allclose(errors.t_s, t_s, atol=1e-12)
+    np.testing.assert_allclose(errors.error, angles, atol=1e-14)
+    assert np.all(np.abs(errors.systematic) < 1e-14)
+    assert errors.t_s[-1] < 100.0 - LATENCY / RATE_HZ
+
+
+def test_noise_is_within_its_sigma(bag):
+    """The mean square of the noise over sigma is 1, within what so few numbers allow."""
+    run = history(bag)
+    for name, count in (('gyro', 6000), ('star_tracker', 1500)):
+        errors = run.sensors[name]
+        noise = (errors.error - errors.systematic) / errors.sigma
+        assert abs(noise.size - count) < 10
+        # The variance of a mean of squares is 2 / n; 3.5 standard deviations.
+        assert abs(np.mean(noise**2) - 1.0) < 3.5 * np.sqrt(2.0 / noise.size)
+
+
+def test_any_part_has_the_same_errors(bag):
+    """From a later file, through the bias of its snapshot; and in fewer rows every n-th one."""
+    whole = history(bag).sensors
+    part = history(bag / 'bag_1.mcap').sensors
+    fewer = history(bag, 300, 20.0, 80.0).sensors
+    for name, errors in whole.items():
+        for some in (part[name], fewer[name]):
+            places = np.searchsorted(errors.t_s, some.t_s - 1e-9)
+            np.testing.assert_array_equal(some.t_s, errors.t_s[places])
+            np.testing.assert_array_equal(some.error, errors.error[places])
+            np.testing.assert_array_equal(some.systematic, errors.systematic[places])
+    assert len(fewer['gyro'].t_s) == 241  # each fifth of 1201 ticks
+    assert len(fewer['star_tracker'].t_s) < 301
+    # An exposure of the file before is still on its way at the begin of this one.
+    assert part['star_tracker'].t_s[0] >= part['gyro'].t_s[0]
+
+
+def test_integrating_gyro_begins_anew_at_a_restart(tmp_path):
+    """Without noise an integrating gyro has no error, neither at the start nor at a restart."""
+    ideal = {'sensors.names': ['gyro'], 'sensors.gyro.integrating': True}
+    values = {'publish.rate': 10.0, 'time.epoch_ns': 10**9, **ideal}
+    restart = Request(25, {'initial.angular_velocity': [0.1, 0.0, 0.0]})
+    for _ in simulate(Scenario(values), 5, tmp_path / 'bag', [restart]):
+        pass
+    assert np.all(history(tmp_path / 'bag').sensors['gyro'].error == 0.0)
+
+
+def test_panels(bag):
+    """Lines are the errors, dashed ones three sigma about the bias; drawn without being asked."""
+    run = history(bag)
+    figure = draw(run)
+    assert len(figure.axes) == 6
+    for axes, name, unit in zip(
+        figure.axes[4:], ('gyro', 'star_tracker'), (1e-3, np.radians(1 / 3600)), strict=True
+    ):
+        errors = run.sensors[name]
+        lines = [line for line in axes.get_lines() if len(line.get_xdata()) == len(errors.t_s)]
+        for k in range(3):
+            error, low, high = (line.get_ydata() * unit for line in lines[3 * k : 3 * k + 3])
+            np.testing.assert_allclose(error, errors.error[:, k], atol=1e-15)
+            np.testing.assert_allclose(high - low, 6.0 * errors.sigma[k], atol=1e-12)
+            np.testing.assert_allclose((high + low) / 2, errors.systematic[:, k], atol=1e-12)
+    assert 'mrad/s' in figure.axes[4].get_ylabel()
+    assert 'arcsec' in figure.axes[5].get_ylabel()
+
+
+def test_a_run_without_sensors_is_refused(tmp_path):
+    """The panel of a sensor that the run does not have: one sentence."""
+    for _ in simulate(Scenario({'time.epoch_ns': 10**9}), 1, tmp_path / 'bag'):
+        pass
+    with pytest.raises(ValueError, match='the panel gyro needs measurements, and the run has'):
+        draw(history(tmp_path / 'bag'), ['gyro'])
+
+
+def test_report_shows_the_errors(bag, tmp_path):
+    """The page has a chart of each sensor, whose numbers at a time are the last sample's."""
+    browser = pages.start()
+    try:
+        report(bag, tmp_path / 'page.html')
+        browser.get((tmp_path / 'page.html').as_uri())
+        pages.wait(browser, 'window.satdyn && satdyn.stage.scene.frames.length > 0')
+        browser.execute_script('satdyn.timeline.seek(77.71)')
+        charts = {
+            chart.find_element('tag name', 'b').text: chart
+            for chart in browser.find_elements('css selector', '.chart')
+        }
+        run = history(bag).sensors
+        for title, name, unit in (
+            ('gyro error, 3 σ about the bias', 'gyro', 1e-3),
+            ('star tracker error, 3 σ', 'star_tracker', np.radians(1.0 / 3600.0)),
+        ):
+            shown = charts[title].find_elements('css selector', 'output')
+            numbers = [float(element.text.replace('−', '-')) for element in shown]
+            errors = run[name]
+            last = np.flatnonzero(errors.t_s <= 77.71)[-1]
+            # Shown are four digits of the largest.
+            largest = np.abs(errors.error).max() / unit
+            np.testing.assert_allclose(numbers, errors.error[last] / unit, atol=1e-3 * largest)
+        assert pages.errors(browser) == []
+    finally:
+        browser.quit()

@@ -45,7 +45,7 @@ test: $(VENV)/.test
 	@$(PY) -m pytest
 
 torture: $(VENV)/.test
-	@$(PY) -m pytest -m torture
+	@$(PY) -m pytest -m torture --timeout=0
 
 oldest: $(OLD)/.test
 	@$(OLD)/bin/python -m pytest $(OLD_TESTS)
@@ -86,7 +86,7 @@ $(OLD)/.test: setup.py
 	@sed -n "s/^ .*'\([A-Za-z][A-Za-z]*\)>=\([0-9.]*\)'.*/\1==\2/p" setup.py > $(OLD)/constraints.txt
 	@$(OLD)/bin/python -m pip --quiet --quiet --disable-pip-version-check install \
 		--constraint $(OLD)/constraints.txt --editable '.$(ROS)' matplotlib \
-		hypothesis mcap-ros2-support mpmath pytest rosbags
+		hypothesis mcap-ros2-support mpmath pytest pytest-timeout rosbags
 	@touch $@
 
 $(VENV)/.run: setup.py | $(PY)

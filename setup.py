@@ -67,6 +67,7 @@ setup(
             'mpmath',
             'nbclient',
             'pytest',
+            'pytest-timeout',
             'rosbags',
             'selenium',
             'setuptools',

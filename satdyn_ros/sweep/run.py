@@ -13,7 +13,7 @@ import threading
 from collections.abc import Callable, Iterator
 from concurrent import futures
 from contextlib import contextmanager
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import islice
 from multiprocessing import resource_tracker
 from multiprocessing.process import BaseProcess
@@ -63,7 +63,10 @@ def sweep(
     whole, parts = directory / 'table.parquet', directory / 'parts'
     if not whole.exists():
         parts.mkdir(exist_ok=True)
-        _run_batches(plan, parts, _executor(workers, dask_address), show)
+        # Processes here write their parts themselves: a table half sent by one that is killed
+        # would be awaited for ever.  Those of a cluster may have no common disk.
+        work = batch if dask_address else partial(store_batch, parts=parts)
+        _run_batches(plan, parts, _executor(workers, dask_address), work, show)
         unite(whole, plan, [parts / _name(first) for first, _ in batches(plan)])
     shutil.rmtree(parts, ignore_errors=True)
     for run in plan.bags:
@@ -86,10 +89,15 @@ def batch(text: str, first: int, last: int) -> pa.Table:
     return table(plan, columns(plan, range(first, last)))
 
 
+def store_batch(text: str, first: int, last: int, parts: Path) -> None:
+    """Write the rows of the runs first to last - 1 as the part of their batch."""
+    write_part(parts / _name(first), _plan(text), batch(text, first, last))
+
+
 _plan = lru_cache(maxsize=1)(Plan.from_text)
 
 
-def _run_batches(plan, parts, executor, show):
+def _run_batches(plan, parts, executor, work, show):
     text = plan.to_text()
     missing = (each for each in batches(plan) if not (parts / _name(each[0])).exists())
     done = sum(last - first for first, last in batches(plan) if (parts / _name(first)).exists())
@@ -100,14 +108,15 @@ def _run_batches(plan, parts, executor, show):
             while True:
                 with _without_interruption():
                     for first, last in islice(missing, _IN_FLIGHT - len(running)):
-                        running[pool.submit(batch, text, first, last)] = first
+                        running[pool.submit(work, text, first, last)] = first, last
                 if not running:
                     return
                 finished, _ = futures.wait(running, return_when=futures.FIRST_COMPLETED)
                 for future in finished:
-                    rows = future.result()
-                    write_part(parts / _name(running.pop(future)), plan, rows)
-                    done += len(rows)
+                    rows, (first, last) = future.result(), running.pop(future)
+                    if rows is not None:
+                        write_part(parts / _name(first), plan, rows)
+                    done += last - first
                 show(done, len(plan))
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
@@ -177,9 +186,9 @@ def _occupy(directory, plan):
     if directory.exists() and any(directory.iterdir()):
         raise ValueError(f'{directory} holds no sweep and is not empty; take a new directory')
     directory.mkdir(parents=True, exist_ok=True)
-    partial = path.with_suffix('.partial')
-    partial.write_text(text)
-    partial.replace(path)
+    unfinished = path.with_suffix('.partial')
+    unfinished.write_text(text)
+    unfinished.replace(path)
 
 
 def _record(plan, run, bags):
@@ -187,14 +196,14 @@ def _record(plan, run, bags):
     name = f'run_{run:06d}'
     if (bags / name).exists():
         return
-    partial = bags / 'partial'
-    shutil.rmtree(partial, ignore_errors=True)
-    partial.mkdir(parents=True)
+    unfinished = bags / 'partial'
+    shutil.rmtree(unfinished, ignore_errors=True)
+    unfinished.mkdir(parents=True)
     scenario = plan.scenario_of(plan.values(run))
-    for _ in simulate(scenario, plan.duration_s, partial / name):
+    for _ in simulate(scenario, plan.duration_s, unfinished / name):
         pass
-    (partial / name).rename(bags / name)
-    partial.rmdir()
+    (unfinished / name).rename(bags / name)
+    unfinished.rmdir()
 
 
 def _name(first):

@@ -31,9 +31,10 @@ def start(*arguments, **options):
     )
 
 
-def wait_for(path):
-    """Wait until a file is there."""
-    while not path.exists():
+def wait_for(process, condition):
+    """Wait until a condition holds; a process that ends before fails the test."""
+    while not condition():
+        assert process.poll() is None, process.communicate()[1]
         time.sleep(0.01)
 
 
@@ -55,7 +56,7 @@ def test_a_stiff_run_is_interrupted_in_the_midst_of_a_block(tmp_path, number, co
     scenario, bag = tmp_path / 'stiff.yaml', tmp_path / 'bag'
     scenario.write_text(yaml.safe_dump({'/**': {'ros__parameters': STIFF}}))
     process = start('simulate', scenario, '--duration', '1e6', '-o', bag)
-    wait_for(bag / 'bag_0.mcap')
+    wait_for(process, (bag / 'bag_0.mcap').exists)
     process.send_signal(number)
     _, errors = process.communicate()
     assert (process.returncode, 'Traceback' in errors) == (code, False)
@@ -82,9 +83,8 @@ def test_a_sweep_ends_with_its_processes_and_says_nothing(tmp_path, parts):
         '{initial.attitude: sphere}}'
     )
     process = start('sweep', path, '-o', directory)
-    wait_for(directory / 'parts')
-    while len(list((directory / 'parts').glob('*.parquet'))) < parts:
-        time.sleep(0.01)
+    wait_for(process, (directory / 'parts').exists)
+    wait_for(process, lambda: len(list((directory / 'parts').glob('*.parquet'))) >= parts)
     os.killpg(process.pid, signal.SIGINT)
     # The workers hold stderr open: it ends when they have ended too.
     _, errors = process.communicate()

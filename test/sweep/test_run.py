@@ -35,7 +35,7 @@ sweep(sys.argv[1], sys.argv[2], workers=2, dask_address=(sys.argv[3:] or [None])
 
 @pytest.fixture(scope='module')
 def many(tmp_path_factory):
-    """Return the path of a sweep of 300 runs and the bytes of its table from one process."""
+    """Return the path of a sweep of 100 runs and the bytes of its table from one process."""
     folder = tmp_path_factory.mktemp('many')
     path = write(folder, **MANY)
     return path, sweep(path, folder / 'one', workers=1).read_bytes()

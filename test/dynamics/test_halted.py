@@ -200,7 +200,10 @@ def test_ctrl_c_ends_it(ready, fly):
         stderr=subprocess.PIPE,
         text=True,
     )
-    assert process.stdout.readline() == 'flying\n'
-    os.kill(process.pid, signal.SIGINT)
-    _, errors = process.communicate(timeout=60)
+    try:
+        assert process.stdout.readline() == 'flying\n'
+        os.kill(process.pid, signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
+    finally:
+        process.kill()
     assert errors.rstrip().endswith('KeyboardInterrupt')

@@ -23,7 +23,7 @@ OLD_TESTS := test/dynamics/test_propagator.py test/dynamics/test_batch.py test/e
 	test/exact/test_flow.py test/run test/messages test/rosbag2/test_reader.py \
 	test/report/test_plot.py test/ros/test_stream.py
 
-.PHONY: help demo test torture oldest lint colcon figures docs bench clean
+.PHONY: help demo test torture reference oldest lint colcon figures docs bench clean
 
 help:
 	@echo 'make demo     a satellite live for 20 s: the node, a subscriber, a request, a bag;'
@@ -35,6 +35,7 @@ help:
 	@echo 'make docs     the site, in build/docs'
 	@echo 'make bench    the benchmarks beside their peers; writes benchmark/RESULTS.md'
 	@echo 'make torture  the long tests: fuzz, soak, restarts, kills (hours)'
+	@echo 'make reference  compute the reference cases anew, to 50 digits, and compare (some minutes)'
 	@echo 'make oldest   tests with the oldest libraries that setup.py names (Python 3.10 or 3.11)'
 	@echo 'make clean    remove .venv and everything that was built'
 
@@ -46,6 +47,9 @@ test: $(VENV)/.test
 
 torture: $(VENV)/.test
 	@$(PY) -m pytest -m torture --timeout=0
+
+reference: $(VENV)/.test
+	@nice $(PY) test/reference/generate.py
 
 oldest: $(OLD)/.test
 	@$(OLD)/bin/python -m pytest $(OLD_TESTS)

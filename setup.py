@@ -61,6 +61,7 @@ setup(
         'test': [
             'allantools',
             'cyclonedds',
+            'gmpy2',
             'hypothesis',
             'ipykernel',
             'mcap-ros2-support',

@@ -8,8 +8,8 @@ import numpy as np
 
 from ..dynamics import inertia
 from ..dynamics.motion import States
-from .keys import KEYS, Key
-from .rotors import BELONGS as BELONGS_TO_ROTOR
+from . import rotors
+from .keys import Key, keys_of
 from .scenario import BELONGS, Scenario
 
 # Far inside what a Scenario allows.
@@ -26,14 +26,15 @@ def many(values: Mapping[str, Any], count: int) -> tuple[Scenario, np.ndarray]:
     differ = {name: x for name, x in values.items() if isinstance(x, np.ndarray)}
     # Every run has a row of its own in the state.
     differ.setdefault('initial.attitude', np.tile(values['initial.attitude'], (count, 1)))
-    # Rotors with names are left to Scenario.
-    in_place = not any(_is_out_of_place(name, values) for name in differ)
-    valid = np.full(count, in_place and not values['rotor.names'])
+    keys = keys_of(values['rotor.names'])
+    valid = np.full(count, not any(_is_out_of_place(name, values) for name in differ))
     for name, x in differ.items():
-        valid &= _is_in_range(KEYS[name], x)
+        valid &= _is_in_range(keys[name], x)
+    axes = [f'{prefix}.axis' for prefix in rotors.prefixes(values['rotor.names'])]
     with np.errstate(all='ignore'):
-        for name, allowed_error in (('initial.attitude', 1e-6), ('rotor.axis', np.inf)):
+        for name in ('initial.attitude', *axes):
             if name in differ:
+                allowed_error = 1e-6 if name == 'initial.attitude' else np.inf
                 differ[name], norm = _unit(differ[name])
                 valid &= (norm > 0.0) & np.isfinite(norm) & (abs(norm - 1.0) <= allowed_error)
         scenario = Scenario.of_many({**values, **{k: x[:, None] for k, x in differ.items()}})
@@ -43,7 +44,7 @@ def many(values: Mapping[str, Any], count: int) -> tuple[Scenario, np.ndarray]:
 
 
 def _is_out_of_place(name, values):
-    belongs = (*BELONGS, *BELONGS_TO_ROTOR)
+    belongs = (*BELONGS, *rotors.belongs(values['rotor.names']))
     return any(name == key and values[chooser] not in choices for key, chooser, choices in belongs)
 
 
@@ -70,19 +71,26 @@ def _turns_slowly(scenario):
 
 
 def _has_a_body(scenario, differ):
-    """Return whether the inertias are those of bodies, and leave the rotor its part."""
+    """Return whether the inertias are those of bodies whose rotors leave some, none too fast."""
     moments, system = scenario['body.inertia'], scenario.system
-    valid: np.ndarray | np.bool_ = np.True_
+    valid = np.array(True)
     if 'body.inertia' in differ:
         valid = inertia.is_that_of_a_body(system.inertia)
         if moments.shape[-1] == 9:
             rows = np.reshape(moments, system.inertia.shape)
             valid = valid & np.all(rows == system.inertia, axis=(-1, -2))
-    (rotor, *_) = system.rotors
-    if rotor.turns_freely:
-        axis, J = rotor.axis, rotor.inertia
-        compliance = np.sum(axis * np.linalg.solve(system.inertia, axis[..., None])[..., 0], -1)
+    left = system.inertia
+    for prefix, rotor in zip(rotors.prefixes(scenario['rotor.names']), system.rotors, strict=True):
+        if not rotor.turns_freely:
+            continue
+        axis, J = rotor.axis, np.asarray(rotor.inertia)
+        compliance = np.sum(axis * np.linalg.solve(left, axis[..., None])[..., 0], -1)
+        speed, limit = np.abs(scenario[f'{prefix}.speed']), rotor.max_speed
         valid = valid & (J > 0.0) & (J * compliance < 1.0 - 1e-9)
+        valid = valid & ((speed <= limit) | np.equal(limit, 0.0))
+        rest = left - J[..., None, None] * axis[..., :, None] * axis[..., None, :]
+        # What is not valid any more must not be singular for those that are.
+        left = np.where(valid[..., None, None], rest, left)
     return np.ravel(valid)
 
 

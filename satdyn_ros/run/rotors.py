@@ -19,13 +19,18 @@ _MODES_OF = {
 }
 
 
-# The same of the one rotor without a name: key, the choosing key, the choices.
-BELONGS = tuple((f'rotor.{leaf}', 'rotor.mode', modes) for leaf, modes in _MODES_OF.items())
-
-
 def prefixes(names: tuple[str, ...]) -> tuple[str, ...]:
     """Return the prefix of the keys of each rotor."""
     return tuple(f'rotor.{name}' for name in names) or ('rotor',)
+
+
+def belongs(names: tuple[str, ...]) -> list[tuple[str, str, tuple[str, ...]]]:
+    """Return of each key that belongs to some modes only: key, the choosing key, the choices."""
+    return [
+        (f'{prefix}.{leaf}', f'{prefix}.mode', modes)
+        for prefix in prefixes(names)
+        for leaf, modes in _MODES_OF.items()
+    ]
 
 
 def refuse_foreign(values: Mapping[str, Any]) -> None:
@@ -39,15 +44,13 @@ def refuse_foreign(values: Mapping[str, Any]) -> None:
                     f'{name} is {_shown(values[name])}; with rotor.names only its default '
                     f'is allowed; use {name.replace("rotor.", f"rotor.{names[0]}.")} and so on'
                 )
-    for prefix in prefixes(names):
-        mode = values[f'{prefix}.mode']
-        for leaf, modes in _MODES_OF.items():
-            given = values[f'{prefix}.{leaf}']
-            if mode not in modes and given != KEYS[f'rotor.{leaf}'].default:
-                raise ValueError(
-                    f'{prefix}.{leaf} is {given}; with {prefix}.mode {mode} only its default is '
-                    f'allowed: it belongs to {" and ".join(modes)}'
-                )
+    for name, chooser, modes in belongs(names):
+        mode, leaf = values[chooser], name.rpartition('.')[2]
+        if mode not in modes and values[name] != KEYS[f'rotor.{leaf}'].default:
+            raise ValueError(
+                f'{name} is {values[name]}; with {chooser} {mode} only its default is allowed: '
+                f'it belongs to {" and ".join(modes)}'
+            )
 
 
 def rotors_of(values: Mapping[str, Any]) -> tuple[Rotor, ...]:
@@ -96,13 +99,11 @@ def speeds_and_angles(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the initial speeds [rad/s] and angles [rad] (R,), nan where a rotor has none."""
     names = prefixes(values['rotor.names'])
-    speeds = np.stack(
-        [
-            np.asarray(values[f'{prefix}.speed'] if rotor.turns_freely else np.nan)
-            for prefix, rotor in zip(names, rotors, strict=True)
-        ],
-        axis=-1,
-    )
+    of_each = [
+        values[f'{prefix}.speed'] if rotor.turns_freely else np.nan
+        for prefix, rotor in zip(names, rotors, strict=True)
+    ]
+    speeds = np.stack(np.broadcast_arrays(*of_each), axis=-1)
     return speeds, np.where(np.isnan(speeds), np.nan, 0.0)
 
 

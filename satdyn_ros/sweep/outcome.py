@@ -73,8 +73,9 @@ def _alike(plan, values) -> Iterator[np.ndarray]:
 def _kind(varied, value):
     key = varied.quantity.key
     if key.kind == 'double':
-        # A circle conserves what an ellipse does not.
-        return key.name == 'orbit.eccentricity' and value == 0.0
+        # A circle conserves what an ellipse does not, and so do rotors without friction.
+        decides = key.name == 'orbit.eccentricity' or key.name.endswith('.friction')
+        return decides and value == 0.0
     return len(value) if key.kind == 'double_array' else value
 
 
@@ -136,7 +137,7 @@ def outcome(plan: Plan, system: System, states: States, runs: Sequence[int]) -> 
     q_ib, omega_bi_b [rad/s], rotor_speed [rad/s], rotor_angle [rad]: the state at the end.  The
     rest is over the samples: the extremes of the rate, of the angle to LVLH and of that of the
     axis of least inertia to nadir, the capture, the largest relative change of each first
-    integral.
+    integral.  What is of a rotor with a name ends in _NAME.
     """
     rate = length(states.omega_bi_b)
     found: Columns = {
@@ -146,12 +147,13 @@ def outcome(plan: Plan, system: System, states: States, runs: Sequence[int]) -> 
         'rate_max_rad_s': rate.max(axis=-1),
     }
     for i, rotor in enumerate(system.rotors):
-        if rotor.turns_freely and not rotor.name:
-            found['rotor_speed'] = states.rotor_speed[:, -1, i]
-            found['rotor_angle'] = states.rotor_angle[:, -1, i]
+        if rotor.turns_freely:
+            of_rotor = f'_{rotor.name}' if rotor.name else ''
+            found[f'rotor_speed{of_rotor}'] = states.rotor_speed[:, -1, i]
+            found[f'rotor_angle{of_rotor}'] = states.rotor_angle[:, -1, i]
     for name, drift in relative_drift(system, states).items():
-        if name in NAMES:
-            found[f'drift_{name}'] = np.abs(drift).max(axis=-1)
+        if name.partition('.')[0] in NAMES:
+            found[f'drift_{name.replace(".", "_")}'] = np.abs(drift).max(axis=-1)
     if isinstance(states.orbit, KeplerOrbit):
         found |= lvlh_angles(states) | _capture(plan, system, states, runs)
     if plan.keeps_samples:

@@ -80,7 +80,7 @@ class Plan:
         duration_s = checked(given, 'duration_s')
         plan = cls(
             scenario=scenario,
-            vary=_varied(given['vary']),
+            vary=_varied(given['vary'], scenario.keys),
             duration_s=duration_s,
             interval_s=checked({'interval_s': min(60.0, duration_s)} | given, 'interval_s'),
             draws_per_point=checked(given, 'runs'),
@@ -181,10 +181,10 @@ class Plan:
         raise errors[0]
 
 
-def _varied(given):
+def _varied(given, keys):
     if not isinstance(given, Mapping) or not given:
         raise ValueError(f'vary is {given}; it must map quantities to how each varies')
-    found = ((str(name), quantity(str(name)), how) for name, how in given.items())
+    found = ((str(name), quantity(str(name), keys), how) for name, how in given.items())
     return tuple(Varied(name, what, variation(what.key, how)) for name, what, how in found)
 
 

@@ -41,19 +41,19 @@ class Quantity:
     changes: Callable[[Mapping[str, Any], Any], dict[str, Any]]
 
 
-def quantity(name: str) -> Quantity:
+def quantity(name: str, keys: Mapping[str, Key] = KEYS) -> Quantity:
     """
-    Return the quantity of a name; ValueError: there is none.
+    Return the quantity of a name, keys being those of the scenario; ValueError: there is none.
 
     >>> quantity('initial.angular_velocity.y').changes(
     ...     {'initial.angular_velocity': (0.0, 0.0, 0.0)}, 0.1)
     {'initial.angular_velocity': array([0. , 0.1, 0. ])}
     """
-    if name.split('.')[0] in _MOTION and name in KEYS:
-        return Quantity(KEYS[name], lambda values, value: {name: value})
+    if name.split('.')[0] in _MOTION and name in keys:
+        return Quantity(keys[name], lambda values, value: {name: value})
     whole, _, component = name.rpartition('.')
-    if component in _COMPONENTS and whole in KEYS and 3 in KEYS[whole].lengths:
-        return _component(name, whole, _COMPONENTS.index(component))
+    if component in _COMPONENTS and whole in keys and 3 in keys[whole].lengths:
+        return _component(name, keys[whole], _COMPONENTS.index(component))
     if name in _ANGLES:
         return _angle(name)
     if name in _SMELT:
@@ -67,11 +67,11 @@ def quantity(name: str) -> Quantity:
 
 def _component(name, whole, i):
     def changes(values, value):
-        parts = _parts(name, whole, values[whole])
+        parts = _parts(name, whole.name, values[whole.name])
         parts[i] = value
-        return {whole: _stacked(parts)}
+        return {whole.name: _stacked(parts)}
 
-    return Quantity(replace(KEYS[whole], name=name, kind='double', lengths=()), changes)
+    return Quantity(replace(whole, name=name, kind='double', lengths=()), changes)
 
 
 def _angle(name):

@@ -56,6 +56,8 @@ OUTCOMES: dict[str, tuple[pa.DataType, str]] = {
     f'drift_{name}': (_NUMBER, f'largest relative change of the first integral {name}')
     for name in NAMES
 }
+# With rotor.names each rotor has a column of its own, which ends in _NAME.
+_OF_A_ROTOR = ('rotor_speed', 'rotor_angle', 'drift_rotor_momentum')
 SAMPLES = {
     'samples_q_ib': 'attitudes at the samples, body to inertial (orbit.type fixed)',
     'samples_omega_bi_b': 'rates at the samples, relative to inertial [rad/s] (orbit.type fixed)',
@@ -75,7 +77,10 @@ def schema(plan: Plan) -> pa.Schema:
         key = varied.quantity.key
         unit = f' [{key.unit}]' if key.unit else ''
         fields.append(_field(varied.name, _KINDS[key.kind], f'varied: {key.meaning}{unit}'))
-    fields += [_field(name, *outcome) for name, outcome in OUTCOMES.items()]
+    for name, (kind, meaning) in OUTCOMES.items():
+        rotors = plan.scenario['rotor.names'] if name in _OF_A_ROTOR else ()
+        fields += [_field(f'{name}_{rotor}', kind, f'{meaning}: {rotor}') for rotor in rotors]
+        fields += [] if rotors else [_field(name, kind, meaning)]
     if plan.keeps_samples:
         fixed = plan.scenario.is_fixed
         names = [name for name in SAMPLES if name.endswith(('ib', 'bi_b')) == fixed]

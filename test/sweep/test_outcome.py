@@ -19,6 +19,13 @@ SWEEPS = {
         'rotor.momentum': {'linspace': [-6.0, 6.0, 3]},
         'rotor.axis': {'values': [[0.0, 1.0, 0.0], [0.0, 3.0, 4.0]]},
     },
+    'wheels': {
+        'rotor.a.speed': {'values': [-40.0, 60.0, 101.0]},
+        'rotor.a.inertia': {'values': [0.5, 590.0, 700.0]},
+        'rotor.a.axis.x': {'values': [0.0, 0.5]},
+        'rotor.b.momentum': {'uniform': [-6.0, 6.0]},
+        'rotor.c.friction': {'values': [0.0, 1e-3]},
+    },
     'modes': {
         'rotor.mode': {'values': ['none', 'constant_momentum', 'free']},
         'initial.angular_velocity.x': {'values': [0.0, 1e-3]},
@@ -72,6 +79,13 @@ def test_together_as_alone(tmp_path, monkeypatch, name):
     }
     if name == 'modes':
         parameters['rotor'] = {}
+    if name == 'wheels':
+        parameters['rotor'] = {
+            'names': ['a', 'b', 'c'],
+            'a': {'mode': 'motor', 'axis': [0.0, 0.0, 1.0], 'inertia': 0.5, 'max_speed': 100.0},
+            'b': {'mode': 'constant_momentum'},
+            'c': {'mode': 'free', 'inertia': 50.0, 'speed': 0.1},
+        }
     path = write(tmp_path, parameters, vary=SWEEPS[name], runs=2, samples=name == 'starts')
     plan = Plan.from_yaml(path)
     runs = range(len(plan))
@@ -99,3 +113,31 @@ def test_together_is_what_happens(tmp_path, monkeypatch):
 
     monkeypatch.setattr(outcome, '_fly_alone', alone)
     assert len(rows_of(plan, range(12))) == 12
+
+
+def test_rotors_with_names_have_columns_of_their_own(tmp_path, monkeypatch):
+    """
+    Their speeds at the end go as arrays too; the one without a name has its column as ever.
+
+    With nothing but friction on a wheel far smaller than its body, the speed decays as
+    exp(-b t / J): 100 rad/s over 12 000 s with b / J = 1e-4 1/s.  The body's rate and the wheel's
+    share of the inertia count for 1e-6 of it.
+    """
+    wheel = {'mode': 'free', 'inertia': 1e-4, 'friction': 1e-8, 'speed': 100.0}
+    parameters = {
+        'rotor': {'names': ['a', 'b'], 'a': wheel, 'b': {'mode': 'constant_momentum'}},
+        'orbit': {'type': 'fixed'},
+        'initial': {'frame': 'inertial'},
+    }
+    path = write(tmp_path, parameters, vary={'rotor.a.speed': {'values': [100.0, -50.0]}}, runs=1)
+
+    def alone(*given):
+        raise AssertionError('a run goes by itself')
+
+    monkeypatch.setattr(outcome, '_fly_alone', alone)
+    first, second = rows_of(Plan.from_yaml(path), range(2))
+    assert first['rotor_speed_a'] == pytest.approx(100.0 * np.exp(-1.2), rel=1e-5)
+    assert second['rotor_speed_a'] == pytest.approx(-50.0 * np.exp(-1.2), rel=1e-5)
+    assert first['rotor_angle_a'] == pytest.approx(1e6 * (1.0 - np.exp(-1.2)), rel=1e-5)
+    assert first['rotor_speed_b'] is None
+    assert 'rotor_speed' not in first

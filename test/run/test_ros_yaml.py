@@ -18,15 +18,19 @@ MERGE_BOMB = 'a: &a {x: 1}\n' + ''.join(
     for before, name in zip('abcdefgh', 'bcdefghi', strict=True)
 )
 REFUSED = {
-    'a bomb of aliases': (BOMB, 'has more than the 1000000 values allowed'),
-    'a bomb of merges': (MERGE_BOMB, 'has more than the 1000000 values allowed'),
+    'a bomb of aliases': (BOMB, f'has more than the {ros_yaml.MOST_VALUES} values allowed'),
+    'a bomb of merges': (MERGE_BOMB, f'has more than the {ros_yaml.MOST_VALUES} values allowed'),
     'a list of itself': ('&a [*a]', 'has the alias *a for something not complete'),
     'a key of itself': ('&a {*a : 1}', 'has the alias *a for something not complete'),
     'an alias of nothing': ('[*a]', 'has the alias *a for something not complete'),
     'depth': ('[' * 100_000, 'is nested deeper than the 64 levels allowed'),
     'depth of lines': ('\n'.join(' ' * i + 'a:' for i in range(80)), 'is nested deeper than'),
-    'size': ('a' * 50_000_000, 'is larger than the 10000000 bytes allowed'),
-    'values': ('[' + '1,' * 1_000_001 + ']', 'has more than the 1000000 values allowed'),
+    'size': ('a' * 50_000_000, f'is larger than the {ros_yaml.LARGEST_BYTES} bytes allowed'),
+    'values': (
+        '[' + '1,' * 900_000 + ']',
+        f'has more than the {ros_yaml.MOST_VALUES} values allowed',
+    ),
+    'a number to the base of sixty': ('1' + ':1' * 400_000, 'has an unquoted text of more than'),
     'two documents': ('a\n---\nb', 'is not YAML at line 2'),
     'an object of Python': ('!!python/object/apply:os.system [exit]', 'is not YAML'),
 } | {
@@ -62,7 +66,8 @@ except ValueError as error:
         check=True,
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit)),
     )
-    assert result.stdout == 'the scenario /dev/zero is larger than the 10000000 bytes allowed\n'
+    allowed = f'larger than the {ros_yaml.LARGEST_BYTES} bytes allowed'
+    assert result.stdout == f'the scenario /dev/zero is {allowed}\n'
 
 
 def test_aliases_of_a_moderate_size_are_allowed():

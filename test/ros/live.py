@@ -94,9 +94,9 @@ class Participant:
         self.executor.shutdown()
         self.node.destroy_node()
 
-    def wait_until(self, condition, what='the condition'):
+    def wait_until(self, condition, what='the condition', patience_s=PATIENCE_S):
         """Take messages until the condition holds."""
-        end_s = time.monotonic() + PATIENCE_S
+        end_s = time.monotonic() + patience_s
         while not condition():
             assert time.monotonic() < end_s, f'{what} did not come'
             self.executor.spin_once(timeout_sec=0.05)

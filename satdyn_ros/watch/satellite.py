@@ -5,36 +5,35 @@ import json
 import os
 import threading
 import time
-from collections import deque
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import Any
 
-import numpy as np
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
-from rcl_interfaces.msg import ParameterEvent
+from rcl_interfaces.msg import ParameterEvent, ParameterValue
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.parameter import Parameter, parameter_value_to_python
+from rclpy.parameter import parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import qos_profile_parameter_events
 from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
 
-from ..dynamics.motion import States
-from ..dynamics.torque import angular_momentum, gravity_gradient
 from ..report import html, scene
 from ..ros.client import Answer, Client
 from ..run.scenario import RCLPY_PARAMETERS, Scenario
+from .frames import Frames
 from .hub import Hub
 from .listener import Listener, parts, satellites
+from .requests import checked, initial_conditions
 
 _FRAME_S = 1.0 / 30.0
 _LOOK_S = 1.0
 _SILENT_S = 3.5
-_KEPT_ROWS = 9000
-_ANSWER_S = 5.0
+# The page goes on while a node on a busy machine takes its time.
+_ANSWER_S = 20.0
 _ACTIONS: dict[str, Callable[[Client], Answer]] = {
     'pause': Client.pause,
     'resume': Client.resume,
@@ -66,13 +65,12 @@ class Satellite:
         self._name = self._wanted
         self._ended = threading.Event()
         self._asking = ThreadPoolExecutor(1)
-        self._rows: deque[dict[str, np.ndarray]] = deque(maxlen=_KEPT_ROWS)
+        self._frames = Frames()
         self._scenario: Scenario | None = None
         self._starts = 0
         self._endpoints: set[bytes] = set()
         self._diagnostics: dict[str, Any] = {}
         self._heard_s = -_SILENT_S
-        self._applied: tuple[float, np.ndarray] | None = None
         self._parameters: AsyncParameterClient | None = None
         self._topics: dict[str, str] = {}
         self._fault = ''
@@ -106,7 +104,7 @@ class Satellite:
         what = request.get('do')
         act: Callable[[Client], Answer]
         if what == 'request':
-            values = _checked(request.get('values'))
+            values = checked(request.get('values'))
             act = partial(Client.set_initial_conditions, values=values)
         elif isinstance(what, str) and what in _ACTIONS:
             act = _ACTIONS[what]
@@ -116,7 +114,7 @@ class Satellite:
         answer = await loop.run_in_executor(self._asking, self._ask, act)
         return {'success': answer.success, 'text': answer.text}
 
-    def _ask(self, act):
+    def _ask(self, act: Callable[[Client], Answer]) -> Answer:
         if self._name is None:
             return Answer(False, 'no satellite is there')
         try:
@@ -125,18 +123,15 @@ class Satellite:
         except (TimeoutError, TypeError) as error:
             return Answer(False, str(error))
 
-    def _history(self):
-        rows = list(self._rows)
-        if not rows:
+    def _history(self) -> dict[str, str]:
+        columns = self._frames.history()
+        if columns is None:
             return {}
-        names = rows[-1].keys()
-        alike = [row for row in rows if row.keys() == names]
-        columns = {name: np.concatenate([row[name] for row in alike]) for name in names}
         return {'history': json.dumps({'type': 'history', 'table': scene.table(columns)})}
 
     # -- the node's side, in a thread of its own --------------------------------------------------
 
-    def _listen(self):
+    def _listen(self) -> None:
         context = Context()
         rclpy.init(args=[], context=context, signal_handler_options=SignalHandlerOptions.NO)
         # Two nodes: what is polled must not wake the executor of the other.
@@ -170,22 +165,22 @@ class Satellite:
             poller.destroy_node()
             context.try_shutdown()
 
-    def _look(self):
+    def _look(self) -> None:
         """See who is there, which topics there are, and whether the node is another one by now."""
         found = satellites(self._asker)
         if self._wanted is None and self._name not in found and found:
             self._name = '/satdyn' if '/satdyn' in found else found[0]
-        if self._name in found:
+        if self._name is not None and self._name in found:
             self._topics = self._listener.look(self._name)
             endpoints = self._listener.endpoints(self._name)
             if endpoints - self._endpoints:
                 self._endpoints = endpoints
                 self._scenario = None
             if self._scenario is None:
-                self._read_parameters()
+                self._read_parameters(self._name)
         self._tell_status(found)
 
-    def _tell_status(self, found):
+    def _tell_status(self, found: list[str]) -> None:
         is_there = time.monotonic() - self._heard_s < _SILENT_S
         pacing = self._diagnostics.get('pacing', {})
         recorder = dict(self._diagnostics.get('recorder', {}).get('values', []))
@@ -200,7 +195,7 @@ class Satellite:
         }
         self._tell('status', status, True)
 
-    def _missing(self, found):
+    def _missing(self, found: list[str]) -> list[str]:
         """Return what the page lacks, a sentence each."""
         if self._name is None or self._name not in found:
             wanted = self._wanted or 'with the service set_initial_conditions'
@@ -223,12 +218,12 @@ class Satellite:
             )
         return missing
 
-    def _read_parameters(self):
-        if self._parameters is None or self._parameters.remote_node_name != self._name:
-            self._parameters = AsyncParameterClient(self._asker, self._name)
+    def _read_parameters(self, node_name: str) -> None:
+        if self._parameters is None or self._parameters.remote_node_name != node_name:
+            self._parameters = AsyncParameterClient(self._asker, node_name)
         client = self._parameters
 
-        def listed(future):
+        def listed(future: Future) -> None:
             names = [
                 name
                 for name in future.result().result.names
@@ -241,7 +236,7 @@ class Satellite:
         if client.services_are_ready():
             client.list_parameters([], 0, callback=listed)
 
-    def _take_parameters(self, names, values):
+    def _take_parameters(self, names: list[str], values: list[ParameterValue]) -> None:
         given = {
             name: value
             for name, message in zip(names, values, strict=False)
@@ -254,120 +249,35 @@ class Satellite:
             return
         if self._scenario is None:
             self._starts += 1
-            self._rows.clear()
+            self._frames.clear()
             self._listener.forget()
-            self._applied = None
         if scenario != self._scenario:
             self._fault = ''
             self._scenario = scenario
             message = {
                 'start': self._starts,
                 'description': scene.description(scenario, []),
-                'values': _initial_conditions(scenario),
+                'values': initial_conditions(scenario),
             }
             self._tell('scene', message, True)
 
-    def _take_event(self, event):
+    def _take_event(self, event: ParameterEvent) -> None:
         """Read the parameters again when one changed: initial conditions do by requests."""
-        if event.node == self._name and self._scenario is not None:
-            self._read_parameters()
+        if self._name is not None and event.node == self._name and self._scenario is not None:
+            self._read_parameters(self._name)
 
-    def _take_diagnostics(self, message):
+    def _take_diagnostics(self, message: DiagnosticArray) -> None:
         told = parts(message, self._name) if self._name else {}
         if told:
             self._diagnostics, self._heard_s = told, time.monotonic()
 
-    def _frame(self):
-        scenario = self._scenario
-        if scenario is None:
+    def _frame(self) -> None:
+        if self._scenario is None:
             return
-        sample = self._listener.sample()
-        torque_b = self._listener.torque_b()
-        if sample is None:
-            return
-        t_s = (sample.stamp_ns - scenario.epoch_ns) * 1e-9
-        if torque_b is not None:
-            self._applied = t_s, torque_b
-        row = self._row(scenario, sample, t_s)
-        self._rows.append(row)
-        self._tell('rows', {'start': self._starts, 'table': scene.table(row)}, False)
-
-    def _row(self, scenario, sample, t_s):
-        system = scenario.system
-        at_s = np.array([t_s])
-        speed, angle = self._rotor_state(scenario)
-        states = States(
-            t_s=at_s,
-            q_ib=sample.q_ib[None],
-            omega_bi_b=sample.omega_bi_b[None],
-            rotor_speed=speed,
-            rotor_angle=angle,
-            work=np.zeros(1),
-            orbit=system.orbit,
-            orbit_s=at_s,
-        )
-        gradient = states.orbit.gradient_at(at_s)
-        return scene.rows(
-            states,
-            momentum_b=angular_momentum(system, states.omega_bi_b, states.rotor_speed),
-            torque_b=gravity_gradient(system.inertia, states.c_b, gradient),
-            applied_b=self._applied_torque(scenario, t_s),
-        )
-
-    def _rotor_state(self, scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
-        """Return speeds [rad/s] and angles [rad] of the rotors (1, R), nan where unknown."""
-        message = self._listener.rotors()
-        unknown = np.full((1, len(scenario.system.rotors)), np.nan)
-        if message is None:
-            return unknown, unknown
-        speed, angle = (
-            np.array([given]) if len(given) == unknown.size else unknown
-            for given in (message.velocity, message.position)
-        )
-        return speed, angle
-
-    def _applied_torque(self, scenario, t_s):
-        """Return the torque (1, 3) [N m] that came in last, until its timeout, or None."""
-        if self._applied is None:
-            return None
-        since_s, torque_b = self._applied
-        timeout_s = scenario['torque.timeout']
-        return torque_b[None] if not timeout_s or t_s - since_s <= timeout_s else None
+        row = self._frames.take(self._listener, self._scenario)
+        if row is not None:
+            self._tell('rows', {'start': self._starts, 'table': scene.table(row)}, False)
 
 
-def _initial_conditions(scenario):
-    """Return what a request can change, those of rotors where their modes have them."""
-    modes = {'momentum': ('constant_momentum',), 'speed': ('free', 'motor')}
-    names = scenario.initial_conditions
-    values = {name: scenario[name] for name in names if name.startswith('initial.')}
-    for name, value in scenario.values.items():
-        rotor, _, what = name.rpartition('.')
-        if rotor.startswith('rotor') and scenario[f'{rotor}.mode'] in modes.get(what, ()):
-            values[name] = value
-    return values
-
-
-def _plain(value):
+def _plain(value: Any) -> Any:
     return value.tolist() if hasattr(value, 'tolist') else value
-
-
-def _checked(values) -> dict[str, Any]:
-    """Return the values of a request as parameters can hold them; ValueError: they are none."""
-    if not isinstance(values, dict) or not values or len(values) > 32:
-        raise ValueError('values takes at least one initial condition')
-    checked = {}
-    for name, value in values.items():
-        value = _float(value)
-        if isinstance(value, list) and len(value) <= 16:
-            value = [_float(x) for x in value]
-        try:
-            Parameter(name, value=value)
-        except (TypeError, ValueError, OverflowError):
-            raise ValueError(f'{name} takes a number, numbers or a text') from None
-        checked[name] = value
-    return checked
-
-
-def _float(value):
-    """Return a number as a float: no initial condition is an integer."""
-    return float(value) if isinstance(value, int) and not isinstance(value, bool) else value

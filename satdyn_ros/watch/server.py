@@ -156,13 +156,22 @@ def serve(source: Source, host: str, port: int, tell: Callable[[str], None]) -> 
             signal.signal(number, handler)
 
 
-async def _serve(source, host, port, tell, numbers):
+async def _serve(
+    source: Source,
+    host: str,
+    port: int,
+    tell: Callable[[str], None],
+    numbers: tuple[signal.Signals, ...],
+) -> int:
     loop = asyncio.get_running_loop()
     ended: asyncio.Future[int] = loop.create_future()
+
+    def end(number: int) -> None:
+        if not ended.done():
+            ended.set_result(number)
+
     for number in numbers:
-        loop.add_signal_handler(
-            number, lambda number=number: ended.done() or ended.set_result(number)
-        )
+        loop.add_signal_handler(number, end, number)
     door = Door(host, port)
     runner = web.AppRunner(
         Server(source, door).application(), access_log=None, shutdown_timeout=1.0

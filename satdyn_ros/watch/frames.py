@@ -1,0 +1,102 @@
+"""The frames of a live page: what a satellite publishes, as rows of the scene."""
+
+from collections import deque
+
+import numpy as np
+
+from ..dynamics.motion import States
+from ..dynamics.torque import angular_momentum, gravity_gradient
+from ..report import scene
+from ..run.scenario import Scenario
+from .listener import Listener, Sample
+
+_KEPT_ROWS = 9000
+
+Row = dict[str, np.ndarray]
+
+
+class Frames:
+    """The newest sample as a row of the scene (see scene.py), and the rows of the last minutes."""
+
+    def __init__(self) -> None:
+        self._rows: deque[Row] = deque(maxlen=_KEPT_ROWS)
+        # A torque [N m] since the last sample; the one before, and the time [s] of its sample.
+        self._came_in: np.ndarray | None = None
+        self._applied: tuple[float, np.ndarray] | None = None
+
+    def clear(self) -> None:
+        """Forget what came before: another node has taken the name."""
+        self._rows.clear()
+        self._came_in = self._applied = None
+
+    def take(self, listener: Listener, scenario: Scenario) -> Row | None:
+        """Return the row of the newest sample, or None where there is no new one."""
+        torque_b = listener.torque_b()
+        if torque_b is not None:
+            self._came_in = torque_b
+        sample = listener.sample()
+        if sample is None:
+            return None
+        t_s = (sample.stamp_ns - scenario.epoch_ns) * 1e-9
+        if self._came_in is not None:
+            self._applied, self._came_in = (t_s, self._came_in), None
+        row = self._row(scenario, sample, t_s, *_rotors(listener, scenario))
+        self._rows.append(row)
+        return row
+
+    def history(self) -> Row | None:
+        """Return the rows that were taken, those with the columns of the last, as one table."""
+        rows = list(self._rows)
+        if not rows:
+            return None
+        names = rows[-1].keys()
+        alike = [row for row in rows if row.keys() == names]
+        return {name: np.concatenate([row[name] for row in alike]) for name in names}
+
+    def _row(
+        self,
+        scenario: Scenario,
+        sample: Sample,
+        t_s: float,
+        rotor_speed: np.ndarray,
+        rotor_angle: np.ndarray,
+    ) -> Row:
+        system, at_s = scenario.system, np.array([t_s])
+        states = States(
+            t_s=at_s,
+            q_ib=sample.q_ib[None],
+            omega_bi_b=sample.omega_bi_b[None],
+            rotor_speed=rotor_speed,
+            rotor_angle=rotor_angle,
+            work=np.zeros(1),
+            orbit=system.orbit,
+            orbit_s=at_s,
+        )
+        gradient = states.orbit.gradient_at(at_s)
+        return scene.rows(
+            states,
+            momentum_b=angular_momentum(system, states.omega_bi_b, states.rotor_speed),
+            torque_b=gravity_gradient(system.inertia, states.c_b, gradient),
+            applied_b=self._applied_torque(scenario, t_s),
+        )
+
+    def _applied_torque(self, scenario: Scenario, t_s: float) -> np.ndarray | None:
+        """Return the torque (1, 3) [N m] that came in last, until its timeout, or None."""
+        if self._applied is None:
+            return None
+        since_s, torque_b = self._applied
+        timeout_s = scenario['torque.timeout']
+        return torque_b[None] if not timeout_s or t_s - since_s <= timeout_s else None
+
+
+def _rotors(listener: Listener, scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
+    """Return speeds [rad/s] and angles [rad] of the rotors (1, R), nan where unknown."""
+    message = listener.rotors()
+    unknown = np.full((1, len(scenario.system.rotors)), np.nan)
+    if message is None:
+        return unknown, unknown
+    speed, angle = (
+        np.array([given]) if len(given) == unknown.size else unknown
+        for given in (message.velocity, message.position)
+    )
+    return speed, angle

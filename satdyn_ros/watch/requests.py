@@ -1,0 +1,44 @@
+"""Requests of a page for new initial conditions: what can be asked for, and in which form."""
+
+from typing import Any
+
+from rclpy.parameter import Parameter
+
+from ..run.scenario import Scenario
+
+_MOST_VALUES, _MOST_NUMBERS = 32, 16
+
+
+def initial_conditions(scenario: Scenario) -> dict[str, Any]:
+    """Return what a request can change, those of rotors where their modes have them."""
+    modes = {'momentum': ('constant_momentum',), 'speed': ('free', 'motor')}
+    names = scenario.initial_conditions
+    values = {name: scenario[name] for name in names if name.startswith('initial.')}
+    for name, value in scenario.values.items():
+        rotor, _, what = name.rpartition('.')
+        if rotor.startswith('rotor') and scenario[f'{rotor}.mode'] in modes.get(what, ()):
+            values[name] = value
+    return values
+
+
+def checked(values: Any) -> dict[str, Any]:
+    """Return the values of a request as parameters can hold them; ValueError: they are none."""
+    if not isinstance(values, dict) or not values or len(values) > _MOST_VALUES:
+        raise ValueError('values takes at least one initial condition')
+    return {name: _checked(name, value) for name, value in values.items()}
+
+
+def _checked(name: str, value: Any) -> Any:
+    value = _float(value)
+    if isinstance(value, list) and len(value) <= _MOST_NUMBERS:
+        value = [_float(x) for x in value]
+    try:
+        Parameter(name, value=value)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f'{name} takes a number, numbers or a text') from None
+    return value
+
+
+def _float(value: Any) -> Any:
+    """Return a number as a float: no initial condition is an integer."""
+    return float(value) if isinstance(value, int) and not isinstance(value, bool) else value

@@ -232,7 +232,7 @@ class Charts {
           values: chart.isLast ? (plot, splits) => timeTicks(plot, splits) : () => [],
         },
         {
-          ...axis, size: 52, gap: 3, space: 22, incrs: panel.wraps ? ANGLE_INCREMENTS : undefined,
+          ...axis, size: 60, gap: 3, space: 22, incrs: panel.wraps ? ANGLE_INCREMENTS : undefined,
           splits: panel.isLog ? decades : undefined, values: panel.isLog ? powers : asSteps,
         },
       ],

@@ -109,16 +109,16 @@ function graticule() {
   };
   for (let longitude = 0; longitude < 360; longitude += 10) {
     const weight = longitude % 90 ? 0.35 : 0.8;
-    for (let at = -80; at < 80; at += 2) {
+    for (let at = -80; at < 80; at += 4) {
       put(at, longitude, weight);
-      put(at + 2, longitude, weight);
+      put(at + 4, longitude, weight);
     }
   }
   for (let latitude = -80; latitude <= 80; latitude += 10) {
     const weight = latitude ? 0.35 : 0.8;
-    for (let at = 0; at < 360; at += 2) {
+    for (let at = 0; at < 360; at += 4) {
       put(latitude, at, weight);
-      put(latitude, at + 2, weight);
+      put(latitude, at + 4, weight);
     }
   }
   const geometry = new THREE.BufferGeometry();

@@ -8,7 +8,7 @@ const ARROWS = {
 const PATHS = { axis: '--axis-path', polhode: '--polhode', herpolhode: '--herpolhode' };
 const AXIS_LENGTH = 1.0;
 const SPHERE_RADIUS = 1.35;
-const PATH_POINTS = 1500;
+const PATH_POINTS = 400; // each costs more than anything else in the scene where there is no graphics processor
 const PATH_TURN = 14 * Math.PI; // so far back goes a path: the angle that the body turned
 const FASTEST_WHEEL = 7; // [rad/s] on the screen; a faster one cannot be followed
 

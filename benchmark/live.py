@@ -8,9 +8,12 @@ import tempfile
 import time
 from pathlib import Path
 
+import yaml
 from common import Claim, medians, show
+from copies import SENSORS
 
 RATE_HZ, SECONDS = 1000, 8.0
+COPIES = str(Path(__file__).with_name('copies.py'))
 ENVIRONMENT = os.environ | {'ROS_DOMAIN_ID': '88', 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
 
 PARAMETERS = """
@@ -102,6 +105,14 @@ def node(directory, rate=RATE_HZ, record=True):
         PARAMETERS.format(rate=float(rate), record=str(record).lower(), directory=directory)
     )
     return start(['-m', 'satdyn_ros.cli.main', 'node', '--params-file', str(file)])
+
+
+def sensing_node(directory, *program):
+    """Start our node with gyro and star tracker, run by a Python program."""
+    file = Path(directory) / 'sensors.yaml'
+    text = PARAMETERS.format(rate=float(RATE_HZ), record='true', directory=directory)
+    file.write_text(text + f'    sensors: {yaml.safe_dump(SENSORS, default_flow_style=True)}')
+    return start([*program, 'node', '--params-file', str(file)])
 
 
 def cpu_of_a_tick(begin) -> float:
@@ -245,8 +256,12 @@ def main(rounds=7):
             'ours': lambda: cpu_of_a_tick(lambda: node(directory)),
             'bare': lambda: cpu_of_a_tick(lambda: start(['-c', BARE])),
             'timer': lambda: cpu_of_a_tick(lambda: start(['-c', TIMER])),
+            'sensed': lambda: cpu_of_a_tick(
+                lambda: sensing_node(directory, '-m', 'satdyn_ros.cli.main')
+            ),
+            'copied': lambda: cpu_of_a_tick(lambda: sensing_node(directory, COPIES)),
         }
-        ours, bare, timer = medians(contenders, rounds).values()
+        ours, bare, timer, sensed, copied = medians(contenders, rounds).values()
         bare_late, bare_lag = bare_minute()
         stop(subscriber)
         beside_load = under_load(directory)
@@ -268,6 +283,14 @@ def main(rounds=7):
             f'{ours:.0f} us',
             f'{timer:.0f} us',
             timer / ours,
+        ),
+        Claim(
+            'the same with gyro and star tracker over two further topics of this size',
+            f'{sensed:.0f} us',
+            f'{copied:.0f} us',
+            sensed / copied,
+            1.15,
+            at_most=True,
         ),
         Claim(
             'ticks missing among those a subscriber receives in a minute at 1000 Hz, recording',

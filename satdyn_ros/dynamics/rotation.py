@@ -21,8 +21,8 @@ def multiply(q: ArrayLike, p: ArrayLike) -> np.ndarray:
     >>> multiply([1, 0, 0, 0], [0, 1, 0, 0])
     array([0., 0., 1., 0.])
     """
-    x1, y1, z1, w1 = np.moveaxis(np.asarray(q, float), -1, 0)
-    x2, y2, z2, w2 = np.moveaxis(np.asarray(p, float), -1, 0)
+    x1, y1, z1, w1 = _components(q)
+    x2, y2, z2, w2 = _components(p)
     return np.stack(
         [
             w1 * x2 + x1 * w2 + y1 * z2 - z1 * y2,
@@ -47,8 +47,8 @@ def normalise(q: ArrayLike) -> np.ndarray:
 
 def rotate(q_ab: ArrayLike, v_b: ArrayLike) -> np.ndarray:
     """Return v_a = q_ab v_b q_ab*, shape (..., 3)."""
-    x, y, z, w = np.moveaxis(np.asarray(q_ab, float), -1, 0)
-    v = np.moveaxis(np.asarray(v_b, float), -1, 0)
+    x, y, z, w = _components(q_ab)
+    v = _components(v_b)
     twice = 2.0 * (y * v[2] - z * v[1]), 2.0 * (z * v[0] - x * v[2]), 2.0 * (x * v[1] - y * v[0])
     return np.stack(
         [
@@ -62,7 +62,7 @@ def rotate(q_ab: ArrayLike, v_b: ArrayLike) -> np.ndarray:
 
 def matrix(q_ab: np.ndarray) -> np.ndarray:
     """Return the direction cosines R with v_a = R v_b, shape (..., 3, 3)."""
-    x, y, z, w = np.moveaxis(np.asarray(q_ab, float), -1, 0)
+    x, y, z, w = _components(q_ab)
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
         [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
@@ -172,7 +172,7 @@ def roll_pitch_yaw(q_ab: np.ndarray) -> np.ndarray:
     >>> roll_pitch_yaw(about([0, 0, 1], 0.5))
     array([0. , 0. , 0.5])
     """
-    x, y, z, w = np.moveaxis(np.asarray(q_ab, float), -1, 0)
+    x, y, z, w = _components(q_ab)
     # With the half angle h = pitch / 2: (cos h - sin h) exp(i (yaw + roll) / 2), and
     # (cos h + sin h) exp(i (yaw - roll) / 2); one of them is zero where the pitch is +-pi/2.
     minus, plus = np.hypot(w - y, x + z), np.hypot(w + y, z - x)
@@ -199,3 +199,9 @@ def from_roll_pitch_yaw(
 def wrap(angle_rad):
     """Return the angle between -pi and pi, shape (...)."""
     return angle_rad - 2.0 * np.pi * np.round(angle_rad / (2.0 * np.pi))
+
+
+def _components(v: ArrayLike) -> list[np.ndarray]:
+    """Return the components of vectors or quaternions (..., k), an array (...) each."""
+    v = np.asarray(v, float)
+    return [v[..., i] for i in range(v.shape[-1])]

@@ -35,6 +35,10 @@ class Ticks:
         return count * self.rate.denominator / self.rate.numerator
 
     @cached_property
+    def _period_ns(self) -> Fraction:
+        return _SECOND_NS / self.rate
+
+    @cached_property
     def last(self) -> int:
         """Return the last tick that has a stamp: the seconds of a stamp are an int32."""
         return math.floor((LAST_STAMP_NS - self.epoch_ns) * self.rate / _SECOND_NS)
@@ -49,7 +53,7 @@ class Ticks:
 
     def stamps_of(self, ticks: np.ndarray) -> np.ndarray:
         """Return the stamps of ticks (N,) int64, of the same shape and type."""
-        period = _SECOND_NS / self.rate
+        period = self._period_ns
         whole, rest = divmod(period.numerator, period.denominator)
         last = int(ticks.max(initial=0))
         if last * rest * 2 >= 2**63 or last * whole >= 2**63:

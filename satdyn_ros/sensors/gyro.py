@@ -19,7 +19,7 @@ import numpy as np
 
 from ..dynamics import rotation
 from ..dynamics.motion import States
-from .measurements import Measurements, sampled
+from .measurements import Measurements, as_array, sampled
 from .noise import normals
 
 STREAM = 0
@@ -163,5 +163,5 @@ class Gyro:
 
 
 def _measurements(samples, rate):
-    ticks = np.array(samples, np.int64)
+    ticks = as_array(samples)
     return Measurements(ticks, ticks, rate)

@@ -22,6 +22,11 @@ class Measurements:
         return len(self.ticks)
 
 
+def as_array(ticks: range) -> np.ndarray:
+    """Return ticks as an array, int64."""
+    return np.arange(ticks.start, ticks.stop, ticks.step, dtype=np.int64)
+
+
 def sampled(ticks: range, divisor: int) -> range:
     """
     Return the ticks of a range at which a sensor with a divisor takes a sample.

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..dynamics import rotation
 from ..dynamics.motion import States
-from .measurements import Measurements, sampled
+from .measurements import Measurements, as_array, sampled
 from .noise import normals
 
 STREAM = 1
@@ -92,17 +92,24 @@ class StarTracker:
 
         ticks: consecutive, those of the rows of states.  memory: after the tick before them.
         """
+        exposed, q_is = memory.exposed, memory.q_is
         samples = sampled(ticks, self.divisor)
-        rows = slice(samples.start - ticks.start, None, self.divisor)
+        if samples:
+            exposures, attitudes = self._expose(samples, samples.start - ticks.start, states)
+            exposed = np.concatenate([exposed, exposures])
+            q_is = np.concatenate([q_is, attitudes])
+        done = int(np.searchsorted(exposed, ticks.stop - self.latency))
+        published = Measurements(exposed[:done] + self.latency, exposed[:done], q_is[:done])
+        return published, StarTrackerMemory(exposed[done:], q_is[done:])
+
+    def _expose(self, samples, first_row, states):
+        """Return those of the samples at which stars are seen, and the attitudes measured."""
+        rows = slice(first_row, None, self.divisor)
         small = normals(self.seed, STREAM, samples, 3) * np.sqrt(self.variances)
         q_bs = rotation.multiply(self.mounting, rotation.from_vector(small))
         q_is = rotation.multiply(states.q_ib[rows], q_bs)
         sees = self._sees_stars(states, rows)
-        exposed = np.concatenate([memory.exposed, np.array(samples, np.int64)[sees]])
-        q_is = np.concatenate([memory.q_is, q_is[sees]])
-        done = int(np.searchsorted(exposed, ticks.stop - self.latency))
-        published = Measurements(exposed[:done] + self.latency, exposed[:done], q_is[:done])
-        return published, StarTrackerMemory(exposed[done:], q_is[done:])
+        return as_array(samples)[sees], q_is[sees]
 
     def _sees_stars(self, states, rows):
         """Return whether the body is slow enough and the boresight off the centre, (M,) bool."""

@@ -8,18 +8,14 @@ It ends with exit code 0 once the satellite rests at the target, with 1 if that 
 
 import argparse
 import sys
-import time
 
-import numpy as np
 import rclpy
 import rclpy.utilities
-from geometry_msgs.msg import QuaternionStamped, VelocityStamped, WrenchStamped
-from rclpy.node import Node
-
-from satdyn_ros.dynamics import rotation
+from geometry_msgs.msg import WrenchStamped
+from pointing import Pointing, point
 
 
-class Controller(Node):
+class Controller(Pointing):
     """
     Torque = -Kp e - Kd omega with e the rotation vector from the target to the body.
 
@@ -27,40 +23,18 @@ class Controller(Node):
     bandwidth wn [rad/s].  source: what stands before the names of the topics it steers by.
     """
 
-    def __init__(self, inertia, bandwidth, source=''):
-        super().__init__('controller')
-        self.target_q_ib = rotation.IDENTITY
-        self.error_rad, self.rate_rad_s = np.inf, np.inf
-        self._gains = inertia * bandwidth**2, 2.0 * inertia * bandwidth
-        self._q_ib = None
-        self._torque = self.create_publisher(WrenchStamped, 'torque', 10)
-        self.create_subscription(QuaternionStamped, f'{source}attitude', self._attitude, 10)
-        self.create_subscription(VelocityStamped, f'{source}angular_velocity', self._rate, 10)
+    def __init__(self, inertia, bandwidth, source='', name='controller'):
+        super().__init__(name, source)
+        self._kp, self._kd = inertia * bandwidth**2, 2.0 * inertia * bandwidth
+        self.torque = self.create_publisher(WrenchStamped, 'torque', 1000)
 
-    def _attitude(self, message):
-        q = message.quaternion
-        self._q_ib = np.array([q.x, q.y, q.z, q.w])
-
-    def _rate(self, message):
-        if self._q_ib is None:
-            return
-        angular = message.velocity.angular
-        omega_bi_b = np.array([angular.x, angular.y, angular.z])
-        q_tb = rotation.multiply(rotation.conjugate(self.target_q_ib), self._q_ib)
-        error = 2.0 * np.copysign(1.0, q_tb[3]) * q_tb[:3]
-        kp, kd = self._gains
-        torque = WrenchStamped()
-        torque.header.stamp, torque.header.frame_id = message.header.stamp, 'base_link'
-        vector = torque.wrench.torque
-        vector.x, vector.y, vector.z = (float(x) for x in -kp * error - kd * omega_bi_b)
-        self._torque.publish(torque)
-        self.error_rad = float(rotation.angle_between(self.target_q_ib, self._q_ib))
-        self.rate_rad_s = float(np.linalg.norm(omega_bi_b))
-
-    @property
-    def has_settled(self) -> bool:
-        """Whether the satellite rests at the target, to a tenth of a degree."""
-        return self.error_rad < np.radians(0.1) and self.rate_rad_s < np.radians(0.01)
+    def act(self, stamp, error, omega_bi_b):
+        """Publish the torque that a state calls for."""
+        message = WrenchStamped()
+        message.header.stamp, message.header.frame_id = stamp, 'base_link'
+        torque_b = message.wrench.torque
+        torque_b.x, torque_b.y, torque_b.z = (-self._kp * error - self._kd * omega_bi_b).tolist()
+        self.torque.publish(message)
 
 
 def main():
@@ -75,19 +49,7 @@ def main():
     arguments = parser.parse_args(rclpy.utilities.remove_ros_args(sys.argv)[1:])
     rclpy.init()
     source = 'estimate/' if arguments.estimate else ''
-    controller = Controller(arguments.inertia, arguments.bandwidth, source)
-    end, next_line = time.monotonic() + arguments.timeout, 0.0
-    while not controller.has_settled and time.monotonic() < end:
-        rclpy.spin_once(controller, timeout_sec=0.2)
-        if time.monotonic() >= next_line:
-            next_line = time.monotonic() + 2.0
-            error, rate = np.degrees([controller.error_rad, controller.rate_rad_s])
-            print(f'error {error:7.2f} deg, rate {rate:6.3f} deg/s', flush=True)
-    print('settled' if controller.has_settled else 'not settled')
-    settled = controller.has_settled
-    controller.destroy_node()
-    rclpy.try_shutdown()
-    return 0 if settled else 1
+    return point(Controller(arguments.inertia, arguments.bandwidth, source), arguments.timeout)
 
 
 if __name__ == '__main__':

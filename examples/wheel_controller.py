@@ -11,17 +11,14 @@ satellite had: nothing here dumps it.
 
 import argparse
 import sys
-import time
 
 import numpy as np
 import rclpy
 import rclpy.utilities
-from geometry_msgs.msg import QuaternionStamped, VelocityStamped
-from rclpy.node import Node
+from pointing import Pointing, point
 from sensor_msgs.msg import JointState
 
 from satdyn_ros import Scenario
-from satdyn_ros.dynamics import rotation
 from satdyn_ros.dynamics.torque import angular_momentum
 
 
@@ -65,7 +62,7 @@ class Wheels:
         return torques, saturated
 
 
-class WheelController(Node):
+class WheelController(Pointing):
     """
     Torque = -Kp e - Kd omega + omega x H with e the rotation vector from the target to the body.
 
@@ -75,40 +72,27 @@ class WheelController(Node):
 
     def __init__(self, system, bandwidth):
         super().__init__('wheel_controller')
-        self.target_q_ib = rotation.IDENTITY
-        self.error_rad, self.rate_rad_s = np.inf, np.inf
         self._system, self._bandwidth = system, bandwidth
         self._wheels, self._saturated = Wheels(system), {}
-        self._q_ib = self._speeds = None
-        self._command = self.create_publisher(JointState, 'rotor_command', 10)
-        self.create_subscription(QuaternionStamped, 'attitude', self._attitude, 10)
-        self.create_subscription(JointState, 'rotor', self._rotor, 10)
-        self.create_subscription(VelocityStamped, 'angular_velocity', self._rate, 10)
+        self._speeds = None
+        self._command = self.create_publisher(JointState, 'rotor_command', 1000)
+        self.create_subscription(JointState, 'rotor', self._take_rotors, 1000)
 
-    def _attitude(self, message):
-        q = message.quaternion
-        self._q_ib = np.array([q.x, q.y, q.z, q.w])
-
-    def _rotor(self, message):
+    def _take_rotors(self, message):
         self._speeds = np.array(message.velocity)
 
-    def _rate(self, message):
-        if self._q_ib is None or self._speeds is None:
+    def act(self, stamp, error, omega_bi_b):
+        """Command the wheels so that they turn the body by the torque that a state calls for."""
+        if self._speeds is None:
             return
-        angular = message.velocity.angular
-        omega_bi_b = np.array([angular.x, angular.y, angular.z])
-        q_tb = rotation.multiply(rotation.conjugate(self.target_q_ib), self._q_ib)
-        error = 2.0 * np.copysign(1.0, q_tb[3]) * q_tb[:3]
         wn = self._bandwidth
         feedback = self._system.inertia @ (-(wn**2) * error - 2.0 * wn * omega_bi_b)
         H = angular_momentum(self._system, omega_bi_b, self._speeds)
         torques, saturated = self._wheels.torques(feedback + np.cross(omega_bi_b, H), self._speeds)
         command = JointState(name=self._wheels.names, effort=torques.tolist())
-        command.header.stamp = message.header.stamp
+        command.header.stamp = stamp
         self._command.publish(command)
         self._tell(saturated)
-        self.error_rad = float(rotation.angle_between(self.target_q_ib, self._q_ib))
-        self.rate_rad_s = float(np.linalg.norm(omega_bi_b))
 
     def _tell(self, saturated):
         for name in saturated.keys() - self._saturated.keys():
@@ -116,11 +100,6 @@ class WheelController(Node):
         for name in self._saturated.keys() - saturated.keys():
             print(f'{name} is within its limits again', flush=True)
         self._saturated = saturated
-
-    @property
-    def has_settled(self) -> bool:
-        """Whether the satellite rests at the target, to a tenth of a degree."""
-        return self.error_rad < np.radians(0.1) and self.rate_rad_s < np.radians(0.01)
 
 
 def main():
@@ -136,18 +115,7 @@ def main():
         controller = WheelController(scenario.system, arguments.bandwidth)
     except ValueError as error:
         parser.error(f'{arguments.scenario}: {error}')
-    end, next_line = time.monotonic() + arguments.timeout, 0.0
-    while not controller.has_settled and time.monotonic() < end:
-        rclpy.spin_once(controller, timeout_sec=0.2)
-        if time.monotonic() >= next_line:
-            next_line = time.monotonic() + 2.0
-            error, rate = np.degrees([controller.error_rad, controller.rate_rad_s])
-            print(f'error {error:7.2f} deg, rate {rate:6.3f} deg/s', flush=True)
-    print('settled' if controller.has_settled else 'not settled')
-    settled = controller.has_settled
-    controller.destroy_node()
-    rclpy.try_shutdown()
-    return 0 if settled else 1
+    return point(controller, arguments.timeout)
 
 
 if __name__ == '__main__':

@@ -196,7 +196,7 @@ _TABLE = (
         'diagnostic_msgs/msg/DiagnosticArray',
         'diagnostics',
         '',
-        'drift of the first integrals, pacing, recorder and inputs, each second',
+        'drift of the first integrals, pacing, recorder, inputs and connections, each second',
         None,
     ),
     Topic(

@@ -2,13 +2,15 @@
 
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.subscription import Subscription
 
 from ..dynamics.integrals import relative_drift
 from ..dynamics.motion import Motion, States
@@ -144,6 +146,26 @@ class PacingReport:
             text = f'{counted.late_ticks} ticks came late, the factor reached is {reached:.4g}'
             return WARN, text, values
         return OK, f'the factor reached is {reached:.4g}', values
+
+
+def connections_report(
+    publishers: Mapping[str, Publisher], subscriptions: Mapping[str, Subscription]
+) -> Report:
+    """
+    Return how many others each topic is connected with.
+
+    Discovery goes both ways: before a publisher is counted here, what it publishes is lost.
+    """
+    listeners = {
+        f'subscribers of {name}': publisher.get_subscription_count()
+        for name, publisher in publishers.items()
+    }
+    talkers = {
+        f'publishers of {name}': subscription.get_publisher_count()
+        for name, subscription in subscriptions.items()
+    }
+    text = f'{sum(listeners.values())} subscribers, {sum(talkers.values())} publishers'
+    return OK, text, listeners | talkers
 
 
 def recorder_report(recorder: 'Recorder | None') -> Report:

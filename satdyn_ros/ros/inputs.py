@@ -8,6 +8,7 @@ from math import isfinite
 import numpy as np
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
+from rclpy.subscription import Subscription
 
 from ..dynamics.system import System
 from ..messages import qos
@@ -40,11 +41,13 @@ class TorqueInputs:
     A message is refused in another frame than the body's, with a force, with a number that is not
     finite, or where motion.method is exact and there is no closed form with it; of each kind of
     refusal a warning comes at most every ten seconds.
-    timeout_s: simulated time after which a torque drops to zero; 0: never.
+    timeout_s: simulated time after which a torque drops to zero; 0: never.  subscriptions: by the
+    names of their topics.
     """
 
     def __init__(self, node: Node, scenario: Scenario, simulation: Simulation, pacing: Pacing):
         self.tally = Tally()
+        self.subscriptions: dict[str, Subscription] = {}
         self._warned_s: dict[str, float] = {}
         self.timeout_s: float = scenario['torque.timeout']
         self._node, self._scenario = node, scenario
@@ -55,7 +58,7 @@ class TorqueInputs:
 
     def _subscribe(self, name: str, callback: Callable):
         topic = TOPICS[name]
-        self._node.create_subscription(
+        self.subscriptions[name] = self._node.create_subscription(
             message_class(topic.type),
             topic.name,
             callback,

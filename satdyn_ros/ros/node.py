@@ -19,6 +19,7 @@ from .diagnostics import (
     InputsReport,
     PacingReport,
     PropagationReport,
+    connections_report,
     recorder_report,
 )
 from .inputs import TorqueInputs
@@ -98,6 +99,9 @@ class SatdynNode(rclpy.node.Node):
                 'pacing': PacingReport(self._pacing, float(scenario.rate)),
                 'recorder': lambda: recorder_report(self._recorder),
                 'inputs': self._inputs_report,
+                'connections': lambda: connections_report(
+                    self._publishing.publishers, self._inputs.subscriptions
+                ),
             },
         )
         if scenario['record.enabled']:

@@ -52,7 +52,7 @@ class Publishing:
     The state topics and /clock of a node.
 
     Topics that a scenario does not have, or whose type is not installed, are left out with one
-    warning each.
+    warning each.  publishers: those of the state topics and the sensors, by name.
     """
 
     def __init__(self, node: Node, scenario: Scenario):
@@ -60,7 +60,7 @@ class Publishing:
         self._scenario = scenario
         self._qos = qos_profile(qos.state_topics(scenario.ticks_per_wall_s))
         self._packers: dict[str, Packer | SensorPacker] = {}
-        self._publishers: dict[str, Publisher] = {}
+        self.publishers: dict[str, Publisher] = {}
         self._left_out: set[str] = set()
         self._clock: Publisher | None = None
         if scenario['time.publish_clock']:
@@ -73,14 +73,14 @@ class Publishing:
 
     def open(self, names: Iterable[str]) -> tuple[str, ...]:
         """Make the publishers of topics that have none yet; return those that can be published."""
-        return tuple(name for name in names if name in self._publishers or self._add(name))
+        return tuple(name for name in names if name in self.publishers or self._add(name))
 
     def pack(self, samples: Samples, names: Iterable[str]) -> PackedTicks:
         """Return the messages of samples on the named topics."""
         packed = (*names, *samples.measured)
         rows: dict[str, Rows] = {name: self._packers[name].pack(samples) for name in packed}
         outputs: list[tuple[Callable, Rows]] = [
-            (self._publishers[name].publish, table) for name, table in rows.items()
+            (self.publishers[name].publish, table) for name, table in rows.items()
         ]
         if self._clock is not None:
             outputs.insert(0, (self._clock.publish, self._clock_packer.pack(samples)))
@@ -103,7 +103,7 @@ class Publishing:
             self._warn_once(name, error)
             return False
         self._packers[name] = topic_packer
-        self._publishers[name] = self._node.create_publisher(message, topic.name, self._qos)
+        self.publishers[name] = self._node.create_publisher(message, topic.name, self._qos)
         return True
 
     def _warn_once(self, name, error):

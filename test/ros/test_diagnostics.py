@@ -1,6 +1,7 @@
 """What the node says of its health, and that each level means something."""
 
 import re
+import signal
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import WrenchStamped
@@ -34,7 +35,7 @@ def values(status):
 
 
 def test_a_healthy_node_is_ok(live):
-    """Four parts report, in diagnostic_updater's form, with what they count."""
+    """Five parts report, in diagnostic_updater's form, with what they count."""
     node, participant = live(
         {'rotor.mode': 'constant_momentum', 'record.enabled': True, 'publish.rate': 10.0}
     )
@@ -48,7 +49,7 @@ def test_a_healthy_node_is_ok(live):
             and float(values(r['pacing'])['factor reached']) > 0.5
         ),
     )
-    assert list(report) == ['propagation', 'pacing', 'recorder', 'inputs']
+    assert list(report) == ['propagation', 'pacing', 'recorder', 'inputs', 'connections']
     assert {status.hardware_id for status in report.values()} == {'none'}
     propagation = values(report['propagation'])
     assert propagation['tolerance'] == '1e-13'
@@ -110,6 +111,54 @@ def test_a_refused_input_is_warned_of_and_a_pause_is_said(live):
     )
     assert participant.switch('pause', True)[0]
     until(node.namespace, lambda r: r['pacing'].message.startswith('paused after tick'))
+
+
+def test_the_torque_that_acts_ends_with_its_timeout(live):
+    """The display follows the torque: it is there while it acts, and zero once it has ended."""
+    node, participant = live({'torque.timeout': 0.5, 'publish.rate': 10.0, 'step.ticks': 4})
+    until = health(participant)
+    publisher = participant.node.create_publisher(WrenchStamped, 'torque', 10)
+
+    def told_at(tick):
+        """Return what acts by the first report of a tick, with how many were accepted."""
+        report = until(
+            node.namespace,
+            lambda r: (
+                values(r['pacing'])['tick'] == tick and values(r['inputs'])['accepted'] == '1'
+            ),
+        )
+        return values(report['inputs'])['torque that acts [N m]']
+
+    until(node.namespace, lambda r: values(r['connections'])['publishers of torque'] == '1')
+    paused = participant.switch('pause', True)[1].removeprefix('paused after tick ')
+    message = WrenchStamped()
+    message.wrench.torque.z = 0.25
+    publisher.publish(message)
+    assert told_at(paused) == '(0.0, 0.0, 0.0)'
+    # It acts from the first of four ticks, and ends five ticks later.
+    first = participant.trigger('step')[1].removeprefix('now after tick ')
+    assert told_at(first) == '(0.0, 0.0, 0.25)'
+    second = participant.trigger('step')[1].removeprefix('now after tick ')
+    assert told_at(second) == '(0.0, 0.0, 0.0)'
+
+
+def test_messages_lost_on_the_way_are_counted(live):
+    """A publisher that keeps one message floods a node that stands still: the rest is lost."""
+    node, participant = live({'publish.rate': 10.0})
+    until = health(participant)
+    publisher = participant.node.create_publisher(WrenchStamped, 'torque', 1)
+    until(node.namespace, lambda r: values(r['connections'])['publishers of torque'] == '1')
+    node.process.send_signal(signal.SIGSTOP)
+    for _ in range(5000):
+        publisher.publish(WrenchStamped())
+    node.process.send_signal(signal.SIGCONT)
+    report = until(node.namespace, lambda r: values(r['inputs'])['lost on the way'] != '0')
+    inputs = values(report['inputs'])
+    assert 0 < int(inputs['lost on the way']) <= 5000 - int(inputs['accepted'])
+    assert (report['inputs'].level, report['inputs'].message) == (
+        WARN,
+        f'{inputs["lost on the way"]} lost on the way',
+    )
 
 
 def test_a_bag_that_cannot_be_written_is_an_error_and_the_node_flies_on(live):

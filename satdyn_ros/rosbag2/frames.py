@@ -8,6 +8,7 @@ import numpy as np
 from mcap.opcode import Opcode
 from mcap.writer import MCAP0_MAGIC
 
+from .compression import Allowance
 from .errors import Damaged
 from .records import PREFIX, name_of, read
 
@@ -57,7 +58,7 @@ class FrameReader:
     Reads a file record by record.
 
     place: where the next one is.  is_broken_off: the last one had no end.  ceiling [bytes]: no
-    larger record is read.
+    larger record is read.  allowance: what its chunks may hold in all.
     """
 
     def __init__(self, file: BinaryIO, ceiling: int):
@@ -65,6 +66,7 @@ class FrameReader:
         self.place = len(MCAP0_MAGIC)
         self.is_broken_off = False
         self.ceiling = ceiling
+        self.allowance = Allowance(self.size)
         self._file = file
 
     @property

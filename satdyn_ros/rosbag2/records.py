@@ -27,7 +27,7 @@ from mcap.records import (
 )
 
 from .chunk import Contents
-from .compression import CEILING, decompress
+from .compression import CEILING, Allowance, decompress
 from .errors import Damaged
 
 # Opcode and length of the content.
@@ -88,8 +88,10 @@ class ChunkRecord(NamedTuple):
             ]
         )
 
-    def contents(self, ceiling: int = CEILING) -> Contents:
-        """Return the messages; Damaged: they are not what was written."""
+    def contents(self, allowance: Allowance, ceiling: int = CEILING) -> Contents:
+        """Return the messages; Damaged: they are not what was written, or too much."""
+        if self.size <= ceiling:
+            allowance.spend(self.size)
         data = decompress(self.compression, self.data, self.size, ceiling)
         if self.crc not in (0, zlib.crc32(data)):
             raise Damaged('its checksum is wrong')

@@ -66,8 +66,8 @@ def scan(path: Path, ceiling: int = CEILING) -> Iterator[Found]:
     Yield what a file holds, in order.
 
     Messages come in blocks: a whole chunk, the beginning of one that is cut off, or a chunk's size
-    of those outside chunks.  ceiling [bytes]: no larger record or chunk contents is read.
-    BagError: it is not an MCAP file.
+    of those outside chunks.  ceiling [bytes]: no larger record or chunk contents is read,
+    and all chunks together are no more than an Allowance.  BagError: it is not an MCAP file.
     """
     with open(path, 'rb') as file:
         reader = FrameReader(file, ceiling)
@@ -90,7 +90,7 @@ def _data(reader: FrameReader) -> Iterator[Found]:
         if is_loose:
             loose.append(frame)
         elif frame.is_whole:
-            found = _found(frame, reader.ceiling)
+            found = _found(frame, reader)
             yield found
             if isinstance(found.item, DataEnd):
                 if crc is not None and found.item.data_section_crc not in (0, crc):
@@ -112,7 +112,7 @@ def _summary(reader: FrameReader) -> Iterator[Found]:
     before = 'the end of the data'
     for frame in reader.frames():
         if frame.is_whole:
-            yield _found(frame, reader.ceiling)
+            yield _found(frame, reader)
         else:
             yield from _broken(reader, frame, before)
         before = frame.name
@@ -137,12 +137,13 @@ def _magic_at_end(reader: FrameReader) -> Iterator[Found]:
     yield Found(reader.place, reader.size, flaw)
 
 
-def _found(frame: Frame, ceiling: int) -> Found:
+def _found(frame: Frame, reader: FrameReader) -> Found:
     """Return what a record holds, or why it cannot be read."""
     try:
         record = read(frame.opcode, frame.content)
         if isinstance(record, ChunkRecord):
-            return Found(frame.start, frame.end, Block(record.contents(ceiling), record))
+            contents = record.contents(reader.allowance, reader.ceiling)
+            return Found(frame.start, frame.end, Block(contents, record))
     except Damaged as error:
         return _flaw(frame, str(error))
     return Found(frame.start, frame.end, record)

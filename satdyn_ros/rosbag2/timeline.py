@@ -9,7 +9,7 @@ import numpy as np
 from mcap.opcode import Opcode
 
 from .chunk import Contents
-from .compression import CEILING
+from .compression import CEILING, Allowance
 from .errors import Damaged
 from .frames import FrameReader
 from .records import PREFIX, ChunkRecord
@@ -68,13 +68,14 @@ class Timeline:
         """Yield the messages of topics whose log time is not before from_ns."""
         channel_ids = [i for i, topic in self._topics.items() if topic in topics]
         coming = [place for place in reversed(self._places) if place.last_ns >= from_ns]
+        allowance = Allowance(self._path.stat().st_size)
         at_once = 0
         # Open places by the log time of their next message; of equal ones the first in the file.
         is_open: list[tuple[int, int, int, Iterator[Message], Message]] = []
         while coming or is_open:
             while coming and (not is_open or coming[-1].first_ns <= is_open[0][0]):
                 place = coming.pop()
-                contents = self._contents(place)
+                contents = self._contents(place, allowance)
                 at_once += len(contents.data)
                 if at_once > _MOST_AT_ONCE:
                     raise Damaged(
@@ -123,7 +124,7 @@ class Timeline:
                 is_chunk = found.item.chunk is not None
                 yield _Place(*span_ns, found.start, found.end, is_chunk)
 
-    def _contents(self, place: _Place) -> Contents:
+    def _contents(self, place: _Place, allowance: Allowance) -> Contents:
         with open(self._path, 'rb') as file:
             reader = FrameReader(file, self._ceiling)
             if not place.is_chunk:
@@ -136,7 +137,7 @@ class Timeline:
                 raise Damaged(f'{what} has {length} bytes; the limit is {self._ceiling}')
             try:
                 content = reader.read(place.start + PREFIX.size, length)
-                return ChunkRecord.read(content).contents(self._ceiling)
+                return ChunkRecord.read(content).contents(allowance, self._ceiling)
             except Damaged as error:
                 raise Damaged(f'{what}: {error}') from None
 

@@ -1,15 +1,23 @@
 """Contents are expanded within what is claimed and a ceiling, whatever the bytes."""
 
+import struct
 import subprocess
 import sys
+import zlib
 
 import lz4.frame
 import numpy as np
 import pytest
 import zstandard
+from mcap.records import Channel, DataEnd, Footer, Header, Schema
+from mcap.writer import MCAP0_MAGIC
 
+from satdyn_ros.rosbag2 import compression
 from satdyn_ros.rosbag2.compression import compressor, decompress, decompress_begin, zstd_size
 from satdyn_ros.rosbag2.errors import Damaged
+from satdyn_ros.rosbag2.reader import Bag
+from satdyn_ros.rosbag2.records import ChunkRecord, written
+from satdyn_ros.rosbag2.recover import recover
 
 TEXT = b'the same words again and again ' * 1000
 
@@ -80,3 +88,35 @@ def test_bombs_are_not_expanded(tmp_path):
     *sentences, is_small = result.stdout.splitlines()
     assert len(sentences) == 2
     assert is_small == 'True'
+
+
+def file_of_equal_messages(path, length, messages, chunks):
+    """Write so many equal chunks of so many equal messages."""
+    message = struct.pack('<BQHIQQ', 5, 22 + length, 1, 0, 0, 0) + bytes(length)
+    declared = written([Schema(1, b'', 'ros2msg', 'a/msg/A'), Channel(1, '/a', 'cdr', {}, 1)])
+    contents = declared + messages * message
+    data = zstandard.ZstdCompressor().compress(contents)
+    chunk = ChunkRecord(0, 0, len(contents), zlib.crc32(contents), 'zstd', data)
+    parts = [MCAP0_MAGIC, written([Header('ros2', 'another')])]
+    parts += chunks * [chunk.prefix() + data]
+    parts += [written([DataEnd(0), Footer(0, 0, 0)]), MCAP0_MAGIC]
+    path.write_bytes(b''.join(parts))
+    return path
+
+
+def test_a_million_equal_messages_are_read(tmp_path):
+    """An honest file may be a hundred times smaller than what it holds."""
+    path = file_of_equal_messages(tmp_path / 'equal.mcap', 64, 5000, 200)
+    assert path.stat().st_size < 200 * 5000 * 95 / 100
+    assert len(Bag(path).messages('/a').log_times_ns) == 1_000_000
+
+
+def test_many_bombs_in_one_file_end_soon(tmp_path, monkeypatch):
+    """Each chunk is allowed, all together are not: recover keeps those that come first."""
+    path = file_of_equal_messages(tmp_path / 'bombs.mcap', 786_000, 1, 20)
+    monkeypatch.setattr(compression, '_LEAST_IN_ALL', 10 * 2**20)
+    with pytest.raises(Damaged, match='the chunks claim to hold more than 10485760 bytes'):
+        Bag(path).messages('/a')
+    recovered = recover(path, tmp_path / 'kept.mcap')
+    assert recovered.message_count == 13
+    assert len(recovered.losses) == 1

@@ -359,12 +359,23 @@ class Simulation:
     def _restart_from_conditions(self, tick):
         self._system = replace(self._system, rotors=self.conditions.system.rotors)
         self._suite = self._suite.restarted()
-        self._restart(tick, self.conditions.state_at(self.ticks.seconds(tick)))
+        start_s = self.ticks.seconds(tick)
+        state = self.conditions.state_at(start_s)
+        try:
+            self._restart(tick, state)
+        except ValueError as error:
+            # Where it was checked, at an earlier tick, rounding had left it its closed form.
+            self._begin(tick, Propagation(self._system, state, start_s))
+            self._end_tick, self._why_no_further = tick, str(error)
 
     def _restart(self, tick, state):
-        self._motion = self.scenario.motion_from(
-            self._system, state, self.ticks.seconds(tick), MOST_STEPS_A_TICK
+        start_s = self.ticks.seconds(tick)
+        self._begin(
+            tick, self.scenario.motion_from(self._system, state, start_s, MOST_STEPS_A_TICK)
         )
+
+    def _begin(self, tick, motion):
+        self._motion = motion
         self._begin_tick, self._block, self._ahead = tick, None, None
         self._end_tick, self._why_no_further = self.ticks.last + 1, _NO_STAMP
         self.halted = None

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from satdyn_ros import exact
 from satdyn_ros.bag.recorded_run import RecordedRun
 from satdyn_ros.bag.recording import Recording
 from satdyn_ros.bag.simulate import simulate
@@ -54,6 +55,28 @@ def test_a_motion_that_cannot_go_on_halts_until_a_request():
     assert (samples.first_tick, len(samples)) == (8, 1)
     assert samples.system.torque_b[0] == 1.0
     assert simulation.advance(5)[0] == [Timeout(9, 'torque')]
+
+
+def test_a_request_that_loses_its_closed_form_halts_until_the_next(monkeypatch):
+    """Checked at one tick, it may by rounding have none at the tick where it acts."""
+    recognise = exact.recognise
+    lost_s = 0.03
+
+    def lose(system, state, start_s=0.0):
+        return None if start_s == lost_s else recognise(system, state, start_s)
+
+    monkeypatch.setattr(exact, 'recognise', lose)
+    calm = {'initial.attitude': [0.0, 0.0, 0.0, 1.0]}
+    simulation = Simulation(Scenario(calm | {'motion.method': 'exact'}), [Request(3, calm)])
+    assert len(simulation.advance(50)[1]) == 3
+    applied, samples = simulation.advance(50)
+    assert (applied, len(samples)) == ([Request(3, calm), Halt(3)], 0)
+    assert simulation.halted.startswith('motion.method is exact, but there is no closed form: ')
+    lost_s = None
+    simulation.reset()
+    applied, samples = simulation.advance(1)
+    assert applied == [Reset(3)]
+    assert (samples.first_tick, len(samples)) == (3, 1)
 
 
 def test_given_halts_and_drops_happen_only_where_they_are_true():

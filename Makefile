@@ -20,7 +20,7 @@ OLD_PYTHON = $(shell for python in python3.11 python3.10 $(PYTHON); do \
 	&& echo $$python && break; done)
 # What the libraries are called for most: propagation, closed forms, bags, YAML, pictures, a node.
 OLD_TESTS := test/dynamics/test_propagator.py test/dynamics/test_batch.py test/exact/test_elliptic.py \
-	test/exact/test_flow.py test/run test/messages test/rosbag2/test_reader.py \
+	test/exact/test_flow.py test/run test/messages test/rosbag2 test/bag/test_verify.py \
 	test/report/test_plot.py test/ros/test_stream.py
 
 .PHONY: help demo test torture reference oldest lint colcon figures docs bench clean

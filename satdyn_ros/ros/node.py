@@ -4,6 +4,7 @@ import copy
 import time
 from collections.abc import Mapping
 from datetime import datetime, timezone
+from threading import Lock
 from typing import TYPE_CHECKING, Any
 
 import rclpy.node
@@ -55,6 +56,8 @@ class SatdynNode(rclpy.node.Node):
         self._own_services: Services | None = None
         self._pacing: Pacing | None = None
         self._recorder: Recorder | None = None
+        self._opening = Lock()
+        self._is_ending = False
         try:
             self._build(Scenario({**(values or {}), **given_parameters(self)}))
         except BaseException:
@@ -134,9 +137,11 @@ class SatdynNode(rclpy.node.Node):
             self._own_services.close()
         if self._pacing is not None:
             self._pacing.stop()
-        if self._recorder is not None:
-            self._recorder.close()
-            self._recorder = None
+        with self._opening:
+            self._is_ending = True
+            recorder, self._recorder = self._recorder, None
+        if recorder is not None:
+            recorder.close()
         super().destroy_node()
 
     # -- what the ticks hold, told by the pacing thread ------------------------------------------
@@ -171,7 +176,7 @@ class SatdynNode(rclpy.node.Node):
             as_it_is = copy.copy(self._simulation)
             recorder.put_samples(samples, messages.rows, count, as_it_is)
 
-    # -- changes, made by the executor's threads -------------------------------------------------
+    # -- changes, made by the threads of the services --------------------------------------------
 
     def _change(self, scenario, names):
         """Apply parameters changed at run time."""
@@ -197,10 +202,15 @@ class SatdynNode(rclpy.node.Node):
         if recorder is not None and recorder.failure is None:
             return False, f'{recorder.directory} is open already'
         try:
-            self._recorder = self._open_recorder()
+            recorder = self._open_recorder()
         except OSError as error:
             return False, str(error)
-        return True, f'recording {self._recorder.directory}'
+        with self._opening:
+            if not self._is_ending:
+                self._recorder = recorder
+                return True, f'recording {recorder.directory}'
+        recorder.close()
+        return False, 'the node ends'
 
     def _open_recorder(self):
         # Only who records pays for what a bag needs.

@@ -27,8 +27,8 @@ class Services:
     The services of a node.
 
     What begins a new motion is first tried in a thread of its own, one request after the other, so
-    that neither ticks nor other services wait.  record(enabled): opens a bag or closes the open
-    one and returns (success, sentence).
+    that neither ticks nor other services wait.  So is a bag opened, for which code may have to be
+    compiled.  record(enabled): opens a bag or closes the open one and returns (success, sentence).
     """
 
     def __init__(
@@ -40,7 +40,7 @@ class Services:
     ):
         self._parameters, self._pacing, self._record = parameters, pacing, record
         self._conditions = parameters.scenario
-        self._warn = node.get_logger().warning
+        self._log = node.get_logger()
         self._asked: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
         Thread(target=self._try_one_by_one, name='requests', daemon=True).start()
         _create_deferred(
@@ -48,8 +48,8 @@ class Services:
         )
         _create_deferred(node, Trigger, '~/reset', self._reset)
         _create_deferred(node, Trigger, '~/step', self._step)
+        _create_deferred(node, SetBool, '~/record', self._set_record)
         node.create_service(SetBool, '~/pause', self._pause)
-        node.create_service(SetBool, '~/record', self._set_record)
 
     def close(self) -> None:
         """Try no more requests."""
@@ -59,7 +59,11 @@ class Services:
 
     def _try_one_by_one(self):
         while (ask := self._asked.get()) is not None:
-            ask()
+            try:
+                ask()
+            except Exception as error:
+                # The next request is to be answered all the same.
+                self._log.error(f'a request failed: {one_sentence(repr(error))}')
 
     def _set_initial_conditions(self, request, reply):
         self._asked.put(lambda: self._try_request(request, reply))
@@ -74,7 +78,7 @@ class Services:
             response.result.reason = one_sentence(error)
             return reply(response)
         for doubt in conditions.doubts if 'initial.angular_velocity' in values else ():
-            self._warn(doubt)
+            self._log.warning(doubt)
         self._conditions = conditions
         in_force = {name: conditions[name] for name in values}
         self._parameters.put_in_force(in_force)
@@ -144,9 +148,12 @@ class Services:
             f'no tick can follow until a request or a reset: {self._pacing.halted}'
         )
 
-    def _set_record(self, request, response):
-        response.success, response.message = self._record(request.data)
-        return response
+    def _set_record(self, request, reply):
+        def record():
+            success, sentence = self._record(request.data)
+            reply(SetBool.Response(success=success, message=sentence))
+
+        self._asked.put(record)
 
 
 def _create_deferred(node: Node, kind: type, name: str, ask: Callable[[Any, Reply], None]) -> None:

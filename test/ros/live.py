@@ -119,10 +119,10 @@ class Participant:
         )
         return messages
 
-    def hear(self, messages, count):
+    def hear(self, messages, count, patience_s=PATIENCE_S):
         """Wait until a list has `count` messages more, and return those."""
         before = len(messages)
-        self.wait_until(lambda: len(messages) >= before + count, f'{count} messages')
+        self.wait_until(lambda: len(messages) >= before + count, f'{count} messages', patience_s)
         return messages[before : before + count]
 
     def call(self, kind, name, request):

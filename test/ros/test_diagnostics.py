@@ -37,7 +37,8 @@ def values(status):
 def test_a_healthy_node_is_ok(live):
     """Five parts report, in diagnostic_updater's form, with what they count."""
     node, participant = live(
-        {'rotor.mode': 'constant_momentum', 'record.enabled': True, 'publish.rate': 10.0}
+        # Half a second late is later than a busy machine makes a tick.
+        {'rotor.mode': 'constant_momentum', 'record.enabled': True, 'publish.rate': 2.0}
     )
     until = health(participant)
     report = until(
@@ -46,7 +47,7 @@ def test_a_healthy_node_is_ok(live):
             all(s.level == OK for s in r.values())
             and int(values(r['recorder'])['messages']) > 0
             # The first report counts the time before tick 0 too.
-            and float(values(r['pacing'])['factor reached']) > 0.5
+            and float(values(r['pacing'])['factor reached']) > 0.4
         ),
     )
     assert list(report) == ['propagation', 'pacing', 'recorder', 'inputs', 'connections']

@@ -94,7 +94,11 @@ def _data(reader: FrameReader) -> Iterator[Found]:
             yield found
             if isinstance(found.item, DataEnd):
                 if crc is not None and found.item.data_section_crc not in (0, crc):
-                    why = 'the checksum of all data before it is wrong'
+                    # Chunks have checksums, their indexes follow from them.
+                    why = (
+                        'the checksum of all data before it is wrong; a record without one of '
+                        'its own was changed, such as the Header or a Metadata record'
+                    )
                     yield _flaw(frame, why)._replace(start=frame.end)
                 return
         else:

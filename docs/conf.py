@@ -40,8 +40,8 @@ autodoc_member_order = 'bysource'
 autodoc_typehints = 'signature'
 
 nitpicky = True
-# Types of other libraries.
-nitpick_ignore_regex = [('py:.*', r'(?!satdyn_ros).*')]
+# Types of other libraries, and type variables, which have no page.
+nitpick_ignore_regex = [('py:.*', r'(?!satdyn_ros).*'), ('py:.*', r'.*\._Messages')]
 
 
 def _as_written(app, what, name, obj, options, lines):

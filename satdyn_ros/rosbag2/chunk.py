@@ -47,7 +47,10 @@ class Contents:
     """
 
     def __init__(self, data: np.ndarray):
-        size, self.offsets, self.channel_ids, self.log_times, self._others = _records(data)
+        # There is code for arrays that cannot be written to: others would compile it anew.
+        fixed = data.view()
+        fixed.flags.writeable = False
+        size, self.offsets, self.channel_ids, self.log_times, self._others = _records(fixed)
         self.data = data[:size]
         self._given_size = len(data)
 

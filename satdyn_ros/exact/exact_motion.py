@@ -48,8 +48,9 @@ class ExactMotion(Motion):
 
         start_s: seconds from tick 0, which say where the attracting centre is.
         """
-        if any(rotor.is_damped for rotor in system.rotors):
-            return 'rotor.friction is not zero: friction drives the body'
+        damped = [f'rotor.{rotor.name}'.rstrip('.') for rotor in system.rotors if rotor.is_damped]
+        if damped:
+            return f'{damped[0]}.friction is not zero: friction drives the body'
         if (replace(system, torque_b=np.zeros(3)) if cls.takes_torque_b else system).is_driven:
             return 'a torque is applied to the body or to a rotor'
         return cls._why_not(system, state, start_s)

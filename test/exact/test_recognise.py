@@ -228,3 +228,15 @@ def test_a_torque_that_no_closed_form_knows_is_refused(name):
     for motion in ExactMotion.__subclasses__():
         with pytest.raises(ValueError, match='a torque is applied'):
             motion(pushed, case.start)
+
+
+def test_the_rotor_with_friction_is_named():
+    """Of several rotors the sentence names the one whose friction drives the body."""
+    rotors = tuple(
+        Rotor('free', inertia=1.0, friction=friction, name=name)
+        for name, friction in (('ring', 0.0), ('damper', 0.1))
+    )
+    system = System(np.diag([80.0, 90.0, 60.0]), rotors)
+    state = State(np.array([0.0, 0.0, 0.0, 1.0]), np.zeros(3), np.zeros(2), np.zeros(2))
+    said = exact.explain(system, state)
+    assert said == 'rotor.damper.friction is not zero: friction drives the body'

@@ -37,14 +37,18 @@ replaced = tuple_setitem
 
 
 def compiled(
-    function: Callable[..., Any], signature: str | None = None, nogil: bool = False
+    function: Callable[..., Any],
+    signature: str | None = None,
+    nogil: bool = False,
+    fused: bool = True,
 ) -> Any:
     """
     Compile a function at its first call, or now for a signature, and keep the code.
 
-    nogil: other threads of Python go on while it runs.
+    nogil: other threads of Python go on while it runs.  fused: a product may be added without
+    being rounded; if not, each operation is rounded, as in NumPy.
     """
-    dispatcher = _compile(function, cache=_FOLDER is not None, nogil=nogil)
+    dispatcher = _compile(function, fused, cache=_FOLDER is not None, nogil=nogil)
     if _FOLDER is not None:
         compile_here = dispatcher.compile
 
@@ -59,9 +63,9 @@ def compiled(
     return dispatcher
 
 
-def inlined(function: Callable[..., Any]) -> Any:
-    """Compile a function into the body of those that call it."""
-    return _compile(function, forceinline=True)
+def inlined(function: Callable[..., Any], fused: bool = True) -> Any:
+    """Compile a function into the body of those that call it; fused: as in compiled."""
+    return _compile(function, fused, forceinline=True)
 
 
 def vectorized(function: Callable[..., Any]) -> Any:
@@ -70,10 +74,11 @@ def vectorized(function: Callable[..., Any]) -> Any:
         return vectorize(function, cache=_FOLDER is not None)
 
 
-def _compile(function, **options):
+def _compile(function, fused, **options):
     with _keeping():
         # Contraction to fused multiply-add is all the compiler may do: same inputs, same bits.
-        return njit(function, fastmath={'contract'}, error_model='numpy', **options)
+        fastmath = {'contract'} if fused else False
+        return njit(function, fastmath=fastmath, error_model='numpy', **options)
 
 
 @contextmanager

@@ -14,9 +14,12 @@ VI).  The form has no singular attitude, passes both poles, and stays true on se
 the real period is infinite, and for small oscillations, where the imaginary one is.
 """
 
+from functools import partial
+
 import numpy as np
 from scipy.special import elliprf, elliprj
 
+from ..compiled import compiled, inlined
 from .half_angles import Zero, evaluate
 from .nutation import NO_DISTANCE, Nutation
 
@@ -50,10 +53,7 @@ class Flow:
 
     def at(self, t_s):
         """Return alpha, beta and p + i q [rad/s] at t_s (N,), complex (N,) each."""
-        alpha, alpha_dot, beta, beta_dot = self._numbers(np.asarray(t_s, float)) * self._factors
-        square = np.abs(alpha) ** 2 + np.abs(beta) ** 2
-        pq = 2.0 * (alpha.conj() * beta_dot - beta * alpha_dot.conj()) / square
-        return alpha / np.sqrt(square), beta / np.sqrt(square), pq
+        return _normalised(self._numbers(np.asarray(t_s, float)), *self._factors)
 
     def _numbers(self, t_s):
         nutation = self.nutation
@@ -77,7 +77,37 @@ class Flow:
             factor_b = beta0 / B
             rate = np.conj(beta0) * (A * np.conj(B_dot / B) - A_dot)
             factor_a = _least_squares(alpha0, A, unit * np.conj(pq0) / 2.0, unit * rate)
-        return np.array([[factor_a], [factor_a], [factor_b], [factor_b]])
+        return factor_a, factor_b
+
+
+@compiled
+def _normalised(numbers, factor_a, factor_b):
+    """Return alpha, beta and p + i q = 2 (alpha* beta' - beta alpha'*) (3, N) of the numbers."""
+    found = np.empty((3, numbers.shape[1]), np.complex128)
+    for i in range(numbers.shape[1]):
+        alpha, alpha_dot = factor_a * numbers[0, i], factor_a * numbers[1, i]
+        beta, beta_dot = factor_b * numbers[2, i], factor_b * numbers[3, i]
+        square = _sum_of_squares(_size(alpha), _size(beta))
+        pq = 2.0 * (np.conj(alpha) * beta_dot - np.conj(alpha_dot * np.conj(beta)))
+        found[0, i] = 1.0 / np.sqrt(square) * alpha
+        found[1, i] = 1.0 / np.sqrt(square) * beta
+        found[2, i] = 1.0 / square * pq
+    return found
+
+
+@inlined
+def _size(z):
+    """Return |z|, whatever its order of magnitude."""
+    x, y = abs(z.real), abs(z.imag)
+    if x == y == 0.0:
+        return 0.0
+    ratio = min(x, y) / max(x, y)
+    return max(x, y) * np.sqrt(ratio * ratio + 1.0)
+
+
+@partial(inlined, fused=False)
+def _sum_of_squares(x, y):
+    return x * x + y * y
 
 
 def _zero(nutation, c, k, l):

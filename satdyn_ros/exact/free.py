@@ -18,6 +18,7 @@ from ..dynamics import rotation
 from ..dynamics.inertia import ROUNDING, are_parallel
 from ..dynamics.stability import eigenvalue_squared
 from ..dynamics.system import State, System
+from . import attitude
 from .axes import is_principal, principal_axes_about, rotor_axes
 from .exact_motion import ExactMotion, Fact
 from .flow import Flow
@@ -120,18 +121,12 @@ class Free(ExactMotion):
     def attitude(self, t_s):
         """Return q_ib (N, 4) and omega_bi_b (N, 3) at t_s (N,)."""
         alpha, beta, _ = self.flow.at(t_s)
-        q_lp = np.stack([beta.real, beta.imag, alpha.imag, alpha.real], axis=-1)
-        x, y, z, w = q_lp.T
+        q_pb = rotation.conjugate(self._q_bp)
+        q_ib, gamma_p = attitude.in_body(alpha, beta, q_pb, self._q_il)
         # The momentum in body axes is L times the space axis z', seen from the body.
-        gamma = (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y))
-        I1, I2, I3 = self._moments
-        L = self.L
-        omega_p = np.stack(
-            [L * gamma[0] / I1, L * gamma[1] / I2, (L * gamma[2] - self._h) / I3], axis=-1
-        )
-        q_ip = rotation.multiply(self._q_il, q_lp)
-        q_ib = rotation.multiply(q_ip, rotation.conjugate(self._q_bp))
-        return q_ib, rotation.rotate(self._q_bp, omega_p)
+        momentum_p = self.L * gamma_p
+        momentum_p[:, 2] -= self._h
+        return q_ib, attitude.rotated(self._q_bp, momentum_p / self._moments)
 
     def axial_turn(self, t_s, axis):
         """Return the integral of axis . omega from 0 to t_s [rad], (N,), for a rotor's axis."""

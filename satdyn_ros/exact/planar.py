@@ -18,6 +18,7 @@ from ..dynamics import rotation
 from ..dynamics.inertia import ROUNDING, are_parallel
 from ..dynamics.orbit import KeplerOrbit
 from ..dynamics.system import State, System
+from . import attitude
 from .axes import is_principal, principal_axes_about
 from .exact_motion import ExactMotion, Fact
 from .offset_pendulum import Field, OffsetPendulum
@@ -103,7 +104,7 @@ class Planar(ExactMotion):
         theta, rate = self.pendulum.at(t_s)
         turn = rotation.about(self.normal_b, self._turn(theta, t_s))
         omega = (rate + self._line_rate)[:, None] * self.normal_b
-        return rotation.multiply(self.state.q_ib, turn), omega
+        return attitude.turned(self.state.q_ib, turn), omega
 
     def axial_turn(self, t_s, axis):
         """Return the integral of axis . omega from 0 to t_s [rad], (N,), for a rotor's axis."""

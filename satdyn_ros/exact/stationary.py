@@ -20,7 +20,7 @@ from ..dynamics.euler import from_zxz
 from ..dynamics.inertia import principal_axes
 from ..dynamics.orbit import FixedDirection
 from ..dynamics.system import State, System
-from . import elliptic, multiplier
+from . import attitude, elliptic, multiplier
 from .exact_motion import ExactMotion, Fact
 from .flow import Flow
 from .nutation import Nutation
@@ -168,10 +168,8 @@ class Stationary(ExactMotion):
     def attitude(self, t_s):
         """Return q_ib (N, 4) and omega_bi_b (N, 3) at t_s (N,)."""
         alpha, beta, _ = self._flow.at(t_s)
-        q_ik = np.stack([beta.real, beta.imag, alpha.imag, alpha.real], axis=-1)
-        gamma_k = rotation.rotate(rotation.conjugate(q_ik), [0.0, 0.0, 1.0])
-        q_ib = rotation.multiply(q_ik, rotation.conjugate(self._q_bk))
-        return q_ib, rotation.rotate(self._q_bk, self._rates * gamma_k)
+        q_ib, gamma_k = attitude.in_body(alpha, beta, rotation.conjugate(self._q_bk))
+        return q_ib, attitude.rotated(self._q_bk, self._rates * gamma_k)
 
     def axial_turn(self, t_s, axis):
         """Return nan (N,): no rotor turns here."""

@@ -15,6 +15,7 @@ from ..dynamics.motion import Motion
 from ..dynamics.orbit import FixedDirection
 from ..dynamics.rotor import Rotor
 from ..dynamics.system import State, System
+from . import attitude
 from .axes import is_symmetric, principal_axes_about, rotor_axes
 from .cones import Cones
 from .exact_motion import ExactMotion, Fact
@@ -106,16 +107,16 @@ class Symmetric(ExactMotion):
     def attitude(self, t_s):
         """Return q_ib (N, 4) and omega_bi_b (N, 3) at t_s (N,)."""
         alpha, beta, pq = self.flow.at(t_s)
-        q_ip = np.stack([beta.real, beta.imag, alpha.imag, alpha.real], axis=-1)
-        omega_p = np.stack([pq.real, pq.imag, np.full(len(t_s), self.r0)], axis=-1)
-        return rotation.multiply(q_ip, rotation.conjugate(self.q_bp)), rotation.rotate(
-            self.q_bp, omega_p
-        )
+        q_ib, _ = attitude.in_body(alpha, beta, rotation.conjugate(self.q_bp))
+        return q_ib, attitude.rotated(self.q_bp, self._rates(pq))
 
     def pole(self, t_s: np.ndarray) -> np.ndarray:
         """Return the rates p, q, r0 [rad/s] (N, 3) about axes 1, 2, 3 at t_s (N,)."""
         _, _, pq = self.flow.at(t_s)
-        return np.stack([pq.real, pq.imag, np.full(len(t_s), self.r0)], axis=-1)
+        return self._rates(pq)
+
+    def _rates(self, pq):
+        return np.stack([pq.real, pq.imag, np.full(len(pq), self.r0)], axis=-1)
 
     def axial_turn(self, t_s, axis):
         """Return the integral of axis . omega from 0 to t_s [rad], (N,), for a rotor's axis."""

@@ -200,8 +200,9 @@ def test_both_series_are_one_function(share, at_end, imaginary):
         ]
         quotients = []
         for r in (-0.41, -0.2, 0.1, 0.33, 0.47):
-            (a, da), (b, db) = (_oscillating(r, lattice, zero) for zero in zeros)
-            (c, dc), (d, dd) = (_decaying(r, lattice, zero) for zero in zeros)
+            at = np.array([r])
+            (a, da), (b, db) = (_oscillating(at, lattice, zero)[:, 0] for zero in zeros)
+            (c, dc), (d, dd) = (_decaying(at, lattice, zero)[:, 0] for zero in zeros)
             quotients.append((a / b) / (c / d))
             assert (da * b - a * db) * d**2 / b**2 * quotients[0] ** -1 == pytest.approx(
                 dc * d - c * dd, rel=1e-12, abs=1e-12
@@ -215,7 +216,7 @@ def test_theta_function_against_mpmath(share, at_end):
     """Proves the series and its slope against mpmath's theta functions of complex time."""
     lattice, height, r = Lattice(1.3, 1.7, share), 0.23, 0.31
     zero = Zero(1.0, height, share * 1.7 - height, at_end, 0.0)
-    value, slope = _oscillating(r, lattice, zero)
+    (value, other), (slope, _) = _oscillating(np.array([r, -0.2]), lattice, zero)
     nome = mp.exp(1j * mp.pi * ((0.0 if share == 1.0 else 0.5) + 1j * share * 1.7 / 1.3))
 
     def theta(t):
@@ -224,5 +225,4 @@ def test_theta_function_against_mpmath(share, at_end):
 
     expected = theta(r)
     assert slope / value == pytest.approx(complex(mp.diff(theta, r) / expected), rel=1e-13)
-    other = _oscillating(-0.2, lattice, zero)[0]
     assert other / value == pytest.approx(complex(theta(-0.2) / expected), rel=1e-13)

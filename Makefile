@@ -85,7 +85,7 @@ $(PY):
 	@touch $(VENV)/COLCON_IGNORE
 
 $(OLD)/.test: setup.py
-	@test -n "$(OLD_PYTHON)" || { echo 'make oldest takes Python 3.10 or 3.11: numba 0.58 has no wheel for later ones'; exit 1; }
+	@test -n "$(OLD_PYTHON)" || { echo 'make oldest needs Python 3.10 or 3.11: numba 0.58 has no wheel for later ones'; exit 1; }
 	@echo 'Installing the oldest libraries that setup.py names (a minute)'
 	@$(OLD_PYTHON) -m venv $(if $(SOURCED),--system-site-packages) $(OLD) && touch $(OLD)/COLCON_IGNORE
 	@sed -n "s/^ .*'\([A-Za-z][A-Za-z]*\)>=\([0-9.]*\)'.*/\1==\2/p" setup.py > $(OLD)/constraints.txt

@@ -300,7 +300,7 @@ def monte_carlo():
 
 
 def stroboscopic_map():
-    """Draw libration on an ellipse, once an orbit: islands in a chaotic sea."""
+    """Draw libration on an ellipse, once per orbit: islands in a chaotic sea."""
     scenario = Scenario.from_yaml(CONFIG / 'sweeps' / 'beletsky_satellite.yaml')
     rate = np.linalg.norm(scenario.system.orbit.lvlh_rate(0.0))
     with tempfile.TemporaryDirectory() as directory:

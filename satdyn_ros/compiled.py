@@ -122,6 +122,7 @@ def _compile_aside(dispatcher, signature):
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
         ) as child:
+            assert child.stdin is not None  # it is a pipe
             try:
                 work = dispatcher.__module__, dispatcher.__name__, signature
                 # Left open: the child ends when it is closed, as it is when this process ends.

@@ -36,9 +36,10 @@ def tables() -> dict[str, str]:
         'parameters': _parameters(),
         'commands': _commands(),
         'sweep keys': _sweep_keys(),
-        'quantities': _table(('name', 'what varies'), quantities.FORMS.items()),
+        'quantities': _table(('name', 'what varies'), quantities.QUANTITY_FORMS.items()),
         'variations': _table(
-            ('form', 'meaning'), ((f'`{form}`', says) for form, says in variation.FORMS.items())
+            ('form', 'meaning'),
+            ((f'`{form}`', says) for form, says in variation.WAYS.items()),
         ),
         'outcomes': _table(
             ('column', 'meaning'), ((f'`{name}`', says) for name, (_, says) in OUTCOMES.items())
@@ -111,7 +112,7 @@ def _sweep_keys():
             'required' if key.default is None else f'`{_plain(key.default)}`',
             key.meaning,
         )
-        for key in keys.KEYS.values()
+        for key in keys.SWEEP_KEYS.values()
     ]
     return _table(('key', 'takes', 'default', 'meaning'), rows)
 

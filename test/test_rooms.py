@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+from collections import defaultdict
 from pathlib import Path
 
 import pytest
@@ -85,3 +86,36 @@ def test_physics_loads_no_ros():
     )
     result = subprocess.run([sys.executable, '-c', program], capture_output=True, text=True)
     assert (result.returncode, result.stdout.strip()) == (0, 'none'), result.stderr
+
+
+def tops(*kinds):
+    """Yield the file and the node of each function, class or constant at the top of a file."""
+    for path in sorted(PACKAGE.rglob('*.py')):
+        for node in ast.parse(path.read_text()).body:
+            if isinstance(node, kinds):
+                yield str(path.relative_to(PACKAGE)), node
+
+
+def test_classes_and_constants_have_names_of_their_own():
+    """A reader who meets a name knows which thing it is."""
+    places = defaultdict(list)
+    for file, node in tops(ast.ClassDef, ast.Assign, ast.AnnAssign):
+        targets = getattr(node, 'targets', [getattr(node, 'target', node)])
+        for name in (getattr(target, 'id', getattr(target, 'name', '_')) for target in targets):
+            # each sensor's file has the number of its STREAM
+            if not name.startswith('_') and name != 'STREAM':
+                places[name].append(file)
+    assert {name: files for name, files in places.items() if len(files) > 1} == {}
+
+
+def test_nothing_is_written_twice():
+    """A function that two files need stands in one of them, or in a room below both."""
+    places = defaultdict(list)
+    for file, node in tops(ast.FunctionDef):
+        body = [ast.dump(statement) for statement in node.body if not is_docstring(statement)]
+        places[(ast.dump(node.args), *body)].append(f'{file} {node.name}')
+    assert [found for found in places.values() if len(found) > 1] == []
+
+
+def is_docstring(statement):
+    return isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant)

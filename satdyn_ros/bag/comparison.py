@@ -1,5 +1,6 @@
 """Messages beside those that a run should have given: the same bytes, or apart by rounding."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -94,7 +95,7 @@ class Comparison:
         for field in _numbers(layout) if may_round else ():
             distance = _distance(rows, right, layout, field)
             allowed = self._allowed[channel_id, field] + self._step(channel_id)
-            dtype, offset = layout.fields[field][:2]
+            dtype, offset = _places(layout)[field][:2]
             wrong[distance <= allowed, offset : offset + dtype.itemsize] = False
             if allowed > 0.0:
                 self.of_allowed = max(self.of_allowed, float(np.max(distance)) / allowed)
@@ -123,6 +124,10 @@ class Comparison:
                 self._allowed[channel_id, field] = max(before, allowed)
 
 
+def _places(layout: np.dtype) -> Mapping[str, tuple]:
+    return layout.fields or {}
+
+
 def _numbers(layout):
     return [name for name in layout.names if layout[name].base.kind == 'f']
 
@@ -136,7 +141,7 @@ def _distance(a, b, layout, field):
 def _field_at(layout, place):
     """Return the field at a byte of a message."""
     for name in layout.names:
-        dtype, offset = layout.fields[name][:2]
+        dtype, offset = _places(layout)[name][:2]
         if offset <= place < offset + dtype.itemsize:
             return name
     return 'a constant'

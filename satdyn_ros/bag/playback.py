@@ -9,7 +9,7 @@ from ..rosbag2.compression import decompress, zstd_size
 from ..rosbag2.errors import BagError, Damaged, Incomplete
 from ..rosbag2.reader import Bag
 from ..rosbag2.summary import read_summary
-from ..rosbag2.timeline import Message, Timeline
+from ..rosbag2.timeline import LoggedMessage, Timeline
 from ..run import ros_yaml
 
 # rosbag2 wrote rmw's numbers until version 9 of its metadata, its words since then.
@@ -55,14 +55,14 @@ class Playback:
         self.end_ns = max(end for _, end in spans)
         self.qos = {name: offered(bag.topics[name].qos) for name in self.types}
 
-    def messages(self, topics: list[str], from_ns: int) -> Iterator[Message]:
+    def messages(self, topics: list[str], from_ns: int) -> Iterator[LoggedMessage]:
         """Yield the messages of topics whose log time is not before from_ns."""
         for timeline in self._timelines:
             for message in timeline.messages(topics, from_ns):
                 yield _expanded(message) if self._has_compressed_messages else message
 
 
-def _expanded(message: Message) -> Message:
+def _expanded(message: LoggedMessage) -> LoggedMessage:
     """Return a message that rosbag2 compressed by itself."""
     try:
         data = decompress('zstd', message.data, zstd_size(message.data))

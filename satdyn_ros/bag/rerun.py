@@ -10,7 +10,8 @@ from ..messages.packers import packer
 from ..messages.topics import pack_rotor_command, pack_rotor_torque, pack_torque
 from ..rosbag2.chunk_builder import ChunkBuilder
 from ..run.events import Event, Request, Reset, RotorCommand, Torque
-from ..run.simulation import Samples, Simulation
+from ..run.samples import Samples
+from ..run.simulation import Simulation
 from .recorded_run import RecordedRun
 
 _TICKS = 4096

@@ -204,8 +204,11 @@ def _check(events, scenario):
                 case Request():
                     scenario = requested(scenario, event.values)
                 case Torque() | RotorCommand():
-                    rotor = isinstance(event, RotorCommand)
-                    torques = tuple(event.torques.values()) if rotor else event.torque_b
+                    torques = (
+                        tuple(event.torques.values())
+                        if isinstance(event, RotorCommand)
+                        else event.torque_b
+                    )
                     if scenario['motion.method'] == 'exact' and np.any(torques):
                         raise ValueError(
                             'motion.method is exact, and no closed form allows an applied torque'

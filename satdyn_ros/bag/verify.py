@@ -17,18 +17,19 @@ from ..rosbag2.integrity import check
 from ..rosbag2.reader import Bag, TopicBlock
 from ..rosbag2.scan import scan
 from ..run.events import Event, Halt, RotorLimited, TorquesDropped
-from ..run.simulation import Samples, Simulation
+from ..run.samples import Samples
+from ..run.simulation import Simulation
 from . import run_records
 from .comparison import TWIN_RAD, Comparison, Difference
 from .recorded_run import RecordedRun
 from .rerun import Records, rerun
 
 # A tolerance below this is not what limits a propagation.
-_ROUNDING = 1e-13
+_LEAST_TOLERANCE = 1e-13
 
 
 @dataclass(frozen=True)
-class Verdict:
+class Verification:
     """
     What verify found.
 
@@ -77,7 +78,7 @@ class Verdict:
         return '; '.join([said, *self.notes, *([self.problem] if self.problem else [])])
 
 
-def verify(path: str | Path) -> Verdict:
+def verify(path: str | Path) -> Verification:
     """
     Run a bag's own scenario and events again and compare every message, byte for byte.
 
@@ -126,7 +127,7 @@ def verify(path: str | Path) -> Verdict:
         raise
     except ValueError as error:
         raise Damaged(f'{path} cannot be run again: {error}') from error
-    return Verdict(
+    return Verification(
         message_count=messages.count,
         same_bytes=comparison.same_bytes,
         difference=difference,
@@ -248,7 +249,7 @@ class _Conservation:
         oscillation, ten are allowed; the states between steps are interpolated, which costs up to
         some ten times the tolerance, a hundred are allowed.
         """
-        return max(self._tolerance, _ROUNDING) * (100.0 + 10.0 * self._turned_rad)
+        return max(self._tolerance, _LEAST_TOLERANCE) * (100.0 + 10.0 * self._turned_rad)
 
     def observe(self, simulation: Simulation, samples: Samples) -> None:
         """Take in samples of a run."""

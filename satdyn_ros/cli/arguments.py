@@ -55,7 +55,7 @@ satdyn check"""
     _add_watch(command)
     added = command(
         'describe',
-        'what theory says of a scenario: closed form, constants, equilibria and their stability',
+        'what theory says about a scenario: closed form, constants, equilibria, stability',
         'satdyn describe config/default.yaml\nsatdyn describe config/euler_poinsot.yaml --json',
     )
     added.add_argument('file', metavar='FILE', help='the scenario, a ROS 2 parameter file')
@@ -85,7 +85,7 @@ def _add_request(command):
     for name, text in (
         ('reset', 'restart from the initial conditions in force'),
         ('pause', 'stop the ticks'),
-        ('resume', 'let the ticks go on'),
+        ('resume', 'resume the ticks'),
     ):
         what.add_argument(f'--{name}', action='store_true', help=text)
     what.add_argument(
@@ -94,7 +94,7 @@ def _add_request(command):
         type=int,
         const=0,
         metavar='N',
-        help='go on by step.ticks ticks while paused; N: set step.ticks first',
+        help='advance by step.ticks ticks while paused; N: set step.ticks first',
     )
     what.add_argument(
         '--record', choices=('on', 'off'), help='start a new bag, or close the open one'
@@ -146,7 +146,11 @@ def _add_replay(command):
     )
     _add_bag(added)
     added.add_argument(
-        '--rate', type=float, default=1.0, metavar='X', help='this many times as fast; default: 1'
+        '--rate',
+        type=float,
+        default=1.0,
+        metavar='X',
+        help='speed relative to the recording; default: 1',
     )
     added.add_argument('--loop', action='store_true', help='repeat until interrupted')
     added.add_argument('--clock', action='store_true', help='publish /clock')
@@ -214,7 +218,7 @@ def _add_bag_commands(command):
         help='the panels to draw, see below; for a sweep, the columns',
     )
     added.add_argument(
-        '--unwrap', action='store_true', help='let roll, pitch and yaw grow beyond a turn'
+        '--unwrap', action='store_true', help='unwrap roll, pitch and yaw beyond a full turn'
     )
     _add_window(added)
     added.notes = _PANELS

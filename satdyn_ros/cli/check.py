@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..bag.simulate import simulate
-from ..bag.verify import Verdict, verify
+from ..bag.verify import Verification, verify
 from ..dynamics import rotation
 from ..dynamics.propagator import Propagation
 from ..exact import recognise
@@ -93,7 +93,7 @@ FLIGHTS: dict[str, Mapping[str, Any]] = {
 }
 
 
-class Difference(NamedTuple):
+class FlightError(NamedTuple):
     """A flight in closed form beside its propagation: the largest angle between them [rad]."""
 
     flight: str
@@ -123,27 +123,27 @@ def check() -> bool:
         verdict = round_trip(Path(directory) / 'check')
     is_well &= verdict.is_true and verdict.same_bytes
     print(f'  {verdict}  {_word(verdict.is_true and verdict.same_bytes)}')
-    print('all is well' if is_well else 'this install is not to be trusted')
+    print('all is well' if is_well else 'this installation gives wrong results')
     return is_well
 
 
-def differences() -> Iterator[Difference]:
+def differences() -> Iterator[FlightError]:
     """Yield the difference of each flight; it is infinite where no closed form is found."""
     for flight, values in FLIGHTS.items():
         scenario = Scenario(values)
         motion = recognise(scenario.system, scenario.initial_state)
         if motion is None:
-            yield Difference(flight, 'no closed form', 0.0, np.inf)
+            yield FlightError(flight, 'no closed form', 0.0, np.inf)
             continue
         duration_s = PERIODS * (motion.period_s or 2000.0)
         t_s = np.linspace(0.0, duration_s, _ROWS)
         exact = motion.at(t_s)
         stepped = Propagation(motion.system, motion.state, tolerance=_TOLERANCE).at(t_s)
         apart = rotation.angle_between(exact.q_ib, stepped.q_ib)
-        yield Difference(flight, motion.name, duration_s, float(np.max(apart)))
+        yield FlightError(flight, motion.name, duration_s, float(np.max(apart)))
 
 
-def round_trip(directory: Path) -> Verdict:
+def round_trip(directory: Path) -> Verification:
     """Record a driven run into a new bag and return what verify says of it."""
     scenario = Scenario({'publish.rate': 100.0, 'time.epoch_ns': 10**9})
     happening: list[Event] = [

@@ -1,4 +1,4 @@
-"""What `satdyn describe` prints: what theory says of a scenario, for people."""
+"""What `satdyn describe` prints: what theory says about a scenario, for people."""
 
 from itertools import groupby
 from typing import Any
@@ -11,7 +11,7 @@ _NOISE = 1e-15
 
 
 def print_description(scenario: Scenario) -> None:
-    """Print what theory says of a scenario."""
+    """Print what theory says about a scenario."""
     described = describe(scenario)
     motion = described['motion']
     if motion is None:

@@ -100,7 +100,7 @@ def _request(given):
                     answer = client.step(ticks or None)
                 case {'record': switch}:
                     answer = client.record(switch == 'on')
-                case {'set': _}:
+                case {'set': _} if change:
                     answer = client.set_parameter(*change)
                 case {'get': name}:
                     answer = client.get_parameter(name)

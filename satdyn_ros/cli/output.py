@@ -48,7 +48,7 @@ def output_that_may_fail(command: str) -> Iterator[None]:
         output.flush()
         if output.problem is not None:
             print(
-                f'satdyn {command}: what it did is done, but its output could not be written: '
+                f'satdyn {command}: the command completed, but its output could not be written: '
                 f'{output.problem.strerror}',
                 file=sys.stderr,
             )

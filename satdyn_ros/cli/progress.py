@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 
-class _Notices(logging.Handler):
+class _ToStderr(logging.Handler):
     def emit(self, record):
         print(record.getMessage(), file=sys.stderr)
 
@@ -15,7 +15,7 @@ def show_notices() -> None:
     """Show on stderr what the package logs, such as that it compiles."""
     log = logging.getLogger('satdyn_ros')
     log.setLevel(logging.INFO)
-    log.handlers = [_Notices()]
+    log.handlers = [_ToStderr()]
 
 
 @contextmanager

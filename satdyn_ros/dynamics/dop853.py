@@ -15,7 +15,7 @@ constants: the Parameters of the equations, whose number of rotors tells the com
 import numpy as np
 
 from ..compiled import inlined, replaced
-from .equations import CENTRE, MOMENTUM, OMEGA, rates
+from .equations import CENTRE, MOMENTUM, OMEGA, Parameters, rates
 from .orbit import true_anomaly
 from .tableau import COLUMNS, DENSE, ENTRIES, ERROR_3, ERROR_5, LENGTHS
 from .vector import dot
@@ -30,14 +30,30 @@ UNFINISHED, REACHED, STUCK, TOO_MANY_STEPS = range(4)
 STEPS_PER_FIX = 8
 # What a step may grow to or shrink to at once.
 GROWTH, CUT = 6.0, 0.2
+# A step aims at this share of the length that should just meet the tolerance.
+SAFETY = 0.9
 # Above it a variable counts as infinite: the dense output multiplies it by up to some thousand.
 LARGEST = 1e300
-_CORE = (0.0,) * MOMENTUM
+# Keeps a quotient of zeros finite and changes no other.
+TINY = 1e-300
+# What the first step turns the body or the orbit by [rad]; a rate below the slowest [rad/s] counts
+# as the slowest, for which such a step takes four months.
+FIRST_TURN, SLOWEST = 0.01, 1e-9
+# Variables whose error counts whatever the number of rotors: q, omega and the place on the orbit.
+_COUNTED = float(MOMENTUM)
 _TWELVE = (0.0,) * 12
 
 
 @inlined
-def step(clock, y, k, dense, anomaly, constants, tolerance):
+def step(
+    clock: np.ndarray,
+    y: np.ndarray,
+    k: np.ndarray,
+    dense: np.ndarray,
+    anomaly: np.ndarray,
+    constants: Parameters,
+    tolerance: float,
+) -> bool:
     """
     Take one step within the tolerance; return whether there is one.
 
@@ -72,7 +88,7 @@ def step(clock, y, k, dense, anomaly, constants, tolerance):
 
 
 @inlined
-def variables(y, constants):
+def variables(y: np.ndarray, constants: Parameters) -> tuple[float, ...]:
     """Return the variables of an array as a tuple."""
     p, angle, n = constants.zeros, constants.zeros, len(constants.zeros)
     for i in range(n):
@@ -104,7 +120,7 @@ def _combine(row, y, k, z, constants):
             sums = replaced(sums, i, sums[i] + a * k[j, i])
     for i in range(len(sums)):
         z[i] = y[i] + sums[i]
-    for i in range(len(sums), len(_CORE) + 2 * len(constants.zeros) + 1):
+    for i in range(len(sums), MOMENTUM + 2 * len(constants.zeros) + 1):
         rest = 0.0
         for n in range(LENGTHS[row]):
             rest += ENTRIES[row, n] * k[COLUMNS[row, n], i]
@@ -131,24 +147,33 @@ def _error(y_0, y, h, k, constants):
 
 
 @inlined
-def first_step(omega, constants):
+def first_step(omega: tuple[float, ...], constants: Parameters) -> float:
     """Return the length of the step that is tried first."""
-    return 0.01 / (np.sqrt(dot(omega, omega)) + constants.anomaly_rate + 1e-9)
+    return FIRST_TURN / (np.sqrt(dot(omega, omega)) + constants.anomaly_rate + SLOWEST)
 
 
 @inlined
-def error_of(y_0, y, k_omega, e_3, e_5, h, constants):
+def error_of(
+    y_0: tuple[float, ...],
+    y: tuple[float, ...],
+    k_omega: tuple[float, ...],
+    e_3: tuple[float, ...],
+    e_5: tuple[float, ...],
+    h: float,
+    constants: Parameters,
+) -> float:
     """Return the error of a step h from y_0 to y: of attitude, rate, orbit and damped momenta."""
     # The natural scale of a rate: the rate itself and the root of the acceleration.  At rest both
     # may be rounding, which needs no digits.
     omega = (y_0[4], y_0[5], y_0[6])
     acceleration = np.sqrt(dot(k_omega, k_omega)) / h
-    rate = np.sqrt(dot(omega, omega)) + np.sqrt(acceleration) + constants.slow_rate + 1e-300
+    rate = np.sqrt(dot(omega, omega)) + np.sqrt(acceleration) + constants.slow_rate + TINY
     square_3, square_5 = _square(e_3, 1.0 / rate), _square(e_5, 1.0 / rate)
     for i in range(len(constants.rotors)):
         rotor = constants.rotors[i]
         # Without friction a momentum has no error.  Friction acts by the relative speed, which may
         # be far below the rate of the body: nearly all of p / J may be due to that rate.
+        # A tenth of that rate is the least speed that its error is relative to.
         speed = abs(_speed(y_0, i, rotor)) + abs(_speed(y, i, rotor))
         per_momentum = rotor.inertia_inverse / (speed + 0.1 * rate)
         per_momentum = per_momentum if rotor.friction > 0.0 else 0.0
@@ -158,7 +183,8 @@ def error_of(y_0, y, k_omega, e_3, e_5, h, constants):
     rest = 0.0
     for i in range(MOMENTUM, len(y)):
         rest += abs(y[i])
-    error = square_5 / np.sqrt(9.0 * (square_5 + 0.01 * square_3) + 1e-300)
+    # The root mean square of the estimate of order 5, damped by that of order 3 (II.10).
+    error = square_5 / np.sqrt(_COUNTED * (square_5 + 0.01 * square_3) + TINY)
     # Chosen at the end, for a branch would keep the lanes of batch.py from vectors.
     return error if rest < LARGEST else np.inf
 
@@ -170,20 +196,21 @@ def _speed(y, i, rotor):
 
 
 @inlined
-def step_ratio(error):
+def step_ratio(error: float) -> float:
     """Return 0.9 error^(-1/8): of order 8, so changed, a step should meet the tolerance."""
-    return 0.9 / np.sqrt(np.sqrt(np.sqrt(max(error, 1e-12))))
+    # An error below 1e-12 allows far more than the greatest growth.
+    return SAFETY / np.sqrt(np.sqrt(np.sqrt(max(error, 1e-12))))
 
 
 @inlined
-def cut(error, ratio):
+def cut(error: float, ratio: float) -> float:
     """Return by what a step is shortened that misses the tolerance; ratio: its step_ratio."""
     # nan fails every comparison: such a step is cut, until it is too short to be one.
     return max(CUT, ratio) if error < np.inf else CUT
 
 
 @inlined
-def direction_of_centre(anomaly, t):
+def direction_of_centre(anomaly: np.ndarray, t: float) -> tuple[float, float]:
     """Return cos f and sin f at t, anomaly as of a Propagation."""
     f = true_anomaly(anomaly[0] + anomaly[1] * t, anomaly[2])
     return np.cos(f), np.sin(f)
@@ -197,7 +224,9 @@ def _square(e, per_rate):
 
 
 @inlined
-def make_dense(clock, y, k, dense, constants):
+def make_dense(
+    clock: np.ndarray, y: np.ndarray, k: np.ndarray, dense: np.ndarray, constants: Parameters
+) -> None:
     """Write the terms of the dense output of the step in hand, y at its begin in dense[0]."""
     h, y_0, z = clock[END] - clock[BEGIN], dense[0], dense[7]
     for i in range(13, 16):
@@ -215,7 +244,15 @@ def make_dense(clock, y, k, dense, constants):
 
 
 @inlined
-def interpolate(t_s, wanted, out, first, last, clock, dense):
+def interpolate(
+    t_s: np.ndarray,
+    wanted: np.ndarray,
+    out: np.ndarray,
+    first: int,
+    last: int,
+    clock: np.ndarray,
+    dense: np.ndarray,
+) -> None:
     """Evaluate the dense output at t_s[first:last]; the quaternions come out as unit."""
     t_s, begin, h = t_s[first:last], clock[BEGIN], clock[END] - clock[BEGIN]
     per_step = 1.0 / h if h > 0.0 else 0.0

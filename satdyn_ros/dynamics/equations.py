@@ -34,10 +34,15 @@ from .vector import add, apply, cross, dot, scale, to_body
 Q, OMEGA, CENTRE, MOMENTUM = 0, 4, 7, 9
 
 
+# Compiled code has tuples, matrices by rows; a system, or many, give arrays first.
+Vector = tuple[float, ...] | np.ndarray
+Matrix = tuple[tuple[float, ...], ...] | np.ndarray
+
+
 class RotorParameters(NamedTuple):
     """The constants of one rotor; inertia_inverse: 1 / J, zero for a constant momentum."""
 
-    axis: tuple
+    axis: Vector
     torque: float
     friction: float
     inertia_inverse: float
@@ -52,26 +57,26 @@ class Parameters(NamedTuple):
     of all; where there is none, one without momentum.  zeros: one per rotor.
     """
 
-    inertia: tuple
-    carrier_inertia: tuple
-    carrier_inverse: tuple
-    weight_moment: tuple
-    applied: tuple
+    inertia: Matrix
+    carrier_inertia: Matrix
+    carrier_inverse: Matrix
+    weight_moment: Vector
+    applied: Vector
     eccentricity: float
     anomaly_rate: float
     gradient: float
-    to_pericentre: tuple
-    ahead: tuple
+    to_pericentre: Vector
+    ahead: Vector
     slow_rate: float
     does_work: bool
-    rotors: tuple
-    zeros: tuple
+    rotors: tuple[RotorParameters, ...]
+    zeros: tuple[float, ...]
 
 
 def parameters(system: System) -> Parameters:
     """Return the constants of the equations for a system."""
     constants = _constants(system)
-    plain = _plain(constants)
+    plain = _as_tuples(constants)
     return plain._replace(does_work=bool(constants.does_work))
 
 
@@ -161,7 +166,7 @@ def initial_values(system: System, state: State) -> np.ndarray:
 
 
 @inlined
-def rates(y, constants):
+def rates(y: tuple[float, ...], constants: Parameters) -> tuple[float, ...]:
     """Return dy/dt of the variables y, both tuples of the same size."""
     q, omega, cos_f, sin_f = y[0:4], y[4:7], y[7], y[8]
 
@@ -202,12 +207,12 @@ def rates(y, constants):
     return q_dot + omega_dot + (-f_dot * sin_f, f_dot * cos_f) + p_dot + speed + (power,)
 
 
-def _plain(part):
+def _as_tuples(part):
     """Return arrays as numbers or as tuples of numbers; tuples with names keep them."""
     if hasattr(part, '_fields'):
-        return type(part)(*(_plain(each) for each in part))
+        return type(part)(*(_as_tuples(each) for each in part))
     if isinstance(part, tuple):
-        return tuple(_plain(each) for each in part)
+        return tuple(_as_tuples(each) for each in part)
     found = np.asarray(part, float).tolist()
     if np.ndim(part) < 2:
         return tuple(found) if np.ndim(part) else found

@@ -16,14 +16,11 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
 from . import rotation
-from .inertia import principal_axes
+from .inertia import ROUNDING, principal_axes
 from .orbit import KeplerOrbit
 from .rotor import Rotor
 from .system import State, System
 from .torque import angular_momentum, gravity_gradient
-
-# What a balance may miss, relative to its terms: rounding of a state made from axes and angles.
-ROUNDING = 1e-12
 
 
 def direction(system: System, state: State, orbit_s: float = 0.0) -> np.ndarray:

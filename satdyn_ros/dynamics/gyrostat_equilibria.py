@@ -13,7 +13,7 @@ they are found by Newton's method from attitudes spread over all orientations.
 import numpy as np
 
 from . import rotation
-from .equilibria import ROUNDING
+from .inertia import ROUNDING
 from .stability import cross_matrices
 
 _STARTS, _NEWTON_STEPS, _LONGEST_STEP_RAD = 1000, 40, 0.3

@@ -11,8 +11,9 @@ from . import rotation
 
 # Rounding of a tensor that came through a rotation or from 15 printed digits; moments that differ
 # by less have no principal axes of their own.
-_ROUNDING = 1e-13
-# Relative difference of moments, and sine of an angle, that counts as rounding of the input.
+_AS_GIVEN = 1e-13
+# What counts as rounding of the input: a relative difference of moments, the sine of an angle, or
+# what a balance misses relative to its terms.
 ROUNDING = 1e-12
 
 
@@ -36,14 +37,14 @@ def tensor(values: ArrayLike) -> np.ndarray:
     if not np.all(np.isfinite(numbers)):
         raise ValueError(f'{given}; every entry must be finite')
     rows = numbers.reshape(3, -1)
-    if len(numbers) == 9 and np.max(np.abs(rows - rows.T)) > _ROUNDING * np.max(np.abs(rows)):
+    if len(numbers) == 9 and np.max(np.abs(rows - rows.T)) > _AS_GIVEN * np.max(np.abs(rows)):
         raise ValueError(f'{given}; the matrix must be symmetric')
     inertia = entries(numbers)
     small, middle, large = np.sort(principal_axes(inertia)[0])
     moments = f'{small:g}, {middle:g} and {large:g}'
-    if small <= _ROUNDING * large:
+    if small <= _AS_GIVEN * large:
         raise ValueError(f'{given}; its principal moments {moments} must be positive')
-    if small + middle < large * (1.0 - _ROUNDING):
+    if small + middle < large * (1.0 - _AS_GIVEN):
         raise ValueError(
             f'{given}; of its principal moments {moments} the largest must not exceed the sum of '
             'the others'
@@ -67,7 +68,7 @@ def entries(numbers: ArrayLike) -> np.ndarray:
 def is_that_of_a_body(inertia: np.ndarray) -> np.ndarray:
     """Return whether symmetric matrices (..., 3, 3) are inertias with a margin, shape (...)."""
     small, middle, large = np.moveaxis(np.linalg.eigvalsh(inertia), -1, 0)
-    return (small > 2.0 * _ROUNDING * large) & (small + middle >= large)
+    return (small > 2.0 * _AS_GIVEN * large) & (small + middle >= large)
 
 
 def principal_axes(inertia: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
@@ -87,7 +88,7 @@ def principal_axes(inertia: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         moments, axes = (np.array(parts) for parts in zip(*found, strict=True))
         return moments.reshape(inertia.shape[:-1]), axes.reshape(inertia.shape)
     moments, axes = np.linalg.eigh(inertia)
-    low_equal, high_equal = np.diff(moments) <= _ROUNDING * np.max(np.abs(moments))
+    low_equal, high_equal = np.diff(moments) <= _AS_GIVEN * np.max(np.abs(moments))
     if low_equal and high_equal:
         return np.full(3, np.mean(moments)), np.eye(3)
     if low_equal or high_equal:

@@ -123,7 +123,7 @@ class Motion(ABC):
         t_s = np.array(t_s, float, ndmin=1)
         if len(t_s) and not (t_s.min() >= 0.0 and t_s.max() < np.inf):
             bad = t_s[~(np.isfinite(t_s) & (t_s >= 0.0))][0]
-            raise ValueError(f't_s is {bad:g}; a motion answers finite times from 0 s on')
+            raise ValueError(f't_s is {bad:g}; it must be finite and at least 0 s')
         return self._table(t_s, *self._states(t_s))
 
     @abstractmethod

@@ -16,6 +16,8 @@ from ..compiled import vectorized
 from . import rotation
 
 EARTH_MU = 3.986004418e14
+# Equatorial, WGS 84.
+EARTH_RADIUS_M = 6_378_137.0
 
 
 @vectorized

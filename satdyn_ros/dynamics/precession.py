@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import inertia, rotation
-from .equilibria import ROUNDING, imbalance
+from .equilibria import imbalance
+from .inertia import ROUNDING
 from .orbit import KeplerOrbit
 from .system import State, System
 from .torque import angular_momentum

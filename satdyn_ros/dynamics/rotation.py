@@ -196,7 +196,7 @@ def from_roll_pitch_yaw(
     )
 
 
-def wrap(angle_rad):
+def wrap(angle_rad: float | np.ndarray) -> np.ndarray:
     """Return the angle between -pi and pi, shape (...)."""
     return angle_rad - 2.0 * np.pi * np.round(angle_rad / (2.0 * np.pi))
 

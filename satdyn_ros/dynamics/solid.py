@@ -66,7 +66,7 @@ def _sums(density, ranges, place, points):
     nodes, weights = np.polynomial.legendre.leggauss(points)
     weight = np.einsum('i,j,k->ijk', weights, weights, weights) / 8.0
     unit = np.meshgrid(*[(nodes + 1.0) / 2.0] * 3, indexing='ij')
-    given = []
+    given: list[np.ndarray] = []
     for share, ends in zip(unit, ranges, strict=True):
         low, high = ends(*given) if callable(ends) else ends
         given.append(low + (high - low) * share)

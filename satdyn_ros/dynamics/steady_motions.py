@@ -20,7 +20,7 @@ from .system import State, System
 from .verdict import Verdict, small_motion_roots, verdict
 
 # Below this share of the fastest a root is zero, its real part rounding.
-_ROUNDING = 1e-5
+_NO_SHARE = 1e-5
 
 
 class SteadyMotion(NamedTuple):
@@ -100,5 +100,5 @@ def _roots(system, state, orbit_s):
 def _periods(roots):
     """Return the periods [s] of the roots that oscillate."""
     fastest = np.max(np.abs(roots))
-    swings = (roots.imag > _ROUNDING * fastest) & (np.abs(roots.real) <= _ROUNDING * fastest)
+    swings = (roots.imag > _NO_SHARE * fastest) & (np.abs(roots.real) <= _NO_SHARE * fastest)
     return 2.0 * np.pi / np.sort(roots.imag[swings])

@@ -17,7 +17,8 @@ from typing import NamedTuple
 import numpy as np
 
 from . import rotation
-from .equilibria import ROUNDING, direction
+from .equilibria import direction
+from .inertia import ROUNDING
 from .orbit import KeplerOrbit
 from .precession import feels_field, symmetry_axis
 from .stability import cross_matrices, linear_equations
@@ -53,7 +54,7 @@ def verdict(system: System, state: State, orbit_s: float = 0.0) -> Verdict:
     if isinstance(system.orbit, KeplerOrbit) and not system.orbit.is_circular:
         raise ValueError('there are no steady motions on an elliptic orbit')
     steady = _Steady.of(system, state, orbit_s)
-    aside = '' if steady.axis is None else ', the turn about the axis of symmetry aside'
+    aside = '' if steady.axis is None else ', apart from the rotation about the symmetry axis'
     if np.min(steady.bend()) > ROUNDING * steady.size:
         return Verdict('stable', f'the amended potential has a strict minimum{aside}')
     roots = steady.roots()

@@ -7,12 +7,12 @@ from ..dynamics.inertia import ROUNDING
 from ..dynamics.system import State, System
 
 
-def is_principal(inertia, axis) -> bool:
+def is_principal(inertia: np.ndarray, axis: np.ndarray) -> bool:
     """Whether the unit vector axis (3,) is a principal axis of inertia (3, 3)."""
     return bool(np.linalg.norm(np.cross(axis, inertia @ axis)) <= ROUNDING * np.max(inertia))
 
 
-def is_symmetric(inertia, axis) -> bool:
+def is_symmetric(inertia: np.ndarray, axis: np.ndarray) -> bool:
     """Whether axis (3,) is principal and the two moments across it are equal."""
     if not is_principal(inertia, axis):
         return False
@@ -35,7 +35,7 @@ def rotor_axes(system: System, state: State) -> list[np.ndarray]:
     return [*axes, system.rotors[0].axis if alone else h_b / np.linalg.norm(h_b)]
 
 
-def principal_axes_about(axis, inertia) -> tuple[np.ndarray, np.ndarray]:
+def principal_axes_about(axis: np.ndarray, inertia: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """
     Return the principal moments (3,) and R_bp (3, 3) whose third column is along +- axis.
 

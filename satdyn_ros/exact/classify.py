@@ -62,7 +62,7 @@ def rotation_class(system: System, state: State, start_s: float = 0.0) -> Rotati
     return _watched(system, state, start_s, not_planar)
 
 
-def axis_wander(motion: Motion, t_s) -> float:
+def axis_wander(motion: Motion, t_s: np.ndarray) -> float:
     """
     Return how far the axis of rotation leaves a body-fixed line at t_s (N,): a sine, 0 to 1.
 

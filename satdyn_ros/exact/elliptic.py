@@ -8,8 +8,11 @@ cancellation: near m = 1 the digits of a motion are those of m1.  u and m1 broad
 import numpy as np
 from scipy.special import elliprf, elliprj
 
+# What counts as rounding of a motion's own numbers, which nobody can tell from zero.
+LAST_DIGITS = 4.0 * np.finfo(float).eps
 
-def K(m1):
+
+def K(m1: float | np.ndarray) -> np.ndarray:
     """
     Return the quarter period K, inf for m1 = 0 (DLMF 19.25.1).
 
@@ -19,7 +22,7 @@ def K(m1):
     return elliprf(0.0, m1, 1.0)
 
 
-def fold(u, m1):
+def fold(u: float | np.ndarray, m1: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return ur in [-K, K] and the number j of half turns of am, with u = ur + 2 K j."""
     two_K = 2.0 * K(m1)
     j = np.rint(u / two_K)
@@ -31,7 +34,9 @@ def _times(j, period):
     return j * np.where(j == 0.0, 0.0, period)
 
 
-def sncndn(u, m1):
+def sncndn(
+    u: float | np.ndarray, m1: float | np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """
     Return sn, cn and dn of u.
 
@@ -44,7 +49,7 @@ def sncndn(u, m1):
     return tan_am * cn, cn, dn
 
 
-def amplitude(u, m1):
+def amplitude(u: float | np.ndarray, m1: float | np.ndarray) -> np.ndarray:
     """Return am u [rad], continuous over all periods."""
     ur, j = fold(u, m1)
     return np.arctan(_tan_am_dn(ur, m1)[0]) + j * np.pi
@@ -62,7 +67,7 @@ def _tan_am_dn(u, m1):
     a_above = (a + g) / 2.0
     # K may round to a hair beyond pi/2, where the tangent would change its sign
     tan_am = np.tan(np.clip(a_above * u, -np.pi / 2, np.pi / 2)) / a_above
-    dn = 1.0
+    dn: float | np.ndarray = 1.0
     for a, g in reversed(levels):
         square = a_above * tan_am * tan_am
         tan_am, dn = tan_am / dn, (1.0 + g * square) / (1.0 + a * square)
@@ -74,7 +79,7 @@ def _tan_am_dn(u, m1):
     return tan_am, dn
 
 
-def F(phi, m1):
+def F(phi: float | np.ndarray, m1: float | np.ndarray) -> np.ndarray:
     """Return Legendre's first integral, the u with am u = phi [rad], any phi."""
     j = np.rint(np.asarray(phi, float) / np.pi)
     f = phi - j * np.pi
@@ -82,12 +87,12 @@ def F(phi, m1):
     return F_sncndn(s, c, np.hypot(c, np.sqrt(m1) * s)) + _times(j, 2.0 * K(m1))
 
 
-def F_sncndn(sn, cn, dn):
+def F_sncndn(sn: float | np.ndarray, cn: float | np.ndarray, dn: float | np.ndarray) -> np.ndarray:
     """Return the u in [-K, K] with these sn, cn >= 0 and dn (DLMF 19.25.31)."""
     return sn * elliprf(np.square(cn), np.square(dn), 1.0)
 
 
-def L(u, nn, m1):
+def L(u: float | np.ndarray, nn: float | np.ndarray, m1: float | np.ndarray) -> np.ndarray:
     """
     Return the integral of sn^2 / (1 - nn sn^2) from 0 to u, nn < 1.
 

@@ -68,11 +68,11 @@ class ExactMotion(Motion):
         """Return the constants, periods and limits that say what the motion is like."""
 
     @abstractmethod
-    def attitude(self, t_s):
+    def attitude(self, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return q_ib (N, 4) and omega_bi_b (N, 3) at t_s (N,)."""
 
     @abstractmethod
-    def axial_turn(self, t_s, axis):
+    def axial_turn(self, t_s: np.ndarray, axis: np.ndarray) -> np.ndarray:
         """Return the integral of axis . omega from 0 to t_s [rad], (N,), for a rotor's axis."""
 
     def _states(self, t_s):

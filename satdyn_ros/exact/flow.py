@@ -35,7 +35,15 @@ class Flow:
     passage exactly through a pole counts as none.
     """
 
-    def __init__(self, nutation: Nutation, plus, minus, alpha0, beta0, pq0):
+    def __init__(
+        self,
+        nutation: Nutation,
+        plus: tuple[float, float],
+        minus: tuple[float, float],
+        alpha0: complex,
+        beta0: complex,
+        pq0: complex,
+    ):
         self.nutation = nutation
         self._plus, self.mean_plus = _zero(nutation, -1, *plus)
         self._minus, self.mean_minus = _zero(nutation, 1, *minus)
@@ -51,7 +59,7 @@ class Flow:
         """Return the mean rate of S [rad/s]."""
         return (self.mean_plus - self.mean_minus) / 2.0
 
-    def at(self, t_s):
+    def at(self, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return alpha, beta and p + i q [rad/s] at t_s (N,), complex (N,) each."""
         return _normalised(self._numbers(np.asarray(t_s, float)), *self._factors)
 

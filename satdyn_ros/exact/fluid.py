@@ -38,7 +38,7 @@ class FluidBody:
     H1: float = 0.0
     H2: float = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name, value in vars(self).items():
             if not np.isfinite(value):
                 raise ValueError(f'{name} is {value:g}; it must be finite')

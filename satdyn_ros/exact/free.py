@@ -118,7 +118,7 @@ class Free(ExactMotion):
             Fact('herpolhode', known.herpolhode_radii, '1/(kg^0.5 m)', 'radii of its annulus'),
         ]
 
-    def attitude(self, t_s):
+    def attitude(self, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return q_ib (N, 4) and omega_bi_b (N, 3) at t_s (N,)."""
         alpha, beta, _ = self.flow.at(t_s)
         q_pb = rotation.conjugate(self._q_bp)
@@ -128,7 +128,7 @@ class Free(ExactMotion):
         momentum_p[:, 2] -= self._h
         return q_ib, attitude.rotated(self._q_bp, momentum_p / self._moments)
 
-    def axial_turn(self, t_s, axis):
+    def axial_turn(self, t_s: np.ndarray, axis: np.ndarray) -> np.ndarray:
         """Return the integral of axis . omega from 0 to t_s [rad], (N,), for a rotor's axis."""
         sign = np.sign(self._R_bp[:, 2] @ axis)
         swept = self.L * self.flow.nutation.integral(t_s) - self._h * t_s

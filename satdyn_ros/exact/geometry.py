@@ -8,14 +8,16 @@ cone whose base is a plane curve rolls on a quadric of revolution about the vert
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..dynamics import rotation
 from ..dynamics.inertia import ROUNDING, are_parallel, principal_axes
 
 
-def polhode(inertia, omega, angle_rad) -> np.ndarray:
+def polhode(inertia: np.ndarray, omega: ArrayLike, angle_rad: np.ndarray) -> np.ndarray:
     """
     Return points xi (N, 3) of the polhode through omega (3,) [rad/s], in body axes.
 
@@ -42,7 +44,7 @@ def polhode(inertia, omega, angle_rad) -> np.ndarray:
     return xi @ R_bp.T / np.sqrt(np.sum(square))
 
 
-def herpolhode(inertia, q_ib, omega_bi_b) -> np.ndarray:
+def herpolhode(inertia: np.ndarray, q_ib: np.ndarray, omega_bi_b: np.ndarray) -> np.ndarray:
     """
     Return points (N, 2) of the herpolhode, in the invariable plane about the foot of L.
 
@@ -59,7 +61,7 @@ def herpolhode(inertia, q_ib, omega_bi_b) -> np.ndarray:
     return contact @ np.stack([first, np.cross(normal, first)], axis=-1)
 
 
-def herpolhode_rate(inertia, omega_bi_b) -> np.ndarray:
+def herpolhode_rate(inertia: np.ndarray, omega_bi_b: np.ndarray) -> np.ndarray:
     """
     Return the rate [rad/s] (N,) at which the herpolhode turns about L; it is never negative.
 
@@ -97,7 +99,7 @@ class Rolling:
     H2: float
 
     @classmethod
-    def of(cls, motion) -> 'Rolling':
+    def of(cls, motion: Any) -> 'Rolling':
         """Return the rolling of an exact motion (symmetric.Symmetric)."""
         J3 = motion.C * motion.r0 + motion.h3
         return cls(motion.A, J3, motion.r0, motion.g, motion.h_prime, motion.H1, motion.H2)
@@ -146,12 +148,12 @@ class Rolling:
             return 'cone'
         return f'hyperboloid of {"two sheets" if discriminant > 0.0 else "one sheet"}'
 
-    def space_radius(self, u) -> np.ndarray:
+    def space_radius(self, u: ArrayLike) -> np.ndarray:
         """Return the pole's distance from Z in space, (N,) [rad/s], at u = cos theta (42)."""
         v_z = (self.g - self.Delta * np.asarray(u, float)) / self.A
         return np.sqrt(np.maximum(self.r0**2 + self.polar_radius(u) ** 2 - v_z**2, 0.0))
 
-    def space_rate(self, u) -> np.ndarray:
+    def space_rate(self, u: ArrayLike) -> np.ndarray:
         """
         Return the rate (N,) [rad/s] at which the pole turns about Z in space (42).
 
@@ -163,7 +165,7 @@ class Rolling:
         moment = slope * (u * v_z - self.r0) - self.Delta * (self.r0 * v_z - u * square)
         return moment / (self.A * self.space_radius(u) ** 2)
 
-    def residual(self, v_i) -> np.ndarray:
+    def residual(self, v_i: ArrayLike) -> np.ndarray:
         """
         Return by how much poles v_i (N, 3) [rad/s] miss the quadric [rad^2/s^2] or plane [rad/s].
 
@@ -175,7 +177,7 @@ class Rolling:
         c2, c1, c0 = self.coefficients
         return x * x + y * y - ((c2 * z + c1) * z + c0)
 
-    def polar_radius(self, u) -> np.ndarray:
+    def polar_radius(self, u: ArrayLike) -> np.ndarray:
         """
         Return the pole's distance from axis 3 in the body, (N,) [rad/s], at u = cos theta.
 
@@ -184,7 +186,7 @@ class Rolling:
         u = np.asarray(u, float)
         return np.sqrt(np.maximum(2.0 / self.A * (self.h_prime + (self.H1 * u + self.H2) * u), 0))
 
-    def polar_limits(self, lowest_u, highest_u) -> tuple[float, float]:
+    def polar_limits(self, lowest_u: float, highest_u: float) -> tuple[float, float]:
         """Return the least and greatest polar radius [rad/s] while u is between two values."""
         turning = [lowest_u, highest_u]
         if self.H1 != 0.0 and lowest_u < -self.H2 / (2.0 * self.H1) < highest_u:
@@ -192,7 +194,7 @@ class Rolling:
         radii = self.polar_radius(turning)
         return float(np.min(radii)), float(np.max(radii))
 
-    def polar_rate(self, u) -> np.ndarray:
+    def polar_rate(self, u: ArrayLike) -> np.ndarray:
         """Return the rate (N,) [rad/s] at which the pole turns about axis 3 in the body (41)."""
         u = np.asarray(u, float)
         slope, twice = 2.0 * self.H1 * u + self.H2, self.A * self.polar_radius(u) ** 2

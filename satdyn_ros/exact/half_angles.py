@@ -48,7 +48,9 @@ class Zero(NamedTuple):
 
 
 @compiled
-def evaluate(t_s, since_s, lattice, plus, minus):
+def evaluate(
+    t_s: np.ndarray, since_s: float, lattice: Lattice, plus: Zero, minus: Zero
+) -> np.ndarray:
     """Return alpha, alpha', beta and beta' at t_s (N,), up to constant and common real factors."""
     numbers = np.empty((4, len(t_s)), np.complex128)
     r = np.empty(ROWS)

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..dynamics import rotation
 from ..dynamics.system import State
@@ -56,7 +57,14 @@ class Immersed:
     name = 'solid in an ideal fluid'
     source = 'Paladini 1888, ch. 2'
 
-    def __init__(self, body: FluidBody, q_ib, omega_bi_b, P0: float, x_i=(0.0, 0.0, 0.0)):
+    def __init__(
+        self,
+        body: FluidBody,
+        q_ib: np.ndarray | Sequence[float],
+        omega_bi_b: np.ndarray | Sequence[float],
+        P0: float,
+        x_i: np.ndarray | Sequence[float] = (0.0, 0.0, 0.0),
+    ):
         self.body, self.P0, self._x0 = body, P0, np.asarray(x_i, float)
         self._q_frame = rotation.IDENTITY
         D, D_prime = body.D, body.D_prime
@@ -113,7 +121,7 @@ class Immersed:
         motion._q_frame = frame
         return motion
 
-    def at(self, t_s) -> FluidStates:
+    def at(self, t_s: ArrayLike) -> FluidStates:
         """
         Return the states at t_s, a float or (N,), seconds since the motion began, any order.
 
@@ -145,7 +153,7 @@ class Immersed:
         self._turn = 0.0
         if period < np.inf:
             self._panel = self._period / np.ceil(self._period / self._panel)
-            self._turn = rotation.wrap(turning_rate * self._period)
+            self._turn = float(rotation.wrap(turning_rate * self._period))
 
     def _travel(self, t_s):
         """Return the integral of R v from 0 to t_s [m], (N, 3)."""

@@ -9,6 +9,8 @@ with M twice the polar form of Q at a and b: one formula for every pattern of ro
 integrals (DLMF 19.16).
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.special import elliprf, elliprj
 
@@ -16,8 +18,12 @@ from .half_angles import Lattice, Zero, evaluate
 from .turning import turning_points
 
 EPS = np.finfo(float).eps
-# A turning point so near to a pole is at it.
+# A turning point so near to a pole is at it; a number so small stands for zero in a quotient.
 NO_DISTANCE = 1e-100
+# Q at the end that u left long ago, relative: so far back that u is at that end to the last bit.
+_LONG_AGO = 1e-200
+# So near to a turning point, as a share of the squared width, f(u0) has no digits left for Q.
+_AT_THE_END = 1e-10
 
 
 class Nutation:
@@ -28,7 +34,16 @@ class Nutation:
     other two roots of f are -a and -b.
     """
 
-    def __init__(self, f, f_up, f_down, above, below, u_dot0, is_even=False):
+    def __init__(
+        self,
+        f: Sequence[float] | np.ndarray,
+        f_up: Sequence[float] | np.ndarray,
+        f_down: Sequence[float] | np.ndarray,
+        above: float,
+        below: float,
+        u_dot0: float,
+        is_even: bool = False,
+    ):
         self.turning = turning_points(f, f_up, f_down, above, below)
         self.from_b, self.since = True, 0.0
         if self.turning.steady:
@@ -38,7 +53,7 @@ class Nutation:
         width, c2 = da - db, -f[4]
         if Qa == Qb == 0.0:
             # From one double root to another: u left b long ago.
-            Qb = 1e-200 * -c2 * width**2
+            Qb = _LONG_AGO * -c2 * width**2
             self.turning = self.turning._replace(Qb=Qb)
         self.from_b = Qb >= Qa
         sizes, M = min(_ways_to_M(self.turning, c2, -f_up[0], -f_down[0]))
@@ -53,7 +68,7 @@ class Nutation:
                 difference**2 - (2.0 * total - c_2) * c_2,
             ),
         ]
-        if -da * db > 1e-10 * width**2:
+        if -da * db > _AT_THE_END * width**2:
             c0 = f[0] / (-da * db)
             c1 = (f[1] - (da + db) * c0) / (-da * db)
             sizes = (abs(f[1]) + abs(da + db) * c0) / (-da * db)
@@ -101,7 +116,7 @@ class Nutation:
         """Return the period of u [s]: inf where u is constant or the motion asymptotic."""
         return np.inf if self.turning.steady else self.lattice.period
 
-    def integral(self, t_s):
+    def integral(self, t_s: float | np.ndarray) -> np.ndarray:
         """Return the integral of u from 0 to t_s [s], shape (N,)."""
         t_s = np.asarray(t_s, float)
         if self.turning.steady:
@@ -147,7 +162,7 @@ class Nutation:
         whole = elliprj(0.0, m1, 1.0, 1.0 / h) / 3.0 / h
         third = np.where(cn < 0.0, 2.0 * whole - third, third)
         k = np.sqrt(eta**2 / h + 1.0 - m1)
-        turn = np.arctan(k * sn / dn) / max(k, 1e-100)
+        turn = np.arctan(k * sn / dn) / max(k, NO_DISTANCE)
         x = np.sqrt(p * q) * tau_s
         swept = (e * q + o * p) / (q + p) * x + (e - o) / 2.0 * (turn - eta * (x - third))
         return swept / np.sqrt(p * q)

@@ -14,9 +14,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from . import elliptic
-
-# Terms of f at an equilibrium that cancel to this are rounding of the start's own numbers.
-ROUNDING = 4.0 * np.finfo(float).eps
+from .elliptic import LAST_DIGITS
 
 
 class Field(NamedTuple):
@@ -28,32 +26,32 @@ class Field(NamedTuple):
     theta0: float
     rate0: float
 
-    def f(self, d):
+    def f(self, d: float) -> float:
         """Return f at theta0 + d, without cancellation for small d."""
         return self.rate0**2 - sum(self._drops(d))
 
-    def slope(self, d):
+    def slope(self, d: float) -> float:
         """Return df/dtheta at theta0 + d."""
         phi = self.theta0 + self.delta + d
         return -self.G1 * np.sin(phi) - 2.0 * self.G2 * np.sin(2.0 * (self.theta0 + d))
 
-    def bend(self, d):
+    def bend(self, d: float) -> float:
         """Return half the second derivative of f at theta0 + d."""
         theta = self.theta0 + d
         G1, G2 = self.G1, self.G2
         return -(G1 * np.cos(theta + self.delta) + 4.0 * G2 * np.cos(2.0 * theta)) / 2.0
 
-    def is_separatrix(self, d):
+    def is_separatrix(self, d: float) -> bool:
         """Whether f has a double root at the equilibrium theta0 + d, and is positive beside it."""
         size = self.rate0**2 + sum(abs(drop) for drop in self._drops(d))
-        return abs(self.f(d)) <= ROUNDING * size and self.bend(d) >= 0.0
+        return abs(self.f(d)) <= LAST_DIGITS * size and self.bend(d) >= 0.0
 
     def _drops(self, d):
         phi = self.theta0 + self.delta + d / 2.0
         yield 2.0 * self.G1 * np.sin(phi) * np.sin(d / 2.0)
         yield 2.0 * self.G2 * np.sin(2.0 * self.theta0 + d) * np.sin(d)
 
-    def equilibria(self):
+    def equilibria(self) -> np.ndarray:
         """Return the angles d, 0 <= d < 2 pi, at which theta0 + d is an equilibrium, ascending."""
         z = np.exp(1j * self.delta)
         roots = np.roots([2.0 * self.G2, self.G1 * z, 0.0, -self.G1 / z, -2.0 * self.G2])
@@ -77,7 +75,7 @@ class OffsetPendulum:
         self.limits: tuple[float, float] | None = self._solution.limits
         self.k, self.period_s = self._solution.k, self._solution.period_s
 
-    def at(self, t_s):
+    def at(self, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return theta [rad], continuous, and its rate [rad/s] at t_s (N,)."""
         return self._solution.at(np.asarray(t_s, float))
 
@@ -85,8 +83,8 @@ class OffsetPendulum:
 def _solution(field):
     """Return the regime and the closed form of the motion in a field."""
     scale = field.G1 + 2.0 * abs(field.G2)
-    resting = abs(field.rate0) <= ROUNDING * np.sqrt(scale)
-    if resting and abs(field.slope(0.0)) <= ROUNDING * scale:
+    resting = abs(field.rate0) <= LAST_DIGITS * np.sqrt(scale)
+    if resting and abs(field.slope(0.0)) <= LAST_DIGITS * scale:
         return 'rest', Rest(field.theta0)
     ahead = field.equilibria()
     ways = {1: ahead, -1: ahead[::-1] - 2.0 * np.pi}
@@ -117,7 +115,7 @@ def _end(field, equilibria):
             if field.f(inside) <= 0.0:
                 return 0.0, False
             # a slow start next to its turning point takes bisections down to it
-            return brentq(field.f, inside, d, xtol=1e-300, rtol=ROUNDING, maxiter=3000), False
+            return brentq(field.f, inside, d, xtol=1e-300, rtol=LAST_DIGITS, maxiter=3000), False
         before = d
     return None, False
 
@@ -127,10 +125,10 @@ class Rest:
 
     k, period_s, limits = 0.0, None, None
 
-    def __init__(self, theta0):
+    def __init__(self, theta0: float):
         self._theta0 = theta0
 
-    def at(self, t_s):
+    def at(self, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the angle and no rate."""
         return np.full(np.shape(t_s), self._theta0), np.zeros(np.shape(t_s))
 
@@ -161,7 +159,7 @@ class Libration:
             self._m1, self._rate = 2.0 * G / (M + G), np.sqrt(M + G) / 2.0
         else:
             # (G^2 - M^2) / 4; at its rounding the start is within rounding of a separatrix
-            product = max(4.0 * p * r - q * q, ROUNDING * p * r)
+            product = max(4.0 * p * r - q * q, LAST_DIGITS * p * r)
             m1 = 2.0 * product / (G * (G - M)) if M < 0.0 else (1.0 + M / G) / 2.0
             self._m1, self._rate = m1, np.sqrt(G / 2.0)
         self.k = float(np.sqrt(1.0 - self._m1))
@@ -174,7 +172,7 @@ class Libration:
         am0 = np.arctan2(both, factor * (self._ratio * to_up - from_down))
         self._u0 = np.copysign(elliptic.F(am0, self._m1), field.rate0)
 
-    def at(self, t_s):
+    def at(self, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the angle and its rate."""
         sn, cn, dn = elliptic.sncndn(self._u0 + self._rate * t_s, self._m1)
         top = dn if self._wide else 1.0
@@ -223,7 +221,7 @@ class Tumbling:
         eta0 = field.theta0 + 2.0 * np.angle(1.0 - a * np.exp(-1j * field.theta0))
         self._u0 = elliptic.F((eta0 - self._offset) / 2.0, self._m1)
 
-    def at(self, t_s):
+    def at(self, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the angle and its rate."""
         eta = self._offset + 2.0 * elliptic.amplitude(self._u0 + self._rate * t_s, self._m1)
         theta = eta + 2.0 * np.angle(1.0 + self._a * np.exp(-1j * eta))
@@ -252,7 +250,7 @@ class Separatrix:
         # atan2 counts the angle from 0 to 2 pi; a start behind the equilibrium is at -d there
         self._turns = 2.0 * np.pi * np.floor(-d / (2.0 * np.pi))
 
-    def at(self, t_s):
+    def at(self, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the angle and its rate."""
         # beyond exp(300) the angle is the equilibrium to the last bit
         x = np.minimum(self._growth * t_s, 300.0)

@@ -4,9 +4,6 @@ import numpy as np
 
 from . import elliptic
 
-# Differences of the start's own numbers that are rounding; nobody can tell them from zero.
-ROUNDING = 4.0 * np.finfo(float).eps
-
 
 class Pendulum:
     """
@@ -28,9 +25,9 @@ class Pendulum:
         self.period_s: float | None = None
         self.limits: tuple[float, float] | None = None
         excess = speed - N * cosine
-        if np.hypot(rate0, N * sine * cosine) <= ROUNDING * N:
+        if np.hypot(rate0, N * sine * cosine) <= elliptic.LAST_DIGITS * N:
             self.regime = 'rest'
-        elif abs(excess) <= ROUNDING * speed:
+        elif abs(excess) <= elliptic.LAST_DIGITS * speed:
             self.regime = 'separatrix'
             self._m1, self._rate = 0.0, self._fastest
         elif excess < 0.0:
@@ -51,7 +48,7 @@ class Pendulum:
         if self.regime != 'separatrix':
             self.period_s = float(4.0 * elliptic.K(self._m1) / self._rate)
 
-    def at(self, t_s):
+    def at(self, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return theta [rad], continuous, and its rate [rad/s] at t_s (N,)."""
         if self.regime == 'rest':
             still = np.zeros(np.shape(t_s))

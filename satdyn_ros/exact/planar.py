@@ -75,13 +75,16 @@ class Planar(ExactMotion):
         else:
             name, c_i = 'axis of rotation', orbit.direction(0.0)
             if abs(rotation.rotate(state.q_ib, normal) @ c_i) > ROUNDING:
-                return 'the axis of rotation is not across the direction to the attracting centre'
+                return (
+                    'the axis of rotation is not perpendicular to the direction to the attracting '
+                    'centre'
+                )
         if not are_parallel(system.rotor_momentum(state), normal):
             return f'the rotor is not along the {name}'
         if not all(is_principal(I, normal) for I in (system.inertia, system.carrier_inertia)):
             return f'the {name} is not a principal axis of the body'
         if abs(system.weight_moment @ normal) > ROUNDING * np.linalg.norm(system.weight_moment):
-            return f'body.weight_moment is not across the {name}'
+            return f'body.weight_moment is not perpendicular to the {name}'
         return None
 
     def facts(self) -> list[Fact]:
@@ -99,14 +102,14 @@ class Planar(ExactMotion):
             facts.append(Fact('T', self.period_s, 's', meaning))
         return facts
 
-    def attitude(self, t_s):
+    def attitude(self, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return q_ib (N, 4) and omega_bi_b (N, 3) at t_s (N,)."""
         theta, rate = self.pendulum.at(t_s)
         turn = rotation.about(self.normal_b, self._turn(theta, t_s))
         omega = (rate + self._line_rate)[:, None] * self.normal_b
         return attitude.turned(self.state.q_ib, turn), omega
 
-    def axial_turn(self, t_s, axis):
+    def axial_turn(self, t_s: np.ndarray, axis: np.ndarray) -> np.ndarray:
         """Return the integral of axis . omega from 0 to t_s [rad], (N,), for a rotor's axis."""
         theta, _ = self.pendulum.at(t_s)
         return axis @ self.normal_b * self._turn(theta, t_s)

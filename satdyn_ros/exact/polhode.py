@@ -1,5 +1,6 @@
-"""The way of the vertical in the body in a stationary motion (Agostinelli 1977, eqs. 24 to 30)."""
+"""The path of the vertical in the body in a stationary motion (Agostinelli 1977, eqs 24-30)."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +10,7 @@ from . import elliptic
 
 class Polhode(NamedTuple):
     """
-    The way of gamma in the body: gamma = (S sn u, D dn u, C cn u), u' = lam.
+    The path of gamma in the body: gamma = (S sn u, D dn u, C cn u), u' = lam.
 
     m + m1 = 1 and C^2 + D^2 = 1; S has the sign that makes gamma' = gamma x omega.
     """
@@ -22,7 +23,9 @@ class Polhode(NamedTuple):
     C: float
 
     @classmethod
-    def of(cls, differences, distances):
+    def of(
+        cls, differences: Sequence[float] | np.ndarray, distances: Sequence[float] | np.ndarray
+    ) -> 'Polhode':
         """
         Return the polhode, whose y axis has the largest or the least alpha and z the other.
 
@@ -43,7 +46,7 @@ class Polhode(NamedTuple):
             C=np.sqrt(ye / yz),
         )
 
-    def at(self, u):
+    def at(self, u: float | np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the three cosines at the argument u."""
         sn, cn, dn = elliptic.sncndn(u, self.m1)
         return self.S * sn, self.D * dn, self.C * cn

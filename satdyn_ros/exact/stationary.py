@@ -14,6 +14,7 @@ with e = alpha . gamma^2 constant.  About the axis that gamma circles the attitu
 """
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..dynamics import rotation
 from ..dynamics.euler import from_zxz
@@ -25,9 +26,6 @@ from .exact_motion import ExactMotion, Fact
 from .flow import Flow
 from .nutation import Nutation
 from .polhode import Polhode
-
-# A direction cosine that nobody can tell from zero.
-ROUNDING = 4.0 * np.finfo(float).eps
 
 
 class Stationary(ExactMotion):
@@ -57,7 +55,9 @@ class Stationary(ExactMotion):
         self._solve(self.omega_0 * self.alpha, differences, gamma, q_bp)
 
     @classmethod
-    def from_attitude(cls, system: System, nu: float, q_ib, sign: int = 1) -> 'Stationary':
+    def from_attitude(
+        cls, system: System, nu: float, q_ib: ArrayLike, sign: int = 1
+    ) -> 'Stationary':
         """
         Return the motion with the multiplier nu [1 / (kg m^2)] from the attitude q_ib (4,).
 
@@ -165,13 +165,13 @@ class Stationary(ExactMotion):
             Fact('T', period_s, 's', 'period of gamma in the body, inf where it has none'),
         ]
 
-    def attitude(self, t_s):
+    def attitude(self, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return q_ib (N, 4) and omega_bi_b (N, 3) at t_s (N,)."""
         alpha, beta, _ = self._flow.at(t_s)
         q_ib, gamma_k = attitude.in_body(alpha, beta, rotation.conjugate(self._q_bk))
         return q_ib, attitude.rotated(self._q_bk, self._rates * gamma_k)
 
-    def axial_turn(self, t_s, axis):
+    def axial_turn(self, t_s: np.ndarray, axis: np.ndarray) -> np.ndarray:
         """Return nan (N,): no rotor turns here."""
         return np.full(len(t_s), np.nan)
 
@@ -200,7 +200,7 @@ class Stationary(ExactMotion):
         c, b, a = _ascending(differences)
         around_a = differences[a, b] * gamma[a] ** 2 >= differences[b, c] * gamma[c] ** 2
         x, y, z = (b, a, c) if around_a else (b, c, a)
-        gamma = np.where(np.abs(gamma) > ROUNDING, gamma, 0.0)
+        gamma = np.where(np.abs(gamma) > elliptic.LAST_DIGITS, gamma, 0.0)
         R_pk = _frame(y, z, gamma)[:, [2, 0, 1]]
         self._q_bk = rotation.multiply(q_bp, rotation.from_matrix(R_pk))
         gamma_z, gamma_x, gamma_y = gamma_k = R_pk.T @ gamma

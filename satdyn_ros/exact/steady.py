@@ -16,8 +16,8 @@ These are all: the components of c x I c are constant along a moving c only if t
 import numpy as np
 
 from ..dynamics import rotation
-from ..dynamics.equilibria import ROUNDING, direction, is_balanced
-from ..dynamics.inertia import are_parallel
+from ..dynamics.equilibria import direction, is_balanced
+from ..dynamics.inertia import ROUNDING, are_parallel
 from ..dynamics.orbit import FixedDirection
 from ..dynamics.system import State, System
 from ..dynamics.torque import gravity_gradient
@@ -63,13 +63,13 @@ class Steady(ExactMotion):
             Fact('turn', turn_s, 's', 'time of one turn in space'),
         ]
 
-    def attitude(self, t_s):
+    def attitude(self, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return q_ib (N, 4) and omega_bi_b (N, 3) at t_s (N,)."""
         turn = rotation.about(self.axis_b, self.rate * np.asarray(t_s))
         omega = np.tile(self.state.omega_bi_b, (len(t_s), 1))
         return rotation.multiply(self.state.q_ib, turn), omega
 
-    def axial_turn(self, t_s, axis):
+    def axial_turn(self, t_s: np.ndarray, axis: np.ndarray) -> np.ndarray:
         """Return the integral of axis . omega from 0 to t_s [rad], (N,), for a rotor's axis."""
         return axis @ self.state.omega_bi_b * np.asarray(t_s)
 

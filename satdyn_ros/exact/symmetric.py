@@ -104,7 +104,7 @@ class Symmetric(ExactMotion):
             Fact('quadric', Rolling.of(self).kind, '', 'the body cone rolls on it (sec. 12)'),
         ]
 
-    def attitude(self, t_s):
+    def attitude(self, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return q_ib (N, 4) and omega_bi_b (N, 3) at t_s (N,)."""
         alpha, beta, pq = self.flow.at(t_s)
         q_ib, _ = attitude.in_body(alpha, beta, rotation.conjugate(self.q_bp))
@@ -118,7 +118,7 @@ class Symmetric(ExactMotion):
     def _rates(self, pq):
         return np.stack([pq.real, pq.imag, np.full(len(pq), self.r0)], axis=-1)
 
-    def axial_turn(self, t_s, axis):
+    def axial_turn(self, t_s: np.ndarray, axis: np.ndarray) -> np.ndarray:
         """Return the integral of axis . omega from 0 to t_s [rad], (N,), for a rotor's axis."""
         axis_b = rotation.rotate(self.q_bp, [0.0, 0.0, 1.0])
         return np.sign(axis_b @ axis) * self.r0 * np.asarray(t_s)

@@ -4,7 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import Polynomial
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
+
+from .elliptic import LAST_DIGITS
 
 
 class Turning(NamedTuple):
@@ -45,7 +48,13 @@ class Turning(NamedTuple):
         return self.da == self.db
 
 
-def turning_points(f, f_up, f_down, above, below) -> Turning:
+def turning_points(
+    f: ArrayLike,
+    f_up: ArrayLike,
+    f_down: ArrayLike,
+    above: float,
+    below: float,
+) -> Turning:
     """
     Return the turning points beside u0, where f >= 0.
 
@@ -105,7 +114,7 @@ def _first_root(f, start, stop):
         return stop  # rounding hides that the pole itself is the root
     if f(left) <= 0.0:
         return left
-    root = brentq(f, left, right, xtol=1e-300, rtol=4 * np.finfo(float).eps, maxiter=3000)
+    root = brentq(f, left, right, xtol=1e-300, rtol=LAST_DIGITS, maxiter=3000)
     return _polished(f, root)
 
 

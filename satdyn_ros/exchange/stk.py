@@ -12,10 +12,10 @@ from typing import TextIO
 import numpy as np
 
 from .ccsds import Subject
+from .utc import SECOND_NS
 
 _AXES = {'EME2000': 'J2000', 'J2000': 'J2000', 'GCRF': 'ICRF', 'ICRF': 'ICRF'}
 _COUNT_WIDTH = 19
-_SECOND_NS = 10**9
 
 
 class StkAttitudeWriter:
@@ -38,7 +38,7 @@ class StkAttitudeWriter:
             return
         if self._epoch_ns is None:
             self._begin(int(stamps_ns[0]))
-        seconds, nanoseconds = np.divmod(stamps_ns - self._epoch_ns, _SECOND_NS)
+        seconds, nanoseconds = np.divmod(stamps_ns - self._epoch_ns, SECOND_NS)
         values = np.hstack([q_ib, np.degrees(omega_bi_b)]) if self._with_rates else q_ib
         row = '%d.%09d' + ' %.16e' * values.shape[1] + '\n'
         table = zip(seconds.tolist(), nanoseconds.tolist(), *values.T.tolist(), strict=True)
@@ -57,9 +57,9 @@ class StkAttitudeWriter:
         self._epoch_ns = epoch_ns
         kind = 'AttitudeTimeQuatAngVels' if self._with_rates else 'AttitudeTimeQuaternions'
         # The date and time of STK's UTCG, in English whatever the locale.
-        instant = datetime.fromtimestamp(epoch_ns // _SECOND_NS, timezone.utc)
+        instant = datetime.fromtimestamp(epoch_ns // SECOND_NS, timezone.utc)
         month = 'JanFebMarAprMayJunJulAugSepOctNovDec'[3 * instant.month - 3 :][:3]
-        utcg = f'{instant.day} {month} {instant:%Y %H:%M:%S}.{epoch_ns % _SECOND_NS:09d}'
+        utcg = f'{instant.day} {month} {instant:%Y %H:%M:%S}.{epoch_ns % SECOND_NS:09d}'
         self._file.write(
             'stk.v.8.0\n'
             f'# {self._subject.object_name}: rotation of the coordinate axes to the body axes, '

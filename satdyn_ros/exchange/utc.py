@@ -8,7 +8,7 @@ from decimal import ROUND_HALF_EVEN, Decimal
 import numpy as np
 
 _UNIX_EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
-_SECOND_NS = 10**9
+SECOND_NS = 10**9
 
 # The two forms of CCSDS 301.0-B-4, section 3.5: calendar date, and day of the year.
 _EPOCH = re.compile(
@@ -67,6 +67,6 @@ def stamp_ns(text: str) -> int:
         )
     except ValueError as error:
         raise ValueError(f'{text} is not an epoch: {error}') from None
-    nanoseconds = Decimal(found['fraction'] or 0) * _SECOND_NS
+    nanoseconds = Decimal(found['fraction'] or 0) * SECOND_NS
     rounded = int(nanoseconds.to_integral_value(ROUND_HALF_EVEN))
-    return (whole - _UNIX_EPOCH) // timedelta(seconds=1) * _SECOND_NS + rounded
+    return (whole - _UNIX_EPOCH) // timedelta(seconds=1) * SECOND_NS + rounded

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from ..run.samples import Measured, Samples
 from ..run.scenario import Scenario
-from ..run.simulation import Measured, Samples
 from ..sensors import Gyro, StarTracker
 from ..sensors.suite import Sensor
 from . import cdr, contents

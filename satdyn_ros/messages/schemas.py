@@ -15,7 +15,7 @@ from typing import NamedTuple
 SEQUENCE = -1
 
 
-class Field(NamedTuple):
+class MessageField(NamedTuple):
     """
     A field of a message: its type ('float64', 'string', 'std_msgs/msg/Header'), name and default.
 
@@ -66,17 +66,17 @@ def _visit(type_name, found):
 
 
 @cache
-def fields(type_name: str) -> tuple[Field, ...]:
+def fields(type_name: str) -> tuple[MessageField, ...]:
     """
     Return the fields of a type in the order of its definition; constants are left out.
 
     >>> fields('std_msgs/msg/Float64')
-    (Field(type='float64', name='data', length=None, default=None),)
+    (MessageField(type='float64', name='data', length=None, default=None),)
     """
     return parse(type_name, _definitions()[type_name]['definition'])
 
 
-def parse(type_name: str, definition: str) -> tuple[Field, ...]:
+def parse(type_name: str, definition: str) -> tuple[MessageField, ...]:
     """Return the fields in the definition (.msg text) of a type."""
     package = type_name.split('/')[0]
     lines = (line.split('#')[0].split() for line in definition.splitlines())
@@ -91,7 +91,7 @@ def _field(package, declared, name, default=None):
         base = f'{package}/{base}'
     count = None if brackets is None else int(length) if length else SEQUENCE
     value = None if default is None else float(default)
-    return Field(base.replace('/', '/msg/'), name, count, value)
+    return MessageField(base.replace('/', '/msg/'), name, count, value)
 
 
 @cache

@@ -48,7 +48,8 @@ class Topic:
 
 def pack_torque(stamp_ns: int, torque_b: Sequence[float] | np.ndarray, frames: Frames) -> bytes:
     """Return the message of the input torque: torque_b (3,) [N m] in body axes."""
-    return _pack_input('torque', frames, stamp_ns, torque_b)
+    inputs = contents.Inputs(np.array([stamp_ns]), np.array([torque_b], float))
+    return _torque_packer(frames).pack(inputs).tobytes()
 
 
 def pack_rotor_torque(torque: float) -> bytes:
@@ -80,14 +81,9 @@ def _command_packer(frames, names):
     return Packer(TOPICS['rotor_command'].type, contents.rotor_command(frames, names))
 
 
-def _pack_input(name, frames, stamp_ns, torque):
-    inputs = contents.Inputs(np.array([stamp_ns]), np.array([torque], float))
-    return _input_packer(name, frames).pack(inputs).tobytes()
-
-
 @cache
-def _input_packer(name, frames):
-    return TOPICS[name].packer(frames, system=None)
+def _torque_packer(frames):
+    return TOPICS['torque'].packer(frames, System(np.eye(3)))  # of any system
 
 
 _TABLE = (
@@ -180,7 +176,7 @@ _TABLE = (
         'sensor',
         '',
         'attitude, sensor to inertial, as the star tracker measures it, with its covariance in '
-        'sensor axes, stamped by its exposure; all else is marked absent',
+        'sensor axes, stamped by its exposure; everything else is marked absent',
         None,
     ),
     Topic(
@@ -196,7 +192,7 @@ _TABLE = (
         'diagnostic_msgs/msg/DiagnosticArray',
         'diagnostics',
         '',
-        'drift of the first integrals, pacing, recorder, inputs and connections, each second',
+        'drift of the first integrals, pacing, recorder, inputs and connections, once per second',
         None,
     ),
     Topic(

@@ -13,8 +13,8 @@ from ..dynamics.integrals import relative_drift
 from ..dynamics.motion import Motion, States
 from ..dynamics.torque import angular_momentum, gravity_gradient
 from ..run.events import Event
+from ..run.samples import Samples
 from ..run.scenario import Scenario
-from ..run.simulation import Samples
 from .sensor_errors import ErrorsOfSensors, SensorErrors
 
 # Samples that are held at a time, with what is drawn of them: a few megabytes.

@@ -19,10 +19,10 @@ from .history import History, history
 from .scene import of_history, table
 
 # Enough for a body that turns a thousand times, and small enough for a page of a few megabytes.
-ROWS = 16000
+TABLE_ROWS = 16000
 _LISTED_EVENTS = 200
 
-STYLES = ('bundled/uplot.min.css', 'page/style.css')
+STYLE_SHEETS = ('bundled/uplot.min.css', 'page/style.css')
 SCENE_SCRIPTS = (
     'bundled/three.min.js',
     'bundled/uplot.min.js',
@@ -50,7 +50,7 @@ def report(
     ValueError: the bag was not written by satdyn_ros, or has no such ticks.
     OSError: output cannot be written.
     """
-    run = history(bag, ROWS, begin_s, end_s)
+    run = history(bag, TABLE_ROWS, begin_s, end_s)
     Path(output).write_text(page(run, Path(bag).name), encoding='utf-8')
 
 
@@ -62,7 +62,7 @@ def page(run: History, title: str) -> str:
     return Template(asset('page/report.html')).substitute(
         title=escape(title),
         version=__version__,
-        style='\n'.join(asset(name) for name in STYLES),
+        style='\n'.join(asset(name) for name in STYLE_SHEETS),
         summary=escape(summary(run)),
         note=f'<p class="quiet">{escape(band_note(run))}</p>' if band_note(run) else '',
         integrals=_table(['first integral', 'largest relative drift'], _integrals(run)),

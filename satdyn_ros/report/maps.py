@@ -94,7 +94,7 @@ def stroboscopic_map(table: str | Path, orbital_rate: float) -> Figure:
     axes.set_xticks(range(-90, 91, 30))
     axes.set_xlabel('pitch at the pericentre, upside down or not [deg]')
     axes.set_ylabel('pitch rate at the pericentre [rad per rad of true anomaly]')
-    axes.set_title("Libration on an ellipse (Beletsky's equation), once an orbit")
+    axes.set_title("Libration on an ellipse (Beletsky's equation), once per orbit")
     return figure
 
 

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 # Okabe and Ito's colours, which the colour-blind tell apart; line styles tell them apart in print.
 COLOURS = ('#0072B2', '#D55E00', '#009E73', '#CC79A7', '#E69F00', '#56B4E9')
 STYLES = ('-', '--', '-.', ':')
-_ROUNDING = 2e-16
+# Zero on an axis of logarithms: the rounding of a number near one.
+_LEAST_SHOWN = 2e-16
 _ABOVE = {
     'loc': 'lower right',
     'bbox_to_anchor': (1.0, 0.97),
@@ -117,7 +118,7 @@ def _prefixed(values):
 
 def drift(axes: 'Axes', history: History) -> None:
     """Draw how far the first integrals have drifted since the last event, on a log scale."""
-    largest = [np.fmax(values, _ROUNDING) for values in history.drift.values()]
+    largest = [np.fmax(values, _LEAST_SHOWN) for values in history.drift.values()]
     _lines(axes, history, largest, [name.replace('_', ' ') for name in history.drift])
     axes.set_yscale('log')
     axes.set_ylabel('relative drift of\nfirst integrals [1]')
@@ -156,7 +157,7 @@ def _measured(axes, history, errors, scale):
     seconds, _ = time_unit(history)
     t = errors.t_s / seconds
     for i, name in enumerate('xyz'):
-        colour, order = COLOURS[i], 2.0 - errors.sigma[i] / max(errors.sigma.max(), _ROUNDING)
+        colour, order = COLOURS[i], 2.0 - errors.sigma[i] / max(errors.sigma.max(), _LEAST_SHOWN)
         axes.plot(
             t, errors.error[:, i] / scale, color=colour, label=name, lw=0.6, zorder=2.0 + order
         )

@@ -48,7 +48,7 @@ def draw(run: History, what: Sequence[str] = (), unwrap: bool = False) -> 'Figur
         from matplotlib.figure import Figure
     except ImportError:
         raise ValueError(
-            'plots take matplotlib, which is not installed; pip install satdyn_ros[plot]'
+            'plots need matplotlib, which is not installed; pip install satdyn_ros[plot]'
         ) from None
     over_time = [name for name in what if name in panels.TIME_PANELS]
     square = [name for name in what if name not in panels.TIME_PANELS]

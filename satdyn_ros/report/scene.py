@@ -36,12 +36,11 @@ import numpy as np
 
 from ..dynamics.inertia import principal_axes
 from ..dynamics.motion import States
-from ..dynamics.orbit import EARTH_MU, KeplerOrbit
+from ..dynamics.orbit import EARTH_MU, EARTH_RADIUS_M, KeplerOrbit
 from ..messages.markers import box
 from ..run.scenario import Scenario
 from .history import History, rotor_columns
 
-_EARTH_RADIUS_M = 6.3781e6
 _TURN = 2.0 * np.pi
 
 
@@ -54,7 +53,7 @@ def description(scenario: Scenario, integrals: list[str]) -> dict[str, Any]:
         'body': {'edges': edges.tolist(), 'q_bp': q_bp.tolist()},
         'axis': _followed_axis(scenario.system.inertia).tolist(),
         'rotors': _rotors(scenario),
-        'planet': _EARTH_RADIUS_M if is_earth else None,
+        'planet': EARTH_RADIUS_M if is_earth else None,
         'has_lvlh': orbit.has_lvlh,
         'integrals': integrals,
     }

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..dynamics import rotation
 from ..run.events import Event, Request, Reset
-from ..run.simulation import Samples
+from ..run.samples import Samples
 from ..run.ticks import Ticks
 from ..sensors import Gyro, Suite
 from ..sensors.suite import Sensor

@@ -67,7 +67,7 @@ class Client:
     def __enter__(self) -> 'Client':
         return self
 
-    def __exit__(self, *exception) -> None:
+    def __exit__(self, *exception: object) -> None:
         self.close()
 
     def close(self) -> None:
@@ -158,7 +158,7 @@ def assignment(text: str) -> tuple[str, Any]:
     if not (name and equals and given.strip()):
         raise ValueError(f'{text!r} must have the form KEY=VALUE')
     value = ros_yaml.load(given, name)
-    value = [_float(x) for x in value] if isinstance(value, list) else _float(value)
+    value = [as_float(x) for x in value] if isinstance(value, list) else as_float(value)
     try:
         Parameter(name, value=value)
     except TypeError:
@@ -166,6 +166,6 @@ def assignment(text: str) -> tuple[str, Any]:
     return name, value
 
 
-def _float(value):
+def as_float(value: Any) -> Any:
     """Return a number as a float: no initial condition is an integer."""
     return float(value) if isinstance(value, int) and not isinstance(value, bool) else value

@@ -16,8 +16,9 @@ from ..dynamics.integrals import relative_drift
 from ..dynamics.motion import Motion, States
 from ..messages import qos
 from ..run.events import Event, RotorLimited
-from ..run.simulation import Samples, Simulation
-from .inputs import Tally
+from ..run.samples import Samples
+from ..run.simulation import Simulation
+from .inputs import InputCounts
 from .pacing import Pacing
 from .publishing import STEADY, qos_profile
 
@@ -70,7 +71,7 @@ class Diagnostics:
         if now.nanoseconds:
             return now
         self._node.get_logger().warning(
-            'use_sim_time is true and no /clock is there: the diagnostics have the wall clock',
+            'use_sim_time is true, but there is no /clock: the diagnostics use the wall clock',
             once=True,
         )
         return _WALL.now()
@@ -188,7 +189,7 @@ def recorder_report(recorder: 'Recorder | None') -> Report:
 class InputsReport:
     """The torques that act, what the rotors' limits took, and messages refused or lost."""
 
-    def __init__(self, tally: Tally, simulation: Simulation):
+    def __init__(self, tally: InputCounts, simulation: Simulation):
         self._tally, self._simulation = tally, simulation
         self._refused = self._lost = 0
         self._limited: Counter[str] = Counter()

@@ -25,7 +25,7 @@ _QUIET_S = 10.0
 
 
 @dataclass
-class Tally:
+class InputCounts:
     """What came in: how many were accepted, refused or lost on the way, and the last reason."""
 
     accepted: int = 0
@@ -46,7 +46,7 @@ class TorqueInputs:
     """
 
     def __init__(self, node: Node, scenario: Scenario, simulation: Simulation, pacing: Pacing):
-        self.tally = Tally()
+        self.tally = InputCounts()
         self.subscriptions: dict[str, Subscription] = {}
         self._warned_s: dict[str, float] = {}
         self.timeout_s: float = scenario['torque.timeout']

@@ -48,7 +48,7 @@ class Lateness:
         """Return percentiles [s] and histogram by name, as in the diagnostics."""
         return {
             **{f'lateness {p:g} % [s]': f'{self.percentile_ns(p) * 1e-9:.6f}' for p in _PERCENT},
-            'lateness at most [s]': f'{self.most_ns * 1e-9:.6f}',
+            'largest lateness [s]': f'{self.most_ns * 1e-9:.6f}',
             **{f'ticks late {name}': count for name, count in self.histogram().items()},
         }
 

@@ -100,7 +100,7 @@ def _run(values):
     return 0 if node.failure is None else 1
 
 
-class _Notices(logging.Handler):
+class _ToRosLog(logging.Handler):
     def emit(self, record):
         rclpy.logging.get_logger('satdyn').info(record.getMessage())
 
@@ -109,7 +109,7 @@ def _show_notices():
     """Show in the log of ROS what the package logs, such as that it compiles."""
     log = logging.getLogger('satdyn_ros')
     log.setLevel(logging.INFO)
-    log.handlers = [_Notices()]
+    log.handlers = [_ToRosLog()]
 
 
 def _refuse(error):

@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING, Any
 import rclpy.node
 
 from ..dynamics.propagator import Propagation
+from ..exchange.utc import SECOND_NS
 from ..messages.topics import TOPICS
 from ..run.events import Event, Halt, Topics, TorquesDropped
+from ..run.samples import Samples
 from ..run.scenario import Scenario
-from ..run.simulation import Samples, Simulation, try_out
+from ..run.simulation import Simulation, try_out
 from . import realtime
 from .diagnostics import (
     Diagnostics,
@@ -33,8 +35,6 @@ from .services import Services
 
 if TYPE_CHECKING:
     from .recorder import Recorder
-
-_SECOND_NS = 10**9
 
 
 class SatdynNode(rclpy.node.Node):
@@ -117,7 +117,7 @@ class SatdynNode(rclpy.node.Node):
     def _what_begins(self, scenario):
         """Return the line that is logged at the start."""
         topics = ', '.join(self._simulation.topics + tuple(scenario.sensors)) or 'nothing'
-        epoch = datetime.fromtimestamp(scenario.epoch_ns / _SECOND_NS, timezone.utc)
+        epoch = datetime.fromtimestamp(scenario.epoch_ns / SECOND_NS, timezone.utc)
         factor = scenario['time.factor']
         pace = f'factor {factor:g}' if factor else 'as fast as possible'
         bag = f'recording {self._recorder.directory}' if self._recorder else 'not recording'
@@ -180,13 +180,15 @@ class SatdynNode(rclpy.node.Node):
 
     def _change(self, scenario, names):
         """Apply parameters changed at run time."""
+        pacing = self._pacing
+        assert pacing is not None  # the executor spins when all is built
         if 'time.factor' in names:
-            self._pacing.set_factor(scenario['time.factor'])
+            pacing.set_factor(scenario['time.factor'])
         if 'torque.timeout' in names:
             self._inputs.timeout_s = scenario['torque.timeout']
         if 'publish.topics' in names:
             topics = self._publishing.open(scenario.topics)
-            self._pacing.put(lambda tick: Topics(tick, topics))
+            pacing.put(lambda tick: Topics(tick, topics))
 
     def _record(self, enabled):
         """Open a bag, or close the open one; return whether that worked and what was done."""
@@ -241,4 +243,4 @@ def _try_out(scenario):
 
 
 def _wall_clock_ns():
-    return round(time.time()) * _SECOND_NS
+    return round(time.time()) * SECOND_NS

@@ -7,12 +7,13 @@ from dataclasses import dataclass, replace
 from threading import Condition, RLock, Thread
 from typing import Protocol, TypeVar
 
+from ..exchange.utc import SECOND_NS
 from ..run.events import Event
-from ..run.simulation import Samples, Simulation
+from ..run.samples import Samples
+from ..run.simulation import Simulation
 from .lateness import Lateness
 from .realtime import GarbageCollection
 
-_SECOND_NS = 10**9
 # Ticks are computed ahead for this time at most: what was published reaches the recorder soon.
 _AHEAD_S = 0.25
 _LARGEST_BLOCK = 256
@@ -21,7 +22,7 @@ _SHORT_NS = 50_000_000
 # The end waits so long for a tick that is computed.
 _PATIENCE_S, _LOOK_S = 0.3, 0.02
 # A lag after which deadlines start anew.
-_LARGEST_LAG_NS = _SECOND_NS
+_LARGEST_LAG_NS = SECOND_NS
 
 
 class Publishable(Protocol):
@@ -34,7 +35,7 @@ class Publishable(Protocol):
 _Messages = TypeVar('_Messages', bound=Publishable)
 
 
-class Listener(Protocol[_Messages]):
+class BlockListener(Protocol[_Messages]):
     """Gets each block of ticks before it is published, and how much of it was published."""
 
     def prepare(self, applied: list[Event], samples: Samples) -> _Messages:
@@ -69,7 +70,7 @@ class Pacing:
     def __init__(
         self,
         simulation: Simulation,
-        listener: Listener,
+        listener: BlockListener,
         factor: float,
         failed: Callable[[Exception], None],
         begin: Callable[[], None] = lambda: None,
@@ -235,7 +236,7 @@ class Pacing:
 
     def _set_period(self):
         ticks_per_s = float(self._simulation.ticks.rate) * self._factor
-        self._period_ns = _SECOND_NS / ticks_per_s if self._factor else 0.0
+        self._period_ns = SECOND_NS / ticks_per_s if self._factor else 0.0
         ahead = _AHEAD_S * ticks_per_s if self._factor else _LARGEST_BLOCK
         self._largest_block = max(1, min(_LARGEST_BLOCK, int(ahead)))
 
@@ -338,10 +339,10 @@ class Pacing:
             with self._changed:
                 if self._attention:
                     return
-                self._changed.wait((left_ns - _SHORT_NS / 2) / _SECOND_NS)
+                self._changed.wait((left_ns - _SHORT_NS / 2) / SECOND_NS)
             left_ns = deadline_ns - time.monotonic_ns()
         if left_ns > 0:
-            time.sleep(left_ns / _SECOND_NS)
+            time.sleep(left_ns / SECOND_NS)
         lag_ns, punctuality = time.monotonic_ns() - deadline_ns, self._punctuality
         self._lags_ns.append(lag_ns)
         if lag_ns > punctuality.largest_lag_ns:

@@ -15,7 +15,7 @@ from rcl_interfaces.msg import (
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from ..run.keys import Key
+from ..run.keys import Key, listed
 from ..run.scenario import RCLPY_PARAMETERS, Scenario
 
 _TYPES = {
@@ -91,7 +91,7 @@ class NodeParameters:
         self._changed = changed
         self._puts_in_force = False
         for key in scenario.keys.values():
-            value = _plain(scenario[key.name])
+            value = listed(scenario[key.name])
             node.declare_parameter(key.name, value, descriptor(key), ignore_override=True)
         node.add_pre_set_parameters_callback(self._converted)
         node.add_on_set_parameters_callback(self._check)
@@ -139,12 +139,8 @@ class NodeParameters:
         return self.scenario.with_values(values)
 
 
-def _plain(value):
-    return list(value) if isinstance(value, tuple) else value
-
-
 def _parameter(key, value):
-    return Parameter(key.name, _TYPES[key.kind], _plain(value))
+    return Parameter(key.name, _TYPES[key.kind], listed(value))
 
 
 def _converted(key, parameter):

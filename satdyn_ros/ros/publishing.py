@@ -14,8 +14,8 @@ from ..messages.measured import SensorPacker
 from ..messages.packers import packer
 from ..messages.rows import Rows, SomeRows
 from ..messages.topics import TOPICS, Packer
+from ..run.samples import Samples
 from ..run.scenario import Scenario
-from ..run.simulation import Samples
 
 # The node never follows a simulated time, its own least of all.
 STEADY = Clock(clock_type=ClockType.STEADY_TIME)
@@ -90,7 +90,7 @@ class Publishing:
         """Warn once when the time has a second source."""
         if self._node.count_publishers('/clock') > 1:
             self._node.get_logger().warning(
-                '/clock has another publisher; whoever follows it sees the time jump'
+                '/clock has another publisher; nodes that follow it see the time jump'
             )
             self._node.destroy_timer(self._timer)
 

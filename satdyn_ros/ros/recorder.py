@@ -10,8 +10,9 @@ from threading import Thread
 from ..bag.recording import Recording
 from ..messages.rows import Rows, SomeRows
 from ..run.events import Event
+from ..run.samples import Samples
 from ..run.scenario import Scenario
-from ..run.simulation import Samples, Simulation
+from ..run.simulation import Simulation
 
 # So many blocks of ticks may wait to be written; when more come, the ticks wait.
 _WAITING = 64

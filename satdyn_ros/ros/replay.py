@@ -15,10 +15,10 @@ from rclpy.time import Time
 from rosgraph_msgs.msg import Clock
 
 from ..bag.playback import Playback
+from ..exchange.utc import SECOND_NS
 from ..messages import qos
 from .publishing import message_class, qos_profile
 
-_SECOND_NS = 10**9
 _LOOK_S = 0.05
 # Subscribers of one process are found one after the other.
 _SETTLE_S = 0.5
@@ -43,7 +43,7 @@ def replay(
     if not (math.isfinite(rate) and rate > 0.0):
         raise ValueError(f'--rate is {rate:g}; it must be a number above 0')
     bag = Playback(path)
-    duration_s = (bag.end_ns - bag.begin_ns) / _SECOND_NS
+    duration_s = (bag.end_ns - bag.begin_ns) / SECOND_NS
     if not 0.0 <= start_offset_s <= duration_s:
         raise ValueError(f'--start-offset is {start_offset_s:g}; it must be 0 to {duration_s:g} s')
     context = Context()
@@ -57,7 +57,7 @@ def replay(
             clock = node.create_publisher(Clock, '/clock', qos_profile(qos.CLOCK))
         if wait:
             _wait_for_subscriber(publishers)
-        from_ns = bag.begin_ns + round(start_offset_s * _SECOND_NS)
+        from_ns = bag.begin_ns + round(start_offset_s * SECOND_NS)
         count = _play(bag, from_ns, rate, publishers, clock)
         while loop:
             count += _play(bag, from_ns, rate, publishers, clock)
@@ -100,7 +100,7 @@ def _play(bag, from_ns, rate, publishers, clock):
     for log_time_ns, topic, data in bag.messages(list(publishers), from_ns):
         if log_time_ns != now_ns:
             now_ns = log_time_ns
-            deadline_s = begin_s + (log_time_ns - from_ns) / _SECOND_NS / rate
+            deadline_s = begin_s + (log_time_ns - from_ns) / SECOND_NS / rate
             time.sleep(max(0.0, deadline_s - time.monotonic()))
             if clock is not None:
                 clock.publish(Clock(clock=Time(nanoseconds=log_time_ns).to_msg()))

@@ -50,7 +50,7 @@ class Contents:
         # There is code for arrays that cannot be written to: others would compile it anew.
         fixed = data.view()
         fixed.flags.writeable = False
-        size, self.offsets, self.channel_ids, self.log_times, self._others = _records(fixed)
+        size, self.offsets, self.channel_ids, self.log_times, self._others = _record_places(fixed)
         self.data = data[:size]
         self._given_size = len(data)
 
@@ -158,7 +158,7 @@ def _number(data, start, size):
     '(Array(uint8, 1, "C", readonly=True))',
     nogil=True,
 )
-def _records(data):
+def _record_places(data):
     """
     Return where the last complete record ends, and where each of them begins.
 
@@ -226,7 +226,7 @@ def _gather(data, begins, length):
     signature='void(Array(uint8, 1, "C"), int64[::1], Array(uint8, 2, "C", readonly=True))',
     nogil=True,
 )
-def scatter(data, begins, rows):
+def scatter(data: np.ndarray, begins: np.ndarray, rows: np.ndarray) -> None:
     """Write the rows (N, length) to data[begin : begin + length]."""
     for i in range(len(begins)):
         data[begins[i] : begins[i] + rows.shape[1]] = rows[i]

@@ -178,7 +178,7 @@ def read_summary(path: Path) -> Summary:
     if footer.summary_crc not in (0, wanted):
         raise Damaged(f'{path} is damaged: the checksum of its summary is wrong')
     summary = Summary(footer)
-    for record in _records(path, footer.summary_start, data):
+    for record in _each_record(path, footer.summary_start, data):
         match record:
             case Schema():
                 summary.schemas[record.id] = record
@@ -191,7 +191,7 @@ def read_summary(path: Path) -> Summary:
     return summary
 
 
-def _records(path: Path, start: int, data: bytes) -> Iterator[McapRecord]:
+def _each_record(path: Path, start: int, data: bytes) -> Iterator[McapRecord]:
     place = 0
     while place < len(data):
         rest = len(data) - place - PREFIX.size

@@ -20,7 +20,7 @@ from .summary import Summary
 _MOST_AT_ONCE = 2**30
 
 
-class Message(NamedTuple):
+class LoggedMessage(NamedTuple):
     """A message: when it was logged, on which topic, its bytes."""
 
     log_time_ns: int
@@ -64,14 +64,14 @@ class Timeline:
             self._places = list(self._loose_places())
         self._places.sort()
 
-    def messages(self, topics: list[str], from_ns: int) -> Iterator[Message]:
+    def messages(self, topics: list[str], from_ns: int) -> Iterator[LoggedMessage]:
         """Yield the messages of topics whose log time is not before from_ns."""
         channel_ids = [i for i, topic in self._topics.items() if topic in topics]
         coming = [place for place in reversed(self._places) if place.last_ns >= from_ns]
         allowance = Allowance(self._path.stat().st_size)
         at_once = 0
         # Open places by the log time of their next message; of equal ones the first in the file.
-        is_open: list[tuple[int, int, int, Iterator[Message], Message]] = []
+        is_open: list[tuple[int, int, int, Iterator[LoggedMessage], LoggedMessage]] = []
         while coming or is_open:
             while coming and (not is_open or coming[-1].first_ns <= is_open[0][0]):
                 place = coming.pop()
@@ -103,7 +103,7 @@ class Timeline:
 
     def _in_order(
         self, contents: Contents, channel_ids: list[int], from_ns: int
-    ) -> Iterator[Message]:
+    ) -> Iterator[LoggedMessage]:
         """Yield the messages of channels in a chunk."""
         wanted = np.isin(contents.channel_ids, channel_ids) & (contents.log_times >= from_ns)
         places = np.flatnonzero(wanted)
@@ -112,7 +112,7 @@ class Timeline:
         for log_time_ns, channel_id, data in zip(
             log_times, ids, contents.data_at(places), strict=True
         ):
-            yield Message(log_time_ns, self._topics[channel_id], bytes(data))
+            yield LoggedMessage(log_time_ns, self._topics[channel_id], bytes(data))
 
     def _loose_places(self) -> Iterator[_Place]:
         """Yield the places of messages in a file without chunks."""

@@ -27,7 +27,7 @@ _UNITS = {
 
 def describe(scenario: Scenario) -> dict[str, Any]:
     """
-    Return what theory says of a scenario, ready for JSON: numbers, text, lists and dictionaries.
+    Return what theory says about a scenario, ready for JSON: numbers, text, lists, dictionaries.
 
     motion: name, source, period_s and facts (name, value, unit, meaning) of the closed form, or
     None; why_not: why there is none, or None.  first_integrals: name to value and unit at the
@@ -55,8 +55,8 @@ def _motion(motion: exact.ExactMotion) -> dict[str, Any]:
     return {
         'name': motion.name,
         'source': motion.source,
-        'period_s': _plain(motion.period_s),
-        'facts': [fact._replace(value=_plain(fact.value))._asdict() for fact in motion.facts()],
+        'period_s': _as_json(motion.period_s),
+        'facts': [fact._replace(value=_as_json(fact.value))._asdict() for fact in motion.facts()],
     }
 
 
@@ -65,22 +65,24 @@ def _first_integrals(scenario: Scenario, motion: Motion | None) -> dict[str, Any
         motion = Propagation(scenario.system, scenario.initial_state)
     begin = motion.at(0.0)
     return {
-        name: {'value': _plain(values[0]), 'unit': _UNITS[name.split('.')[0]]}
+        name: {'value': _as_json(values[0]), 'unit': _UNITS[name.split('.')[0]]}
         for name, values in scenario.integrals(begin).items()
     }
 
 
 def _steady(scenario: Scenario, steady: SteadyMotion) -> dict[str, Any]:
     described = {
-        'axis_b': _plain(steady.axis_b),
-        'rate_rad_s': _plain(np.linalg.norm(steady.state.omega_bi_b)),
+        'axis_b': _as_json(steady.axis_b),
+        'rate_rad_s': _as_json(np.linalg.norm(steady.state.omega_bi_b)),
         'stability': steady.verdict.stability,
         'argument': steady.verdict.argument,
-        'periods_s': _plain(steady.periods_s),
+        'periods_s': _as_json(steady.periods_s),
     }
     if not scenario.is_fixed:
         q_il = scenario.system.orbit.lvlh(0.0)
-        described['q_lb'] = _plain(rotation.multiply(rotation.conjugate(q_il), steady.state.q_ib))
+        described['q_lb'] = _as_json(
+            rotation.multiply(rotation.conjugate(q_il), steady.state.q_ib)
+        )
     return described
 
 
@@ -92,12 +94,12 @@ def _rotation_class(scenario: Scenario) -> dict[str, Any] | None:
     return exact.rotation_class(scenario.system, scenario.initial_state)._asdict()
 
 
-def _plain(value: Any) -> Any:
+def _as_json(value: Any) -> Any:
     """Return numbers of any kind as floats and lists; what is not finite as None."""
     if value is None or isinstance(value, str):
         return value
     if np.ndim(value):
-        return [_plain(item) for item in value]
+        return [_as_json(item) for item in value]
     if isinstance(value, int):
         return value
     return float(value) if np.isfinite(value) else None

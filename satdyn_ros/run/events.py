@@ -24,7 +24,7 @@ from typing import Any
 import yaml
 
 from . import ros_yaml
-from .keys import KEYS, Key
+from .keys import KEYS, Key, listed
 from .scenario import Scenario, flattened
 from .ticks import Ticks
 
@@ -284,7 +284,7 @@ def _entry(event) -> dict[str, Any]:
         case RotorLimited():
             what = {'rotor_limited': {'rotor': event.rotor, 'limit': event.limit}}
         case Request():
-            what = {'request': _plain(event.values)}
+            what = {'request': {name: listed(x) for name, x in event.values.items()}}
         case Topics():
             what = {'topics': list(event.names)}
         case Timeout():
@@ -292,9 +292,3 @@ def _entry(event) -> dict[str, Any]:
         case _:
             what = {name: True for name, kind in _FLAGS.items() if type(event) is kind}
     return {'tick': event.tick} | what
-
-
-def _plain(values):
-    return {
-        name: list(value) if isinstance(value, tuple) else value for name, value in values.items()
-    }

@@ -85,6 +85,11 @@ class Key:
             raise ValueError(f'{self.name} is {given}; it must be {self.allowed}') from None
 
 
+def listed(value: Any) -> Any:
+    """Return a value of a key as YAML and ROS know it, a tuple as a list."""
+    return list(value) if isinstance(value, tuple) else value
+
+
 def _real(value: Any) -> Any:
     if isinstance(value, bool) or not isinstance(value, Real):
         raise TypeError

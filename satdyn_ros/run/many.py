@@ -10,10 +10,10 @@ from ..dynamics import inertia
 from ..dynamics.motion import States
 from . import rotors
 from .keys import Key, keys_of
-from .scenario import BELONGS, Scenario
+from .scenario import BELONGS, MOST_RAD_PER_TICK, Scenario
 
 # Far inside what a Scenario allows.
-_MOST_RAD_A_TICK = 1e5
+_SURELY_RAD_PER_TICK = MOST_RAD_PER_TICK / 10.0
 
 
 def many(values: Mapping[str, Any], count: int) -> tuple[Scenario, np.ndarray]:
@@ -67,7 +67,7 @@ def _turns_slowly(scenario):
         e = scenario['orbit.eccentricity']
         mean_motion = np.sqrt(scenario['orbit.mu'] / scenario['orbit.semi_major_axis'] ** 3)
         fastest = fastest + mean_motion * np.sqrt((1.0 + e) / (1.0 - e)) / (1.0 - e)
-    return np.ravel(fastest * tick_s <= _MOST_RAD_A_TICK)
+    return np.ravel(fastest * tick_s <= _SURELY_RAD_PER_TICK)
 
 
 def _has_a_body(scenario, differ):

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..dynamics.rotor import Rotor
-from .keys import KEYS
+from .keys import KEYS, listed
 
 # What belongs to some modes only.
 _MODES_OF = {
@@ -41,7 +41,7 @@ def refuse_foreign(values: Mapping[str, Any]) -> None:
             is_of_rotor = name.startswith('rotor.') and name != 'rotor.names'
             if is_of_rotor and values[name] != key.default:
                 raise ValueError(
-                    f'{name} is {_shown(values[name])}; with rotor.names only its default '
+                    f'{name} is {listed(values[name])}; with rotor.names only its default '
                     f'is allowed; use {name.replace("rotor.", f"rotor.{names[0]}.")} and so on'
                 )
     for name, chooser, modes in belongs(names):
@@ -105,7 +105,3 @@ def speeds_and_angles(
     ]
     speeds = np.stack(np.broadcast_arrays(*of_each), axis=-1)
     return speeds, np.where(np.isnan(speeds), np.nan, 0.0)
-
-
-def _shown(value):
-    return list(value) if isinstance(value, tuple) else value

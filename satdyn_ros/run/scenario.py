@@ -15,19 +15,18 @@ import yaml
 from ..dynamics import inertia, rotation
 from ..dynamics.integrals import first_integrals
 from ..dynamics.motion import Motion, States
-from ..dynamics.orbit import FixedDirection, KeplerOrbit
+from ..dynamics.orbit import EARTH_RADIUS_M, FixedDirection, KeplerOrbit
 from ..dynamics.propagator import Propagation
 from ..dynamics.system import State, System
 from ..sensors.suite import Sensor
 from . import ros_yaml, rotors, sensors, shipped
-from .keys import KEYS, SENSORS, Key, keys_of
+from .keys import KEYS, SENSORS, Key, keys_of, listed
 from .ticks import LAST_STAMP_NS, Ticks
 
-# Above this a body rate is rarely meant [rad/s]; the Earth's equatorial radius (WGS 84).
+# Above this a body rate is rarely meant [rad/s].
 _FAST_RAD_S = 10.0
-_EARTH_RADIUS_M = 6_378_137.0
 # What moves by more than this between two ticks [rad] takes more steps than a tick may.
-_MOST_RAD_A_TICK = 1e6
+MOST_RAD_PER_TICK = 1e6
 # The longest wall time between two ticks: the system waits for no more.
 _LONGEST_TICK_S = 1e9
 
@@ -135,7 +134,7 @@ class Scenario:
             *groups, leaf = name.split('.')
             for group in groups:
                 branch = branch.setdefault(group, {})
-            branch[leaf] = list(value) if isinstance(value, tuple) else value
+            branch[leaf] = listed(value)
         return yaml.safe_dump({'/**': {'ros__parameters': nested}}, sort_keys=False, width=99)
 
     @classmethod
@@ -230,10 +229,10 @@ class Scenario:
             )
         if self['orbit.type'] != 'fixed' and self['orbit.mu'] == KEYS['orbit.mu'].default:
             lowest_m = self['orbit.semi_major_axis'] * (1.0 - self['orbit.eccentricity'])
-            if lowest_m < _EARTH_RADIUS_M:
+            if lowest_m < EARTH_RADIUS_M:
                 found.append(
                     f'orbit.semi_major_axis is {self["orbit.semi_major_axis"]:g} m; the orbit '
-                    f'then goes {(_EARTH_RADIUS_M - lowest_m) / 1e3:.4g} km below the surface of '
+                    f'then goes {(EARTH_RADIUS_M - lowest_m) / 1e3:.4g} km below the surface of '
                     'the Earth'
                 )
         return tuple(found)
@@ -330,17 +329,17 @@ class Scenario:
             )
             mean_motion = math.sqrt(mu / a) / a
             at_pericentre = mean_motion * math.sqrt((1.0 + e) / (1.0 - e)) / (1.0 - e)
-            if not at_pericentre * tick_s <= _MOST_RAD_A_TICK:
+            if not at_pericentre * tick_s <= MOST_RAD_PER_TICK:
                 raise ValueError(
                     f'orbit.semi_major_axis is {a:g} and orbit.mu {mu:g}; the orbital '
                     f'rate at pericentre is then {at_pericentre:g} rad/s; it must be at most '
-                    f'{_MOST_RAD_A_TICK / tick_s:g} (1e6 rad per tick)'
+                    f'{MOST_RAD_PER_TICK / tick_s:g} (1e6 rad per tick)'
                 )
         rate = math.hypot(*self['initial.angular_velocity'])
-        if not rate * tick_s <= _MOST_RAD_A_TICK:
+        if not rate * tick_s <= MOST_RAD_PER_TICK:
             raise ValueError(
                 f'initial.angular_velocity is {list(self["initial.angular_velocity"])}; it must '
-                f'be at most {_MOST_RAD_A_TICK / tick_s:g} rad/s (1e6 rad per tick)'
+                f'be at most {MOST_RAD_PER_TICK / tick_s:g} rad/s (1e6 rad per tick)'
             )
 
 
@@ -411,9 +410,7 @@ def _unknown(name: str, rotor_names: Iterable[str]) -> str:
 def _refuse_what_does_not_belong(values):
     for name, chooser, choices in BELONGS:
         if values[chooser] not in choices and values[name] != KEYS[name].default:
-            given = values[name]
-            given = list(given) if isinstance(given, tuple) else given
             raise ValueError(
-                f'{name} is {given}; with {chooser} {values[chooser]} only its default is '
-                f'allowed: it belongs to {" and ".join(choices)}'
+                f'{name} is {listed(values[name])}; with {chooser} {values[chooser]} only its '
+                f'default is allowed: it belongs to {" and ".join(choices)}'
             )

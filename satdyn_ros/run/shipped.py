@@ -27,6 +27,6 @@ def scenario_path(given: str | Path) -> Path:
         if (folder / f'{given}.yaml').is_file():
             return folder / f'{given}.yaml'
     raise ValueError(
-        f'the scenario {given} is neither a file nor one that is shipped; those are: '
+        f'the scenario {given} is neither a file nor a shipped scenario; shipped: '
         f'{", ".join(names())}'
     )

@@ -1,7 +1,7 @@
 """Scenario and events to samples at ticks: no ROS and no clock of its own."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,8 @@ from .events import (
     TorquesDropped,
     rotor_torques,
 )
+from .keys import listed
+from .samples import Measured, Samples
 from .scenario import Scenario
 from .ticks import LAST_STAMP_NS, Ticks
 
@@ -35,42 +37,6 @@ _TRIED_TICKS, _TRIED_STEPS = 100, 10**6
 
 class RunHalted(RuntimeError):  # noqa: N818
     """The end of a run whose motion cannot go on; its text is one sentence."""
-
-
-@dataclass(frozen=True, eq=False)
-class Measured:
-    """
-    What a sensor gives at some of consecutive ticks.
-
-    places (M,): their ticks, counted from the first; stamps_ns (M,) int64: of the exposures;
-    values (M, 3) or (M, 4), as of the sensor.
-    """
-
-    places: np.ndarray
-    stamps_ns: np.ndarray
-    values: np.ndarray
-
-    def __len__(self) -> int:
-        return len(self.places)
-
-
-@dataclass(frozen=True, eq=False)
-class Samples:
-    """
-    What happens at consecutive ticks, all under one event.
-
-    first_tick: the tick of row 0; stamps_ns (N,) int64; states: the rows' states; system: body,
-    field and the torques that act; measured: what the sensors give, by their names.
-    """
-
-    first_tick: int
-    stamps_ns: np.ndarray
-    states: States
-    system: System
-    measured: Mapping[str, Measured] = field(default_factory=dict)
-
-    def __len__(self) -> int:
-        return len(self.stamps_ns)
 
 
 class Simulation:
@@ -430,14 +396,14 @@ class Simulation:
         """
         return {
             'tick': tick,
-            'state': _plain(self._state_at(tick)),
+            'state': _state_record(self._state_at(tick)),
             'begin_tick': self._begin_tick,
-            'begin_state': _plain(self._motion.state),
+            'begin_state': _state_record(self._motion.state),
             'torque_b': [float(x) for x in self._system.torque_b],
             'rotor_torque': self._system.rotor_torque.tolist(),
             'until': dict(self._until),
             'conditions': {
-                name: list(value) if isinstance(value, tuple) else value
+                name: listed(value)
                 for name, value in self.conditions.values.items()
                 if name in self.conditions.initial_conditions
             },
@@ -522,7 +488,7 @@ def _rotor_of(topic):
     return topic.removeprefix('rotor_command.') if topic != 'rotor_torque' else 'rotor'
 
 
-def _plain(state):
+def _state_record(state):
     return {
         'q_ib': [float(x) for x in state.q_ib],
         'omega_bi_b': [float(x) for x in state.omega_bi_b],

@@ -7,10 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
-_SECOND_NS = 10**9
+from ..exchange.utc import SECOND_NS
 
 # The seconds of a stamp are an int32.
-LAST_STAMP_NS = 2**31 * _SECOND_NS - 1
+LAST_STAMP_NS = 2**31 * SECOND_NS - 1
 
 
 @dataclass(frozen=True)
@@ -36,16 +36,16 @@ class Ticks:
 
     @cached_property
     def _period_ns(self) -> Fraction:
-        return _SECOND_NS / self.rate
+        return SECOND_NS / self.rate
 
     @cached_property
     def last(self) -> int:
         """Return the last tick that has a stamp: the seconds of a stamp are an int32."""
-        return math.floor((LAST_STAMP_NS - self.epoch_ns) * self.rate / _SECOND_NS)
+        return math.floor((LAST_STAMP_NS - self.epoch_ns) * self.rate / SECOND_NS)
 
     def stamp_ns(self, tick: int) -> int:
         """Return the stamp of a tick: epoch_ns + tick 10^9 / rate, rounded half to even."""
-        return self.epoch_ns + round(tick * _SECOND_NS / self.rate)
+        return self.epoch_ns + round(tick * SECOND_NS / self.rate)
 
     def stamps_ns(self, first: int, last: int) -> np.ndarray:
         """Return the stamps of the ticks from first to before last, int64."""
@@ -68,7 +68,7 @@ class Ticks:
 
     def tick_of(self, stamp_ns: int) -> int:
         """Return the tick nearest to a stamp."""
-        return round((stamp_ns - self.epoch_ns) * self.rate / _SECOND_NS)
+        return round((stamp_ns - self.epoch_ns) * self.rate / SECOND_NS)
 
     def ceil(self, duration_s: float) -> int:
         """

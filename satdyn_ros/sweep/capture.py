@@ -11,15 +11,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..dynamics.inertia import principal_axes
+from ..dynamics.inertia import ROUNDING, principal_axes
 from ..dynamics.motion import Motion, States
 from .measures import cross, dot, extremes, length, omega_bl_b
 
 LEAST = 'least'
 AXES = {'x': (1.0, 0.0, 0.0), 'y': (0.0, 1.0, 0.0), 'z': (0.0, 0.0, 1.0)}
 
-# Moments that differ by less, as a part of the largest, are equal.
-_ROUNDING = 1e-12
 # How far a body may turn between two samples [rad]; a cubic between them is good to 2e-4.
 _TURN_RAD = 0.5
 # Samples that are held at a time where a motion is followed more closely.
@@ -38,7 +36,7 @@ def judged_axis(name: str, inertia: np.ndarray) -> np.ndarray:
     least, middle, largest = np.moveaxis(np.sort(moments, axis=-1), -1, 0)
     at = np.argmin(np.asarray(moments), axis=-1, keepdims=True)[..., None]
     axis = np.take_along_axis(R_bp, at, axis=-1)[..., 0]
-    return np.where((middle - least > _ROUNDING * largest)[..., None], axis, np.nan)
+    return np.where((middle - least > ROUNDING * largest)[..., None], axis, np.nan)
 
 
 def nadir_angles(states: States, axis_b: np.ndarray) -> dict[str, np.ndarray]:

@@ -11,7 +11,7 @@ SPECIAL = {
     'bags': 'a list of runs, integers from 0',
 }
 
-KEYS = {
+SWEEP_KEYS = {
     key.name: key
     for key in (
         Key('scenario', 'string', None, '', 'path of the scenario, from the sweep file'),
@@ -30,7 +30,7 @@ KEYS = {
             'integer',
             1,
             '',
-            'how often each combination of the grids is flown, with draws of its own',
+            'how often each combination of the grids is run, with its own draws',
             low=1,
             high=10**9,
         ),
@@ -48,9 +48,9 @@ KEYS = {
         Key('bags', 'list', (), '', 'the runs of which a bag is recorded too'),
     )
 }
-REQUIRED = tuple(name for name, key in KEYS.items() if key.default is None)
+REQUIRED = tuple(name for name, key in SWEEP_KEYS.items() if key.default is None)
 
 
 def checked(given: dict[str, Any], name: str) -> Any:
     """Return what a sweep file has under a name, or its default; ValueError: not allowed."""
-    return KEYS[name].checked(given.get(name, KEYS[name].default))
+    return SWEEP_KEYS[name].checked(given.get(name, SWEEP_KEYS[name].default))

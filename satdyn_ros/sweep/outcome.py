@@ -27,10 +27,10 @@ _SAMPLES_AT_ONCE = 4_000_000
 # Samples that are measured at a time: what is made of them stays in the cache.
 _SAMPLES_IN_CACHE = 32_000
 
-Columns = dict[str, Any]
+OutcomeColumns = dict[str, Any]
 
 
-def columns(plan: Plan, runs: Sequence[int]) -> Columns:
+def columns(plan: Plan, runs: Sequence[int]) -> OutcomeColumns:
     """Return the columns of runs, name to a value for each of them; nan or None: it has none."""
     together = max(1, _SAMPLES_AT_ONCE // len(plan.t_s))
     table = _Table(len(runs))
@@ -130,7 +130,7 @@ def _fly_alone(plan, run, row, table):
     table.put([row], found)
 
 
-def outcome(plan: Plan, system: System, states: States, runs: Sequence[int]) -> Columns:
+def outcome(plan: Plan, system: System, states: States, runs: Sequence[int]) -> OutcomeColumns:
     """
     Return the results of M runs, by column, from their states (M, N) at the plan's times.
 
@@ -140,7 +140,7 @@ def outcome(plan: Plan, system: System, states: States, runs: Sequence[int]) -> 
     integral.  What is of a rotor with a name ends in _NAME.
     """
     rate = length(states.omega_bi_b)
-    found: Columns = {
+    found: OutcomeColumns = {
         'q_ib': states.q_ib[:, -1],
         'omega_bi_b': states.omega_bi_b[:, -1],
         'rate_min_rad_s': rate.min(axis=-1),

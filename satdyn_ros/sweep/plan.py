@@ -14,7 +14,7 @@ from ..run import ros_yaml
 from ..run.keys import Key
 from ..run.scenario import Scenario
 from .capture import LEAST
-from .keys import KEYS, REQUIRED, checked
+from .keys import REQUIRED, SWEEP_KEYS, checked
 from .quantities import Quantity, quantity
 from .variation import Variation, variation
 
@@ -55,10 +55,12 @@ class Plan:
         """Return the sweep of a file; ValueError, one sentence: what is wrong with it."""
         given = ros_yaml.load(ros_yaml.read_text(path, 'the sweep'), str(path))
         if not isinstance(given, Mapping):
-            raise ValueError(f'{path} is not a sweep file; its keys are {", ".join(KEYS)}')
+            raise ValueError(f'{path} is not a sweep file; its keys are {", ".join(SWEEP_KEYS)}')
         for name in given:
-            if name not in KEYS:
-                raise ValueError(f'{name} is not a key of a sweep; allowed: {", ".join(KEYS)}')
+            if name not in SWEEP_KEYS:
+                raise ValueError(
+                    f'{name} is not a key of a sweep; allowed: {", ".join(SWEEP_KEYS)}'
+                )
         for name in REQUIRED:
             if name not in given:
                 raise ValueError(f'{path} has no {name}, which every sweep needs')
@@ -90,7 +92,7 @@ class Plan:
         )
         return replace(plan, bags=_bags(given.get('bags', []), len(plan)))
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.interval_s > self.duration_s:
             raise ValueError(
                 f'interval_s is {self.interval_s:g}; it must be at most duration_s, '

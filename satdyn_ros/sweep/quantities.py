@@ -16,7 +16,7 @@ _ANGLES = ('initial.roll', 'initial.pitch', 'initial.yaw')
 _SMELT = ('smelt.k_R', 'smelt.k_Y')
 
 # Every kind of name, and what it stands for.
-FORMS = {
+QUANTITY_FORMS = {
     ', '.join(f'`{group}.*`' for group in _MOTION): 'the keys of a scenario that its motion '
     'depends on, whole: numbers, lists and texts',
     ', '.join(f'`KEY.{c}`' for c in _COMPONENTS): 'one component of such a key that has three',

@@ -181,10 +181,10 @@ def _occupy(directory, plan):
     path, text = directory / 'sweep.json', f'{__version__}\n{plan.to_text()}'
     if path.exists():
         if path.read_text() != text:
-            raise ValueError(f'{directory} holds another sweep; take a new directory')
+            raise ValueError(f'{directory} holds another sweep; give a new directory')
         return
     if directory.exists() and any(directory.iterdir()):
-        raise ValueError(f'{directory} holds no sweep and is not empty; take a new directory')
+        raise ValueError(f'{directory} holds no sweep and is not empty; give a new directory')
     directory.mkdir(parents=True, exist_ok=True)
     unfinished = path.with_suffix('.partial')
     unfinished.write_text(text)

@@ -63,7 +63,7 @@ def _linspace(key, given, arguments):
     first, last = (np.array(key.checked(value)) for value in arguments[:2])
     _refuse_other_length(key, first, last)
     points = np.linspace(first, last, _COUNT.checked(arguments[2]))
-    return Variation(given, grid=tuple(_plain(point) for point in points))
+    return Variation(given, grid=tuple(_as_floats(point) for point in points))
 
 
 def _uniform(key, given, arguments):
@@ -71,7 +71,7 @@ def _uniform(key, given, arguments):
     _refuse_other_length(key, low, high)
     if not np.all(low <= high):
         raise ValueError(f'uniform of {key.name} is {arguments}; the lower bound comes first')
-    return Variation(given, draw=lambda rng: _plain(rng.uniform(low, high)))
+    return Variation(given, draw=lambda rng: _as_floats(rng.uniform(low, high)))
 
 
 def _normal(key, given, arguments):
@@ -87,7 +87,7 @@ def _normal(key, given, arguments):
     )
     deviation = np.array(deviation_key.checked(arguments[1]))
     _refuse_other_length(key, mean, deviation)
-    return Variation(given, draw=lambda rng: _plain(rng.normal(mean, deviation)))
+    return Variation(given, draw=lambda rng: _as_floats(rng.normal(mean, deviation)))
 
 
 # The ways to vary, and how many entries their lists have; None: any.
@@ -99,24 +99,24 @@ _WAYS = {
 }
 
 # Every way as a sweep file writes it, and what it means.
-FORMS = {
+WAYS = {
     '{values: [A, B, ...]}': 'a grid: each of the values',
     '{linspace: [FIRST, LAST, COUNT]}': 'a grid: evenly spaced, both ends included',
     '{uniform: [LOW, HIGH]}': 'drawn anew in each run, evenly between the two',
     '{normal: [MEAN, DEVIATION]}': 'drawn anew in each run, with a standard deviation',
-    'sphere': 'attitudes alone: drawn anew, uniform on the sphere of unit quaternions',
+    'sphere': 'attitudes only: drawn anew, uniform on the sphere of unit quaternions',
 }
 
 
 def _refuse_other_length(key, first, second):
     if first.shape != second.shape:
-        raise ValueError(f'{key.name} in vary takes two lists of the same length')
+        raise ValueError(f'{key.name} in vary must have two lists of the same length')
 
 
 def _unit_quaternion(rng):
     # Four independent normal numbers have no preferred direction.
-    return _plain(rotation.normalise(rng.normal(size=4)))
+    return _as_floats(rotation.normalise(rng.normal(size=4)))
 
 
-def _plain(value):
+def _as_floats(value):
     return tuple(float(x) for x in value) if np.ndim(value) else float(value)

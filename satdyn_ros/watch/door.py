@@ -43,10 +43,10 @@ class Door:
         """Return why a request is refused, in one sentence, or None."""
         origin = request.headers.get('Origin')
         if origin is not None and origin != f'http://{request.host}':
-            return 'a page of another origin may not use this server'
+            return 'a page from another origin may not use this server'
         if self.token is None:
             if _name_of(request.host) not in ('127.0.0.1', '::1', 'localhost'):
-                return 'on loopback the server answers to 127.0.0.1, [::1] and localhost alone'
+                return 'on loopback the server answers only to 127.0.0.1, [::1] and localhost'
             return None
         given = request.cookies.get(self._cookie, '') or request.query.get('token', '')
         if not hmac.compare_digest(given.encode(), self.token.encode()):

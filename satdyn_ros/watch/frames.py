@@ -15,7 +15,7 @@ _KEPT_ROWS = 9000
 Row = dict[str, np.ndarray]
 
 
-class Frames:
+class SceneFrames:
     """The newest sample as a row of the scene (see scene.py), and the rows of the last minutes."""
 
     def __init__(self) -> None:

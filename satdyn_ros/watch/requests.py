@@ -4,6 +4,7 @@ from typing import Any
 
 from rclpy.parameter import Parameter
 
+from ..ros.client import as_float
 from ..run.scenario import Scenario
 
 _MOST_VALUES, _MOST_NUMBERS = 32, 16
@@ -29,16 +30,11 @@ def checked(values: Any) -> dict[str, Any]:
 
 
 def _checked(name: str, value: Any) -> Any:
-    value = _float(value)
+    value = as_float(value)
     if isinstance(value, list) and len(value) <= _MOST_NUMBERS:
-        value = [_float(x) for x in value]
+        value = [as_float(x) for x in value]
     try:
         Parameter(name, value=value)
     except (TypeError, ValueError, OverflowError):
         raise ValueError(f'{name} takes a number, numbers or a text') from None
     return value
-
-
-def _float(value: Any) -> Any:
-    """Return a number as a float: no initial condition is an integer."""
-    return float(value) if isinstance(value, int) and not isinstance(value, bool) else value

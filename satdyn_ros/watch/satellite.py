@@ -24,7 +24,7 @@ from rclpy.task import Future
 from ..report import html, scene
 from ..ros.client import Answer, Client
 from ..run.scenario import RCLPY_PARAMETERS, Scenario
-from .frames import Frames
+from .frames import SceneFrames
 from .hub import Hub
 from .listener import Listener, parts, satellites
 from .requests import checked, initial_conditions
@@ -65,7 +65,7 @@ class Satellite:
         self._name = self._wanted
         self._ended = threading.Event()
         self._asking = ThreadPoolExecutor(1)
-        self._frames = Frames()
+        self._frames = SceneFrames()
         self._scenario: Scenario | None = None
         self._starts = 0
         self._endpoints: set[bytes] = set()

@@ -55,7 +55,7 @@ class Server:
 
     def __init__(self, source: Source, door: Door):
         self._source, self._door, self._hub = source, door, Hub()
-        self._files = {name.split('/')[-1]: name for name in (*html.STYLES, *source.files)}
+        self._files = {name.split('/')[-1]: name for name in (*html.STYLE_SHEETS, *source.files)}
 
     def application(self) -> web.Application:
         """Return the aiohttp application."""

@@ -228,7 +228,7 @@ def test_a_run_goes_on_from_an_attitude_message(tmp_path):
 
 
 def test_without_rates_in_the_message_the_scenario_gives_the_rate(tmp_path):
-    """Relative to the frame in which it gives it: at rest in LVLH the body turns once an orbit."""
+    """Relative to its frame: a body at rest in LVLH turns once per orbit."""
     message = tmp_path / 'bag.aem'
     export(recorded(ORBITING, 1, tmp_path / 'bag'), message)
     epoch = utc.epoch(ORBITING.epoch_ns)

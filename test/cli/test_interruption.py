@@ -99,7 +99,7 @@ def test_an_output_that_fails_does_not_change_what_was_done(tmp_path):
         _, errors = process.communicate()
     assert (process.returncode, errors) == (
         0,
-        'satdyn simulate: what it did is done, but its output could not be written: '
+        'satdyn simulate: the command completed, but its output could not be written: '
         'No space left on device\n',
     )
     assert verify(bag).is_true

@@ -316,7 +316,7 @@ def test_coefficients_are_those_of_scipy():
 def test_times_that_are_none(t_s):
     """A time before the start, or none at all, is refused in one sentence."""
     system = SYSTEMS['heavy top']
-    with pytest.raises(ValueError, match='a motion answers finite times from 0 s on'):
+    with pytest.raises(ValueError, match='it must be finite and at least 0 s'):
         Propagation(system, _start(system)[0]).at([0.0, t_s])
 
 

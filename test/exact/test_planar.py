@@ -337,8 +337,11 @@ def test_it_says_why_not():
         'does not rotate about the orbit normal': (System(inertia, orbit=ORBIT), tilted),
         'eccentricity is 0.1': (System(inertia, orbit=eccentric), start),
         'a torque is applied': (System(inertia, orbit=ORBIT, torque_b=torque), start),
-        'not across the direction': (System(inertia, orbit=fixed), along),
-        'weight_moment is not across': (System(inertia, orbit=fixed, weight_moment=Y), across),
+        'not perpendicular to the direction': (System(inertia, orbit=fixed), along),
+        'weight_moment is not perpendicular to': (
+            System(inertia, orbit=fixed, weight_moment=Y),
+            across,
+        ),
     }
     for words, (refused, state) in reasons.items():
         assert words in Planar.why_not(refused, state)

@@ -7,7 +7,7 @@ import pytest
 from agreement import assert_agrees
 from cases import bounded, newtonian
 from draws import angles, attitudes, body_axes, inertia_in_body_axes, moments, powers_of_ten
-from hypothesis import assume, given, settings
+from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from satdyn_ros import exact
@@ -198,7 +198,13 @@ def _shortest(a, b):
     return rotation.normalise(np.append(np.cross(a, b), 1.0 + cosine))
 
 
-@settings(max_examples=200, deadline=None, derandomize=True)
+# most drawn systems have no closed form, and are passed over
+@settings(
+    max_examples=200,
+    deadline=None,
+    derandomize=True,
+    suppress_health_check=[HealthCheck.filter_too_much],
+)
 @given(scenarios())
 def test_what_is_recognised_is_what_propagates(scenario):
     """Proves that no motion is taken for another, whatever symmetries meet."""

@@ -9,8 +9,8 @@ from satdyn_ros.dynamics.motion import States
 from satdyn_ros.dynamics.orbit import FixedDirection, KeplerOrbit
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import System
+from satdyn_ros.run.samples import Samples
 from satdyn_ros.run.scenario import Frames
-from satdyn_ros.run.simulation import Samples
 
 AXIS = np.array([0.48, 0.6, 0.64])
 TENSOR = np.array([[800.0, 20.0, -30.0], [20.0, 900.0, 10.0], [-30.0, 10.0, 600.0]])

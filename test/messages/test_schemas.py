@@ -88,8 +88,8 @@ def test_definitions_are_read_as_ros_reads_them():
     """Comments and constants are passed over; arrays, own-package types and defaults are kept."""
     text = '# float64 a\nint32 B=1\n\nfloat64[3] c # d\nE[] e\nbuiltin_interfaces/Time t\nint8 f 2'
     assert schemas.parse('p/msg/X', text) == (
-        schemas.Field('float64', 'c', 3),
-        schemas.Field('p/msg/E', 'e', schemas.SEQUENCE),
-        schemas.Field('builtin_interfaces/msg/Time', 't'),
-        schemas.Field('int8', 'f', None, 2.0),
+        schemas.MessageField('float64', 'c', 3),
+        schemas.MessageField('p/msg/E', 'e', schemas.SEQUENCE),
+        schemas.MessageField('builtin_interfaces/msg/Time', 't'),
+        schemas.MessageField('int8', 'f', None, 2.0),
     )

@@ -13,7 +13,7 @@ from satdyn_ros.dynamics.system import State
 from satdyn_ros.messages import contents
 from satdyn_ros.messages.topics import TOPICS, pack_rotor_torque, pack_torque
 from satdyn_ros.run import keys
-from satdyn_ros.run.simulation import Samples
+from satdyn_ros.run.samples import Samples
 
 PACKED = [name for name, topic in TOPICS.items() if topic.role in ('state', 'clock')]
 CASES = [

@@ -9,7 +9,7 @@ import pytest
 from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.dynamics import rotation
 from satdyn_ros.report.history import history
-from satdyn_ros.report.html import ROWS, report
+from satdyn_ros.report.html import report
 from satdyn_ros.run.events import Request, Torque
 from satdyn_ros.run.scenario import Scenario
 
@@ -86,7 +86,7 @@ def test_says_what_differs_from_the_defaults(page):
 def test_shows_the_motion(long_bag, page, browser):
     """At any time the page has the attitude, and the angles, that the motion has there."""
     opened(browser, page)
-    run = history(long_bag, ROWS)
+    run = history(long_bag, TABLE_ROWS)
     for t_s in (0.0, 2345.6, 7000.0):
         q_ib = browser.execute_script(
             f'satdyn.timeline.seek({t_s}); return satdyn.stage.scene.row.q_ib'
@@ -190,7 +190,7 @@ def test_fast_body_is_a_band(folder, browser):
     lines = 'satdyn.charts.charts[0].plot.data'
     assert browser.execute_script(f'return {lines}[1].every((y) => y === null)')
     most = browser.execute_script(f'return Math.max(...{lines}[5])')
-    run = history(path, ROWS)
+    run = history(path, TABLE_ROWS)
     assert most == pytest.approx(np.degrees(run.most['attitude'][:, 0].max()), rel=1e-6)
 
     report(path, folder / 'window.html', float(begin_s), float(end_s))

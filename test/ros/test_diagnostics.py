@@ -190,7 +190,7 @@ def test_lateness_is_told_each_second_and_at_the_end(live):
         'lateness 50 % [s]',
         'lateness 99 % [s]',
         'lateness 99.9 % [s]',
-        'lateness at most [s]',
+        'largest lateness [s]',
     )
     lags_s = [float(pacing[name]) for name in names]
     assert 0.0 < lags_s[0]

@@ -32,10 +32,10 @@ def test_the_help_shows_a_sweep_file(tmp_path, capsys):
     said = capsys.readouterr().out
     text = re.search(r'\n  scenario: .*?\n\n', said, re.DOTALL)[0]
     given, plan = read(tmp_path, text)
-    assert set(given) == set(keys.KEYS)
+    assert set(given) == set(keys.SWEEP_KEYS)
     assert len(plan) == 4 * 2 * 100
     ways = {how if isinstance(how, str) else next(iter(how)) for how in given['vary'].values()}
-    assert ways == {form.strip('{').split(':')[0] for form in variation.FORMS}
+    assert ways == {form.strip('{').split(':')[0] for form in variation.WAYS}
 
 
 def test_the_example_of_the_page(tmp_path):
@@ -50,7 +50,7 @@ def test_the_example_of_the_page(tmp_path):
 
 def test_every_name_of_the_table_is_a_quantity():
     """Groups, components, angles and ratios are told by the names that are read."""
-    names = re.findall('`([^`]+)`', ' '.join(quantities.FORMS))
+    names = re.findall('`([^`]+)`', ' '.join(quantities.QUANTITY_FORMS))
     for name in names:
         group, star = name[:-2], name.endswith('.*')
         if star:

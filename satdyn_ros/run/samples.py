@@ -1,0 +1,45 @@
+"""What a run gives: the states at its ticks, and what its sensors measured."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..dynamics.motion import States
+from ..dynamics.system import System
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """
+    What a sensor gives at some of consecutive ticks.
+
+    places (M,): their ticks, counted from the first; stamps_ns (M,) int64: of the exposures;
+    values (M, 3) or (M, 4), as of the sensor.
+    """
+
+    places: np.ndarray
+    stamps_ns: np.ndarray
+    values: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.places)
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """
+    What happens at consecutive ticks, all under one event.
+
+    first_tick: the tick of row 0; stamps_ns (N,) int64; states: the rows' states; system: body,
+    field and the torques that act; measured: what the sensors give, by their names.
+    """
+
+    first_tick: int
+    stamps_ns: np.ndarray
+    states: States
+    system: System
+    measured: Mapping[str, Measured] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return len(self.stamps_ns)

@@ -13,7 +13,9 @@ from ..compiled import compiled, inlined
 
 
 @partial(compiled, fused=False)
-def in_body(alpha, beta, q_kb, q_il=None):
+def in_body(
+    alpha: np.ndarray, beta: np.ndarray, q_kb: np.ndarray, q_il: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """
     Return the attitude (N, 4) and the third axis of frame l in frame k (N, 3).
 
@@ -33,7 +35,7 @@ def in_body(alpha, beta, q_kb, q_il=None):
 
 
 @partial(compiled, fused=False)
-def turned(q_ib, q_bt):
+def turned(q_ib: np.ndarray, q_bt: np.ndarray) -> np.ndarray:
     """Return q_ib q_bt (N, 4), for one q_ib (4,) and turns q_bt (N, 4)."""
     q_it = np.empty_like(q_bt)
     for i in range(len(q_bt)):
@@ -42,7 +44,7 @@ def turned(q_ib, q_bt):
 
 
 @partial(compiled, fused=False)
-def rotated(q_bk, v_k):
+def rotated(q_bk: np.ndarray, v_k: np.ndarray) -> np.ndarray:
     """Return v_b = q_bk v_k q_bk* (N, 3), for one q_bk (4,)."""
     x, y, z, w = q_bk
     v_b = np.empty_like(v_k)

@@ -9,7 +9,7 @@ import pytest
 from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.dynamics import rotation
 from satdyn_ros.report.history import history
-from satdyn_ros.report.html import report
+from satdyn_ros.report.html import TABLE_ROWS, report
 from satdyn_ros.run.events import Request, Torque
 from satdyn_ros.run.scenario import Scenario
 

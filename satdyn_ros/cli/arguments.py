@@ -328,11 +328,11 @@ def _add_sweep(command):
     added = command(
         'sweep',
         'many runs of one scenario with quantities that vary',
-        'satdyn sweep config/sweeps/monte_carlo.yaml -o runs --workers 8\n'
+        'satdyn sweep monte_carlo -o runs --workers 8\n'
         'satdyn plot runs -o runs.png',
     )
     added.add_argument(
-        'file', metavar='SWEEP.yaml', help='the sweep file: a scenario and what varies'
+        'file', metavar='SWEEP.yaml', help='a sweep file, or the name of a shipped one'
     )
     added.notes = _SWEEP_FORM
     _add_out(added, 'DIR', 'the directory for the results')

@@ -253,11 +253,12 @@ def _watch(given):
 
 
 def _sweep(given):
+    from ..run.shipped import sweep_path
     from ..sweep.run import sweep
     from ..sweep.summary import summary
 
     with progress('sweep', 'runs') as show:
-        table = sweep(given.file, given.out, given.workers, given.dask, show)
+        table = sweep(sweep_path(given.file), given.out, given.workers, given.dask, show)
     print(f'{table}: {summary(table)}')
     return DONE
 

@@ -1,17 +1,24 @@
-"""The scenarios that come with the package, by name: 'default' is config/default.yaml."""
+"""
+The scenarios and sweeps that come with the package, by name.
+
+The scenario default is config/default.yaml, the sweep capture is config/sweeps/capture.yaml.
+"""
 
 from pathlib import Path
 
 _PACKAGE = Path(__file__).parents[1]
 # A checkout, and what pip and colcon install beside lib/pythonX.Y/site-packages.
 _FOLDERS = (_PACKAGE.parent / 'config', *(p / 'share/satdyn_ros/config' for p in _PACKAGE.parents))
+_PLACES = {'scenario': '{}.yaml', 'sweep': 'sweeps/{}.yaml'}
+# Several satellites, and the scenarios that sweeps begin from.
+_LEFT_OUT = ('constellation', 'smelt_body', 'beletsky_satellite')
 
 
-def names() -> list[str]:
-    """Return the names of the scenarios that are shipped, constellations left out."""
+def names(what: str = 'scenario') -> list[str]:
+    """Return the names of the scenarios or sweeps that are shipped."""
     folder = next((folder for folder in _FOLDERS if folder.is_dir()), None)
-    found = folder.glob('*.yaml') if folder else ()
-    return sorted(path.stem for path in found if path.stem != 'constellation')
+    found = folder.glob(_PLACES[what].format('*')) if folder else ()
+    return sorted(path.stem for path in found if path.stem not in _LEFT_OUT)
 
 
 def scenario_path(given: str | Path) -> Path:
@@ -20,13 +27,24 @@ def scenario_path(given: str | Path) -> Path:
 
     ValueError: a bare name that is neither.
     """
+    return _path(given, 'scenario')
+
+
+def sweep_path(given: str | Path) -> Path:
+    """Return the file of a sweep in the same way."""
+    return _path(given, 'sweep')
+
+
+def _path(given, what):
     path = Path(given)
-    if path.exists() or path.suffix or len(path.parts) > 1:
+    # A folder of this name is no file: that of the results, say.
+    if (path.exists() and not path.is_dir()) or path.suffix or len(path.parts) > 1:
         return path
     for folder in _FOLDERS:
-        if (folder / f'{given}.yaml').is_file():
-            return folder / f'{given}.yaml'
+        shipped = folder / _PLACES[what].format(given)
+        if shipped.is_file():
+            return shipped
     raise ValueError(
-        f'the scenario {given} is neither a file nor a shipped scenario; shipped: '
-        f'{", ".join(names())}'
+        f'the {what} {given} is neither a file nor a shipped {what}; shipped: '
+        f'{", ".join(names(what))}'
     )

@@ -7,6 +7,7 @@ import pytest
 
 from satdyn_ros.run import shipped
 from satdyn_ros.run.scenario import Scenario
+from satdyn_ros.sweep.plan import Plan
 
 ROOT = Path(__file__).parents[2]
 
@@ -16,6 +17,17 @@ def test_every_shipped_scenario_is_found_by_name(name):
     """The name is that of its file, and the file is a scenario."""
     assert shipped.scenario_path(name) == ROOT / 'config' / f'{name}.yaml'
     assert Scenario.from_yaml(name) == Scenario.from_yaml(ROOT / 'config' / f'{name}.yaml')
+
+
+def test_shipped_sweeps_are_found_by_name(tmp_path, monkeypatch):
+    """Also where a folder of that name holds the results."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'capture').mkdir()
+    assert {'capture', 'monte_carlo', 'smelt'} <= {*shipped.names('sweep')}
+    for name in shipped.names('sweep'):
+        assert len(Plan.from_yaml(shipped.sweep_path(name))) > 1
+    with pytest.raises(ValueError, match=r'the sweep smelled is neither .* shipped sweep; .*smelt'):
+        shipped.sweep_path('smelled')
 
 
 def test_a_path_is_taken_as_it_is(tmp_path, monkeypatch):

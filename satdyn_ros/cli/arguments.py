@@ -328,8 +328,7 @@ def _add_sweep(command):
     added = command(
         'sweep',
         'many runs of one scenario with quantities that vary',
-        'satdyn sweep monte_carlo -o runs --workers 8\n'
-        'satdyn plot runs -o runs.png',
+        'satdyn sweep monte_carlo -o runs --workers 8\nsatdyn plot runs -o runs.png',
     )
     added.add_argument(
         'file', metavar='SWEEP.yaml', help='a sweep file, or the name of a shipped one'

@@ -213,4 +213,4 @@ def test_a_node_that_follows_no_clock_says_so(live):
     (first, *_) = [m for m in heard if m.status[0].name.startswith(own)]
     # Whatever the date, it is no time since the start of a simulation.
     assert first.header.stamp.sec > 1_600_000_000
-    assert node.end()[1].count('use_sim_time is true and no /clock is there') == 1
+    assert node.end()[1].count('use_sim_time is true, but there is no /clock') == 1

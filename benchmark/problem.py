@@ -17,9 +17,7 @@ MOMENTUM = np.array([0.0, 5.0, 0.0])
 DURATION_S = 57120.0
 GRID_S = np.arange(571201) * 0.1
 MAX_ERROR_RAD = 1e-10
-START = State(
-    rotation.normalise([0.4, 0.4, 0.8, 0.2]), np.array([0.01, 0.02, -0.015]), rotor_speed=0.0
-)
+START = State(rotation.normalise([0.4, 0.4, 0.8, 0.2]), np.array([0.01, 0.02, -0.015]), 0.0, 0.0)
 
 
 def system(eccentricity: float = 0.0, rotor: Rotor | None = None) -> System:

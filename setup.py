@@ -84,6 +84,7 @@ setup(
             'heyoka',
             'matplotlib',
             'mcap-ros2-support',
+            'pyarrow',
             'selenium',
         ],
     },

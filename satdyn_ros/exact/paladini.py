@@ -2,9 +2,10 @@
 What Paladini's paper says of the motion of a symmetric body beside its attitude (1888, ch. 1).
 
 The three motions that make it up (sec. 5, 11), the curves of the instantaneous pole in the body
-and in space (sec. 12), and the two motions akin to it: the heavy top of sec. 13, and for H1 = 0
-Poinsot's motion whose herpolhode is the body's curve.  Angles and rates count from body axis 3,
-the symmetry axis, and the field's direction Z (symmetric.py).
+and in space (sec. 12), and the motions akin to it: Poinsot's motion behind its nutation (sec. 4),
+the heavy top of sec. 13, and for H1 = 0 Poinsot's motion whose herpolhode is the body's curve.
+Angles and rates count from body axis 3, the symmetry axis, and the field's direction Z
+(symmetric.py).
 """
 
 import numpy as np
@@ -105,6 +106,26 @@ def poinsot_rates(motion: Symmetric) -> np.ndarray:
     rho_squares = 2.0 / A * (motion.h_prime + motion.H2 * Cones.of(motion).roots)
     four_F = (motion.H2 * motion.g + J3 * motion.h_prime) / A**2
     return J3 / (2.0 * A) - motion.r0 + four_F / rho_squares
+
+
+def nutation_as_precession(motion: Symmetric) -> tuple[float, np.ndarray]:
+    """
+    Return 2 E / L and L / I_j (3,) [rad/s] of the Poinsot motion behind cos theta (sec. 4).
+
+    In a Poinsot motion let U be the rate at which the projection of a principal axis across L
+    turns; of each axis U'^2 = -4 (U - 2 E / L)(U - L / I_1)(U - L / I_2)(U - L / I_3).  With the
+    roots a_i of f and U = sqrt(H1 / 2A) cos theta that is cos theta'^2 = f: the four constants are
+    sqrt(H1 / 2A) a_i.  2 E / L is the middle root at which the nutation ends, and the axis, the
+    first of the three, is that of the other middle root.  A uniform rotation about L adds one
+    number to all; the moments need not be those of a body.  ValueError: H1 is not positive or two
+    roots are complex; no such motion is real.
+    """
+    cones = Cones.of(motion)
+    if cones.case not in ('alpha', 'beta') or motion.H1 <= 0.0:
+        raise ValueError('the Poinsot motion is real for H1 > 0 and four real roots of f')
+    least, low, high, most = np.sqrt(motion.H1 / (2.0 * motion.A)) * cones.roots
+    end, axis = (low, high) if cones.case == 'alpha' else (high, low)
+    return float(end), np.array([axis, least, most])
 
 
 def _attitude(motion, t_s):

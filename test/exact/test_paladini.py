@@ -8,11 +8,12 @@ from scipy.integrate import solve_ivp
 from satdyn_ros.dynamics import rotation
 from satdyn_ros.dynamics.euler import from_zxz
 from satdyn_ros.dynamics.propagator import Propagation
-from satdyn_ros.dynamics.system import System
+from satdyn_ros.dynamics.system import State, System
 from satdyn_ros.exact.cones import Cones
 from satdyn_ros.exact.paladini import (
     body_curve,
     companion_top,
+    nutation_as_precession,
     oscillation,
     poinsot_rates,
     space_curve,
@@ -154,6 +155,49 @@ def test_the_companion_top(name):
         1e-14,
     ).at(t_s)
     assert np.max(rotation.angle_between(heavy.q_ib, theirs.q_ib)) < 1e-9
+
+
+@pytest.mark.parametrize('name', ['pal1_four_real_H1pos_upper_interval', 'lower'])
+def test_the_poinsot_motion_behind_the_nutation(name):
+    """The projection of its axis across L turns at sqrt(H1 / 2A) cos theta (sec. 4)."""
+    motion = motion_of('pal1_four_real_H1pos_upper_interval')
+    if name == 'lower':
+        # With Z turned over, u and H2 change their signs.
+        over = rotation.multiply(rotation.about([1.0, 0.0, 0.0], np.pi), motion.state.q_ib)
+        start = State(over, motion.state.omega_bi_b)
+        motion = Symmetric.in_potential(
+            motion.A, motion.C, motion.h3, motion.H1, -motion.H2, start
+        )
+    assert Cones.of(motion).case == {'lower': 'alpha'}.get(name, 'beta')
+    end, rates = nutation_as_precession(motion)
+    t_s = np.linspace(0.0, 3.0 * motion.period_s, 200)
+    expected = np.sqrt(motion.H1 / (2.0 * motion.A)) * motion.at(t_s).c_b[:, 2]
+    # the axis' height over the plane across L, and its share of the other two
+    square = (expected[0] - end) / (expected[0] - rates[0])
+    others = np.linalg.solve([[1.0, 1.0], rates[1:]], [1.0 - square, end - rates[0] * square])
+    gamma_0 = np.sqrt([square, *others])
+    rising = (expected[1] - expected[0]) * (rates[2] - rates[1]) * (end - rates[0]) > 0.0
+    gamma_0[1] *= 1.0 if rising else -1.0
+    flown = solve_ivp(
+        lambda _, gamma: np.cross(gamma, rates * gamma),
+        (0.0, t_s[-1]),
+        gamma_0,
+        'DOP853',
+        t_s,
+        rtol=1e-12,
+        atol=1e-14,
+    ).y
+    precession = (rates[1:] @ flown[1:] ** 2) / (1.0 - flown[0] ** 2)
+    np.testing.assert_allclose(precession, expected, atol=1e-8 * np.max(np.abs(rates)))
+
+
+@pytest.mark.parametrize(
+    'name', ['pal1_four_real_H1neg_mid_interval', 'pal1_two_real_two_complex_H1pos']
+)
+def test_no_real_poinsot_motion_is_behind_other_nutations(name):
+    """The constants would be complex."""
+    with pytest.raises(ValueError, match='real for H1 > 0 and four real roots'):
+        nutation_as_precession(motion_of(name))
 
 
 def test_no_companion_where_all_roots_are_between_the_poles():

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Any
 
 from ..dynamics.motion import States
@@ -28,6 +29,8 @@ class Suite:
     @classmethod
     def of(cls, sensors: Mapping[str, Sensor]) -> 'Suite':
         """Return the suite before the first tick."""
+        if sensors:
+            import_module('scipy.special')  # ahead of the first tick, which noise.py needs it for
         return cls(sensors, {name: sensor.memory for name, sensor in sensors.items()})
 
     def measure(self, ticks: range, states: States) -> tuple[dict[str, Measurements], 'Suite']:

@@ -10,6 +10,7 @@ one (De Brun's problem) between the two least and above the greatest.
 import numpy as np
 
 from ..dynamics.inertia import ROUNDING
+from .elliptic import LAST_DIGITS
 
 
 def alphas(moments: np.ndarray, nu: float, sign: int, field: int = 1) -> np.ndarray:
@@ -88,7 +89,8 @@ def find(
     if not found or min(found)[0] > ROUNDING:
         return None
     _, nu, sign = min(found)
-    return nu, sign
+    # Alphas of a smaller nu are equal to the last digit, and its elliptic functions overflow.
+    return (0.0 if abs(nu) * np.max(I) <= LAST_DIGITS else nu), sign
 
 
 def _real_roots(a, b, c):

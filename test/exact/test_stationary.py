@@ -240,6 +240,18 @@ def test_next_to_the_saddle_it_swings_to_the_other_side():
     np.testing.assert_allclose(opposite, [0.0, -1.0, 0.0], atol=1e-9)
 
 
+def test_alphas_that_are_equal_but_for_rounding():
+    """Proves that a body turning about the vertical in axes aside, alphas -1, just turns."""
+    q_bp = np.array([5.617333549722722e-16, 0.0, 0.9486832980505138, 0.31622776601683794])
+    motion = Stationary.from_attitude(
+        system(np.array([0.625, 0.875, 0.75]), 1.0, q_bp), 0.0, rotation.IDENTITY, -1
+    )
+    states = motion.at([np.pi, 1e3])
+    truth = [[0.0, 0.0, -1.0, 0.0], [0.0, 0.0, -np.sin(500.0), np.cos(500.0)]]
+    np.testing.assert_allclose(states.q_ib, truth, atol=1e-12)
+    assert motion.period_s is None
+
+
 @pytest.mark.parametrize('name', ['A1_range1_pos_nu_about_max', 'A3_range2'])
 def test_rows_do_not_depend_on_each_other(name):
     """Proves random access: a million times give the same bits as each time alone."""

@@ -69,7 +69,9 @@ class Satellite:
         self._scenario: Scenario | None = None
         self._starts = 0
         self._endpoints: set[bytes] = set()
+        self._found: list[str] = []
         self._diagnostics: dict[str, Any] = {}
+        self._is_paused = False
         self._heard_s = -_SILENT_S
         self._parameters: AsyncParameterClient | None = None
         self._topics: dict[str, str] = {}
@@ -112,6 +114,10 @@ class Satellite:
             raise ValueError(f'do takes request, {", ".join(_ACTIONS)}')
         loop = asyncio.get_running_loop()
         answer = await loop.run_in_executor(self._asking, self._ask, act)
+        if answer.success and what in ('pause', 'resume'):
+            # The answer is newer than the last diagnostics, which come once a second.
+            self._is_paused = what == 'pause'
+            self._tell_status()
         return {'success': answer.success, 'text': answer.text}
 
     def _ask(self, act: Callable[[Client], Answer]) -> Answer:
@@ -167,7 +173,7 @@ class Satellite:
 
     def _look(self) -> None:
         """See who is there, which topics there are, and whether the node is another one by now."""
-        found = satellites(self._asker)
+        self._found = found = satellites(self._asker)
         if self._wanted is None and self._name not in found and found:
             self._name = '/satdyn' if '/satdyn' in found else found[0]
         if self._name is not None and self._name in found:
@@ -178,26 +184,25 @@ class Satellite:
                 self._scenario = None
             if self._scenario is None:
                 self._read_parameters(self._name)
-        self._tell_status(found)
+        self._tell_status()
 
-    def _tell_status(self, found: list[str]) -> None:
+    def _tell_status(self) -> None:
         is_there = time.monotonic() - self._heard_s < _SILENT_S
-        pacing = self._diagnostics.get('pacing', {})
         recorder = dict(self._diagnostics.get('recorder', {}).get('values', []))
         status = {
             'node': self._name,
-            'nodes': found,
+            'nodes': self._found,
             'is_there': is_there,
-            'is_paused': pacing.get('text', '').startswith('paused'),
+            'is_paused': self._is_paused,
             'bag': recorder.get('bag'),
-            'missing': self._missing(found),
+            'missing': self._missing(),
             'diagnostics': self._diagnostics if is_there else {},
         }
         self._tell('status', status, True)
 
-    def _missing(self, found: list[str]) -> list[str]:
+    def _missing(self) -> list[str]:
         """Return what the page lacks, a sentence each."""
-        if self._name is None or self._name not in found:
+        if self._name is None or self._name not in self._found:
             wanted = self._wanted or 'with the service set_initial_conditions'
             return [f'there is no node {wanted}; satdyn node starts one']
         missing = [self._fault] if self._fault else []
@@ -270,6 +275,7 @@ class Satellite:
         told = parts(message, self._name) if self._name else {}
         if told:
             self._diagnostics, self._heard_s = told, time.monotonic()
+            self._is_paused = told.get('pacing', {}).get('text', '').startswith('paused')
 
     def _frame(self) -> None:
         if self._scenario is None:

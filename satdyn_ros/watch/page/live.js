@@ -18,7 +18,6 @@ function say(text, isGood = true) {
 async function ask(request) {
   const answer = await connection.ask(request);
   say(answer.text, answer.success);
-  return answer;
 }
 
 // -- what the server tells -------------------------------------------------------------------------
@@ -113,19 +112,10 @@ const connection = new Connection(
 );
 const form = new StartForm((values) => connection.ask({ do: 'request', values }), say);
 
-// The state is shown at once; the diagnostics say it again within a second.
-async function act(name, change) {
-  const answer = await ask({ do: name });
-  if (answer.success) takeStatus({ ...live.status, ...change });
-}
-
-element('pause').addEventListener('click', () => {
-  const { is_paused: isPaused } = live.status;
-  act(isPaused ? 'resume' : 'pause', { is_paused: !isPaused });
-});
-element('step').addEventListener('click', () => act('step', {}));
-element('reset').addEventListener('click', () => act('reset', {}));
-element('record').addEventListener('click', () => act(live.status.bag ? 'stop' : 'record', {}));
+element('pause').addEventListener('click', () => ask({ do: live.status.is_paused ? 'resume' : 'pause' }));
+element('step').addEventListener('click', () => ask({ do: 'step' }));
+element('reset').addEventListener('click', () => ask({ do: 'reset' }));
+element('record').addEventListener('click', () => ask({ do: live.status.bag ? 'stop' : 'record' }));
 element('begin').addEventListener('click', () => form.open(live.values));
 addEventListener('keydown', (event) => {
   if (event.target.closest?.('input, select, button, dialog, summary')) return;

@@ -102,7 +102,8 @@ class Motion(ABC):
     One motion of a system from a state at start_s seconds from tick 0.
 
     name and source ('Agostinelli 1977, eqs 28-32') say what it is; period_s is the exact period
-    of the reduced motion where there is one, else None.
+    of the reduced motion where there is one, else None.  ValueError: the state lacks the speed or
+    the angle of a free rotor.
     """
 
     name: str
@@ -110,6 +111,7 @@ class Motion(ABC):
     period_s: float | None = None
 
     def __init__(self, system: System, state: State, start_s: float = 0.0):
+        system.check(state)
         self.system, self.state, self.start_s = system, state, start_s
 
     def at(self, t_s: ArrayLike) -> States:

@@ -71,6 +71,24 @@ class System:
             h = h + rotor.axial_momentum(speed, state.omega_bi_b) * rotor.axis
         return h
 
+    def check(self, state: 'State') -> None:
+        """Raise ValueError where state lacks the speed or the angle of a free rotor."""
+        if not self.has_turning_rotor:
+            return
+        for name in ('rotor_speed', 'rotor_angle'):
+            values, count = getattr(state, name), len(self.rotors)
+            if values.shape[-1] != count:
+                raise ValueError(
+                    f'{name} has the length {values.shape[-1]}; it must be {count}: '
+                    'one number per rotor'
+                )
+            for i, rotor in enumerate(self.rotors):
+                if rotor.turns_freely and np.isnan(values[..., i]).any():
+                    raise ValueError(
+                        f'{name} of {rotor.label} is missing; '
+                        f'a rotor of mode {rotor.mode} needs it'
+                    )
+
     def rotor_speeds(self, state: 'State') -> np.ndarray:
         """Return the rotors' speeds (R,) of state [rad/s]; ValueError: it has another number."""
         speeds = state.rotor_speed
@@ -87,8 +105,8 @@ class State:
     Attitude and rates at one instant.
 
     q_ib (4,): body to inertial; omega_bi_b [rad/s] (3,); rotor_speed [rad/s] relative to the body
-    and rotor_angle [rad] (R,), nan where a rotor has none.  Given as one number, it is for one
-    rotor.
+    and rotor_angle [rad] (R,): nan for a rotor without a speed of its own, a number for every free
+    rotor.  With one rotor, a plain number will do.
     """
 
     q_ib: np.ndarray

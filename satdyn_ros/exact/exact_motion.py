@@ -49,8 +49,10 @@ class ExactMotion(Motion):
         """
         Return one sentence that says why this closed form does not apply, or None.
 
-        start_s: seconds from tick 0, which say where the attracting centre is.
+        start_s: seconds from tick 0, which say where the attracting centre is.  ValueError: the
+        state lacks the speed or the angle of a free rotor.
         """
+        system.check(state)
         damped = [f'rotor.{rotor.name}'.rstrip('.') for rotor in system.rotors if rotor.is_damped]
         if damped:
             return f'{damped[0]}.friction is not zero: friction drives the body'

@@ -1,0 +1,57 @@
+"""A system refuses a state that does not say how its rotors turn."""
+
+import numpy as np
+import pytest
+
+from satdyn_ros import exact
+from satdyn_ros.dynamics.orbit import FixedDirection
+from satdyn_ros.dynamics.propagator import Propagation
+from satdyn_ros.dynamics.rotor import Rotor
+from satdyn_ros.dynamics.system import State, System
+
+BODY = np.diag([800.0, 900.0, 600.0])
+Q_IB, OMEGA = np.array([0.0, 0.0, 0.0, 1.0]), np.array([1e-3, 2e-3, 3e-3])
+WHEEL = Rotor('free', np.array([0.0, 0.0, 1.0]), inertia=0.5, name='wheel')
+FLYWHEEL = Rotor('constant_momentum', momentum=0.1, name='flywheel')
+FREE = FixedDirection(0.0)
+
+INCOMPLETE = {
+    'neither': ((WHEEL,), (), 'rotor_speed of wheel is missing; a rotor of mode free needs it'),
+    'no angle': (
+        (WHEEL,),
+        (1.0,),
+        'rotor_angle of wheel is missing; a rotor of mode free needs it',
+    ),
+    'no speed': (
+        (Rotor('motor', inertia=0.5),),
+        (np.nan, 0.0),
+        'rotor_speed of rotor is missing; a rotor of mode motor needs it',
+    ),
+    'of two rotors': (
+        (FLYWHEEL, WHEEL),
+        ([np.nan, 1.0], [0.0, np.nan]),
+        'rotor_angle of wheel is missing; a rotor of mode free needs it',
+    ),
+    'one number for two': (
+        (FLYWHEEL, WHEEL),
+        (1.0, 0.0),
+        'rotor_speed has the length 1; it must be 2: one number per rotor',
+    ),
+}
+
+
+@pytest.mark.parametrize('call', [Propagation, exact.Free, exact.recognise, exact.explain])
+@pytest.mark.parametrize('case', INCOMPLETE)
+def test_missing_rotor_values_are_named(case, call):
+    """Propagation, closed form and recognition name the rotor value that the state lacks."""
+    rotors, values, sentence = INCOMPLETE[case]
+    with pytest.raises(ValueError, match=f'^{sentence}$'):
+        call(System(BODY, rotors, FREE), State(Q_IB, OMEGA, *values))
+
+
+@pytest.mark.parametrize('rotors', [(Rotor(),), (FLYWHEEL,), (FLYWHEEL, FLYWHEEL)])
+def test_rotors_without_a_speed_need_no_values(rotors):
+    """A state without rotor values is complete where no rotor has a speed of its own."""
+    states = Propagation(System(BODY, rotors, FREE), State(Q_IB, OMEGA)).at([0.0, 10.0])
+    assert np.isnan(states.rotor_speed).all()
+    assert np.isfinite(states.q_ib).all()

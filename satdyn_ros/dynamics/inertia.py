@@ -113,25 +113,33 @@ def symmetry_axis(
 
     None: there is no such axis, or any axis is one.
     """
-    tensors, along = list(inertias), [v for v in vectors if np.any(v)]
-    axes = [v / np.linalg.norm(v) for v in along]
+    axis = symmetry_axes(inertias, vectors)
+    return None if np.any(np.isnan(axis)) else axis
+
+
+def symmetry_axes(
+    inertias: Iterable[np.ndarray], vectors: Iterable[np.ndarray] = ()
+) -> np.ndarray:
+    """Return symmetry_axis (..., 3) of inertias (..., 3, 3) and vectors (..., 3); nan: none."""
+    tensors, along = list(inertias), list(vectors)
+    axis = np.full(3, np.nan)
+    # The later ones win: a vector singles out an axis where all tensors are spheres.
+    for v in reversed(along):
+        with np.errstate(invalid='ignore'):
+            axis = np.where(np.any(v, axis=-1)[..., None], v / _length(v)[..., None], axis)
     for I in tensors:
         moments, R_bp = principal_axes(I)
-        equal = [are_equal(moments[k - 1], moments[k - 2], np.max(moments)) for k in range(3)]
-        if sum(equal) == 1:
-            axes.insert(0, R_bp[:, equal.index(True)])
-        elif not any(equal):
-            return None
-    if not axes:
-        return None
-    axis = axes[0]
+        allowed = ROUNDING * np.max(moments, axis=-1)
+        equal = [np.abs(moments[..., k - 1] - moments[..., k - 2]) <= allowed for k in range(3)]
+        for k in range(3):
+            is_single = equal[k] & (sum(equal) == 1)
+            axis = np.where(is_single[..., None], R_bp[..., :, k], axis)
+    fits = True
     for I in tensors:
-        C = axis @ I @ axis
-        A = (np.trace(I) - C) / 2.0
-        symmetric = A * np.eye(3) + (C - A) * np.outer(axis, axis)
-        if np.max(np.abs(I - symmetric)) > ROUNDING * np.max(I):
-            return None
-    return axis if all(are_parallel(axis, v) for v in along) else None
+        fits = fits & _is_symmetric(I, axis)
+    for v in along:
+        fits = fits & (_length(np.cross(axis, v)) <= ROUNDING * _length(v))
+    return np.where(np.asarray(fits)[..., None], axis, np.nan)
 
 
 def are_equal(a: float, b: float, size: float) -> bool:
@@ -142,6 +150,19 @@ def are_equal(a: float, b: float, size: float) -> bool:
 def are_parallel(a: np.ndarray, b: np.ndarray) -> bool:
     """Whether the vectors a and b (3,) are parallel, opposite, or one of them is zero."""
     return bool(np.linalg.norm(np.cross(a, b)) <= ROUNDING * np.linalg.norm(a) * np.linalg.norm(b))
+
+
+def _is_symmetric(I, axis):
+    """Return whether inertias (..., 3, 3) are symmetric about unit axes (..., 3)."""
+    along = axis[..., :, None] * axis[..., None, :]
+    C = np.sum(along * I, axis=(-2, -1))[..., None, None]
+    A = (np.trace(I, axis1=-2, axis2=-1)[..., None, None] - C) / 2.0
+    off = np.abs(I - (A * np.eye(3) + (C - A) * along))
+    return np.max(off, axis=(-2, -1)) <= ROUNDING * np.max(I, axis=(-2, -1))
+
+
+def _length(v):
+    return np.sqrt(np.sum(v * v, axis=-1))
 
 
 def _about_one_axis(moments, axes, distinct):

@@ -19,7 +19,7 @@ Agostinelli 1977, eqs 3-6; Beletsky 1957; Balli and Grioli 1979.
 import numpy as np
 
 from . import rotation
-from .inertia import ROUNDING, principal_axes
+from .inertia import ROUNDING, principal_axes, symmetry_axes
 from .motion import States
 from .rotor import Rotor
 from .system import System
@@ -182,40 +182,13 @@ def _symmetry_axis(system, states, p):
 
     That is K, I where there is a field, the weight, and the momentum of all rotors.
     """
-    weight, h = system.weight_moment, np.zeros(3)
+    h = np.zeros(3)
     for rotor, p_i in zip(system.rotors, p, strict=True):
         h = h + p_i[..., :1, None] * rotor.axis
-    moments, R_bp = principal_axes(system.carrier_inertia)
-    allowed = ROUNDING * np.max(moments, axis=-1)
-    axis = np.full_like(moments, np.nan)
-    for k in (2, 1, 0):
-        equal = np.abs(moments[..., k - 1] - moments[..., k - 2]) <= allowed
-        axis = np.where(equal[..., None], R_bp[..., :, k], axis)
-    # A sphere is symmetric about whatever axis the rotors or the weight single out.
-    with np.errstate(invalid='ignore'):
-        single = np.where(_is_there(h)[..., None], _unit(h), _unit(weight))
-    spherical = (np.ptp(moments, axis=-1) <= allowed)[..., None]
-    axis = np.where(spherical, single, axis)
-    for along in (h, weight):
-        off = _length(np.cross(axis, along)) > ROUNDING * _length(along)
-        axis = np.where(off[..., None], np.nan, axis)
+    I, K = system.inertia, system.carrier_inertia
     is_pulled = np.any(states.orbit.gradient_at(states.orbit_s), axis=-1, keepdims=True)
-    skew = is_pulled & ~_is_symmetric(system.inertia, axis)
-    return np.where(skew[..., None], np.nan, axis)
-
-
-def _is_symmetric(I, axis):
-    """Return whether inertias (..., 3, 3) are symmetric about unit axes (..., 3)."""
-    along = axis[..., :, None] * axis[..., None, :]
-    trace = np.trace(I, axis1=-2, axis2=-1)
-    C = _dot(axis, _apply(I, axis))
-    A = (trace - C) / 2.0
-    symmetric = A[..., None, None] * np.eye(3) + (C - A)[..., None, None] * along
-    return np.max(np.abs(I - symmetric), axis=(-2, -1)) <= ROUNDING * trace
-
-
-def _unit(v):
-    return v / _length(v)[..., None]
+    felt = np.where(is_pulled[..., None, None], I, K)
+    return symmetry_axes((felt, K), (h, system.weight_moment))
 
 
 def _is_there(vector):

@@ -23,7 +23,7 @@ def find(wished: str = '') -> Path | None:
     Return the first folder of these that can be written and that no other user can change.
 
     wished, where it is not empty; one in the package; one in the user's cache folder; a temporary
-    one, removed when this process ends.  None: there is not even that.
+    one, removed when this process ends.  None: not even that is possible.
     """
     for folder in _kept(wished):
         with suppress(OSError):
@@ -63,7 +63,7 @@ def _kept(wished: str) -> Iterator[Path]:
         yield Path(wished, 'satdyn_ros')
     if os.access(_PACKAGE, os.W_OK):
         yield _PACKAGE / '__pycache__' / 'compiled'
-    # RuntimeError: a user without home.
+    # RuntimeError: a user without a home folder.
     with suppress(RuntimeError):
         yield Path(os.environ.get('XDG_CACHE_HOME') or Path.home() / '.cache', 'satdyn_ros')
 
@@ -84,7 +84,7 @@ def _temporary():
 
 
 def _is_open_to_others(folder):
-    """Return whether another user than this one and root owns a folder or can write in it."""
+    """Return whether a user other than this one and root owns a folder or can write to it."""
     status = folder.stat()
     if status.st_uid not in (0, os.geteuid()) or status.st_mode & stat.S_IWOTH:
         return True

@@ -2,7 +2,7 @@
 The one door to numba: the decorators of compiled functions.
 
 A function is compiled at its first call and its code kept for the next start.  The compiler works
-in a child process: this one would not hear a signal before the compiler is done.
+in a child process: this one could not handle a signal until the compiler is done.
 """
 
 import fcntl
@@ -110,7 +110,7 @@ def _compile_aside(dispatcher, signature):
     """
     Let a child process compile a function for a signature, unless another process just did.
 
-    Whatever goes wrong there is left to the compilation here, which tells of it.
+    A failure there is left to the compilation in this process, which reports it.
     """
     with suppress(OSError), _lock():
         if _is_kept(dispatcher, signature):
@@ -163,7 +163,7 @@ def _lock() -> Iterator[None]:
 
 @cache
 def _tell():
-    """Say, once, why the first use takes its time."""
+    """Say once why the first use takes some seconds."""
     if code_folder.is_temporary(_FOLDER.parent):
         _log.info(
             'compiling the equations of motion, for some seconds at every start: no folder for '
@@ -175,7 +175,7 @@ def _tell():
 
 
 def _folder():
-    """Return where the code made of these very sources is kept; what older ones left goes."""
+    """Return the folder for the code of exactly these sources; remove those of older sources."""
     root = code_folder.find(config.CACHE_DIR)
     if root is None:
         return None

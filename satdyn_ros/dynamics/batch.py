@@ -79,7 +79,7 @@ _ROTOR_SIZE = len(_numbers(_ROTOR))
 
 class Flights(NamedTuple):
     """
-    What M motions start from and what they come to.
+    The starts and the results of M motions.
 
     begin (M, V): the variables at the start; numbers (M, P): the Parameters, one after the
     other; anomaly (M, 3), tolerance (M,), steps_allowed (M,): as of a Propagation.  out (M, W, N):
@@ -130,7 +130,7 @@ def propagate_all(motions: Sequence[Propagation], t_s: np.ndarray) -> list[State
     """
     Return each motion's states at the ascending t_s (N,), or the error that ended it.
 
-    As motion.at(t_s) would one by one, to rounding, in a fraction of the time.
+    The same as motion.at(t_s) of each, to rounding, in a fraction of the time.
     """
     t_s, found = np.asarray(t_s, float), {}
     alike = defaultdict(list)
@@ -406,7 +406,7 @@ def _errors(lanes, like):
 
 @inlined
 def _advance(error, changing, y, y_0):
-    """Let the lanes whose step is good begin from its end."""
+    """Let the lanes whose step is accepted go on from its end."""
     for i in range(changing):
         for l in range(len(error)):
             at = _at(i, l)

@@ -8,7 +8,7 @@ clock (7,), by the names below: where the current step begins and ends, the prop
 next one, the number of steps taken, the number of the step that the dense output belongs to, the
 furthest row that was ever reached, and the number of steps begun since.
 y (V,): the variables at the end of the step; k (16, V): its stages, h times the derivatives;
-dense (8, V): the terms of its dense output, the first of them the variables at its begin.
+dense (8, V): the terms of its dense output, the first of them the variables at its start.
 constants: the Parameters of the equations, whose number of rotors tells the compiler V.
 """
 
@@ -185,7 +185,7 @@ def error_of(
         rest += abs(y[i])
     # The root mean square of the estimate of order 5, damped by that of order 3 (II.10).
     error = square_5 / np.sqrt(_COUNTED * (square_5 + 0.01 * square_3) + TINY)
-    # Chosen at the end, for a branch would keep the lanes of batch.py from vectors.
+    # Chosen at the end: a branch would keep the lanes of batch.py from being vectorised.
     return error if rest < LARGEST else np.inf
 
 
@@ -227,7 +227,7 @@ def _square(e, per_rate):
 def make_dense(
     clock: np.ndarray, y: np.ndarray, k: np.ndarray, dense: np.ndarray, constants: Parameters
 ) -> None:
-    """Write the terms of the dense output of the step in hand, y at its begin in dense[0]."""
+    """Write the terms of the dense output of the current step, which starts at y = dense[0]."""
     h, y_0, z = clock[END] - clock[BEGIN], dense[0], dense[7]
     for i in range(13, 16):
         _combine(i, y_0, k, z, constants)

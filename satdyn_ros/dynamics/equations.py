@@ -13,7 +13,7 @@ With the true anomaly f, c = cos f P + sin f Q and 1 + e cos f =: rho,
 
     f' = sqrt(mu / l^3) rho^2,    3 mu / r^3 = (3 mu / l^3) rho^3,    l the semi-latus rectum.
 
-A fixed direction is the case f' = 0.  Beside them two quadratures: each rotor's angle, and the
+A fixed direction is the case f' = 0.  Two quadratures go with them: each rotor's angle, and the
 work W by which the energy omega . K omega / 2 + V + m . c changes, V = (3 mu / 2 r^3) c . I c:
 that of the applied torques and of the rotors, and with t = -sin f P + cos f Q, the unit vector
 along track, that of the orbit, f' (3 mu / r^3) t . I c - 3 (r' / r) V.
@@ -34,7 +34,7 @@ from .vector import add, apply, cross, dot, scale, to_body
 Q, OMEGA, CENTRE, MOMENTUM = 0, 4, 7, 9
 
 
-# Compiled code has tuples, matrices by rows; a system, or many, give arrays first.
+# Tuples in compiled code, matrices by rows; arrays while they are made from one system or many.
 Vector = tuple[float, ...] | np.ndarray
 Matrix = tuple[tuple[float, ...], ...] | np.ndarray
 
@@ -82,10 +82,10 @@ def parameters(system: System) -> Parameters:
 
 def numbers_of_many(system: System, count: int) -> tuple[Parameters, np.ndarray]:
     """
-    Return the numbers of the Parameters of so many systems, one after the other, (count, P).
+    Return the numbers of the Parameters of count systems, one after the other, (count, P).
 
-    Before them stand Parameters of their kind, which tell how many rotors there are and whether
-    work is done, in all.
+    The Parameters returned before them tell the number of rotors and whether work is done, the
+    same for all.
     """
     constants = _constants(system)
     rotors = (Rotor('constant_momentum'),) * len(constants.rotors)

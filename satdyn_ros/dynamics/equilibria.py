@@ -30,9 +30,9 @@ def direction(system: System, state: State, orbit_s: float = 0.0) -> np.ndarray:
 
 def imbalance(system: System, state: State, orbit_s: float = 0.0) -> np.ndarray:
     """
-    Return torque - omega x H = K omega' [N m] (3,), body axes, zero where omega stays.
+    Return torque - omega x H = K omega' [N m] (3,), body axes, zero where omega is constant.
 
-    orbit_s: seconds since the orbit's elements hold.
+    orbit_s: seconds since the instant of the orbit's elements.
     """
     c = direction(system, state, orbit_s)
     H = angular_momentum(system, state.omega_bi_b, state.rotor_speed)
@@ -44,7 +44,7 @@ def imbalance(system: System, state: State, orbit_s: float = 0.0) -> np.ndarray:
 
 
 def rotor_torques(system: System, state: State) -> list[tuple[Rotor, float]]:
-    """Return each rotor with p' = tau - b s [N m], what motor and friction give it."""
+    """Return each rotor with p' = tau - b s [N m], the torque of motor and friction on it."""
     return [
         (rotor, torque - rotor.friction * speed if rotor.is_damped else torque)
         for rotor, torque, speed in zip(
@@ -72,12 +72,12 @@ def permanent_rotations(
     rotor_momentum: np.ndarray | tuple[float, ...] = (0.0, 0.0, 0.0),
 ) -> np.ndarray:
     """
-    Return all omega (M, 3) [rad/s] of size rate about which a free gyrostat turns for ever.
+    Return all omega (M, 3) [rad/s] of size rate that stay constant in a free gyrostat.
 
     inertia (3, 3): of what turns with the body; rotor_momentum h [N m s] (3,).  omega x (I omega
     + h) = 0 makes I omega + h = x omega: in principal axes omega_j = h_j / (x - I_j), with x a
-    root of |omega| = rate or, where h_k = 0, x = I_k and omega_k what is left.  Of the circle of
-    axes that equal moments allow, its principal axes stand for all.
+    root of |omega| = rate or, where h_k = 0, x = I_k and omega_k makes up the rest.  Where equal
+    moments allow a circle of axes, its principal axes represent it.
 
     >>> permanent_rotations(np.diag([1.0, 2.0, 3.0]), 0.1)[:2]
     array([[ 0.1,  0. ,  0. ],
@@ -94,7 +94,7 @@ def permanent_rotations(
 
 
 def _principal_axes_along(h, inertia):
-    """Return moments and principal axes, of equal moments one without any part of h."""
+    """Return moments and principal axes; of two equal moments one axis is perpendicular to h."""
     moments, R_bp = principal_axes(inertia)
     for i, j in ((0, 1), (1, 2), (0, 2), (0, 1)):
         if abs(moments[i] - moments[j]) <= ROUNDING * np.max(np.abs(moments)):
@@ -122,8 +122,9 @@ def _with_momentum(active, moments, h, rate):
     """
     Return the rotations in the span of the axes that have rotor momentum, in principal axes.
 
-    |omega| of x is infinite at every moment I_j, falls outwards from the smallest and largest,
-    and has one minimum between neighbours; x is counted from the nearest I_j, to keep digits.
+    As a function of x, |omega| is infinite at every moment I_j, falls outwards from the smallest
+    and largest, and has one minimum between neighbours; x is measured from the nearest I_j, to
+    avoid cancellation.
     """
     active = active[np.argsort(moments[active])]
     h, moments = h[active], moments[active]
@@ -202,11 +203,11 @@ def vertical_axes(
     h: ArrayLike = (0.0, 0.0, 0.0),
 ) -> np.ndarray:
     """
-    Return all c (M, 3), the field's direction in the body, that it turns about at rate [rad/s].
+    Return all c (M, 3), directions of the field in a body that turns about them at rate [rad/s].
 
     inertia I and carrier K (3, 3) [kg m^2]; gradient [1/s^2]; weight_moment m [N m] and h [N m s]
-    (3,).  c x ((W^2 K - gradient I) c + W h - m) = 0 is the equation of permanent rotations.  Of a
-    circle of axes the principal ones stand for all, where every axis is one too.
+    (3,).  c x ((W^2 K - gradient I) c + W h - m) = 0 is the equation of permanent rotations.  The
+    principal axes represent a circle of axes, or all axes where each is one.
     """
     turning, field = rate**2 * np.asarray(carrier), gradient * np.asarray(inertia)
     matrix, vector = turning - field, rate * np.asarray(h) - np.asarray(weight_moment)
@@ -217,7 +218,7 @@ def vertical_axes(
 
 def relative_equilibria(inertia: np.ndarray) -> np.ndarray:
     """
-    Return the attitudes q_lb (24, 4), body to LVLH, at which a rigid body rests on a circle.
+    Return the attitudes q_lb (24, 4), body to LVLH, where a rigid body rests on a circular orbit.
 
     They put the principal axes along those of LVLH; a body of three different moments has no
     others.  The first has its axes x ahead, y against the normal and z down.
@@ -236,11 +237,11 @@ def equilibrium_momentum(
     inertia: np.ndarray, q_lb: np.ndarray, orbital_rate: float, along_normal: float = 0.0
 ) -> np.ndarray:
     """
-    Return the rotor momentum h (3,) [N m s], body axes, that holds an attitude on a circle.
+    Return the rotor momentum h (3,) [N m s], body axes, that balances q_lb on a circular orbit.
 
-    h is relative to the body of whole inertia (3, 3); its part along_normal [N m s] is free.
-    With b = 3 n c x I c - n k x I k it is b x k + h_k k.  ValueError: the gravity gradient has a
-    pitch torque there, which no constant momentum balances.
+    h is relative to the body, inertia (3, 3) that of the whole body; its part along_normal [N m s]
+    is free.  With b = 3 n c x I c - n k x I k it is b x k + h_k k.  ValueError: the gravity
+    gradient has a pitch torque there, which no constant momentum balances.
     """
     ahead, down = rotation.rotate(rotation.conjugate(q_lb), np.eye(3)[[0, 2]])
     c, k = -down, np.cross(-down, ahead)
@@ -248,7 +249,7 @@ def equilibrium_momentum(
     if abs(pitch) > ROUNDING * np.max(inertia):
         raise ValueError(
             f'the attitude has the product of inertia {pitch:g} kg m^2 between up and ahead, and '
-            'a constant rotor momentum balances no pitch torque: it must be 0'
+            'a constant rotor momentum cannot balance a pitch torque: it must be 0'
         )
     b = orbital_rate * (3.0 * np.cross(c, inertia @ c) - np.cross(k, inertia @ k))
     return np.cross(b, k) + along_normal * k

@@ -17,7 +17,7 @@ from .inertia import ROUNDING
 from .stability import cross_matrices
 
 _STARTS, _NEWTON_STEPS, _LONGEST_STEP_RAD = 1000, 40, 0.3
-# Two results of Newton's method that are nearer are one.
+# Results of Newton's method closer together than this count as one.
 _SAME_RAD = 1e-5
 
 
@@ -40,7 +40,7 @@ def gyrostat_equilibria(
     for _ in range(_NEWTON_STEPS):
         torque, slope, sizes = _torque_and_slope(q_lb, inertia, carrier, h, n)
         balanced = np.linalg.norm(torque, axis=-1) <= ROUNDING * sizes
-        # one step more, which brings it to the last digits
+        # One more step brings it to the last digits.
         step = -(np.linalg.pinv(slope, rcond=1e-9) @ torque[..., None])[..., 0]
         length = np.linalg.norm(step, axis=-1, keepdims=True)
         step *= _LONGEST_STEP_RAD / np.maximum(length, _LONGEST_STEP_RAD)
@@ -52,7 +52,7 @@ def gyrostat_equilibria(
 
 
 def _different(q_lb, axis):
-    """Return one of the attitudes for each place where there are any, nearest to LVLH first."""
+    """Return one attitude of each cluster, nearest to LVLH first."""
     left = q_lb[np.argsort(rotation.angle_between(rotation.IDENTITY, q_lb), kind='stable')]
     found = []
     while len(left):

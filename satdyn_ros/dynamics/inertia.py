@@ -13,7 +13,7 @@ from . import rotation
 # by less have no principal axes of their own.
 _AS_GIVEN = 1e-13
 # What counts as rounding of the input: a relative difference of moments, the sine of an angle, or
-# what a balance misses relative to its terms.
+# the residual of a balance relative to its terms.
 ROUNDING = 1e-12
 
 
@@ -46,14 +46,14 @@ def tensor(values: ArrayLike) -> np.ndarray:
         raise ValueError(f'{given}; its principal moments {moments} must be positive')
     if small + middle < large * (1.0 - _AS_GIVEN):
         raise ValueError(
-            f'{given}; of its principal moments {moments} the largest must not exceed the sum of '
+            f'{given}; the largest of its principal moments {moments} must not exceed the sum of '
             'the others'
         )
     return inertia
 
 
 def entries(numbers: ArrayLike) -> np.ndarray:
-    """Return the matrix (..., 3, 3) of 3, 6 or 9 numbers (..., k), as tensor takes them."""
+    """Return the matrix (..., 3, 3) of 3, 6 or 9 numbers (..., k), as for tensor."""
     numbers = np.asarray(numbers, float)
     if numbers.shape[-1] == 9:
         rows = numbers.reshape(*numbers.shape[:-1], 3, 3)
@@ -75,9 +75,10 @@ def principal_axes(inertia: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """
     Return the principal moments (3,) and the rotation R_bp (3, 3): inertia = R diag(moments) R^T.
 
-    The columns of R_bp are the principal axes in body axes, right-handed, and of all orders and
-    signs (of all pairs, for equal moments) those that turn least from the body axes; a diagonal
-    tensor gives its diagonal and the identity.  Many tensors (..., 3, 3) give as many of both.
+    The columns of R_bp are the principal axes in body axes, right-handed, and those of all orders
+    and signs (for equal moments, of all pairs) that are turned least from the body axes: a
+    diagonal tensor gives its diagonal and the identity.  Many tensors (..., 3, 3) give as many of
+    both.
     """
     inertia = np.asarray(inertia, float)
     moments = np.diagonal(inertia, axis1=-2, axis2=-1).copy()
@@ -207,7 +208,7 @@ def moment_about(
     """
     Return the moment [kg m^2] about any axis (3,), unit or not, through a point (textbook, 42.16).
 
-    inertia_g (3, 3): about the mass centre, from which through (3,) [m] counts; mass [kg].
+    inertia_g (3, 3): about the mass centre, from which through (3,) [m] is measured; mass [kg].
 
     >>> round(moment_about(sphere(2.0, 0.5), [0, 0, 1], mass=2.0, through=[0.5, 0, 0]), 12)
     0.7

@@ -55,7 +55,7 @@ def relative_drift(
     system: System, states: States, begin: States | None = None
 ) -> dict[str, np.ndarray]:
     """
-    Return each first integral's change relative to the size of what it is made of, (N,).
+    Return each first integral's change relative to the size of its parts, (N,).
 
     The change is that since row 0 of begin, an earlier table of the same motion, or of states; the
     size is the larger one of the two rows.  An integral may be zero, and so may each of its terms:
@@ -83,7 +83,7 @@ def field_rate(system: System, states: States) -> np.ndarray:
 
 def _sizes(system, states):
     """
-    Return by name the size (N,) that the parts of each first integral have.
+    Return by name the size (N,) of the parts of each first integral.
 
     A vector counts with its length, whatever its direction.  What the field changes within a
     radian of the swing counts too: a body that rests in the field has no other rate or momentum.
@@ -178,7 +178,7 @@ def _only(applies, terms):
 
 def _symmetry_axis(system, states, p):
     """
-    Return the axis (..., 3) about which all that turns the body is symmetric; nan: none.
+    Return the axis (..., 3) about which all that acts on the body is symmetric; nan: none.
 
     That is K, I where there is a field, the weight, and the momentum of all rotors.
     """

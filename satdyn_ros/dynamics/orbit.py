@@ -140,7 +140,7 @@ class KeplerOrbit:
     @cached_property
     def perifocal(self) -> np.ndarray:
         """
-        Return the axes to the pericentre, 90 deg on, and normal as the columns of a matrix.
+        Return the axes to the pericentre, 90 deg ahead, and normal as columns of a matrix.
 
         On a circle the pericentre is where the argument of periapsis puts it.
         """

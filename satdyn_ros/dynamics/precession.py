@@ -81,11 +81,11 @@ def regular_precession(
     system: System, state: State, orbit_s: float = 0.0
 ) -> RegularPrecession | None:
     """
-    Return the regular precession that starts in state, None where the motion is another.
+    Return the regular precession that starts in state, None for any other motion.
 
     f is the symmetry axis of body, rotor and weight.  e is the angular momentum where the field
-    exerts no torque on the body at all, the direction of a fixed field, or the normal of a
-    circular orbit, where nu is the orbital rate (the hyperbolic and conical equilibria).  With f
+    exerts no torque on the body in any attitude, the direction of a fixed field, or the normal of
+    a circular orbit, where nu is the orbital rate (the hyperbolic and conical equilibria).  With f
     and e aligned the whole rate counts as spin.
     """
     f = symmetry_axis(system, state)

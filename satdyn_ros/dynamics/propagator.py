@@ -1,5 +1,5 @@
 """
-The numeric motion: the equations integrated by the explicit Runge-Kutta method of dop853.py.
+The propagation: the equations integrated by the explicit Runge-Kutta method of dop853.py.
 
 The steps do not depend on the times that are asked for.  The compiled walk works in slices of a
 few milliseconds, between which Ctrl-C and other threads get their turn.
@@ -48,13 +48,13 @@ class Propagation(Motion):
     The motion of any system by numerical propagation.
 
     tolerance: relative local error of a step.  The propagation walks forward and keeps only its
-    last step, so that memory stays flat; asked for an earlier time it begins again.
+    last step, so that memory use stays constant; for an earlier time it starts again.
 
     most_steps: the most steps from one requested row to the next, None: any number.  Steps up to
     the furthest row that was ever reached do not count again.
 
     constants, anomaly: those of the equations, and mean anomaly at the start [rad], mean motion
-    [rad/s] and eccentricity; wanted: the variables that it interpolates (equations.py).
+    [rad/s] and eccentricity; wanted: the variables to be interpolated (equations.py).
 
     >>> Propagation(system, state).at([10.0, 20.0]).q_ib  # doctest: +SKIP
     """

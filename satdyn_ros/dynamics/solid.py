@@ -6,7 +6,7 @@ import numpy as np
 
 from .inertia import Body
 
-# A range of a coordinate: its ends, or a function that gives them where the others before it are.
+# A range of a coordinate: its ends, or a function of the coordinates before it that returns them.
 Range = tuple[float, float] | Callable[..., tuple]
 _MOST_POINTS = 80
 
@@ -22,9 +22,9 @@ def solid(
 
     ranges (3): of x, y, z; 'cylindrical': of z, phi and the distance r from z; 'spherical': of
     theta from z, phi and the radius r [m, rad].  A range may be a function of the coordinates
-    before it.  Gauss and Legendre's rule with ever more points until mass and inertia stay to
-    tolerance, relative.  ValueError: no such coordinates, or the density is not smooth enough, or
-    the mass is not positive.
+    before it.  Gauss-Legendre quadrature with more and more points, until mass and inertia change
+    by no more than tolerance, relative.  ValueError: unknown coordinates, or the density is not
+    smooth enough, or the mass is not positive.
 
     >>> ball = solid(lambda x, y, z: 1.0, [(0, np.pi), (0, 2 * np.pi), (0, 2.0)], 'spherical')
     >>> round(ball.mass, 9), round(ball.inertia[2, 2] / (0.4 * ball.mass * 4.0), 9)

@@ -42,7 +42,7 @@ def eigenvalues(system: System, state: State, orbit_s: float = 0.0) -> np.ndarra
     Return the six eigenvalues [1/s] of small departures from a steady motion.
 
     The state is one in which omega and c stay in the body: a relative equilibrium on a circular
-    orbit, a rotation about the fixed direction of the field, rest, or a rotation without field.
+    orbit, a rotation about the fixed direction of the field, rest, or a rotation without a field.
     With x the small turn from the steady attitude, c + c x x is the direction and
     x' = d omega - omega x x.  Equal eigenvalues of opposite sign and pairs of zeros are split
     by rounding, by its square root relative to the largest.
@@ -89,7 +89,7 @@ class SmallMotion(NamedTuple):
     """
     The squares s^2 [1/s^2] of the eigenvalues of small motion about a relative equilibrium.
 
-    pitch: one, real; roll_yaw (2,): complex where the roots are, fast one first.
+    pitch: one, real; roll_yaw (2,): complex where the roots are, the fast one first.
     """
 
     pitch: float
@@ -104,7 +104,7 @@ class SmallMotion(NamedTuple):
 
     @property
     def frequencies(self) -> np.ndarray:
-        """Return those of pitch and of fast and slow roll-yaw [rad/s] (3,); nan where none is."""
+        """Return those of pitch and of fast and slow roll-yaw [rad/s] (3,); nan for none."""
         squares = np.array([self.pitch, *self.roll_yaw], complex)
         oscillates = (squares.imag == 0.0) & (squares.real <= 0.0)
         return np.where(oscillates, np.sqrt(np.abs(squares.real)), np.nan)
@@ -137,7 +137,7 @@ def small_motion(
 def is_surely_stable(
     I_r: float, I_t: float, I_n: float, orbital_rate: float, h: float = 0.0
 ) -> bool:
-    """Whether the amended potential has a minimum, which suffices without linearisation."""
+    """Whether the amended potential has a minimum, which proves it without linearisation."""
     n = orbital_rate
     return bool(I_t > I_r and n * (I_n - I_t) + h > 0.0 and 4.0 * n * (I_n - I_r) + h > 0.0)
 
@@ -151,7 +151,7 @@ def smelt_moments(k_R: float, k_Y: float) -> tuple[float, float, float]:
     """
     Return moments I_r, I_t, I_n, up to a common factor, that have these Smelt parameters.
 
-    Every -1 < k_R, k_Y < 1 is a body: the triangle inequalities are (1 -+ k_R) (1 -+ k_Y) > 0.
+    Every -1 < k_R, k_Y < 1 has a body: the triangle inequalities are (1 -+ k_R) (1 -+ k_Y) > 0.
 
     >>> smelt_parameters(*smelt_moments(0.5, 0.25))
     (0.5, 0.25)

@@ -1,5 +1,5 @@
 """
-The steady motions that a system has beside the one it flies: where each lies and if it is stable.
+The steady motions of a system: where each lies and whether it is stable.
 
 Without a field the permanent rotations at the rate of a state; in a field of fixed direction the
 rotations at that rate about it, or rest; on a circular orbit the relative equilibria.  All have
@@ -19,7 +19,7 @@ from .stability import eigenvalue_squared
 from .system import State, System
 from .verdict import Verdict, small_motion_roots, verdict
 
-# Below this share of the fastest a root is zero, its real part rounding.
+# A root, or its real part, below this share of the fastest root counts as zero.
 _NO_SHARE = 1e-5
 
 
@@ -28,8 +28,8 @@ class SteadyMotion(NamedTuple):
     A steady motion: a state of it, the verdict on it, and the periods of small motion about it.
 
     axis_b (3,): unit, body axes: that of a permanent rotation, the field's direction, or, on an
-    orbit, the direction up.  periods_s: (M,) [s], longest first, of the oscillations that the
-    linear equations have.
+    orbit, the direction up.  periods_s: (M,) [s], longest first, of the oscillations of the linear
+    equations.
     """
 
     state: State
@@ -42,9 +42,9 @@ def steady_motions(system: System, state: State, orbit_s: float = 0.0) -> list[S
     """
     Return the steady motions of a system with the rotor momenta of state.
 
-    orbit_s: seconds since the orbit's elements hold.  Where equal moments give a circle of them,
-    its principal axes stand for all.  None on an elliptic orbit, and none without a field for a
-    body at rest.
+    orbit_s: seconds since the instant of the orbit's elements.  Where equal moments give a circle
+    of them, its principal axes represent it.  None on an elliptic orbit, and none without a field
+    for a body at rest.
 
     >>> [motion.verdict.stability for motion in steady_motions(system, state)]  # doctest: +SKIP
     ['stable', 'stable', 'unstable', 'unstable', 'stable', 'stable']

@@ -16,9 +16,9 @@ class System:
     A gyrostat with R rotors in a Newtonian field, with the torques that are applied to it.
 
     inertia [kg m^2] (3, 3): body axes, locked rotors included, about the mass centre, or about the
-    fixed point where weight_moment [N m] (3,), the weight times the mass centre's place, is not
-    zero.  torque_b [N m] (3,) acts on the body, rotor_torque [N m] (R,), or one for all, from the
-    body on the rotors.
+    fixed point where weight_moment [N m] (3,), the weight times the position of the mass centre,
+    is not zero.  torque_b [N m] (3,) acts on the body, rotor_torque [N m] (R,), or one for all,
+    from the body on the rotors.
     """
 
     inertia: np.ndarray
@@ -34,7 +34,7 @@ class System:
 
     @property
     def is_driven(self) -> bool:
-        """Whether something beside the field does work: a torque, a motor, friction."""
+        """Whether anything but the field does work: a torque, a motor, friction."""
         return bool(
             np.any(self.torque_b)
             or np.any(self.rotor_torque)
@@ -51,7 +51,7 @@ class System:
         """
         Return the inertia K (3, 3) that turns with the rate omega [kg m^2].
 
-        The whole body's without J a a^T of each rotor with a speed of its own (see rotor.py).
+        That of the whole body less J a a^T for each rotor with a speed of its own (see rotor.py).
         """
         K = self.inertia
         for rotor in self.rotors:
@@ -90,7 +90,7 @@ class System:
                     )
 
     def rotor_speeds(self, state: 'State') -> np.ndarray:
-        """Return the rotors' speeds (R,) of state [rad/s]; ValueError: it has another number."""
+        """Return the rotors' speeds (R,) of state [rad/s]; ValueError: their number is wrong."""
         speeds = state.rotor_speed
         return (
             speeds

@@ -2,12 +2,13 @@
 The coefficients of Dormand and Prince's method of order 8(5,3) with dense output of order 7.
 
 Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, 1993, II.5 and II.6, and
-their program DOP853.  A row of a table gives its entries that are not zero, by column.
+their program DOP853.  Each row of a table lists its non-zero entries by column.
 """
 
 import numpy as np
 
-# a_ij: row i makes the argument of stage i from the stages j < i; row 12 gives the step's end.
+# a_ij: row i combines the stages j < i into the argument of stage i; row 12 gives the end of the
+# step.
 _STAGES = [
     {},
     {0: 0.05260015195876773},

@@ -9,7 +9,7 @@ not count.  In this order,
     a strict minimum of the amended potential is stable (Routh, Lagrange),
     a growing solution of the linear equations is unstable (Lyapunov),
 
-and what is left the linear terms do not decide.
+and in all other cases the linear terms do not decide.
 """
 
 from typing import NamedTuple
@@ -30,7 +30,7 @@ _GROWTH = 1e-5
 
 
 class Verdict(NamedTuple):
-    """stability: 'stable', 'unstable' or 'undecided'; argument: the sentence that shows it."""
+    """stability: 'stable', 'unstable' or 'undecided'; argument: the reason, in one sentence."""
 
     stability: str
     argument: str
@@ -40,7 +40,7 @@ def verdict(system: System, state: State, orbit_s: float = 0.0) -> Verdict:
     """
     Return the verdict on a steady motion: omega and, where there is a field, c stay in the body.
 
-    orbit_s: seconds since the orbit's elements hold.  The state must balance
+    orbit_s: seconds since the instant of the orbit's elements.  The state must balance
     (equilibria.is_balanced); ValueError: on an elliptic orbit nothing is steady.
 
     >>> verdict(System(np.diag([1.0, 2.0, 3.0])), State(q_ib, np.array([0.0, 0.1, 0.0])))
@@ -72,7 +72,7 @@ def small_motion_roots(system: System, state: State, orbit_s: float = 0.0) -> np
     """
     Return the six eigenvalues [1/s] of small motion about a steady motion in a field.
 
-    As stability.eigenvalues, but in axes that do not spin about an axis of symmetry.
+    Like stability.eigenvalues, but in axes that do not spin about an axis of symmetry.
     """
     return _Steady.of(system, state, orbit_s).roots()
 
@@ -128,7 +128,7 @@ class _Steady(NamedTuple):
     A steady motion in a field, in body axes that do not spin about an axis of symmetry.
 
     W c or n k: the rate omega (3,) [rad/s]; h (3,) [N m s]: rotor momentum, with that of the
-    proper spin about the axis, which moves the rest as a rotor does.
+    proper spin about the axis, which acts on the rest like a rotor.
     """
 
     system: System

@@ -1,4 +1,4 @@
-"""Which axes of a body a closed form counts from: the symmetry axis, a principal axis as third."""
+"""The body axes in which closed forms are written: the symmetry axis or a principal axis third."""
 
 import numpy as np
 
@@ -22,15 +22,15 @@ def is_symmetric(inertia: np.ndarray, axis: np.ndarray) -> bool:
 
 def rotor_axes(system: System, state: State) -> list[np.ndarray]:
     """
-    Return the unit axes (3,) along which rotors matter, of each that turns and of their momentum.
+    Return the unit axes (3,) of the rotors: of each that turns freely, and of the momentum of all.
 
-    A rotor that turns has an angle to be known, even where the momentum of all is zero.
+    The angle of a free rotor must follow in closed form even where the momentum of all is zero.
     """
     axes = [rotor.axis for rotor in system.rotors if rotor.turns_freely]
     h_b = system.rotor_momentum(state)
     if not np.any(h_b):
         return axes
-    # The axis itself where there is one alone: it has no rounding.
+    # The axis itself where there is only one: it has no rounding error.
     alone = len(system.rotors) == 1
     return [*axes, system.rotors[0].axis if alone else h_b / np.linalg.norm(h_b)]
 

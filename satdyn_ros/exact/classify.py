@@ -24,7 +24,7 @@ _WANDER = 1e-9
 
 
 class RotationClass(NamedTuple):
-    """Whether a motion is a rotation about a body-fixed axis, whether uniform, and why."""
+    """Whether a motion is a rotation about a body-fixed axis, whether it is uniform, and why."""
 
     is_rotation: bool
     is_uniform: bool
@@ -44,9 +44,11 @@ def rotation_class(system: System, state: State, start_s: float = 0.0) -> Rotati
     """
     orbit = system.orbit
     if not (isinstance(orbit, KeplerOrbit) and orbit.is_circular):
-        raise ValueError('the classes of rotation are those on an orbit.type of circular')
+        raise ValueError(
+            'rotations are classified on circular orbits: orbit.type must be circular'
+        )
     if system.is_driven or np.any(system.weight_moment):
-        raise ValueError('the classes of rotation are those without an applied torque or weight')
+        raise ValueError('rotations are classified without an applied torque or weight')
     if Steady.why_not(system, state, start_s) is None:
         return RotationClass(True, True, 'the torque balances the turn of the angular momentum')
     not_planar = Planar.why_not(system, state)

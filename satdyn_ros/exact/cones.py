@@ -44,7 +44,7 @@ class Cones(NamedTuple):
 
 def _others(nutation, c2, c3, roots):
     """
-    Return the real ones of the two roots beside the turning points.
+    Return the real ones of the two roots other than the turning points.
 
     f = (a - u)(u - b) Q(u) with Q = Q(a) + Q'(a) (u - a) + c2 (u - a)^2; for c2 = 0 the slope c3
     of the cubic's Q.

@@ -1,5 +1,5 @@
 """
-Jacobi's elliptic functions and Legendre's integrals that stay true up to the separatrix.
+Jacobi's elliptic functions and Legendre's integrals, accurate up to the separatrix.
 
 Everything takes the complementary parameter m1 = 1 - m, 0 <= m1 <= 1, which callers know without
 cancellation: near m = 1 the digits of a motion are those of m1.  u and m1 broadcast.
@@ -8,7 +8,7 @@ cancellation: near m = 1 the digits of a motion are those of m1.  u and m1 broad
 import numpy as np
 from scipy.special import elliprf, elliprj
 
-# What counts as rounding of a motion's own numbers, which nobody can tell from zero.
+# What counts as rounding of a motion's own numbers: it cannot be told from zero.
 LAST_DIGITS = 4.0 * np.finfo(float).eps
 
 
@@ -65,7 +65,7 @@ def _tan_am_dn(u, m1):
         a, g = (a + g) / 2.0, np.sqrt(a * g)
         levels.append((a, g))
     a_above = (a + g) / 2.0
-    # K may round to a hair beyond pi/2, where the tangent would change its sign
+    # K may round to just beyond pi/2, where the tangent would change its sign
     tan_am = np.tan(np.clip(a_above * u, -np.pi / 2, np.pi / 2)) / a_above
     dn: float | np.ndarray = 1.0
     for a, g in reversed(levels):

@@ -9,7 +9,7 @@ import numpy as np
 from ..dynamics.motion import Motion
 from ..dynamics.system import State, System
 
-# So many times at once: what is computed from them stays in the processor's cache.
+# Times evaluated at once: what is computed from them stays in the processor's cache.
 _BLOCK = 4096
 
 
@@ -33,7 +33,7 @@ class ExactMotion(Motion):
     ValueError: it does not apply, with the sentence of why_not.
 
     takes_torque_b: whether it may hold under a constant torque on the body, which its own
-    conditions then judge.  Every other motion is refused for a driven system.
+    conditions then judge.  Every other closed form refuses a driven system.
     """
 
     takes_torque_b = False
@@ -82,7 +82,7 @@ class ExactMotion(Motion):
         for i in range(0, len(t_s), _BLOCK):
             rows = slice(i, i + _BLOCK)
             q_ib[rows], omega_bi_b[rows] = self.attitude(t_s[rows])
-        # The start is what was asked for, to the last bit.
+        # The start is the given state, to the last bit.
         start_rows = t_s == 0.0
         q_ib[start_rows], omega_bi_b[start_rows] = self.state.q_ib, self.state.omega_bi_b
         start, rotors = self.state, self.system.rotors

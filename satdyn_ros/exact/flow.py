@@ -10,8 +10,8 @@ The half-angle numbers alpha = w + i z = cos(theta/2) exp(i s+/2) and beta = x +
 sin(theta/2) exp(i s-/2) are the quaternion.  As functions of complex time each has one zero in a
 cell of the periods of u, so up to a common real factor each is one theta function times
 exp(i rate t / 2), rate the mean of s+' or s-' (Klein and Sommerfeld, Theorie des Kreisels, 1898,
-VI).  The form has no singular attitude, passes both poles, and stays true on separatrices, where
-the real period is infinite, and for small oscillations, where the imaginary one is.
+VI).  The form has no singular attitude, passes both poles, and stays accurate on separatrices,
+where the real period is infinite, and for small oscillations, where the imaginary one is.
 """
 
 from functools import partial
@@ -31,8 +31,8 @@ class Flow:
     plus: (kp, lp) and minus: (km, lm) [rad/s]; alpha0, beta0 and pq0 = p + i q [rad/s], the
     transverse rate: the start.
 
-    mean_plus, mean_minus: the mean rates of s+ and s- [rad/s], where the jump of an angle by a
-    passage exactly through a pole counts as none.
+    mean_plus, mean_minus: the mean rates of s+ and s- [rad/s], without the jump of an angle at a
+    passage exactly through a pole.
     """
 
     def __init__(
@@ -71,8 +71,8 @@ class Flow:
         """
         Return the constant factors of alpha, alpha', beta and beta' that give the start.
 
-        The larger number gives its own; that of the smaller, which may start at its zero, is a
-        least-squares fit to the number and to p + i q = 2 (alpha* beta' - beta alpha'*).
+        That of the larger number is direct; that of the smaller, which may start at its zero, is
+        a least-squares fit to the number and to p + i q = 2 (alpha* beta' - beta alpha'*).
         """
         A, A_dot, B, B_dot = self._numbers(np.zeros(1))[:, 0]
         lattice = self.nutation.lattice

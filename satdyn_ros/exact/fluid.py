@@ -100,7 +100,7 @@ class FluidBody:
         return (impulse_b - self.couplings * omega_bi_b) / self.masses
 
     def energy(self, q_ib: np.ndarray, v_b: np.ndarray, omega_bi_b: np.ndarray) -> np.ndarray:
-        """Return the constant T - U [J] (...), theta of U from inertial z."""
+        """Return the constant T - U [J] (...), theta in U measured from inertial z."""
         P, G = self.momenta(v_b, omega_bi_b)
         u = rotation.rotate(q_ib, E_Z)[..., 2]
         kinetic = np.sum(P * v_b + G * omega_bi_b, axis=-1) / 2.0

@@ -2,7 +2,7 @@
 Free rotation: Euler and Poinsot's triaxial body, and the gyrostat, its rotor on a principal axis.
 
 About the constant momentum L along space axis z', with body axis 3 the rotor's or, without a
-rotor, the one that the polhode runs about, and v = cos theta = (I3 O3 + h) / L,
+rotor, the one that the polhode encircles, and v = cos theta = (I3 O3 + h) / L,
 
     2 E' = I1 O1^2 + I2 O2^2 = 2 E - (L v - h)^2 / I3,    N = L^2 (1 - v^2),
     v'^2 = (2 I2 E' - N)(N - 2 I1 E') / (I1 I2 L^2),
@@ -31,19 +31,20 @@ class Free(ExactMotion):
     The motion of a body on which no torque acts, with or without a rotor on a principal axis.
 
     L [N m s]: the momentum; E [J]: the kinetic energy omega . I omega / 2.  Body axis 3 is the
-    rotor's; without a rotor the one that the polhode runs about, of a symmetric body its axis.
+    rotor's; without a rotor the one that the polhode encircles, for a symmetric body its axis.
     Om_P, Om_S [rad/s]: its mean precession about L and the mean spin about it; theta_limits [rad]:
     the angles between which it stays from L.
 
-    T1 [s]: the period of the rates (46.11), of a symmetric body that of their cone in the body, of
-    a permanent rotation that of small departures, inf on a separatrix and where they grow.  chi0
-    [rad/s] and T2 [s] = 2 pi / chi0: the mean precession, without a rotor that of the axis of the
-    largest moment, of a symmetric body of its axis: its coning period.  Psi [rad/s]: the mean spin
-    about that axis; chi0 is Phi beside it (46.34, 46.35).  chi [rad]: the angle about L that the
-    body turns in T1 (45.17).  poinsot: the constants of a body without a rotor, or None.
+    T1 [s]: the period of the rates (46.11), for a symmetric body that of their cone in the body,
+    for a permanent rotation that of small departures, inf on a separatrix and where they grow.
+    chi0 [rad/s] and T2 [s] = 2 pi / chi0: the mean precession and its period: without a rotor
+    those of the axis of the largest moment, for a symmetric body those of its axis, the coning
+    period.  Psi [rad/s]: the mean spin about that axis; chi0 is Phi beside it (46.34, 46.35).  chi
+    [rad]: the angle about L that the body turns in T1 (45.17).  poinsot: the constants of a body
+    without a rotor, or None.
 
-    period_s: T1, or None where the rates are constant or the motion is asymptotic.  flow: what
-    turns the body.
+    period_s: T1, or None where the rates are constant or the motion is asymptotic.  flow: the
+    attitude (flow.py).
 
     >>> Free(system, state).at([10.0, 20.0]).q_ib  # doctest: +SKIP
     """
@@ -95,14 +96,16 @@ class Free(ExactMotion):
     def facts(self) -> list[Fact]:
         """Return the constants, periods and limits that say what the motion is like."""
         facts = [
-            Fact('L', self.L, 'N m s', 'angular momentum, along which the reference axis is'),
+            Fact('L', self.L, 'N m s', 'angular momentum, the direction of the reference axis'),
             Fact('E', self.E, 'J', 'kinetic energy'),
-            Fact('axis_b', self._R_bp[:, 2], '', 'the body axis whose motion this is, body axes'),
+            Fact(
+                'axis_b', self._R_bp[:, 2], '', 'the body axis that the rest describes, body axes'
+            ),
             Fact('theta', self.theta_limits, 'rad', 'the cones about L between which it stays'),
             Fact('Om_P', self.Om_P, 'rad/s', 'its mean precession about L'),
             Fact('Om_S', self.Om_S, 'rad/s', 'mean spin about it'),
             Fact('T1', self.T1, 's', 'period of the body rates (46.11)'),
-            Fact('chi0', self.chi0, 'rad/s', 'mean precession of the axis that T2 counts'),
+            Fact('chi0', self.chi0, 'rad/s', 'mean precession whose period is T2'),
             Fact('T2', self.T2, 's', 'period of that precession, the coning period (46.11)'),
         ]
         if self.poinsot is None or self.poinsot.lam == 0.0:

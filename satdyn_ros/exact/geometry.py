@@ -127,7 +127,7 @@ class Rolling:
     @property
     def kind(self) -> str:
         """
-        Return the quadric's name; the paper has three of them, the limits included here.
+        Return the quadric's name; the paper has three of them; here the limits are included.
 
         'ellipsoid', 'sphere', 'paraboloid', 'cylinder', 'hyperboloid of one sheet', 'hyperboloid
         of two sheets', 'cone' or 'plane'.

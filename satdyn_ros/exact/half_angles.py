@@ -14,7 +14,7 @@ import numpy as np
 
 from ..compiled import compiled, inlined
 
-# So many times at once: their sums stay in the processor's nearest cache.
+# Times evaluated at once: their sums stay in the processor's first-level cache.
 ROWS = 64
 # What _series keeps of a row: powers of X and 1 / X with their share of Q, last term and sums.
 _X, _Y, _UP, _DOWN, _TERM, _TERM_SLOPE, _RATIO, _SLOPE = range(8)
@@ -168,7 +168,7 @@ def _series(X, Y, Q, count):
     The sum over j >= 0 of (-1)^j Q^(j(j+1)/2) (X^-j + .. + X^j).  All rows add a term at a time:
     the compiler makes vector instructions of it.
     """
-    # One array, whose parts the compiler knows to be apart.
+    # One array, whose parts the compiler knows to be disjoint.
     numbers = np.zeros(2 * 8 * ROWS)
     for i in range(count):
         _put(numbers, _X, i, X[i])

@@ -1,8 +1,9 @@
 """
 The solid in an unbounded ideal fluid: Kirchhoff's equations of a symmetric body.
 
-Paladini 1888 ch. 2, for the body of fluid.py with theta counted from the constant impulse P0 e_z
-to the axis.  The attitude is that of a symmetric body about a fixed point, R*, turned besides:
+Paladini 1888 ch. 2, for the body of fluid.py with theta measured from the constant impulse P0 e_z
+to the axis.  The attitude is that of a symmetric body about a fixed point, R*, with two more
+turns:
 
     R(t) = Rz(Oz t) R*(t) Rz(-kappa int cos(theta) dt).
 """
@@ -19,7 +20,7 @@ from .axes import ROUNDING
 from .fluid import E_Z, FluidBody
 from .symmetric import Symmetric
 
-# Gauss and Legendre's nodes and weights on [0, 1].
+# Gauss-Legendre nodes and weights on [0, 1].
 NODES, WEIGHTS = (np.polynomial.legendre.leggauss(16) + np.array([[1.0], [0.0]])) / 2.0
 
 
@@ -44,12 +45,12 @@ class Immersed:
     The motion of a fluid body from an attitude q_ib (4,), rate omega_bi_b (3,) and place x_i (3,).
 
     P0 [N s]: the impulse of body and fluid, along the inertial z axis from which the potential's
-    theta counts too; negative or zero as well.  The constants: G3 [N m s], the impulsive moment
-    about the axis, g [N m s], that along the impulse, and energy [J], T - U.
+    theta is measured too; it may be negative or zero.  The constants: G3 [N m s], the impulsive
+    moment about the axis, g [N m s], that along the impulse, and energy [J], T - U.
 
     The attitude of the symmetric body `equivalent` (moments A_star, C_star [kg m^2], potential
-    H1_star, H2_star [J]) turns besides with Oz [rad/s] about z and -kappa cos(theta) [rad/s] about
-    the axis (Paladini 1888, ch. 2, eq. 12).
+    H1_star, H2_star [J]) turns in addition with Oz [rad/s] about z and -kappa cos(theta) [rad/s]
+    about the axis (Paladini 1888, ch. 2, eq. 12).
 
     >>> Immersed(body, [0.1, 0.5, 0.7, 0.5], [0.3, -0.2, 1.1], P0=1.5).at(15.0)  # doctest: +SKIP
     """
@@ -112,7 +113,7 @@ class Immersed:
         if body.H1 != 0.0 or body.H2 != 0.0:
             raise ValueError(
                 f'the impulse is [{", ".join(f"{x:g}" for x in impulse_i)}] N s; with H1 or H2 it '
-                'must be along the inertial z axis, from which the potential counts theta'
+                'must be along the inertial z axis, from which theta is measured'
             )
         frame = rotation.from_z_to(impulse_i / size)
         to_frame = rotation.conjugate(frame)
@@ -138,7 +139,7 @@ class Immersed:
         return FluidStates(t_s, q_ib, rotation.rotate(turn, omega), rotation.rotate(turn, v), x_i)
 
     def _without_own_turn(self, t_s, q_star, omega_star):
-        """Return q_ib, omega_bi_b and v_b but for the turn -kappa int u dt about the axis."""
+        """Return q_ib, omega_bi_b and v_b without the turn -kappa int u dt about the axis."""
         q = rotation.multiply(rotation.about(E_Z, self.Oz * t_s), q_star)
         gamma = rotation.rotate(rotation.conjugate(q), E_Z)
         omega = omega_star + self.Oz * gamma - self.kappa * gamma[:, 2:] * E_Z
@@ -174,7 +175,7 @@ class Immersed:
         return gone + rotation.rotate(rotation.about(E_Z, angle), x)
 
     def _travel_between(self, start_s, stop_s):
-        """Return the integral of R v from start_s to stop_s (N,) by Gauss and Legendre's rule."""
+        """Return the integral of R v from start_s to stop_s (N,) by Gauss-Legendre quadrature."""
         length = (stop_s - start_s)[:, None]
         t_s = (start_s[:, None] + length * NODES).ravel()
         # Where O goes does not depend on how the body is turned about its axis.

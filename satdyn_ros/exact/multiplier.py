@@ -26,7 +26,7 @@ def alphas(moments: np.ndarray, nu: float, sign: int, field: int = 1) -> np.ndar
             where = 'below the least or between the others'
         else:
             where = 'between the two least or above the greatest'
-        raise ValueError(f'nu is {nu:g}; of the poles 1 / (2 I), {poles}, it must be {where}')
+        raise ValueError(f'nu is {nu:g}; it must be {where} of the poles 1 / (2 I): {poles}')
     return sign * np.sqrt(np.abs(np.prod(N))) / N
 
 
@@ -43,15 +43,14 @@ def c0_of_energy(moments: np.ndarray, nu: float, sign: int, field: int, h: float
 
     c0 = nu (2 h - C (alpha_3^2 + f)) f s sqrt|N1 N2 N3| / (1 - (A + B + C) nu + 4 A B C nu^3), f
     the sign of the gradient.  ValueError: nu is not admissible, or zero or a root of the
-    denominator, where all motions have one energy, which determines none.
+    denominator, where all motions have the same energy.
     """
     alpha = alphas(moments, nu, sign, field)
     terms = np.array([1.0, -np.sum(moments) * nu, 4.0 * np.prod(moments) * nu**3])
     denominator = np.sum(terms)
     if nu == 0.0 or abs(denominator) <= ROUNDING * np.sum(np.abs(terms)):
         raise ValueError(
-            f'nu is {nu:g}, where all motions have the same energy, which determines none; give '
-            'c0 in its place'
+            f'nu is {nu:g}, for which all motions have the same energy; give c0 in place of the energy'
         )
     root = np.sqrt(np.abs(np.prod(1.0 - 2.0 * nu * moments)))
     left = 2.0 * h - moments[2] * (alpha[2] ** 2 + field)
@@ -62,7 +61,7 @@ def find(
     moments: np.ndarray, omega_0: float, gamma: np.ndarray, omega_p: np.ndarray, field: int = 1
 ) -> tuple[float, int] | None:
     """
-    Return nu and the sign of mu of a state, None where there is none.
+    Return nu and the sign of mu of a state, None where it has none.
 
     field: the sign of the gradient.  The axis k of the largest |gamma_k| gives alpha_k, and
     N_i N_j = field alpha_k^2 N_k is quadratic in nu; least squares over all axes then settle what

@@ -18,11 +18,11 @@ from .half_angles import Lattice, Zero, evaluate
 from .turning import turning_points
 
 EPS = np.finfo(float).eps
-# A turning point so near to a pole is at it; a number so small stands for zero in a quotient.
+# A turning point this near a pole counts as at it; a number this small replaces a zero divisor.
 NO_DISTANCE = 1e-100
 # Q at the end that u left long ago, relative: so far back that u is at that end to the last bit.
 _LONG_AGO = 1e-200
-# So near to a turning point, as a share of the squared width, f(u0) has no digits left for Q.
+# This near a turning point, as a share of the squared width, f(u0) has no digits left for Q.
 _AT_THE_END = 1e-10
 
 
@@ -127,7 +127,7 @@ class Nutation:
         """Return the integral of u over tau_s (N,) since u was at e."""
         T, imaginary, _ = self.lattice
         if np.isinf(T):
-            # Within so long u arrives at its limit o, to the last bit.
+            # After this long u is at its limit o, to the last bit.
             whole = 40.0 / (2.0 * np.pi) * imaginary
             within = np.minimum(np.abs(tau_s), whole)
             o = self.turning.a if self.from_b else self.turning.b
@@ -180,7 +180,7 @@ class Nutation:
 
 def _ways_to_M(turning, c2, *squares):
     """
-    Return pairs of the size of the terms of M, which says how it is rounded, and M.
+    Return pairs of the size of the terms of M, which bounds its rounding, and M.
 
     From Q's leading coefficient c2, and from f = -square at each pole, whose digits count where
     more than one root is near it.

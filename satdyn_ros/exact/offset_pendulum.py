@@ -4,8 +4,8 @@ Beletsky's pendulum with the mass centre off the fixed point, in the plane of mo
     theta'^2 = f(theta) = l + G1 cos(theta + delta) + G2 cos 2 theta      (Beletsky 1957, eq. 4)
 
 f, a trigonometric polynomial of degree two, has four roots e^(i theta) in the complex plane.  Two
-turning points bound a libration, none leaves it tumbling, a double root is an equilibrium that
-the separatrix approaches for ever: one closed form for each.
+turning points bound a libration, none leaves it tumbling, a double root is an equilibrium that the
+separatrix approaches without end: one closed form for each.
 """
 
 from typing import NamedTuple
@@ -104,7 +104,7 @@ def _end(field, equilibria):
     """
     Return where, from theta0 on in the order of the equilibria, f falls to zero, None if nowhere.
 
-    Between equilibria f is monotonous.  Second result: whether it is a double root.
+    Between equilibria f is monotonic.  Second result: whether it is a double root.
     """
     before = 0.0
     for d in equilibria:

@@ -1,10 +1,10 @@
 """
-What Paladini's paper says of the motion of a symmetric body beside its attitude (1888, ch. 1).
+What Paladini's paper says of a symmetric body's motion besides its attitude (1888, ch. 1).
 
 The three motions that make it up (sec. 5, 11), the curves of the instantaneous pole in the body
 and in space (sec. 12), and the motions akin to it: Poinsot's motion behind its nutation (sec. 4),
 the heavy top of sec. 13, and for H1 = 0 Poinsot's motion whose herpolhode is the body's curve.
-Angles and rates count from body axis 3, the symmetry axis, and the field's direction Z
+Angles and rates refer to body axis 3, the symmetry axis, and the field's direction Z
 (symmetric.py).
 """
 
@@ -18,7 +18,7 @@ from .geometry import Rolling
 from .symmetric import Symmetric
 
 _Z = np.array([0.0, 0.0, 1.0])
-# Gauss and Legendre's nodes and weights on [0, 1].
+# Gauss-Legendre nodes and weights on [0, 1].
 _NODES, _WEIGHTS = (np.polynomial.legendre.leggauss(16) + np.array([[1.0], [0.0]])) / 2.0
 
 
@@ -56,18 +56,18 @@ def space_curve(motion: Symmetric, t_s: float | np.ndarray) -> tuple[np.ndarray,
 
 def companion_top(motion: Symmetric) -> Symmetric:
     """
-    Return the heavy top, H1 = 0, that moves like motion but for its nutation (sec. 13).
+    Return the heavy top, H1 = 0, that moves like motion except in nutation (sec. 13).
 
     tan(theta / 2) of the top is sqrt(ka) times that of the body, ka = (a + 1) / (a - 1) with a the
     root of f that is farthest beyond a pole; precession and spin differ by uniform rotations.  The
     top has the body's A, C and r0, and a rotor that gives it its momentum.  ValueError: f has no
-    real root beyond the poles; that it is all real, as the paper asks, is not enough.
+    real root beyond the poles; the paper's condition, that all roots are real, is not enough.
     """
     if motion.H1 == 0.0:
         return motion
     outside = [a for a in Cones.of(motion).roots if abs(a) > 1.0]
     if not outside:
-        raise ValueError('the quartic of this motion has no real root beyond +-1, and so no top')
+        raise ValueError('the quartic of this motion has no real root beyond +-1: it has no top')
     a = max(outside, key=abs)
     ka = (a + 1.0) / (a - 1.0)
     A, J3 = motion.A, motion.C * motion.r0 + motion.h3
@@ -116,7 +116,7 @@ def nutation_as_precession(motion: Symmetric) -> tuple[float, np.ndarray]:
     turns; of each axis U'^2 = -4 (U - 2 E / L)(U - L / I_1)(U - L / I_2)(U - L / I_3).  With the
     roots a_i of f and U = sqrt(H1 / 2A) cos theta that is cos theta'^2 = f: the four constants are
     sqrt(H1 / 2A) a_i.  2 E / L is the middle root at which the nutation ends, and the axis, the
-    first of the three, is that of the other middle root.  A uniform rotation about L adds one
+    first of the three, is that of the other middle root.  A uniform rotation about L adds the same
     number to all; the moments need not be those of a body.  ValueError: H1 is not positive or two
     roots are complex; no such motion is real.
     """
@@ -171,7 +171,7 @@ def _integral(motion, rate, t_s):
 
 
 def _panel(motion, rate, start_s, stop_s):
-    """Return the integral of rate(u) from start_s to stop_s (N,) by Gauss and Legendre's rule."""
+    """Return the integral of rate(u) from start_s to stop_s (N,) by Gauss-Legendre quadrature."""
     length = (stop_s - start_s)[:, None]
     x, y, z, w = _attitude(motion, (start_s[:, None] + length * _NODES).ravel()).T
     u = z * z + w * w - x * x - y * y

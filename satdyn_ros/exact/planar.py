@@ -3,9 +3,9 @@ Planar motions: rotation about a principal axis that keeps its direction in spac
 
 Beletsky 1957, sec. 2: a body held in a field of fixed direction turns about a horizontal axis.
 Balli and Grioli 1979: on a circular orbit a gyrostat with its rotor along the orbit normal turns
-about it, the only rotations about a body-fixed axis that are not uniform.  The rotor along the
-axis has no part in the motion.  With theta from the line of the centre c to a principal axis
-across, of inertia I_1,
+about it, the only rotations about a body-fixed axis that are not uniform.  A rotor along the axis
+does not affect the motion.  With theta from the line of the centre c to a principal axis across,
+of inertia I_1,
 
     I_n theta'' + k (I_2 - I_1) sin theta cos theta = m_1 sin theta + m_2 cos theta,
 
@@ -128,10 +128,10 @@ def _line_rate(system, state):
 
 def _normal(system, state):
     """
-    Return the unit vector (3,), body axes, that the motion would have to be about.
+    Return the unit vector (3,), body axes, that a planar motion must be about.
 
     The orbit normal; in a fixed field the axis of the rate or, at rest, of the rotor's momentum
-    or of the torque or, in an equilibrium, the principal axis that is the most across the
+    or of the torque or, in an equilibrium, the principal axis most nearly perpendicular to the
     direction of the field.
     """
     q_bi = rotation.conjugate(state.q_ib)

@@ -2,7 +2,7 @@
 Euler's and Poinsot's constants of a free rigid body (textbook, sections 44 to 46).
 
 Axes 1, 2, 3 here are the principal ones in the order of their moments, I1 <= I2 <= I3.  With o, p
-the axes of I1, I3, p the one that the polhode runs about, and x = lam t + x0,
+the axes of I1, I3, p the one that the polhode encircles, and x = lam t + x0,
 
     O_o = B_o cn x,    O_2 = B_2 sn x,    O_p = B_p dn x.
 """
@@ -22,8 +22,8 @@ class Poinsot:
 
     moments (3,): I1 <= I2 <= I3; E [J], L [N m s]; B (3,) [rad/s]: the largest rates about axes 1,
     2, 3 (46.12); lam [rad/s] and k2, k2_complement = 1 - k2 of the elliptic functions.
-    about_largest: whether the polhode runs about axis 3, else about axis 1; of a symmetric body it
-    runs about the axis of symmetry.
+    about_largest: whether the polhode encircles axis 3, else axis 1; for a symmetric body it
+    encircles the axis of symmetry.
 
     >>> Poinsot(np.diag([1.0, 2.0, 2.5]), [0.2, 0.3, 1.0]).T1
     10.222621676194103
@@ -82,7 +82,7 @@ class Poinsot:
 
     @property
     def T1(self) -> float:
-        """Return the period of the rates [s] (46.11); inf where they have none."""
+        """Return the period of the rates [s] (46.11); inf where there is none."""
         if self.lam == 0.0 or self.k2_complement <= 0.0:
             return np.inf
         return float(4.0 * elliptic.K(self.k2_complement) / self.lam)
@@ -90,7 +90,7 @@ class Poinsot:
     @property
     def polhode_radii(self) -> tuple[float, float]:
         """
-        Return the least and greatest distance of the polhode from the axis it runs about.
+        Return the least and greatest distance of the polhode from the axis it encircles.
 
         In the units of xi = omega / sqrt(2 E); equal for a symmetric body, whose polhode is a
         circle (45.11).
@@ -122,7 +122,7 @@ class Poinsot:
         """
         Return the precession rate [rad/s] of axis 3 about the momentum (46.21), shape of t_s.
 
-        t_s [s]: time since O_2 was at its least.  Of a symmetric body that of its axis, L / I2.
+        t_s [s]: time since O_2 was at its least.  For a symmetric body that of its axis, L / I2.
         """
         t_s = np.asarray(t_s, float)
         I, B = self.moments, self.B
@@ -146,7 +146,9 @@ class Poinsot:
         ValueError: the rates have no period.
         """
         if not np.isfinite(self.T1):
-            raise ValueError('the rates of this motion have no period, and so no Fourier series')
+            raise ValueError(
+                'the rates of this motion have no period and therefore no Fourier series'
+            )
         # The trapezoidal rule doubles its digits with the points until rounding is left.
         points, coefficients = max(64, 4 * count), np.zeros(count)
         while True:

@@ -1,4 +1,4 @@
-"""Which closed form a system and a state have, by the conditions of the papers, and why not."""
+"""The closed form of a system and a state, by the conditions of the papers, or why it has none."""
 
 import numpy as np
 
@@ -34,8 +34,8 @@ def explain(system: System, state: State, start_s: float = 0.0) -> str | None:
     """
     Return one sentence that says why there is no exact motion, None where there is one.
 
-    It speaks of the motions that the field allows: on an orbit only the planar ones, without a
-    field the free ones.
+    It covers the motions that the field allows: on an orbit only the planar ones, without a field
+    the free ones.
     """
     reasons = {candidate: candidate.why_not(system, state, start_s) for candidate in CANDIDATES}
     if None in reasons.values():

@@ -7,8 +7,8 @@ mu, nu) where omega_i = omega_0 alpha_i gamma_i in the principal axes, omega_0^2
     alpha_i = s sqrt|N1 N2 N3| / N_i,   N_i = 1 - 2 nu I_i,   s = +-1,
 
 with N1 N2 N3 of the gradient's sign: negative in De Brun's problem, of a body drawn to a plane,
-and for the pull averaged over an orbit.  Such a motion stays so, and gamma moves like the rate of
-a free body with the alphas for moments: gamma_1' = omega_0 (alpha_3 - alpha_2) gamma_2 gamma_3,
+and for the pull averaged over an orbit.  Such a motion remains so, and gamma moves like the rate
+of a free body with the alphas for moments: gamma_1' = omega_0 (alpha_3 - alpha_2) gamma_2 gamma_3,
 with e = alpha . gamma^2 constant.  About the axis that gamma circles the attitude is a flow
 (flow.py), its phases by the paper's (31).
 """
@@ -48,7 +48,7 @@ class Stationary(ExactMotion):
         self.moments, q_bp, gamma, omega_p = _in_principal_axes(system, state)
         self.omega_0, field = _field(system)
         found = multiplier.find(self.moments, self.omega_0, gamma, omega_p, field)
-        assert found is not None  # why_not has asked
+        assert found is not None  # checked by why_not
         self.nu, sign = found
         self._constants(sign, field, gamma)
         differences = self.omega_0 * multiplier.differences(self.moments, self.nu, sign)
@@ -86,15 +86,15 @@ class Stationary(ExactMotion):
         Return the motion with the paper's constants nu [1 / (kg m^2)] and c0 = e - alpha_3.
 
         phase: the argument u of the elliptic functions at the start; psi0 [rad]: precession of
-        principal axis 3 there; sign: of mu.  Of the two motions with these constants it is that
-        in which the cosine that never vanishes is positive.  ValueError: nu is not admissible,
-        or c0 beyond the alphas.
+        principal axis 3 there; sign: of mu.  Of the two motions with these constants it is the one
+        in which the cosine that never vanishes is positive.  ValueError: nu is not admissible, or
+        c0 beyond the alphas.
         """
         moments, R_bp = principal_axes(system.inertia)
         alpha = multiplier.alphas(moments, nu, sign, _field(system)[1])
         low, high = np.min(alpha) - alpha[2], np.max(alpha) - alpha[2]
         if not low <= c0 <= high:
-            raise ValueError(f'c0 is {c0:g}; for this nu it is from {low:g} to {high:g}')
+            raise ValueError(f'c0 is {c0:g}; for this nu it must be from {low:g} to {high:g}')
         differences = multiplier.differences(moments, nu, sign)
         c, b, a = _ascending(differences)
         x, y, z = (b, a, c) if c0 - differences[b, 2] >= 0.0 else (b, c, a)
@@ -192,7 +192,7 @@ class Stationary(ExactMotion):
 
     def _solve(self, rates, differences, gamma, q_bp):
         """
-        Find the polhode and the flow of frame k, whose axis 3 gamma circles and never is across.
+        Find the polhode and the flow of frame k, whose axis 3 gamma circles, never across it.
 
         Axis 1 of k is the other axis with an extreme alpha, axis 2 the middle one.  rates: omega_0
         alpha_i, differences (3, 3) theirs, both [rad/s].

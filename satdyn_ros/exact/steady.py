@@ -1,10 +1,10 @@
 """
-Steady motions: omega constant in body axes, and so in space.
+Steady motions: omega constant in body axes, and therefore in space.
 
 Permanent rotations of a free body, rotations about the fixed direction of a field (Agostinelli
 1977, nu = 0), relative equilibria on a circular orbit with or without a rotor, and the uniform
-rotations of Balli and Grioli 1979.  The rate stays where the torque balances omega x H and stays
-in the body, which the torque of the field does where
+rotations of Balli and Grioli 1979.  The rate is constant where the torque balances omega x H and
+is constant in the body, as the torque of the field is where
 
     it is zero in every attitude, or
     the direction c to the attracting centre stays in the body, or

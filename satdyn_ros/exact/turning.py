@@ -119,7 +119,7 @@ def _first_root(f, start, stop):
 
 
 def _polished(f, root):
-    """Return the root of f after a step of Newton's, if that is nearer to it."""
+    """Return the root after one Newton step, if that is nearer to it."""
     slope = f.deriv()(root)
     newton = root - f(root) / slope if slope != 0.0 else root
     return newton if abs(f(newton)) < abs(f(root)) else root

@@ -20,7 +20,7 @@ class Controller(Pointing):
     Torque = -Kp e - Kd omega with e the rotation vector from the target to the body.
 
     For moments near I [kg m^2], Kp = I wn^2 and Kd = 2 I wn damp the error critically at the
-    bandwidth wn [rad/s].  source: what stands before the names of the topics it steers by.
+    bandwidth wn [rad/s].  source: the prefix of the names of the topics that it uses.
     """
 
     def __init__(self, inertia, bandwidth, source='', name='controller'):
@@ -38,13 +38,13 @@ class Controller(Pointing):
 
 
 def main():
-    """Point the satellite and say how it goes."""
+    """Point the satellite and report progress."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     parser.add_argument('--inertia', type=float, default=0.03, help='kg m^2')
     parser.add_argument('--bandwidth', type=float, default=0.3, help='rad/s')
     parser.add_argument('--timeout', type=float, default=120.0, help='s')
     parser.add_argument(
-        '--estimate', action='store_true', help='steer by the topics of examples/estimator.py'
+        '--estimate', action='store_true', help='use the estimates of examples/estimator.py'
     )
     arguments = parser.parse_args(rclpy.utilities.remove_ros_args(sys.argv)[1:])
     rclpy.init()

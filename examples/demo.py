@@ -5,8 +5,8 @@ A satellite live for 20 s: the node in one process, a subscriber and a request i
     make demo WATCH=1
 
 The node flies config/default.yaml, publishes at 100 Hz and records a bag.  This process listens,
-works out from the messages alone how well the motion conserves its first integrals, asks after ten
-seconds for new initial conditions, and at last has the bag run again and compared byte for byte.
+computes from the messages alone how well the motion conserves its first integrals, requests new
+initial conditions after ten seconds, and finally has the bag run again and compared byte for byte.
 """
 
 import os
@@ -16,7 +16,7 @@ import sys
 import time
 from pathlib import Path
 
-# Nobody else's nodes are heard, and nobody else hears ours.
+# No other nodes are heard, and none hear these.
 os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
 
 import numpy as np
@@ -49,7 +49,7 @@ START_TIMEOUT_S = 120.0
 
 
 def main() -> int:
-    """Run the demo and return the exit code: 0 if all went as it should."""
+    """Run the demo and return the exit code: 0 if everything is as expected."""
     scenario = Scenario.from_yaml(SCENARIO).with_values({'time.epoch_ns': now_ns()})
     print(f'The node flies {SCENARIO.relative_to(ROOT)}; this process listens to it.')
     if not WATCH:
@@ -86,7 +86,7 @@ def now_ns() -> int:
 
 
 def start_node(epoch_ns: int) -> subprocess.Popen:
-    """Start the node as a process of its own that records from its first tick."""
+    """Start the node in a process of its own, recording from its first tick."""
     command = [*SATDYN, 'node', '--params-file', str(SCENARIO)]
     command += ['--ros-args', '-p', 'record.enabled:=true', '-p', f'record.directory:={BAGS}']
     command += ['-p', f'time.epoch_ns:={epoch_ns}']
@@ -124,7 +124,7 @@ class Listener(rclpy.node.Node):
         self.create_subscription(QuaternionStamped, 'attitude_lvlh', self._take_lvlh, one_second)
 
     def listen(self, duration_s: float) -> None:
-        """Take messages for so long, then look at them."""
+        """Receive messages for a time, then evaluate them."""
         begin_s = time.monotonic()
         end_s = begin_s + duration_s
         while (left_s := end_s - time.monotonic()) > 0.0:
@@ -135,7 +135,7 @@ class Listener(rclpy.node.Node):
             self._judge(rows)
 
     def wait_for_message(self, node: subprocess.Popen) -> None:
-        """Return with the first message; RuntimeError: the node ended or says nothing."""
+        """Return at the first message; RuntimeError: the node ended or publishes nothing."""
         end_s = time.monotonic() + START_TIMEOUT_S
         while not self._rows:
             if node.poll() is not None or time.monotonic() > end_s:
@@ -143,7 +143,7 @@ class Listener(rclpy.node.Node):
             rclpy.spin_once(self, timeout_sec=0.1)
 
     def line(self) -> str:
-        """Return what is seen now: rate, time, attitude to LVLH, drift."""
+        """Return a line of the present state: rate, time, attitude to LVLH, drift."""
         roll, pitch, yaw = np.degrees(rotation.roll_pitch_yaw(self._q_lb))
         t_s = self._clock.seconds(self.ticks['odometry'][-1])
         drifts = ', '.join(f'{name} {value:+.1e}' for name, value in self._now_drift.items())
@@ -153,7 +153,7 @@ class Listener(rclpy.node.Node):
         )
 
     def _judge(self, rows):
-        """Follow the first integrals through the rows, anew from where a request acted."""
+        """Follow the first integrals through the rows, starting anew where a request acted."""
         ticks = np.array([row[0] for row in rows])
         if self.conditions is not None and self.restart_tick is None:
             for i, (tick, q_ib, omega_bi_b) in enumerate(rows):
@@ -206,7 +206,7 @@ class Listener(rclpy.node.Node):
 
 
 def summarise(listener: Listener) -> bool:
-    """Print what was seen and return whether all of it is as it should be."""
+    """Print a summary and return whether all of it is as expected."""
     received = sum(len(ticks) for ticks in listener.ticks.values())
     expected = sum(ticks[-1] - ticks[0] + 1 for ticks in listener.ticks.values())
     bag = max(BAGS.iterdir(), key=lambda path: path.stat().st_mtime)

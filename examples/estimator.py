@@ -27,7 +27,7 @@ from sensor_msgs.msg import Imu
 from satdyn_ros import Scenario
 from satdyn_ros.dynamics import rotation
 
-# What is known before the first sample: the bias, to this standard deviation [rad/s].
+# Before the first sample the bias is known to this standard deviation [rad/s].
 BIAS_SIGMA = 0.01
 _NS = 10**9
 
@@ -47,7 +47,7 @@ class Estimator:
         self._N, self._K = noise_density, bias_random_walk
 
     def predict(self, rate_b, dt):
-        """Go on by dt [s] with a rate of the gyro, in body axes."""
+        """Advance by dt [s] with a rate of the gyro, in body axes."""
         turned = rotation.from_vector((rate_b - self.bias) * dt)
         self.q_ib = rotation.normalise(rotation.multiply(self.q_ib, turned))
         F = np.eye(6)
@@ -55,7 +55,7 @@ class Estimator:
         self.P = F @ self.P @ F.T + self._noise(dt)
 
     def update(self, q_ib, R):
-        """Take in a measured attitude whose error has the covariance R (3, 3) in body axes."""
+        """Process a measured attitude whose error has the covariance R (3, 3) in body axes."""
         error = rotation.to_vector(rotation.multiply(rotation.conjugate(self.q_ib), q_ib))
         gain = np.linalg.solve(self.P[:3, :3] + R, self.P[:3]).T
         correction = gain @ error
@@ -75,10 +75,10 @@ class Estimator:
 
 class DelayedEstimator:
     """
-    An estimator whose attitudes come late: past stands at the last of them, now at the last rate.
+    An estimator with late attitudes: past is at the last attitude, now at the last rate.
 
     sensors: those of a Scenario.  Stamps are integer nanoseconds; where a rate was lost, the next
-    one stands for its time too.
+    one covers its interval too.
     """
 
     def __init__(self, sensors):
@@ -88,7 +88,7 @@ class DelayedEstimator:
         self._rates = []
 
     def take_rate(self, stamp_ns, rate_s):
-        """Take in a sample of the gyro, in its axes [rad/s]."""
+        """Process a sample of the gyro, in its axes [rad/s]."""
         rate_b = rotation.rotate(self.gyro.mounting, rate_s)
         self._rates.append((stamp_ns, rate_b))
         if self.now is not None:
@@ -96,7 +96,7 @@ class DelayedEstimator:
             self.rate_b = rate_b - self.now.bias
 
     def take_attitude(self, stamp_ns, q_is, variances):
-        """Take in a sample of the star tracker: sensor to inertial, variances (3,) [rad^2]."""
+        """Process a sample of the star tracker: sensor to inertial, variances (3,) [rad^2]."""
         q_ib = rotation.multiply(q_is, rotation.conjugate(self.tracker.mounting))
         to_body = rotation.matrix(self.tracker.mounting)
         R = to_body @ np.diag(variances) @ to_body.T
@@ -115,13 +115,13 @@ class DelayedEstimator:
 
 
 def _predict(estimator, since_ns, stamp_ns, rate_b):
-    """Let an estimator go on to a stamp, which is returned."""
+    """Advance an estimator to a stamp, which is returned."""
     estimator.predict(rate_b, (stamp_ns - since_ns) / _NS)
     return stamp_ns
 
 
 class EstimatorNode(Node):
-    """The estimator between its topics."""
+    """The node: measurements in, estimates out."""
 
     def __init__(self, sensors, frames):
         super().__init__('estimator')
@@ -172,7 +172,7 @@ class EstimatorNode(Node):
         self._compare()
 
     def _compare(self):
-        """Take the error where truth and estimate are of the same tick."""
+        """Record the error where truth and estimate are of the same tick."""
         (true_ns, true), (estimated_ns, estimated) = self._truth, self._estimate
         if true_ns is not None and true_ns == estimated_ns:
             self.error_rad = float(rotation.angle_between(estimated, true))
@@ -183,7 +183,7 @@ def _stamp_ns(message):
 
 
 def main():
-    """Estimate until told to end, and say how far off the estimate is."""
+    """Estimate until interrupted, and report the error of the estimate."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     parser.add_argument('scenario', help="the node's parameter file, the sensors' data sheet")
     arguments = parser.parse_args(rclpy.utilities.remove_ros_args(sys.argv)[1:])

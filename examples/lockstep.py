@@ -4,9 +4,10 @@ Close a loop without losing a message: pause the node, then command and step, ti
 Run it beside a node that stays at tick 0:
     satdyn node --params-file config/cubesat.yaml --ros-args -p time.factor:=1e-6
     python examples/lockstep.py --ticks 500
-A loop over topics has the machine's delay in it.  Here the satellite waits: each turn hears the
-sample of the last tick, sends the torque for the next one, and asks for a step, whose reply comes
-when the tick has passed.  The same start gives the same bytes, however busy the machine is.
+A loop over topics includes the delays of the machine.  Here the satellite waits: each pass
+receives the sample of the last tick, sends the torque for the next one, and requests a step, whose
+reply comes when the tick has passed.  The same start gives the same bytes, however busy the
+machine is.
 """
 
 import argparse
@@ -20,12 +21,12 @@ from controller import Controller
 from diagnostic_msgs.msg import DiagnosticArray
 from std_srvs.srv import SetBool, Trigger
 
-# What takes longer than this has failed.
+# Anything that takes longer than this has failed.
 PATIENCE_S = 60.0
 
 
 class Lockstep(Controller):
-    """The controller, which lets a tick pass when its torque is on the way."""
+    """The controller, which lets a tick pass once its torque has been sent."""
 
     def __init__(self, inertia, bandwidth):
         super().__init__(inertia, bandwidth, name='lockstep')
@@ -37,7 +38,7 @@ class Lockstep(Controller):
         self.create_subscription(DiagnosticArray, '/diagnostics', self._take_diagnostics, 10)
 
     def begin(self):
-        """Wait until node and controller know of each other, then let no tick pass."""
+        """Wait until node and controller have discovered each other, then stop the ticks."""
         for client in (self._pause, self._step):
             self._wait(client.service_is_ready, 'the services of the node did not appear')
         self._wait(lambda: self._is_connected, 'the topics of the node were not connected')
@@ -53,7 +54,7 @@ class Lockstep(Controller):
         self._wait(lambda: self._says('accepted') == sent, 'a torque was lost')
 
     def act(self, stamp, error, omega_bi_b):
-        """Publish the torque for the next tick, once it is ours to let it pass."""
+        """Publish the torque for the next tick, once ticks pass only on request."""
         if not self._flies:
             return
         super().act(stamp, error, omega_bi_b)
@@ -62,7 +63,7 @@ class Lockstep(Controller):
 
     def pass_tick(self):
         """Let one tick pass, with the torque that was published last, and act on its sample."""
-        # The request follows the torque on the same way, and the node takes torques first.
+        # The request follows the torque on the same path, and the node reads torques first.
         self.heard = False
         self._call(self._step, Trigger.Request())
         self._wait(lambda: self.heard, 'the sample of a tick did not come')
@@ -72,8 +73,8 @@ class Lockstep(Controller):
         """
         Whether each side has found the other.
 
-        Discovery goes both ways, and one side is ready before the other: a torque published then
-        would be lost.  The node says in its diagnostics how many it has found.
+        Discovery goes both ways, and one side may be ready before the other: a torque published
+        then would be lost.  The node's diagnostics say how many it has found.
         """
         return (
             self.torque.get_subscription_count() > 0
@@ -92,7 +93,7 @@ class Lockstep(Controller):
                 self._told |= {pair.key: pair.value for pair in status.values}
 
     def _says(self, name):
-        """Return a whole number of the node's diagnostics, -1 before it says it."""
+        """Return an integer from the node's diagnostics, -1 before it is there."""
         return int(self._told.get(name, -1))
 
     def _call(self, client, request):
@@ -110,7 +111,7 @@ class Lockstep(Controller):
 
 
 def main():
-    """Fly some ticks in lockstep, and say where the satellite points."""
+    """Run some ticks in lockstep, and print where the satellite points."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     parser.add_argument('--ticks', type=int, default=500)
     parser.add_argument('--inertia', type=float, default=0.03, help='kg m^2')

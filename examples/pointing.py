@@ -1,4 +1,4 @@
-"""What the controllers beside this file share: they hear a state, and point a satellite by it."""
+"""What the controllers here share: they receive a state, and point a satellite by it."""
 
 import time
 
@@ -12,18 +12,18 @@ from satdyn_ros.dynamics import rotation
 
 class Pointing(Node):
     """
-    A node that hears attitude and body rate, and acts once it has both of one stamp.
+    A node that receives attitude and body rate, and acts once it has both of one stamp.
 
-    A controller derives from it and says in act(stamp, error, omega_bi_b) what it does: error is
-    the rotation vector (3,) from the target to the body [rad], for small angles; omega_bi_b (3,)
-    the body rate [rad/s].  source: what stands before the names of the topics.
+    A controller derives from it and defines act(stamp, error, omega_bi_b): error is the rotation
+    vector (3,) from the target to the body [rad], for small angles; omega_bi_b (3,) the body rate
+    [rad/s].  source: the prefix of the names of the topics.
     """
 
     def __init__(self, name, source=''):
         super().__init__(name)
         self.target_q_ib = rotation.IDENTITY
         self.error_rad, self.rate_rad_s = np.inf, np.inf
-        # Samples that never came, by the gaps between the stamps.
+        # Missing samples, counted by the gaps between the stamps.
         self.missed = 0
         self._attitude = self._rate = None
         self._stamp_ns, self._period_ns = None, None
@@ -70,7 +70,7 @@ class Pointing(Node):
 
 
 def point(controller, timeout_s):
-    """Spin until the satellite rests, tell every two seconds how it goes; return an exit code."""
+    """Spin until the satellite rests, report every two seconds; return an exit code."""
     end, next_line = time.monotonic() + timeout_s, 0.0
     while not controller.has_settled and time.monotonic() < end:
         rclpy.spin_once(controller, timeout_sec=0.2)

@@ -3,10 +3,10 @@ Point a tumbling satellite by its reaction wheels alone, through its topics.
 
 Run it beside a node:  satdyn node --params-file config/three_wheels.yaml
                        python examples/wheel_controller.py config/three_wheels.yaml
-The scenario file serves as the data sheet of body and wheels; any number of motors will do whose
-axes span space, such as those of config/pyramid.yaml.  It ends with exit code 0 once the satellite
-rests at the target, with 1 if that takes too long.  The wheels then hold the momentum that the
-satellite had: nothing here dumps it.
+The scenario file serves as the data sheet of body and wheels; there may be any number of motors,
+as long as their axes span space, such as those of config/pyramid.yaml.  It ends with exit code 0
+once the satellite rests at the target, with 1 if that takes too long.  The wheels then hold the
+momentum that the satellite had: nothing here dumps it.
 """
 
 import argparse
@@ -32,8 +32,7 @@ class Wheels:
         axes = np.reshape([rotor.axis for rotor in rotors], (-1, 3)).T
         if np.linalg.matrix_rank(axes) < 3:
             raise ValueError(
-                'the motors turn the body about fewer than three axes; it takes motors whose axes '
-                'span space'
+                'the motors turn the body about fewer than three axes; their axes must span space'
             )
         self._allocation = np.linalg.pinv(axes)
         self._friction = np.array([rotor.friction for rotor in rotors])
@@ -48,7 +47,7 @@ class Wheels:
         Where a torque is beyond its limit all are scaled down, which keeps their direction.
         """
         speed = speeds[self._motors]
-        # The wheels take the reaction, and friction is theirs to overcome.
+        # The wheels take up the reaction and must overcome their friction.
         wanted = -self._allocation @ torque_b + self._friction * speed
         torques = wanted / max(1.0, np.max(np.abs(wanted) / self._max_torque))
         too_fast = (np.abs(speed) >= self._max_speed) & (torques * speed > 0.0)
@@ -67,7 +66,7 @@ class WheelController(Pointing):
     Torque = -Kp e - Kd omega + omega x H with e the rotation vector from the target to the body.
 
     Kp = I wn^2 and Kd = 2 I wn damp the error critically at the bandwidth wn [rad/s]; omega x H
-    makes up for the momentum H of body and wheels.
+    compensates for the momentum H of body and wheels.
     """
 
     def __init__(self, system, bandwidth):
@@ -82,7 +81,7 @@ class WheelController(Pointing):
         self._speeds = np.array(message.velocity)
 
     def act(self, stamp, error, omega_bi_b):
-        """Command the wheels so that they turn the body by the torque that a state calls for."""
+        """Command the wheels to turn the body with the torque for a state."""
         if self._speeds is None:
             return
         wn = self._bandwidth
@@ -103,7 +102,7 @@ class WheelController(Pointing):
 
 
 def main():
-    """Point the satellite and say how it goes."""
+    """Point the satellite and report progress."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     parser.add_argument('scenario', help="the node's parameter file, the wheels' data sheet")
     parser.add_argument('--bandwidth', type=float, default=0.1, help='rad/s')

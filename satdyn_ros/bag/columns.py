@@ -1,4 +1,4 @@
-"""The states in a bag as columns, block by block: what each is called, and its values."""
+"""The states in a bag as columns, block by block: the name of each, and its values."""
 
 import json
 from collections.abc import Iterable, Iterator
@@ -21,15 +21,15 @@ OMEGA_BI_B = ('omega_bi_b_x_rad_s', 'omega_bi_b_y_rad_s', 'omega_bi_b_z_rad_s')
 _TIMES = ('tick', 't_s', 'stamp_ns')
 _LVLH_ANGLES = ('roll_rad', 'pitch_rad', 'yaw_rad', 'nadir_angle_rad')
 
-# Enough rows that a block costs what its values cost, few enough for some tens of megabytes.
+# Enough rows that only the values of a block cost time, few enough for tens of megabytes.
 _BLOCK_ROWS = 32768
 
 
 def columns_of_topics(rotors: Iterable[str] = ('rotor',)) -> dict[str, dict[str, tuple[str, ...]]]:
     """
-    Return by topic its fields and the columns that they fill, those of rotors by their names.
+    Return for each topic its fields and the columns they fill, with the rotors' names.
 
-    Where two topics say the same, the first one's values are taken.
+    Where two topics hold the same quantity, the first one's values are used.
     """
     columns: dict[str, dict[str, tuple[str, ...]]] = {
         'attitude': {'quaternion': Q_IB},
@@ -74,9 +74,9 @@ class StateTable:
     LVLH: roll, pitch and yaw (3-2-1), and the angle between the axis of least inertia, whichever
     end is nearer, and nadir.  ticks_read: how many of tick_count were yielded.
 
-    columns: those wanted, in this order; none: all but segment, which counts how often a request
-    or a reset has restarted the motion.  step_s: one row per so many seconds.
-    ValueError: the bag has no such column, or step_s is not a whole number of ticks.
+    columns: those wanted, in this order; none: all but segment, which counts the restarts of the
+    motion by requests and resets.  step_s: seconds from row to row.  ValueError: the bag has no
+    such column, or step_s is not a whole number of ticks.
     """
 
     def __init__(
@@ -197,7 +197,7 @@ class StateTable:
         """Return the columns of the rows that follow each other in parts, the chosen ticks."""
         ticks_of = self.run.ticks
         stamps_ns = np.concatenate([part['stamp_ns'] for part in parts])
-        # A stamp is within half a nanosecond of its tick's time, which doubles tell apart for
+        # A stamp is within half a nanosecond of its tick's time, which doubles can tell apart for
         # ages.
         since_ns = stamps_ns - ticks_of.epoch_ns
         ticks = np.rint(since_ns * (float(ticks_of.rate) * 1e-9)).astype(np.int64)
@@ -231,7 +231,7 @@ class StateTable:
 
 
 def _joined_tick(before: Columns, part: Columns) -> Columns:
-    """Give the last row of `before` what the first of part adds to it; return the rest of part."""
+    """Complete the last row of `before` from the first of part; return the rest of part."""
     for name, values in part.items():
         column = before.setdefault(name, np.full(len(before['stamp_ns']), np.nan))
         if name != 'stamp_ns' and np.isnan(column[-1]):

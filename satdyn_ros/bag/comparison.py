@@ -1,4 +1,4 @@
-"""Messages beside those that a run should have given: the same bytes, or apart by rounding."""
+"""Messages compared with those of a run: the same bytes, or equal to rounding."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from ..rosbag2.chunk import Contents
 from .recorded_run import RecordedRun
 from .rerun import Records
 
-# Another machine rounds otherwise: its errors begin with ROUNDING_RAD, and grow as the distance
+# Another machine rounds differently: its errors start at ROUNDING_RAD, and grow like the distance
 # of a run whose start is perturbed by TWIN_RAD.
 ROUNDING_RAD = 1e-13
 TWIN_RAD = 1e-9
@@ -17,7 +17,7 @@ TWIN_RAD = 1e-9
 
 @dataclass(frozen=True)
 class Difference:
-    """A message that is not what it should be: its topic, tick and time, and what in it."""
+    """A message that is not what it should be: its topic, tick and time, and the field."""
 
     topic: str
     tick: int
@@ -30,10 +30,10 @@ class Difference:
 
 class Comparison:
     """
-    Recorded messages beside the expected ones, part by part.
+    A comparison of recorded messages with the expected ones, part by part.
 
     same_bytes: whether all were the same so far.  of_allowed: the largest distance so far, as a
-    part of what rounding may have grown to.
+    fraction of what rounding may have grown to.
     """
 
     def __init__(self, run: RecordedRun):
@@ -41,7 +41,8 @@ class Comparison:
         self.of_allowed = 0.0
         self._run = run
         self._names = {run.channel_id(name): name for name in run.names if run.channel_id(name)}
-        # Commands have no one layout, and come from the bag itself: their bytes must be the same.
+        # Commands have no fixed layout, and come from the bag itself: their bytes must be the
+        # same.
         self._layouts = {
             i: run.layout(name) for i, name in self._names.items() if name != 'rotor_command'
         }
@@ -54,7 +55,7 @@ class Comparison:
         Return the first message that differs, None: none does.
 
         recorded: the bytes of the records, perhaps fewer.  twin: the perturbed run's; None: the
-        bytes have to be the same.
+        bytes must be the same.
         """
         if twin is not None:
             self._let_grow(expected, twin)
@@ -104,12 +105,12 @@ class Comparison:
         return None
 
     def _step(self, channel_id):
-        """Return how far a sample moves that another rounding puts on the next step, all axes."""
+        """Return how far a sample moves if rounding puts it on the next step, in all axes."""
         sensor = self._run.scenario.sensors.get(self._names[channel_id])
         return np.sqrt(3.0) * sensor.resolution if sensor else 0.0
 
     def _let_grow(self, expected, twin):
-        """Take in how far the perturbed run has come from the expected one."""
+        """Update how far the perturbed run has moved from the expected one."""
         if expected.starts_anew:
             self._allowed.clear()
         contents, perturbed = Contents(expected.data), Contents(twin.data)

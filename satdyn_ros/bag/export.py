@@ -25,9 +25,9 @@ class Options:
     """
     The options of an export.
 
-    step_s: one row per so many seconds.  columns: those of a table; empty: all.
-    with_rates: body rates in an .aem or .a too.  frame, center: the names that .aem, .oem and .a
-    give the inertial axes and the attracting body; None: EME2000 and EARTH.
+    step_s: seconds from row to row.  columns: those of a table; empty: all.  with_rates: body
+    rates in an .aem or .a too.  frame, center: the names that .aem, .oem and .a give the inertial
+    axes and the attracting body; None: EME2000 and EARTH.
     """
 
     step_s: str | float | None = None
@@ -48,7 +48,7 @@ class Options:
                 raise ValueError(f'{name} is for {" and ".join(kinds)}, not for {kind}')
 
     def subject(self, bag: Path) -> Subject:
-        """Return what a message is about: the satellite has the name of its bag."""
+        """Return the subject of a message: the satellite has the name of its bag."""
         name = re.sub(r'[^A-Z0-9_-]', '_', bag.resolve().stem.upper())
         return Subject(name, self.frame or 'EME2000', self.center or 'EARTH')
 
@@ -60,7 +60,7 @@ def export(
     show: Callable[[int, int | None], None] = lambda done, total: None,
 ) -> int:
     """
-    Write the states in a bag into a file and return its number of rows.
+    Write the states in a bag to a file and return its number of rows.
 
     output: the suffix of its name is the format: .csv, .npz, .parquet, .aem, .oem or .a.  The file
     appears when it is complete.  show(done, total): called with numbers of ticks.  ValueError: the
@@ -190,7 +190,7 @@ def _read_ahead(blocks: Iterator[Columns]) -> Iterator[Columns]:
 
 @contextmanager
 def _complete(output: Path) -> Iterator[Path]:
-    """Yield where to write a file that gets its name when it is complete."""
+    """Yield the path at which to write a file, which gets its name when it is complete."""
     part = output.with_name(f'{output.name}.part')
     try:
         yield part

@@ -12,7 +12,7 @@ from ..rosbag2.summary import read_summary
 from ..rosbag2.timeline import LoggedMessage, Timeline
 from ..run import ros_yaml
 
-# rosbag2 wrote rmw's numbers until version 9 of its metadata, its words since then.
+# rosbag2 wrote rmw's numbers before version 9 of its metadata, and its words since then.
 _BEST_EFFORT = ('best_effort', 2)
 _TRANSIENT_LOCAL = ('transient_local', 1)
 _SMALLEST_DEPTH, _LARGEST_DEPTH = 10, 20_000
@@ -63,7 +63,7 @@ class Playback:
 
 
 def _expanded(message: LoggedMessage) -> LoggedMessage:
-    """Return a message that rosbag2 compressed by itself."""
+    """Return a message that rosbag2 compressed separately."""
     try:
         data = decompress('zstd', message.data, zstd_size(message.data))
     except Damaged as error:
@@ -73,7 +73,7 @@ def _expanded(message: LoggedMessage) -> LoggedMessage:
 
 def offered(text: str) -> Qos:
     """
-    Return what suits all that subscribed to the publishers of offered_qos_profiles.
+    Return the QoS that suits all subscribers of the publishers of offered_qos_profiles.
 
     Damaged: the text is not a list of profiles.
 

@@ -1,4 +1,4 @@
-"""The run that a bag holds: its scenario, where it begins, and what happened in it."""
+"""The run in a bag: its scenario, where it begins, and what happened in it."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -29,7 +29,7 @@ class RecordedRun:
     The run in a bag written by satdyn_ros.
 
     scenario: with the epoch resolved.  names: the topics' names in the bag by those in the
-    scenario.  machine: what the bits depend on besides the scenario.  snapshot: the begin of the
+    scenario.  machine: what the bits depend on besides the scenario.  snapshot: the start of the
     bag, as Simulation.snapshot; None if it has no samples.  ValueError: path is not such a bag.
     """
 
@@ -55,7 +55,7 @@ class RecordedRun:
 
     @cached_property
     def events(self) -> list[Event]:
-        """What happened in the run, in its order."""
+        """What happened in the run, in order."""
         happened: list[Event] = []
         for item in self.bag.items():
             if isinstance(item, TopicBlock):
@@ -78,7 +78,7 @@ class RecordedRun:
         return [event for event in self.events if event.tick <= self.snapshot['tick']]
 
     def simulation(self) -> Simulation:
-        """Return the run from the bag's begin on, with all that happens from there."""
+        """Return the run from the start of the bag, with all that happens from there."""
         if self.snapshot is None or self.snapshot['tick'] == 0:
             return Simulation(self.scenario, self.events)
         later = self.events[len(self.events_at_begin) :]
@@ -138,7 +138,7 @@ class RecordedRun:
         return records
 
     def _inputs(self, block: TopicBlock) -> list[Event]:
-        """Return the torques of a block in the order in which they stand there."""
+        """Return the torques of a block in their recorded order."""
         contents = block.contents
         events: list[tuple[int, Event]] = []
         for channel_id, places in contents.places.items():

@@ -21,10 +21,11 @@ _RECORDED = tuple(name for name, topic in TOPICS.items() if topic.role in ('stat
 
 class Recording:
     """
-    Write a run into a new bag directory, as its scenario's record.* says.
+    Write a run to a new bag directory, as record.* of its scenario says.
 
-    scenario: with the epoch resolved.  topics: those recorded from the begin, by their names in
-    the scenario.  resolve: a name in the scenario to that of the topic.  OSError: as BagWriter.
+    scenario: with the epoch resolved.  topics: those recorded from the start, by their names in
+    the scenario.  resolve: from a name in the scenario to that of the topic.  OSError: as
+    BagWriter.
     """
 
     def __init__(
@@ -52,7 +53,7 @@ class Recording:
         return self._writer.directory
 
     def event(self, event: Event, stamp_ns: int) -> None:
-        """Write what happened at the tick of a stamp, ahead of the tick's samples."""
+        """Write what happened at the tick of a stamp, before the tick's samples."""
         match event:
             case Torque():
                 data = pack_torque(stamp_ns, event.torque_b, self._scenario.frames)
@@ -76,7 +77,7 @@ class Recording:
         Write the messages of ticks.
 
         stamps_ns (N,); rows: by name in the scenario N rows each, or SomeRows of a sensor.
-        snapshot(i): Simulation.snapshot of tick i of these; it is asked where a file begins.
+        snapshot(i): Simulation.snapshot of tick i of these; it is called where a file begins.
         """
         by_topic = {self._names[name]: messages for name, messages in rows.items()}
         self._writer.write(

@@ -33,9 +33,9 @@ def rerun(
     """
     Yield the messages of a run, until it halts, as its bag should hold them.
 
-    perturbation_rad: how far the states where motions start are turned, and relatively their
-    rates changed, so that the distance of two runs shows how errors grow.  observe is called with
-    all events and samples.
+    perturbation_rad: how far the states at the start of motions are turned, and by what fraction
+    their rates are changed, so that the distance of two runs shows how errors grow.  observe is
+    called with all events and samples.
     """
     simulation = run.simulation()
     starts_anew = True
@@ -86,7 +86,7 @@ def _add_input(chunk, run, event, stamp_ns):
 
 
 def _perturbed(run, simulation, tick, angle_rad):
-    """Return the run from a tick on, its motion's start turned a little and a little faster."""
+    """Return the run from a tick on, its motion's start turned slightly and slightly faster."""
     snapshot = simulation.snapshot(tick)
     begin = snapshot['begin_state']
     turned = rotation.multiply(begin['q_ib'], rotation.about(_DIAGONAL, angle_rad))

@@ -42,7 +42,7 @@ def provenance(scenario: Scenario, topics: Mapping[str, str]) -> dict[str, str]:
 
 
 def machine() -> dict[str, str]:
-    """Return what the bits of a run depend on beside the scenario and the events."""
+    """Return what the bits of a run depend on besides the scenario and the events."""
     return {
         'processor': f'{platform.machine()} {llvmlite.binding.get_host_cpu_name()}',
         'system': ' '.join([platform.system(), *platform.libc_ver()]).strip(),
@@ -60,7 +60,7 @@ def to_record(plain: Mapping[str, Any]) -> dict[str, str]:
 
 
 def from_record(record: Mapping[str, str]) -> dict[str, Any]:
-    """Return the plain data of a metadata record; Damaged: there are none."""
+    """Return the plain data of a metadata record; Damaged: it has none."""
     try:
         return {name: json.loads(value) for name, value in record.items()}
     except (ValueError, RecursionError):
@@ -85,7 +85,7 @@ def names_and_machine(record: Mapping[str, str]) -> tuple[dict[str, str], dict[s
 
 
 def snapshot_from_record(record: Mapping[str, str]) -> dict[str, Any]:
-    """Return the snapshot of a metadata record, as Simulation.snapshot; Damaged: it is none."""
+    """Return the snapshot of a metadata record, as Simulation.snapshot; Damaged: it is not one."""
     snapshot = from_record(record)
     begin, tick = snapshot.get('begin_tick'), snapshot.get('tick')
     if not (type(begin) is int and type(tick) is int and 0 <= begin <= tick):
@@ -118,7 +118,7 @@ def event_record(event: Event) -> dict[str, str]:
 
 
 def event_from_record(record: Mapping[str, str]) -> Event:
-    """Return the event of a metadata record; Damaged: it is none."""
+    """Return the event of a metadata record; Damaged: it is not one."""
     kind = _EVENTS.get(record.get('event', ''))
     if kind is None:
         raise Damaged(f'its event is {record.get("event")!r}; allowed: {", ".join(_EVENTS)}')

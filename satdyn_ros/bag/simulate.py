@@ -20,7 +20,7 @@ from ..run.ticks import LAST_STAMP_NS, Ticks
 from .recorded_run import RecordedRun
 from .recording import Recording
 
-# Long enough that a tick costs what its bytes cost, short enough for a few megabytes.
+# Enough ticks that only their bytes cost time, few enough for a few megabytes.
 BLOCK_TICKS = 8192
 
 _NOTHING = nullcontext()
@@ -36,11 +36,11 @@ def simulate(
     """
     Record the ticks k with k / rate < duration_s into a new bag and yield how many are done.
 
-    The bag is complete when the iteration ends, also when it is closed half way.  An epoch of 0 is
+    The bag is complete when the iteration ends, even if it is closed half way.  An epoch of 0 is
     the wall clock's full second.  shelter: entered while the bag is written, which a signal must
-    not interrupt.  ValueError: an event that the scenario does not allow, or a start that begins
-    no motion.  OSError: as BagWriter.  RunHalted: the run came to a halt; the bag has the ticks
-    before.
+    not interrupt.  ValueError: an event that the scenario does not allow, or a state from which no
+    motion can start.  OSError: as BagWriter.  RunHalted: the run came to a halt; the bag has the
+    ticks before.
     """
     scenario = with_epoch(scenario)
     changes = [event.names for event in events if isinstance(event, Topics)]
@@ -73,7 +73,7 @@ def _record(simulation, applied, samples, packers, rows, recording):
     """
     Record events and the samples that follow them.
 
-    rows: those of the last block, which the bag has copied: their memory serves again.
+    rows: those of the last block, which the bag has copied: their memory is reused.
     """
     for event in applied:
         recording.event(event, simulation.ticks.stamp_ns(samples.first_tick))
@@ -89,7 +89,7 @@ def tick_count(scenario: Scenario, duration_s: str | float) -> int:
     """
     Return how many ticks k >= 0 have k / rate < duration_s [s], a number or its decimal text.
 
-    ValueError: it is no number above 0, or ends after the last stamp that ROS has.
+    ValueError: it is not a number above 0, or ends after the last stamp of ROS.
     """
     try:
         duration = Fraction(str(duration_s))
@@ -101,7 +101,7 @@ def tick_count(scenario: Scenario, duration_s: str | float) -> int:
     ticks = Ticks(scenario.rate, scenario.epoch_ns)
     if ticks.stamp_ns(count - 1) > LAST_STAMP_NS:
         raise ValueError(
-            f'the duration is {duration_s} s and ends after the last stamp of ROS, which is '
+            f'the duration is {duration_s} s, which ends after the last stamp of ROS, '
             f'{LAST_STAMP_NS // 10**9} s'
         )
     return count
@@ -116,10 +116,10 @@ def with_epoch(scenario: Scenario) -> Scenario:
 
 def begun_in_bag(scenario: Scenario, bag: str | Path, at_s: str | float) -> Scenario:
     """
-    Return the scenario begun where the run in a bag is at_s seconds after that run's tick 0.
+    Return the scenario started where the run in a bag is at_s seconds after that run's tick 0.
 
-    The bag gives the attitude, the rates, the orbit that goes on, and the stamp of the new tick 0.
-    Torques that act there are not taken over.  ValueError: the bag has no such instant.
+    The bag gives the attitude, the rates, the orbit, which continues, and the stamp of the new
+    tick 0.  Torques that act there do not continue.  ValueError: the bag has no such instant.
     """
     run = RecordedRun(bag)
     first, last = _span(run)
@@ -159,10 +159,10 @@ def begun_in_bag(scenario: Scenario, bag: str | Path, at_s: str | float) -> Scen
 
 def begun_in_aem(scenario: Scenario, path: str | Path, epoch: str) -> Scenario:
     """
-    Return the scenario begun with the attitude, and the rate, of an AEM's row at an epoch (UTC).
+    Return the scenario started with the attitude, and rate, of an AEM's row at an epoch (UTC).
 
-    Without rates in the file the scenario's initial.angular_velocity holds, relative to the frame
-    that the scenario gives it in.  The epoch is the stamp of tick 0 unless time.epoch_ns is set.
+    Without rates in the file the scenario's initial.angular_velocity is used, relative to the
+    frame that the scenario names.  The epoch is the stamp of tick 0 unless time.epoch_ns is set.
     ValueError: see attitude_at.
     """
     attitude = attitude_at(path, epoch)

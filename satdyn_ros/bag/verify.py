@@ -1,4 +1,4 @@
-"""Does a bag hold what its scenario and its events give?  Run it again and compare."""
+"""Whether a bag holds what its scenario and its events give: the run is repeated and compared."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ from .comparison import TWIN_RAD, Comparison, Difference
 from .recorded_run import RecordedRun
 from .rerun import Records, rerun
 
-# A tolerance below this is not what limits a propagation.
+# A propagation is not limited by a tolerance below this.
 _LEAST_TOLERANCE = 1e-13
 
 
@@ -34,10 +34,10 @@ class Verification:
     What verify found.
 
     message_count: messages compared.  same_bytes: all are the same, byte for byte.  difference:
-    the first that rounding does not explain.  of_allowed: the largest distance, as a part of what
-    rounding may grow to on another machine.  other_machine: what was another when the bag was
-    made, by name (then, now).  drift: the largest relative change of each first integral between
-    events; allowed_drift: what the tolerance lets it be.  problem: what cuts the bag short.
+    the first that rounding does not explain.  of_allowed: the largest distance, as a fraction of
+    what rounding may grow to on another machine.  other_machine: what was different when the bag
+    was made, by name (then, now).  drift: the largest relative change of each first integral
+    between events; allowed_drift: what the tolerance allows.  problem: what cuts the bag short.
     notes: what could not be checked, in words.
     """
 
@@ -83,7 +83,7 @@ def verify(path: str | Path) -> Verification:
     Run a bag's own scenario and events again and compare every message, byte for byte.
 
     A bag made on another machine or with other versions may differ by what rounding grows to.
-    Damaged: a bag of satdyn_ros that is not as it was written.  BagError: another bag, or none.
+    Damaged: a bag of satdyn_ros that is not as it was written.  BagError: not a bag of satdyn_ros.
     """
     try:
         notes = _notes(path)
@@ -105,7 +105,7 @@ def verify(path: str | Path) -> Verification:
         conservation.observe(simulation, samples)
         derived.observe(applied, samples)
 
-    # Closed ahead of its first sample, a bag may hold inputs and nothing that follows from them.
+    # A bag closed before its first sample may hold inputs and nothing that follows from them.
     has_samples = recorded.snapshot is not None
     expected = rerun(recorded, observe=observe) if has_samples else iter(())
     twins: Iterator[Records | None] = rerun(recorded, TWIN_RAD) if other_machine else repeat(None)
@@ -206,7 +206,7 @@ class _Derived:
         self._end_tick = 0
 
     def observe(self, applied: list[Event], samples: Samples) -> None:
-        """Take in events and samples of a run."""
+        """Process events and samples of a run."""
         self._found += _derived(applied)
         self._end_tick = samples.first_tick + len(samples)
 
@@ -243,16 +243,16 @@ class _Conservation:
     @property
     def allowed(self) -> float:
         """
-        Return what the tolerance, the error of one step, lets the drift be.
+        Return the drift that the tolerance, the error of one step, allows.
 
         The errors of steps add up to about four times the tolerance per radian of the fastest
-        oscillation, ten are allowed; the states between steps are interpolated, which costs up to
-        some ten times the tolerance, a hundred are allowed.
+        oscillation, and ten times are allowed; the states between steps are interpolated, which
+        adds up to some ten times the tolerance, and a hundred times are allowed.
         """
         return max(self._tolerance, _LEAST_TOLERANCE) * (100.0 + 10.0 * self._turned_rad)
 
     def observe(self, simulation: Simulation, samples: Samples) -> None:
-        """Take in samples of a run."""
+        """Process samples of a run."""
         states = samples.states
         if len(states) == 0:
             return

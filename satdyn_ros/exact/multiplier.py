@@ -50,7 +50,7 @@ def c0_of_energy(moments: np.ndarray, nu: float, sign: int, field: int, h: float
     denominator = np.sum(terms)
     if nu == 0.0 or abs(denominator) <= ROUNDING * np.sum(np.abs(terms)):
         raise ValueError(
-            f'nu is {nu:g}, for which all motions have the same energy; give c0 in place of the energy'
+            f'nu is {nu:g}, for which all motions have the same energy; give c0 in its place'
         )
     root = np.sqrt(np.abs(np.prod(1.0 - 2.0 * nu * moments)))
     left = 2.0 * h - moments[2] * (alpha[2] ** 2 + field)

@@ -1,4 +1,4 @@
-"""One attitude out of an Attitude Ephemeris Message, ours or another program's."""
+"""One attitude from an Attitude Ephemeris Message, written by satdyn_ros or another program."""
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
@@ -32,8 +32,8 @@ def attitude_at(path: str | Path, epoch_text: str) -> Attitude:
     Return the attitude in the row of an AEM at an epoch; where two segments meet, the later's.
 
     Versions 1.0 (504.0-B-1) and 2.0 (504.0-B-2) in keyword = value notation, in UTC, between an
-    inertial frame and SC_BODY in either direction.  ValueError: the file is not such, or has no
-    row at that epoch, and then the nearest is named.
+    inertial frame and SC_BODY in either direction.  ValueError: the file is not one, or has no row
+    at that epoch; then the nearest one is named.
     """
     wanted_ns = stamp_ns(epoch_text)
     found, nearest_ns = None, None
@@ -87,7 +87,7 @@ class _Segment:
             self._rate_in_body = frame == frames[are_body.index(True)]
 
     def attitude(self, row: list[str]) -> Attitude:
-        """Return a row's attitude; ValueError: its numbers are no attitude."""
+        """Return a row's attitude; ValueError: its numbers are not an attitude."""
         try:
             numbers = np.array(row[1:], float)
         except ValueError:
@@ -137,5 +137,5 @@ def _rows(lines: Iterable[str]) -> Iterator[tuple[_Segment, list[str]]]:
 
 
 def _is_inertial(frame: str) -> bool:
-    """Whether a name is one of the inertial frames, or a numbered realisation, as ICRF3."""
+    """Whether a name is one of the inertial frames, or a numbered realisation such as ICRF3."""
     return frame in INERTIAL_FRAMES or re.sub(r'\d+$', '', frame) in INERTIAL_FRAMES

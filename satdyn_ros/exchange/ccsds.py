@@ -20,9 +20,9 @@ class Subject:
     """
     What a file is about.
 
-    object_name: the satellite.  frame: the name that the file gives our inertial axes.  center:
-    the attracting body.  ValueError: the frame is not inertial, or a name has characters that
-    other programs would not read.
+    object_name: the satellite.  frame: the name of the inertial axes in the file.  center: the
+    attracting body.  ValueError: the frame is not inertial, or a name has characters that other
+    programs would not read.
     """
 
     object_name: str
@@ -45,9 +45,9 @@ class SegmentWriter:
     A message in keyword = value notation, written segment by segment.
 
     version: the first line.  comments: what the header says to a human reader.  metadata: the
-    keywords of each segment in the order of the standard; START_TIME and STOP_TIME have their
-    places in it and get their values here.  data_marks: whether DATA_START and DATA_STOP enclose
-    the rows.  The file must be open for text and seekable.
+    keywords of each segment in the order of the standard; START_TIME and STOP_TIME have a place in
+    it and get their values here.  data_marks: whether DATA_START and DATA_STOP enclose the rows.
+    The file must be open for text and seekable.
 
     Memory does not grow with the rows: STOP_TIME is filled in when its segment ends.
     """

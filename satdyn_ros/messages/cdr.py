@@ -2,9 +2,10 @@
 The CDR bytes of ROS messages as rows of a NumPy table.
 
 ROS 2 serialises in XCDR1, little endian: four bytes of encapsulation; then numbers, each aligned
-to its size counted from behind the encapsulation; strings as a count, bytes and a NUL; sequences
-as a count and the elements.  Where strings and counts are constant, so are the offsets of all
-numbers: a message is a row of a structured array, and packing copies a template row and writes
+to its size, counted from the end of the encapsulation; strings as a count, bytes and a NUL;
+sequences as a count and the elements.  Where strings and counts are constant, so are the offsets
+of all numbers: a message is a row of a structured array, and packing copies a template row and
+writes
 the columns that change.  Padding is zero.
 """
 
@@ -40,7 +41,8 @@ class Message:
 
     content has the keys of the message; keys left out hold the message's defaults.  A value is a
     constant or a column: a function from what is packed (anything with a length N) to (N, ...).
-    Fields that are vectors, as geometry_msgs/Quaternion, take arrays in the order of their parts.
+    Fields that are vectors, such as geometry_msgs/Quaternion, are given as arrays in the order of
+    their parts.
 
     dtype: one field for each number, array of numbers or vector, named by its path
     ('header.stamp.sec', 'wrench.torque', 'points[1]'); its itemsize is the length of the message.
@@ -77,8 +79,8 @@ class Message:
         """
         Return the messages of source, shape (N,): the bytes of row i are message i.
 
-        rows: N or more rows of an earlier call that nobody needs any more, to be written again.
-        The strings stand between the fields, so rows are copied as bytes, rows.view(np.uint8).
+        rows: N or more rows of an earlier call that are no longer needed, to be overwritten.  The
+        strings stand between the fields, so rows are copied as bytes, rows.view(np.uint8).
         """
         count = len(source)
         rows = self.rows(count) if rows is None or len(rows) < count else rows[:count]
@@ -150,20 +152,20 @@ class Message:
 
 
 def is_vector(type_name: str) -> bool:
-    """Whether a message is made of numbers of one type alone, as Vector3 and Quaternion are."""
+    """Whether a message is made of numbers of one type alone, such as Vector3 and Quaternion."""
     parts = schemas.fields(type_name)
     one_type = {(part.type, part.length) for part in parts} == {(parts[0].type, None)}
     return one_type and parts[0].type in _NUMBERS
 
 
 class Reader:
-    """The values of a message's bytes one after the other; ValueError: there are none left."""
+    """The values of a message's bytes one after the other; ValueError: no bytes are left."""
 
     def __init__(self, data: bytes):
         self._data, self._at = data, len(ENCAPSULATION)
 
     def numbers(self, type_name: str, count: int) -> list[Any]:
-        """Return so many numbers of a type."""
+        """Return count numbers of a type."""
         dtype = np.dtype(_NUMBERS[type_name])
         self._at += (len(ENCAPSULATION) - self._at) % dtype.itemsize
         values = np.frombuffer(self._data, dtype, count, self._at)

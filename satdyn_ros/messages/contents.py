@@ -1,5 +1,5 @@
 """
-The content of each topic's messages, as input of cdr.Message.
+The content of each topic's messages, as input to cdr.Message.
 
 Each reads like its message: constants stand as they are, and what changes from tick to tick is a
 function of the samples.
@@ -19,7 +19,7 @@ from . import markers
 
 @dataclass(frozen=True, eq=False)
 class Inputs:
-    """What came in on an input topic: stamps_ns (N,) and torques [N m], (N, 3), (N, R) or (N,)."""
+    """What an input topic received: stamps_ns (N,) and torques [N m], (N, 3), (N, R) or (N,)."""
 
     stamps_ns: np.ndarray
     torques: np.ndarray

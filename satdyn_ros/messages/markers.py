@@ -1,8 +1,8 @@
 """
 What RViz and Foxglove draw of a satellite: the body, its axes, nadir, rate and momentum.
 
-Everything stands in the body frame, so one look at TF places it.  The size is for the eye: the
-body's longest edge and the axes are 1 m, the arrows show directions and are 1.5 m.
+Everything is in the body frame, so one TF lookup places it.  Sizes are symbolic: the body's
+longest edge and the axes are 1 m, the arrows show directions and are 1.5 m.
 """
 
 from collections.abc import Callable
@@ -50,7 +50,7 @@ def box(tensor: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """
     Return the edges (3,) of the homogeneous box with this inertia, and its attitude to the body.
 
-    From 12 I_x = m (b^2 + c^2) and its like, 6 (I_y + I_z - I_x) = m a^2; the mass is unknown, so
+    From 12 I_x = m (b^2 + c^2) and so on, 6 (I_y + I_z - I_x) = m a^2; the mass is unknown, so
     the longest edge is 1, and none is thinner than 0.01: a rod or a plate stays visible.
     """
     moments, R_bp = inertia.principal_axes(tensor)

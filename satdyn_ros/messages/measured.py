@@ -19,7 +19,7 @@ _ABSENT = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
 
 class SensorPacker:
     """
-    What packs the measurements of a sensor.
+    Packs the measurements of a sensor.
 
     dtype: the layout of its messages, as cdr.Message.dtype.
     """
@@ -37,7 +37,7 @@ class SensorPacker:
         """
         Return the messages that samples have of the sensor, each stamped by its exposure.
 
-        They are SomeRows, but of a gyro that measures at every tick.
+        They are SomeRows, except for a gyro that measures at every tick.
         """
         measured = samples.measured[self._name]
         rows = self._message.pack(measured)

@@ -1,4 +1,4 @@
-"""What packs the samples of a scenario into the messages of any of its topics."""
+"""Packs the samples of a scenario into the messages of any of its topics."""
 
 from ..run.scenario import Scenario
 from .measured import SensorPacker

@@ -1,4 +1,4 @@
-"""The quality of service of our topics, and its text in a bag."""
+"""The quality of service of the topics, and its text in a bag."""
 
 import math
 from dataclasses import dataclass
@@ -33,7 +33,7 @@ class Qos:
 
 def state_topics(ticks_per_wall_s: float) -> Qos:
     """
-    Return that of the state topics: reliable, one wall second of ticks kept, 10 to 20 000.
+    Return the QoS of the state topics: reliable, one wall second of ticks kept, 10 to 20 000.
 
     ticks_per_wall_s: rate times time.factor; 0: as fast as possible, which keeps the most.
     """
@@ -41,7 +41,7 @@ def state_topics(ticks_per_wall_s: float) -> Qos:
     return Qos(depth=max(10, depth))
 
 
-# Who commands keeps the rate of a controller; a busy node reads them some moments later.
+# Commands come at the rate of a controller; a busy node reads them slightly later.
 INPUTS = Qos(depth=1000)
 CLOCK = Qos(depth=1, reliability='best_effort')
 DIAGNOSTICS = Qos(depth=1)

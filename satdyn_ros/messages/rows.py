@@ -1,4 +1,4 @@
-"""Messages of a topic at some of consecutive ticks, as a sensor of its own rate gives them."""
+"""Messages of a topic at some of consecutive ticks, as of a sensor with a rate of its own."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ class SomeRows:
     M messages of one topic at N consecutive ticks.
 
     places (M,) int64: their ticks, ascending, 0 to N - 1.  rows (M,): each the bytes of one.
-    A slice is that of the ticks, as of a table with one row per tick.
+    A slice is by ticks, as in a table with one row per tick.
 
     >>> some = SomeRows(np.array([1, 5]), np.array([b'a', b'b'], 'V1'))
     >>> some[3:].places

@@ -32,7 +32,7 @@ def schema_text(type_name: str) -> str:
     """
     Return the schema of a type as rosbag2 writes it into a bag.
 
-    The definition, then that of every type it is made of, each once, depth first, the types of
+    The definition, then that of every type it contains, each once, depth first, the types within
     one definition in alphabetical order.  KeyError: the package has no such type.
 
     >>> schema_text('std_msgs/msg/Float64').splitlines()[-1]
@@ -52,7 +52,7 @@ def type_hash(type_name: str) -> str:
 
 
 def closure(type_name: str) -> list[str]:
-    """Return the type and all types it is made of, in the order of schema_text."""
+    """Return the type and all types it contains, in the order of schema_text."""
     found: list[str] = []
     _visit(type_name, found)
     return found

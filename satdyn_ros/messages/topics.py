@@ -1,4 +1,4 @@
-"""The one table of topics: what each is called, what it says, and how samples become messages."""
+"""The table of topics: the name, content and purpose of each, and how samples become messages."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -23,8 +23,8 @@ class Topic:
     role: 'state' (one message per tick, chosen by publish.topics), 'sensor' (chosen by
     sensors.names), 'clock', 'input' or 'diagnostics'.
     frame: which of the scenario's frames its header names ('inertial', 'orbital', 'body'), or ''.
-    says: what is in it, with units.  content: its message for given frames and System; None for
-    the sensors (measured.py) and /diagnostics, which has no constant layout.
+    says: its content in words, with units.  content: its message for given frames and System; None
+    for the sensors (measured.py) and /diagnostics, which has no constant layout.
     """
 
     name: str
@@ -65,7 +65,7 @@ def pack_rotor_command(stamp_ns: int, torques: Mapping[str, float], frames: Fram
 
 
 def rotor_command_of(data: bytes) -> dict[str, float]:
-    """Return the torques [N m] by rotor of a message; ValueError: it is no JointState."""
+    """Return the torques [N m] by rotor of a message; ValueError: it is not a JointState."""
     reader = cdr.Reader(data)
     reader.numbers('int32', 2)
     reader.string()
@@ -217,5 +217,5 @@ _TABLE = (
 # The input of version 0.1 in place of rotor_command: the motor torque on its one rotor.
 ROTOR_TORQUE = Packer('std_msgs/msg/Float64', contents.rotor_torque_input())
 
-# By the names that publish.topics takes: without a slash.
+# By the names in publish.topics: without a slash.
 TOPICS: dict[str, Topic] = {topic.name.lstrip('/'): topic for topic in _TABLE}

@@ -35,10 +35,10 @@ class History:
     [N m]; momentum_b (N, 3): H [N m s].  turned (N,): the angle that the body turns within a row
     [rad].  least, most: by the name of a curve, see curves(), its bounds over all ticks of a row.
     drift: by first integral its largest relative change since the last event so far, of all ticks,
-    (N,), nan where it is none.  largest_drift: the same over the whole run.  motions: those of the
-    run, by the tick where they begin.  events: what happened, with the time of each.  driven: from
-    when to when [s] an applied torque acts.  sensors: by their names the errors of at most as many
-    measurements as there may be rows.
+    (N,), nan where it is not one.  largest_drift: the same over the whole run.  motions: those of
+    the run, by the tick where they begin.  events: what happened, with the time of each.  driven:
+    the intervals [s] in which an applied torque acts.  sensors: by their names the errors of at
+    most as many measurements as there may be rows.
     """
 
     scenario: Scenario
@@ -69,7 +69,7 @@ class History:
         """Return how long a window [s] may be for as many rows to follow the body."""
         every = -(-self.ticks // len(self.t_s))
         turn_per_tick = self.turned.max() / every
-        # The average over a long row hides how fast the body is for some ticks of it.
+        # The average over a long row hides how fast the body turns during some of its ticks.
         suitable = int(0.9 * LARGEST_TURN / turn_per_tick) if turn_per_tick > 0.0 else every
         return len(self.t_s) * max(suitable, 1) / float(self.scenario.rate)
 
@@ -190,7 +190,7 @@ class _Bounds:
         self.most: dict[str, np.ndarray] = {}
 
     def take(self, samples: Samples) -> None:
-        """Take the next samples; a row goes on from one block of them to the next."""
+        """Take the next samples; a row continues from one block of them to the next."""
         tick = samples.first_tick - self._first_tick + np.arange(len(samples))
         row, begins = np.unique(tick // self._every, return_index=True)
         rate = np.linalg.norm(samples.states.omega_bi_b, axis=-1)
@@ -248,7 +248,7 @@ def _gravity_gradient(samples):
 
 
 def _extend(intervals, begin_s, end_s):
-    """Add an interval; one that goes on where the last ends makes that longer."""
+    """Add an interval; one that continues the last extends it."""
     if intervals and intervals[-1][1] == begin_s:
         begin_s = intervals.pop()[0]
     intervals.append((begin_s, end_s))

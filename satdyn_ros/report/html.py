@@ -55,14 +55,14 @@ def report(
 
 
 def page(run: History, title: str) -> str:
-    """Return the page of a history as HTML that needs nothing else."""
+    """Return the page of a history as self-contained HTML."""
     scripts = ''.join(
         f'<script>{asset(name)}</script>\n' for name in (*PLAYER_SCRIPTS, 'page/report.js')
     )
-    return Template(asset('page/report.html')).substitute(
+    style = '\n'.join(asset(name) for name in STYLE_SHEETS)
+    body = Template(asset('page/report.html')).substitute(
         title=escape(title),
         version=__version__,
-        style='\n'.join(asset(name) for name in STYLE_SHEETS),
         summary=escape(summary(run)),
         note=f'<p class="quiet">{escape(band_note(run))}</p>' if band_note(run) else '',
         integrals=_table(['first integral', 'largest relative drift'], _integrals(run)),
@@ -73,6 +73,12 @@ def page(run: History, title: str) -> str:
         run=json.dumps(playable(run)).replace('</', '<\\/'),
         scripts=scripts,
     )
+    return document(title, f'<style>{style}</style>', body)
+
+
+def document(title: str, head: str, body: str) -> str:
+    """Return a page of HTML; head: its style sheets and scripts."""
+    return Template(asset('page/page.html')).substitute(title=escape(title), head=head, body=body)
 
 
 def asset(name: str) -> str:
@@ -158,7 +164,7 @@ def _integrals(run):
 
 
 def _closed_forms(run):
-    """Yield, for each motion of the run, the closed form it has and how far both are apart."""
+    """Yield, for each motion of the run, its closed form and how far both are apart."""
     from .. import exact
 
     for tick, motion in list(run.motions.items())[:_LISTED_EVENTS]:
@@ -177,7 +183,7 @@ def _closed_forms(run):
 
 
 def _events(run: History) -> Iterator[tuple[str, str]]:
-    """Yield what happened: restarts and changes one by one, torques as the time they act."""
+    """Yield what happened: restarts and changes one by one, torques as intervals."""
     listed = [(mark['t_s'], mark['text'].removeprefix('- ')) for mark in _marks(run)]
     listed += [(begin_s, f'applied torque until {end_s:.9g} s') for begin_s, end_s in run.driven]
     for t_s, text in sorted(listed)[:_LISTED_EVENTS]:
@@ -187,7 +193,7 @@ def _events(run: History) -> Iterator[tuple[str, str]]:
 
 
 def _differences(scenario: Scenario) -> Iterator[tuple[str, str, str, str]]:
-    """Yield what is not as it is by default: key, value, unit and default."""
+    """Yield what differs from its default: key, value, unit and default."""
     for name, value in scenario.values.items():
         key = scenario.keys[name]
         if value != key.default:

@@ -61,7 +61,7 @@ def theory(k_Y: np.ndarray, k_R: np.ndarray) -> np.ndarray:
 
 
 def capture_map(table: str | Path) -> Figure:
-    """Draw with which rotor and from which rate a gyrostat is captured, and how far it swings."""
+    """Draw the rotors and rates with which a gyrostat is captured, and how far it swings."""
     names = 'rotor.momentum', 'initial.angular_velocity.x'
     h, rate, captured = grid(table, *names, 'captured')
     angle = grid(table, *names, 'lvlh_angle_max_rad')[2]
@@ -79,7 +79,7 @@ def capture_map(table: str | Path) -> Figure:
 
 def stroboscopic_map(table: str | Path, orbital_rate: float) -> Figure:
     """
-    Draw pitch and pitch rate at every passage of the pericentre, a colour a run.
+    Draw pitch and pitch rate at every passage of the pericentre, one colour per run.
 
     orbital_rate: that at the pericentre [rad/s], the unit of the pitch rate.
     """
@@ -102,7 +102,7 @@ def strobes(table: str | Path) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """
     Yield pitch [rad] and pitch rate [rad/s] of each run's samples, (N,).
 
-    The pitch from -pi/2 to pi/2: the field does not tell a body from one upside down.
+    The pitch from -pi/2 to pi/2: the field does not distinguish a body from one upside down.
     """
     for row in pq.read_table(table).to_pylist():
         q_lb, omega_bl_b = np.array(row['samples_q_lb']), np.array(row['samples_omega_bl_b'])

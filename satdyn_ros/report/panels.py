@@ -1,4 +1,4 @@
-"""The panels of a figure: each draws one thing that a History says into one pair of axes."""
+"""The panels of a figure: each draws one part of a History into one pair of axes."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -14,10 +14,10 @@ from .scene import rotor_names
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Okabe and Ito's colours, which the colour-blind tell apart; line styles tell them apart in print.
+# Okabe and Ito's colours, which colour-blind readers can tell apart; line styles serve in print.
 COLOURS = ('#0072B2', '#D55E00', '#009E73', '#CC79A7', '#E69F00', '#56B4E9')
 STYLES = ('-', '--', '-.', ':')
-# Zero on an axis of logarithms: the rounding of a number near one.
+# Zero on a logarithmic axis: the rounding of a number near one.
 _LEAST_SHOWN = 2e-16
 _ABOVE = {
     'loc': 'lower right',
@@ -38,7 +38,7 @@ def time_unit(history: History) -> tuple[float, str]:
 
 def _lines(axes, history, columns, names, bounds=None, scale=1.0):
     """
-    Draw a line each.
+    Draw one line per column.
 
     bounds: the name of these curves in history.least and history.most, whose band, times scale,
     takes the place of a line where the body turns too far between rows.
@@ -109,7 +109,7 @@ def torque(axes: 'Axes', history: History) -> None:
 
 
 def _prefixed(values):
-    """Return the scale in which the largest value reads well, and the prefix of its unit."""
+    """Return the scale in which the largest value is easy to read, and the prefix of its unit."""
     largest = np.max(np.abs(values), initial=0.0)
     exponent = 3 * int(np.floor(np.log10(largest) / 3)) if largest > 0.0 else 0
     prefix = {0: '', -3: 'm', -6: 'µ', -9: 'n'}.get(exponent)

@@ -26,7 +26,8 @@ def plot(
     Draw the chosen panels of a bag into an image; the suffix of its name selects the format.
 
     what: of PANELS; without any: DEFAULT, and those of the run's sensors.  begin_s, end_s: only
-    the ticks between [s from tick 0].  unwrap: roll, pitch and yaw count their turns.
+    the ticks between these times [s from tick 0].  unwrap: roll, pitch and yaw go on past half a
+    turn.
 
     ValueError: a panel is unknown or the run has none, the bag was not written by satdyn_ros
     or has no such ticks, or matplotlib is not installed or does not write such images.

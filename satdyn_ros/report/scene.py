@@ -10,8 +10,8 @@ A description is plain data:
                 from its principal axes to body axes
     axis        the unit vector, body axes, whose path is drawn: of symmetry, or the third axis
     rotors      a list of name, axis (3,) in body axes, mode and momentum [N m s]
-    planet      its radius [m], or null where none is known; then radius_m has no use
-    has_lvlh    whether there is an orbit, with q_il and radius_m in the table
+    planet      its radius [m], or null where it is unknown; then radius_m is not used has_lvlh
+    whether there is an orbit, with q_il and radius_m in the table
     integrals   the names of the columns of drift
 
 A table has N rows: {'rows': N, 'columns': {name: {'width': k, 'float32': base64}}}, the numbers
@@ -23,9 +23,9 @@ row by row, little endian, t_s as float64.  Its columns, of which some may be mi
     omega_bi_b             body rate, body axes [rad/s]
     momentum_b             angular momentum, body axes [N m s]
     torque_b, applied_b    gravity gradient and applied torque, body axes [N m]
-    rotor_speed            relative to the body, a number a rotor [rad/s]
-    rotor_angle            within a turn [rad]
-    drift                  largest relative drift since the last event, a number an integral
+    rotor_speed            relative to the body, one number per rotor [rad/s] rotor_angle
+    within a turn [rad]
+    drift                  largest relative drift since the last event, one number per integral
 """
 
 from base64 import b64encode
@@ -65,7 +65,7 @@ def rows(
     torque_b: np.ndarray,
     applied_b: np.ndarray | None = None,
 ) -> dict[str, np.ndarray]:
-    """Return the columns of states, (N, k) each; those that say nothing are missing."""
+    """Return the columns of states, (N, k) each; those without information are missing."""
     columns = {
         't_s': states.orbit_s,
         'q_ib': states.q_ib,

@@ -1,9 +1,9 @@
 """
 Measurement minus truth, for each sensor of a run.
 
-The truth is what the sensor would give without any error, mounted and sampled alike.  What it
-would give without noise differs from that by its systematic errors: the bias with its walk, the
-scale factor, the misalignment.
+The truth is what the sensor would give without any error, with the same mounting and sampling.
+Without noise it would differ from that by its systematic errors: the bias with its random walk,
+the scale factor, the misalignment.
 """
 
 from collections.abc import Iterable
@@ -27,7 +27,7 @@ class SensorErrors:
     t_s (M,): of the exposures [s from tick 0].  error (M, 3): measurement minus truth, of a gyro
     [rad/s], of a star tracker the rotation vector from its true to its measured axes [rad].
     systematic (M, 3): the part of it that is not noise.  sigma (3,): the standard deviation of
-    the noise, as the messages' covariance has it.
+    the noise, as in the messages' covariance.
     """
 
     t_s: np.ndarray
@@ -38,7 +38,7 @@ class SensorErrors:
 
 class ErrorsOfSensors:
     """
-    Collects the errors of a run's sensors as the run passes, at most so many rows of each.
+    Collects the errors of a run's sensors during the run, at most `rows` of each.
 
     suite: the sensors before the first samples.  ticks: those of the run.  window: the ticks
     whose exposures are wanted.
@@ -55,7 +55,7 @@ class ErrorsOfSensors:
         self._found: dict[str, list[tuple[np.ndarray, ...]]] = {name: [] for name in self._sensors}
 
     def take(self, events: Iterable[Event], samples: Samples) -> None:
-        """Take the next samples, and what happened at their begin."""
+        """Process the next samples, and what happened at their first tick."""
         if any(isinstance(event, Request | Reset) for event in events):
             self._true, self._noiseless = self._true.restarted(), self._noiseless.restarted()
         ticks = range(samples.first_tick, samples.first_tick + len(samples))

@@ -1,8 +1,8 @@
 """
 What is inside a chunk: the records of schemas, channels and messages, as one array of bytes.
 
-A message is a record of 31 bytes of head and its data.  Heads and data are taken out of the bytes
-as tables, so that the cost of a message is that of copying it.
+A message is a record of a 31-byte head and its data.  Heads and data are extracted from the bytes
+as tables, so that a message costs no more than copying it.
 """
 
 import io
@@ -47,7 +47,7 @@ class Contents:
     """
 
     def __init__(self, data: np.ndarray):
-        # There is code for arrays that cannot be written to: others would compile it anew.
+        # The code is compiled for read-only arrays; others would compile it again.
         fixed = data.view()
         fixed.flags.writeable = False
         size, self.offsets, self.channel_ids, self.log_times, self._others = _record_places(fixed)
@@ -59,18 +59,20 @@ class Contents:
 
     @property
     def span_ns(self) -> tuple[int, int]:
-        """Return the first and the last log time; zeros where there is no message."""
+        """Return the first and the last log time; zeros if there is no message."""
         if len(self) == 0:
             return 0, 0
         return int(np.min(self.log_times)), int(np.max(self.log_times))
 
     def check(self) -> None:
-        """Damaged: there is more than schemas, channels and messages, each of them whole."""
+        """Raise Damaged unless there are only schemas, channels and messages, all whole."""
         if len(self.data) != self._given_size:
             raise Damaged(f'its messages are broken off at byte {len(self.data)} of its contents')
         foreign = set(self.data[self._others].tolist()) - {Opcode.SCHEMA, Opcode.CHANNEL}
         if foreign:
-            raise Damaged(f'it holds a record of opcode {min(foreign)}, which no chunk has')
+            raise Damaged(
+                f'it holds a record of opcode {min(foreign)}, which does not belong in a chunk'
+            )
         if len(self._others) > _MOST_DECLARATIONS:
             raise Damaged(f'it declares more than {_MOST_DECLARATIONS} schemas and channels')
         self.declarations()
@@ -82,7 +84,7 @@ class Contents:
 
     @cached_property
     def places(self) -> dict[int, np.ndarray]:
-        """The places of each channel's messages among all, for those that have any."""
+        """The places of each channel's messages among all messages, for channels that have any."""
         return {i: np.flatnonzero(self.channel_ids == i) for i in self.counts}
 
     def index_of(self, channel_id: int) -> np.ndarray:

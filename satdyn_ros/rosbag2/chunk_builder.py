@@ -1,8 +1,8 @@
 """
-Builds chunks with NumPy, the messages of many ticks at once.
+Builds chunks with NumPy, with the messages of many ticks at once.
 
 All messages of a topic have one length, so a tick is a row of one layout, and a block of ticks is
-a table whose columns are heads and data.  Messages of topics without a message at every tick go
+a table whose columns are heads and data.  Messages of topics that do not have one at every tick go
 between the rows.
 """
 

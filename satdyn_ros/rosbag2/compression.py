@@ -1,4 +1,4 @@
-"""Compression of chunk contents, and decompression within bounds of memory."""
+"""Compression of chunk contents, and decompression within memory limits."""
 
 from collections.abc import Callable
 
@@ -13,23 +13,24 @@ COMPRESSIONS = ('none', 'lz4', 'zstd')
 # The most a chunk may hold [bytes]: rosbag2 and satdyn_ros write less than one per cent of it.
 CEILING = 256 * 2**20
 
-# What all chunks of a file may hold [bytes]: so much, or so many times the size of the file.  The
-# most repetitive topic of satdyn_ros, markers of a body at rest, is 45 times the size of its file.
+# What all chunks of a file may hold [bytes]: this much, or this many times the size of the file.
+# The most repetitive topic of satdyn_ros, markers of a body at rest, is 45 times the size of its
+# file.
 _LEAST_IN_ALL, _LARGEST_RATIO = 2**29, 64
 
-# The first of the fast levels: output two to six per cent larger than at the default level, in
-# seven tenths of the time.
+# The first of the fast levels: output two to six per cent larger than at the default level, in 70
+# per cent of the time.
 _ZSTD_LEVEL = -1
 
 
 class Allowance:
-    """What a file may still expand to: a small one is not to keep its reader busy for hours."""
+    """What a file may still expand to: a small one must not keep its reader busy for hours."""
 
     def __init__(self, file_size: int):
         self._allowed = self._left = max(_LEAST_IN_ALL, _LARGEST_RATIO * file_size)
 
     def spend(self, size: int) -> None:
-        """Take what a chunk claims to hold [bytes]; Damaged: it is more than is left."""
+        """Subtract what a chunk claims to hold [bytes]; Damaged: it is more than is left."""
         self._left -= size
         if self._left < 0:
             raise Damaged(

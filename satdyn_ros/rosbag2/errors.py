@@ -1,4 +1,4 @@
-"""What can be wrong with a bag, each said in one sentence."""
+"""What can be wrong with a bag, each stated in one sentence."""
 
 
 class BagError(ValueError):

@@ -18,7 +18,7 @@ _WINDOW = 2**20
 # This many messages do not follow each other by chance.
 _CHAIN = 3
 # By kind of record: the size of what precedes the first inner length, and the sizes of the inner
-# lengths; each is followed by as many bytes as it says.
+# lengths; each is followed by that many bytes.
 _SIZED: dict[int, tuple[int, ...]] = {
     Opcode.HEADER: (0, 4, 4),
     Opcode.SCHEMA: (2, 4, 4, 4),
@@ -57,8 +57,8 @@ class FrameReader:
     """
     Reads a file record by record.
 
-    place: where the next one is.  is_broken_off: the last one had no end.  ceiling [bytes]: no
-    larger record is read.  allowance: what its chunks may hold in all.
+    place: where the next one is.  is_broken_off: the last one was cut off.  ceiling [bytes]: no
+    larger record is read.  allowance: what its chunks may hold in total.
     """
 
     def __init__(self, file: BinaryIO, ceiling: int):
@@ -94,8 +94,8 @@ class FrameReader:
         """
         Whether bytes are a whole record, and not by chance.
 
-        The inner lengths add up to the length; of messages, which have none, several follow each
-        other.
+        The inner lengths must add up to the length; of messages, which have none, several must
+        follow each other.
         """
         opcode, length = self._head(start)
         begin, end = start + PREFIX.size, start + PREFIX.size + length

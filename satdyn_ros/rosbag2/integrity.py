@@ -1,8 +1,8 @@
 """
-Whether a bag says the same everywhere: its data, their indexes, the summaries, metadata.yaml.
+Whether all parts of a bag agree: its data, their indexes, the summaries, metadata.yaml.
 
 Bags written by satdyn_ros have every checksum and index of the format.  Other writers leave some
-out, as version 0.1 did, which wrote no checksum of the data.
+out; so did version 0.1, which wrote no checksum of the data.
 """
 
 import re
@@ -52,7 +52,7 @@ _OPCODES = {
 @dataclass(frozen=True)
 class CheckedFile:
     """
-    A file that says the same everywhere.
+    A file whose parts agree.
 
     tally: what its data hold; its schemas and channels are those of the summary.  is_ours:
     satdyn_ros wrote it.  has_checksum: its data have one.  closing: rosbag2's metadata at its end,
@@ -70,7 +70,7 @@ def check(bag: Bag) -> list[str]:
     """
     Check everything in a bag against everything else; return in words what cannot be checked.
 
-    Damaged: the first contradiction, by file and record.  Incomplete: a file has no end.
+    Damaged: the first contradiction, by file and record.  Incomplete: a file is cut off.
     """
     files = [check_file(path) for path in bag.files]
     if bag.information is not None:
@@ -117,7 +117,7 @@ class _Data:
         return tuple(map(int, found.groups())) if found else None
 
     def take(self, found: Found) -> bool:
-        """Take in the next item and return whether it ends the data."""
+        """Process the next item and return whether it ends the data."""
         item = _sound(self.path, found).item
         if isinstance(item, IndexRecord):
             self._take_index(found, item)
@@ -158,7 +158,7 @@ class _Data:
         self._chunk_end = found.end
 
     def _end_chunk(self) -> None:
-        """Take in the chunk whose indexes have all come."""
+        """Process the chunk whose indexes are complete."""
         if self._chunk is None:
             return
         found, (contents, chunk) = self._chunk, self._chunk.item
@@ -266,7 +266,7 @@ class _Summary:
 
 def check_metadata(path: Path, said: dict[str, Any], files: list[CheckedFile]) -> None:
     """
-    Check metadata.yaml against the files; that of satdyn_ros also against their closing records.
+    Check metadata.yaml against the files; for satdyn_ros also against their closing records.
 
     Damaged: the first contradiction, by its key.
     """
@@ -287,7 +287,7 @@ def check_metadata(path: Path, said: dict[str, Any], files: list[CheckedFile]) -
 
 
 def _sound(path: Path, found: Found) -> Found:
-    """Return what was found, if it is no flaw."""
+    """Return what was found, unless it is a flaw."""
     if isinstance(found.item, Flaw):
         raise (Incomplete if found.item.is_end else Damaged)(f'{path} {found.item.what}')
     return found

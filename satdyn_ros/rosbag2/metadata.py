@@ -138,7 +138,7 @@ class BagMetadata:
 
 
 class BagContents:
-    """What metadata.yaml has to say of a bag, gathered file by file."""
+    """What metadata.yaml says of a bag, gathered file by file."""
 
     def __init__(self, custom_data: Mapping[str, str] | None = None, ros_distro: str = ''):
         self.bag = BagMetadata([], custom_data or {}, ros_distro)
@@ -146,7 +146,7 @@ class BagContents:
         self.counts: dict[str, int] = {}
 
     def add(self, name: str, tally: Tally) -> None:
-        """Take in a file by what its summary says."""
+        """Add a file by its summary."""
         self.bag.files.append(FileInformation.of(name, tally.statistics))
         counts = tally.statistics.channel_message_counts
         for _, channel in sorted(tally.channels.items()):

@@ -56,8 +56,8 @@ class Bag:
     files: its .mcap files in order.  information: what its metadata.yaml says, None: it has none.
     has_compressed_messages: rosbag2 compressed each message separately, with zstd; they are read
     as they are stored.
-    problem: what cut reading short, known after all was read.  ceiling [bytes]: no chunk is read
-    that holds more.
+    problem: what cut reading short, known after everything was read.  ceiling [bytes]: no chunk is
+    read that holds more.
 
     BagError, here and while reading: path is not a bag of MCAP files, or the bag is damaged.
     """
@@ -151,7 +151,7 @@ def _information(path: Path) -> dict[str, Any] | None:
 
 
 def has_compressed_messages(path: Path, information: dict[str, Any] | None) -> bool:
-    """Return whether messages are compressed; BagError: whole files are, or not with zstd."""
+    """Return whether messages are compressed; BagError: whole files are, or not by zstd."""
     said = information or {}
     mode, form = str(said.get('compression_mode') or 'NONE'), said.get('compression_format')
     if mode.upper() == 'NONE':

@@ -89,7 +89,7 @@ class ChunkRecord(NamedTuple):
         )
 
     def contents(self, allowance: Allowance, ceiling: int = CEILING) -> Contents:
-        """Return the messages; Damaged: they are not what was written, or too much."""
+        """Return the messages; Damaged: they are not what was written, or too large."""
         if self.size <= ceiling:
             allowance.spend(self.size)
         data = decompress(self.compression, self.data, self.size, ceiling)

@@ -1,5 +1,5 @@
 """
-Mend a bag whose writer was killed, or which was damaged: everything that can be read is kept.
+Repairs a bag whose writer was killed, or which was damaged: everything readable is kept.
 
 Indexes, statistics, summaries and metadata.yaml are rebuilt from the data.
 """
@@ -39,7 +39,7 @@ class Recovered:
 
 def recover(path: str | Path, output: str | Path | None = None) -> Recovered:
     """
-    Mend a bag: a directory, or a bare .mcap file.
+    Repair a bag: a directory, or a bare .mcap file.
 
     Everything readable is kept, before and after any damage; from a chunk that is cut off, its
     complete messages.  A file is replaced when the new one is complete, and where anything was
@@ -117,7 +117,7 @@ def _first_words(files: list[Path]) -> tuple[Mapping[str, str], str]:
 
 
 def _new_place(path: Path, output: Path) -> Path:
-    """Return the directory of the mended bag, created if the bag is a directory."""
+    """Return the directory of the repaired bag, created if the bag is a directory."""
     if output.exists():
         raise FileExistsError(f'{output} already exists; a mended bag needs a new place')
     if path.is_dir():

@@ -1,7 +1,7 @@
 """
 The summary at the end of a file, built up while the data are written or read.
 
-Writing a file and checking one against its data use the same tally.
+Writing a file, and checking one against its data, use the same tally.
 """
 
 import os
@@ -55,7 +55,7 @@ class Tally:
         self.metadata_names: list[str] = []
 
     def add_metadata(self, start: int, length: int, name: str) -> None:
-        """Take in a metadata record, its place and its whole length."""
+        """Add a metadata record, its place and its whole length."""
         self.metadata_indexes[start] = written([MetadataIndex(start, length, name)])
         self.metadata_names.append(name)
         self.statistics.metadata_count += 1
@@ -68,7 +68,7 @@ class Tally:
         index_offsets: dict[int, int],
         index_length: int,
     ) -> None:
-        """Take in a chunk at its place, and the message indexes that follow it."""
+        """Add a chunk at its place, and the message indexes that follow it."""
         index = ChunkIndex(
             message_start_time=chunk.first_ns,
             message_end_time=chunk.last_ns,
@@ -85,7 +85,7 @@ class Tally:
         self.add_messages(contents)
 
     def add_messages(self, contents: Contents) -> None:
-        """Take in what messages declare and count."""
+        """Add what messages declare, and count them."""
         schemas, channels = contents.declarations()
         self.schemas |= schemas
         self.channels |= channels

@@ -16,12 +16,12 @@ from .records import PREFIX, ChunkRecord
 from .scan import Block, Flaw, scan
 from .summary import Summary
 
-# Where this much of a file is at the same log times, its chunks give no order to play in.
+# If this much of a file covers the same log times, its chunks do not give an order to play in.
 _MOST_AT_ONCE = 2**30
 
 
 class LoggedMessage(NamedTuple):
-    """A message: when it was logged, on which topic, its bytes."""
+    """A message: its log time, its topic and its bytes."""
 
     log_time_ns: int
     topic: str
@@ -40,7 +40,7 @@ class _Place(NamedTuple):
 
 class Timeline:
     """
-    A complete file to play; summary: what its end says.
+    A complete file to play; summary: that at its end.
 
     ceiling [bytes]: no chunk is read that holds more.  Damaged, here and while reading: the file
     is not as it was written.

@@ -1,4 +1,4 @@
-"""Writes a rosbag2 bag as it happens: never half a record, never more than one flush behind."""
+"""Writes a rosbag2 bag during a run: never half a record, never more than one flush behind."""
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import contextmanager
@@ -70,7 +70,7 @@ class BagWriter:
             self.add_topic(topic)
 
     def add_topic(self, topic: TopicMetadata) -> None:
-        """Add a topic; a known one stays as it is."""
+        """Add a topic; one already added stays as it is."""
         if topic.name in self._topics:
             return
         schema_id = len(self._schemas) + 1
@@ -158,7 +158,7 @@ class BagWriter:
 
     @contextmanager
     def _telling(self):
-        """Turn an error of the system into one sentence, after which nothing more is written."""
+        """Turn an error of the system into one sentence; nothing more is written after it."""
         if self._failure:
             raise OSError(self._failure)
         try:

@@ -1,4 +1,4 @@
-"""What sensors measure of true states, with noise that is a function of seed, sensor and tick."""
+"""Measurements of the true states, with noise that is a function of seed, sensor and tick."""
 
 from .gyro import Gyro
 from .measurements import Measurements

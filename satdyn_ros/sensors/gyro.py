@@ -31,7 +31,7 @@ _CARRIED = ('bias', 'q_ib')
 @dataclass(frozen=True, eq=False)
 class GyroMemory:
     """
-    What a gyro carries from sample to sample.
+    What a gyro remembers from sample to sample.
 
     bias (3,) [rad/s] of the last sample, None before the first; q_ib (4,): the attitude at the
     last sample, None before the first and after a restart of the motion.
@@ -42,7 +42,7 @@ class GyroMemory:
 
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any]) -> 'GyroMemory':
-        """Return the memory that to_plain has told of."""
+        """Return the memory that to_plain gave."""
         return cls(*(None if plain[name] is None else np.array(plain[name]) for name in _CARRIED))
 
     def to_plain(self) -> dict[str, Any]:
@@ -51,7 +51,7 @@ class GyroMemory:
         return {name: None if x is None else x.tolist() for name, x in carried.items()}
 
     def without_noise(self) -> 'GyroMemory':
-        """Return the memory itself: the bias is no noise."""
+        """Return the memory itself: the bias is not noise."""
         return self
 
     def perfect(self) -> 'GyroMemory':
@@ -59,7 +59,7 @@ class GyroMemory:
         return replace(self, bias=None)
 
     def restarted(self) -> 'GyroMemory':
-        """Return the memory after the motion has restarted: the bias walks on."""
+        """Return the memory after the motion has restarted: the bias goes on drifting."""
         return replace(self, q_ib=None)
 
 
@@ -72,7 +72,7 @@ class Gyro:
     from sensor to body axes.  noise_density: N [rad/s/sqrt(Hz)].  bias_random_walk: K
     [rad/s^2/sqrt(Hz)].  initial_bias (3,) [rad/s].  scale_factor (3,): relative errors S.
     misalignment (6,): xy, xz, yx, yz, zx, zy of M [rad].  resolution, max_rate [rad/s]: 0 for
-    none.  integrating: whether a sample is the mean rate since the one before.
+    none.  integrating: whether a sample is the mean rate since the previous one.
     """
 
     seed: int
@@ -92,7 +92,7 @@ class Gyro:
 
     @property
     def variances(self) -> tuple[float, float, float]:
-        """Return the variances of a sample about each axis, its bias not included [rad^2/s^2]."""
+        """Return the variances of a sample about each axis, without its bias [rad^2/s^2]."""
         variance = self.noise_density**2 / self.interval_s + self.resolution**2 / 12.0
         return variance, variance, variance
 
@@ -109,7 +109,7 @@ class Gyro:
         self, ticks: range, states: States, memory: GyroMemory
     ) -> tuple[Measurements, GyroMemory]:
         """
-        Return the body rates [rad/s] (M, 3) measured in sensor axes, and what is carried on.
+        Return the body rates [rad/s] (M, 3) measured in sensor axes, and the new memory.
 
         ticks: consecutive, those of the rows of states.  memory: after the tick before them.
         """
@@ -132,7 +132,7 @@ class Gyro:
         return _measurements(samples, rate), GyroMemory(bias[-1], q_ib[-1])
 
     def _mean_rate(self, q_ib, rate_b, before):
-        """Return the mean rates (M, 3) since the sample before, where there is one."""
+        """Return the mean rates (M, 3) since the previous sample, where there is one."""
         first = rate_b[:1] if before is None else None
         previous = np.concatenate([q_ib[:1] if before is None else before[None], q_ib[:-1]])
         turned = rotation.multiply(rotation.conjugate(previous), q_ib)

@@ -1,4 +1,4 @@
-"""What a sensor gives for consecutive ticks: which of them have a message, and what it says."""
+"""What a sensor gives for consecutive ticks: which of them have a message, and its values."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ class Measurements:
     M measurements of one sensor.
 
     ticks (M,) int64: when each is published, ascending.  exposed (M,) int64: the ticks whose
-    states were measured, which the stamps name.  values (M, 3) or (M, 4).
+    states were measured, and whose stamps the messages have.  values (M, 3) or (M, 4).
     """
 
     ticks: np.ndarray

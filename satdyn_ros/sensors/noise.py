@@ -2,7 +2,7 @@
 Random numbers by tick: the noise of a tick depends on the seed, the stream and the tick alone.
 
 Philox is a counter-based generator (Salmon, Moraes, Dror and Shaw 2011): the words of a tick are
-those at its place in the stream, whichever ticks were drawn before.  Its raw words are specified;
+those at its place in the stream, whatever ticks were drawn before.  Its raw words are specified;
 what NumPy makes of them by `normal` may change with its version, so they become normal deviates
 here, through the inverse of the normal distribution.
 """
@@ -29,7 +29,7 @@ def normals(seed: int, stream: int, ticks: range, count: int) -> np.ndarray:
     span = ticks[-1] + 1 - ticks.start if ticks else 0
     words = generator.random_raw(span * steps * _WORDS_PER_STEP)
     chosen = words.reshape(span, steps * _WORDS_PER_STEP)[:: ticks.step, :count]
-    # Imported here, and ahead by suite.py: runs without sensors start a tenth of a second sooner.
+    # Imported here, and early by suite.py: runs without sensors start a tenth of a second sooner.
     from scipy.special import ndtri
 
     # The middles of 2^53 equal parts of the unit interval: neither 0 nor 1.

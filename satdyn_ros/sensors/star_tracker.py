@@ -29,7 +29,7 @@ class StarTrackerMemory:
 
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any]) -> 'StarTrackerMemory':
-        """Return the memory that to_plain has told of."""
+        """Return the memory that to_plain gave."""
         exposed = np.array(plain['exposed'], np.int64)
         return cls(exposed, np.array(plain['q_is'], float).reshape(len(exposed), 4))
 
@@ -38,13 +38,13 @@ class StarTrackerMemory:
         return {'exposed': self.exposed.tolist(), 'q_is': self.q_is.tolist()}
 
     def without_noise(self) -> 'StarTrackerMemory':
-        """Return a memory without the exposures that wait: they have their noise."""
+        """Return a memory without the waiting exposures: they contain noise."""
         return StarTrackerMemory(self.exposed[:0], self.q_is[:0])
 
     perfect = without_noise
 
     def restarted(self) -> 'StarTrackerMemory':
-        """Return the memory after the motion has restarted: what was exposed still comes."""
+        """Return the memory after the motion has restarted: exposures are still published."""
         return self
 
 
@@ -55,8 +55,9 @@ class StarTracker:
 
     seed: of its noise.  divisor: ticks from sample to sample.  mounting (4,): quaternion from
     sensor to body axes.  cross_boresight, roll: standard deviations [rad].  latency: ticks from
-    exposure to message.  max_rate [rad/s]: a body that turns faster gives no sample; 0: any.
-    earth_exclusion [rad]: nor one with the attracting centre this near the boresight; 0: any.
+    exposure to message.  max_rate [rad/s]: a body that turns faster gives no sample; 0: no limit.
+    earth_exclusion [rad]: there is no sample with the attracting centre this near the boresight;
+    0: no limit.
     """
 
     seed: int
@@ -81,14 +82,14 @@ class StarTracker:
         """Return the star tracker without noise."""
         return replace(self, cross_boresight=0.0, roll=0.0)
 
-    # Noise is all of its error.
+    # Noise is its only error.
     perfect = without_noise
 
     def measure(
         self, ticks: range, states: States, memory: StarTrackerMemory
     ) -> tuple[Measurements, StarTrackerMemory]:
         """
-        Return the attitudes q_is (M, 4), sensor to inertial, and the exposures that still wait.
+        Return the attitudes q_is (M, 4), sensor to inertial, and the exposures still waiting.
 
         ticks: consecutive, those of the rows of states.  memory: after the tick before them.
         """

@@ -1,4 +1,4 @@
-"""All sensors of a run, and what they carry from tick to tick."""
+"""All sensors of a run, and what they remember from tick to tick."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ class Suite:
     def of(cls, sensors: Mapping[str, Sensor]) -> 'Suite':
         """Return the suite before the first tick."""
         if sensors:
-            import_module('scipy.special')  # ahead of the first tick, which noise.py needs it for
+            import_module('scipy.special')  # Before the first tick, for which noise.py needs it.
         return cls(sensors, {name: sensor.memory for name, sensor in sensors.items()})
 
     def measure(self, ticks: range, states: States) -> tuple[dict[str, Measurements], 'Suite']:
@@ -51,14 +51,14 @@ class Suite:
         return Suite(self.sensors, {name: m.restarted() for name, m in self.memories.items()})
 
     def without_noise(self) -> 'Suite':
-        """Return the suite with the systematic errors alone, without exposures that wait."""
+        """Return the suite with the systematic errors alone, without waiting exposures."""
         return Suite(
             {name: sensor.without_noise() for name, sensor in self.sensors.items()},
             {name: memory.without_noise() for name, memory in self.memories.items()},
         )
 
     def perfect(self) -> 'Suite':
-        """Return the suite without any error, and without exposures that wait."""
+        """Return the suite without any error, and without waiting exposures."""
         return Suite(
             {name: sensor.perfect() for name, sensor in self.sensors.items()},
             {name: memory.perfect() for name, memory in self.memories.items()},
@@ -69,7 +69,7 @@ class Suite:
         return {name: memory.to_plain() for name, memory in self.memories.items()}
 
     def with_memories(self, plain: Mapping[str, Any]) -> 'Suite':
-        """Return the suite with the memories that to_plain has told of."""
+        """Return the suite with the memories that to_plain gave."""
         memories = {
             name: type(self.memories[name]).from_plain(plain[name]) for name in self.sensors
         }

@@ -1,10 +1,10 @@
 """
-Whether the gravity gradient has captured a body, and since when.
+Whether the gravity gradient has captured a body, and from what time on.
 
-A body is captured when its axis of least inertia, or another that is named, does not cross the
-local horizontal during at least the last orbit: one end of it, either one, stays below.  With c
-the unit vector from the attracting centre and a the axis, it crosses the horizontal where c . a
-changes sign; (c . a)' = omega_bl . (a x c).
+A body is captured when its axis of least inertia, or another chosen one, does not cross the local
+horizontal during at least the last orbit: one of its ends stays below.  With c the unit vector
+from the attracting centre and a the axis, it crosses the horizontal where c . a changes
+sign; (c . a)' = omega_bl . (a x c).
 """
 
 from collections.abc import Callable
@@ -18,17 +18,17 @@ from .measures import cross, dot, extremes, length, omega_bl_b
 LEAST = 'least'
 AXES = {'x': (1.0, 0.0, 0.0), 'y': (0.0, 1.0, 0.0), 'z': (0.0, 0.0, 1.0)}
 
-# How far a body may turn between two samples [rad]; a cubic between them is good to 2e-4.
+# How far a body may turn between two samples [rad]; a cubic between them is accurate to 2e-4.
 _TURN_RAD = 0.5
-# Samples that are held at a time where a motion is followed more closely.
+# Samples held at a time where a motion is followed more closely.
 _AT_ONCE = 100_000
 
 
 def judged_axis(name: str, inertia: np.ndarray) -> np.ndarray:
     """
-    Return the axis (..., 3) of a name, x, y, z or least, of inertias (..., 3, 3), body axes.
+    Return the axis (..., 3) named x, y, z or least of inertias (..., 3, 3), body axes.
 
-    nan: the body has no axis of least inertia, the least two moments are equal.
+    nan: the body has no axis of least inertia, as its least two moments are equal.
     """
     if name in AXES:
         return np.array(AXES[name])

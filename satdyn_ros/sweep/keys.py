@@ -1,11 +1,11 @@
-"""The table of a sweep file's keys: what each takes, its default and its meaning."""
+"""The table of a sweep file's keys: the values allowed, the default and the meaning of each."""
 
 from typing import Any
 
 from ..run.keys import Key
 from .capture import AXES, LEAST
 
-# Checked by plan.py, not by their kind; what they take, in words.
+# Checked by plan.py, not by their kind; the values allowed, in words.
 SPECIAL = {
     'vary': 'names of quantities, each with how it varies',
     'bags': 'a list of runs, integers from 0',

@@ -1,4 +1,4 @@
-"""What is measured of the states (M, N) of M runs at N times."""
+"""Measures of the states (M, N) of M runs at N times."""
 
 import numpy as np
 

@@ -1,8 +1,8 @@
 """
 Results of runs: the columns of the table.
 
-Runs that differ in numbers alone are flown and measured together, as arrays (M, N) of M runs at
-N times.  A run with a closed form, a wrong value or a propagation that halts goes by itself.
+Runs that differ only in numbers are propagated and measured together, as arrays (M, N) of M runs
+at N times.  A run with a closed form, an invalid value or a propagation that halts is done alone.
 """
 
 from collections import defaultdict
@@ -22,9 +22,9 @@ from .capture import capture_times, judged_axis, nadir_angles
 from .measures import length, lvlh_angles, samples
 from .plan import Plan
 
-# Samples that are held at a time, some hundred megabytes: runs with more go fewer together.
+# Samples held at a time, some hundred megabytes: of longer runs, fewer are done together.
 _SAMPLES_AT_ONCE = 4_000_000
-# Samples that are measured at a time: what is made of them stays in the cache.
+# Samples measured at a time: what is computed from them stays in the cache.
 _SAMPLES_IN_CACHE = 32_000
 
 OutcomeColumns = dict[str, Any]
@@ -46,7 +46,7 @@ class _Table:
         self.count, self.columns = count, {'failure': np.full(count, None)}
 
     def put(self, rows, found: Mapping[str, Any]) -> None:
-        """Put in values (M, ...) of some rows."""
+        """Store values (M, ...) of some rows."""
         for name, values in found.items():
             values = np.asarray(values)
             if name not in self.columns:
@@ -63,7 +63,7 @@ def _fill(plan, runs, first, table):
 
 
 def _alike(plan, values) -> Iterator[np.ndarray]:
-    """Yield the rows of runs that differ in numbers alone."""
+    """Yield the rows of runs that differ only in numbers."""
     kinds = defaultdict(list)
     for row in range(len(next(iter(values.values())))):
         kinds[tuple(_kind(v, values[v.name][row]) for v in plan.vary)].append(row)
@@ -73,7 +73,7 @@ def _alike(plan, values) -> Iterator[np.ndarray]:
 def _kind(varied, value):
     key = varied.quantity.key
     if key.kind == 'double':
-        # A circle conserves what an ellipse does not, and so do rotors without friction.
+        # A circular orbit conserves what an ellipse does not; likewise rotors without friction.
         decides = key.name == 'orbit.eccentricity' or key.name.endswith('.friction')
         return decides and value == 0.0
     return len(value) if key.kind == 'double_array' else value
@@ -112,7 +112,7 @@ def _changed(plan, values, rows):
         is_number = varied.quantity.key.kind in ('double', 'double_array')
         arrays[varied.name] = np.array(some) if is_number else some[0]
     try:
-        # What they share is judged with the first of them; its numbers may be wrong.
+        # What they share is checked with the first of them, whose numbers may be invalid.
         Scenario(plan.scenario.values | {k: x for k, x in arrays.items() if isinstance(x, str)})
         return plan.changed(arrays)
     except ValueError:
@@ -137,7 +137,7 @@ def outcome(plan: Plan, system: System, states: States, runs: Sequence[int]) -> 
     q_ib, omega_bi_b [rad/s], rotor_speed [rad/s], rotor_angle [rad]: the state at the end.  The
     rest is over the samples: the extremes of the rate, of the angle to LVLH and of that of the
     axis of least inertia to nadir, the capture, the largest relative change of each first
-    integral.  What is of a rotor with a name ends in _NAME.
+    integral.  The columns of a named rotor end in _NAME.
     """
     rate = length(states.omega_bi_b)
     found: OutcomeColumns = {

@@ -34,9 +34,9 @@ class Plan:
     A validated sweep.
 
     Its runs are every combination of the grids, the first in the file slowest, draws_per_point
-    times each.  Run i is a function of the file and i alone.  interval_s: between the samples from
-    which the extremes and the capture are found; with keeps_samples they go into the table.
-    captured_axis: the axis that is judged (capture.py): x, y, z or least.
+    times each.  Run i is a function of the file and i alone.  interval_s: the time between the
+    samples from which the extremes and the capture are found; with keeps_samples they are kept in
+    the table.  captured_axis: the axis whose capture is judged (capture.py): x, y, z or least.
     bags: the runs of which a bag is recorded.
     """
 
@@ -111,7 +111,7 @@ class Plan:
     @cached_property
     def t_s(self) -> np.ndarray:
         """The times of the samples [s] (N,), the last at the end."""
-        # An end that rounding puts a hair behind a sample is that sample.
+        # An end that rounding puts just behind a sample is that sample.
         count = math.ceil(self.duration_s / self.interval_s - 1e-9)
         return np.minimum(np.arange(count + 1) * self.interval_s, self.duration_s)
 
@@ -133,7 +133,7 @@ class Plan:
         }
 
     def _draws(self, run, drawn):
-        """Return what a run draws; a run draws for itself, whatever the others do."""
+        """Return the draws of a run, which do not depend on those of other runs."""
         if not drawn:
             return []
         rng = np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=(run,)))
@@ -149,7 +149,7 @@ class Plan:
         """
         Return the values of every key with the varied ones in them, not yet checked.
 
-        values: of one run, or of many as arrays; then what they change comes as arrays too.
+        values: of one run, or of many as arrays; then the changed values are arrays too.
         """
         changed = dict(self.scenario.values)
         for varied in self.vary:

@@ -1,4 +1,4 @@
-"""What a sweep can vary: a scenario's keys, their components, angles and ratios made of them."""
+"""What a sweep can vary: a scenario's keys, their components, angles and ratios from them."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -43,7 +43,7 @@ class Quantity:
 
 def quantity(name: str, keys: Mapping[str, Key] = KEYS) -> Quantity:
     """
-    Return the quantity of a name, keys being those of the scenario; ValueError: there is none.
+    Return the quantity of a name, keys being those of the scenario; ValueError: it is unknown.
 
     >>> quantity('initial.angular_velocity.y').changes(
     ...     {'initial.angular_velocity': (0.0, 0.0, 0.0)}, 0.1)
@@ -102,7 +102,7 @@ def _smelt(name):
 
 
 def _parts(name, whole, vector):
-    """Return the three components of a vector; ValueError: it has not three."""
+    """Return the three components of a vector; ValueError: it does not have three."""
     parts = [*np.moveaxis(np.asarray(vector, float), -1, 0)]
     if len(parts) != 3:
         raise ValueError(f'{name} is varied, but {whole} has {len(parts)} entries; it must have 3')

@@ -1,4 +1,4 @@
-"""What a sweep needs of a machine, so that one that cannot end is refused before it starts."""
+"""The memory and disk space of a sweep: one that cannot finish is refused before it starts."""
 
 import math
 import os

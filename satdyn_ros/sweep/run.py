@@ -1,8 +1,8 @@
 """
 A sweep from its file to its table: batches on the cores of a machine or of a cluster.
 
-In the directory: sweep.json, what the table depends on; parts, a Parquet file a finished batch;
-at the end table.parquet in their stead, and bags.  What is there already is not done again.
+In the directory: sweep.json, what the table depends on; parts, a Parquet file per finished batch;
+at the end table.parquet in their place, and bags.  What is there already is not done again.
 """
 
 import multiprocessing
@@ -49,9 +49,9 @@ def sweep(
     """
     Do all runs of a sweep file and return the path of their table, directory/table.parquet.
 
-    Interrupted, it goes on where it was when called again.  workers: processes on this machine,
-    None: one per core.  dask_address: a dask.distributed scheduler that does the runs instead.
-    show(done, total): called whenever runs have finished.
+    An interrupted sweep continues where it was when called again.  workers: processes on this
+    machine, None: one per core.  dask_address: a dask.distributed scheduler that does the runs
+    instead.  show(done, total): called whenever runs have finished.
     ValueError: the file is wrong, the directory holds something else, or the machine is too small.
     OSError: a file cannot be written.
     """
@@ -63,7 +63,7 @@ def sweep(
     whole, parts = directory / 'table.parquet', directory / 'parts'
     if not whole.exists():
         parts.mkdir(exist_ok=True)
-        # Processes here write their parts themselves: a table half sent by one that is killed
+        # Processes here write their parts themselves: the rest of a table from a killed process
         # would be awaited for ever.  Those of a cluster may have no common disk.
         work = batch if dask_address else partial(store_batch, parts=parts)
         _run_batches(plan, parts, _executor(workers, dask_address), work, show)
@@ -75,9 +75,9 @@ def sweep(
 
 
 def batches(plan: Plan) -> Iterator[tuple[int, int]]:
-    """Yield the first run and the one after the last of each batch, whoever does them."""
-    # Short against the whole, for interruptions and for cores that finish together, but not too
-    # short to fill the lanes of a propagation, nor so short that what is done once for all counts.
+    """Yield the first run and the one after the last of each batch, wherever it is done."""
+    # Short compared with the whole, for interruptions and for cores that finish together, but long
+    # enough to fill the lanes of a propagation and to outweigh what is done once per batch.
     size = max(LANES, min(1024, len(plan) // 64, _SAMPLES_A_BATCH // len(plan.t_s)))
     for first in range(0, len(plan), size):
         yield first, min(first + size, len(plan))
@@ -125,9 +125,9 @@ def _run_batches(plan, parts, executor, work, show):
 
 @contextmanager
 def _executor(workers, dask_address):
-    """Give the executor that runs the batches: processes here, or those of a cluster."""
+    """Provide the executor that runs the batches: processes here, or those of a cluster."""
     if dask_address is None:
-        # Compiled here, where an interruption is heard, for all processes.
+        # Compiled here, where an interruption is handled, for all processes.
         scenario = Scenario()
         propagate_all([Propagation(scenario.system, scenario.initial_state)], np.zeros(1))
         spawn, others = multiprocessing.get_context('spawn'), multiprocessing.active_children()
@@ -135,7 +135,7 @@ def _executor(workers, dask_address):
             try:
                 yield pool
             except BaseException:
-                # What they have in hand is done again, sooner than anybody waits for it.
+                # Their current batches are done again: that is faster than waiting for them.
                 for process in set(multiprocessing.active_children()).difference(others):
                     process.kill()
                 raise
@@ -154,7 +154,7 @@ def _executor(workers, dask_address):
 
 @contextmanager
 def _without_interruption():
-    """Let processes that are started here leave SIGINT to this one, from their first moment."""
+    """Let processes started here leave SIGINT to this one from their first moment."""
     # It would lift the block when the first process is started.
     resource_tracker.ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
@@ -177,7 +177,7 @@ def _end_after(process: BaseProcess) -> None:
 
 
 def _occupy(directory, plan):
-    """Make the directory that of a plan; ValueError: it holds something else."""
+    """Claim the directory for a plan; ValueError: it holds something else."""
     path, text = directory / 'sweep.json', f'{__version__}\n{plan.to_text()}'
     if path.exists():
         if path.read_text() != text:

@@ -7,7 +7,7 @@ import pyarrow.parquet as pq
 
 
 def summary(table: str | Path) -> str:
-    """Return how many runs a sweep's table has, how many failed, which part was captured."""
+    """Return how many runs a sweep's table has, how many failed, what share was captured."""
     columns = pq.read_table(table, columns=['failure', 'captured'])
     failed = len(columns) - columns['failure'].null_count
     judged = len(columns) - columns['captured'].null_count

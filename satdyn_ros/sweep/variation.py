@@ -15,7 +15,7 @@ _COUNT = Key('the count of linspace', 'integer', 1, '', '', low=1, high=10**7)
 @dataclass(frozen=True)
 class Variation:
     """
-    The values of one quantity: those of a grid, or where it is empty what draw(rng) gives.
+    The values of one quantity: those of a grid or, if it is empty, of draw(rng).
 
     given: as the sweep file has it.
     """
@@ -31,7 +31,7 @@ def variation(key: Key, given: Any) -> Variation:
 
     {values: [...]}; {linspace: [first, last, count]}; {uniform: [low, high]};
     {normal: [mean, standard deviation]}, vectors by component; sphere: attitudes uniform on the
-    sphere of unit quaternions.  ValueError, in one sentence: it is none of them or not allowed.
+    sphere of unit quaternions.  ValueError, in one sentence: it is none of these, or not allowed.
 
     >>> variation(Key('x', 'double', 0.0, '', ''), {'linspace': [0, 1, 3]}).grid
     (0.0, 0.5, 1.0)

@@ -1,4 +1,4 @@
-"""Who may come in: no page of another site may fly the satellite, and no stranger on the net."""
+"""Who is let in: no page of another site may control the satellite, nor may any stranger."""
 
 import hmac
 import ipaddress
@@ -15,10 +15,10 @@ class Door:
     """
     The rule by which a server refuses requests.
 
-    On a loopback host only those are taken that were sent to this machine by name (a foreign name
-    that leads here is an attack by DNS).  On any other host there is a token in place of that: it
-    is shown once, in the URL, and lives on as a cookie that other sites' pages cannot send.
-    Everywhere a request from a page of another origin is refused.
+    On a loopback host it accepts only requests sent to this machine by one of its own names (a
+    foreign name that resolves to it is a DNS attack).  On any other host a token takes the place
+    of that: it is shown once, in the URL, and kept as a cookie that other sites' pages cannot
+    send. Requests from a page of another origin are always refused.
     """
 
     def __init__(self, host: str, port: int):
@@ -27,8 +27,8 @@ class Door:
 
     @property
     def url(self) -> str:
-        """Return where the page is, with the token where there is one."""
-        # Who listens everywhere is reached by the machine's name.
+        """Return the URL of the page, with the token if there is one."""
+        # A server that listens everywhere is reached by the machine's name.
         host = socket.gethostname() if self._host in ('0.0.0.0', '::') else self._host
         host = f'[{host}]' if ':' in host else host
         query = f'?token={self.token}' if self.token else ''
@@ -36,7 +36,7 @@ class Door:
 
     @property
     def _cookie(self) -> str:
-        # Cookies know no ports: two servers on one machine must not share a name.
+        # Cookies ignore ports: two servers on one machine must not share a name.
         return f'satdyn_{self.port}'
 
     def refusal(self, request: web.Request) -> str | None:
@@ -54,7 +54,7 @@ class Door:
         return None
 
     def let_in(self, request: web.Request, response: web.Response) -> None:
-        """Leave the token as a cookie with who brought it in the URL."""
+        """Set the token as a cookie for a browser that sent it in the URL."""
         if self.token is not None and request.query.get('token'):
             response.set_cookie(
                 self._cookie,

@@ -25,7 +25,7 @@ class SceneFrames:
         self._applied: tuple[float, np.ndarray] | None = None
 
     def clear(self) -> None:
-        """Forget what came before: another node has taken the name."""
+        """Forget everything so far: another node has taken the name."""
         self._rows.clear()
         self._came_in = self._applied = None
 
@@ -45,7 +45,7 @@ class SceneFrames:
         return row
 
     def history(self) -> Row | None:
-        """Return the rows that were taken, those with the columns of the last, as one table."""
+        """Return the rows so far that have the columns of the last one, as one table."""
         rows = list(self._rows)
         if not rows:
             return None
@@ -81,7 +81,7 @@ class SceneFrames:
         )
 
     def _applied_torque(self, scenario: Scenario, t_s: float) -> np.ndarray | None:
-        """Return the torque (1, 3) [N m] that came in last, until its timeout, or None."""
+        """Return the last torque received (1, 3) [N m], until its timeout, or None."""
         if self._applied is None:
             return None
         since_s, torque_b = self._applied

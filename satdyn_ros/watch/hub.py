@@ -1,4 +1,4 @@
-"""The browsers that watch: each gets the newest message of each kind, at its own pace."""
+"""The connected browsers: each gets the newest message of each kind, at its own pace."""
 
 import asyncio
 from collections import deque
@@ -12,7 +12,7 @@ _PATIENCE_S = 20.0
 
 
 class Browser:
-    """One open page: a place for the newest message of each kind, and a queue of its answers."""
+    """One open page: a slot for the newest message of each kind, and a queue of answers."""
 
     def __init__(self, socket: web.WebSocketResponse):
         self._socket = socket
@@ -21,17 +21,17 @@ class Browser:
         self._something = asyncio.Event()
 
     def put(self, kind: str, text: str) -> None:
-        """Leave a message in place of an older one of its kind that was not sent yet."""
+        """Put a message in place of an older one of its kind that has not been sent yet."""
         self._newest[kind] = text
         self._something.set()
 
     def answer(self, text: str) -> None:
-        """Leave the answer to a request."""
+        """Queue the answer to a request."""
         self._answers.append(text)
         self._something.set()
 
     async def send(self) -> None:
-        """Send what there is, until the browser closes."""
+        """Send whatever is there, until the browser closes."""
         with suppress(ConnectionError, asyncio.TimeoutError):
             while not self._socket.closed:
                 await self._something.wait()
@@ -53,21 +53,21 @@ class Hub:
 
     @property
     def is_full(self) -> bool:
-        """Whether there are as many browsers as are served."""
+        """Whether the maximum number of browsers is connected."""
         return len(self._browsers) >= _MOST_BROWSERS
 
     def __len__(self) -> int:
         return len(self._browsers)
 
     def put(self, kind: str, text: str, is_lasting: bool = False) -> None:
-        """Give all browsers a message; one that is lasting goes to those that come later too."""
+        """Send a message to all browsers; a lasting one goes to later browsers too."""
         if is_lasting:
             self._lasting[kind] = text
         for browser in self._browsers:
             browser.put(kind, text)
 
     def enter(self, socket: web.WebSocketResponse) -> Browser:
-        """Take a browser in."""
+        """Add a browser."""
         browser = Browser(socket)
         for kind, text in self._lasting.items():
             browser.put(kind, text)
@@ -75,11 +75,11 @@ class Hub:
         return browser
 
     def leave(self, browser: Browser) -> None:
-        """Forget a browser."""
+        """Remove a browser."""
         self._browsers.discard(browser)
 
     async def close(self) -> None:
-        """Send all browsers away."""
+        """Disconnect all browsers."""
         for browser in list(self._browsers):
             with suppress(ConnectionError):
                 await browser._socket.close(code=WSCloseCode.GOING_AWAY)

@@ -1,4 +1,4 @@
-"""A bag to watch: any part of it, as fine as it was recorded."""
+"""A bag to watch: any part of it, at its recorded resolution."""
 
 import asyncio
 import json
@@ -16,7 +16,7 @@ _ROWS = 8000
 
 class Recorded:
     """
-    A bag as the source of a page: the whole of it first, then the windows that are asked for.
+    A bag as the source of a page: the whole of it first, then the requested windows.
 
     ValueError: it is not a bag written by satdyn_ros.
     """
@@ -33,7 +33,7 @@ class Recorded:
         """Do nothing: a bag does not change."""
 
     async def stop(self) -> None:
-        """Let the last window go."""
+        """Release the last window."""
         self._worker.shutdown(cancel_futures=True)
 
     async def first(self) -> Mapping[str, str]:
@@ -62,5 +62,5 @@ def _time(value, name):
     if value is None:
         return None
     if isinstance(value, bool) or not isinstance(value, int | float) or abs(value) > 1e12:
-        raise ValueError(f'{name} takes seconds')
+        raise ValueError(f'{name} must be a number of seconds')
     return float(value)

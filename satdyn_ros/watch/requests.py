@@ -1,4 +1,4 @@
-"""Requests of a page for new initial conditions: what can be asked for, and in which form."""
+"""Requests of a page for new initial conditions: what can be requested, and in what form."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ _MOST_VALUES, _MOST_NUMBERS = 32, 16
 
 
 def initial_conditions(scenario: Scenario) -> dict[str, Any]:
-    """Return what a request can change, those of rotors where their modes have them."""
+    """Return what a request can change, including those that the rotors' modes have."""
     modes = {'momentum': ('constant_momentum',), 'speed': ('free', 'motor')}
     names = scenario.initial_conditions
     values = {name: scenario[name] for name in names if name.startswith('initial.')}
@@ -23,9 +23,9 @@ def initial_conditions(scenario: Scenario) -> dict[str, Any]:
 
 
 def checked(values: Any) -> dict[str, Any]:
-    """Return the values of a request as parameters can hold them; ValueError: they are none."""
+    """Return the values of a request as parameters hold them; ValueError: they are not valid."""
     if not isinstance(values, dict) or not values or len(values) > _MOST_VALUES:
-        raise ValueError('values takes at least one initial condition')
+        raise ValueError('values must hold at least one initial condition')
     return {name: _checked(name, value) for name, value in values.items()}
 
 
@@ -36,5 +36,5 @@ def _checked(name: str, value: Any) -> Any:
     try:
         Parameter(name, value=value)
     except (TypeError, ValueError, OverflowError):
-        raise ValueError(f'{name} takes a number, numbers or a text') from None
+        raise ValueError(f'{name} must be a number, a list of numbers or a text') from None
     return value

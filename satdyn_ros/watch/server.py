@@ -1,4 +1,4 @@
-"""The server of the page: files, one WebSocket, and the rule of who may come in."""
+"""The server of the page: files, one WebSocket, and the rule of access."""
 
 import asyncio
 import json
@@ -18,7 +18,7 @@ _LARGEST_REQUEST = 4096
 _REQUESTS_PER_S, _REQUESTS_AT_ONCE = 5.0, 20.0
 _HEARTBEAT_S = 15.0
 
-# Nothing from elsewhere, nothing inside another page; styles of elements are set by scripts.
+# Nothing from elsewhere, not inside another page; scripts set the styles of elements.
 _HEADERS = {
     'Content-Security-Policy': "default-src 'none'; script-src 'self'; connect-src 'self'; "
     "style-src 'self' 'unsafe-inline'; img-src 'self' data:; frame-ancestors 'none'; "
@@ -47,7 +47,7 @@ class Source(Protocol):
         """Return the first messages for a new browser, by kind."""
 
     async def asked(self, request: dict[str, Any]) -> dict[str, Any]:
-        """Return the answer to a browser's request; ValueError: it is none."""
+        """Return the answer to a browser's request; ValueError: it is not valid."""
 
 
 class Server:
@@ -86,7 +86,7 @@ class Server:
             else f'<script src="files/{name}" defer></script>'
             for name in self._files
         )
-        text = asset(self._source.page).replace('$files', links)
+        text = html.document('satdyn watch', links, asset(self._source.page))
         response = web.Response(text=text, content_type='text/html', headers=_HEADERS)
         self._door.let_in(request, response)
         return response
@@ -100,7 +100,9 @@ class Server:
 
     async def _socket(self, request: web.Request) -> web.StreamResponse:
         if self._hub.is_full:
-            return web.Response(status=503, text='too many browsers watch\n', headers=_HEADERS)
+            return web.Response(
+                status=503, text='too many browsers are connected\n', headers=_HEADERS
+            )
         socket = web.WebSocketResponse(max_msg_size=_LARGEST_REQUEST, heartbeat=_HEARTBEAT_S)
         await socket.prepare(request)
         browser = self._hub.enter(socket)
@@ -127,7 +129,7 @@ class Server:
         try:
             request = json.loads(text)
             if not isinstance(request, dict):
-                raise ValueError('a request is an object')
+                raise ValueError('a request must be an object')
             number = request.get('id')
             answer = await self._source.asked(request)
         except (ValueError, RecursionError) as error:
@@ -136,7 +138,7 @@ class Server:
 
 
 def asset(name: str) -> str:
-    """Return the text of a file of the pages, ours or the report's."""
+    """Return the text of a file of the pages, from here or from the report."""
     own = files(__package__).joinpath(name)
     return own.read_text(encoding='utf-8') if own.is_file() else html.asset(name)
 

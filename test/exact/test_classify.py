@@ -134,8 +134,8 @@ def test_wander_of_a_known_motion():
 @pytest.mark.parametrize(
     ('system', 'why'),
     [
-        (System(np.eye(3), orbit=FixedDirection(1e-6)), 'orbit.type of circular'),
-        (System(np.eye(3), orbit=KeplerOrbit(eccentricity=0.1)), 'orbit.type of circular'),
+        (System(np.eye(3), orbit=FixedDirection(1e-6)), 'orbit.type must be circular'),
+        (System(np.eye(3), orbit=KeplerOrbit(eccentricity=0.1)), 'orbit.type must be circular'),
         (System(np.eye(3), orbit=ORBIT, torque_b=X), 'without an applied torque'),
     ],
 )

@@ -110,5 +110,5 @@ def test_too_few_wheels_are_refused(names, tmp_path):
     few.write_text(yaml.safe_dump({'/**': {'ros__parameters': values}}))
     code, said = run(few)
     assert code == 2
-    assert 'it takes motors whose axes span space' in said
+    assert 'their axes must span space' in said
     assert 'Traceback' not in said

@@ -1,5 +1,5 @@
 'use strict';
-// Charts over one time axis, in step with the scene: lines, or bands where a line would lie.
+// Charts over one time axis, synchronised with the scene: lines, or bands where a line would mislead.
 
 const DEGREES = 180 / Math.PI;
 const TIME_STEPS = [1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 10800, 21600, 43200, 86400];
@@ -11,7 +11,7 @@ const ANGLE_INCREMENTS = [-4, -3, -2, -1, 0].flatMap((power) => [1, 2, 5].map((k
 const READ_EACH = 200; // [ms]
 const DASHES = [[], [7, 3], [2, 2], [9, 3, 2, 3]];
 
-// What is drawn of a description: a chart each, its lines by name; values(rows, i) in SI units.
+// The charts of a description, each with its lines by name; values(rows, i) in SI units.
 function panelsOf(description) {
   const { has_lvlh: hasLvlh, rotors, integrals } = description;
   const attitude = (rows, i) => Rotation.rollPitchYaw(hasLvlh
@@ -52,7 +52,7 @@ const SENSOR_LOOKS = {
   star_tracker: { title: 'star tracker error, 3 σ', unit: 'arcsec', scale: DEGREES * 3600 },
 };
 
-// A chart of each sensor's errors, by the sensors' names as html.playable has them.
+// A chart of each sensor's errors, by the sensors' names as in html.playable.
 function sensorPanels(sensors) {
   return Object.entries(sensors).map(([name, { table, sigma }]) => {
     const errors = new Errors(table, sigma);
@@ -72,7 +72,7 @@ class Errors {
 
   at(i) { return Array.from(this.error.subarray(3 * i, 3 * i + 3)); }
 
-  // The last sample that is not after a time; none is before the first.
+  // The last sample not after a time; none before the first.
   before(time) {
     const i = Rows.last(this.length, (k) => this.t_s[k] <= time);
     return this.t_s[i] <= time ? this.at(i) : [];
@@ -95,7 +95,7 @@ class Charts {
   }
 
   // Make the charts of a description; bands: {rows: [i ...], least, most}, Rows of the same curves;
-  // sensors: as html.playable has them.
+  // sensors: as in html.playable.
   describe(description, bands = null, sensors = {}) {
     this.box.replaceChildren();
     this.bands = bands;
@@ -115,10 +115,10 @@ class Charts {
     }
   }
 
-  // Move the cursor to a time, and say the values there.
+  // Move the cursor to a time, and show the values there.
   point(time, row, isMoving = false) {
     const single = { get: (name) => row[name] };
-    // The eye follows the line at every frame, numbers a few times a second.
+    // The line moves at every frame, the numbers change a few times a second.
     const reads = performance.now() - (this.readAt ?? 0) > READ_EACH || !isMoving;
     if (reads) this.readAt = performance.now();
     for (const { panel, plot, says, values, chosen } of this.charts) {
@@ -160,7 +160,7 @@ class Charts {
     return { figure, place, values, unit: caption.querySelector('i') };
   }
 
-  // One array a line, then, where there are bands, two more for its least and most.
+  // One array per line and, where there are bands, two more for its least and most.
   _curves(chart, rows) {
     const { panel } = chart;
     const count = panel.lines.length;
@@ -188,7 +188,7 @@ class Charts {
     return all;
   }
 
-  // Curves at times of their own, over the time of all.
+  // Curves with times of their own, over the time axis of all.
   _within(times, curves) {
     const ends = [times[0], times[times.length - 1]];
     return curves.map((curve, k) => (k ? [null, ...curve, null] : [ends[0], ...curve, ends[1]]));
@@ -291,10 +291,10 @@ class Charts {
   }
 }
 
-// Noise has no dashes that could be told apart.
+// In noise dashes could not be told apart.
 function dashOf(panel, k) { return panel.errors ? [] : DASHES[k % 4]; }
 
-// A gap where an angle goes through its end: a line across the chart would be none of its values.
+// A gap where an angle wraps: a line across the chart would show values that it never has.
 function openWraps(line, period) {
   let before = null;
   for (let i = 0; i < line.length; i += 1) {
@@ -323,7 +323,7 @@ function timeTicks(plot, splits) {
   });
 }
 
-// As many digits as the steps between them have.
+// As many digits as their steps need.
 function asSteps(plot, splits, axis, space, step) {
   const digits = Math.max(0, Math.ceil(-Math.log10(step) - 1e-9));
   const isLarge = splits.some((y) => Math.abs(y) >= 1e5);

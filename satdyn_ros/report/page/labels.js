@@ -4,7 +4,7 @@
 class Labels {
   constructor(box) {
     this.box = box;
-    this.labels = new Map(); // in the order of their right to a place
+    this.labels = new Map(); // in order of priority
   }
 
   // Name a point; colour is a custom property of the style sheet.
@@ -26,7 +26,7 @@ class Labels {
     label.element.style.color = `var(${colour})`;
   }
 
-  // Show fainter what is hidden behind something.
+  // Fade a label whose point is hidden.
   dim(key, isHidden) {
     this.labels.get(key).element.style.opacity = isHidden ? 0.5 : 1;
   }
@@ -53,7 +53,7 @@ class Labels {
   _freePlace(label, { x, y, room: away }, taken, width, height) {
     const count = Labels.PLACES.length;
     for (let k = 0; k < count; k += 1) {
-      // Where it was before comes first, so that labels do not jump.
+      // Its previous place comes first, so that labels do not jump.
       const place = (label.place + k) % count;
       const [right, down] = Labels.PLACES[place];
       const left = x + right * (label.width / 2 + away) - label.width / 2;

@@ -1,5 +1,5 @@
 'use strict';
-// The planet below: true in direction and apparent size, drawn behind everything else.
+// The planet: correct in direction and apparent size, drawn behind everything else.
 
 class Planet {
   // radius [m]
@@ -21,7 +21,7 @@ class Planet {
     for (const part of this.group.children) part.frustumCulled = false;
   }
 
-  // Turn with inertial axes, and stand where the body's distance [m] puts the planet.
+  // Turn with the inertial axes, at the body's distance [m] from the planet.
   show(q_vi, down_v, distance) {
     const { centre, size } = this.uniforms;
     centre.value.set(...down_v).multiplyScalar(Planet.DISTANCE);
@@ -38,13 +38,13 @@ class Planet {
   _material({ vertex, fragment }) {
     return new THREE.ShaderMaterial({
       vertexShader: vertex, fragmentShader: fragment, uniforms: this.uniforms,
-      // Blended, and yet among the opaque things, which are drawn first.
+      // Blended, but drawn first, with the opaque objects.
       depthTest: false, depthWrite: false, blending: THREE.CustomBlending,
     });
   }
 }
 
-Planet.DISTANCE = 400; // far beyond the camera's way
+Planet.DISTANCE = 400; // far beyond the camera's range
 
 Planet.BALL = {
   vertex: `
@@ -98,7 +98,7 @@ Planet.GRATICULE = {
     }`,
 };
 
-// Circles of latitude and longitude each 10 deg on the unit sphere, z to the pole.
+// Circles of latitude and longitude every 10 deg on the unit sphere, z to the pole.
 function graticule() {
   const [places, weights] = [[], []];
   const degree = Math.PI / 180;

@@ -1,5 +1,5 @@
 'use strict';
-// The report plays the run that stands in the page itself.
+// The report plays the run stored in the page itself.
 
 window.satdyn = new Player();
 satdyn.take(JSON.parse(document.getElementById('run').textContent));

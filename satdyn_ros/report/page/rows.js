@@ -1,5 +1,5 @@
 'use strict';
-// Quaternions (x, y, z, w) as in rotation.py, and the rows of a table as scene.py describes it.
+// Quaternions (x, y, z, w) as in rotation.py, and the rows of a table as described in scene.py.
 
 const Rotation = {
   multiply([a, b, c, d], [x, y, z, w]) {
@@ -39,7 +39,7 @@ const Rotation = {
 };
 
 class Rows {
-  // capacity: so many rows are kept, the latest.
+  // capacity: the number of rows kept, the latest ones.
   constructor(capacity = Infinity) {
     this.capacity = capacity;
     this.length = 0;
@@ -84,13 +84,13 @@ class Rows {
     return Array.from(column.values.subarray(i * column.width, (i + 1) * column.width));
   }
 
-  // The last row that is not after a time.
+  // The last row not after a time.
   indexAt(time) { return Rows.last(this.length, (i) => this.time(i) <= time); }
 
-  // The row from which on the body turns by an angle up to row i, without being put elsewhere.
+  // The row from which the body turns by an angle up to row i, without a restart elsewhere.
   indexBefore(i, angle) { return Rows.last(i + 1, (k) => !k || this.turned[i] - this.turned[k - 1] > angle); }
 
-  // The last of so many indices for which something is true that is true up to there.
+  // The last of count indices for which a condition holds that holds for all before it.
   static last(count, isTrue) {
     let [low, high] = [0, count - 1];
     while (low < high) {
@@ -100,7 +100,7 @@ class Rows {
     return low;
   }
 
-  // What all columns say at a time: between two rows, unless the body was put elsewhere there.
+  // All columns at a time: interpolated between two rows, unless a restart moved the body there.
   at(time) {
     const i = this.indexAt(time);
     const here = this._row(i);
@@ -127,15 +127,15 @@ class Rows {
     return Object.fromEntries(Object.keys(this.columns).map((name) => [name, this.get(name, i)]));
   }
 
-  // Whether a restart put the body elsewhere at a row: it could not have turned there.
+  // Whether a restart moved the body at a row: it could not have turned that far.
   _isElsewhere(i) {
     return Rotation.angleBetween(this.get('q_ib', i - 1), this.get('q_ib', i)) > 1.5 * this._turn(i) + 0.02;
   }
 
-  // The angle turned on the way to a row; none leads to one where the body was put elsewhere.
+  // The angle turned on the way to a row; none to a row where a restart moved the body.
   _way(i) { return this._isElsewhere(i) ? 1e4 : this._turn(i); }
 
-  // The angle that the body turns from the row before [rad].
+  // The angle that the body turns from the previous row [rad].
   _turn(i) {
     const rate = this.columns.omega_bi_b.values;
     const speed = (k) => Math.hypot(rate[3 * k], rate[3 * k + 1], rate[3 * k + 2]);

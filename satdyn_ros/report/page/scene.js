@@ -1,5 +1,5 @@
 'use strict';
-// The scene: a satellite as a description and its rows say (see scene.py), seen in one of three frames.
+// The scene: a satellite from its description and rows (see scene.py), seen in one of three frames.
 
 const ARROWS = {
   nadir: '--nadir', rate: '--rate', momentum: '--momentum', torque: '--torque', applied: '--applied',
@@ -8,8 +8,8 @@ const ARROWS = {
 const PATHS = { axis: '--axis-path', polhode: '--polhode', herpolhode: '--herpolhode' };
 const AXIS_LENGTH = 1.0;
 const SPHERE_RADIUS = 1.35;
-const PATH_POINTS = 400; // each costs more than anything else in the scene where there is no graphics processor
-const PATH_TURN = 14 * Math.PI; // so far back goes a path: the angle that the body turned
+const PATH_POINTS = 400; // without a graphics processor these cost more than anything else in the scene
+const PATH_TURN = 14 * Math.PI; // the length of a path, as the angle that the body turned
 const FASTEST_WHEEL = 7; // [rad/s] on the screen; a faster one cannot be followed
 
 class Scene {
@@ -32,7 +32,7 @@ class Scene {
     Object.assign(this.controls, { enablePan: false, minDistance: 2, maxDistance: 14, enableDamping: false });
     this.controls.addEventListener('change', () => this.redraw());
     this.shown = { axis: true, polhode: false, herpolhode: false, arrows: true };
-    this.frames = []; // when the last were drawn [ms]
+    this.frames = []; // when the last ones were drawn [ms]
     this.sharpness = 1;
     this._build();
     this.view = 'space';
@@ -74,7 +74,7 @@ class Scene {
     this._place();
   }
 
-  // The longest arrows of rate and torque are as long as those of the largest values so far.
+  // Arrows of rate and torque are scaled by the largest values so far.
   measure(rows) {
     for (let i = 0; i < rows.length; i += 1) this._measureRow(rows._row(i));
   }
@@ -124,7 +124,7 @@ class Scene {
     this.wheels = [];
   }
 
-  // A wheel stands outside the body on its axis; further out where another one is.
+  // A wheel is outside the body on its axis; further out where there is another one.
   _wheel({ axis, mode, momentum }, k) {
     const made = wheel(0.2);
     const along = new THREE.Vector3(...axis);
@@ -155,7 +155,7 @@ class Scene {
     this.planet?.paint(colourOf);
   }
 
-  // -- what a row says -----------------------------------------------------------------------------
+  // -- showing a row -----------------------------------------------------------------------------
 
   _measureRow({ omega_bi_b: omega, torque_b: torque }) {
     this.longest.rate = Math.max(this.longest.rate, Math.hypot(...omega));
@@ -166,7 +166,7 @@ class Scene {
     if (!this.row || !this.description) return;
     const { row } = this;
     const { q_ib, q_il } = row;
-    // The frame that stands still on the screen, with LVLH's and the body's z downwards.
+    // The frame that is fixed on the screen, with LVLH's and the body's z downwards.
     const q_if = this.view === 'body' ? q_ib : this.view === 'orbit' && q_il ? q_il : [0, 0, 0, 1];
     const down = this.view === 'space' || !q_il ? Scene.Z_UP : Scene.Z_DOWN;
     const q_vi = Rotation.multiply(down, Rotation.conjugate(q_if));
@@ -187,7 +187,7 @@ class Scene {
     const { row, longest } = this;
     const none = [0, 0, 0];
     const along = (v, length) => v.map((x) => x * length);
-    // Long enough to be seen outside the body, the longer the larger.
+    // Long enough to be seen outside the body; larger values are longer.
     const inView = (v_b, largest) => {
       const size = Math.hypot(...v_b);
       return size > 1e-6 * largest ? Rotation.rotate(q_vb, along(v_b, 0.95 / size + 0.4 / largest)) : none;
@@ -295,7 +295,7 @@ class Scene {
 
   _render() { this.renderer.render(this.world, this.camera); }
 
-  // Whether the body stands between the camera and a point: does the way cross the box?
+  // Whether the body is between the camera and a point: does the line of sight cross the box?
   _isBehindBody(point) {
     const { edges, q_bp } = this.description.body;
     const { x, y, z, w } = this.inBody.quaternion;
@@ -328,10 +328,10 @@ class Scene {
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2) * this.sharpness);
     this.renderer.setSize(width, height);
     this.camera.aspect = width / height;
-    // A narrow picture is seen from further away, so that as much is in it.
+    // A narrow picture is seen from further away, so that it shows as much.
     this.camera.fov = width < height ? 44 : 36;
     this.camera.updateProjectionMatrix();
-    // At once, for a canvas of a new size is empty; the labels follow with the next frame.
+    // At once, because a resized canvas is empty; the labels follow with the next frame.
     this._render();
     this.redraw();
   }
@@ -350,7 +350,7 @@ class Scene {
 Scene.Z_DOWN = [Math.SQRT1_2, 0, 0, Math.SQRT1_2];
 Scene.Z_UP = [-Math.SQRT1_2, 0, 0, Math.SQRT1_2];
 
-// Whether there is no graphics processor: smooth edges then cost more than they give.
+// Whether there is no graphics processor: smooth edges are then not worth their cost.
 function drawsInSoftware() {
   const context = document.createElement('canvas').getContext('webgl2');
   const info = context?.getExtension('WEBGL_debug_renderer_info');

@@ -1,5 +1,5 @@
 'use strict';
-// The scene with its controls: what is seen from where, which paths, and what cannot be shown.
+// The scene with its controls: the view, the paths, and a notice of what cannot be shown.
 
 const VIEWS = { orbit: 'Orbit', body: 'Body', space: 'Space' };
 const SWITCHES = {

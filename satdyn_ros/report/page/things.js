@@ -1,5 +1,5 @@
 'use strict';
-// What the scene is made of: body, wheels, arrows and paths, each around its own origin.
+// The objects of the scene: body, wheels, arrows and paths, each around its own origin.
 
 function arrow(radius) {
   const group = new THREE.Group();
@@ -92,7 +92,7 @@ function wheel(radius) {
   return group;
 }
 
-// A path of at most so many points that fades towards its begin.
+// A path of a limited number of points that fades towards its start.
 class Path {
   constructor(points, width) {
     this.geometry = new THREE.LineGeometry();

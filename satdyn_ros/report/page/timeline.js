@@ -1,10 +1,10 @@
 'use strict';
-// A recorded run in time: play, speed, slider and the marks of what happened.
+// The time of a recorded run: play, speed, slider and the marks of events.
 
 const SPEEDS = [0.1, 1, 10, 30, 100, 300, 1000, 3000, 10000, 100000];
 
 class Timeline {
-  // show(time, factor) is called wherever the time goes; box holds the controls.
+  // show(time, factor) is called whenever the time changes; box holds the controls.
   constructor(box, show) {
     this.show = show;
     this.isPlaying = false;
@@ -25,7 +25,7 @@ class Timeline {
     this._look();
   }
 
-  // Take a run: from when to when [s], and its marks as charts.js has them.
+  // Take a run: its begin and end [s], and its marks as in charts.js.
   take(begin, end, { events, driven }) {
     Object.assign(this, { begin, end, span: Math.max(end - begin, 1e-9) });
     const part = (time) => `${(100 * (time - begin)) / this.span}%`;
@@ -33,7 +33,7 @@ class Timeline {
       ...driven.map(([from, to]) => Timeline._mark('driven', part(from), `${(100 * (to - from)) / this.span}%`)),
       ...events.map(({ t_s: time, kind }) => Timeline._mark(kind, part(time))),
     );
-    // As it comes, a run plays in about half a minute.
+    // By default a run plays in about half a minute.
     const wanted = Math.log(Math.max(this.span / 30, 0.1));
     this.speed.value = SPEEDS.reduce((a, b) => (Math.abs(Math.log(b) - wanted) < Math.abs(Math.log(a) - wanted) ? b : a));
     this.seek(Math.max(begin, Math.min(this.time ?? begin, end)));
@@ -67,7 +67,7 @@ class Timeline {
 
   _say() {
     this.show(this.time, this.isPlaying ? this.factor : 0);
-    // To paint slider and clock at every frame would cost more than the scene.
+    // Painting slider and clock at every frame would cost more than the scene.
     if (this.isPlaying && performance.now() - (this.saidAt ?? 0) < 100) return;
     this.saidAt = performance.now();
     this.slider.value = Math.round(((this.time - this.begin) / this.span) * 1e6);
@@ -81,7 +81,7 @@ class Timeline {
     this.button.setAttribute('aria-label', this.isPlaying ? 'pause' : 'play');
   }
 
-  // Space plays, the arrows step: a thousandth of the run, with shift a twentieth.
+  // Space plays, the arrow keys step: a thousandth of the run, with shift a twentieth.
   _key(event) {
     const isTyping = event.target.closest?.('input:not([type=range]):not([type=checkbox]), select, textarea');
     if (isTyping || event.ctrlKey || event.altKey || event.metaKey) return;

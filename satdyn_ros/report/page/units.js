@@ -1,7 +1,7 @@
 'use strict';
-// Numbers as people read them: three digits, and units of a size that suits.
+// Numbers for readers: three digits, and units of a suitable size.
 
-// Three digits, with a real minus.
+// Three digits, with a true minus sign.
 function quantity(value) {
   if (value === 0) return '0';
   const size = Math.abs(value);
@@ -9,7 +9,7 @@ function quantity(value) {
   return text.replaceAll('-', '−').replace('e+', 'e');
 }
 
-// The decimals that show the ten-thousandth part of the largest value.
+// The decimals that show a ten-thousandth of the largest value.
 function digitsOf(largest) {
   return largest > 0 ? Math.max(0, Math.min(9, 3 - Math.floor(Math.log10(largest)))) : 0;
 }
@@ -32,7 +32,7 @@ function timeText(time, span) {
   return `${(time / seconds).toFixed(digits).replace('-', '−')} ${name}`;
 }
 
-// The unit in which the largest value reads well, by its prefix: scale times the value.
+// The unit in which the largest value is easy to read, by its prefix: scale times the value.
 function prefixed(largest, unit) {
   if (!(largest > 0)) return { scale: 1, unit };
   const power = Math.max(-4, Math.min(1, Math.floor(Math.log10(largest * 1.0001) / 3)));

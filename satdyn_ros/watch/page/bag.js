@@ -1,5 +1,5 @@
 'use strict';
-// A bag to watch: the part of it that is chosen in a chart is asked for, as fine as it was recorded.
+// A bag to watch: the part chosen in a chart is requested at its recorded resolution.
 
 const player = new Player();
 const element = (id) => document.getElementById(id);
@@ -35,6 +35,6 @@ element('charts').addEventListener('dblclick', () => choose(null, null));
 let isFirst = true;
 const connection = new Connection({
   run: ({ run }) => { if (isFirst) take(run); isFirst = false; },
-}, (isOpen) => { if (!isFirst) player.stage.say(isOpen ? '' : 'satdyn watch has ended; this page goes on when it is back.'); });
+}, (isOpen) => { if (!isFirst) player.stage.say(isOpen ? '' : 'satdyn watch has ended; this page continues when it is back.'); });
 
 window.satdyn = player;

@@ -1,5 +1,5 @@
 'use strict';
-// The WebSocket to the server: it opens again when it is lost, and answers come to who asked.
+// The WebSocket to the server: it reopens when it is lost, and answers go to whoever asked.
 
 class Connection {
   // take: functions by the type of a message; changed(isOpen).
@@ -36,5 +36,5 @@ class Connection {
   }
 }
 
-// The token has done its work: the cookie has it now, and a copied address should not.
+// The cookie holds the token now, and a copied address should not contain it.
 if (location.search) history.replaceState(null, '', location.pathname);

@@ -37,10 +37,10 @@ class StartForm {
     return input;
   }
 
-  // Numbers go as numbers; what is none goes as it stands, and the node says what it takes.
+  // Numbers are sent as numbers; anything else is sent as typed, and the node says what is allowed.
   async _submit() {
     const changed = [...this.inputs].filter(([name, input]) => input.value.trim() !== StartForm.text(this.values[name]));
-    // Nothing changed: the same again.
+    // Nothing changed: restart with the same values.
     const given = changed.length ? changed : [...this.inputs].filter(([name]) => name === 'initial.attitude');
     const values = Object.fromEntries(given.map(([name, input]) => [name, StartForm.value(input.value, this.values[name])]));
     this.send.disabled = true;

@@ -1,7 +1,7 @@
 """
 Many satellites from one parameter file, a node for each of its sections /namespace/node.
 
-Each takes what stands under /** and what stands under its own section, and has frames of its own
+Each reads what is under /** and what is under its own section, and has frames of its own
 in the common inertial one: sat1/lvlh and sat1/base_link for /sat1/satdyn.
 """
 
@@ -22,7 +22,7 @@ def generate_launch_description():
             DeclareLaunchArgument(
                 'params_file',
                 default_value=str(CONFIG / 'constellation.yaml'),
-                description='a ROS 2 parameter file with a section /namespace/node a satellite',
+                description='a ROS 2 parameter file with a section /namespace/node per satellite',
             ),
             OpaqueFunction(function=start),
         ]

@@ -1,4 +1,4 @@
-"""One satellite, with RViz or the Foxglove bridge beside it where wanted."""
+"""One satellite, with RViz or the Foxglove bridge beside it if wanted."""
 
 import sys
 from pathlib import Path
@@ -65,7 +65,7 @@ def start(context):
         try:
             overrides['publish.rate'] = float(given['rate'])
         except ValueError:
-            raise ValueError(f'rate is {given["rate"]!r}; it takes a number [Hz]') from None
+            raise ValueError(f'rate is {given["rate"]!r}; it must be a number [Hz]') from None
     scenario = Scenario.from_yaml(params_file)
     if rviz or foxglove:
         shown = dict.fromkeys([*scenario.topics, 'markers', 'tf'])
@@ -94,7 +94,7 @@ def start(context):
         nodes.append(ExecuteProcess(cmd=command, output='screen'))
     if foxglove:
         nodes.append(Node(package='foxglove_bridge', executable='foxglove_bridge'))
-    # At the end: where another's package is missing, nothing has begun.
+    # At the end: if the package of another one is missing, nothing has started.
     nodes.append(
         Node(
             package='satdyn_ros',

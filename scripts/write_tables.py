@@ -3,7 +3,7 @@ Write the tables of the reference pages from the declarations that the code read
 
     python scripts/write_tables.py
 
-Each table stands between <!-- name --> and <!-- end of name -->.
+Each table is between <!-- name --> and <!-- end of name -->.
 """
 
 import os
@@ -65,7 +65,7 @@ def _topics():
         )
         for topic in TOPICS.values()
     ]
-    return _table(('topic', 'type', 'frame', 'says'), rows)
+    return _table(('topic', 'type', 'frame', 'content'), rows)
 
 
 def _parameters():
@@ -79,7 +79,7 @@ def _parameters():
         )
         for key in KEYS.values()
     ]
-    return _table(('parameter', 'takes', 'default', 'meaning', 'changes'), rows)
+    return _table(('parameter', 'allowed', 'default', 'meaning', 'changes'), rows)
 
 
 def _commands():
@@ -114,7 +114,7 @@ def _sweep_keys():
         )
         for key in keys.SWEEP_KEYS.values()
     ]
-    return _table(('key', 'takes', 'default', 'meaning'), rows)
+    return _table(('key', 'allowed', 'default', 'meaning'), rows)
 
 
 def _plain(value):

@@ -1,4 +1,4 @@
-"""Every scenario that is shipped loads, flies, and keeps what its motion conserves."""
+"""Every shipped scenario loads, runs, and keeps what its motion conserves."""
 
 import functools
 from pathlib import Path
@@ -10,7 +10,7 @@ import yaml
 from satdyn_ros import Scenario
 from satdyn_ros.dynamics import rotation
 from satdyn_ros.dynamics.integrals import relative_drift
-from satdyn_ros.run.scenario import flattened, parameters_of_yaml
+from satdyn_ros.run.parameter_file import flattened, parameters_of_yaml
 
 CONFIG = Path(__file__).parent.parent / 'config'
 SCENARIOS = [path for path in sorted(CONFIG.glob('*.yaml')) if '/**:' in path.read_text()]
@@ -39,7 +39,7 @@ def numeric(path):
 
 
 def times(path):
-    """Return times over three low orbits, or over a hundred turns or so of what is faster."""
+    """Return times over three low orbits, or over a hundred turns or so of something faster."""
     return np.linspace(0.0, FAST_S.get(path.stem, 20_000.0), 301)
 
 

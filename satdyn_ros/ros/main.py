@@ -14,7 +14,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.signals import SignalHandlerOptions, install_signal_handlers
 
-from ..run.scenario import parameters_of_yaml, scenario_text
+from ..run.parameter_file import parameters_of_yaml, scenario_text
 from .executor import Executor
 from .node import SatdynNode
 from .refusal import one_sentence

@@ -15,8 +15,9 @@ from rcl_interfaces.msg import (
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from ..run.keys import Key, listed
-from ..run.scenario import RCLPY_PARAMETERS, Scenario
+from ..run.key import Key, listed
+from ..run.parameter_file import RCLPY_PARAMETERS
+from ..run.scenario import Scenario
 
 _TYPES = {
     'double': Parameter.Type.DOUBLE,

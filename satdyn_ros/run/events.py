@@ -24,8 +24,10 @@ from typing import Any
 import yaml
 
 from . import ros_yaml
-from .keys import KEYS, Key, listed
-from .scenario import Scenario, flattened
+from .key import Key, listed
+from .keys import KEYS
+from .parameter_file import flattened
+from .scenario import Scenario
 from .ticks import Ticks
 
 

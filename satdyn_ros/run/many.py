@@ -9,7 +9,8 @@ import numpy as np
 from ..dynamics import inertia
 from ..dynamics.motion import States
 from . import rotors
-from .keys import Key, keys_of
+from .key import Key
+from .keys import keys_of
 from .scenario import BELONGS, MOST_RAD_PER_TICK, Scenario
 
 # Far inside what a Scenario allows.

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from ..dynamics.rotor import Rotor
-from .keys import KEYS, listed
+from .key import listed
+from .keys import KEYS
 
 # What belongs to some modes only.
 _MODES_OF = {

@@ -1,7 +1,7 @@
-"""One validated description of a run, from and to YAML and plain dictionaries."""
+"""One validated description of a run."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -10,7 +10,6 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-import yaml
 
 from ..dynamics import inertia, rotation
 from ..dynamics.integrals import first_integrals
@@ -19,8 +18,10 @@ from ..dynamics.orbit import EARTH_RADIUS_M, FixedDirection, KeplerOrbit
 from ..dynamics.propagator import Propagation
 from ..dynamics.system import State, System
 from ..sensors.suite import Sensor
-from . import ros_yaml, rotors, sensors, shipped
-from .keys import KEYS, SENSORS, Key, keys_of, listed
+from . import rotors, sensors
+from .key import Key, listed
+from .keys import KEYS, SENSORS, keys_of
+from .parameter_file import flattened, parameters_of_yaml, scenario_text, yaml_of_parameters
 from .ticks import LAST_STAMP_NS, Ticks
 
 # Above this a body rate is rarely meant [rad/s].
@@ -29,10 +30,6 @@ _FAST_RAD_S = 10.0
 MOST_RAD_PER_TICK = 1e6
 # The longest wall time between two ticks: the system waits for no more.
 _LONGEST_TICK_S = 1e9
-
-
-# rclpy's own parameters, which it adds to every node's.
-RCLPY_PARAMETERS = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
 
 # A key that belongs to some choices only: key, the choosing key, the choices.
 BELONGS = (
@@ -128,14 +125,7 @@ class Scenario:
 
     def to_yaml(self) -> str:
         """Return the text of a ROS 2 parameter file with every key."""
-        nested: dict[str, Any] = {}
-        for name, value in self.values.items():
-            branch = nested
-            *groups, leaf = name.split('.')
-            for group in groups:
-                branch = branch.setdefault(group, {})
-            branch[leaf] = listed(value)
-        return yaml.safe_dump({'/**': {'ros__parameters': nested}}, sort_keys=False, width=99)
+        return yaml_of_parameters(self.values)
 
     @classmethod
     def of_many(cls, values: Mapping[str, Any]) -> 'Scenario':
@@ -341,43 +331,6 @@ class Scenario:
                 f'initial.angular_velocity is {list(self["initial.angular_velocity"])}; it must '
                 f'be at most {MOST_RAD_PER_TICK / tick_s:g} rad/s (1e6 rad per tick)'
             )
-
-
-def scenario_text(path: str | Path) -> str:
-    """Return the text of a scenario by its path, or by its name if it is shipped; ValueError."""
-    return ros_yaml.read_text(shipped.scenario_path(path), 'the scenario')
-
-
-def parameters_of_yaml(text: str, origin: str) -> dict[str, Any]:
-    """
-    Return the parameters, dotted, that a ROS 2 parameter file has for this node.
-
-    The sections /**, satdyn and /satdyn count, in this order.  ValueError: no such file.
-    """
-    document = ros_yaml.load(text, origin)
-    if not isinstance(document, Mapping):
-        raise ValueError(f'{origin} is not a parameter file: it must have sections such as /**')
-    found = [document[name] for name in ('/**', 'satdyn', '/satdyn') if name in document]
-    if not found:
-        raise ValueError(f'{origin} has no section for this node; allowed: /**, satdyn or /satdyn')
-    parameters: dict[str, Any] = {}
-    for section in found:
-        if not isinstance(section, Mapping) or set(section) != {'ros__parameters'}:
-            raise ValueError(f'{origin} has a section with more than ros__parameters in it')
-        nested = section['ros__parameters']
-        if not isinstance(nested, Mapping | None):
-            raise ValueError(f'ros__parameters of {origin} must be keys and values')
-        parameters.update(flattened(nested or {}))
-    return {k: v for k, v in parameters.items() if k.split('.')[0] not in RCLPY_PARAMETERS}
-
-
-def flattened(nested: Mapping[str, Any], prefix: str = '') -> Iterator[tuple[str, Any]]:
-    """Yield the dotted names and values of nested dictionaries."""
-    for name, value in nested.items():
-        if isinstance(value, Mapping):
-            yield from flattened(value, f'{prefix}{name}.')
-        else:
-            yield f'{prefix}{name}', value
 
 
 def _unit(values, name, allowed_error):

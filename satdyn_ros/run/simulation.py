@@ -23,7 +23,7 @@ from .events import (
     TorquesDropped,
     rotor_torques,
 )
-from .keys import listed
+from .key import listed
 from .samples import Measured, Samples
 from .scenario import Scenario
 from .ticks import LAST_STAMP_NS, Ticks

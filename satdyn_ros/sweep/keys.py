@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from ..run.keys import Key
+from ..run.key import Key
 from .capture import AXES, LEAST
 
 # Checked by plan.py, not by their kind; the values allowed, in words.
@@ -14,15 +14,15 @@ SPECIAL = {
 SWEEP_KEYS = {
     key.name: key
     for key in (
-        Key('scenario', 'string', None, '', 'path of the scenario, from the sweep file'),
+        Key('scenario', 'string', None, '', 'path of the scenario, relative to the sweep file'),
         Key('vary', 'mapping', None, '', 'what varies, and how; see below'),
-        Key('duration_s', 'double', None, 's', 'how long each run is', above=0.0),
+        Key('duration_s', 'double', None, 's', 'duration of each run', above=0.0),
         Key(
             'interval_s',
             'double',
             60.0,
             's',
-            'between the samples from which the extremes are found, at most duration_s',
+            'time between the samples from which the extremes are found, at most duration_s',
             above=0.0,
         ),
         Key(
@@ -34,7 +34,7 @@ SWEEP_KEYS = {
             low=1,
             high=10**9,
         ),
-        Key('seed', 'integer', 0, '', 'of the draws', low=0, high=2**63 - 1),
+        Key('seed', 'integer', 0, '', 'seed of the draws', low=0, high=2**63 - 1),
         Key('samples', 'bool', False, '', 'keep the attitudes and rates at the samples'),
         Key(
             'captured_axis',

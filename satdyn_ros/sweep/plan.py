@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..run import ros_yaml
-from ..run.keys import Key
+from ..run.key import Key
 from ..run.scenario import Scenario
 from .capture import LEAST
 from .keys import REQUIRED, SWEEP_KEYS, checked

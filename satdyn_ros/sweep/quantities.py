@@ -8,7 +8,8 @@ import numpy as np
 
 from ..dynamics import rotation
 from ..dynamics.stability import smelt_moments, smelt_parameters
-from ..run.keys import KEYS, Key
+from ..run.key import Key
+from ..run.keys import KEYS
 
 _MOTION = ('body', 'rotor', 'orbit', 'initial', 'motion')
 _COMPONENTS = ('x', 'y', 'z')
@@ -24,7 +25,7 @@ QUANTITY_FORMS = {
     '[rad], the others as they are',
     ', '.join(f'`{name}`' for name in _SMELT): '`body.inertia` by the Smelt parameters '
     '(I_n - I_r) / I_t and (I_n - I_t) / I_r, for body axes x ahead, y normal to the orbit, '
-    'z vertical; the sum of the moments stays',
+    'z vertical; the sum of the moments does not change',
 }
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..dynamics import rotation
-from ..run.keys import Key
+from ..run.key import Key
 
 _COUNT = Key('the count of linspace', 'integer', 1, '', '', low=1, high=10**7)
 

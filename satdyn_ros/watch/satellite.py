@@ -23,7 +23,8 @@ from rclpy.task import Future
 
 from ..report import html, scene
 from ..ros.client import Answer, Client
-from ..run.scenario import RCLPY_PARAMETERS, Scenario
+from ..run.parameter_file import RCLPY_PARAMETERS
+from ..run.scenario import Scenario
 from .frames import SceneFrames
 from .hub import Hub
 from .listener import Listener, parts, satellites

@@ -7,7 +7,7 @@ import numpy as np
 from ros.live import PATIENCE_S, ROOT
 
 from satdyn_ros.dynamics import rotation
-from satdyn_ros.run.scenario import parameters_of_yaml
+from satdyn_ros.run.parameter_file import parameters_of_yaml
 
 CONFIG = ROOT / 'config' / 'cubesat_sensors.yaml'
 # A turn of 20 degrees, which a machine with much else to do sees through too.

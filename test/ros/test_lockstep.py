@@ -8,7 +8,7 @@ from ros.live import PATIENCE_S, ROOT
 
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.rosbag2.reader import Bag
-from satdyn_ros.run.scenario import parameters_of_yaml
+from satdyn_ros.run.parameter_file import parameters_of_yaml
 
 TICKS = 60
 CUBESAT = (ROOT / 'config' / 'cubesat.yaml').read_text()

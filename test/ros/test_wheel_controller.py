@@ -9,7 +9,7 @@ import yaml
 from ros.live import PATIENCE_S, ROOT
 
 from satdyn_ros.dynamics import rotation
-from satdyn_ros.run.scenario import parameters_of_yaml
+from satdyn_ros.run.parameter_file import parameters_of_yaml
 
 CONFIG = ROOT / 'config' / 'three_wheels.yaml'
 PYRAMID = ROOT / 'config' / 'pyramid.yaml'

@@ -1,0 +1,141 @@
+"""What one key of a scenario is: type, unit, range, default, and the check of a value."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import inf, isfinite
+from numbers import Real
+from typing import Any
+
+# The longest part of a given value that a sentence repeats.
+_LONGEST_GIVEN = 100
+
+
+@dataclass(frozen=True)
+class Key:
+    """
+    One key of a scenario.
+
+    kind: 'double', 'double_array', 'string', 'string_array', 'bool' or 'integer'.  low and high
+    bound numbers inclusively, above and below exclusively; lengths are those an array may have.
+    changes: 'never', 'running' (a parameter set) or 'service' (~/set_initial_conditions).
+    """
+
+    name: str
+    kind: str
+    default: Any
+    unit: str
+    meaning: str
+    low: float = -inf
+    high: float = inf
+    above: float = -inf
+    below: float = inf
+    lengths: tuple[int, ...] = ()
+    choices: tuple[str, ...] = ()
+    changes: str = 'never'
+
+    @property
+    def allowed(self) -> str:
+        """Return what is allowed, as the end of a sentence."""
+        if self.kind == 'bool':
+            return 'true or false'
+        if self.kind == 'string_array':
+            return f'a list of {", ".join(self.choices) or "different names"}'
+        if self.choices:
+            return f'one of {", ".join(self.choices)}'
+        if self.kind == 'string':
+            return 'a non-empty string'
+        what = {'double': 'a number', 'integer': 'an integer'}.get(self.kind)
+        if what is None:
+            lengths = ' or '.join(str(n) for n in self.lengths)
+            what = f'a list of {lengths} numbers'
+        elif self.unit == 'rad':
+            what = 'an angle in radians,'
+        bounds = [
+            f'above {self.above:g}' if self.above > -inf else '',
+            f'at least {self.low:g}' if self.low > -inf else '',
+            f'at most {self.high:g}' if self.high < inf else '',
+            f'below {self.below:g}' if self.below < inf else '',
+        ]
+        unit = '' if self.unit == 'rad' else self.unit
+        parts = [what, ' and '.join(bound for bound in bounds if bound), unit]
+        return ' '.join(part for part in parts if part)
+
+    def checked(self, value: Any) -> Any:
+        """Return value as the key's kind; ValueError, in one sentence: it is not allowed."""
+        try:
+            return _READERS[self.kind](self, value)
+        except (TypeError, ValueError, OverflowError):
+            given = ascii(value) if isinstance(value, str) else str(value)
+            if len(given) > _LONGEST_GIVEN:
+                given = f'{given[:_LONGEST_GIVEN]}...'
+            raise ValueError(f'{self.name} is {given}; it must be {self.allowed}') from None
+
+
+def listed(value: Any) -> Any:
+    """Return a value of a key as YAML and ROS know it, a tuple as a list."""
+    return list(value) if isinstance(value, tuple) else value
+
+
+def _real(value: Any) -> Any:
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise TypeError
+    return value
+
+
+def _number(key: Key, value: Any) -> float:
+    number = float(_real(value))
+    if not (isfinite(number) and key.low <= number <= key.high and key.above < number < key.below):
+        raise ValueError
+    return number
+
+
+def _numbers(key: Key, value: Any) -> tuple[float, ...]:
+    if isinstance(value, str | bytes):
+        raise TypeError
+    numbers = tuple(_number(key, x) for x in value)
+    if len(numbers) not in key.lengths:
+        raise ValueError
+    return numbers
+
+
+def _integer(key: Key, value: Any) -> int:
+    if int(_real(value)) != value:
+        raise TypeError
+    if not (key.low <= value <= key.high and key.above < value < key.below):
+        raise ValueError
+    return int(value)
+
+
+def _text(key: Key, value: Any) -> str:
+    if not isinstance(value, str) or not value:
+        raise TypeError
+    if key.choices and value not in key.choices:
+        raise ValueError
+    return value
+
+
+def _texts(key: Key, value: Any) -> tuple[str, ...]:
+    # ROS cannot carry an empty list: it arrives as not set.
+    items = () if value is None else value
+    if isinstance(items, str) or not all(isinstance(x, str) for x in items):
+        raise TypeError
+    texts = tuple(_text(key, x.removeprefix('/')) for x in items)
+    if len(set(texts)) != len(texts):
+        raise ValueError
+    return texts
+
+
+def _truth(key: Key, value: Any) -> bool:
+    if not isinstance(value, bool):
+        raise TypeError
+    return value
+
+
+_READERS: dict[str, Callable[[Key, Any], Any]] = {
+    'double': _number,
+    'double_array': _numbers,
+    'integer': _integer,
+    'string': _text,
+    'string_array': _texts,
+    'bool': _truth,
+}

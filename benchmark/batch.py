@@ -1,4 +1,4 @@
-"""Many trajectories beside heyoka's batch and ensemble modes, and one core beside two."""
+"""Many trajectories compared with heyoka's batch and ensemble modes, and one core with two."""
 
 import multiprocessing
 import time

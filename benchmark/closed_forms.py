@@ -1,4 +1,4 @@
-"""A million random times of each closed form beside the propagation to the same times."""
+"""A million random times of each closed form, compared with the propagation to the same times."""
 
 from pathlib import Path
 

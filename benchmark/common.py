@@ -11,8 +11,8 @@ class Claim:
     """
     One line of the results: peer over ours, and what it must reach.
 
-    at_most: ours over peer in place of it, and what it must stay below.
-    must: None where nothing is asked for, and the two just stand side by side.
+    at_most: ours over peer instead, and what it must stay below.  must: None where nothing is
+    required, and the two are only shown side by side.
     """
 
     what: str
@@ -44,8 +44,8 @@ def medians(contenders: dict[str, Callable[[], object]], rounds: int = 7) -> dic
     """
     Return each contender's median CPU seconds over rounds in which all take turns.
 
-    One that measures itself, because it has to make ready or is another process, returns a float,
-    which counts instead.
+    One that measures itself, because it needs preparation or is another process, returns a float,
+    which is used instead.
     """
     for run in contenders.values():
         run()

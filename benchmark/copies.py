@@ -1,5 +1,5 @@
 """
-What the sensors cost is measured against topics of their size and rate that hold copies.
+The cost of the sensors, against topics of the same size and rate that hold copies.
 
 As a program it is the command satdyn whose sensors copy the true state.
 """

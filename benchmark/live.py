@@ -1,4 +1,4 @@
-"""The node live at 1000 Hz beside a bare loop and an rclpy timer, in CPU time a tick."""
+"""The node live at 1000 Hz compared with a bare loop and an rclpy timer, in CPU time per tick."""
 
 import os
 import signal
@@ -83,7 +83,7 @@ def cpu_s(pid: int) -> float:
 
 
 def start(arguments, **kwargs):
-    """Start a Python process, silent unless kwargs say other."""
+    """Start a Python process, silent unless kwargs say otherwise."""
     silent = {'stdout': subprocess.DEVNULL, 'stderr': subprocess.DEVNULL}
     return subprocess.Popen([sys.executable, *arguments], env=ENVIRONMENT, **(silent | kwargs))
 

@@ -31,7 +31,7 @@ apidoc_modules = [
         'destination': 'reference/api',
         'max_depth': 2,
         'separate_modules': True,
-        # Its functions stand with the package, which has one of its name.
+        # Its functions are listed with the package, which has one of its name.
         'exclude_patterns': [str(ROOT / 'satdyn_ros/exact/recognise.py')],
         'automodule_options': {'members', 'show-inheritance'},
     }
@@ -46,7 +46,7 @@ nitpick_ignore_regex = [('py:.*', r'(?!satdyn_ros).*'), ('py:.*', r'.*\._Message
 
 def _as_written(app, what, name, obj, options, lines):
     """
-    Let a docstring stand as it is written.
+    Keep a docstring as it is written.
 
     It is plain text with formulas in it: what reStructuredText would take for markup is escaped,
     and what is indented is kept line by line.

@@ -252,7 +252,7 @@ class _Screenshot:
 
 
 def page():
-    """Picture the report of a satellite that was pushed and restarted: the README's picture."""
+    """Draw the report of a satellite that was pushed and restarted: the picture in the README."""
     if not (shutil.which('chromium') and shutil.which('chromedriver')):
         print("figures/page.png needs Debian's chromium and chromium-driver; it stays as it is")
         return None
@@ -282,7 +282,7 @@ def _swept(name, directory):
 
 
 def smelt_map():
-    """Draw which bodies stay upright: ten thousand propagations beside linear theory."""
+    """Draw which bodies stay upright: ten thousand propagations and linear theory."""
     with tempfile.TemporaryDirectory() as directory:
         return maps.smelt_map(_swept('smelt', directory))
 

@@ -18,8 +18,8 @@ def assert_agrees(motion, t_s, rate_scale):
     """
     Assert that a motion agrees with a propagation at t_s (N,) within 1e-9 + 1e-14 G rad.
 
-    G: how much twin propagations, started 1e-9 rad and 1e-9 of the rate_scale [rad/s] aside,
-    have grown apart by then: rounding of the start grows alike.  Checked up to G = 1e8, and where
+    G: how much twin propagations, started 1e-9 rad and 1e-9 of the rate_scale [rad/s] away, have
+    grown apart by then: rounding of the start grows alike.  Checked up to G = 1e8, and where
     propagations of two tolerances agree better than what is asked of the motion.
     """
     system, start, start_s = motion.system, motion.state, motion.start_s
@@ -39,7 +39,7 @@ def assert_agrees(motion, t_s, rate_scale):
 
 
 def _moved(start, aside, rate_scale):
-    """Return the state a little aside."""
+    """Return the state slightly perturbed."""
     small = PERTURBATION * aside
     turn = rotation.normalise([*small / 2.0, 1.0])
     return State(

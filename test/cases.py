@@ -1,4 +1,4 @@
-"""The reference cases: systems, starts and states to 30 digits that did not come from here."""
+"""The reference cases: systems, starts and states to 30 digits that this code did not compute."""
 
 import json
 from dataclasses import dataclass

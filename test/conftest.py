@@ -1,4 +1,4 @@
-"""Every run of the tests has a ROS domain of its own and stays on this machine."""
+"""Each test run has its own ROS domain and stays on this machine."""
 
 import os
 import signal

@@ -20,8 +20,8 @@ def moments(draw):
     """
     Draw principal moments (3,) [kg m^2] of a body, two of them equal at times.
 
-    Moments that differ differ by 3 %: nearer ones leave their axes open to rounding, of which
-    this is no test.
+    Moments that differ differ by 3 %: closer ones leave their axes to rounding, which is not
+    tested here.
     """
     sums = np.array([draw(st.floats(0.05, 1.0)) for _ in range(3)])
     if draw(st.integers(0, 5)) == 0:

@@ -1,4 +1,4 @@
-"""Every public function says what it takes and gives."""
+"""Every public function has annotated arguments and results."""
 
 import ast
 from pathlib import Path

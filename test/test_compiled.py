@@ -1,4 +1,4 @@
-"""Compiled code that is kept never outlives the equations that it was made of."""
+"""Cached compiled code never outlives the equations that it was compiled from."""
 
 import os
 import shutil
@@ -88,7 +88,7 @@ for states in tables:
 
 @pytest.fixture
 def package(tmp_path):
-    """Return a copy of the package that has a module of compiled code more."""
+    """Return a copy of the package with one more module of compiled code."""
     copy = tmp_path / 'satdyn_ros'
     shutil.copytree(ROOT / 'satdyn_ros', copy, ignore=shutil.ignore_patterns('__pycache__'))
     (copy / 'dynamics' / 'user.py').write_text(USER)
@@ -110,7 +110,7 @@ def start(package, module='user', before=(), **environment):
 
 
 def said(process):
-    """Return the lines that a process says until it ends well."""
+    """Return the lines that a process prints until it ends with success."""
     output, _ = process.communicate()
     assert process.returncode == 0, output
     return output.splitlines()
@@ -139,7 +139,7 @@ def test_every_type_of_arguments_is_compiled_with_the_notice(package):
 
 
 def test_many_processes_compile_once(package):
-    """Of those that start together one compiles; the others wait and find the code."""
+    """Of processes started together one compiles; the others wait and find the code."""
     processes = [start(package) for _ in range(4)]
     assert sorted(line for each in processes for line in said(each)) == ['14.0'] * 4 + [NOTICE]
 
@@ -175,7 +175,7 @@ def as_nobody():
 
 @pytest.mark.parametrize('home', ['none', 'own', 'of another'])
 def test_a_user_who_cannot_write_the_package(package, as_nobody, tmp_path, home):
-    """Code is kept in the user's cache folder; for whom has none, until the process ends."""
+    """Code is kept in the user's cache folder or, without one, until the process ends."""
     others, own = tmp_path / 'others', tmp_path / 'own'
     others.mkdir(mode=0o777)
     others.chmod(0o777)
@@ -202,7 +202,7 @@ def test_a_user_who_cannot_write_the_package(package, as_nobody, tmp_path, home)
 
 @pytest.mark.skipif(os.geteuid() != 0, reason='only root can give a folder away')
 def test_no_code_of_another_user_is_run(package):
-    """A package folder of another user, or one that all can write, is no place for code."""
+    """A package folder of another user, or one that all can write to, is not used for code."""
     said(start(package))
     kept = package / '__pycache__' / 'compiled'
     kept.chmod(0o777)

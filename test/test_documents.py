@@ -61,7 +61,7 @@ def test_services_are_those_with_examples():
 
 
 def test_the_readme_is_short_and_the_two_commands_come_first():
-    """It is read on one screen after another; make knows what it says to type."""
+    """The README is short, and make knows the targets that it names."""
     lines = README.read_text(encoding='utf-8').splitlines()
     assert len(lines) <= 120
     assert max(map(len, lines)) <= 120

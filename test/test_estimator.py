@@ -1,4 +1,4 @@
-"""The estimator of examples/, fed by sensors of known errors: it is as good as it says it is."""
+"""The estimator of examples/, with sensors of known errors: its errors are as it states."""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Where ROS cannot be imported, all that needs none runs and writes the same bytes."""
+"""Where ROS cannot be imported, what does not need it runs and writes the same bytes."""
 
 import os
 import shutil
@@ -91,7 +91,7 @@ def test_bags_are_the_same_and_can_be_used(without_ros, tmp_path):
 
 
 def test_the_check_needs_no_ros(without_ros):
-    """Everybody can prove an install."""
+    """`satdyn check` proves an installation without ROS."""
     assert satdyn(without_ros, 'check').endswith('all is well\n')
 
 

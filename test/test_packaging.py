@@ -52,7 +52,7 @@ def importable(requirements):
 
 
 def test_manifest_and_setup_agree(distribution, manifest):
-    """What colcon reads and what pip reads tell of the same package."""
+    """What colcon reads and what pip reads describe the same package."""
     assert manifest.get('format') == '3'
     assert manifest.findtext('name') == distribution.get_name()
     assert manifest.findtext('version') == distribution.get_version() == satdyn_ros.__version__
@@ -90,7 +90,7 @@ def test_everything_shipped_is_installed(distribution):
 
 
 def test_data_beside_the_modules_is_installed(distribution):
-    """Every file among the modules that is no module is package data."""
+    """Every file among the modules that is not a module is package data."""
     patterns = distribution.package_data['']
     packages = [path.parent for path in (ROOT / 'satdyn_ros').rglob('__init__.py')]
     beside = {

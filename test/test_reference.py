@@ -1,4 +1,4 @@
-"""The reference cases are what their equations give: computed anew, to fifty digits."""
+"""The reference cases are what their equations give: recomputed to fifty digits."""
 
 import json
 import shutil

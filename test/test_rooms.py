@@ -1,4 +1,4 @@
-"""The rooms of the package stand on each other as its architecture says."""
+"""The rooms of the package import each other only as its architecture says."""
 
 import ast
 import subprocess
@@ -109,7 +109,7 @@ def test_classes_and_constants_have_names_of_their_own():
 
 
 def test_nothing_is_written_twice():
-    """A function that two files need stands in one of them, or in a room below both."""
+    """A function that two files need is in one of them, or in a room below both."""
     places = defaultdict(list)
     for file, node in tops(ast.FunctionDef):
         body = [ast.dump(statement) for statement in node.body if not is_docstring(statement)]

@@ -67,7 +67,7 @@ def assert_true(columns):
 
 
 def test_columns_say_what_they_hold_and_their_unit(bag):
-    """A row a tick of all that the recorded topics tell, each quantity once."""
+    """One row per tick of everything in the recorded topics, each quantity once."""
     columns = table(bag)
     assert list(columns) == COLUMNS
     assert_true(columns)
@@ -231,7 +231,7 @@ def test_a_tick_whose_messages_are_apart_is_one_row(tmp_path):
 
 
 def test_chosen_columns_and_a_step(bag, tmp_path):
-    """In the order asked for, one row in so many ticks."""
+    """In the requested order, one row in every few ticks."""
     options = Options(step_s='0.2', columns=('yaw_rad', 'tick'))
     assert export(bag, tmp_path / 'states.npz', options) == TICKS // 6
     whole = table(bag)

@@ -40,13 +40,13 @@ def bags(tmp_path_factory):
 
 
 def flip(data, draw):
-    """Turn bits, close to each other or not."""
+    """Flip bits, close to each other or not."""
     for _ in range(draw.choice((1, 1, 4, 100))):
         data[draw.randrange(len(data))] ^= 1 << draw.randrange(8)
 
 
 def truncate(data, draw):
-    """Cut off the end, the begin or a piece."""
+    """Cut off the end, the beginning or a piece."""
     first, last = sorted(draw.randrange(len(data)) for _ in range(2))
     del data[draw.choice((slice(first, None), slice(0, first), slice(first, last)))]
 

@@ -1,4 +1,4 @@
-"""Bags of other makers are played as they were recorded, or refused in a sentence that is true."""
+"""Bags of other makers are played as they were recorded, or refused in a correct sentence."""
 
 import random
 import struct

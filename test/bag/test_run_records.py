@@ -1,4 +1,4 @@
-"""What a bag says of its run is taken as data: a record that is not true is refused in words."""
+"""What a bag says of its run is taken as data: a false record is refused in one sentence."""
 
 import json
 

@@ -82,7 +82,7 @@ def test_a_duration_is_a_number_above_0(duration_s):
 
 
 def test_a_bag_ends_before_the_stamps_do():
-    """The seconds of a stamp are an int32: what ends after 2^31 s would begin anew at -2^31."""
+    """The seconds of a stamp are an int32: what ends after 2^31 s would wrap to -2^31."""
     last_s = 2**31 - 1_700_000_000
     simulate.tick_count(ORBITING, last_s)
     with pytest.raises(ValueError, match='the last stamp of ROS'):
@@ -108,7 +108,7 @@ def test_blocks_do_not_show(tmp_path, monkeypatch):
 
 
 def test_events_are_in_the_bag(tmp_path):
-    """A run with events verifies, and its bag tells them as they happened."""
+    """A run with events verifies, and its bag has them as they happened."""
     happening = [
         Torque(20, (0.0, 0.1, 0.0), until_tick=40),
         Request(60, {'initial.angular_velocity': [0.0, 0.0, 0.1]}),
@@ -147,7 +147,7 @@ def test_an_epoch_of_0_is_the_wall_clock(tmp_path):
 
 
 def test_a_run_that_is_broken_off_leaves_a_complete_bag(tmp_path):
-    """Whoever stops between blocks has all ticks up to there, and metadata.yaml."""
+    """A run stopped between blocks leaves all ticks up to there, and metadata.yaml."""
     run = simulate.simulate(ORBITING, 1e6, tmp_path / 'bag')
     done = next(run)
     run.close()

@@ -1,4 +1,4 @@
-"""Running a bag again tells a true one from every other."""
+"""Running a bag again distinguishes a true one from any other."""
 
 import struct
 from dataclasses import replace
@@ -84,7 +84,7 @@ def test_what_is_not_conserved_is_told(bag):
 
 
 def test_a_coarse_run_may_drift_more(tmp_path):
-    """What is allowed follows the tolerance: no run is blamed for what was asked of it."""
+    """What is allowed follows the tolerance: no run fails for its own tolerance."""
     scenario = flights.GYROSTAT.with_values({'motion.tolerance': 1e-6})
     verdict = verify(flights.record(tmp_path / 'bag', scenario, 3000, ()))
     assert verdict.is_true
@@ -298,7 +298,7 @@ def test_another_machine_may_round_otherwise(tmp_path, monkeypatch):
 
 
 def test_more_than_rounding_is_a_difference_there_too(tmp_path, monkeypatch):
-    """A start that is 1e-11 aside is another run on any machine."""
+    """A start that is 1e-11 off is another run on any machine."""
     verdict = aside(tmp_path, monkeypatch, 1e-11)
     assert not verdict.is_true
     assert verdict.difference.tick == 0

@@ -1,4 +1,4 @@
-"""What `satdyn check` proves, and that it would tell."""
+"""What `satdyn check` proves, and that it reports errors."""
 
 from satdyn_ros.bag import recording
 from satdyn_ros.cli import check

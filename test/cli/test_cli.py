@@ -79,7 +79,7 @@ def test_help_names_every_command():
 
 
 def test_help_loads_nothing_heavy():
-    """Who asks for help does not wait for the libraries of physics, bags, ROS or pictures."""
+    """Help does not wait for the libraries of physics, bags, ROS or pictures."""
     tell = 'import atexit; atexit.register(lambda: print(sorted(sys.modules), file=sys.stderr))'
     loaded = satdyn('--help', before=tell).stderr
     heavy = ('numpy', 'scipy', 'numba', 'mcap', 'yaml', 'rclpy', 'rich', 'matplotlib', 'dask')
@@ -193,7 +193,7 @@ def test_verify_says_no(tmp_path, capsys):
 
 
 def test_compiling_is_told(tmp_path):
-    """The first use says why it takes seconds, the second has nothing to say."""
+    """The first use says why it takes seconds, the second prints nothing."""
     command = [sys.executable, '-m', 'satdyn_ros.cli.main', 'simulate', 'config/default.yaml']
     environment = os.environ | {'NUMBA_CACHE_DIR': str(tmp_path / 'cache')}
     said = [
@@ -211,7 +211,7 @@ def test_compiling_is_told(tmp_path):
 
 
 def test_the_rate_is_overridden(tmp_path):
-    """--rate counts in place of publish.rate, also for the instants of events."""
+    """--rate replaces publish.rate, also for the instants of events."""
     happening = tmp_path / 'events.yaml'
     happening.write_text('- {at_s: 0.5, topics: [imu]}\n')
     directory = tmp_path / 'bag'

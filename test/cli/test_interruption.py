@@ -1,4 +1,4 @@
-"""Signals end a command at once and in order; a standard output that fails spoils no work."""
+"""Signals end a command at once and cleanly; a failing standard output loses no work."""
 
 import os
 import signal

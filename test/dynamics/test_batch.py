@@ -1,4 +1,4 @@
-"""Propagations side by side: the truths of single ones, whoever flies beside."""
+"""Propagations side by side: the truths of single ones, whatever the neighbours."""
 
 import numpy as np
 import pytest
@@ -89,7 +89,7 @@ def test_one_that_halts_ends_alone():
 
 
 def test_no_motions_and_the_begin():
-    """Nothing of nothing; at time zero every motion is where it starts, bit for bit."""
+    """No motions give no states; at time zero every motion is where it starts, bit for bit."""
     assert propagate_all([], TIMES_S) == []
     flown = motions(5)
     for motion, states in zip(flown, propagate_all(flown, [0.0]), strict=True):

@@ -66,7 +66,7 @@ def _second_differences(q_lb, h, step=1e-4):
 
 def test_a_symmetric_gyrostat_has_one_for_each_circle():
     """
-    The axis along the normal always, beside it for a small rotor momentum (Likins 1965).
+    The axis along the normal always, and off it for a small rotor momentum (Likins 1965).
 
     Hyperbolic equilibria, in the plane of normal and track, need |h| < n |A - C|; conical ones, in
     the plane of normal and up, |h| < 4 n |A - C|.  Turns about the axis are not counted.

@@ -1,4 +1,4 @@
-"""Propagations that cannot go on end in one exception, keep what they reached and never hang."""
+"""Propagations that cannot continue end in an exception, keep what they reached, never hang."""
 
 import os
 import signal
@@ -84,7 +84,7 @@ def test_ends_in_halted_or_finite(name):
 
 
 def test_hostile_beside_calm():
-    """In a batch each ends as it does alone, and those beside it go on."""
+    """In a batch each ends as it does alone, and its neighbours continue."""
     calm = Propagation(System(BODY, orbit=KeplerOrbit()), State(rotation.IDENTITY, CALM))
     t_s = np.array([0.0, 0.01, 100.0, 1e4])
     flown = [_hostile(name) for name in HOSTILE] + [calm]
@@ -193,7 +193,7 @@ print('flying', flush=True)
     ],
 )
 def test_ctrl_c_ends_it(ready, fly):
-    """Ctrl-C interrupts a propagation that would take for ever, alone and in a batch."""
+    """Ctrl-C interrupts a propagation that would never end, alone and in a batch."""
     process = subprocess.Popen(
         [sys.executable, '-c', ENDLESS.format(ready=ready, fly=fly)],
         stdout=subprocess.PIPE,

@@ -20,7 +20,7 @@ SERVICES = {
 
 
 def test_every_topic_and_every_service_has_an_example():
-    """A file for each, named after it, and no other."""
+    """One file for each, named after it, and no others."""
     assert {path.stem for path in examples.TOPICS} == set(TOPICS)
     assert {path.stem for path in examples.SERVICES} == set(SERVICES)
 

@@ -76,7 +76,7 @@ def test_page_needs_nothing_else(page):
 
 
 def test_says_what_differs_from_the_defaults(page):
-    """The table of the scenario has what was given and not what stands by default."""
+    """The table of the scenario has what was given, without the defaults."""
     rows = re.findall(r'<tr><td>([a-z.]+)</td>', page.read_text())
     assert {'rotor.mode', 'rotor.speed', 'publish.rate'} <= set(rows)
     assert not {'body.inertia', 'orbit.mu', 'frames.body'} & set(rows)

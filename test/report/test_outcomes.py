@@ -21,7 +21,7 @@ def test_draws_become_histograms(tmp_path):
 
 
 def test_a_grid_becomes_a_map(tmp_path):
-    """What a run of the grid came to is the colour at its two numbers."""
+    """The result of a run of the grid is the colour at its two numbers."""
     vary = {
         'rotor.momentum': {'linspace': [-6.0, 6.0, 3]},
         'initial.angular_velocity.x': {'linspace': [-0.005, 0.005, 5]},
@@ -36,7 +36,7 @@ def test_a_grid_becomes_a_map(tmp_path):
 
 
 def test_the_command(tmp_path, capsys):
-    """A sweep tells what came of it, plot draws it, and what it cannot draw it says."""
+    """A sweep reports its results, plot draws them, and says what it cannot draw."""
     path, directory = write(tmp_path), tmp_path / 'out'
     assert main(['sweep', str(path), '-o', str(directory), '--workers', '1']) == 0
     captured = pq.read_table(directory / 'table.parquet')['captured'].to_pylist().count(True)

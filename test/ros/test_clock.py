@@ -1,4 +1,4 @@
-"""The clock by the book: the simulated time of everybody who follows /clock."""
+"""/clock as ROS defines it: the simulated time of every node that follows it."""
 
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy

@@ -119,7 +119,7 @@ def test_bags_are_begun_and_completed_by_request(live, tmp_path):
 
 
 def test_a_directory_without_permission_is_said_so(live, tmp_path):
-    """The service refuses with the system's reason, and the satellite flies on."""
+    """The service refuses with the system's reason, and the run continues."""
     (tmp_path / 'file').write_text('')
     _, participant = live({'record.directory': str(tmp_path / 'file')})
     done, sentence = participant.switch('record', True)

@@ -1,4 +1,4 @@
-"""What the node says of its health, and that each level means something."""
+"""What the node reports about its health, and the meaning of each level."""
 
 import re
 import signal

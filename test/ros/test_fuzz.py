@@ -1,4 +1,4 @@
-"""Whatever several clients send at once, the node flies on and its bags verify."""
+"""Whatever several clients send at once, the node keeps running and its bags verify."""
 
 import random
 
@@ -123,7 +123,7 @@ class Fuzz:
     ('seed', 'count'), [(1, 400), pytest.param(2, 20_000, marks=pytest.mark.torture)]
 )
 def test_fuzz(live, tmp_path, capsys, seed, count):
-    """Every request is answered; at the end the node flies as ever, and every bag verifies."""
+    """Every request is answered; at the end the node still runs, and every bag verifies."""
     node, participant = live(VALUES)
     clients = [Participant(node.namespace) for _ in range(CLIENTS)]
     participant.hear(participant.listen('attitude'), 1)

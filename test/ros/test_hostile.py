@@ -1,4 +1,4 @@
-"""What nobody should send: the node answers by a sentence, and flies on."""
+"""What nobody should send: the node answers in one sentence, and keeps running."""
 
 import signal
 import struct
@@ -85,7 +85,7 @@ def test_a_node_that_publishes_nothing_flies_on(live, topics):
 
 
 def test_what_is_no_message_costs_that_message_alone(live):
-    """A torque whose text is no text or that breaks off is told of; the next one is taken."""
+    """A torque with invalid text, or cut off, is reported; the next one is accepted."""
     node, participant = live({'torque.timeout': 0.0, 'initial.angular_velocity': [0.0] * 3})
     heard = participant.listen('angular_velocity')
     publisher = participant.node.create_publisher(WrenchStamped, 'torque', 10)

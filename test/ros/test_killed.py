@@ -1,4 +1,4 @@
-"""A node that is killed: its bag lacks no message that is older than a second."""
+"""A killed node: its bag lacks no message older than a second."""
 
 import os
 import random

@@ -89,7 +89,7 @@ def test_sets_are_taken_or_refused_by_the_rules_of_their_key(live):
 
 
 def test_topics_change_while_running(live):
-    """A topic that is left out falls silent, one that is added begins at a later tick."""
+    """A removed topic stops, an added one begins at a later tick."""
     _, participant = live({'publish.topics': ['attitude', 'imu']})
     imus, rotors = participant.listen('imu'), participant.listen('rotor')
     attitudes = participant.listen('attitude')

@@ -1,4 +1,4 @@
-"""What the node asks of the system, in processes of their own."""
+"""What the node requests of the system, tested in separate processes."""
 
 import gc
 import os

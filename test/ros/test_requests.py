@@ -1,4 +1,4 @@
-"""New initial conditions while the satellite flies."""
+"""New initial conditions during a run."""
 
 import math
 import struct
@@ -18,7 +18,7 @@ def tick_of(stamp):
 
 def test_a_request_restarts_the_motion_at_a_tick(live):
     """
-    The stamps run on without a gap, and one tick carries exactly what was asked for.
+    The stamps run on without a gap, and one tick carries exactly the requested state.
 
     It comes after the request, and all after it is the engine's motion from there.
     """
@@ -116,7 +116,7 @@ REFUSED = [
 
 
 def test_a_bad_request_changes_nothing_and_says_why(live):
-    """Each kind is refused by its sentence, and the stream goes on as if nobody had asked."""
+    """Each kind is refused by its sentence, and the stream continues as before."""
     node, participant = live({'publish.topics': ['attitude']})
     heard = participant.listen('attitude', raw=True)
     participant.hear(heard, 1)

@@ -1,4 +1,4 @@
-"""A node that flies for long: no gap, flat memory and descriptors, a bag that verifies."""
+"""A node that runs for hours: no gap, flat memory and descriptors, a bag that verifies."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The wire is standard: a participant of another make, without ROS, hears the satellite."""
+"""The wire is standard: a participant of another vendor, without ROS, receives its messages."""
 
 import os
 import subprocess

@@ -24,7 +24,7 @@ TEXT = b'the same words again and again ' * 1000
 
 @pytest.mark.parametrize('compression', ['', 'lz4', 'zstd'])
 def test_contents_come_back(compression):
-    """Whole, and of bytes that are cut off the begin."""
+    """Whole contents, and the beginning of those that are cut off."""
     data = compressor(compression)(np.frombuffer(TEXT, np.uint8))
     assert decompress(compression, data, len(TEXT)) == TEXT
     assert TEXT.startswith(decompress_begin(compression, data[:-1]))
@@ -41,7 +41,7 @@ def test_another_size_than_claimed_is_refused(compression, claimed):
 
 
 def test_a_ceiling_is_a_parameter():
-    """What is allowed by default may be too much for somebody."""
+    """A caller may allow less than the default."""
     data = compressor('zstd')(np.frombuffer(TEXT, np.uint8))
     assert decompress('zstd', data, len(TEXT), ceiling=len(TEXT)) == TEXT
     with pytest.raises(Damaged, match='it claims to hold 31000 bytes; the limit is 30999'):
@@ -49,7 +49,7 @@ def test_a_ceiling_is_a_parameter():
 
 
 def test_another_compression_is_named():
-    """Those of MCAP are lz4 and zstd."""
+    """Only the compressions of MCAP, lz4 and zstd, are supported."""
     with pytest.raises(Damaged, match="its compression is 'br'; lz4 and zstd are supported"):
         decompress('br', b'', 0)
     with pytest.raises(Damaged, match='not compressed with zstd'):

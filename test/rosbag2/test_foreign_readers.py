@@ -1,4 +1,4 @@
-"""What other people's readers find in our bags: every message, its times and its values."""
+"""What other programs find in our bags: every message, its times and its values."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""Every bit of a bag counts: one that is turned is noticed, by its file and its record."""
+"""Every bit of a bag counts: a flipped one is noticed, by its file and its record."""
 
 import random
 import re
@@ -31,7 +31,7 @@ def bag(request, tmp_path_factory):
 
 
 def turned(path, bit):
-    """Turn a bit of a file."""
+    """Flip a bit of a file."""
     with open(path, 'r+b') as file:
         file.seek(bit // 8)
         byte = file.read(1)[0]
@@ -40,7 +40,7 @@ def turned(path, bit):
 
 
 def unnoticed(bag, directory, bits, named=NAMED):
-    """Return those of (file name, bit) that, turned one at a time, are not told by file."""
+    """Return those of (file name, bit) that, flipped one at a time, are not noticed by file."""
     copy = directory / 'bag'
     shutil.copytree(bag, copy)
     missed = []
@@ -103,7 +103,7 @@ def test_every_turned_bit_is_noticed(bag, tmp_path):
 
 
 def meanings_kept(bag, directory, bits):
-    """Turn bits of metadata.yaml; return those noticed without, or not with, another meaning."""
+    """Flip bits of metadata.yaml; return those noticed without, or not with, another meaning."""
     copy = directory / 'bag'
     shutil.copytree(bag, copy)
     path = copy / 'metadata.yaml'
@@ -130,7 +130,7 @@ def meanings_kept(bag, directory, bits):
 
 
 def test_a_turned_bit_in_metadata_yaml_is_noticed_where_it_means_something(bag, tmp_path):
-    """By its key, or by the place where the text is no YAML."""
+    """By its key, or by the place where the text is not YAML."""
     size = 8 * (bag / 'metadata.yaml').stat().st_size
     bits = random.Random(1).sample(range(size), 100)
     assert meanings_kept(bag, tmp_path, bits) == []
@@ -145,7 +145,7 @@ def test_every_turned_bit_in_metadata_yaml(bag, tmp_path):
 
 @pytest.mark.parametrize('kind', ['magic', 'Header', 'Metadata', 'Block', 'DataEnd', 'Footer'])
 def test_verify_says_no_to_a_turned_bit(bag, tmp_path, kind):
-    """A bag of ours that is damaged is no wrong input but a no: Damaged, whatever record it is."""
+    """A damaged bag of satdyn_ros fails the check as Damaged, whatever record it is."""
     copy = tmp_path / 'bag'
     shutil.copytree(bag, copy)
     places = {type(f.item).__name__: f.start for f in scan(copy / 'bag_0.mcap')} | {'magic': 0}

@@ -1,4 +1,4 @@
-"""Bags as they can be had: ours, another's, unfinished; the run in ours."""
+"""Reading bags, complete or unfinished, from satdyn_ros or another program; the run in them."""
 
 import flights
 import numpy as np

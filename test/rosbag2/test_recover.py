@@ -1,4 +1,4 @@
-"""A bag whose writer did not come to its end is completed, and loses nothing that was written."""
+"""A bag whose writer did not finish is completed, and loses nothing that was written."""
 
 import random
 import subprocess
@@ -55,7 +55,7 @@ def chunk_ends(path):
 
 
 def test_a_file_cut_anywhere_keeps_all_that_was_written(whole, tmp_path):
-    """What is left is the begin of the sequence, with every whole chunk; other readers agree."""
+    """What is left is the start of the sequence, with every whole chunk; other readers agree."""
     path, messages = whole
     ends = chunk_ends(path / 'bag_0.mcap')
     size = (path / 'bag_0.mcap').stat().st_size
@@ -195,7 +195,7 @@ def test_bytes_that_are_gone_or_foreign_cost_what_they_touch(whole, tmp_path):
 
 
 def test_a_damaged_index_or_summary_costs_nothing(whole, tmp_path):
-    """They are made anew from the data: the file is the one that was written."""
+    """They are rebuilt from the data: the file is the one that was written."""
     path, _ = whole
     data = (path / 'bag_0.mcap').read_bytes()
     bag = cut(path, tmp_path / 'bag', len(data))
@@ -208,7 +208,7 @@ def test_a_damaged_index_or_summary_costs_nothing(whole, tmp_path):
 
 
 def test_a_changed_event_is_told_as_what_it_is(whole, tmp_path):
-    """A metadata record has no checksum of its own: it is kept, and the doubt is said."""
+    """A metadata record has no checksum of its own: it is kept, and the doubt is reported."""
     path, messages = whole
     data = (path / 'bag_0.mcap').read_bytes()
     bag = cut(path, tmp_path / 'bag', len(data))

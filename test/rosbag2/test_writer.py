@@ -219,7 +219,7 @@ def test_metadata_yaml_is_version_9_field_by_field(bag):
 
 
 def test_a_file_says_twice_what_metadata_yaml_says(bag):
-    """At its begin without messages and topics, at its end all of it, without the outer key."""
+    """At its start without messages and topics, at its end all of it, without the outer key."""
     first, last = (
         yaml.safe_load(record.metadata['serialized_metadata'])
         for record in only(bag / 'bag_0.mcap', Metadata)
@@ -411,7 +411,7 @@ def test_a_place_without_permission_is_told(tmp_path):
 
 
 def test_a_full_disk_is_told_once_and_what_was_written_stays(tmp_path):
-    """A limit on the size of files stands for the disk; the bag is recoverable after it."""
+    """A limit on the size of files simulates a full disk; the bag is recoverable after it."""
     program = """if True:
         import resource, sys
         import numpy as np

@@ -1,4 +1,4 @@
-"""What theory says of a scenario, against what the references and the papers say of it."""
+"""What theory says about a scenario, against the references and the papers."""
 
 import json
 from pathlib import Path

@@ -51,7 +51,7 @@ def test_an_instant_is_taken_by_its_decimals(text, tick):
     ],
 )
 def test_a_torque_ends_as_in_the_node_unless_told(until, timeout_s, tick):
-    """Without a word torque.timeout counts, 0 is never; until_* says otherwise, null is never."""
+    """By default torque.timeout applies, 0: never; until_* overrides it, null: never."""
     scenario = MOTOR.with_values({'torque.timeout': timeout_s})
     text = f'- {{at_s: 1, torque: [1, 0, 0]{until}}}'
     assert events.from_yaml_text(text, scenario) == [Torque(10, (1.0, 0.0, 0.0), tick)]
@@ -110,7 +110,7 @@ def test_what_is_written_is_read(happened):
     ],
 )
 def test_refused(text, sentence):
-    """What is wrong is said in one sentence that names the event and what it takes."""
+    """What is wrong is stated in one sentence that names the event and what is allowed."""
     with pytest.raises(ValueError) as refusal:
         events.from_yaml_text(text, MOTOR)
     assert sentence in str(refusal.value)

@@ -80,7 +80,7 @@ def test_a_request_that_loses_its_closed_form_halts_until_the_next(monkeypatch):
 
 
 def test_given_halts_and_drops_happen_only_where_they_are_true():
-    """Whoever tells of them cannot make a run drop a torque or halt."""
+    """An events file cannot make a run drop a torque or halt."""
     lies = [TorquesDropped(3), Torque(5, (0.1, 0.0, 0.0)), TorquesDropped(6), Halt(7)]
     happened, told = run(SCENARIO, lies, 30)
     assert happened == [Torque(5, (0.1, 0.0, 0.0))]

@@ -84,7 +84,7 @@ def test_at_max_speed_a_command_acts_only_where_it_slows():
 
 
 def test_a_dropped_torque_has_no_timeout():
-    """The end of a torque that a limit has dropped is no event any more."""
+    """The end of a torque that a limit has dropped is no longer an event."""
     applied, _, _ = run([RotorCommand(0, {'a': 0.01, 'b': 1e-3}, until_tick=150)])
     assert Timeout(150, 'rotor_command.b') in applied
     assert Timeout(150, 'rotor_command.a') not in applied

@@ -1,4 +1,4 @@
-"""YAML files: numbers as ROS has them, and one sentence, soon, for whatever is not to be read."""
+"""YAML files: numbers as ROS has them, and one sentence, soon, for whatever must not be read."""
 
 import resource
 import subprocess

@@ -152,7 +152,7 @@ def test_keys_not_given_stay_in_force():
     ],
 )
 def test_refused_request_changes_nothing(values, sentence):
-    """A refusal says why in one sentence, and the run goes on as if nothing had been asked."""
+    """A refusal says why in one sentence, and the run continues unchanged."""
     simulation, undisturbed = Simulation(GYROSTAT), Simulation(GYROSTAT)
     simulation.step(), undisturbed.step()
     with pytest.raises(ValueError, match=sentence) as refusal:
@@ -163,7 +163,7 @@ def test_refused_request_changes_nothing(values, sentence):
 
 
 def test_snapshot_goes_on_with_the_same_bits():
-    """A run begun from a snapshot in its midst gives the bits of the whole run."""
+    """A run resumed from a snapshot midway gives the bits of the whole run."""
     _, table = run(GYROSTAT, EVENTS)
     for begin in (10, 30, 75, 120, 140):
         simulation = Simulation(GYROSTAT, EVENTS)
@@ -180,7 +180,7 @@ def test_snapshot_goes_on_with_the_same_bits():
 
 @pytest.mark.parametrize('rate', [3.0, 1.0 / 3.0, 100.0, 1000.0, 0.1, 7.3, 1234.5678, 10000.0])
 def test_stamps_are_exact(rate):
-    """Tick k stands at k / rate, rounded once to the nanosecond, at any rate and for decades."""
+    """Tick k is at k / rate, rounded once to the nanosecond, at any rate and for decades."""
     ticks = Simulation(Scenario.from_dict({'publish.rate': rate, 'time.epoch_ns': 10**18})).ticks
     exact = Fraction(rate).limit_denominator(1000)
     exact = exact if float(exact) == rate else Fraction(rate)

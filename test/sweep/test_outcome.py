@@ -1,4 +1,4 @@
-"""Runs that are flown and measured together come to what each comes to by itself."""
+"""Runs propagated and measured together give the same results as alone."""
 
 import numpy as np
 import pytest
@@ -105,7 +105,7 @@ def test_together_as_alone(tmp_path, monkeypatch, name):
 
 
 def test_together_is_what_happens(tmp_path, monkeypatch):
-    """Runs that differ in numbers alone are flown together: none goes by itself."""
+    """Runs that differ only in numbers are propagated together: none alone."""
     plan = Plan.from_yaml(write(tmp_path))
 
     def alone(*given):

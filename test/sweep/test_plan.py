@@ -1,4 +1,4 @@
-"""Sweep files: what they vary, and the sentence for what they must not say."""
+"""Sweep files: what they vary, and the sentence for what is not allowed."""
 
 import numpy as np
 import pytest

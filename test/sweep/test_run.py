@@ -1,4 +1,4 @@
-"""Sweeps end with the same table whoever does the runs and however often they are interrupted."""
+"""Sweeps give the same table wherever the runs are done and however often interrupted."""
 
 import os
 import signal
@@ -197,7 +197,7 @@ def test_bad_workers(tmp_path):
 
 
 def test_no_scheduler(tmp_path):
-    """An address where nobody listens is told in one sentence."""
+    """An address where nothing listens is reported in one sentence."""
     with pytest.raises(ValueError, match=r'--dask is tcp://127\.0\.0\.1:1, where no') as told:
         sweep(write(tmp_path), tmp_path / 'out', dask_address='tcp://127.0.0.1:1')
     assert '\n' not in str(told.value)

@@ -167,7 +167,7 @@ def test_diagnostics_and_no_errors(page):
 
 
 def test_goes_on_when_the_node_is_killed_and_comes_back(page, nodes):
-    """After a SIGKILL the page says so, and goes on with the next node of this name."""
+    """After a SIGKILL the page says so, and continues with the next node of this name."""
     nodes[-1].end(signal.SIGKILL)
     pages.wait(page, lambda: text(page, 'state') == 'not there')
     nodes.begin(

@@ -1,4 +1,4 @@
-"""A bag in the page: all of it, and any part as fine as it was recorded."""
+"""A bag in the page: all of it, and any part at its recorded resolution."""
 
 import browser as pages
 import numpy as np

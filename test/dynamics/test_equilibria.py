@@ -184,7 +184,7 @@ def test_a_rotor_holds_any_attitude_without_pitch_torque(k, along_normal):
 def test_no_rotor_holds_a_pitch_torque():
     """A body turned about the normal between its principal axes is refused with the reason."""
     q_lb = rotation.about([0, 1, 0], 0.3)
-    with pytest.raises(ValueError, match='no pitch torque: it must be 0'):
+    with pytest.raises(ValueError, match='cannot balance a pitch torque: it must be 0'):
         equilibria.equilibrium_momentum(TRIAXIAL, q_lb, 1e-3)
 
 

@@ -18,7 +18,7 @@ OLD := $(VENV)-oldest
 OLD_PYTHON = $(shell for python in python3.11 python3.10 $(PYTHON); do \
 	$$python -c 'import sys; sys.exit(sys.version_info[:2] not in ((3, 10), (3, 11)))' 2>/dev/null \
 	&& echo $$python && break; done)
-# What the libraries are called for most: propagation, closed forms, bags, YAML, pictures, a node.
+# What the libraries are used for most: propagation, closed forms, bags, YAML, pictures, a node.
 OLD_TESTS := test/dynamics/test_propagator.py test/dynamics/test_batch.py test/exact/test_elliptic.py \
 	test/exact/test_flow.py test/run test/messages test/rosbag2 test/bag/test_verify.py \
 	test/report/test_plot.py test/ros/test_stream.py
@@ -33,10 +33,10 @@ help:
 	@echo 'make colcon   build the package in a colcon workspace of its own and try what it installs'
 	@echo 'make figures  draw the pictures of the documentation again'
 	@echo 'make docs     the site, in build/docs'
-	@echo 'make bench    the benchmarks beside their peers; writes benchmark/RESULTS.md'
-	@echo 'make torture  the long forms of the tests (hours): every turned bit, mutated bags and YAML,'
+	@echo 'make bench    the benchmarks against their peers; writes benchmark/RESULTS.md'
+	@echo 'make torture  the long forms of the tests (hours): every flipped bit, mutated bags and YAML,'
 	@echo '              requests of four clients, kills, restarts, a simulated day'
-	@echo 'make reference  compute the reference cases anew, to 50 digits, and compare (some minutes)'
+	@echo 'make reference  recompute the reference cases to 50 digits and compare (some minutes)'
 	@echo 'make oldest   tests with the oldest libraries that setup.py names (Python 3.10 or 3.11)'
 	@echo 'make clean    remove .venv and everything that was built'
 
@@ -79,7 +79,7 @@ clean:
 	find . -name __pycache__ -prune -exec rm -rf {} +
 
 $(PY):
-	@test -n "$(PYTHON)" || { echo 'No Python 3.10 to 3.13 found; say make PYTHON=/path/to/python'; exit 1; }
+	@test -n "$(PYTHON)" || { echo 'No Python 3.10 to 3.13 found; use make PYTHON=/path/to/python'; exit 1; }
 	@echo "Making $(VENV) with $$($(PYTHON) --version)"
 	@$(PYTHON) -m venv $(if $(SOURCED),--system-site-packages) $(VENV) || { rm -rf $(VENV); exit 1; }
 	@touch $(VENV)/COLCON_IGNORE

@@ -125,8 +125,8 @@ def _message_columns(run, kind, options):
         if not {*columns} <= {*recorded}:
             topics = [t for t, fields in columns_of_topics().items() if columns in fields.values()]
             raise ValueError(
-                f'{run.bag.path} has not recorded the {what}, which one of the topics '
-                f'{", ".join(topics)} holds'
+                f'{run.bag.path} has not recorded the {what}; record one of the topics '
+                f'{", ".join(topics)}'
             )
     return [*times, *(name for columns in wanted.values() for name in columns)]
 

@@ -192,7 +192,7 @@ def _add_bag_commands(command):
     added = command(
         'recover',
         'mend a bag that is damaged, or whose writer was killed',
-        'satdyn recover orbit\nsatdyn recover /media/archive/orbit -o mended',
+        'satdyn recover orbit\nsatdyn recover /media/archive/orbit -o recovered',
     )
     _add_bag(added)
     added.add_argument(

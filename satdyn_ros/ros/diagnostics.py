@@ -33,7 +33,7 @@ _WALL = Clock(clock_type=ClockType.SYSTEM_TIME)
 # A hundred orbits drift by some 200 tolerances; far more means that something is wrong.
 _WARN_TOLERANCES, _ERROR_TOLERANCES = 1e4, 1e7
 _LARGEST_WARN, _LARGEST_ERROR = 1e-3, 1e-1
-# Of ticks that come more than their period behind the deadline, so many a report do not matter.
+# This share of a report's ticks may be more than their period behind the deadline.
 _LATE_PART = 0.05
 # A queue so full is about to make ticks late.
 _HIGH_LOAD = 0.5

@@ -19,9 +19,9 @@ _AHEAD_S = 0.25
 _LARGEST_BLOCK = 256
 # A longer sleep can be interrupted; a shorter one ends more punctually.
 _SHORT_NS = 50_000_000
-# The end waits so long for a tick that is computed.
+# How long, and how often, the end waits for a tick that is being computed.
 _PATIENCE_S, _LOOK_S = 0.3, 0.02
-# A lag after which deadlines start anew.
+# A lag after which deadlines are counted from the present.
 _LARGEST_LAG_NS = SECOND_NS
 
 
@@ -124,7 +124,7 @@ class Pacing:
 
     @property
     def is_stepping(self) -> bool:
-        """Whether a step goes on."""
+        """Whether a step is in progress."""
         return self._steps > 0
 
     @property
@@ -166,7 +166,7 @@ class Pacing:
         Let event_at(tick) act at the next tick.
 
         kind: while no tick passes, an event takes the place of one of its kind that waits.
-        restarts: the event begins a new motion, with which a run that has halted goes on.
+        restarts: the event begins a new motion, with which a halted run continues.
         """
         self._attention = True
         with self._changed:
@@ -197,7 +197,7 @@ class Pacing:
 
     def step(self, count: int, ended: Callable[[int], None]) -> bool:
         """
-        Let `count` ticks pass while paused; False: not paused, halted, or a step goes on.
+        Let `count` ticks pass while paused; False: not paused, halted, or a step is in progress.
 
         ended(passed): called once, by any thread and while no tick passes, when that many of the
         ticks have passed and no more will.

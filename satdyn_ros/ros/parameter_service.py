@@ -19,7 +19,7 @@ class ParameterService(rclpy.parameter_service.ParameterService):
     The services that list, describe, get and set a node's parameters.
 
     A set that rclpy would answer with an exception, which ends the executor, is refused.  lock:
-    held by whoever sets parameters.
+    held while parameters are set.
     """
 
     def __init__(self, node: Node, lock: AbstractContextManager):

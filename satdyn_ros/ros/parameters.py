@@ -77,7 +77,7 @@ class NodeParameters:
     The parameters of a node, whose values are those of a scenario.
 
     changed(scenario, names): called after an ordinary set was accepted, names: of what changed.
-    lock: held by whoever sets parameters.
+    lock: held while parameters are set.
     """
 
     def __init__(

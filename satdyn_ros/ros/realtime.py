@@ -54,9 +54,9 @@ def raise_priority(scenario: Scenario, warn: Callable[[str], None]) -> None:
 
 class GarbageCollection:
     """
-    Garbage collection at moments of our choice, once a second, where Python's own is disabled.
+    Garbage collection at chosen moments, once a second, where Python's own is disabled.
 
-    It takes as long as the last time, about; what was there before gc.freeze() costs nothing.
+    It takes about as long as the last time; what was there before gc.freeze() costs nothing.
     """
 
     def __init__(self) -> None:

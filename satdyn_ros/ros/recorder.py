@@ -24,7 +24,7 @@ class Recorder:
     """
     One bag in record.directory, named by the wall clock, open from its making to close().
 
-    topics: those recorded from the begin.  resolve: a topic's full name in the node's namespace.
+    topics: those recorded from the start.  resolve: a topic's full name in the node's namespace.
     tell(sentence): called once if the bag can no longer be written.  OSError: it cannot be
     created.
     """

@@ -54,7 +54,7 @@ def recover(path: str | Path, output: str | Path | None = None) -> Recovered:
     directory = path if path.is_dir() else path.parent
     if output is not None:
         directory = _new_place(path, Path(output))
-    mended, checked = [], []
+    rewritten, checked = [], []
     for file in files:
         target = directory / file.name if output is None or path.is_dir() else Path(output)
         try:
@@ -65,11 +65,11 @@ def recover(path: str | Path, output: str | Path | None = None) -> Recovered:
         except Damaged:
             loss = _mend(file, target, contents)
             losses += [loss] if loss else []
-            mended.append(file.name)
+            rewritten.append(file.name)
             checked.append(check_file(target))
-    if path.is_dir() and (output is not None or mended or not _is_listed(path, checked)):
+    if path.is_dir() and (output is not None or rewritten or not _is_listed(path, checked)):
         contents.write(directory)
-    return Recovered(tuple(mended), sum(contents.counts.values()), tuple(losses))
+    return Recovered(tuple(rewritten), sum(contents.counts.values()), tuple(losses))
 
 
 def _files(path: Path) -> tuple[list[Path], list[Loss]]:
@@ -119,7 +119,7 @@ def _first_words(files: list[Path]) -> tuple[Mapping[str, str], str]:
 def _new_place(path: Path, output: Path) -> Path:
     """Return the directory of the repaired bag, created if the bag is a directory."""
     if output.exists():
-        raise FileExistsError(f'{output} already exists; a mended bag needs a new place')
+        raise FileExistsError(f'{output} already exists; a recovered bag needs a new place')
     if path.is_dir():
         output.mkdir(parents=True)
         return output

@@ -19,7 +19,7 @@ _SURELY_RAD_PER_TICK = MOST_RAD_PER_TICK / 10.0
 
 def many(values: Mapping[str, Any], count: int) -> tuple[Scenario, np.ndarray]:
     """
-    Return so many scenarios as one of arrays, and which of them are valid beyond doubt, (count,).
+    Return count scenarios as one of arrays, and which of them are valid beyond doubt, (count,).
 
     values: of every key, those that differ as arrays (count,) or (count, k).  Where there is
     doubt, Scenario itself decides, and finds the sentence.

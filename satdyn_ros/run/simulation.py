@@ -31,7 +31,7 @@ from .ticks import LAST_STAMP_NS, Ticks
 # A motion that takes more steps from one tick to the next does not reach it.
 MOST_STEPS_A_TICK = 10**6
 _NO_STAMP = f'the next tick comes after the last stamp of ROS, {LAST_STAMP_NS // 10**9} s'
-# A request is tried for so many ticks, or steps in all.
+# A request is tried for this many ticks, or steps in all.
 _TRIED_TICKS, _TRIED_STEPS = 100, 10**6
 
 

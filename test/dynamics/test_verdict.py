@@ -122,7 +122,7 @@ def test_aligned_equilibria_agree_with_the_linear_equations(h):
     """
     For every aligned attitude: stable where (4.a) holds, unstable where a root of (4.3) grows.
 
-    What is left is undecided: gyroscopic stability, such as the DeBra-Delp region's.
+    The remaining cases are undecided: gyroscopic stability, such as the DeBra-Delp region's.
     """
     moments, n = np.array([600.0, 800.0, 900.0]), ORBIT.mean_motion
     for q_lb in relative_equilibria(np.diag(moments)):

@@ -94,7 +94,7 @@ def assert_kirchhoff(body, q, omega, P0, t_s):
     """
     Assert that a motion is the one of the equations, within 1e-10 + 1e-13 G.
 
-    G: how much an integration that starts 1e-9 aside has grown apart; what DOP853 rounds away,
+    G: how much an integration that starts 1e-9 away has grown apart; what DOP853 rounds away,
     some 1e-13 of a time unit, grows alike.
     """
     q_ib, omega_bi_b, v_b, x_i = truth = kirchhoff(body, q, omega, P0, t_s)
@@ -313,7 +313,7 @@ def test_a_slender_body_turns_over_once():
 
 
 def test_the_table_does_not_depend_on_what_else_is_asked():
-    """Any order, one time or many: row i is a matter of t_s[i] alone, to the last bit."""
+    """Any order, one time or many: row i depends on t_s[i] alone, to the last bit."""
     motion = Immersed(FluidBody(**COUPLED, H1=0.4, H2=-0.3), ANY, RATE, 1.5)
     t_s = np.array([30.0, 0.0, 4.5, 4.5, 1e3])
     states = motion.at(t_s)

@@ -1,4 +1,4 @@
-"""What Paladini says beside the attitude, against roots, propagation and integrated equations."""
+"""What Paladini says besides the attitude, against roots, propagation and integrated equations."""
 
 import numpy as np
 import pytest

@@ -179,7 +179,7 @@ def test_separatrices_of_the_offset_pendulum(name):
     [Field(1.0, 0.5, 0.0, -0.5, 0.0), Field(0.4, 0.0, 0.3, np.pi, 0.0), Field(1, 0, -2, 0, 0)],
 )
 def test_equilibria_of_the_offset_pendulum_rest(field):
-    """Proves that stable and unstable equilibria stay for ever."""
+    """Proves that the motion stays in stable and unstable equilibria."""
     pendulum = OffsetPendulum(field)
     theta, rate = pendulum.at(np.array([0.0, 1e6]))
     assert pendulum.regime == 'rest'

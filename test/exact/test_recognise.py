@@ -1,4 +1,4 @@
-"""Recognition: every closed form that there is, no other, and the reason where there is none."""
+"""Recognition: every closed form that exists, no other, and the reason where there is none."""
 
 from dataclasses import fields
 
@@ -24,7 +24,7 @@ OTHERS = [name for name in newtonian() if name not in EXACT]
 
 
 def in_axes(system, state, q_bp):
-    """Return a system and state of one in axes p, told in axes b."""
+    """Return a system and state given in axes p, in axes b."""
     moments, rotor = np.diagonal(system.inertia), system.rotors[0]
     told = System(
         inertia_in_body_axes(moments, q_bp),
@@ -106,14 +106,14 @@ def test_rotors_that_leave_the_planar_motion(rotor):
     ],
 )
 def test_what_ends_the_planar_motion_is_said(changes, reason):
-    """Proves that there is no closed form any more, and that the reason is the change."""
+    """Proves that there is no longer a closed form, and that the reason is the change."""
     system, start = swinging(**changes)
     assert exact.recognise(system, start) is None
     assert exact.explain(system, start).startswith(reason)
 
 
 def test_in_a_fixed_field_each_motion_has_its_reason():
-    """Proves that a body that is none of them hears of all of them."""
+    """Proves that the reason covers every motion that the field allows."""
     system = System(np.diag([1.0, 1.5, 2.0]), orbit=FixedDirection(1.0))
     start = State(TURNED, np.array([0.1, 0.2, 0.3]))
     assert exact.recognise(system, start) is None
@@ -124,7 +124,7 @@ def test_in_a_fixed_field_each_motion_has_its_reason():
 
 
 def test_without_a_field_only_free_motions_have_reasons():
-    """Proves that a gyrostat that no torque moves hears nothing of fields."""
+    """Proves that the reason for a torque-free gyrostat does not mention fields."""
     rotor = Rotor('constant_momentum', np.array([0.6, 0.0, 0.8]), 1.0)
     system = System(np.diag([1.0, 1.5, 2.0]), (rotor,), FixedDirection(0.0))
     start = State(TURNED, np.array([0.1, 0.2, 0.3]))
@@ -219,13 +219,13 @@ class Pushed(System):
 
     @property
     def is_driven(self) -> bool:
-        """Whether something beside the field does work."""
+        """Whether anything but the field does work."""
         return True
 
 
 @pytest.mark.parametrize('name', EXACT)
 def test_a_torque_that_no_closed_form_knows_is_refused(name):
-    """System.is_driven alone makes every closed form refuse a system that it else would take."""
+    """System.is_driven alone makes every closed form refuse what it would otherwise accept."""
     case = newtonian()[name]
     pushed = Pushed(**{field.name: getattr(case.system, field.name) for field in fields(System)})
     assert exact.recognise(case.system, case.start) is not None

@@ -259,7 +259,7 @@ def test_a_file_outside_of_the_bag_is_not_touched(whole, tmp_path):
 
 
 @pytest.mark.parametrize('is_bare', [True, False])
-def test_a_bag_that_cannot_be_written_is_mended_elsewhere(whole, tmp_path, is_bare):
+def test_a_bag_that_cannot_be_written_is_recovered_elsewhere(whole, tmp_path, is_bare):
     """With an output the old bag is only read."""
     path, messages = whole
     bag = cut(path, tmp_path / 'bag', (path / 'bag_0.mcap').stat().st_size - 40)
@@ -272,7 +272,7 @@ def test_a_bag_that_cannot_be_written_is_mended_elsewhere(whole, tmp_path, is_ba
     assert check(Bag(new)) == []
     assert (bag / 'bag_0.mcap').read_bytes() == before
     assert [file.name for file in bag.iterdir()] == ['bag_0.mcap']
-    with pytest.raises(FileExistsError, match='already exists; a mended bag needs a new place'):
+    with pytest.raises(FileExistsError, match='already exists; a recovered bag needs a new place'):
         recover(old, new)
 
 

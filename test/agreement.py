@@ -28,8 +28,10 @@ def assert_agrees(motion, t_s, rate_scale):
     twins = (Propagation(system, _moved(start, aside, rate_scale), start_s) for aside in ASIDE)
     growth = max(_apart(twin.at(t_s), truth) for twin in twins) / PERTURBATION
     bound = 1e-9 + 1e-14 * growth
-    assume(growth <= 1e8 and _apart(coarse, truth) <= 0.3 * bound)
     states = motion.at(t_s)
+    assert np.all(np.isfinite(states.q_ib))
+    assert np.all(np.isfinite(states.omega_bi_b))
+    assume(growth <= 1e8 and _apart(coarse, truth) <= 0.3 * bound)
     assert _apart(states, truth) <= bound
     assert np.max(np.abs(states.omega_bi_b - truth.omega_bi_b)) <= 10.0 * bound * rate_scale
     # quaternions of one sign: neither jumps where the other does not

@@ -150,7 +150,7 @@ def _zero(nutation, c, k, l):
         third = elliprj(0.0, Y1, Y2, Q_far * near / far).real
         mean = 1.0 / far + 4.0 / (3.0 * T) * width / far**2 * Q_far * third
     else:
-        mean = 1.0 / (near if nutation.from_b == (c > 0) else far)
+        mean = 1.0 / (nutation.at_limit(near, far) if c > 0 else nutation.at_limit(far, near))
     rate = k + l * mean
     return Zero(sign, height, depth, at_end, rate), rate
 

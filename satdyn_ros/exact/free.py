@@ -60,7 +60,7 @@ class Free(ExactMotion):
         self.E = float(state.omega_bi_b @ system.carrier_inertia @ state.omega_bi_b) / 2.0
         axes = rotor_axes(system, state)
         self._is_rigid = not axes
-        axis = _polhode_axis(system, self.E, self.L) if self._is_rigid else axes[0]
+        axis = _polhode_axis(system, state) if self._is_rigid else axes[0]
         self._moments, self._R_bp = principal_axes_about(axis, system.carrier_inertia)
         self._h = float(h_b @ self._R_bp[:, 2])
         self._q_bp = rotation.from_matrix(self._R_bp)
@@ -209,14 +209,16 @@ class Free(ExactMotion):
         return np.sum(energies) - (2.0 * O3 + rise / I3) * rise
 
 
-def _polhode_axis(system, E, L):
+def _polhode_axis(system, state):
     """Return the axis of the largest or smallest moment that the polhode runs about."""
     moments, axes = np.linalg.eigh(system.carrier_inertia)
     if moments[1] - moments[0] <= ROUNDING * moments[2]:
         return axes[:, 2]
     if moments[2] - moments[1] <= ROUNDING * moments[2]:
         return axes[:, 0]
-    return axes[:, 2] if L**2 >= 2.0 * E * moments[1] else axes[:, 0]
+    # L^2 - 2 E I2 without cancellation
+    excess = (moments - moments[1]) @ (moments * (axes.T @ state.omega_bi_b) ** 2)
+    return axes[:, 2] if excess >= 0.0 else axes[:, 0]
 
 
 def _distances(H, L):

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.special import elliprf, elliprj
 
 from .half_angles import Lattice, Zero, evaluate
-from .turning import turning_points
+from .turning import steady, turning_points
 
 EPS = np.finfo(float).eps
 # A turning point this near a pole counts as at it; a number this small replaces a zero divisor.
@@ -44,19 +44,20 @@ class Nutation:
         u_dot0: float,
         is_even: bool = False,
     ):
+        self.lattice: Lattice
         self.turning = turning_points(f, f_up, f_down, above, below)
-        self.from_b, self.since = True, 0.0
         if self.turning.steady:
-            self.lattice = Lattice(1.0, np.inf, 1.0)
+            self._rest(above, below)
             return
         da, db, _, _, Qa, Qb = self.turning
         width, c2 = da - db, -f[4]
+        sizes, M = min(_ways_to_M(self.turning, c2, -f_up[0], -f_down[0]))
         if Qa == Qb == 0.0:
             # From one double root to another: u left b long ago.
+            sizes, M = 0.0, -c2 * width**2
             Qb = _LONG_AGO * -c2 * width**2
             self.turning = self.turning._replace(Qb=Qb)
         self.from_b = Qb >= Qa
-        sizes, M = min(_ways_to_M(self.turning, c2, -f_up[0], -f_down[0]))
         G = 2.0 * np.sqrt(Qa * Qb)
         # M^2 - G^2 in ways that keep its digits: where the other roots are near both ends, where
         # the ends are near each other, and where u0 is near a double root.
@@ -77,11 +78,23 @@ class Nutation:
         if is_even:
             ways = [(0.0, c_2**2)]
         self._set_lattice(M, G, min(ways)[1])
+        if self.lattice.period == np.inf and self.lattice.share < 1.0:
+            # A double root between the ends: u left the end on its own side of it.
+            self.from_b = bool(db**2 * Qa <= da**2 * Qb)
         S2, C2 = (-db / width, da / width) if self.from_b else (da / width, -db / width)
-        Qe, (Y1, Y2) = max(Qa, Qb), self.Y
+        Qe, (Y1, Y2) = Qb if self.from_b else Qa, self.Y
         since = 2.0 * np.sqrt(S2) * elliprf(Qe * C2, Qe * C2 + Y1 * S2, Qe * C2 + Y2 * S2).real
+        if not since < np.inf:
+            # From an end u takes for ever to the double root, which is where it starts.
+            self._rest(above, below)
+            return
         leaving = u_dot0 >= 0.0 if self.from_b else u_dot0 <= 0.0
         self.since = since if leaving else -since
+
+    def _rest(self, above, below):
+        """Set what says that u is constant."""
+        self.turning = steady(above, below)
+        self.from_b, self.since, self.lattice = True, 0.0, Lattice(1.0, np.inf, 1.0)
 
     def _set_lattice(self, M, G, discriminant):
         """Set Y1, Y2, their split where real, and the periods; discriminant = M^2 - 4 Qa Qb."""
@@ -116,6 +129,15 @@ class Nutation:
         """Return the period of u [s]: inf where u is constant or the motion asymptotic."""
         return np.inf if self.turning.steady else self.lattice.period
 
+    def at_limit(self, at_a: float, at_b: float) -> float:
+        """
+        Return what is at_a and at_b at the ends, and linear in u, at the double root.
+
+        There w^4 = Qe / Qo: the limit of an asymptotic motion.
+        """
+        root_a, root_b = np.sqrt(self.turning.Qa), np.sqrt(self.turning.Qb)
+        return float((at_a * root_b + at_b * root_a) / (root_a + root_b))
+
     def integral(self, t_s: float | np.ndarray) -> np.ndarray:
         """Return the integral of u from 0 to t_s [s], shape (N,)."""
         t_s = np.asarray(t_s, float)
@@ -127,11 +149,11 @@ class Nutation:
         """Return the integral of u over tau_s (N,) since u was at e."""
         T, imaginary, _ = self.lattice
         if np.isinf(T):
-            # After this long u is at its limit o, to the last bit.
+            # After this long u is at its limit, to the last bit.
             whole = 40.0 / (2.0 * np.pi) * imaginary
             within = np.minimum(np.abs(tau_s), whole)
-            o = self.turning.a if self.from_b else self.turning.b
-            swept = self._over_half_a_period(within) + o * (np.abs(tau_s) - within)
+            limit = self.at_limit(self.turning.a, self.turning.b)
+            swept = self._over_half_a_period(within) + limit * (np.abs(tau_s) - within)
             return np.copysign(1.0, tau_s) * swept
         n = np.rint(tau_s / T)
         r = tau_s - n * T
@@ -161,7 +183,7 @@ class Nutation:
         third = sn**3 / 3.0 * elliprj(cn**2, dn**2, 1.0, cn**2 + sn**2 / h) / h
         whole = elliprj(0.0, m1, 1.0, 1.0 / h) / 3.0 / h
         third = np.where(cn < 0.0, 2.0 * whole - third, third)
-        k = np.sqrt(eta**2 / h + 1.0 - m1)
+        k = np.sqrt(max(eta**2 / h + 1.0 - m1, 0.0))
         turn = np.arctan(k * sn / dn) / max(k, NO_DISTANCE)
         x = np.sqrt(p * q) * tau_s
         swept = (e * q + o * p) / (q + p) * x + (e - o) / 2.0 * (turn - eta * (x - third))

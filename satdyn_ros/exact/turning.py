@@ -66,11 +66,13 @@ def turning_points(
     # Rates of 1e-50 rad/s, and a nutation of 1e-60, far below rounding, count as none.
     still = curvature < 1e-100
     if still or (abs(f[1]) <= 1e-60 * curvature and f[0] <= 1e-120 * curvature):
-        return Turning(0.0, 0.0, (above, above), (below, below), 0.0, 0.0)
+        return steady(above, below)
     da, to_upper_pole, slope_a = _turning_point(f, f_up, above)
     mirrored = f * np.array([1.0, -1.0, 1.0, -1.0, 1.0])
     db, to_lower_pole, slope_b = _turning_point(mirrored, f_down, below)
     width = da + db
+    if width == 0.0:
+        return steady(above, below)
     return Turning(
         da,
         -db,
@@ -79,6 +81,11 @@ def turning_points(
         slope_a / width,
         slope_b / width,
     )
+
+
+def steady(above: float, below: float) -> Turning:
+    """Return the range of a constant u0; above, below: 1 - u0 and 1 + u0."""
+    return Turning(0.0, 0.0, (above, above), (below, below), 0.0, 0.0)
 
 
 def _turning_point(here, pole, gap):
@@ -93,7 +100,9 @@ def _turning_point(here, pole, gap):
     slope = -f.deriv()(x)
     if s < x:
         f = Polynomial(pole)
-        s = _first_root(f, gap, 0.0)
+        # Here f may be next to nothing, of which this polynomial has no digits.
+        start = min((z for z in _extrema(f, s, gap) if f(z) > 0.0), default=gap)
+        s = _first_root(f, start, 0.0)
         x = gap - s
         slope = f.deriv()(s)
     return x, s, max(slope, 0.0)
@@ -101,10 +110,7 @@ def _turning_point(here, pole, gap):
 
 def _first_root(f, start, stop):
     """Return the first root on the way from start, where f >= 0, to stop, where f <= 0."""
-    slope = f.deriv()
-    extrema = np.array([_polished(slope, z.real) for z in slope.roots() if z.imag == 0.0])
-    low, high = min(start, stop), max(start, stop)
-    extrema = np.sort(extrema[(extrema > low) & (extrema < high)])
+    extrema = _extrema(f, min(start, stop), max(start, stop))
     left = start
     for right in [*(extrema if stop > start else extrema[::-1]), stop]:
         if f(right) <= 0.0:
@@ -116,6 +122,13 @@ def _first_root(f, start, stop):
         return left
     root = brentq(f, left, right, xtol=1e-300, rtol=LAST_DIGITS, maxiter=3000)
     return _polished(f, root)
+
+
+def _extrema(f, low, high):
+    """Return where f has its extrema between low and high, in ascending order."""
+    slope = f.deriv()
+    extrema = np.array([_polished(slope, z.real) for z in slope.roots() if z.imag == 0.0])
+    return np.sort(extrema[(extrema > low) & (extrema < high)])
 
 
 def _polished(f, root):

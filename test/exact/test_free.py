@@ -15,6 +15,8 @@ from satdyn_ros.dynamics.system import State, System
 from satdyn_ros.exact import recognise
 from satdyn_ros.exact.free import Free
 
+SOME = rotation.normalise([0.2, -0.4, 0.3, 0.8])
+TIMES_S = np.array([0.0, 1.0, 30.0, 100.0, 300.0, 1e4])
 CASES = {name: case for name, case in rigid().items() if name.startswith(('free', 'gyrostat'))}
 
 
@@ -66,6 +68,50 @@ def test_three_motions():
     # T1 / 2 already brings nutation and phases back.
     apart = rotation.angle_between(rest(t_s), rest(t_s + motion.T1 / 2.0))
     assert apart.max() < 1e-13
+
+
+@pytest.mark.parametrize('aside', [0.0, 1e-17, 1e-15, 1e-12])
+@pytest.mark.parametrize('first', [(0, 1, 2), (1, 2, 0), (2, 0, 1)])
+def test_about_the_middle_axis(first, aside):
+    """Proves that momentum and energy stay next to the saddle, whatever rounding makes of it."""
+    order = list(first)
+    for turn in ([0.0, 0.0, 0.0], [0.0, 0.0, 0.5], [0.2, -0.3, 0.9]):
+        R = rotation.matrix(rotation.normalise([*turn, 1.0]))
+        inertia = R @ np.diag(np.array([1.3, 1.5, 2.1])[order]) @ R.T
+        omega = R @ np.array([aside, 1.0, aside**2])[order]
+        states = Free(System(inertia, orbit=FixedDirection()), State(SOME, omega)).at(TIMES_S)
+        H = rotation.rotate(states.q_ib, states.omega_bi_b @ inertia)
+        np.testing.assert_allclose(H, np.tile(H[0], (len(TIMES_S), 1)), atol=1e-12)
+        energies = np.sum(states.omega_bi_b @ inertia * states.omega_bi_b, axis=1)
+        # the spin at a flip has the digits of the start's departure, 1e-16 of 1e-12
+        np.testing.assert_allclose(energies, 1.5, rtol=1e-3 if aside == 1e-12 else 1e-12)
+
+
+@pytest.mark.parametrize(('sign_1', 'sign_3'), [(1, 1), (-1, 1), (1, -1), (-1, -1)])
+def test_along_the_separatrix(sign_1, sign_3):
+    """
+    Proves O_1, O_3 ~ sech(k t) and O_2 ~ tanh(k t) from their turning point, then the saddle.
+
+    L^2 = 2 E I2 to the last digit: u has a double root between the ends of its range.
+    """
+    I1, I2, I3 = I = np.array([0.875, 0.9, 1.5])
+    O1, O3 = 0.3 * sign_1, 0.3 * np.sqrt(I1 * (I2 - I1) / (I3 * (I3 - I2))) * sign_3
+    motion = Free(System(np.diag(I), orbit=FixedDirection()), State(SOME, np.array([O1, 0, O3])))
+    assert motion.period_s is None
+    O2 = np.sign(O1 * O3) * np.sqrt((I1 * O1**2 + I3 * O3**2) / I2)
+    k = abs((I3 - I1) / I2 * O1 * O3 / O2)
+    t_s = np.array([0.0, 0.5, 2.0, 5.0, 60.0]) / k
+    truth = np.stack([O1 / np.cosh(k * t_s), O2 * np.tanh(k * t_s), O3 / np.cosh(k * t_s)], axis=1)
+    states = motion.at(t_s)
+    np.testing.assert_allclose(states.omega_bi_b, truth, atol=1e-15)
+    numeric = Propagation(motion.system, motion.state, 0.0, 1e-14).at(t_s[:4])
+    # rounding of the start, 1e-16, has grown by exp(5)
+    assert np.max(rotation.angle_between(states.q_ib[:4], numeric.q_ib)) <= 1e-12
+    # the integral of u is what a rotor about that axis would count: sech again, k t within pi/2
+    swept = motion.flow.nutation.integral(t_s)
+    axis = np.argmax(np.abs(motion._R_bp[:, 2]))
+    gd = (I * [O1, 0.0, O3])[axis] / motion.L / k * np.arctan(np.sinh(np.minimum(k * t_s, 40.0)))
+    np.testing.assert_allclose(np.abs(swept), np.abs(gd), rtol=1e-12)
 
 
 @st.composite

@@ -103,7 +103,7 @@ $(VENV)/.run: setup.py | $(PY)
 
 $(VENV)/.test: $(VENV)/.run
 	@echo 'Installing what the tests and pictures need (a minute)'
-	@$(PIP) install --editable '.[plot,sweep,watch,test,dev]'
+	@$(PIP) install --editable '.[plot,sweep,tables,watch,test,dev]'
 	@$(PIP) install --editable '.[readers]' || echo 'Without Orekit and oem, whose tests are skipped'
 	@touch $@
 

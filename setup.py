@@ -58,6 +58,7 @@ setup(
         'plot': ['matplotlib>=3.6.3'],
         'watch': ['aiohttp'],
         'sweep': ['dask', 'distributed', 'pyarrow'],
+        'tables': ['polars', 'pyarrow'],
         'test': [
             'allantools',
             'cyclonedds',
@@ -84,6 +85,7 @@ setup(
             'heyoka',
             'matplotlib',
             'mcap-ros2-support',
+            'polars',
             'pyarrow',
             'selenium',
         ],

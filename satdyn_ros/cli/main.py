@@ -19,7 +19,7 @@ _EXTRAS = {
     'matplotlib': 'matplotlib: pip install "satdyn_ros[plot]"',
     'dask': 'dask: pip install "satdyn_ros[sweep]"',
     'distributed': 'distributed: pip install "satdyn_ros[sweep]"',
-    'pyarrow': 'pyarrow: pip install "satdyn_ros[sweep]"',
+    'pyarrow': 'pyarrow: pip install "satdyn_ros[tables]"',
 }
 
 

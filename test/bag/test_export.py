@@ -176,10 +176,9 @@ def test_an_empty_bag_is_an_empty_table(tmp_path):
         assert [len(columns[name]) for name in COLUMNS] == [0] * len(COLUMNS)
 
 
-def test_csv_without_pyarrow_is_the_same_table(bag, tmp_path, monkeypatch):
+def test_csv_without_polars_is_the_same_table(bag, tmp_path, monkeypatch):
     """By the standard library, slower."""
-    monkeypatch.setitem(sys.modules, 'pyarrow', None)
-    monkeypatch.setitem(sys.modules, 'pyarrow.csv', None)
+    monkeypatch.setitem(sys.modules, 'polars', None)
     assert export(bag, tmp_path / 'states.csv') == TICKS
     with open(tmp_path / 'states.csv', newline='') as file:
         rows = list(csv.DictReader(file))

@@ -3,7 +3,6 @@
 import os
 import re
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -82,7 +81,7 @@ def export(
 
     def blocks() -> Iterator[Columns]:
         nonlocal rows
-        for block in _read_ahead(table.blocks()):
+        for block in table.blocks():
             yield block
             rows += len(next(iter(block.values())))
             show(table.ticks_read, table.tick_count)
@@ -177,15 +176,6 @@ def _attitudes(blocks, with_rates):
         for segment in np.unique(block['segment'][known]):
             rows = known & (block['segment'] == segment)
             yield _Attitudes(int(segment), block['stamp_ns'][rows], q_ib[rows], omega_bi_b[rows])
-
-
-def _read_ahead(blocks: Iterator[Columns]) -> Iterator[Columns]:
-    """Yield blocks, reading the next while one is written: half the time on two cores."""
-    with ThreadPoolExecutor(1) as pool:
-        coming = pool.submit(next, blocks, None)
-        while (block := coming.result()) is not None:
-            coming = pool.submit(next, blocks, None)
-            yield block
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""What `satdyn check FILE --duration S` does: say how the error of a run grows."""
+"""`satdyn check FILE --duration S`: how the error of a run grows."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from ..exact import recognise
 from ..run.scenario import Scenario
 
 FINER = 0.01
-# Below this a step's error is rounding, whatever is asked for.
+# Below this a step's error is rounding, whatever the tolerance.
 _LEAST = 1e-15
 _ROWS = 2001
 _SHOWN = 10
@@ -22,10 +22,10 @@ _SHOWN = 10
 @dataclass(frozen=True)
 class Growth:
     """
-    How far the attitude of a propagation is from the same motion flown better.
+    How far the attitude of a propagation is from the same motion computed more accurately.
 
-    tolerance: the scenario's; t_s (N,); angle_rad: by what it is compared with, the largest angle
-    [rad] so far, (N,).  steps: how many it took.
+    tolerance: the scenario's; t_s (N,); angle_rad: for each comparison, the largest angle [rad] so
+    far, (N,).  steps: the number of steps.
     """
 
     tolerance: float
@@ -36,7 +36,7 @@ class Growth:
 
 def growth(scenario: Scenario, duration_s: float) -> Growth:
     """
-    Fly a scenario with its own tolerance, a hundredth of it, and in closed form if there is one.
+    Run a scenario with its own tolerance, a hundredth of it, and in closed form if there is one.
 
     RuntimeError: a propagation comes to a halt.
     """
@@ -81,7 +81,7 @@ def check_run(file: str, duration: str, output: str | None = None) -> None:
 
 
 def seconds(duration: str) -> float:
-    """Return the seconds of an argument; ValueError: no number above 0."""
+    """Return the seconds of an argument; ValueError: not a number above 0."""
     try:
         given = float(duration)
     except ValueError:
@@ -92,7 +92,7 @@ def seconds(duration: str) -> float:
 
 
 def draw(found: Growth, output: str | Path) -> None:
-    """Draw how the error grows, both axes logarithmic; ValueError: no such images are written."""
+    """Draw how the error grows, both axes logarithmic; ValueError: unknown image format."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(6.4, 4.2), layout='constrained')

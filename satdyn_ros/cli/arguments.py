@@ -191,12 +191,12 @@ def _add_bag_commands(command):
     )
     added = command(
         'recover',
-        'mend a bag that is damaged, or whose writer was killed',
+        'repair a bag that is damaged, or whose writer was killed',
         'satdyn recover orbit\nsatdyn recover /media/archive/orbit -o recovered',
     )
     _add_bag(added)
     added.add_argument(
-        '-o', dest='out', metavar='BAG', help='write a new bag; default: mend in place'
+        '-o', dest='out', metavar='BAG', help='write a new bag; default: repair in place'
     )
     _add_export(command)
     added = command(

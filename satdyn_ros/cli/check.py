@@ -1,4 +1,4 @@
-"""What `satdyn check` does: prove an install on the machine where it is."""
+"""`satdyn check`: prove an installation on its machine."""
 
 import tempfile
 from collections.abc import Iterator, Mapping
@@ -18,7 +18,7 @@ from ..run.scenario import Scenario
 PERIODS = 3.0
 # None of the flights is near a separatrix: in three periods rounding grows to less than this.
 ALLOWED_RAD = 1e-9
-# The propagation's own error must not be what is seen.
+# The propagation's own error must not show.
 _TOLERANCE = 1e-14
 _ROWS = 1001
 
@@ -94,7 +94,7 @@ FLIGHTS: dict[str, Mapping[str, Any]] = {
 
 
 class FlightError(NamedTuple):
-    """A flight in closed form beside its propagation: the largest angle between them [rad]."""
+    """A flight in closed form and its propagation: the largest angle between them [rad]."""
 
     flight: str
     motion: str
@@ -108,8 +108,8 @@ class FlightError(NamedTuple):
 
 
 def check() -> bool:
-    """Fly the closed forms and a bag, print what came out, and return whether all is well."""
-    print('closed forms beside their propagation: the largest angle, the attitude in rad')
+    """Run the closed forms and a bag, print the results, and return whether all are right."""
+    print('closed forms against their propagation: the largest angle between the attitudes [rad]')
     is_well = True
     for found in differences():
         is_well &= found.is_allowed

@@ -6,7 +6,7 @@ from typing import Any
 from ..run.describe import describe
 from ..run.scenario import Scenario
 
-# Components of unit vectors that are less are rounding, and no other value is so small.
+# Components of unit vectors below this are rounding, and no other value is this small.
 _NOISE = 1e-15
 
 
@@ -31,7 +31,7 @@ def print_description(scenario: Scenario) -> None:
 
 
 def _print_steady(steady: list[dict[str, Any]], is_fixed: bool) -> None:
-    """Print the steady motions, those that differ by their signs alone in one line."""
+    """Print the steady motions, those that differ only by their signs in one line."""
     if not steady:
         return
     print('steady rotations' if is_fixed else 'relative equilibria')

@@ -12,7 +12,7 @@ from .progress import progress, show_notices
 
 DONE, ANSWER_IS_NO, INTERRUPTED, TERMINATED = 0, 1, 130, 143
 
-# What is not part of every installation, and how one comes by it.
+# What is not part of every installation, and how to get it.
 _EXTRAS = {
     'rclpy': 'ROS 2: source an installation of it, or pip install "satdyn_ros[ros]"',
     'aiohttp': 'aiohttp: pip install "satdyn_ros[watch]"',

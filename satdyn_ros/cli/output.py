@@ -1,4 +1,4 @@
-"""The standard output of a command; where it fails, the work goes on and the end says so."""
+"""The standard output of a command; if it fails, the work continues and the end says so."""
 
 import os
 import sys
@@ -37,7 +37,7 @@ class _Output:
 def output_that_may_fail(command: str) -> Iterator[None]:
     """Let a command print, and say on stderr when what it printed is lost."""
     stream = sys.stdout
-    if stream is None:  # closed by who started the process
+    if stream is None:  # closed by the parent process
         yield
         return
     output = _Output(stream)

@@ -1,4 +1,4 @@
-"""What takes its time says so: a progress bar, on a terminal alone, and a notice."""
+"""Long work says so: a progress bar, only on a terminal, and a notice."""
 
 import logging
 import sys
@@ -24,7 +24,7 @@ def progress(what: str, unit: str) -> Iterator[Callable[[int, int | None], None]
     if not sys.stderr.isatty():
         yield lambda done, total: None
         return
-    # Half a second of imports that a pipe does not pay.
+    # Half a second of imports, which output to a pipe does not need.
     from rich.console import Console
     from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
     from rich.text import Text

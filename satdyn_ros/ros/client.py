@@ -1,4 +1,4 @@
-"""Who asks a running node: its services, called from another process."""
+"""The client of a running node: its services, called from another process."""
 
 import math
 import os
@@ -20,7 +20,7 @@ from std_srvs.srv import SetBool, Trigger
 from ..run import ros_yaml
 
 _LONGEST_S = 1e6
-# Between two looks for an answer, so that Ctrl-C is heard.
+# Between two checks for an answer, so that Ctrl-C is handled.
 _LOOK_S = 0.1
 
 

@@ -1,4 +1,4 @@
-"""What the node says of itself each second on /diagnostics, in diagnostic_updater's form."""
+"""What the node reports each second on /diagnostics, in diagnostic_updater's form."""
 
 import time
 from collections import Counter
@@ -66,7 +66,7 @@ class Diagnostics:
         self._publisher.publish(message)
 
     def _now(self):
-        """Return the time of the node's clock; while that waits for a /clock, the wall's."""
+        """Return the time of the node's clock; while that waits for /clock, of the wall clock."""
         now = self._node.get_clock().now()
         if now.nanoseconds:
             return now
@@ -86,7 +86,7 @@ class PropagationReport:
         self._latest: tuple[Motion, States, Samples] | None = None
 
     def take(self, motion: Motion, samples: Samples) -> None:
-        """Take the next samples of a motion."""
+        """Process the next samples of a motion."""
         if self._latest is None or motion is not self._latest[0]:
             self._latest = motion, samples.states, samples
         else:
@@ -187,7 +187,7 @@ def recorder_report(recorder: 'Recorder | None') -> Report:
 
 
 class InputsReport:
-    """The torques that act, what the rotors' limits took, and messages refused or lost."""
+    """The torques that act, what the rotors' limits cut, and messages refused or lost."""
 
     def __init__(self, tally: InputCounts, simulation: Simulation):
         self._tally, self._simulation = tally, simulation
@@ -195,7 +195,7 @@ class InputsReport:
         self._limited: Counter[str] = Counter()
 
     def take(self, applied: list[Event]) -> None:
-        """Take the events of a tick."""
+        """Process the events of a tick."""
         self._limited.update(event.limit for event in applied if isinstance(event, RotorLimited))
 
     def __call__(self) -> Report:

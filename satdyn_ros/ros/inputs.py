@@ -26,7 +26,7 @@ _QUIET_S = 10.0
 
 @dataclass
 class InputCounts:
-    """What came in: how many were accepted, refused or lost on the way, and the last reason."""
+    """Messages received: how many were accepted, refused or lost, and the last reason."""
 
     accepted: int = 0
     refused: int = 0

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-# Twenty bins a decade from a microsecond to ten seconds: a percentile is known to 12 percent.
+# Twenty bins per decade from a microsecond to ten seconds: percentiles are good to 12 percent.
 _BINS_PER_DECADE, _DECADES = 20, 7
 _EDGES_NS = 1e3 * 10.0 ** (np.arange(_DECADES * _BINS_PER_DECADE + 1) / _BINS_PER_DECADE)
 
@@ -22,7 +22,7 @@ class Lateness:
         return int(np.sum(self._counts))
 
     def add(self, lags_ns: Sequence[float]) -> None:
-        """Count some ticks by their lags [ns]."""
+        """Count ticks by their lags [ns]."""
         if lags_ns:
             self._counts += np.bincount(
                 np.searchsorted(_EDGES_NS, lags_ns), minlength=len(self._counts)

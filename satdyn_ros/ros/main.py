@@ -1,4 +1,4 @@
-"""The command `satdyn_node`, which is `satdyn node`: one node until it is asked to end."""
+"""The command `satdyn_node`, which is `satdyn node`: one node, until it is told to end."""
 
 import argparse
 import gc
@@ -54,7 +54,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return 0
     except (RCLError, NotInitializedException):
-        # A signal ends ROS at any moment, also between a check of rclpy's and what relies on it.
+        # A signal may end ROS at any moment, even between a check of rclpy's and what relies on
+        # it.
         if rclpy.ok():
             raise
         return 0
@@ -75,7 +76,7 @@ def _run(values):
     signal.signal(signal.SIGINT, interrupt)
     signal.signal(signal.SIGTERM, interrupt)
     _show_notices()
-    # Garbage is collected between ticks, and what the start has made is never looked at again.
+    # Garbage is collected between ticks, and objects made at the start are never scanned again.
     gc.disable()
     node = SatdynNode(values)
     if signals:

@@ -144,7 +144,7 @@ class SatdynNode(rclpy.node.Node):
             recorder.close()
         super().destroy_node()
 
-    # -- what the ticks hold, told by the pacing thread ------------------------------------------
+    # -- what the ticks hold, from the pacing thread --------------------------------------------
 
     def prepare(self, applied: list[Event], samples: Samples) -> PackedTicks:
         """Record the events that act at the first tick and return the messages of all."""
@@ -215,7 +215,7 @@ class SatdynNode(rclpy.node.Node):
         return False, 'the node ends'
 
     def _open_recorder(self):
-        # Only who records pays for what a bag needs.
+        # Imported here: only a recording node needs it.
         from .recorder import Recorder
 
         return Recorder(
@@ -235,7 +235,7 @@ class SatdynNode(rclpy.node.Node):
 
 
 def _try_out(scenario):
-    """Compile the equations, if that was never done, and refuse a start that begins no motion."""
+    """Compile the equations, if needed, and refuse a state from which no motion can start."""
     if scenario['motion.method'] == 'auto':
         # A torque may ask for it later.
         Propagation(scenario.system, scenario.initial_state).at(0.0)

@@ -1,4 +1,4 @@
-"""The thread that makes ticks happen: it sleeps to deadlines, publishes, and takes what comes."""
+"""The thread that makes ticks happen: it sleeps until deadlines, publishes, and takes events."""
 
 import time
 from collections.abc import Callable
@@ -47,7 +47,7 @@ class BlockListener(Protocol[_Messages]):
 
 @dataclass
 class Punctuality:
-    """Ticks published; those later than one period; the largest lag; fresh starts."""
+    """Ticks published; those later than one period; the largest lag; resets of the deadlines."""
 
     ticks: int = 0
     late_ticks: int = 0
@@ -60,9 +60,9 @@ class Pacing:
     The ticks of a simulation, paced by absolute deadlines of the monotonic clock.
 
     factor: simulated seconds per wall second, 0: as fast as possible.  Nothing is skipped: late
-    ticks are published late; deadlines start anew after a lag of a second, a pause, or a change
-    of the factor.  A run that has halted waits for a request or a reset.  failed(error): called
-    once from the thread if it ends by an error.  begin(): called once from the thread before all
+    ticks are published late; deadlines are reset after a lag of a second, a pause, or a change of
+    the factor.  A run that has halted waits for a request or a reset.  failed(error): called once
+    from the thread if it ends by an error.  begin(): called once from the thread before anything
     else.  lateness: the lags of all ticks that had deadlines.  Where Python's garbage collection
     is disabled, it happens between ticks.
     """
@@ -134,7 +134,7 @@ class Pacing:
 
     @property
     def factor(self) -> float:
-        """The simulated seconds per wall second that are asked for."""
+        """The requested simulated seconds per wall second."""
         return self._factor
 
     @property
@@ -147,7 +147,7 @@ class Pacing:
         self._thread.start()
 
     def stop(self) -> None:
-        """Let no more ticks happen; one that is still computed is left to itself."""
+        """Let no more ticks happen; one that is still being computed is abandoned."""
         self._attention = True
         with self._changed:
             self._stopping = True
@@ -306,7 +306,7 @@ class Pacing:
 
     def _publish(self, samples, messages):
         """Publish tick by tick until something comes up."""
-        # Few steps of Python a tick: after a sleep they find the processor's caches cold.
+        # Few steps of Python per tick: after a sleep the processor's caches are cold.
         publish, lock, stepping = messages.publish, self._lock, self._paused
         deadlines_ns = None if stepping or not self._period_ns else self._deadlines_ns(samples)
         for row in range(len(samples)):

@@ -1,4 +1,4 @@
-"""The parameter services of rclpy, which outlive any message."""
+"""The parameter services of rclpy, which survive any message."""
 
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
@@ -42,7 +42,7 @@ class ParameterService(rclpy.parameter_service.ParameterService):
         node = self._get_node()
         try:
             parameters = [parameter_of(message) for message in messages]
-            # Of an empty name rclpy would make a parameter.
+            # rclpy would make a parameter of an empty name.
             unknown = [p.name for p in parameters if not node.has_parameter(p.name)]
             if unknown:
                 raise ValueError(f'{unknown[0]!r} is not a parameter of this node')

@@ -1,4 +1,4 @@
-"""What theory says of a scenario before it is flown, as data."""
+"""What theory says about a scenario before it is run, as data."""
 
 from typing import Any
 
@@ -35,7 +35,7 @@ def describe(scenario: Scenario) -> dict[str, Any]:
     momenta of the start the axis (body axes; on an orbit the direction up), rate_rad_s, on an
     orbit the attitude q_lb, stability, argument, and periods_s of small motion.  rotation_class:
     on a circle and without friction whether the motion is a rotation about a body-fixed axis,
-    uniform, and why; else None.  What is infinite or does not exist is None.
+    whether uniform, and why; else None.  What is infinite or does not exist is None.
 
     >>> describe(Scenario.from_yaml('config/euler_poinsot.yaml'))['motion']['name']
     'free rotation'

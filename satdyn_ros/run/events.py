@@ -11,7 +11,7 @@ tick; torques leave it and act from then on.  In a file, events are a YAML list:
     - {at_s: 60, topics: [attitude]}
 
 Each acts at a tick, or at the first tick at or after at_s seconds from tick 0.  A torque
-ends after torque.timeout, as in the node, unless until_s or until_tick says where; null: it holds
+ends after torque.timeout, as in the node, unless until_s or until_tick says when; null: it holds
 until the next one.  With rotor.names a rotor_torque is given by name,
 {rw_x: 0.001, rw_z: -0.002}; rotors that it does not name keep theirs.
 """
@@ -81,7 +81,7 @@ class RotorLimited:
     """
     A limit of a rotor acts: 'max_torque' cuts a command, 'max_speed' drops it until the next one.
 
-    It follows from the run; where it is given beforehand, the run looks for itself.
+    It follows from the run; one that is given beforehand is ignored.
     """
 
     tick: int
@@ -99,7 +99,7 @@ class Topics:
 
 @dataclass(frozen=True)
 class TorquesDropped:
-    """The end of all torques at the tick before, for with them this tick cannot be reached."""
+    """The end of all torques at the tick before, because with them this tick cannot be reached."""
 
     tick: int
 

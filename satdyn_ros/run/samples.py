@@ -1,4 +1,4 @@
-"""What a run gives: the states at its ticks, and what its sensors measured."""
+"""The results of a run: the states at its ticks, and what its sensors measured."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -18,7 +18,7 @@ def of(values: Mapping[str, Any], rate_hz: float) -> dict[str, Sensor]:
 
 
 def check(values: Mapping[str, Any]) -> None:
-    """Check what belongs together; ValueError, in one sentence that names the key: it does not."""
+    """Check values that depend on each other; ValueError, in one sentence that names the key."""
     for sensor in SENSORS:
         for name in _names(sensor):
             is_given = values[name] != KEYS[name].default

@@ -10,7 +10,7 @@ _PACKAGE = Path(__file__).parents[1]
 # A checkout, and what pip and colcon install beside lib/pythonX.Y/site-packages.
 _FOLDERS = (_PACKAGE.parent / 'config', *(p / 'share/satdyn_ros/config' for p in _PACKAGE.parents))
 _PLACES = {'scenario': '{}.yaml', 'sweep': 'sweeps/{}.yaml'}
-# Several satellites, and the scenarios that sweeps begin from.
+# Several satellites, and the scenarios that sweeps start from.
 _LEFT_OUT = ('constellation', 'smelt_body', 'beletsky_satellite')
 
 
@@ -37,7 +37,7 @@ def sweep_path(given: str | Path) -> Path:
 
 def _path(given, what):
     path = Path(given)
-    # A folder of this name is no file: that of the results, say.
+    # A folder of this name, such as that of the results, is not a file.
     if (path.exists() and not path.is_dir()) or path.suffix or len(path.parts) > 1:
         return path
     for folder in _FOLDERS:

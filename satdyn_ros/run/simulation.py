@@ -47,7 +47,7 @@ class Simulation:
 
     Where the next tick cannot be reached (too many steps, or a stamp that ROS cannot hold), the
     torques are dropped; if none acts, the run halts until a request or reset.  Both are events
-    too, decided by the motion alone: given ones that are not true are left out.
+    too, decided by the motion alone: given ones that do not follow from it are ignored.
 
     >>> simulation = Simulation(Scenario.from_yaml('config/default.yaml'))  # doctest: +SKIP
     >>> state = simulation.step(torque_b=(0, 0, 0.01))  # doctest: +SKIP
@@ -79,8 +79,8 @@ class Simulation:
         """
         Return the events of the next tick, now applied, and the samples from it on.
 
-        At most count ticks, none beyond the next event or where a rotor comes to its limit, and
-        none at all of a run that has halted.
+        At most count ticks, none beyond the next event or where a rotor reaches its limit, and
+        none at all of a halted run.
         """
         first = self.next_tick
         applied = self._apply_events(first) + self._limit_speeds(first)
@@ -114,7 +114,7 @@ class Simulation:
         self._pending.sort(key=lambda pending: pending.tick)
 
     def accept(self, values: Mapping[str, Any]) -> None:
-        """Take new initial conditions as those in force; ValueError: they are not allowed."""
+        """Put new initial conditions in force; ValueError: they are not allowed."""
         self.conditions = requested(self.conditions, values)
 
     def timeout_tick(self, tick: int, timeout_s: float) -> int | None:
@@ -154,10 +154,10 @@ class Simulation:
         rotor_torque: Mapping[str, float] | None = None,
     ) -> State:
         """
-        Go one tick on and return the state there.
+        Advance by one tick and return the state there.
 
         torque_b [N m] (3,), body axes, and rotor_torque [N m], by rotor, hold during this step
-        alone; without them, and for rotors that are not named, what is in force.  ValueError:
+        alone; without them, and for rotors not named, what is in force continues.  ValueError:
         there is no such motor.  RunHalted: the run goes no further.
         """
         torques = rotor_torques(rotor_torque or {}, self.scenario)
@@ -198,7 +198,7 @@ class Simulation:
         yield from self._until.values()
 
     def _apply_events(self, tick):
-        """Let happen what is due at a tick; return the events that did."""
+        """Apply the events due at a tick; return those that happened."""
         due: list[Event] = [
             Timeout(tick, topic) for topic, until in self._until.items() if until <= tick
         ]
@@ -207,7 +207,7 @@ class Simulation:
         return [happened for event in due for happened in self._apply(event, tick)]
 
     def _apply(self, event, tick):
-        """Let an event happen; return what did, what it brought about first."""
+        """Apply an event; return what happened, its consequences first."""
         match event:
             case Request():
                 self.conditions = self.conditions.with_values(event.values)
@@ -233,8 +233,8 @@ class Simulation:
             case Topics():
                 self.topics = event.names
             case TorquesDropped() | Halt():
-                # Nothing else tells that they are true: of what follows at this tick, a request
-                # lets the run go on without this motion.
+                # Nothing else shows that they are true: of the events that follow at this tick, a
+                # request would continue the run without this motion.
                 return self._make_way(tick, type(event))
         return [event]
 
@@ -305,7 +305,7 @@ class Simulation:
         """
         Let torques act from a tick on; a torque that already acts changes nothing.
 
-        Return what happened first, where the motion so far does not reach the tick.
+        Return what happened before that, where the motion so far does not reach the tick.
         """
         driven = replace(self._system, **torques)
         if np.array_equal(driven.torque_b, self._system.torque_b) and np.array_equal(
@@ -330,7 +330,7 @@ class Simulation:
         try:
             self._restart(tick, state)
         except ValueError as error:
-            # Where it was checked, at an earlier tick, rounding had left it its closed form.
+            # At the earlier tick of its check, rounding had not yet cost it its closed form.
             self._begin(tick, Propagation(self._system, state, start_s))
             self._end_tick, self._why_no_further = tick, str(error)
 
@@ -390,9 +390,9 @@ class Simulation:
         """
         Return, as plain data, all that the run depends on from a tick of the last samples on.
 
-        The motion's begin and the state there (so that the same bits come again), the state at
-        the tick, the torques that act with the ticks where they end, the conditions in force,
-        the topics and what the sensors carry.
+        The start of the motion and the state there (so that the same bits come again), the state
+        at the tick, the torques that act with the ticks where they end, the conditions in force,
+        the topics and the sensors' memories.
         """
         return {
             'tick': tick,
@@ -415,7 +415,7 @@ class Simulation:
     def from_snapshot(
         cls, scenario: Scenario, snapshot: Mapping[str, Any], events: Iterable[Event] = ()
     ) -> 'Simulation':
-        """Return the run that goes on at a snapshot's tick."""
+        """Return the run that continues at a snapshot's tick."""
         simulation = cls(scenario, events)
         simulation.conditions = scenario.with_values(snapshot['conditions'])
         simulation.topics = tuple(snapshot['topics'])
@@ -445,7 +445,7 @@ class Simulation:
         return simulation
 
     def _catch_up(self):
-        """Go from the motion's begin to the next tick, which the run has reached before."""
+        """Go from the start of the motion to the next tick, which the run has reached before."""
         if isinstance(self._motion, Propagation):
             self._motion.most_steps = None
             self._state_at(self.next_tick)
@@ -454,7 +454,7 @@ class Simulation:
 
 def try_out(conditions: Scenario, tick: int) -> None:
     """
-    Raise ValueError unless the motion from the initial conditions at a tick goes on.
+    Raise ValueError unless a motion can start from the initial conditions at a tick.
 
     Tried are the ticks that follow, or fewer where these take many steps; no torque acts.
     """

@@ -72,7 +72,7 @@ class Ticks:
 
     def ceil(self, duration_s: float) -> int:
         """
-        Return the number of ticks that last at least duration_s [s], taken by its decimals.
+        Return the number of ticks that last at least duration_s [s], by its decimal text.
 
         >>> Ticks(Fraction(10), 0).ceil(0.1)
         1

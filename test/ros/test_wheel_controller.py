@@ -90,10 +90,11 @@ def test_says_when_a_wheel_saturates(limit, value, said, live, tmp_path):
     """A tenth of the torque is too weak, and 50 rad/s hold less than the body's momentum."""
     values = parameters_of_yaml(CONFIG.read_text(), str(CONFIG)) | CHANGES
     values |= {f'rotor.{name}.{limit}': value for name in ('rw_x', 'rw_y', 'rw_z')}
-    node, _ = live(values)
+    node, participant = live(values)
+    participant.hear(participant.listen('rotor'), 1)  # it may have to compile first
     weak = tmp_path / 'weak.yaml'
     weak.write_text(yaml.safe_dump({'/**': {'ros__parameters': values}}))
-    arguments = ('--timeout', '5', '--ros-args', '-r', f'__ns:={node.namespace}')
+    arguments = ('--timeout', '10', '--ros-args', '-r', f'__ns:={node.namespace}')
     code, told = run(weak, *arguments)
     assert code == 1
     assert said in told

@@ -179,8 +179,9 @@ def error_of(
         per_momentum = per_momentum if rotor.friction > 0.0 else 0.0
         square_3 += (e_3[MOMENTUM + i] * per_momentum) ** 2
         square_5 += (e_5[MOMENTUM + i] * per_momentum) ** 2
-    # The error does not look at the other variables: they must be finite.
-    rest = 0.0
+    # The error does not look at the other variables: they must be finite.  So must the squares,
+    # or a quotient by infinity would take the worst of steps for one without an error.
+    rest = square_3 + square_5
     for i in range(MOMENTUM, len(y)):
         rest += abs(y[i])
     # The root mean square of the estimate of order 5, damped by that of order 3 (II.10).

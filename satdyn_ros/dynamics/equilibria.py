@@ -56,8 +56,11 @@ def rotor_torques(system: System, state: State) -> list[tuple[Rotor, float]]:
 def is_balanced(system: System, state: State, orbit_s: float = 0.0) -> bool:
     """Whether omega' is zero to rounding, relative to the sizes of the torques in the balance."""
     H = angular_momentum(system, state.omega_bi_b, state.rotor_speed)
+    H_carrier = system.carrier_inertia @ state.omega_bi_b
+    # The two may cancel, and leave their rounding.
+    momenta = np.linalg.norm(H_carrier) + np.linalg.norm(H - H_carrier)
     torques = [
-        np.linalg.norm(H) * np.linalg.norm(state.omega_bi_b),
+        momenta * np.linalg.norm(state.omega_bi_b),
         abs(system.orbit.gradient_at(orbit_s)) * np.max(system.inertia),
         np.linalg.norm(system.weight_moment),
         np.linalg.norm(system.torque_b),

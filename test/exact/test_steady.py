@@ -122,6 +122,15 @@ def test_permanent_rotations_of_a_free_gyrostat(h, rate):
             assert_agrees_with_propagation(system, State(ANY, omega), growth=factor)
 
 
+def test_a_gyrostat_of_next_to_no_momentum():
+    """Proves that the balance is relative to what cancels in H, body and rotor, not to H."""
+    inertia, omega = TRIAXIAL / 600.0, np.array([-0.26, -0.33, -0.84])
+    h = 1e-8 * omega - inertia @ omega
+    assert Steady.why_not(gyrostat(inertia, h, FixedDirection()), State(ANY, omega)) is None
+    changed = gyrostat(inertia, h + 1e-9 * X, FixedDirection())
+    assert 'omega x H' in Steady.why_not(changed, State(ANY, omega))
+
+
 @pytest.mark.parametrize('sign', [1.0, -1.0])
 def test_agostinellis_uniform_spin_of_an_oblique_body(sign):
     """In a field of fixed direction any attitude turns at sqrt(3 mu / r^3) about the vertical."""

@@ -136,7 +136,7 @@ def test_the_reference_cases(name):
         close(getattr(motion, key), float(value), atol=1e-14)
 
 
-@settings(derandomize=True, deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(
     st.tuples(ratios, ratios, ratios, ratios),
     st.tuples(signed, signed),

@@ -239,7 +239,7 @@ def test_a_free_rotor_takes_its_inertia_out_of_the_swing():
     assert motion.period_s == pytest.approx(period, rel=1e-12)
 
 
-@settings(max_examples=200, deadline=None, derandomize=True)
+@settings(max_examples=200)
 @given(st.data())
 def test_beletsky_agrees_with_propagation(data):
     """Proves the plane of a fixed field, all regimes, signs of A - C and of the gradient."""
@@ -247,14 +247,14 @@ def test_beletsky_agrees_with_propagation(data):
     _agrees(data, orbit, data.draw(moments()), np.sqrt(abs(orbit.gradient)), _no_weight)
 
 
-@settings(max_examples=200, deadline=None, derandomize=True)
+@settings(max_examples=200)
 @given(st.data())
 def test_balli_and_grioli_agree_with_propagation(data):
     """Proves the plane of a circular orbit, either sense of the normal, at any time of a run."""
     _agrees(data, ORBIT, data.draw(moments()), np.sqrt(3.0) * ORBIT.mean_motion, _no_weight)
 
 
-@settings(max_examples=200, deadline=None, derandomize=True)
+@settings(max_examples=200)
 @given(st.data())
 def test_the_offset_pendulum_agrees_with_propagation(data):
     """Proves the offset pendulum as a motion of a body, weight and gradient of any proportion."""

@@ -7,7 +7,7 @@ import pytest
 from agreement import assert_agrees
 from cases import bounded, newtonian
 from draws import angles, attitudes, body_axes, inertia_in_body_axes, moments, powers_of_ten
-from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from satdyn_ros import exact
@@ -199,12 +199,7 @@ def _shortest(a, b):
 
 
 # most drawn systems have no closed form, and are passed over
-@settings(
-    max_examples=200,
-    deadline=None,
-    derandomize=True,
-    suppress_health_check=[HealthCheck.filter_too_much],
-)
+@settings(max_examples=200)
 @given(scenarios())
 def test_what_is_recognised_is_what_propagates(scenario):
     """Proves that no motion is taken for another, whatever symmetries meet."""

@@ -286,7 +286,7 @@ def admissible(draw, moments, field=1):
     return nu
 
 
-@settings(max_examples=200, deadline=None, derandomize=True)
+@settings(max_examples=200)
 @given(st.data())
 def test_agrees_with_propagation(data):
     """Proves the closed form in all regimes, recognised from a state in any body axes."""
@@ -300,7 +300,7 @@ def test_agrees_with_propagation(data):
     assert_agrees(motion, np.linspace(0.0, duration, 40), scale)
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=60)
 @given(st.data())
 def test_agrees_with_propagation_near_the_special_attitudes(data):
     """Proves the branches: near a principal axis, a principal plane, the separatrix."""

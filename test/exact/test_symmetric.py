@@ -5,7 +5,7 @@ import pytest
 from agreement import assert_agrees
 from cases import bounded, newtonian, rigid
 from draws import angles, attitudes, body_axes, inertia_in_body_axes, powers_of_ten, signs
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from satdyn_ros.dynamics import rotation
@@ -111,12 +111,7 @@ def tops(draw):
     return system, start, rate * (1.0 + np.sqrt(abs(strength)) / rate)
 
 
-@settings(
-    max_examples=200,
-    derandomize=True,
-    deadline=None,
-    suppress_health_check=[HealthCheck.filter_too_much],
-)
+@settings(max_examples=200)
 @given(tops())
 def test_agrees_with_propagation(top):
     """Proves attitude, rate and the rotor's angle over ten periods of bodies of any kind."""

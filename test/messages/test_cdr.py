@@ -11,7 +11,7 @@ NUMBER = st.floats(allow_nan=False)
 
 
 @given(frame=TEXT, names=st.lists(TEXT, max_size=3), values=st.lists(NUMBER, max_size=3))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_strings_and_arrays_of_any_length_stand_where_ros_puts_them(frame, names, values):
     """Whatever the lengths before it, each value is where every reader and ROS's writer look."""
     content = {'header': {'frame_id': frame}, 'name': names, 'position': values, 'effort': values}

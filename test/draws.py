@@ -7,7 +7,9 @@ from hypothesis import strategies as st
 from satdyn_ros.dynamics import rotation
 
 signs = st.sampled_from([-1, 1])
-angles = st.floats(-3.1, 3.1)
+# None of 1e-90: at rest so near to an equilibrium the propagation, which is the truth, takes a
+# step of months, and what it interpolates within has no digits.
+angles = st.floats(-3.1, 3.1).map(lambda angle: angle if abs(angle) > 1e-15 else 0.0)
 
 
 def powers_of_ten(low, high):

@@ -26,7 +26,7 @@ from satdyn_ros.run.simulation import Simulation
 ROOT = Path(__file__).parents[2]
 DEFAULT = ROOT / 'config' / 'default.yaml'
 # Long enough for a loaded machine; nothing waits so long where all is well.
-PATIENCE_S = 30.0
+PATIENCE_S = 60.0
 EPOCH_NS = 1_700_000_000 * 10**9
 
 _numbers = itertools.count(1)

@@ -33,11 +33,11 @@ def test_a_node_on_simulated_time_follows(live):
         assert len(common) > 50
         # Best effort may lose some.
         assert len(set(common) & stamps) > 0.5 * len(common)
-        assert all((stamp - EPOCH_NS) % 10**8 == 0 for stamp in stamps)
+        # The node's own clock may have heard what this subscription has not, or not yet.
+        assert all((stamp - EPOCH_NS) % 10**8 == 0 for stamp in [*stamps, *fired_ns[1:]])
         # At its first firing the clock had jumped from zero.
         span_s = (fired_ns[-1] - fired_ns[1]) / 1e9
         assert len(fired_ns) - 2 <= span_s + 1.0
-        assert set(fired_ns[1:]) <= stamps
     finally:
         follower.close()
 

@@ -59,11 +59,12 @@ def test_nodes_composed_in_one_process(tmp_path):
         executor.add_node(node)
     heard = listener.listen('attitude', raw=True)
     try:
+        while len(heard) < 10:
+            executor.spin_once()
+        executor.remove_node(nodes[0])
+        nodes[0].destroy_node()
         while len(heard) < 20:
             executor.spin_once()
-            if len(heard) == 10:
-                executor.remove_node(nodes[0])
-                nodes[0].destroy_node()
         packed = expected(Scenario(values(1)), 'attitude', 10000)
         assert all(packed[raw_stamp_ns(data)] == data for data in heard)
     finally:

@@ -242,8 +242,8 @@ def test_cluster_that_loses_a_worker(many, tmp_path, cluster):
 
     path, expected = many
     address, workers = cluster
-    with Client(address, timeout=30) as client:
-        client.wait_for_workers(2, timeout=30)
+    with Client(address, timeout=60) as client:
+        client.wait_for_workers(2, timeout=60)
     directory = tmp_path / 'cluster'
     process = start(path, directory, address)
     wait_for_parts(directory, 8)

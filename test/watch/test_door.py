@@ -41,7 +41,7 @@ def there(watch, bag):
 
 def ask(url, path='/', headers=None):
     """Return the answer to a request as it is, cookies and all."""
-    connection = http.client.HTTPConnection('127.0.0.1', url.port, timeout=30)
+    connection = http.client.HTTPConnection('127.0.0.1', url.port, timeout=60)
     connection.request('GET', path, headers=headers or {})
     answer = connection.getresponse()
     answer.text = '' if answer.status == 101 else answer.read().decode()
@@ -111,7 +111,7 @@ def closed(url, messages):
             for message in messages:
                 await socket.send_str(message)
             while True:
-                received = await socket.receive(timeout=30)
+                received = await socket.receive(timeout=60)
                 if received.type != aiohttp.WSMsgType.TEXT:
                     return socket.close_code, answers
                 answer = json.loads(received.data)

@@ -64,7 +64,7 @@ async def watched():
         for number in range(FRAMES):
             text = json.dumps({'type': 'rows', 'number': number, 'filler': 'x' * FRAME_SIZE})
             source.hub.put('rows', text)
-            got.append(json.loads((await socket.receive(timeout=30)).data)['number'])
+            got.append(json.loads((await socket.receive(timeout=60)).data)['number'])
         largest = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
     stuck.close()
@@ -97,9 +97,9 @@ def test_late_frames_are_dropped():
                 await asyncio.sleep(0.01)
             for number in range(100):
                 source.hub.put('rows', json.dumps({'type': 'rows', 'number': number}))
-            first = json.loads((await socket.receive(timeout=30)).data)['number']
+            first = json.loads((await socket.receive(timeout=60)).data)['number']
             await socket.send_str('{"id": 5}')
-            answer = json.loads((await socket.receive(timeout=30)).data)
+            answer = json.loads((await socket.receive(timeout=60)).data)
         await runner.cleanup()
         return first, answer
 

@@ -103,7 +103,7 @@ class Lanes(NamedTuple):
 
     motion: which of them flies there, -1: none; waiting (1,): the next to take a lane; steps and
     since: taken from the start, from the last row; t, h, error, ratio: begin, length, error of the
-    step over the tolerance, and next length over this one; y_0, y, k, e_3, e_5: variables at begin
+    step over the tolerance, and next length over this one; y_0, y, k, e_3, e_5: variables at start
     and end, stages, errors.
     """
 
@@ -234,7 +234,7 @@ def _fly(t_s, wanted, flights, lanes, single, like):
     begin, outcome, rows = flights.begin, flights.outcome, flights.rows
     motion, steps, since, t, h = lanes.motion, lanes.steps, lanes.since, lanes.t, lanes.h
     y_0, y, error, ratio, constants = lanes.y_0, lanes.y, lanes.error, lanes.ratio, lanes.constants
-    # Variables beyond those are constant, or nobody asks for them.
+    # Variables beyond those are constant, or not wanted.
     changing = max(MOMENTUM, wanted[-1] + 1)
     for _ in range(_SLICE_STEPS):
         idle = 0
@@ -328,7 +328,7 @@ def _attempt(lanes, like, size):
 @inlined
 def _stage(y, h, constants, like, i, k):
     """Write k_i = h f(y)."""
-    # A flag that is known lets the loop be one of vectors.
+    # A constant flag lets the compiler vectorise the loop.
     if like.does_work:
         for l in range(LANES):
             _stage_of_lane(l, y, h, _constants(constants, l, like, True), i, k)

@@ -1,6 +1,7 @@
 """What moves and from where: a body with its rotors in an attracting field, and its state."""
 
 from dataclasses import dataclass, field
+from math import isnan
 
 import numpy as np
 
@@ -76,14 +77,13 @@ class System:
         if not self.has_turning_rotor:
             return
         for name in ('rotor_speed', 'rotor_angle'):
-            values, count = getattr(state, name), len(self.rotors)
-            if values.shape[-1] != count:
+            values, count = getattr(state, name).tolist(), len(self.rotors)
+            if len(values) != count:
                 raise ValueError(
-                    f'{name} has the length {values.shape[-1]}; it must be {count}: '
-                    'one number per rotor'
+                    f'{name} has the length {len(values)}; it must be {count}, one per rotor'
                 )
-            for i, rotor in enumerate(self.rotors):
-                if rotor.turns_freely and np.isnan(values[..., i]).any():
+            for rotor, value in zip(self.rotors, values, strict=True):
+                if rotor.turns_freely and isnan(value):
                     raise ValueError(
                         f'{name} of {rotor.label} is missing; '
                         f'a rotor of mode {rotor.mode} needs it'

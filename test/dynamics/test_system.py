@@ -35,7 +35,7 @@ INCOMPLETE = {
     'one number for two': (
         (FLYWHEEL, WHEEL),
         (1.0, 0.0),
-        'rotor_speed has the length 1; it must be 2: one number per rotor',
+        'rotor_speed has the length 1; it must be 2, one per rotor',
     ),
 }
 

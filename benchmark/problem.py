@@ -92,26 +92,45 @@ def right_hand_side_floats(t, y):
     ]
 
 
-def heyoka_equations():
-    """Return the problem as heyoka's symbolic equations."""
+def heyoka_equations(lvlh: bool = False):
+    """
+    Return the problem as heyoka's symbolic equations of the attitude and the inertial rate.
+
+    lvlh: of q_lb in place of q_ib, in whose axes the centre stands still: no sine, no cosine.
+    """
     import heyoka as hy
 
     x, y, z, w, p, q, r = hy.make_vars('x', 'y', 'z', 'w', 'p', 'q', 'r')
-    c, s = hy.cos(N * hy.time), hy.sin(N * hy.time)
-    c1 = c * (1 - 2 * (y * y + z * z)) + s * 2 * (x * y + w * z)
-    c2 = c * 2 * (x * y - w * z) + s * (1 - 2 * (x * x + z * z))
-    c3 = c * 2 * (x * z + w * y) + s * 2 * (y * z - w * x)
+    if lvlh:
+        c1, c2, c3 = 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
+        turn = [N * z, N * w, -N * x, -N * y]
+    else:
+        c, s = hy.cos(N * hy.time), hy.sin(N * hy.time)
+        c1 = c * (1 - 2 * (y * y + z * z)) + s * 2 * (x * y + w * z)
+        c2 = c * 2 * (x * y - w * z) + s * (1 - 2 * (x * x + z * z))
+        c3 = c * 2 * (x * z + w * y) + s * 2 * (y * z - w * x)
+        turn = [0.0, 0.0, 0.0, 0.0]
     k = 3 * N * N
     h1, h2, h3 = 900.0 * p, 800.0 * q + 5.0, 600.0 * r
     return [
-        (x, 0.5 * (w * p + y * r - z * q)),
-        (y, 0.5 * (w * q + z * p - x * r)),
-        (z, 0.5 * (w * r + x * q - y * p)),
-        (w, -0.5 * (x * p + y * q + z * r)),
+        (x, 0.5 * (w * p + y * r - z * q + turn[0])),
+        (y, 0.5 * (w * q + z * p - x * r + turn[1])),
+        (z, 0.5 * (w * r + x * q - y * p + turn[2])),
+        (w, -0.5 * (x * p + y * q + z * r - turn[3])),
         (p, (k * (600.0 - 800.0) * c2 * c3 - (q * h3 - r * h2)) / 900.0),
         (q, (k * (900.0 - 600.0) * c3 * c1 - (r * h1 - p * h3)) / 800.0),
         (r, (k * (800.0 - 900.0) * c1 * c2 - (p * h2 - q * h1)) / 600.0),
     ]
+
+
+def from_lvlh(q_lb, t_s):
+    """Return q_ib (N, 4) of attitudes q_lb (N, 4) at t_s."""
+    return rotation.multiply(system().orbit.lvlh(t_s), q_lb)
+
+
+def to_lvlh(q_ib):
+    """Return q_lb of an attitude q_ib at the start."""
+    return rotation.multiply(rotation.conjugate(system().orbit.lvlh(0.0)), q_ib)
 
 
 def check(name, q_ib, t_s):

@@ -168,7 +168,9 @@ def propagate_many(
     flights = _flights(
         begin=initial_values(system, state)[:, 0],
         numbers=numbers,
-        anomaly=np.broadcast_to(np.reshape(mean_anomaly(system, 0.0), (-1, 3)), (count, 3)),
+        anomaly=np.column_stack(
+            [np.broadcast_to(np.ravel(each), count) for each in mean_anomaly(system, 0.0)]
+        ),
         tolerance=tolerance,
         steps_allowed=np.full(count, np.inf),
         shape=(len(wanted), len(t_s)),
@@ -210,7 +212,7 @@ def _fly_together(flights, wanted, like, t_s):
         constants=np.zeros(flights.numbers.shape[1] * LANES),
         y_0=np.zeros(size * LANES),
         y=np.zeros(size * LANES),
-        k=np.zeros(13 * size * LANES),
+        k=np.zeros(12 * size * LANES),
         e_3=np.zeros(size * LANES),
         e_5=np.zeros(size * LANES),
         zeros=np.zeros(size * LANES),
@@ -317,9 +319,10 @@ def _attempt(lanes, like, size):
     for l in range(LANES):
         h[l] = (t[l] + h[l]) - t[l]
     _stage(y_0, h, constants, like, 0, k)
-    for i in range(1, 13):
+    for i in range(1, 12):
         _combine(i, y_0, k, width, size, y)
         _stage(y, h, constants, like, i, k)
+    _combine(12, y_0, k, width, size, y)
     _combine(ERROR_3, lanes.zeros, k, width, size, lanes.e_3)
     _combine(ERROR_5, lanes.zeros, k, width, size, lanes.e_5)
     _errors(lanes, like)
@@ -419,7 +422,7 @@ def _take_lane(l, t, h, y_0, y, k, single):
     clock, end, stages, dense = single
     clock[0], clock[1] = t, t + h
     end[:], dense[0] = y[l::LANES], y_0[l::LANES]
-    for i in range(13):
+    for i in range(12):
         stages[i] = k[i * len(y) + l : (i + 1) * len(y) : LANES]
 
 

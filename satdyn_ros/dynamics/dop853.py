@@ -7,7 +7,8 @@ Wanner, Solving Ordinary Differential Equations I, 1993, II.5, II.6, II.10).
 clock (7,), by the names below: where the current step begins and ends, the proposed length of the
 next one, the number of steps taken, the number of the step that the dense output belongs to, the
 furthest row that was ever reached, and the number of steps begun since.
-y (V,): the variables at the end of the step; k (16, V): its stages, h times the derivatives;
+y (V,): the variables at the end of the step; k (16, V): its stages, h times the derivatives, of
+which stages 12 to 15 are made with the dense output, which alone needs them;
 dense (8, V): the terms of its dense output, the first of them the variables at its start.
 constants: the Parameters of the equations, whose number of rotors tells the compiler V.
 """
@@ -39,8 +40,8 @@ TINY = 1e-300
 # What the first step turns the body or the orbit by [rad]; a rate below the slowest [rad/s] counts
 # as the slowest, for which such a step takes four months.
 FIRST_TURN, SLOWEST = 0.01, 1e-9
-# Variables whose error counts whatever the number of rotors: q, omega and the place on the orbit.
-_COUNTED = float(MOMENTUM)
+# Sums of the variables whose error counts with any number of rotors: q, omega, cos f and sin f.
+_COUNTED = (0.0,) * MOMENTUM
 _TWELVE = (0.0,) * 12
 
 
@@ -74,7 +75,6 @@ def step(
         for i in range(12):
             _stage(y, h, constants, k[i])
             _combine(i + 1, y_0, k, y, constants)
-        _stage(y, h, constants, k[12])
         error = _error(y_0, y, h, k, constants) / tolerance
         if error <= 1.0:
             break
@@ -111,36 +111,49 @@ def _stage(y, h, constants, k):
 
 @inlined
 def _combine(row, y, k, z, constants):
-    """Write z = y + sum_j a_j k_j with row's entries a_j: V sums, held in registers."""
-    # Twelve sums are what the compiler holds in registers; the rest, of further rotors, follow.
-    sums = _TWELVE
+    """Write z = y + sum_j a_j k_j with row's entries a_j."""
+    sums = _sums(row, k, _TWELVE)
+    for i in range(len(sums)):
+        z[i] = y[i] + sums[i]
+    for i in range(len(sums), MOMENTUM + 2 * len(constants.zeros) + 1):
+        z[i] = y[i] + _sum(row, k, i)
+
+
+@inlined
+def _sums(row, k, sums):
+    """Return sum_j a_j k_j of the first variables, as many as the zeros in sums."""
+    # Twelve sums are what the compiler holds in registers.
     for n in range(LENGTHS[row]):
         a, j = ENTRIES[row, n], COLUMNS[row, n]
         for i in range(len(sums)):
             sums = replaced(sums, i, sums[i] + a * k[j, i])
-    for i in range(len(sums)):
-        z[i] = y[i] + sums[i]
-    for i in range(len(sums), MOMENTUM + 2 * len(constants.zeros) + 1):
-        rest = 0.0
-        for n in range(LENGTHS[row]):
-            rest += ENTRIES[row, n] * k[COLUMNS[row, n], i]
-        z[i] = y[i] + rest
+    return sums
+
+
+@inlined
+def _sum(row, k, i):
+    """Return sum_j a_j k_j of one variable."""
+    found = 0.0
+    for n in range(LENGTHS[row]):
+        found += ENTRIES[row, n] * k[COLUMNS[row, n], i]
+    return found
 
 
 @inlined
 def _error(y_0, y, h, k, constants):
     """Return the error of a step from y_0 to y, as error_of."""
-    # In the places of stages that only the dense output needs.
-    e_3, e_5 = k[13], k[14]
-    e_3[:], e_5[:] = 0.0, 0.0
-    _combine(ERROR_3, e_3, k, e_3, constants)
-    _combine(ERROR_5, e_5, k, e_5, constants)
+    p_3, p_5 = constants.zeros, constants.zeros
+    for i in range(len(constants.rotors)):
+        # Without friction a momentum has no error.
+        if constants.rotors[i].friction > 0.0:
+            p_3 = replaced(p_3, i, _sum(ERROR_3, k, MOMENTUM + i))
+            p_5 = replaced(p_5, i, _sum(ERROR_5, k, MOMENTUM + i))
     return error_of(
         variables(y_0, constants),
         variables(y, constants),
         (k[0, 4], k[0, 5], k[0, 6]),
-        variables(e_3, constants),
-        variables(e_5, constants),
+        _sums(ERROR_3, k, _COUNTED) + p_3,
+        _sums(ERROR_5, k, _COUNTED) + p_5,
         h,
         constants,
     )
@@ -185,7 +198,7 @@ def error_of(
     for i in range(MOMENTUM, len(y)):
         rest += abs(y[i])
     # The root mean square of the estimate of order 5, damped by that of order 3 (II.10).
-    error = square_5 / np.sqrt(_COUNTED * (square_5 + 0.01 * square_3) + TINY)
+    error = square_5 / np.sqrt(len(_COUNTED) * (square_5 + 0.01 * square_3) + TINY)
     # Chosen at the end: a branch would keep the lanes of batch.py from being vectorised.
     return error if rest < LARGEST else np.inf
 
@@ -230,6 +243,7 @@ def make_dense(
 ) -> None:
     """Write the terms of the dense output of the current step, which starts at y = dense[0]."""
     h, y_0, z = clock[END] - clock[BEGIN], dense[0], dense[7]
+    _stage(y, h, constants, k[12])
     for i in range(13, 16):
         _combine(i, y_0, k, z, constants)
         _stage(z, h, constants, k[i])

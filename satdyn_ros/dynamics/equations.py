@@ -109,7 +109,7 @@ def _constants(system):
         eccentricity = orbit.eccentricity
         anomaly_rate = np.sqrt(orbit.mu / orbit.semi_latus_rectum) / orbit.semi_latus_rectum
         gradient = 3.0 * anomaly_rate**2
-        to_pericentre, ahead, _ = np.moveaxis(orbit.perifocal, -1, 0)
+        to_pericentre, ahead = orbit.perifocal[..., 0], orbit.perifocal[..., 1]
     applied = system.torque_b
     for rotor, torque in zip(system.rotors, system.rotor_torque, strict=True):
         if torque:
@@ -209,14 +209,13 @@ def rates(y: tuple[float, ...], constants: Parameters) -> tuple[float, ...]:
 
 def _as_tuples(part):
     """Return arrays as numbers or as tuples of numbers; tuples with names keep them."""
-    if hasattr(part, '_fields'):
-        return type(part)(*(_as_tuples(each) for each in part))
     if isinstance(part, tuple):
-        return tuple(_as_tuples(each) for each in part)
-    found = np.asarray(part, float).tolist()
-    if np.ndim(part) < 2:
-        return tuple(found) if np.ndim(part) else found
-    return tuple(tuple(row) for row in found)
+        inner = map(_as_tuples, part)
+        return type(part)(*inner) if hasattr(part, '_fields') else tuple(inner)
+    if isinstance(part, np.ndarray) and part.ndim:
+        rows = part.tolist()
+        return tuple(map(tuple, rows)) if part.ndim > 1 else tuple(rows)
+    return float(part)
 
 
 def _leaves(part):

@@ -40,7 +40,7 @@ from .system import State, System
 # A third more steps than at 1e-12, a tenth of the error, and still above the rounding.
 DEFAULT_TOLERANCE = 1e-13
 # The most steps and rows of a slice.
-_SLICE_STEPS, _SLICE_ROWS = 1000, 20000
+_SLICE_STEPS, _SLICE_ROWS = 5000, 200_000
 
 
 class Propagation(Motion):
@@ -73,7 +73,7 @@ class Propagation(Motion):
         super().__init__(system, state, start_s)
         self.tolerance, self.most_steps = tolerance, most_steps
         self.constants = parameters(system)
-        self.anomaly = tuple(mean_anomaly(system, start_s).tolist())
+        self.anomaly = tuple(map(float, mean_anomaly(system, start_s)))
         self.wanted = wanted_variables(system, self.constants.does_work)
         self._clock = np.zeros(7)
         self._begin()
@@ -147,15 +147,22 @@ def columns(system: System, wanted: np.ndarray, out: np.ndarray) -> tuple[np.nda
     found = dict(zip(wanted, np.moveaxis(out, -2, 0), strict=True))
     q_ib = np.moveaxis(out[..., Q:OMEGA, :], -2, -1)
     omega_bi_b = np.moveaxis(out[..., OMEGA:CENTRE, :], -2, -1)
-    rows = out[..., 0, :].shape
-    speeds = np.full((*rows, len(system.rotors)), np.nan)
-    angles, flown = speeds.copy(), flown_rotors(system)
+    rows, flown = out[..., 0, :].shape, flown_rotors(system)
+    speeds = [np.broadcast_to(np.nan, rows)] * len(system.rotors)
+    angles = speeds.copy()
     for n, (i, rotor) in enumerate(flown):
         if rotor.turns_freely:
-            speeds[..., i] = rotor.speed(found[MOMENTUM + n], omega_bi_b)
-            angles[..., i] = found[MOMENTUM + len(flown) + n]
+            speeds[i] = np.asarray(rotor.speed(found[MOMENTUM + n], omega_bi_b))
+            angles[i] = found[MOMENTUM + len(flown) + n]
     work = found.get(MOMENTUM + 2 * len(flown), np.broadcast_to(0.0, rows))
-    return q_ib, omega_bi_b, speeds, angles, work
+    return q_ib, omega_bi_b, _of_rotors(speeds, rows), _of_rotors(angles, rows), work
+
+
+def _of_rotors(columns, rows):
+    """Return one column per rotor as a table (..., N, R), without a copy where it can."""
+    if len(columns) == 1:
+        return columns[0][..., None]
+    return np.stack(columns, axis=-1) if columns else np.empty((*rows, 0))
 
 
 def wanted_variables(system: System, does_work: bool) -> np.ndarray:
@@ -168,13 +175,13 @@ def wanted_variables(system: System, does_work: bool) -> np.ndarray:
     return np.array([*range(Q, CENTRE), *momenta, *angles, *work])
 
 
-def mean_anomaly(system: System, start_s: float) -> np.ndarray:
-    """Return mean anomaly at start_s, mean motion and eccentricity, (..., 3); zeros: no orbit."""
+def mean_anomaly(system: System, start_s: float) -> tuple[float | np.ndarray, ...]:
+    """Return mean anomaly at start_s, mean motion and eccentricity; zeros: no orbit."""
     orbit = system.orbit
     if isinstance(orbit, FixedDirection):
-        return np.zeros(3)
-    begin = orbit.mean_anomaly + orbit.mean_motion * start_s
-    return np.stack(np.broadcast_arrays(begin, orbit.mean_motion, orbit.eccentricity), axis=-1)
+        return 0.0, 0.0, 0.0
+    mean_motion = orbit.mean_motion
+    return orbit.mean_anomaly + mean_motion * start_s, mean_motion, orbit.eccentricity
 
 
 @compiled

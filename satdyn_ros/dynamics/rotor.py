@@ -68,5 +68,5 @@ class Rotor:
 
     def _rate_along_axis(self, omega_bi_b):
         # Written out: the bits of a matrix product depend on how many rows there are.
-        x, y, z = np.moveaxis(np.asarray(omega_bi_b, float), -1, 0)
-        return x * self.axis[..., 0] + y * self.axis[..., 1] + z * self.axis[..., 2]
+        omega, a = np.asarray(omega_bi_b, float), self.axis
+        return omega[..., 0] * a[..., 0] + omega[..., 1] * a[..., 1] + omega[..., 2] * a[..., 2]

@@ -37,8 +37,8 @@ class System:
     def is_driven(self) -> bool:
         """Whether anything but the field does work: a torque, a motor, friction."""
         return bool(
-            np.any(self.torque_b)
-            or np.any(self.rotor_torque)
+            self.torque_b.any()
+            or self.rotor_torque.any()
             or any(rotor.is_damped for rotor in self.rotors)
         )
 

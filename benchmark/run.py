@@ -17,6 +17,7 @@ SCRIPTS = (
     'batch',
     'sweep',
     'offline',
+    'export',
     'live',
     'page',
     'start',

@@ -1,0 +1,133 @@
+"""Bags to tables: what writing adds to reading, and the memory of a week in every format."""
+
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from common import Claim, show
+
+from satdyn_ros.bag.columns import StateTable
+from satdyn_ros.bag.export import export
+from satdyn_ros.bag.recorded_run import RecordedRun
+from satdyn_ros.bag.simulate import simulate
+from satdyn_ros.run.scenario import Scenario
+
+DAY_S, WEEK_DAYS = 86400.0, 7
+MEMORY_MB = 400.0
+SCENARIO = Scenario.from_dict(
+    {
+        'publish': {
+            'rate': 10.0,
+            'topics': [
+                *('attitude', 'angular_velocity', 'imu'),
+                *('odometry', 'attitude_lvlh', 'gravity_gradient'),
+            ],
+        },
+        'time': {'epoch_ns': 10**18},
+    }
+)
+TABLES = ('csv', 'parquet', 'npz')
+MESSAGES = ('aem', 'oem', 'a')
+
+
+def recorded(days: float, bag: Path) -> Path:
+    """Simulate days into a bag and return it."""
+    for _ in simulate(SCENARIO, days * DAY_S, bag):
+        pass
+    return bag
+
+
+def read(bag: Path) -> None:
+    """Read a bag and make the columns: what no table can save."""
+    for _ in StateTable(RecordedRun(bag)).blocks():
+        pass
+
+
+def written(bag: Path, kind: str) -> None:
+    """Export a bag into a file beside it and remove the file."""
+    output = bag.with_name(f'table.{kind}')
+    export(bag, output)
+    output.unlink()
+
+
+def cpu_and_wall(run: Callable[[], None]) -> tuple[float, float]:
+    """Return the CPU time and the elapsed time of a run, in seconds."""
+    cpu, wall = time.process_time(), time.perf_counter()
+    run()
+    return time.process_time() - cpu, time.perf_counter() - wall
+
+
+def memory_mb(bag: Path, kind: str) -> float:
+    """Return the peak memory of a process that exports a bag."""
+    # Not ru_maxrss, which a process begins with that of the one that starts it.
+    program = (
+        'import sys; from pathlib import Path; sys.path.insert(0, sys.argv[1]);'
+        'import export; export.written(Path(sys.argv[2]), sys.argv[3]);'
+        "status = Path('/proc/self/status').read_text();"
+        "print(status.split('VmHWM:')[1].split()[0])"
+    )
+    output = subprocess.run(
+        [sys.executable, '-c', program, str(Path(__file__).parent), str(bag), kind],
+        stdout=subprocess.PIPE,
+        check=True,
+    ).stdout
+    return int(output) / 1024.0
+
+
+def main(rounds: int = 5) -> tuple[str, list[Claim], str]:
+    """Run all; return title, claims and text."""
+    with tempfile.TemporaryDirectory() as name:
+        bag = recorded(1.0, Path(name) / 'day')
+        contenders = {'read': lambda: read(bag)} | {
+            kind: lambda kind=kind: written(bag, kind) for kind in TABLES
+        }
+        for run in contenders.values():
+            run()
+        taken: dict[str, list[tuple[float, float]]] = {contender: [] for contender in contenders}
+        for _ in range(rounds):
+            for contender, run in contenders.items():
+                taken[contender].append(cpu_and_wall(run))
+        medians = {
+            contender: tuple(map(statistics.median, zip(*pairs, strict=True)))
+            for contender, pairs in taken.items()
+        }
+    with tempfile.TemporaryDirectory() as name:
+        bag = recorded(WEEK_DAYS, Path(name) / 'week')
+        peaks = {kind: memory_mb(bag, kind) for kind in (*TABLES, *MESSAGES)}
+    claims = [
+        Claim(
+            f'a day at 10 Hz as .{kind}, over reading it and making its columns',
+            f'{medians[kind][0]:.2f} s',
+            f'{medians["read"][0]:.2f} s',
+            medians[kind][0] / medians['read'][0],
+            must=None if kind == 'npz' else 1.5,
+            at_most=True,
+        )
+        for kind in TABLES
+    ] + [
+        Claim(
+            f'memory of a week at 10 Hz as .{kind}',
+            f'{peak:.0f} MB',
+            f'{MEMORY_MB:.0f} MB allowed',
+            peak / MEMORY_MB,
+            must=1.0,
+            at_most=True,
+        )
+        for kind, peak in peaks.items()
+    ]
+    rows = ['| | CPU | elapsed |', '| --- | --- | --- |']
+    rows += [
+        f'| {contender} | {cpu:.2f} s | {wall:.2f} s |'
+        for contender, (cpu, wall) in medians.items()
+    ]
+    text = '\n'.join(rows)
+    print(text)
+    return 'Export', show(claims), text
+
+
+if __name__ == '__main__':
+    main(*map(int, sys.argv[1:]))

@@ -35,6 +35,7 @@ class Scene {
     this.frames = []; // when the last ones were drawn [ms]
     this.sharpness = 1;
     this._build();
+    this._paint();
     this.view = 'space';
     this._resetCamera();
     new ResizeObserver(() => this._resize()).observe(box);
@@ -50,6 +51,9 @@ class Scene {
     this.solid.quaternion.set(...description.body.q_bp);
     this.wheels = description.rotors.map((rotor, k) => this._wheel(rotor, k));
     this.inBody.add(this.solid, ...this.wheels);
+    this.arrows.x.point(AXIS_LENGTH, 0, 0);
+    this.arrows.y.point(0, AXIS_LENGTH, 0);
+    this.arrows.z.point(0, 0, AXIS_LENGTH);
     if (this.planet) this.world.remove(this.planet.group);
     this.planet = description.planet ? new Planet(description.planet) : null;
     if (this.planet) this.world.add(this.planet.group);
@@ -112,9 +116,6 @@ class Scene {
       this.arrows[name] = arrow(isFrame ? 0.007 : name.length === 1 ? 0.015 : 0.02);
       (name.length === 1 ? this.inBody : this.world).add(this.arrows[name]);
     }
-    this.arrows.x.point(AXIS_LENGTH, 0, 0);
-    this.arrows.y.point(0, AXIS_LENGTH, 0);
-    this.arrows.z.point(0, 0, AXIS_LENGTH);
     this.paths = {};
     for (const name of Object.keys(PATHS)) {
       this.paths[name] = new Path(PATH_POINTS, 2.2);
@@ -266,8 +267,9 @@ class Scene {
   }
 
   _draw(now) {
-    if (!this.row || !this.width) return;
+    if (!this.width) return;
     this._render();
+    if (!this.row) return;
     this._labelTexts();
     const points = new Map();
     const at = new THREE.Vector3();

@@ -3,6 +3,7 @@
 
 function arrow(radius) {
   const group = new THREE.Group();
+  group.visible = false; // until it points somewhere
   const material = new THREE.MeshLambertMaterial();
   const shaft = new THREE.Mesh(new THREE.CylinderGeometry(radius, radius, 1, 16).translate(0, 0.5, 0), material);
   const head = new THREE.Mesh(new THREE.ConeGeometry(3.2 * radius, 9 * radius, 20).translate(0, -4.5 * radius, 0), material);

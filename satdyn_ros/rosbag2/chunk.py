@@ -16,6 +16,7 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Schema
 
 from ..compiled import compiled, inlined
+from .compression import Allowance
 from .errors import Damaged
 
 CHUNK_SIZE = 786432
@@ -32,8 +33,6 @@ HEAD = np.dtype(
 
 # Opcode and length come before the content of every record.
 _PREFIX = 9
-# Ids have two bytes.
-_MOST_DECLARATIONS = 2 * 2**16
 _MESSAGE = int(Opcode.MESSAGE)
 _HEAD_SIZE = HEAD.itemsize
 
@@ -64,18 +63,25 @@ class Contents:
             return 0, 0
         return int(np.min(self.log_times)), int(np.max(self.log_times))
 
-    def check(self) -> None:
-        """Raise Damaged unless there are only schemas, channels and messages, all whole."""
+    def check(self, allowance: Allowance) -> None:
+        """
+        Raise Damaged unless there are only schemas, channels and messages, all whole.
+
+        allowance: what the chunks of the file may still declare.
+        """
         if len(self.data) != self._given_size:
             raise Damaged(f'its messages are broken off at byte {len(self.data)} of its contents')
-        foreign = set(self.data[self._others].tolist()) - {Opcode.SCHEMA, Opcode.CHANNEL}
+        foreign = set(np.unique(self.data[self._others]).tolist()) - {
+            Opcode.SCHEMA,
+            Opcode.CHANNEL,
+        }
         if foreign:
             raise Damaged(
                 f'it holds a record of opcode {min(foreign)}, which does not belong in a chunk'
             )
-        if len(self._others) > _MOST_DECLARATIONS:
-            raise Damaged(f'it declares more than {_MOST_DECLARATIONS} schemas and channels')
-        self.declarations()
+        lengths = _gather(self.data, self._others, _PREFIX)[:, 1:].copy().view('<u8')
+        allowance.declare(len(lengths), int(np.sum(lengths)))
+        _ = self.declarations
 
     @cached_property
     def counts(self) -> dict[int, int]:
@@ -97,8 +103,9 @@ class Contents:
         """The heads of the messages (M,), as HEAD."""
         return _gather(self.data, self.offsets, HEAD.itemsize).view(HEAD)[:, 0]
 
+    @cached_property
     def declarations(self) -> tuple[dict[int, Schema], dict[int, Channel]]:
-        """Return the schemas and the channels by their ids; Damaged: one cannot be read."""
+        """The schemas and the channels by their ids; Damaged: one cannot be read."""
         schemas, channels = self._declared(Schema), self._declared(Channel)
         return {schema.id: schema for schema in schemas}, {c.id: c for c in channels}
 
@@ -130,10 +137,8 @@ class Contents:
         return [self.data[i:j].tobytes() for i, j in zip(begins, ends, strict=True)]
 
     def _declared(self, kind):
-        opcode = Opcode.SCHEMA if kind is Schema else Opcode.CHANNEL
-        for start in self._others.tolist():
-            if self.data[start] != opcode:
-                continue
+        opcode = int(Opcode.SCHEMA if kind is Schema else Opcode.CHANNEL)
+        for start in self._others[self.data[self._others] == opcode].tolist():
             content = self.data[start + _PREFIX : start + self._length(start)]
             try:
                 yield kind.read(ReadDataStream(io.BytesIO(content.data)))
@@ -152,6 +157,25 @@ def _number(data, start, size):
     for i in range(size):
         number |= np.uint64(data[start + i]) << np.uint64(8 * i)
     return number
+
+
+@partial(
+    compiled,
+    signature='int64(Array(uint8, 1, "C", readonly=True), int64)',
+    nogil=True,
+)
+def messages_end(data: np.ndarray, last_opcode: int) -> int:
+    """Return where those messages end with which data (N,) begins and which a record follows."""
+    start = 0
+    while start + _PREFIX <= len(data) and data[start] == _MESSAGE:
+        length = _number(data, start + 1, 8)
+        if length > np.uint64(len(data)) or length < np.uint64(_HEAD_SIZE - _PREFIX):
+            break
+        end = start + _PREFIX + np.int64(length)
+        if end + _PREFIX > len(data) or not 0 < data[end] <= last_opcode:
+            break
+        start = end
+    return start
 
 
 @partial(

@@ -18,9 +18,18 @@ CEILING = 256 * 2**20
 # file.
 _LEAST_IN_ALL, _LARGEST_RATIO = 2**29, 64
 
+# A chunk counts as this many bytes at least, since each costs work.  One message in a chunk, with
+# its indexes, takes 230 bytes of a file, which may expand to 64 times as many.
+_LEAST_CHUNK = 8192
+
 # The first of the fast levels: output two to six per cent larger than at the default level, in 70
 # per cent of the time.
 _ZSTD_LEVEL = -1
+
+
+# How many schemas and channels all chunks of a file may hold, whose ids have two bytes, and the
+# most bytes of them: a thousand types have a few millions.
+_MOST_DECLARATIONS, _MOST_DECLARED = 2 * 2**16, 8 * 2**20
 
 
 class Allowance:
@@ -28,14 +37,25 @@ class Allowance:
 
     def __init__(self, file_size: int):
         self._allowed = self._left = max(_LEAST_IN_ALL, _LARGEST_RATIO * file_size)
+        self._declarations = self._declared = 0
 
     def spend(self, size: int) -> None:
         """Subtract what a chunk claims to hold [bytes]; Damaged: it is more than is left."""
-        self._left -= size
+        self._left -= max(size, _LEAST_CHUNK)
         if self._left < 0:
             raise Damaged(
                 f'with it the chunks claim to hold more than {self._allowed} bytes, the limit for '
                 'a file of this size'
+            )
+
+    def declare(self, count: int, size: int) -> None:
+        """Count the schemas and channels of a chunk and their bytes; Damaged: too many."""
+        self._declarations += count
+        self._declared += size
+        if self._declarations > _MOST_DECLARATIONS or self._declared > _MOST_DECLARED:
+            raise Damaged(
+                f'with it the chunks hold more than {_MOST_DECLARATIONS} schemas and channels, or '
+                f'{_MOST_DECLARED} bytes of them'
             )
 
 

@@ -8,44 +8,67 @@ import numpy as np
 from mcap.opcode import Opcode
 from mcap.writer import MCAP0_MAGIC
 
+from .chunk import messages_end
 from .compression import Allowance
-from .errors import Damaged
-from .records import PREFIX, name_of, read
+from .errors import BagError
+from .records import PREFIX, name_of
 
 _MESSAGE_HEAD = 2 + 4 + 8 + 8
 _LAST_OPCODE = max(Opcode)
-_WINDOW = 2**20
+_BUFFER = 2**14
+# A search begins with little, as the next record is mostly near.
+_FIRST_WINDOW, _LAST_WINDOW = 2**11, 2**20
 # This many messages do not follow each other by chance.
 _CHAIN = 3
-# By kind of record: the size of what precedes the first inner length, and the sizes of the inner
-# lengths; each is followed by that many bytes.
-_SIZED: dict[int, tuple[int, ...]] = {
-    Opcode.HEADER: (0, 4, 4),
-    Opcode.SCHEMA: (2, 4, 4, 4),
-    Opcode.CHANNEL: (4, 4, 4, 4),
-    Opcode.CHUNK: (28, 4, 8),
-    Opcode.MESSAGE_INDEX: (2, 4),
-    Opcode.METADATA: (0, 4, 4),
+# By kind of record: the bytes before an inner length, the size of that length, and so on; each
+# inner length is followed by as many bytes as it says.  Last, the bytes at the end.
+_LAYOUTS: dict[int, tuple[int, ...]] = {
+    Opcode.HEADER: (0, 4, 0, 4, 0),
+    Opcode.FOOTER: (20,),
+    Opcode.SCHEMA: (2, 4, 0, 4, 0, 4, 0),
+    Opcode.CHANNEL: (4, 4, 0, 4, 0, 4, 0),
+    Opcode.CHUNK: (28, 4, 0, 8, 0),
+    Opcode.MESSAGE_INDEX: (2, 4, 0),
+    Opcode.CHUNK_INDEX: (32, 4, 8, 4, 16),
+    Opcode.ATTACHMENT: (16, 4, 0, 4, 0, 8, 4),
+    Opcode.ATTACHMENT_INDEX: (40, 4, 0, 4, 0),
+    Opcode.STATISTICS: (42, 4, 0),
+    Opcode.METADATA: (0, 4, 0, 4, 0),
+    Opcode.METADATA_INDEX: (16, 4, 0),
+    Opcode.SUMMARY_OFFSET: (17,),
+    Opcode.DATA_END: (4,),
 }
+# Where bytes are damaged, reading goes on at a record of these kinds; the least length of each.
+_RESUMED = (
+    Opcode.HEADER,
+    Opcode.FOOTER,
+    Opcode.SCHEMA,
+    Opcode.CHANNEL,
+    Opcode.CHUNK,
+    Opcode.MESSAGE_INDEX,
+    Opcode.METADATA,
+    Opcode.DATA_END,
+)
+_LEAST = np.full(_LAST_OPCODE + 1, 2**32)
+_LEAST[Opcode.MESSAGE] = _MESSAGE_HEAD
+for _opcode in _RESUMED:
+    _LEAST[_opcode] = sum(_LAYOUTS[_opcode])
 
 
 class Frame(NamedTuple):
     """
-    The bytes of a record; is_whole: false for other bytes in the place of a record.
+    The bytes of a record, or of consecutive messages.
 
-    content: what follows opcode and length; empty where it is not whole.
+    prefix: opcode and length.  content: what follows.  is_whole: false for other bytes in the
+    place of a record, of which there are neither.
     """
 
     opcode: int
     start: int
     end: int
-    content: bytes
+    prefix: bytes = b''
+    content: bytes = b''
     is_whole: bool = True
-
-    @property
-    def prefix(self) -> bytes:
-        """Return opcode and length as they are in the file."""
-        return PREFIX.pack(self.opcode, len(self.content))
 
     @property
     def name(self) -> str:
@@ -59,6 +82,9 @@ class FrameReader:
 
     place: where the next one is.  is_broken_off: the last one was cut off.  ceiling [bytes]: no
     larger record is read.  allowance: what its chunks may hold in total.
+
+    BagError, while reading: there are more records or more damaged places than any writer or disk
+    leaves in a file of its size.  This bounds the work, however hostile the file.
     """
 
     def __init__(self, file: BinaryIO, ceiling: int):
@@ -67,7 +93,13 @@ class FrameReader:
         self.is_broken_off = False
         self.ceiling = ceiling
         self.allowance = Allowance(self.size)
+        self._misses = 0
         self._file = file
+        self._begin, self._buffer = 0, b''
+        self._records = 0
+        # A message in a chunk of its own, with the indexes of both, has over 50 bytes a record.
+        self._most_records = 20_000 + self.size // 50
+        self._most_misses = 5_000 + self.size // 5_000
 
     @property
     def is_finished(self) -> bool:
@@ -77,13 +109,26 @@ class FrameReader:
     def read(self, start: int, length: int) -> bytes:
         """Return bytes, fewer where the file ends."""
         start = min(max(0, start), self.size)
-        self._file.seek(start)
-        return self._file.read(max(0, min(length, self.size - start)))
+        length = max(0, min(length, self.size - start))
+        offset = start - self._begin
+        if offset < 0 or offset + length > len(self._buffer):
+            self._file.seek(start)
+            if length > _BUFFER:
+                return self._file.read(length)
+            ahead = min(_BUFFER, self.size - start)
+            self._begin, self._buffer, offset = start, self._file.read(ahead), 0
+        return self._buffer[offset : offset + length]
 
     def frames(self) -> Iterator[Frame]:
         """Yield records, and the bytes in place of damaged ones, up to the footer or the end."""
         while self.place < self.size:
             frame = self._frame()
+            self._records += 1
+            if self._records > self._most_records:
+                raise BagError(
+                    f'{self._file.name} has more than {self._most_records} records, the limit '
+                    'for a file of its size'
+                )
             self.place = frame.end
             self.is_broken_off = frame.end == self.size and not frame.is_whole
             yield frame
@@ -109,7 +154,7 @@ class FrameReader:
             if length < _MESSAGE_HEAD:
                 return False
             return chain <= 1 or end == self.size or self.is_record(end, chain - 1)
-        return opcode in _SIZED and self._adds_up(opcode, begin, length)
+        return opcode in _RESUMED and self._adds_up(opcode, begin, length)
 
     def is_cut_off(self, start: int) -> bool:
         """Whether a record begins here whose inner lengths are right, and the file ends in it."""
@@ -120,25 +165,31 @@ class FrameReader:
     def _frame(self) -> Frame:
         start = self.place
         opcode, length = self._head(start)
-        end = start + PREFIX.size + length
-        if opcode and end <= self.size and length <= self.ceiling:
-            frame = Frame(opcode, start, end, self.read(start + PREFIX.size, length))
-            if self._is_valid(frame) or self.is_record(end):
-                return frame
+        begin, end = start + PREFIX.size, start + PREFIX.size + length
+        if opcode == Opcode.MESSAGE:
+            # Those at hand that a record follows are taken at once.
+            at_hand = np.frombuffer(self._buffer, np.uint8, offset=start - self._begin)
+            if size := messages_end(at_hand, _LAST_OPCODE):
+                return self._whole(opcode, start, start + size)
+        fits = opcode != 0 and end <= self.size and length <= self.ceiling
+        if fits and (self._is_valid(opcode, begin, length) or self.is_record(end)):
+            return self._whole(opcode, start, end)
+        self._miss()
         if self.is_cut_off(start):
-            return Frame(opcode, start, self.size, b'', is_whole=False)
-        return Frame(opcode, start, self._next_record(start + 1), b'', is_whole=False)
+            return Frame(opcode, start, self.size, is_whole=False)
+        return Frame(opcode, start, self._next_record(start + 1), is_whole=False)
 
-    def _is_valid(self, frame: Frame) -> bool:
-        """Whether a frame is a record, by its own bytes or by what follows it."""
-        if frame.opcode in _SIZED:
-            return self._adds_up(frame.opcode, frame.start + PREFIX.size, len(frame.content))
-        if frame.opcode == Opcode.MESSAGE or frame.opcode > _LAST_OPCODE:
-            return frame.end == self.size or self._may_begin(frame.end)
-        try:
-            return read(frame.opcode, frame.content) is not None
-        except Damaged:
-            return False
+    def _whole(self, opcode: int, start: int, end: int) -> Frame:
+        begin = start + PREFIX.size
+        return Frame(
+            opcode, start, end, self.read(start, PREFIX.size), self.read(begin, end - begin)
+        )
+
+    def _is_valid(self, opcode: int, begin: int, length: int) -> bool:
+        """Whether a frame is a record, by its inner lengths or by what follows it."""
+        if opcode in _LAYOUTS:
+            return self._adds_up(opcode, begin, length)
+        return begin + length == self.size or self._may_begin(begin + length)
 
     def _head(self, start: int) -> tuple[int, int]:
         """Return opcode and length of what begins here; 0, 0 at the end of the file."""
@@ -151,24 +202,48 @@ class FrameReader:
 
     def _adds_up(self, opcode: int, begin: int, length: int) -> bool:
         """Whether the inner lengths of a record, whose content begins here, fill its length."""
-        if opcode not in _SIZED:
+        if opcode not in _LAYOUTS:
             return False
-        offset, *sizes = _SIZED[opcode]
-        for size in sizes:
-            number = self.read(begin + offset, size)
+        *inner, last = _LAYOUTS[opcode]
+        offset = 0
+        for gap, size in zip(inner[::2], inner[1::2], strict=True):
+            number = self.read(begin + offset + gap, size)
             if len(number) < size or offset > length:
                 return False
-            offset += size + int.from_bytes(number, 'little')
-        return offset == length
+            offset += gap + size + int.from_bytes(number, 'little')
+        return offset + last == length
 
     def _next_record(self, start: int) -> int:
         """Return where the next whole record begins, or the end of the file if there is none."""
-        for first in range(start, self.size, _WINDOW):
-            window = np.frombuffer(self.read(first, _WINDOW + PREFIX.size), np.uint8)
-            count = max(0, len(window) - PREFIX.size + 1)
-            # No record has 4 GiB; opcode 0 wraps around and is not a record.
-            likely = (window[:count] - np.uint8(1) < _LAST_OPCODE) & (window[5 : 5 + count] == 0)
-            for place in np.flatnonzero(likely).tolist():
-                if self.is_record(first + place):
-                    return first + place
+        size = _FIRST_WINDOW
+        while start < self.size:
+            for place in self._likely(start, size):
+                if self.is_record(place):
+                    return place
+                self._miss()
+            start, size = start + size, min(2 * size, _LAST_WINDOW)
         return self.size
+
+    def _likely(self, start: int, size: int) -> list[int]:
+        """Return the places, of so many, where opcode and length are those of some record."""
+        window = np.frombuffer(self.read(start, size + PREFIX.size - 1), np.uint8)
+        if len(window) < PREFIX.size:
+            return []
+        opcodes = window[: len(window) - PREFIX.size + 1]
+        # No record has 4 GiB: the upper bytes of a length are 0.
+        upper = window[5:-3] | window[6:-2] | window[7:-1] | window[8:]
+        # Opcode 0 wraps around and is not a record.
+        places = np.flatnonzero((opcodes - np.uint8(1) < _LAST_OPCODE) & (upper == 0))
+        lengths = sum(window[places + 1 + i].astype(np.int64) << 8 * i for i in range(4))
+        most = np.minimum(self.ceiling, self.size - PREFIX.size - start - places)
+        fits = (lengths >= _LEAST[opcodes[places]]) & (lengths <= most)
+        return (start + places[fits]).tolist()
+
+    def _miss(self) -> None:
+        """Count a place that is no record."""
+        self._misses += 1
+        if self._misses > self._most_misses:
+            raise BagError(
+                f'{self._file.name} is damaged at more than {self._most_misses} places, the limit '
+                'for a file of its size'
+            )

@@ -32,7 +32,7 @@ from .metadata import BagContents
 from .reader import Bag
 from .records import IndexRecord, written
 from .scan import Block, Flaw, Found, scan
-from .summary import Tally, in_order, read_summary
+from .summary import Tally, in_order, summary_bytes
 
 _OURS = re.compile(r'satdyn_ros (\d+)\.(\d+)')
 _SUMS_DATA_SINCE = (0, 2)
@@ -192,7 +192,7 @@ class _Summary:
         """Check the summary against the data, and add to the tally what only the summary says."""
         footer_found = self._found[-1]
         footer = footer_found.item
-        read_summary(self._path)
+        summary_bytes(self._path)
         if self._data.is_ours and footer.summary_crc == 0:
             raise self._damaged(footer_found, 'the checksum of the summary is missing')
         starts = {type(found.item): found.start for found in reversed(self._found)}

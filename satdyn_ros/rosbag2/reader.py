@@ -81,7 +81,7 @@ class Bag:
                         if not is_end:
                             raise Damaged(self.problem)
                     case Block(contents):
-                        _, channels = contents.declarations()
+                        _, channels = contents.declarations
                         topics |= {i: channel.topic for i, channel in channels.items()}
                         if not contents.counts.keys() <= topics.keys():
                             raise Damaged(f'{path} is damaged: a channel is not declared')

@@ -96,7 +96,7 @@ class ChunkRecord(NamedTuple):
         if self.crc not in (0, zlib.crc32(data)):
             raise Damaged('its checksum is wrong')
         contents = Contents(np.frombuffer(data, np.uint8))
-        contents.check()
+        contents.check(allowance)
         return contents
 
 

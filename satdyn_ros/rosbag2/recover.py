@@ -163,7 +163,7 @@ def _copy(path: Path, file: McapFile, survey: Survey) -> None:
                 if survey.lost_bytes == 0 or not is_last:
                     file.write_metadata(name, mapping)
             case Block(contents, chunk) if len(contents):
-                declared = contents.declarations()[1].keys() | file.tally.channels.keys()
+                declared = contents.declarations[1].keys() | file.tally.channels.keys()
                 channels = [known.channels[i] for i in contents.counts.keys() - declared]
                 schemas = {c.schema_id: known.schemas.get(c.schema_id) for c in channels}
                 compression = chunk.compression if chunk else compression

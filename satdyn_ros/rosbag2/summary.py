@@ -86,7 +86,7 @@ class Tally:
 
     def add_messages(self, contents: Contents) -> None:
         """Add what messages declare, and count them."""
-        schemas, channels = contents.declarations()
+        schemas, channels = contents.declarations
         self.schemas |= schemas
         self.channels |= channels
         if len(contents) == 0:
@@ -156,27 +156,7 @@ def read_summary(path: Path) -> Summary:
     Incomplete: the file has none because its writer did not finish.  Damaged: it is not what a
     writer writes.
     """
-    with open(path, 'rb') as file:
-        size = file.seek(0, os.SEEK_END)
-        end = size - len(MCAP0_MAGIC) - FOOTER_SIZE
-        file.seek(max(0, end))
-        tail = file.read()
-        if end < len(MCAP0_MAGIC) or not tail.endswith(MCAP0_MAGIC):
-            raise Incomplete(f'{path} ends in mid-write; satdyn recover completes it')
-        if tail[: PREFIX.size] != PREFIX.pack(Opcode.FOOTER, FOOTER_SIZE - PREFIX.size):
-            raise Damaged(f'{path} is damaged: there is no footer before its end')
-        footer = Footer(*struct.unpack_from('<QQI', tail, PREFIX.size))
-        if footer.summary_start == 0:
-            return Summary(footer)
-        if not len(MCAP0_MAGIC) <= footer.summary_start <= end:
-            raise Damaged(
-                f'{path} is damaged: its footer places the summary at byte {footer.summary_start}'
-            )
-        file.seek(footer.summary_start)
-        data = file.read(end - footer.summary_start)
-    wanted = checksum(data, footer.summary_start, footer.summary_offset_start)
-    if footer.summary_crc not in (0, wanted):
-        raise Damaged(f'{path} is damaged: the checksum of its summary is wrong')
+    footer, data = summary_bytes(path)
     summary = Summary(footer)
     for record in _each_record(path, footer.summary_start, data):
         match record:
@@ -189,6 +169,32 @@ def read_summary(path: Path) -> Summary:
             case ChunkIndex():
                 summary.chunk_indexes.append(record)
     return summary
+
+
+def summary_bytes(path: Path) -> tuple[Footer, bytes]:
+    """Return the footer of a file and its summary, whose checksum is right; errors: as above."""
+    with open(path, 'rb') as file:
+        size = file.seek(0, os.SEEK_END)
+        end = size - len(MCAP0_MAGIC) - FOOTER_SIZE
+        file.seek(max(0, end))
+        tail = file.read()
+        if end < len(MCAP0_MAGIC) or not tail.endswith(MCAP0_MAGIC):
+            raise Incomplete(f'{path} ends in mid-write; satdyn recover completes it')
+        if tail[: PREFIX.size] != PREFIX.pack(Opcode.FOOTER, FOOTER_SIZE - PREFIX.size):
+            raise Damaged(f'{path} is damaged: there is no footer before its end')
+        footer = Footer(*struct.unpack_from('<QQI', tail, PREFIX.size))
+        if footer.summary_start == 0:
+            return footer, b''
+        if not len(MCAP0_MAGIC) <= footer.summary_start <= end:
+            raise Damaged(
+                f'{path} is damaged: its footer places the summary at byte {footer.summary_start}'
+            )
+        file.seek(footer.summary_start)
+        data = file.read(end - footer.summary_start)
+    wanted = checksum(data, footer.summary_start, footer.summary_offset_start)
+    if footer.summary_crc not in (0, wanted):
+        raise Damaged(f'{path} is damaged: the checksum of its summary is wrong')
+    return footer, data
 
 
 def _each_record(path: Path, start: int, data: bytes) -> Iterator[McapRecord]:

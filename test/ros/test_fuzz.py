@@ -120,7 +120,7 @@ class Fuzz:
 
 
 @pytest.mark.parametrize(
-    ('seed', 'count'), [(1, 400), pytest.param(2, 20_000, marks=pytest.mark.torture)]
+    ('seed', 'count'), [(1, 250), pytest.param(2, 20_000, marks=pytest.mark.torture)]
 )
 def test_fuzz(live, tmp_path, capsys, seed, count):
     """Every request is answered; at the end the node still runs, and every bag verifies."""

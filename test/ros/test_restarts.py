@@ -60,7 +60,7 @@ def held_after_each(kind, count, directory):
 # before that only something as large as the buffer of a chunk would show.
 @pytest.mark.parametrize(
     ('count', 'allowed_bytes'),
-    [(8, 400_000), pytest.param(200, 20_000, marks=pytest.mark.torture)],
+    [(5, 400_000), pytest.param(200, 20_000, marks=pytest.mark.torture)],
 )
 def test_starts_and_stops_in_one_process(tmp_path, capsys, count, allowed_bytes):
     """Not one object, thread or descriptor more; memory as flat as that of a bare rclpy node."""

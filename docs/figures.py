@@ -139,7 +139,7 @@ def symmetric():
         if name in ('oblate', 'Lagrange'):
             right.plot(*axis.T, color=COLOURS[k], lw=1.2)
     left.set(xlabel='time [s]', ylabel=r'$\cos\theta$')
-    left.legend(fontsize=8, ncols=2)
+    left.legend(fontsize=8, ncols=4, loc='lower center', bbox_to_anchor=(0.5, 1.0))
     left.grid(alpha=0.3)
     return figure
 

@@ -97,4 +97,5 @@ def _histogram(axes: Axes, columns: pa.Table, name: str) -> None:
         label=list(drawn),
     )
     axes.set(xlabel=name, ylabel='runs')
+    axes.locator_params(axis='x', nbins=5)
     axes.legend(fontsize=8)

@@ -71,6 +71,8 @@ class Contents:
         """
         if len(self.data) != self._given_size:
             raise Damaged(f'its messages are broken off at byte {len(self.data)} of its contents')
+        if len(self._others) == 0:
+            return
         foreign = set(np.unique(self.data[self._others]).tolist()) - {
             Opcode.SCHEMA,
             Opcode.CHANNEL,

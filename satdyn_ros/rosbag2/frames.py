@@ -108,6 +108,9 @@ class FrameReader:
 
     def read(self, start: int, length: int) -> bytes:
         """Return bytes, fewer where the file ends."""
+        offset = start - self._begin
+        if 0 <= offset <= offset + length <= len(self._buffer):
+            return self._buffer[offset : offset + length]
         start = min(max(0, start), self.size)
         length = max(0, min(length, self.size - start))
         offset = start - self._begin

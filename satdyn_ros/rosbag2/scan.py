@@ -81,7 +81,7 @@ def _data(reader: FrameReader) -> Iterator[Found]:
     """Yield the data section; the record that ends it has the checksum of all before it."""
     crc: int | None = zlib.crc32(MCAP0_MAGIC)
     loose: list[Frame] = []
-    before = 'the magic at its start'
+    before: Frame | None = None
     for frame in reader.frames():
         is_loose = frame.is_whole and frame.opcode in _IN_CHUNKS and _is_readable(frame)
         if loose and not (is_loose and frame.end - loose[0].start < CHUNK_SIZE):
@@ -102,24 +102,24 @@ def _data(reader: FrameReader) -> Iterator[Found]:
                     yield _flaw(frame, why)._replace(start=frame.end)
                 return
         else:
-            yield from _broken(reader, frame, before)
+            yield from _broken(reader, frame, before.name if before else 'the magic at its start')
             crc = None
         if crc is not None:
             crc = zlib.crc32(frame.content, zlib.crc32(frame.prefix, crc))
-        before = frame.name
+        before = frame
     if loose:
         yield _loose_block(loose)
 
 
 def _summary(reader: FrameReader) -> Iterator[Found]:
     """Yield what follows the data."""
-    before = 'the end of the data'
+    before: Frame | None = None
     for frame in reader.frames():
         if frame.is_whole:
             yield _found(frame, reader)
         else:
-            yield from _broken(reader, frame, before)
-        before = frame.name
+            yield from _broken(reader, frame, before.name if before else 'the end of the data')
+        before = frame
 
 
 def _magic_at_begin(path: Path, reader: FrameReader) -> Iterator[Found]:

@@ -74,6 +74,22 @@ def vectorized(function: Callable[..., Any]) -> Any:
         return vectorize(function, cache=_FOLDER is not None)
 
 
+def load_numba_without_blas() -> None:
+    """
+    Load what numba loads with its first compiled code, but for scipy.linalg, a fifth of a start.
+
+    For a process that is ours alone: no function here has matrix products, and others with them
+    would not compile in it.
+    """
+    if 'scipy.linalg' in sys.modules:
+        return
+    sys.modules['scipy.linalg'] = None  # type: ignore[assignment]
+    try:
+        import_module('numba.np.arraymath')
+    finally:
+        del sys.modules['scipy.linalg']
+
+
 def _compile(function, fused, **options):
     with _keeping():
         # Contraction to fused multiply-add is all the compiler may do: same inputs, same bits.

@@ -144,6 +144,21 @@ def test_many_processes_compile_once(package):
     assert sorted(line for each in processes for line in said(each)) == ['14.0'] * 4 + [NOTICE]
 
 
+def test_a_start_does_not_load_linear_algebra():
+    """Of SciPy no more than its name; what needs its linear algebra later still gets it."""
+    program = """
+import sys
+from satdyn_ros.compiled import load_numba_without_blas
+load_numba_without_blas()
+from satdyn_ros import Scenario
+Scenario().motion().at(0.0)
+assert 'scipy.linalg' not in sys.modules
+from scipy.optimize import brentq
+assert 'scipy.linalg' in sys.modules
+"""
+    subprocess.run([sys.executable, '-c', program], check=True)
+
+
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_a_signal_ends_the_compilation(package, number):
     """A process that compiles ends at a signal, before there is code, and its child with it."""

@@ -1,5 +1,6 @@
 """The command `satdyn`: each sub-command calls the room that does its work."""
 
+import gc
 import signal
 import sys
 from collections.abc import Sequence
@@ -73,6 +74,8 @@ def _sentence(error):
 
 
 def _node(arguments):
+    # Nothing that a start imports is garbage; the node itself collects between ticks.
+    gc.disable()
     from ..ros.main import main as run_node
 
     return run_node(arguments)

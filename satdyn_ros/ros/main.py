@@ -14,6 +14,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.signals import SignalHandlerOptions, install_signal_handlers
 
+from ..compiled import load_numba_without_blas
 from ..run.parameter_file import parameters_of_yaml, scenario_text
 from .executor import Executor
 from .node import SatdynNode
@@ -76,6 +77,7 @@ def _run(values):
     signal.signal(signal.SIGINT, interrupt)
     signal.signal(signal.SIGTERM, interrupt)
     _show_notices()
+    load_numba_without_blas()
     # Garbage is collected between ticks, and objects made at the start are never scanned again.
     gc.disable()
     node = SatdynNode(values)

@@ -48,10 +48,12 @@ from .propagator import Propagation, columns, mean_anomaly, wanted_variables
 from .system import State, System
 from .tableau import COLUMNS, ENTRIES, ERROR_3, ERROR_5, LENGTHS
 
-# Enough for two vector registers of today's widest; more would crowd the first-level cache.
+# Enough for two vector registers of the widest kind; more would crowd the first-level cache.
 LANES = 16
 # The most steps of a slice, in all lanes.
 _SLICE_STEPS = 500
+# The numbers in a line of the cache, as in the widest vector register.
+_LINE = 8
 _CORE = (0.0,) * MOMENTUM
 # The tableau's columns; unsigned, as in _at.
 _COLUMNS = COLUMNS.astype(np.uintp)
@@ -59,14 +61,18 @@ _COLUMNS = COLUMNS.astype(np.uintp)
 
 def _numbers(part) -> list[float]:
     """Return the numbers of nested tuples, such as Parameters, one after the other."""
-    if isinstance(part, tuple):
-        return [number for inner in part for number in _numbers(inner)]
-    return [float(part)]
+    numbers: list[float] = []
+    for each in part:
+        if isinstance(each, tuple):
+            numbers += _numbers(each)
+        else:
+            numbers.append(each)
+    return numbers
 
 
 def _begins(parts) -> Any:
     """Return where the numbers of each part begin among those of all."""
-    return np.cumsum([0] + [len(_numbers(part)) for part in parts])[:-1].tolist()
+    return np.cumsum([0] + [len(_numbers((part,))) for part in parts])[:-1].tolist()
 
 
 # Where each of the Parameters begins among their numbers, and each constant of a rotor among its.
@@ -204,25 +210,32 @@ def _fly_together(flights, wanted, like, t_s):
         motion=np.full(LANES, -1),
         waiting=np.zeros(1, int),
         steps=np.zeros(LANES, int),
-        since=np.zeros(LANES),
-        t=np.zeros(LANES),
-        h=np.zeros(LANES),
-        largest_growth=np.zeros(LANES),
+        since=_zeros(LANES),
+        t=_zeros(LANES),
+        h=_zeros(LANES),
+        largest_growth=_zeros(LANES),
         tolerance=np.ones(LANES),
-        constants=np.zeros(flights.numbers.shape[1] * LANES),
-        y_0=np.zeros(size * LANES),
-        y=np.zeros(size * LANES),
-        k=np.zeros(12 * size * LANES),
-        e_3=np.zeros(size * LANES),
-        e_5=np.zeros(size * LANES),
-        zeros=np.zeros(size * LANES),
-        error=np.zeros(LANES),
-        ratio=np.zeros(LANES),
+        constants=_zeros(flights.numbers.shape[1] * LANES),
+        y_0=_zeros(size * LANES),
+        y=_zeros(size * LANES),
+        k=_zeros(12 * size * LANES),
+        e_3=_zeros(size * LANES),
+        e_5=_zeros(size * LANES),
+        zeros=_zeros(size * LANES),
+        error=_zeros(LANES),
+        ratio=_zeros(LANES),
     )
     single = np.zeros(7), np.zeros(size), np.zeros((16, size)), np.zeros((8, size))
     # Slices, between which Ctrl-C and other threads get their turn.
     while len(t_s) and not _fly(t_s, wanted, flights, lanes, single, like):
         pass
+
+
+def _zeros(count):
+    """Return zeros from the begin of a cache line, so that no vector lies across two."""
+    numbers = np.zeros(count + _LINE)
+    begin = -numbers.ctypes.data // numbers.itemsize % _LINE
+    return numbers[begin : begin + count]
 
 
 @compiled
@@ -262,6 +275,7 @@ def _fly(t_s, wanted, flights, lanes, single, like):
             elif steps[l] % STEPS_PER_FIX == 0:
                 cos_f, sin_f = direction_of_centre(flights.anomaly[motion[l]], t[l])
                 y_0[_at(CENTRE, l)], y_0[_at(CENTRE + 1, l)] = cos_f, sin_f
+                y[_at(CENTRE, l)], y[_at(CENTRE + 1, l)] = cos_f, sin_f
         if idle == LANES:
             return True
 
@@ -318,13 +332,11 @@ def _attempt(lanes, like, size):
     width = np.uintp(len(y))
     for l in range(LANES):
         h[l] = (t[l] + h[l]) - t[l]
-    _stage(y_0, h, constants, like, 0, k)
-    for i in range(1, 12):
-        _combine(i, y_0, k, width, size, y)
+    for i in range(12):
         _stage(y, h, constants, like, i, k)
-    _combine(12, y_0, k, width, size, y)
-    _combine(ERROR_3, lanes.zeros, k, width, size, lanes.e_3)
-    _combine(ERROR_5, lanes.zeros, k, width, size, lanes.e_5)
+        _combine(i + 1, y_0, k, width, size, y)
+    for row, e in ((ERROR_3, lanes.e_3), (ERROR_5, lanes.e_5)):
+        _combine(row, lanes.zeros, k, width, size, e)
     _errors(lanes, like)
 
 
@@ -413,7 +425,7 @@ def _advance(error, changing, y, y_0):
     for i in range(changing):
         for l in range(len(error)):
             at = _at(i, l)
-            y_0[at] = y[at] if error[l] <= 1.0 else y_0[at]
+            y_0[at] = y[at] = y[at] if error[l] <= 1.0 else y_0[at]
 
 
 @inlined

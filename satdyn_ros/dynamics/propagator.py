@@ -144,9 +144,9 @@ class Propagation(Motion):
 
 def columns(system: System, wanted: np.ndarray, out: np.ndarray) -> tuple[np.ndarray, ...]:
     """Return the columns of States of the wanted variables (..., V, N)."""
-    found = dict(zip(wanted, np.moveaxis(out, -2, 0), strict=True))
-    q_ib = np.moveaxis(out[..., Q:OMEGA, :], -2, -1)
-    omega_bi_b = np.moveaxis(out[..., OMEGA:CENTRE, :], -2, -1)
+    found = {variable: out[..., i, :] for i, variable in enumerate(wanted.tolist())}
+    q_ib = out[..., Q:OMEGA, :].swapaxes(-2, -1)
+    omega_bi_b = out[..., OMEGA:CENTRE, :].swapaxes(-2, -1)
     rows, flown = out[..., 0, :].shape, flown_rotors(system)
     speeds = [np.broadcast_to(np.nan, rows)] * len(system.rotors)
     angles = speeds.copy()
@@ -154,7 +154,8 @@ def columns(system: System, wanted: np.ndarray, out: np.ndarray) -> tuple[np.nda
         if rotor.turns_freely:
             speeds[i] = np.asarray(rotor.speed(found[MOMENTUM + n], omega_bi_b))
             angles[i] = found[MOMENTUM + len(flown) + n]
-    work = found.get(MOMENTUM + 2 * len(flown), np.broadcast_to(0.0, rows))
+    place = MOMENTUM + 2 * len(flown)
+    work = found[place] if place in found else np.broadcast_to(0.0, rows)
     return q_ib, omega_bi_b, _of_rotors(speeds, rows), _of_rotors(angles, rows), work
 
 

@@ -117,17 +117,18 @@ class PacingReport:
     def __init__(self, pacing: Pacing, rate_hz: float):
         self._pacing, self._rate_hz = pacing, rate_hz
         self._late_ticks = 0
-        self._since_s = time.monotonic()
+        self._since_tick, self._since_s = pacing.tick, time.monotonic()
 
     def __call__(self) -> Report:
         """Return the state of the pacing since the last call."""
-        pacing, now_s = self._pacing, time.monotonic()
-        counted = pacing.take_punctuality()
-        reached = counted.ticks / self._rate_hz / (now_s - self._since_s)
-        self._since_s = now_s
+        pacing = self._pacing
+        counted, tick, now_s = pacing.take_punctuality(), pacing.tick, time.monotonic()
+        passed = tick - self._since_tick
+        reached = passed / self._rate_hz / (now_s - self._since_s)
+        self._since_tick, self._since_s = tick, now_s
         self._late_ticks += counted.late_ticks
         values = {
-            'tick': pacing.tick,
+            'tick': tick,
             'factor asked for': pacing.factor,
             'factor reached': f'{reached:.4g}',
             'late ticks': counted.late_ticks,
@@ -140,10 +141,10 @@ class PacingReport:
         if not pacing.is_alive:
             return ERROR, 'the ticks have ended', values
         if pacing.halted:
-            return ERROR, f'halted after tick {pacing.tick}: {pacing.halted}', values
+            return ERROR, f'halted after tick {tick}: {pacing.halted}', values
         if pacing.is_paused:
-            return OK, f'paused after tick {pacing.tick}', values
-        if counted.restarts or counted.late_ticks > _LATE_PART * counted.ticks:
+            return OK, f'paused after tick {tick}', values
+        if counted.restarts or counted.late_ticks > _LATE_PART * passed:
             text = f'{counted.late_ticks} ticks came late, the factor reached is {reached:.4g}'
             return WARN, text, values
         return OK, f'the factor reached is {reached:.4g}', values

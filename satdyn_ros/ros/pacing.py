@@ -47,9 +47,8 @@ class BlockListener(Protocol[_Messages]):
 
 @dataclass
 class Punctuality:
-    """Ticks published; those later than one period; the largest lag; resets of the deadlines."""
+    """Ticks published later than one period; the largest lag; resets of the deadlines."""
 
-    ticks: int = 0
     late_ticks: int = 0
     largest_lag_ns: float = 0.0
     restarts: int = 0
@@ -284,7 +283,6 @@ class Pacing:
             self.lateness.add(self._lags_ns)
             self._lags_ns.clear()
             if done:
-                self._punctuality.ticks += done
                 self._listener.published(samples, messages, done)
         if simulation.halted:
             return self._halt(simulation.halted)
@@ -311,12 +309,14 @@ class Pacing:
         deadlines_ns = None if stepping or not self._period_ns else self._deadlines_ns(samples)
         for row in range(len(samples)):
             if deadlines_ns:
-                self._sleep_to(deadlines_ns[row])
+                lag_ns = self._sleep_to(deadlines_ns[row])
             with lock:
                 if self._attention:
                     return
                 publish(row)
                 self._tick += 1
+                if deadlines_ns:
+                    self._count(lag_ns)
                 if stepping:
                     self._steps -= 1
                     if self._steps == 0:
@@ -332,18 +332,22 @@ class Pacing:
         return [self._begin_ns + i * period_ns for i in range(first, first + len(samples))]
 
     def _sleep_to(self, deadline_ns):
+        """Sleep, unless something comes up; return how long after the deadline it is then."""
         left_ns = deadline_ns - time.monotonic_ns()
         if self._garbage.collect_within(left_ns):
             left_ns = deadline_ns - time.monotonic_ns()
         while left_ns > _SHORT_NS:
             with self._changed:
                 if self._attention:
-                    return
+                    break
                 self._changed.wait((left_ns - _SHORT_NS / 2) / SECOND_NS)
             left_ns = deadline_ns - time.monotonic_ns()
-        if left_ns > 0:
+        if 0 < left_ns <= _SHORT_NS:
             time.sleep(left_ns / SECOND_NS)
-        lag_ns, punctuality = time.monotonic_ns() - deadline_ns, self._punctuality
+        return time.monotonic_ns() - deadline_ns
+
+    def _count(self, lag_ns):
+        punctuality = self._punctuality
         self._lags_ns.append(lag_ns)
         if lag_ns > punctuality.largest_lag_ns:
             punctuality.largest_lag_ns = lag_ns

@@ -4,7 +4,7 @@ import re
 import signal
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import WrenchStamped
+from geometry_msgs.msg import QuaternionStamped, WrenchStamped
 from sensor_msgs.msg import JointState
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
@@ -95,6 +95,23 @@ def test_a_machine_that_cannot_keep_up_is_warned_of(live):
     report = until(node.namespace, lambda r: r['pacing'].level == WARN)
     assert 'ticks came late, the factor reached is' in report['pacing'].message
     assert float(values(report['pacing'])['factor reached']) < 1000.0
+
+
+def test_each_tick_is_late_once(live):
+    """Inputs that come between two ticks do not make more ticks; their lateness counts ticks."""
+    node, participant = live({'publish.rate': 25.0})
+    until = health(participant)
+    publisher = participant.node.create_publisher(WrenchStamped, 'torque', 10)
+    participant.wait_until(lambda: publisher.get_subscription_count() == 1)
+
+    # A command in each gap between ticks.
+    participant.node.create_subscription(
+        QuaternionStamped, 'attitude', lambda _: publisher.publish(WrenchStamped()), 10
+    )
+    report = until(node.namespace, lambda r: int(values(r['inputs'])['accepted']) > 100)
+    pacing = values(report['pacing'])
+    late = sum(int(count) for key, count in pacing.items() if key.startswith('ticks late up to'))
+    assert 0 < late <= int(pacing['tick']) + 1
 
 
 def test_a_refused_input_is_warned_of_and_a_pause_is_said(live):

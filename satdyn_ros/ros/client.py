@@ -20,8 +20,8 @@ from std_srvs.srv import SetBool, Trigger
 from ..run import ros_yaml
 
 _LONGEST_S = 1e6
-# Between two checks for an answer, so that Ctrl-C is handled.
-_LOOK_S = 0.1
+# Between two checks for an answer, so that Ctrl-C is handled; and until it is asked for again.
+_LOOK_S, _AGAIN_S = 0.1, 0.5
 
 
 class Answer(NamedTuple):
@@ -132,20 +132,37 @@ class Client:
         return Answer(response.success, response.message)
 
     def _call(self, service_type, service, request):
+        client = self._client_of(service_type, service)
+        deadline_s = time.monotonic() + self._timeout_s
+        # The node loses its answer to a client that it has not discovered.  It discovers clients
+        # in their order: once it answers a later one, it knows this one.
+        later = self._client_of(GetParameters, 'get_parameters')
+        while not self._is_done(later.call_async(GetParameters.Request()), _AGAIN_S):
+            self._check(deadline_s)
+        future = client.call_async(request)
+        while not self._is_done(future, _LOOK_S):
+            self._check(deadline_s)
+        self._node.destroy_client(later)
+        self._node.destroy_client(client)
+        return future.result()
+
+    def _client_of(self, service_type, service):
         client = self._node.create_client(service_type, f'{self._name}/{service}')
         if not client.wait_for_service(self._timeout_s):
             raise TimeoutError(
                 f'no node {self._name} found within {self._timeout_s:g} s; start one with '
                 'satdyn node --params-file default'
             )
-        future = client.call_async(request)
-        deadline_s = time.monotonic() + self._timeout_s
-        while not future.done():
-            if time.monotonic() > deadline_s:
-                raise TimeoutError(f'{self._name} did not answer within {self._timeout_s:g} s')
-            self._executor.spin_once(_LOOK_S)
-        self._node.destroy_client(client)
-        return future.result()
+        return client
+
+    def _is_done(self, future, patience_s):
+        """Wait for an answer; return whether it came."""
+        self._executor.spin_until_future_complete(future, patience_s)
+        return future.done()
+
+    def _check(self, deadline_s):
+        if time.monotonic() > deadline_s:
+            raise TimeoutError(f'{self._name} did not answer within {self._timeout_s:g} s')
 
 
 def assignment(text: str) -> tuple[str, Any]:

@@ -13,8 +13,9 @@ from pathlib import Path
 
 from satdyn_ros.cli.arguments import parser
 from satdyn_ros.messages.topics import TOPICS
+from satdyn_ros.run import shipped
 from satdyn_ros.run.keys import KEYS
-from satdyn_ros.run.scenario import Frames
+from satdyn_ros.run.scenario import Frames, Scenario
 from satdyn_ros.sweep import keys, quantities, variation
 from satdyn_ros.sweep.table import OUTCOMES
 
@@ -34,6 +35,7 @@ def tables() -> dict[str, str]:
     return {
         'topics': _topics(),
         'parameters': _parameters(),
+        'scenarios': _scenarios(),
         'commands': _commands(),
         'sweep keys': _sweep_keys(),
         'quantities': _table(('name', 'what varies'), quantities.QUANTITY_FORMS.items()),
@@ -80,6 +82,21 @@ def _parameters():
         for key in KEYS.values()
     ]
     return _table(('parameter', 'allowed', 'default', 'meaning', 'changes'), rows)
+
+
+def _scenarios():
+    rows = []
+    for name in shipped.names():
+        text, scenario = shipped.scenario_path(name).read_text(), Scenario.from_yaml(name)
+        comment = text[: text.index('/**:')].replace('# ', '').split()
+        inertia, rate = (
+            f'{_plain(scenario[key])}' for key in ('body.inertia', 'initial.angular_velocity')
+        )
+        rotors = ', '.join(rotor.mode.replace('_', ' ') for rotor in scenario.system.rotors)
+        start = f'{rate}, {scenario["initial.frame"]}'
+        rows.append((f'`{name}`', inertia, start, rotors, ' '.join(comment)))
+    columns = 'scenario', 'inertia [kg m^2]', 'first rate [rad/s], to', 'rotors', 'shows'
+    return _table(columns, rows)
 
 
 def _commands():

@@ -20,6 +20,7 @@ class _Parser(argparse.ArgumentParser):
         self.exit(INPUT_IS_WRONG, f'{self.prog}: {message}; see {self.prog} --help\n')
 
 
+_SCENARIO = 'a ROS 2 parameter file, or the name of a shipped scenario'
 _NODE_EXAMPLES = """\
 satdyn node --params-file config/default.yaml
 satdyn node --params-file config/default.yaml --ros-args -p record.enabled:=true -r __ns:=/sat1"""
@@ -44,7 +45,7 @@ satdyn check"""
         return added
 
     added = command('node', 'the node, paced; needs ROS 2', _NODE_EXAMPLES)
-    added.add_argument('--params-file', metavar='FILE', help='the scenario')
+    added.add_argument('--params-file', metavar='FILE', help=_SCENARIO)
     added.add_argument(
         '--ros-args', nargs='...', metavar='', help='the usual arguments of ROS 2 nodes'
     )
@@ -58,7 +59,7 @@ satdyn check"""
         'what theory says about a scenario: closed form, constants, equilibria, stability',
         'satdyn describe config/default.yaml\nsatdyn describe config/euler_poinsot.yaml --json',
     )
-    added.add_argument('file', metavar='FILE', help='the scenario, a ROS 2 parameter file')
+    added.add_argument('file', metavar='FILE', help=_SCENARIO)
     added.add_argument('--json', action='store_true', help='as JSON')
     _add_sweep(command)
     _add_check(command)
@@ -118,7 +119,7 @@ def _add_simulate(command):
         'satdyn simulate config/default.yaml --duration 60 --from orbit.aem '
         '--at 2026-01-31T12:00:00 -o onward',
     )
-    added.add_argument('file', metavar='FILE', help='the scenario, a ROS 2 parameter file')
+    added.add_argument('file', metavar='FILE', help=_SCENARIO)
     added.add_argument(
         '--duration', required=True, metavar='S', help='simulate the ticks k with k / rate < S'
     )

@@ -74,7 +74,7 @@ class TorqueInputs:
         frame, body = message.header.frame_id, self._scenario.frames.body
         if frame not in ('', body):
             return self._refuse(
-                'frame', f'torque is given in the frame {frame}; it must be {body} or none'
+                'frame', f'torque is given in the frame {frame}; it must be {body} or empty'
             )
         force = message.wrench.force
         if (force.x, force.y, force.z) != (0.0, 0.0, 0.0):

@@ -193,7 +193,7 @@ def _event(entry, scenario) -> Event:
     value = entry[what]
     match what:
         case 'torque':
-            return Torque(tick, _TORQUE.checked(value), _until(entry, tick, ticks, scenario))
+            return Torque(tick, body_torque(value), _until(entry, tick, ticks, scenario))
         case 'rotor_torque':
             until_tick = _until(entry, tick, ticks, scenario)
             return RotorCommand(tick, rotor_torques(value, scenario), until_tick)
@@ -216,6 +216,11 @@ def _event(entry, scenario) -> Event:
             if not Key(what, 'bool', None, '', '').checked(value):
                 raise ValueError(f'{what} is false; it must be true')
             return _FLAGS[what](tick)
+
+
+def body_torque(given: Any) -> tuple[float, float, float]:
+    """Return a body torque [N m] in body axes; ValueError: it is not three finite numbers."""
+    return _TORQUE.checked(given)
 
 
 def rotor_torques(given: Any, scenario: Scenario) -> dict[str, float]:

@@ -25,7 +25,7 @@ def scenario_path(given: str | Path) -> Path:
     """
     Return the file of a scenario that is given as a path, or by name if it is shipped.
 
-    ValueError: a bare name that is neither.
+    ValueError: a bare name that is neither, or a file that is missing and shipped by its name.
     """
     return _path(given, 'scenario')
 
@@ -38,8 +38,14 @@ def sweep_path(given: str | Path) -> Path:
 def _path(given, what):
     path = Path(given)
     # A folder of this name, such as that of the results, is not a file.
-    if (path.exists() and not path.is_dir()) or path.suffix or len(path.parts) > 1:
+    is_name = not path.suffix and len(path.parts) == 1
+    if (path.exists() and not path.is_dir()) or not (is_name or path.stem in names(what)):
         return path
+    if not is_name:
+        raise ValueError(
+            f'the {what} {given} cannot be read: there is no such file; one of this name is '
+            f'shipped: {path.stem}'
+        )
     for folder in _FOLDERS:
         shipped = folder / _PLACES[what].format(given)
         if shipped.is_file():

@@ -21,6 +21,7 @@ from .events import (
     Topics,
     Torque,
     TorquesDropped,
+    body_torque,
     rotor_torques,
 )
 from .key import listed
@@ -157,10 +158,12 @@ class Simulation:
         Advance by one tick and return the state there.
 
         torque_b [N m] (3,), body axes, and rotor_torque [N m], by rotor, hold during this step
-        alone; without them, and for rotors not named, what is in force continues.  ValueError:
-        there is no such motor.  RunHalted: the run goes no further.
+        alone; without them, and for rotors not named, what is in force continues.  The first step
+        is from tick 0 to tick 1.  ValueError: there is no such motor, or a torque is not finite.
+        RunHalted: the run goes no further.
         """
         torques = rotor_torques(rotor_torque or {}, self.scenario)
+        torque = body_torque((0.0, 0.0, 0.0) if torque_b is None else torque_b)
         if self.next_tick == 0:
             self.advance(1)
         ended = {name: 0.0 for name in self._rotors_of_step - torques.keys()}
@@ -171,8 +174,6 @@ class Simulation:
             self.advance(1)
         if torque_b is not None or self._torque_of_step:
             self._torque_of_step = torque_b is not None
-            x, y, z = (0.0, 0.0, 0.0) if torque_b is None else torque_b
-            torque = (float(x), float(y), float(z))
             if torque != tuple(self._system.torque_b):
                 self.rewind(self.tick)
                 self.schedule(Torque(self.next_tick, torque))

@@ -111,7 +111,7 @@ def test_what_cannot_be_a_torque_is_refused_and_changes_nothing(live):
     np.testing.assert_allclose([rate.x, rate.y, rate.z], [0.01, 0.02, 0.03], rtol=1e-12)
     _, errors = node.end()
     for sentence in (
-        'torque is given in the frame lvlh; it must be base_link or none',
+        'torque is given in the frame lvlh; it must be base_link or empty',
         'torque is nan, 0, 0; it must be finite [N m]',
         'torque has a force of 2, 0, 0; the force must be zero',
     ):

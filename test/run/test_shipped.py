@@ -38,6 +38,8 @@ def test_a_path_is_taken_as_it_is(tmp_path, monkeypatch):
     for given in ('no.yaml', 'no/such', '/no/such'):
         with pytest.raises(ValueError, match='cannot be read'):
             Scenario.from_yaml(given)
+    with pytest.raises(ValueError, match=r'no such file; one of this name is shipped: cubesat$'):
+        Scenario.from_yaml('config/cubesat.yaml')
 
 
 def test_an_unknown_name_is_told_which_there_are():

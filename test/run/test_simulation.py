@@ -77,6 +77,17 @@ def test_steps_are_the_blocks():
         assert np.array_equal(state.omega_bi_b, table['omega_bi_b'][k])
 
 
+@pytest.mark.parametrize('torque_b', [(1.0, 2.0), (np.nan, 0.0, 0.0), (0.0, 0.0, np.inf)])
+def test_torque_of_a_step_is_three_numbers(torque_b):
+    """What is refused changes nothing, and the sentence says what was given."""
+    simulation = Simulation(Scenario.from_dict({}))
+    before = simulation.step()
+    with pytest.raises(ValueError, match=r'^torque is .*; it must be a list of 3 numbers N m$'):
+        simulation.step(torque_b=torque_b)
+    assert simulation.tick == 1
+    assert np.array_equal(simulation.state.q_ib, before.q_ib)
+
+
 def test_torque_of_a_step_holds_during_it():
     """One step's torque acts from the tick before to the tick after it, and no longer."""
     torque, k = (0.3, -0.1, 0.2), 10

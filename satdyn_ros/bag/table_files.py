@@ -28,7 +28,7 @@ def write_csv(path: Path, names: Sequence[str], blocks: Iterable[Columns]) -> No
         polars.DataFrame(schema=names).write_csv(file)
         for block in blocks:
             for rows in polars.DataFrame(block).iter_slices(_CSV_ROWS):
-                rows.write_csv(file, include_header=False)
+                rows.write_csv(file, include_header=False, quote_style='never')
 
 
 def _write_csv_without_polars(path, names, blocks):

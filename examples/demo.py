@@ -24,8 +24,8 @@ import rclpy
 import rclpy.node
 from geometry_msgs.msg import QuaternionStamped
 from nav_msgs.msg import Odometry
-from rclpy.executors import ExternalShutdownException
 from rclpy.qos import QoSProfile
+from rclpy.signals import SignalHandlerOptions
 
 from satdyn_ros import Scenario
 from satdyn_ros.bag.verify import verify
@@ -56,7 +56,9 @@ def main() -> int:
         print('To see it fly, in another terminal: .venv/bin/satdyn watch  (or make demo WATCH=1)')
     node = start_node(scenario.epoch_ns)
     page = subprocess.Popen([*SATDYN, 'watch'], cwd=ROOT) if WATCH else None
-    rclpy.init()
+    # Either signal ends it in Python, where everything is put away.
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     listener = Listener(scenario)
     try:
         listener.wait_for_message(node)
@@ -66,7 +68,7 @@ def main() -> int:
             if second == REQUEST_AT_S:
                 asking = start_request(listener)
         accepted = asking.wait() == 0
-    except (KeyboardInterrupt, ExternalShutdownException):
+    except KeyboardInterrupt:
         return 130
     finally:
         if page is not None:

@@ -56,7 +56,7 @@ def main() -> int:
         print('To see it fly, in another terminal: .venv/bin/satdyn watch  (or make demo WATCH=1)')
     node = start_node(scenario.epoch_ns)
     page = subprocess.Popen([*SATDYN, 'watch'], cwd=ROOT) if WATCH else None
-    # Either signal ends it in Python, where everything is put away.
+    # Either signal raises KeyboardInterrupt, and the other processes end with this one.
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     listener = Listener(scenario)

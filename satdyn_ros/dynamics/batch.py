@@ -52,7 +52,7 @@ from .tableau import COLUMNS, ENTRIES, ERROR_3, ERROR_5, LENGTHS
 LANES = 16
 # The most steps of a slice, in all lanes.
 _SLICE_STEPS = 500
-# The numbers in a line of the cache, as in the widest vector register.
+# Numbers in a cache line, and in a vector register of the widest kind.
 _LINE = 8
 _CORE = (0.0,) * MOMENTUM
 # The tableau's columns; unsigned, as in _at.
@@ -232,7 +232,7 @@ def _fly_together(flights, wanted, like, t_s):
 
 
 def _zeros(count):
-    """Return zeros from the begin of a cache line, so that no vector lies across two."""
+    """Return zeros from the start of a cache line on, so that no vector straddles two lines."""
     numbers = np.zeros(count + _LINE)
     begin = -numbers.ctypes.data // numbers.itemsize % _LINE
     return numbers[begin : begin + count]

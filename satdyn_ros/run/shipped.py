@@ -38,14 +38,15 @@ def sweep_path(given: str | Path) -> Path:
 def _path(given, what):
     path = Path(given)
     # A folder of this name, such as that of the results, is not a file.
-    is_name = not path.suffix and len(path.parts) == 1
-    if (path.exists() and not path.is_dir()) or not (is_name or path.stem in names(what)):
+    if path.exists() and not path.is_dir():
         return path
-    if not is_name:
-        raise ValueError(
-            f'the {what} {given} cannot be read: there is no such file; one of this name is '
-            f'shipped: {path.stem}'
-        )
+    if path.suffix or len(path.parts) > 1:
+        if not path.exists() and path.stem in names(what):
+            raise ValueError(
+                f'the {what} {given} cannot be read: there is no such file; one of this name is '
+                f'shipped: {path.stem}'
+            )
+        return path
     for folder in _FOLDERS:
         shipped = folder / _PLACES[what].format(given)
         if shipped.is_file():

@@ -163,7 +163,7 @@ class Simulation:
         RunHalted: the run goes no further.
         """
         torques = rotor_torques(rotor_torque or {}, self.scenario)
-        torque = body_torque((0.0, 0.0, 0.0) if torque_b is None else torque_b)
+        torque = (0.0, 0.0, 0.0) if torque_b is None else body_torque(torque_b)
         if self.next_tick == 0:
             self.advance(1)
         ended = {name: 0.0 for name in self._rotors_of_step - torques.keys()}

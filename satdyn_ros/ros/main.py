@@ -98,8 +98,9 @@ def _run(values):
         name = node.get_logger().name
         node.destroy_node()
         if len(node.lateness):
-            # The node's own logger would try to publish on /rosout, which has ended.
-            rclpy.logging.get_logger(name).info(str(node.lateness))
+            # A logger of its own: what is logged under the node's name goes to /rosout as well,
+            # whose publisher has lost its context, yet lives as long as any handle is in use.
+            rclpy.logging.get_logger(f'{name}.pacing').info(str(node.lateness))
     return 0 if node.failure is None else 1
 
 

@@ -167,19 +167,33 @@ def spin_up(participant, torque):
     return heard
 
 
+def last_tick_ns(report):
+    """Return the stamp of the last tick that a report tells of [ns]."""
+    return EPOCH_NS + int(values(report['pacing'])['tick']) * 10**7
+
+
 def test_a_halt_by_step_count_is_an_error_until_a_request_or_a_reset(live, tmp_path):
     """No tick passes while it halts, each of both resumes it, and the bag proves itself."""
     node, participant = live(SPIN)
     until = health(participant)
-    heard = spin_up(participant, HALTING)
-    report = until(node.namespace, lambda r: r['pacing'].level == ERROR)
+
+    def halt(after_ns):
+        """Return what is heard, the report of a halt after a time, and the time of the halt."""
+        heard = spin_up(participant, HALTING)
+        report = until(
+            node.namespace,
+            lambda r: r['pacing'].level == ERROR and last_tick_ns(r) > after_ns,
+        )
+        participant.wait_until(lambda: stamp_ns(heard[-1]) >= last_tick_ns(report))
+        return heard, report, last_tick_ns(report)
+
+    heard, report, halted_ns = halt(0)
     assert 'more than 1000000 steps are needed' in report['pacing'].message
-    assert stamp_ns(heard[-1]) == EPOCH_NS + int(values(report['pacing'])['tick']) * 10**7
+    assert stamp_ns(heard[-1]) == halted_ns
     done, reason = participant.trigger('step')
     assert not done
     assert reason.startswith('no tick can follow until a request or a reset: ')
     assert participant.switch('pause', False)[0] is False
-    halted_ns = stamp_ns(heard[-1])
 
     assert participant.trigger('reset')[0]
     participant.hear(heard, 5)
@@ -187,10 +201,8 @@ def test_a_halt_by_step_count_is_an_error_until_a_request_or_a_reset(live, tmp_p
     assert stamp_ns(resumed[0]) == halted_ns + 10**7
     assert resumed[0].velocity.angular.z < 1e-3
 
-    spin_up(participant, HALTING)
+    heard, _, halted_ns = halt(halted_ns)
     asked = {'initial.frame': 'inertial', 'initial.angular_velocity': [0.0, 0.0, 0.25]}
-    until(node.namespace, lambda r: r['pacing'].level == ERROR)
-    halted_ns = stamp_ns(heard[-1])
     assert participant.request(asked)[0]
     participant.wait_until(lambda: stamp_ns(heard[-1]) > halted_ns)
     resumed = [message for message in heard if stamp_ns(message) > halted_ns]
@@ -214,11 +226,10 @@ def test_a_signal_in_a_slow_tick_ends_the_node_without_it(live, tmp_path, number
     code, errors = node.end(number)
     assert code == 0
     assert 'Traceback' not in errors
-    participant.spin(0.1)
     (directory,) = tmp_path.glob('satdyn_*_*')
     topic = f'{node.namespace}/angular_velocity'
     stamps_ns = Bag(directory).messages(topic).log_times_ns.astype(np.int64)
-    assert stamps_ns[-1] == stamp_ns(heard[-1])
+    participant.wait_until(lambda: stamp_ns(heard[-1]) == stamps_ns[-1])
     assert set(np.diff(stamps_ns).tolist()) == {10**7}
 
 

@@ -5,6 +5,7 @@ import math
 import numpy as np
 from geometry_msgs.msg import WrenchStamped
 from ros.live import EPOCH_NS, stamp_ns
+from ros.test_diagnostics import health, values
 from scipy.integrate import solve_ivp
 from sensor_msgs.msg import JointState
 
@@ -170,11 +171,12 @@ def test_limits_in_a_live_bag_verify(live, tmp_path):
 def test_of_the_torques_that_come_in_a_pause_the_last_acts(live, tmp_path):
     """A controller that talks on meanwhile leaves one torque behind, at the tick of the step."""
     node, participant = live(FREE | {'record.enabled': True})
+    until = health(participant)
     publisher = matched(participant, WrenchStamped, 'torque')
     last = int(participant.switch('pause', True)[1].removeprefix('paused after tick '))
     for torque in (1.0, 2.0, 3.0):
         publisher.publish(wrench((torque, 0.0, 0.0)))
-    participant.spin(0.5)
+    until(node.namespace, lambda r: values(r['inputs'])['accepted'] == '3')
     assert participant.trigger('step')[0]
     assert node.end()[0] == 0
     (directory,) = tmp_path.glob('satdyn_*_*')

@@ -10,6 +10,7 @@ import time
 import pytest
 from geometry_msgs.msg import WrenchStamped
 from ros.live import ROOT, LiveNode
+from ros.test_diagnostics import health, values
 
 from satdyn_ros.bag.recorded_run import RecordedRun
 from satdyn_ros.bag.verify import verify
@@ -74,6 +75,7 @@ def test_a_hundred_killed_nodes(tmp_path, seed):
 def test_a_live_bag_with_torques_and_requests_verifies(live, tmp_path):
     """What happened at 1000 Hz happens again, byte for byte, on the ticks where it happened."""
     node, participant = live(VALUES | {'record.directory': str(tmp_path)})
+    until = health(participant)
     heard = participant.listen('attitude', raw=True)
     publisher = participant.node.create_publisher(WrenchStamped, 'torque', 10)
     participant.wait_until(lambda: heard and publisher.get_subscription_count())
@@ -84,7 +86,7 @@ def test_a_live_bag_with_torques_and_requests_verifies(live, tmp_path):
         participant.spin(0.02)
         if k % 5 == 0:
             assert participant.request({'initial.angular_velocity': [0.0, 0.001 * k, 0.0]})[0]
-    participant.spin(0.2)
+    until(node.namespace, lambda r: values(r['inputs'])['accepted'] == '20')
     assert node.end()[0] == 0
     (path,) = (file for file in tmp_path.iterdir() if file.is_dir())
     verdict = verify(path)

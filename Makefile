@@ -23,6 +23,9 @@ OLD_TESTS := test/dynamics/test_propagator.py test/dynamics/test_batch.py test/e
 	test/exact/test_flow.py test/run test/messages test/rosbag2 test/bag/test_verify.py \
 	test/report/test_plot.py test/ros/test_stream.py
 
+# Tests run in processes of their own ROS domain, each with some 800 MB of memory.
+SIDE_BY_SIDE := --numprocesses auto --maxprocesses 4
+
 .PHONY: help demo test torture reference oldest lint colcon figures docs bench clean
 
 help:
@@ -44,7 +47,7 @@ demo: $(VENV)/.run $(if $(WATCH),$(VENV)/.watch)
 	@WATCH=$(WATCH) $(PY) examples/demo.py
 
 test: $(VENV)/.test
-	@$(PY) -m pytest
+	@$(PY) -m pytest $(SIDE_BY_SIDE)
 
 torture: $(VENV)/.test
 	@$(PY) -m pytest -m torture --timeout=0
@@ -53,7 +56,7 @@ reference: $(VENV)/.test
 	@nice $(PY) test/reference/generate.py
 
 oldest: $(OLD)/.test
-	@$(OLD)/bin/python -m pytest $(OLD_TESTS)
+	@$(OLD)/bin/python -m pytest $(SIDE_BY_SIDE) $(OLD_TESTS)
 
 lint: $(VENV)/.test
 	@$(PY) -m ruff check
@@ -91,7 +94,7 @@ $(OLD)/.test: setup.py
 	@sed -n "s/^ .*'\([A-Za-z][A-Za-z]*\)>=\([0-9.]*\)'.*/\1==\2/p" setup.py > $(OLD)/constraints.txt
 	@$(OLD)/bin/python -m pip --quiet --quiet --disable-pip-version-check install \
 		--constraint $(OLD)/constraints.txt --editable '.$(ROS)' matplotlib \
-		hypothesis mcap-ros2-support mpmath pytest pytest-timeout rosbags
+		hypothesis mcap-ros2-support mpmath pytest pytest-timeout pytest-xdist rosbags
 	@touch $@
 
 $(VENV)/.run: setup.py | $(PY)

@@ -70,6 +70,7 @@ setup(
             'nbclient',
             'pytest',
             'pytest-timeout',
+            'pytest-xdist',
             'rosbags',
             'selenium',
             'setuptools',

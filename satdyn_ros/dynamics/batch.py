@@ -29,7 +29,9 @@ from .dop853 import (
     error_of,
     first_step,
     interpolate,
+    line_zeros,
     make_dense,
+    step_arrays,
     step_ratio,
 )
 from .equations import (
@@ -52,8 +54,6 @@ from .tableau import COLUMNS, ENTRIES, ERROR_3, ERROR_5, LENGTHS
 LANES = 16
 # The most steps of a slice, in all lanes.
 _SLICE_STEPS = 500
-# Numbers in a cache line, and in a vector register of the widest kind.
-_LINE = 8
 _CORE = (0.0,) * MOMENTUM
 # The tableau's columns; unsigned, as in _at.
 _COLUMNS = COLUMNS.astype(np.uintp)
@@ -210,32 +210,25 @@ def _fly_together(flights, wanted, like, t_s):
         motion=np.full(LANES, -1),
         waiting=np.zeros(1, int),
         steps=np.zeros(LANES, int),
-        since=_zeros(LANES),
-        t=_zeros(LANES),
-        h=_zeros(LANES),
-        largest_growth=_zeros(LANES),
+        since=line_zeros(LANES),
+        t=line_zeros(LANES),
+        h=line_zeros(LANES),
+        largest_growth=line_zeros(LANES),
         tolerance=np.ones(LANES),
-        constants=_zeros(flights.numbers.shape[1] * LANES),
-        y_0=_zeros(size * LANES),
-        y=_zeros(size * LANES),
-        k=_zeros(12 * size * LANES),
-        e_3=_zeros(size * LANES),
-        e_5=_zeros(size * LANES),
-        zeros=_zeros(size * LANES),
-        error=_zeros(LANES),
-        ratio=_zeros(LANES),
+        constants=line_zeros(flights.numbers.shape[1] * LANES),
+        y_0=line_zeros(size * LANES),
+        y=line_zeros(size * LANES),
+        k=line_zeros(12 * size * LANES),
+        e_3=line_zeros(size * LANES),
+        e_5=line_zeros(size * LANES),
+        zeros=line_zeros(size * LANES),
+        error=line_zeros(LANES),
+        ratio=line_zeros(LANES),
     )
-    single = np.zeros(7), np.zeros(size), np.zeros((16, size)), np.zeros((8, size))
+    single = np.zeros(7), *step_arrays(size)
     # Slices, between which Ctrl-C and other threads get their turn.
     while len(t_s) and not _fly(t_s, wanted, flights, lanes, single, like):
         pass
-
-
-def _zeros(count):
-    """Return zeros from the start of a cache line on, so that no vector straddles two lines."""
-    numbers = np.zeros(count + _LINE)
-    begin = -numbers.ctypes.data // numbers.itemsize % _LINE
-    return numbers[begin : begin + count]
 
 
 @compiled
@@ -317,7 +310,7 @@ def _rows_at_begin(t_s, wanted, begin, out, single):
     """Fill the rows at t = 0, whatever the first step will be; return how many there are."""
     clock, _, _, dense = single
     clock[:], dense[:] = 0.0, 0.0
-    dense[0] = begin
+    dense[0, : len(begin)] = begin
     last = 0
     while last < len(t_s) and t_s[last] <= 0.0:
         last += 1
@@ -432,10 +425,11 @@ def _advance(error, changing, y, y_0):
 def _take_lane(l, t, h, y_0, y, k, single):
     """Copy a lane's step to the clock, end, stages and dense output of a single propagation."""
     clock, end, stages, dense = single
+    size = len(y) // LANES
     clock[0], clock[1] = t, t + h
-    end[:], dense[0] = y[l::LANES], y_0[l::LANES]
+    end[:size], dense[0, :size] = y[l::LANES], y_0[l::LANES]
     for i in range(12):
-        stages[i] = k[i * len(y) + l : (i + 1) * len(y) : LANES]
+        stages[i, :size] = k[i * len(y) + l : (i + 1) * len(y) : LANES]
 
 
 @inlined

@@ -11,6 +11,7 @@ y (V,): the variables at the end of the step; k (16, V): its stages, h times the
 which stages 12 to 15 are made with the dense output, which alone needs them;
 dense (8, V): the terms of its dense output, the first of them the variables at its start.
 constants: the Parameters of the equations, whose number of rotors tells the compiler V.
+Rows may be longer than V, which keeps vectors of four numbers within a cache line (step_arrays).
 """
 
 import numpy as np
@@ -40,9 +41,25 @@ TINY = 1e-300
 # What the first step turns the body or the orbit by [rad]; a rate below the slowest [rad/s] counts
 # as the slowest, for which such a step takes four months.
 FIRST_TURN, SLOWEST = 0.01, 1e-9
+# Numbers in a cache line, and in a vector register.
+_LINE, _VECTOR = 8, 4
 # Sums of the variables whose error counts with any number of rotors: q, omega, cos f and sin f.
 _COUNTED = (0.0,) * MOMENTUM
 _TWELVE = (0.0,) * 12
+
+
+def line_zeros(count: int) -> np.ndarray:
+    """Return zeros (count,) from the start of a cache line on: no vector straddles two lines."""
+    numbers = np.zeros(count + _LINE)
+    begin = -numbers.ctypes.data // numbers.itemsize % _LINE
+    return numbers[begin : begin + count]
+
+
+def step_arrays(size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return y, k and dense of zeros for `size` variables."""
+    length = -(-size // _VECTOR) * _VECTOR
+    rows = line_zeros(25 * length).reshape(25, length)
+    return rows[0], rows[1:17], rows[17:]
 
 
 @inlined

@@ -23,6 +23,7 @@ from .dop853 import (
     interpolate,
     make_dense,
     step,
+    step_arrays,
 )
 from .equations import (
     CENTRE,
@@ -84,10 +85,9 @@ class Propagation(Motion):
         return int(self._clock[STEPS])
 
     def _begin(self):
-        self._y = initial_values(self.system, self.state)
-        self._stages = np.zeros((16, len(self._y)))
-        self._dense = np.zeros((8, len(self._y)))
-        self._dense[0] = self._y
+        y = initial_values(self.system, self.state)
+        self._y, self._stages, self._dense = step_arrays(len(y))
+        self._y[: len(y)] = self._dense[0, : len(y)] = y
         self._clock[[BEGIN, END, NEXT, STEPS, DENSE_OF, SINCE]] = 0.0
 
     def _states(self, t_s):

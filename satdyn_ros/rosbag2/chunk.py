@@ -108,6 +108,8 @@ class Contents:
     @cached_property
     def declarations(self) -> tuple[dict[int, Schema], dict[int, Channel]]:
         """The schemas and the channels by their ids; Damaged: one cannot be read."""
+        if len(self._others) == 0:
+            return {}, {}
         schemas, channels = self._declared(Schema), self._declared(Channel)
         return {schema.id: schema for schema in schemas}, {c.id: c for c in channels}
 

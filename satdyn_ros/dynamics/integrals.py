@@ -132,8 +132,7 @@ def _terms(system, states):
     if driven or (orbit.has_lvlh and not orbit.is_circular):
         terms['energy_balance'] = [kinetic, potential, weight_potential, -states.work]
     elif orbit.has_lvlh:
-        nu_b = rotation.rotate(rotation.conjugate(states.q_ib), orbit.lvlh_rate(states.orbit_s))
-        terms['jacobi'] = [kinetic, potential, -_dot(nu_b, H)]
+        terms['jacobi'] = [kinetic, potential, -_dot(states.lvlh_rate_b, H)]
     else:
         terms['energy'] = [kinetic, potential, weight_potential]
         terms['area'] = [_dot(H, c)]
@@ -201,7 +200,7 @@ def _prod(moments):
 
 def _apply(M, v):
     """Return M v, written out as in torque.py."""
-    return np.stack(times(M, np.moveaxis(v, -1, 0)), axis=-1)
+    return rotation.from_components(times(M, np.moveaxis(v, -1, 0)))
 
 
 def _length(v):

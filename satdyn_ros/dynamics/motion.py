@@ -79,6 +79,12 @@ class States:
         return rotation.rotate(rotation.conjugate(self.q_ib), self.orbit.direction(self.orbit_s))
 
     @cached_property
+    def lvlh_rate_b(self) -> np.ndarray:
+        """Return the angular velocity of LVLH in body axes [rad/s], shape (N, 3)."""
+        rate_i = self.orbit.lvlh_rate(self.orbit_s)
+        return rotation.rotate(rotation.conjugate(self.q_ib), rate_i)
+
+    @cached_property
     def q_lb(self) -> np.ndarray:
         """Return the attitude body to LVLH, shape (N, 4); a fixed direction has none."""
         return rotation.multiply(rotation.conjugate(self.orbit.lvlh(self.orbit_s)), self.q_ib)

@@ -23,14 +23,13 @@ def multiply(q: ArrayLike, p: ArrayLike) -> np.ndarray:
     """
     x1, y1, z1, w1 = _components(q)
     x2, y2, z2, w2 = _components(p)
-    return np.stack(
+    return from_components(
         [
             w1 * x2 + x1 * w2 + y1 * z2 - z1 * y2,
             w1 * y2 - x1 * z2 + y1 * w2 + z1 * x2,
             w1 * z2 + x1 * y2 - y1 * x2 + z1 * w2,
             w1 * w2 - x1 * x2 - y1 * y2 - z1 * z2,
-        ],
-        axis=-1,
+        ]
     )
 
 
@@ -50,13 +49,12 @@ def rotate(q_ab: ArrayLike, v_b: ArrayLike) -> np.ndarray:
     x, y, z, w = _components(q_ab)
     v = _components(v_b)
     twice = 2.0 * (y * v[2] - z * v[1]), 2.0 * (z * v[0] - x * v[2]), 2.0 * (x * v[1] - y * v[0])
-    return np.stack(
+    return from_components(
         [
             v[0] + w * twice[0] + (y * twice[2] - z * twice[1]),
             v[1] + w * twice[1] + (z * twice[0] - x * twice[2]),
             v[2] + w * twice[2] + (x * twice[1] - y * twice[0]),
-        ],
-        axis=-1,
+        ]
     )
 
 
@@ -199,6 +197,15 @@ def from_roll_pitch_yaw(
 def wrap(angle_rad: float | np.ndarray) -> np.ndarray:
     """Return the angle between -pi and pi, shape (...)."""
     return angle_rad - 2.0 * np.pi * np.round(angle_rad / (2.0 * np.pi))
+
+
+def from_components(components: Sequence[np.ndarray]) -> np.ndarray:
+    """
+    Return vectors or quaternions (..., k) from k components (...).
+
+    In memory, all of a component lie side by side: what follows works component by component.
+    """
+    return np.moveaxis(np.array(components), 0, -1)
 
 
 def _components(v: ArrayLike) -> list[np.ndarray]:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from .rotation import from_components
 from .system import System
 
 
@@ -27,7 +28,7 @@ def gravity_gradient(
     x, y, z = np.moveaxis(c_b, -1, 0)
     I_x, I_y, I_z = times(inertia, (x, y, z))
     torque = (y * I_z - z * I_y, z * I_x - x * I_z, x * I_y - y * I_x)
-    return np.stack([gradient * component for component in torque], axis=-1)
+    return from_components([gradient * component for component in torque])
 
 
 def angular_momentum(
@@ -44,7 +45,7 @@ def angular_momentum(
         p = rotor.axial_momentum(speed, omega_bi_b)
         axis = np.moveaxis(rotor.axis, -1, 0)
         momentum = [H + p * a for H, a in zip(momentum, axis, strict=True)]
-    return np.stack(momentum, axis=-1)
+    return from_components(momentum)
 
 
 def times(M: Any, v: Any) -> Any:

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ..dynamics import rotation
 from ..dynamics.motion import States
+from ..dynamics.rotation import from_components
 
 
 def length(vectors: np.ndarray) -> np.ndarray:
@@ -19,8 +19,7 @@ def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return a x b of vectors (..., 3)."""
     (a_x, a_y, a_z), (b_x, b_y, b_z) = np.moveaxis(a, -1, 0), np.moveaxis(b, -1, 0)
-    parts = [a_y * b_z - a_z * b_y, a_z * b_x - a_x * b_z, a_x * b_y - a_y * b_x]
-    return np.moveaxis(np.array(parts), 0, -1)
+    return from_components([a_y * b_z - a_z * b_y, a_z * b_x - a_x * b_z, a_x * b_y - a_y * b_x])
 
 
 def extremes(name: str, square_of_tangent: np.ndarray, factor: float = 1.0) -> dict:
@@ -40,8 +39,7 @@ def lvlh_angles(states: States) -> dict[str, np.ndarray]:
 
 def omega_bl_b(states: States) -> np.ndarray:
     """Return the rate relative to LVLH, body axes [rad/s], shape (..., 3)."""
-    to_body = rotation.conjugate(states.q_ib)
-    return states.omega_bi_b - rotation.rotate(to_body, states.orbit.lvlh_rate(states.orbit_s))
+    return states.omega_bi_b - states.lvlh_rate_b
 
 
 def samples(states: States) -> dict[str, np.ndarray]:

@@ -69,9 +69,15 @@ def inlined(function: Callable[..., Any], fused: bool = True) -> Any:
 
 
 def vectorized(function: Callable[..., Any]) -> Any:
-    """Compile a function of numbers, some tenths of a second, into one of arrays too."""
+    """
+    Compile a function of numbers, some tenths of a second, into one of arrays too.
+
+    Each of its operations is rounded, wherever it is called.
+    """
     with _keeping():
-        return vectorize(function, cache=_FOLDER is not None)
+        # Not given, it would be that of the compiled function, if any, that calls this one first.
+        options = {'fastmath': False}
+        return vectorize(function, cache=_FOLDER is not None, targetoptions=options)
 
 
 def load_numba_without_blas() -> None:

@@ -55,6 +55,23 @@ AS_NOBODY = (
 ).split()
 
 # Everything that is compiled: ellipse, free rotor and torque; closed form; lanes.
+ANOMALY = """
+from satdyn_ros.dynamics.orbit import KeplerOrbit
+KeplerOrbit(eccentricity=0.1).anomaly(60.0)
+"""
+ELLIPSE = """
+from hashlib import sha256
+import numpy as np
+from satdyn_ros.dynamics.orbit import KeplerOrbit
+from satdyn_ros.dynamics.propagator import Propagation
+from satdyn_ros.dynamics.system import State, System
+
+orbit = KeplerOrbit(eccentricity=0.1)
+t_s = np.linspace(0.0, 6000.0, 601)
+state = State(np.array([0.0, 0.0, 0.6, 0.8]), np.array([0.01, 0.02, -0.01]))
+states = Propagation(System(np.diag([900.0, 800.0, 600.0]), orbit=orbit), state).at(t_s)
+print(sha256(states.q_ib.tobytes() + orbit.anomaly(t_s).tobytes()).hexdigest())
+"""
 MOTIONS = """
 import sys
 from hashlib import sha256
@@ -228,17 +245,26 @@ def test_no_code_of_another_user_is_run(package):
     assert said(start(package, **environment)) == [NOTICE, '14.0']
 
 
+def printed(program, folder):
+    """Return what a program prints that keeps its compiled code in a folder."""
+    return subprocess.run(
+        [sys.executable, '-c', program],
+        env=os.environ | {'NUMBA_CACHE_DIR': str(folder)},
+        stdout=subprocess.PIPE,
+        check=True,
+        cwd=ROOT,
+    ).stdout
+
+
 def test_the_same_bits_when_compiled_and_when_loaded(tmp_path):
     """The process that compiles gives the same bytes as those that find the code."""
-    first, second = (
-        subprocess.run(
-            [sys.executable, '-c', MOTIONS],
-            env=os.environ | {'NUMBA_CACHE_DIR': str(tmp_path)},
-            stdout=subprocess.PIPE,
-            check=True,
-            cwd=ROOT,
-        ).stdout
-        for _ in range(2)
-    )
+    first, second = (printed(MOTIONS, tmp_path) for _ in range(2))
     assert first == second
     assert len(set(first.split())) == 5
+
+
+def test_the_same_bits_whichever_function_is_compiled_first(tmp_path):
+    """Kepler's equation is solved inside the propagation and outside, compiled once for both."""
+    inside_first = printed(ELLIPSE, tmp_path / 'inside')
+    outside_first = printed(ANOMALY + ELLIPSE, tmp_path / 'outside')
+    assert inside_first == outside_first

@@ -46,6 +46,7 @@ _LINE, _VECTOR = 8, 4
 # Sums of the variables whose error counts with any number of rotors: q, omega, cos f and sin f.
 _COUNTED = (0.0,) * MOMENTUM
 _TWELVE = (0.0,) * 12
+_FOUR = (0.0,) * _VECTOR
 
 
 def line_zeros(count: int) -> np.ndarray:
@@ -129,21 +130,23 @@ def _stage(y, h, constants, k):
 @inlined
 def _combine(row, y, k, z, constants):
     """Write z = y + sum_j a_j k_j with row's entries a_j."""
-    sums = _sums(row, k, _TWELVE)
+    # Twelve sums are what the compiler holds in registers; the others follow in vectors.
+    sums = _sums(row, k, 0, _TWELVE)
     for i in range(len(sums)):
         z[i] = y[i] + sums[i]
-    for i in range(len(sums), MOMENTUM + 2 * len(constants.zeros) + 1):
-        z[i] = y[i] + _sum(row, k, i)
+    for begin in range(len(sums), MOMENTUM + 2 * len(constants.zeros) + 1, _VECTOR):
+        more = _sums(row, k, begin, _FOUR)
+        for i in range(_VECTOR):
+            z[begin + i] = y[begin + i] + more[i]
 
 
 @inlined
-def _sums(row, k, sums):
-    """Return sum_j a_j k_j of the first variables, as many as the zeros in sums."""
-    # Twelve sums are what the compiler holds in registers.
+def _sums(row, k, begin, sums):
+    """Return sum_j a_j k_j of the variables from `begin` on, as many as the zeros in sums."""
     for n in range(LENGTHS[row]):
         a, j = ENTRIES[row, n], COLUMNS[row, n]
         for i in range(len(sums)):
-            sums = replaced(sums, i, sums[i] + a * k[j, i])
+            sums = replaced(sums, i, sums[i] + a * k[j, begin + i])
     return sums
 
 
@@ -169,8 +172,8 @@ def _error(y_0, y, h, k, constants):
         variables(y_0, constants),
         variables(y, constants),
         (k[0, 4], k[0, 5], k[0, 6]),
-        _sums(ERROR_3, k, _COUNTED) + p_3,
-        _sums(ERROR_5, k, _COUNTED) + p_5,
+        _sums(ERROR_3, k, 0, _COUNTED) + p_3,
+        _sums(ERROR_5, k, 0, _COUNTED) + p_5,
         h,
         constants,
     )

@@ -128,7 +128,7 @@ def _constants(system):
         to_pericentre=to_pericentre,
         ahead=ahead,
         slow_rate=1e-3 * np.sqrt(np.abs(gradient) + weight / size),
-        does_work=bool(np.any(eccentricity)) or system.is_driven,
+        does_work=system.is_driven or bool(np.count_nonzero(eccentricity)),
         rotors=tuple(
             RotorParameters(
                 axis=rotor.axis,

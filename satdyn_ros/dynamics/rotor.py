@@ -48,7 +48,7 @@ class Rotor:
     @property
     def is_damped(self) -> bool:
         """Whether friction acts between rotor and body."""
-        return bool(self.turns_freely and np.any(self.friction))
+        return self.turns_freely and bool(np.count_nonzero(self.friction))
 
     def axial_momentum(
         self, speed: float | np.ndarray, omega_bi_b: np.ndarray

@@ -1,6 +1,7 @@
 """What moves and from where: a body with its rotors in an attracting field, and its state."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from math import isnan
 
 import numpy as np
@@ -33,7 +34,7 @@ class System:
         torques = np.broadcast_to(np.asarray(self.rotor_torque, float), len(self.rotors))
         object.__setattr__(self, 'rotor_torque', torques)
 
-    @property
+    @cached_property
     def is_driven(self) -> bool:
         """Whether anything but the field does work: a torque, a motor, friction."""
         return bool(
@@ -47,7 +48,7 @@ class System:
         """Whether a rotor has a speed of its own."""
         return any(rotor.turns_freely for rotor in self.rotors)
 
-    @property
+    @cached_property
     def carrier_inertia(self) -> np.ndarray:
         """
         Return the inertia K (3, 3) that turns with the rate omega [kg m^2].

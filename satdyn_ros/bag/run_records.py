@@ -22,7 +22,12 @@ SCENARIO = 'satdyn_ros/scenario'
 SNAPSHOT = 'satdyn_ros/snapshot'
 EVENT = 'satdyn_ros/event'
 
-_EVENTS = {kind.__name__: kind for kind in get_args(Event)}
+# Torques are recorded as the messages that brought them.
+_EVENTS = {
+    kind.__name__: kind
+    for kind in get_args(Event)
+    if kind not in (events.Torque, events.RotorCommand)
+}
 _LENGTHS = {'q_ib': 4, 'omega_bi_b': 3, 'torque_b': 3}
 
 
@@ -123,8 +128,12 @@ def event_from_record(record: Mapping[str, str]) -> Event:
     if kind is None:
         raise Damaged(f'its event is {record.get("event")!r}; allowed: {", ".join(_EVENTS)}')
     values = from_record({name: value for name, value in record.items() if name != 'event'})
-    names = {field.name for field in dataclasses.fields(kind)}
-    if values.keys() != names or type(values['tick']) is not int or values['tick'] < 0:
+    fields = dataclasses.fields(kind)
+    if (
+        values.keys() != {field.name for field in fields}
+        or any(type(values[f.name]) is not f.type for f in fields if f.type in (int, str))
+        or values['tick'] < 0
+    ):
         raise Damaged(f'it does not describe a {record["event"]}')
     if kind is events.Topics:
         values['names'] = KEYS['publish.topics'].checked(values['names'])

@@ -11,10 +11,13 @@ from satdyn_ros.bag.recorded_run import RecordedRun
 from satdyn_ros.rosbag2.errors import Damaged
 from satdyn_ros.rosbag2.mcap_file import McapFile
 from satdyn_ros.rosbag2.scan import Block, scan
+from satdyn_ros.run.events import RotorCommand, Torque
 from satdyn_ros.run.simulation import Simulation
 
 
-@pytest.mark.parametrize('event', [e for e in flights.EVENTS if type(e).__name__ != 'Torque'])
+@pytest.mark.parametrize(
+    'event', [event for event in flights.EVENTS if not isinstance(event, Torque | RotorCommand)]
+)
 def test_events_come_back(event):
     """Each kind as it was."""
     assert run_records.event_from_record(run_records.event_record(event)) == event
@@ -37,6 +40,10 @@ def test_events_come_back(event):
         {'event': 'Topics', 'tick': '1', 'names': '3'},
         {'event': 'Topics', 'tick': '1', 'names': '["no such topic"]'},
         {'event': 'Request', 'tick': '1', 'values': '[]'},
+        {'event': 'Timeout', 'tick': '1', 'topic': '3'},
+        {'event': 'RotorLimited', 'tick': '1', 'rotor': '"rotor"', 'limit': 'null'},
+        {'event': 'Torque', 'tick': '1', 'torque_b': '"x"', 'until_tick': 'null'},
+        {'event': 'RotorCommand', 'tick': '1', 'torques': '3', 'until_tick': 'null'},
     ],
 )
 def test_what_is_no_event_is_refused(record):

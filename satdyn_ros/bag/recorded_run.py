@@ -20,6 +20,8 @@ from ..run.simulation import Simulation
 from ..run.ticks import Ticks
 from . import run_records
 
+# A tick with a message takes two bytes at least; topics may be switched off for so many ticks.
+_TICKS_WITHOUT_MESSAGES = 5_000_000
 # rotor_torque is that of version 0.1.
 _INPUTS = ('torque', 'rotor_command', 'rotor_torque')
 
@@ -66,9 +68,17 @@ class RecordedRun:
         return happened
 
     def last_tick(self) -> int:
-        """Return the last tick in the bag; the whole bag is read."""
+        """Return the last tick in the bag, all of which is read; Damaged: a bag has fewer."""
         blocks = (item.contents for item in self.bag.items() if isinstance(item, TopicBlock))
-        return self.ticks.tick_of(max(block.span_ns[1] for block in blocks))
+        last = self.ticks.tick_of(max(block.span_ns[1] for block in blocks))
+        first = 0 if self.snapshot is None else self.snapshot['tick']
+        most = _TICKS_WITHOUT_MESSAGES + sum(file.stat().st_size for file in self.bag.files) // 2
+        if last - first > most:
+            raise Damaged(
+                f'{self.bag.path} has a message {last - first} ticks after its first; the limit '
+                f'for a bag of its size is {most}'
+            )
+        return last
 
     @property
     def events_at_begin(self) -> list[Event]:

@@ -46,7 +46,7 @@ class States:
             self.rotor_angle[i],
         )
 
-    def rows(self, chosen: slice) -> 'States':
+    def rows(self, chosen: slice | np.ndarray) -> 'States':
         """Return the table of some rows."""
         return States(
             self.t_s[chosen],

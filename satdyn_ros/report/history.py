@@ -143,7 +143,10 @@ def history(
             _extend(driven, run.ticks.seconds(start), run.ticks.seconds(start + len(samples)))
         largest |= {name: max(largest.get(name, 0.0), value) for name, value in so_far.items()}
         bounds.take(samples)
-        chosen = slice((first - samples.first_tick) % every, None, every)
+        # Numbers, not a slice: a view would keep all rows of the block in memory.
+        chosen = np.arange((first - samples.first_tick) % every, len(samples), every)
+        if len(chosen) == 0:
+            continue
         table = states.rows(chosen)
         tables.append(table)
         torques.append(_gravity_gradient(samples)[chosen])

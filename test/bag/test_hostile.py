@@ -10,6 +10,7 @@ from collections import Counter
 from contextlib import contextmanager
 
 import flights
+import numpy as np
 import pytest
 from mcap.records import Header, Metadata
 
@@ -206,6 +207,30 @@ def torment(bags, folder, numbers, capsys):
 def test_a_hostile_bag_ends_in_an_answer(bags, tmp_path, capsys):
     """Thirty mutations, the same in every run of the test."""
     torment(bags, tmp_path, range(30), capsys)
+
+
+@pytest.mark.parametrize('command', ['report', 'plot'])
+def test_a_message_far_ahead_is_not_flown_to(bags, tmp_path, capsys, command):
+    """A bag of some kilobytes cannot hold a run of 146 years, whatever its messages say."""
+    (whole,), far = bags[1].glob('*.mcap'), tmp_path / 'far.mcap'
+    header, *records = (found.item for found in scan(whole))
+    file = McapFile(far, header)
+    for record in records:
+        if isinstance(record, Block):
+            block = record.contents
+            file.write_chunk(block.data, record.chunk.compression, record.chunk.data)
+        elif isinstance(record, Metadata):
+            file.write_metadata(record.name, record.metadata)
+    begin, end = block.offsets[-1], len(block.data)
+    message = bytearray(block.data[begin:end])
+    struct.pack_into('<Q', message, 15, 2**62)
+    file.write_chunk(np.frombuffer(message, np.uint8), '', bytes(message))
+    file.finish()
+    with bounded(command):
+        assert main([command, str(far), '-o', str(tmp_path / 'drawn.png')]) == 2
+    assert (
+        'ticks after its first; the limit for a bag of its size is 50' in capsys.readouterr().err
+    )
 
 
 @pytest.mark.torture

@@ -125,6 +125,7 @@ class StateTable:
         ValueError: after all that could be read, the bag is damaged or was not completed.
         """
         waiting: list[Columns] = []
+        rows = 0
         for item in self.run.bag.items():
             if isinstance(item, Metadata):
                 self._note_restart(item)
@@ -134,10 +135,11 @@ class StateTable:
                 part = _joined_tick(waiting[-1], part)
             if len(part['stamp_ns']) == 0:
                 continue
-            if sum(len(part['stamp_ns']) for part in waiting) >= _BLOCK_ROWS:
+            if rows >= _BLOCK_ROWS:
                 yield self._block(waiting)
-                waiting = []
+                waiting, rows = [], 0
             waiting.append(part)
+            rows += len(part['stamp_ns'])
         if waiting:
             yield self._block(waiting)
         if self.run.bag.problem:
@@ -212,7 +214,10 @@ class StateTable:
             name for fields in self._fields.values() for f in fields.values() for name in f
         }
         for name in recorded:
-            values = [part.get(name, np.full(len(part['stamp_ns']), np.nan)) for part in parts]
+            values = [
+                part[name] if name in part else np.full(len(part['stamp_ns']), np.nan)
+                for part in parts
+            ]
             columns[name] = np.concatenate(values)[chosen]
         if {*_LVLH_ANGLES} & {*self.names}:
             q_ib = np.stack([columns[name] for name in Q_IB], axis=-1)

@@ -4,8 +4,12 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
+from mcap.records import Metadata
+
 from satdyn_ros.bag.recording import Recording
 from satdyn_ros.messages.topics import TOPICS
+from satdyn_ros.rosbag2.mcap_file import McapFile
+from satdyn_ros.rosbag2.scan import Block
 from satdyn_ros.run.events import Request, Reset, RotorCommand, Timeout, Topics, Torque
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
@@ -99,3 +103,19 @@ def sequence(bag) -> list[tuple[str, int, bytes]]:
             elif kind == 'Message':
                 messages.append((topics[record.channel_id], record.log_time, record.data))
     return messages
+
+
+def rewritten(records, path, changed=lambda record: record.metadata) -> McapFile:
+    """
+    Write what a file holds to another, sound in every checksum; the file is not finished yet.
+
+    changed(record): what a metadata record is to say.
+    """
+    header, *rest = records
+    file = McapFile(path, header)
+    for record in rest:
+        if isinstance(record, Block):
+            file.write_chunk(record.contents.data, record.chunk.compression, record.chunk.data)
+        elif isinstance(record, Metadata):
+            file.write_metadata(record.name, changed(record))
+    return file

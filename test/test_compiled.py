@@ -54,7 +54,6 @@ AS_NOBODY = (
     '--inh-caps=+dac_read_search --ambient-caps=+dac_read_search'
 ).split()
 
-# Everything that is compiled: ellipse, free rotor and torque; closed form; lanes.
 ANOMALY = """
 from satdyn_ros.dynamics.orbit import KeplerOrbit
 KeplerOrbit(eccentricity=0.1).anomaly(60.0)
@@ -72,6 +71,7 @@ state = State(np.array([0.0, 0.0, 0.6, 0.8]), np.array([0.01, 0.02, -0.01]))
 states = Propagation(System(np.diag([900.0, 800.0, 600.0]), orbit=orbit), state).at(t_s)
 print(sha256(states.q_ib.tobytes() + orbit.anomaly(t_s).tobytes()).hexdigest())
 """
+# Everything that is compiled: ellipse, free rotor and torque; closed form; lanes.
 MOTIONS = """
 import sys
 from hashlib import sha256

@@ -88,7 +88,6 @@ class StateTable:
         self.run = run
         self._restarts: set[int] = set()
         self.ticks_read = 0
-        self._first_tick = 0 if run.snapshot is None else run.snapshot['tick']
         self._stride = 1 if step_s is None else _stride(step_s, run.scenario.rate)
         rotors = [rotor.label for rotor in run.scenario.system.rotors]
         self._fields = {
@@ -116,7 +115,7 @@ class StateTable:
             return None
         if statistics is None or not statistics.message_count:
             return None
-        return self.run.ticks.tick_of(statistics.message_end_time) + 1 - self._first_tick
+        return self.run.ticks.tick_of(statistics.message_end_time) + 1 - self.run.first_tick
 
     def blocks(self) -> Iterator[Columns]:
         """
@@ -203,7 +202,7 @@ class StateTable:
         # ages.
         since_ns = stamps_ns - ticks_of.epoch_ns
         ticks = np.rint(since_ns * (float(ticks_of.rate) * 1e-9)).astype(np.int64)
-        self.ticks_read = int(ticks[-1]) + 1 - self._first_tick
+        self.ticks_read = int(ticks[-1]) + 1 - self.run.first_tick
         chosen = ticks % self._stride == 0
         ticks, stamps_ns = ticks[chosen], stamps_ns[chosen]
         t_s = ticks * ticks_of.rate.denominator / ticks_of.rate.numerator

@@ -55,6 +55,11 @@ class RecordedRun:
         self._inputs_by_topic = {self.names[name]: name for name in _INPUTS if name in self.names}
         self._layouts: dict[str, np.dtype] = {}
 
+    @property
+    def first_tick(self) -> int:
+        """The tick where the bag begins; 0 if it has no samples."""
+        return 0 if self.snapshot is None else self.snapshot['tick']
+
     @cached_property
     def events(self) -> list[Event]:
         """What happened in the run, in order."""
@@ -71,21 +76,21 @@ class RecordedRun:
         """Return the last tick in the bag, all of which is read; Damaged: a bag has fewer."""
         blocks = (item.contents for item in self.bag.items() if isinstance(item, TopicBlock))
         last = self.ticks.tick_of(max(block.span_ns[1] for block in blocks))
-        first = 0 if self.snapshot is None else self.snapshot['tick']
+        ticks = last - self.first_tick
         most = _TICKS_WITHOUT_MESSAGES + sum(file.stat().st_size for file in self.bag.files) // 2
-        if last - first > most:
+        if ticks > most:
             raise Damaged(
-                f'{self.bag.path} has a message {last - first} ticks after its first; the limit '
-                f'for a bag of its size is {most}'
+                f'{self.bag.path} has a message {ticks} ticks after its first; the limit for a '
+                f'bag of its size is {most}'
             )
         return last
 
     @property
     def events_at_begin(self) -> list[Event]:
         """What happened at the tick where the bag begins, if that is not the run's first."""
-        if self.snapshot is None or self.snapshot['tick'] == 0:
+        if self.first_tick == 0:
             return []
-        return [event for event in self.events if event.tick <= self.snapshot['tick']]
+        return [event for event in self.events if event.tick <= self.first_tick]
 
     def simulation(self) -> Simulation:
         """Return the run from the start of the bag, with all that happens from there."""

@@ -186,7 +186,7 @@ def _span(run):
     """Return the first and the last tick that a run has in its bag."""
     if run.snapshot is None:
         raise ValueError(f'{run.bag.path} has no samples')
-    return run.snapshot['tick'], run.last_tick()
+    return run.first_tick, run.last_tick()
 
 
 def _tick_at(ticks, at_s):

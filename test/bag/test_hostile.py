@@ -12,11 +12,10 @@ from contextlib import contextmanager
 import flights
 import numpy as np
 import pytest
-from mcap.records import Header, Metadata
+from mcap.records import Metadata
 
 from satdyn_ros.bag.playback import Playback
 from satdyn_ros.cli.main import main
-from satdyn_ros.rosbag2.mcap_file import McapFile
 from satdyn_ros.rosbag2.scan import Block, scan
 
 SCENARIO = flights.GYROSTAT.with_values({'publish.topics': ('attitude', 'imu')})
@@ -92,13 +91,10 @@ def edit(text, draw):
 def forge(path, draw):
     """Write a file again, sound in every checksum, with a metadata record that is not true."""
     forged = path.with_suffix('.forged')
-    records = [f.item for f in draw.records if isinstance(f.item, Header | Metadata | Block)]
-    file = McapFile(forged, records[0])
+    records = [found.item for found in draw.records]
     chosen = draw.choice([record for record in records if isinstance(record, Metadata)])
-    for record in records[1:]:
-        if isinstance(record, Block):
-            file.write_chunk(record.contents.data, record.chunk.compression, record.chunk.data)
-            continue
+
+    def changed(record):
         mapping = dict(record.metadata)
         if record is chosen:
             key = draw.choice(list(mapping))
@@ -112,8 +108,9 @@ def forge(path, draw):
                 case 3:
                     number = draw.choice(('-1', '1e9', 'null', '"a"', '{}', '[]', 'NaN'))
                     mapping[key] = re.sub(r'-?[0-9][0-9.e-]*', number, mapping[key], count=1)
-        file.write_metadata(record.name, mapping)
-    file.finish()
+        return mapping
+
+    flights.rewritten(records, forged, changed).finish()
     forged.replace(path)
 
 
@@ -213,16 +210,10 @@ def test_a_hostile_bag_ends_in_an_answer(bags, tmp_path, capsys):
 def test_a_message_far_ahead_is_not_flown_to(bags, tmp_path, capsys, command):
     """A bag of some kilobytes cannot hold a run of 146 years, whatever its messages say."""
     (whole,), far = bags[1].glob('*.mcap'), tmp_path / 'far.mcap'
-    header, *records = (found.item for found in scan(whole))
-    file = McapFile(far, header)
-    for record in records:
-        if isinstance(record, Block):
-            block = record.contents
-            file.write_chunk(block.data, record.chunk.compression, record.chunk.data)
-        elif isinstance(record, Metadata):
-            file.write_metadata(record.name, record.metadata)
-    begin, end = block.offsets[-1], len(block.data)
-    message = bytearray(block.data[begin:end])
+    records = [found.item for found in scan(whole)]
+    file = flights.rewritten(records, far)
+    *_, last = (record.contents for record in records if isinstance(record, Block))
+    message = bytearray(last.data[last.offsets[-1] :])
     struct.pack_into('<Q', message, 15, 2**62)
     file.write_chunk(np.frombuffer(message, np.uint8), '', bytes(message))
     file.finish()

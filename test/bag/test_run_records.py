@@ -4,13 +4,11 @@ import json
 
 import flights
 import pytest
-from mcap.records import Metadata
 
 from satdyn_ros.bag import run_records
 from satdyn_ros.bag.recorded_run import RecordedRun
 from satdyn_ros.rosbag2.errors import Damaged
-from satdyn_ros.rosbag2.mcap_file import McapFile
-from satdyn_ros.rosbag2.scan import Block, scan
+from satdyn_ros.rosbag2.scan import scan
 from satdyn_ros.run.events import RotorCommand, Torque
 from satdyn_ros.run.simulation import Simulation
 
@@ -89,18 +87,17 @@ def test_what_is_no_snapshot_is_refused(change):
 def test_a_damaged_scenario_says_so(tmp_path, key, text, sentence):
     """In words that name the record, however sound the file."""
     path = flights.record(tmp_path / 'bag', ticks=5, events=()) / 'bag_0.mcap'
-    header, *items = [found.item for found in scan(path)]
-    forged = McapFile(tmp_path / 'forged.mcap', header)
-    for item in items:
-        if isinstance(item, Block):
-            forged.write_chunk(item.contents.data, item.chunk.compression, item.chunk.data)
-        elif isinstance(item, Metadata):
-            mapping = dict(item.metadata)
-            if key in mapping and text is None:
-                del mapping[key]
-            elif key in mapping:
-                mapping[key] = text
-            forged.write_metadata(item.name, mapping)
+
+    def changed(record):
+        mapping = dict(record.metadata)
+        if key in mapping and text is None:
+            del mapping[key]
+        elif key in mapping:
+            mapping[key] = text
+        return mapping
+
+    records = [found.item for found in scan(path)]
+    forged = flights.rewritten(records, tmp_path / 'forged.mcap', changed)
     forged.finish()
     with pytest.raises(Damaged, match=sentence):
         RecordedRun(forged.path)

@@ -53,9 +53,11 @@ def simulate(
     try_out(scenario, 0)
     simulation = Simulation(scenario, events)
     count = tick_count(scenario, duration_s)
-    recording = Recording(directory, simulation.scenario, scenario.topics)
+    recording: Recording | None = None
     rows: dict[str, np.ndarray] = {}
     try:
+        with shelter:
+            recording = Recording(directory, simulation.scenario, scenario.topics)
         while simulation.next_tick < count and not simulation.halted:
             block = min(BLOCK_TICKS, count - simulation.next_tick)
             applied, samples = simulation.advance(block)
@@ -63,8 +65,9 @@ def simulate(
                 _record(simulation, applied, samples, packers, rows, recording)
             yield simulation.next_tick
     finally:
-        with shelter:
-            recording.close()
+        if recording is not None:
+            with shelter:
+                recording.close()
     if simulation.halted:
         raise RunHalted(f'{simulation.halted}; {directory} has {simulation.next_tick} ticks')
 

@@ -1,5 +1,6 @@
 """Runs without ROS and without a clock: which ticks, which messages, from where."""
 
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -14,6 +15,7 @@ from satdyn_ros.bag import simulate
 from satdyn_ros.bag.export import Options, export
 from satdyn_ros.bag.recorded_run import RecordedRun
 from satdyn_ros.bag.verify import verify
+from satdyn_ros.cli.interruption import Terminated, interruptible
 from satdyn_ros.dynamics import rotation
 from satdyn_ros.exchange import utc
 from satdyn_ros.run.events import Request, Topics, Torque
@@ -154,6 +156,30 @@ def test_a_run_that_is_broken_off_leaves_a_complete_bag(tmp_path):
     assert (tmp_path / 'bag/metadata.yaml').exists()
     assert len(sequence(tmp_path / 'bag')) == 2 * done
     assert verify(tmp_path / 'bag').is_true
+
+
+class Interrupted:
+    """A shelter in which a signal comes at once."""
+
+    def __init__(self, shelter):
+        self.shelter = shelter
+
+    def __enter__(self):
+        self.shelter.__enter__()
+        signal.raise_signal(signal.SIGTERM)
+
+    def __exit__(self, *raised):
+        self.shelter.__exit__(*raised)
+
+
+def test_a_run_that_is_interrupted_while_its_bag_begins_leaves_a_complete_bag(tmp_path):
+    """The interruption waits until the bag has its scenario."""
+    path = tmp_path / 'bag'
+    with pytest.raises(Terminated), interruptible() as shelter:
+        list(simulate.simulate(GYROSTAT, '1', path, shelter=Interrupted(shelter)))
+    verification = verify(path)
+    assert verification.is_true
+    assert verification.message_count == 0
 
 
 @pytest.mark.parametrize(

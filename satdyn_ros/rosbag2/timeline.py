@@ -2,6 +2,7 @@
 
 import heapq
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,6 +19,8 @@ from .summary import Summary
 
 # If this much of a file covers the same log times, its chunks do not give an order to play in.
 _MOST_AT_ONCE = 2**30
+# Messages of a chunk that are Python objects at a time: a chunk may hold millions of small ones.
+_MOST_LISTED = 8192
 
 
 class LoggedMessage(NamedTuple):
@@ -62,6 +65,12 @@ class Timeline:
         ]
         if not self._places:
             self._places = list(self._loose_places())
+        self._places.sort(key=lambda place: place.start)
+        for before, place in pairwise(self._places):
+            if place.start < before.end:
+                raise Damaged(
+                    f'{path} is damaged: its summary has two chunks at byte {place.start}'
+                )
         self._places.sort()
 
     def messages(self, topics: list[str], from_ns: int) -> Iterator[LoggedMessage]:
@@ -108,11 +117,13 @@ class Timeline:
         wanted = np.isin(contents.channel_ids, channel_ids) & (contents.log_times >= from_ns)
         places = np.flatnonzero(wanted)
         places = places[np.argsort(contents.log_times[places], kind='stable')]
-        log_times, ids = contents.log_times[places].tolist(), contents.channel_ids[places].tolist()
-        for log_time_ns, channel_id, data in zip(
-            log_times, ids, contents.data_at(places), strict=True
-        ):
-            yield LoggedMessage(log_time_ns, self._topics[channel_id], bytes(data))
+        for begin in range(0, len(places), _MOST_LISTED):
+            some = places[begin : begin + _MOST_LISTED]
+            log_times, ids = contents.log_times[some].tolist(), contents.channel_ids[some].tolist()
+            for log_time_ns, channel_id, data in zip(
+                log_times, ids, contents.data_at(some), strict=True
+            ):
+                yield LoggedMessage(log_time_ns, self._topics[channel_id], bytes(data))
 
     def _loose_places(self) -> Iterator[_Place]:
         """Yield the places of messages in a file without chunks."""

@@ -18,6 +18,8 @@ from satdyn_ros.bag.recorded_run import RecordedRun
 from satdyn_ros.rosbag2.errors import BagError, Damaged
 from satdyn_ros.rosbag2.reader import Bag
 from satdyn_ros.rosbag2.recover import recover
+from satdyn_ros.rosbag2.scan import scan
+from satdyn_ros.rosbag2.summary import in_order
 
 
 def played(path, from_ns=0):
@@ -113,6 +115,19 @@ def test_an_index_that_points_elsewhere_ends_at_once(tmp_path):
         with pytest.raises(Damaged, match='is not where the summary places it'):
             played(path)
     assert chunk.data in data
+
+
+def test_a_chunk_that_is_listed_twice_is_refused(tmp_path):
+    """It would be played twice, and a thousand times as well."""
+    path = flights.record(tmp_path / 'bag', ticks=20, events=()) / 'bag_0.mcap'
+    with open(path, 'rb') as file:
+        summary = make_reader(file).get_summary()
+    (index,) = summary.chunk_indexes
+    file = flights.rewritten([found.item for found in scan(path)], tmp_path / 'twice.mcap')
+    file.tally.chunk_indexes[-1] = in_order(index)
+    file.finish()
+    with pytest.raises(Damaged, match=f'two chunks at byte {index.chunk_start_offset}'):
+        played(file.path)
 
 
 def test_an_unfinished_bag_is_refused_with_what_helps(tmp_path):

@@ -130,7 +130,8 @@ class StateTable:
                 self._note_restart(item)
                 continue
             part = self._recorded(item)
-            if waiting and part['stamp_ns'][:1] == waiting[-1]['stamp_ns'][-1]:
+            stamps_ns = part['stamp_ns']
+            if waiting and len(stamps_ns) and stamps_ns[0] == waiting[-1]['stamp_ns'][-1]:
                 part = _joined_tick(waiting[-1], part)
             if len(part['stamp_ns']) == 0:
                 continue

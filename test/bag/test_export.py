@@ -17,6 +17,7 @@ from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.dynamics import rotation
 from satdyn_ros.exchange import utc
 from satdyn_ros.exchange.aem_reader import attitude_at
+from satdyn_ros.run.events import Topics
 
 TICKS = 90
 COLUMNS = [
@@ -125,6 +126,13 @@ def test_ticks_without_a_topic_are_nan(tmp_path):
     np.testing.assert_array_equal(np.isnan(columns['omega_bi_b_x_rad_s']), changed)
     assert not np.any(np.isnan(columns['q_ib_w']))
     assert not np.any(np.isnan(columns['rotor_speed_rad_s']))
+
+
+def test_chunks_without_what_is_exported_make_no_rows(tmp_path):
+    """After a change to a topic that no table holds the bag goes on, and the table ends."""
+    events = [Topics(64, ('tf',))]
+    columns = table(flights.record(tmp_path / 'bag', events=events, flush=True))
+    assert columns['tick'].tolist() == list(range(64))
 
 
 def test_columns_of_rotors_have_their_names(tmp_path):

@@ -134,7 +134,9 @@ def begun_in_bag(scenario: Scenario, bag: str | Path, at_s: str | float) -> Scen
         )
     simulation = run.simulation()
     while simulation.tick < tick:
-        simulation.advance(min(BLOCK_TICKS, tick + 1 - simulation.next_tick))
+        _, samples = simulation.advance(min(BLOCK_TICKS, tick + 1 - simulation.next_tick))
+        if len(samples) == 0:
+            raise ValueError(f'the run in {bag} goes no further: {simulation.halted}')
     state = simulation.state
     values = {name: value for name, value in run.scenario.values.items() if name[:6] == 'orbit.'}
     values |= {

@@ -17,7 +17,7 @@ from ..rosbag2.integrity import check
 from ..rosbag2.reader import Bag, TopicBlock
 from ..rosbag2.scan import scan
 from ..run.events import Event, Halt, RotorLimited, TorquesDropped
-from ..run.samples import Samples
+from ..run.samples import Samples, merged
 from ..run.simulation import Simulation
 from . import run_records
 from .comparison import TWIN_RAD, Comparison, Difference
@@ -26,6 +26,8 @@ from .rerun import Records, rerun
 
 # A propagation is not limited by a tolerance below this.
 _LEAST_TOLERANCE = 1e-13
+# Ticks that are measured together.
+_MEASURED_TICKS = 4096
 
 
 @dataclass(frozen=True)
@@ -98,7 +100,9 @@ def verify(path: str | Path) -> Verification:
         for name, then in recorded.machine.items()
         if then != here.get(name)
     }
-    conservation = _Conservation(recorded.scenario['motion.tolerance'])
+    conservation = _Conservation(
+        recorded.scenario['motion.tolerance'], 1.0 / float(recorded.ticks.rate)
+    )
     derived = _Derived(recorded)
 
     def observe(simulation: Simulation, applied: list[Event], samples: Samples) -> None:
@@ -127,6 +131,7 @@ def verify(path: str | Path) -> Verification:
         raise
     except ValueError as error:
         raise Damaged(f'{path} cannot be run again: {error}') from error
+    conservation.measure()
     return Verification(
         message_count=messages.count,
         same_bytes=comparison.same_bytes,
@@ -233,12 +238,13 @@ def _derived(events: list[Event]) -> list[Event]:
 class _Conservation:
     """How far the first integrals of a run drift between events; drift: the largest, relative."""
 
-    def __init__(self, tolerance: float):
+    def __init__(self, tolerance: float, tick_s: float):
         self.drift: dict[str, float] = {}
-        self._tolerance = tolerance
+        self._tolerance, self._tick_s = tolerance, tick_s
         self._turned_rad = 0.0
         self._motion: Motion | None = None
-        self._begin: States
+        self._begin: States | None = None
+        self._waiting: list[Samples] = []
 
     @property
     def allowed(self) -> float:
@@ -252,16 +258,33 @@ class _Conservation:
         return max(self._tolerance, _LEAST_TOLERANCE) * (100.0 + 10.0 * self._turned_rad)
 
     def observe(self, simulation: Simulation, samples: Samples) -> None:
-        """Process samples of a run."""
-        states = samples.states
-        if len(states) == 0:
-            return
+        """
+        Take samples of a run.
+
+        Torques may part a motion at every tick: its samples are measured together.
+        """
         if simulation.motion is not self._motion:
-            self._motion, self._begin = simulation.motion, states
+            self.measure()
+            self._motion, self._begin = simulation.motion, None
+        if len(samples):
+            self._waiting.append(samples)
+            if simulation.next_tick - self._waiting[0].first_tick >= _MEASURED_TICKS:
+                self.measure()
+
+    def measure(self) -> None:
+        """Measure what was taken since the last time; one sample of a motion cannot drift."""
+        if not self._waiting:
+            return
+        samples = merged(self._waiting)
+        self._waiting = []
+        states = samples.states
+        if self._begin is None:
+            self._begin = states.rows(slice(1))
+            if len(states) == 1:
+                return
         for name, drift in relative_drift(samples.system, states, self._begin).items():
             self.drift[name] = max(self.drift.get(name, 0.0), float(np.max(np.abs(drift))))
-        rates = _fastest_rates(samples.system, states)
-        self._turned_rad += float(np.sum(rates) / simulation.ticks.rate)
+        self._turned_rad += float(np.sum(_fastest_rates(samples.system, states))) * self._tick_s
 
 
 def _fastest_rates(system: System, states: States) -> np.ndarray:

@@ -101,7 +101,7 @@ def numbers_of_many(system: System, count: int) -> tuple[Parameters, np.ndarray]
 @np.errstate(over='ignore', invalid='ignore')
 def _constants(system):
     """Return the Parameters as arrays, of a system whose own constants may be arrays."""
-    orbit, carrier, flown = system.orbit, system.carrier_inertia, flown_rotors(system)
+    orbit, flown = system.orbit, flown_rotors(system)
     if isinstance(orbit, FixedDirection):
         eccentricity, anomaly_rate, gradient = 0.0, 0.0, orbit.gradient
         to_pericentre, ahead = orbit.direction(0.0), np.zeros(3)
@@ -118,8 +118,8 @@ def _constants(system):
     size = np.trace(system.inertia, axis1=-2, axis2=-1)
     return Parameters(
         inertia=system.inertia,
-        carrier_inertia=carrier,
-        carrier_inverse=np.linalg.inv(carrier),
+        carrier_inertia=system.carrier_inertia,
+        carrier_inverse=system.carrier_inverse,
         weight_moment=system.weight_moment,
         applied=applied,
         eccentricity=eccentricity,

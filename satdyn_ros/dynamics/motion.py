@@ -1,6 +1,7 @@
 """A motion: whatever answers at(t_s) with states, by propagation or in closed form."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -88,6 +89,24 @@ class States:
     def q_lb(self) -> np.ndarray:
         """Return the attitude body to LVLH, shape (N, 4); a fixed direction has none."""
         return rotation.multiply(rotation.conjugate(self.orbit.lvlh(self.orbit_s)), self.q_ib)
+
+
+def joined(tables: Sequence[States]) -> States:
+    """Return tables of one run that follow each other as one."""
+
+    def column(name):
+        return np.concatenate([getattr(table, name) for table in tables])
+
+    return States(
+        t_s=column('t_s'),
+        q_ib=column('q_ib'),
+        omega_bi_b=column('omega_bi_b'),
+        rotor_speed=column('rotor_speed'),
+        rotor_angle=column('rotor_angle'),
+        work=column('work'),
+        orbit=tables[0].orbit,
+        orbit_s=column('orbit_s'),
+    )
 
 
 class Halted(RuntimeError):  # noqa: N818 - it says what happened to a motion

@@ -148,15 +148,20 @@ def columns(system: System, wanted: np.ndarray, out: np.ndarray) -> tuple[np.nda
     q_ib = out[..., Q:OMEGA, :].swapaxes(-2, -1)
     omega_bi_b = out[..., OMEGA:CENTRE, :].swapaxes(-2, -1)
     rows, flown = out[..., 0, :].shape, flown_rotors(system)
-    speeds = [np.broadcast_to(np.nan, rows)] * len(system.rotors)
+    speeds = [_repeated(np.nan, rows)] * len(system.rotors)
     angles = speeds.copy()
     for n, (i, rotor) in enumerate(flown):
         if rotor.turns_freely:
             speeds[i] = np.asarray(rotor.speed(found[MOMENTUM + n], omega_bi_b))
             angles[i] = found[MOMENTUM + len(flown) + n]
     place = MOMENTUM + 2 * len(flown)
-    work = found[place] if place in found else np.broadcast_to(0.0, rows)
+    work = found[place] if place in found else _repeated(0.0, rows)
     return q_ib, omega_bi_b, _of_rotors(speeds, rows), _of_rotors(angles, rows), work
+
+
+def _repeated(value, shape):
+    # Of one row, np.broadcast_to costs more than the propagation of a tick.
+    return np.ndarray(shape, float, np.float64(value), strides=(0,) * len(shape))
 
 
 def _of_rotors(columns, rows):

@@ -1,6 +1,6 @@
 """What moves and from where: a body with its rotors in an attracting field, and its state."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import isnan
 
@@ -61,6 +61,23 @@ class System:
                 outer = rotor.axis[..., :, None] * rotor.axis[..., None, :]
                 K = K - np.asarray(rotor.inertia)[..., None, None] * outer
         return K
+
+    @cached_property
+    def carrier_inverse(self) -> np.ndarray:
+        """Return the inverse (3, 3) of the carrier's inertia [1/(kg m^2)]."""
+        return np.linalg.inv(self.carrier_inertia)
+
+    def driven(
+        self, torque_b: np.ndarray | None = None, rotor_torque: np.ndarray | None = None
+    ) -> 'System':
+        """Return the system under other torques, of the same inertias; None: under the same."""
+        torque_b = self.torque_b if torque_b is None else torque_b
+        rotor_torque = self.rotor_torque if rotor_torque is None else rotor_torque
+        driven = replace(self, torque_b=torque_b, rotor_torque=rotor_torque)
+        # A controller drives the body anew at every tick.
+        for name in ('carrier_inertia', 'carrier_inverse'):
+            vars(driven)[name] = getattr(self, name)
+        return driven
 
     def rotor_momentum(self, state: 'State') -> np.ndarray:
         """

@@ -1,5 +1,6 @@
 """The run in a bag at a limited number of rows, with bounds for the ticks between them."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from math import floor
@@ -10,15 +11,19 @@ import numpy as np
 from ..bag.recorded_run import RecordedRun
 from ..dynamics import rotation
 from ..dynamics.integrals import relative_drift
-from ..dynamics.motion import Motion, States
+from ..dynamics.motion import Motion, States, joined
 from ..dynamics.torque import angular_momentum, gravity_gradient
 from ..run.events import Event
-from ..run.samples import Samples
+from ..run.samples import Samples, merged
 from ..run.scenario import Scenario
+from ..run.simulation import Simulation
 from .sensor_errors import ErrorsOfSensors, SensorErrors
 
 # Samples that are held at a time, with what is drawn of them: a few megabytes.
 _BLOCK_TICKS = 4096
+
+# A controller may begin one at each tick.
+MOST_MOTIONS = 200
 
 # A line between two rows cannot follow a body that turns further from one to the next [rad].
 LARGEST_TURN = np.pi / 2.0
@@ -35,10 +40,10 @@ class History:
     [N m]; momentum_b (N, 3): H [N m s].  turned (N,): the angle that the body turns within a row
     [rad].  least, most: by the name of a curve, see curves(), its bounds over all ticks of a row.
     drift: by first integral its largest relative change since the last event so far, of all ticks,
-    (N,), nan where it is not one.  largest_drift: the same over the whole run.  motions: those of
-    the run, by the tick where they begin.  events: what happened, with the time of each.  driven:
-    the intervals [s] in which an applied torque acts.  sensors: by their names the errors of at
-    most as many measurements as there may be rows.
+    (N,), nan where it is not one.  largest_drift: the same over the whole run.  motions: the first
+    MOST_MOTIONS of the run, by the tick where they begin.  events: what happened, with the time of
+    each.  driven: the intervals [s] in which an applied torque acts.  sensors: by their names the
+    errors of at most as many measurements as there may be rows.
     """
 
     scenario: Scenario
@@ -122,19 +127,22 @@ def history(
     largest: dict[str, float] = {}
     so_far: dict[str, float] = {}
     motions: dict[int, Motion] = {}
-    while simulation.next_tick < end:
-        start = simulation.next_tick
-        block = min(_BLOCK_TICKS, (end if start >= first else first) - start)
-        applied, samples = simulation.advance(block)
+    last_motion = None
+    for motion, applied, samples in _stretches(simulation, first, end):
+        start = samples.first_tick
         sensors.take(applied, samples)
         states = samples.states
-        if simulation.motion not in motions.values():
-            motions[samples.first_tick] = simulation.motion
-            begin, so_far = states, {}
-        drift = {
-            name: np.maximum.accumulate(np.maximum(np.abs(values), so_far.get(name, 0.0)))
-            for name, values in relative_drift(samples.system, states, begin).items()
-        }
+        if motion is not last_motion:
+            last_motion, begin, so_far = motion, states, {}
+            if len(motions) < MOST_MOTIONS:
+                motions[start] = motion
+        drift = {}
+        # One sample of a motion, as under a torque that changes at every tick, cannot drift.
+        if len(states) > 1 or states is not begin:
+            drift = {
+                name: np.maximum.accumulate(np.maximum(np.abs(values), so_far.get(name, 0.0)))
+                for name, values in relative_drift(samples.system, states, begin).items()
+            }
         so_far = {name: float(values[-1]) for name, values in drift.items()}
         if start < first:
             continue
@@ -153,6 +161,7 @@ def history(
         applied_torques.append(np.broadcast_to(samples.system.torque_b, (len(table), 3)))
         momenta.append(angular_momentum(samples.system, table.omega_bi_b, table.rotor_speed))
         drifts.append({name: values[chosen] for name, values in drift.items()})
+    bounds.close()
     states = joined(tables)
     return History(
         scenario=run.scenario,
@@ -183,6 +192,37 @@ def history(
     )
 
 
+def _stretches(
+    simulation: Simulation, first: int, end: int
+) -> Iterator[tuple[Motion, list[Event], Samples]]:
+    """
+    Yield each motion with what happens in it and its samples, those before the tick first apart.
+
+    A torque that changes nothing parts the samples of a run, but begins no motion: they come
+    together.  ValueError: the run halts before the tick end.
+    """
+    motion = simulation.motion
+    events: list[Event] = []
+    parts: list[Samples] = []
+    while simulation.next_tick < end:
+        start = simulation.next_tick
+        limit = first if start < first else end
+        applied, samples = simulation.advance(min(_BLOCK_TICKS, limit - start))
+        if len(samples) == 0:
+            raise ValueError(f'the run in the bag goes no further: {simulation.halted}')
+        if parts and (
+            simulation.motion is not motion
+            or start == first
+            or start - parts[0].first_tick >= _BLOCK_TICKS
+        ):
+            yield motion, events, merged(parts)
+            events, parts = [], []
+        motion = simulation.motion
+        events += applied
+        parts.append(samples)
+    yield motion, events, merged(parts)
+
+
 class _Bounds:
     """The least and the most of every curve, and the angle turned, over all ticks of each row."""
 
@@ -191,9 +231,19 @@ class _Bounds:
         self.turned = np.zeros(rows)
         self.least: dict[str, np.ndarray] = {}
         self.most: dict[str, np.ndarray] = {}
+        self._waiting: list[Samples] = []
 
     def take(self, samples: Samples) -> None:
         """Take the next samples; a row continues from one block of them to the next."""
+        self._waiting.append(samples)
+        if samples.first_tick + len(samples) - self._waiting[0].first_tick >= _BLOCK_TICKS:
+            self.close()
+
+    def close(self) -> None:
+        """Take into account what was taken; whatever acted, the curves are those of the states."""
+        if not self._waiting:
+            return
+        samples, self._waiting = merged(self._waiting), []
         tick = samples.first_tick - self._first_tick + np.arange(len(samples))
         row, begins = np.unique(tick // self._every, return_index=True)
         rate = np.linalg.norm(samples.states.omega_bi_b, axis=-1)
@@ -205,24 +255,6 @@ class _Bounds:
             least, most = self.least[name], self.most[name]
             least[row] = np.minimum(least[row], np.minimum.reduceat(values, begins))
             most[row] = np.maximum(most[row], np.maximum.reduceat(values, begins))
-
-
-def joined(tables: list[States]) -> States:
-    """Return tables that follow each other as one."""
-
-    def column(name):
-        return np.concatenate([getattr(table, name) for table in tables])
-
-    return States(
-        t_s=column('t_s'),
-        q_ib=column('q_ib'),
-        omega_bi_b=column('omega_bi_b'),
-        rotor_speed=column('rotor_speed'),
-        rotor_angle=column('rotor_angle'),
-        work=column('work'),
-        orbit=tables[0].orbit,
-        orbit_s=column('orbit_s'),
-    )
 
 
 def _window(run, first, end, begin_s, end_s):

@@ -1,11 +1,11 @@
 """The results of a run: the states at its ticks, and what its sensors measured."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..dynamics.motion import States
+from ..dynamics.motion import States, joined
 from ..dynamics.system import System
 
 
@@ -43,3 +43,28 @@ class Samples:
 
     def __len__(self) -> int:
         return len(self.stamps_ns)
+
+
+def merged(parts: Sequence[Samples]) -> Samples:
+    """Return samples that follow each other as one, with the system of the first."""
+    if len(parts) == 1:
+        return parts[0]
+    first_tick = parts[0].first_tick
+    measured: dict[str, list[tuple[int, Measured]]] = {}
+    for part in parts:
+        for name, found in part.measured.items():
+            measured.setdefault(name, []).append((part.first_tick - first_tick, found))
+    return Samples(
+        first_tick,
+        np.concatenate([part.stamps_ns for part in parts]),
+        joined([part.states for part in parts]),
+        parts[0].system,
+        {
+            name: Measured(
+                np.concatenate([before + some.places for before, some in found]),
+                np.concatenate([some.stamps_ns for _, some in found]),
+                np.concatenate([some.values for _, some in found]),
+            )
+            for name, found in measured.items()
+        },
+    )

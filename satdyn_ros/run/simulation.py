@@ -1,5 +1,7 @@
 """Scenario and events to samples at ticks: no ROS and no clock of its own."""
 
+from bisect import insort
+from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -61,7 +63,7 @@ class Simulation:
         self.next_tick = 0
         # The limits of rotors follow from the run itself.
         given: list[Event] = [e for e in events if not isinstance(e, RotorLimited)]
-        self._pending = sorted(given, key=lambda event: event.tick)
+        self._pending = deque(sorted(given, key=_tick_of))
         self._system = scenario.system
         self._until: dict[str, int] = {}
         self._torque_of_step = False
@@ -85,7 +87,7 @@ class Simulation:
         """
         first = self.next_tick
         applied = self._apply_events(first) + self._limit_speeds(first)
-        last = min([first + count, *(tick for tick in self._event_ticks() if tick > first)])
+        last = min([first + count, *self._event_ticks(first)])
         states = self._states(first, last)
         if not len(states):
             applied += self._make_way(first)
@@ -111,8 +113,7 @@ class Simulation:
 
     def schedule(self, event: Event) -> None:
         """Add an event at its tick, the next one or later."""
-        self._pending.append(event)
-        self._pending.sort(key=lambda pending: pending.tick)
+        insort(self._pending, event, key=_tick_of)
 
     def accept(self, values: Mapping[str, Any]) -> None:
         """Put new initial conditions in force; ValueError: they are not allowed."""
@@ -194,17 +195,18 @@ class Simulation:
 
     # -- events ----------------------------------------------------------------------------------
 
-    def _event_ticks(self):
-        yield from (event.tick for event in self._pending)
-        yield from self._until.values()
+    def _event_ticks(self, tick):
+        """Return the ticks after this one at which events may follow, the first among them."""
+        pending = [self._pending[0].tick] if self._pending else []
+        return [later for later in (*pending, *self._until.values()) if later > tick]
 
     def _apply_events(self, tick):
         """Apply the events due at a tick; return those that happened."""
         due: list[Event] = [
             Timeout(tick, topic) for topic, until in self._until.items() if until <= tick
         ]
-        due += [event for event in self._pending if event.tick <= tick]
-        self._pending = [event for event in self._pending if event.tick > tick]
+        while self._pending and self._pending[0].tick <= tick:
+            due.append(self._pending.popleft())
         return [happened for event in due for happened in self._apply(event, tick)]
 
     def _apply(self, event, tick):
@@ -254,7 +256,7 @@ class Simulation:
                 state = self._state_at(tick - 1)
                 self._until = {}
                 none = np.zeros(len(self._system.rotors))
-                self._system = replace(self._system, torque_b=np.zeros(3), rotor_torque=none)
+                self._system = self._system.driven(np.zeros(3), none)
                 self._restart(tick - 1, state)
             else:
                 self.halted = self._why_no_further
@@ -308,13 +310,11 @@ class Simulation:
 
         Return what happened before that, where the motion so far does not reach the tick.
         """
-        driven = replace(self._system, **torques)
-        if np.array_equal(driven.torque_b, self._system.torque_b) and np.array_equal(
-            driven.rotor_torque, self._system.rotor_torque
-        ):
+        acting = vars(self._system)
+        if all(np.array_equal(acting[name], torque) for name, torque in torques.items()):
             return []
         happened = self._make_way(tick)
-        driven = replace(self._system, **torques)
+        driven = self._system.driven(**torques)
         if self.halted:
             self._system = driven
             return happened
@@ -482,6 +482,10 @@ def requested(conditions: Scenario, values: Mapping[str, Any]) -> Scenario:
     if foreign:
         raise ValueError(f'{foreign[0]} cannot be requested; allowed: {", ".join(allowed)}')
     return conditions.with_values(values)
+
+
+def _tick_of(event):
+    return event.tick
 
 
 def _rotor_of(topic):

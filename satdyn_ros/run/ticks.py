@@ -27,7 +27,7 @@ class Ticks:
 
     def seconds(self, tick: int) -> float:
         """Return tick / rate [s]."""
-        return float(tick / self.rate)
+        return tick * self.rate.denominator / self.rate.numerator
 
     def seconds_between(self, begin: int, first: int, last: int) -> np.ndarray:
         """Return (k - begin) / rate [s] for the ticks k from first to before last."""

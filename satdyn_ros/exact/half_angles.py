@@ -53,24 +53,27 @@ def evaluate(
 ) -> np.ndarray:
     """Return alpha, alpha', beta and beta' at t_s (N,), up to constant and common real factors."""
     numbers = np.empty((4, len(t_s)), np.complex128)
-    r = np.empty(ROWS)
+    r, decay = np.empty(ROWS), np.empty((3, ROWS))
     for begin in range(0, len(t_s), ROWS):
         count = min(ROWS, len(t_s) - begin)
         for i in range(count):
             r[i] = since_s + t_s[begin + i]
             if lattice.period < np.inf:
                 r[i] -= lattice.period * np.rint(r[i] / lattice.period)
+        if lattice.imaginary < lattice.period:
+            _decay(r[:count], lattice, decay)
         for first, zero in ((0, plus), (2, minus)):
+            rate, left_rate = zero.rate / 2.0, 0.0
             if lattice.imaginary >= lattice.period:
                 number = _oscillating(r[:count], lattice, zero)
             else:
-                number = _decaying(r[:count], lattice, zero)
-            rate = zero.rate / 2.0
+                number = _decaying(r[:count], decay, lattice, zero)
+                left_rate = _left_rate(lattice, zero)
             for i in range(count):
                 value, slope = number[0, i], number[1, i]
-                turn = _turn(rate * t_s[begin + i])
+                turn = _turn(rate * t_s[begin + i] + left_rate * r[i])
                 numbers[first, begin + i] = turn * value
-                numbers[first + 1, begin + i] = turn * (slope + 1j * rate * value)
+                numbers[first + 1, begin + i] = turn * (slope + 1j * (rate + left_rate) * value)
     return numbers
 
 
@@ -97,8 +100,23 @@ def _oscillating(r, lattice, zero):
 
 
 @inlined
-def _decaying(r, lattice, zero):
-    """Return the periodic factor and its slope (2, N) at r, X = exp(-w (|r| - i sign height))."""
+def _decay(r, lattice, decay):
+    """Write exp(-w |r|), the same less 1, and exp(-w (T / 2 - |r|)), which all zeros share."""
+    w = 2.0 * np.pi / lattice.imaginary
+    for i in range(len(r)):
+        log_X = -w * abs(r[i])
+        decay[0, i], decay[1, i] = np.exp(log_X), np.expm1(log_X)
+        decay[2, i] = np.exp(-w * (lattice.period / 2.0 - abs(r[i])))
+
+
+@inlined
+def _decaying(r, decay, lattice, zero):
+    """
+    Return the number beside its turn and the slope (2, N) at r, X = exp(-w (|r| - i sign height)).
+
+    What the Gaussian factor of the transformation and the mean rate leave of the turn has the rate
+    _left_rate.
+    """
     w = 2.0 * np.pi / lattice.imaginary
     angle = zero.sign * w * zero.height
     Q = np.exp(-w * lattice.share * lattice.period)
@@ -110,18 +128,16 @@ def _decaying(r, lattice, zero):
     half = _turn(angle / 2.0)
     X, Y, away = np.empty(ROWS, np.complex128), np.empty(ROWS, np.complex128), np.empty(ROWS)
     for i in range(len(r)):
-        log_X, size_Y = -w * abs(r[i]), np.exp(-w * (lattice.period / 2.0 - abs(r[i])))
+        size_X, growth, size_Y = decay[0, i], decay[1, i], decay[2, i]
         if is_rhombic:
             size_Y = -size_Y
         elif zero.at_end:
-            log_X -= w * lattice.period / 2.0
+            log_X = -w * abs(r[i]) - w * lattice.period / 2.0
+            size_X, growth = np.exp(log_X), np.expm1(log_X)
         else:
             size_Y *= np.sqrt(Q)
-        X[i], Y[i], away[i] = _place(np.exp(log_X), np.expm1(log_X), half, size_Y)
+        X[i], Y[i], away[i] = _place(size_X, growth, half, size_Y)
     number = _series(X, Y, Q, len(r))
-    # What the Gaussian factor of the transformation and the mean rate leave of the turn.
-    whole = zero.height + zero.depth
-    rest = zero.sign * np.pi / lattice.period * (zero.height - zero.depth) / whole
     for i in range(len(r)):
         front, growth = 1j * np.conj(half), 0.0
         if zero.at_end and not is_rhombic:
@@ -130,9 +146,14 @@ def _decaying(r, lattice, zero):
         value, slope = front * value, front * (growth * value - w * slope)
         if r[i] < 0.0:
             value, slope = np.conj(value), -np.conj(slope)
-        turn = _turn(rest * r[i])
-        number[0, i], number[1, i] = turn * value, turn * (slope + 1j * rest * value)
+        number[0, i], number[1, i] = value, slope
     return number
+
+
+@inlined
+def _left_rate(lattice, zero):
+    whole = zero.height + zero.depth
+    return zero.sign * np.pi / lattice.period * (zero.height - zero.depth) / whole
 
 
 @inlined

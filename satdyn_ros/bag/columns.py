@@ -3,6 +3,7 @@
 import json
 from collections.abc import Iterable, Iterator
 from fractions import Fraction
+from functools import cached_property
 
 import numpy as np
 from mcap.records import Metadata
@@ -106,7 +107,7 @@ class StateTable:
         if columns:
             self._choose(list(dict.fromkeys(columns)))
 
-    @property
+    @cached_property
     def tick_count(self) -> int | None:
         """How many ticks the bag spans; None: its last file is empty or was not completed."""
         try:

@@ -331,6 +331,23 @@ def test_progress_counts_the_ticks(bag, tmp_path):
     assert shown[-1] == (TICKS, TICKS)
 
 
+def test_the_summary_is_read_once(tmp_path, monkeypatch):
+    """It is as long as the bag, and there are as many blocks of rows as the bag is long."""
+    bag, read = flights.record(tmp_path / 'bag', flush=True), []
+    monkeypatch.setattr(columns_module, '_BLOCK_ROWS', 1)
+    read_summary = columns_module.read_summary
+
+    def counted(path):
+        read.append(path)
+        return read_summary(path)
+
+    monkeypatch.setattr(columns_module, 'read_summary', counted)
+    shown = []
+    export(bag, tmp_path / 'states.csv', show=lambda *done: shown.append(done))
+    assert len(shown) > 1
+    assert len(read) == 1
+
+
 def test_memory_stays_flat(tmp_path):
     """Ten hours at 10 Hz take less than 60 MB more than a minute does, in every format."""
     program = f"""

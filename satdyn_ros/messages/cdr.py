@@ -5,8 +5,7 @@ ROS 2 serialises in XCDR1, little endian: four bytes of encapsulation; then numb
 to its size, counted from the end of the encapsulation; strings as a count, bytes and a NUL;
 sequences as a count and the elements.  Where strings and counts are constant, so are the offsets
 of all numbers: a message is a row of a structured array, and packing copies a template row and
-writes
-the columns that change.  Padding is zero.
+writes the columns that change.  Padding is zero.
 """
 
 from collections.abc import Callable, Mapping, Sized

@@ -117,7 +117,7 @@ class Bag:
 
     def _declared(self, path: Path) -> tuple[dict[int, Schema], dict[int, Channel]]:
         try:
-            summary = read_summary(path)
+            summary = read_summary(path, with_chunks=False)
             return summary.schemas, summary.channels
         except Incomplete:
             tally = Tally()

@@ -149,16 +149,17 @@ class Summary:
     chunk_indexes: list[ChunkIndex] = field(default_factory=list)
 
 
-def read_summary(path: Path) -> Summary:
+def read_summary(path: Path, with_chunks: bool = True) -> Summary:
     """
     Return the summary of a file, read from its end.
 
+    with_chunks: with the indexes of chunks, of which there are as many as the file is long.
     Incomplete: the file has none because its writer did not finish.  Damaged: it is not what a
     writer writes.
     """
     footer, data = summary_bytes(path)
     summary = Summary(footer)
-    for record in _each_record(path, footer.summary_start, data):
+    for record in _each_record(path, footer.summary_start, data, with_chunks):
         match record:
             case Schema():
                 summary.schemas[record.id] = record
@@ -197,20 +198,22 @@ def summary_bytes(path: Path) -> tuple[Footer, bytes]:
     return footer, data
 
 
-def _each_record(path: Path, start: int, data: bytes) -> Iterator[McapRecord]:
-    place = 0
-    while place < len(data):
+def _each_record(path: Path, start: int, data: bytes, with_chunks: bool) -> Iterator[McapRecord]:
+    end = 0
+    while end < len(data):
+        place = end
         rest = len(data) - place - PREFIX.size
         opcode, length = PREFIX.unpack_from(data, place) if rest >= 0 else (0, 0)
         if length > rest:
             raise Damaged(f'{path} is damaged: its summary is cut off at byte {start + place}')
-        begin = place + PREFIX.size
+        end = place + PREFIX.size + length
+        if opcode == Opcode.CHUNK_INDEX and not with_chunks:
+            continue
         try:
-            record = read(opcode, data[begin : begin + length])
+            record = read(opcode, data[place + PREFIX.size : end])
         except Damaged as error:
             raise Damaged(
                 f'{path} is damaged: the {name_of(opcode)} record at byte {start + place}: {error}'
             ) from None
         if isinstance(record, McapRecord):
             yield record
-        place = begin + length

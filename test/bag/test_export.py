@@ -337,9 +337,9 @@ def test_the_summary_is_read_once(tmp_path, monkeypatch):
     monkeypatch.setattr(columns_module, '_BLOCK_ROWS', 1)
     read_summary = columns_module.read_summary
 
-    def counted(path):
+    def counted(path, **options):
         read.append(path)
-        return read_summary(path)
+        return read_summary(path, **options)
 
     monkeypatch.setattr(columns_module, 'read_summary', counted)
     shown = []

@@ -56,9 +56,9 @@ class Contents:
     def __len__(self) -> int:
         return len(self.offsets)
 
-    @property
+    @cached_property
     def span_ns(self) -> tuple[int, int]:
-        """Return the first and the last log time; zeros if there is no message."""
+        """The first and the last log time; zeros if there is no message."""
         if len(self) == 0:
             return 0, 0
         return int(np.min(self.log_times)), int(np.max(self.log_times))

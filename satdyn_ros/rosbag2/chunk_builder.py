@@ -53,14 +53,18 @@ class ChunkBuilder:
         stamps_ns (N,); rows: for each channel the messages (N,), each row the bytes of one, or
         SomeRows, which follow those of all ticks.
         """
-        some = {i: row for i, row in rows.items() if isinstance(row, SomeRows) and len(row.rows)}
         full = {i: row for i, row in rows.items() if not isinstance(row, SomeRows)}
         layout, _ = _tick_layout(tuple((i, row.itemsize) for i, row in full.items()))
+        free = CHUNK_SIZE - self._size
+        # No more fit, whatever else comes between them.
+        stamps_ns = stamps_ns[: 1 + max(free, 0) // max(layout.itemsize, 1)]
+        some = {i: row[: len(stamps_ns)] for i, row in rows.items() if isinstance(row, SomeRows)}
+        some = {i: row for i, row in some.items() if len(row.rows)}
         sizes = np.full(len(stamps_ns), layout.itemsize)
         for row in some.values():
             sizes[row.places] += HEAD.itemsize + row.rows.itemsize
         ends = np.cumsum(sizes)
-        count = min(len(stamps_ns), 1 + int(np.searchsorted(ends, CHUNK_SIZE - self._size)))
+        count = min(len(stamps_ns), 1 + int(np.searchsorted(ends, free)))
         block = self._take(int(ends[count - 1]))
         fits = {i: row[:count] for i, row in full.items()}
         if not some:

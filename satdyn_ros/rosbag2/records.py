@@ -127,16 +127,17 @@ class IndexRecord(NamedTuple):
 
 def message_indexes(contents: Contents, start: int) -> tuple[bytes, dict[int, int]]:
     """Return the index records of a chunk's messages and where in the file each channel's is."""
-    records, offsets = bytearray(), {}
+    parts: list[bytes | memoryview] = []
+    offsets, end = {}, start
     for channel_id in contents.counts:
         # This machine is little endian, as the file is.
         entries = contents.index_of(channel_id)
-        offsets[channel_id] = start + len(records)
         size = entries.nbytes
-        records += PREFIX.pack(Opcode.MESSAGE_INDEX, _INDEX.size + size)
-        records += _INDEX.pack(channel_id, size)
-        records += entries.data
-    return bytes(records), offsets
+        prefix = PREFIX.pack(Opcode.MESSAGE_INDEX, _INDEX.size + size)
+        parts += [prefix, _INDEX.pack(channel_id, size), entries.data]
+        offsets[channel_id] = end
+        end += len(prefix) + _INDEX.size + size
+    return b''.join(parts), offsets
 
 
 def read(opcode: int, content: bytes) -> McapRecord | ChunkRecord | IndexRecord | None:

@@ -5,15 +5,19 @@ import sys
 import tempfile
 import time
 import zlib
+from collections import Counter
 from pathlib import Path
 
 import zstandard
 from common import Claim, medians, milliseconds, show
 from copies import SENSORS, copying
 
-from satdyn_ros.bag.simulate import simulate
+from satdyn_ros.bag.simulate import BLOCK_TICKS, simulate
 from satdyn_ros.messages.schemas import schema_text
 from satdyn_ros.messages.topics import TOPICS
+from satdyn_ros.rosbag2.chunk import Contents
+from satdyn_ros.rosbag2.chunk_builder import ChunkBuilder
+from satdyn_ros.rosbag2.records import message_indexes
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 
@@ -180,6 +184,43 @@ def chunks(bag):
         ]
 
 
+def parts() -> str:
+    """Return a table of the CPU time of what the recording of a day is made of."""
+    seconds: Counter[str] = Counter()
+
+    def timed(name, run, *arguments):
+        begin = time.process_time()
+        result = run(*arguments)
+        seconds[name] += time.process_time() - begin
+        return result
+
+    simulation, chunk = Simulation(SCENARIO), ChunkBuilder()
+    compressor = zstandard.ZstdCompressor(level=-1)
+    packers = [TOPICS[name].packer(SCENARIO.frames, SCENARIO.system) for name in TYPES]
+    rows = [None] * len(packers)
+    with tempfile.TemporaryFile(buffering=0) as file:
+        while simulation.next_tick < DAY_S * RATE_HZ:
+            _, samples = timed('propagation', simulation.advance, BLOCK_TICKS)
+            for i, packer in enumerate(packers):
+                rows[i] = timed('packing of messages', packer.pack, samples, rows[i])
+            done = 0
+            while done < len(samples):
+                rest = {i: row[done:] for i, row in enumerate(rows)}
+                stamps_ns = samples.stamps_ns[done:]
+                done += timed('laying out in chunks', chunk.add_ticks, stamps_ns, rest)
+                if chunk.is_full:
+                    contents = chunk.take()
+                    compressed = timed('compression', compressor.compress, contents.data)
+                    parsed = timed('index', Contents, contents)
+                    index, _ = timed('index', message_indexes, parsed, 0)
+                    for part in (contents.data, compressed, index):
+                        timed('checksums', zlib.crc32, part)
+                    for part in (compressed, index):
+                        timed('writing', file.write, part)
+    lines = ['| part of the recording of a day | CPU |', '| --- | --- |']
+    return '\n'.join(lines + [f'| {k} | {milliseconds(v)} |' for k, v in seconds.most_common()])
+
+
 def memory_mb(days) -> float:
     """Return the peak memory above the start of a process that records some days."""
     program = (
@@ -250,7 +291,7 @@ def main(rounds=7):
     )
     rows = ['| days | memory above the start |', '| --- | --- |']
     rows += [f'| {days} | {peak:.1f} MB |' for days, peak in memory.items()]
-    text = '\n'.join(rows)
+    text = '\n'.join(['\n'.join(rows), '', parts()])
     print(text)
     return 'Offline', show(claims), text
 

@@ -98,4 +98,8 @@ def _perturbed(run, simulation, tick, angle_rad):
         'rotor_angle': begin['rotor_angle'],
     }
     later = [event for event in run.events if event.tick > tick]
-    return Simulation.from_snapshot(run.scenario, snapshot, later)
+    scenario = run.scenario
+    if scenario['motion.method'] == 'exact':
+        # A start beside that of a closed form may have none.
+        scenario = scenario.with_values({'motion.method': 'auto'})
+    return Simulation.from_snapshot(scenario, snapshot, later)

@@ -67,10 +67,11 @@ class Contents:
         """
         Raise Damaged unless there are only schemas, channels and messages, all whole.
 
-        allowance: what the chunks of the file may still declare.
+        allowance: what the chunks of the file may still hold and declare.
         """
         if len(self.data) != self._given_size:
             raise Damaged(f'its messages are broken off at byte {len(self.data)} of its contents')
+        allowance.hold(len(self))
         if len(self._others) == 0:
             return
         foreign = set(np.unique(self.data[self._others]).tolist()) - {

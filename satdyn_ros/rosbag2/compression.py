@@ -27,6 +27,10 @@ _LEAST_CHUNK = 8192
 _ZSTD_LEVEL = -1
 
 
+# How many messages all chunks may hold: this many, and one for each so many bytes of the file.  An
+# entry of a message index has 16 bytes.
+_LEAST_MESSAGES, _BYTES_PER_MESSAGE = 2**22, 4
+
 # How many schemas and channels all chunks of a file may hold, whose ids have two bytes, and the
 # most bytes of them: a thousand types have a few millions.
 _MOST_DECLARATIONS, _MOST_DECLARED = 2 * 2**16, 8 * 2**20
@@ -37,7 +41,8 @@ class Allowance:
 
     def __init__(self, file_size: int):
         self._allowed = self._left = max(_LEAST_IN_ALL, _LARGEST_RATIO * file_size)
-        self._declarations = self._declared = 0
+        self._most_messages = _LEAST_MESSAGES + file_size // _BYTES_PER_MESSAGE
+        self._messages = self._declarations = self._declared = 0
 
     def spend(self, size: int) -> None:
         """Subtract what a chunk claims to hold [bytes]; Damaged: it is more than is left."""
@@ -45,6 +50,15 @@ class Allowance:
         if self._left < 0:
             raise Damaged(
                 f'with it the chunks claim to hold more than {self._allowed} bytes, the limit for '
+                'a file of this size'
+            )
+
+    def hold(self, count: int) -> None:
+        """Count the messages of a chunk; Damaged: too many."""
+        self._messages += count
+        if self._messages > self._most_messages:
+            raise Damaged(
+                f'with it the chunks hold more than {self._most_messages} messages, the limit for '
                 'a file of this size'
             )
 

@@ -120,3 +120,14 @@ def test_many_bombs_in_one_file_end_soon(tmp_path, monkeypatch):
     recovered = recover(path, tmp_path / 'kept.mcap')
     assert recovered.message_count == 13
     assert len(recovered.losses) == 1
+
+
+def test_millions_of_empty_messages_end_soon(tmp_path, monkeypatch):
+    """They take a few bytes when compressed, but a reader a microsecond each."""
+    path = file_of_equal_messages(tmp_path / 'empty.mcap', 0, 5000, 20)
+    monkeypatch.setattr(compression, '_LEAST_MESSAGES', 50_000)
+    most = 50_000 + path.stat().st_size // 4
+    with pytest.raises(Damaged, match=f'the chunks hold more than {most} messages, the limit'):
+        Bag(path).messages('/a')
+    recovered = recover(path, tmp_path / 'kept.mcap')
+    assert recovered.message_count == most // 5000 * 5000

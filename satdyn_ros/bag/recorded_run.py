@@ -73,9 +73,16 @@ class RecordedRun:
         return happened
 
     def last_tick(self) -> int:
-        """Return the last tick in the bag, all of which is read; Damaged: a bag has fewer."""
+        """
+        Return the last tick in the bag, all of which is read.
+
+        BagError: the bag has no messages.  Damaged: it is too small to have so many ticks.
+        """
         blocks = (item.contents for item in self.bag.items() if isinstance(item, TopicBlock))
-        last = self.ticks.tick_of(max(block.span_ns[1] for block in blocks))
+        last_ns = max((block.span_ns[1] for block in blocks if len(block)), default=None)
+        if last_ns is None:
+            raise BagError(f'{self.bag.path} has no messages')
+        last = self.ticks.tick_of(last_ns)
         ticks = last - self.first_tick
         most = _TICKS_WITHOUT_MESSAGES + sum(file.stat().st_size for file in self.bag.files) // 2
         if ticks > most:

@@ -249,6 +249,16 @@ def test_a_message_far_ahead_is_not_flown_to(bags, tmp_path, capsys, command):
     )
 
 
+@pytest.mark.parametrize('command', ['report', 'plot'])
+def test_a_bag_that_lost_all_messages_is_refused(bags, tmp_path, capsys, command):
+    """Its scenario and its snapshot are there, but no chunk."""
+    (whole,), empty = bags[1].glob('*.mcap'), tmp_path / 'empty.mcap'
+    records = [found.item for found in scan(whole) if not isinstance(found.item, Block)]
+    flights.rewritten(records, empty).finish()
+    assert main([command, str(empty), '-o', str(tmp_path / 'drawn.png')]) == 2
+    assert f'{empty} has no messages' in capsys.readouterr().err
+
+
 @pytest.mark.torture
 def test_1200_hostile_bags(bags, tmp_path, capsys):
     """The same with other seeds."""

@@ -122,6 +122,8 @@ class _Data:
         if isinstance(item, IndexRecord):
             self._take_index(found, item)
             return False
+        if item is None and self.is_ours:
+            raise _damaged(self.path, found, 'satdyn_ros writes none of its kind')
         self._end_chunk()
         if isinstance(item, Header) != (self.header is None):
             raise _damaged(self.path, found, 'the data must have one Header, at their start')
@@ -295,6 +297,7 @@ def _sound(path: Path, found: Found) -> Found:
 
 def _damaged(path: Path, found: Found, why: str) -> Damaged:
     """Return the error for a record that contradicts others."""
-    kind = {Block: 'Chunk', IndexRecord: 'MessageIndex'}.get(type(found.item))
-    name = kind or type(found.item).__name__
+    kind = type(found.item)
+    names = {Block: 'Chunk', IndexRecord: 'MessageIndex', type(None): 'unknown'}
+    name = names.get(kind, kind.__name__)
     return Damaged(f'{path} is damaged: the {name} record at byte {found.start}: {why}')

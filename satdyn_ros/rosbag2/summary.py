@@ -25,6 +25,7 @@ from mcap.records import (
 from mcap.writer import MCAP0_MAGIC
 
 from .chunk import Contents
+from .crc32 import flipped_byte
 from .errors import Damaged, Incomplete
 from .records import PREFIX, ChunkRecord, name_of, read, written
 
@@ -194,8 +195,25 @@ def summary_bytes(path: Path) -> tuple[Footer, bytes]:
         data = file.read(end - footer.summary_start)
     wanted = checksum(data, footer.summary_start, footer.summary_offset_start)
     if footer.summary_crc not in (0, wanted):
-        raise Damaged(f'{path} is damaged: the checksum of its summary is wrong')
+        summed = data + tail[: FOOTER_SIZE - 4]
+        what = _changed(footer.summary_start, summed, wanted ^ footer.summary_crc)
+        raise Damaged(f'{path} is damaged: {what}')
     return footer, data
+
+
+def _changed(begin: int, summed: bytes, difference: int) -> str:
+    """Return in words what was changed in the summed bytes of a file from byte begin on."""
+    place, end = flipped_byte(difference, len(summed)), 0
+    while place is not None and end + PREFIX.size <= len(summed):
+        start = end
+        opcode, length = PREFIX.unpack_from(summed, start)
+        end = start + PREFIX.size + length
+        if start <= place < end:
+            return (
+                f'the {name_of(opcode)} record at byte {begin + start}: byte {begin + place} was '
+                'changed, as the checksum of the summary shows'
+            )
+    return 'the checksum of its summary is wrong'
 
 
 def _each_record(path: Path, start: int, data: bytes, with_chunks: bool) -> Iterator[McapRecord]:

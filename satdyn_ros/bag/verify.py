@@ -222,8 +222,9 @@ class _Derived:
         last_ns: the log time of the last message; how the bag ends after it is open.
         """
         last_tick = self._ticks.tick_of(last_ns)
-        wrong = [e for e in self._told if e not in self._found and e.tick <= self._end_tick]
-        wrong += [e for e in self._found if e not in self._told and e.tick <= last_tick]
+        told, found = set(self._told), set(self._found)
+        wrong = [e for e in self._told if e not in found and e.tick <= self._end_tick]
+        wrong += [e for e in self._found if e not in told and e.tick <= last_tick]
         for event in sorted(wrong, key=lambda event: event.tick)[:1]:
             t_s = self._ticks.seconds(event.tick)
             return Difference('the events', event.tick, t_s, type(event).__name__)

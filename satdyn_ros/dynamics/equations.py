@@ -19,6 +19,7 @@ that of the applied torques and of the rotors, and with t = -sin f P + cos f Q, 
 along track, that of the orbit, f' (3 mu / r^3) t . I c - 3 (r' / r) V.
 """
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -75,9 +76,22 @@ class Parameters(NamedTuple):
 
 def parameters(system: System) -> Parameters:
     """Return the constants of the equations for a system."""
+    undriven = _undriven_parameters(system.undriven)
+    rotors = zip(undriven.rotors, system.flown_rotors, strict=True)
+    return undriven._replace(
+        applied=tuple(_applied(system).tolist()),
+        does_work=undriven.does_work or system.is_driven,
+        rotors=tuple(
+            rotor._replace(torque=float(system.rotor_torque[i])) for rotor, (i, _) in rotors
+        ),
+    )
+
+
+# A controller drives the same system anew at every tick.
+@lru_cache(maxsize=16)
+def _undriven_parameters(system):
     constants = _constants(system)
-    plain = _as_tuples(constants)
-    return plain._replace(does_work=bool(constants.does_work))
+    return _as_tuples(constants)._replace(does_work=bool(constants.does_work))
 
 
 def numbers_of_many(system: System, count: int) -> tuple[Parameters, np.ndarray]:
@@ -97,11 +111,20 @@ def numbers_of_many(system: System, count: int) -> tuple[Parameters, np.ndarray]
     return one._replace(does_work=bool(constants.does_work)), np.concatenate(rows, axis=1)
 
 
-# What overflows here halts the propagation; a warning would come before its sentence.
+# What overflows in these two halts the propagation; a warning would come before its sentence.
+@np.errstate(over='ignore', invalid='ignore')
+def _applied(system):
+    applied = system.torque_b
+    for rotor, torque in zip(system.rotors, system.rotor_torque, strict=True):
+        if torque:
+            applied = applied - torque * rotor.axis
+    return applied
+
+
 @np.errstate(over='ignore', invalid='ignore')
 def _constants(system):
     """Return the Parameters as arrays, of a system whose own constants may be arrays."""
-    orbit, flown = system.orbit, flown_rotors(system)
+    orbit, flown = system.orbit, system.flown_rotors
     if isinstance(orbit, FixedDirection):
         eccentricity, anomaly_rate, gradient = 0.0, 0.0, orbit.gradient
         to_pericentre, ahead = orbit.direction(0.0), np.zeros(3)
@@ -110,10 +133,6 @@ def _constants(system):
         anomaly_rate = np.sqrt(orbit.mu / orbit.semi_latus_rectum) / orbit.semi_latus_rectum
         gradient = 3.0 * anomaly_rate**2
         to_pericentre, ahead = orbit.perifocal[..., 0], orbit.perifocal[..., 1]
-    applied = system.torque_b
-    for rotor, torque in zip(system.rotors, system.rotor_torque, strict=True):
-        if torque:
-            applied = applied - torque * rotor.axis
     weight = np.linalg.norm(system.weight_moment, axis=-1)
     size = np.trace(system.inertia, axis1=-2, axis2=-1)
     return Parameters(
@@ -121,7 +140,7 @@ def _constants(system):
         carrier_inertia=system.carrier_inertia,
         carrier_inverse=system.carrier_inverse,
         weight_moment=system.weight_moment,
-        applied=applied,
+        applied=_applied(system),
         eccentricity=eccentricity,
         anomaly_rate=anomaly_rate,
         gradient=gradient,
@@ -142,15 +161,9 @@ def _constants(system):
     )
 
 
-def flown_rotors(system: System) -> list[tuple[int, Rotor]]:
-    """Return the rotors of the equations, at least one, with their places among all rotors."""
-    found = [(i, rotor) for i, rotor in enumerate(system.rotors) if rotor.mode != 'none']
-    return found or [(0, Rotor())]
-
-
 def initial_values(system: System, state: State) -> np.ndarray:
     """Return the variables (..., V) of a state, with the direction of the centre at f = 0."""
-    flown = flown_rotors(system)
+    flown = system.flown_rotors
     y = np.zeros((*np.shape(state.q_ib)[:-1], MOMENTUM + 2 * len(flown) + 1))
     y[..., Q : Q + 4] = state.q_ib
     y[..., OMEGA : OMEGA + 3] = state.omega_bi_b

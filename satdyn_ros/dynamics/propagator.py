@@ -30,7 +30,6 @@ from .equations import (
     MOMENTUM,
     OMEGA,
     Q,
-    flown_rotors,
     initial_values,
     parameters,
 )
@@ -147,7 +146,7 @@ def columns(system: System, wanted: np.ndarray, out: np.ndarray) -> tuple[np.nda
     found = {variable: out[..., i, :] for i, variable in enumerate(wanted.tolist())}
     q_ib = out[..., Q:OMEGA, :].swapaxes(-2, -1)
     omega_bi_b = out[..., OMEGA:CENTRE, :].swapaxes(-2, -1)
-    rows, flown = out[..., 0, :].shape, flown_rotors(system)
+    rows, flown = out[..., 0, :].shape, system.flown_rotors
     speeds = [_repeated(np.nan, rows)] * len(system.rotors)
     angles = speeds.copy()
     for n, (i, rotor) in enumerate(flown):
@@ -173,7 +172,7 @@ def _of_rotors(columns, rows):
 
 def wanted_variables(system: System, does_work: bool) -> np.ndarray:
     """Return the variables to be interpolated; the others are constant, or have no value."""
-    flown = flown_rotors(system)
+    flown = system.flown_rotors
     turning = [n for n, (_, rotor) in enumerate(flown) if rotor.turns_freely]
     momenta = [MOMENTUM + n for n in turning]
     angles = [MOMENTUM + len(flown) + n for n in turning]

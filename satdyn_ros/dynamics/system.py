@@ -31,7 +31,9 @@ class System:
     rotor_torque: np.ndarray = field(default_factory=lambda: np.zeros(()))
 
     def __post_init__(self) -> None:
-        torques = np.broadcast_to(np.asarray(self.rotor_torque, float), len(self.rotors))
+        torques = np.asarray(self.rotor_torque, float)
+        if torques.shape != (len(self.rotors),):
+            torques = np.broadcast_to(torques, len(self.rotors))
         object.__setattr__(self, 'rotor_torque', torques)
 
     @cached_property
@@ -47,6 +49,12 @@ class System:
     def has_turning_rotor(self) -> bool:
         """Whether a rotor has a speed of its own."""
         return any(rotor.turns_freely for rotor in self.rotors)
+
+    @cached_property
+    def flown_rotors(self) -> list[tuple[int, Rotor]]:
+        """Return the rotors of the equations, at least one, with their places among all rotors."""
+        found = [(i, rotor) for i, rotor in enumerate(self.rotors) if rotor.mode != 'none']
+        return found or [(0, Rotor())]
 
     @cached_property
     def carrier_inertia(self) -> np.ndarray:
@@ -67,6 +75,11 @@ class System:
         """Return the inverse (3, 3) of the carrier's inertia [1/(kg m^2)]."""
         return np.linalg.inv(self.carrier_inertia)
 
+    @cached_property
+    def undriven(self) -> 'System':
+        """Return the system without torques, the same one for all that driven() gives."""
+        return replace(self, torque_b=_ZERO, rotor_torque=np.zeros(()))
+
     def driven(
         self, torque_b: np.ndarray | None = None, rotor_torque: np.ndarray | None = None
     ) -> 'System':
@@ -75,7 +88,7 @@ class System:
         rotor_torque = self.rotor_torque if rotor_torque is None else rotor_torque
         driven = replace(self, torque_b=torque_b, rotor_torque=rotor_torque)
         # A controller drives the body anew at every tick.
-        for name in ('carrier_inertia', 'carrier_inverse'):
+        for name in ('flown_rotors', 'carrier_inertia', 'carrier_inverse', 'undriven'):
             vars(driven)[name] = getattr(self, name)
         return driven
 

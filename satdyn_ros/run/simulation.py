@@ -87,14 +87,16 @@ class Simulation:
         """
         first = self.next_tick
         applied = self._apply_events(first) + self._limit_speeds(first)
-        last = min([first + count, *self._event_ticks(first)])
-        states = self._states(first, last)
+        events = self._event_ticks(first)
+        last = min([first + count, *events])
+        states = self._states(first, last, last in events)
         if not len(states):
             applied += self._make_way(first)
             states = self._states(first, last)
-        too_fast = np.any(self._is_too_fast(states.rotor_speed), axis=-1)
-        if np.any(too_fast):
-            states = states.rows(slice(int(np.argmax(too_fast))))
+        if self._has_speed_limit:
+            too_fast = np.any(self._is_too_fast(states.rotor_speed), axis=-1)
+            if np.any(too_fast):
+                states = states.rows(slice(int(np.argmax(too_fast))))
         last = first + len(states)
         measured = {}
         if len(states):
@@ -282,8 +284,7 @@ class Simulation:
 
     def _limit_speeds(self, tick):
         """Drop torques that make a rotor at its limit faster; return what happened."""
-        limited = any(rotor.max_speed for rotor in self._system.rotors)
-        if not limited or self.halted or not len(self._states(tick, tick + 1)):
+        if not self._has_speed_limit or self.halted or not len(self._states(tick, tick + 1)):
             return []
         too_fast = self._is_too_fast(self._state_at(tick).rotor_speed)
         dropped = [self._system.rotors[i].label for i in np.flatnonzero(too_fast)]
@@ -292,6 +293,10 @@ class Simulation:
         acting, _ = self._within_limits(tick, dict.fromkeys(dropped, 0.0))
         happened = self._drive(tick, rotor_torque=acting)
         return [*happened, *(RotorLimited(tick, name, 'max_speed') for name in dropped)]
+
+    @property
+    def _has_speed_limit(self):
+        return any(rotor.max_speed for rotor in self._system.rotors)
 
     def _is_too_fast(self, speeds):
         """Return of speeds (..., R) [rad/s] which are at their limit while a torque adds to it."""
@@ -347,13 +352,17 @@ class Simulation:
         self._end_tick, self._why_no_further = self.ticks.last + 1, _NO_STAMP
         self.halted = None
 
-    def _states(self, first, last):
-        """Return the states at the ticks from first to before last, as far as the motion goes."""
+    def _states(self, first, last, with_last=False):
+        """
+        Return the states at the ticks from first to before last, as far as the motion goes.
+
+        with_last: the state at last is wanted soon, and is computed with them.
+        """
         if self._ahead is None or not 0 <= first - self._ahead[0] < len(self._ahead[1]):
-            states = self._propagated(first, min(last, self._end_tick))
-            if len(states):
-                self._ahead = first, states
-            return states
+            states = self._propagated(first, min(last + with_last, self._end_tick))
+            if not len(states):
+                return states
+            self._ahead = first, states
         begin, states = self._ahead
         return states.rows(slice(first - begin, last - begin))
 

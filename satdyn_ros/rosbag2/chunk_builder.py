@@ -55,11 +55,16 @@ class ChunkBuilder:
         """
         full = {i: row for i, row in rows.items() if not isinstance(row, SomeRows)}
         layout, _ = _tick_layout(tuple((i, row.itemsize) for i, row in full.items()))
-        free = CHUNK_SIZE - self._size
+        free = max(CHUNK_SIZE - self._size, 0)
         # No more fit, whatever else comes between them.
-        stamps_ns = stamps_ns[: 1 + max(free, 0) // max(layout.itemsize, 1)]
+        stamps_ns = stamps_ns[: max(1, -(-free // max(layout.itemsize, 1)))]
         some = {i: row[: len(stamps_ns)] for i, row in rows.items() if isinstance(row, SomeRows)}
         some = {i: row for i, row in some.items() if len(row.rows)}
+        if not some:
+            count = len(stamps_ns)
+            block = self._take(count * layout.itemsize).reshape(count, layout.itemsize)
+            _write_ticks(block, stamps_ns, {i: row[:count] for i, row in full.items()})
+            return count
         sizes = np.full(len(stamps_ns), layout.itemsize)
         for row in some.values():
             sizes[row.places] += HEAD.itemsize + row.rows.itemsize
@@ -67,9 +72,6 @@ class ChunkBuilder:
         count = min(len(stamps_ns), 1 + int(np.searchsorted(ends, free)))
         block = self._take(int(ends[count - 1]))
         fits = {i: row[:count] for i, row in full.items()}
-        if not some:
-            _write_ticks(block.reshape(count, layout.itemsize), stamps_ns[:count], fits)
-            return count
         table = np.empty((count, layout.itemsize), np.uint8)
         _write_ticks(table, stamps_ns[:count], fits)
         begins = ends[:count] - sizes[:count]

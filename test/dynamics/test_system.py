@@ -1,9 +1,10 @@
-"""A system refuses a state that does not say how its rotors turn."""
+"""A system refuses a state that does not say how its rotors turn, and may be driven anew."""
 
 import numpy as np
 import pytest
 
 from satdyn_ros import exact
+from satdyn_ros.dynamics.equations import parameters
 from satdyn_ros.dynamics.orbit import FixedDirection
 from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.dynamics.rotor import Rotor
@@ -55,3 +56,15 @@ def test_rotors_without_a_speed_need_no_values(rotors):
     states = Propagation(System(BODY, rotors, FREE), State(Q_IB, OMEGA)).at([0.0, 10.0])
     assert np.isnan(states.rotor_speed).all()
     assert np.isfinite(states.q_ib).all()
+
+
+def test_a_driven_system_moves_as_one_made_with_these_torques():
+    """The constants that it shares with the system before are those of its equations."""
+    motor = Rotor('motor', np.array([0.6, 0.0, 0.8]), inertia=0.5, friction=1e-3, name='motor')
+    rotors, orbit = (FLYWHEEL, motor), FixedDirection(3e-6)
+    torque_b, rotor_torque = np.array([1e-3, 0.0, -2e-3]), np.array([0.0, 4e-3])
+    before = System(BODY, rotors, orbit)
+    assert parameters(before.driven(torque_b, rotor_torque)) == parameters(
+        System(BODY, rotors, orbit, torque_b=torque_b, rotor_torque=rotor_torque)
+    )
+    assert parameters(before.driven(torque_b).driven(np.zeros(3))) == parameters(before)

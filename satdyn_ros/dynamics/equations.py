@@ -19,8 +19,8 @@ that of the applied torques and of the rotors, and with t = -sin f P + cos f Q, 
 along track, that of the orbit, f' (3 mu / r^3) t . I c - 3 (r' / r) V.
 """
 
-from functools import lru_cache
 from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -88,10 +88,15 @@ def parameters(system: System) -> Parameters:
 
 
 # A controller drives the same system anew at every tick.
-@lru_cache(maxsize=16)
+_known: WeakKeyDictionary[System, Parameters] = WeakKeyDictionary()
+
+
 def _undriven_parameters(system):
-    constants = _constants(system)
-    return _as_tuples(constants)._replace(does_work=bool(constants.does_work))
+    if system not in _known:
+        constants = _constants(system)
+        plain = _as_tuples(constants)
+        _known[system] = plain._replace(does_work=bool(constants.does_work))
+    return _known[system]
 
 
 def numbers_of_many(system: System, count: int) -> tuple[Parameters, np.ndarray]:

@@ -161,6 +161,9 @@ class KeplerOrbit:
     def anomaly(self, t_s: ArrayLike) -> np.ndarray:
         """Return the true anomaly f [rad], continuous in time, shape (...)."""
         mean_anomaly = self.mean_anomaly + self.mean_motion * np.asarray(t_s, float)
+        if isinstance(self.eccentricity, float) and self.eccentricity == 0.0:
+            # A start need not load what solves Kepler's equation.
+            return mean_anomaly
         return true_anomaly(mean_anomaly, self.eccentricity)
 
     def direction(self, t_s: ArrayLike) -> np.ndarray:

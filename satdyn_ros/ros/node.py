@@ -109,10 +109,11 @@ class SatdynNode(rclpy.node.Node):
         )
         if scenario['record.enabled']:
             self._recorder = self._open_recorder()
+        self._pacing.start()
+        # Not before: for its first line rclpy looks some 50 ms for the caller.
         self.get_logger().info(self._what_begins(scenario))
         for doubt in scenario.doubts:
             self.get_logger().warning(doubt)
-        self._pacing.start()
 
     def _what_begins(self, scenario):
         """Return the line that is logged at the start."""

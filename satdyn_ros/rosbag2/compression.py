@@ -26,7 +26,6 @@ _LEAST_CHUNK = 8192
 # per cent of the time.
 _ZSTD_LEVEL = -1
 
-
 # How many messages all chunks may hold: this many, and one for each so many bytes of the file.  An
 # entry of a message index has 16 bytes.
 _LEAST_MESSAGES, _BYTES_PER_MESSAGE = 2**22, 4

@@ -10,6 +10,7 @@ from mcap.writer import MCAP0_MAGIC
 
 from .chunk import messages_end
 from .compression import Allowance
+from .crc32 import flipped_byte
 from .errors import BagError
 from .records import PREFIX, name_of
 
@@ -137,6 +138,23 @@ class FrameReader:
             yield frame
             if frame.opcode == Opcode.FOOTER and frame.is_whole:
                 return
+
+    def changed_record(self, begin: int, size: int, difference: int) -> str | None:
+        """
+        Return in words which record a flipped bit changed, of `size` bytes from begin on.
+
+        difference: as of flipped_byte; None: as there.
+        """
+        offset = flipped_byte(difference, size)
+        if offset is None:
+            return None
+        byte = begin + offset
+        again = FrameReader(self._file, self.ceiling)
+        again.place = max(begin, again.place)
+        for frame in again.frames():
+            if frame.start <= byte < frame.end:
+                return f'{frame.name}: byte {byte} was changed'
+        return None
 
     def is_record(self, start: int, chain: int = _CHAIN) -> bool:
         """

@@ -17,7 +17,6 @@ from mcap.writer import MCAP0_MAGIC
 
 from .chunk import CHUNK_SIZE, Contents
 from .compression import CEILING, decompress_begin
-from .crc32 import flipped_byte
 from .errors import BagError, Damaged
 from .frames import Frame, FrameReader
 from .records import PREFIX, ChunkRecord, read
@@ -81,7 +80,6 @@ def scan(path: Path, ceiling: int = CEILING) -> Iterator[Found]:
 def _data(reader: FrameReader) -> Iterator[Found]:
     """Yield the data section; the record that ends it has the checksum of all before it."""
     crc: int | None = zlib.crc32(MCAP0_MAGIC)
-    whole: list[Frame] = []
     loose: list[Frame] = []
     before: Frame | None = None
     for frame in reader.frames():
@@ -96,9 +94,8 @@ def _data(reader: FrameReader) -> Iterator[Found]:
             yield found
             if isinstance(found.item, DataEnd):
                 if crc is not None and found.item.data_section_crc not in (0, crc):
-                    yield _changed(frame, whole, crc ^ found.item.data_section_crc)
+                    yield _changed(reader, frame, crc ^ found.item.data_section_crc)
                 return
-            whole.append(frame._replace(prefix=b'', content=b''))
         else:
             yield from _broken(reader, frame, before.name if before else 'the magic at its start')
             crc = None
@@ -109,22 +106,18 @@ def _data(reader: FrameReader) -> Iterator[Found]:
         yield _loose_block(loose)
 
 
-def _changed(end: Frame, frames: list[Frame], difference: int) -> Found:
+def _changed(reader: FrameReader, end: Frame, difference: int) -> Found:
     """
     Return the flaw of data in which something was changed.
 
     end: the record with their checksum, from which the right one differs by difference.
     """
-    place = flipped_byte(difference, end.start)
-    for frame in frames:
-        if place is not None and frame.start <= place < frame.end:
-            what = f'{frame.name}: byte {place} was changed, as the checksum of the data shows'
-            break
-    else:
-        what = (
-            f'{end.name}: the checksum of all data before it is wrong; a record without one of '
-            'its own was changed, such as the Header or a Metadata record'
-        )
+    what = (
+        f'{end.name}: the checksum of all data before it is wrong; a record without one of its '
+        'own was changed, such as the Header or a Metadata record'
+    )
+    if changed := reader.changed_record(0, end.start, difference):
+        what = f'{changed}, as the checksum of the data shows'
     return Found(end.end, end.end, Flaw(f'is damaged: {what}', end.opcode))
 
 

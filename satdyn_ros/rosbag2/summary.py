@@ -10,6 +10,7 @@ import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import BinaryIO
 
 from mcap.opcode import Opcode
 from mcap.records import (
@@ -25,8 +26,9 @@ from mcap.records import (
 from mcap.writer import MCAP0_MAGIC
 
 from .chunk import Contents
-from .crc32 import flipped_byte
+from .compression import CEILING
 from .errors import Damaged, Incomplete
+from .frames import FrameReader
 from .records import PREFIX, ChunkRecord, name_of, read, written
 
 FOOTER_SIZE = PREFIX.size + 8 + 8 + 4
@@ -193,26 +195,19 @@ def summary_bytes(path: Path) -> tuple[Footer, bytes]:
             )
         file.seek(footer.summary_start)
         data = file.read(end - footer.summary_start)
-    wanted = checksum(data, footer.summary_start, footer.summary_offset_start)
-    if footer.summary_crc not in (0, wanted):
-        summed = data + tail[: FOOTER_SIZE - 4]
-        what = _changed(footer.summary_start, summed, wanted ^ footer.summary_crc)
-        raise Damaged(f'{path} is damaged: {what}')
+        wanted = checksum(data, footer.summary_start, footer.summary_offset_start)
+        if footer.summary_crc not in (0, wanted):
+            what = _changed(file, footer, end, wanted ^ footer.summary_crc)
+            raise Damaged(f'{path} is damaged: {what}')
     return footer, data
 
 
-def _changed(begin: int, summed: bytes, difference: int) -> str:
-    """Return in words what was changed in the summed bytes of a file from byte begin on."""
-    place, end = flipped_byte(difference, len(summed)), 0
-    while place is not None and end + PREFIX.size <= len(summed):
-        start = end
-        opcode, length = PREFIX.unpack_from(summed, start)
-        end = start + PREFIX.size + length
-        if start <= place < end:
-            return (
-                f'the {name_of(opcode)} record at byte {begin + start}: byte {begin + place} was '
-                'changed, as the checksum of the summary shows'
-            )
+def _changed(file: BinaryIO, footer: Footer, footer_start: int, difference: int) -> str:
+    """Return in words what was changed in a summary whose checksum is wrong."""
+    summed = footer_start + FOOTER_SIZE - 4 - footer.summary_start
+    reader = FrameReader(file, CEILING)
+    if changed := reader.changed_record(footer.summary_start, summed, difference):
+        return f'{changed}, as the checksum of the summary shows'
     return 'the checksum of its summary is wrong'
 
 

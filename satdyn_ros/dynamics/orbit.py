@@ -114,7 +114,7 @@ class KeplerOrbit:
             true_anomaly=true_anomaly,
         )
 
-    @property
+    @cached_property
     def is_circular(self) -> bool:
         """Whether the distance is constant."""
         return bool(np.all(self.eccentricity == 0.0))
@@ -161,7 +161,7 @@ class KeplerOrbit:
     def anomaly(self, t_s: ArrayLike) -> np.ndarray:
         """Return the true anomaly f [rad], continuous in time, shape (...)."""
         mean_anomaly = self.mean_anomaly + self.mean_motion * np.asarray(t_s, float)
-        if isinstance(self.eccentricity, float) and self.eccentricity == 0.0:
+        if self.is_circular:
             # A start need not load what solves Kepler's equation.
             return mean_anomaly
         return true_anomaly(mean_anomaly, self.eccentricity)

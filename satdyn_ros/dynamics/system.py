@@ -51,10 +51,10 @@ class System:
         return any(rotor.turns_freely for rotor in self.rotors)
 
     @cached_property
-    def flown_rotors(self) -> list[tuple[int, Rotor]]:
+    def flown_rotors(self) -> tuple[tuple[int, Rotor], ...]:
         """Return the rotors of the equations, at least one, with their places among all rotors."""
-        found = [(i, rotor) for i, rotor in enumerate(self.rotors) if rotor.mode != 'none']
-        return found or [(0, Rotor())]
+        found = tuple((i, rotor) for i, rotor in enumerate(self.rotors) if rotor.mode != 'none')
+        return found or ((0, Rotor()),)
 
     @cached_property
     def carrier_inertia(self) -> np.ndarray:

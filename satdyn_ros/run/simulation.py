@@ -87,9 +87,9 @@ class Simulation:
         """
         first = self.next_tick
         applied = self._apply_events(first) + self._limit_speeds(first)
-        events = self._event_ticks(first)
-        last = min([first + count, *events])
-        states = self._states(first, last, last in events)
+        event_ticks = self._event_ticks(first)
+        last = min([first + count, *event_ticks])
+        states = self._states(first, last, last in event_ticks)
         if not len(states):
             applied += self._make_way(first)
             states = self._states(first, last)

@@ -13,10 +13,12 @@ from common import Claim, medians, milliseconds, show
 from copies import SENSORS, copying
 
 from satdyn_ros.bag.simulate import BLOCK_TICKS, simulate
+from satdyn_ros.messages.packers import packer
 from satdyn_ros.messages.schemas import schema_text
 from satdyn_ros.messages.topics import TOPICS
 from satdyn_ros.rosbag2.chunk import Contents
 from satdyn_ros.rosbag2.chunk_builder import ChunkBuilder
+from satdyn_ros.rosbag2.compression import compressor
 from satdyn_ros.rosbag2.records import message_indexes
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
@@ -195,14 +197,14 @@ def parts() -> str:
         return result
 
     simulation, chunk = Simulation(SCENARIO), ChunkBuilder()
-    compressor = zstandard.ZstdCompressor(level=-1)
-    packers = [TOPICS[name].packer(SCENARIO.frames, SCENARIO.system) for name in TYPES]
+    compress = compressor('zstd')
+    packers = [packer(name, SCENARIO) for name in TYPES]
     rows = [None] * len(packers)
     with tempfile.TemporaryFile(buffering=0) as file:
         while simulation.next_tick < DAY_S * RATE_HZ:
             _, samples = timed('propagation', simulation.advance, BLOCK_TICKS)
-            for i, packer in enumerate(packers):
-                rows[i] = timed('packing of messages', packer.pack, samples, rows[i])
+            for i, topic in enumerate(packers):
+                rows[i] = timed('packing of messages', topic.pack, samples, rows[i])
             done = 0
             while done < len(samples):
                 rest = {i: row[done:] for i, row in enumerate(rows)}
@@ -210,7 +212,7 @@ def parts() -> str:
                 done += timed('laying out in chunks', chunk.add_ticks, stamps_ns, rest)
                 if chunk.is_full:
                     contents = chunk.take()
-                    compressed = timed('compression', compressor.compress, contents.data)
+                    compressed = timed('compression', compress, contents)
                     parsed = timed('index', Contents, contents)
                     index, _ = timed('index', message_indexes, parsed, 0)
                     for part in (contents.data, compressed, index):

@@ -32,7 +32,7 @@ from satdyn_ros.bag.verify import verify
 from satdyn_ros.dynamics import rotation
 from satdyn_ros.dynamics.integrals import relative_drift
 from satdyn_ros.dynamics.motion import States
-from satdyn_ros.run.simulation import requested
+from satdyn_ros.run.requests import requested
 from satdyn_ros.run.ticks import Ticks
 
 ROOT = Path(__file__).parent.parent

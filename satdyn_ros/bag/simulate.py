@@ -14,8 +14,9 @@ from ..dynamics.orbit import KeplerOrbit
 from ..exchange.aem_reader import attitude_at
 from ..messages.packers import packer
 from ..run.events import Event, Request, RotorCommand, Topics, Torque
+from ..run.requests import requested, try_out
 from ..run.scenario import Scenario
-from ..run.simulation import RunHalted, Simulation, requested, try_out
+from ..run.simulation import RunHalted, Simulation
 from ..run.ticks import LAST_STAMP_NS, Ticks
 from .recorded_run import RecordedRun
 from .recording import Recording

@@ -13,9 +13,10 @@ from ..dynamics.propagator import Propagation
 from ..exchange.utc import SECOND_NS
 from ..messages.topics import TOPICS
 from ..run.events import Event, Halt, Topics, TorquesDropped
+from ..run.requests import try_out
 from ..run.samples import Samples
 from ..run.scenario import Scenario
-from ..run.simulation import Simulation, try_out
+from ..run.simulation import Simulation
 from . import realtime
 from .diagnostics import (
     Diagnostics,

@@ -12,8 +12,8 @@ from rclpy.node import Node
 from std_srvs.srv import SetBool, Trigger
 
 from ..run.events import Event, Request, Reset
+from ..run.requests import requested, try_out
 from ..run.scenario import Scenario
-from ..run.simulation import requested, try_out
 from .pacing import Pacing
 from .parameter_service import parameter_of
 from .parameters import NodeParameters, plain_value

@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from ..dynamics.motion import Halted, Motion, States
+from ..dynamics.motion import Motion
 from ..dynamics.propagator import Propagation
 from ..dynamics.system import State, System
 from ..sensors import Measurements, Suite
+from .arc import MOST_STEPS_A_TICK, Arc
 from .events import (
     Event,
     Halt,
@@ -27,15 +28,11 @@ from .events import (
     rotor_torques,
 )
 from .key import listed
+from .limits import has_max_speed, is_too_fast, within_max_torque
+from .requests import requested
 from .samples import Measured, Samples
 from .scenario import Scenario
-from .ticks import LAST_STAMP_NS, Ticks
-
-# A motion that takes more steps from one tick to the next does not reach it.
-MOST_STEPS_A_TICK = 10**6
-_NO_STAMP = f'the next tick comes after the last stamp of ROS, {LAST_STAMP_NS // 10**9} s'
-# A request is tried for this many ticks, or steps in all.
-_TRIED_TICKS, _TRIED_STEPS = 100, 10**6
+from .ticks import Ticks
 
 
 class RunHalted(RuntimeError):  # noqa: N818
@@ -69,8 +66,6 @@ class Simulation:
         self._torque_of_step = False
         self._rotors_of_step: frozenset[str] = frozenset()
         self._block: Samples | None = None
-        # The motion's states that were computed, from a tick on.
-        self._ahead: tuple[int, States] | None = None
         self.halted: str | None = None
         # The sensors before the next tick, and before the first tick of the block.
         self._suite = self._suite_of_block = Suite.of(self.scenario.sensors)
@@ -89,12 +84,12 @@ class Simulation:
         applied = self._apply_events(first) + self._limit_speeds(first)
         event_ticks = self._event_ticks(first)
         last = min([first + count, *event_ticks])
-        states = self._states(first, last, last in event_ticks)
+        states = self._arc.states(first, last, last in event_ticks)
         if not len(states):
             applied += self._make_way(first)
-            states = self._states(first, last)
-        if self._has_speed_limit:
-            too_fast = np.any(self._is_too_fast(states.rotor_speed), axis=-1)
+            states = self._arc.states(first, last)
+        if has_max_speed(self._system):
+            too_fast = np.any(is_too_fast(self._system, states.rotor_speed), axis=-1)
             if np.any(too_fast):
                 states = states.rows(slice(int(np.argmax(too_fast))))
         last = first + len(states)
@@ -135,7 +130,7 @@ class Simulation:
     @property
     def state(self) -> State:
         """The state at the last tick; before the first, the initial one."""
-        return self._state_at(max(self.tick, 0))
+        return self._arc.state_at(max(self.tick, 0))
 
     @property
     def system(self) -> System:
@@ -150,7 +145,7 @@ class Simulation:
     @property
     def motion(self) -> Motion:
         """The motion since the last event."""
-        return self._motion
+        return self._arc.motion
 
     def step(
         self,
@@ -225,15 +220,16 @@ class Simulation:
             case RotorCommand():
                 for name in event.torques:
                     self._hold(f'rotor_command.{name}', event.until_tick)
-                acting, cut = self._within_limits(tick, event.torques)
-                return [*self._drive(tick, rotor_torque=acting), event, *cut]
+                acting, cut = within_max_torque(self._system, event.torques)
+                happened = [*self._drive(tick, rotor_torque=acting), event]
+                return happened + [RotorLimited(tick, name, 'max_torque') for name in cut]
             case Timeout(topic='torque'):
                 self._hold('torque', None)
                 return [*self._drive(tick, torque_b=np.zeros(3)), event]
             case Timeout():
                 name = _rotor_of(event.topic)
                 self._hold(f'rotor_command.{name}', None)
-                acting, _ = self._within_limits(tick, {name: 0.0})
+                acting, _ = within_max_torque(self._system, {name: 0.0})
                 return [*self._drive(tick, rotor_torque=acting), event]
             case Topics():
                 self.topics = event.names
@@ -250,18 +246,18 @@ class Simulation:
         kinds: which of both may happen, each if none is given.  Return the events that happened.
         """
         happened = []
-        while self.halted is None and not len(self._states(tick, tick + 1)):
+        while self.halted is None and not len(self._arc.states(tick, tick + 1)):
             event = TorquesDropped(tick) if self._has_torque else Halt(tick)
             if kinds and not isinstance(event, kinds):
                 break
             if self._has_torque:
-                state = self._state_at(tick - 1)
+                state = self._arc.state_at(tick - 1)
                 self._until = {}
                 none = np.zeros(len(self._system.rotors))
                 self._system = self._system.driven(np.zeros(3), none)
                 self._restart(tick - 1, state)
             else:
-                self.halted = self._why_no_further
+                self.halted = self._arc.why_no_further
             happened.append(event)
         return happened
 
@@ -269,40 +265,19 @@ class Simulation:
     def _has_torque(self):
         return bool(np.any(self._system.torque_b) or np.any(self._system.rotor_torque))
 
-    def _within_limits(self, tick, torques):
-        """Return the motor torques (R,) with some new, and which of these are cut to limits."""
-        acting, cut = self._system.rotor_torque.copy(), []
-        for i, rotor in enumerate(self._system.rotors):
-            torque = torques.get(rotor.label)
-            if torque is None:
-                continue
-            if 0.0 < rotor.max_torque < abs(torque):
-                torque = rotor.max_torque if torque > 0.0 else -rotor.max_torque
-                cut.append(RotorLimited(tick, rotor.label, 'max_torque'))
-            acting[i] = torque
-        return acting, cut
-
     def _limit_speeds(self, tick):
         """Drop torques that make a rotor at its limit faster; return what happened."""
-        if not self._has_speed_limit or self.halted or not len(self._states(tick, tick + 1)):
+        if not has_max_speed(self._system) or self.halted:
             return []
-        too_fast = self._is_too_fast(self._state_at(tick).rotor_speed)
+        if not len(self._arc.states(tick, tick + 1)):
+            return []
+        too_fast = is_too_fast(self._system, self._arc.state_at(tick).rotor_speed)
         dropped = [self._system.rotors[i].label for i in np.flatnonzero(too_fast)]
         for name in dropped:
             self._hold(f'rotor_command.{name}', None)
-        acting, _ = self._within_limits(tick, dict.fromkeys(dropped, 0.0))
+        acting, _ = within_max_torque(self._system, dict.fromkeys(dropped, 0.0))
         happened = self._drive(tick, rotor_torque=acting)
         return [*happened, *(RotorLimited(tick, name, 'max_speed') for name in dropped)]
-
-    @property
-    def _has_speed_limit(self):
-        return any(rotor.max_speed for rotor in self._system.rotors)
-
-    def _is_too_fast(self, speeds):
-        """Return of speeds (..., R) [rad/s] which are at their limit while a torque adds to it."""
-        most = np.array([rotor.max_speed or np.inf for rotor in self._system.rotors])
-        with np.errstate(invalid='ignore'):
-            return (np.abs(speeds) >= most) & (speeds * self._system.rotor_torque > 0.0)
 
     def _hold(self, topic, until_tick):
         # A new dictionary each time: a shallow copy of the run is a snapshot of it.
@@ -323,7 +298,7 @@ class Simulation:
         if self.halted:
             self._system = driven
             return happened
-        state = self._state_at(tick)
+        state = self._arc.state_at(tick)
         self._system = driven
         self._restart(tick, state)
         return happened
@@ -338,7 +313,7 @@ class Simulation:
         except ValueError as error:
             # At the earlier tick of its check, rounding had not yet cost it its closed form.
             self._begin(tick, Propagation(self._system, state, start_s))
-            self._end_tick, self._why_no_further = tick, str(error)
+            self._arc.halt(tick, str(error))
 
     def _restart(self, tick, state):
         start_s = self.ticks.seconds(tick)
@@ -347,40 +322,7 @@ class Simulation:
         )
 
     def _begin(self, tick, motion):
-        self._motion = motion
-        self._begin_tick, self._block, self._ahead = tick, None, None
-        self._end_tick, self._why_no_further = self.ticks.last + 1, _NO_STAMP
-        self.halted = None
-
-    def _states(self, first, last, with_last=False):
-        """
-        Return the states at the ticks from first to before last, as far as the motion goes.
-
-        with_last: the state at last is wanted soon, and is computed with them.
-        """
-        if self._ahead is None or not 0 <= first - self._ahead[0] < len(self._ahead[1]):
-            states = self._propagated(first, min(last + with_last, self._end_tick))
-            if not len(states):
-                return states
-            self._ahead = first, states
-        begin, states = self._ahead
-        return states.rows(slice(first - begin, last - begin))
-
-    def _propagated(self, first, last):
-        t_s = self.ticks.seconds_between(self._begin_tick, first, last)
-        try:
-            states = self._motion.at(t_s)
-        except Halted as halted:
-            states = halted.states
-            self._end_tick, self._why_no_further = first + len(states), str(halted)
-        return replace(states, orbit_s=self.ticks.seconds_between(0, first, first + len(states)))
-
-    def _state_at(self, tick):
-        if self._ahead is not None and 0 <= tick - self._ahead[0] < len(self._ahead[1]):
-            begin, states = self._ahead
-            return states[tick - begin]
-        t_s = self.ticks.seconds_between(self._begin_tick, tick, tick + 1)
-        return self._motion.at(t_s)[0]
+        self._arc, self._block, self.halted = Arc(self.ticks, tick, motion), None, None
 
     def _stamped(self, measurements: Measurements, first: int) -> Measured:
         stamps_ns = self.ticks.stamps_of(measurements.exposed)
@@ -406,9 +348,9 @@ class Simulation:
         """
         return {
             'tick': tick,
-            'state': _state_record(self._state_at(tick)),
-            'begin_tick': self._begin_tick,
-            'begin_state': _state_record(self._motion.state),
+            'state': _state_record(self._arc.state_at(tick)),
+            'begin_tick': self._arc.begin_tick,
+            'begin_state': _state_record(self._arc.motion.state),
             'torque_b': [float(x) for x in self._system.torque_b],
             'rotor_torque': self._system.rotor_torque.tolist(),
             'until': dict(self._until),
@@ -451,46 +393,8 @@ class Simulation:
         suite = simulation._suite.with_memories(snapshot.get('sensors', {}))
         simulation._suite = simulation._suite_of_block = suite
         simulation.next_tick = snapshot['tick']
-        simulation._catch_up()
+        simulation._arc.catch_up(simulation.next_tick)
         return simulation
-
-    def _catch_up(self):
-        """Go from the start of the motion to the next tick, which the run has reached before."""
-        if isinstance(self._motion, Propagation):
-            self._motion.most_steps = None
-            self._state_at(self.next_tick)
-            self._motion.most_steps = MOST_STEPS_A_TICK
-
-
-def try_out(conditions: Scenario, tick: int) -> None:
-    """
-    Raise ValueError unless a motion can start from the initial conditions at a tick.
-
-    Tried are the ticks that follow, or fewer where these take many steps; no torque acts.
-    """
-    ticks = Ticks(conditions.rate, conditions.epoch_ns)
-    if tick > ticks.last:
-        raise ValueError(_NO_STAMP)
-    start_s = ticks.seconds(tick)
-    motion = conditions.motion_from(
-        conditions.system, conditions.state_at(start_s), start_s, MOST_STEPS_A_TICK
-    )
-    try:
-        for t_s in ticks.seconds_between(0, 1, _TRIED_TICKS + 1):
-            motion.at(t_s)
-            if isinstance(motion, Propagation) and motion.steps > _TRIED_STEPS:
-                break
-    except Halted as halted:
-        raise ValueError(f'no motion can start from these values: {halted}') from None
-
-
-def requested(conditions: Scenario, values: Mapping[str, Any]) -> Scenario:
-    """Return the conditions with what a request gives; ValueError: it is not allowed."""
-    allowed = conditions.initial_conditions
-    foreign = [name for name in values if name not in allowed]
-    if foreign:
-        raise ValueError(f'{foreign[0]} cannot be requested; allowed: {", ".join(allowed)}')
-    return conditions.with_values(values)
 
 
 def _tick_of(event):

@@ -9,8 +9,9 @@ from satdyn_ros.bag.recording import Recording
 from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.run.events import Halt, Request, Reset, Timeout, Torque, TorquesDropped
+from satdyn_ros.run.requests import try_out
 from satdyn_ros.run.scenario import Scenario
-from satdyn_ros.run.simulation import RunHalted, Simulation, try_out
+from satdyn_ros.run.simulation import RunHalted, Simulation
 from satdyn_ros.run.ticks import LAST_STAMP_NS
 
 SCENARIO = Scenario({'publish.topics': ['attitude'], 'time.epoch_ns': 10**18})

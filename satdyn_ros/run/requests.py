@@ -1,0 +1,44 @@
+"""A request before it acts: what it may change, and whether a motion can start from it."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from ..dynamics.motion import Halted
+from ..dynamics.propagator import Propagation
+from .arc import MOST_STEPS_A_TICK, NO_STAMP
+from .scenario import Scenario
+from .ticks import Ticks
+
+# A request is tried for this many ticks, or steps in all.
+_TRIED_TICKS, _TRIED_STEPS = 100, 10**6
+
+
+def requested(conditions: Scenario, values: Mapping[str, Any]) -> Scenario:
+    """Return the conditions with what a request gives; ValueError: it is not allowed."""
+    allowed = conditions.initial_conditions
+    foreign = [name for name in values if name not in allowed]
+    if foreign:
+        raise ValueError(f'{foreign[0]} cannot be requested; allowed: {", ".join(allowed)}')
+    return conditions.with_values(values)
+
+
+def try_out(conditions: Scenario, tick: int) -> None:
+    """
+    Raise ValueError unless a motion can start from the initial conditions at a tick.
+
+    Tried are the ticks that follow, or fewer where these take many steps; no torque acts.
+    """
+    ticks = Ticks(conditions.rate, conditions.epoch_ns)
+    if tick > ticks.last:
+        raise ValueError(NO_STAMP)
+    start_s = ticks.seconds(tick)
+    motion = conditions.motion_from(
+        conditions.system, conditions.state_at(start_s), start_s, MOST_STEPS_A_TICK
+    )
+    try:
+        for t_s in ticks.seconds_between(0, 1, _TRIED_TICKS + 1):
+            motion.at(t_s)
+            if isinstance(motion, Propagation) and motion.steps > _TRIED_STEPS:
+                break
+    except Halted as halted:
+        raise ValueError(f'no motion can start from these values: {halted}') from None

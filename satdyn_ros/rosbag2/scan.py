@@ -17,9 +17,9 @@ from mcap.writer import MCAP0_MAGIC
 
 from .chunk import CHUNK_SIZE, Contents
 from .compression import CEILING, decompress_begin
-from .errors import BagError, Damaged
+from .errors import BagError, Damaged, Incomplete
 from .frames import Frame, FrameReader
-from .records import PREFIX, ChunkRecord, read
+from .records import PREFIX, ChunkRecord, IndexRecord, read
 
 _KNOWN = frozenset(Opcode)
 _IN_CHUNKS = (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE)
@@ -59,6 +59,19 @@ class Found(NamedTuple):
     start: int
     end: int
     item: Any
+
+    def sound(self, path: Path) -> 'Found':
+        """Return this of the file at path; Damaged or Incomplete: it is a flaw."""
+        if isinstance(self.item, Flaw):
+            raise (Incomplete if self.item.is_end else Damaged)(f'{path} {self.item.what}')
+        return self
+
+    def damaged(self, path: Path, why: str) -> Damaged:
+        """Return the error for a record of the file at path that contradicts others."""
+        kind = type(self.item)
+        names = {Block: 'Chunk', IndexRecord: 'MessageIndex', type(None): 'unknown'}
+        name = names.get(kind, kind.__name__)
+        return Damaged(f'{path} is damaged: the {name} record at byte {self.start}: {why}')
 
 
 def scan(path: Path, ceiling: int = CEILING) -> Iterator[Found]:

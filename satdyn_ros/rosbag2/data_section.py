@@ -1,0 +1,123 @@
+"""
+The data of a file checked as they are read: chunks, their indexes, what is declared and counted.
+
+Bags written by satdyn_ros have every checksum and index of the format.  Other writers leave some
+out; so did version 0.1, which wrote no checksum of the data.
+"""
+
+import re
+from pathlib import Path
+
+from mcap.records import (
+    Attachment,
+    ChunkIndex,
+    DataEnd,
+    Footer,
+    Header,
+    Metadata,
+    MetadataIndex,
+    Statistics,
+    SummaryOffset,
+)
+
+from . import metadata
+from .chunk import Contents
+from .records import IndexRecord
+from .scan import Block, Found
+from .summary import Tally
+
+_OURS = re.compile(r'satdyn_ros (\d+)\.(\d+)')
+_SUMS_DATA_SINCE = (0, 2)
+
+
+class DataSection:
+    """
+    The data of a file, record by record, each checked against those before it.
+
+    tally: what the data hold.  crc: their checksum, 0: none.  end: where they end.  closing:
+    rosbag2's metadata at the end of the file, '': none.
+    """
+
+    def __init__(self, path: Path):
+        self.path = path
+        self.tally = Tally()
+        self.header: Header | None = None
+        self.crc = 0
+        self.end = 0
+        self.closing = ''
+        self._chunk: Found | None = None
+        self._indexes: dict[int, int] = {}
+        self._chunk_end = 0
+
+    @property
+    def is_ours(self) -> bool:
+        """Whether satdyn_ros wrote the file."""
+        return self._version is not None
+
+    @property
+    def _version(self) -> tuple[int, ...] | None:
+        found = _OURS.match(self.header.library) if self.header else None
+        return tuple(map(int, found.groups())) if found else None
+
+    def take(self, found: Found) -> bool:
+        """Process the next item; return whether it ends the data.  Errors: as integrity.check."""
+        item = found.sound(self.path).item
+        if isinstance(item, IndexRecord):
+            self._take_index(found, item)
+            return False
+        if item is None and self.is_ours:
+            raise found.damaged(self.path, 'satdyn_ros writes none of its kind')
+        self._end_chunk()
+        if isinstance(item, Header) != (self.header is None):
+            raise found.damaged(self.path, 'the data must have one Header, at their start')
+        match item:
+            case Header():
+                self.header = item
+            case Block(contents, chunk):
+                if chunk is None:
+                    self.tally.add_messages(contents)
+                    self._check_channels(found, contents)
+                else:
+                    self._chunk, self._indexes, self._chunk_end = found, {}, found.end
+            case Metadata():
+                self.tally.add_metadata(found.start, found.end - found.start, item.name)
+                if item.name == metadata.NAME:
+                    self.closing = item.metadata.get('serialized_metadata', '')
+            case DataEnd():
+                self.crc, self.end = item.data_section_crc, found.end
+                if self.crc == 0 and (self._version or (0, 0)) >= _SUMS_DATA_SINCE:
+                    raise found.damaged(self.path, 'the checksum of the data is missing')
+                return True
+            case Attachment():
+                self.tally.statistics.attachment_count += 1
+            case Statistics() | ChunkIndex() | MetadataIndex() | SummaryOffset() | Footer():
+                raise found.damaged(self.path, 'it stands among the data')
+        return False
+
+    def _take_index(self, found: Found, index: IndexRecord) -> None:
+        if self._chunk is None:
+            raise found.damaged(self.path, 'there is no chunk before it')
+        if index.channel_id in self._indexes or not index.agrees_with(self._chunk.item.contents):
+            raise found.damaged(self.path, 'it is not the index of the chunk before it')
+        self._indexes[index.channel_id] = found.start
+        self._chunk_end = found.end
+
+    def _end_chunk(self) -> None:
+        """Process the chunk whose indexes are complete."""
+        if self._chunk is None:
+            return
+        found, (contents, chunk) = self._chunk, self._chunk.item
+        if len(contents) and (chunk.first_ns, chunk.last_ns) != contents.span_ns:
+            raise found.damaged(self.path, 'its times are not those of its messages')
+        missing = contents.counts.keys() - self._indexes.keys()
+        if missing and (self._indexes or self.is_ours):
+            raise found.damaged(self.path, f'the index of channel {min(missing)} is missing')
+        size = self._chunk_end - found.end
+        self.tally.add_chunk(found.start, chunk, contents, self._indexes, size)
+        self._check_channels(found, contents)
+        self._chunk = None
+
+    def _check_channels(self, found: Found, contents: Contents) -> None:
+        unknown = contents.counts.keys() - self.tally.channels.keys()
+        if unknown:
+            raise found.damaged(self.path, f'channel {min(unknown)} in it is not declared')

@@ -1,0 +1,120 @@
+"""The summary of a file checked against the data that it sums up."""
+
+from pathlib import Path
+
+from mcap.opcode import Opcode
+from mcap.records import (
+    AttachmentIndex,
+    Channel,
+    ChunkIndex,
+    Footer,
+    MetadataIndex,
+    Schema,
+    Statistics,
+    SummaryOffset,
+)
+
+from .data_section import DataSection
+from .errors import Damaged
+from .records import written
+from .scan import Found
+from .summary import in_order, summary_bytes
+
+_OPCODES = {
+    Schema: Opcode.SCHEMA,
+    Channel: Opcode.CHANNEL,
+    Statistics: Opcode.STATISTICS,
+    ChunkIndex: Opcode.CHUNK_INDEX,
+    MetadataIndex: Opcode.METADATA_INDEX,
+    AttachmentIndex: Opcode.ATTACHMENT_INDEX,
+}
+
+
+class SummarySection:
+    """What follows the data of a file: found, in order."""
+
+    def __init__(self, path: Path, data: DataSection, found: list[Found]):
+        self._path = path
+        self._data = data
+        self._found = found
+        if not found or not isinstance(found[-1].item, Footer):
+            raise Damaged(f'{path} is damaged: there is no Footer record at its end')
+
+    def check(self) -> None:
+        """
+        Check the summary against the data; add to their tally what only the summary declares.
+
+        Damaged: the first contradiction, by file and record.
+        """
+        footer_found = self._found[-1]
+        footer = footer_found.item
+        summary_bytes(self._path)
+        if self._data.is_ours and footer.summary_crc == 0:
+            raise self._damaged(footer_found, 'the checksum of the summary is missing')
+        starts = {type(found.item): found.start for found in reversed(self._found)}
+        begin = self._data.end if len(self._found) > 1 else 0
+        if (footer.summary_start, footer.summary_offset_start) != (
+            begin if footer.summary_start else 0,
+            starts.get(SummaryOffset, 0) if footer.summary_offset_start else 0,
+        ):
+            raise self._damaged(footer_found, 'it does not point at the summary')
+        self._check_declarations()
+        self._check_indexes(ChunkIndex, self._data.tally.chunk_indexes)
+        self._check_indexes(MetadataIndex, self._data.tally.metadata_indexes)
+        self._check_statistics()
+        self._check_offsets()
+
+    def _of(self, kind: type) -> list[Found]:
+        return [found for found in self._found if isinstance(found.item, kind)]
+
+    def _check_declarations(self) -> None:
+        tally = self._data.tally
+        for kind, declared in ((Schema, tally.schemas), (Channel, tally.channels)):
+            listed = {found.item.id: found for found in self._of(kind)}
+            for id_, record in declared.items():
+                if id_ in listed and listed[id_].item != record:
+                    raise self._damaged(listed[id_], 'the data declare another of this id')
+                if id_ not in listed and (listed or self._data.is_ours):
+                    raise self._missing(f'{kind.__name__} {id_}')
+            declared |= {id_: found.item for id_, found in listed.items()}
+
+    def _check_indexes(self, kind: type, expected: dict[int, bytes]) -> None:
+        listed = self._of(kind)
+        places = set()
+        for found in listed:
+            index = found.item
+            is_chunk = isinstance(index, ChunkIndex)
+            place = index.chunk_start_offset if is_chunk else index.offset
+            if expected.get(place) != (in_order(index) if is_chunk else written([index])):
+                raise self._damaged(found, f'it does not match what is at byte {place}')
+            places.add(place)
+        if expected.keys() - places and (listed or self._data.is_ours):
+            raise self._missing(f'{kind.__name__} of byte {min(expected.keys() - places)}')
+
+    def _check_statistics(self) -> None:
+        tally, listed = self._data.tally, self._of(Statistics)
+        tally.close()
+        for found in listed:
+            if found.item != tally.statistics:
+                raise self._damaged(found, 'it does not count what the data hold')
+        if not listed and self._data.is_ours:
+            raise self._missing('Statistics')
+
+    def _check_offsets(self) -> None:
+        groups: dict[int, tuple[int, int]] = {}
+        for found in self._found[:-1]:
+            if not isinstance(found.item, SummaryOffset):
+                opcode = _OPCODES[type(found.item)]
+                start = groups.get(opcode, (found.start, 0))[0]
+                groups[opcode] = start, found.end - start
+        for found in self._of(SummaryOffset):
+            offset = found.item
+            group = groups.get(offset.group_opcode, (offset.group_start, 0))
+            if group != (offset.group_start, offset.group_length):
+                raise self._damaged(found, 'it does not point at its group')
+
+    def _missing(self, what: str) -> Damaged:
+        return Damaged(f'{self._path} is damaged: its summary has no {what}')
+
+    def _damaged(self, found: Found, why: str) -> Damaged:
+        return found.damaged(self._path, why)

@@ -25,7 +25,8 @@ import pyarrow as pa
 
 from .. import __version__
 from ..bag.simulate import simulate
-from ..dynamics.batch import LANES, propagate_all
+from ..dynamics.batch import propagate_all
+from ..dynamics.lanes import LANES
 from ..dynamics.propagator import Propagation
 from ..run.scenario import Scenario
 from .outcome import columns

@@ -5,7 +5,8 @@ import pytest
 from cases import bounded, newtonian, rigid
 
 from satdyn_ros.dynamics import rotation
-from satdyn_ros.dynamics.batch import LANES, propagate_all
+from satdyn_ros.dynamics.batch import propagate_all
+from satdyn_ros.dynamics.lanes import LANES
 from satdyn_ros.dynamics.orbit import KeplerOrbit
 from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.dynamics.rotor import Rotor

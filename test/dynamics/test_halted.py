@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from satdyn_ros.dynamics import rotation
-from satdyn_ros.dynamics.batch import LANES, propagate_all
+from satdyn_ros.dynamics.batch import propagate_all
+from satdyn_ros.dynamics.lanes import LANES
 from satdyn_ros.dynamics.motion import Halted
 from satdyn_ros.dynamics.orbit import FixedDirection, KeplerOrbit
 from satdyn_ros.dynamics.propagator import Propagation

@@ -3,6 +3,7 @@
 import sys
 from pathlib import Path
 
+from ament_index_python.packages import PackageNotFoundError, get_package_prefix
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, ExecuteProcess, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
@@ -57,6 +58,10 @@ def start(context):
     }
     namespace, params_file = given['namespace'], given['params_file']
     rviz, foxglove = given['rviz'] == 'true', given['foxglove'] == 'true'
+    if rviz:
+        check_installed('rviz2', 'rviz')
+    if foxglove:
+        check_installed('foxglove_bridge', 'foxglove')
 
     overrides = {}
     if given['record']:
@@ -71,7 +76,15 @@ def start(context):
         shown = dict.fromkeys([*scenario.topics, 'markers', 'tf'])
         overrides['publish.topics'] = list(shown)
 
-    nodes = []
+    nodes = [
+        Node(
+            package='satdyn_ros',
+            executable='satdyn_node',
+            namespace=namespace,
+            parameters=[params_file, overrides] if overrides else [params_file],
+            output='screen',
+        )
+    ]
     if rviz:
         frames = scenario.frames
         frame = frames.inertial if scenario.is_fixed else frames.orbital
@@ -94,14 +107,12 @@ def start(context):
         nodes.append(ExecuteProcess(cmd=command, output='screen'))
     if foxglove:
         nodes.append(Node(package='foxglove_bridge', executable='foxglove_bridge'))
-    # At the end: if the package of another one is missing, nothing has started.
-    nodes.append(
-        Node(
-            package='satdyn_ros',
-            executable='satdyn_node',
-            namespace=namespace,
-            parameters=[params_file, overrides] if overrides else [params_file],
-            output='screen',
-        )
-    )
     return nodes
+
+
+def check_installed(package, argument):
+    """Raise unless a package is there: launch leaves running what started ahead of an error."""
+    try:
+        get_package_prefix(package)
+    except PackageNotFoundError:
+        raise ValueError(f'{argument} is true, but {package} is not installed') from None

@@ -59,11 +59,8 @@ def test_files_it_names_exist(name):
     assert [file for file in named if not (CONFIG / file).is_file()] == []
 
 
-@pytest.mark.parametrize(
-    ('name', 'nodes'), [('satdyn.launch.py', 3), ('constellation.launch.py', 8)]
-)
-def test_nodes_are_built(name, nodes):
-    """Where launch_ros is installed the file yields a node for everything it promises."""
+def started(name, **arguments):
+    """Return the nodes of a launch file, built where launch_ros is installed."""
     pytest.importorskip('launch_ros', reason='launch is not among the wheels of ROS 2')
     from launch import LaunchContext
 
@@ -71,9 +68,52 @@ def test_nodes_are_built(name, nodes):
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     context = LaunchContext()
-    context.launch_configurations.update(rviz='true', foxglove='true')
-    built = [entity.visit(context) for entity in module.generate_launch_description().entities]
-    assert len(built[-1]) == nodes
+    description = module.generate_launch_description()
+    for argument in description.get_launch_arguments():
+        default = ''.join(part.text for part in argument.default_value)
+        context.launch_configurations[argument.name] = default
+    context.launch_configurations.update(arguments)
+    return description.entities[-1].visit(context)
+
+
+@pytest.fixture
+def packages(tmp_path, monkeypatch):
+    """Return the folder whose files are the names of the installed packages."""
+    index = tmp_path / 'share' / 'ament_index' / 'resource_index' / 'packages'
+    index.mkdir(parents=True)
+    monkeypatch.setenv('AMENT_PREFIX_PATH', str(tmp_path))
+    return index
+
+
+@pytest.mark.parametrize(
+    ('name', 'arguments', 'nodes'),
+    [
+        ('satdyn.launch.py', {}, 1),
+        ('satdyn.launch.py', {'rviz': 'true', 'foxglove': 'true', 'watch': 'true'}, 4),
+        ('constellation.launch.py', {}, 8),
+    ],
+)
+def test_nodes_are_built(packages, name, arguments, nodes):
+    """The file yields a node for everything it promises."""
+    for package in ('rviz2', 'foxglove_bridge'):
+        (packages / package).touch()
+    assert len(started(name, **arguments)) == nodes
+
+
+@pytest.mark.parametrize(
+    ('argument', 'package'), [('rviz', 'rviz2'), ('foxglove', 'foxglove_bridge')]
+)
+def test_nothing_starts_where_a_package_is_missing(packages, argument, package):
+    """Launch would leave running, without a word, what had started ahead of the error."""
+    (packages / {'rviz2': 'foxglove_bridge', 'foxglove_bridge': 'rviz2'}[package]).touch()
+    with pytest.raises(ValueError, match=f'{argument} is true, but {package} is not installed'):
+        started('satdyn.launch.py', rviz='true', foxglove='true')
+
+
+def test_a_rate_that_is_no_number_is_refused():
+    """By a sentence that names the argument."""
+    with pytest.raises(ValueError, match="rate is 'abc'; it must be a number"):
+        started('satdyn.launch.py', rate='abc')
 
 
 @pytest.fixture

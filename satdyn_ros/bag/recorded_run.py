@@ -62,7 +62,7 @@ class RecordedRun:
 
     @cached_property
     def events(self) -> list[Event]:
-        """What happened in the run, in order."""
+        """What happened in the run, by ticks; at one tick in order."""
         happened: list[Event] = []
         for item in self.bag.items():
             if isinstance(item, TopicBlock):
@@ -70,7 +70,7 @@ class RecordedRun:
             elif item.name == run_records.EVENT:
                 with self._reading(run_records.EVENT):
                     happened.append(run_records.event_from_record(item.metadata))
-        return happened
+        return sorted(happened, key=lambda event: event.tick)
 
     def last_tick(self) -> int:
         """

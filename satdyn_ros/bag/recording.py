@@ -11,7 +11,7 @@ from ..messages.rows import Rows
 from ..messages.topics import TOPICS, pack_rotor_command, pack_torque
 from ..rosbag2.metadata import TopicMetadata
 from ..rosbag2.writer import BagWriter
-from ..run.events import Event, RotorCommand, Topics, Torque
+from ..run.events import Event, RotorCommand, RotorLimited, Topics, Torque
 from ..run.scenario import Scenario
 from . import run_records
 
@@ -62,7 +62,12 @@ class Recording:
                 data = pack_rotor_command(stamp_ns, event.torques, self._scenario.frames)
                 self._writer.write_message(self._names['rotor_command'], stamp_ns, data)
             case _:
-                self._writer.write_metadata(run_records.EVENT, run_records.event_record(event))
+                # A controller may meet a limit at every tick, and nothing depends on its place.
+                self._writer.write_metadata(
+                    run_records.EVENT,
+                    run_records.event_record(event),
+                    ends_chunk=not isinstance(event, RotorLimited),
+                )
         if isinstance(event, Topics):
             for name in event.names:
                 self._writer.add_topic(self._metadata(name))

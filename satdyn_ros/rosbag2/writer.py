@@ -105,7 +105,8 @@ class BagWriter:
                     self._end_file()
                     self._begin_file()
                 if self._wants_snapshot and snapshot is not None:
-                    self._write_metadata(*snapshot(done))
+                    self._end_chunk()
+                    self._file.write_metadata(*snapshot(done))
                     self._wants_snapshot = False
                 last_ns = self._first_ns(int(stamps_ns[done])) + self._max_duration_ns
                 fits = slice(done, np.searchsorted(stamps_ns, last_ns, side='right'))
@@ -120,10 +121,19 @@ class BagWriter:
             if self._chunk.is_full:
                 self._end_chunk()
 
-    def write_metadata(self, name: str, mapping: Mapping[str, str]) -> None:
-        """Write a metadata record, after everything written so far."""
+    def write_metadata(
+        self, name: str, mapping: Mapping[str, str], ends_chunk: bool = True
+    ) -> None:
+        """
+        Write a metadata record, after everything written so far.
+
+        ends_chunk: False for one that may stand before the messages of the current chunk, which
+        then goes on.
+        """
         with self._telling():
-            self._write_metadata(name, mapping)
+            if ends_chunk:
+                self._end_chunk()
+            self._file.write_metadata(name, mapping)
 
     def flush(self) -> None:
         """Hand everything written to the system, so that it survives the process."""
@@ -228,7 +238,3 @@ class BagWriter:
         if not self._chunk.is_empty:
             contents = self._chunk.take()
             self._file.write_chunk(contents, self._compression, self._compress(contents))
-
-    def _write_metadata(self, name, mapping):
-        self._end_chunk()
-        self._file.write_metadata(name, mapping)

@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
+from mcap.reader import make_reader
 
+from satdyn_ros.bag.recorded_run import RecordedRun
 from satdyn_ros.bag.recording import Recording
 from satdyn_ros.bag.simulate import begun_in_bag, simulate
 from satdyn_ros.bag.verify import verify
@@ -161,6 +163,20 @@ def test_each_file_of_a_split_bag_with_limits_verifies(tmp_path, duration_s):
         verdict = verify(file)
         assert verdict.is_true, str(verdict)
         assert verdict.same_bytes
+
+
+def test_a_limit_at_every_tick_ends_no_chunk(tmp_path):
+    """A controller beyond max_torque costs its bag no more than the records; they verify."""
+    commands = [RotorCommand(tick, {'a': (-1) ** tick * (1.0 + tick)}) for tick in range(1, 300)]
+    bag = tmp_path / 'bag'
+    list(simulate(SCENARIO, 6.0, bag, commands))
+    with open(next(bag.glob('*.mcap')), 'rb') as file:
+        assert make_reader(file).get_summary().statistics.chunk_count == 1
+    told = RecordedRun(bag).events
+    cut = [RotorLimited(tick, 'a', CUT) for tick in range(1, 300)]
+    assert sorted(told, key=str) == sorted([*commands, *cut], key=str)
+    assert [event.tick for event in told] == sorted(event.tick for event in told)
+    assert verify(bag).same_bytes
 
 
 def without(limited, monkeypatch):

@@ -191,14 +191,15 @@ class _MessageStream:
         return len(self._waiting) == 0
 
     def _fill(self, size):
-        while len(self._waiting) < size:
-            block = next(self._blocks, None)
-            if block is None:
-                return
+        parts = [self._waiting]
+        missing = size - len(self._waiting)
+        while missing > 0 and (block := next(self._blocks, None)) is not None:
             self.count += len(block.contents)
             self.last_ns = max(self.last_ns, block.contents.span_ns[1])
-            records = block.contents.message_records()
-            self._waiting = np.concatenate([self._waiting, records])
+            parts.append(block.contents.message_records())
+            missing -= len(parts[-1])
+        if len(parts) > 1:
+            self._waiting = np.concatenate(parts)
 
 
 class _Derived:

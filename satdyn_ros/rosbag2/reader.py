@@ -74,7 +74,7 @@ class Bag:
         """Yield messages in blocks, and metadata records, in the order of the bag."""
         for path in self.files:
             topics: dict[int, str] = {}
-            for found in scan(path, self._ceiling):
+            for found in scan(path, self._ceiling, with_indexes=False):
                 match found.item:
                     case Flaw(what=what, is_end=is_end):
                         self.problem = f'{path} {what}'

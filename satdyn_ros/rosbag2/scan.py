@@ -23,6 +23,17 @@ from .records import PREFIX, ChunkRecord, IndexRecord, read
 
 _KNOWN = frozenset(Opcode)
 _IN_CHUNKS = (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE)
+# What says where the rest is, and how much of it there is.
+_INDEXES = frozenset(
+    {
+        Opcode.MESSAGE_INDEX,
+        Opcode.CHUNK_INDEX,
+        Opcode.METADATA_INDEX,
+        Opcode.ATTACHMENT_INDEX,
+        Opcode.STATISTICS,
+        Opcode.SUMMARY_OFFSET,
+    }
+)
 
 
 class Block(NamedTuple):
@@ -74,23 +85,26 @@ class Found(NamedTuple):
         return Damaged(f'{path} is damaged: the {name} record at byte {self.start}: {why}')
 
 
-def scan(path: Path, ceiling: int = CEILING) -> Iterator[Found]:
+def scan(path: Path, ceiling: int = CEILING, with_indexes: bool = True) -> Iterator[Found]:
     """
     Yield what a file holds, in order.
 
     Messages come in blocks: a whole chunk, the beginning of one that is cut off, or a chunk's size
     of those outside chunks.  ceiling [bytes]: no larger record or chunk contents is read,
-    and all chunks together are no more than an Allowance.  BagError: it is not an MCAP file.
+    and all chunks together are no more than an Allowance.  with_indexes: with the records that
+    say where the others are; without them, only their places are checked.  BagError: it is not an
+    MCAP file.
     """
+    skipped = frozenset() if with_indexes else _INDEXES
     with open(path, 'rb') as file:
         reader = FrameReader(file, ceiling)
         yield from _magic_at_begin(path, reader)
-        yield from _data(reader)
-        yield from _summary(reader)
+        yield from _data(reader, skipped)
+        yield from _summary(reader, skipped)
         yield from _magic_at_end(reader)
 
 
-def _data(reader: FrameReader) -> Iterator[Found]:
+def _data(reader: FrameReader, skipped: frozenset[int]) -> Iterator[Found]:
     """Yield the data section; the record that ends it has the checksum of all before it."""
     crc: int | None = zlib.crc32(MCAP0_MAGIC)
     loose: list[Frame] = []
@@ -102,16 +116,16 @@ def _data(reader: FrameReader) -> Iterator[Found]:
             loose = []
         if is_loose:
             loose.append(frame)
-        elif frame.is_whole:
+        elif not frame.is_whole:
+            yield from _broken(reader, frame, before.name if before else 'the magic at its start')
+            crc = None
+        elif frame.opcode not in skipped:
             found = _found(frame, reader)
             yield found
             if isinstance(found.item, DataEnd):
                 if crc is not None and found.item.data_section_crc not in (0, crc):
                     yield _changed(reader, frame, crc ^ found.item.data_section_crc)
                 return
-        else:
-            yield from _broken(reader, frame, before.name if before else 'the magic at its start')
-            crc = None
         if crc is not None:
             crc = zlib.crc32(frame.content, zlib.crc32(frame.prefix, crc))
         before = frame
@@ -134,14 +148,14 @@ def _changed(reader: FrameReader, end: Frame, difference: int) -> Found:
     return Found(end.end, end.end, Flaw(f'is damaged: {what}', end.opcode))
 
 
-def _summary(reader: FrameReader) -> Iterator[Found]:
+def _summary(reader: FrameReader, skipped: frozenset[int]) -> Iterator[Found]:
     """Yield what follows the data."""
     before: Frame | None = None
     for frame in reader.frames():
-        if frame.is_whole:
-            yield _found(frame, reader)
-        else:
+        if not frame.is_whole:
             yield from _broken(reader, frame, before.name if before else 'the end of the data')
+        elif frame.opcode not in skipped:
+            yield _found(frame, reader)
         before = frame
 
 

@@ -9,9 +9,10 @@ import numpy as np
 from ..dynamics import inertia
 from ..dynamics.motion import States
 from . import rotors
+from .checks import BELONGS, MOST_RAD_PER_TICK
 from .key import Key
 from .keys import keys_of
-from .scenario import BELONGS, MOST_RAD_PER_TICK, Scenario
+from .scenario import Scenario
 
 # Far inside what a Scenario allows.
 _SURELY_RAD_PER_TICK = MOST_RAD_PER_TICK / 10.0

@@ -1,6 +1,5 @@
 """One validated description of a run."""
 
-import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -14,35 +13,14 @@ import numpy as np
 from ..dynamics import inertia, rotation
 from ..dynamics.integrals import first_integrals
 from ..dynamics.motion import Motion, States
-from ..dynamics.orbit import EARTH_RADIUS_M, FixedDirection, KeplerOrbit
+from ..dynamics.orbit import FixedDirection, KeplerOrbit
 from ..dynamics.propagator import Propagation
 from ..dynamics.system import State, System
 from ..sensors.suite import Sensor
-from . import rotors, sensors
-from .key import Key, listed
+from . import checks, rotors, sensors
+from .key import Key
 from .keys import KEYS, SENSORS, keys_of
 from .parameter_file import flattened, parameters_of_yaml, scenario_text, yaml_of_parameters
-from .ticks import LAST_STAMP_NS, Ticks
-
-# Above this a body rate is rarely meant [rad/s].
-_FAST_RAD_S = 10.0
-# What moves by more than this between two ticks [rad] takes more steps than a tick may.
-MOST_RAD_PER_TICK = 1e6
-# The longest wall time between two ticks: the system waits for no more.
-_LONGEST_TICK_S = 1e9
-
-# A key that belongs to some choices only: key, the choosing key, the choices.
-BELONGS = (
-    ('body.weight_moment', 'orbit.type', ('fixed',)),
-    ('orbit.gradient', 'orbit.type', ('fixed',)),
-    ('orbit.mu', 'orbit.type', ('circular', 'kepler')),
-    ('orbit.semi_major_axis', 'orbit.type', ('circular', 'kepler')),
-    ('orbit.eccentricity', 'orbit.type', ('kepler',)),
-    ('orbit.inclination', 'orbit.type', ('circular', 'kepler')),
-    ('orbit.raan', 'orbit.type', ('circular', 'kepler')),
-    ('orbit.argument_of_periapsis', 'orbit.type', ('circular', 'kepler')),
-    ('orbit.true_anomaly', 'orbit.type', ('circular', 'kepler')),
-)
 
 
 @dataclass(frozen=True)
@@ -79,26 +57,26 @@ class Scenario:
         values = {name: key.default for name, key in keys.items()} | checked
         if values['orbit.type'] == 'fixed' and 'initial.frame' not in given:
             values['initial.frame'] = 'inertial'
-        values['initial.attitude'] = _unit(values, 'initial.attitude', 1e-6)
+        values['initial.attitude'] = checks.unit(values, 'initial.attitude', 1e-6)
         for prefix in rotors.prefixes(values['rotor.names']):
-            values[f'{prefix}.axis'] = _unit(values, f'{prefix}.axis', np.inf)
+            values[f'{prefix}.axis'] = checks.unit(values, f'{prefix}.axis', np.inf)
         for sensor in SENSORS:
             name = f'sensors.{sensor}.mounting'
-            values[name] = _unit(values, name, 1e-6)
-        _refuse_what_does_not_belong(values)
+            values[name] = checks.unit(values, name, 1e-6)
+        checks.refuse_what_does_not_belong(values)
         rotors.refuse_foreign(values)
         sensors.check(values)
         inertia.tensor(values['body.inertia'])
         self.keys: Mapping[str, Key] = MappingProxyType(keys)
         self.values: Mapping[str, Any] = MappingProxyType(values)
         rotors.check(values, self.system.rotors, self.system.inertia)
-        self._check_ticks()
+        checks.check_ticks(values, self.rate)
         if self.is_fixed and values['initial.frame'] == 'lvlh':
             raise ValueError(
                 'initial.frame is lvlh; with orbit.type fixed there is no LVLH, so it must be '
                 'inertial'
             )
-        self._check_turns_a_tick()
+        checks.check_turns_a_tick(values, self.rate)
         if values['motion.method'] == 'exact':
             self.motion()
 
@@ -210,22 +188,7 @@ class Scenario:
     @property
     def doubts(self) -> tuple[str, ...]:
         """What is allowed and rarely meant, each in one sentence."""
-        found = []
-        rate = math.hypot(*self['initial.angular_velocity'])
-        if rate > _FAST_RAD_S:
-            found.append(
-                f'initial.angular_velocity is {rate:g} rad/s, {rate / math.tau:.3g} turns a '
-                'second; it is in radians'
-            )
-        if self['orbit.type'] != 'fixed' and self['orbit.mu'] == KEYS['orbit.mu'].default:
-            lowest_m = self['orbit.semi_major_axis'] * (1.0 - self['orbit.eccentricity'])
-            if lowest_m < EARTH_RADIUS_M:
-                found.append(
-                    f'orbit.semi_major_axis is {self["orbit.semi_major_axis"]:g} m; the orbit '
-                    f'then goes {(EARTH_RADIUS_M - lowest_m) / 1e3:.4g} km below the surface of '
-                    'the Earth'
-                )
-        return tuple(found)
+        return checks.doubts(self.values)
 
     @cached_property
     def system(self) -> System:
@@ -296,61 +259,6 @@ class Scenario:
             true_anomaly=anomaly,
         )
 
-    def _check_ticks(self):
-        """Refuse what leaves a run without a second tick."""
-        rate_hz, epoch_ns, factor = self['publish.rate'], self.epoch_ns, self['time.factor']
-        if Ticks(self.rate, epoch_ns).stamp_ns(1) > LAST_STAMP_NS:
-            raise ValueError(
-                f'publish.rate is {rate_hz:g} and time.epoch_ns {epoch_ns}; the second tick then '
-                f'comes after the last stamp of ROS, {LAST_STAMP_NS // 10**9} s'
-            )
-        if factor and rate_hz * factor < 1.0 / _LONGEST_TICK_S:
-            raise ValueError(
-                f'time.factor is {factor:g} and publish.rate {rate_hz:g}; their product must be 0 '
-                f'or at least {1.0 / _LONGEST_TICK_S:g} ticks per second'
-            )
-
-    def _check_turns_a_tick(self):
-        """Refuse an orbit or a body that turns too far between two ticks."""
-        tick_s = float(1 / self.rate)
-        if not self.is_fixed:
-            mu, a, e = (
-                self[f'orbit.{name}'] for name in ('mu', 'semi_major_axis', 'eccentricity')
-            )
-            mean_motion = math.sqrt(mu / a) / a
-            at_pericentre = mean_motion * math.sqrt((1.0 + e) / (1.0 - e)) / (1.0 - e)
-            if not at_pericentre * tick_s <= MOST_RAD_PER_TICK:
-                raise ValueError(
-                    f'orbit.semi_major_axis is {a:g} and orbit.mu {mu:g}; the orbital '
-                    f'rate at pericentre is then {at_pericentre:g} rad/s; it must be at most '
-                    f'{MOST_RAD_PER_TICK / tick_s:g} (1e6 rad per tick)'
-                )
-        rate = math.hypot(*self['initial.angular_velocity'])
-        if not rate * tick_s <= MOST_RAD_PER_TICK:
-            raise ValueError(
-                f'initial.angular_velocity is {list(self["initial.angular_velocity"])}; it must '
-                f'be at most {MOST_RAD_PER_TICK / tick_s:g} rad/s (1e6 rad per tick)'
-            )
-
-
-def _unit(values, name, allowed_error):
-    """Return the vector under name as a unit; one that is unit to rounding stays as it is."""
-    vector = np.array(values[name])
-    with np.errstate(over='ignore'):
-        norm = np.linalg.norm(vector)
-    if norm == 0.0:
-        raise ValueError(f'{name} is {list(values[name])}; it must not be zero')
-    if norm == np.inf:
-        raise ValueError(f'{name} is {list(values[name])}; its norm must be finite')
-    if abs(norm - 1.0) > allowed_error:
-        raise ValueError(
-            f'{name} is {list(values[name])}, of norm {norm:g}; it must be a unit quaternion '
-            f'x, y, z, w, to within {allowed_error:g}'
-        )
-    if abs(norm - 1.0) < 4.0 * np.finfo(float).eps:
-        return values[name]
-    return tuple(float(x) for x in vector / norm)
-
 
 def _unknown(name: str, rotor_names: Iterable[str]) -> str:
     _, _, rest = name.partition('rotor.')
@@ -358,12 +266,3 @@ def _unknown(name: str, rotor_names: Iterable[str]) -> str:
     if name.startswith('rotor.') and leaf and rotor not in rotor_names:
         return f'{name} is given, but rotor.names has no {rotor}'
     return f'{name} is not a parameter of a scenario'
-
-
-def _refuse_what_does_not_belong(values):
-    for name, chooser, choices in BELONGS:
-        if values[chooser] not in choices and values[name] != KEYS[name].default:
-            raise ValueError(
-                f'{name} is {listed(values[name])}; with {chooser} {values[chooser]} only its '
-                f'default is allowed: it belongs to {" and ".join(choices)}'
-            )

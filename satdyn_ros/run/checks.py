@@ -1,0 +1,125 @@
+"""
+What the values of a scenario may not be together, and what they rarely mean.
+
+values: every key by its dotted name, each allowed by itself.  ValueError: one sentence that names
+the key.
+"""
+
+import math
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from ..dynamics.orbit import EARTH_RADIUS_M
+from .key import listed
+from .keys import KEYS
+from .ticks import LAST_STAMP_NS, Ticks
+
+# Above this a body rate is rarely meant [rad/s].
+_FAST_RAD_S = 10.0
+# What moves by more than this between two ticks [rad] takes more steps than a tick may.
+MOST_RAD_PER_TICK = 1e6
+# The longest wall time between two ticks: the system waits for no more.
+_LONGEST_TICK_S = 1e9
+
+# A key that belongs to some choices only: key, the choosing key, the choices.
+BELONGS = (
+    ('body.weight_moment', 'orbit.type', ('fixed',)),
+    ('orbit.gradient', 'orbit.type', ('fixed',)),
+    ('orbit.mu', 'orbit.type', ('circular', 'kepler')),
+    ('orbit.semi_major_axis', 'orbit.type', ('circular', 'kepler')),
+    ('orbit.eccentricity', 'orbit.type', ('kepler',)),
+    ('orbit.inclination', 'orbit.type', ('circular', 'kepler')),
+    ('orbit.raan', 'orbit.type', ('circular', 'kepler')),
+    ('orbit.argument_of_periapsis', 'orbit.type', ('circular', 'kepler')),
+    ('orbit.true_anomaly', 'orbit.type', ('circular', 'kepler')),
+)
+
+
+def unit(values: Mapping[str, Any], name: str, allowed_error: float) -> tuple[float, ...]:
+    """Return the vector under name as a unit; one that is unit to rounding stays as it is."""
+    vector = np.array(values[name])
+    with np.errstate(over='ignore'):
+        norm = np.linalg.norm(vector)
+    if norm == 0.0:
+        raise ValueError(f'{name} is {list(values[name])}; it must not be zero')
+    if norm == np.inf:
+        raise ValueError(f'{name} is {list(values[name])}; its norm must be finite')
+    if abs(norm - 1.0) > allowed_error:
+        raise ValueError(
+            f'{name} is {list(values[name])}, of norm {norm:g}; it must be a unit quaternion '
+            f'x, y, z, w, to within {allowed_error:g}'
+        )
+    if abs(norm - 1.0) < 4.0 * np.finfo(float).eps:
+        return values[name]
+    return tuple(float(x) for x in vector / norm)
+
+
+def refuse_what_does_not_belong(values: Mapping[str, Any]) -> None:
+    """Raise ValueError for a key that belongs to other choices than those made."""
+    for name, chooser, choices in BELONGS:
+        if values[chooser] not in choices and values[name] != KEYS[name].default:
+            raise ValueError(
+                f'{name} is {listed(values[name])}; with {chooser} {values[chooser]} only its '
+                f'default is allowed: it belongs to {" and ".join(choices)}'
+            )
+
+
+def check_ticks(values: Mapping[str, Any], rate: Fraction) -> None:
+    """Refuse what leaves a run without a second tick."""
+    rate_hz, epoch_ns, factor = (
+        values[name] for name in ('publish.rate', 'time.epoch_ns', 'time.factor')
+    )
+    if Ticks(rate, epoch_ns).stamp_ns(1) > LAST_STAMP_NS:
+        raise ValueError(
+            f'publish.rate is {rate_hz:g} and time.epoch_ns {epoch_ns}; the second tick then '
+            f'comes after the last stamp of ROS, {LAST_STAMP_NS // 10**9} s'
+        )
+    if factor and rate_hz * factor < 1.0 / _LONGEST_TICK_S:
+        raise ValueError(
+            f'time.factor is {factor:g} and publish.rate {rate_hz:g}; their product must be 0 '
+            f'or at least {1.0 / _LONGEST_TICK_S:g} ticks per second'
+        )
+
+
+def check_turns_a_tick(values: Mapping[str, Any], rate: Fraction) -> None:
+    """Refuse an orbit or a body that turns too far between two ticks."""
+    tick_s = float(1 / rate)
+    if values['orbit.type'] != 'fixed':
+        mu, a, e = (values[f'orbit.{name}'] for name in ('mu', 'semi_major_axis', 'eccentricity'))
+        mean_motion = math.sqrt(mu / a) / a
+        at_pericentre = mean_motion * math.sqrt((1.0 + e) / (1.0 - e)) / (1.0 - e)
+        if not at_pericentre * tick_s <= MOST_RAD_PER_TICK:
+            raise ValueError(
+                f'orbit.semi_major_axis is {a:g} and orbit.mu {mu:g}; the orbital '
+                f'rate at pericentre is then {at_pericentre:g} rad/s; it must be at most '
+                f'{MOST_RAD_PER_TICK / tick_s:g} (1e6 rad per tick)'
+            )
+    turn_rate = math.hypot(*values['initial.angular_velocity'])
+    if not turn_rate * tick_s <= MOST_RAD_PER_TICK:
+        raise ValueError(
+            f'initial.angular_velocity is {list(values["initial.angular_velocity"])}; it must '
+            f'be at most {MOST_RAD_PER_TICK / tick_s:g} rad/s (1e6 rad per tick)'
+        )
+
+
+def doubts(values: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return what is allowed and rarely meant, each in one sentence."""
+    found = []
+    rate = math.hypot(*values['initial.angular_velocity'])
+    if rate > _FAST_RAD_S:
+        found.append(
+            f'initial.angular_velocity is {rate:g} rad/s, {rate / math.tau:.3g} turns a '
+            'second; it is in radians'
+        )
+    if values['orbit.type'] != 'fixed' and values['orbit.mu'] == KEYS['orbit.mu'].default:
+        lowest_m = values['orbit.semi_major_axis'] * (1.0 - values['orbit.eccentricity'])
+        if lowest_m < EARTH_RADIUS_M:
+            found.append(
+                f'orbit.semi_major_axis is {values["orbit.semi_major_axis"]:g} m; the orbit '
+                f'then goes {(EARTH_RADIUS_M - lowest_m) / 1e3:.4g} km below the surface of '
+                'the Earth'
+            )
+    return tuple(found)

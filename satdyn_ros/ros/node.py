@@ -1,6 +1,5 @@
 """The node: declares its parameters, builds what a scenario describes, and connects the parts."""
 
-import copy
 import time
 from collections.abc import Mapping
 from datetime import datetime, timezone
@@ -175,7 +174,7 @@ class SatdynNode(rclpy.node.Node):
         self._propagation.take(self._simulation.motion, samples)
         recorder = self._recorder
         if recorder is not None:
-            as_it_is = copy.copy(self._simulation)
+            as_it_is = self._simulation.as_it_is()
             recorder.put_samples(samples, messages.rows, count, as_it_is)
 
     # -- changes, made by the threads of the services --------------------------------------------

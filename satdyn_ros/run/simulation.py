@@ -1,5 +1,6 @@
 """Scenario and events to samples at ticks: no ROS and no clock of its own."""
 
+import copy
 from bisect import insort
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
@@ -280,7 +281,7 @@ class Simulation:
         return [*happened, *(RotorLimited(tick, name, 'max_speed') for name in dropped)]
 
     def _hold(self, topic, until_tick):
-        # A new dictionary each time: a shallow copy of the run is a snapshot of it.
+        # A new dictionary each time: as_it_is() keeps the one that it has.
         held = {name: until for name, until in self._until.items() if name != topic}
         self._until = held if until_tick is None else held | {topic: until_tick}
 
@@ -337,6 +338,13 @@ class Simulation:
         return self._suite_of_block.measure(range(block.first_tick, tick), before)[1]
 
     # -- snapshots -------------------------------------------------------------------------------
+
+    def as_it_is(self) -> 'Simulation':
+        """Return a copy, of which another thread may ask for snapshots while the run goes on."""
+        kept = copy.copy(self)
+        # With states of its own it need not ask the motion, which walks on.
+        kept._arc = copy.copy(self._arc)
+        return kept
 
     def snapshot(self, tick: int) -> dict[str, Any]:
         """

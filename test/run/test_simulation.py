@@ -173,6 +173,18 @@ def test_refused_request_changes_nothing(values, sentence):
     assert np.array_equal(simulation.step().q_ib, undisturbed.step().q_ib)
 
 
+def test_a_run_as_it_is_leaves_the_motion_alone():
+    """A file that begins in mid-run is written while the motion walks on in another thread."""
+    simulation = Simulation(GYROSTAT.with_values({'publish.rate': 0.1}))
+    simulation.advance(64)
+    told, kept = simulation.snapshot(10), simulation.as_it_is()
+    simulation.advance(64)
+    steps, state = simulation.motion.steps, simulation.state
+    assert kept.snapshot(10) == told
+    assert simulation.motion.steps == steps > 0
+    np.testing.assert_array_equal(simulation.state.q_ib, state.q_ib)
+
+
 def test_snapshot_goes_on_with_the_same_bits():
     """A run resumed from a snapshot midway gives the bits of the whole run."""
     _, table = run(GYROSTAT, EVENTS)

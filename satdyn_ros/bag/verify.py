@@ -225,6 +225,8 @@ class _Derived:
         last_tick = self._ticks.tick_of(last_ns)
         told, found = set(self._told), set(self._found)
         wrong = [e for e in self._told if e not in found and e.tick <= self._end_tick]
+        # A limit is told ahead of the command that meets it, which a killed writer did not write.
+        wrong = [e for e in wrong if e.tick <= last_tick or not isinstance(e, RotorLimited)]
         wrong += [e for e in self._found if e not in told and e.tick <= last_tick]
         for event in sorted(wrong, key=lambda event: event.tick)[:1]:
             t_s = self._ticks.seconds(event.tick)

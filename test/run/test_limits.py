@@ -2,12 +2,15 @@
 
 import numpy as np
 import pytest
+from flights import written
 from mcap.reader import make_reader
 
 from satdyn_ros.bag.recorded_run import RecordedRun
 from satdyn_ros.bag.recording import Recording
 from satdyn_ros.bag.simulate import begun_in_bag, simulate
 from satdyn_ros.bag.verify import verify
+from satdyn_ros.rosbag2.recover import recover
+from satdyn_ros.rosbag2.scan import Block, scan
 from satdyn_ros.run.events import Reset, RotorCommand, RotorLimited, Timeout
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
@@ -177,6 +180,30 @@ def test_a_limit_at_every_tick_ends_no_chunk(tmp_path):
     assert sorted(told, key=str) == sorted([*commands, *cut], key=str)
     assert [event.tick for event in told] == sorted(event.tick for event in told)
     assert verify(bag).same_bytes
+
+
+def test_a_writer_that_dies_between_a_limit_and_its_command_leaves_a_true_bag(tmp_path):
+    """The record of a limit stands before the chunk with the command that meets it."""
+    commands = [RotorCommand(tick, {'a': (-1) ** tick * 1.0}) for tick in range(1, 100)]
+    bag = tmp_path / 'bag'
+    recording, simulation = (
+        Recording(bag, SCENARIO, SCENARIO.topics),
+        Simulation(SCENARIO, commands),
+    )
+    for tick in written(recording, simulation, 100, block=1):
+        if tick == 50:
+            recording.flush()
+    recording.close()
+    file = next(bag.glob('*.mcap'))
+    last_chunk = [found for found in scan(file) if isinstance(found.item, Block)][-1]
+    file.write_bytes(file.read_bytes()[: last_chunk.start])
+    (bag / 'metadata.yaml').unlink()
+    recover(bag)
+    told = limits(RecordedRun(bag).events)
+    assert {event.tick for event in told} > {49, 50, 51, 99}
+    verdict = verify(bag)
+    assert verdict.is_true, str(verdict)
+    assert verdict.same_bytes
 
 
 def without(limited, monkeypatch):

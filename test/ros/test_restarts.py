@@ -57,10 +57,11 @@ def held_after_each(kind, count, directory):
 
 
 # The allocators of Python, NumPy and DDS take a hundred starts until they ask for no more memory;
-# before that only something as large as the buffer of a chunk would show.
+# before that only the buffer of a chunk, 786 kB, left behind by each start would show: one that
+# stays in a further arena is 393 kB for each of the last two starts.
 @pytest.mark.parametrize(
     ('count', 'allowed_bytes'),
-    [(5, 400_000), pytest.param(200, 20_000, marks=pytest.mark.torture)],
+    [(5, 600_000), pytest.param(200, 20_000, marks=pytest.mark.torture)],
 )
 def test_starts_and_stops_in_one_process(tmp_path, capsys, count, allowed_bytes):
     """Not one object, thread or descriptor more; memory as flat as that of a bare rclpy node."""

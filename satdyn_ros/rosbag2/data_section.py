@@ -10,6 +10,7 @@ from pathlib import Path
 
 from mcap.records import (
     Attachment,
+    AttachmentIndex,
     ChunkIndex,
     DataEnd,
     Footer,
@@ -89,8 +90,15 @@ class DataSection:
                     raise found.damaged(self.path, 'the checksum of the data is missing')
                 return True
             case Attachment():
-                self.tally.statistics.attachment_count += 1
-            case Statistics() | ChunkIndex() | MetadataIndex() | SummaryOffset() | Footer():
+                self.tally.add_attachment(found.start, found.end - found.start, item)
+            case (
+                Statistics()
+                | ChunkIndex()
+                | MetadataIndex()
+                | AttachmentIndex()
+                | SummaryOffset()
+                | Footer()
+            ):
                 raise found.damaged(self.path, 'it stands among the data')
         return False
 

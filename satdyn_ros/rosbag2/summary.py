@@ -14,6 +14,8 @@ from typing import BinaryIO
 
 from mcap.opcode import Opcode
 from mcap.records import (
+    Attachment,
+    AttachmentIndex,
     Channel,
     ChunkIndex,
     Footer,
@@ -45,8 +47,8 @@ class Tally:
     """
     What the summary of a file must say, given the records so far.
 
-    schemas, channels: by id.  chunk_indexes, metadata_indexes: their bytes in a file, by the
-    place of what they index.
+    schemas, channels: by id.  chunk_indexes, metadata_indexes, attachment_indexes: their bytes in
+    a file, by the place of what they index.
     """
 
     def __init__(self) -> None:
@@ -55,6 +57,7 @@ class Tally:
         self.statistics = Statistics(0, 0, {}, 0, 0, 0, 0, 0, 0)
         self.chunk_indexes: dict[int, bytes] = {}
         self.metadata_indexes: dict[int, bytes] = {}
+        self.attachment_indexes: dict[int, bytes] = {}
         self.metadata_names: list[str] = []
 
     def add_metadata(self, start: int, length: int, name: str) -> None:
@@ -62,6 +65,20 @@ class Tally:
         self.metadata_indexes[start] = written([MetadataIndex(start, length, name)])
         self.metadata_names.append(name)
         self.statistics.metadata_count += 1
+
+    def add_attachment(self, start: int, length: int, attachment: Attachment) -> None:
+        """Add an attachment, its place and its whole length."""
+        index = AttachmentIndex(
+            offset=start,
+            length=length,
+            create_time=attachment.create_time,
+            log_time=attachment.log_time,
+            data_size=len(attachment.data),
+            name=attachment.name,
+            media_type=attachment.media_type,
+        )
+        self.attachment_indexes[start] = written([index])
+        self.statistics.attachment_count += 1
 
     def add_chunk(
         self,

@@ -20,6 +20,7 @@ from .records import written
 from .scan import Found
 from .summary import in_order, summary_bytes
 
+# What a summary consists of, beside where its groups are.
 _OPCODES = {
     Schema: Opcode.SCHEMA,
     Channel: Opcode.CHANNEL,
@@ -58,14 +59,23 @@ class SummarySection:
             starts.get(SummaryOffset, 0) if footer.summary_offset_start else 0,
         ):
             raise self._damaged(footer_found, 'it does not point at the summary')
+        self._check_kinds()
         self._check_declarations()
         self._check_indexes(ChunkIndex, self._data.tally.chunk_indexes)
         self._check_indexes(MetadataIndex, self._data.tally.metadata_indexes)
+        self._check_indexes(AttachmentIndex, self._data.tally.attachment_indexes)
         self._check_statistics()
         self._check_offsets()
 
     def _of(self, kind: type) -> list[Found]:
         return [found for found in self._found if isinstance(found.item, kind)]
+
+    def _check_kinds(self) -> None:
+        for found in self._found[:-1]:
+            # Readers skip records that MCAP does not define.
+            is_foreign = found.item is None and not self._data.is_ours
+            if not (is_foreign or type(found.item) in {*_OPCODES, SummaryOffset}):
+                raise self._damaged(found, 'it does not belong in the summary')
 
     def _check_declarations(self) -> None:
         tally = self._data.tally
@@ -103,8 +113,7 @@ class SummarySection:
     def _check_offsets(self) -> None:
         groups: dict[int, tuple[int, int]] = {}
         for found in self._found[:-1]:
-            if not isinstance(found.item, SummaryOffset):
-                opcode = _OPCODES[type(found.item)]
+            if opcode := _OPCODES.get(type(found.item)):
                 start = groups.get(opcode, (found.start, 0))[0]
                 groups[opcode] = start, found.end - start
         for found in self._of(SummaryOffset):

@@ -1,5 +1,6 @@
 """Every bit of a bag counts: a flipped one is noticed, by its file and its record."""
 
+import io
 import random
 import re
 import shutil
@@ -7,15 +8,27 @@ import shutil
 import flights
 import pytest
 import yaml
-from mcap.records import Footer
+from mcap.records import (
+    Attachment,
+    AttachmentIndex,
+    Chunk,
+    DataEnd,
+    Footer,
+    Header,
+    Message,
+    MessageIndex,
+    Metadata,
+)
 from mcap.stream_reader import StreamReader
+from mcap.writer import MCAP0_MAGIC, Writer
 
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.rosbag2.errors import Damaged
 from satdyn_ros.rosbag2.integrity import check, check_file
 from satdyn_ros.rosbag2.reader import Bag
-from satdyn_ros.rosbag2.records import IndexRecord
+from satdyn_ros.rosbag2.records import PREFIX, IndexRecord, written
 from satdyn_ros.rosbag2.scan import Flaw, scan
+from satdyn_ros.rosbag2.summary import FOOTER_SIZE, checksum
 
 SCENARIO = flights.GYROSTAT.with_values({'publish.topics': ('attitude', 'imu')})
 NAMED = re.compile(r'_[01]\.mcap is damaged: .*(magic|record|[Ff]ooter|summary)')
@@ -110,6 +123,54 @@ def test_every_turned_bit_is_noticed(bag, tmp_path):
     bits = range(8 * (bag / 'bag_0.mcap').stat().st_size)
     print(f'{len(bits)} bits turned')
     assert unnoticed(bag, tmp_path, 'bag_0.mcap', bits) == []
+
+
+def with_in_summary(bag, directory, record):
+    """Return a copy of a file with a record at the end of its summary, its checksum right."""
+    data = (bag / 'bag_0.mcap').read_bytes()
+    footer_start = len(data) - FOOTER_SIZE - len(MCAP0_MAGIC)
+    *_, footer = StreamReader(io.BytesIO(data)).records
+    start, offset_start = footer.summary_start, footer.summary_offset_start
+    summary = data[start:footer_start] + record
+    end = Footer(start, offset_start, checksum(summary, start, offset_start))
+    path = directory / 'bag_0.mcap'
+    path.write_bytes(data[:start] + summary + written([end]) + MCAP0_MAGIC)
+    return path
+
+
+@pytest.mark.parametrize(
+    ('record', 'name'),
+    [
+        (PREFIX.pack(0x80, 1) + b'x', 'unknown'),
+        (written([Header('ros2', 'x')]), 'Header'),
+        (written([Metadata('a', {})]), 'Metadata'),
+        (written([Attachment(0, 0, 'a', 'b', b'')]), 'Attachment'),
+        (written([AttachmentIndex(0, 0, 0, 0, 0, 'a', 'b')]), 'AttachmentIndex'),
+        (written([DataEnd(0)]), 'DataEnd'),
+        (written([Message(1, 0, b'', 0, 0)]), 'unknown'),
+        (written([MessageIndex(1, [])]), 'MessageIndex'),
+        (written([Chunk('', b'', 0, 0, 0, 0)]), 'Chunk'),
+    ],
+)
+def test_a_record_that_does_not_belong_in_the_summary_is_told(bag, tmp_path, record, name):
+    """Its checksum is right: only its kind, or what it refers to, is wrong."""
+    path = with_in_summary(bag, tmp_path, record)
+    with pytest.raises(Damaged, match=rf'the {name} record at byte \d+: it does not'):
+        check_file(path)
+
+
+def test_attachments_and_unknown_records_of_other_writers_are_sound(tmp_path):
+    """As the mcap library writes attachments; readers skip what MCAP does not define."""
+    path = tmp_path / 'other.mcap'
+    with open(path, 'wb') as file:
+        writer = Writer(file)
+        writer.start('ros2', 'other')
+        for name in ('a', 'b'):
+            writer.add_attachment(1, 2, name, 'text/plain', b'content')
+        writer.finish()
+    assert check_file(path).tally.statistics.attachment_count == 2
+    (tmp_path / 'bag_0.mcap').write_bytes(path.read_bytes())
+    check_file(with_in_summary(tmp_path, tmp_path, PREFIX.pack(0x80, 1) + b'x'))
 
 
 def meanings_kept(bag, directory, bits):

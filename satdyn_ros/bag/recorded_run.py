@@ -163,10 +163,11 @@ class RecordedRun:
         """Return the torques of a block in their recorded order."""
         contents = block.contents
         events: list[tuple[int, Event]] = []
-        for channel_id, places in contents.places.items():
+        for channel_id in contents.counts:
             name = self._inputs_by_topic.get(block.topics[channel_id])
             if name is None:
                 continue
+            places = contents.places[channel_id]
             messages = Messages(*contents.messages(channel_id))
             # Commands name any of the rotors: they differ in length.
             rows = messages.data if name == 'rotor_command' else self.rows(name, messages)

@@ -61,7 +61,7 @@ class Contents:
         """The first and the last log time; zeros if there is no message."""
         if len(self) == 0:
             return 0, 0
-        return int(np.min(self.log_times)), int(np.max(self.log_times))
+        return int(self.log_times.min()), int(self.log_times.max())
 
     def check(self, allowance: Allowance) -> None:
         """

@@ -1,5 +1,6 @@
 """Compression of chunk contents, and decompression within memory limits."""
 
+import threading
 from collections.abc import Callable
 
 import lz4.frame
@@ -125,12 +126,21 @@ def zstd_size(data: bytes) -> int:
     return size
 
 
+class _PerThread(threading.local):
+    def __init__(self):
+        # To make one takes ten times as long as decompressing a message.
+        self.zstd = zstandard.ZstdDecompressor()
+
+
+_PER_THREAD = _PerThread()
+
+
 def _decompress_zstd(data, size):
     # Where a frame gives its size, zstandard uses that and not max_output_size.
     claimed = zstandard.get_frame_parameters(data).content_size
     if claimed not in (size, zstandard.CONTENTSIZE_UNKNOWN):
         raise Damaged(f'its zstd frame holds {claimed} bytes, not {size}')
-    return zstandard.ZstdDecompressor().decompress(data, max_output_size=size)
+    return _PER_THREAD.zstd.decompress(data, max_output_size=size)
 
 
 def _decompress_lz4(data, size):

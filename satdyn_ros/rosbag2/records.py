@@ -121,8 +121,8 @@ class IndexRecord(NamedTuple):
         if self.channel_id not in contents.counts:
             return len(self.entries) == 0
         expected = contents.index_of(self.channel_id)
-        found = self.entries[np.argsort(self.entries['offset'], kind='stable')]
-        return np.array_equal(found.view('<u8').reshape(-1, 2), expected)
+        in_order = self.entries[np.argsort(self.entries['offset'], kind='stable')]
+        return in_order.tobytes() == expected.tobytes()
 
 
 def message_indexes(contents: Contents, start: int) -> tuple[bytes, dict[int, int]]:

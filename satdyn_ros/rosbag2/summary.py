@@ -8,7 +8,7 @@ import os
 import struct
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import BinaryIO
 
@@ -47,28 +47,28 @@ class Tally:
     """
     What the summary of a file must say, given the records so far.
 
-    schemas, channels: by id.  chunk_indexes, metadata_indexes, attachment_indexes: their bytes in
-    a file, by the place of what they index.
+    schemas, channels: by id.  chunk_indexes, metadata_indexes, attachment_indexes: by the place of
+    what they index.
     """
 
     def __init__(self) -> None:
         self.schemas: dict[int, Schema] = {}
         self.channels: dict[int, Channel] = {}
         self.statistics = Statistics(0, 0, {}, 0, 0, 0, 0, 0, 0)
-        self.chunk_indexes: dict[int, bytes] = {}
-        self.metadata_indexes: dict[int, bytes] = {}
-        self.attachment_indexes: dict[int, bytes] = {}
+        self.chunk_indexes: dict[int, ChunkIndex] = {}
+        self.metadata_indexes: dict[int, MetadataIndex] = {}
+        self.attachment_indexes: dict[int, AttachmentIndex] = {}
         self.metadata_names: list[str] = []
 
     def add_metadata(self, start: int, length: int, name: str) -> None:
         """Add a metadata record, its place and its whole length."""
-        self.metadata_indexes[start] = written([MetadataIndex(start, length, name)])
+        self.metadata_indexes[start] = MetadataIndex(start, length, name)
         self.metadata_names.append(name)
         self.statistics.metadata_count += 1
 
     def add_attachment(self, start: int, length: int, attachment: Attachment) -> None:
         """Add an attachment, its place and its whole length."""
-        index = AttachmentIndex(
+        self.attachment_indexes[start] = AttachmentIndex(
             offset=start,
             length=length,
             create_time=attachment.create_time,
@@ -77,7 +77,6 @@ class Tally:
             name=attachment.name,
             media_type=attachment.media_type,
         )
-        self.attachment_indexes[start] = written([index])
         self.statistics.attachment_count += 1
 
     def add_chunk(
@@ -89,7 +88,7 @@ class Tally:
         index_length: int,
     ) -> None:
         """Add a chunk at its place, and the message indexes that follow it."""
-        index = ChunkIndex(
+        self.chunk_indexes[start] = ChunkIndex(
             message_start_time=chunk.first_ns,
             message_end_time=chunk.last_ns,
             chunk_start_offset=start,
@@ -100,7 +99,6 @@ class Tally:
             compressed_size=len(chunk.data),
             uncompressed_size=chunk.size,
         )
-        self.chunk_indexes[start] = in_order(index)
         self.statistics.chunk_count += 1
         self.add_messages(contents)
 
@@ -133,8 +131,8 @@ class Tally:
             written(schema for _, schema in sorted(self.schemas.items())),
             written(channel for _, channel in sorted(self.channels.items())),
             written([self.statistics]),
-            b''.join(self.chunk_indexes.values()),
-            b''.join(self.metadata_indexes.values()),
+            written(self.chunk_indexes.values()),
+            written(self.metadata_indexes.values()),
         )
         offsets, end = [], start
         for opcode, group in zip(_GROUPS, groups, strict=True):
@@ -150,12 +148,6 @@ def checksum(summary: bytes, start: int, offset_start: int) -> int:
     """Return the checksum of a summary and of the footer up to the checksum itself."""
     footer = struct.pack('<BQQQ', Opcode.FOOTER, 8 + 8 + 4, start, offset_start)
     return zlib.crc32(footer, zlib.crc32(summary))
-
-
-def in_order(index: ChunkIndex) -> bytes:
-    """Return the bytes of an index in a file, its offsets by channel."""
-    offsets = dict(sorted(index.message_index_offsets.items()))
-    return written([replace(index, message_index_offsets=offsets)])
 
 
 @dataclass

@@ -12,8 +12,9 @@ from mcap.records import Metadata
 
 from ..messages.packers import packer
 from ..messages.topics import ROTOR_TORQUE, rotor_command_of
-from ..rosbag2.errors import BagError, Damaged
+from ..rosbag2.errors import BagError, Damaged, Incomplete
 from ..rosbag2.reader import Bag, Messages, TopicBlock
+from ..rosbag2.summary import read_summary
 from ..run.events import Event, RotorCommand, Torque
 from ..run.scenario import Scenario
 from ..run.simulation import Simulation
@@ -91,6 +92,17 @@ class RecordedRun:
                 f'bag of its size is {most}'
             )
         return last
+
+    @cached_property
+    def tick_count(self) -> int | None:
+        """How many ticks the bag spans; None: its last file is empty or was not completed."""
+        try:
+            statistics = read_summary(self.bag.files[-1], with_chunks=False).statistics
+        except Incomplete:
+            return None
+        if statistics is None or not statistics.message_count:
+            return None
+        return self.ticks.tick_of(statistics.message_end_time) + 1 - self.first_tick
 
     @property
     def events_at_begin(self) -> list[Event]:

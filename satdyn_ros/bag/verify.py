@@ -1,6 +1,6 @@
 """Whether a bag holds what its scenario and its events give: the run is repeated and compared."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import repeat
 from pathlib import Path
@@ -80,10 +80,13 @@ class Verification:
         return '; '.join([said, *self.notes, *([self.problem] if self.problem else [])])
 
 
-def verify(path: str | Path) -> Verification:
+def verify(
+    path: str | Path, show: Callable[[int, int | None], None] = lambda done, total: None
+) -> Verification:
     """
     Run a bag's own scenario and events again and compare every message, byte for byte.
 
+    It takes as long as the run took to simulate.  show(done, total): called with numbers of ticks.
     A bag made on another machine or with other versions may differ by what rounding grows to.
     Damaged: a bag of satdyn_ros that is not as it was written.  BagError: not a bag of satdyn_ros.
     """
@@ -108,6 +111,9 @@ def verify(path: str | Path) -> Verification:
     def observe(simulation: Simulation, applied: list[Event], samples: Samples) -> None:
         conservation.observe(simulation, samples)
         derived.observe(applied, samples)
+        # The last samples may go beyond the end of the bag.
+        done, total = simulation.next_tick - recorded.first_tick, recorded.tick_count
+        show(done if total is None else min(done, total), total)
 
     # A bag closed before its first sample may hold inputs and nothing that follows from them.
     has_samples = recorded.snapshot is not None

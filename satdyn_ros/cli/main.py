@@ -168,7 +168,8 @@ def _verify(given):
     from ..rosbag2.errors import Damaged
 
     try:
-        verdict = verify(given.bag)
+        with progress('verifying', 'ticks') as show:
+            verdict = verify(given.bag, show)
     except Damaged as error:
         print(f'satdyn verify: {_sentence(error)}', file=sys.stderr)
         return ANSWER_IS_NO

@@ -67,6 +67,16 @@ def stamp(tick):
     return flights.EPOCH_NS + round(tick * 10**9 / 30)
 
 
+def test_progress_counts_the_ticks(bag):
+    """Of those that the bag spans, though the run may go on beyond its end."""
+    shown = []
+    verify(bag, lambda *done: shown.append(done))
+    done, total = zip(*shown, strict=True)
+    assert set(total) == {150}
+    assert done == tuple(sorted(done))
+    assert done[-1] == 150
+
+
 def test_a_bag_of_ours_verifies(bag):
     """Every message of every topic, requests, torques and a change of topics on the way."""
     verdict = verify(bag)

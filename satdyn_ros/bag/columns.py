@@ -3,12 +3,15 @@
 import json
 from collections.abc import Iterable, Iterator
 from fractions import Fraction
+from functools import cached_property
 
 import numpy as np
 from mcap.records import Metadata
 
 from ..dynamics import inertia, rotation
+from ..rosbag2.errors import Incomplete
 from ..rosbag2.reader import Messages, TopicBlock
+from ..rosbag2.summary import read_summary
 from . import run_records
 from .recorded_run import RecordedRun
 
@@ -70,7 +73,7 @@ class StateTable:
     names: the columns.  tick, t_s (seconds from tick 0) and stamp_ns come first, then what the
     recorded topics hold, nan at a tick where it was not published, and the angles relative to
     LVLH: roll, pitch and yaw (3-2-1), and the angle between the axis of least inertia, whichever
-    end is nearer, and nadir.  ticks_read: how many of the bag's were yielded.
+    end is nearer, and nadir.  ticks_read: how many of tick_count were yielded.
 
     columns: those wanted, in this order; none: all but segment, which counts the restarts of the
     motion by requests and resets.  step_s: seconds from row to row.  ValueError: the bag has no
@@ -103,6 +106,17 @@ class StateTable:
             self.names += _LVLH_ANGLES
         if columns:
             self._choose(list(dict.fromkeys(columns)))
+
+    @cached_property
+    def tick_count(self) -> int | None:
+        """How many ticks the bag spans; None: its last file is empty or was not completed."""
+        try:
+            statistics = read_summary(self.run.bag.files[-1], with_chunks=False).statistics
+        except Incomplete:
+            return None
+        if statistics is None or not statistics.message_count:
+            return None
+        return self.run.ticks.tick_of(statistics.message_end_time) + 1 - self.run.first_tick
 
     def blocks(self) -> Iterator[Columns]:
         """

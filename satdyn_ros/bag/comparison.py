@@ -1,6 +1,6 @@
 """Messages compared with those of a run: the same bytes, or equal to rounding."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -84,6 +84,23 @@ class Comparison:
         tick = self._run.ticks.tick_of(int(wanted.log_times[i]))
         topic = self._run.names[self._names[int(wanted.channel_ids[i])]]
         return Difference(topic, tick, self._run.ticks.seconds(tick), field)
+
+    def extra(self, recorded: np.ndarray, inputs: Collection[str] = ()) -> Difference | None:
+        """
+        Return the first of recorded messages that the run does not give, None: there is none.
+
+        recorded: the bytes of whole records; inputs: topics by their names in the scenario, whose
+        messages may be among them.
+        """
+        found = Contents(recorded)
+        extra = {i: n[0] for i, n in found.places.items() if self._names.get(i) not in inputs}
+        if not extra:
+            return None
+        self.same_bytes = False
+        channel_id = min(extra, key=extra.__getitem__)
+        tick = self._run.ticks.tick_of(int(found.log_times[extra[channel_id]]))
+        topic = self._run.names.get(self._names.get(channel_id, ''), 'another topic')
+        return Difference(topic, tick, self._run.ticks.seconds(tick), 'an extra message')
 
     def _first_wrong(self, channel_id, rows, right, may_round):
         """Return the first of rows (n, length) that is wrong, and the field in it."""

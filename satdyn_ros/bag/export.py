@@ -84,7 +84,7 @@ def export(
         for block in table.blocks():
             yield block
             rows += len(next(iter(block.values())))
-            show(table.ticks_read, table.run.tick_count)
+            show(table.ticks_read, table.tick_count)
 
     with _complete(output) as part:
         if kind in _TABLES:

@@ -12,9 +12,8 @@ from mcap.records import Metadata
 
 from ..messages.packers import packer
 from ..messages.topics import ROTOR_TORQUE, rotor_command_of
-from ..rosbag2.errors import BagError, Damaged, Incomplete
+from ..rosbag2.errors import BagError, Damaged
 from ..rosbag2.reader import Bag, Messages, TopicBlock
-from ..rosbag2.summary import read_summary
 from ..run.events import Event, RotorCommand, Torque
 from ..run.scenario import Scenario
 from ..run.simulation import Simulation
@@ -57,6 +56,11 @@ class RecordedRun:
         self._layouts: dict[str, np.dtype] = {}
 
     @property
+    def inputs(self) -> tuple[str, ...]:
+        """The inputs of the run, by their names in the scenario."""
+        return tuple(self._inputs_by_topic.values())
+
+    @property
     def first_tick(self) -> int:
         """The tick where the bag begins; 0 if it has no samples."""
         return 0 if self.snapshot is None else self.snapshot['tick']
@@ -64,14 +68,30 @@ class RecordedRun:
     @cached_property
     def events(self) -> list[Event]:
         """What happened in the run, by ticks; at one tick in order."""
+        return self._events_and_last_ns[0]
+
+    @cached_property
+    def _events_and_last_ns(self) -> tuple[list[Event], int | None]:
         happened: list[Event] = []
+        last_ns = None
         for item in self.bag.items():
             if isinstance(item, TopicBlock):
                 happened += self._inputs(item)
+                if len(item.contents):
+                    last_ns = max(last_ns or 0, item.contents.span_ns[1])
             elif item.name == run_records.EVENT:
                 with self._reading(run_records.EVENT):
                     happened.append(run_records.event_from_record(item.metadata))
-        return sorted(happened, key=lambda event: event.tick)
+        return sorted(happened, key=lambda event: event.tick), last_ns
+
+    @property
+    def end_tick(self) -> int:
+        """The tick after the last one with a message or an event."""
+        events, last_ns = self._events_and_last_ns
+        ticks = [event.tick for event in events[-1:]]
+        if last_ns is not None:
+            ticks.append(self.ticks.tick_of(last_ns))
+        return max(ticks, default=self.first_tick) + 1
 
     def last_tick(self) -> int:
         """
@@ -79,8 +99,7 @@ class RecordedRun:
 
         BagError: the bag has no messages.  Damaged: it is too small to have so many ticks.
         """
-        blocks = (item.contents for item in self.bag.items() if isinstance(item, TopicBlock))
-        last_ns = max((block.span_ns[1] for block in blocks if len(block)), default=None)
+        _, last_ns = self._events_and_last_ns
         if last_ns is None:
             raise BagError(f'{self.bag.path} has no messages')
         last = self.ticks.tick_of(last_ns)
@@ -92,17 +111,6 @@ class RecordedRun:
                 f'bag of its size is {most}'
             )
         return last
-
-    @cached_property
-    def tick_count(self) -> int | None:
-        """How many ticks the bag spans; None: its last file is empty or was not completed."""
-        try:
-            statistics = read_summary(self.bag.files[-1], with_chunks=False).statistics
-        except Incomplete:
-            return None
-        if statistics is None or not statistics.message_count:
-            return None
-        return self.ticks.tick_of(statistics.message_end_time) + 1 - self.first_tick
 
     @property
     def events_at_begin(self) -> list[Event]:

@@ -31,7 +31,7 @@ def rerun(
     observe: Callable[[Simulation, list[Event], Samples], None] | None = None,
 ) -> Iterator[Records]:
     """
-    Yield the messages of a run, until it halts, as its bag should hold them.
+    Yield the messages of a run, until it halts or its bag ends, as the bag should hold them.
 
     perturbation_rad: how far the states at the start of motions are turned, and by what fraction
     their rates are changed, so that the distance of two runs shows how errors grow.  observe is
@@ -42,8 +42,8 @@ def rerun(
     already_applied = run.events_at_begin
     chunk = ChunkBuilder()
     packers = {}
-    while True:
-        applied, samples = simulation.advance(_TICKS)
+    while simulation.next_tick < run.end_tick:
+        applied, samples = simulation.advance(min(_TICKS, run.end_tick - simulation.next_tick))
         starts_anew |= any(isinstance(event, Request | Reset) for event in applied)
         if perturbation_rad and starts_anew:
             simulation = _perturbed(run, simulation, samples.first_tick, perturbation_rad)

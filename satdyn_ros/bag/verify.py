@@ -111,9 +111,8 @@ def verify(
     def observe(simulation: Simulation, applied: list[Event], samples: Samples) -> None:
         conservation.observe(simulation, samples)
         derived.observe(applied, samples)
-        # The last samples may go beyond the end of the bag.
-        done, total = simulation.next_tick - recorded.first_tick, recorded.tick_count
-        show(done if total is None else min(done, total), total)
+        first = recorded.first_tick
+        show(simulation.next_tick - first, recorded.end_tick - first)
 
     # A bag closed before its first sample may hold inputs and nothing that follows from them.
     has_samples = recorded.snapshot is not None
@@ -130,8 +129,9 @@ def verify(
             difference = comparison.difference(found, records, twin)
             if difference:
                 break
-        if not has_samples:
-            messages.take(_EVERYTHING)
+        may_remain = () if has_samples else recorded.inputs
+        for rest in () if difference else messages.rest():
+            difference = difference or comparison.extra(rest, may_remain)
         difference = difference or derived.difference(messages.last_ns)
     except BagError:
         raise
@@ -173,9 +173,6 @@ def _is_ours(path: Path) -> bool:
     return False
 
 
-_EVERYTHING = 2**62
-
-
 class _MessageStream:
     """The records of a bag's messages one after the other; count: how many were read."""
 
@@ -195,6 +192,11 @@ class _MessageStream:
         """Whether there are no more."""
         self._fill(1)
         return len(self._waiting) == 0
+
+    def rest(self) -> Iterator[np.ndarray]:
+        """Yield the bytes that are left, in whole records."""
+        while not self.has_ended():
+            yield self.take(len(self._waiting))
 
     def _fill(self, size):
         parts = [self._waiting]

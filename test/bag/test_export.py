@@ -12,7 +12,6 @@ from scipy.spatial.transform import Rotation
 
 from satdyn_ros import Scenario
 from satdyn_ros.bag import columns as columns_module
-from satdyn_ros.bag import recorded_run
 from satdyn_ros.bag.export import Options, export, table
 from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.dynamics import rotation
@@ -336,13 +335,13 @@ def test_the_summary_is_read_once(tmp_path, monkeypatch):
     """It is as long as the bag, and there are as many blocks of rows as the bag is long."""
     bag, read = flights.record(tmp_path / 'bag', flush=True), []
     monkeypatch.setattr(columns_module, '_BLOCK_ROWS', 1)
-    read_summary = recorded_run.read_summary
+    read_summary = columns_module.read_summary
 
     def counted(path, **options):
         read.append(path)
         return read_summary(path, **options)
 
-    monkeypatch.setattr(recorded_run, 'read_summary', counted)
+    monkeypatch.setattr(columns_module, 'read_summary', counted)
     shown = []
     export(bag, tmp_path / 'states.csv', show=lambda *done: shown.append(done))
     assert len(shown) > 1

@@ -14,6 +14,7 @@ from satdyn_ros.bag import run_records
 from satdyn_ros.bag.recorded_run import RecordedRun
 from satdyn_ros.bag.recording import Recording
 from satdyn_ros.bag.verify import verify
+from satdyn_ros.rosbag2.scan import scan
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 
@@ -68,7 +69,7 @@ def stamp(tick):
 
 
 def test_progress_counts_the_ticks(bag):
-    """Of those that the bag spans, though the run may go on beyond its end."""
+    """Of those that the bag spans, and no further does the run go."""
     shown = []
     verify(bag, lambda *done: shown.append(done))
     done, total = zip(*shown, strict=True)
@@ -334,3 +335,42 @@ def test_the_same_machine_owes_the_same_bytes(tmp_path, monkeypatch):
     verdict = aside(tmp_path, monkeypatch, 1e-15)
     assert not verdict.is_true
     assert verdict.of_allowed == 0.0
+
+
+def test_a_message_after_the_end_of_a_run_is_extra(tmp_path):
+    """The last stamp of ROS ends a run, and its bag."""
+    values = {'publish.rate': 10.0, 'publish.topics': ['attitude']}
+    scenario = Scenario(values | {'time.epoch_ns': (2**31 - 3) * 10**9})
+    bag = flights.record(tmp_path / 'bag', scenario, 30, ())
+    assert verify(bag).is_true
+
+    def doubled(topic, log_time, data):
+        is_last = log_time == scenario['time.epoch_ns'] + 2_900_000_000
+        return unchanged(topic, log_time, data) * (1 + is_last)
+
+    verdict = verify(rewritten(bag, tmp_path / 'longer.mcap', doubled))
+    assert not verdict.is_true
+    assert 'an extra message of /attitude at tick 29, 2.9 s' in str(verdict)
+
+
+def test_messages_without_their_start_are_extra(bag, tmp_path):
+    """Without the snapshot that comes ahead of the first sample, no message can be compared."""
+    records = [found.item for found in scan(bag / 'bag_0.mcap')]
+    kept = [record for record in records if getattr(record, 'name', '') != run_records.SNAPSHOT]
+    assert len(kept) < len(records)
+    file = flights.rewritten(kept, tmp_path / 'bare.mcap')
+    file.finish()
+    verdict = verify(file.path)
+    assert not verdict.is_true
+    assert 'an extra message of /' in str(verdict)
+
+
+def test_inputs_without_a_sample_verify(tmp_path):
+    """A node may close its bag after an input and before the tick where it acts."""
+    scenario = flights.GYROSTAT
+    recording = Recording(tmp_path / 'bag', scenario, scenario.topics)
+    recording.event(flights.Torque(0, (0.1, 0.0, 0.0)), flights.EPOCH_NS)
+    recording.close()
+    verdict = verify(tmp_path / 'bag')
+    assert verdict.is_true
+    assert verdict.message_count == 1

@@ -21,6 +21,7 @@ from ..run.samples import Samples, merged
 from ..run.simulation import Simulation
 from . import run_records
 from .comparison import TWIN_RAD, Comparison, Difference
+from .declared import check_declarations
 from .recorded_run import RecordedRun
 from .rerun import Records, rerun
 
@@ -93,6 +94,7 @@ def verify(
     try:
         notes = _notes(path)
         recorded = RecordedRun(path)
+        check_declarations(recorded)
     except BagError as error:
         if isinstance(error, Damaged) == _is_ours(Path(path)):
             raise

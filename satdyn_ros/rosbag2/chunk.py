@@ -8,6 +8,7 @@ as tables, so that a message costs no more than copying it.
 import io
 import struct
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 from mcap.data_stream import ReadDataStream
@@ -111,8 +112,7 @@ class Contents:
         """The schemas and the channels by their ids; Damaged: one cannot be read."""
         if len(self._others) == 0:
             return {}, {}
-        schemas, channels = self._declared(Schema), self._declared(Channel)
-        return {schema.id: schema for schema in schemas}, {c.id: c for c in channels}
+        return self._declared(Schema), self._declared(Channel)
 
     def message_records(self) -> np.ndarray:
         """Return the records of the messages alone, (n,) uint8."""
@@ -142,6 +142,13 @@ class Contents:
         return [self.data[i:j].tobytes() for i, j in zip(begins, ends, strict=True)]
 
     def _declared(self, kind):
+        declared: dict[int, Any] = {}
+        for record in self._records(kind):
+            if declared.setdefault(record.id, record) != record:
+                raise Damaged(f'it declares {kind.__name__} {record.id} in two ways')
+        return declared
+
+    def _records(self, kind):
         opcode = int(Opcode.SCHEMA if kind is Schema else Opcode.CHANNEL)
         for start in self._others[self.data[self._others] == opcode].tolist():
             content = self.data[start + _PREFIX : start + self._length(start)]

@@ -7,6 +7,7 @@ out; so did version 0.1, which wrote no checksum of the data.
 
 import re
 from pathlib import Path
+from typing import Any
 
 from mcap.records import (
     Attachment,
@@ -75,6 +76,7 @@ class DataSection:
             case Header():
                 self.header = item
             case Block(contents, chunk):
+                self._check_declarations(found, contents)
                 if chunk is None:
                     self.tally.add_messages(contents)
                     self._check_channels(found, contents)
@@ -124,6 +126,20 @@ class DataSection:
         self.tally.add_chunk(found.start, chunk, contents, self._indexes, size)
         self._check_channels(found, contents)
         self._chunk = None
+
+    def _check_declarations(self, found: Found, contents: Contents) -> None:
+        (schemas, channels), tally = contents.declarations, self.tally
+        pairs: list[tuple[dict[int, Any], dict[int, Any]]] = [
+            (schemas, tally.schemas),
+            (channels, tally.channels),
+        ]
+        for declared, before in pairs:
+            for id_, record in declared.items():
+                if before.get(id_, record) != record:
+                    kind = type(record).__name__
+                    raise found.damaged(
+                        self.path, f'{kind} {id_} was declared before, in another way'
+                    )
 
     def _check_channels(self, found: Found, contents: Contents) -> None:
         unknown = contents.counts.keys() - self.tally.channels.keys()

@@ -98,7 +98,7 @@ class Bag:
     def topics(self) -> dict[str, TopicMetadata]:
         """The recorded topics by name; of an unfinished file, those that have messages."""
         topics = {}
-        for schemas, channels in self._declarations:
+        for schemas, channels in self.declarations:
             for channel in channels.values():
                 schema = schemas.get(channel.schema_id)
                 topics[channel.topic] = TopicMetadata.from_records(channel, schema)
@@ -107,11 +107,11 @@ class Bag:
     @cached_property
     def channel_ids(self) -> dict[str, int]:
         """Channel ids by topic name, from the last file that has the topic."""
-        declared = (channels for _, channels in self._declarations)
+        declared = (channels for _, channels in self.declarations)
         return {channel.topic: i for channels in declared for i, channel in channels.items()}
 
     @cached_property
-    def _declarations(self) -> list[tuple[dict[int, Schema], dict[int, Channel]]]:
+    def declarations(self) -> list[tuple[dict[int, Schema], dict[int, Channel]]]:
         """The schemas and channels of each file by id, from its summary if it has one."""
         return [self._declared(path) for path in self.files]
 

@@ -81,13 +81,13 @@ class SummarySection:
     def _check_declarations(self) -> None:
         tally = self._data.tally
         for kind, declared in ((Schema, tally.schemas), (Channel, tally.channels)):
-            listed = {found.item.id: found for found in self._of(kind)}
-            for id_, record in declared.items():
-                if id_ in listed and listed[id_].item != record:
-                    raise self._damaged(listed[id_], 'the data declare another of this id')
-                if id_ not in listed and (listed or self._data.is_ours):
-                    raise self._missing(f'{kind.__name__} {id_}')
-            declared |= {id_: found.item for id_, found in listed.items()}
+            listed = self._of(kind)
+            missing = declared.keys() - {found.item.id for found in listed}
+            if missing and (listed or self._data.is_ours):
+                raise self._missing(f'{kind.__name__} {min(missing)}')
+            for found in listed:
+                if declared.setdefault(found.item.id, found.item) != found.item:
+                    raise self._damaged(found, 'another of this id is declared before it')
 
     def _check_indexes(self, kind: type, expected: Mapping[int, McapRecord]) -> None:
         listed = self._of(kind)
@@ -97,6 +97,8 @@ class SummarySection:
             place = index.chunk_start_offset if kind is ChunkIndex else index.offset
             if expected.get(place) != index:
                 raise self._damaged(found, f'it does not match what is at byte {place}')
+            if place in places:
+                raise self._damaged(found, f'another one points at byte {place}')
             places.add(place)
         if expected.keys() - places and (listed or self._data.is_ours):
             raise self._missing(f'{kind.__name__} of byte {min(expected.keys() - places)}')

@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import flights
+import numpy as np
 import pytest
 from mcap.records import Channel, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader
@@ -14,7 +15,10 @@ from satdyn_ros.bag import run_records
 from satdyn_ros.bag.recorded_run import RecordedRun
 from satdyn_ros.bag.recording import Recording
 from satdyn_ros.bag.verify import verify
-from satdyn_ros.rosbag2.scan import scan
+from satdyn_ros.rosbag2.chunk import Contents
+from satdyn_ros.rosbag2.errors import Damaged
+from satdyn_ros.rosbag2.records import written
+from satdyn_ros.rosbag2.scan import Block, scan
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 
@@ -374,3 +378,72 @@ def test_inputs_without_a_sample_verify(tmp_path):
     verdict = verify(tmp_path / 'bag')
     assert verdict.is_true
     assert verdict.message_count == 1
+
+
+@pytest.mark.parametrize(
+    ('method', 'changed'),
+    [
+        ('register_schema', lambda name, encoding, data: (name + '2', encoding, data)),
+        ('register_schema', lambda name, encoding, data: (name, 'ros2idl', data)),
+        (
+            'register_schema',
+            lambda name, encoding, data: (
+                name,
+                encoding,
+                data.replace(b'float64 x', b'float64 w'),
+            ),
+        ),
+        ('register_channel', lambda topic, _, schema, metadata: (topic, 'json', schema, metadata)),
+    ],
+)
+def test_messages_declared_as_something_else_are_refused(
+    bag, tmp_path, monkeypatch, method, changed
+):
+    """Their bytes are right, and a reader would take them for what they are not."""
+    register = getattr(Writer, method)
+    monkeypatch.setattr(
+        Writer, method, lambda self, *declared: register(self, *changed(*declared))
+    )
+    path = rewritten(bag, tmp_path / 'other.mcap', unchanged)
+    wanted = 'does not declare /attitude as geometry_msgs/msg/QuaternionStamped in CDR'
+    with pytest.raises(Damaged, match=wanted):
+        verify(path)
+
+
+def test_another_comment_in_a_definition_is_allowed(bag, tmp_path, monkeypatch):
+    """Versions of ROS differ in them."""
+    register = Writer.register_schema
+
+    def commented(self, name, encoding, data):
+        return register(self, name, encoding, b'# As ever.\n\n' + data.replace(b'#', b'# Or:'))
+
+    monkeypatch.setattr(Writer, 'register_schema', commented)
+    assert verify(rewritten(bag, tmp_path / 'other.mcap', unchanged)).same_bytes
+
+
+def test_files_that_swap_their_topics_are_refused(tmp_path):
+    """Messages are compared by channel: two topics of one type must not change places."""
+    scenario = flights.GYROSTAT.with_values(
+        {'publish.topics': ['attitude', 'attitude_lvlh'], 'record.max_size_bytes': 20_000}
+    )
+    bag = flights.record(tmp_path / 'bag', scenario, 600, (), flush=True)
+    (bag / 'metadata.yaml').unlink()
+    first = bag / 'bag_0.mcap'
+    assert verify(bag).is_true
+    records = [found.item for found in scan(first)]
+    names = {'/attitude': '/attitude_lvlh', '/attitude_lvlh': '/attitude'}
+    for i, record in enumerate(records):
+        if isinstance(record, Block):
+            schemas, channels = record.contents.declarations
+            swapped = [replace(c, topic=names.get(c.topic, c.topic)) for c in channels.values()]
+            parts = [
+                written([*schemas.values(), *swapped]),
+                bytes(record.contents.message_records()),
+            ]
+            contents = Contents(np.frombuffer(b''.join(parts), np.uint8))
+            chunk = record.chunk._replace(compression='', data=bytes(contents.data))
+            records[i] = Block(contents, chunk)
+    first.unlink()
+    flights.rewritten(records, first).finish()
+    with pytest.raises(Damaged, match='the channel of /attitude'):
+        verify(bag)

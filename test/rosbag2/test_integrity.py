@@ -4,14 +4,18 @@ import io
 import random
 import re
 import shutil
+from dataclasses import replace
 
 import flights
+import numpy as np
 import pytest
 import yaml
 from mcap.records import (
     Attachment,
     AttachmentIndex,
+    Channel,
     Chunk,
+    ChunkIndex,
     DataEnd,
     Footer,
     Header,
@@ -23,11 +27,13 @@ from mcap.stream_reader import StreamReader
 from mcap.writer import MCAP0_MAGIC, Writer
 
 from satdyn_ros.bag.verify import verify
+from satdyn_ros.rosbag2.chunk import Contents
 from satdyn_ros.rosbag2.errors import Damaged
 from satdyn_ros.rosbag2.integrity import check, check_file
+from satdyn_ros.rosbag2.mcap_file import McapFile
 from satdyn_ros.rosbag2.reader import Bag
 from satdyn_ros.rosbag2.records import PREFIX, IndexRecord, written
-from satdyn_ros.rosbag2.scan import Flaw, scan
+from satdyn_ros.rosbag2.scan import Block, Flaw, scan
 from satdyn_ros.rosbag2.summary import FOOTER_SIZE, checksum
 
 SCENARIO = flights.GYROSTAT.with_values({'publish.topics': ('attitude', 'imu')})
@@ -157,6 +163,34 @@ def test_a_record_that_does_not_belong_in_the_summary_is_told(bag, tmp_path, rec
     path = with_in_summary(bag, tmp_path, record)
     with pytest.raises(Damaged, match=rf'the {name} record at byte \d+: it does not'):
         check_file(path)
+
+
+def test_the_summary_says_each_thing_once(bag, tmp_path):
+    """A second Channel of an id may be another, and a chunk with two indexes be played twice."""
+    kinds = {type(item): item for _, _, item in scan(bag / 'bag_0.mcap')}
+    index, channel = kinds[ChunkIndex], kinds[Channel]
+    path = with_in_summary(bag, tmp_path, written([index]))
+    with pytest.raises(Damaged, match=rf'another one points at byte {index.chunk_start_offset}'):
+        check_file(path)
+    path = with_in_summary(bag, tmp_path, written([replace(channel, topic='/other')]))
+    with pytest.raises(Damaged, match=r'Channel record at byte \d+: another of this id'):
+        check_file(path)
+
+
+def test_a_channel_is_declared_in_one_way(bag, tmp_path):
+    """Whoever reads from start to end would take the messages for those of another topic."""
+    records = [found.item for found in scan(bag / 'bag_0.mcap')]
+    held = [bytes(record.contents.data) for record in records if isinstance(record, Block)]
+    channel = next(item for item in records if isinstance(item, Channel))
+    held[1] += written([replace(channel, topic='/other')])
+    file = McapFile(tmp_path / 'bag_0.mcap', records[0])
+    for data in held:
+        file.write_chunk(np.frombuffer(data, np.uint8), '', data)
+    file.finish()
+    with pytest.raises(Damaged, match='Channel 1 was declared before, in another way'):
+        check_file(file.path)
+    with pytest.raises(Damaged, match='Channel 1 in two ways'):
+        _ = Contents(np.frombuffer(b''.join(held[:2]), np.uint8)).declarations
 
 
 def test_attachments_and_unknown_records_of_other_writers_are_sound(tmp_path):

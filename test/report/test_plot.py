@@ -1,6 +1,7 @@
 """Figures of bags: what they show is what the run says."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -66,9 +67,9 @@ def test_every_panel_has_units(bag):
     for axes in figure.axes:
         labels = [axes.get_ylabel(), axes.get_zlabel() if hasattr(axes, 'get_zlabel') else '[]']
         assert all('[' in label for label in labels)
-        dashed = [line for line in axes.get_lines() if len(set(line.get_xdata())) == 1]
         if axes.get_shared_x_axes().get_siblings(axes)[1:]:
-            assert [line.get_xdata()[0] for line in dashed] == [6000.0 / 3600.0]
+            (mark,) = axes.collections[-1].get_segments()
+            assert mark[:, 0].tolist() == [6000.0 / 3600.0] * 2
     assert '[h]' in figure.axes[len(PANELS) - 3].get_xlabel()
 
 
@@ -122,10 +123,23 @@ def test_torques_are_shaded_and_restarts_marked(bag):
     run = history(path)
     assert run.driven == [(100.0, 601.0)]
     axes = draw(run, ['rates']).axes[0]
-    (shade,) = axes.patches
-    assert shade.get_extents().width > 0.0
-    marks = [line for line in axes.get_lines() if len(set(line.get_xdata())) == 1]
-    assert [line.get_xdata()[0] for line in marks] == [900.0 / panels.time_unit(run)[0]]
+    shades, marks = axes.collections
+    minutes = panels.time_unit(run)[0]
+    (shade,) = shades.get_paths()
+    width = [100.0 / minutes, 601.0 / minutes]
+    np.testing.assert_allclose(shade.get_extents().intervalx, width, rtol=1e-15)
+    assert [mark[:, 0].tolist() for mark in marks.get_segments()] == [[900.0 / minutes] * 2]
+    unmarked = draw(replace(run, events=[], driven=[]), ['rates']).axes[0]
+    assert axes.get_ylim() == unmarked.get_ylim()
+
+
+def test_thousands_of_restarts_are_one_mark_each(bag):
+    """However many there are at one tick."""
+    path = bag.parent / 'restarted'
+    for _ in simulate(SCENARIO, 100, path, [Reset(k) for k in range(100) for _ in range(30)]):
+        pass
+    (marks,) = draw(history(path), ['rates']).axes[0].collections
+    assert len(marks.get_segments()) == 100
 
 
 def test_a_part_is_drawn(bag):

@@ -4,7 +4,6 @@ import copy
 from bisect import insort
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -305,7 +304,8 @@ class Simulation:
         return happened
 
     def _restart_from_conditions(self, tick):
-        self._system = replace(self._system, rotors=self.conditions.system.rotors)
+        acting = self._system
+        self._system = self.conditions.system.driven(acting.torque_b, acting.rotor_torque)
         self._suite = self._suite.restarted()
         start_s = self.ticks.seconds(tick)
         state = self.conditions.state_at(start_s)
@@ -383,11 +383,8 @@ class Simulation:
             topic if topic == 'torque' else f'rotor_command.{_rotor_of(topic)}': until
             for topic, until in snapshot['until'].items()
         }
-        simulation._system = replace(
-            scenario.system,
-            rotors=simulation.conditions.system.rotors,
-            torque_b=np.array(snapshot['torque_b']),
-            rotor_torque=snapshot['rotor_torque'],
+        simulation._system = simulation.conditions.system.driven(
+            np.array(snapshot['torque_b']), np.array(snapshot['rotor_torque'])
         )
         begin = snapshot['begin_state']
         state = State(

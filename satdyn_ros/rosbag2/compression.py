@@ -31,9 +31,9 @@ _ZSTD_LEVEL = -1
 # entry of a message index has 16 bytes.
 _LEAST_MESSAGES, _BYTES_PER_MESSAGE = 2**22, 4
 
-# How many schemas and channels all chunks of a file may hold, whose ids have two bytes, and the
-# most bytes of them: a thousand types have a few millions.
-_MOST_DECLARATIONS, _MOST_DECLARED = 2 * 2**16, 8 * 2**20
+# How many schemas and channels all chunks of a file may hold, and the most bytes of them: a
+# thousand types have a few millions.
+_MOST_DECLARATIONS, _MOST_DECLARED = 2**15, 8 * 2**20
 
 
 class Allowance:

@@ -101,6 +101,8 @@ class FrameReader:
         # A message in a chunk of its own, with the indexes of both, has over 50 bytes a record.
         self._most_records = 20_000 + self.size // 50
         self._most_misses = 5_000 + self.size // 5_000
+        # rosbag2 writes none; each costs as much as a chunk.
+        self._attachments, self._most_attachments = 0, 1_000 + self.size // 1_000
 
     @property
     def is_finished(self) -> bool:
@@ -132,6 +134,12 @@ class FrameReader:
                 raise BagError(
                     f'{self._file.name} has more than {self._most_records} records, the limit '
                     'for a file of its size'
+                )
+            self._attachments += frame.opcode == Opcode.ATTACHMENT
+            if self._attachments > self._most_attachments:
+                raise BagError(
+                    f'{self._file.name} has more than {self._most_attachments} attachments, the '
+                    'limit for a file of its size'
                 )
             self.place = frame.end
             self.is_broken_off = frame.end == self.size and not frame.is_whole

@@ -102,7 +102,7 @@ def _is_listed(path: Path, files: list[CheckedFile]) -> bool:
 def _first_words(files: list[Path]) -> tuple[Mapping[str, str], str]:
     """Return custom_data and ros_distro from the first readable rosbag2 record."""
     for file in files:
-        for found in scan(file):
+        for found in scan(file, with_indexes=False):
             item = found.item
             if not (isinstance(item, Metadata) and item.name == metadata.NAME):
                 continue
@@ -156,7 +156,7 @@ def _copy(path: Path, file: McapFile, survey: Survey) -> None:
     """Write what can be recovered of a file; a channel that lost its declaration gets it back."""
     known = survey.tally
     compression = ''
-    for found in scan(path):
+    for found in scan(path, with_indexes=False):
         match found.item:
             case Metadata(name=name, metadata=mapping):
                 is_last = name == metadata.NAME and name in file.tally.metadata_names

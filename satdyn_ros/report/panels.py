@@ -182,22 +182,22 @@ TIME_PANELS = {
 
 def events(axes: 'Axes', history: History) -> None:
     """Mark requests and resets by a line, and shade where an applied torque acts."""
+    from matplotlib.collections import LineCollection, PolyCollection
+
     seconds, _ = time_unit(history)
+    driven = [(begin_s / seconds, end_s / seconds) for begin_s, end_s in history.driven]
+    restarts = {t_s for t_s, event in history.events if isinstance(event, Request | Reset)}
+    spans = [[(begin, 0), (begin, 1), (end, 1), (end, 0)] for begin, end in driven]
+    lines = [[(t_s / seconds, 0), (t_s / seconds, 1)] for t_s in sorted(restarts)]
+    across = axes.get_xaxis_transform()
     # A collection draws thousands in the time of a few single lines.
-    bottom_to_top, across = (0.0, 1.0), axes.get_xaxis_transform()
-    spans = [(begin_s / seconds, (end_s - begin_s) / seconds) for begin_s, end_s in history.driven]
-    if spans:
-        axes.broken_barh(
-            spans, bottom_to_top, color=COLOURS[3], alpha=0.15, lw=0.0, transform=across
-        )
-    restarts = {
-        t_s / seconds for t_s, event in history.events if isinstance(event, Request | Reset)
-    }
-    if restarts:
-        times = sorted(restarts)
-        axes.vlines(
-            times, *bottom_to_top, color='0.35', lw=1.2, alpha=0.7, zorder=0, transform=across
-        )
+    shades = PolyCollection(spans, transform=across, color=COLOURS[3], alpha=0.15, lw=0.0)
+    marks = LineCollection(
+        lines, transform=across, color='0.35', alpha=0.7, linewidths=1.2, zorder=0
+    )
+    for parts, collection in ((spans, shades), (lines, marks)):
+        if parts:
+            axes.add_collection(collection, autolim=False)
 
 
 def polhode(axes: Any, history: History) -> None:

@@ -14,6 +14,7 @@ PACKAGE = Path(__file__).parent.parent / 'satdyn_ros'
 ROOMS = [
     'code_folder',
     'compiled',
+    'uninterrupted',
     'dynamics',
     'exact',
     'sensors',

@@ -3,7 +3,6 @@
 import math
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import AbstractContextManager, nullcontext
 from fractions import Fraction
 from pathlib import Path
 
@@ -18,13 +17,12 @@ from ..run.requests import requested, try_out
 from ..run.scenario import Scenario
 from ..run.simulation import RunHalted, Simulation
 from ..run.ticks import LAST_STAMP_NS, Ticks
+from ..uninterrupted import uninterrupted
 from .recorded_run import RecordedRun
 from .recording import Recording
 
 # Enough ticks that only their bytes cost time, few enough for a few megabytes.
 BLOCK_TICKS = 8192
-
-_NOTHING = nullcontext()
 
 
 def simulate(
@@ -32,16 +30,15 @@ def simulate(
     duration_s: str | float,
     directory: str | Path,
     events: Sequence[Event] = (),
-    shelter: AbstractContextManager[object] = _NOTHING,
 ) -> Iterator[int]:
     """
     Record the ticks k with k / rate < duration_s into a new bag and yield how many are done.
 
-    The bag is complete when the iteration ends, even if it is closed half way.  An epoch of 0 is
-    the wall clock's full second.  shelter: entered while the bag is written, which a signal must
-    not interrupt.  ValueError: an event that the scenario does not allow, or a state from which no
-    motion can start.  OSError: as BagWriter.  RunHalted: the run came to a halt; the bag has the
-    ticks before.
+    The bag is complete when the iteration ends, even if it is closed half way, and SIGINT and
+    SIGTERM wait while it is written.  An epoch of 0 is the wall clock's full second.
+    ValueError: an event that the scenario does not allow, or a state from which no motion can
+    start.  OSError: as BagWriter.  RunHalted: the run came to a halt; the bag has the ticks
+    before.
     """
     scenario = with_epoch(scenario)
     changes = [event.names for event in events if isinstance(event, Topics)]
@@ -57,17 +54,17 @@ def simulate(
     recording: Recording | None = None
     rows: dict[str, np.ndarray] = {}
     try:
-        with shelter:
+        with uninterrupted():
             recording = Recording(directory, simulation.scenario, scenario.topics)
         while simulation.next_tick < count and not simulation.halted:
             block = min(BLOCK_TICKS, count - simulation.next_tick)
             applied, samples = simulation.advance(block)
-            with shelter:
+            with uninterrupted():
                 _record(simulation, applied, samples, packers, rows, recording)
             yield simulation.next_tick
     finally:
         if recording is not None:
-            with shelter:
+            with uninterrupted():
                 recording.close()
     if simulation.halted:
         raise RunHalted(f'{simulation.halted}; {directory} has {simulation.next_tick} ticks')

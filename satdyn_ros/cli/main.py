@@ -139,8 +139,8 @@ def _simulate(given):
     count = tick_count(scenario, given.duration)
     done = 0
     try:
-        with interruptible() as shelter, progress('simulating', 'ticks') as show:
-            for done in simulate(scenario, given.duration, given.out, happening, shelter):
+        with progress('simulating', 'ticks') as show:
+            for done in simulate(scenario, given.duration, given.out, happening):
                 show(done, count)
     finally:
         if done:

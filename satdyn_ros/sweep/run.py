@@ -18,6 +18,7 @@ from itertools import islice
 from multiprocessing import resource_tracker
 from multiprocessing.process import BaseProcess
 from pathlib import Path
+from queue import SimpleQueue
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,7 @@ from ..dynamics.batch import propagate_all
 from ..dynamics.lanes import LANES
 from ..dynamics.propagator import Propagation
 from ..run.scenario import Scenario
+from ..uninterrupted import uninterrupted
 from .outcome import columns
 from .plan import Plan
 from .resources import check_resources
@@ -103,24 +105,29 @@ def _run_batches(plan, parts, executor, work, show):
     missing = (each for each in batches(plan) if not (parts / _name(each[0])).exists())
     done = sum(last - first for first, last in batches(plan) if (parts / _name(first)).exists())
     running: dict[Any, Any] = {}
+    finished: SimpleQueue[Any] = SimpleQueue()
     with executor as pool:
-        show(done, len(plan))
         try:
             while True:
-                with _without_interruption():
+                show(done, len(plan))
+                # An exception within the executor's functions could leave a lock taken, for which
+                # its threads would wait for ever: interruptions act between them.
+                with uninterrupted(), _hidden_from_processes():
                     for first, last in islice(missing, _IN_FLIGHT - len(running)):
-                        running[pool.submit(work, text, first, last)] = first, last
+                        future = pool.submit(work, text, first, last)
+                        future.add_done_callback(finished.put)
+                        running[future] = first, last
                 if not running:
                     return
-                finished, _ = futures.wait(running, return_when=futures.FIRST_COMPLETED)
-                for future in finished:
+                future = finished.get()
+                with uninterrupted():
                     rows, (first, last) = future.result(), running.pop(future)
                     if rows is not None:
                         write_part(parts / _name(first), plan, rows)
-                    done += last - first
-                show(done, len(plan))
+                done += last - first
         except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
+            with uninterrupted():
+                pool.shutdown(wait=False, cancel_futures=True)
             raise
 
 
@@ -154,7 +161,7 @@ def _executor(workers, dask_address):
 
 
 @contextmanager
-def _without_interruption():
+def _hidden_from_processes():
     """Let processes started here leave SIGINT to this one from their first moment."""
     # It would lift the block when the first process is started.
     resource_tracker.ensure_running()

@@ -14,6 +14,7 @@ from rosbags.typesys import Stores, get_typestore
 from satdyn_ros.bag import simulate
 from satdyn_ros.bag.export import Options, export
 from satdyn_ros.bag.recorded_run import RecordedRun
+from satdyn_ros.bag.recording import Recording
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.cli.interruption import Terminated, interruptible
 from satdyn_ros.dynamics import rotation
@@ -158,25 +159,19 @@ def test_a_run_that_is_broken_off_leaves_a_complete_bag(tmp_path):
     assert verify(tmp_path / 'bag').is_true
 
 
-class Interrupted:
-    """A shelter in which a signal comes at once."""
-
-    def __init__(self, shelter):
-        self.shelter = shelter
-
-    def __enter__(self):
-        self.shelter.__enter__()
-        signal.raise_signal(signal.SIGTERM)
-
-    def __exit__(self, *raised):
-        self.shelter.__exit__(*raised)
-
-
-def test_a_run_that_is_interrupted_while_its_bag_begins_leaves_a_complete_bag(tmp_path):
+def test_a_run_that_is_interrupted_while_its_bag_begins_leaves_a_complete_bag(
+    tmp_path, monkeypatch
+):
     """The interruption waits until the bag has its scenario."""
+
+    def interrupted(*arguments):
+        signal.raise_signal(signal.SIGTERM)
+        return Recording(*arguments)
+
     path = tmp_path / 'bag'
-    with pytest.raises(Terminated), interruptible() as shelter:
-        list(simulate.simulate(GYROSTAT, '1', path, shelter=Interrupted(shelter)))
+    monkeypatch.setattr(simulate, 'Recording', interrupted)
+    with pytest.raises(Terminated), interruptible():
+        list(simulate.simulate(GYROSTAT, '1', path))
     verification = verify(path)
     assert verification.is_true
     assert verification.message_count == 0

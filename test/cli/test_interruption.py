@@ -11,18 +11,34 @@ import pytest
 import yaml
 
 from satdyn_ros.bag.verify import verify
-from satdyn_ros.cli.interruption import Terminated, interruptible
 
 ROOT = Path(__file__).parents[2]
 DEFAULT = ROOT / 'config/default.yaml'
+# The command, with Ctrl-C when its main thread has just taken the lock of a future.
+CTRL_C_AT_A_LOCK = """
+import signal, sys, threading
+from satdyn_ros.cli.main import main
+
+def enter(condition):
+    entered = plain(condition)
+    caller = sys._getframe(1).f_globals['__name__']
+    if threading.get_ident() == here and caller == 'concurrent.futures._base':
+        threading.Condition.__enter__ = plain
+        signal.raise_signal(signal.SIGINT)
+    return entered
+
+here, plain = threading.get_ident(), threading.Condition.__enter__
+threading.Condition.__enter__ = enter
+sys.exit(main(sys.argv[1:]))
+"""
 # A rate whose steps are so small that one block of ticks takes minutes.
 STIFF = {'orbit': {'type': 'fixed'}, 'initial': {'angular_velocity': [1e4, 1e3, 0.0]}}
 
 
-def start(*arguments, **options):
+def start(*arguments, program=('-m', 'satdyn_ros.cli.main'), **options):
     """Start the command in a process group of its own, as a terminal does."""
     return subprocess.Popen(
-        [sys.executable, '-m', 'satdyn_ros.cli.main', *map(str, arguments)],
+        [sys.executable, *program, *map(str, arguments)],
         cwd=ROOT,
         stderr=subprocess.PIPE,
         text=True,
@@ -63,30 +79,34 @@ def test_a_stiff_run_is_interrupted_in_the_midst_of_a_block(tmp_path, number, co
     assert verify(bag).is_true
 
 
-def test_an_interruption_waits_for_what_must_not_be_torn():
-    """Inside the shelter a signal is kept, and acts when the shelter ends."""
-    done = []
-    with pytest.raises(Terminated), interruptible() as shelter:  # noqa: PT012
-        with shelter:
-            signal.raise_signal(signal.SIGTERM)
-            done.append('inside')
-        done.append('after')
-    assert done == ['inside']
-
-
-@pytest.mark.parametrize('parts', [0, 1])
-def test_a_sweep_ends_with_its_processes_and_says_nothing(tmp_path, parts):
-    """Ctrl-C, which a terminal sends to all processes, at the start and in the midst."""
-    path, directory = tmp_path / 'sweep.yaml', tmp_path / 'sweep'
+@pytest.fixture
+def long_sweep(tmp_path):
+    """Return the path of a sweep of more batches than a test waits for."""
+    path = tmp_path / 'sweep.yaml'
     path.write_text(
         f'{{scenario: {DEFAULT}, duration_s: 1.0e+5, runs: 5000, vary: '
         '{initial.attitude: sphere}}'
     )
-    process = start('sweep', path, '-o', directory)
+    return path
+
+
+@pytest.mark.parametrize('parts', [0, 1])
+def test_a_sweep_ends_with_its_processes_and_says_nothing(long_sweep, tmp_path, parts):
+    """Ctrl-C, which a terminal sends to all processes, at the start and in the midst."""
+    directory = tmp_path / 'sweep'
+    process = start('sweep', long_sweep, '-o', directory)
     wait_for(process, (directory / 'parts').exists)
     wait_for(process, lambda: len(list((directory / 'parts').glob('*.parquet'))) >= parts)
     os.killpg(process.pid, signal.SIGINT)
     # The workers hold stderr open: it ends when they have ended too.
+    _, errors = process.communicate()
+    assert (process.returncode, errors) == (130, '')
+
+
+def test_a_sweep_ends_where_an_interruption_would_leave_a_lock_taken(long_sweep, tmp_path):
+    """The executor's thread takes the locks of its futures too, and is awaited at the end."""
+    program = ('-c', CTRL_C_AT_A_LOCK)
+    process = start('sweep', long_sweep, '-o', tmp_path / 'sweep', program=program)
     _, errors = process.communicate()
     assert (process.returncode, errors) == (130, '')
 

@@ -20,6 +20,14 @@ def interruptible() -> Iterator[None]:
     before = [signal.signal(number, _interrupt) for number in numbers] if is_main else []
     try:
         yield
+    except SystemError as error:
+        # What becomes of an interruption while numba makes Python objects of a result.
+        cause: BaseException | None = error
+        while isinstance(cause, SystemError):
+            cause = cause.__cause__
+        if isinstance(cause, KeyboardInterrupt):
+            raise cause from None
+        raise
     finally:
         for number, handler in zip(numbers, before, strict=False):
             signal.signal(number, handler)

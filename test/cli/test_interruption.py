@@ -31,6 +31,19 @@ here, plain = threading.get_ident(), threading.Condition.__enter__
 threading.Condition.__enter__ = enter
 sys.exit(main(sys.argv[1:]))
 """
+# The command, with Ctrl-C when a result of a compiled function becomes a Python object.
+CTRL_C_AT_A_RESULT = """
+import signal, sys
+from numba.core import serialize
+from satdyn_ros.cli.main import main
+
+def unpickle(*arguments):
+    signal.raise_signal(signal.SIGINT)
+    return plain(*arguments)
+
+plain, serialize._numba_unpickle = serialize._numba_unpickle, unpickle
+sys.exit(main(sys.argv[1:]))
+"""
 # A rate whose steps are so small that one block of ticks takes minutes.
 STIFF = {'orbit': {'type': 'fixed'}, 'initial': {'angular_velocity': [1e4, 1e3, 0.0]}}
 
@@ -107,6 +120,15 @@ def test_a_sweep_ends_where_an_interruption_would_leave_a_lock_taken(long_sweep,
     """The executor's thread takes the locks of its futures too, and is awaited at the end."""
     program = ('-c', CTRL_C_AT_A_LOCK)
     process = start('sweep', long_sweep, '-o', tmp_path / 'sweep', program=program)
+    _, errors = process.communicate()
+    assert (process.returncode, errors) == (130, '')
+
+
+def test_an_interruption_within_a_call_of_compiled_code_is_no_error(tmp_path):
+    """It arrives as a SystemError, since the call returns a result and an exception."""
+    bag = tmp_path / 'bag'
+    start('simulate', DEFAULT, '--duration', '1', '-o', bag).communicate()
+    process = start('verify', bag, program=('-c', CTRL_C_AT_A_RESULT))
     _, errors = process.communicate()
     assert (process.returncode, errors) == (130, '')
 

@@ -1,11 +1,14 @@
 """Signals end a command at once and cleanly; a failing standard output loses no work."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
 import time
+from itertools import cycle
 from pathlib import Path
+from random import Random
 
 import pytest
 import yaml
@@ -43,6 +46,19 @@ def unpickle(*arguments):
 
 plain, serialize._numba_unpickle = serialize._numba_unpickle, unpickle
 sys.exit(main(sys.argv[1:]))
+"""
+# The command, which says when it begins; what comes before and after is Python's own.
+COMMAND = """
+import signal, sys
+from satdyn_ros.cli.interruption import interruptible
+from satdyn_ros.cli.main import main
+
+signal.signal(signal.SIGINT, signal.SIG_IGN)
+signal.signal(signal.SIGTERM, signal.SIG_IGN)
+with interruptible():
+    print('begun', flush=True)
+    code = main(sys.argv[1:])
+sys.exit(code)
 """
 # A rate whose steps are so small that one block of ticks takes minutes.
 STIFF = {'orbit': {'type': 'fixed'}, 'initial': {'angular_velocity': [1e4, 1e3, 0.0]}}
@@ -131,6 +147,47 @@ def test_an_interruption_within_a_call_of_compiled_code_is_no_error(tmp_path):
     process = start('verify', bag, program=('-c', CTRL_C_AT_A_RESULT))
     _, errors = process.communicate()
     assert (process.returncode, errors) == (130, '')
+
+
+@pytest.fixture
+def commands(long_sweep, tmp_path):
+    """Return commands of all kinds, with {} where the path of an output begins."""
+    bag, torn = tmp_path / 'bag', tmp_path / 'torn'
+    start('simulate', DEFAULT, '--duration', '5e3', '-o', bag).communicate()
+    shutil.copytree(bag, torn)
+    file = torn / 'bag_0.mcap'
+    os.truncate(file, file.stat().st_size // 2)
+    return [
+        ['simulate', DEFAULT, '--duration', '1e5', '-o', '{}'],
+        ['verify', bag],
+        ['sweep', long_sweep, '-o', '{}'],
+        ['export', bag, '-o', '{}.csv'],
+        ['recover', torn, '-o', '{}'],
+        ['export', bag, '-o', '{}.parquet'],
+        ['export', bag, '-o', '{}.aem'],
+        ['report', bag, '-o', '{}.html'],
+        ['plot', bag, '-o', '{}.png'],
+    ]
+
+
+@pytest.mark.parametrize('count', [4, pytest.param(200, marks=pytest.mark.torture)])
+def test_commands_end_cleanly_at_whatever_instant_they_are_interrupted(commands, count, tmp_path):
+    """By Ctrl-C or SIGTERM, or they were done; all their processes end, without a traceback."""
+    random = Random(count)
+    for number, command in zip(range(count), cycle(commands), strict=False):
+        arguments = [str(each).format(tmp_path / f'out_{number}') for each in command]
+        process = start(*arguments, program=('-c', COMMAND), stdout=subprocess.PIPE)
+        assert process.stdout.readline() == 'begun\n'
+        time.sleep(random.uniform(0.0, 2.0))
+        kind, code = random.choice([(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+        if kind == signal.SIGINT:
+            os.killpg(process.pid, kind)
+        else:
+            process.send_signal(kind)
+        _, errors = process.communicate()
+        assert process.returncode in (0, code), f'{command}: {errors}'
+        assert 'Traceback' not in errors
+    print(f'{count} commands interrupted')
 
 
 def test_an_output_that_fails_does_not_change_what_was_done(tmp_path):

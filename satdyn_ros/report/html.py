@@ -4,6 +4,7 @@ import json
 from collections.abc import Iterable, Iterator
 from html import escape
 from importlib.resources import files
+from operator import itemgetter
 from pathlib import Path
 from string import Template
 from typing import Any
@@ -92,7 +93,7 @@ def playable(run: History) -> dict[str, Any]:
 
     description and table: see scene.py.  bands: the rows in which the body turns too far for a
     line, and tables of the least and the most there; null where there are none.  marks: events
-    (t_s, kind 'restart' or 'change', text) and driven intervals (from, to) [s].  notice: what the
+    (t_s, kind 'restart' or 'change') and driven intervals (from, to) [s].  notice: what the
     3-D view cannot show, or ''.  sensors: by their names a table of t_s, error and systematic, and
     sigma, see sensor_errors.py.
     """
@@ -104,7 +105,7 @@ def playable(run: History) -> dict[str, Any]:
         'bands': {'rows': far.tolist(), 'least': table(run.least), 'most': table(run.most)}
         if len(far)
         else None,
-        'marks': {'events': list(_marks(run)), 'driven': run.driven},
+        'marks': {'events': _marks(run), 'driven': run.driven},
         'notice': _notice(run),
         'sensors': {name: _errors(errors) for name, errors in run.sensors.items()},
     }
@@ -152,11 +153,20 @@ def _notice(run):
     )
 
 
-def _marks(run) -> Iterator[dict[str, Any]]:
+def _marks(run):
+    """Return when restarts and changes were, each instant once."""
+    told = {
+        (t_s, 'restart' if isinstance(event, Request | Reset) else 'change'): None
+        for t_s, event in _discrete(run)
+    }
+    return [{'t_s': t_s, 'kind': kind} for t_s, kind in told]
+
+
+def _discrete(run):
+    """Yield the events that are told one by one."""
     for t_s, event in run.events:
         if isinstance(event, Request | Reset | Topics):
-            kind = 'restart' if isinstance(event, Request | Reset) else 'change'
-            yield {'t_s': t_s, 'kind': kind, 'text': to_yaml([event]).strip()}
+            yield t_s, event
 
 
 def _integrals(run):
@@ -184,12 +194,14 @@ def _closed_forms(run):
 
 def _events(run: History) -> Iterator[tuple[str, str]]:
     """Yield what happened: restarts and changes one by one, torques as intervals."""
-    listed = [(mark['t_s'], mark['text'].removeprefix('- ')) for mark in _marks(run)]
-    listed += [(begin_s, f'applied torque until {end_s:.9g} s') for begin_s, end_s in run.driven]
-    for t_s, text in sorted(listed)[:_LISTED_EVENTS]:
-        yield f'{t_s:.9g}', text
-    if len(listed) > _LISTED_EVENTS:
-        yield '…', f'{len(listed) - _LISTED_EVENTS} more'
+    happened = sorted([*_discrete(run), *run.driven], key=itemgetter(0))
+    for t_s, what in happened[:_LISTED_EVENTS]:
+        if isinstance(what, float):
+            yield f'{t_s:.9g}', f'applied torque until {what:.9g} s'
+        else:
+            yield f'{t_s:.9g}', to_yaml([what]).strip().removeprefix('- ')
+    if len(happened) > _LISTED_EVENTS:
+        yield '…', f'{len(happened) - _LISTED_EVENTS} more'
 
 
 def _differences(scenario: Scenario) -> Iterator[tuple[str, str, str, str]]:

@@ -9,8 +9,8 @@ import pytest
 from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.dynamics import rotation
 from satdyn_ros.report.history import history
-from satdyn_ros.report.html import TABLE_ROWS, report
-from satdyn_ros.run.events import Request, Torque
+from satdyn_ros.report.html import TABLE_ROWS, playable, report
+from satdyn_ros.run.events import Request, Reset, Torque
 from satdyn_ros.run.scenario import Scenario
 
 EVENTS = [
@@ -132,6 +132,18 @@ def test_play_and_scrub(page, browser):
     marks = browser.find_elements('css selector', '.marks i')
     assert [mark.get_attribute('class') for mark in marks] == ['driven', 'restart']
     assert pages.errors(browser) == []
+
+
+def test_what_happens_at_one_instant_has_one_mark(folder):
+    """The table tells the first of the events one by one, and how many there are."""
+    path = bag(folder / 'resets', 10, {'publish': {'rate': 1.0}}, [Reset(5)] * 1000)
+    assert playable(history(path, TABLE_ROWS))['marks']['events'] == [
+        {'t_s': 5.0, 'kind': 'restart'}
+    ]
+    report(path, folder / 'resets.html')
+    text = (folder / 'resets.html').read_text()
+    assert text.count('reset: true') == 200
+    assert '<td>800 more</td>' in text
 
 
 @pytest.mark.parametrize('size', [(1280, 720), (390, 844)])

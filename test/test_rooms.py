@@ -14,7 +14,7 @@ PACKAGE = Path(__file__).parent.parent / 'satdyn_ros'
 ROOMS = [
     'code_folder',
     'compiled',
-    'uninterrupted',
+    'interruption',
     'dynamics',
     'exact',
     'sensors',

@@ -11,13 +11,13 @@ import numpy as np
 from ..dynamics import rotation
 from ..dynamics.orbit import KeplerOrbit
 from ..exchange.aem_reader import attitude_at
+from ..interruption import uninterrupted
 from ..messages.packers import packer
 from ..run.events import Event, Request, RotorCommand, Topics, Torque
 from ..run.requests import requested, try_out
 from ..run.scenario import Scenario
 from ..run.simulation import RunHalted, Simulation
 from ..run.ticks import LAST_STAMP_NS, Ticks
-from ..uninterrupted import uninterrupted
 from .recorded_run import RecordedRun
 from .recording import Recording
 
@@ -34,11 +34,11 @@ def simulate(
     """
     Record the ticks k with k / rate < duration_s into a new bag and yield how many are done.
 
-    The bag is complete when the iteration ends, even if it is closed half way, and SIGINT and
-    SIGTERM wait while it is written.  An epoch of 0 is the wall clock's full second.
-    ValueError: an event that the scenario does not allow, or a state from which no motion can
-    start.  OSError: as BagWriter.  RunHalted: the run came to a halt; the bag has the ticks
-    before.
+    The bag is complete when the iteration ends, even if it is closed half way.  An epoch of 0 is
+    the wall clock's full second.  An interruptible context is not interrupted while the bag is
+    written.  ValueError: an event that the scenario does not allow, or a state from which no
+    motion can start.  OSError: as BagWriter.  RunHalted: the run came to a halt; the bag has the
+    ticks before.
     """
     scenario = with_epoch(scenario)
     changes = [event.names for event in events if isinstance(event, Topics)]

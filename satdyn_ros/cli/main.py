@@ -6,8 +6,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from ..interruption import Terminated, interruptible
 from .arguments import INPUT_IS_WRONG, parser
-from .interruption import Terminated, interruptible
 from .output import output_that_may_fail
 from .progress import progress, show_notices
 

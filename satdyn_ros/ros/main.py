@@ -15,6 +15,7 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.signals import SignalHandlerOptions, install_signal_handlers
 
 from ..compiled import load_numba_without_blas
+from ..interruption import interruptible, uninterrupted
 from ..run.parameter_file import parameters_of_yaml, scenario_text
 from .executor import Executor
 from .node import SatdynNode
@@ -47,6 +48,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _refuse(f'--ros-args does not allow {error}')
     except (ValueError, RCLError, NameValidationException) as error:
         return _refuse(error)
+    except KeyboardInterrupt:
+        return 0
     sys.setswitchinterval(_SWITCH_INTERVAL_S)
     try:
         return _run(values)
@@ -65,28 +68,23 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(values):
-    # A node is built, and its equations compiled, under Python's own handlers, which interrupt
-    # at once; those of rclpy let a spinning executor end.
-    signals = []
-
-    def interrupt(number, frame):
-        # The compiler may lose the exception in a callback of its own.
-        signals.append(number)
-        raise KeyboardInterrupt
-
-    signal.signal(signal.SIGINT, interrupt)
-    signal.signal(signal.SIGTERM, interrupt)
-    _show_notices()
-    load_numba_without_blas()
-    # Garbage is collected between ticks, and objects made at the start are never scanned again.
-    gc.disable()
-    node = SatdynNode(values)
-    if signals:
-        node.destroy_node()
-        return 0
-    gc.freeze()
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    # Nothing may tear what a running or ending node does, such as completing its bag: the handlers
+    # of rclpy, which call these, let a spinning executor end.
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda number, frame: None)
+    # A node is built, and its equations compiled, under handlers that interrupt at once.
+    with interruptible() as heard:
+        _show_notices()
+        load_numba_without_blas()
+        # Garbage is collected between ticks, and objects made at the start are never scanned
+        # again.
+        gc.disable()
+        node = SatdynNode(values)
+        gc.freeze()
+        if heard:
+            with uninterrupted():
+                node.destroy_node()
+            return 0
     install_signal_handlers()
     executor = Executor()
     try:

@@ -10,6 +10,7 @@ import rclpy.node
 
 from ..dynamics.propagator import Propagation
 from ..exchange.utc import SECOND_NS
+from ..interruption import uninterrupted
 from ..messages.topics import TOPICS
 from ..run.events import Event, Halt, Topics, TorquesDropped
 from ..run.requests import try_out
@@ -61,7 +62,8 @@ class SatdynNode(rclpy.node.Node):
         try:
             self._build(Scenario({**(values or {}), **given_parameters(self)}))
         except BaseException:
-            self.destroy_node()
+            with uninterrupted():
+                self.destroy_node()
             raise
 
     def _build(self, scenario):
@@ -107,9 +109,10 @@ class SatdynNode(rclpy.node.Node):
                 ),
             },
         )
-        if scenario['record.enabled']:
-            self._recorder = self._open_recorder()
-        self._pacing.start()
+        with uninterrupted():
+            if scenario['record.enabled']:
+                self._recorder = self._open_recorder()
+            self._pacing.start()
         # Not before: for its first line rclpy looks some 50 ms for the caller.
         self.get_logger().info(self._what_begins(scenario))
         for doubt in scenario.doubts:

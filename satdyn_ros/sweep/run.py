@@ -29,8 +29,8 @@ from ..bag.simulate import simulate
 from ..dynamics.batch import propagate_all
 from ..dynamics.lanes import LANES
 from ..dynamics.propagator import Propagation
+from ..interruption import interruptible, uninterrupted
 from ..run.scenario import Scenario
-from ..uninterrupted import uninterrupted
 from .outcome import columns
 from .plan import Plan
 from .resources import check_resources
@@ -106,7 +106,7 @@ def _run_batches(plan, parts, executor, work, show):
     done = sum(last - first for first, last in batches(plan) if (parts / _name(first)).exists())
     running: dict[Any, Any] = {}
     finished: SimpleQueue[Any] = SimpleQueue()
-    with executor as pool:
+    with interruptible(), executor as pool:
         try:
             while True:
                 show(done, len(plan))

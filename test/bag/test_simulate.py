@@ -16,9 +16,9 @@ from satdyn_ros.bag.export import Options, export
 from satdyn_ros.bag.recorded_run import RecordedRun
 from satdyn_ros.bag.recording import Recording
 from satdyn_ros.bag.verify import verify
-from satdyn_ros.cli.interruption import Terminated, interruptible
 from satdyn_ros.dynamics import rotation
 from satdyn_ros.exchange import utc
+from satdyn_ros.interruption import Terminated, interruptible
 from satdyn_ros.run.events import Request, Topics, Torque
 from satdyn_ros.run.scenario import Scenario
 

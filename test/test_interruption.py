@@ -2,11 +2,11 @@
 
 import signal
 import threading
+from contextlib import suppress
 
 import pytest
 
-from satdyn_ros.cli.interruption import Terminated, interruptible
-from satdyn_ros.uninterrupted import uninterrupted
+from satdyn_ros.interruption import Terminated, interruptible, uninterrupted
 
 
 @pytest.mark.parametrize(
@@ -34,15 +34,35 @@ def test_a_signal_acts_after_an_error():
     assert isinstance(caught.value.__context__, ValueError)
 
 
-def test_other_threads_leave_signals_alone():
-    """Only the main thread may say what a signal does."""
-    handlers = []
+def test_a_context_in_another_thread_does_not_hold_the_main_one():
+    """Signals act in the main thread alone, and only what it does can be torn."""
+    inside, ended = threading.Event(), threading.Event()
 
     def work():
         with uninterrupted():
-            handlers.append(signal.getsignal(signal.SIGINT))
+            inside.set()
+            ended.wait()
 
     thread = threading.Thread(target=work)
     thread.start()
+    inside.wait()
+    with pytest.raises(Terminated), interruptible():
+        signal.raise_signal(signal.SIGTERM)
+    ended.set()
     thread.join()
-    assert handlers == [signal.getsignal(signal.SIGINT)]
+
+
+def test_the_handlers_of_others_stay():
+    """Such as those of rclpy, which Python cannot put back."""
+    before = signal.getsignal(signal.SIGINT)
+    with uninterrupted():
+        assert signal.getsignal(signal.SIGINT) is before
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+
+
+def test_what_a_callback_loses_is_in_the_list():
+    """As in a callback of the compiler, whose exceptions are dropped."""
+    with interruptible() as heard, suppress(KeyboardInterrupt):
+        signal.raise_signal(signal.SIGINT)
+    assert heard == [signal.SIGINT]

@@ -1,0 +1,76 @@
+"""Ctrl-C and SIGTERM: they end a command at once, but never tear what must be whole."""
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+_NUMBERS = (signal.SIGINT, signal.SIGTERM)
+
+# How many contexts the main thread is in that wait for their end, and the signals that wait.
+_depth = 0
+_waiting: list[int] = []
+
+
+class Terminated(KeyboardInterrupt):
+    """SIGTERM, which ends a command as Ctrl-C does."""
+
+
+@contextmanager
+def interruptible() -> Iterator[list[int]]:
+    """
+    Let SIGINT raise KeyboardInterrupt and SIGTERM Terminated; yield the list of those that came.
+
+    A callback of a library may lose the exception; the list does not.
+    """
+    heard: list[int] = []
+
+    def hear(number: int, frame: Any) -> None:
+        heard.append(number)
+        if _depth:
+            _waiting.append(number)
+        else:
+            _interrupt(number)
+
+    # Only the main thread may say what a signal does, and only there does it act.
+    before = [signal.signal(number, hear) for number in _NUMBERS] if _is_main() else []
+    try:
+        yield heard
+    except SystemError as error:
+        # What becomes of an interruption while numba makes Python objects of a result.
+        cause: BaseException | None = error
+        while isinstance(cause, SystemError):
+            cause = cause.__cause__
+        if isinstance(cause, KeyboardInterrupt):
+            raise cause from None
+        raise
+    finally:
+        for number, handler in zip(_NUMBERS, before, strict=False):
+            signal.signal(number, handler)
+
+
+@contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Let the signals of an interruptible context wait until the end; other ones do as ever."""
+    global _depth
+    if not _is_main():
+        yield
+        return
+    _depth += 1
+    try:
+        yield
+    finally:
+        _depth -= 1
+        if _waiting and not _depth:
+            number = _waiting[0]
+            _waiting.clear()
+            _interrupt(number)
+
+
+def _is_main():
+    return threading.current_thread() is threading.main_thread()
+
+
+def _interrupt(number):
+    raise KeyboardInterrupt if number == signal.SIGINT else Terminated

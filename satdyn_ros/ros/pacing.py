@@ -143,6 +143,7 @@ class Pacing:
 
     def start(self) -> None:
         """Begin with the next tick."""
+        self._garbage.begin()
         self._thread.start()
 
     def stop(self) -> None:

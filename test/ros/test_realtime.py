@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 import time
+from types import SimpleNamespace
 
 import pytest
 from ros.live import ROOT
@@ -96,6 +97,7 @@ def collections(monkeypatch):
     gc.callbacks.append(callback)
     yield happened
     gc.callbacks.remove(callback)
+    gc.unfreeze()
     gc.enable()
 
 
@@ -128,6 +130,16 @@ def test_pythons_own_collection_is_left_alone():
     """Where it is enabled, as in a program that has nodes among other things, none is added."""
     assert gc.isenabled()
     assert not GarbageCollection().collect_within(10**12)
+
+
+def test_what_was_there_before_the_ticks_is_never_scanned(collections):
+    """However soon they begin: to scan the modules of a node takes longer than many ticks."""
+    silent = SimpleNamespace(publish=lambda row: None, published=lambda *told: None)
+    silent.prepare = lambda applied, samples: silent
+    pacing = Pacing(Simulation(Scenario({'publish.rate': 50.0})), silent, 0.0, print)
+    pacing.start()
+    pacing.stop()
+    assert not any(each is pacing for each in gc.get_objects())
 
 
 def test_no_garbage_is_collected_inside_a_tick(collections):

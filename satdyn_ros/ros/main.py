@@ -15,7 +15,7 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.signals import SignalHandlerOptions, install_signal_handlers
 
 from ..compiled import load_numba_without_blas
-from ..interruption import interruptible, uninterrupted
+from ..interruption import interruptible
 from ..run.parameter_file import parameters_of_yaml, scenario_text
 from .executor import Executor
 from .node import SatdynNode
@@ -70,35 +70,26 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run(values):
     # Nothing may tear what a running or ending node does, such as completing its bag: the handlers
     # of rclpy, which call these, let a spinning executor end.
+    told: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda number, frame: None)
+        signal.signal(number, lambda number, frame: told.append(number))
     # A node is built, and its equations compiled, under handlers that interrupt at once.
     with interruptible() as heard:
         _show_notices()
         load_numba_without_blas()
-        # Garbage is collected between ticks, and objects made at the start are never scanned
-        # again.
+        # Garbage is collected between ticks.
         gc.disable()
         node = SatdynNode(values)
-        gc.freeze()
-        if heard:
-            with uninterrupted():
-                node.destroy_node()
-            return 0
     install_signal_handlers()
     executor = Executor()
     try:
         executor.add_node(node)
-        executor.spin()
+        if not (heard or told):
+            executor.spin()
     except ExternalShutdownException:
         pass
     finally:
-        name = node.get_logger().name
         node.destroy_node()
-        if len(node.lateness):
-            # A logger of its own: what is logged under the node's name goes to /rosout as well,
-            # whose publisher has lost its context, yet lives as long as any handle is in use.
-            rclpy.logging.get_logger(f'{name}.pacing').info(str(node.lateness))
     return 0 if node.failure is None else 1
 
 

@@ -6,6 +6,7 @@ from datetime import datetime, timezone
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
+import rclpy.logging
 import rclpy.node
 
 from ..dynamics.propagator import Propagation
@@ -113,10 +114,10 @@ class SatdynNode(rclpy.node.Node):
             if scenario['record.enabled']:
                 self._recorder = self._open_recorder()
             self._pacing.start()
-        # Not before: for its first line rclpy looks some 50 ms for the caller.
-        self.get_logger().info(self._what_begins(scenario))
-        for doubt in scenario.doubts:
-            self.get_logger().warning(doubt)
+            # Not before: for its first line rclpy looks some 50 ms for the caller.
+            self.get_logger().info(self._what_begins(scenario))
+            for doubt in scenario.doubts:
+                self.get_logger().warning(doubt)
 
     def _what_begins(self, scenario):
         """Return the line that is logged at the start."""
@@ -136,7 +137,7 @@ class SatdynNode(rclpy.node.Node):
         return Lateness() if self._pacing is None else self._pacing.lateness
 
     def destroy_node(self) -> None:
-        """End the ticks, complete the bag and leave the graph."""
+        """End the ticks, complete the bag, leave the graph, and log how late the ticks were."""
         if self._own_services is not None:
             self._own_services.close()
         if self._pacing is not None:
@@ -146,7 +147,12 @@ class SatdynNode(rclpy.node.Node):
             recorder, self._recorder = self._recorder, None
         if recorder is not None:
             recorder.close()
+        name = self.get_logger().name
         super().destroy_node()
+        if len(self.lateness):
+            # A logger of its own: what is logged under the node's name goes to /rosout as well,
+            # whose publisher has lost its context, yet lives as long as any handle is in use.
+            rclpy.logging.get_logger(f'{name}.pacing').info(str(self.lateness))
 
     # -- what the ticks hold, from the pacing thread --------------------------------------------
 

@@ -1,10 +1,13 @@
 """A node that is told to end, by someone impatient."""
 
+import os
 import signal
+import subprocess
+import sys
 import time
 
 import pytest
-from ros.live import LiveNode
+from ros.live import PATIENCE_S, LiveNode
 
 from satdyn_ros.bag.verify import verify
 
@@ -27,3 +30,36 @@ def test_a_bag_is_complete_however_often_its_node_is_told_to_end(tmp_path, numbe
     assert (path / 'metadata.yaml').exists()
     assert verify(path).is_true
     assert 'Traceback' not in errors
+
+
+# A node that is told to end before its first line, when it has published.
+EARLY = """
+import os, signal, sys, time
+from satdyn_ros.ros import main, node
+
+say = node.SatdynNode._what_begins
+
+def late(self, scenario):
+    while not len(self.lateness):
+        time.sleep(0.001)
+    os.kill(os.getpid(), signal.SIGINT)
+    return say(self, scenario)
+
+node.SatdynNode._what_begins = late
+sys.exit(main.main([]))
+"""
+
+
+def test_a_node_that_has_published_says_what_it_did_however_early_it_ends():
+    """Its first line and its last, though the signal comes before the first."""
+    done = subprocess.run(
+        [sys.executable, '-c', EARLY],
+        env=os.environ,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE_S,
+    )
+    assert done.returncode == 0
+    line, last = done.stderr.splitlines()
+    assert 'publishing' in line
+    assert 'lateness' in last

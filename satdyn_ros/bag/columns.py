@@ -166,7 +166,7 @@ class StateTable:
     def _recorded(self, block: TopicBlock) -> Columns:
         """Return stamp_ns and the recorded columns of the ticks in a block of messages."""
         contents = block.contents
-        channels = {topic: i for i, topic in block.topics.items() if i in contents.places}
+        channels = {block.topics[i]: i for i in contents.places}
         present = {
             name: channels[self.run.names[name]]
             for name in self._fields
@@ -239,7 +239,9 @@ class StateTable:
 def _joined_tick(before: Columns, part: Columns) -> Columns:
     """Complete the last row of `before` from the first of part; return the rest of part."""
     for name, values in part.items():
-        column = before.setdefault(name, np.full(len(before['stamp_ns']), np.nan))
+        if name not in before:
+            before[name] = np.full(len(before['stamp_ns']), np.nan)
+        column = before[name]
         if name != 'stamp_ns' and np.isnan(column[-1]):
             column[-1] = values[0]
     return {name: values[1:] for name, values in part.items()}

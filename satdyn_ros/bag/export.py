@@ -173,9 +173,13 @@ def _attitudes(blocks, with_rates):
         if with_rates:
             omega_bi_b = np.stack([block[name] for name in OMEGA_BI_B], axis=-1)
         known = ~np.isnan(np.sum(q_ib, axis=-1) + np.sum(omega_bi_b, axis=-1))
-        for segment in np.unique(block['segment'][known]):
-            rows = known & (block['segment'] == segment)
-            yield _Attitudes(int(segment), block['stamp_ns'][rows], q_ib[rows], omega_bi_b[rows])
+        segments = block['segment']
+        restarts = np.flatnonzero(np.diff(segments)) + 1
+        for rows in np.split(np.arange(len(segments)), restarts):
+            rows = rows[known[rows]]
+            if len(rows):
+                segment = int(segments[rows[0]])
+                yield _Attitudes(segment, block['stamp_ns'][rows], q_ib[rows], omega_bi_b[rows])
 
 
 @contextmanager

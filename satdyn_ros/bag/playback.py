@@ -16,6 +16,8 @@ from ..run import ros_yaml
 _BEST_EFFORT = ('best_effort', 2)
 _TRANSIENT_LOCAL = ('transient_local', 1)
 _SMALLEST_DEPTH, _LARGEST_DEPTH = 10, 20_000
+# A publisher takes milliseconds to make.
+_MOST_TOPICS = 2000
 
 
 class Playback:
@@ -24,7 +26,7 @@ class Playback:
 
     types, qos: of each topic that has messages in CDR, by its name.  begin_ns, end_ns: the first
     and the last log time.  BagError, here and while reading: path is no such bag, holds no
-    messages, or is damaged.
+    messages, or more topics than any system has, or is damaged.
     """
 
     def __init__(self, path: str | Path):
@@ -51,6 +53,8 @@ class Playback:
                     self.types[channel.topic] = schema.name
         if not spans:
             raise BagError(f'{path} holds no messages')
+        if len(self.types) > _MOST_TOPICS:
+            raise BagError(f'{path} has {len(self.types)} topics; the limit is {_MOST_TOPICS}')
         self.begin_ns = min(begin for begin, _ in spans)
         self.end_ns = max(end for _, end in spans)
         self.qos = {name: offered(bag.topics[name].qos) for name in self.types}

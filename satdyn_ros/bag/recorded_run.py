@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from mcap.records import Metadata
 
 from ..messages.packers import packer
 from ..messages.topics import ROTOR_TORQUE, rotor_command_of
@@ -166,17 +165,18 @@ class RecordedRun:
     def _begin(self) -> dict[str, dict[str, str]]:
         """Return the first metadata record of each name ahead of the first sample."""
         records: dict[str, dict[str, str]] = {}
+        inputs: set[str] = set()
         for item in self.bag.items():
-            if isinstance(item, Metadata):
-                records.setdefault(item.name, item.metadata)
-                continue
-            if run_records.SCENARIO not in records:
-                break
-            with self._reading(run_records.SCENARIO):
-                names, _ = run_records.names_and_machine(records[run_records.SCENARIO])
-            inputs = {names.get(name) for name in _INPUTS}
-            if not item.by_topic().keys() <= inputs:
-                break
+            if isinstance(item, TopicBlock):
+                topics = {item.topics[i] for i in item.contents.counts}
+                if not (inputs and topics <= inputs):
+                    break
+            elif item.name not in records:
+                records[item.name] = item.metadata
+                if item.name == run_records.SCENARIO:
+                    with self._reading(run_records.SCENARIO):
+                        names, _ = run_records.names_and_machine(item.metadata)
+                    inputs = {names[name] for name in _INPUTS if name in names}
         return records
 
     def _inputs(self, block: TopicBlock) -> list[Event]:

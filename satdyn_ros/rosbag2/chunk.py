@@ -8,6 +8,7 @@ as tables, so that a message costs no more than copying it.
 import io
 import struct
 from functools import cached_property, partial
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -43,26 +44,24 @@ class Contents:
     The complete records of a chunk.
 
     data (N,) uint8; for its M messages offsets (M,), where they begin, channel_ids (M,), and
-    log_times (M,) [ns].  Bytes after the last complete record are left out.
+    log_times (M,) [ns]; span_ns: the first and the last log time, zeros if there is no message.
+    Bytes after the last complete record are left out.
     """
 
     def __init__(self, data: np.ndarray):
         # The code is compiled for read-only arrays; others would compile it again.
         fixed = data.view()
         fixed.flags.writeable = False
-        size, self.offsets, self.channel_ids, self.log_times, self._others = _record_places(fixed)
+        size, self.offsets, self.channel_ids, self.log_times, span_ns, others = _record_places(
+            fixed
+        )
+        self.span_ns: tuple[int, int] = span_ns
+        self._others = others
         self.data = data[:size]
         self._given_size = len(data)
 
     def __len__(self) -> int:
         return len(self.offsets)
-
-    @cached_property
-    def span_ns(self) -> tuple[int, int]:
-        """The first and the last log time; zeros if there is no message."""
-        if len(self) == 0:
-            return 0, 0
-        return int(self.log_times.min()), int(self.log_times.max())
 
     def check(self, allowance: Allowance) -> None:
         """
@@ -90,17 +89,21 @@ class Contents:
     @cached_property
     def counts(self) -> dict[int, int]:
         """The number of messages of each channel that has any."""
-        return {i: int(n) for i, n in enumerate(np.bincount(self.channel_ids)) if n}
+        return {i: len(places) for i, places in self.places.items()}
 
     @cached_property
     def places(self) -> dict[int, np.ndarray]:
         """The places of each channel's messages among all messages, for channels that have any."""
-        return {i: np.flatnonzero(self.channel_ids == i) for i in self.counts}
+        channel_ids, begins, places = _by_channel(self.channel_ids)
+        spans = zip(channel_ids.tolist(), pairwise(begins.tolist()), strict=True)
+        return {i: places[begin:end] for i, (begin, end) in spans}
 
     def index_of(self, channel_id: int) -> np.ndarray:
         """Return log time [ns] and offset of each message of a channel, (n, 2) uint64."""
-        count = self.counts[channel_id]
-        return _index(self.channel_ids, self.log_times, self.offsets, channel_id, count)
+        places = self.places[channel_id]
+        index = np.empty((len(places), 2), np.uint64)
+        index[:, 0], index[:, 1] = self.log_times[places], self.offsets[places]
+        return index
 
     @cached_property
     def heads(self) -> np.ndarray:
@@ -192,20 +195,22 @@ def messages_end(data: np.ndarray, last_opcode: int) -> int:
 
 @partial(
     compiled,
-    signature='Tuple((int64, int64[::1], uint16[::1], uint64[::1], int64[::1]))'
-    '(Array(uint8, 1, "C", readonly=True))',
+    signature='Tuple((int64, int64[::1], uint16[::1], uint64[::1], UniTuple(uint64, 2), '
+    'int64[::1]))(Array(uint8, 1, "C", readonly=True))',
     nogil=True,
 )
 def _record_places(data):
     """
     Return where the last complete record ends, and where each of them begins.
 
-    The messages: where they begin, their channels and log times; the others: where they begin.
+    The messages: where they begin, their channels, log times, and the first and last of these; the
+    others: where they begin.
     """
     offsets = np.empty(len(data) // _HEAD_SIZE + 1, np.int64)
     channel_ids = np.empty(len(offsets), np.uint16)
     log_times = np.empty(len(offsets), np.uint64)
     others = np.empty(len(data) // _PREFIX + 1, np.int64)
+    first_ns, last_ns = np.uint64(2**64 - 1), np.uint64(0)
     start, messages, other = 0, 0, 0
     while start + _PREFIX <= len(data):
         length = _number(data, start + 1, 8)
@@ -215,7 +220,8 @@ def _record_places(data):
         if data[start] == _MESSAGE and end - start >= _HEAD_SIZE:
             offsets[messages] = start
             channel_ids[messages] = _number(data, start + 9, 2)
-            log_times[messages] = _number(data, start + 15, 8)
+            log_time = log_times[messages] = _number(data, start + 15, 8)
+            first_ns, last_ns = min(first_ns, log_time), max(last_ns, log_time)
             messages += 1
         else:
             others[other] = start
@@ -226,24 +232,37 @@ def _record_places(data):
         offsets[:messages].copy(),
         channel_ids[:messages].copy(),
         log_times[:messages].copy(),
+        (first_ns if messages else last_ns, last_ns),
         others[:other].copy(),
     )
 
 
 @partial(
     compiled,
-    signature='uint64[:, ::1](uint16[::1], uint64[::1], int64[::1], int64, int64)',
+    signature='Tuple((int64[::1], int64[::1], int64[::1]))(uint16[::1])',
     nogil=True,
 )
-def _index(channel_ids, log_times, offsets, channel_id, count):
-    """Return the log times and offsets of a channel's messages, of which there are count."""
-    index = np.empty((count, 2), np.uint64)
-    n = 0
-    for i in range(len(channel_ids)):
-        if channel_ids[i] == channel_id:
-            index[n, 0], index[n, 1] = log_times[i], offsets[i]
-            n += 1
-    return index
+def _by_channel(channel_ids):
+    """
+    Sort the places of messages by channel, however many channels there are.
+
+    Return the channels that have messages, where the places of each begin and the last end, and
+    the places.
+    """
+    highest = np.max(channel_ids) if len(channel_ids) else -1
+    counts = np.zeros(highest + 1, np.int64)
+    for channel_id in channel_ids:
+        counts[channel_id] += 1
+    used = np.flatnonzero(counts)
+    begins = np.zeros(len(used) + 1, np.int64)
+    begins[1:] = np.cumsum(counts[used])
+    ends = counts
+    ends[used] = begins[:-1]
+    places = np.empty(len(channel_ids), np.int64)
+    for i, channel_id in enumerate(channel_ids):
+        places[ends[channel_id]] = i
+        ends[channel_id] += 1
+    return used, begins, places
 
 
 @partial(

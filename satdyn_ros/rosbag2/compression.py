@@ -19,9 +19,9 @@ CEILING = 256 * 2**20
 # file.
 _LEAST_IN_ALL, _LARGEST_RATIO = 2**29, 64
 
-# A chunk counts as this many bytes at least, since each costs work.  One message in a chunk, with
-# its indexes, takes 230 bytes of a file, which may expand to 64 times as many.
-_LEAST_CHUNK = 8192
+# A chunk counts as this many bytes at least, since each costs work.  The smallest message in a
+# chunk, with its indexes, takes over 200 bytes of a file, which may expand to 64 times as many.
+_LEAST_CHUNK = _LARGEST_RATIO * 200
 
 # The first of the fast levels: output two to six per cent larger than at the default level, in 70
 # per cent of the time.

@@ -163,8 +163,9 @@ def _copy(path: Path, file: McapFile, survey: Survey) -> None:
                 if survey.lost_bytes == 0 or not is_last:
                     file.write_metadata(name, mapping)
             case Block(contents, chunk) if len(contents):
-                declared = contents.declarations[1].keys() | file.tally.channels.keys()
-                channels = [known.channels[i] for i in contents.counts.keys() - declared]
+                declared = contents.declarations[1], file.tally.channels
+                lost_ids = [i for i in contents.counts if not any(i in some for some in declared)]
+                channels = [known.channels[i] for i in lost_ids]
                 schemas = {c.schema_id: known.schemas.get(c.schema_id) for c in channels}
                 compression = chunk.compression if chunk else compression
                 if chunk is not None and not channels:

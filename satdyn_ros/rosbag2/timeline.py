@@ -21,6 +21,8 @@ from .summary import Summary
 _MOST_AT_ONCE = 2**30
 # Messages of a chunk that are Python objects at a time: a chunk may hold millions of small ones.
 _MOST_LISTED = 8192
+# A channel has a number of two bytes.
+_CHANNEL_IDS = 2**16
 
 
 class LoggedMessage(NamedTuple):
@@ -75,7 +77,8 @@ class Timeline:
 
     def messages(self, topics: list[str], from_ns: int) -> Iterator[LoggedMessage]:
         """Yield the messages of topics whose log time is not before from_ns."""
-        channel_ids = [i for i, topic in self._topics.items() if topic in topics]
+        is_wanted = np.zeros(_CHANNEL_IDS, bool)
+        is_wanted[[i for i, topic in self._topics.items() if topic in topics]] = True
         coming = [place for place in reversed(self._places) if place.last_ns >= from_ns]
         allowance = Allowance(self._path.stat().st_size)
         at_once = 0
@@ -91,7 +94,7 @@ class Timeline:
                         f'{self._path} has more than {_MOST_AT_ONCE} bytes of messages at the '
                         'same log times'
                     )
-                following = self._in_order(contents, channel_ids, from_ns)
+                following = self._in_order(contents, is_wanted, from_ns)
                 size = len(contents.data)
                 first = next(following, None)
                 if first is None:
@@ -111,10 +114,10 @@ class Timeline:
                 heapq.heapreplace(is_open, (after.log_time_ns, start, size, following, after))
 
     def _in_order(
-        self, contents: Contents, channel_ids: list[int], from_ns: int
+        self, contents: Contents, is_wanted: np.ndarray, from_ns: int
     ) -> Iterator[LoggedMessage]:
-        """Yield the messages of channels in a chunk."""
-        wanted = np.isin(contents.channel_ids, channel_ids) & (contents.log_times >= from_ns)
+        """Yield the messages in a chunk of the channels that are wanted."""
+        wanted = is_wanted[contents.channel_ids] & (contents.log_times >= from_ns)
         places = np.flatnonzero(wanted)
         places = places[np.argsort(contents.log_times[places], kind='stable')]
         for begin in range(0, len(places), _MOST_LISTED):

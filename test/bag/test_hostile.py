@@ -13,11 +13,14 @@ from contextlib import contextmanager
 import flights
 import numpy as np
 import pytest
-from mcap.records import Metadata
+from mcap.records import Channel, Message, Metadata
 
+from satdyn_ros.bag import run_records
 from satdyn_ros.bag.playback import Playback
+from satdyn_ros.bag.recorded_run import RecordedRun
 from satdyn_ros.cli.main import main
 from satdyn_ros.rosbag2.errors import BagError
+from satdyn_ros.rosbag2.records import written
 from satdyn_ros.rosbag2.scan import Block, scan
 
 SCENARIO = flights.GYROSTAT.with_values({'publish.topics': ('attitude', 'imu')})
@@ -247,6 +250,37 @@ def test_a_message_far_ahead_is_not_flown_to(bags, tmp_path, capsys, command):
     assert (
         'ticks after its first; the limit for a bag of its size is 50' in capsys.readouterr().err
     )
+
+
+def test_the_last_channel_is_found_as_soon_as_the_first(bags, tmp_path, capsys):
+    """Thousands of chunks, each with a message on channel 65535."""
+    (whole,), forged = bags[1].glob('*.mcap'), tmp_path / 'forged.mcap'
+    file = flights.rewritten([found.item for found in scan(whole)], forged)
+    extra = [Channel(65535, '/extra', 'cdr', {}, 1), Message(65535, 10**18, bytes(4), 10**18, 0)]
+    for records in [extra, *3000 * [extra[1:]]]:
+        chunk = written(records)
+        file.write_chunk(np.frombuffer(chunk, np.uint8), '', chunk)
+    file.finish()
+    codes = dict(answers(forged, tmp_path))
+    assert codes['verify'] == 1
+    assert 'an extra message of another topic' in capsys.readouterr().out
+
+
+def test_provenance_is_parsed_once(bags, tmp_path, monkeypatch):
+    """However many blocks of inputs stand between it and the first sample."""
+    (whole,), forged = bags[1].glob('*.mcap'), tmp_path / 'forged.mcap'
+    header, *records = [found.item for found in scan(whole)]
+    provenance = [record for record in records if isinstance(record, Metadata)]
+    file = flights.rewritten([header, *provenance], forged)
+    for _ in range(20):
+        file.write_chunk(np.empty(0, np.uint8), '', b'')
+    file.finish()
+    parse, calls = run_records.names_and_machine, []
+    monkeypatch.setattr(
+        run_records, 'names_and_machine', lambda record: calls.append(record) or parse(record)
+    )
+    RecordedRun(forged)
+    assert len(calls) == 2
 
 
 @pytest.mark.parametrize('command', ['report', 'plot'])

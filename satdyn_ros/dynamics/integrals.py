@@ -63,7 +63,7 @@ def relative_drift(
     """
     all_terms, sizes = _terms(system, states), _sizes(system, states)
     start, start_sizes = all_terms, sizes
-    if begin is not None:
+    if begin is not None and begin is not states:
         begin = begin.rows(slice(1))
         start, start_sizes = _terms(system, begin), _sizes(system, begin)
     drift = {}

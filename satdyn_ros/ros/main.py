@@ -5,6 +5,7 @@ import gc
 import logging
 import signal
 import sys
+import warnings
 from collections.abc import Sequence
 
 import rclpy
@@ -95,14 +96,24 @@ def _run(values):
 
 class _ToRosLog(logging.Handler):
     def emit(self, record):
-        rclpy.logging.get_logger('satdyn').info(record.getMessage())
+        logger = rclpy.logging.get_logger('satdyn')
+        # Apart, since rclpy allows a line of code one severity.
+        if record.levelno < logging.WARNING:
+            logger.info(record.getMessage())
+        else:
+            logger.warning(record.getMessage())
 
 
 def _show_notices():
-    """Show in the log of ROS what the package logs, such as that it compiles."""
+    """
+    Show in the log of ROS what the package logs, such as that it compiles, and warnings of Python.
+
+    rclpy gives one when a client has left before its reply.
+    """
     log = logging.getLogger('satdyn_ros')
     log.setLevel(logging.INFO)
     log.handlers = [_ToRosLog()]
+    warnings.showwarning = lambda message, *where: log.warning('%s', message)
 
 
 def _refuse(error):

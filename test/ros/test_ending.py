@@ -34,7 +34,7 @@ def test_a_bag_is_complete_however_often_its_node_is_told_to_end(tmp_path, numbe
 
 # A node that is told to end before its first line, when it has published.
 EARLY = """
-import os, signal, sys, time
+import os, signal, sys, time, warnings
 from satdyn_ros.ros import main, node
 
 say = node.SatdynNode._what_begins
@@ -42,6 +42,7 @@ say = node.SatdynNode._what_begins
 def late(self, scenario):
     while not len(self.lateness):
         time.sleep(0.001)
+    warnings.warn('a client has left', RuntimeWarning)
     os.kill(os.getpid(), signal.SIGINT)
     return say(self, scenario)
 
@@ -51,7 +52,7 @@ sys.exit(main.main([]))
 
 
 def test_a_node_that_has_published_says_what_it_did_however_early_it_ends():
-    """Its first line and its last, though the signal comes before the first."""
+    """Its first line and its last, though the signal comes before the first, and what was amiss."""
     done = subprocess.run(
         [sys.executable, '-c', EARLY],
         env=os.environ,
@@ -60,6 +61,8 @@ def test_a_node_that_has_published_says_what_it_did_however_early_it_ends():
         timeout=PATIENCE_S,
     )
     assert done.returncode == 0
-    line, last = done.stderr.splitlines()
+    warning, line, last = done.stderr.splitlines()
+    assert warning.startswith('[WARN]')
+    assert warning.endswith('a client has left')
     assert 'publishing' in line
     assert 'lateness' in last

@@ -1,12 +1,16 @@
 """Ctrl-C and SIGTERM: they end a command at once, but never tear what must be whole."""
 
+import os
 import signal
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
 _NUMBERS = (signal.SIGINT, signal.SIGTERM)
+# An interruption that was lost comes again after this time.
+_AGAIN_S = 0.01
 
 # How many contexts the main thread is in that wait for their end, and the signals that wait.
 _depth = 0
@@ -22,7 +26,7 @@ def interruptible() -> Iterator[list[int]]:
     """
     Let SIGINT raise KeyboardInterrupt and SIGTERM Terminated; yield the list of those that came.
 
-    A callback of a library may lose the exception; the list does not.
+    The exception comes again where a callback, such as that of numba's compiler, has lost it.
     """
     heard: list[int] = []
 
@@ -33,8 +37,20 @@ def interruptible() -> Iterator[list[int]]:
         else:
             _interrupt(number)
 
+    def come_again(number: int) -> None:
+        if signal.getsignal(number) is hear:
+            os.kill(os.getpid(), number)
+
+    def hear_lost(lost: Any) -> None:
+        if issubclass(lost.exc_type, KeyboardInterrupt):
+            number = signal.SIGTERM if issubclass(lost.exc_type, Terminated) else signal.SIGINT
+            threading.Timer(_AGAIN_S, come_again, [number]).start()
+        else:
+            hook_before(lost)
+
     # Only the main thread may say what a signal does, and only there does it act.
     before = [signal.signal(number, hear) for number in _NUMBERS] if _is_main() else []
+    hook_before, sys.unraisablehook = sys.unraisablehook, hear_lost
     try:
         yield heard
     except SystemError as error:
@@ -46,6 +62,7 @@ def interruptible() -> Iterator[list[int]]:
             raise cause from None
         raise
     finally:
+        sys.unraisablehook = hook_before
         for number, handler in zip(_NUMBERS, before, strict=False):
             signal.signal(number, handler)
 

@@ -1,7 +1,9 @@
 """Signals wait for what they must not tear, and are not lost."""
 
+import ctypes
 import signal
 import threading
+import time
 from contextlib import suppress
 
 import pytest
@@ -32,6 +34,20 @@ def test_a_signal_acts_after_an_error():
         signal.raise_signal(signal.SIGTERM)
         raise ValueError('wrong')
     assert isinstance(caught.value.__context__, ValueError)
+
+
+@pytest.mark.parametrize(
+    ('number', 'raised'), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, Terminated)]
+)
+def test_what_a_callback_has_lost_comes_again(capfd, number, raised):
+    """Without a word of the first time, which C ignores."""
+    callback = ctypes.CFUNCTYPE(None)(lambda: signal.raise_signal(number))
+    with interruptible() as heard, pytest.raises(raised):  # noqa: PT012
+        callback()
+        assert heard == [number]
+        while True:
+            time.sleep(0.01)
+    assert capfd.readouterr().err == ''
 
 
 def test_a_context_in_another_thread_does_not_hold_the_main_one():

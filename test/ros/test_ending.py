@@ -52,7 +52,7 @@ sys.exit(main.main([]))
 
 
 def test_a_node_that_has_published_says_what_it_did_however_early_it_ends():
-    """Its first line and its last, though the signal comes before the first, and what was amiss."""
+    """Its first line and its last, though the signal comes before the first, and a warning."""
     done = subprocess.run(
         [sys.executable, '-c', EARLY],
         env=os.environ,

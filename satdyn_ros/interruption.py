@@ -4,6 +4,7 @@ import os
 import signal
 import sys
 import threading
+import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -45,7 +46,7 @@ def interruptible() -> Iterator[list[int]]:
         if issubclass(lost.exc_type, KeyboardInterrupt):
             number = signal.SIGTERM if issubclass(lost.exc_type, Terminated) else signal.SIGINT
             threading.Timer(_AGAIN_S, come_again, [number]).start()
-        else:
+        elif not heard:
             hook_before(lost)
 
     # Only the main thread may say what a signal does, and only there does it act.
@@ -53,6 +54,10 @@ def interruptible() -> Iterator[list[int]]:
     hook_before, sys.unraisablehook = sys.unraisablehook, hear_lost
     try:
         yield heard
+    except KeyboardInterrupt as error:
+        # Objects that it left half built may complain when they are freed: here, where none hears.
+        traceback.clear_frames(error.__traceback__)
+        raise
     except SystemError as error:
         # What becomes of an interruption while numba makes Python objects of a result.
         cause: BaseException | None = error

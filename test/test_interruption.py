@@ -2,6 +2,7 @@
 
 import ctypes
 import signal
+import sys
 import threading
 import time
 from contextlib import suppress
@@ -48,6 +49,24 @@ def test_what_a_callback_has_lost_comes_again(capfd, number, raised):
         while True:
             time.sleep(0.01)
     assert capfd.readouterr().err == ''
+
+
+def test_what_was_half_built_is_freed_without_a_word(monkeypatch):
+    """Such as an object of the compiler's whose handle was still to come."""
+    told = []
+    monkeypatch.setattr(sys, 'unraisablehook', told.append)
+
+    class Half:
+        def __init__(self):
+            signal.raise_signal(signal.SIGINT)
+            self.handle = 1
+
+        def __del__(self):
+            del self.handle
+
+    with suppress(KeyboardInterrupt), interruptible():
+        Half()
+    assert not told
 
 
 def test_a_context_in_another_thread_does_not_hold_the_main_one():

@@ -30,6 +30,10 @@ def interruptible() -> Iterator[list[int]]:
     The exception comes again where a callback, such as that of numba's compiler, has lost it.
     """
     heard: list[int] = []
+    # Only the main thread may say what a signal does, and only there does it act.
+    if not _is_main():
+        yield heard
+        return
 
     def hear(number: int, frame: Any) -> None:
         heard.append(number)
@@ -49,8 +53,7 @@ def interruptible() -> Iterator[list[int]]:
         elif not heard:
             hook_before(lost)
 
-    # Only the main thread may say what a signal does, and only there does it act.
-    before = [signal.signal(number, hear) for number in _NUMBERS] if _is_main() else []
+    before = [signal.signal(number, hear) for number in _NUMBERS]
     hook_before, sys.unraisablehook = sys.unraisablehook, hear_lost
     try:
         yield heard
@@ -68,7 +71,7 @@ def interruptible() -> Iterator[list[int]]:
         raise
     finally:
         sys.unraisablehook = hook_before
-        for number, handler in zip(_NUMBERS, before, strict=False):
+        for number, handler in zip(_NUMBERS, before, strict=True):
             signal.signal(number, handler)
 
 

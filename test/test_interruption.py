@@ -87,6 +87,21 @@ def test_a_context_in_another_thread_does_not_hold_the_main_one():
     thread.join()
 
 
+def test_a_context_in_another_thread_changes_nothing():
+    """Not the hook for lost exceptions either, which two threads could restore in disorder."""
+    hooks = []
+
+    def work():
+        with interruptible():
+            hooks.append(sys.unraisablehook)
+
+    before = sys.unraisablehook
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join()
+    assert hooks == [before]
+
+
 def test_the_handlers_of_others_stay():
     """Such as those of rclpy, which Python cannot put back."""
     before = signal.getsignal(signal.SIGINT)

@@ -36,6 +36,9 @@ class RecordedRun:
 
     def __init__(self, path: str | Path):
         self.bag = Bag(path)
+        self.names: dict[str, str] = {}
+        self.machine: dict[str, str] = {}
+        self._inputs_by_topic: dict[str, str] = {}
         begin = self._begin()
         if run_records.SCENARIO not in begin:
             raise BagError(
@@ -43,15 +46,13 @@ class RecordedRun:
                 'such as ros2 bag convert, rewrote it without one'
             )
         with self._reading(run_records.SCENARIO):
-            provenance = begin[run_records.SCENARIO]
-            self.names, self.machine = run_records.names_and_machine(provenance)
-            self.scenario = Scenario.from_yaml_text(provenance['scenario'], 'its scenario')
+            text = begin[run_records.SCENARIO]['scenario']
+            self.scenario = Scenario.from_yaml_text(text, 'its scenario')
         self.snapshot: dict[str, Any] | None = None
         if run_records.SNAPSHOT in begin:
             with self._reading(run_records.SNAPSHOT):
                 self.snapshot = run_records.snapshot_from_record(begin[run_records.SNAPSHOT])
         self.ticks = Ticks(self.scenario.rate, self.scenario.epoch_ns)
-        self._inputs_by_topic = {self.names[name]: name for name in _INPUTS if name in self.names}
         self._layouts: dict[str, np.dtype] = {}
 
     @property
@@ -163,21 +164,28 @@ class RecordedRun:
             ) from error
 
     def _begin(self) -> dict[str, dict[str, str]]:
-        """Return the first metadata record of each name ahead of the first sample."""
+        """
+        Return the first metadata record of each name ahead of the first sample.
+
+        That of the scenario names the inputs; messages on any other topic are samples.
+        """
         records: dict[str, dict[str, str]] = {}
-        inputs: set[str] = set()
         for item in self.bag.items():
             if isinstance(item, TopicBlock):
                 topics = {item.topics[i] for i in item.contents.counts}
+                inputs = self._inputs_by_topic.keys()
                 if not (inputs and topics <= inputs):
                     break
             elif item.name not in records:
                 records[item.name] = item.metadata
                 if item.name == run_records.SCENARIO:
-                    with self._reading(run_records.SCENARIO):
-                        names, _ = run_records.names_and_machine(item.metadata)
-                    inputs = {names[name] for name in _INPUTS if name in names}
+                    self._take_provenance(item.metadata)
         return records
+
+    def _take_provenance(self, record):
+        with self._reading(run_records.SCENARIO):
+            self.names, self.machine = run_records.names_and_machine(record)
+        self._inputs_by_topic = {self.names[name]: name for name in _INPUTS if name in self.names}
 
     def _inputs(self, block: TopicBlock) -> list[Event]:
         """Return the torques of a block in their recorded order."""

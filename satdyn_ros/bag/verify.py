@@ -292,11 +292,9 @@ class _Conservation:
         samples = merged(self._waiting)
         self._waiting = []
         states = samples.states
-        begin = self._begin or states
-        if self._begin is None:
-            self._begin = states.rows(slice(1))
-            if len(states) == 1:
-                return
+        begin, self._begin = self._begin, self._begin or states.rows(slice(1))
+        if begin is None and len(states) == 1:
+            return
         for name, drift in relative_drift(samples.system, states, begin).items():
             self.drift[name] = max(self.drift.get(name, 0.0), float(np.max(np.abs(drift))))
         self._turned_rad += float(np.sum(_fastest_rates(samples.system, states))) * self._tick_s

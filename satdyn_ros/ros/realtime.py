@@ -64,7 +64,7 @@ class GarbageCollection:
         self._cost_ns = 0
 
     def begin(self) -> None:
-        """Let what is there by now be scanned never again."""
+        """Exclude what exists by now from every scan."""
         if not gc.isenabled():
             gc.freeze()
 

@@ -121,8 +121,6 @@ class IndexRecord(NamedTuple):
         if self.channel_id not in contents.counts:
             return len(self.entries) == 0
         expected = contents.index_of(self.channel_id)
-        if self.entries.tobytes() == expected.tobytes():
-            return True
         in_order = self.entries[np.argsort(self.entries['offset'], kind='stable')]
         return in_order.tobytes() == expected.tobytes()
 

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..dynamics import rotation
+from ..dynamics.system import State
 from ..messages.packers import packer
 from ..messages.topics import pack_rotor_command, pack_rotor_torque, pack_torque
 from ..rosbag2.chunk_builder import ChunkBuilder
@@ -38,6 +39,9 @@ def rerun(
     called with all events and samples.
     """
     simulation = run.simulation()
+    if perturbation_rad and run.scenario['motion.method'] == 'exact':
+        # A start beside that of a closed form may have none.
+        simulation.scenario = run.scenario.with_values({'motion.method': 'auto'})
     starts_anew = True
     already_applied = run.events_at_begin
     chunk = ChunkBuilder()
@@ -46,7 +50,7 @@ def rerun(
         applied, samples = simulation.advance(min(_TICKS, run.end_tick - simulation.next_tick))
         starts_anew |= any(isinstance(event, Request | Reset) for event in applied)
         if perturbation_rad and starts_anew:
-            simulation = _perturbed(run, simulation, samples.first_tick, perturbation_rad)
+            simulation.begin_from(_perturbed(simulation.motion.state, perturbation_rad))
             _, samples = simulation.advance(len(samples))
         if observe is not None:
             observe(simulation, applied, samples)
@@ -85,21 +89,12 @@ def _add_input(chunk, run, event, stamp_ns):
         chunk.add_message(run.channel_id(name), stamp_ns, data)
 
 
-def _perturbed(run, simulation, tick, angle_rad):
-    """Return the run from a tick on, its motion's start turned slightly and slightly faster."""
-    snapshot = simulation.snapshot(tick)
-    begin = snapshot['begin_state']
-    turned = rotation.multiply(begin['q_ib'], rotation.about(_DIAGONAL, angle_rad))
+def _perturbed(state, angle_rad):
+    """Return a state that is turned slightly, and slightly faster."""
     faster = 1.0 + angle_rad
-    snapshot['begin_state'] = {
-        'q_ib': turned,
-        'omega_bi_b': np.array(begin['omega_bi_b']) * faster,
-        'rotor_speed': np.multiply(begin['rotor_speed'], faster),
-        'rotor_angle': begin['rotor_angle'],
-    }
-    later = [event for event in run.events if event.tick > tick]
-    scenario = run.scenario
-    if scenario['motion.method'] == 'exact':
-        # A start beside that of a closed form may have none.
-        scenario = scenario.with_values({'motion.method': 'auto'})
-    return Simulation.from_snapshot(scenario, snapshot, later)
+    return State(
+        rotation.multiply(state.q_ib, rotation.about(_DIAGONAL, angle_rad)),
+        state.omega_bi_b * faster,
+        state.rotor_speed * faster,
+        state.rotor_angle,
+    )

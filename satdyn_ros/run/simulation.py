@@ -108,6 +108,14 @@ class Simulation:
         self._suite = self._suite_at(tick)
         self.next_tick = tick
 
+    def begin_from(self, state: State) -> None:
+        """Let the motion in force begin from another state: the last samples come anew."""
+        begin_tick = self._arc.begin_tick
+        if self._block is not None:
+            self.rewind(self._block.first_tick)
+        self._restart(begin_tick, state)
+        self._arc.catch_up(self.next_tick)
+
     def schedule(self, event: Event) -> None:
         """Add an event at its tick, the next one or later."""
         insort(self._pending, event, key=_tick_of)

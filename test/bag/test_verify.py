@@ -19,6 +19,7 @@ from satdyn_ros.rosbag2.chunk import Contents
 from satdyn_ros.rosbag2.errors import Damaged
 from satdyn_ros.rosbag2.records import written
 from satdyn_ros.rosbag2.scan import Block, scan
+from satdyn_ros.run.events import Reset
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 
@@ -324,6 +325,19 @@ def test_another_machine_may_round_a_closed_form_otherwise(tmp_path, monkeypatch
     verdict = aside(tmp_path, monkeypatch, 1e-15, scenario, ())
     assert (verdict.is_true, verdict.same_bytes) == (True, False)
     assert 0.0 < verdict.of_allowed < 1.0
+
+
+def test_another_machine_costs_one_run_more(tmp_path, monkeypatch):
+    """However often a run restarts: nothing is made for each restart from all events."""
+    made, make = [], Simulation.__init__
+    monkeypatch.setattr(
+        Simulation, '__init__', lambda self, *given: made.append(1) or make(self, *given)
+    )
+    resets = [Reset(tick) for tick in range(1, 1000, 10)]
+    verdict = aside(tmp_path, monkeypatch, 1e-15, events=resets)
+    assert verdict.other_machine
+    # That which was recorded, the one that it is compared with, and its twin.
+    assert len(made) == 3
 
 
 def test_more_than_rounding_is_a_difference_there_too(tmp_path, monkeypatch):

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ..interruption import Terminated, interruptible
+from ..ros.refusal import one_sentence
 from .arguments import INPUT_IS_WRONG, parser
 from .output import output_that_may_fail
 from .progress import progress, show_notices
@@ -67,7 +68,7 @@ def _has_halted(error):
 def _sentence(error):
     if isinstance(error, OSError) and error.strerror:
         return f'{error.filename}: {error.strerror}' if error.filename else error.strerror
-    return ' '.join(str(error).split())
+    return one_sentence(error)
 
 
 # -- the commands ---------------------------------------------------------------------------------

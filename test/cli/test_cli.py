@@ -133,6 +133,12 @@ def test_wrong_input_is_one_sentence(arguments, sentence, capsys):
     assert sentence in said.err
 
 
+def test_a_sentence_has_a_limit(capsys):
+    """A text that was given in the wrong place does not fill the screen."""
+    assert main(['request', 5000 * 'x']) == 2
+    assert len(capsys.readouterr().err) < 600
+
+
 def test_a_bag_that_is_not_ours_has_no_run(tmp_path, capsys):
     """A file that is no MCAP at all is refused in one sentence."""
     (tmp_path / 'noise.mcap').write_bytes(os.urandom(100))

@@ -94,9 +94,11 @@ class Contents:
     @cached_property
     def places(self) -> dict[int, np.ndarray]:
         """The places of each channel's messages among all messages, for channels that have any."""
-        channel_ids, begins, places = _by_channel(self.channel_ids)
-        spans = zip(channel_ids.tolist(), pairwise(begins.tolist()), strict=True)
-        return {i: places[begin:end] for i, (begin, end) in spans}
+        places = np.argsort(self.channel_ids, kind='stable')
+        channel_ids = self.channel_ids[places]
+        begins = (channel_ids[1:] != channel_ids[:-1]).nonzero()[0] + 1
+        spans = pairwise([0, *begins.tolist(), len(places)]) if len(places) else ()
+        return {int(channel_ids[begin]): places[begin:end] for begin, end in spans}
 
     def index_of(self, channel_id: int) -> np.ndarray:
         """Return log time [ns] and offset of each message of a channel, (n, 2) uint64."""
@@ -235,34 +237,6 @@ def _record_places(data):
         (first_ns if messages else last_ns, last_ns),
         others[:other].copy(),
     )
-
-
-@partial(
-    compiled,
-    signature='Tuple((int64[::1], int64[::1], int64[::1]))(uint16[::1])',
-    nogil=True,
-)
-def _by_channel(channel_ids):
-    """
-    Sort the places of messages by channel, however many channels there are.
-
-    Return the channels that have messages, where the places of each begin and the last end, and
-    the places.
-    """
-    highest = np.max(channel_ids) if len(channel_ids) else -1
-    counts = np.zeros(highest + 1, np.int64)
-    for channel_id in channel_ids:
-        counts[channel_id] += 1
-    used = np.flatnonzero(counts)
-    begins = np.zeros(len(used) + 1, np.int64)
-    begins[1:] = np.cumsum(counts[used])
-    ends = counts
-    ends[used] = begins[:-1]
-    places = np.empty(len(channel_ids), np.int64)
-    for i, channel_id in enumerate(channel_ids):
-        places[ends[channel_id]] = i
-        ends[channel_id] += 1
-    return used, begins, places
 
 
 @partial(

@@ -123,7 +123,7 @@ class DataSection:
         if missing and (self._indexes or self.is_ours):
             raise found.damaged(self.path, f'the index of channel {min(missing)} is missing')
         size = self._chunk_end - found.end
-        self.tally.add_chunk(found.start, chunk, contents, self._indexes, size)
+        self.tally.add_chunk(found.start, found.end, chunk, contents, self._indexes, size)
         self._check_channels(found, contents)
         self._chunk = None
 

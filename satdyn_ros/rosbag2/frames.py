@@ -21,23 +21,23 @@ _BUFFER = 2**14
 _FIRST_WINDOW, _LAST_WINDOW = 2**11, 2**20
 # This many messages do not follow each other by chance.
 _CHAIN = 3
-# By kind of record: the bytes before an inner length, the size of that length, and so on; each
-# inner length is followed by as many bytes as it says.  Last, the bytes at the end.
-_LAYOUTS: dict[int, tuple[int, ...]] = {
-    Opcode.HEADER: (0, 4, 0, 4, 0),
-    Opcode.FOOTER: (20,),
-    Opcode.SCHEMA: (2, 4, 0, 4, 0, 4, 0),
-    Opcode.CHANNEL: (4, 4, 0, 4, 0, 4, 0),
-    Opcode.CHUNK: (28, 4, 0, 8, 0),
-    Opcode.MESSAGE_INDEX: (2, 4, 0),
-    Opcode.CHUNK_INDEX: (32, 4, 8, 4, 16),
-    Opcode.ATTACHMENT: (16, 4, 0, 4, 0, 8, 4),
-    Opcode.ATTACHMENT_INDEX: (40, 4, 0, 4, 0),
-    Opcode.STATISTICS: (42, 4, 0),
-    Opcode.METADATA: (0, 4, 0, 4, 0),
-    Opcode.METADATA_INDEX: (16, 4, 0),
-    Opcode.SUMMARY_OFFSET: (17,),
-    Opcode.DATA_END: (4,),
+# By kind of record: the inner lengths, each as the bytes before it and its own size, and the bytes
+# at the end; each inner length is followed by as many bytes as it says.
+_LAYOUTS: dict[int, tuple[tuple[tuple[int, int], ...], int]] = {
+    Opcode.HEADER: (((0, 4), (0, 4)), 0),
+    Opcode.FOOTER: ((), 20),
+    Opcode.SCHEMA: (((2, 4), (0, 4), (0, 4)), 0),
+    Opcode.CHANNEL: (((4, 4), (0, 4), (0, 4)), 0),
+    Opcode.CHUNK: (((28, 4), (0, 8)), 0),
+    Opcode.MESSAGE_INDEX: (((2, 4),), 0),
+    Opcode.CHUNK_INDEX: (((32, 4), (8, 4)), 16),
+    Opcode.ATTACHMENT: (((16, 4), (0, 4), (0, 8)), 4),
+    Opcode.ATTACHMENT_INDEX: (((40, 4), (0, 4)), 0),
+    Opcode.STATISTICS: (((42, 4),), 0),
+    Opcode.METADATA: (((0, 4), (0, 4)), 0),
+    Opcode.METADATA_INDEX: (((16, 4),), 0),
+    Opcode.SUMMARY_OFFSET: ((), 17),
+    Opcode.DATA_END: ((), 4),
 }
 # Where bytes are damaged, reading goes on at a record of these kinds; the least length of each.
 _RESUMED = (
@@ -53,7 +53,8 @@ _RESUMED = (
 _LEAST = np.full(_LAST_OPCODE + 1, 2**32)
 _LEAST[Opcode.MESSAGE] = _MESSAGE_HEAD
 for _opcode in _RESUMED:
-    _LEAST[_opcode] = sum(_LAYOUTS[_opcode])
+    _inner, _last = _LAYOUTS[_opcode]
+    _LEAST[_opcode] = sum(_gap + _size for _gap, _size in _inner) + _last
 
 
 class Frame(NamedTuple):
@@ -233,9 +234,9 @@ class FrameReader:
         """Whether the inner lengths of a record, whose content begins here, fill its length."""
         if opcode not in _LAYOUTS:
             return False
-        *inner, last = _LAYOUTS[opcode]
+        inner, last = _LAYOUTS[opcode]
         offset = 0
-        for gap, size in zip(inner[::2], inner[1::2], strict=True):
+        for gap, size in inner:
             number = self.read(begin + offset + gap, size)
             if len(number) < size or offset > length:
                 return False

@@ -50,9 +50,10 @@ class McapFile:
         # A record builder of mcap would copy the compressed bytes twice.
         self._write(chunk.prefix())
         self._write(compressed)
-        indexes, index_offsets = message_indexes(parsed, self.size)
+        end = self.size
+        indexes, index_offsets = message_indexes(parsed, end)
         self._write(indexes)
-        self.tally.add_chunk(start, chunk, parsed, index_offsets, len(indexes))
+        self.tally.add_chunk(start, end, chunk, parsed, index_offsets, len(indexes))
 
     def finish(self) -> None:
         """Write the summary, sync the file to disk and close it."""

@@ -82,17 +82,18 @@ class Tally:
     def add_chunk(
         self,
         start: int,
+        end: int,
         chunk: ChunkRecord,
         contents: Contents,
         index_offsets: dict[int, int],
         index_length: int,
     ) -> None:
-        """Add a chunk at its place, and the message indexes that follow it."""
+        """Add a chunk, from its start to its end, and the message indexes that follow it."""
         self.chunk_indexes[start] = ChunkIndex(
             message_start_time=chunk.first_ns,
             message_end_time=chunk.last_ns,
             chunk_start_offset=start,
-            chunk_length=len(chunk.prefix()) + len(chunk.data),
+            chunk_length=end - start,
             message_index_offsets=index_offsets,
             message_index_length=index_length,
             compression=chunk.compression,

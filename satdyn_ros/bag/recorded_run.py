@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from mcap.records import Metadata
 
 from ..messages.packers import packer
 from ..messages.topics import ROTOR_TORQUE, rotor_command_of
@@ -65,32 +66,25 @@ class RecordedRun:
         """The tick where the bag begins; 0 if it has no samples."""
         return 0 if self.snapshot is None else self.snapshot['tick']
 
-    @cached_property
+    @property
     def events(self) -> list[Event]:
         """What happened in the run, by ticks; at one tick in order."""
-        return self._events_and_last_ns[0]
+        return self.happened.events
 
     @cached_property
-    def _events_and_last_ns(self) -> tuple[list[Event], int | None]:
-        happened: list[Event] = []
-        last_ns = None
+    def happened(self) -> 'Happened':
+        """What happened in the run, from all of the bag."""
+        happened = Happened(self)
         for item in self.bag.items():
-            if isinstance(item, TopicBlock):
-                happened += self._inputs(item)
-                if len(item.contents):
-                    last_ns = max(last_ns or 0, item.contents.span_ns[1])
-            elif item.name == run_records.EVENT:
-                with self._reading(run_records.EVENT):
-                    happened.append(run_records.event_from_record(item.metadata))
-        return sorted(happened, key=lambda event: event.tick), last_ns
+            happened.take(item)
+        return happened
 
     @property
     def end_tick(self) -> int:
         """The tick after the last one with a message or an event."""
-        events, last_ns = self._events_and_last_ns
-        ticks = [event.tick for event in events[-1:]]
-        if last_ns is not None:
-            ticks.append(self.ticks.tick_of(last_ns))
+        ticks = [event.tick for event in self.events[-1:]]
+        if self.happened.last_ns is not None:
+            ticks.append(self.ticks.tick_of(self.happened.last_ns))
         return max(ticks, default=self.first_tick) + 1
 
     def last_tick(self) -> int:
@@ -99,7 +93,7 @@ class RecordedRun:
 
         BagError: the bag has no messages.  Damaged: it is too small to have so many ticks.
         """
-        _, last_ns = self._events_and_last_ns
+        last_ns = self.happened.last_ns
         if last_ns is None:
             raise BagError(f'{self.bag.path} has no messages')
         last = self.ticks.tick_of(last_ns)
@@ -187,6 +181,15 @@ class RecordedRun:
             self.names, self.machine = run_records.names_and_machine(record)
         self._inputs_by_topic = {self.names[name]: name for name in _INPUTS if name in self.names}
 
+    def events_of(self, item: TopicBlock | Metadata) -> list[Event]:
+        """Return what happened according to an item of the bag, in its recorded order."""
+        if isinstance(item, TopicBlock):
+            return self._inputs(item)
+        if item.name != run_records.EVENT:
+            return []
+        with self._reading(run_records.EVENT):
+            return [run_records.event_from_record(item.metadata)]
+
     def _inputs(self, block: TopicBlock) -> list[Event]:
         """Return the torques of a block in their recorded order."""
         contents = block.contents
@@ -210,3 +213,45 @@ class RecordedRun:
         if name == 'rotor_torque':
             return RotorCommand(tick, {'rotor': float(row['data'])})
         return RotorCommand(tick, rotor_command_of(bytes(row)))
+
+
+class Happened:
+    """
+    What happened in a run, item by item of its bag.
+
+    Damaged is raised not by an item, but where the events or the last time are asked for: what
+    else is wrong with the file comes first.
+    """
+
+    def __init__(self, run: RecordedRun):
+        self._run = run
+        self._events: list[Event] = []
+        self._last_ns: int | None = None
+        self._error: ValueError | None = None
+
+    def take(self, item: TopicBlock | Metadata) -> None:
+        """Process the next item."""
+        if self._error is not None:
+            return
+        try:
+            self._events += self._run.events_of(item)
+        except ValueError as error:
+            self._error = error
+        if isinstance(item, TopicBlock) and len(item.contents):
+            self._last_ns = max(self._last_ns or 0, item.contents.span_ns[1])
+
+    @cached_property
+    def events(self) -> list[Event]:
+        """By ticks; at one tick in order."""
+        self._check()
+        return sorted(self._events, key=lambda event: event.tick)
+
+    @property
+    def last_ns(self) -> int | None:
+        """The last log time of a message; None: there are none."""
+        self._check()
+        return self._last_ns
+
+    def _check(self) -> None:
+        if self._error is not None:
+            raise self._error

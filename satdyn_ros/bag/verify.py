@@ -1,6 +1,7 @@
 """Whether a bag holds what its scenario and its events give: the run is repeated and compared."""
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import repeat
 from pathlib import Path
@@ -22,7 +23,7 @@ from ..run.simulation import Simulation
 from . import run_records
 from .comparison import TWIN_RAD, Comparison, Difference
 from .declared import check_declarations
-from .recorded_run import RecordedRun
+from .recorded_run import Happened, RecordedRun
 from .rerun import Records, rerun
 
 # A propagation is not limited by a tolerance below this.
@@ -92,8 +93,7 @@ def verify(
     Damaged: a bag of satdyn_ros that is not as it was written.  BagError: not a bag of satdyn_ros.
     """
     try:
-        notes = _notes(path)
-        recorded = RecordedRun(path)
+        recorded, notes = _checked(path)
         check_declarations(recorded)
     except BagError as error:
         if isinstance(error, Damaged) == _is_ours(Path(path)):
@@ -153,12 +153,22 @@ def verify(
     )
 
 
-def _notes(path: str | Path) -> tuple[str, ...]:
-    """Check a bag's records against each other, as far as possible."""
+def _checked(path: str | Path) -> tuple[RecordedRun, tuple[str, ...]]:
+    """Return the run in a bag that is sound, as far as it can be checked, and what cannot be."""
     try:
-        return tuple(check(Bag(path)))
+        recorded = RecordedRun(path)
+    except BagError:
+        # What is damaged explains best why there is no run.
+        with suppress(Incomplete):
+            check(Bag(path))
+        raise
+    happened = Happened(recorded)
+    try:
+        notes = check(recorded.bag, happened.take)
     except Incomplete:
-        return ()
+        return recorded, ()
+    recorded.happened = happened
+    return recorded, tuple(notes)
 
 
 def _is_ours(path: Path) -> bool:

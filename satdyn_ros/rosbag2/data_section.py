@@ -6,6 +6,7 @@ out; so did version 0.1, which wrote no checksum of the data.
 """
 
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ from mcap.records import (
 
 from . import metadata
 from .chunk import Contents
+from .reader import TopicBlock
 from .records import IndexRecord
 from .scan import Block, Found
 from .summary import Tally
@@ -36,12 +38,15 @@ class DataSection:
     """
     The data of a file, record by record, each checked against those before it.
 
-    tally: what the data hold.  crc: their checksum, 0: none.  end: where they end.  closing:
-    rosbag2's metadata at the end of the file, '': none.
+    pass_on: called with messages and metadata in order, once they are checked.  tally: what the
+    data hold.  crc: their checksum, 0: none.  end: where they end.  closing: rosbag2's metadata at
+    the end of the file, '': none.
     """
 
-    def __init__(self, path: Path):
+    def __init__(self, path: Path, pass_on: Callable[[TopicBlock | Metadata], None]):
         self.path = path
+        self._pass_on = pass_on
+        self._topics: dict[int, str] = {}
         self.tally = Tally()
         self.header: Header | None = None
         self.crc = 0
@@ -80,12 +85,14 @@ class DataSection:
                 if chunk is None:
                     self.tally.add_messages(contents)
                     self._check_channels(found, contents)
+                    self._pass_on(TopicBlock(contents, self._topics))
                 else:
                     self._chunk, self._indexes, self._chunk_end = found, {}, found.end
             case Metadata():
                 self.tally.add_metadata(found.start, found.end - found.start, item.name)
                 if item.name == metadata.NAME:
                     self.closing = item.metadata.get('serialized_metadata', '')
+                self._pass_on(item)
             case DataEnd():
                 self.crc, self.end = item.data_section_crc, found.end
                 if self.crc == 0 and (self._version or (0, 0)) >= _SUMS_DATA_SINCE:
@@ -125,6 +132,7 @@ class DataSection:
         size = self._chunk_end - found.end
         self.tally.add_chunk(found.start, found.end, chunk, contents, self._indexes, size)
         self._check_channels(found, contents)
+        self._pass_on(TopicBlock(contents, self._topics))
         self._chunk = None
 
     def _check_declarations(self, found: Found, contents: Contents) -> None:
@@ -140,6 +148,7 @@ class DataSection:
                     raise found.damaged(
                         self.path, f'{kind} {id_} was declared before, in another way'
                     )
+        self._topics |= {id_: channel.topic for id_, channel in channels.items()}
 
     def _check_channels(self, found: Found, contents: Contents) -> None:
         # Not as a difference of sets, which takes as long as there are channels.

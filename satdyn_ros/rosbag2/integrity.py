@@ -1,14 +1,17 @@
 """Whether all parts of a bag agree: its data, their indexes, the summaries, metadata.yaml."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from mcap.records import Metadata
 
 from . import metadata
 from .data_section import DataSection
 from .errors import Damaged
 from .metadata import BagContents
-from .reader import Bag
+from .reader import Bag, TopicBlock
 from .scan import scan
 from .summary import Tally
 from .summary_section import SummarySection
@@ -35,13 +38,18 @@ class CheckedFile:
     closing: str
 
 
-def check(bag: Bag) -> list[str]:
+def _ignore(item: TopicBlock | Metadata) -> None:
+    pass
+
+
+def check(bag: Bag, pass_on: Callable[[TopicBlock | Metadata], None] = _ignore) -> list[str]:
     """
     Check everything in a bag against everything else; return in words what cannot be checked.
 
+    pass_on: called with each item of the bag, as Bag.items yields them, once it is checked.
     Damaged: the first contradiction, by file and record.  Incomplete: a file is cut off.
     """
-    files = [check_file(path) for path in bag.files]
+    files = [check_file(path, pass_on) for path in bag.files]
     if bag.information is not None:
         check_metadata(bag.path / metadata.FILE_NAME, bag.information, files)
     return [
@@ -49,9 +57,11 @@ def check(bag: Bag) -> list[str]:
     ]
 
 
-def check_file(path: Path) -> CheckedFile:
-    """Check the records of a file against each other; errors: as check."""
-    data = DataSection(path)
+def check_file(
+    path: Path, pass_on: Callable[[TopicBlock | Metadata], None] = _ignore
+) -> CheckedFile:
+    """Check the records of a file against each other; pass_on and errors: as of check."""
+    data = DataSection(path, pass_on)
     found = scan(path)
     for item in found:
         if data.take(item):

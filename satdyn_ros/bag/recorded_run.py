@@ -161,7 +161,8 @@ class RecordedRun:
         """
         Return the first metadata record of each name ahead of the first sample.
 
-        That of the scenario names the inputs; messages on any other topic are samples.
+        That of the scenario names the inputs; messages on any other topic are samples.  After
+        scenario and snapshot nothing is wanted.
         """
         records: dict[str, dict[str, str]] = {}
         for item in self.bag.items():
@@ -174,6 +175,8 @@ class RecordedRun:
                 records[item.name] = item.metadata
                 if item.name == run_records.SCENARIO:
                     self._take_provenance(item.metadata)
+                if {run_records.SCENARIO, run_records.SNAPSHOT} <= records.keys():
+                    break
         return records
 
     def _take_provenance(self, record):

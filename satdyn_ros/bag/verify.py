@@ -9,16 +9,17 @@ from pathlib import Path
 import numpy as np
 from mcap.records import Header, Metadata
 
-from ..dynamics.integrals import field_rate, relative_drift
-from ..dynamics.motion import Motion, States
+from ..dynamics.integrals import field_rate
+from ..dynamics.motion import States
 from ..dynamics.system import System
 from ..dynamics.torque import angular_momentum
 from ..rosbag2.errors import BagError, Damaged, Incomplete
 from ..rosbag2.integrity import check
 from ..rosbag2.reader import Bag, TopicBlock
 from ..rosbag2.scan import scan
+from ..run.drift import Drift, MeasuredDrift
 from ..run.events import Event, Halt, RotorLimited, TorquesDropped
-from ..run.samples import Samples, merged
+from ..run.samples import Samples
 from ..run.simulation import Simulation
 from . import run_records
 from .comparison import TWIN_RAD, Comparison, Difference
@@ -28,8 +29,6 @@ from .rerun import Records, rerun
 
 # A propagation is not limited by a tolerance below this.
 _LEAST_TOLERANCE = 1e-13
-# Ticks that are measured together.
-_MEASURED_TICKS = 4096
 
 
 @dataclass(frozen=True)
@@ -139,7 +138,7 @@ def verify(
         raise
     except ValueError as error:
         raise Damaged(f'{path} cannot be run again: {error}') from error
-    conservation.measure()
+    conservation.close()
     return Verification(
         message_count=messages.count,
         same_bytes=comparison.same_bytes,
@@ -266,9 +265,7 @@ class _Conservation:
         self.drift: dict[str, float] = {}
         self._tolerance, self._tick_s = tolerance, tick_s
         self._turned_rad = 0.0
-        self._motion: Motion | None = None
-        self._begin: States | None = None
-        self._waiting: list[Samples] = []
+        self._measuring = Drift()
 
     @property
     def allowed(self) -> float:
@@ -282,32 +279,22 @@ class _Conservation:
         return max(self._tolerance, _LEAST_TOLERANCE) * (100.0 + 10.0 * self._turned_rad)
 
     def observe(self, simulation: Simulation, samples: Samples) -> None:
-        """
-        Take samples of a run.
+        """Take samples of a run."""
+        self._add(self._measuring.take(simulation.motion, samples))
 
-        Torques may part a motion at every tick: its samples are measured together.
-        """
-        if simulation.motion is not self._motion:
-            self.measure()
-            self._motion, self._begin = simulation.motion, None
-        if len(samples):
-            self._waiting.append(samples)
-            if simulation.next_tick - self._waiting[0].first_tick >= _MEASURED_TICKS:
-                self.measure()
+    def close(self) -> None:
+        """Measure the last of them."""
+        self._add(self._measuring.close())
 
-    def measure(self) -> None:
-        """Measure what was taken since the last time; one sample of a motion cannot drift."""
-        if not self._waiting:
-            return
-        samples = merged(self._waiting)
-        self._waiting = []
-        states = samples.states
-        begin, self._begin = self._begin, self._begin or states.rows(slice(1))
-        if begin is None and len(states) == 1:
-            return
-        for name, drift in relative_drift(samples.system, states, begin).items():
-            self.drift[name] = max(self.drift.get(name, 0.0), float(np.max(np.abs(drift))))
-        self._turned_rad += float(np.sum(_fastest_rates(samples.system, states))) * self._tick_s
+    def _add(self, measured: list[MeasuredDrift]) -> None:
+        for parts, states, drift in measured:
+            if not drift:
+                continue
+            for name, values in drift.items():
+                before = self.drift.get(name, 0.0)
+                self.drift[name] = float(np.fmax.reduce(np.abs(values), initial=before))
+            rates = _fastest_rates(parts[0].system, states)
+            self._turned_rad += float(np.sum(rates)) * self._tick_s
 
 
 def _fastest_rates(system: System, states: States) -> np.ndarray:

@@ -36,6 +36,7 @@ NAMES = (
     'rotor_momentum',
     'energy_balance',
 )
+_FROM_ROW_0 = np.zeros(1, int)
 
 
 def first_integrals(system: System, states: States) -> dict[str, np.ndarray]:
@@ -52,26 +53,32 @@ def first_integrals(system: System, states: States) -> dict[str, np.ndarray]:
 
 
 def relative_drift(
-    system: System, states: States, begin: States | None = None
+    system: System, states: States, since: np.ndarray = _FROM_ROW_0
 ) -> dict[str, np.ndarray]:
     """
     Return each first integral's change relative to the size of its parts, (N,).
 
-    The change is that since row 0 of begin, an earlier table of the same motion, or of states; the
-    size is the larger one of the two rows.  An integral may be zero, and so may each of its terms:
-    its size is that of the momenta and potentials behind them.
+    The change in row i is that since row since[i], (N,), where its motion began; the size is the
+    larger one of the two rows.  An integral may be zero, and so may each of its terms: its size is
+    that of the momenta and potentials behind them.  nan: the row's motion does not conserve it,
+    others do.
     """
-    all_terms, sizes = _terms(system, states), _sizes(system, states)
-    start, start_sizes = all_terms, sizes
-    if begin is not None and begin is not states:
-        begin = begin.rows(slice(1))
-        start, start_sizes = _terms(system, begin), _sizes(system, begin)
-    drift = {}
-    for name, terms in all_terms.items():
-        change = sum(terms) - sum(term[..., :1] for term in start[name])
-        size = np.maximum(start_sizes[name][..., :1], sizes[name])
+    sizes, drift = _sizes(system, states), {}
+    for name, terms in _terms(system, states, since).items():
+        value = sum(terms)
+        change = value - value[..., since]
+        size = np.maximum(sizes[name][..., since], sizes[name])
         drift[name] = np.divide(change, size, out=np.zeros_like(change), where=size > 0.0)
     return drift
+
+
+def conserve_alike(one: System, other: System) -> bool:
+    """Whether two systems are of the same body and field, and conserve the same integrals."""
+    return (
+        one.undriven is other.undriven
+        and one.is_driven == other.is_driven
+        and np.array_equal(one.rotor_torque != 0.0, other.rotor_torque != 0.0)
+    )
 
 
 def field_rate(system: System, states: States) -> np.ndarray:
@@ -116,8 +123,8 @@ def _sizes(system, states):
     }
 
 
-def _terms(system, states):
-    """Return the terms, a list of (N,), whose sum each first integral is."""
+def _terms(system, states, since=_FROM_ROW_0):
+    """Return the terms, a list of (N,), whose sum each first integral is; since: as above."""
     orbit, weight, driven = system.orbit, system.weight_moment, system.is_driven
     omega, c, p = states.omega_bi_b, states.c_b, _axial_momenta(system, states)
     moments, R_bp = principal_axes(system.inertia)
@@ -148,7 +155,11 @@ def _terms(system, states):
     )
     if np.any(applies) and not driven:
         terms['momentum'] = _only(applies, [_length(H)])
-    axis = _symmetry_axis(system, states, p)
+    begins, motion = np.unique(since, return_inverse=True)
+    h = np.zeros((len(begins), 3))
+    for rotor, p_i in zip(system.rotors, p, strict=True):
+        h = h + p_i[..., begins, None] * rotor.axis
+    axis = _symmetry_axis(system, states, h)[..., motion, :]
     if not (driven or np.all(np.isnan(axis))):
         terms['axial_rate'] = [_dot(omega, axis)]
     for i, rotor in enumerate(system.rotors):
@@ -175,15 +186,12 @@ def _only(applies, terms):
     return terms if np.all(applies) else [np.where(applies, term, np.nan) for term in terms]
 
 
-def _symmetry_axis(system, states, p):
+def _symmetry_axis(system, states, h):
     """
     Return the axis (..., 3) about which all that acts on the body is symmetric; nan: none.
 
-    That is K, I where there is a field, the weight, and the momentum of all rotors.
+    That is K, I where there is a field, the weight, and the momentum of all rotors, h (..., 3).
     """
-    h = np.zeros(3)
-    for rotor, p_i in zip(system.rotors, p, strict=True):
-        h = h + p_i[..., :1, None] * rotor.axis
     I, K = system.inertia, system.carrier_inertia
     is_pulled = np.any(states.orbit.gradient_at(states.orbit_s), axis=-1, keepdims=True)
     felt = np.where(is_pulled[..., None, None], I, K)

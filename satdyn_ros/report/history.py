@@ -1,5 +1,6 @@
 """The run in a bag at a limited number of rows, with bounds for the ticks between them."""
 
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
@@ -10,9 +11,9 @@ import numpy as np
 
 from ..bag.recorded_run import RecordedRun
 from ..dynamics import rotation
-from ..dynamics.integrals import relative_drift
 from ..dynamics.motion import Motion, States, joined
 from ..dynamics.torque import angular_momentum, gravity_gradient
+from ..run.drift import Drift
 from ..run.events import Event
 from ..run.samples import Samples, merged
 from ..run.scenario import Scenario
@@ -128,21 +129,18 @@ def history(
     so_far: dict[str, float] = {}
     motions: dict[int, Motion] = {}
     last_motion = None
-    for motion, applied, samples in _stretches(simulation, first, end):
+    for motion, applied, samples, changes in _measured(_stretches(simulation, first, end)):
         start = samples.first_tick
         sensors.take(applied, samples)
         states = samples.states
         if motion is not last_motion:
-            last_motion, begin, so_far = motion, states, {}
+            last_motion, so_far = motion, {}
             if len(motions) < MOST_MOTIONS:
                 motions[start] = motion
-        drift = {}
-        # One sample of a motion, as under a torque that changes at every tick, cannot drift.
-        if len(states) > 1 or states is not begin:
-            drift = {
-                name: np.maximum.accumulate(np.maximum(np.abs(values), so_far.get(name, 0.0)))
-                for name, values in relative_drift(samples.system, states, begin).items()
-            }
+        drift = {
+            name: np.maximum.accumulate(np.maximum(np.abs(values), so_far.get(name, 0.0)))
+            for name, values in changes.items()
+        }
         so_far = {name: float(values[-1]) for name, values in drift.items()}
         if start < first:
             continue
@@ -221,6 +219,27 @@ def _stretches(
         events += applied
         parts.append(samples)
     yield motion, events, merged(parts)
+
+
+def _measured(
+    stretches: Iterator[tuple[Motion, list[Event], Samples]],
+) -> Iterator[tuple[Motion, list[Event], Samples, dict[str, np.ndarray]]]:
+    """Yield each stretch with the relative drift in its rows."""
+    measuring = Drift()
+    waiting: deque[tuple[Motion, list[Event], Samples]] = deque()
+    for motion, events, samples in stretches:
+        yield from _with_drift(waiting, measuring.take(motion, samples))
+        waiting.append((motion, events, samples))
+    yield from _with_drift(waiting, measuring.close())
+
+
+def _with_drift(waiting, measured):
+    for parts, _, drift in measured:
+        begin = 0
+        for samples in parts:
+            rows = slice(begin, begin + len(samples))
+            begin = rows.stop
+            yield *waiting.popleft(), {name: values[rows] for name, values in drift.items()}
 
 
 class _Bounds:

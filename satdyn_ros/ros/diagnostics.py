@@ -13,7 +13,7 @@ from rclpy.publisher import Publisher
 from rclpy.subscription import Subscription
 
 from ..dynamics.integrals import relative_drift
-from ..dynamics.motion import Motion, States
+from ..dynamics.motion import Motion, States, joined
 from ..messages import qos
 from ..run.events import Event, RotorLimited
 from ..run.samples import Samples
@@ -88,7 +88,7 @@ class PropagationReport:
     def take(self, motion: Motion, samples: Samples) -> None:
         """Process the next samples of a motion."""
         if self._latest is None or motion is not self._latest[0]:
-            self._latest = motion, samples.states, samples
+            self._latest = motion, samples.states.rows(slice(1)), samples
         else:
             self._latest = motion, self._latest[1], samples
 
@@ -97,8 +97,8 @@ class PropagationReport:
         if self._latest is None:
             return OK, 'no tick yet', {}
         motion, begin, samples = self._latest
-        now = samples.states.rows(slice(-1, None))
-        drift = {k: float(x[0]) for k, x in relative_drift(samples.system, now, begin).items()}
+        states = joined([begin, samples.states.rows(slice(-1, None))])
+        drift = {k: float(x[-1]) for k, x in relative_drift(samples.system, states).items()}
         largest = max((abs(x) for x in drift.values()), default=0.0)
         level = ERROR if not largest <= self._error else WARN if largest > self._warn else OK
         values = {'motion': motion.name, 'tick': samples.first_tick + len(samples) - 1}

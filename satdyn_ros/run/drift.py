@@ -1,0 +1,81 @@
+"""How far the first integrals drift along a run, each since its motion began."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..dynamics.integrals import conserve_alike, relative_drift
+from ..dynamics.motion import Motion, States, joined
+from .samples import Samples
+
+# Ticks that are measured together: some megabytes.
+_MEASURED_TICKS = 4096
+
+
+class MeasuredDrift(NamedTuple):
+    """
+    Samples that follow each other, measured.
+
+    parts: as they were given; states: those of all their rows; drift: by first integral the
+    relative change of each row, (N,), nan where it is not one.  One row of a motion cannot drift:
+    there is no drift where all motions have one.
+    """
+
+    parts: list[Samples]
+    states: States
+    drift: dict[str, np.ndarray]
+
+
+class Drift:
+    """
+    Measures the samples of a run in turn.
+
+    A controller may begin a motion at every few ticks, so many motions are measured together, as
+    long as they conserve the same.
+    """
+
+    def __init__(self) -> None:
+        self._motion: Motion | None = None
+        self._begin: States | None = None
+        self._parts: list[Samples] = []
+        self._tables: list[States] = []
+        # By row the row where its motion began.
+        self._since: list[int] = []
+
+    def take(self, motion: Motion, samples: Samples) -> list[MeasuredDrift]:
+        """Take the next samples, which may be none; return what was measured now."""
+        if len(samples) == 0:
+            return []
+        measured = []
+        if self._parts and not (
+            len(self._since) < _MEASURED_TICKS
+            and conserve_alike(self._parts[0].system, samples.system)
+        ):
+            measured = self.close()
+        if motion is not self._motion or self._begin is None:
+            self._motion, self._begin = motion, samples.states.rows(slice(1))
+            begin = len(self._since)
+        elif self._parts:
+            begin = self._since[-1]
+        else:
+            begin = 0
+            self._tables, self._since = [self._begin], [0]
+        self._parts.append(samples)
+        self._tables.append(samples.states)
+        self._since += len(samples) * [begin]
+        return measured
+
+    def close(self) -> list[MeasuredDrift]:
+        """Measure what was taken since the last time."""
+        if not self._parts:
+            return []
+        states, since = joined(self._tables), np.array(self._since)
+        drift = {}
+        if np.any(since != np.arange(len(since))):
+            drift = relative_drift(self._parts[0].system, states, since)
+        rows = slice(len(since) - sum(map(len, self._parts)), None)
+        measured = MeasuredDrift(
+            self._parts, states.rows(rows), {name: values[rows] for name, values in drift.items()}
+        )
+        self._parts, self._tables, self._since = [], [], []
+        return [measured]

@@ -208,7 +208,7 @@ def _prod(moments):
 
 def _apply(M, v):
     """Return M v, written out as in torque.py."""
-    return rotation.from_components(times(M, np.moveaxis(v, -1, 0)))
+    return rotation.from_components(times(M, rotation.components(v)))
 
 
 def _length(v):

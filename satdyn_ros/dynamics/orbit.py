@@ -119,12 +119,12 @@ class KeplerOrbit:
         """Whether the distance is constant."""
         return bool(np.all(self.eccentricity == 0.0))
 
-    @property
+    @cached_property
     def mean_motion(self) -> float:
         """Return n = sqrt(mu / a^3) [rad/s]."""
         return np.sqrt(self.mu / self.semi_major_axis) / self.semi_major_axis
 
-    @property
+    @cached_property
     def mean_anomaly(self) -> float:
         """Return the mean anomaly at t = 0 [rad]."""
         e, f = self.eccentricity, self.true_anomaly
@@ -132,7 +132,7 @@ class KeplerOrbit:
         E = f - 2.0 * np.arctan2(beta * np.sin(f), 1.0 + beta * np.cos(f))
         return E - e * np.sin(E)
 
-    @property
+    @cached_property
     def semi_latus_rectum(self) -> float:
         """Return a (1 - e^2) [m]."""
         return self.semi_major_axis * (1.0 - self.eccentricity**2)
@@ -169,7 +169,7 @@ class KeplerOrbit:
     def direction(self, t_s: ArrayLike) -> np.ndarray:
         """Return c_i, the unit vector from the centre to the body, shape (..., 3)."""
         f = self.anomaly(t_s)[..., None]
-        to_pericentre, ahead, _ = np.moveaxis(self.perifocal, -1, 0)
+        to_pericentre, ahead, _ = rotation.components(self.perifocal)
         return np.cos(f) * to_pericentre + np.sin(f) * ahead
 
     def radius(self, t_s: ArrayLike) -> np.ndarray:
@@ -187,7 +187,7 @@ class KeplerOrbit:
     def position_velocity(self, t_s: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Return r_i [m] and v_i [m/s], each (..., 3)."""
         e, p, f = self.eccentricity, self.semi_latus_rectum, self.anomaly(t_s)[..., None]
-        to_pericentre, ahead, _ = np.moveaxis(self.perifocal, -1, 0)
+        to_pericentre, ahead, _ = rotation.components(self.perifocal)
         cos_f, sin_f = np.cos(f), np.sin(f)
         r_i = p / (1.0 + e * cos_f) * (cos_f * to_pericentre + sin_f * ahead)
         v_i = np.sqrt(self.mu / p) * (-sin_f * to_pericentre + (e + cos_f) * ahead)
@@ -204,7 +204,7 @@ class KeplerOrbit:
 
     @cached_property
     def _lvlh_at_pericentre(self):
-        to_pericentre, ahead, normal = np.moveaxis(self.perifocal, -1, 0)
+        to_pericentre, ahead, normal = rotation.components(self.perifocal)
         return rotation.from_matrix(np.stack([ahead, -normal, -to_pericentre], axis=-1))
 
     def lvlh_rate(self, t_s: ArrayLike) -> np.ndarray:

@@ -21,8 +21,8 @@ def multiply(q: ArrayLike, p: ArrayLike) -> np.ndarray:
     >>> multiply([1, 0, 0, 0], [0, 1, 0, 0])
     array([0., 0., 1., 0.])
     """
-    x1, y1, z1, w1 = _components(q)
-    x2, y2, z2, w2 = _components(p)
+    x1, y1, z1, w1 = components(q)
+    x2, y2, z2, w2 = components(p)
     return from_components(
         [
             w1 * x2 + x1 * w2 + y1 * z2 - z1 * y2,
@@ -46,8 +46,8 @@ def normalise(q: ArrayLike) -> np.ndarray:
 
 def rotate(q_ab: ArrayLike, v_b: ArrayLike) -> np.ndarray:
     """Return v_a = q_ab v_b q_ab*, shape (..., 3)."""
-    x, y, z, w = _components(q_ab)
-    v = _components(v_b)
+    x, y, z, w = components(q_ab)
+    v = components(v_b)
     twice = 2.0 * (y * v[2] - z * v[1]), 2.0 * (z * v[0] - x * v[2]), 2.0 * (x * v[1] - y * v[0])
     return from_components(
         [
@@ -60,7 +60,7 @@ def rotate(q_ab: ArrayLike, v_b: ArrayLike) -> np.ndarray:
 
 def matrix(q_ab: np.ndarray) -> np.ndarray:
     """Return the direction cosines R with v_a = R v_b, shape (..., 3, 3)."""
-    x, y, z, w = _components(q_ab)
+    x, y, z, w = components(q_ab)
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
         [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
@@ -170,7 +170,7 @@ def roll_pitch_yaw(q_ab: np.ndarray) -> np.ndarray:
     >>> roll_pitch_yaw(about([0, 0, 1], 0.5))
     array([0. , 0. , 0.5])
     """
-    x, y, z, w = _components(q_ab)
+    x, y, z, w = components(q_ab)
     # With the half angle h = pitch / 2: (cos h - sin h) exp(i (yaw + roll) / 2), and
     # (cos h + sin h) exp(i (yaw - roll) / 2); one of them is zero where the pitch is +-pi/2.
     minus, plus = np.hypot(w - y, x + z), np.hypot(w + y, z - x)
@@ -199,16 +199,18 @@ def wrap(angle_rad: float | np.ndarray) -> np.ndarray:
     return angle_rad - 2.0 * np.pi * np.round(angle_rad / (2.0 * np.pi))
 
 
-def from_components(components: Sequence[np.ndarray]) -> np.ndarray:
+def from_components(parts: Sequence[np.ndarray]) -> np.ndarray:
     """
     Return vectors or quaternions (..., k) from k components (...).
 
     In memory, all of a component lie side by side: what follows works component by component.
     """
-    return np.moveaxis(np.array(components), 0, -1)
+    table = np.array(parts)
+    # For one vector np.moveaxis costs more than all the arithmetic.
+    return table.transpose(*range(1, table.ndim), 0)
 
 
-def _components(v: ArrayLike) -> list[np.ndarray]:
+def components(v: ArrayLike) -> list[np.ndarray]:
     """Return the components of vectors or quaternions (..., k), an array (...) each."""
     v = np.asarray(v, float)
     return [v[..., i] for i in range(v.shape[-1])]

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .rotation import from_components
+from .rotation import components, from_components
 from .system import System
 
 
@@ -25,7 +25,7 @@ def gravity_gradient(
     >>> gravity_gradient(np.diag([1.0, 2.0, 3.0]), np.array([0.0, 0.6, 0.8]), 1.0)
     array([0.48, 0.  , 0.  ])
     """
-    x, y, z = np.moveaxis(c_b, -1, 0)
+    x, y, z = components(c_b)
     I_x, I_y, I_z = times(inertia, (x, y, z))
     torque = (y * I_z - z * I_y, z * I_x - x * I_z, x * I_y - y * I_x)
     return from_components([gradient * component for component in torque])
@@ -39,11 +39,11 @@ def angular_momentum(
 
     omega_bi_b [rad/s] (..., 3); rotor_speed [rad/s] (..., R), nan where a rotor has none.
     """
-    momentum = times(system.carrier_inertia, np.moveaxis(omega_bi_b, -1, 0))
+    momentum = times(system.carrier_inertia, components(omega_bi_b))
     for i, rotor in enumerate(system.rotors):
         speed = rotor_speed[..., i] if rotor.turns_freely else np.nan
         p = rotor.axial_momentum(speed, omega_bi_b)
-        axis = np.moveaxis(rotor.axis, -1, 0)
+        axis = components(rotor.axis)
         momentum = [H + p * a for H, a in zip(momentum, axis, strict=True)]
     return from_components(momentum)
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..dynamics.motion import States
-from ..dynamics.rotation import from_components
+from ..dynamics.rotation import components, from_components
 
 
 def length(vectors: np.ndarray) -> np.ndarray:
@@ -18,7 +18,7 @@ def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return a x b of vectors (..., 3)."""
-    (a_x, a_y, a_z), (b_x, b_y, b_z) = np.moveaxis(a, -1, 0), np.moveaxis(b, -1, 0)
+    (a_x, a_y, a_z), (b_x, b_y, b_z) = components(a), components(b)
     return from_components([a_y * b_z - a_z * b_y, a_z * b_x - a_x * b_z, a_x * b_y - a_y * b_x])
 
 

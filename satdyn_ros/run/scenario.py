@@ -118,7 +118,11 @@ class Scenario:
 
     def with_values(self, changes: Mapping[str, Any]) -> 'Scenario':
         """Return the scenario with some keys changed; ValueError: see the class."""
-        return Scenario({**self.values, **changes})
+        changed = Scenario({**self.values, **changes})
+        if all(name.startswith('initial.') for name in changes):
+            # A learning loop starts the same body at every episode: what follows from it stays.
+            vars(changed)['system'] = self.system
+        return changed
 
     def with_seed(self) -> 'Scenario':
         """Return the scenario with a seed of 0 drawn, where it has sensors."""

@@ -148,3 +148,12 @@ def test_fixed_direction_starts_inertial():
     integrals = scenario.integrals(states)
     assert set(integrals) == {'energy', 'area', 'fourth'}
     assert np.all(states.r_i == 0.0)
+
+
+def test_other_initial_conditions_keep_the_body():
+    """The system is made again only where a key of it changes."""
+    scenario = Scenario.from_dict({'rotor': {'mode': 'constant_momentum', 'momentum': 1.0}})
+    turned = scenario.with_values({'initial.angular_velocity': (0.0, 0.0, 0.1)})
+    assert turned.system is scenario.system
+    assert turned.initial_state.omega_bi_b[2] > 0.09
+    assert turned.with_values({'rotor.momentum': 2.0}).system.rotors[0].momentum == 2.0

@@ -10,18 +10,15 @@ from pathlib import Path
 import numpy as np
 
 from ..bag.recorded_run import RecordedRun
-from ..dynamics import rotation
 from ..dynamics.motion import Motion, States, joined
-from ..dynamics.torque import angular_momentum, gravity_gradient
+from ..dynamics.torque import angular_momentum
 from ..run.drift import Drift
 from ..run.events import Event
 from ..run.samples import Samples, merged
 from ..run.scenario import Scenario
 from ..run.simulation import Simulation
+from .curves import HELD_TICKS, Bounds, field_torque
 from .sensor_errors import ErrorsOfSensors, SensorErrors
-
-# Samples that are held at a time, with what is drawn of them: a few megabytes.
-_BLOCK_TICKS = 4096
 
 # A controller may begin one at each tick.
 MOST_MOTIONS = 200
@@ -39,7 +36,7 @@ class History:
     t_s (N,): seconds from tick 0.  states: their table, which refers to the orbit; q_lb (N, 4) is
     None without LVLH.  torque_b (N, 3): gravity gradient [N m]; applied_b (N, 3): applied torque
     [N m]; momentum_b (N, 3): H [N m s].  turned (N,): the angle that the body turns within a row
-    [rad].  least, most: by the name of a curve, see curves(), its bounds over all ticks of a row.
+    [rad].  least, most: by the name of a curve, see curves.py, its bounds over all ticks of a row.
     drift: by first integral its largest relative change since the last event so far, of all ticks,
     (N,), nan where it is not one.  largest_drift: the same over the whole run.  motions: the first
     MOST_MOTIONS of the run, by the tick where they begin.  events: what happened, with the time of
@@ -80,28 +77,6 @@ class History:
         return len(self.t_s) * max(suitable, 1) / float(self.scenario.rate)
 
 
-def curves(samples: Samples) -> dict[str, np.ndarray]:
-    """
-    Return what is drawn over time of samples, (N, k) each.
-
-    attitude: roll, pitch and yaw to LVLH, or to inertial axes without an orbit [rad]; rate: body
-    rate in body axes [rad/s]; torque: gravity gradient in body axes [N m]; rotor_speed [rad/s].
-    """
-    states = samples.states
-    q = states.q_lb if states.orbit.has_lvlh else states.q_ib
-    return {
-        'attitude': rotation.roll_pitch_yaw(q),
-        'rate': states.omega_bi_b,
-        'torque': _gravity_gradient(samples),
-        'rotor_speed': rotor_columns(states.rotor_speed),
-    }
-
-
-def rotor_columns(values: np.ndarray) -> np.ndarray:
-    """Return a quantity of the rotors as a table (N, R), R rotors."""
-    return np.reshape(values, (len(values), -1))
-
-
 def history(
     path: str | Path,
     rows: int = 4000,
@@ -120,7 +95,7 @@ def history(
     simulation = run.simulation()
     first, end = _window(run, simulation.next_tick, run.last_tick() + 1, begin_s, end_s)
     every = -(-(end - first) // rows)
-    bounds = _Bounds(first, -(-(end - first) // every), every, 1.0 / float(run.ticks.rate))
+    bounds = Bounds(first, -(-(end - first) // every), every, 1.0 / float(run.ticks.rate))
     sensors = ErrorsOfSensors(simulation.sensors, run.ticks, range(first, end), rows)
     tables, torques, applied_torques, momenta, drifts = [], [], [], [], []
     events: list[tuple[float, Event]] = []
@@ -155,7 +130,7 @@ def history(
             continue
         table = states.rows(chosen)
         tables.append(table)
-        torques.append(_gravity_gradient(samples)[chosen])
+        torques.append(field_torque(samples)[chosen])
         applied_torques.append(np.broadcast_to(samples.system.torque_b, (len(table), 3)))
         momenta.append(angular_momentum(samples.system, table.omega_bi_b, table.rotor_speed))
         drifts.append({name: values[chosen] for name, values in drift.items()})
@@ -205,13 +180,13 @@ def _stretches(
     while simulation.next_tick < end:
         start = simulation.next_tick
         limit = first if start < first else end
-        applied, samples = simulation.advance(min(_BLOCK_TICKS, limit - start))
+        applied, samples = simulation.advance(min(HELD_TICKS, limit - start))
         if len(samples) == 0:
             raise ValueError(f'the run in the bag goes no further: {simulation.halted}')
         if parts and (
             simulation.motion is not motion
             or start == first
-            or start - parts[0].first_tick >= _BLOCK_TICKS
+            or start - parts[0].first_tick >= HELD_TICKS
         ):
             yield motion, events, merged(parts)
             events, parts = [], []
@@ -242,40 +217,6 @@ def _with_drift(waiting, measured):
             yield *waiting.popleft(), {name: values[rows] for name, values in drift.items()}
 
 
-class _Bounds:
-    """The least and the most of every curve, and the angle turned, over all ticks of each row."""
-
-    def __init__(self, first_tick: int, rows: int, every: int, tick_s: float):
-        self._first_tick, self._rows, self._every, self._tick_s = first_tick, rows, every, tick_s
-        self.turned = np.zeros(rows)
-        self.least: dict[str, np.ndarray] = {}
-        self.most: dict[str, np.ndarray] = {}
-        self._waiting: list[Samples] = []
-
-    def take(self, samples: Samples) -> None:
-        """Take the next samples; a row continues from one block of them to the next."""
-        self._waiting.append(samples)
-        if samples.first_tick + len(samples) - self._waiting[0].first_tick >= _BLOCK_TICKS:
-            self.close()
-
-    def close(self) -> None:
-        """Take into account what was taken; whatever acted, the curves are those of the states."""
-        if not self._waiting:
-            return
-        samples, self._waiting = merged(self._waiting), []
-        tick = samples.first_tick - self._first_tick + np.arange(len(samples))
-        row, begins = np.unique(tick // self._every, return_index=True)
-        rate = np.linalg.norm(samples.states.omega_bi_b, axis=-1)
-        self.turned[row] += np.add.reduceat(rate, begins) * self._tick_s
-        for name, values in curves(samples).items():
-            if name not in self.least:
-                self.least[name] = np.full((self._rows, values.shape[1]), np.inf)
-                self.most[name] = np.full((self._rows, values.shape[1]), -np.inf)
-            least, most = self.least[name], self.most[name]
-            least[row] = np.minimum(least[row], np.minimum.reduceat(values, begins))
-            most[row] = np.maximum(most[row], np.maximum.reduceat(values, begins))
-
-
 def _window(run, first, end, begin_s, end_s):
     """Return the first tick and the one after the last that were asked for."""
     rate = run.ticks.rate
@@ -293,12 +234,6 @@ def _window(run, first, end, begin_s, end_s):
             f'{highest:.9g} s'
         )
     return from_tick, to_tick
-
-
-def _gravity_gradient(samples):
-    states = samples.states
-    gradient = states.orbit.gradient_at(states.orbit_s)
-    return gravity_gradient(samples.system.inertia, states.c_b, gradient)
 
 
 def _extend(intervals, begin_s, end_s):

@@ -8,7 +8,8 @@ from ..dynamics import rotation
 from ..dynamics.inertia import principal_axes
 from ..dynamics.orbit import FixedDirection
 from ..run.events import Request, Reset
-from .history import History, rotor_columns
+from .curves import rotor_columns
+from .history import History
 from .scene import rotor_names
 
 if TYPE_CHECKING:

@@ -39,7 +39,8 @@ from ..dynamics.motion import States
 from ..dynamics.orbit import EARTH_MU, EARTH_RADIUS_M, KeplerOrbit
 from ..messages.markers import box
 from ..run.scenario import Scenario
-from .history import History, rotor_columns
+from .curves import rotor_columns
+from .history import History
 
 _TURN = 2.0 * np.pi
 

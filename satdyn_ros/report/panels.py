@@ -120,8 +120,9 @@ def _prefixed(values):
 
 def drift(axes: 'Axes', history: History) -> None:
     """Draw how far the first integrals have drifted since the last event, on a log scale."""
-    largest = [np.fmax(values, _LEAST_SHOWN) for values in history.drift.values()]
-    _lines(axes, history, largest, [name.replace('_', ' ') for name in history.drift])
+    shown = {name: values for name, values in history.drift.items() if np.any(values >= 0.0)}
+    largest = [np.maximum(values, _LEAST_SHOWN) for values in shown.values()]
+    _lines(axes, history, largest, [name.replace('_', ' ') for name in shown])
     axes.set_yscale('log')
     axes.set_ylabel('relative drift of\nfirst integrals [1]')
 

@@ -61,6 +61,17 @@ def test_lines_are_the_run(bag):
         np.testing.assert_allclose(line.get_xdata() * 3600.0, run.t_s)
 
 
+def test_a_drift_is_drawn_where_its_integral_is_one(tmp_path):
+    """While a torque acts there is the balance of energy, and the Jacobi integral before it."""
+    for _ in simulate(SCENARIO, 100, tmp_path / 'bag', [Torque(60, (1e-3, 0.0, 0.0))]):
+        pass
+    axes = draw(history(tmp_path / 'bag'), ['drift']).axes[0]
+    drawn = {line.get_label(): np.isfinite(line.get_ydata()) for line in axes.get_lines()}
+    acts = np.arange(100) >= 60
+    np.testing.assert_array_equal(drawn['jacobi'], ~acts)
+    np.testing.assert_array_equal(drawn['energy balance'], acts)
+
+
 def test_every_panel_has_units(bag):
     """Every axis of every panel says its unit, and the events are marked."""
     figure = draw(history(bag), PANELS)

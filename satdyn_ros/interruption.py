@@ -69,6 +69,11 @@ def interruptible() -> Iterator[list[int]]:
         if isinstance(cause, KeyboardInterrupt):
             raise cause from None
         raise
+    except ImportError:
+        # What becomes of an interruption while the C code of numpy imports a module.
+        if heard:
+            _interrupt(heard[-1])
+        raise
     finally:
         sys.unraisablehook = hook_before
         for number, handler in zip(_NUMBERS, before, strict=True):

@@ -51,6 +51,24 @@ def test_what_a_callback_has_lost_comes_again(capfd, number, raised):
     assert capfd.readouterr().err == ''
 
 
+@pytest.mark.parametrize(
+    ('number', 'raised'), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, Terminated)]
+)
+def test_what_c_code_makes_an_import_error_is_an_interruption(number, raised):
+    """As PyCapsule_Import does while numpy is imported; any other ImportError stays one."""
+
+    def load():
+        try:
+            signal.raise_signal(number)
+        except KeyboardInterrupt:
+            raise ImportError('PyCapsule_Import could not import module "datetime"') from None
+
+    with pytest.raises(raised), interruptible():
+        load()
+    with pytest.raises(ImportError, match='no such'), interruptible():
+        raise ImportError('no such module')
+
+
 def test_what_was_half_built_is_freed_without_a_word(monkeypatch):
     """Such as an object of the compiler's whose handle was still to come."""
     told = []

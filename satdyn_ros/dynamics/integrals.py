@@ -155,13 +155,10 @@ def _terms(system, states, since=_FROM_ROW_0):
     )
     if np.any(applies) and not driven:
         terms['momentum'] = _only(applies, [_length(H)])
-    begins, motion = np.unique(since, return_inverse=True)
-    h = np.zeros((len(begins), 3))
-    for rotor, p_i in zip(system.rotors, p, strict=True):
-        h = h + p_i[..., begins, None] * rotor.axis
-    axis = _symmetry_axis(system, states, h)[..., motion, :]
-    if not (driven or np.all(np.isnan(axis))):
-        terms['axial_rate'] = [_dot(omega, axis)]
+    if not driven:
+        axis = _symmetry_axis(system, states, p, since)
+        if not np.all(np.isnan(axis)):
+            terms['axial_rate'] = [_dot(omega, axis)]
     for i, rotor in enumerate(system.rotors):
         if rotor.turns_freely and not (rotor.is_damped or system.rotor_torque[i]):
             terms[momentum_name(rotor)] = [p[i]]
@@ -186,16 +183,20 @@ def _only(applies, terms):
     return terms if np.all(applies) else [np.where(applies, term, np.nan) for term in terms]
 
 
-def _symmetry_axis(system, states, h):
+def _symmetry_axis(system, states, p, since):
     """
     Return the axis (..., 3) about which all that acts on the body is symmetric; nan: none.
 
-    That is K, I where there is a field, the weight, and the momentum of all rotors, h (..., 3).
+    That is K, I where there is a field, the weight, and the momentum of all rotors.
     """
+    begins, motion = np.unique(since, return_inverse=True)
+    h = np.zeros((len(begins), 3))
+    for rotor, p_i in zip(system.rotors, p, strict=True):
+        h = h + p_i[..., begins, None] * rotor.axis
     I, K = system.inertia, system.carrier_inertia
     is_pulled = np.any(states.orbit.gradient_at(states.orbit_s), axis=-1, keepdims=True)
     felt = np.where(is_pulled[..., None, None], I, K)
-    return symmetry_axes((felt, K), (h, system.weight_moment))
+    return symmetry_axes((felt, K), (h, system.weight_moment))[..., motion, :]
 
 
 def _is_there(vector):

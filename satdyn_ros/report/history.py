@@ -201,10 +201,10 @@ def _measured(
 ) -> Iterator[tuple[Motion, list[Event], Samples, dict[str, np.ndarray]]]:
     """Yield each stretch with the relative drift in its rows."""
     measuring = Drift()
-    waiting: deque[tuple[Motion, list[Event], Samples]] = deque()
+    waiting: deque[tuple[Motion, list[Event]]] = deque()
     for motion, events, samples in stretches:
         yield from _with_drift(waiting, measuring.take(motion, samples))
-        waiting.append((motion, events, samples))
+        waiting.append((motion, events))
     yield from _with_drift(waiting, measuring.close())
 
 
@@ -214,7 +214,8 @@ def _with_drift(waiting, measured):
         for samples in parts:
             rows = slice(begin, begin + len(samples))
             begin = rows.stop
-            yield *waiting.popleft(), {name: values[rows] for name, values in drift.items()}
+            found = {name: values[rows] for name, values in drift.items()}
+            yield *waiting.popleft(), samples, found
 
 
 def _window(run, first, end, begin_s, end_s):

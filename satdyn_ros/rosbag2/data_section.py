@@ -84,8 +84,7 @@ class DataSection:
                 self._check_declarations(found, contents)
                 if chunk is None:
                     self.tally.add_messages(contents)
-                    self._check_channels(found, contents)
-                    self._pass_on(TopicBlock(contents, self._topics))
+                    self._pass_messages_on(found, contents)
                 else:
                     self._chunk, self._indexes, self._chunk_end = found, {}, found.end
             case Metadata():
@@ -131,8 +130,7 @@ class DataSection:
             raise found.damaged(self.path, f'the index of channel {min(missing)} is missing')
         size = self._chunk_end - found.end
         self.tally.add_chunk(found.start, found.end, chunk, contents, self._indexes, size)
-        self._check_channels(found, contents)
-        self._pass_on(TopicBlock(contents, self._topics))
+        self._pass_messages_on(found, contents)
         self._chunk = None
 
     def _check_declarations(self, found: Found, contents: Contents) -> None:
@@ -148,9 +146,12 @@ class DataSection:
                     raise found.damaged(
                         self.path, f'{kind} {id_} was declared before, in another way'
                     )
-        self._topics |= {id_: channel.topic for id_, channel in channels.items()}
 
-    def _check_channels(self, found: Found, contents: Contents) -> None:
+    def _pass_messages_on(self, found: Found, contents: Contents) -> None:
+        """Pass on messages whose channels are all declared."""
         # Not as a difference of sets, which takes as long as there are channels.
         if unknown := [i for i in contents.counts if i not in self.tally.channels]:
             raise found.damaged(self.path, f'channel {min(unknown)} in it is not declared')
+        _, channels = contents.declarations
+        self._topics |= {id_: channel.topic for id_, channel in channels.items()}
+        self._pass_on(TopicBlock(contents, self._topics))

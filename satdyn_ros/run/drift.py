@@ -38,8 +38,9 @@ class Drift:
         self._motion: Motion | None = None
         self._begin: States | None = None
         self._parts: list[Samples] = []
-        self._tables: list[States] = []
-        # By row the row where its motion began.
+        # Before the parts the row where their first motion began, if that was measured before.
+        self._carried: list[States] = []
+        # By row, that one too, the row where its motion began.
         self._since: list[int] = []
 
     def take(self, motion: Motion, samples: Samples) -> list[MeasuredDrift]:
@@ -59,9 +60,8 @@ class Drift:
             begin = self._since[-1]
         else:
             begin = 0
-            self._tables, self._since = [self._begin], [0]
+            self._carried, self._since = [self._begin], [0]
         self._parts.append(samples)
-        self._tables.append(samples.states)
         self._since += len(samples) * [begin]
         return measured
 
@@ -69,13 +69,14 @@ class Drift:
         """Measure what was taken since the last time."""
         if not self._parts:
             return []
-        states, since = joined(self._tables), np.array(self._since)
+        states = joined([*self._carried, *(part.states for part in self._parts)])
+        since = np.array(self._since)
         drift = {}
         if np.any(since != np.arange(len(since))):
             drift = relative_drift(self._parts[0].system, states, since)
-        rows = slice(len(since) - sum(map(len, self._parts)), None)
+        rows = slice(len(self._carried), None)
         measured = MeasuredDrift(
             self._parts, states.rows(rows), {name: values[rows] for name, values in drift.items()}
         )
-        self._parts, self._tables, self._since = [], [], []
+        self._parts, self._carried, self._since = [], [], []
         return [measured]

@@ -33,10 +33,12 @@ OutcomeColumns = dict[str, Any]
 def columns(plan: Plan, runs: Sequence[int]) -> OutcomeColumns:
     """Return the columns of runs, name to a value for each of them; nan or None: it has none."""
     together = max(1, _SAMPLES_AT_ONCE // len(plan.t_s))
+    values = plan.values_of(runs)
     table = _Table(len(runs))
     for first in range(0, len(runs), together):
-        _fill(plan, runs[first : first + together], first, table)
-    return {'run': np.array(runs), **plan.values_of(runs), **table.columns}
+        part = slice(first, first + together)
+        _fill(plan, runs[part], {name: some[part] for name, some in values.items()}, first, table)
+    return {'run': np.array(runs), **values, **table.columns}
 
 
 class _Table:
@@ -54,8 +56,7 @@ class _Table:
             self.columns[name][rows] = values
 
 
-def _fill(plan, runs, first, table):
-    values = plan.values_of(runs)
+def _fill(plan, runs, values, first, table):
     for rows in _alike(plan, values):
         done = _fly_together(plan, runs, values, rows, first, table)
         for row in rows[~done]:

@@ -56,7 +56,9 @@ def _ratios(results: Path) -> dict[str, str]:
 
 def _machine():
     lscpu = subprocess.run(['lscpu'], stdout=subprocess.PIPE, text=True, check=False).stdout
-    lines = [line for line in lscpu.splitlines() if line.startswith(('Model name', 'CPU(s):'))]
+    # On a virtual machine the name does not tell how wide the vectors are; the model does.
+    named = 'CPU(s):', 'Model name:', 'CPU family:', 'Model:'
+    lines = [line for line in lscpu.splitlines() if line.strip().startswith(named)]
     facts = [' '.join(line.split()) for line in lines]
     facts.append(f'Python {platform.python_version()}, {platform.system()}')
     for package in PACKAGES:

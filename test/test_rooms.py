@@ -1,6 +1,7 @@
 """The rooms of the package import each other only as its architecture says."""
 
 import ast
+import re
 import subprocess
 import sys
 from collections import defaultdict
@@ -29,6 +30,12 @@ ROOMS = [
     'sweep',
     'cli',
 ]
+
+
+def test_the_design_lists_the_rooms():
+    design = (PACKAGE.parent / 'docs' / 'design.md').read_text()
+    table = design.split('## Rooms')[1].split('\n## ')[0]
+    assert re.findall(r'^\| `(\w+)`', table, re.MULTILINE) == ROOMS
 
 
 def room_of(module):

@@ -140,6 +140,17 @@ def test_a_sweep_ends_where_an_interruption_would_leave_a_lock_taken(long_sweep,
     assert (process.returncode, errors) == (130, '')
 
 
+def test_an_export_ends_where_an_interruption_would_leave_a_lock_taken(tmp_path):
+    """So does the thread that reads ahead; no part of a file is left."""
+    pytest.importorskip('polars')
+    bag = tmp_path / 'bag'
+    start('simulate', DEFAULT, '--duration', '1', '-o', bag).communicate()
+    process = start('export', bag, '-o', tmp_path / 'table.csv', program=('-c', CTRL_C_AT_A_LOCK))
+    _, errors = process.communicate()
+    assert (process.returncode, errors) == (130, '')
+    assert [path.name for path in tmp_path.iterdir()] == ['bag']
+
+
 def test_an_interruption_within_a_call_of_compiled_code_is_no_error(tmp_path):
     """It arrives as a SystemError, since the call returns a result and an exception."""
     bag = tmp_path / 'bag'

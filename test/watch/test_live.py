@@ -142,7 +142,7 @@ def test_request_by_the_form(page, participant):
         lambda: messages and messages[-1].angular_velocity.z > 0.2, 'the requested rate'
     )
     pages.wait(page, 'satdyn.stage.scene.row.omega_bi_b[2] > 0.2')
-    assert not page.find_element('id', 'start').is_displayed()
+    pages.wait(page, lambda: not page.find_element('id', 'start').is_displayed())
     assert participant.get('initial.frame') == 'inertial'
     pages.wait(page, "satdyn.live.values['initial.frame'] === 'inertial'")
 

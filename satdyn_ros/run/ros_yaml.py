@@ -18,6 +18,9 @@ LARGEST_BYTES, MOST_VALUES = (
     (2_000_000, 50_000) if _Safe is not yaml.SafeLoader else (200_000, 5_000)
 )
 DEEPEST = 64
+_TOO_DEEP = f'is nested deeper than the {DEEPEST} levels allowed'
+# The parser in C may look further ahead than we count, and then says this of a limit of its own.
+_OWN_LIMIT = 'exceeded maximum nesting depth'
 # Of an unquoted text, which may be a number: 1:1:1 is one to the base of sixty.
 LONGEST_PLAIN = 1000
 
@@ -50,6 +53,8 @@ def load(text: str, origin: str) -> Any:
         mark = getattr(error, 'problem_mark', None)
         where = f' at line {mark.line + 1}' if mark else ''
         problem = getattr(error, 'problem', None) or 'it cannot be parsed'
+        if problem == _OWN_LIMIT:
+            raise ValueError(f'{origin} {_TOO_DEEP}') from None
         raise ValueError(f'{origin} is not YAML{where}: {problem}') from None
     except (ValueError, LookupError, AttributeError, ArithmeticError, TypeError):
         # What PyYAML raises depends on the tag.
@@ -86,7 +91,7 @@ def _excess(text: str) -> str | None:
             anchor, begin = begins.pop()
             sizes[anchor] = count - begin
         if len(begins) > DEEPEST:
-            return f'is nested deeper than the {DEEPEST} levels allowed'
+            return _TOO_DEEP
         if count > MOST_VALUES:
             return f'has more than the {MOST_VALUES} values allowed, aliases written out'
     return None

@@ -1,5 +1,5 @@
 """
-The one door to numba: the decorators of compiled functions.
+The door to numba: the decorators of compiled functions.
 
 A function is compiled at its first call and its code kept for the next start.  The compiler works
 in a child process: this one could not handle a signal until the compiler is done.
@@ -24,16 +24,11 @@ from typing import Any
 import numba
 from llvmlite.binding import get_host_cpu_features, get_host_cpu_name
 from numba import config, njit, vectorize
-from numba.cpython.unsafe.tuple import tuple_setitem
 
 from . import code_folder
 
 _log = logging.getLogger('satdyn_ros')
 _is_child = False
-
-# In compiled code: replaced(t, i, x) is the tuple t with x at i.  The length of a tuple is part of
-# its type: a loop over it is unrolled, and the tuple lives in registers.
-replaced = tuple_setitem
 
 
 def compiled(
@@ -63,9 +58,14 @@ def compiled(
     return dispatcher
 
 
-def inlined(function: Callable[..., Any], fused: bool = True) -> Any:
-    """Compile a function into the body of those that call it; fused: as in compiled."""
-    return _compile(function, fused, forceinline=True)
+def inlined(function: Callable[..., Any], fused: bool = True, makes_arrays: bool = False) -> Any:
+    """
+    Compile a function into the body of those that call it; fused: as in compiled.
+
+    makes_arrays: it makes arrays of its own.  If not, it borrows those it is given: counting who
+    holds them at every call took an eighth of a propagation.
+    """
+    return _compile(function, fused, forceinline=True, _nrt=makes_arrays)
 
 
 def vectorized(function: Callable[..., Any]) -> Any:

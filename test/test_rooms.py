@@ -15,6 +15,8 @@ PACKAGE = Path(__file__).parent.parent / 'satdyn_ros'
 ROOMS = [
     'code_folder',
     'compiled',
+    'side_by_side',
+    'written_out',
     'interruption',
     'dynamics',
     'exact',

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiled import compiled, inlined
+from ..side_by_side import filled
 from .dop853 import (
     GROWTH,
     REACHED,
@@ -32,11 +33,10 @@ from .lanes import (
     Lanes,
     advance,
     at_lane,
-    attempt,
-    constants_of_lane,
+    attempt_all,
+    give_lane,
     numbers_of,
     take_lane,
-    vector,
 )
 from .motion import Halted, States
 from .propagator import Propagation, columns, mean_anomaly, wanted_variables
@@ -74,12 +74,13 @@ def propagate_all(motions: Sequence[Propagation], t_s: np.ndarray) -> list[State
     """
     t_s, found = np.asarray(t_s, float), {}
     alike = defaultdict(list)
+    numbers = {motion: numbers_of(motion.constants) for motion in motions}
     for motion in motions:
-        alike[tuple(motion.wanted), len(motion.constants.rotors)].append(motion)
+        alike[tuple(motion.wanted), len(numbers[motion])].append(motion)
     for some in alike.values():
         flights = _flights(
             begin=np.array([initial_values(motion.system, motion.state) for motion in some]),
-            numbers=np.array([numbers_of(motion.constants) for motion in some]),
+            numbers=np.array([numbers[motion] for motion in some]),
             anomaly=np.array([motion.anomaly for motion in some]),
             tolerance=np.array([motion.tolerance for motion in some]),
             steps_allowed=np.array([motion.steps_allowed for motion in some]),
@@ -107,7 +108,7 @@ def propagate_many(
     wanted = wanted_variables(system, like.does_work)
     flights = _flights(
         begin=initial_values(system, state)[:, 0],
-        numbers=numbers,
+        numbers=np.ascontiguousarray(numbers),
         anomaly=np.column_stack(
             [np.broadcast_to(np.ravel(each), count) for each in mean_anomaly(system, 0.0)]
         ),
@@ -125,8 +126,8 @@ def _flights(begin, numbers, anomaly, tolerance, steps_allowed, shape):
     """Return Flights that have not begun; shape: of the variables that are wanted of each."""
     count = len(begin)
     return Flights(
-        begin=begin,
-        numbers=numbers,
+        begin=np.ascontiguousarray(begin),
+        numbers=np.ascontiguousarray(numbers),
         anomaly=np.ascontiguousarray(anomaly),
         tolerance=tolerance,
         steps_allowed=steps_allowed,
@@ -157,7 +158,7 @@ def _fly(t_s, wanted, flights, lanes, single, like):
     """
     begin, outcome, rows = flights.begin, flights.outcome, flights.rows
     motion, steps, since, t, h = lanes.motion, lanes.steps, lanes.since, lanes.t, lanes.h
-    y_0, y, error, ratio, constants = lanes.y_0, lanes.y, lanes.error, lanes.ratio, lanes.constants
+    y_0, y, error, ratio = lanes.stages.y_0, lanes.stages.y, lanes.error, lanes.ratio
     # Variables beyond those are constant, or not wanted.
     changing = max(MOMENTUM, wanted[-1] + 1)
     for _ in range(_SLICE_STEPS):
@@ -173,11 +174,12 @@ def _fly(t_s, wanted, flights, lanes, single, like):
                     0.0,
                     GROWTH,
                 )
-                lanes.tolerance[l], constants[l::LANES] = flights.tolerance[m], flights.numbers[m]
-                y_0[l::LANES] = y[l::LANES] = begin[m]
-                h[l] = first_step(
-                    vector(y_0, OMEGA, l), constants_of_lane(constants, l, like, like.does_work)
-                )
+                lanes.tolerance[l] = flights.tolerance[m]
+                give_lane(flights.numbers[m], l, lanes.constants)
+                give_lane(begin[m], l, y_0)
+                give_lane(begin[m], l, y)
+                omega = begin[m, OMEGA], begin[m, OMEGA + 1], begin[m, OMEGA + 2]
+                h[l] = first_step(omega, filled(like, flights.numbers[m], 0.0))
                 rows[m] = _rows_at_begin(t_s, wanted, begin[m], flights.out[m], single)
             if motion[l] < 0:
                 idle += 1
@@ -188,7 +190,7 @@ def _fly(t_s, wanted, flights, lanes, single, like):
         if idle == LANES:
             return True
 
-        attempt(lanes, like, changing * LANES)
+        attempt_all(lanes, like, changing)
         for l in range(LANES):
             m = motion[l]
             if m < 0:
@@ -200,9 +202,9 @@ def _fly(t_s, wanted, flights, lanes, single, like):
                     last += 1
                 since[l] += 1.0
                 if last > first:
-                    take_lane(l, t[l], h[l], y_0, y, lanes.k, single)
-                    make_dense(*single, constants_of_lane(constants, l, like, like.does_work))
-                    interpolate(t_s, wanted, flights.out[m], first, last, single[0], single[3])
+                    take_lane(l, lanes, single)
+                    make_dense(*single, filled(like, flights.numbers[m], 0.0))
+                    interpolate(t_s, wanted, flights.out[m], first, last, single[0], single[2])
                     rows[m], since[l] = last, 0.0
                 t[l], h[l] = end, h[l] * min(lanes.largest_growth[l], ratio[l])
                 steps[l], lanes.largest_growth[l] = steps[l] + 1, GROWTH
@@ -217,16 +219,17 @@ def _fly(t_s, wanted, flights, lanes, single, like):
                 outcome[m] = REACHED
             if outcome[m] != UNFINISHED:
                 flights.reached_s[m], motion[l], h[l] = t[l], -1, 0.0
-        advance(error, changing, y, y_0)
+        advance(lanes, changing)
     return False
 
 
 @inlined
 def _rows_at_begin(t_s, wanted, begin, out, single):
     """Fill the rows at t = 0, whatever the first step will be; return how many there are."""
-    clock, _, _, dense = single
+    clock, _, dense = single
     clock[:], dense[:] = 0.0, 0.0
-    dense[0, : len(begin)] = begin
+    for i in range(len(begin)):
+        dense[0, i] = begin[i]
     last = 0
     while last < len(t_s) and t_s[last] <= 0.0:
         last += 1

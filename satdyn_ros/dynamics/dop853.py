@@ -4,19 +4,32 @@ One step of Dormand and Prince's method of order 8, its error, and the dense out
 The error is estimated by orders 5 and 3, the dense output is of order 7 (Hairer, Norsett and
 Wanner, Solving Ordinary Differential Equations I, 1993, II.5, II.6, II.10).
 
+A step is of one motion, its variables floats, or of many side by side, its variables Numbers.
+
 clock (7,), by the names below: where the current step begins and ends, the proposed length of the
 next one, the number of steps taken, the number of the step that the dense output belongs to, the
 furthest row that was ever reached, and the number of steps begun since.
-y (V,): the variables at the end of the step; k (16, V): its stages, h times the derivatives, of
-which stages 12 to 15 are made with the dense output, which alone needs them;
-dense (8, V): the terms of its dense output, the first of them the variables at its start.
-constants: the Parameters of the equations, whose number of rotors tells the compiler V.
-Rows may be longer than V, which keeps vectors of four numbers within a cache line (step_arrays).
+dense (8, V): the terms of the dense output of one motion's step, the first of them the variables
+at its start.  constants: the Parameters of the equations.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
-from ..compiled import inlined, replaced
+from ..compiled import inlined
+from ..side_by_side import (
+    PACK,
+    load,
+    packed,
+    spread,
+    store,
+    store_all,
+    where_less,
+    width,
+    zero,
+)
+from ..written_out import for_each, in_turn
 from .equations import CENTRE, MOMENTUM, OMEGA, Parameters, rates
 from .orbit import true_anomaly
 from .tableau import COLUMNS, DENSE, ENTRIES, ERROR_3, ERROR_5, LENGTHS
@@ -41,12 +54,33 @@ TINY = 1e-300
 # What the first step turns the body or the orbit by [rad]; a rate below the slowest [rad/s] counts
 # as the slowest, for which such a step takes four months.
 FIRST_TURN, SLOWEST = 0.01, 1e-9
-# Numbers in a cache line, and in a vector register.
-_LINE, _VECTOR = 8, 4
-# Sums of the variables whose error counts with any number of rotors: q, omega, cos f and sin f.
-_COUNTED = (0.0,) * MOMENTUM
-_TWELVE = (0.0,) * 12
-_FOUR = (0.0,) * _VECTOR
+# Numbers in a cache line.
+_LINE = 8
+# One number for each of q, omega, cos f and sin f.
+_CORE = (0.0,) * MOMENTUM
+
+
+class Stages(NamedTuple):
+    """
+    What a step is computed in: for every variable one number, or one of each motion.
+
+    y_0 and y: the variables at the start and at the end; k: the 16 stages, h times the
+    derivatives, of which the last four are made with the dense output, which alone needs them;
+    e_3 and e_5: the errors by the two orders; zeros.  All but k have the same length.
+    """
+
+    y_0: np.ndarray
+    y: np.ndarray
+    k: np.ndarray
+    e_3: np.ndarray
+    e_5: np.ndarray
+    zeros: np.ndarray
+
+    @classmethod
+    def empty(cls, length: int, y_0: np.ndarray | None = None) -> 'Stages':
+        """Return Stages of zeros; y_0: an array that is kept elsewhere."""
+        rows = line_zeros(21 * length).reshape(21, length)
+        return cls(rows[0] if y_0 is None else y_0, rows[1], rows[5:].ravel(), *rows[2:5])
 
 
 def line_zeros(count: int) -> np.ndarray:
@@ -56,32 +90,30 @@ def line_zeros(count: int) -> np.ndarray:
     return numbers[begin : begin + count]
 
 
-def step_arrays(size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return y, k and dense of zeros for `size` variables."""
-    length = -(-size // _VECTOR) * _VECTOR
-    rows = line_zeros(25 * length).reshape(25, length)
-    return rows[0], rows[1:17], rows[17:]
+def step_arrays(size: int) -> tuple[Stages, np.ndarray]:
+    """Return the Stages and the dense output of one motion of `size` variables, with room."""
+    length = -(-size // PACK) * PACK
+    dense = line_zeros(8 * length).reshape(8, length)
+    return Stages.empty(length, dense[0]), dense
 
 
 @inlined
 def step(
     clock: np.ndarray,
-    y: np.ndarray,
-    k: np.ndarray,
-    dense: np.ndarray,
+    stages: Stages,
     anomaly: np.ndarray,
     constants: Parameters,
     tolerance: float,
 ) -> bool:
     """
-    Take one step within the tolerance; return whether there is one.
+    Take one step of one motion within the tolerance; return whether there is one.
 
-    Without one, what is left in clock, y, k and dense is of no use.
+    Without one, what is left in clock and stages is of no use.
     """
-    t, y_0 = clock[END], dense[0]
-    if clock[STEPS] % STEPS_PER_FIX == 0.0:
+    t, y_0, y = clock[END], stages.y_0, stages.y
+    if int(clock[STEPS]) % STEPS_PER_FIX == 0:
         y[CENTRE], y[CENTRE + 1] = direction_of_centre(anomaly, t)
-    y_0[:] = y
+    _copy(y, y_0)
     h = clock[NEXT]
     if h == 0.0:
         h = first_step((y[4], y[5], y[6]), constants)
@@ -90,15 +122,12 @@ def step(
         if not t < t + h < np.inf:
             return False
         h = (t + h) - t
-        for i in range(12):
-            _stage(y, h, constants, k[i])
-            _combine(i + 1, y_0, k, y, constants)
-        error = _error(y_0, y, h, k, constants) / tolerance
+        error = attempt(stages, h, constants, len(y), zero(PACK)) / tolerance
         if error <= 1.0:
             break
         h *= cut(error, step_ratio(error))
         largest_growth = 1.0
-        y[:] = y_0
+        _copy(y_0, y)
     clock[BEGIN], clock[END] = t, t + h
     clock[NEXT] = h * min(largest_growth, step_ratio(error))
     clock[STEPS] += 1.0
@@ -106,77 +135,78 @@ def step(
 
 
 @inlined
-def variables(y: np.ndarray, constants: Parameters) -> tuple[float, ...]:
-    """Return the variables of an array as a tuple."""
-    p, angle, n = constants.zeros, constants.zeros, len(constants.zeros)
-    for i in range(n):
-        p = replaced(p, i, y[MOMENTUM + i])
-        angle = replaced(angle, i, y[MOMENTUM + n + i])
-    core = y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], y[8]
-    return core + p + angle + (y[MOMENTUM + 2 * n],)
+def _copy(y, to):
+    for i in range(len(y) // PACK):
+        store(to, i, load(y, i, zero(PACK)))
 
 
 @inlined
-def _stage(y, h, constants, k):
-    """Write k = h f(y)."""
-    f, n = rates(variables(y, constants), constants), len(constants.zeros)
-    k[0], k[1], k[2], k[3] = h * f[0], h * f[1], h * f[2], h * f[3]
-    k[4], k[5], k[6], k[7], k[8] = h * f[4], h * f[5], h * f[6], h * f[7], h * f[8]
-    for i in range(MOMENTUM, MOMENTUM + n):
-        k[i], k[i + n] = h * f[i], h * f[i + n]
-    k[MOMENTUM + 2 * n] = h * f[MOMENTUM + 2 * n]
+def attempt(stages: Stages, h: float, constants: Parameters, changing: int, some: float) -> float:
+    """
+    Take the step h from y_0, which is y, to y; return its error.
 
-
-@inlined
-def _combine(row, y, k, z, constants):
-    """Write z = y + sum_j a_j k_j with row's entries a_j."""
-    # Twelve sums are what the compiler holds in registers; the others follow in vectors.
-    sums = _sums(row, k, 0, _TWELVE)
-    for i in range(len(sums)):
-        z[i] = y[i] + sums[i]
-    for begin in range(len(sums), MOMENTUM + 2 * len(constants.zeros) + 1, _VECTOR):
-        more = _sums(row, k, begin, _FOUR)
-        for i in range(_VECTOR):
-            z[begin + i] = y[begin + i] + more[i]
-
-
-@inlined
-def _sums(row, k, begin, sums):
-    """Return sum_j a_j k_j of the variables from `begin` on, as many as the zeros in sums."""
-    for n in range(LENGTHS[row]):
-        a, j = ENTRIES[row, n], COLUMNS[row, n]
-        for i in range(len(sums)):
-            sums = replaced(sums, i, sums[i] + a * k[j, begin + i])
-    return sums
-
-
-@inlined
-def _sum(row, k, i):
-    """Return sum_j a_j k_j of one variable."""
-    found = 0.0
-    for n in range(LENGTHS[row]):
-        found += ENTRIES[row, n] * k[COLUMNS[row, n], i]
-    return found
-
-
-@inlined
-def _error(y_0, y, h, k, constants):
-    """Return the error of a step from y_0 to y, as error_of."""
-    p_3, p_5 = constants.zeros, constants.zeros
-    for i in range(len(constants.rotors)):
-        # Without friction a momentum has no error.
-        if constants.rotors[i].friction > 0.0:
-            p_3 = replaced(p_3, i, _sum(ERROR_3, k, MOMENTUM + i))
-            p_5 = replaced(p_5, i, _sum(ERROR_5, k, MOMENTUM + i))
+    changing: how many of the numbers change, the first ones; some: as many as are summed at once.
+    """
+    y_0, y, k = stages.y_0, stages.y, stages.k
+    for i in range(12):
+        _stage(y, h, constants, k, i)
+        _combine(i + 1, y_0, k, y, changing, some)
+    _combine(ERROR_3, stages.zeros, k, stages.e_3, changing, some)
+    _combine(ERROR_5, stages.zeros, k, stages.e_5, changing, some)
     return error_of(
-        variables(y_0, constants),
-        variables(y, constants),
-        (k[0, 4], k[0, 5], k[0, 6]),
-        _sums(ERROR_3, k, 0, _COUNTED) + p_3,
-        _sums(ERROR_5, k, 0, _COUNTED) + p_5,
+        variables(y_0, h, constants),
+        variables(y, h, constants),
+        (load(k, OMEGA, h), load(k, OMEGA + 1, h), load(k, OMEGA + 2, h)),
+        variables(stages.e_3, h, constants),
+        variables(stages.e_5, h, constants),
         h,
         constants,
     )
+
+
+@inlined
+def variables(y: np.ndarray, like: float, constants: Parameters) -> tuple[float, ...]:
+    """Return the variables of an array as a tuple, of every motion's numbers where like is."""
+    return _loaded(_CORE + constants.zeros + constants.zeros + (0.0,), y, like)
+
+
+@for_each
+def _loaded(i, variables, y, like):
+    return load(y, i, like)
+
+
+@inlined
+def _stage(y, h, constants, k, i):
+    """Write k_i = h f(y)."""
+    f = packed(rates(variables(y, h, constants), constants))
+    store_all(k, i * len(y), _scaled(f, h))
+
+
+@for_each
+def _scaled(i, f, h):
+    return h * f[i]
+
+
+@inlined
+def _combine(row, y, k, z, changing, some):
+    """Write z = y + sum_j a_j k_j with row's entries a_j, some numbers at once."""
+    length, end = len(z) // width(some), changing // width(some)
+    # Three sums side by side do not wait for each other.
+    for i in range(0, end - 2, 3):
+        sum_0 = sum_1 = sum_2 = some
+        for n in range(LENGTHS[row]):
+            a, j = ENTRIES[row, n], COLUMNS[row, n] * length + i
+            sum_0 = sum_0 + a * load(k, j, some)
+            sum_1 = sum_1 + a * load(k, j + 1, some)
+            sum_2 = sum_2 + a * load(k, j + 2, some)
+        store(z, i, load(y, i, some) + sum_0)
+        store(z, i + 1, load(y, i + 1, some) + sum_1)
+        store(z, i + 2, load(y, i + 2, some) + sum_2)
+    for i in range(end - end % 3, end):
+        sum_0 = some
+        for n in range(LENGTHS[row]):
+            sum_0 = sum_0 + ENTRIES[row, n] * load(k, COLUMNS[row, n] * length + i, some)
+        store(z, i, load(y, i, some) + sum_0)
 
 
 @inlined
@@ -202,25 +232,39 @@ def error_of(
     acceleration = np.sqrt(dot(k_omega, k_omega)) / h
     rate = np.sqrt(dot(omega, omega)) + np.sqrt(acceleration) + constants.slow_rate + TINY
     square_3, square_5 = _square(e_3, 1.0 / rate), _square(e_5, 1.0 / rate)
-    for i in range(len(constants.rotors)):
-        rotor = constants.rotors[i]
-        # Without friction a momentum has no error.  Friction acts by the relative speed, which may
-        # be far below the rate of the body: nearly all of p / J may be due to that rate.
-        # A tenth of that rate is the least speed that its error is relative to.
-        speed = abs(_speed(y_0, i, rotor)) + abs(_speed(y, i, rotor))
-        per_momentum = rotor.inertia_inverse / (speed + 0.1 * rate)
-        per_momentum = per_momentum if rotor.friction > 0.0 else 0.0
-        square_3 += (e_3[MOMENTUM + i] * per_momentum) ** 2
-        square_5 += (e_5[MOMENTUM + i] * per_momentum) ** 2
+    per_momentum = _per_momentum(constants.rotors, y_0, y, rate)
+    square_3 = _plus_squares(square_3, per_momentum, e_3)
+    square_5 = _plus_squares(square_5, per_momentum, e_5)
     # The error does not look at the other variables: they must be finite.  So must the squares,
     # or a quotient by infinity would take the worst of steps for one without an error.
-    rest = square_3 + square_5
-    for i in range(MOMENTUM, len(y)):
-        rest += abs(y[i])
+    rest = _plus_amounts(square_3 + square_5, y[MOMENTUM:], spread(1.0, h))
     # The root mean square of the estimate of order 5, damped by that of order 3 (II.10).
-    error = square_5 / np.sqrt(len(_COUNTED) * (square_5 + 0.01 * square_3) + TINY)
-    # Chosen at the end: a branch would keep the lanes of batch.py from being vectorised.
-    return error if rest < LARGEST else np.inf
+    error = square_5 / np.sqrt(MOMENTUM * (square_5 + 0.01 * square_3) + TINY)
+    return where_less(rest, spread(LARGEST, h), error, spread(np.inf, h))
+
+
+@for_each
+def _per_momentum(i, rotors, y_0, y, rate):
+    """Return what a rotor's momentum is in proportion to, inverse, and zero without friction."""
+    # Without friction a momentum has no error.  Friction acts by the relative speed, which may
+    # be far below the rate of the body: nearly all of p / J may be due to that rate.
+    # A tenth of that rate is the least speed that its error is relative to.
+    rotor = rotors[i]
+    speed = abs(_speed(y_0, i, rotor)) + abs(_speed(y, i, rotor))
+    per_momentum = rotor.inertia_inverse / (speed + 0.1 * rate)
+    none = spread(0.0, rate)
+    return where_less(none, rotor.friction, per_momentum, none)
+
+
+@in_turn
+def _plus_squares(total, i, per_momentum, e):
+    error = e[MOMENTUM + i] * per_momentum[i]
+    return total + error * error
+
+
+@in_turn
+def _plus_amounts(total, i, y, one):
+    return total + abs(y[i])
 
 
 @inlined
@@ -233,7 +277,8 @@ def _speed(y, i, rotor):
 def step_ratio(error: float) -> float:
     """Return 0.9 error^(-1/8): of order 8, so changed, a step should meet the tolerance."""
     # An error below 1e-12 allows far more than the greatest growth.
-    return SAFETY / np.sqrt(np.sqrt(np.sqrt(max(error, 1e-12))))
+    least = spread(1e-12, error)
+    return SAFETY / np.sqrt(np.sqrt(np.sqrt(where_less(least, error, error, least))))
 
 
 @inlined
@@ -259,22 +304,22 @@ def _square(e, per_rate):
 
 @inlined
 def make_dense(
-    clock: np.ndarray, y: np.ndarray, k: np.ndarray, dense: np.ndarray, constants: Parameters
+    clock: np.ndarray, stages: Stages, dense: np.ndarray, constants: Parameters
 ) -> None:
-    """Write the terms of the dense output of the current step, which starts at y = dense[0]."""
-    h, y_0, z = clock[END] - clock[BEGIN], dense[0], dense[7]
-    _stage(y, h, constants, k[12])
+    """Write the terms of the dense output of the current step, which starts at y_0 = dense[0]."""
+    h, y_0, y, k, z = clock[END] - clock[BEGIN], dense[0], stages.y, stages.k, dense[7]
+    size, some = len(y), zero(PACK)
+    _stage(y, h, constants, k, 12)
     for i in range(13, 16):
-        _combine(i, y_0, k, z, constants)
-        _stage(z, h, constants, k[i])
-    for i in range(len(y)):
+        _combine(i, y_0, k, z, size, some)
+        _stage(z, h, constants, k, i)
+    for i in range(size):
         rise = y[i] - y_0[i]
         dense[1, i] = rise
-        dense[2, i] = k[0, i] - rise
-        dense[3, i] = 2.0 * rise - (k[0, i] + k[12, i])
+        dense[2, i] = k[i] - rise
+        dense[3, i] = 2.0 * rise - (k[i] + k[12 * size + i])
     for n in range(4):
-        dense[4 + n] = 0.0
-        _combine(DENSE + n, dense[4 + n], k, dense[4 + n], constants)
+        _combine(DENSE + n, stages.zeros, k, dense[4 + n], size, some)
     clock[DENSE_OF] = clock[STEPS]
 
 

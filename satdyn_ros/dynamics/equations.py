@@ -2,13 +2,14 @@
 The equations of motion of a gyrostat in a Newtonian field, as on the textbook page.
 
     q' = q (omega, 0) / 2
-    K omega' = (K omega + sum p a) x omega + (3 mu / r^3) c x I c - m x c + torque - sum p' a
-    p' = tau - b s,   s = p / J - a . omega                                   for every rotor
+    K omega' = (K omega + sum p a + h) x omega + (3 mu / r^3) c x I c - m x c
+               + torque - sum p' a
+    p' = tau - b s,   s = p / J - a . omega                            for every turning rotor
 
 I is the inertia, K that of what turns with the body (carrier_inertia of system.py), p, a, tau, b,
-s and J are a rotor's momentum, axis, motor torque, friction, speed and inertia (rotor.py; a
-constant momentum has p' = 0), c is the unit vector from the attracting centre and m the weight
-moment.
+s and J are the momentum, axis, motor torque, friction, speed and inertia of a rotor with a speed
+of its own (rotor.py), h is the momentum of those of constant momentum, c the unit vector from the
+attracting centre and m the weight moment.
 With the true anomaly f, c = cos f P + sin f Q and 1 + e cos f =: rho,
 
     f' = sqrt(mu / l^3) rho^2,    3 mu / r^3 = (3 mu / l^3) rho^3,    l the semi-latus rectum.
@@ -24,14 +25,16 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ..compiled import inlined, replaced
+from ..compiled import inlined
+from ..side_by_side import spread
+from ..written_out import for_each, in_turn
 from .orbit import FixedDirection
 from .rotor import Rotor
 from .system import State, System
-from .vector import add, apply, cross, dot, scale, to_body
+from .vector import add, add_cross, apply, dot, scale, to_body
 
-# The variables of the integration: q_ib (4), omega_bi_b (3), cos f, sin f, then p of every rotor,
-# the angle of every rotor, and the work.
+# The variables of the integration: q_ib (4), omega_bi_b (3), cos f, sin f, then p of every turning
+# rotor, the angle of every one, and the work.
 Q, OMEGA, CENTRE, MOMENTUM = 0, 4, 7, 9
 
 
@@ -41,7 +44,7 @@ Matrix = tuple[tuple[float, ...], ...] | np.ndarray
 
 
 class RotorParameters(NamedTuple):
-    """The constants of one rotor; inertia_inverse: 1 / J, zero for a constant momentum."""
+    """The constants of one turning rotor; inertia_inverse: 1 / J."""
 
     axis: Vector
     torque: float
@@ -51,17 +54,21 @@ class RotorParameters(NamedTuple):
 
 class Parameters(NamedTuple):
     """
-    The constants of one motion as plain numbers; matrices are tuples of rows.
+    The constants of one motion as plain numbers.
 
-    applied [N m]: torque - sum tau a.  slow_rate [rad/s]: far below the rates at which the field
-    swings the body, for a body at rest.  rotors: at least one, so that the compiler knows the type
-    of all; where there is none, one without momentum.  zeros: one per rotor.
+    Matrices are tuples of rows or, where all three are diagonal, as of most bodies, of the numbers
+    of the diagonal: the compiled equations have no terms for the zeros beside it.
+
+    momentum [N m s]: h, applied [N m]: torque - sum tau a.  slow_rate [rad/s]: far below the rates
+    at which the field swings the body, for a body at rest.  rotors: those that turn, whose number
+    is part of the type.  zeros: one per such rotor.
     """
 
     inertia: Matrix
     carrier_inertia: Matrix
     carrier_inverse: Matrix
     weight_moment: Vector
+    momentum: Vector
     applied: Vector
     eccentricity: float
     anomaly_rate: float
@@ -77,7 +84,7 @@ class Parameters(NamedTuple):
 def parameters(system: System) -> Parameters:
     """Return the constants of the equations for a system."""
     undriven = _undriven_parameters(system.undriven)
-    rotors = zip(undriven.rotors, system.flown_rotors, strict=True)
+    rotors = zip(undriven.rotors, system.turning_rotors, strict=True)
     return undriven._replace(
         applied=tuple(_applied(system).tolist()),
         does_work=undriven.does_work or system.is_driven,
@@ -94,7 +101,7 @@ _known: WeakKeyDictionary[System, Parameters] = WeakKeyDictionary()
 def _undriven_parameters(system):
     if system not in _known:
         constants = _constants(system)
-        plain = _as_tuples(constants)
+        plain = _as_tuples(_without_zeros(constants))
         _known[system] = plain._replace(does_work=bool(constants.does_work))
     return _known[system]
 
@@ -107,8 +114,10 @@ def numbers_of_many(system: System, count: int) -> tuple[Parameters, np.ndarray]
     same for all.
     """
     constants = _constants(system)
-    rotors = (Rotor('constant_momentum'),) * len(constants.rotors)
-    one = parameters(System(np.eye(3), rotors))
+    inertia = np.eye(3) if _are_diagonal(constants) else np.eye(3) + 0.1
+    rotors = (Rotor('free', inertia=0.1),) * len(constants.rotors)
+    one = parameters(System(inertia, rotors))
+    constants = _without_zeros(constants)
     rows = [
         np.broadcast_to(np.reshape(part, (-1, np.size(field))), (count, np.size(field)))
         for part, field in zip(_leaves(constants), _leaves(one), strict=True)
@@ -129,7 +138,7 @@ def _applied(system):
 @np.errstate(over='ignore', invalid='ignore')
 def _constants(system):
     """Return the Parameters as arrays, of a system whose own constants may be arrays."""
-    orbit, flown = system.orbit, system.flown_rotors
+    orbit = system.orbit
     if isinstance(orbit, FixedDirection):
         eccentricity, anomaly_rate, gradient = 0.0, 0.0, orbit.gradient
         to_pericentre, ahead = orbit.direction(0.0), np.zeros(3)
@@ -138,6 +147,10 @@ def _constants(system):
         anomaly_rate = np.sqrt(orbit.mu / orbit.semi_latus_rectum) / orbit.semi_latus_rectum
         gradient = 3.0 * anomaly_rate**2
         to_pericentre, ahead = orbit.perifocal[..., 0], orbit.perifocal[..., 1]
+    momentum = np.zeros(3)
+    for rotor in system.rotors:
+        if rotor.mode == 'constant_momentum':
+            momentum = momentum + np.asarray(rotor.momentum)[..., None] * rotor.axis
     weight = np.linalg.norm(system.weight_moment, axis=-1)
     size = np.trace(system.inertia, axis1=-2, axis2=-1)
     return Parameters(
@@ -145,6 +158,7 @@ def _constants(system):
         carrier_inertia=system.carrier_inertia,
         carrier_inverse=system.carrier_inverse,
         weight_moment=system.weight_moment,
+        momentum=momentum,
         applied=_applied(system),
         eccentricity=eccentricity,
         anomaly_rate=anomaly_rate,
@@ -157,30 +171,52 @@ def _constants(system):
             RotorParameters(
                 axis=rotor.axis,
                 torque=system.rotor_torque[i],
-                friction=rotor.friction if rotor.turns_freely else 0.0,
-                inertia_inverse=1.0 / rotor.inertia if rotor.turns_freely else 0.0,
+                friction=rotor.friction,
+                inertia_inverse=1.0 / rotor.inertia,
             )
-            for i, rotor in flown
+            for i, rotor in system.turning_rotors
         ),
-        zeros=(0.0,) * len(flown),
+        zeros=(0.0,) * len(system.turning_rotors),
     )
 
 
 def initial_values(system: System, state: State) -> np.ndarray:
     """Return the variables (..., V) of a state, with the direction of the centre at f = 0."""
-    flown = system.flown_rotors
-    y = np.zeros((*np.shape(state.q_ib)[:-1], MOMENTUM + 2 * len(flown) + 1))
+    turning = system.turning_rotors
+    y = np.zeros((*np.shape(state.q_ib)[:-1], MOMENTUM + 2 * len(turning) + 1))
     y[..., Q : Q + 4] = state.q_ib
     y[..., OMEGA : OMEGA + 3] = state.omega_bi_b
     y[..., CENTRE] = 1.0
-    for n, (i, rotor) in enumerate(flown):
-        if rotor.turns_freely:
-            p = rotor.axial_momentum(state.rotor_speed[..., i], state.omega_bi_b)
-            y[..., MOMENTUM + n] = p
-            y[..., MOMENTUM + len(flown) + n] = state.rotor_angle[..., i]
-        else:
-            y[..., MOMENTUM + n] = rotor.momentum
+    for n, (i, rotor) in enumerate(turning):
+        p = rotor.axial_momentum(state.rotor_speed[..., i], state.omega_bi_b)
+        y[..., MOMENTUM + n] = p
+        y[..., MOMENTUM + len(turning) + n] = state.rotor_angle[..., i]
     return y
+
+
+@for_each
+def _speeds(i, rotors, y):
+    """Return s = p / J - a . omega."""
+    rotor = rotors[i]
+    return y[MOMENTUM + i] * rotor.inertia_inverse - dot(rotor.axis, y[4:7])
+
+
+@in_turn
+def _plus_momenta(total, i, rotors, y):
+    """Add p a."""
+    return add(total, scale(y[MOMENTUM + i], rotors[i].axis))
+
+
+@in_turn
+def _plus_frictions(total, i, rotors, s):
+    """Add b s a."""
+    return add(total, scale(rotors[i].friction * s[i], rotors[i].axis))
+
+
+@for_each
+def _momentum_rates(i, rotors, s):
+    """Return p' = tau - b s."""
+    return rotors[i].torque - rotors[i].friction * s[i]
 
 
 @inlined
@@ -195,34 +231,48 @@ def rates(y: tuple[float, ...], constants: Parameters) -> tuple[float, ...]:
     c = to_body(q, add(scale(cos_f, P), scale(sin_f, Q_)))
     I_c = apply(constants.inertia, c)
 
-    momentum, applied = apply(constants.carrier_inertia, omega), constants.applied
-    p_dot, speed = constants.zeros, constants.zeros
-    for i in range(len(constants.rotors)):
-        rotor, p = constants.rotors[i], y[MOMENTUM + i]
-        s = p * rotor.inertia_inverse - dot(rotor.axis, omega)
-        friction = rotor.friction * s
-        momentum = add(momentum, scale(p, rotor.axis))
-        applied = add(applied, scale(friction, rotor.axis))
-        p_dot = replaced(p_dot, i, rotor.torque - friction)
-        speed = replaced(speed, i, s)
+    s = _speeds(constants.rotors, y)
+    p_dot = _momentum_rates(constants.rotors, s)
+    H = add(constants.momentum, apply(constants.carrier_inertia, omega))
+    H = _plus_momenta(H, constants.rotors, y)
+    applied = _plus_frictions(constants.applied, constants.rotors, s)
 
-    gravity = cross(c, add(scale(gradient, I_c), constants.weight_moment))
-    torque = add(add(cross(momentum, omega), gravity), applied)
+    field = add(scale(gradient, I_c), constants.weight_moment)
+    torque = add_cross(add_cross(applied, H, omega), c, field)
     omega_dot = apply(constants.carrier_inverse, torque)
 
-    power = 0.0
+    power = spread(0.0, cos_f)
     if constants.does_work:
         t = to_body(q, add(scale(-sin_f, P), scale(cos_f, Q_)))
         r_dot_r = constants.eccentricity * sin_f * f_dot / rho
         orbital = gradient * (f_dot * dot(I_c, t) - 1.5 * r_dot_r * dot(I_c, c))
         power = dot(applied, omega) + orbital
+    a = scale(0.5, omega)
     q_dot = (
-        0.5 * (q[3] * omega[0] + q[1] * omega[2] - q[2] * omega[1]),
-        0.5 * (q[3] * omega[1] + q[2] * omega[0] - q[0] * omega[2]),
-        0.5 * (q[3] * omega[2] + q[0] * omega[1] - q[1] * omega[0]),
-        -0.5 * (q[0] * omega[0] + q[1] * omega[1] + q[2] * omega[2]),
+        q[3] * a[0] + q[1] * a[2] - q[2] * a[1],
+        q[3] * a[1] + q[2] * a[0] - q[0] * a[2],
+        q[3] * a[2] + q[0] * a[1] - q[1] * a[0],
+        -q[0] * a[0] - q[1] * a[1] - q[2] * a[2],
     )
-    return q_dot + omega_dot + (-f_dot * sin_f, f_dot * cos_f) + p_dot + speed + (power,)
+    return q_dot + omega_dot + (-f_dot * sin_f, f_dot * cos_f) + p_dot + s + (power,)
+
+
+_MATRICES = 'inertia', 'carrier_inertia', 'carrier_inverse'
+
+
+def _are_diagonal(constants):
+    """Return whether the matrices of constants that are arrays have zeros beside the diagonal."""
+    beside = ~np.eye(3, dtype=bool)
+    return not any(getattr(constants, name)[..., beside].any() for name in _MATRICES)
+
+
+def _without_zeros(constants):
+    """Return constants that are arrays with diagonals in place of diagonal matrices."""
+    if not _are_diagonal(constants):
+        return constants
+    return constants._replace(
+        **{name: getattr(constants, name).diagonal(axis1=-2, axis2=-1) for name in _MATRICES}
+    )
 
 
 def _as_tuples(part):

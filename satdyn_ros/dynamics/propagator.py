@@ -85,8 +85,8 @@ class Propagation(Motion):
 
     def _begin(self):
         y = initial_values(self.system, self.state)
-        self._y, self._stages, self._dense = step_arrays(len(y))
-        self._y[: len(y)] = self._dense[0, : len(y)] = y
+        self._stages, self._dense = step_arrays(len(y))
+        self._stages.y[: len(y)] = self._dense[0, : len(y)] = y
         self._clock[[BEGIN, END, NEXT, STEPS, DENSE_OF, SINCE]] = 0.0
 
     def _states(self, t_s):
@@ -103,7 +103,6 @@ class Propagation(Motion):
                 self.wanted,
                 out,
                 self._clock,
-                self._y,
                 self._stages,
                 self._dense,
                 self.anomaly,
@@ -146,14 +145,13 @@ def columns(system: System, wanted: np.ndarray, out: np.ndarray) -> tuple[np.nda
     found = {variable: out[..., i, :] for i, variable in enumerate(wanted.tolist())}
     q_ib = out[..., Q:OMEGA, :].swapaxes(-2, -1)
     omega_bi_b = out[..., OMEGA:CENTRE, :].swapaxes(-2, -1)
-    rows, flown = out[..., 0, :].shape, system.flown_rotors
+    rows, turning = out[..., 0, :].shape, system.turning_rotors
     speeds = [_repeated(np.nan, rows)] * len(system.rotors)
     angles = speeds.copy()
-    for n, (i, rotor) in enumerate(flown):
-        if rotor.turns_freely:
-            speeds[i] = np.asarray(rotor.speed(found[MOMENTUM + n], omega_bi_b))
-            angles[i] = found[MOMENTUM + len(flown) + n]
-    place = MOMENTUM + 2 * len(flown)
+    for n, (i, rotor) in enumerate(turning):
+        speeds[i] = np.asarray(rotor.speed(found[MOMENTUM + n], omega_bi_b))
+        angles[i] = found[MOMENTUM + len(turning) + n]
+    place = MOMENTUM + 2 * len(turning)
     work = found[place] if place in found else _repeated(0.0, rows)
     return q_ib, omega_bi_b, _of_rotors(speeds, rows), _of_rotors(angles, rows), work
 
@@ -172,12 +170,8 @@ def _of_rotors(columns, rows):
 
 def wanted_variables(system: System, does_work: bool) -> np.ndarray:
     """Return the variables to be interpolated; the others are constant, or have no value."""
-    flown = system.flown_rotors
-    turning = [n for n, (_, rotor) in enumerate(flown) if rotor.turns_freely]
-    momenta = [MOMENTUM + n for n in turning]
-    angles = [MOMENTUM + len(flown) + n for n in turning]
-    work = [MOMENTUM + 2 * len(flown)] if does_work else []
-    return np.array([*range(Q, CENTRE), *momenta, *angles, *work])
+    work = MOMENTUM + 2 * len(system.turning_rotors)
+    return np.array([*range(Q, CENTRE), *range(MOMENTUM, work + does_work)])
 
 
 def mean_anomaly(system: System, start_s: float) -> tuple[float | np.ndarray, ...]:
@@ -191,13 +185,13 @@ def mean_anomaly(system: System, start_s: float) -> tuple[float | np.ndarray, ..
 
 @compiled
 def _walk(
-    t_s, rows, wanted, out, clock, y, k, dense, anomaly, constants, tolerance, steps_allowed
+    t_s, rows, wanted, out, clock, stages, dense, anomaly, constants, tolerance, steps_allowed
 ):
     """
     Fill out with the wanted variables at the ascending times t_s (N,), from row `rows` on.
 
-    Return how many rows are filled when the slice ends, and how it ends.  clock, y, k, dense: the
-    current step, as in dop853.py.
+    Return how many rows are filled when the slice ends, and how it ends.  clock, stages, dense:
+    the current step, as in dop853.py.
     """
     count = min(len(t_s), rows + _SLICE_ROWS)
     for _ in range(_SLICE_STEPS):
@@ -206,7 +200,7 @@ def _walk(
             last += 1
         if last > rows:
             if clock[DENSE_OF] != clock[STEPS]:
-                make_dense(clock, y, k, dense, constants)
+                make_dense(clock, stages, dense, constants)
             interpolate(t_s, wanted, out, rows, last, clock, dense)
             rows = last
             if t_s[rows - 1] > clock[FURTHEST]:
@@ -215,7 +209,7 @@ def _walk(
             break
         if clock[SINCE] >= steps_allowed:
             return rows, TOO_MANY_STEPS
-        if not step(clock, y, k, dense, anomaly, constants, tolerance):
+        if not step(clock, stages, anomaly, constants, tolerance):
             return rows, STUCK
         if clock[BEGIN] >= clock[FURTHEST]:
             clock[SINCE] += 1.0

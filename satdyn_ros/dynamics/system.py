@@ -45,16 +45,15 @@ class System:
             or any(rotor.is_damped for rotor in self.rotors)
         )
 
+    @cached_property
+    def turning_rotors(self) -> tuple[tuple[int, Rotor], ...]:
+        """Return the rotors that have a speed of their own, with their places among all."""
+        return tuple((i, rotor) for i, rotor in enumerate(self.rotors) if rotor.turns_freely)
+
     @property
     def has_turning_rotor(self) -> bool:
         """Whether a rotor has a speed of its own."""
-        return any(rotor.turns_freely for rotor in self.rotors)
-
-    @cached_property
-    def flown_rotors(self) -> tuple[tuple[int, Rotor], ...]:
-        """Return the rotors of the equations, at least one, with their places among all rotors."""
-        found = tuple((i, rotor) for i, rotor in enumerate(self.rotors) if rotor.mode != 'none')
-        return found or ((0, Rotor()),)
+        return bool(self.turning_rotors)
 
     @cached_property
     def carrier_inertia(self) -> np.ndarray:
@@ -64,10 +63,9 @@ class System:
         That of the whole body less J a a^T for each rotor with a speed of its own (see rotor.py).
         """
         K = self.inertia
-        for rotor in self.rotors:
-            if rotor.turns_freely:
-                outer = rotor.axis[..., :, None] * rotor.axis[..., None, :]
-                K = K - np.asarray(rotor.inertia)[..., None, None] * outer
+        for _, rotor in self.turning_rotors:
+            outer = rotor.axis[..., :, None] * rotor.axis[..., None, :]
+            K = K - np.asarray(rotor.inertia)[..., None, None] * outer
         return K
 
     @cached_property
@@ -88,7 +86,7 @@ class System:
         rotor_torque = self.rotor_torque if rotor_torque is None else rotor_torque
         driven = replace(self, torque_b=torque_b, rotor_torque=rotor_torque)
         # A controller drives the body anew at every tick.
-        for name in ('flown_rotors', 'carrier_inertia', 'carrier_inverse', 'undriven'):
+        for name in ('turning_rotors', 'carrier_inertia', 'carrier_inverse', 'undriven'):
             vars(driven)[name] = getattr(self, name)
         return driven
 

@@ -1,6 +1,9 @@
 """Vectors as tuples of three numbers, in compiled code: they live in registers."""
 
+from typing import Any
+
 from ..compiled import inlined
+from ..written_out import by_type, for_each
 
 
 @inlined
@@ -32,9 +35,27 @@ def cross(a: tuple[float, ...], b: tuple[float, ...]) -> tuple[float, float, flo
 
 
 @inlined
-def apply(M: tuple[tuple[float, ...], ...], a: tuple[float, ...]) -> tuple[float, float, float]:
-    """Return M a for a matrix of three row tuples."""
-    return dot(M[0], a), dot(M[1], a), dot(M[2], a)
+def add_cross(
+    a: tuple[float, ...], b: tuple[float, ...], c: tuple[float, ...]
+) -> tuple[float, float, float]:
+    """Return a + b x c."""
+    return (
+        a[0] + b[1] * c[2] - b[2] * c[1],
+        a[1] + b[2] * c[0] - b[0] * c[2],
+        a[2] + b[0] * c[1] - b[1] * c[0],
+    )
+
+
+@for_each
+def apply(i: int, M: tuple[Any, ...], a: tuple[float, ...]) -> tuple[float, float, float]:
+    """Return M a for a matrix of three row tuples, or of the three numbers of its diagonal."""
+    return _row_times(M[i], a, i)
+
+
+_row_times = by_type(
+    lambda row, a, i: row[0] * a[0] + row[1] * a[1] + row[2] * a[2],
+    lambda entry, a, i: entry * a[i],
+)
 
 
 @inlined

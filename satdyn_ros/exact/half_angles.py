@@ -8,6 +8,7 @@ with time, exp(-2 pi (t - i h) / T'), and |Q| = exp(-2 pi share T / T').  On a r
 negative.
 """
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -77,7 +78,7 @@ def evaluate(
     return numbers
 
 
-@inlined
+@partial(inlined, makes_arrays=True)
 def _oscillating(r, lattice, zero):
     """Return the periodic factor and its slope (2, N) at r, X = exp(-w (height + i sign r))."""
     w = 2.0 * np.pi / lattice.period
@@ -109,7 +110,7 @@ def _decay(r, lattice, decay):
         decay[2, i] = np.exp(-w * (lattice.period / 2.0 - abs(r[i])))
 
 
-@inlined
+@partial(inlined, makes_arrays=True)
 def _decaying(r, decay, lattice, zero):
     """
     Return the number beside its turn and the slope (2, N) at r, X = exp(-w (|r| - i sign height)).
@@ -181,7 +182,7 @@ def _theta(X, away, ratio, slope):
     return from_zero * ratio, from_zero * slope - X * ratio
 
 
-@inlined
+@partial(inlined, makes_arrays=True)
 def _series(X, Y, Q, count):
     """
     Return theta / (1 - X) and its slope X d/dX (2, count) at X (ROWS,), where Y = Q / X.

@@ -1,7 +1,9 @@
 """
 What each further free rotor costs: ten orbits of a satellite with one to four of them.
 
-The time is that of a step: the motions differ, and with them the number of steps.
+The time is that of a step: the motions differ, and with them the number of steps.  With a tilted
+rotor the carrier's inertia is no diagonal matrix, which costs a step more than the rotor itself:
+the two are not compared with each other.
 """
 
 import time
@@ -13,15 +15,18 @@ from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.run.scenario import Scenario
 
 SPAN_S = 57_120.0
-AXES = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.6, 0.0, 0.8])
+AXES = {
+    'free': ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]),
+    'tilted free': ([0.6, 0.0, 0.8], [0.8, 0.6, 0.0], [0.0, 0.8, 0.6], [-0.6, 0.0, 0.8]),
+}
 
 
-def scenario(count):
-    """Return a tumbling satellite with free rotors of its own axes."""
-    names = [f'r{i}' for i in range(count)]
+def scenario(axes):
+    """Return a tumbling satellite with free rotors about some axes."""
+    names = [f'r{i}' for i in range(len(axes))]
     values = {'body.inertia': [900.0, 800.0, 600.0], 'rotor.names': names}
     values |= {'initial.frame': 'inertial', 'initial.angular_velocity': [0.01, 0.02, -0.015]}
-    for name, axis in zip(names, AXES, strict=False):
+    for name, axis in zip(names, axes, strict=True):
         values |= {f'rotor.{name}.mode': 'free', f'rotor.{name}.axis': axis}
         values |= {f'rotor.{name}.inertia': 2.0, f'rotor.{name}.speed': 10.0}
     return Scenario(values)
@@ -30,8 +35,8 @@ def scenario(count):
 def main(rounds=21):
     """Run all; return title, claims and text."""
 
-    def propagation(count):
-        given = scenario(count)
+    def propagation(axes):
+        given = scenario(axes)
 
         def run():
             begin = time.process_time()
@@ -41,17 +46,21 @@ def main(rounds=21):
 
         return run
 
-    seconds = medians({str(n): propagation(n) for n in range(1, len(AXES) + 1)}, rounds)
+    counts = range(1, 5)
+    seconds = medians(
+        {(kind, n): propagation(axes[:n]) for kind, axes in AXES.items() for n in counts}, rounds
+    )
     claims = [
         Claim(
-            f'{n} free rotors over {n - 1}, a step',
-            f'{seconds[str(n)] * 1e9:.0f} ns',
-            f'{seconds[str(n - 1)] * 1e9:.0f} ns',
-            seconds[str(n)] / seconds[str(n - 1)],
+            f'{n} {kind} rotors over {n - 1}, a step',
+            f'{seconds[kind, n] * 1e9:.0f} ns',
+            f'{seconds[kind, n - 1] * 1e9:.0f} ns',
+            seconds[kind, n] / seconds[kind, n - 1],
             must=1.2,
             at_most=True,
         )
-        for n in range(2, len(AXES) + 1)
+        for kind in AXES
+        for n in counts[1:]
     ]
     return 'Rotors', show(claims), ''
 

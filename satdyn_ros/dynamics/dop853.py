@@ -190,23 +190,37 @@ def _scaled(i, f, h):
 @inlined
 def _combine(row, y, k, z, changing, some):
     """Write z = y + sum_j a_j k_j with row's entries a_j, some numbers at once."""
-    length, end = len(z) // width(some), changing // width(some)
-    # Three sums side by side do not wait for each other.
-    for i in range(0, end - 2, 3):
-        sum_0 = sum_1 = sum_2 = some
-        for n in range(LENGTHS[row]):
-            a, j = ENTRIES[row, n], COLUMNS[row, n] * length + i
-            sum_0 = sum_0 + a * load(k, j, some)
-            sum_1 = sum_1 + a * load(k, j + 1, some)
-            sum_2 = sum_2 + a * load(k, j + 2, some)
-        store(z, i, load(y, i, some) + sum_0)
-        store(z, i + 1, load(y, i + 1, some) + sum_1)
-        store(z, i + 2, load(y, i + 2, some) + sum_2)
-    for i in range(end - end % 3, end):
-        sum_0 = some
-        for n in range(LENGTHS[row]):
-            sum_0 = sum_0 + ENTRIES[row, n] * load(k, COLUMNS[row, n] * length + i, some)
-        store(z, i, load(y, i, some) + sum_0)
+    i, end = 0, changing // width(some)
+    # Sums side by side do not wait for each other; more than four do not fit into the registers.
+    while end - i > 4:
+        _combine_at(i, (some, some, some), row, y, k, z)
+        i += 3
+    if end - i == 4:
+        _combine_at(i, (some, some, some, some), row, y, k, z)
+    elif end - i == 3:
+        _combine_at(i, (some, some, some), row, y, k, z)
+    elif end - i == 2:
+        _combine_at(i, (some, some), row, y, k, z)
+    elif end - i == 1:
+        _combine_at(i, (some,), row, y, k, z)
+
+
+@inlined
+def _combine_at(i, sums, row, y, k, z):
+    length = len(z) // width(sums[0])
+    for n in range(LENGTHS[row]):
+        sums = _plus_products(sums, ENTRIES[row, n], k, COLUMNS[row, n] * length + i)
+    store_all(z, i * width(sums[0]), _plus_begins(sums, y, i))
+
+
+@for_each
+def _plus_products(m, sums, a, k, i):
+    return sums[m] + a * load(k, i + m, sums[m])
+
+
+@for_each
+def _plus_begins(m, sums, y, i):
+    return load(y, i + m, sums[m]) + sums[m]
 
 
 @inlined

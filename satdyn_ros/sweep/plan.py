@@ -123,21 +123,28 @@ class Plan:
         """Return what varies in runs, name to the value in each."""
         at = np.array(runs) // self.draws_per_point
         points = iter(np.unravel_index(at, self.shape) if self.shape else ())
-        drawn = [v.variation.draw for v in self.vary if not v.variation.grid]
-        draws = iter(zip(*(self._draws(run, drawn) for run in runs), strict=True))
+        drawn = iter(self._drawn(runs))
         return {
             v.name: [v.variation.grid[i] for i in next(points)]
             if v.variation.grid
-            else list(next(draws))
+            else next(drawn)
             for v in self.vary
         }
 
+    def _drawn(self, runs):
+        """Return, for each quantity that is drawn, its values in runs."""
+        drawn = [v.variation for v in self.vary if not v.variation.grid]
+        draws = zip(*(self._draws(run, drawn) for run in runs), strict=True)
+        for each, numbers in zip(drawn, draws, strict=True):
+            values = each.values_of_draws(np.array(numbers)).tolist()
+            yield [tuple(value) if isinstance(value, list) else value for value in values]
+
     def _draws(self, run, drawn):
-        """Return the draws of a run, which do not depend on those of other runs."""
+        """Return the random numbers of a run, which do not depend on other runs."""
         if not drawn:
             return []
         rng = np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=(run,)))
-        return [draw(rng) for draw in drawn]
+        return [each.draw(rng) for each in drawn]
 
     def scenario_of(self, values: Mapping[str, Any]) -> Scenario:
         """Return the scenario with the varied values in it; ValueError: as Scenario."""

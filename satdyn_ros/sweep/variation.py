@@ -15,14 +15,16 @@ _COUNT = Key('the count of linspace', 'integer', 1, '', '', low=1, high=10**7)
 @dataclass(frozen=True)
 class Variation:
     """
-    The values of one quantity: those of a grid or, if it is empty, of draw(rng).
+    The values of one quantity: those of a grid or, if it is empty, drawn.
 
-    given: as the sweep file has it.
+    given: as the sweep file has it.  draw(rng) gives the random numbers of one run, and
+    values_of_draws makes values (M,) or (M, k) of those of M runs.
     """
 
     given: Any
     grid: tuple[Any, ...] = ()
     draw: Callable[[np.random.Generator], Any] = lambda rng: None
+    values_of_draws: Callable[[np.ndarray], np.ndarray] = lambda draws: draws
 
 
 def variation(key: Key, given: Any) -> Variation:
@@ -37,7 +39,12 @@ def variation(key: Key, given: Any) -> Variation:
     (0.0, 0.5, 1.0)
     """
     if given == 'sphere' and key.lengths == (4,):
-        return Variation(given, draw=_unit_quaternion)
+        # Four independent normal numbers have no preferred direction.
+        return Variation(
+            given,
+            draw=lambda rng: rng.standard_normal(4),
+            values_of_draws=rotation.normalise,
+        )
     if not isinstance(given, Mapping) or len(given) != 1 or next(iter(given)) not in _WAYS:
         sphere = ', or sphere' if key.lengths == (4,) else ''
         raise ValueError(
@@ -71,7 +78,11 @@ def _uniform(key, given, arguments):
     _refuse_other_length(key, low, high)
     if not np.all(low <= high):
         raise ValueError(f'uniform of {key.name} is {arguments}; the lower bound comes first')
-    return Variation(given, draw=lambda rng: _as_floats(rng.uniform(low, high)))
+    return Variation(
+        given,
+        draw=lambda rng: rng.random(low.shape),
+        values_of_draws=lambda draws: low + (high - low) * draws,
+    )
 
 
 def _normal(key, given, arguments):
@@ -87,7 +98,11 @@ def _normal(key, given, arguments):
     )
     deviation = np.array(deviation_key.checked(arguments[1]))
     _refuse_other_length(key, mean, deviation)
-    return Variation(given, draw=lambda rng: _as_floats(rng.normal(mean, deviation)))
+    return Variation(
+        given,
+        draw=lambda rng: rng.standard_normal(mean.shape),
+        values_of_draws=lambda draws: mean + deviation * draws,
+    )
 
 
 # The ways to vary, and how many entries their lists have; None: any.
@@ -111,11 +126,6 @@ WAYS = {
 def _refuse_other_length(key, first, second):
     if first.shape != second.shape:
         raise ValueError(f'{key.name} in vary must have two lists of the same length')
-
-
-def _unit_quaternion(rng):
-    # Four independent normal numbers have no preferred direction.
-    return _as_floats(rotation.normalise(rng.normal(size=4)))
 
 
 def _as_floats(value):

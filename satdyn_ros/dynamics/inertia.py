@@ -123,17 +123,19 @@ def symmetry_axes(
 ) -> np.ndarray:
     """Return symmetry_axis (..., 3) of inertias (..., 3, 3) and vectors (..., 3); nan: none."""
     tensors, along = list(inertias), list(vectors)
+    axes = [principal_axes(I) for I in tensors]
+    equal = [_equal_pairs(moments) for moments, _ in axes]
+    if not all(np.any(pairs) for pairs in equal):
+        shapes = *(I.shape[:-2] for I in tensors), *(np.shape(v)[:-1] for v in along)
+        return np.full((*np.broadcast_shapes(*shapes), 3), np.nan)
     axis = np.full(3, np.nan)
     # The later ones win: a vector singles out an axis where all tensors are spheres.
     for v in reversed(along):
         with np.errstate(invalid='ignore'):
             axis = np.where(np.any(v, axis=-1)[..., None], v / _length(v)[..., None], axis)
-    for I in tensors:
-        moments, R_bp = principal_axes(I)
-        allowed = ROUNDING * np.max(moments, axis=-1)
-        equal = [np.abs(moments[..., k - 1] - moments[..., k - 2]) <= allowed for k in range(3)]
+    for (_, R_bp), pairs in zip(axes, equal, strict=True):
         for k in range(3):
-            is_single = equal[k] & (sum(equal) == 1)
+            is_single = pairs[k] & (sum(pairs) == 1)
             axis = np.where(is_single[..., None], R_bp[..., :, k], axis)
     fits = True
     for I in tensors:
@@ -151,6 +153,12 @@ def are_equal(a: float, b: float, size: float) -> bool:
 def are_parallel(a: np.ndarray, b: np.ndarray) -> bool:
     """Whether the vectors a and b (3,) are parallel, opposite, or one of them is zero."""
     return bool(np.linalg.norm(np.cross(a, b)) <= ROUNDING * np.linalg.norm(a) * np.linalg.norm(b))
+
+
+def _equal_pairs(moments):
+    """Return, for each principal axis, whether the two other moments (..., 3) are equal."""
+    allowed = ROUNDING * np.max(moments, axis=-1)
+    return [np.abs(moments[..., k - 1] - moments[..., k - 2]) <= allowed for k in range(3)]
 
 
 def _is_symmetric(I, axis):

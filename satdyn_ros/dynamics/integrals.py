@@ -16,6 +16,8 @@ the weight moment, V = (3 mu / 2 r^3) c . I c and nu the orbital rate:
 Agostinelli 1977, eqs 3-6; Beletsky 1957; Balli and Grioli 1979.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from . import rotation
@@ -23,7 +25,7 @@ from .inertia import ROUNDING, principal_axes, symmetry_axes
 from .motion import States
 from .rotor import Rotor
 from .system import System
-from .torque import angular_momentum, times
+from .torque import times
 
 # A named rotor's momentum has the name of the rotor behind it: rotor_momentum.NAME.
 NAMES = (
@@ -46,7 +48,7 @@ def first_integrals(system: System, states: States) -> dict[str, np.ndarray]:
     Systems of arrays, which broadcast against states of many motions (M, N), give (M, N): nan for
     motions that do not conserve it, where others do.
     """
-    values = {name: sum(terms) for name, terms in _terms(system, states).items()}
+    values = {name: sum(terms) for name, terms in _terms(_Parts.of(system, states)).items()}
     if 'energy_balance' in values:
         values['energy_balance'] = values['energy_balance'] - values['energy_balance'][..., :1]
     return values
@@ -63,8 +65,9 @@ def relative_drift(
     that of the momenta and potentials behind them.  nan: the row's motion does not conserve it,
     others do.
     """
-    sizes, drift = _sizes(system, states), {}
-    for name, terms in _terms(system, states, since).items():
+    parts, drift = _Parts.of(system, states), {}
+    sizes = _sizes(parts)
+    for name, terms in _terms(parts, since).items():
         value = sum(terms)
         change = value - value[..., since]
         size = np.maximum(sizes[name][..., since], sizes[name])
@@ -88,7 +91,22 @@ def field_rate(system: System, states: States) -> np.ndarray:
     return np.sqrt(gradient + _length(system.weight_moment) / least)
 
 
-def _sizes(system, states):
+class _Parts(NamedTuple):
+    """What the terms are made of: K omega (N, 3), and p (N,) of each rotor."""
+
+    system: System
+    states: States
+    K_omega: np.ndarray
+    p: list[np.ndarray]
+
+    @classmethod
+    def of(cls, system, states):
+        omega, speeds = states.omega_bi_b, states.rotor_speed
+        p = [rotor.axial_momentum(speeds[..., i], omega) for i, rotor in enumerate(system.rotors)]
+        return cls(system, states, _apply(system.carrier_inertia, omega), p)
+
+
+def _sizes(parts):
     """
     Return by name the size (N,) of the parts of each first integral.
 
@@ -97,13 +115,12 @@ def _sizes(system, states):
     A kinetic energy is as uncertain as the whole momentum times the rate, which a fast rotor
     makes larger than omega . K omega.
     """
-    orbit, omega = system.orbit, states.omega_bi_b
+    system, states = parts.system, parts.states
+    orbit, rate = system.orbit, _length(states.omega_bi_b)
     swing = field_rate(system, states)
-    rate = _length(omega)
-    K_omega = _apply(system.carrier_inertia, omega)
-    p = [np.abs(p_i) for p_i in _axial_momenta(system, states)]
+    p = [np.abs(p_i) for p_i in parts.p]
     K_max = np.linalg.eigvalsh(system.carrier_inertia)[..., -1]
-    momentum = _length(K_omega) + sum(p) + K_max * swing
+    momentum = _length(parts.K_omega) + sum(p) + K_max * swing
     trace = np.trace(system.inertia, axis1=-2, axis2=-1)
     potential = np.abs(orbit.gradient_at(states.orbit_s)) / 2.0 * trace
     energy = rate * momentum + potential + _length(system.weight_moment)
@@ -123,15 +140,20 @@ def _sizes(system, states):
     }
 
 
-def _terms(system, states, since=_FROM_ROW_0):
+def _terms(parts, since=_FROM_ROW_0):
     """Return the terms, a list of (N,), whose sum each first integral is; since: as above."""
+    system, states, K_omega, p = parts
     orbit, weight, driven = system.orbit, system.weight_moment, system.is_driven
-    omega, c, p = states.omega_bi_b, states.c_b, _axial_momenta(system, states)
+    omega, c = states.omega_bi_b, states.c_b
     moments, R_bp = principal_axes(system.inertia)
     gradient = orbit.gradient_at(states.orbit_s)
     spherical = np.ptp(moments, axis=-1) <= ROUNDING * np.max(moments, axis=-1)
-    H = angular_momentum(system, omega, states.rotor_speed)
-    kinetic = _dot(omega, _apply(system.carrier_inertia, omega)) / 2.0
+    momentum = rotation.components(K_omega)
+    for rotor, p_i in zip(system.rotors, p, strict=True):
+        axis = rotation.components(rotor.axis)
+        momentum = [H_i + p_i * a_i for H_i, a_i in zip(momentum, axis, strict=True)]
+    H = rotation.from_components(momentum)
+    kinetic = _dot(omega, K_omega) / 2.0
     potential = gradient / 2.0 * _dot(c, _apply(system.inertia, c))
     weight_potential = _dot(weight, c)
 
@@ -168,14 +190,6 @@ def _terms(system, states, since=_FROM_ROW_0):
 def momentum_name(rotor: Rotor) -> str:
     """Return the name of a rotor's axial momentum among the integrals."""
     return f'rotor_momentum.{rotor.name}' if rotor.name else 'rotor_momentum'
-
-
-def _axial_momenta(system, states):
-    """Return p [N m s] of each rotor, a list of (N,)."""
-    return [
-        rotor.axial_momentum(states.rotor_speed[..., i], states.omega_bi_b)
-        for i, rotor in enumerate(system.rotors)
-    ]
 
 
 def _only(applies, terms):

@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 IDENTITY = np.array([0.0, 0.0, 0.0, 1.0])
+# Numbers in a table for which compiled code is loaded.
+MANY = 10_000
 
 
 def multiply(q: ArrayLike, p: ArrayLike) -> np.ndarray:
@@ -21,15 +23,18 @@ def multiply(q: ArrayLike, p: ArrayLike) -> np.ndarray:
     >>> multiply([1, 0, 0, 0], [0, 1, 0, 0])
     array([0., 0., 1., 0.])
     """
-    x1, y1, z1, w1 = components(q)
-    x2, y2, z2, w2 = components(p)
-    return from_components(
-        [
-            w1 * x2 + x1 * w2 + y1 * z2 - z1 * y2,
-            w1 * y2 - x1 * z2 + y1 * w2 + z1 * x2,
-            w1 * z2 + x1 * y2 - y1 * x2 + z1 * w2,
-            w1 * w2 - x1 * x2 - y1 * y2 - z1 * z2,
-        ]
+    return _of_rows(product_of_components, 'products', q, p)
+
+
+def product_of_components(q: Sequence, p: Sequence) -> tuple:
+    """Return the components (x, y, z, w) of q p from those of q and p."""
+    x1, y1, z1, w1 = q
+    x2, y2, z2, w2 = p
+    return (
+        w1 * x2 + x1 * w2 + y1 * z2 - z1 * y2,
+        w1 * y2 - x1 * z2 + y1 * w2 + z1 * x2,
+        w1 * z2 + x1 * y2 - y1 * x2 + z1 * w2,
+        w1 * w2 - x1 * x2 - y1 * y2 - z1 * z2,
     )
 
 
@@ -46,16 +51,30 @@ def normalise(q: ArrayLike) -> np.ndarray:
 
 def rotate(q_ab: ArrayLike, v_b: ArrayLike) -> np.ndarray:
     """Return v_a = q_ab v_b q_ab*, shape (..., 3)."""
-    x, y, z, w = components(q_ab)
-    v = components(v_b)
-    twice = 2.0 * (y * v[2] - z * v[1]), 2.0 * (z * v[0] - x * v[2]), 2.0 * (x * v[1] - y * v[0])
-    return from_components(
-        [
-            v[0] + w * twice[0] + (y * twice[2] - z * twice[1]),
-            v[1] + w * twice[1] + (z * twice[0] - x * twice[2]),
-            v[2] + w * twice[2] + (x * twice[1] - y * twice[0]),
-        ]
+    return _of_rows(rotated_components, 'rotated', q_ab, v_b)
+
+
+def rotated_components(q: Sequence, v: Sequence) -> tuple:
+    """Return the components of q v q* from those of q and v."""
+    x, y, z, w = q
+    a, b, c = v
+    t_x, t_y, t_z = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
+    return (
+        a + w * t_x + (y * t_z - z * t_y),
+        b + w * t_y + (z * t_x - x * t_z),
+        c + w * t_z + (x * t_y - y * t_x),
     )
+
+
+def _of_rows(of_components, of_many, a, b):
+    """Apply a function of components to rows (..., k), which broadcast."""
+    a, b = np.asarray(a, float), np.asarray(b, float)
+    if max(a.size, b.size) < MANY:
+        return from_components(of_components(components(a), components(b)))
+    # Loaded late: a node need not wait for what it has no use for.
+    from . import rotation_of_many
+
+    return getattr(rotation_of_many, of_many)(a, b)
 
 
 def matrix(q_ab: np.ndarray) -> np.ndarray:

@@ -284,3 +284,13 @@ def test_two_axes_of_symmetry_make_a_sphere(orders, angle):
     places = np.array([element @ place for element in group])
     moments = np.linalg.eigvalsh(inertia.points(np.ones(len(group)), places))
     np.testing.assert_allclose(moments, np.mean(moments), rtol=1e-13)
+
+
+@pytest.mark.parametrize('moments', [(1.0, 2.0, 2.5), (2.0, 2.0, 1.0)])
+def test_symmetry_axes_of_one_body_and_many_vectors(moments):
+    """One axis for each vector, or none, as if they came one by one."""
+    vectors = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 3.0], [1.0, 0.0, 0.0]])
+    I = np.diag(moments)
+    found = inertia.symmetry_axes((I, I), (vectors, np.zeros(3)))
+    one_by_one = [inertia.symmetry_axes((I, I), (v, np.zeros(3))) for v in vectors]
+    np.testing.assert_array_equal(found, one_by_one)

@@ -1,0 +1,66 @@
+"""
+The products of rotation.py for many rows, compiled.
+
+They are the same functions of components, each operation of which is rounded as in NumPy: a row
+has the same bits here and there.
+"""
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+from ..compiled import compiled, inlined
+from .rotation import product_of_components, rotated_components
+
+_product = inlined(product_of_components, fused=False)
+_rotated = inlined(rotated_components, fused=False)
+# Tables of rows of rows of components, with any strides.
+_SIGNATURE = 'void(float64[:, :, ::1], {0}, {0})'.format('Array(float64, 3, "A", readonly=True)')
+
+
+def products(q: np.ndarray, p: np.ndarray) -> np.ndarray:
+    """Return rotation.multiply(q, p)."""
+    return _fill(_write_products, 4, q, p)
+
+
+def rotated(q_ab: np.ndarray, v_b: np.ndarray) -> np.ndarray:
+    """Return rotation.rotate(q_ab, v_b)."""
+    return _fill(_write_rotated, 3, q_ab, v_b)
+
+
+def _fill(write: Callable[..., None], width, a, b):
+    rows = np.broadcast_shapes(a.shape[:-1], b.shape[:-1])
+    # In memory, all of a component lie side by side, as from rotation.from_components.
+    found = np.empty((width, *rows))
+    table = (int(np.prod(rows[:-1])), rows[-1])
+    write(found.reshape(width, *table), _table(a, rows, table), _table(b, rows, table))
+    return found.transpose(*range(1, found.ndim), 0)
+
+
+def _table(a, rows, table):
+    """Return a (..., k) as a table of rows, (M, N, k), that cannot be written."""
+    return np.broadcast_to(a, (*rows, a.shape[-1])).reshape(*table, a.shape[-1])
+
+
+@inlined
+def _quaternion(row):
+    return row[0], row[1], row[2], row[3]
+
+
+@partial(compiled, signature=_SIGNATURE, fused=False)
+def _write_products(found, q, p):
+    for m in range(found.shape[1]):
+        for n in range(found.shape[2]):
+            product = _product(_quaternion(q[m, n]), _quaternion(p[m, n]))
+            for i in range(4):
+                found[i, m, n] = product[i]
+
+
+@partial(compiled, signature=_SIGNATURE, fused=False)
+def _write_rotated(found, q, v):
+    for m in range(found.shape[1]):
+        for n in range(found.shape[2]):
+            rotated = _rotated(_quaternion(q[m, n]), (v[m, n, 0], v[m, n, 1], v[m, n, 2]))
+            for i in range(3):
+                found[i, m, n] = rotated[i]

@@ -16,7 +16,6 @@ from satdyn_ros.bag.simulate import BLOCK_TICKS, simulate
 from satdyn_ros.messages.packers import packer
 from satdyn_ros.messages.schemas import schema_text
 from satdyn_ros.messages.topics import TOPICS
-from satdyn_ros.rosbag2.chunk import Contents
 from satdyn_ros.rosbag2.chunk_builder import ChunkBuilder
 from satdyn_ros.rosbag2.compression import compressor
 from satdyn_ros.rosbag2.records import message_indexes
@@ -211,11 +210,10 @@ def parts() -> str:
                 stamps_ns = samples.stamps_ns[done:]
                 done += timed('laying out in chunks', chunk.add_ticks, stamps_ns, rest)
                 if chunk.is_full:
-                    contents = chunk.take()
-                    compressed = timed('compression', compress, contents)
-                    parsed = timed('index', Contents, contents)
-                    index, _ = timed('index', message_indexes, parsed, 0)
-                    for part in (contents.data, compressed, index):
+                    contents = timed('index', chunk.take)
+                    compressed = timed('compression', compress, contents.data)
+                    index, _ = timed('index', message_indexes, contents, 0)
+                    for part in (contents.data.data, compressed, index):
                         timed('checksums', zlib.crc32, part)
                     for part in (compressed, index):
                         timed('writing', file.write, part)

@@ -115,7 +115,7 @@ def rewritten(records, path, changed=lambda record: record.metadata) -> McapFile
     file = McapFile(path, header)
     for record in rest:
         if isinstance(record, Block):
-            file.write_chunk(record.contents.data, record.chunk.compression, record.chunk.data)
+            file.write_chunk(record.contents, record.chunk.compression, record.chunk.data)
         elif isinstance(record, Metadata):
             file.write_metadata(record.name, changed(record))
     return file

@@ -57,7 +57,7 @@ def rerun(
         for event in [*already_applied, *applied]:
             _add_input(chunk, run, event, run.ticks.stamp_ns(samples.first_tick))
         if simulation.halted:
-            yield Records(chunk.take(), starts_anew)
+            yield Records(chunk.take().data, starts_anew)
             return
         already_applied = []
         rows = {}
@@ -69,10 +69,10 @@ def rerun(
         while rows and done < len(samples):
             rest = {channel_id: messages[done:] for channel_id, messages in rows.items()}
             done += chunk.add_ticks(samples.stamps_ns[done:], rest)
-            yield Records(chunk.take(), starts_anew)
+            yield Records(chunk.take().data, starts_anew)
             starts_anew = False
         if not rows:
-            yield Records(chunk.take(), starts_anew)
+            yield Records(chunk.take().data, starts_anew)
             starts_anew = False
 
 

@@ -13,19 +13,17 @@ import numpy as np
 
 from ..dynamics import rotation, torque
 from ..dynamics.system import System
+from ..run.samples import Stamped
 from ..run.scenario import Frames
 from . import markers
 
 
 @dataclass(frozen=True, eq=False)
-class Inputs:
+class Inputs(Stamped):
     """What an input topic received: stamps_ns (N,) and torques [N m], (N, 3), (N, R) or (N,)."""
 
     stamps_ns: np.ndarray
     torques: np.ndarray
-
-    def __len__(self) -> int:
-        return len(self.stamps_ns)
 
 
 def attitude(frames: Frames, system: System) -> dict[str, Any]:
@@ -140,11 +138,11 @@ def rotor_command(frames: Frames, names: Sequence[str]) -> dict[str, Any]:
 
 
 def _seconds(samples):
-    return samples.stamps_ns // 10**9
+    return samples.seconds[0]
 
 
 def _nanoseconds(samples):
-    return samples.stamps_ns % 10**9
+    return samples.seconds[1]
 
 
 _STAMP = {'sec': _seconds, 'nanosec': _nanoseconds}

@@ -9,7 +9,7 @@ import io
 import struct
 from functools import cached_property, partial
 from itertools import pairwise
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from mcap.data_stream import ReadDataStream
@@ -37,6 +37,30 @@ HEAD = np.dtype(
 _PREFIX = 9
 _MESSAGE = int(Opcode.MESSAGE)
 _HEAD_SIZE = HEAD.itemsize
+
+
+class Indexed(Protocol):
+    """
+    What a file tells of a chunk: parsed from its bytes, as Contents, or known from its making.
+
+    data (N,) uint8; counts: the number of messages of each channel that has any; span_ns: the
+    first and the last log time, zeros if there is no message; declarations: schemas and channels
+    by their ids.
+    """
+
+    @property
+    def data(self) -> np.ndarray: ...  # noqa: D102
+    @property
+    def counts(self) -> dict[int, int]: ...  # noqa: D102
+    @property
+    def span_ns(self) -> tuple[int, int]: ...  # noqa: D102
+    @property
+    def declarations(self) -> tuple[dict[int, Schema], dict[int, Channel]]: ...  # noqa: D102
+
+    def __len__(self) -> int: ...
+
+    def index_of(self, channel_id: int) -> np.ndarray:
+        """Return log time [ns] and offset of each message of a channel, (n, 2) uint64."""
 
 
 class Contents:

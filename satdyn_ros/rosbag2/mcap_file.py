@@ -5,11 +5,10 @@ import zlib
 from collections.abc import Mapping
 from pathlib import Path
 
-import numpy as np
 from mcap.records import DataEnd, Header, McapRecord, Metadata
 from mcap.writer import MCAP0_MAGIC
 
-from .chunk import Contents
+from .chunk import Indexed
 from .records import ChunkRecord, message_indexes, written
 from .summary import Tally
 
@@ -37,23 +36,23 @@ class McapFile:
         self._write_record(Metadata(name, dict(mapping)))
         self.tally.add_metadata(start, self.size - start, name)
 
-    def write_chunk(self, contents: np.ndarray, compression: str, compressed: bytes) -> None:
+    def write_chunk(self, contents: Indexed, compression: str, compressed: bytes) -> None:
         """
-        Write a chunk of contents (N,) uint8 and the index of its messages.
+        Write a chunk and the index of its messages.
 
-        compressed: the same by compression, 'zstd', 'lz4' or '' for none.
+        compressed: the contents by compression, 'zstd', 'lz4' or '' for none.
         """
-        parsed = Contents(contents)
-        crc = zlib.crc32(contents.data)
-        chunk = ChunkRecord(*parsed.span_ns, len(contents), crc, compression, compressed)
+        data = contents.data
+        crc = zlib.crc32(data.data)
+        chunk = ChunkRecord(*contents.span_ns, len(data), crc, compression, compressed)
         start = self.size
         # A record builder of mcap would copy the compressed bytes twice.
         self._write(chunk.prefix())
         self._write(compressed)
         end = self.size
-        indexes, index_offsets = message_indexes(parsed, end)
+        indexes, index_offsets = message_indexes(contents, end)
         self._write(indexes)
-        self.tally.add_chunk(start, end, chunk, parsed, index_offsets, len(indexes))
+        self.tally.add_chunk(start, end, chunk, contents, index_offsets, len(indexes))
 
     def finish(self) -> None:
         """Write the summary, sync the file to disk and close it."""

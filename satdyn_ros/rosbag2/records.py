@@ -26,7 +26,7 @@ from mcap.records import (
     SummaryOffset,
 )
 
-from .chunk import Contents
+from .chunk import Contents, Indexed
 from .compression import CEILING, Allowance, decompress
 from .errors import Damaged
 
@@ -125,7 +125,7 @@ class IndexRecord(NamedTuple):
         return in_order.tobytes() == expected.tobytes()
 
 
-def message_indexes(contents: Contents, start: int) -> tuple[bytes, dict[int, int]]:
+def message_indexes(contents: Indexed, start: int) -> tuple[bytes, dict[int, int]]:
     """Return the index records of a chunk's messages and where in the file each channel's is."""
     parts: list[bytes | memoryview] = []
     offsets, end = {}, start

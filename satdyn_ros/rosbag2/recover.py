@@ -15,6 +15,7 @@ import numpy as np
 from mcap.records import Header, Metadata
 
 from . import metadata
+from .chunk import Contents
 from .compression import compressor
 from .errors import BagError, Damaged
 from .integrity import CheckedFile, check_file, check_metadata
@@ -169,11 +170,11 @@ def _copy(path: Path, file: McapFile, survey: Survey) -> None:
                 schemas = {c.schema_id: known.schemas.get(c.schema_id) for c in channels}
                 compression = chunk.compression if chunk else compression
                 if chunk is not None and not channels:
-                    file.write_chunk(contents.data, compression, chunk.data)
+                    file.write_chunk(contents, compression, chunk.data)
                     continue
                 lost = written([*(s for s in schemas.values() if s is not None), *channels])
                 data = np.concatenate([np.frombuffer(lost, np.uint8), contents.data])
-                file.write_chunk(data, compression, compressor(compression)(data))
+                file.write_chunk(Contents(data), compression, compressor(compression)(data))
 
 
 def _keep(path: Path) -> None:

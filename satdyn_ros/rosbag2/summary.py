@@ -27,7 +27,7 @@ from mcap.records import (
 )
 from mcap.writer import MCAP0_MAGIC
 
-from .chunk import Contents
+from .chunk import Indexed
 from .compression import CEILING
 from .errors import Damaged, Incomplete
 from .frames import FrameReader
@@ -84,7 +84,7 @@ class Tally:
         start: int,
         end: int,
         chunk: ChunkRecord,
-        contents: Contents,
+        contents: Indexed,
         index_offsets: dict[int, int],
         index_length: int,
     ) -> None:
@@ -103,7 +103,7 @@ class Tally:
         self.statistics.chunk_count += 1
         self.add_messages(contents)
 
-    def add_messages(self, contents: Contents) -> None:
+    def add_messages(self, contents: Indexed) -> None:
         """Add what messages declare, and count them."""
         schemas, channels = contents.declarations
         self.schemas |= schemas

@@ -224,7 +224,7 @@ class BagWriter:
         channel, schema = self._channels[topic], self._schemas[self._topics[topic].type]
         for key, record in ((schema.name, schema), (topic, channel)):
             if key not in self._in_file:
-                self._chunk.add_record(record)
+                self._chunk.add_declaration(record)
                 self._in_file.add(key)
         return channel.id
 
@@ -237,4 +237,4 @@ class BagWriter:
     def _end_chunk(self):
         if not self._chunk.is_empty:
             contents = self._chunk.take()
-            self._file.write_chunk(contents, self._compression, self._compress(contents))
+            self._file.write_chunk(contents, self._compression, self._compress(contents.data))

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -9,8 +10,22 @@ from ..dynamics.motion import States, joined
 from ..dynamics.system import System
 
 
+class Stamped:
+    """What has stamps: stamps_ns (N,) int64."""
+
+    stamps_ns: np.ndarray
+
+    @cached_property
+    def seconds(self) -> tuple[np.ndarray, np.ndarray]:
+        """The stamps' whole seconds (N,), and the nanoseconds (N,) beyond them."""
+        return np.divmod(self.stamps_ns, 10**9)
+
+    def __len__(self) -> int:
+        return len(self.stamps_ns)
+
+
 @dataclass(frozen=True, eq=False)
-class Measured:
+class Measured(Stamped):
     """
     What a sensor gives at some of consecutive ticks.
 
@@ -22,12 +37,9 @@ class Measured:
     stamps_ns: np.ndarray
     values: np.ndarray
 
-    def __len__(self) -> int:
-        return len(self.places)
-
 
 @dataclass(frozen=True, eq=False)
-class Samples:
+class Samples(Stamped):
     """
     What happens at consecutive ticks, all under one event.
 
@@ -40,9 +52,6 @@ class Samples:
     states: States
     system: System
     measured: Mapping[str, Measured] = field(default_factory=dict)
-
-    def __len__(self) -> int:
-        return len(self.stamps_ns)
 
 
 def merged(parts: Sequence[Samples]) -> Samples:

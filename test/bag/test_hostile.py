@@ -19,6 +19,7 @@ from satdyn_ros.bag import run_records
 from satdyn_ros.bag.playback import Playback
 from satdyn_ros.bag.recorded_run import RecordedRun
 from satdyn_ros.cli.main import main
+from satdyn_ros.rosbag2.chunk import Contents
 from satdyn_ros.rosbag2.errors import BagError
 from satdyn_ros.rosbag2.records import written
 from satdyn_ros.rosbag2.scan import Block, scan
@@ -243,7 +244,7 @@ def test_a_message_far_ahead_is_not_flown_to(bags, tmp_path, capsys, command):
     *_, last = (record.contents for record in records if isinstance(record, Block))
     message = bytearray(last.data[last.offsets[-1] :])
     struct.pack_into('<Q', message, 15, 2**62)
-    file.write_chunk(np.frombuffer(message, np.uint8), '', bytes(message))
+    file.write_chunk(Contents(np.frombuffer(message, np.uint8)), '', bytes(message))
     file.finish()
     with bounded(command):
         assert main([command, str(far), '-o', str(tmp_path / 'drawn.png')]) == 2
@@ -259,7 +260,7 @@ def test_the_last_channel_is_found_as_soon_as_the_first(bags, tmp_path, capsys):
     extra = [Channel(65535, '/extra', 'cdr', {}, 1), Message(65535, 10**18, bytes(4), 10**18, 0)]
     for records in [extra, *3000 * [extra[1:]]]:
         chunk = written(records)
-        file.write_chunk(np.frombuffer(chunk, np.uint8), '', chunk)
+        file.write_chunk(Contents(np.frombuffer(chunk, np.uint8)), '', chunk)
     file.finish()
     codes = dict(answers(forged, tmp_path))
     assert codes['verify'] == 1
@@ -273,7 +274,7 @@ def test_provenance_is_parsed_once(bags, tmp_path, monkeypatch):
     provenance = [record for record in records if isinstance(record, Metadata)]
     file = flights.rewritten([header, *provenance], forged)
     for _ in range(20):
-        file.write_chunk(np.empty(0, np.uint8), '', b'')
+        file.write_chunk(Contents(np.empty(0, np.uint8)), '', b'')
     file.finish()
     parse, calls = run_records.names_and_machine, []
     monkeypatch.setattr(

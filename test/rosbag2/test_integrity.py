@@ -185,7 +185,7 @@ def test_a_channel_is_declared_in_one_way(bag, tmp_path):
     held[1] += written([replace(channel, topic='/other')])
     file = McapFile(tmp_path / 'bag_0.mcap', records[0])
     for data in held:
-        file.write_chunk(np.frombuffer(data, np.uint8), '', data)
+        file.write_chunk(Contents(np.frombuffer(data, np.uint8)), '', data)
     file.finish()
     with pytest.raises(Damaged, match='Channel 1 was declared before, in another way'):
         check_file(file.path)

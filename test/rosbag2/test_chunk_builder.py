@@ -1,0 +1,79 @@
+"""What a chunk is known to hold from its making is what a reader finds in it."""
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from mcap.records import Channel, Schema
+
+from satdyn_ros.messages.rows import SomeRows
+from satdyn_ros.rosbag2.chunk import CHUNK_SIZE, Contents
+from satdyn_ros.rosbag2.chunk_builder import ChunkBuilder
+
+SCHEMA = Schema(1, b'float64 data', 'ros2msg', 'std_msgs/msg/Float64')
+
+
+def rows(count, length, seed):
+    """Return messages of a length, their bytes at random."""
+    data = np.random.default_rng(seed).integers(0, 256, count * length, np.uint8)
+    return data.view(f'V{length}')
+
+
+def agree(built):
+    """Hold what is known of a chunk against what is read from its bytes."""
+    parsed = Contents(built.data.copy())
+    assert len(parsed.data) == len(built.data)
+    assert len(built) == len(parsed)
+    assert built.counts == parsed.counts
+    assert list(built.counts) == list(parsed.counts)
+    assert built.span_ns == parsed.span_ns
+    assert built.declarations == parsed.declarations
+    for channel_id in parsed.counts:
+        assert built.index_of(channel_id).tobytes() == parsed.index_of(channel_id).tobytes()
+
+
+@st.composite
+def steps(draw):
+    """Draw what is added to chunks: declarations, single messages, ticks with topics at some."""
+    kind = draw(st.sampled_from(['declaration', 'message', 'ticks']))
+    if kind != 'ticks':
+        return kind, draw(st.integers(1, 9))
+    count = draw(st.sampled_from([1, 7, 300, 5000]))
+    full = draw(st.dictionaries(st.integers(1, 3), st.sampled_from([4, 68, 324]), max_size=3))
+    some = draw(st.dictionaries(st.integers(4, 5), st.integers(1, 4), max_size=2))
+    return kind, (count, full, some)
+
+
+@given(st.lists(steps(), max_size=6))
+def test_built_as_read(added):
+    """Whatever is added, in whatever order, chunk by chunk."""
+    chunk, stamp_ns = ChunkBuilder(), 10**18
+    for kind, what in added:
+        if kind == 'declaration':
+            chunk.add_declaration(SCHEMA)
+            chunk.add_declaration(Channel(what, f'/topic_{what}', 'cdr', {}, 1))
+        elif kind == 'message':
+            chunk.add_message(what, stamp_ns, bytes(what))
+        else:
+            count, full, some = what
+            stamps_ns = stamp_ns + 1000 * np.arange(count)
+            stamp_ns = int(stamps_ns[-1])
+            messages = {i: rows(count, length, i) for i, length in full.items()}
+            for i, every in some.items():
+                places = np.arange(0, count, every)
+                messages[i] = SomeRows(places, rows(len(places), 16, i))
+            done = 0
+            while messages and done < count:
+                rest = {i: each[done:] for i, each in messages.items()}
+                done += chunk.add_ticks(stamps_ns[done:], rest)
+                if chunk.is_full:
+                    agree(chunk.take())
+    agree(chunk.take())
+
+
+def test_a_full_chunk_has_its_size():
+    """Ticks are added until the contents reach the size of a chunk, and no more."""
+    chunk = ChunkBuilder()
+    done = chunk.add_ticks(np.arange(10**5), {1: rows(10**5, 100, 1)})
+    size = len(chunk.take().data)
+    assert CHUNK_SIZE <= size < CHUNK_SIZE + 131
+    assert size == 131 * done

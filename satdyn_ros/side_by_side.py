@@ -5,17 +5,17 @@ Whether the compiler makes vectors of a loop depends on the processor that it co
 same loops took up to nine times as long on one as on another.  Numbers are vectors on all.
 
 They are added, subtracted, multiplied and divided, each with its counterpart or all with one
-float; np.sqrt and abs take the root and the absolute value of each.  A function that uses no more
-than this, and what is below, takes floats as well as Numbers.
+float; math.sqrt and abs take the root and the absolute value of each.  A function that uses no
+more than this, and what is below, takes floats as well as Numbers.
 
 What reads and writes arrays takes contiguous ones of floats, and does not look where they end.
 """
 
 import itertools
+import math
 import operator
 from typing import Any
 
-import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
@@ -269,4 +269,4 @@ _with_two(operator.mul, 'fmul')
 _with_two(operator.truediv, 'fdiv')
 _with_one(operator.neg, lambda builder, value: builder.fneg(value))
 _with_one(abs, _own_function('llvm.fabs'))
-_with_one(np.sqrt, _own_function('llvm.sqrt'))
+_with_one(math.sqrt, _own_function('llvm.sqrt'))

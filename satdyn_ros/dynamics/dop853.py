@@ -13,6 +13,7 @@ dense (8, V): the terms of the dense output of one motion's step, the first of t
 at its start.  constants: the Parameters of the equations.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -226,7 +227,7 @@ def _plus_begins(m, sums, y, i):
 @inlined
 def first_step(omega: tuple[float, ...], constants: Parameters) -> float:
     """Return the length of the step that is tried first."""
-    return FIRST_TURN / (np.sqrt(dot(omega, omega)) + constants.anomaly_rate + SLOWEST)
+    return FIRST_TURN / (math.sqrt(dot(omega, omega)) + constants.anomaly_rate + SLOWEST)
 
 
 @inlined
@@ -243,8 +244,8 @@ def error_of(
     # The natural scale of a rate: the rate itself and the root of the acceleration.  At rest both
     # may be rounding, which needs no digits.
     omega = (y_0[4], y_0[5], y_0[6])
-    acceleration = np.sqrt(dot(k_omega, k_omega)) / h
-    rate = np.sqrt(dot(omega, omega)) + np.sqrt(acceleration) + constants.slow_rate + TINY
+    acceleration = math.sqrt(dot(k_omega, k_omega)) / h
+    rate = math.sqrt(dot(omega, omega)) + math.sqrt(acceleration) + constants.slow_rate + TINY
     square_3, square_5 = _square(e_3, 1.0 / rate), _square(e_5, 1.0 / rate)
     per_momentum = _per_momentum(constants.rotors, y_0, y, rate)
     square_3 = _plus_squares(square_3, per_momentum, e_3)
@@ -253,7 +254,7 @@ def error_of(
     # or a quotient by infinity would take the worst of steps for one without an error.
     rest = _plus_amounts(square_3 + square_5, y[MOMENTUM:], spread(1.0, h))
     # The root mean square of the estimate of order 5, damped by that of order 3 (II.10).
-    error = square_5 / np.sqrt(MOMENTUM * (square_5 + 0.01 * square_3) + TINY)
+    error = square_5 / math.sqrt(MOMENTUM * (square_5 + 0.01 * square_3) + TINY)
     return where_less(rest, spread(LARGEST, h), error, spread(np.inf, h))
 
 
@@ -292,7 +293,7 @@ def step_ratio(error: float) -> float:
     """Return 0.9 error^(-1/8): of order 8, so changed, a step should meet the tolerance."""
     # An error below 1e-12 allows far more than the greatest growth.
     least = spread(1e-12, error)
-    return SAFETY / np.sqrt(np.sqrt(np.sqrt(where_less(least, error, error, least))))
+    return SAFETY / math.sqrt(math.sqrt(math.sqrt(where_less(least, error, error, least))))
 
 
 @inlined
@@ -359,7 +360,7 @@ def interpolate(
         c, d = _polynomial(d_2, x), _polynomial(d_3, x)
         square = a * a + b * b + c * c + d * d
         # A quaternion that is unit to rounding stays as it is: a requested one is kept exactly.
-        unit = 1.0 if abs(square - 1.0) < 1e-15 else 1.0 / np.sqrt(square)
+        unit = 1.0 if abs(square - 1.0) < 1e-15 else 1.0 / math.sqrt(square)
         q_0[n], q_1[n], q_2[n], q_3[n] = unit * a, unit * b, unit * c, unit * d
     for j in range(OMEGA, len(wanted)):
         row, d_0 = out[j][first:last], _terms(dense, wanted[j])

@@ -19,6 +19,7 @@ from satdyn_ros.messages.topics import TOPICS
 from satdyn_ros.rosbag2.chunk_builder import ChunkBuilder
 from satdyn_ros.rosbag2.compression import compressor
 from satdyn_ros.rosbag2.records import message_indexes
+from satdyn_ros.rosbag2.tick_table import TickTable
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 
@@ -198,17 +199,18 @@ def parts() -> str:
     simulation, chunk = Simulation(SCENARIO), ChunkBuilder()
     compress = compressor('zstd')
     packers = [packer(name, SCENARIO) for name in TYPES]
-    rows = [None] * len(packers)
+    constants = {i: topic.rows(1) for i, topic in enumerate(packers)}
+    whole = TickTable.of(BLOCK_TICKS, constants)
     with tempfile.TemporaryFile(buffering=0) as file:
         while simulation.next_tick < DAY_S * RATE_HZ:
             _, samples = timed('propagation', simulation.advance, BLOCK_TICKS)
+            table = whole[: len(samples)]
             for i, topic in enumerate(packers):
-                rows[i] = timed('packing of messages', topic.pack, samples, rows[i])
+                timed('packing of messages', topic.pack, samples, table.messages(i))
             done = 0
             while done < len(samples):
-                rest = {i: row[done:] for i, row in enumerate(rows)}
-                stamps_ns = samples.stamps_ns[done:]
-                done += timed('laying out in chunks', chunk.add_ticks, stamps_ns, rest)
+                rest = samples.stamps_ns[done:], table[done:]
+                done += timed('laying out in chunks', chunk.add_ticks, *rest)
                 if chunk.is_full:
                     contents = timed('index', chunk.take)
                     compressed = timed('compression', compress, contents.data)

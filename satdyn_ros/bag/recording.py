@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from ..messages import qos, schemas
-from ..messages.rows import Rows
+from ..messages.rows import Rows, SomeRows
 from ..messages.topics import TOPICS, pack_rotor_command, pack_torque
 from ..rosbag2.metadata import TopicMetadata
+from ..rosbag2.tick_table import TickTable
 from ..rosbag2.writer import BagWriter
 from ..run.events import Event, RotorCommand, RotorLimited, Topics, Torque
 from ..run.scenario import Scenario
@@ -84,12 +85,25 @@ class Recording:
         stamps_ns (N,); rows: by name in the scenario N rows each, or SomeRows of a sensor.
         snapshot(i): Simulation.snapshot of tick i of these; it is called where a file begins.
         """
-        by_topic = {self._names[name]: messages for name, messages in rows.items()}
-        self._writer.write(
-            stamps_ns,
-            by_topic,
-            lambda i: (run_records.SNAPSHOT, run_records.to_record(snapshot(i))),
-        )
+        self._writer.write(stamps_ns, self._by_topic(rows), _record_of(snapshot))
+
+    def table(self, count: int, rows: Mapping[str, np.ndarray]) -> TickTable:
+        """
+        Return a table of count ticks, to be packed into again and again, for ticks().
+
+        rows: by name in the scenario one message, with what is the same in all.
+        """
+        return self._writer.table(count, self._by_topic(rows))
+
+    def ticks(
+        self,
+        stamps_ns: np.ndarray,
+        table: TickTable,
+        measured: Mapping[str, SomeRows],
+        snapshot: Callable[[int], Mapping[str, Any]],
+    ) -> None:
+        """As samples(): the topics of every tick in a table, and the sensors' SomeRows."""
+        self._writer.write_ticks(stamps_ns, table, self._by_topic(measured), _record_of(snapshot))
 
     def flush(self) -> None:
         """Hand everything written to the system, so that it survives the process."""
@@ -98,6 +112,9 @@ class Recording:
     def close(self) -> None:
         """Complete the bag."""
         self._writer.close()
+
+    def _by_topic(self, by_name):
+        return {self._names[name]: value for name, value in by_name.items()}
 
     def _metadata(self, name):
         topic = TOPICS[name]
@@ -113,3 +130,8 @@ class Recording:
             schemas.type_hash(topic.type),
             quality.to_yaml(),
         )
+
+
+def _record_of(snapshot):
+    """Return the function that makes the metadata record of the snapshot of a tick."""
+    return lambda i: (run_records.SNAPSHOT, run_records.to_record(snapshot(i)))

@@ -7,9 +7,12 @@ import numpy as np
 
 from ..dynamics import rotation
 from ..dynamics.system import State
+from ..messages.measured import SensorPacker
 from ..messages.packers import packer
-from ..messages.topics import pack_rotor_command, pack_rotor_torque, pack_torque
+from ..messages.rows import parted
+from ..messages.topics import Packer, pack_rotor_command, pack_rotor_torque, pack_torque
 from ..rosbag2.chunk_builder import ChunkBuilder
+from ..rosbag2.tick_table import TickTable
 from ..run.events import Event, Request, Reset, RotorCommand, Torque
 from ..run.samples import Samples
 from ..run.simulation import Simulation
@@ -45,7 +48,7 @@ def rerun(
     starts_anew = True
     already_applied = run.events_at_begin
     chunk = ChunkBuilder()
-    packers = {}
+    packers: dict[str, Packer | SensorPacker] = {}
     while simulation.next_tick < run.end_tick:
         applied, samples = simulation.advance(min(_TICKS, run.end_tick - simulation.next_tick))
         starts_anew |= any(isinstance(event, Request | Reset) for event in applied)
@@ -65,10 +68,12 @@ def rerun(
             if name not in packers:
                 packers[name] = packer(name, run.scenario)
             rows[run.channel_id(name)] = packers[name].pack(samples)
+        full, some = parted(rows)
+        table = TickTable.of(len(samples), full)
         done = 0
         while rows and done < len(samples):
-            rest = {channel_id: messages[done:] for channel_id, messages in rows.items()}
-            done += chunk.add_ticks(samples.stamps_ns[done:], rest)
+            rest = {channel_id: messages[done:] for channel_id, messages in some.items()}
+            done += chunk.add_ticks(samples.stamps_ns[done:], table[done:], rest)
             yield Records(chunk.take().data, starts_anew)
             starts_anew = False
         if not rows:

@@ -12,7 +12,8 @@ from ..dynamics import rotation
 from ..dynamics.orbit import KeplerOrbit
 from ..exchange.aem_reader import attitude_at
 from ..interruption import uninterrupted
-from ..messages.packers import packer
+from ..messages.packers import is_at_every_tick, packer
+from ..rosbag2.tick_table import TickTable
 from ..run.events import Event, Request, RotorCommand, Topics, Torque
 from ..run.requests import requested, try_out
 from ..run.scenario import Scenario
@@ -52,7 +53,7 @@ def simulate(
     simulation = Simulation(scenario, events)
     count = tick_count(scenario, duration_s)
     recording: Recording | None = None
-    rows: dict[str, np.ndarray] = {}
+    tables: dict[tuple[str, ...], TickTable] = {}
     try:
         with uninterrupted():
             recording = Recording(directory, simulation.scenario, scenario.topics)
@@ -60,7 +61,7 @@ def simulate(
             block = min(BLOCK_TICKS, count - simulation.next_tick)
             applied, samples = simulation.advance(block)
             with uninterrupted():
-                _record(simulation, applied, samples, packers, rows, recording)
+                _record(simulation, applied, samples, packers, tables, recording)
             yield simulation.next_tick
     finally:
         if recording is not None:
@@ -70,19 +71,25 @@ def simulate(
         raise RunHalted(f'{simulation.halted}; {directory} has {simulation.next_tick} ticks')
 
 
-def _record(simulation, applied, samples, packers, rows, recording):
+def _record(simulation, applied, samples, packers, tables, recording):
     """
     Record events and the samples that follow them.
 
-    rows: those of the last block, which the bag has copied: their memory is reused.
+    tables: by topics those that were packed into before; the bag has copied what is in them.
     """
     for event in applied:
         recording.event(event, simulation.ticks.stamp_ns(samples.first_tick))
-    chosen = {name: packers[name].pack(samples, rows.get(name)) for name in simulation.topics}
-    rows |= chosen
-    measured = {name: packers[name].pack(samples) for name in samples.measured}
-    recording.samples(
-        samples.stamps_ns, chosen | measured, lambda i: simulation.snapshot(samples.first_tick + i)
+    names = *simulation.topics, *samples.measured
+    every = tuple(name for name in names if is_at_every_tick(packers[name]))
+    if every not in tables:
+        constants = {name: packers[name].rows(1) for name in every}
+        tables[every] = recording.table(BLOCK_TICKS, constants)
+    table = tables[every][: len(samples)]
+    for name, channel_id in zip(every, table.places, strict=True):
+        packers[name].pack(samples, table.messages(channel_id))
+    some = {name: packers[name].pack(samples) for name in names if name not in every}
+    recording.ticks(
+        samples.stamps_ns, table, some, lambda i: simulation.snapshot(samples.first_tick + i)
     )
 
 

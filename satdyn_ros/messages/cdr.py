@@ -86,7 +86,7 @@ class Message:
         for column, paths in self._columns.items():
             values = column(source)
             for path in paths:
-                rows[path] = values
+                _write(rows[path], values)
         return rows
 
     def _add_struct(self, path, type_name, content):
@@ -148,6 +148,16 @@ class Message:
 
     def _align(self, size):
         self._template += bytes((len(ENCAPSULATION) - len(self._template)) % size)
+
+
+def _write(field, values):
+    """Write the values of all rows into a field."""
+    if field.ndim == 1 or len(field) < field.shape[1]:
+        field[:] = values
+    else:
+        # Part by part: NumPy's inner loop would be over the few parts of a row.
+        for i in range(field.shape[1]):
+            field[:, i] = values[:, i]
 
 
 def is_vector(type_name: str) -> bool:

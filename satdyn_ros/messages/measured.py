@@ -21,27 +21,33 @@ class SensorPacker:
     """
     Packs the measurements of a sensor.
 
-    dtype: the layout of its messages, as cdr.Message.dtype.
+    dtype: the layout of its messages, as cdr.Message.dtype.  is_at_every_tick: whether it measures
+    so often, as a gyro may.
     """
 
     def __init__(self, name: str, scenario: Scenario):
         sensor = scenario.sensors[name]
         self._name = name
-        self._is_at_every_tick = isinstance(sensor, Gyro) and sensor.divisor == 1
+        self.is_at_every_tick = isinstance(sensor, Gyro) and sensor.divisor == 1
         header = contents.header(scenario[f'sensors.{name}.frame_id'])
         content = {'header': header, **_content(sensor)}
         self._message = cdr.Message(TOPICS[name].type, content)
         self.dtype = self._message.dtype
 
-    def pack(self, samples: Samples) -> Rows:
+    def rows(self, count: int) -> np.ndarray:
+        """Return `count` messages (count,) that hold the constants."""
+        return self._message.rows(count)
+
+    def pack(self, samples: Samples, rows: np.ndarray | None = None) -> Rows:
         """
         Return the messages that samples have of the sensor, each stamped by its exposure.
 
-        They are SomeRows, except for a gyro that measures at every tick.
+        They are SomeRows unless it measures at every tick.  rows: to be overwritten, as in
+        cdr.Message.
         """
         measured = samples.measured[self._name]
-        rows = self._message.pack(measured)
-        return rows if self._is_at_every_tick else SomeRows(measured.places, rows)
+        rows = self._message.pack(measured, rows)
+        return rows if self.is_at_every_tick else SomeRows(measured.places, rows)
 
 
 def _content(sensor: Sensor) -> dict[str, Any]:

@@ -14,3 +14,8 @@ def packer(name: str, scenario: Scenario) -> Packer | SensorPacker:
     if name in scenario.sensors:
         return SensorPacker(name, scenario)
     return TOPICS[name].packer(scenario.frames, scenario.system)
+
+
+def is_at_every_tick(topic: Packer | SensorPacker) -> bool:
+    """Whether a topic has a message at every tick; others are packed as SomeRows."""
+    return not isinstance(topic, SensorPacker) or topic.is_at_every_tick

@@ -1,8 +1,12 @@
 """Messages of a topic at some of consecutive ticks, as of a sensor with a rate of its own."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
+
+Name = TypeVar('Name')
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,3 +33,10 @@ class SomeRows:
 
 
 Rows = np.ndarray | SomeRows
+
+
+def parted(rows: Mapping[Name, Rows]) -> tuple[dict[Name, np.ndarray], dict[Name, SomeRows]]:
+    """Return the tables with one row per tick, and the SomeRows."""
+    full = {name: table for name, table in rows.items() if not isinstance(table, SomeRows)}
+    some = {name: table for name, table in rows.items() if isinstance(table, SomeRows)}
+    return full, some

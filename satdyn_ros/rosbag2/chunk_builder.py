@@ -1,23 +1,21 @@
 """
 Builds chunks with NumPy, with the messages of many ticks at once.
 
-All messages of a topic have one length, so a tick is a row of one layout, and a block of ticks is
-a table whose columns are heads and data.  Messages of topics that do not have one at every tick go
-between the rows.
+All messages of a topic have one length, so ticks are the rows of a table.  Messages of topics that
+do not have one at every tick go between the rows.
 """
 
 from collections import defaultdict
 from collections.abc import Mapping
-from functools import cache
 from typing import Any
 
 import numpy as np
 from mcap.data_stream import RecordBuilder
-from mcap.opcode import Opcode
 from mcap.records import Channel, Message, Schema
 
-from ..messages.rows import Rows, SomeRows
+from ..messages.rows import SomeRows
 from .chunk import CHUNK_SIZE, HEAD, scatter
+from .tick_table import TickTable
 
 
 class BuiltContents:
@@ -57,7 +55,7 @@ class ChunkBuilder:
         self._begin()
 
     def _begin(self):
-        self._size = 0
+        self._data, self._size = self._buffer, 0
         self._entries: defaultdict[int, list[np.ndarray]] = defaultdict(list)
         self._schemas: dict[int, Schema] = {}
         self._channels: dict[int, Channel] = {}
@@ -83,53 +81,62 @@ class ChunkBuilder:
         self._note(channel_id, np.array([stamp_ns]), np.array([self._size]))
         self._add_record(Message(channel_id, stamp_ns, data, publish_time=stamp_ns, sequence=0))
 
-    def add_ticks(self, stamps_ns: np.ndarray, rows: Mapping[int, Rows]) -> int:
+    def add_ticks(
+        self,
+        stamps_ns: np.ndarray,
+        table: TickTable,
+        some: Mapping[int, SomeRows] | None = None,
+    ) -> int:
         """
         Append the messages of ticks until the chunk is full; return how many ticks were added.
 
-        stamps_ns (N,); rows: for each channel the messages (N,), each row the bytes of one, or
-        SomeRows, which follow those of all ticks.
+        stamps_ns (N,); table: of N ticks, whose heads get the stamps, and which must not change
+        until the chunk is taken.  some: by channel messages at some of the ticks, which follow.
         """
-        full = {i: row for i, row in rows.items() if not isinstance(row, SomeRows)}
-        layout, _ = _tick_layout(tuple((i, row.itemsize) for i, row in full.items()))
+        size = table.records.shape[1]
         free = max(CHUNK_SIZE - self._size, 0)
         # No more fit, whatever else comes between them.
-        stamps_ns = stamps_ns[: max(1, -(-free // max(layout.itemsize, 1)))]
-        some = {i: row[: len(stamps_ns)] for i, row in rows.items() if isinstance(row, SomeRows)}
-        some = {i: row for i, row in some.items() if len(row.rows)}
-        first = self._size
-        if not some:
-            count = len(stamps_ns)
-            block = self._take(count * layout.itemsize).reshape(count, layout.itemsize)
-            fits = {i: row[:count] for i, row in full.items()}
-            _write_ticks(block, stamps_ns, fits)
-            self._note_ticks(fits, stamps_ns, first + np.arange(count) * layout.itemsize)
-            return count
-        sizes = np.full(len(stamps_ns), layout.itemsize)
+        stamps_ns = stamps_ns[: max(1, -(-free // max(size, 1)))]
+        between = {i: row[: len(stamps_ns)] for i, row in (some or {}).items()}
+        between = {i: row for i, row in between.items() if len(row.rows)}
+        if between:
+            return self._add_with_others(stamps_ns, table, between)
+        count, first = len(stamps_ns), self._size
+        table = table[:count]
+        table.stamp(stamps_ns)
+        records = table.records.reshape(-1)
+        if self.is_empty and len(records) >= CHUNK_SIZE:
+            # The chunk is rows of the table: nothing needs to be copied.
+            self._data, self._size = records, len(records)
+        else:
+            self._take(len(records))[:] = records
+        self._note_ticks(table, stamps_ns, first + np.arange(count) * size)
+        return count
+
+    def _add_with_others(self, stamps_ns, table, some):
+        sizes = np.full(len(stamps_ns), table.records.shape[1])
         for row in some.values():
             sizes[row.places] += HEAD.itemsize + row.rows.itemsize
         ends = np.cumsum(sizes)
+        free = max(CHUNK_SIZE - self._size, 0)
         count = min(len(stamps_ns), 1 + int(np.searchsorted(ends, free)))
+        first = self._size
         block = self._take(int(ends[count - 1]))
-        fits = {i: row[:count] for i, row in full.items()}
-        table = np.empty((count, layout.itemsize), np.uint8)
-        _write_ticks(table, stamps_ns[:count], fits)
         begins = ends[:count] - sizes[:count]
-        self._note_ticks(fits, stamps_ns[:count], first + begins)
-        scatter(block, begins, table)
-        begins += layout.itemsize
+        parts = [(np.arange(count), table[:count])]
         for channel_id, row in some.items():
             places, messages = row[:count].places, row[:count].rows
-            table = np.empty((len(places), HEAD.itemsize + messages.itemsize), np.uint8)
-            _write_ticks(table, stamps_ns[places], {channel_id: messages})
-            self._note(channel_id, stamps_ns[places], first + begins[places])
-            scatter(block, begins[places], table)
-            begins[places] += table.shape[1]
+            parts.append((places, TickTable.of(len(places), {channel_id: messages})))
+        for places, part in parts:
+            part.stamp(stamps_ns[places])
+            self._note_ticks(part, stamps_ns[places], first + begins[places])
+            scatter(block, begins[places], part.records)
+            begins[places] += part.records.shape[1]
         return count
 
     def take(self) -> BuiltContents:
         """Return the contents, valid until the next record is added, and start a new chunk."""
-        data, declarations = self._buffer[: self._size], (self._schemas, self._channels)
+        data, declarations = self._data[: self._size], (self._schemas, self._channels)
         contents = BuiltContents(data, self._entries, declarations)
         self._begin()
         return contents
@@ -140,11 +147,10 @@ class ChunkBuilder:
         data = builder.end()
         self._take(len(data))[:] = np.frombuffer(data, np.uint8)
 
-    def _note_ticks(self, rows, stamps_ns, begins):
+    def _note_ticks(self, table, stamps_ns, begins):
         """Note where the messages of ticks are that begin at `begins`."""
-        layout, _ = _tick_layout(tuple((i, row.itemsize) for i, row in rows.items()))
-        for channel_id in rows:
-            self._note(channel_id, stamps_ns, begins + layout.fields[f'head {channel_id}'][1])
+        for channel_id, (place, _) in table.places.items():
+            self._note(channel_id, stamps_ns, begins + (place - HEAD.itemsize))
 
     def _note(self, channel_id, stamps_ns, begins):
         """Note log times and offsets of messages of a channel."""
@@ -154,38 +160,9 @@ class ChunkBuilder:
 
     def _take(self, size):
         end = self._size + size
-        if end > len(self._buffer):
-            self._buffer = np.concatenate([self._buffer[: self._size], np.empty(end, np.uint8)])
-        place = self._buffer[self._size : end]
+        if end > len(self._data):
+            self._buffer = np.concatenate([self._data[: self._size], np.empty(end, np.uint8)])
+            self._data = self._buffer
+        place = self._data[self._size : end]
         self._size = end
         return place
-
-
-def _write_ticks(table: np.ndarray, stamps_ns: np.ndarray, rows: Mapping[int, np.ndarray]):
-    """Write the messages of N ticks, heads and data, as the rows of a table of bytes (N, size)."""
-    layout, heads = _tick_layout(tuple((i, row.itemsize) for i, row in rows.items()))
-    for channel_id, messages in rows.items():
-        begin = layout.fields[f'head {channel_id}'][1]
-        end = begin + HEAD.itemsize
-        table[:, begin:end] = heads[channel_id]
-        table[:, end : end + messages.itemsize] = _bytes(messages)
-        head = table.view(layout)[:, 0][f'head {channel_id}']
-        head['log_time'] = head['publish_time'] = stamps_ns
-
-
-def _bytes(messages):
-    return messages.view(np.uint8).reshape(len(messages), messages.itemsize)
-
-
-@cache
-def _tick_layout(lengths):
-    """Return the dtype of a tick with messages (channel, length), and each one's constant head."""
-    fields, heads = [], {}
-    for channel_id, length in lengths:
-        fields += [(f'head {channel_id}', HEAD), (f'data {channel_id}', np.void, length)]
-        head = np.zeros((), HEAD)
-        head['opcode'] = Opcode.MESSAGE
-        head['length'] = HEAD.itemsize - 9 + length
-        head['channel_id'] = channel_id
-        heads[channel_id] = np.frombuffer(head.tobytes(), np.uint8)
-    return np.dtype(fields), heads

@@ -9,12 +9,13 @@ import numpy as np
 from mcap.records import Channel, Header, Schema
 
 from .. import __version__
-from ..messages.rows import Rows, SomeRows
+from ..messages.rows import Rows, SomeRows, parted
 from . import metadata
 from .chunk_builder import ChunkBuilder
 from .compression import COMPRESSIONS, compressor
 from .mcap_file import McapFile
 from .metadata import BagMetadata, FileInformation, TopicMetadata
+from .tick_table import TickTable
 
 _HEADER = Header('ros2', f'satdyn_ros {__version__}; mcap-python {mcap.__version__}')
 _NEVER_NS = 2**62
@@ -51,6 +52,7 @@ class BagWriter:
         self._topics: dict[str, TopicMetadata] = {}
         self._schemas: dict[str, Schema] = {}
         self._channels: dict[str, Channel] = {}
+        self._names: dict[int, str] = {}
         self._compression = '' if compression == 'none' else compression
         self._compress = compressor(self._compression)
         self._max_size_bytes = max_size_bytes
@@ -78,6 +80,7 @@ class BagWriter:
         channel = topic.channel_record(len(self._channels) + 1, schema.id)
         self._topics[topic.name] = topic
         self._channels[topic.name] = channel
+        self._names[channel.id] = topic.name
         self._counts[topic.name] = 0
         self._file.tally.schemas[schema.id] = schema
         self._file.tally.channels[channel.id] = channel
@@ -96,7 +99,27 @@ class BagWriter:
         snapshot(i): name and content of a metadata record for a file that begins with tick i of
         these.
         """
-        if not rows:
+        full, some = parted(rows)
+        self.write_ticks(stamps_ns, self.table(len(stamps_ns), full), some, snapshot)
+
+    def table(self, count: int, rows: Mapping[str, np.ndarray]) -> TickTable:
+        """Return the table for write_ticks of count ticks; rows: by topic, as in TickTable.of."""
+        by_channel = {self._channels[topic].id: row for topic, row in rows.items()}
+        return TickTable.of(count, by_channel)
+
+    def write_ticks(
+        self,
+        stamps_ns: np.ndarray,
+        table: TickTable,
+        some: Mapping[str, SomeRows],
+        snapshot: Callable[[int], tuple[str, Mapping[str, str]]] | None = None,
+    ) -> None:
+        """
+        As write(), with messages that were packed in place, those of every tick in a table.
+
+        The table may be packed into again afterwards.
+        """
+        if not (table.places or some):
             return
         with self._telling():
             done = 0
@@ -110,8 +133,8 @@ class BagWriter:
                     self._wants_snapshot = False
                 last_ns = self._first_ns(int(stamps_ns[done])) + self._max_duration_ns
                 fits = slice(done, np.searchsorted(stamps_ns, last_ns, side='right'))
-                messages = {topic: row[fits] for topic, row in rows.items()}
-                done += self._add_ticks(stamps_ns[fits], messages)
+                between = {topic: row[fits] for topic, row in some.items()}
+                done += self._add_ticks(stamps_ns[fits], table[fits], between)
 
     def write_message(self, topic: str, stamp_ns: int, data: bytes) -> None:
         """Write one message, such as an input ahead of the messages of its tick."""
@@ -208,13 +231,17 @@ class BagWriter:
         """Return the first log time of the current file, or stamp_ns if it has none yet."""
         return min(stamp_ns, self._metadata.files[-1].first_ns)
 
-    def _add_ticks(self, stamps_ns, messages):
+    def _add_ticks(self, stamps_ns, table, some):
         """Write as many of the ticks as the current chunk has room for; return how many."""
-        by_channel = {self._declared(topic): rows for topic, rows in messages.items()}
-        count = self._chunk.add_ticks(stamps_ns, by_channel)
-        for topic, rows in messages.items():
-            ticks = rows[:count].places if isinstance(rows, SomeRows) else slice(count)
-            self._count(topic, stamps_ns[ticks])
+        topics = [self._names[channel_id] for channel_id in table.places]
+        for topic in topics:
+            self._declared(topic)
+        between = {self._declared(topic): rows for topic, rows in some.items()}
+        count = self._chunk.add_ticks(stamps_ns, table, between)
+        for topic in topics:
+            self._count(topic, stamps_ns[:count])
+        for topic, rows in some.items():
+            self._count(topic, stamps_ns[rows[:count].places])
         if self._chunk.is_full:
             self._end_chunk()
         return count

@@ -8,6 +8,7 @@ from mcap.records import Channel, Schema
 from satdyn_ros.messages.rows import SomeRows
 from satdyn_ros.rosbag2.chunk import CHUNK_SIZE, Contents
 from satdyn_ros.rosbag2.chunk_builder import ChunkBuilder
+from satdyn_ros.rosbag2.tick_table import TickTable
 
 SCHEMA = Schema(1, b'float64 data', 'ros2msg', 'std_msgs/msg/Float64')
 
@@ -58,13 +59,14 @@ def test_built_as_read(added):
             stamps_ns = stamp_ns + 1000 * np.arange(count)
             stamp_ns = int(stamps_ns[-1])
             messages = {i: rows(count, length, i) for i, length in full.items()}
+            table, between = TickTable.of(count, messages), {}
             for i, every in some.items():
                 places = np.arange(0, count, every)
-                messages[i] = SomeRows(places, rows(len(places), 16, i))
+                between[i] = SomeRows(places, rows(len(places), 16, i))
             done = 0
-            while messages and done < count:
-                rest = {i: each[done:] for i, each in messages.items()}
-                done += chunk.add_ticks(stamps_ns[done:], rest)
+            while (full or some) and done < count:
+                rest = {i: each[done:] for i, each in between.items()}
+                done += chunk.add_ticks(stamps_ns[done:], table[done:], rest)
                 if chunk.is_full:
                     agree(chunk.take())
     agree(chunk.take())
@@ -73,7 +75,8 @@ def test_built_as_read(added):
 def test_a_full_chunk_has_its_size():
     """Ticks are added until the contents reach the size of a chunk, and no more."""
     chunk = ChunkBuilder()
-    done = chunk.add_ticks(np.arange(10**5), {1: rows(10**5, 100, 1)})
+    table = TickTable.of(10**5, {1: rows(10**5, 100, 1)})
+    done = chunk.add_ticks(np.arange(10**5), table)
     size = len(chunk.take().data)
     assert CHUNK_SIZE <= size < CHUNK_SIZE + 131
     assert size == 131 * done

@@ -12,6 +12,7 @@ from common import HEADER
 HERE = Path(__file__).parent
 SCRIPTS = (
     'propagation',
+    'processors',
     'rotors',
     'closed_forms',
     'batch',

@@ -38,12 +38,13 @@ def test_a_motion_that_is_off_is_told(monkeypatch, capsys):
 
 def test_a_bag_that_is_off_is_told(monkeypatch, capsys):
     """A sample that was recorded wrong makes the answer no."""
-    right = recording.Recording.samples
+    right = recording.Recording.ticks
 
-    def wrong(self, stamps_ns, rows, snapshot):
-        rows['attitude']['quaternion'][0, 0] += 1e-6
-        right(self, stamps_ns, rows, snapshot)
+    def wrong(self, stamps_ns, table, measured, snapshot):
+        attitude, *_ = table.places
+        table.messages(attitude)['quaternion'][0, 0] += 1e-6
+        right(self, stamps_ns, table, measured, snapshot)
 
-    monkeypatch.setattr(recording.Recording, 'samples', wrong)
+    monkeypatch.setattr(recording.Recording, 'ticks', wrong)
     assert not check.check()
     assert 'NOT GOOD' in capsys.readouterr().out

@@ -19,17 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiled import inlined
-from ..side_by_side import (
-    PACK,
-    load,
-    packed,
-    spread,
-    store,
-    store_all,
-    where_less,
-    width,
-    zero,
-)
+from ..side_by_side import PACK, load, packed, spread, store, store_all, where_less, width, zero
 from ..written_out import for_each, in_turn
 from .equations import CENTRE, MOMENTUM, OMEGA, Parameters, rates
 from .orbit import true_anomaly

@@ -10,6 +10,10 @@ from functools import partial
 import numpy as np
 
 from ..compiled import compiled, inlined
+from ..dynamics.rotation import product_of_components, rotated_components
+
+_product = inlined(product_of_components, fused=False)
+_rotated = inlined(rotated_components, fused=False)
 
 
 @partial(compiled, fused=False)
@@ -46,25 +50,7 @@ def turned(q_ib: np.ndarray, q_bt: np.ndarray) -> np.ndarray:
 @partial(compiled, fused=False)
 def rotated(q_bk: np.ndarray, v_k: np.ndarray) -> np.ndarray:
     """Return v_b = q_bk v_k q_bk* (N, 3), for one q_bk (4,)."""
-    x, y, z, w = q_bk
     v_b = np.empty_like(v_k)
     for i in range(len(v_k)):
-        a, b, c = v_k[i]
-        twice = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
-        v_b[i, 0] = a + w * twice[0] + (y * twice[2] - z * twice[1])
-        v_b[i, 1] = b + w * twice[1] + (z * twice[0] - x * twice[2])
-        v_b[i, 2] = c + w * twice[2] + (x * twice[1] - y * twice[0])
+        v_b[i, 0], v_b[i, 1], v_b[i, 2] = _rotated(q_bk, v_k[i])
     return v_b
-
-
-@partial(inlined, fused=False)
-def _product(q, p):
-    """Return the Hamilton product q p (x, y, z, w)."""
-    x1, y1, z1, w1 = q
-    x2, y2, z2, w2 = p
-    return (
-        w1 * x2 + x1 * w2 + y1 * z2 - z1 * y2,
-        w1 * y2 - x1 * z2 + y1 * w2 + z1 * x2,
-        w1 * z2 + x1 * y2 - y1 * x2 + z1 * w2,
-        w1 * w2 - x1 * x2 - y1 * y2 - z1 * z2,
-    )

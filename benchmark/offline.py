@@ -277,7 +277,7 @@ def main(rounds=7):
             milliseconds(seconds['ours']),
             milliseconds(seconds['floor']),
             seconds['ours'] / seconds['floor'],
-            1.5,
+            1.4,
             at_most=True,
         )
     )

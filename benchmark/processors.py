@@ -9,10 +9,10 @@ import time
 import numpy as np
 from common import Claim, medians, milliseconds, show
 from problem import DURATION_S, START, system
+from step import TOLERANCE
 
 from satdyn_ros.dynamics.propagator import Propagation
 
-TOLERANCE = 2.5e-13
 # By the compiler's name, what it stands for, and by how much slower its code may be.
 PROCESSORS = {
     'haswell': ('Intel since 2013, vectors of four', 1.3),

@@ -75,7 +75,7 @@ def _record(simulation, applied, samples, packers, tables, recording):
     """
     Record events and the samples that follow them.
 
-    tables: by topics those that were packed into before; the bag has copied what is in them.
+    tables: by topics those that were packed into before; their contents are in the bag.
     """
     for event in applied:
         recording.event(event, simulation.ticks.stamp_ns(samples.first_tick))

@@ -70,6 +70,10 @@ class ChunkBuilder:
         """Whether the contents have reached the size of a chunk."""
         return self._size >= CHUNK_SIZE
 
+    @property
+    def _free(self):
+        return max(CHUNK_SIZE - self._size, 0)
+
     def add_declaration(self, record: Schema | Channel) -> None:
         """Append a schema or a channel."""
         declared: dict[int, Any] = self._schemas if isinstance(record, Schema) else self._channels
@@ -94,9 +98,8 @@ class ChunkBuilder:
         until the chunk is taken.  some: by channel messages at some of the ticks, which follow.
         """
         size = table.records.shape[1]
-        free = max(CHUNK_SIZE - self._size, 0)
         # No more fit, whatever else comes between them.
-        stamps_ns = stamps_ns[: max(1, -(-free // max(size, 1)))]
+        stamps_ns = stamps_ns[: max(1, -(-self._free // max(size, 1)))]
         between = {i: row[: len(stamps_ns)] for i, row in (some or {}).items()}
         between = {i: row for i, row in between.items() if len(row.rows)}
         if between:
@@ -118,15 +121,14 @@ class ChunkBuilder:
         for row in some.values():
             sizes[row.places] += HEAD.itemsize + row.rows.itemsize
         ends = np.cumsum(sizes)
-        free = max(CHUNK_SIZE - self._size, 0)
-        count = min(len(stamps_ns), 1 + int(np.searchsorted(ends, free)))
+        count = min(len(stamps_ns), 1 + int(np.searchsorted(ends, self._free)))
         first = self._size
         block = self._take(int(ends[count - 1]))
         begins = ends[:count] - sizes[:count]
         parts = [(np.arange(count), table[:count])]
         for channel_id, row in some.items():
-            places, messages = row[:count].places, row[:count].rows
-            parts.append((places, TickTable.of(len(places), {channel_id: messages})))
+            fits = row[:count]
+            parts.append((fits.places, TickTable.of(len(fits.places), {channel_id: fits.rows})))
         for places, part in parts:
             part.stamp(stamps_ns[places])
             self._note_ticks(part, stamps_ns[places], first + begins[places])

@@ -7,6 +7,7 @@ import numpy as np
 from mcap.opcode import Opcode
 
 from .chunk import HEAD
+from .records import PREFIX
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,8 +36,10 @@ class TickTable:
         table = cls(np.empty((count, size), np.uint8), places)
         for channel_id, some in messages.items():
             table.heads(channel_id)[:] = _head(channel_id, some.itemsize)
-            begin, end = places[channel_id][0], places[channel_id][0] + some.itemsize
-            table.records[:, begin:end] = some.view(np.uint8).reshape(len(some), some.itemsize)
+            begin, _ = places[channel_id]
+            table.records[:, begin : begin + some.itemsize] = some.view(np.uint8).reshape(
+                len(some), some.itemsize
+            )
         return table
 
     def __len__(self) -> int:
@@ -66,7 +69,6 @@ class TickTable:
 def _head(channel_id, length):
     head = np.zeros((), HEAD)
     head['opcode'] = Opcode.MESSAGE
-    # A record's length does not count its opcode and itself.
-    head['length'] = HEAD.itemsize - 9 + length
+    head['length'] = HEAD.itemsize - PREFIX.size + length
     head['channel_id'] = channel_id
     return head

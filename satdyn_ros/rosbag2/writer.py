@@ -52,7 +52,6 @@ class BagWriter:
         self._topics: dict[str, TopicMetadata] = {}
         self._schemas: dict[str, Schema] = {}
         self._channels: dict[str, Channel] = {}
-        self._names: dict[int, str] = {}
         self._compression = '' if compression == 'none' else compression
         self._compress = compressor(self._compression)
         self._max_size_bytes = max_size_bytes
@@ -80,7 +79,6 @@ class BagWriter:
         channel = topic.channel_record(len(self._channels) + 1, schema.id)
         self._topics[topic.name] = topic
         self._channels[topic.name] = channel
-        self._names[channel.id] = topic.name
         self._counts[topic.name] = 0
         self._file.tally.schemas[schema.id] = schema
         self._file.tally.channels[channel.id] = channel
@@ -233,7 +231,8 @@ class BagWriter:
 
     def _add_ticks(self, stamps_ns, table, some):
         """Write as many of the ticks as the current chunk has room for; return how many."""
-        topics = [self._names[channel_id] for channel_id in table.places]
+        channels = self._file.tally.channels
+        topics = [channels[channel_id].topic for channel_id in table.places]
         for topic in topics:
             self._declared(topic)
         between = {self._declared(topic): rows for topic, rows in some.items()}

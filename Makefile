@@ -23,8 +23,9 @@ OLD_TESTS := test/dynamics/test_propagator.py test/dynamics/test_batch.py test/e
 	test/exact/test_flow.py test/run test/messages test/rosbag2 test/bag/test_verify.py \
 	test/report/test_plot.py test/ros/test_stream.py
 
-# Tests run in processes of their own ROS domain, each with some 800 MB of memory.
-SIDE_BY_SIDE := --numprocesses auto --maxprocesses 4
+# Tests run in processes of their own ROS domain, each with some 800 MB of memory.  Half of their
+# time they wait for a node or a subscriber: four are not too many for two cores.
+SIDE_BY_SIDE := --numprocesses 4
 
 .PHONY: help demo test torture reference oldest lint colcon figures docs bench clean
 

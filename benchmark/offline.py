@@ -200,13 +200,13 @@ def parts() -> str:
     compress = compressor('zstd')
     packers = [packer(name, SCENARIO) for name in TYPES]
     constants = {i: topic.rows(1) for i, topic in enumerate(packers)}
-    whole = TickTable.of(BLOCK_TICKS, constants)
+    table, block = TickTable.of(BLOCK_TICKS, constants), BLOCK_TICKS
     with tempfile.TemporaryFile(buffering=0) as file:
         while simulation.next_tick < DAY_S * RATE_HZ:
-            _, samples = timed('propagation', simulation.advance, BLOCK_TICKS)
-            table = whole[: len(samples)]
+            _, samples = timed('propagation', simulation.advance, block)
             for i, topic in enumerate(packers):
-                timed('packing of messages', topic.pack, samples, table.messages(i))
+                places = table[: len(samples)].messages(i)
+                timed('packing of messages', topic.pack, samples, places)
             done = 0
             while done < len(samples):
                 rest = samples.stamps_ns[done:], table[done:]
@@ -219,6 +219,7 @@ def parts() -> str:
                         timed('checksums', zlib.crc32, part)
                     for part in (compressed, index):
                         timed('writing', file.write, part)
+            block = chunk.whole(table)
     lines = ['| part of the recording of a day | CPU |', '| --- | --- |']
     return '\n'.join(lines + [f'| {k} | {milliseconds(v)} |' for k, v in seconds.most_common()])
 

@@ -101,9 +101,15 @@ class Recording:
         table: TickTable,
         measured: Mapping[str, SomeRows],
         snapshot: Callable[[int], Mapping[str, Any]],
-    ) -> None:
-        """As samples(): the topics of every tick in a table, and the sensors' SomeRows."""
-        self._writer.write_ticks(stamps_ns, table, self._by_topic(measured), _record_of(snapshot))
+    ) -> int:
+        """
+        As samples(): the topics of every tick in a table, and the sensors' SomeRows.
+
+        Return how many ticks of the table are best written next.
+        """
+        return self._writer.write_ticks(
+            stamps_ns, table, self._by_topic(measured), _record_of(snapshot)
+        )
 
     def flush(self) -> None:
         """Hand everything written to the system, so that it survives the process."""

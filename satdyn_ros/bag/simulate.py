@@ -53,15 +53,15 @@ def simulate(
     simulation = Simulation(scenario, events)
     count = tick_count(scenario, duration_s)
     recording: Recording | None = None
+    block = BLOCK_TICKS
     tables: dict[tuple[str, ...], TickTable] = {}
     try:
         with uninterrupted():
             recording = Recording(directory, simulation.scenario, scenario.topics)
         while simulation.next_tick < count and not simulation.halted:
-            block = min(BLOCK_TICKS, count - simulation.next_tick)
-            applied, samples = simulation.advance(block)
+            applied, samples = simulation.advance(min(block, count - simulation.next_tick))
             with uninterrupted():
-                _record(simulation, applied, samples, packers, tables, recording)
+                block = _record(simulation, applied, samples, packers, tables, recording)
             yield simulation.next_tick
     finally:
         if recording is not None:
@@ -73,7 +73,7 @@ def simulate(
 
 def _record(simulation, applied, samples, packers, tables, recording):
     """
-    Record events and the samples that follow them.
+    Record events and the samples that follow them; return how many are best recorded next.
 
     tables: by topics those that were packed into before; their contents are in the bag.
     """
@@ -84,11 +84,11 @@ def _record(simulation, applied, samples, packers, tables, recording):
     if every not in tables:
         constants = {name: packers[name].rows(1) for name in every}
         tables[every] = recording.table(BLOCK_TICKS, constants)
-    table = tables[every][: len(samples)]
+    table = tables[every]
     for name, channel_id in zip(every, table.places, strict=True):
-        packers[name].pack(samples, table.messages(channel_id))
+        packers[name].pack(samples, table[: len(samples)].messages(channel_id))
     some = {name: packers[name].pack(samples) for name in names if name not in every}
-    recording.ticks(
+    return recording.ticks(
         samples.stamps_ns, table, some, lambda i: simulation.snapshot(samples.first_tick + i)
     )
 

@@ -136,6 +136,17 @@ class ChunkBuilder:
             begins[places] += part.records.shape[1]
         return count
 
+    def whole(self, table: TickTable) -> int:
+        """
+        Return how many ticks of a table that was added to end with a full chunk, at most all.
+
+        They are laid out without a copy of a part of a chunk.  All, if they do not fill the chunk.
+        """
+        size = max(table.records.shape[1], 1)
+        first, each = -(-self._free // size), -(-CHUNK_SIZE // size)
+        most = len(table)
+        return most if most < first else first + (most - first) // each * each
+
     def take(self) -> BuiltContents:
         """Return the contents, valid until the next record is added, and start a new chunk."""
         data, declarations = self._data[: self._size], (self._schemas, self._channels)

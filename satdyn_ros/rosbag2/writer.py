@@ -111,14 +111,15 @@ class BagWriter:
         table: TickTable,
         some: Mapping[str, SomeRows],
         snapshot: Callable[[int], tuple[str, Mapping[str, str]]] | None = None,
-    ) -> None:
+    ) -> int:
         """
         As write(), with messages that were packed in place, those of every tick in a table.
 
-        The table may be packed into again afterwards.
+        table: of N ticks or more, which may be packed into again afterwards.  Return how many
+        ticks of it are best written next, at most all: as many as end with a full chunk.
         """
         if not (table.places or some):
-            return
+            return len(table)
         with self._telling():
             done = 0
             while done < len(stamps_ns):
@@ -133,6 +134,7 @@ class BagWriter:
                 fits = slice(done, np.searchsorted(stamps_ns, last_ns, side='right'))
                 between = {topic: row[fits] for topic, row in some.items()}
                 done += self._add_ticks(stamps_ns[fits], table[fits], between)
+            return self._chunk.whole(table)
 
     def write_message(self, topic: str, stamp_ns: int, data: bytes) -> None:
         """Write one message, such as an input ahead of the messages of its tick."""

@@ -80,3 +80,19 @@ def test_a_full_chunk_has_its_size():
     size = len(chunk.take().data)
     assert CHUNK_SIZE <= size < CHUNK_SIZE + 131
     assert size == 131 * done
+
+
+def test_whole_ticks_end_with_a_full_chunk():
+    """As many ticks as are named fill the chunk that was begun, and further ones, exactly."""
+    chunk, table = ChunkBuilder(), TickTable.of(10**4, {1: rows(10**4, 300, 1)})
+    assert chunk.whole(table[:10]) == 10
+    chunk.add_declaration(SCHEMA)
+    chunk.add_ticks(np.arange(7), table[:7])
+    ticks, done, chunks = chunk.whole(table), 0, 0
+    while done < ticks:
+        done += chunk.add_ticks(np.arange(done, ticks), table[done:])
+        if chunk.is_full:
+            chunk.take()
+            chunks += 1
+    assert chunk.is_empty
+    assert chunks > 1

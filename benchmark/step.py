@@ -12,7 +12,7 @@ from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.side_by_side import PACK, zero
 
 TOLERANCE, STEPS = 2.5e-13, 20_000
-_stage, _combine, attempt = dop853._stage, dop853._combine, dop853.attempt
+evaluate, combine, attempt = dop853.evaluate, dop853.combine, dop853.attempt
 
 
 @compiled
@@ -21,7 +21,7 @@ def stages(count, arrays, h, constants):
     y, k = arrays.y, arrays.k
     for _ in range(count):
         for i in range(12):
-            _stage(y, h, constants, k, i)
+            evaluate(y, h, constants, k, i)
             for j in range(7):
                 y[j] += 1e-9 * k[i * len(y) + j]
 
@@ -31,7 +31,7 @@ def combinations(count, arrays, h, constants):
     """Combine the stages to the argument of the next, twelve times a step."""
     for _ in range(count):
         for i in range(12):
-            _combine(i + 1, arrays.y_0, arrays.k, arrays.y, len(arrays.y), zero(PACK))
+            combine(i + 1, arrays.y_0, arrays.k, arrays.y, len(arrays.y), zero(PACK))
 
 
 @compiled
@@ -39,8 +39,8 @@ def both(count, arrays, h, constants):
     """Evaluate and combine in turn, as a step does."""
     for _ in range(count):
         for i in range(12):
-            _stage(arrays.y, h, constants, arrays.k, i)
-            _combine(i + 1, arrays.y_0, arrays.k, arrays.y, len(arrays.y), zero(PACK))
+            evaluate(arrays.y, h, constants, arrays.k, i)
+            combine(i + 1, arrays.y_0, arrays.k, arrays.y, len(arrays.y), zero(PACK))
 
 
 @compiled

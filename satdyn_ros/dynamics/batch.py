@@ -13,6 +13,7 @@ import numpy as np
 
 from ..compiled import compiled, inlined
 from ..side_by_side import filled
+from .dense_output import interpolate, make_dense
 from .dop853 import (
     GROWTH,
     REACHED,
@@ -23,11 +24,9 @@ from .dop853 import (
     cut,
     direction_of_centre,
     first_step,
-    interpolate,
-    make_dense,
     step_arrays,
 )
-from .equations import CENTRE, MOMENTUM, OMEGA, initial_values, numbers_of_many
+from .equations import OMEGA, initial_values, numbers_of_many, place_at
 from .lanes import (
     LANES,
     Lanes,
@@ -39,7 +38,7 @@ from .lanes import (
     take_lane,
 )
 from .motion import Halted, States
-from .propagator import Propagation, columns, mean_anomaly, wanted_variables
+from .propagator import Propagation, columns, mean_anomaly, wanted_count
 from .system import State, System
 
 # The most steps of a slice, in all lanes.
@@ -76,7 +75,7 @@ def propagate_all(motions: Sequence[Propagation], t_s: np.ndarray) -> list[State
     alike = defaultdict(list)
     numbers = {motion: numbers_of(motion.constants) for motion in motions}
     for motion in motions:
-        alike[tuple(motion.wanted), len(numbers[motion])].append(motion)
+        alike[motion.wanted, len(numbers[motion])].append(motion)
     for some in alike.values():
         flights = _flights(
             begin=np.array([initial_values(motion.system, motion.state) for motion in some]),
@@ -84,9 +83,9 @@ def propagate_all(motions: Sequence[Propagation], t_s: np.ndarray) -> list[State
             anomaly=np.array([motion.anomaly for motion in some]),
             tolerance=np.array([motion.tolerance for motion in some]),
             steps_allowed=np.array([motion.steps_allowed for motion in some]),
-            shape=(len(some[0].wanted), len(t_s)),
+            shape=(some[0].wanted, len(t_s)),
         )
-        _fly_together(flights, some[0].wanted, some[0].constants, t_s)
+        _fly_together(flights, some[0].constants, t_s)
         for motion, rows, outcome, reached_s, count in zip(some, *flights[-4:], strict=True):
             states = motion.states_of(t_s[:count], rows[:, :count])
             halted = outcome != REACHED
@@ -105,7 +104,6 @@ def propagate_many(
     """
     count = len(tolerance)
     like, numbers = numbers_of_many(system, count)
-    wanted = wanted_variables(system, like.does_work)
     flights = _flights(
         begin=initial_values(system, state)[:, 0],
         numbers=np.ascontiguousarray(numbers),
@@ -114,10 +112,10 @@ def propagate_many(
         ),
         tolerance=tolerance,
         steps_allowed=np.full(count, np.inf),
-        shape=(len(wanted), len(t_s)),
+        shape=(wanted_count(system, like.does_work), len(t_s)),
     )
-    _fly_together(flights, wanted, like, t_s)
-    q_ib, omega_bi_b, speed, angle, work = columns(system, wanted, flights.out)
+    _fly_together(flights, like, t_s)
+    q_ib, omega_bi_b, speed, angle, work = columns(system, flights.out)
     states = States(t_s, q_ib, omega_bi_b, speed, angle, work, system.orbit, t_s)
     return states, flights.outcome == REACHED
 
@@ -138,18 +136,18 @@ def _flights(begin, numbers, anomaly, tolerance, steps_allowed, shape):
     )
 
 
-def _fly_together(flights, wanted, like, t_s):
+def _fly_together(flights, like, t_s):
     """Fly all to the end of t_s, or to theirs."""
     size = flights.begin.shape[1]
     lanes = Lanes.empty(size, flights.numbers.shape[1])
     single = np.zeros(7), *step_arrays(size)
     # Slices, between which Ctrl-C and other threads get their turn.
-    while len(t_s) and not _fly(t_s, wanted, flights, lanes, single, like):
+    while len(t_s) and not _fly(t_s, flights, lanes, single, like):
         pass
 
 
 @compiled
-def _fly(t_s, wanted, flights, lanes, single, like):
+def _fly(t_s, flights, lanes, single, like):
     """
     Fly on for a slice; return whether all flights have ended.
 
@@ -160,7 +158,7 @@ def _fly(t_s, wanted, flights, lanes, single, like):
     motion, steps, since, t, h = lanes.motion, lanes.steps, lanes.since, lanes.t, lanes.h
     y_0, y, error, ratio = lanes.stages.y_0, lanes.stages.y, lanes.error, lanes.ratio
     # Variables beyond those are constant, or not wanted.
-    changing = max(MOMENTUM, wanted[-1] + 1)
+    changing = flights.out.shape[1] + len(like.place)
     for _ in range(_SLICE_STEPS):
         idle = 0
         for l in range(LANES):
@@ -179,14 +177,15 @@ def _fly(t_s, wanted, flights, lanes, single, like):
                 give_lane(begin[m], l, y_0)
                 give_lane(begin[m], l, y)
                 omega = begin[m, OMEGA], begin[m, OMEGA + 1], begin[m, OMEGA + 2]
-                h[l] = first_step(omega, filled(like, flights.numbers[m], 0.0))
-                rows[m] = _rows_at_begin(t_s, wanted, begin[m], flights.out[m], single)
+                constants = filled(like, flights.numbers[m], 0.0)
+                h[l] = first_step(omega, constants)
+                rows[m] = _rows_at_begin(t_s, begin[m], flights.out[m], single, constants)
             if motion[l] < 0:
                 idle += 1
-            elif steps[l] % STEPS_PER_FIX == 0:
-                cos_f, sin_f = direction_of_centre(flights.anomaly[motion[l]], t[l])
-                y_0[at_lane(CENTRE, l)], y_0[at_lane(CENTRE + 1, l)] = cos_f, sin_f
-                y[at_lane(CENTRE, l)], y[at_lane(CENTRE + 1, l)] = cos_f, sin_f
+            elif len(like.place) > 0 and steps[l] % STEPS_PER_FIX == 0:
+                i, j = at_lane(place_at(like), l), at_lane(place_at(like) + 1, l)
+                y[i], y[j] = direction_of_centre(flights.anomaly[motion[l]], t[l])
+                y_0[i], y_0[j] = y[i], y[j]
         if idle == LANES:
             return True
 
@@ -201,12 +200,15 @@ def _fly(t_s, wanted, flights, lanes, single, like):
                 while last < len(t_s) and t_s[last] <= end:
                     last += 1
                 since[l] += 1.0
+                constants = filled(like, flights.numbers[m], 0.0)
                 if last > first:
                     take_lane(l, lanes, single)
-                    make_dense(*single, filled(like, flights.numbers[m], 0.0))
-                    interpolate(t_s, wanted, flights.out[m], first, last, single[0], single[2])
+                    clock, _, dense = single
+                    make_dense(*single, constants)
+                    interpolate(t_s, flights.out[m], first, last, clock, dense, constants)
                     rows[m], since[l] = last, 0.0
-                t[l], h[l] = end, h[l] * min(lanes.largest_growth[l], ratio[l])
+                longer = h[l] * min(lanes.largest_growth[l], ratio[l])
+                t[l], h[l] = end, min(longer, constants.longest_step)
                 steps[l], lanes.largest_growth[l] = steps[l] + 1, GROWTH
                 if since[l] >= flights.steps_allowed[m]:
                     outcome[m] = TOO_MANY_STEPS
@@ -224,7 +226,7 @@ def _fly(t_s, wanted, flights, lanes, single, like):
 
 
 @inlined
-def _rows_at_begin(t_s, wanted, begin, out, single):
+def _rows_at_begin(t_s, begin, out, single, constants):
     """Fill the rows at t = 0, whatever the first step will be; return how many there are."""
     clock, _, dense = single
     clock[:], dense[:] = 0.0, 0.0
@@ -233,5 +235,5 @@ def _rows_at_begin(t_s, wanted, begin, out, single):
     last = 0
     while last < len(t_s) and t_s[last] <= 0.0:
         last += 1
-    interpolate(t_s, wanted, out, 0, last, clock, dense)
+    interpolate(t_s, out, 0, last, clock, dense, constants)
     return last

@@ -1,8 +1,7 @@
 """
-One step of Dormand and Prince's method of order 8, its error, and the dense output within it.
+One step of Dormand and Prince's method of order 8, and its error by orders 5 and 3.
 
-The error is estimated by orders 5 and 3, the dense output is of order 7 (Hairer, Norsett and
-Wanner, Solving Ordinary Differential Equations I, 1993, II.5, II.6, II.10).
+Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, 1993, II.5, II.10.
 
 A step is of one motion, its variables floats, or of many side by side, its variables Numbers.
 
@@ -21,9 +20,9 @@ import numpy as np
 from ..compiled import inlined
 from ..side_by_side import PACK, load, packed, spread, store, store_all, where_less, width, zero
 from ..written_out import for_each, in_turn
-from .equations import CENTRE, MOMENTUM, OMEGA, Parameters, rates
+from .equations import MOMENTUM, OMEGA, Parameters, place_at, rates
 from .orbit import true_anomaly
-from .tableau import COLUMNS, DENSE, ENTRIES, ERROR_3, ERROR_5, LENGTHS
+from .tableau import COLUMNS, ENTRIES, ERROR_3, ERROR_5, LENGTHS
 from .vector import dot
 
 # The places of the clock.
@@ -47,7 +46,7 @@ TINY = 1e-300
 FIRST_TURN, SLOWEST = 0.01, 1e-9
 # Numbers in a cache line.
 _LINE = 8
-# One number for each of q, omega, cos f and sin f.
+# One number for each of q and omega.
 _CORE = (0.0,) * MOMENTUM
 
 
@@ -102,8 +101,9 @@ def step(
     Without one, what is left in clock and stages is of no use.
     """
     t, y_0, y = clock[END], stages.y_0, stages.y
-    if int(clock[STEPS]) % STEPS_PER_FIX == 0:
-        y[CENTRE], y[CENTRE + 1] = direction_of_centre(anomaly, t)
+    if len(constants.place) > 0 and int(clock[STEPS]) % STEPS_PER_FIX == 0:
+        i = place_at(constants)
+        y[i], y[i + 1] = direction_of_centre(anomaly, t)
     _copy(y, y_0)
     h = clock[NEXT]
     if h == 0.0:
@@ -120,7 +120,7 @@ def step(
         largest_growth = 1.0
         _copy(y_0, y)
     clock[BEGIN], clock[END] = t, t + h
-    clock[NEXT] = h * min(largest_growth, step_ratio(error))
+    clock[NEXT] = min(h * min(largest_growth, step_ratio(error)), constants.longest_step)
     clock[STEPS] += 1.0
     return True
 
@@ -140,10 +140,10 @@ def attempt(stages: Stages, h: float, constants: Parameters, changing: int, some
     """
     y_0, y, k = stages.y_0, stages.y, stages.k
     for i in range(12):
-        _stage(y, h, constants, k, i)
-        _combine(i + 1, y_0, k, y, changing, some)
-    _combine(ERROR_3, stages.zeros, k, stages.e_3, changing, some)
-    _combine(ERROR_5, stages.zeros, k, stages.e_5, changing, some)
+        evaluate(y, h, constants, k, i)
+        combine(i + 1, y_0, k, y, changing, some)
+    combine(ERROR_3, stages.zeros, k, stages.e_3, changing, some)
+    combine(ERROR_5, stages.zeros, k, stages.e_5, changing, some)
     return error_of(
         variables(y_0, h, constants),
         variables(y, h, constants),
@@ -158,7 +158,8 @@ def attempt(stages: Stages, h: float, constants: Parameters, changing: int, some
 @inlined
 def variables(y: np.ndarray, like: float, constants: Parameters) -> tuple[float, ...]:
     """Return the variables of an array as a tuple, of every motion's numbers where like is."""
-    return _loaded(_CORE + constants.zeros + constants.zeros + (0.0,), y, like)
+    zeros = _CORE + constants.zeros + constants.zeros + (0.0,) + constants.place
+    return _loaded(zeros, y, like)
 
 
 @for_each
@@ -167,7 +168,7 @@ def _loaded(i, variables, y, like):
 
 
 @inlined
-def _stage(y, h, constants, k, i):
+def evaluate(y: np.ndarray, h: float, constants: Parameters, k: np.ndarray, i: int) -> None:
     """Write k_i = h f(y)."""
     f = packed(rates(variables(y, h, constants), constants))
     store_all(k, i * len(y), _scaled(f, h))
@@ -179,8 +180,10 @@ def _scaled(i, f, h):
 
 
 @inlined
-def _combine(row, y, k, z, changing, some):
-    """Write z = y + sum_j a_j k_j with row's entries a_j, some numbers at once."""
+def combine(
+    row: int, y: np.ndarray, k: np.ndarray, z: np.ndarray, changing: int, some: float
+) -> None:
+    """Write z = y + sum_j a_j k_j with row's entries a_j; changing, some: as of attempt."""
     i, end = 0, changing // width(some)
     # Sums side by side do not wait for each other; more than four do not fit into the registers.
     while end - i > 4:
@@ -237,6 +240,8 @@ def error_of(
     acceleration = math.sqrt(dot(k_omega, k_omega)) / h
     rate = math.sqrt(dot(omega, omega)) + math.sqrt(acceleration) + constants.slow_rate + TINY
     square_3, square_5 = _square(e_3, 1.0 / rate), _square(e_5, 1.0 / rate)
+    square_3 = _plus_square_of_place(square_3, constants.place, e_3)
+    square_5 = _plus_square_of_place(square_5, constants.place, e_5)
     per_momentum = _per_momentum(constants.rotors, y_0, y, rate)
     square_3 = _plus_squares(square_3, per_momentum, e_3)
     square_5 = _plus_squares(square_5, per_momentum, e_5)
@@ -244,7 +249,8 @@ def error_of(
     # or a quotient by infinity would take the worst of steps for one without an error.
     rest = _plus_amounts(square_3 + square_5, y[MOMENTUM:], spread(1.0, h))
     # The root mean square of the estimate of order 5, damped by that of order 3 (II.10).
-    error = square_5 / math.sqrt(MOMENTUM * (square_5 + 0.01 * square_3) + TINY)
+    count = MOMENTUM + len(constants.place)
+    error = square_5 / math.sqrt(count * (square_5 + 0.01 * square_3) + TINY)
     return where_less(rest, spread(LARGEST, h), error, spread(np.inf, h))
 
 
@@ -304,77 +310,10 @@ def direction_of_centre(anomaly: np.ndarray, t: float) -> tuple[float, float]:
 def _square(e, per_rate):
     attitude = e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + e[3] * e[3]
     rate = (e[4] * e[4] + e[5] * e[5] + e[6] * e[6]) * per_rate * per_rate
-    return attitude + rate + e[7] * e[7] + e[8] * e[8]
+    return attitude + rate
 
 
-@inlined
-def make_dense(
-    clock: np.ndarray, stages: Stages, dense: np.ndarray, constants: Parameters
-) -> None:
-    """Write the terms of the dense output of the current step, which starts at y_0 = dense[0]."""
-    h, y_0, y, k, z = clock[END] - clock[BEGIN], dense[0], stages.y, stages.k, dense[7]
-    size, some = len(y), zero(PACK)
-    _stage(y, h, constants, k, 12)
-    for i in range(13, 16):
-        _combine(i, y_0, k, z, size, some)
-        _stage(z, h, constants, k, i)
-    for i in range(size):
-        rise = y[i] - y_0[i]
-        dense[1, i] = rise
-        dense[2, i] = k[i] - rise
-        dense[3, i] = 2.0 * rise - (k[i] + k[12 * size + i])
-    for n in range(4):
-        _combine(DENSE + n, stages.zeros, k, dense[4 + n], size, some)
-    clock[DENSE_OF] = clock[STEPS]
-
-
-@inlined
-def interpolate(
-    t_s: np.ndarray,
-    wanted: np.ndarray,
-    out: np.ndarray,
-    first: int,
-    last: int,
-    clock: np.ndarray,
-    dense: np.ndarray,
-) -> None:
-    """Evaluate the dense output at t_s[first:last]; the quaternions come out as unit."""
-    t_s, begin, h = t_s[first:last], clock[BEGIN], clock[END] - clock[BEGIN]
-    per_step = 1.0 / h if h > 0.0 else 0.0
-    q_0, q_1 = out[0][first:last], out[1][first:last]
-    q_2, q_3 = out[2][first:last], out[3][first:last]
-    d_0, d_1, d_2, d_3 = _terms(dense, 0), _terms(dense, 1), _terms(dense, 2), _terms(dense, 3)
-    for n in range(len(t_s)):
-        x = (t_s[n] - begin) * per_step
-        a, b = _polynomial(d_0, x), _polynomial(d_1, x)
-        c, d = _polynomial(d_2, x), _polynomial(d_3, x)
-        square = a * a + b * b + c * c + d * d
-        # A quaternion that is unit to rounding stays as it is: a requested one is kept exactly.
-        unit = 1.0 if abs(square - 1.0) < 1e-15 else 1.0 / math.sqrt(square)
-        q_0[n], q_1[n], q_2[n], q_3[n] = unit * a, unit * b, unit * c, unit * d
-    for j in range(OMEGA, len(wanted)):
-        row, d_0 = out[j][first:last], _terms(dense, wanted[j])
-        for n in range(len(t_s)):
-            row[n] = _polynomial(d_0, (t_s[n] - begin) * per_step)
-
-
-@inlined
-def _terms(dense, i):
-    return (
-        dense[0, i],
-        dense[1, i],
-        dense[2, i],
-        dense[3, i],
-        dense[4, i],
-        dense[5, i],
-        dense[6, i],
-        dense[7, i],
-    )
-
-
-@inlined
-def _polynomial(d, x):
-    y = 1.0 - x
-    return d[0] + x * (
-        d[1] + y * (d[2] + x * (d[3] + y * (d[4] + x * (d[5] + y * (d[6] + x * d[7])))))
-    )
+@in_turn
+def _plus_square_of_place(total, i, place, e):
+    error = e[len(e) - len(place) + i]
+    return total + error * error

@@ -1,7 +1,7 @@
 """
 The equations of motion of a gyrostat in a Newtonian field, as on the textbook page.
 
-    q' = q (omega, 0) / 2
+    q' = q (omega, 0) / 2 - (Omega, 0) q / 2
     K omega' = (K omega + sum p a + h) x omega + (3 mu / r^3) c x I c - m x c
                + torque - sum p' a
     p' = tau - b s,   s = p / J - a . omega                            for every turning rotor
@@ -10,14 +10,18 @@ I is the inertia, K that of what turns with the body (carrier_inertia of system.
 s and J are the momentum, axis, motor torque, friction, speed and inertia of a rotor with a speed
 of its own (rotor.py), h is the momentum of those of constant momentum, c the unit vector from the
 attracting centre and m the weight moment.
-With the true anomaly f, c = cos f P + sin f Q and 1 + e cos f =: rho,
 
-    f' = sqrt(mu / l^3) rho^2,    3 mu / r^3 = (3 mu / l^3) rho^3,    l the semi-latus rectum.
+q is the attitude in axes that coincide with the inertial ones at the start and turn with a
+circular orbit, at the rate Omega about its normal; in them c stays where it is.  On an ellipse
+they do not turn, Omega = 0.  With f in these axes, c = cos f P + sin f Q and 1 + e cos f =: rho,
 
-A fixed direction is the case f' = 0.  Two quadratures go with them: each rotor's angle, and the
+    v = sqrt(mu / l^3) rho^2,    3 mu / r^3 = (3 mu / l^3) rho^3,    l the semi-latus rectum,
+
+where v is the rate at which c turns.  On an ellipse f is the true anomaly, f' = v; on a circle
+f = 0; a fixed direction has v = 0 too.  Two quadratures go with them: each rotor's angle, and the
 work W by which the energy omega . K omega / 2 + V + m . c changes, V = (3 mu / 2 r^3) c . I c:
 that of the applied torques and of the rotors, and with t = -sin f P + cos f Q, the unit vector
-along track, that of the orbit, f' (3 mu / r^3) t . I c - 3 (r' / r) V.
+along track, that of the orbit, v (3 mu / r^3) t . I c - 3 (r' / r) V.
 """
 
 from typing import NamedTuple
@@ -29,13 +33,17 @@ from ..compiled import inlined
 from ..side_by_side import spread
 from ..written_out import for_each, in_turn
 from .orbit import FixedDirection
+from .rotation import components, from_components
 from .rotor import Rotor
 from .system import State, System
-from .vector import add, add_cross, apply, dot, scale, to_body
+from .vector import add, add_cross, apply, attitude_rate, dot, scale, to_body
 
-# The variables of the integration: q_ib (4), omega_bi_b (3), cos f, sin f, then p of every turning
-# rotor, the angle of every one, and the work.
-Q, OMEGA, CENTRE, MOMENTUM = 0, 4, 7, 9
+# The variables of the integration: q (4), omega_bi_b (3), then p of every turning rotor, the angle
+# of every one, the work, and on an ellipse cos f and sin f.
+Q, OMEGA, MOMENTUM = 0, 4, 7
+
+# The most by which the axes turn in a step [rad].
+STEP_TURN = 0.5
 
 
 # Tuples in compiled code, matrices by rows; arrays while they are made from one system or many.
@@ -59,9 +67,11 @@ class Parameters(NamedTuple):
     Matrices are tuples of rows or, where all three are diagonal, as of most bodies, of the numbers
     of the diagonal: the compiled equations have no terms for the zeros beside it.
 
-    momentum [N m s]: h, applied [N m]: torque - sum tau a.  slow_rate [rad/s]: far below the rates
-    at which the field swings the body, for a body at rest.  rotors: those that turn, whose number
-    is part of the type.  zeros: one per such rotor.
+    momentum [N m s]: h, applied [N m]: torque - sum tau a.  outward and ahead: P and Q, normal and
+    axes_rate [rad/s]: the direction and size of Omega, longest_step [s]: in which the axes turn by
+    STEP_TURN.  slow_rate [rad/s]: far below the rates at which the field swings the body, for a
+    body at rest.  rotors: those that turn, whose number is part of the type.  zeros: one per such
+    rotor.  place: on an ellipse two zeros, one for cos f and one for sin f, else none.
     """
 
     inertia: Matrix
@@ -73,19 +83,26 @@ class Parameters(NamedTuple):
     eccentricity: float
     anomaly_rate: float
     gradient: float
-    to_pericentre: Vector
+    outward: Vector
     ahead: Vector
+    normal: Vector
+    axes_rate: float
     slow_rate: float
+    longest_step: float
     does_work: bool
     rotors: tuple[RotorParameters, ...]
     zeros: tuple[float, ...]
+    place: tuple[float, ...]
 
 
-def parameters(system: System) -> Parameters:
-    """Return the constants of the equations for a system."""
+def parameters(system: System, start_s: float = 0.0) -> Parameters:
+    """Return the constants of the equations for a system that starts at start_s."""
     undriven = _undriven_parameters(system.undriven)
+    outward, ahead = _line(system.orbit, start_s, undriven.outward, undriven.ahead)
     rotors = zip(undriven.rotors, system.turning_rotors, strict=True)
     return undriven._replace(
+        outward=tuple(map(float, outward)),
+        ahead=tuple(map(float, ahead)),
         applied=tuple(_applied(system).tolist()),
         does_work=undriven.does_work or system.is_driven,
         rotors=tuple(
@@ -114,9 +131,12 @@ def numbers_of_many(system: System, count: int) -> tuple[Parameters, np.ndarray]
     same for all.
     """
     constants = _constants(system)
+    line = _line(system.orbit, 0.0, components(constants.outward), components(constants.ahead))
+    outward, ahead = map(from_components, line)
+    constants = constants._replace(outward=outward, ahead=ahead)
     inertia = np.eye(3) if _are_diagonal(constants) else np.eye(3) + 0.1
     rotors = (Rotor('free', inertia=0.1),) * len(constants.rotors)
-    one = parameters(System(inertia, rotors))
+    one = parameters(System(inertia, rotors))._replace(place=constants.place)
     constants = _without_zeros(constants)
     rows = [
         np.broadcast_to(np.reshape(part, (-1, np.size(field))), (count, np.size(field)))
@@ -139,14 +159,17 @@ def _applied(system):
 def _constants(system):
     """Return the Parameters as arrays, of a system whose own constants may be arrays."""
     orbit = system.orbit
+    eccentricity, anomaly_rate, axes_rate, longest_step = 0.0, 0.0, 0.0, np.inf
     if isinstance(orbit, FixedDirection):
-        eccentricity, anomaly_rate, gradient = 0.0, 0.0, orbit.gradient
-        to_pericentre, ahead = orbit.direction(0.0), np.zeros(3)
+        gradient = orbit.gradient
+        outward, ahead, normal = orbit.direction(0.0), np.zeros(3), np.zeros(3)
     else:
         eccentricity = orbit.eccentricity
         anomaly_rate = np.sqrt(orbit.mu / orbit.semi_latus_rectum) / orbit.semi_latus_rectum
         gradient = 3.0 * anomaly_rate**2
-        to_pericentre, ahead = orbit.perifocal[..., 0], orbit.perifocal[..., 1]
+        outward, ahead, normal = np.moveaxis(orbit.perifocal, -1, 0)
+        if not orbit.is_eccentric:
+            axes_rate, longest_step = anomaly_rate, STEP_TURN / anomaly_rate
     momentum = np.zeros(3)
     for rotor in system.rotors:
         if rotor.mode == 'constant_momentum':
@@ -163,10 +186,13 @@ def _constants(system):
         eccentricity=eccentricity,
         anomaly_rate=anomaly_rate,
         gradient=gradient,
-        to_pericentre=to_pericentre,
+        outward=outward,
         ahead=ahead,
+        normal=normal,
+        axes_rate=axes_rate,
         slow_rate=1e-3 * np.sqrt(np.abs(gradient) + weight / size),
-        does_work=system.is_driven or bool(np.count_nonzero(eccentricity)),
+        longest_step=longest_step,
+        does_work=system.is_driven or orbit.is_eccentric,
         rotors=tuple(
             RotorParameters(
                 axis=rotor.axis,
@@ -177,16 +203,29 @@ def _constants(system):
             for i, rotor in system.turning_rotors
         ),
         zeros=(0.0,) * len(system.turning_rotors),
+        place=(0.0, 0.0) if orbit.is_eccentric else (),
     )
 
 
+def _line(orbit, start_s, P, Q):
+    """Return the components of P and Q, on a circle those of c and ahead of it at the start."""
+    if orbit.is_eccentric or not orbit.has_lvlh:
+        return P, Q
+    f = orbit.mean_anomaly + orbit.mean_motion * start_s
+    cosine, sine = np.cos(f), np.sin(f)
+    both = list(zip(P, Q, strict=True))
+    return [cosine * p + sine * q for p, q in both], [cosine * q - sine * p for p, q in both]
+
+
 def initial_values(system: System, state: State) -> np.ndarray:
-    """Return the variables (..., V) of a state, with the direction of the centre at f = 0."""
+    """Return the variables (..., V) of a state at the start, on an ellipse with f = 0."""
     turning = system.turning_rotors
-    y = np.zeros((*np.shape(state.q_ib)[:-1], MOMENTUM + 2 * len(turning) + 1))
+    place = (1.0, 0.0) if system.orbit.is_eccentric else ()
+    size = MOMENTUM + 2 * len(turning) + 1
+    y = np.zeros((*np.shape(state.q_ib)[:-1], size + len(place)))
     y[..., Q : Q + 4] = state.q_ib
     y[..., OMEGA : OMEGA + 3] = state.omega_bi_b
-    y[..., CENTRE] = 1.0
+    y[..., size:] = place
     for n, (i, rotor) in enumerate(turning):
         p = rotor.axial_momentum(state.rotor_speed[..., i], state.omega_bi_b)
         y[..., MOMENTUM + n] = p
@@ -214,20 +253,40 @@ def _plus_frictions(total, i, rotors, s):
 
 
 @for_each
+def _place(i, place, y):
+    """Return cos f and sin f."""
+    return y[len(y) - len(place) + i]
+
+
+@for_each
+def _place_rates(i, place, v, cos_f, sin_f):
+    """Return their derivatives."""
+    return v * (-sin_f, cos_f)[i]
+
+
+@for_each
 def _momentum_rates(i, rotors, s):
     """Return p' = tau - b s."""
     return rotors[i].torque - rotors[i].friction * s[i]
 
 
 @inlined
+def place_at(constants: Parameters) -> int:
+    """Return where among the variables cos f is, on an ellipse."""
+    return MOMENTUM + 2 * len(constants.rotors) + 1
+
+
+@inlined
 def rates(y: tuple[float, ...], constants: Parameters) -> tuple[float, ...]:
     """Return dy/dt of the variables y, both tuples of the same size."""
-    q, omega, cos_f, sin_f = y[0:4], y[4:7], y[7], y[8]
+    q, omega = y[0:4], y[4:7]
+    on_circle = spread(1.0, y[0]), spread(0.0, y[0])
+    cos_f, sin_f = (_place(constants.place, y) + on_circle)[0:2]
 
     rho = 1.0 + constants.eccentricity * cos_f
-    f_dot = constants.anomaly_rate * rho * rho
+    v = constants.anomaly_rate * rho * rho
     gradient = constants.gradient * rho * rho * rho
-    P, Q_ = constants.to_pericentre, constants.ahead
+    P, Q_ = constants.outward, constants.ahead
     c = to_body(q, add(scale(cos_f, P), scale(sin_f, Q_)))
     I_c = apply(constants.inertia, c)
 
@@ -244,17 +303,12 @@ def rates(y: tuple[float, ...], constants: Parameters) -> tuple[float, ...]:
     power = spread(0.0, cos_f)
     if constants.does_work:
         t = to_body(q, add(scale(-sin_f, P), scale(cos_f, Q_)))
-        r_dot_r = constants.eccentricity * sin_f * f_dot / rho
-        orbital = gradient * (f_dot * dot(I_c, t) - 1.5 * r_dot_r * dot(I_c, c))
+        r_dot_r = constants.eccentricity * sin_f * v / rho
+        orbital = gradient * (v * dot(I_c, t) - 1.5 * r_dot_r * dot(I_c, c))
         power = dot(applied, omega) + orbital
-    a = scale(0.5, omega)
-    q_dot = (
-        q[3] * a[0] + q[1] * a[2] - q[2] * a[1],
-        q[3] * a[1] + q[2] * a[0] - q[0] * a[2],
-        q[3] * a[2] + q[0] * a[1] - q[1] * a[0],
-        -q[0] * a[0] - q[1] * a[1] - q[2] * a[2],
-    )
-    return q_dot + omega_dot + (-f_dot * sin_f, f_dot * cos_f) + p_dot + s + (power,)
+    q_dot = attitude_rate(q, omega, scale(constants.axes_rate, constants.normal))
+    place_dot = _place_rates(constants.place, v, cos_f, sin_f)
+    return q_dot + omega_dot + p_dot + s + (power,) + place_dot
 
 
 _MATRICES = 'inertia', 'carrier_inertia', 'carrier_inverse'
@@ -292,3 +346,4 @@ def _leaves(part):
     yield from part[: part._fields.index('rotors')]
     yield from rotors
     yield from part.zeros
+    yield from part.place

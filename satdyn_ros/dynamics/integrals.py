@@ -158,7 +158,7 @@ def _terms(parts, since=_FROM_ROW_0):
     weight_potential = _dot(weight, c)
 
     terms = {}
-    if driven or (orbit.has_lvlh and not orbit.is_circular):
+    if driven or orbit.is_eccentric:
         terms['energy_balance'] = [kinetic, potential, weight_potential, -states.work]
     elif orbit.has_lvlh:
         terms['jacobi'] = [kinetic, potential, -_dot(states.lvlh_rate_b, H)]

@@ -48,6 +48,7 @@ class FixedDirection:
     gradient: float = 0.0
 
     has_lvlh = False
+    is_eccentric = False
 
     def direction(self, t_s: ArrayLike) -> np.ndarray:
         """Return c_i, shape (..., 3)."""
@@ -115,9 +116,9 @@ class KeplerOrbit:
         )
 
     @cached_property
-    def is_circular(self) -> bool:
-        """Whether the distance is constant."""
-        return bool(np.all(self.eccentricity == 0.0))
+    def is_eccentric(self) -> bool:
+        """Whether the distance varies."""
+        return bool(np.count_nonzero(self.eccentricity))
 
     @cached_property
     def mean_motion(self) -> float:
@@ -161,10 +162,8 @@ class KeplerOrbit:
     def anomaly(self, t_s: ArrayLike) -> np.ndarray:
         """Return the true anomaly f [rad], continuous in time, shape (...)."""
         mean_anomaly = self.mean_anomaly + self.mean_motion * np.asarray(t_s, float)
-        if self.is_circular:
-            # A start need not load what solves Kepler's equation.
-            return mean_anomaly
-        return true_anomaly(mean_anomaly, self.eccentricity)
+        # On a circle a start need not load what solves Kepler's equation.
+        return true_anomaly(mean_anomaly, self.eccentricity) if self.is_eccentric else mean_anomaly
 
     def direction(self, t_s: ArrayLike) -> np.ndarray:
         """Return c_i, the unit vector from the centre to the body, shape (..., 3)."""

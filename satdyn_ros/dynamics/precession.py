@@ -134,7 +134,7 @@ def _fixed_axis(system, state, orbit_s):
     to_body = rotation.conjugate(state.q_ib)
     if not system.orbit.has_lvlh:
         return rotation.rotate(to_body, system.orbit.direction(orbit_s))
-    if system.orbit.is_circular and not np.any(system.weight_moment):
+    if not system.orbit.is_eccentric and not np.any(system.weight_moment):
         return rotation.rotate(to_body, system.orbit.normal)
     return None
 

@@ -8,6 +8,7 @@ few milliseconds, between which Ctrl-C and other threads get their turn.
 import numpy as np
 
 from ..compiled import compiled
+from .dense_output import interpolate, make_dense
 from .dop853 import (
     BEGIN,
     DENSE_OF,
@@ -20,19 +21,10 @@ from .dop853 import (
     STUCK,
     TOO_MANY_STEPS,
     UNFINISHED,
-    interpolate,
-    make_dense,
     step,
     step_arrays,
 )
-from .equations import (
-    CENTRE,
-    MOMENTUM,
-    OMEGA,
-    Q,
-    initial_values,
-    parameters,
-)
+from .equations import MOMENTUM, OMEGA, Q, initial_values, parameters
 from .motion import Halted, Motion, States
 from .orbit import FixedDirection
 from .system import State, System
@@ -54,7 +46,7 @@ class Propagation(Motion):
     the furthest row that was ever reached do not count again.
 
     constants, anomaly: those of the equations, and mean anomaly at the start [rad], mean motion
-    [rad/s] and eccentricity; wanted: the variables to be interpolated (equations.py).
+    [rad/s] and eccentricity; wanted: how many of the variables are interpolated, the first.
 
     >>> Propagation(system, state).at([10.0, 20.0]).q_ib  # doctest: +SKIP
     """
@@ -72,9 +64,9 @@ class Propagation(Motion):
     ):
         super().__init__(system, state, start_s)
         self.tolerance, self.most_steps = tolerance, most_steps
-        self.constants = parameters(system)
+        self.constants = parameters(system, start_s)
         self.anomaly = tuple(map(float, mean_anomaly(system, start_s)))
-        self.wanted = wanted_variables(system, self.constants.does_work)
+        self.wanted = wanted_count(system, self.constants.does_work)
         self._clock = np.zeros(7)
         self._begin()
 
@@ -94,13 +86,12 @@ class Propagation(Motion):
         sorted_s = t_s if order is None else t_s[order]
         if len(t_s) and sorted_s[0] < self._clock[BEGIN]:
             self._begin()
-        out = np.empty((len(self.wanted), len(t_s)))
+        out = np.empty((self.wanted, len(t_s)))
         rows, outcome = 0, UNFINISHED
         while outcome == UNFINISHED:
             rows, outcome = _walk(
                 sorted_s,
                 rows,
-                self.wanted,
                 out,
                 self._clock,
                 self._stages,
@@ -137,22 +128,21 @@ class Propagation(Motion):
         return self._table(t_s, *self._columns(out))
 
     def _columns(self, out):
-        return columns(self.system, self.wanted, out)
+        return columns(self.system, out)
 
 
-def columns(system: System, wanted: np.ndarray, out: np.ndarray) -> tuple[np.ndarray, ...]:
+def columns(system: System, out: np.ndarray) -> tuple[np.ndarray, ...]:
     """Return the columns of States of the wanted variables (..., V, N)."""
-    found = {variable: out[..., i, :] for i, variable in enumerate(wanted.tolist())}
     q_ib = out[..., Q:OMEGA, :].swapaxes(-2, -1)
-    omega_bi_b = out[..., OMEGA:CENTRE, :].swapaxes(-2, -1)
+    omega_bi_b = out[..., OMEGA:MOMENTUM, :].swapaxes(-2, -1)
     rows, turning = out[..., 0, :].shape, system.turning_rotors
     speeds = [_repeated(np.nan, rows)] * len(system.rotors)
     angles = speeds.copy()
     for n, (i, rotor) in enumerate(turning):
-        speeds[i] = np.asarray(rotor.speed(found[MOMENTUM + n], omega_bi_b))
-        angles[i] = found[MOMENTUM + len(turning) + n]
-    place = MOMENTUM + 2 * len(turning)
-    work = found[place] if place in found else _repeated(0.0, rows)
+        speeds[i] = np.asarray(rotor.speed(out[..., MOMENTUM + n, :], omega_bi_b))
+        angles[i] = out[..., MOMENTUM + len(turning) + n, :]
+    i = MOMENTUM + 2 * len(turning)
+    work = out[..., i, :] if out.shape[-2] > i else _repeated(0.0, rows)
     return q_ib, omega_bi_b, _of_rotors(speeds, rows), _of_rotors(angles, rows), work
 
 
@@ -168,10 +158,9 @@ def _of_rotors(columns, rows):
     return np.stack(columns, axis=-1) if columns else np.empty((*rows, 0))
 
 
-def wanted_variables(system: System, does_work: bool) -> np.ndarray:
-    """Return the variables to be interpolated; the others are constant, or have no value."""
-    work = MOMENTUM + 2 * len(system.turning_rotors)
-    return np.array([*range(Q, CENTRE), *range(MOMENTUM, work + does_work)])
+def wanted_count(system: System, does_work: bool) -> int:
+    """Return how many variables are interpolated: not the work if it is none, nor the place."""
+    return MOMENTUM + 2 * len(system.turning_rotors) + does_work
 
 
 def mean_anomaly(system: System, start_s: float) -> tuple[float | np.ndarray, ...]:
@@ -184,11 +173,9 @@ def mean_anomaly(system: System, start_s: float) -> tuple[float | np.ndarray, ..
 
 
 @compiled
-def _walk(
-    t_s, rows, wanted, out, clock, stages, dense, anomaly, constants, tolerance, steps_allowed
-):
+def _walk(t_s, rows, out, clock, stages, dense, anomaly, constants, tolerance, steps_allowed):
     """
-    Fill out with the wanted variables at the ascending times t_s (N,), from row `rows` on.
+    Fill out (V, N) with the wanted variables at the ascending times t_s (N,), from row `rows` on.
 
     Return how many rows are filled when the slice ends, and how it ends.  clock, stages, dense:
     the current step, as in dop853.py.
@@ -201,7 +188,7 @@ def _walk(
         if last > rows:
             if clock[DENSE_OF] != clock[STEPS]:
                 make_dense(clock, stages, dense, constants)
-            interpolate(t_s, wanted, out, rows, last, clock, dense)
+            interpolate(t_s, out, rows, last, clock, dense, constants)
             rows = last
             if t_s[rows - 1] > clock[FURTHEST]:
                 clock[FURTHEST], clock[SINCE] = t_s[rows - 1], 0.0

@@ -13,6 +13,12 @@ def add(a: tuple[float, ...], b: tuple[float, ...]) -> tuple[float, float, float
 
 
 @inlined
+def subtract(a: tuple[float, ...], b: tuple[float, ...]) -> tuple[float, float, float]:
+    """Return a - b."""
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+@inlined
 def scale(s: float, a: tuple[float, ...]) -> tuple[float, float, float]:
     """Return s a."""
     return s * a[0], s * a[1], s * a[2]
@@ -56,6 +62,21 @@ _row_times = by_type(
     lambda row, a, i: row[0] * a[0] + row[1] * a[1] + row[2] * a[2],
     lambda entry, a, i: entry * a[i],
 )
+
+
+@inlined
+def attitude_rate(
+    q: tuple[float, ...], omega_b: tuple[float, ...], omega_a: tuple[float, ...]
+) -> tuple[float, float, float, float]:
+    """
+    Return q' = q (omega_b, 0) / 2 - (omega_a, 0) q / 2, of q from b to a.
+
+    omega_b: the rate of b in its own axes, omega_a: that of a in its own.
+    """
+    u, w = q[0:3], q[3]
+    b, a = scale(0.5, omega_b), scale(0.5, omega_a)
+    x, y, z = add_cross(scale(w, subtract(b, a)), u, add(b, a))
+    return x, y, z, dot(u, subtract(a, b))
 
 
 @inlined

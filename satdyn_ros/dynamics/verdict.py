@@ -51,7 +51,7 @@ def verdict(system: System, state: State, orbit_s: float = 0.0) -> Verdict:
         H = angular_momentum(system, state.omega_bi_b, state.rotor_speed)
         h = system.rotor_momentum(state)
         return free_verdict(system.carrier_inertia, state.omega_bi_b, H, h)
-    if isinstance(system.orbit, KeplerOrbit) and not system.orbit.is_circular:
+    if system.orbit.is_eccentric:
         raise ValueError('there are no steady motions on an elliptic orbit')
     steady = _Steady.of(system, state, orbit_s)
     aside = '' if steady.axis is None else ', apart from the rotation about the symmetry axis'

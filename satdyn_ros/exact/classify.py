@@ -43,7 +43,7 @@ def rotation_class(system: System, state: State, start_s: float = 0.0) -> Rotati
     'the rotor is not along the orbit normal'
     """
     orbit = system.orbit
-    if not (isinstance(orbit, KeplerOrbit) and orbit.is_circular):
+    if not (isinstance(orbit, KeplerOrbit) and not orbit.is_eccentric):
         raise ValueError(
             'rotations are classified on circular orbits: orbit.type must be circular'
         )

@@ -67,7 +67,7 @@ class Planar(ExactMotion):
         """Return one sentence that says why this closed form does not apply, or None."""
         orbit, omega, normal = system.orbit, state.omega_bi_b, _normal(system, state)
         if isinstance(orbit, KeplerOrbit):
-            if not orbit.is_circular:
+            if orbit.is_eccentric:
                 return f'orbit.eccentricity is {orbit.eccentricity:g}, not 0'
             name, speed = 'orbit normal', max(float(np.linalg.norm(omega)), orbit.mean_motion)
             if np.linalg.norm(np.cross(omega, normal)) > ROUNDING * speed:

@@ -89,7 +89,7 @@ def _torque_stays(system, state, start_s):
     else:
         axis = rotation.rotate(rotation.conjugate(state.q_ib), orbit.normal)
         gone = np.linalg.norm(omega - orbit.mean_motion * axis)
-        c_stays = orbit.is_circular and gone <= ROUNDING * orbit.mean_motion
+        c_stays = not orbit.is_eccentric and gone <= ROUNDING * orbit.mean_motion
         c_keeps_angle = np.linalg.norm(np.cross(omega, axis)) <= ROUNDING * rate and not np.any(m)
     if c_stays or not (c_keeps_angle and is_symmetric(I, axis)):
         return c_stays

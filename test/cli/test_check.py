@@ -43,7 +43,7 @@ def test_a_bag_that_is_off_is_told(monkeypatch, capsys):
     def wrong(self, stamps_ns, table, measured, snapshot):
         attitude, *_ = table.places
         table.messages(attitude)['quaternion'][0, 0] += 1e-6
-        right(self, stamps_ns, table, measured, snapshot)
+        return right(self, stamps_ns, table, measured, snapshot)
 
     monkeypatch.setattr(recording.Recording, 'ticks', wrong)
     assert not check.check()

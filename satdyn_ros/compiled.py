@@ -203,9 +203,10 @@ def _folder():
         return None
     # numba itself looks for changes in a function's own file alone, not in what it calls.
     package = Path(__file__).parent
+    others = 'rosbag2/chunk.py', 'sweep/one_pass.py'
     sources = [
         path
-        for pattern in ('*.py', 'dynamics/*.py', 'exact/*.py', 'rosbag2/chunk.py')
+        for pattern in ('*.py', 'dynamics/*.py', 'exact/*.py', *others)
         for path in sorted(package.glob(pattern))
     ]
     content = b''.join(path.read_bytes() for path in sources) + numba.__version__.encode()

@@ -16,6 +16,7 @@ the weight moment, V = (3 mu / 2 r^3) c . I c and nu the orbital rate:
 Agostinelli 1977, eqs 3-6; Beletsky 1957; Balli and Grioli 1979.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -92,18 +93,58 @@ def field_rate(system: System, states: States) -> np.ndarray:
 
 
 class _Parts(NamedTuple):
-    """What the terms are made of: K omega (N, 3), and p (N,) of each rotor."""
+    """What the terms are made of: p (N,) of each rotor, the others as of forms_of_components."""
 
     system: System
     states: States
-    K_omega: np.ndarray
     p: list[np.ndarray]
+    K_omega: Sequence[np.ndarray]
+    rate: np.ndarray
+    K_omega_size: np.ndarray
+    kinetic: np.ndarray
+    c_I_c: np.ndarray
 
     @classmethod
     def of(cls, system, states):
-        omega, speeds = states.omega_bi_b, states.rotor_speed
+        omega, c, speeds = states.omega_bi_b, states.c_b, states.rotor_speed
         p = [rotor.axial_momentum(speeds[..., i], omega) for i, rotor in enumerate(system.rotors)]
-        return cls(system, states, _apply(system.carrier_inertia, omega), p)
+        forms = _forms(omega, c, system.carrier_inertia, system.inertia)
+        return cls(system, states, p, forms[:3], *forms[3:])
+
+
+def _forms(omega, c, K, I):
+    if omega.size < rotation.MANY:
+        vectors, matrices = map(rotation.components, (omega, c)), map(_entries, (K, I))
+        return forms_of_components(*vectors, *matrices)
+    # Loaded late, as in rotation.py.
+    from .integrals_of_many import forms
+
+    return forms(omega, c, K, I)
+
+
+def forms_of_components(omega: Sequence, c: Sequence, K: Sequence, I: Sequence) -> tuple:
+    """
+    Return the components of K omega, |omega|, |K omega|, omega . K omega / 2 and c . I c.
+
+    omega, c: three components; K, I: three rows of three entries.
+    """
+    x, y, z = omega
+    K_x, K_y, K_z = K
+    u, v, w = (
+        K_x[0] * x + K_x[1] * y + K_x[2] * z,
+        K_y[0] * x + K_y[1] * y + K_y[2] * z,
+        K_z[0] * x + K_z[1] * y + K_z[2] * z,
+    )
+    rate, K_omega_size = np.sqrt(x * x + y * y + z * z), np.sqrt(u * u + v * v + w * w)
+    kinetic = (x * u + y * v + z * w) / 2.0
+    x, y, z = c
+    I_x, I_y, I_z = I
+    c_I_c = (
+        x * (I_x[0] * x + I_x[1] * y + I_x[2] * z)
+        + y * (I_y[0] * x + I_y[1] * y + I_y[2] * z)
+        + z * (I_z[0] * x + I_z[1] * y + I_z[2] * z)
+    )
+    return u, v, w, rate, K_omega_size, kinetic, c_I_c
 
 
 def _sizes(parts):
@@ -116,11 +157,11 @@ def _sizes(parts):
     makes larger than omega . K omega.
     """
     system, states = parts.system, parts.states
-    orbit, rate = system.orbit, _length(states.omega_bi_b)
+    orbit, rate = system.orbit, parts.rate
     swing = field_rate(system, states)
     p = [np.abs(p_i) for p_i in parts.p]
     K_max = np.linalg.eigvalsh(system.carrier_inertia)[..., -1]
-    momentum = _length(parts.K_omega) + sum(p) + K_max * swing
+    momentum = parts.K_omega_size + sum(p) + K_max * swing
     trace = np.trace(system.inertia, axis1=-2, axis2=-1)
     potential = np.abs(orbit.gradient_at(states.orbit_s)) / 2.0 * trace
     energy = rate * momentum + potential + _length(system.weight_moment)
@@ -142,20 +183,19 @@ def _sizes(parts):
 
 def _terms(parts, since=_FROM_ROW_0):
     """Return the terms, a list of (N,), whose sum each first integral is; since: as above."""
-    system, states, K_omega, p = parts
+    system, states, p = parts.system, parts.states, parts.p
     orbit, weight, driven = system.orbit, system.weight_moment, system.is_driven
     omega, c = states.omega_bi_b, states.c_b
     moments, R_bp = principal_axes(system.inertia)
     gradient = orbit.gradient_at(states.orbit_s)
     spherical = np.ptp(moments, axis=-1) <= ROUNDING * np.max(moments, axis=-1)
-    momentum = rotation.components(K_omega)
+    momentum = parts.K_omega
     for rotor, p_i in zip(system.rotors, p, strict=True):
         axis = rotation.components(rotor.axis)
         momentum = [H_i + p_i * a_i for H_i, a_i in zip(momentum, axis, strict=True)]
     H = rotation.from_components(momentum)
-    kinetic = _dot(omega, K_omega) / 2.0
-    potential = gradient / 2.0 * _dot(c, _apply(system.inertia, c))
-    weight_potential = _dot(weight, c)
+    kinetic, potential = parts.kinetic, gradient / 2.0 * parts.c_I_c
+    weight_potential = _dot(weight, c) if np.any(weight) else 0.0
 
     terms = {}
     if driven or orbit.is_eccentric:
@@ -211,6 +251,10 @@ def _symmetry_axis(system, states, p, since):
     is_pulled = np.any(states.orbit.gradient_at(states.orbit_s), axis=-1, keepdims=True)
     felt = np.where(is_pulled[..., None, None], I, K)
     return symmetry_axes((felt, K), (h, system.weight_moment))[..., motion, :]
+
+
+def _entries(M):
+    return [[M[..., i, j] for j in range(3)] for i in range(3)]
 
 
 def _is_there(vector):

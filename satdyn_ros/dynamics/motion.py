@@ -75,15 +75,18 @@ class States:
         return self._position_velocity[1]
 
     @cached_property
+    def _q_bi(self):
+        return rotation.conjugate(self.q_ib)
+
+    @cached_property
     def c_b(self) -> np.ndarray:
         """Return the unit vector from the attracting centre to the body, body axes, (N, 3)."""
-        return rotation.rotate(rotation.conjugate(self.q_ib), self.orbit.direction(self.orbit_s))
+        return rotation.rotate(self._q_bi, self.orbit.direction(self.orbit_s))
 
     @cached_property
     def lvlh_rate_b(self) -> np.ndarray:
         """Return the angular velocity of LVLH in body axes [rad/s], shape (N, 3)."""
-        rate_i = self.orbit.lvlh_rate(self.orbit_s)
-        return rotation.rotate(rotation.conjugate(self.q_ib), rate_i)
+        return rotation.rotate(self._q_bi, self.orbit.lvlh_rate(self.orbit_s))
 
     @cached_property
     def q_lb(self) -> np.ndarray:

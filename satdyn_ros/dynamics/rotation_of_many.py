@@ -12,6 +12,7 @@ import numpy as np
 
 from ..compiled import compiled, inlined
 from .rotation import product_of_components, rotated_components
+from .vector import vector
 
 _product = inlined(product_of_components, fused=False)
 _rotated = inlined(rotated_components, fused=False)
@@ -61,6 +62,6 @@ def _write_products(found, q, p):
 def _write_rotated(found, q, v):
     for m in range(found.shape[1]):
         for n in range(found.shape[2]):
-            rotated = _rotated(_quaternion(q[m, n]), (v[m, n, 0], v[m, n, 1], v[m, n, 2]))
+            rotated = _rotated(_quaternion(q[m, n]), vector(v[m, n]))
             for i in range(3):
                 found[i, m, n] = rotated[i]

@@ -2,8 +2,16 @@
 
 from typing import Any
 
+import numpy as np
+
 from ..compiled import inlined
 from ..written_out import by_type, for_each
+
+
+@inlined
+def vector(row: np.ndarray) -> tuple[float, float, float]:
+    """Return the components of a row (3,), or the first three of a longer one."""
+    return row[0], row[1], row[2]
 
 
 @inlined

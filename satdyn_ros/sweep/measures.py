@@ -1,40 +1,23 @@
 """Measures of the states (M, N) of M runs at N times."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ..dynamics.motion import States
-from ..dynamics.rotation import components, from_components
+from ..dynamics.rotation import components
 
 
 def length(vectors: np.ndarray) -> np.ndarray:
     """Return the lengths of vectors (..., 3)."""
-    return np.sqrt(dot(vectors, vectors))
+    x, y, z = components(vectors)
+    return np.sqrt(x * x + y * y + z * z)
 
 
-def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return a . b of vectors (..., 3)."""
-    return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]
-
-
-def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return a x b of vectors (..., 3)."""
-    (a_x, a_y, a_z), (b_x, b_y, b_z) = components(a), components(b)
-    return from_components([a_y * b_z - a_z * b_y, a_z * b_x - a_x * b_z, a_x * b_y - a_y * b_x])
-
-
-def extremes(name: str, square_of_tangent: np.ndarray, factor: float = 1.0) -> dict:
-    """Return the least and the largest of factor times an angle [rad] from tan^2 (M, N)."""
-    return {
-        f'{name}_min_rad': factor * np.arctan(np.sqrt(square_of_tangent.min(axis=-1))),
-        f'{name}_max_rad': factor * np.arctan(np.sqrt(square_of_tangent.max(axis=-1))),
-    }
-
-
-def lvlh_angles(states: States) -> dict[str, np.ndarray]:
-    """Return the extremes of the angle of the rotation from LVLH to the body."""
-    q = states.q_lb
-    with np.errstate(divide='ignore'):
-        return extremes('lvlh_angle', dot(q, q) / q[..., 3] ** 2, 2.0)
+def angles(name: str, squares_of_tangent: Sequence[np.ndarray], factor: float = 1.0) -> dict:
+    """Return the least and the largest of factor times an angle [rad] from those of tan^2 (M,)."""
+    least, largest = (factor * np.arctan(np.sqrt(square)) for square in squares_of_tangent)
+    return {f'{name}_min_rad': least, f'{name}_max_rad': largest}
 
 
 def omega_bl_b(states: States) -> np.ndarray:

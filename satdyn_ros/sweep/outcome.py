@@ -18,14 +18,15 @@ from ..dynamics.orbit import KeplerOrbit
 from ..dynamics.system import System
 from ..run.many import many, part_of
 from ..run.scenario import Scenario
-from .capture import capture_times, judged_axis, nadir_angles
-from .measures import length, lvlh_angles, samples
+from .capture import capture_times, judged_axis
+from .measures import angles, length, samples
+from .one_pass import pass_over
 from .plan import Plan
 
 # Samples held at a time, some hundred megabytes: of longer runs, fewer are done together.
 _SAMPLES_AT_ONCE = 4_000_000
 # Samples measured at a time: what is computed from them stays in the cache.
-_SAMPLES_IN_CACHE = 32_000
+_SAMPLES_IN_CACHE = 48_000
 
 OutcomeColumns = dict[str, Any]
 
@@ -156,25 +157,32 @@ def outcome(plan: Plan, system: System, states: States, runs: Sequence[int]) -> 
         if name.partition('.')[0] in NAMES:
             found[f'drift_{name.replace(".", "_")}'] = np.abs(drift).max(axis=-1)
     if isinstance(states.orbit, KeplerOrbit):
-        found |= lvlh_angles(states) | _capture(plan, system, states, runs)
+        found |= _angles_and_capture(plan, system, states, runs)
     if plan.keeps_samples:
         found |= samples(states)
     return found
 
 
-def _capture(plan, system, states, runs):
-    """Return the extremes of an axis's angle to nadir, whether it is captured and since when."""
+def _angles_and_capture(plan, system, states, runs):
+    """
+    Return the extremes of the angle of the rotation from LVLH to the body.
+
+    Where there is an axis, also those of its angle, either end of it, to nadir, 0 to pi/2 [rad],
+    whether it is captured and since when.
+    """
     axis_b = judged_axis(plan.captured_axis, system.inertia)
+    passed = pass_over(states, axis_b)
+    found = angles('lvlh_angle', passed.lvlh, 2.0)
     if np.all(np.isnan(axis_b)):
-        return {}
-    found = nadir_angles(states, axis_b)
+        return found
+    found |= angles('nadir_angle', passed.nadir)
     end_s, period_s = states.t_s[-1], 2.0 * np.pi / states.orbit.mean_motion
     period_s = np.broadcast_to(np.ravel(period_s), len(runs))
 
     def follow(row):
         return plan.scenario_of(plan.values(runs[row])).motion()
 
-    since_s = capture_times(states, axis_b, period_s, follow)
+    since_s = capture_times(states, passed, axis_b, period_s, follow)
     judged = np.isfinite(since_s) & (period_s <= end_s)
     captured = end_s - since_s >= period_s
     found['captured'] = np.where(judged, captured, np.nan)

@@ -51,6 +51,18 @@ def test_the_fourth_integral_of_generic_starts(gradient, seed):
     assert np.ptp(np.sum(momentum**2, axis=-1)) > 0.1
 
 
+def test_many_rows_are_as_one_by_one():
+    """An integral has the same bits alone and among many, which compiled code computes."""
+    case = newtonian()[F2[0]]
+    t_s = np.linspace(0.0, 100.0, rotation.MANY)
+    states = Propagation(case.system, case.start).at(t_s)
+    many = first_integrals(case.system, states)
+    assert len(many) > 2
+    for i in range(0, len(states), 997):
+        for name, value in first_integrals(case.system, states.rows(slice(i, i + 1))).items():
+            assert value[0] == many[name][i]
+
+
 def test_a_rotor_ends_the_fourth_integral():
     """With a rotor F2 is not conserved, and it is not listed."""
     system = System(

@@ -11,6 +11,7 @@ from satdyn_ros import Scenario
 from satdyn_ros.dynamics import rotation
 from satdyn_ros.run.many import part_of
 from satdyn_ros.sweep.capture import capture_times, judged_axis
+from satdyn_ros.sweep.one_pass import pass_over
 from satdyn_ros.sweep.outcome import columns
 from satdyn_ros.sweep.plan import Plan
 from satdyn_ros.sweep.table import table, write_part
@@ -141,11 +142,14 @@ def test_a_dip_between_two_rows():
         above = motion.at(0.025 * np.arange(3201)).c_b @ axis_b > 0.0
         changes = np.add.reduceat(np.abs(np.diff(above.astype(int))), 160 * np.arange(20))
         since = np.maximum.accumulate(np.where(changes > 0, np.arange(1, 21), 0))
-        rows = part_of(motion.at(4.0 * np.arange(21)), None)
-        found = [
-            capture_times(rows.rows(slice(k + 2)), axis_b, np.zeros(1), lambda row, m=motion: m)[0]
-            for k in range(20)
-        ]
+        states = part_of(motion.at(4.0 * np.arange(21)), None)
+        found = []
+        for k in range(20):
+            rows = states.rows(slice(k + 2))
+            passed = pass_over(rows, axis_b)
+            found += capture_times(
+                rows, passed, axis_b, np.zeros(1), lambda _, m=motion: m
+            ).tolist()
         assert found == (4.0 * since).tolist()
         dips += np.sum(changes == 2)
     # Else the rows alone would do.

@@ -1,0 +1,40 @@
+"""The forms of integrals.py for many rows, compiled as in rotation_of_many.py."""
+
+from functools import partial
+
+import numpy as np
+
+from ..compiled import compiled, inlined
+from .integrals import forms_of_components
+from .vector import vector
+
+_forms = inlined(forms_of_components, fused=False)
+_SIGNATURE = 'void(float64[:, :, ::1], {0}, {0}, {0}, {0})'.format(
+    'Array(float64, 3, "A", readonly=True)'
+)
+
+
+def forms(omega: np.ndarray, c: np.ndarray, K: np.ndarray, I: np.ndarray) -> np.ndarray:
+    """Return forms_of_components (7, ...); omega, c (..., 3), K, I (3, 3) or (M, 1, 3, 3)."""
+    rows = omega.shape[:-1]
+    table = int(np.prod(rows[:-1])), rows[-1]
+    found = np.empty((7, *table))
+    vectors = (np.broadcast_to(v, (*rows, 3)).reshape(*table, 3) for v in (omega, c))
+    matrices = (np.broadcast_to(M, (*rows[:-1], 1, 3, 3)).reshape(-1, 3, 3) for M in (K, I))
+    _write_forms(found, *vectors, *matrices)
+    return found.reshape(7, *rows)
+
+
+@inlined
+def _matrix(M):
+    return vector(M[0]), vector(M[1]), vector(M[2])
+
+
+@partial(compiled, signature=_SIGNATURE, fused=False)
+def _write_forms(found, omega, c, K, I):
+    for m in range(found.shape[1]):
+        K_m, I_m = _matrix(K[m]), _matrix(I[m])
+        for n in range(found.shape[2]):
+            forms = _forms(vector(omega[m, n]), vector(c[m, n]), K_m, I_m)
+            for i in range(7):
+                found[i, m, n] = forms[i]

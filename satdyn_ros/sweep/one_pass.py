@@ -1,0 +1,97 @@
+"""
+One pass over the samples of each run: extremes, and the last crossing of the horizontal.
+
+Compiled, with vectors as in vector.py.
+"""
+
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from ..compiled import compiled, inlined
+from ..dynamics.motion import States
+from ..dynamics.vector import cross, dot, subtract, vector
+
+_SIGNATURE = 'void(float64[::1], {1}, {1}, {1}, {1}, {0}, float64[:, ::1], int64[::1])'.format(
+    *(f'Array(float64, {axes}, "A", readonly=True)' for axes in (2, 3))
+)
+
+
+class Passed(NamedTuple):
+    """
+    What is kept of runs (...).
+
+    lvlh, nadir: the least and the largest tan^2 of half the angle to LVLH, and of the angle of an
+    axis to nadir; fastest: the largest rate relative to LVLH [rad/s]; first_after: the first row
+    after the last crossing of the horizontal by the axis, 0: there is none.
+    """
+
+    lvlh: tuple[np.ndarray, np.ndarray]
+    nadir: tuple[np.ndarray, np.ndarray]
+    fastest: np.ndarray
+    first_after: np.ndarray
+
+
+def pass_over(states: States, axis_b: np.ndarray) -> Passed:
+    """Return what is kept of states (..., N) on an orbit; axis_b (3,) or (..., 1, 3): the axis."""
+    runs, count = states.q_ib.shape[:-2], states.q_ib.shape[-2]
+    many = int(np.prod(runs))
+    vectors = states.q_lb, states.omega_bi_b, states.lvlh_rate_b, states.c_b
+    rows = (v.reshape(many, count, v.shape[-1]) for v in vectors)
+    axes = np.broadcast_to(axis_b, (*runs, 1, 3)).reshape(many, 3)
+    found, first_after = np.empty((5, many)), np.zeros(many, int)
+    _pass_over(states.t_s, *rows, axes, found, first_after)
+    lowest, highest, nearest, furthest, fastest = found.reshape(5, *runs)
+    return Passed((lowest, highest), (nearest, furthest), fastest, first_after.reshape(runs))
+
+
+@inlined
+def _widened(extremes, x, n):
+    return (min(extremes[0], x), max(extremes[1], x)) if n > 0 else (x, x)
+
+
+@inlined
+def _crosses(begin, begin_slope, end, end_slope):
+    """Return whether Hermite's cubic from 0 to 1 crosses zero."""
+    if begin < 0.0:
+        begin, begin_slope, end, end_slope = -begin, -begin_slope, -end, -end_slope
+    if end <= 0.0:
+        return True
+    return begin_slope < 0.0 < end_slope and _lowest(begin, begin_slope, end, end_slope) <= 0.0
+
+
+@inlined
+def _lowest(begin, begin_slope, end, end_slope):
+    """Return the least value of the cubic, which falls first and rises last."""
+    rise = end - begin
+    third = begin_slope + end_slope - 2.0 * rise
+    second = 3.0 * rise - 2.0 * begin_slope - end_slope
+    # The root of begin_slope + 2 second x + 3 third x^2 where the slope grows, in the form that
+    # does not cancel.
+    root = np.sqrt(max(second * second - 3.0 * third * begin_slope, 0.0))
+    x = (root - second) / (3.0 * third) if second < 0.0 else -begin_slope / (second + root)
+    return begin + x * (begin_slope + x * (second + x * third))
+
+
+@partial(compiled, signature=_SIGNATURE)
+def _pass_over(t_s, q_lb, omega_bi_b, lvlh_rate_b, c_b, axes, found, first_after):
+    for m in range(len(axes)):
+        axis = vector(axes[m])
+        lvlh, nadir, fastest, height, climb = (0.0, 0.0), (0.0, 0.0), 0.0, 0.0, 0.0
+        for n in range(len(t_s)):
+            q, c = q_lb[m, n], vector(c_b[m, n])
+            omega = subtract(vector(omega_bi_b[m, n]), vector(lvlh_rate_b[m, n]))
+            across = cross(axis, c)
+            height_before, climb_before = height, climb
+            height, climb = dot(axis, c), dot(omega, across)
+            lvlh = _widened(lvlh, dot(vector(q), vector(q)) / (q[3] * q[3]), n)
+            nadir = _widened(nadir, dot(across, across) / (height * height), n)
+            fastest = max(fastest, dot(omega, omega))
+            if n > 0:
+                gap_s = t_s[n] - t_s[n - 1]
+                if _crosses(height_before, gap_s * climb_before, height, gap_s * climb):
+                    first_after[m] = n
+        found[0, m], found[1, m] = lvlh
+        found[2, m], found[3, m] = nadir
+        found[4, m] = np.sqrt(fastest)

@@ -55,6 +55,8 @@ def compiled(
         dispatcher.compile = compile_aside_first
     if signature is not None:
         dispatcher.compile(signature)
+        # Arrays of other layouts are converted; left to itself numba would compile for each.
+        dispatcher.disable_compile()
     return dispatcher
 
 
@@ -134,7 +136,7 @@ def _compile_aside(dispatcher, signature):
 
     A failure there is left to the compilation in this process, which reports it.
     """
-    with suppress(OSError), _lock():
+    with suppress(OSError), _lock(dispatcher):
         if _is_kept(dispatcher, signature):
             return
         _tell()
@@ -174,9 +176,9 @@ def _end_with_parent():
 
 
 @contextmanager
-def _lock() -> Iterator[None]:
-    """Let one process at a time compile: the others find the code when it is their turn."""
-    with open(_FOLDER.with_name('lock'), 'wb') as file:
+def _lock(function) -> Iterator[None]:
+    """Let one process at a time compile a function: the others find the code at their turn."""
+    with open(_FOLDER / f'{function.__module__}.{function.__name__}.lock', 'wb') as file:
         # Some network file systems have no locks; then each compiles.
         with suppress(OSError):
             fcntl.flock(file, fcntl.LOCK_EX)

@@ -280,8 +280,9 @@ def place_at(constants: Parameters) -> int:
 def rates(y: tuple[float, ...], constants: Parameters) -> tuple[float, ...]:
     """Return dy/dt of the variables y, both tuples of the same size."""
     q, omega = y[0:4], y[4:7]
-    on_circle = spread(1.0, y[0]), spread(0.0, y[0])
-    cos_f, sin_f = (_place(constants.place, y) + on_circle)[0:2]
+    # The first two, which on a circle are those of f = 0.
+    at_rest = spread(1.0, y[0]), spread(0.0, y[0])
+    cos_f, sin_f = (_place(constants.place, y) + at_rest)[0:2]
 
     rho = 1.0 + constants.eccentricity * cos_f
     v = constants.anomaly_rate * rho * rho

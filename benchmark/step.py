@@ -93,7 +93,7 @@ def text(rounds: int = 21) -> str:
         f'{ns["both"]} ns: what bounds them is that each waits for the last, not how much there '
         f'is to do.  The estimate of the error takes {ns["attempts"] - ns["both"]} ns.  The rest, '
         f'{ns["step"] - ns["attempts"]} ns, was not measured apart: the control of the step, '
-        'whose roots and quotients the next step waits for, and the place on the orbit.  No step '
+        'whose roots and quotients the next step waits for.  No step '
         'of this problem is taken again.  All that a step touches is some kB, which the '
         'first-level cache holds.  The dense output of a step takes '
         f'{ns["step with two rows"] - ns["step"]} ns more with two rows, four stages and seven '

@@ -31,7 +31,7 @@ BEGIN, END, NEXT, STEPS, DENSE_OF, FURTHEST, SINCE = range(7)
 # or too many steps are needed.
 UNFINISHED, REACHED, STUCK, TOO_MANY_STEPS = range(4)
 
-# The place on the orbit, integrated with the rest, is corrected every so many steps.
+# The place on an ellipse, integrated with the rest, is corrected every so many steps.
 STEPS_PER_FIX = 8
 # What a step may grow to or shrink to at once.
 GROWTH, CUT = 6.0, 0.2

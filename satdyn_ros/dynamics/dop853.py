@@ -20,7 +20,7 @@ import numpy as np
 from ..compiled import inlined
 from ..side_by_side import PACK, load, packed, spread, store, store_all, where_less, width, zero
 from ..written_out import for_each, in_turn
-from .equations import MOMENTUM, OMEGA, Parameters, place_at, rates
+from .equations import MOMENTUM, OMEGA, Parameters, place_at, place_of, rates
 from .orbit import true_anomaly
 from .tableau import COLUMNS, ENTRIES, ERROR_3, ERROR_5, LENGTHS
 from .vector import dot
@@ -240,8 +240,8 @@ def error_of(
     acceleration = math.sqrt(dot(k_omega, k_omega)) / h
     rate = math.sqrt(dot(omega, omega)) + math.sqrt(acceleration) + constants.slow_rate + TINY
     square_3, square_5 = _square(e_3, 1.0 / rate), _square(e_5, 1.0 / rate)
-    square_3 = _plus_square_of_place(square_3, constants.place, e_3)
-    square_5 = _plus_square_of_place(square_5, constants.place, e_5)
+    square_3 = _plus_square_of_each(square_3, place_of(constants.place, e_3))
+    square_5 = _plus_square_of_each(square_5, place_of(constants.place, e_5))
     per_momentum = _per_momentum(constants.rotors, y_0, y, rate)
     square_3 = _plus_squares(square_3, per_momentum, e_3)
     square_5 = _plus_squares(square_5, per_momentum, e_5)
@@ -314,6 +314,5 @@ def _square(e, per_rate):
 
 
 @in_turn
-def _plus_square_of_place(total, i, place, e):
-    error = e[len(e) - len(place) + i]
-    return total + error * error
+def _plus_square_of_each(total, i, errors):
+    return total + errors[i] * errors[i]

@@ -211,7 +211,7 @@ def _line(orbit, start_s, P, Q):
     """Return the components of P and Q, on a circle those of c and ahead of it at the start."""
     if orbit.is_eccentric or not orbit.has_lvlh:
         return P, Q
-    f = orbit.mean_anomaly + orbit.mean_motion * start_s
+    f = orbit.anomaly(start_s)
     cosine, sine = np.cos(f), np.sin(f)
     both = list(zip(P, Q, strict=True))
     return [cosine * p + sine * q for p, q in both], [cosine * q - sine * p for p, q in both]
@@ -253,8 +253,8 @@ def _plus_frictions(total, i, rotors, s):
 
 
 @for_each
-def _place(i, place, y):
-    """Return cos f and sin f."""
+def place_of(i: int, place: tuple[float, ...], y: tuple[float, ...]) -> float:
+    """Return cos f and sin f among the variables y, on a circle none."""
     return y[len(y) - len(place) + i]
 
 
@@ -282,7 +282,7 @@ def rates(y: tuple[float, ...], constants: Parameters) -> tuple[float, ...]:
     q, omega = y[0:4], y[4:7]
     # The first two, which on a circle are those of f = 0.
     at_rest = spread(1.0, y[0]), spread(0.0, y[0])
-    cos_f, sin_f = (_place(constants.place, y) + at_rest)[0:2]
+    cos_f, sin_f = (place_of(constants.place, y) + at_rest)[0:2]
 
     rho = 1.0 + constants.eccentricity * cos_f
     v = constants.anomaly_rate * rho * rho

@@ -6,23 +6,22 @@ import numpy as np
 
 from ..compiled import compiled, inlined
 from .integrals import forms_of_components
+from .rotation_of_many import MANY_ROWS, shape_of, table_of
 from .vector import vector
 
 _forms = inlined(forms_of_components, fused=False)
-_SIGNATURE = 'void(float64[:, :, ::1], {0}, {0}, {0}, {0})'.format(
-    'Array(float64, 3, "A", readonly=True)'
-)
+_SIGNATURE = 'void(float64[:, :, ::1], {0}, {0}, {0}, {0})'.format(MANY_ROWS)
 
 
 def forms(omega: np.ndarray, c: np.ndarray, K: np.ndarray, I: np.ndarray) -> np.ndarray:
     """Return forms_of_components (7, ...); omega, c (..., 3), K, I (3, 3) or (M, 1, 3, 3)."""
     rows = omega.shape[:-1]
-    table = int(np.prod(rows[:-1])), rows[-1]
-    found = np.empty((7, *table))
-    vectors = (np.broadcast_to(v, (*rows, 3)).reshape(*table, 3) for v in (omega, c))
+    found = np.empty((7, *rows))
     matrices = (np.broadcast_to(M, (*rows[:-1], 1, 3, 3)).reshape(-1, 3, 3) for M in (K, I))
-    _write_forms(found, *vectors, *matrices)
-    return found.reshape(7, *rows)
+    _write_forms(
+        found.reshape(7, *shape_of(rows)), table_of(omega, rows), table_of(c, rows), *matrices
+    )
+    return found
 
 
 @inlined

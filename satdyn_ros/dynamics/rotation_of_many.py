@@ -16,8 +16,9 @@ from .vector import vector
 
 _product = inlined(product_of_components, fused=False)
 _rotated = inlined(rotated_components, fused=False)
-# Tables of rows of rows of components, with any strides.
-_SIGNATURE = 'void(float64[:, :, ::1], {0}, {0})'.format('Array(float64, 3, "A", readonly=True)')
+# The type of a table of rows of rows of components, with any strides.
+MANY_ROWS = 'Array(float64, 3, "A", readonly=True)'
+_SIGNATURE = f'void(float64[:, :, ::1], {MANY_ROWS}, {MANY_ROWS})'
 
 
 def products(q: np.ndarray, p: np.ndarray) -> np.ndarray:
@@ -34,14 +35,19 @@ def _fill(write: Callable[..., None], width, a, b):
     rows = np.broadcast_shapes(a.shape[:-1], b.shape[:-1])
     # In memory, all of a component lie side by side, as from rotation.from_components.
     found = np.empty((width, *rows))
-    table = (int(np.prod(rows[:-1])), rows[-1])
-    write(found.reshape(width, *table), _table(a, rows, table), _table(b, rows, table))
+    table = shape_of(rows)
+    write(found.reshape(width, *table), table_of(a, rows), table_of(b, rows))
     return found.transpose(*range(1, found.ndim), 0)
 
 
-def _table(a, rows, table):
-    """Return a (..., k) as a table of rows, (M, N, k), that cannot be written."""
-    return np.broadcast_to(a, (*rows, a.shape[-1])).reshape(*table, a.shape[-1])
+def shape_of(rows: tuple[int, ...]) -> tuple[int, int]:
+    """Return the shape (M, N) in which rows (..., N) are a table."""
+    return int(np.prod(rows[:-1])), rows[-1]
+
+
+def table_of(a: np.ndarray, rows: tuple[int, ...]) -> np.ndarray:
+    """Return a (..., k), broadcast to rows (..., N), as a table (M, N, k)."""
+    return np.broadcast_to(a, (*rows, a.shape[-1])).reshape(*shape_of(rows), a.shape[-1])
 
 
 @inlined

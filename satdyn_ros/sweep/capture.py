@@ -13,7 +13,7 @@ import numpy as np
 
 from ..dynamics.inertia import ROUNDING, principal_axes
 from ..dynamics.motion import Motion, States
-from .one_pass import Passed, pass_over
+from .measures import Passed, pass_over
 
 LEAST = 'least'
 AXES = {'x': (1.0, 0.0, 0.0), 'y': (0.0, 1.0, 0.0), 'z': (0.0, 0.0, 1.0)}

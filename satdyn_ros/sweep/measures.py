@@ -1,11 +1,43 @@
 """Measures of the states (M, N) of M runs at N times."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from ..dynamics.motion import States
 from ..dynamics.rotation import components
+
+
+class Passed(NamedTuple):
+    """
+    What is kept of runs (...).
+
+    lvlh, nadir: the least and the largest tan^2 of half the angle to LVLH, and of the angle of an
+    axis to nadir; fastest: the largest rate relative to LVLH [rad/s]; first_after: the first row
+    after the last crossing of the horizontal by the axis, 0: there is none.
+    """
+
+    lvlh: tuple[np.ndarray, np.ndarray]
+    nadir: tuple[np.ndarray, np.ndarray]
+    fastest: np.ndarray
+    first_after: np.ndarray
+
+
+def pass_over(states: States, axis_b: np.ndarray) -> Passed:
+    """Return what is kept of states (..., N) on an orbit; axis_b (3,) or (..., 1, 3): the axis."""
+    # Compiled, which reading a sweep need not wait for.
+    from .one_pass import write_passed
+
+    *runs, _, _ = states.q_ib.shape
+    many = int(np.prod(runs))
+    vectors = states.q_lb, states.omega_bi_b, states.lvlh_rate_b, states.c_b
+    rows = (v.reshape(many, *v.shape[-2:]) for v in vectors)
+    axes = np.broadcast_to(axis_b, (*runs, 1, 3)).reshape(many, 3)
+    found, first_after = np.empty((5, many)), np.zeros(many, int)
+    write_passed(states.t_s, *rows, axes, found, first_after)
+    lowest, highest, nearest, furthest, fastest = found.reshape(5, *runs)
+    return Passed((lowest, highest), (nearest, furthest), fastest, first_after.reshape(runs))
 
 
 def length(vectors: np.ndarray) -> np.ndarray:
@@ -20,13 +52,9 @@ def angles(name: str, squares_of_tangent: Sequence[np.ndarray], factor: float = 
     return {f'{name}_min_rad': least, f'{name}_max_rad': largest}
 
 
-def omega_bl_b(states: States) -> np.ndarray:
-    """Return the rate relative to LVLH, body axes [rad/s], shape (..., 3)."""
-    return states.omega_bi_b - states.lvlh_rate_b
-
-
 def samples(states: States) -> dict[str, np.ndarray]:
     """Return the attitudes and rates at the samples, relative to LVLH where there is one."""
     if not states.orbit.has_lvlh:
         return {'samples_q_ib': states.q_ib, 'samples_omega_bi_b': states.omega_bi_b}
-    return {'samples_q_lb': states.q_lb, 'samples_omega_bl_b': omega_bl_b(states)}
+    omega_bl_b = states.omega_bi_b - states.lvlh_rate_b
+    return {'samples_q_lb': states.q_lb, 'samples_omega_bl_b': omega_bl_b}

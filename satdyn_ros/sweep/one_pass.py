@@ -1,49 +1,16 @@
-"""
-One pass over the samples of each run: extremes, and the last crossing of the horizontal.
-
-Compiled, with vectors as in vector.py.
-"""
+"""The pass of measures.py over the samples of each run, compiled."""
 
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
 from ..compiled import compiled, inlined
-from ..dynamics.motion import States
+from ..dynamics.rotation_of_many import MANY_ROWS
 from ..dynamics.vector import cross, dot, subtract, vector
 
-_SIGNATURE = 'void(float64[::1], {1}, {1}, {1}, {1}, {0}, float64[:, ::1], int64[::1])'.format(
-    *(f'Array(float64, {axes}, "A", readonly=True)' for axes in (2, 3))
+_SIGNATURE = 'void(float64[::1], {0}, {0}, {0}, {0}, {1}, float64[:, ::1], int64[::1])'.format(
+    MANY_ROWS, 'Array(float64, 2, "A", readonly=True)'
 )
-
-
-class Passed(NamedTuple):
-    """
-    What is kept of runs (...).
-
-    lvlh, nadir: the least and the largest tan^2 of half the angle to LVLH, and of the angle of an
-    axis to nadir; fastest: the largest rate relative to LVLH [rad/s]; first_after: the first row
-    after the last crossing of the horizontal by the axis, 0: there is none.
-    """
-
-    lvlh: tuple[np.ndarray, np.ndarray]
-    nadir: tuple[np.ndarray, np.ndarray]
-    fastest: np.ndarray
-    first_after: np.ndarray
-
-
-def pass_over(states: States, axis_b: np.ndarray) -> Passed:
-    """Return what is kept of states (..., N) on an orbit; axis_b (3,) or (..., 1, 3): the axis."""
-    runs, count = states.q_ib.shape[:-2], states.q_ib.shape[-2]
-    many = int(np.prod(runs))
-    vectors = states.q_lb, states.omega_bi_b, states.lvlh_rate_b, states.c_b
-    rows = (v.reshape(many, count, v.shape[-1]) for v in vectors)
-    axes = np.broadcast_to(axis_b, (*runs, 1, 3)).reshape(many, 3)
-    found, first_after = np.empty((5, many)), np.zeros(many, int)
-    _pass_over(states.t_s, *rows, axes, found, first_after)
-    lowest, highest, nearest, furthest, fastest = found.reshape(5, *runs)
-    return Passed((lowest, highest), (nearest, furthest), fastest, first_after.reshape(runs))
 
 
 @inlined
@@ -75,7 +42,8 @@ def _lowest(begin, begin_slope, end, end_slope):
 
 
 @partial(compiled, signature=_SIGNATURE)
-def _pass_over(t_s, q_lb, omega_bi_b, lvlh_rate_b, c_b, axes, found, first_after):
+def write_passed(t_s, q_lb, omega_bi_b, lvlh_rate_b, c_b, axes, found, first_after):
+    """Write what a Passed has of M runs, N samples each: found (5, M), first_after (M,) zeros."""
     for m in range(len(axes)):
         axis = vector(axes[m])
         lvlh, nadir, fastest, height, climb = (0.0, 0.0), (0.0, 0.0), 0.0, 0.0, 0.0

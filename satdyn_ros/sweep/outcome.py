@@ -19,8 +19,7 @@ from ..dynamics.system import System
 from ..run.many import many, part_of
 from ..run.scenario import Scenario
 from .capture import capture_times, judged_axis
-from .measures import angles, length, samples
-from .one_pass import pass_over
+from .measures import angles, length, pass_over, samples
 from .plan import Plan
 
 # Samples held at a time, some hundred megabytes: of longer runs, fewer are done together.

@@ -11,7 +11,7 @@ from satdyn_ros import Scenario
 from satdyn_ros.dynamics import rotation
 from satdyn_ros.run.many import part_of
 from satdyn_ros.sweep.capture import capture_times, judged_axis
-from satdyn_ros.sweep.one_pass import pass_over
+from satdyn_ros.sweep.measures import pass_over
 from satdyn_ros.sweep.outcome import columns
 from satdyn_ros.sweep.plan import Plan
 from satdyn_ros.sweep.table import table, write_part

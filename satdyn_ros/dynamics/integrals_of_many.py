@@ -10,7 +10,7 @@ from .rotation_of_many import MANY_ROWS, shape_of, table_of
 from .vector import vector
 
 _forms = inlined(forms_of_components, fused=False)
-_SIGNATURE = 'void(float64[:, :, ::1], {0}, {0}, {0}, {0})'.format(MANY_ROWS)
+_SIGNATURE = f'void(float64[:, :, ::1], {MANY_ROWS}, {MANY_ROWS}, {MANY_ROWS}, {MANY_ROWS})'
 
 
 def forms(omega: np.ndarray, c: np.ndarray, K: np.ndarray, I: np.ndarray) -> np.ndarray:

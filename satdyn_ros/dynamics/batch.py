@@ -26,7 +26,7 @@ from .dop853 import (
     first_step,
     step_arrays,
 )
-from .equations import OMEGA, initial_values, numbers_of_many, place_at
+from .equations import OMEGA, initial_values, place_at
 from .lanes import (
     LANES,
     Lanes,
@@ -38,6 +38,7 @@ from .lanes import (
     take_lane,
 )
 from .motion import Halted, States
+from .parameters import numbers_of_many
 from .propagator import Propagation, columns, mean_anomaly, wanted_count
 from .system import State, System
 

@@ -11,7 +11,8 @@ import numpy as np
 from ..compiled import inlined
 from ..side_by_side import PACK, zero
 from .dop853 import BEGIN, DENSE_OF, END, STEPS, Stages, combine, evaluate
-from .equations import OMEGA, Parameters
+from .equations import OMEGA
+from .parameters import Parameters
 from .tableau import DENSE
 from .vector import add, add_cross, dot, scale
 

@@ -20,8 +20,9 @@ import numpy as np
 from ..compiled import inlined
 from ..side_by_side import PACK, load, packed, spread, store, store_all, where_less, width, zero
 from ..written_out import for_each, in_turn
-from .equations import MOMENTUM, OMEGA, Parameters, place_at, place_of, rates
+from .equations import MOMENTUM, OMEGA, place_at, place_of, rates
 from .orbit import true_anomaly
+from .parameters import Parameters
 from .tableau import COLUMNS, ENTRIES, ERROR_3, ERROR_5, LENGTHS
 from .vector import dot
 

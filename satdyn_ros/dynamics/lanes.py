@@ -11,7 +11,7 @@ import numpy as np
 from ..compiled import inlined
 from ..side_by_side import filled, load, spread, store, where_less, zero
 from .dop853 import Stages, attempt, line_zeros, step_ratio
-from .equations import Parameters
+from .parameters import Parameters
 
 # As many doubles as the widest vector registers hold.
 LANES = 8

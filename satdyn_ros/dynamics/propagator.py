@@ -24,9 +24,10 @@ from .dop853 import (
     step,
     step_arrays,
 )
-from .equations import MOMENTUM, OMEGA, Q, initial_values, parameters
+from .equations import MOMENTUM, OMEGA, Q, initial_values
 from .motion import Halted, Motion, States
 from .orbit import FixedDirection
+from .parameters import parameters
 from .system import State, System
 
 # A third more steps than at 1e-12, a tenth of the error, and still above the rounding.

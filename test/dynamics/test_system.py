@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from satdyn_ros import exact
-from satdyn_ros.dynamics.equations import parameters
 from satdyn_ros.dynamics.orbit import FixedDirection
+from satdyn_ros.dynamics.parameters import parameters
 from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System

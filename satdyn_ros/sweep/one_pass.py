@@ -42,7 +42,16 @@ def _lowest(begin, begin_slope, end, end_slope):
 
 
 @partial(compiled, signature=_SIGNATURE)
-def write_passed(t_s, q_lb, omega_bi_b, lvlh_rate_b, c_b, axes, found, first_after):
+def write_passed(
+    t_s: np.ndarray,
+    q_lb: np.ndarray,
+    omega_bi_b: np.ndarray,
+    lvlh_rate_b: np.ndarray,
+    c_b: np.ndarray,
+    axes: np.ndarray,
+    found: np.ndarray,
+    first_after: np.ndarray,
+) -> None:
     """Write what a Passed has of M runs, N samples each: found (5, M), first_after (M,) zeros."""
     for m in range(len(axes)):
         axis = vector(axes[m])

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from . import rotation
+from . import rotation, rows
 
 # Rounding of a tensor that came through a rotation or from 15 printed digits; moments that differ
 # by less have no principal axes of their own.
@@ -132,17 +132,17 @@ def symmetry_axes(
     # The later ones win: a vector singles out an axis where all tensors are spheres.
     for v in reversed(along):
         with np.errstate(invalid='ignore'):
-            axis = np.where(np.any(v, axis=-1)[..., None], v / _length(v)[..., None], axis)
+            axis = np.where(np.any(v, axis=-1)[..., None], v / rows.length(v)[..., None], axis)
     for (_, R_bp), pairs in zip(axes, equal, strict=True):
         for k in range(3):
             is_single = pairs[k] & (sum(pairs) == 1)
             axis = np.where(is_single[..., None], R_bp[..., :, k], axis)
-    fits = True
+    fits = np.array(True)
     for I in tensors:
         fits = fits & _is_symmetric(I, axis)
     for v in along:
-        fits = fits & (_length(np.cross(axis, v)) <= ROUNDING * _length(v))
-    return np.where(np.asarray(fits)[..., None], axis, np.nan)
+        fits = fits & (rows.length(np.cross(axis, v)) <= ROUNDING * rows.length(v))
+    return np.where(fits[..., None], axis, np.nan)
 
 
 def are_equal(a: float, b: float, size: float) -> bool:
@@ -168,10 +168,6 @@ def _is_symmetric(I, axis):
     A = (np.trace(I, axis1=-2, axis2=-1)[..., None, None] - C) / 2.0
     off = np.abs(I - (A * np.eye(3) + (C - A) * along))
     return np.max(off, axis=(-2, -1)) <= ROUNDING * np.max(I, axis=(-2, -1))
-
-
-def _length(v):
-    return np.sqrt(np.sum(v * v, axis=-1))
 
 
 def _about_one_axis(moments, axes, distinct):

@@ -25,8 +25,8 @@ from . import rotation
 from .inertia import ROUNDING, principal_axes, symmetry_axes
 from .motion import States
 from .rotor import Rotor
+from .rows import dot, length, times
 from .system import System
-from .torque import times
 
 # A named rotor's momentum has the name of the rotor behind it: rotor_momentum.NAME.
 NAMES = (
@@ -89,7 +89,7 @@ def field_rate(system: System, states: States) -> np.ndarray:
     """Return sqrt(|3 mu / r^3| + |m| / K), the rate at which the field swings a body, (N,)."""
     least = np.linalg.eigvalsh(system.carrier_inertia)[..., 0]
     gradient = np.abs(states.orbit.gradient_at(states.orbit_s))
-    return np.sqrt(gradient + _length(system.weight_moment) / least)
+    return np.sqrt(gradient + length(system.weight_moment) / least)
 
 
 class _Parts(NamedTuple):
@@ -164,8 +164,8 @@ def _sizes(parts):
     momentum = parts.K_omega_size + sum(p) + K_max * swing
     trace = np.trace(system.inertia, axis1=-2, axis2=-1)
     potential = np.abs(orbit.gradient_at(states.orbit_s)) / 2.0 * trace
-    energy = rate * momentum + potential + _length(system.weight_moment)
-    nu = _length(orbit.lvlh_rate(states.orbit_s)) if orbit.has_lvlh else 0.0
+    energy = rate * momentum + potential + length(system.weight_moment)
+    nu = length(orbit.lvlh_rate(states.orbit_s)) if orbit.has_lvlh else 0.0
     return {
         'energy': energy,
         'energy_balance': energy + np.abs(states.work),
@@ -195,32 +195,32 @@ def _terms(parts, since=_FROM_ROW_0):
         momentum = [H_i + p_i * a_i for H_i, a_i in zip(momentum, axis, strict=True)]
     H = rotation.from_components(momentum)
     kinetic, potential = parts.kinetic, gradient / 2.0 * parts.c_I_c
-    weight_potential = _dot(weight, c) if np.any(weight) else 0.0
+    weight_potential = dot(weight, c) if np.any(weight) else 0.0
 
     terms = {}
     if driven or orbit.is_eccentric:
         terms['energy_balance'] = [kinetic, potential, weight_potential, -states.work]
     elif orbit.has_lvlh:
-        terms['jacobi'] = [kinetic, potential, -_dot(states.lvlh_rate_b, H)]
+        terms['jacobi'] = [kinetic, potential, -dot(states.lvlh_rate_b, H)]
     else:
         terms['energy'] = [kinetic, potential, weight_potential]
-        terms['area'] = [_dot(H, c)]
+        terms['area'] = [dot(H, c)]
         applies = ~_is_there(weight)
         for rotor in system.rotors:
             applies = applies & (np.asarray(rotor.momentum == 0.0) & (not rotor.turns_freely))
         if np.any(applies):
             adjugate = R_bp @ (_prod(moments) / moments[..., :, None] * np.swapaxes(R_bp, -1, -2))
-            fourth = [_dot(H, H), -gradient * _dot(c, _apply(adjugate, c))]
+            fourth = [dot(H, H), -gradient * dot(c, _apply(adjugate, c))]
             terms['fourth'] = _only(applies, fourth)
     applies = ~_is_there(weight) & (
         spherical | np.all(gradient == 0.0, axis=-1, keepdims=gradient.ndim > 1)
     )
     if np.any(applies) and not driven:
-        terms['momentum'] = _only(applies, [_length(H)])
+        terms['momentum'] = _only(applies, [length(H)])
     if not driven:
         axis = _symmetry_axis(system, states, p, since)
         if not np.all(np.isnan(axis)):
-            terms['axial_rate'] = [_dot(omega, axis)]
+            terms['axial_rate'] = [dot(omega, axis)]
     for i, rotor in enumerate(system.rotors):
         if rotor.turns_freely and not (rotor.is_damped or system.rotor_torque[i]):
             terms[momentum_name(rotor)] = [p[i]]
@@ -266,13 +266,5 @@ def _prod(moments):
 
 
 def _apply(M, v):
-    """Return M v, written out as in torque.py."""
+    """Return M v."""
     return rotation.from_components(times(M, rotation.components(v)))
-
-
-def _length(v):
-    return np.sqrt(_dot(v, v))
-
-
-def _dot(a, b):
-    return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]

@@ -1,15 +1,9 @@
-"""
-The torque of the field on a table of states, and the angular momentum that it changes.
-
-The sums are written out: a row has the same bits alone and among thousands, which a matrix
-product of the linear algebra libraries does not promise.
-"""
-
-from typing import Any
+"""The torque of the field on a table of states, and the angular momentum that it changes."""
 
 import numpy as np
 
 from .rotation import components, from_components
+from .rows import times
 from .system import System
 
 
@@ -46,9 +40,3 @@ def angular_momentum(
         axis = components(rotor.axis)
         momentum = [H + p * a for H, a in zip(momentum, axis, strict=True)]
     return from_components(momentum)
-
-
-def times(M: Any, v: Any) -> Any:
-    """Return the components of M v for a matrix M (..., 3, 3) and the components v."""
-    x, y, z = v
-    return [M[..., i, 0] * x + M[..., i, 1] * y + M[..., i, 2] * z for i in range(3)]

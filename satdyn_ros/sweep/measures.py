@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ..dynamics.motion import States
-from ..dynamics.rotation import components
 
 
 class Passed(NamedTuple):
@@ -38,12 +37,6 @@ def pass_over(states: States, axis_b: np.ndarray) -> Passed:
     write_passed(states.t_s, *rows, axes, found, first_after)
     lowest, highest, nearest, furthest, fastest = found.reshape(5, *runs)
     return Passed((lowest, highest), (nearest, furthest), fastest, first_after.reshape(runs))
-
-
-def length(vectors: np.ndarray) -> np.ndarray:
-    """Return the lengths of vectors (..., 3)."""
-    x, y, z = components(vectors)
-    return np.sqrt(x * x + y * y + z * z)
 
 
 def angles(name: str, squares_of_tangent: Sequence[np.ndarray], factor: float = 1.0) -> dict:

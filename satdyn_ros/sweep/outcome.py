@@ -15,11 +15,12 @@ from ..dynamics.batch import propagate_many
 from ..dynamics.integrals import NAMES, relative_drift
 from ..dynamics.motion import States
 from ..dynamics.orbit import KeplerOrbit
+from ..dynamics.rows import length
 from ..dynamics.system import System
 from ..run.many import many, part_of
 from ..run.scenario import Scenario
 from .capture import capture_times, judged_axis
-from .measures import angles, length, pass_over, samples
+from .measures import angles, pass_over, samples
 from .plan import Plan
 
 # Samples held at a time, some hundred megabytes: of longer runs, fewer are done together.

@@ -1,0 +1,26 @@
+"""
+Vectors as rows of arrays, (..., 3).
+
+The sums are written out: a row has the same bits alone and among thousands, which a matrix
+product of the linear algebra libraries does not promise.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+
+def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return a . b, (...)."""
+    return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]
+
+
+def length(a: np.ndarray) -> np.ndarray:
+    """Return |a|, (...)."""
+    return np.sqrt(dot(a, a))
+
+
+def times(M: np.ndarray, v: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """Return the components of M v for a matrix M (..., 3, 3) and the components v."""
+    x, y, z = v
+    return [M[..., i, 0] * x + M[..., i, 1] * y + M[..., i, 2] * z for i in range(3)]

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..compiled import compiled, inlined
 from .integrals import forms_of_components
-from .rotation_of_many import MANY_ROWS, shape_of, table_of
+from .rows import MANY_ROWS, shape_of, table_of
 from .vector import vector
 
 _forms = inlined(forms_of_components, fused=False)

@@ -12,12 +12,11 @@ import numpy as np
 
 from ..compiled import compiled, inlined
 from .rotation import product_of_components, rotated_components
+from .rows import MANY_ROWS, shape_of, table_of
 from .vector import vector
 
 _product = inlined(product_of_components, fused=False)
 _rotated = inlined(rotated_components, fused=False)
-# The type of a table of rows of rows of components, with any strides.
-MANY_ROWS = 'Array(float64, 3, "A", readonly=True)'
 _SIGNATURE = f'void(float64[:, :, ::1], {MANY_ROWS}, {MANY_ROWS})'
 
 
@@ -38,16 +37,6 @@ def _fill(write: Callable[..., None], width, a, b):
     table = shape_of(rows)
     write(found.reshape(width, *table), table_of(a, rows), table_of(b, rows))
     return found.transpose(*range(1, found.ndim), 0)
-
-
-def shape_of(rows: tuple[int, ...]) -> tuple[int, int]:
-    """Return the shape (M, N) in which rows (..., N) are a table."""
-    return int(np.prod(rows[:-1])), rows[-1]
-
-
-def table_of(a: np.ndarray, rows: tuple[int, ...]) -> np.ndarray:
-    """Return a (..., k), broadcast to rows (..., N), as a table (M, N, k)."""
-    return np.broadcast_to(a, (*rows, a.shape[-1])).reshape(*shape_of(rows), a.shape[-1])
 
 
 @inlined

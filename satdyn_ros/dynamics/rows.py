@@ -9,6 +9,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+# The type of what table_of returns, with any strides, in the signatures of compiled functions.
+MANY_ROWS = 'Array(float64, 3, "A", readonly=True)'
+
 
 def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return a . b, (...)."""
@@ -24,3 +27,13 @@ def times(M: np.ndarray, v: Sequence[np.ndarray]) -> list[np.ndarray]:
     """Return the components of M v for a matrix M (..., 3, 3) and the components v."""
     x, y, z = v
     return [M[..., i, 0] * x + M[..., i, 1] * y + M[..., i, 2] * z for i in range(3)]
+
+
+def shape_of(rows: tuple[int, ...]) -> tuple[int, int]:
+    """Return the shape (M, N) in which rows (..., N) are a table."""
+    return int(np.prod(rows[:-1])), rows[-1]
+
+
+def table_of(a: np.ndarray, rows: tuple[int, ...]) -> np.ndarray:
+    """Return a (..., k), broadcast to rows (..., N), as a table (M, N, k)."""
+    return np.broadcast_to(a, (*rows, a.shape[-1])).reshape(*shape_of(rows), a.shape[-1])

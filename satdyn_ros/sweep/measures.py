@@ -1,11 +1,13 @@
 """Measures of the states (M, N) of M runs at N times."""
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ..dynamics.motion import States
+from ..dynamics.rows import table_of
 
 
 class Passed(NamedTuple):
@@ -28,13 +30,12 @@ def pass_over(states: States, axis_b: np.ndarray) -> Passed:
     # Compiled, which reading a sweep need not wait for.
     from .one_pass import write_passed
 
-    *runs, _, _ = states.q_ib.shape
-    many = int(np.prod(runs))
-    vectors = states.q_lb, states.omega_bi_b, states.lvlh_rate_b, states.c_b
-    rows = (v.reshape(many, *v.shape[-2:]) for v in vectors)
-    axes = np.broadcast_to(axis_b, (*runs, 1, 3)).reshape(many, 3)
+    *runs, count = states.q_ib.shape[:-1]
+    rows = states.q_lb, states.omega_bi_b, states.lvlh_rate_b, states.c_b
+    tables = (table_of(each, (*runs, count)) for each in rows)
+    many = math.prod(runs)
     found, first_after = np.empty((5, many)), np.zeros(many, int)
-    write_passed(states.t_s, *rows, axes, found, first_after)
+    write_passed(states.t_s, *tables, table_of(axis_b, (*runs, 1)), found, first_after)
     lowest, highest, nearest, furthest, fastest = found.reshape(5, *runs)
     return Passed((lowest, highest), (nearest, furthest), fastest, first_after.reshape(runs))
 

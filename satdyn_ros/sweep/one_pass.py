@@ -5,12 +5,10 @@ from functools import partial
 import numpy as np
 
 from ..compiled import compiled, inlined
-from ..dynamics.rotation_of_many import MANY_ROWS
+from ..dynamics.rows import MANY_ROWS
 from ..dynamics.vector import cross, dot, subtract, vector
 
-_SIGNATURE = 'void(float64[::1], {0}, {0}, {0}, {0}, {1}, float64[:, ::1], int64[::1])'.format(
-    MANY_ROWS, 'Array(float64, 2, "A", readonly=True)'
-)
+_SIGNATURE = f'void(float64[::1], {", ".join(5 * [MANY_ROWS])}, float64[:, ::1], int64[::1])'
 
 
 @inlined
@@ -52,9 +50,13 @@ def write_passed(
     found: np.ndarray,
     first_after: np.ndarray,
 ) -> None:
-    """Write what a Passed has of M runs, N samples each: found (5, M), first_after (M,) zeros."""
+    """
+    Write what a Passed has of M runs, N samples each: found (5, M), first_after (M,) zeros.
+
+    q_lb (M, N, 4); the rates and c_b (M, N, 3); axes (M, 1, 3).
+    """
     for m in range(len(axes)):
-        axis = vector(axes[m])
+        axis = vector(axes[m, 0])
         lvlh, nadir, fastest, height, climb = (0.0, 0.0), (0.0, 0.0), 0.0, 0.0, 0.0
         for n in range(len(t_s)):
             q, c = q_lb[m, n], vector(c_b[m, n])

@@ -26,6 +26,9 @@ _LEAST_CHUNK = _LARGEST_RATIO * 200
 # The first of the fast levels: output two to six per cent larger than at the default level, in 70
 # per cent of the time.
 _ZSTD_LEVEL = -1
+# Rows repeat what stands a row before: a table of so few places (2^11) finds it, and stays in the
+# first-level cache.  A tenth less time; output 0 to 2 per cent larger.
+_ZSTD_HASH_LOG = 11
 
 # How many messages all chunks may hold: this many, and one for each so many bytes of the file.  An
 # entry of a message index has 16 bytes.
@@ -76,7 +79,10 @@ class Allowance:
 def compressor(compression: str) -> Callable[[np.ndarray], bytes]:
     """Return the function that compresses contents (N,) uint8: 'zstd', 'lz4' or '' for none."""
     if compression == 'zstd':
-        context = zstandard.ZstdCompressor(level=_ZSTD_LEVEL)
+        parameters = zstandard.ZstdCompressionParameters.from_level(
+            _ZSTD_LEVEL, hash_log=_ZSTD_HASH_LOG
+        )
+        context = zstandard.ZstdCompressor(compression_params=parameters)
         return lambda contents: context.compress(contents.data)
     if compression == 'lz4':
         return lz4.frame.compress

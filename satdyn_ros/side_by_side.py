@@ -212,6 +212,20 @@ def where_less(
     return then(then, then, then, then), generate
 
 
+@intrinsic
+def all_less(typing: Any, a: types.Type, b: types.Type) -> Any:
+    """Return whether every number of `a` is less than that of b beside it, both alike."""
+    if not isinstance(a, Numbers):
+        raise TypingError('all_less compares Numbers')
+
+    def generate(context, builder, signature, values):
+        less = builder.fcmp_ordered('<', *values)
+        bits = builder.bitcast(less, ir.IntType(a.width))
+        return builder.icmp_unsigned('==', bits, ir.Constant(bits.type, 2**a.width - 1))
+
+    return types.boolean(a, a), generate
+
+
 def _with_two(operation, instruction):
     """Let an operation take Numbers, or Numbers and a float."""
 

@@ -13,6 +13,7 @@ from numba.core.errors import TypingError
 
 from satdyn_ros.side_by_side import (
     PACK,
+    all_less,
     filled,
     load,
     packed,
@@ -74,6 +75,19 @@ def test_nan_is_less_than_nothing():
 
     run(np.array([np.nan, 0.0] * (WIDE // 2)), found)
     np.testing.assert_array_equal(found, [2.0, 1.0] * (WIDE // 2))
+
+
+@pytest.mark.parametrize(
+    ('last', 'expected'), [(0.5, True), (1.0, False), (2.0, False), (np.nan, False)]
+)
+def test_all_less(last, expected):
+    """It needs every number to be less; an equal one is not, nor is nan."""
+
+    @njit
+    def run(a, b):
+        return all_less(load(a, 0, zero(WIDE)), load(b, 0, zero(WIDE)))
+
+    assert run(np.array([0.0] * (WIDE - 1) + [last]), np.ones(WIDE)) == expected
 
 
 def test_a_tuple_is_packed_and_stored():

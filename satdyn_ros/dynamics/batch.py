@@ -21,7 +21,6 @@ from .dop853 import (
     STUCK,
     TOO_MANY_STEPS,
     UNFINISHED,
-    cut,
     direction_of_centre,
     first_step,
     step_arrays,
@@ -155,25 +154,19 @@ def _fly(t_s, flights, lanes, single, like):
     single: see take_lane.  like: the Parameters of one motion, which tell the compiler how many
     rotors there are, and whether work is done, in all.
     """
-    begin, outcome, rows = flights.begin, flights.outcome, flights.rows
-    motion, steps, since, t, h = lanes.motion, lanes.steps, lanes.since, lanes.t, lanes.h
-    y_0, y, error, ratio = lanes.stages.y_0, lanes.stages.y, lanes.error, lanes.ratio
+    begin, rows = flights.begin, flights.rows
+    motion, steps, t, h = lanes.motion, lanes.steps, lanes.t, lanes.h
+    y_0, y = lanes.stages.y_0, lanes.stages.y
     # Variables beyond those are constant, or not wanted.
     changing = flights.out.shape[1] + len(like.place)
     for _ in range(_SLICE_STEPS):
         idle = 0
         for l in range(LANES):
-            if motion[l] < 0 and lanes.waiting[0] < len(begin):
+            while motion[l] < 0 and lanes.waiting[0] < len(begin):
                 m = lanes.waiting[0]
                 lanes.waiting[0] += 1
-                motion[l], steps[l], since[l], t[l], lanes.largest_growth[l] = (
-                    m,
-                    0,
-                    0.0,
-                    0.0,
-                    GROWTH,
-                )
-                lanes.tolerance[l] = flights.tolerance[m]
+                motion[l], steps[l], t[l] = m, 0.0, 0.0
+                lanes.largest_growth[l], lanes.tolerance[l] = GROWTH, flights.tolerance[m]
                 give_lane(flights.numbers[m], l, lanes.constants)
                 give_lane(begin[m], l, y_0)
                 give_lane(begin[m], l, y)
@@ -181,49 +174,56 @@ def _fly(t_s, flights, lanes, single, like):
                 constants = filled(like, flights.numbers[m], 0.0)
                 h[l] = first_step(omega, constants)
                 rows[m] = _rows_at_begin(t_s, begin[m], flights.out[m], single, constants)
+                _await_row(t_s, flights, lanes, l, 0.0)
             if motion[l] < 0:
                 idle += 1
-            elif len(like.place) > 0 and steps[l] % STEPS_PER_FIX == 0:
+            elif len(like.place) > 0 and int(steps[l]) % STEPS_PER_FIX == 0:
                 i, j = at_lane(place_at(like), l), at_lane(place_at(like) + 1, l)
                 y[i], y[j] = direction_of_centre(flights.anomaly[motion[l]], t[l])
                 y_0[i], y_0[j] = y[i], y[j]
         if idle == LANES:
             return True
 
-        attempt_all(lanes, like, changing)
-        for l in range(LANES):
-            m = motion[l]
-            if m < 0:
-                continue
-            if error[l] <= 1.0:
-                end = t[l] + h[l]
-                first = last = rows[m]
-                while last < len(t_s) and t_s[last] <= end:
-                    last += 1
-                since[l] += 1.0
-                constants = filled(like, flights.numbers[m], 0.0)
-                if last > first:
+        if attempt_all(lanes, like, changing):
+            for l in range(LANES):
+                m, end = motion[l], t[l] + h[l]
+                if m >= 0 and lanes.error[l] <= 1.0 and lanes.row_s[l] <= end:
+                    first = last = rows[m]
+                    while last < len(t_s) and t_s[last] <= end:
+                        last += 1
                     take_lane(l, lanes, single)
                     clock, _, dense = single
+                    constants = filled(like, flights.numbers[m], 0.0)
                     make_dense(*single, constants)
                     interpolate(t_s, flights.out[m], first, last, clock, dense, constants)
-                    rows[m], since[l] = last, 0.0
-                longer = h[l] * min(lanes.largest_growth[l], ratio[l])
-                t[l], h[l] = end, min(longer, constants.longest_step)
-                steps[l], lanes.largest_growth[l] = steps[l] + 1, GROWTH
-                if since[l] >= flights.steps_allowed[m]:
-                    outcome[m] = TOO_MANY_STEPS
-            else:
-                h[l] *= cut(error[l], ratio[l])
-                lanes.largest_growth[l] = 1.0
-                if not t[l] < t[l] + h[l] < np.inf:
-                    outcome[m] = STUCK
-            if rows[m] == len(t_s):
-                outcome[m] = REACHED
-            if outcome[m] != UNFINISHED:
-                flights.reached_s[m], motion[l], h[l] = t[l], -1, 0.0
-        advance(lanes, changing)
+                    rows[m] = last
+                    _await_row(t_s, flights, lanes, l, steps[l] + 1.0)
+        if advance(lanes, like, changing):
+            for l in range(LANES):
+                m = motion[l]
+                if m >= 0 and steps[l] >= lanes.limit[l]:
+                    _end(m, TOO_MANY_STEPS, flights, lanes, l)
+                elif m >= 0 and not t[l] < t[l] + h[l] < np.inf:
+                    _end(m, STUCK, flights, lanes, l)
     return False
+
+
+@inlined
+def _await_row(t_s, flights, lanes, l, steps):
+    """Let a lane fly on to its motion's next row, if there is one; steps: taken so far."""
+    m = lanes.motion[l]
+    if flights.rows[m] == len(t_s):
+        _end(m, REACHED, flights, lanes, l)
+    else:
+        lanes.row_s[l] = t_s[flights.rows[m]]
+        lanes.limit[l] = steps + flights.steps_allowed[m]
+
+
+@inlined
+def _end(m, outcome, flights, lanes, l):
+    """End a motion; what its lane flies until the next takes it is of no use."""
+    flights.outcome[m], flights.reached_s[m] = outcome, lanes.t[l]
+    lanes.motion[l], lanes.row_s[l], lanes.limit[l] = -1, np.inf, np.inf
 
 
 @inlined

@@ -296,8 +296,8 @@ def step_ratio(error: float) -> float:
 @inlined
 def cut(error: float, ratio: float) -> float:
     """Return by what a step is shortened that misses the tolerance; ratio: its step_ratio."""
-    # nan fails every comparison: such a step is cut, until it is too short to be one.
-    return max(CUT, ratio) if error < np.inf else CUT
+    most = spread(CUT, error)
+    return where_less(error, spread(np.inf, error), where_less(most, ratio, ratio, most), most)
 
 
 @inlined

@@ -9,20 +9,22 @@ import statistics
 import tempfile
 import time
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import ExitStack
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from common import Claim, milliseconds, show
 
 from satdyn_ros.sweep import outcome
 from satdyn_ros.sweep.plan import Plan
-from satdyn_ros.sweep.run import batch, batches
-from satdyn_ros.sweep.table import table, write_part
+from satdyn_ros.sweep.run import batches, part_name, store_batch
+from satdyn_ros.sweep.table import keep, table, write_part
 
 SWEEPS = Path(__file__).parents[1] / 'config' / 'sweeps'
 ORBIT_S = 5677.0
 # Batches on one and on two cores, so many that their beginning and end do not show.
-BEGINS = [*range(0, 6144, 512)] * 3
+BEGINS = [*range(0, 6144, 512)] * 8
 # Name, sweep, duration, runs together (None: as many as in the sweep itself), what all over the
 # propagation must and should be at most.
 CASES = (
@@ -39,8 +41,13 @@ def plan_of(name, duration_s):
     return plan if duration_s is None else replace(plan, duration_s=duration_s)
 
 
-def shares(plan, count, rounds=7):
-    """Return the median CPU seconds of a batch, written as a part, and of its propagation."""
+def shares(plan, count, rounds=5):
+    """
+    Return the median CPU seconds of a run and, over its propagation's, their median ratio.
+
+    A round is the whole sweep but for what is left after the last batch of count runs, each batch
+    written as a part.
+    """
     inside, propagate = [], outcome.propagate_many
 
     def timed(*arguments):
@@ -49,36 +56,43 @@ def shares(plan, count, rounds=7):
         inside.append(time.process_time() - begin)
         return found
 
-    all_in_all, first = [], max(0, len(plan) // 2 - count // 2)
+    begins = range(0, len(plan) - count + 1, count)
+    per_run, ratios = [], []
     outcome.propagate_many = timed
     try:
         with tempfile.TemporaryDirectory() as directory:
             for _ in range(rounds + 1):
+                inside.clear()
                 begin = time.process_time()
-                columns = outcome.columns(plan, range(first, first + count))
-                write_part(Path(directory) / 'part', plan, table(plan, columns))
-                all_in_all.append(time.process_time() - begin)
+                for first in begins:
+                    columns = outcome.columns(plan, range(first, first + count))
+                    write_part(Path(directory) / 'part', plan, table(plan, columns))
+                    keep(Path(directory) / 'part')
+                seconds = time.process_time() - begin
+                per_run.append(seconds / count / len(begins))
+                ratios.append(seconds / sum(inside))
     finally:
         outcome.propagate_many = propagate
-    ratios = [a / b for a, b in zip(all_in_all[1:], inside[1:], strict=True)]
-    return statistics.median(all_in_all[1:]), statistics.median(ratios)
+    return statistics.median(per_run[1:]), statistics.median(ratios[1:])
 
 
-def two_cores(rounds=5):
-    """Return the wall seconds of the same runs on one process and on two, started before."""
-    text = plan_of('capture', ORBIT_S).to_text()
-    work = [text] * len(BEGINS), BEGINS, [begin + 512 for begin in BEGINS]
-    spawn, seconds = multiprocessing.get_context('spawn'), {}
-    for cores in (1, 2):
-        with ProcessPoolExecutor(cores, spawn) as pool:
-            list(pool.map(batch, *work))
-            times = []
-            for _ in range(rounds):
+def two_cores(rounds=7):
+    """Return the wall seconds of the same runs on one process and on two, both started before."""
+    text, spawn = plan_of('capture', ORBIT_S).to_text(), multiprocessing.get_context('spawn')
+    seconds: dict[int, list[float]] = {1: [], 2: []}
+    with ExitStack() as stack:
+        pools = {cores: stack.enter_context(ProcessPoolExecutor(cores, spawn)) for cores in (1, 2)}
+        parts = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        work = partial(store_batch, text, parts=parts)
+        for round_ in range(rounds + 1):
+            for cores, pool in pools.items():
                 begin = time.perf_counter()
-                list(pool.map(batch, *work))
-                times.append(time.perf_counter() - begin)
-        seconds[cores] = statistics.median(times)
-    return seconds
+                done = pool.map(work, BEGINS, [first + 512 for first in BEGINS])
+                for first, _ in zip(BEGINS, done, strict=True):
+                    keep(parts / part_name(first))
+                if round_:
+                    seconds[cores].append(time.perf_counter() - begin)
+    return {cores: statistics.median(times) for cores, times in seconds.items()}
 
 
 def main():
@@ -86,13 +100,12 @@ def main():
     claims = []
     for what, name, duration_s, count, must, aim in CASES:
         plan = plan_of(name, duration_s)
-        count = count or next(batches(plan))[1]
-        seconds, ratio = shares(plan, count)
+        seconds, ratio = shares(plan, count or next(batches(plan))[1])
         claims.append(
             Claim(
                 f'a run of {what}, over its propagation alone',
-                milliseconds(seconds / count),
-                milliseconds(seconds / ratio / count),
+                milliseconds(seconds),
+                milliseconds(seconds / ratio),
                 ratio,
                 must,
                 aim,

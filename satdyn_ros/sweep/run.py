@@ -34,7 +34,7 @@ from ..run.scenario import Scenario
 from .outcome import columns
 from .plan import Plan
 from .resources import check_resources
-from .table import table, unite, write_part
+from .table import keep, table, unite, write_part
 
 # Batches handed over at a time: enough for a large cluster, few enough for a small memory.
 _IN_FLIGHT = 256
@@ -70,7 +70,7 @@ def sweep(
         # would be awaited for ever.  Those of a cluster may have no common disk.
         work = batch if dask_address else partial(store_batch, parts=parts)
         _run_batches(plan, parts, _executor(workers, dask_address), work, show)
-        unite(whole, plan, [parts / _name(first) for first, _ in batches(plan)])
+        unite(whole, plan, [parts / part_name(first) for first, _ in batches(plan)])
     shutil.rmtree(parts, ignore_errors=True)
     for run in plan.bags:
         _record(plan, run, directory / 'bags')
@@ -86,6 +86,11 @@ def batches(plan: Plan) -> Iterator[tuple[int, int]]:
         yield first, min(first + size, len(plan))
 
 
+def part_name(first: int) -> str:
+    """Return the file name of the batch that begins with a run."""
+    return f'{first:09d}.parquet'
+
+
 def batch(text: str, first: int, last: int) -> pa.Table:
     """Return the rows of the runs first to last - 1 of the plan of a text."""
     plan = _plan(text)
@@ -93,8 +98,8 @@ def batch(text: str, first: int, last: int) -> pa.Table:
 
 
 def store_batch(text: str, first: int, last: int, parts: Path) -> None:
-    """Write the rows of the runs first to last - 1 as the part of their batch."""
-    write_part(parts / _name(first), _plan(text), batch(text, first, last))
+    """Write the rows of the runs first to last - 1 as the part of their batch, to be kept."""
+    write_part(parts / part_name(first), _plan(text), batch(text, first, last))
 
 
 _plan = lru_cache(maxsize=1)(Plan.from_text)
@@ -102,8 +107,9 @@ _plan = lru_cache(maxsize=1)(Plan.from_text)
 
 def _run_batches(plan, parts, executor, work, show):
     text = plan.to_text()
-    missing = (each for each in batches(plan) if not (parts / _name(each[0])).exists())
-    done = sum(last - first for first, last in batches(plan) if (parts / _name(first)).exists())
+    kept = {each for each in batches(plan) if (parts / part_name(each[0])).exists()}
+    missing = (each for each in batches(plan) if each not in kept)
+    done = sum(last - first for first, last in kept)
     running: dict[Any, Any] = {}
     finished: SimpleQueue[Any] = SimpleQueue()
     with interruptible(), executor as pool:
@@ -122,8 +128,11 @@ def _run_batches(plan, parts, executor, work, show):
                 future = finished.get()
                 with uninterrupted():
                     rows, (first, last) = future.result(), running.pop(future)
+                    part = parts / part_name(first)
                     if rows is not None:
-                        write_part(parts / _name(first), plan, rows)
+                        write_part(part, plan, rows)
+                    # Not by the processes, which would wait for the disk.
+                    keep(part)
                 done += last - first
         except BaseException:
             with uninterrupted():
@@ -212,7 +221,3 @@ def _record(plan, run, bags):
         pass
     (unfinished / name).rename(bags / name)
     unfinished.rmdir()
-
-
-def _name(first):
-    return f'{first:09d}.parquet'

@@ -112,13 +112,22 @@ def _array(values, kind):
 
 
 def write_part(path: Path, plan: Plan, part: pa.Table) -> None:
-    """Write runs as a Parquet file, atomically."""
+    """Write runs as a Parquet file, which is there once it is kept."""
     _write(path, plan, [part])
+
+
+def keep(path: Path) -> None:
+    """Sync a written file to disk and give it its name: then it is whole, or not there at all."""
+    partial = _partial(path)
+    with partial.open('rb') as file:
+        os.fsync(file.fileno())
+    os.replace(partial, path)
 
 
 def unite(path: Path, plan: Plan, parts: Iterable[Path]) -> None:
     """Write the rows of parts, in their order, as one Parquet file, few in memory at a time."""
     _write(path, plan, _groups(plan, iter(parts)))
+    keep(path)
 
 
 def _groups(plan, parts):
@@ -127,11 +136,10 @@ def _groups(plan, parts):
 
 
 def _write(path, plan, tables):
-    partial = path.with_suffix('.partial')
-    with partial.open('wb') as file:
-        with pq.ParquetWriter(file, schema(plan), compression='zstd') as writer:
-            for table in tables:
-                writer.write_table(table)
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(partial, path)
+    with pq.ParquetWriter(_partial(path), schema(plan), compression='zstd') as writer:
+        for table in tables:
+            writer.write_table(table)
+
+
+def _partial(path):
+    return path.with_suffix('.partial')

@@ -14,7 +14,7 @@ from satdyn_ros.sweep.capture import capture_times, judged_axis
 from satdyn_ros.sweep.measures import pass_over
 from satdyn_ros.sweep.outcome import columns
 from satdyn_ros.sweep.plan import Plan
-from satdyn_ros.sweep.table import table, write_part
+from satdyn_ros.sweep.table import keep, table, write_part
 
 from .sweeps import rows_of, write
 
@@ -48,6 +48,7 @@ def test_the_table_says_what_captured_means(tmp_path):
     plan = Plan.from_yaml(write(tmp_path))
     path = tmp_path / 'part.parquet'
     write_part(path, plan, table(plan, columns(plan, range(1))))
+    keep(path)
     meaning = pq.read_schema(path).field('captured').metadata[b'description']
     assert b'does not cross the local horizontal during at least the last orbit' in meaning
 

@@ -23,15 +23,17 @@ from satdyn_ros.sweep.table import keep, table, write_part
 
 SWEEPS = Path(__file__).parents[1] / 'config' / 'sweeps'
 ORBIT_S = 5677.0
-# Batches on one and on two cores, so many that their beginning and end do not show.
-BEGINS = [*range(0, 6144, 512)] * 8
+# Batches on one and on two cores, as large as those of a long sweep, and so many that their
+# beginning and end do not show.
+SIZE = 1024
+BEGINS = [*range(0, 6 * SIZE, SIZE)] * 12
 # Name, sweep, duration, runs together (None: as many as in the sweep itself), what all over the
 # propagation must and should be at most.
 CASES = (
     ('capture.yaml, ten orbits', 'capture', None, None, 1.5, 1.2),
     ('smelt.yaml, twenty orbits', 'smelt', None, None, 1.5, 1.2),
-    ('capture.yaml, one orbit', 'capture', ORBIT_S, 1024, 3.0, 2.0),
-    ('monte_carlo.yaml, one orbit', 'monte_carlo', ORBIT_S, 1024, 3.0, 2.0),
+    ('capture.yaml, one orbit', 'capture', ORBIT_S, SIZE, 3.0, 2.0),
+    ('monte_carlo.yaml, one orbit', 'monte_carlo', ORBIT_S, SIZE, 3.0, 2.0),
 )
 
 
@@ -87,7 +89,7 @@ def two_cores(rounds=7):
         for round_ in range(rounds + 1):
             for cores, pool in pools.items():
                 begin = time.perf_counter()
-                done = pool.map(work, BEGINS, [first + 512 for first in BEGINS])
+                done = pool.map(work, BEGINS, [first + SIZE for first in BEGINS])
                 for first, _ in zip(BEGINS, done, strict=True):
                     keep(parts / part_name(first))
                 if round_:
@@ -115,7 +117,7 @@ def main():
     cores = two_cores()
     claims.append(
         Claim(
-            f'{512 * len(BEGINS)} runs of one orbit, two cores against one (wall)',
+            f'{SIZE * len(BEGINS)} runs of one orbit, two cores against one (wall)',
             milliseconds(cores[2]),
             milliseconds(cores[1]),
             cores[1] / cores[2],

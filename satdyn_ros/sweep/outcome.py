@@ -25,8 +25,9 @@ from .plan import Plan
 
 # Samples held at a time, some hundred megabytes: of longer runs, fewer are done together.
 _SAMPLES_AT_ONCE = 4_000_000
-# Samples measured at a time: what is computed from them stays in the cache.
-_SAMPLES_IN_CACHE = 48_000
+# Samples measured at a time, so few that what is computed from them stays in the cache, and most
+# of its memory in the process: that of large arrays is given back and had anew, page by page.
+_SAMPLES_IN_CACHE = 28_000
 
 OutcomeColumns = dict[str, Any]
 
@@ -66,19 +67,23 @@ def _fill(plan, runs, values, first, table):
 
 def _alike(plan, values) -> Iterator[np.ndarray]:
     """Yield the rows of runs that differ only in numbers."""
-    kinds = defaultdict(list)
-    for row in range(len(next(iter(values.values())))):
-        kinds[tuple(_kind(v, values[v.name][row]) for v in plan.vary)].append(row)
-    yield from (np.array(rows) for rows in kinds.values())
+    rows = range(len(next(iter(values.values()))))
+    alike = defaultdict(list)
+    for row, *kinds in zip(rows, *(_kinds(v, values[v.name]) for v in plan.vary), strict=True):
+        alike[tuple(kinds)].append(row)
+    yield from map(np.array, alike.values())
 
 
-def _kind(varied, value):
+def _kinds(varied, values):
+    """Return of each value what runs that fly together have in common."""
     key = varied.quantity.key
-    if key.kind == 'double':
-        # A circular orbit conserves what an ellipse does not; likewise rotors without friction.
-        decides = key.name == 'orbit.eccentricity' or key.name.endswith('.friction')
-        return decides and value == 0.0
-    return len(value) if key.kind == 'double_array' else value
+    if key.kind == 'double_array':
+        return map(len, values)
+    if key.kind != 'double':
+        return values
+    # A circular orbit conserves what an ellipse does not; likewise rotors without friction.
+    decides = key.name == 'orbit.eccentricity' or key.name.endswith('.friction')
+    return np.equal(values, 0.0) if decides else (None,) * len(values)
 
 
 def _fly_together(plan, runs, values, rows, first, table):

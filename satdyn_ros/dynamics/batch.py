@@ -200,11 +200,12 @@ def _fly(t_s, flights, lanes, single, like):
                     _await_row(t_s, flights, lanes, l, steps[l] + 1.0)
         if advance(lanes, like, changing):
             for l in range(LANES):
-                m = motion[l]
-                if m >= 0 and steps[l] >= lanes.limit[l]:
-                    _end(m, TOO_MANY_STEPS, flights, lanes, l)
-                elif m >= 0 and not t[l] < t[l] + h[l] < np.inf:
-                    _end(m, STUCK, flights, lanes, l)
+                if motion[l] < 0:
+                    continue
+                if steps[l] >= lanes.limit[l]:
+                    _end(TOO_MANY_STEPS, flights, lanes, l)
+                elif not t[l] < t[l] + h[l] < np.inf:
+                    _end(STUCK, flights, lanes, l)
     return False
 
 
@@ -213,15 +214,16 @@ def _await_row(t_s, flights, lanes, l, steps):
     """Let a lane fly on to its motion's next row, if there is one; steps: taken so far."""
     m = lanes.motion[l]
     if flights.rows[m] == len(t_s):
-        _end(m, REACHED, flights, lanes, l)
+        _end(REACHED, flights, lanes, l)
     else:
         lanes.row_s[l] = t_s[flights.rows[m]]
         lanes.limit[l] = steps + flights.steps_allowed[m]
 
 
 @inlined
-def _end(m, outcome, flights, lanes, l):
-    """End a motion; what its lane flies until the next takes it is of no use."""
+def _end(outcome, flights, lanes, l):
+    """End the motion of a lane; what that flies until the next takes it is of no use."""
+    m = lanes.motion[l]
     flights.outcome[m], flights.reached_s[m] = outcome, lanes.t[l]
     lanes.motion[l], lanes.row_s[l], lanes.limit[l] = -1, np.inf, np.inf
 

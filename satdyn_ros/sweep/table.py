@@ -136,7 +136,10 @@ def _groups(plan, parts):
 
 
 def _write(path, plan, tables):
-    with pq.ParquetWriter(_partial(path), schema(plan), compression='zstd') as writer:
+    with (
+        _partial(path).open('wb') as file,
+        pq.ParquetWriter(file, schema(plan), compression='zstd') as writer,
+    ):
         for table in tables:
             writer.write_table(table)
 

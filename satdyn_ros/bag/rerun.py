@@ -70,6 +70,7 @@ def rerun(
             rows[run.channel_id(name)] = packers[name].pack(samples)
         full, some = parted(rows)
         table = TickTable.of(len(samples), full)
+        table.stamp(samples.stamps_ns)
         done = 0
         while rows and done < len(samples):
             rest = {channel_id: messages[done:] for channel_id, messages in some.items()}

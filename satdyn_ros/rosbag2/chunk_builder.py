@@ -32,7 +32,7 @@ class BuiltContents:
         declarations: tuple[dict[int, Schema], dict[int, Channel]],
     ):
         self.data, self.declarations = data, declarations
-        self._entries = {i: np.concatenate(entries[i]) for i in sorted(entries)}
+        self._entries = {i: _joined(entries[i]) for i in sorted(entries)}
         self.counts = {i: len(some) for i, some in self._entries.items()}
         # Messages of a channel come in the order of their log times.
         first = [int(some[0, 0]) for some in self._entries.values()]
@@ -94,8 +94,8 @@ class ChunkBuilder:
         """
         Append the messages of ticks until the chunk is full; return how many ticks were added.
 
-        stamps_ns (N,); table: of N ticks, whose heads get the stamps, and which must not change
-        until the chunk is taken.  some: by channel messages at some of the ticks, which follow.
+        stamps_ns (N,); table: of N ticks, stamped so, and which must not change until the chunk is
+        taken.  some: by channel messages at some of the ticks, which follow.
         """
         size = table.records.shape[1]
         # No more fit, whatever else comes between them.
@@ -106,7 +106,6 @@ class ChunkBuilder:
             return self._add_with_others(stamps_ns, table, between)
         count, first = len(stamps_ns), self._size
         table = table[:count]
-        table.stamp(stamps_ns)
         records = table.records.reshape(-1)
         if self.is_empty and len(records) >= CHUNK_SIZE:
             # The chunk is rows of the table: nothing needs to be copied.
@@ -128,9 +127,10 @@ class ChunkBuilder:
         parts = [(np.arange(count), table[:count])]
         for channel_id, row in some.items():
             fits = row[:count]
-            parts.append((fits.places, TickTable.of(len(fits.places), {channel_id: fits.rows})))
+            part = TickTable.of(len(fits.places), {channel_id: fits.rows})
+            part.stamp(stamps_ns[fits.places])
+            parts.append((fits.places, part))
         for places, part in parts:
-            part.stamp(stamps_ns[places])
             self._note_ticks(part, stamps_ns[places], first + begins[places])
             scatter(block, begins[places], part.records)
             begins[places] += part.records.shape[1]
@@ -179,3 +179,7 @@ class ChunkBuilder:
         place = self._data[self._size : end]
         self._size = end
         return place
+
+
+def _joined(parts):
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)

@@ -58,9 +58,10 @@ class TickTable:
 
     def stamp(self, stamps_ns: np.ndarray) -> None:
         """Write the times (N,) of the ticks into all heads."""
+        times = stamps_ns.astype(HEAD['log_time'])
         for channel_id in self.places:
             heads = self.heads(channel_id)
-            heads['log_time'] = heads['publish_time'] = stamps_ns
+            heads['log_time'] = heads['publish_time'] = times
 
     def _view(self, begin, dtype):
         return self.records[:, begin : begin + dtype.itemsize].view(dtype)[:, 0]

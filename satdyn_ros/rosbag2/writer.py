@@ -120,6 +120,7 @@ class BagWriter:
         """
         if not (table.places or some):
             return len(table)
+        table[: len(stamps_ns)].stamp(stamps_ns)
         with self._telling():
             done = 0
             while done < len(stamps_ns):
@@ -224,28 +225,35 @@ class BagWriter:
     def _file_is_full(self, stamp_ns):
         if self._metadata.files[-1].message_count == 0:
             return False
-        too_large = 0 < self._max_size_bytes <= self._file.size
-        return too_large or stamp_ns - self._first_ns(stamp_ns) > self._max_duration_ns
+        spans_ns = stamp_ns - self._first_ns(stamp_ns)
+        return self._file_is_too_large or spans_ns > self._max_duration_ns
+
+    @property
+    def _file_is_too_large(self):
+        return 0 < self._max_size_bytes <= self._file.size
 
     def _first_ns(self, stamp_ns):
         """Return the first log time of the current file, or stamp_ns if it has none yet."""
         return min(stamp_ns, self._metadata.files[-1].first_ns)
 
     def _add_ticks(self, stamps_ns, table, some):
-        """Write as many of the ticks as the current chunk has room for; return how many."""
+        """Write the ticks until the file is too large; return how many."""
         channels = self._file.tally.channels
         topics = [channels[channel_id].topic for channel_id in table.places]
         for topic in topics:
             self._declared(topic)
         between = {self._declared(topic): rows for topic, rows in some.items()}
-        count = self._chunk.add_ticks(stamps_ns, table, between)
+        done = 0
+        while done == 0 or (done < len(stamps_ns) and not self._file_is_too_large):
+            rest = {channel_id: rows[done:] for channel_id, rows in between.items()}
+            done += self._chunk.add_ticks(stamps_ns[done:], table[done:], rest)
+            if self._chunk.is_full:
+                self._end_chunk()
         for topic in topics:
-            self._count(topic, stamps_ns[:count])
+            self._count(topic, stamps_ns[:done])
         for topic, rows in some.items():
-            self._count(topic, stamps_ns[rows[:count].places])
-        if self._chunk.is_full:
-            self._end_chunk()
-        return count
+            self._count(topic, stamps_ns[rows[:done].places])
+        return done
 
     def _declared(self, topic):
         """Return a topic's channel; a file declares it before its first message."""

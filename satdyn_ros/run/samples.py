@@ -17,8 +17,9 @@ class Stamped:
 
     @cached_property
     def seconds(self) -> tuple[np.ndarray, np.ndarray]:
-        """The stamps' whole seconds (N,), and the nanoseconds (N,) beyond them."""
-        return np.divmod(self.stamps_ns, 10**9)
+        """The stamps' whole seconds (N,) int32, and the nanoseconds (N,) uint32 beyond them."""
+        seconds, nanoseconds = np.divmod(self.stamps_ns, 10**9)
+        return seconds.astype(np.int32), nanoseconds.astype(np.uint32)
 
     def __len__(self) -> int:
         return len(self.stamps_ns)

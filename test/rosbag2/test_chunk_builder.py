@@ -60,6 +60,7 @@ def test_built_as_read(added):
             stamp_ns = int(stamps_ns[-1])
             messages = {i: rows(count, length, i) for i, length in full.items()}
             table, between = TickTable.of(count, messages), {}
+            table.stamp(stamps_ns)
             for i, every in some.items():
                 places = np.arange(0, count, every)
                 between[i] = SomeRows(places, rows(len(places), 16, i))

@@ -8,6 +8,7 @@ import zlib
 from collections import Counter
 from pathlib import Path
 
+import numpy as np
 import zstandard
 from common import Claim, medians, milliseconds, show
 from copies import SENSORS, copying
@@ -165,12 +166,16 @@ def ready(duration_s):
     return samples.stamps_ns.tolist(), rows
 
 
-def floor(directory):
+def floor(compress):
     """Compress, sum and write the bytes of a day's chunks: what nobody can save."""
-    with open(directory / 'floor', 'xb') as file:
-        for chunk in CHUNKS:
-            zlib.crc32(chunk)
-            file.write(zstandard.ZstdCompressor(level=-1).compress(chunk))
+
+    def write(directory):
+        with open(directory / 'floor', 'xb') as file:
+            for chunk in CHUNKS:
+                zlib.crc32(chunk)
+                file.write(compress(np.frombuffer(chunk, np.uint8)))
+
+    return write
 
 
 def chunks(bag):
@@ -207,6 +212,7 @@ def parts() -> str:
             for i, topic in enumerate(packers):
                 places = table[: len(samples)].messages(i)
                 timed('packing of messages', topic.pack, samples, places)
+            timed('laying out in chunks', table[: len(samples)].stamp, samples.stamps_ns)
             done = 0
             while done < len(samples):
                 rest = samples.stamps_ns[done:], table[done:]
@@ -249,7 +255,8 @@ def main(rounds=7):
         CHUNKS = chunks(Path(name) / 'ours')
     contenders = {
         'ours': ours,
-        'floor': floor,
+        'floor': floor(zstandard.ZstdCompressor(level=-1).compress),
+        'its zstd': floor(compressor('zstd')),
         'mcap': mcap_writer,
         'foxglove': foxglove,
         'sensed': sensed,
@@ -272,16 +279,20 @@ def main(rounds=7):
             ('foxglove', "foxglove-sdk's writer of ready bytes", 4.0),
         )
     ]
-    claims.append(
+    claims += [
         Claim(
-            'the same over compressing, summing and writing the same contents',
+            f'the same over compressing ({how}), summing and writing the same contents',
             milliseconds(seconds['ours']),
-            milliseconds(seconds['floor']),
-            seconds['ours'] / seconds['floor'],
-            1.4,
+            milliseconds(seconds[contender]),
+            seconds['ours'] / seconds[contender],
+            must,
             at_most=True,
         )
-    )
+        for contender, how, must in (
+            ('floor', 'zstd at level -1', 1.4),
+            ('its zstd', 'with our settings of zstd, which are faster', None),
+        )
+    ]
     claims.append(
         Claim(
             'a run with gyro and star tracker over one with two further topics of this size',

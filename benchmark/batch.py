@@ -1,12 +1,10 @@
 """Many trajectories compared with heyoka's batch and ensemble modes, and one core with two."""
 
-import multiprocessing
-import time
 from concurrent.futures import ProcessPoolExecutor
 
 import heyoka as hy
 import numpy as np
-from common import Claim, medians, milliseconds, show
+from common import Claim, medians, milliseconds, one_and_two_cores, show
 from problem import (
     DURATION_S,
     START,
@@ -26,7 +24,7 @@ END_S = np.array([DURATION_S])
 # Slightly different rates, the first of them the test problem's.
 RATES = START.omega_bi_b * (1.0 + 1e-3 * np.arange(COUNT))[:, None]
 # So many that giving out the work does not show.
-MANY = np.tile(RATES, (8, 1))
+MANY = np.tile(RATES, (32, 1))
 
 
 def ours(rates=RATES):
@@ -77,25 +75,10 @@ def heyoka_ensemble():
     return run
 
 
-def _share(rates):
-    begin = time.perf_counter()
-    ours(rates)
-    return time.perf_counter() - begin
-
-
-def two_cores(rounds=7):
-    """Return the wall seconds of the same work on one process and on two, started before."""
-    spawn, seconds = multiprocessing.get_context('spawn'), {}
-    for cores in (1, 2):
-        with ProcessPoolExecutor(cores, spawn) as pool:
-            list(pool.map(_share, [RATES[:1]] * 4 * cores))
-            times = []
-            for _ in range(rounds):
-                begin = time.perf_counter()
-                list(pool.map(_share, np.split(MANY, len(MANY) // 64)))
-                times.append(time.perf_counter() - begin)
-        seconds[cores] = float(np.median(times))
-    return seconds
+def many(pool: ProcessPoolExecutor) -> None:
+    """Propagate MANY in a pool of processes."""
+    for _ in pool.map(ours, np.split(MANY, len(MANY) // 64)):
+        pass
 
 
 def main():
@@ -109,7 +92,7 @@ def main():
     for name, run in contenders.items():
         q = run()[:1]
         check(name, from_lvlh(q, END_S) if 'LVLH' in name else q, END_S)
-    seconds, cores = medians(contenders), two_cores()
+    seconds = medians(contenders)
     claims = [
         Claim(
             f'a trajectory of {COUNT}, against {peer}',
@@ -122,15 +105,7 @@ def main():
         )
         for peer in list(contenders)[1:]
     ]
-    claims.append(
-        Claim(
-            f'{len(MANY)} trajectories, two cores against one (wall)',
-            milliseconds(cores[2]),
-            milliseconds(cores[1]),
-            cores[1] / cores[2],
-            1.8,
-        )
-    )
+    claims.append(one_and_two_cores(f'{len(MANY)} trajectories', many, 1.8))
     return 'Many trajectories', show(claims), ''
 
 

@@ -1,8 +1,10 @@
 """What the benchmarks share: contenders in turn, medians of CPU time, a table of ratios."""
 
+import multiprocessing
 import statistics
 import time
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 
 
@@ -57,6 +59,34 @@ def medians(contenders: dict[str, Callable[[], object]], rounds: int = 7) -> dic
             passed = time.process_time() - begin
             seconds[name].append(own if isinstance(own, float) else passed)
     return {name: statistics.median(values) for name, values in seconds.items()}
+
+
+def one_and_two_cores(
+    what: str, run: Callable[[ProcessPoolExecutor], object], must: float, rounds: int = 9
+) -> Claim:
+    """
+    Return how much sooner run(pool) is done with two processes than with one (wall).
+
+    They are started before.  One and two take turns, and the ratio is the median of neighbours':
+    the machine may become faster or slower from round to round.
+    """
+    spawn = multiprocessing.get_context('spawn')
+    seconds: dict[int, list[float]] = {1: [], 2: []}
+    with ProcessPoolExecutor(1, spawn) as one, ProcessPoolExecutor(2, spawn) as two:
+        for _ in range(rounds + 1):
+            for cores, pool in ((1, one), (2, two)):
+                begin = time.perf_counter()
+                run(pool)
+                seconds[cores].append(time.perf_counter() - begin)
+    # In the first round they load their code.
+    ones, twos = seconds[1][1:], seconds[2][1:]
+    return Claim(
+        f'{what}, two cores against one (wall)',
+        milliseconds(statistics.median(twos)),
+        milliseconds(statistics.median(ones)),
+        statistics.median(one / two for one, two in zip(ones, twos, strict=True)),
+        must,
+    )
 
 
 def milliseconds(seconds: float) -> str:

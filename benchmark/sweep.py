@@ -4,17 +4,15 @@ A sweep end to end, beside its propagation alone: what a run costs but for its s
 The propagation's share is the CPU time inside propagate_many, in the same run.
 """
 
-import multiprocessing
 import statistics
 import tempfile
 import time
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from common import Claim, milliseconds, show
+from common import Claim, milliseconds, one_and_two_cores, show
 
 from satdyn_ros.sweep import outcome
 from satdyn_ros.sweep.plan import Plan
@@ -26,7 +24,7 @@ ORBIT_S = 5677.0
 # Batches on one and on two cores, as large as those of a long sweep, and so many that their
 # beginning and end do not show.
 SIZE = 1024
-BEGINS = [*range(0, 6 * SIZE, SIZE)] * 12
+BEGINS = [*range(0, 6 * SIZE, SIZE)] * 16
 # Name, sweep, duration, runs together (None: as many as in the sweep itself), what all over the
 # propagation must and should be at most.
 CASES = (
@@ -78,23 +76,19 @@ def shares(plan, count, rounds=5):
     return statistics.median(per_run[1:]), statistics.median(ratios[1:])
 
 
-def two_cores(rounds=7):
-    """Return the wall seconds of the same runs on one process and on two, both started before."""
-    text, spawn = plan_of('capture', ORBIT_S).to_text(), multiprocessing.get_context('spawn')
-    seconds: dict[int, list[float]] = {1: [], 2: []}
-    with ExitStack() as stack:
-        pools = {cores: stack.enter_context(ProcessPoolExecutor(cores, spawn)) for cores in (1, 2)}
-        parts = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+def two_cores() -> Claim:
+    """Return the claim of two cores, written as a sweep writes its parts."""
+    text = plan_of('capture', ORBIT_S).to_text()
+    with tempfile.TemporaryDirectory() as directory:
+        parts = Path(directory)
         work = partial(store_batch, text, parts=parts)
-        for round_ in range(rounds + 1):
-            for cores, pool in pools.items():
-                begin = time.perf_counter()
-                done = pool.map(work, BEGINS, [first + SIZE for first in BEGINS])
-                for first, _ in zip(BEGINS, done, strict=True):
-                    keep(parts / part_name(first))
-                if round_:
-                    seconds[cores].append(time.perf_counter() - begin)
-    return {cores: statistics.median(times) for cores, times in seconds.items()}
+
+        def run(pool: ProcessPoolExecutor) -> None:
+            done = pool.map(work, BEGINS, [first + SIZE for first in BEGINS])
+            for first, _ in zip(BEGINS, done, strict=True):
+                keep(parts / part_name(first))
+
+        return one_and_two_cores(f'{SIZE * len(BEGINS)} runs of one orbit', run, 1.9)
 
 
 def main():
@@ -114,16 +108,7 @@ def main():
                 at_most=True,
             )
         )
-    cores = two_cores()
-    claims.append(
-        Claim(
-            f'{SIZE * len(BEGINS)} runs of one orbit, two cores against one (wall)',
-            milliseconds(cores[2]),
-            milliseconds(cores[1]),
-            cores[1] / cores[2],
-            1.9,
-        )
-    )
+    claims.append(two_cores())
     return 'Sweeps', show(claims), ''
 
 

@@ -134,11 +134,14 @@ def main(rounds: int = 5) -> tuple[str, list[Claim], str]:
             f'{of(medians[kind]):.2f} s',
             f'{of(medians["read"]):.2f} s',
             of(medians[kind]) / of(medians['read']),
-            must=None if kind == 'npz' else 1.5,
+            must=None if kind == 'npz' else must,
             at_most=True,
         )
         for kind in TABLES
-        for name, of in (('wall', lambda cost: cost.wall), ('CPU', lambda cost: cost.cpu))
+        for name, of, must in (
+            ('wall', lambda cost: cost.wall, 1.5),
+            ('CPU, both cores', lambda cost: cost.cpu, None),
+        )
     ] + [
         Claim(
             f'memory of a week at 10 Hz as .{kind}',
@@ -156,10 +159,11 @@ def main(rounds: int = 5) -> tuple[str, list[Claim], str]:
         for contender, each in medians.items()
     ]
     text = '\n'.join(rows) + (
-        '\n\nThe next rows of a .csv or .parquet are read while the last are written.  The '
-        "kernel's part is mostly that of writing the bytes, whoever writes them.  Where the "
-        'memory for them must first be had from the host of a virtual machine it is many times '
-        'what it is at once after, as the last two lines show.'
+        '\n\nWhat must hold is the time.  The next rows of a .csv or .parquet are read while the '
+        "last are written, on another core.  The kernel's part is mostly that of writing the "
+        'bytes, whoever writes them.  Where the memory for them must first be had from the host '
+        'of a virtual machine it is many times what it is at once after, as the last two lines '
+        'show.'
     )
     print(text)
     return 'Export', show(claims), text

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from pathlib import Path
 
 
 @dataclass(frozen=True)
@@ -87,6 +88,12 @@ def one_and_two_cores(
         statistics.median(one / two for one, two in zip(ones, twos, strict=True)),
         must,
     )
+
+
+def peak_memory_kb() -> int:
+    """Return the most memory that this process has had."""
+    # Not ru_maxrss, which a process begins with that of the one that starts it.
+    return int(Path('/proc/self/status').read_text().split('VmHWM:')[1].split()[0])
 
 
 def milliseconds(seconds: float) -> str:

@@ -89,12 +89,10 @@ def cost(run: Callable[[], object]) -> Cost:
 
 def memory_mb(bag: Path, kind: str) -> float:
     """Return the peak memory of a process that exports a bag."""
-    # Not ru_maxrss, which a process begins with that of the one that starts it.
     program = (
         'import sys; from pathlib import Path; sys.path.insert(0, sys.argv[1]);'
-        'import export; export.written(Path(sys.argv[2]), sys.argv[3]);'
-        "status = Path('/proc/self/status').read_text();"
-        "print(status.split('VmHWM:')[1].split()[0])"
+        'import common, export; export.written(Path(sys.argv[2]), sys.argv[3]);'
+        'print(common.peak_memory_kb())'
     )
     output = subprocess.run(
         [sys.executable, '-c', program, str(Path(__file__).parent), str(bag), kind],

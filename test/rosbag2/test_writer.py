@@ -336,19 +336,30 @@ def test_a_bag_splits_by_duration(tmp_path):
     assert len(flights.sequence(tmp_path / 'bag')) == 30
 
 
-def test_a_bag_splits_by_size(tmp_path):
+@pytest.mark.parametrize('at_once', [1000, 100_000])
+def test_a_bag_splits_by_size(tmp_path, at_once):
     """As rosbag2: a file that has reached the size is followed by the next one."""
     count = 100_000
     noise = np.random.default_rng(1).integers(0, 256, (count, 20), np.uint8).view('V20')[:, 0]
     with BagWriter(tmp_path / 'bag', [A], max_size_bytes=1_000_000) as writer:
-        for first in range(0, count, 1000):
-            part = slice(first, first + 1000)
-            writer.write(stamps(1000, first), {'/a': noise[part]})
+        for first in range(0, count, at_once):
+            part = slice(first, first + at_once)
+            writer.write(stamps(at_once, first), {'/a': noise[part]})
     sizes = [path.stat().st_size for path in sorted((tmp_path / 'bag').glob('*.mcap'))]
     assert len(sizes) >= 3
     # It ends with the chunk that reached the size; compressed chunks and indexes are below 1 MB.
     assert all(1_000_000 <= size < 2_000_000 for size in sizes[:-1])
     assert [data for _, _, data in flights.sequence(tmp_path / 'bag')] == [bytes(n) for n in noise]
+
+
+def test_a_file_that_begins_too_large_still_takes_a_chunk(tmp_path):
+    """A limit below the size of what every file begins with ends it at its first chunk."""
+    with BagWriter(tmp_path / 'bag', [A], max_size_bytes=1) as writer:
+        writer.write(stamps(100_000), {'/a': rows(12, 100_000)})
+    paths = sorted((tmp_path / 'bag').glob('*.mcap'))
+    assert len(paths) >= 3
+    assert [len(only(path, Chunk)) for path in paths] == [1] * len(paths)
+    assert len(flights.sequence(tmp_path / 'bag')) == 100_000
 
 
 # -- what outlives the writer --------------------------------------------------------------------

@@ -2,6 +2,8 @@
 
 import multiprocessing
 import statistics
+import subprocess
+import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
@@ -94,6 +96,17 @@ def peak_memory_kb() -> int:
     """Return the most memory that this process has had."""
     # Not ru_maxrss, which a process begins with that of the one that starts it.
     return int(Path('/proc/self/status').read_text().split('VmHWM:')[1].split()[0])
+
+
+def printed_mb(program: str, *arguments: object) -> float:
+    """Return as MB the kB that a Python program prints, which imports what is in this folder."""
+    begin = f'import sys; sys.path.insert(0, {str(Path(__file__).parent)!r}); import common; '
+    output = subprocess.run(
+        [sys.executable, '-c', begin + program, *map(str, arguments)],
+        stdout=subprocess.PIPE,
+        check=True,
+    ).stdout
+    return int(output) / 1024.0
 
 
 def milliseconds(seconds: float) -> str:

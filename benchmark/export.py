@@ -2,14 +2,13 @@
 
 import os
 import statistics
-import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from common import Claim, show
+from common import Claim, printed_mb, show
 
 from satdyn_ros.bag.columns import StateTable
 from satdyn_ros.bag.export import export
@@ -89,17 +88,12 @@ def cost(run: Callable[[], object]) -> Cost:
 
 def memory_mb(bag: Path, kind: str) -> float:
     """Return the peak memory of a process that exports a bag."""
-    program = (
-        'import sys; from pathlib import Path; sys.path.insert(0, sys.argv[1]);'
-        'import common, export; export.written(Path(sys.argv[2]), sys.argv[3]);'
-        'print(common.peak_memory_kb())'
+    return printed_mb(
+        'from pathlib import Path; import export; export.written(Path(sys.argv[1]), sys.argv[2]);'
+        'print(common.peak_memory_kb())',
+        bag,
+        kind,
     )
-    output = subprocess.run(
-        [sys.executable, '-c', program, str(Path(__file__).parent), str(bag), kind],
-        stdout=subprocess.PIPE,
-        check=True,
-    ).stdout
-    return int(output) / 1024.0
 
 
 def main(rounds: int = 5) -> tuple[str, list[Claim], str]:

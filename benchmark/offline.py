@@ -1,7 +1,5 @@
 """Scenario to bag without pacing, beside what a user writes with mcap or the Foxglove SDK."""
 
-import subprocess
-import sys
 import tempfile
 import time
 import zlib
@@ -10,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import zstandard
-from common import Claim, medians, milliseconds, show
+from common import Claim, medians, milliseconds, printed_mb, show
 from copies import SENSORS, copying
 
 from satdyn_ros.bag.simulate import BLOCK_TICKS, simulate
@@ -232,19 +230,14 @@ def parts() -> str:
 
 def memory_mb(days) -> float:
     """Return the peak memory above the start of a process that records some days."""
-    program = (
-        'import sys; sys.path.insert(0, sys.argv[1]); import common, offline;'
-        'offline.written(lambda place: offline.ours(place, 600.0))();'
+    return printed_mb(
+        'import offline; offline.written(lambda place: offline.ours(place, 600.0))();'
         'begin = common.peak_memory_kb();'
-        f'offline.written(lambda place: offline.ours(place, {days} * offline.DAY_S))();'
-        'print(common.peak_memory_kb() - begin)'
+        'duration_s = float(sys.argv[1]) * offline.DAY_S;'
+        'offline.written(lambda place: offline.ours(place, duration_s))();'
+        'print(common.peak_memory_kb() - begin)',
+        days,
     )
-    output = subprocess.run(
-        [sys.executable, '-c', program, str(Path(__file__).parent)],
-        stdout=subprocess.PIPE,
-        check=True,
-    ).stdout
-    return int(output) / 1024.0
 
 
 def main(rounds=7):

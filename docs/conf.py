@@ -41,7 +41,7 @@ autodoc_typehints = 'signature'
 
 nitpicky = True
 # Types of other libraries, and type variables, which have no page.
-nitpick_ignore_regex = [('py:.*', r'(?!satdyn_ros).*'), ('py:.*', r'.*\._Messages')]
+nitpick_ignore_regex = [('py:.*', r'(?!satdyn_ros).*'), ('py:.*', r'.*\._(Messages|Name)')]
 
 
 def _as_written(app, what, name, obj, options, lines):

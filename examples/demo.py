@@ -31,7 +31,7 @@ from satdyn_ros import Scenario
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.dynamics import rotation
 from satdyn_ros.dynamics.integrals import relative_drift
-from satdyn_ros.dynamics.motion import States
+from satdyn_ros.dynamics.motion import States, joined
 from satdyn_ros.run.requests import requested
 from satdyn_ros.run.ticks import Ticks
 
@@ -113,8 +113,8 @@ class Listener(rclpy.node.Node):
         self.restart_tick: int | None = None
         self.drift: dict[str, float] = {}
         self.largest_gap_s = 0.0
-        self.ticks = {'odometry': [], 'attitude_lvlh': []}
-        self._clock = Ticks(scenario.rate, scenario.epoch_ns)
+        self.ticks: dict[str, list[int]] = {'odometry': [], 'attitude_lvlh': []}
+        self._stamps = Ticks(scenario.rate, scenario.epoch_ns)
         self._rows: list[tuple] = []
         self._rate_hz = 0.0
         self._begin: States | None = None
@@ -147,7 +147,7 @@ class Listener(rclpy.node.Node):
     def line(self) -> str:
         """Return a line of the present state: rate, time, attitude to LVLH, drift."""
         roll, pitch, yaw = np.degrees(rotation.roll_pitch_yaw(self._q_lb))
-        t_s = self._clock.seconds(self.ticks['odometry'][-1])
+        t_s = self._stamps.seconds(self.ticks['odometry'][-1])
         drifts = ', '.join(f'{name} {value:+.1e}' for name, value in self._now_drift.items())
         return (
             f'{self._rate_hz:5.0f} Hz  t {t_s:7.2f} s  roll {roll:+8.3f}  pitch {pitch:+8.3f}  '
@@ -159,7 +159,7 @@ class Listener(rclpy.node.Node):
         ticks = np.array([row[0] for row in rows])
         if self.conditions is not None and self.restart_tick is None:
             for i, (tick, q_ib, omega_bi_b) in enumerate(rows):
-                asked = self.conditions.state_at(self._clock.seconds(tick))
+                asked = self.conditions.state_at(self._stamps.seconds(tick))
                 if np.allclose([*q_ib, *omega_bi_b], [*asked.q_ib, *asked.omega_bi_b], 0, 1e-14):
                     self.restart_tick = tick
                     self._follow(ticks[:i], rows[:i])
@@ -182,8 +182,10 @@ class Listener(rclpy.node.Node):
             orbit=self.scenario.system.orbit,
             orbit_s=t_s,
         )
-        self._begin = self._begin or states
-        for name, values in relative_drift(self.scenario.system, states, self._begin).items():
+        if self._begin is None:
+            self._begin = states.rows(slice(1))
+        states = joined([self._begin, states])
+        for name, values in relative_drift(self.scenario.system, states).items():
             self._now_drift[name] = float(values[-1])
             self.drift[name] = max(self.drift.get(name, 0.0), float(np.max(np.abs(values))))
 
@@ -204,7 +206,7 @@ class Listener(rclpy.node.Node):
 
     def _tick(self, message):
         stamp = message.header.stamp
-        return self._clock.tick_of(stamp.sec * 10**9 + stamp.nanosec)
+        return self._stamps.tick_of(stamp.sec * 10**9 + stamp.nanosec)
 
 
 def summarise(listener: Listener) -> bool:

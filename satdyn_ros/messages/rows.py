@@ -6,7 +6,7 @@ from typing import TypeVar
 
 import numpy as np
 
-Name = TypeVar('Name')
+_Name = TypeVar('_Name')
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +35,7 @@ class SomeRows:
 Rows = np.ndarray | SomeRows
 
 
-def parted(rows: Mapping[Name, Rows]) -> tuple[dict[Name, np.ndarray], dict[Name, SomeRows]]:
+def parted(rows: Mapping[_Name, Rows]) -> tuple[dict[_Name, np.ndarray], dict[_Name, SomeRows]]:
     """Return the tables with one row per tick, and the SomeRows."""
     full = {name: table for name, table in rows.items() if not isinstance(table, SomeRows)}
     some = {name: table for name, table in rows.items() if isinstance(table, SomeRows)}

@@ -12,6 +12,7 @@ PYTHON ?= $(shell for python in python3 python3.13 python3.12 python3.11 python3
 # A sourced ROS 2 of the machine is used as it is; otherwise the extra `ros` brings Jazzy's wheels.
 SOURCED := $(shell test -n "$$ROS_DISTRO" && $(PYTHON) -c 'import rclpy' 2>/dev/null && echo yes)
 ROS := $(if $(SOURCED),,[ros])
+ALL := $(if $(SOURCED),,ros,)plot,sweep,tables,watch
 
 # numba 0.58, the oldest that we name, has wheels up to CPython 3.11.
 OLD := $(VENV)-oldest
@@ -107,7 +108,7 @@ $(VENV)/.run: setup.py | $(PY)
 
 $(VENV)/.test: $(VENV)/.run
 	@echo 'Installing what the tests and pictures need (a minute)'
-	@$(PIP) install --editable '.[plot,sweep,tables,watch,test,dev]'
+	@$(PIP) install --editable '.[$(ALL),test,dev]'
 	@$(PIP) install --editable '.[readers]' || echo 'Without Orekit and oem, whose tests are skipped'
 	@touch $@
 
@@ -122,8 +123,8 @@ $(VENV)/.bench: $(VENV)/.run
 	@touch $@
 
 $(VENV)/.docs: $(VENV)/.run
-	@echo 'Installing Sphinx'
-	@$(PIP) install --editable '.[docs]'
+	@echo 'Installing Sphinx, and what the pages of the API import (a minute)'
+	@$(PIP) install --editable '.[$(ALL),docs]'
 	@touch $@
 
 $(VENV)/.colcon: $(VENV)/.run

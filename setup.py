@@ -59,6 +59,12 @@ setup(
         'watch': ['aiohttp'],
         'sweep': ['dask', 'distributed', 'pyarrow'],
         'tables': ['polars', 'pyarrow'],
+        # What the commands of README and tutorial need; ROS 2 where it has wheels.
+        'all': [
+            'satdyn_ros[plot,sweep,tables,watch]',
+            'satdyn_ros[ros]; '
+            "sys_platform == 'linux' and platform_machine == 'x86_64' and python_version < '3.14'",
+        ],
         'test': [
             'allantools',
             'cyclonedds',

@@ -73,7 +73,7 @@ def write_parquet(path: Path, names: Sequence[str], blocks: Iterable[Columns]) -
         import pyarrow.parquet
     except ImportError as error:
         raise ValueError(
-            'a .parquet file needs pyarrow, which is not installed; .csv and .npz do not'
+            'a .parquet file needs pyarrow: pip install pyarrow; .csv and .npz do not'
         ) from error
     schema = _schema(names)
     # Doubles hardly repeat, so a dictionary costs time and saves nothing; their bytes, split by

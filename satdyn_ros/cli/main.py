@@ -14,15 +14,13 @@ from .progress import progress, show_notices
 
 DONE, ANSWER_IS_NO, INTERRUPTED, TERMINATED = 0, 1, 130, 143
 
-# What is not part of every installation, and how to get it.
-_EXTRAS = {
-    'rclpy': 'ROS 2: source an installation of it, or pip install "satdyn_ros[ros]"',
-    'aiohttp': 'aiohttp: pip install "satdyn_ros[watch]"',
-    'matplotlib': 'matplotlib: pip install "satdyn_ros[plot]"',
-    'dask': 'dask: pip install "satdyn_ros[sweep]"',
-    'distributed': 'distributed: pip install "satdyn_ros[sweep]"',
-    'pyarrow': 'pyarrow: pip install "satdyn_ros[tables]"',
-}
+# What is not part of every installation.  A checkout, a package and a workspace of colcon have
+# different commands for an extra; the libraries themselves have one.
+_OPTIONAL = ('aiohttp', 'dask', 'distributed', 'matplotlib', 'pyarrow')
+_ROS = (
+    'ROS 2: source an installation of it, '
+    "or pip install 'ros-jazzy-rclpy[fastrtps]' ros-jazzy-common-interfaces"
+)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -44,9 +42,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         return ANSWER_IS_NO
     except ImportError as error:
         package = (error.name or '').split('.')[0]
-        if package not in _EXTRAS:
+        if package == 'rclpy':
+            return _refuse(arguments, f'this needs {_ROS}')
+        if package not in _OPTIONAL:
             raise
-        return _refuse(arguments, f'this needs {_EXTRAS[package]}')
+        return _refuse(arguments, f'this needs {package}: pip install {package}')
     except Terminated:
         return TERMINATED
     except KeyboardInterrupt:

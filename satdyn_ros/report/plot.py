@@ -30,7 +30,7 @@ def plot(
     turn.
 
     ValueError: a panel is unknown or the run has none, the bag was not written by satdyn_ros
-    or has no such ticks, or matplotlib is not installed or does not write such images.
+    or has no such ticks, or matplotlib does not write such images.  ImportError: there is none.
     """
     unknown = [name for name in what if name not in PANELS]
     if unknown:
@@ -44,13 +44,9 @@ def plot(
 
 def draw(run: History, what: Sequence[str] = (), unwrap: bool = False) -> 'Figure':
     """Return the matplotlib figure of a history's panels, those over time on one time axis."""
+    from matplotlib.figure import Figure
+
     what = what or (*DEFAULT, *run.sensors)
-    try:
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise ValueError(
-            'plots need matplotlib, which is not installed; pip install satdyn_ros[plot]'
-        ) from None
     over_time = [name for name in what if name in panels.TIME_PANELS]
     square = [name for name in what if name not in panels.TIME_PANELS]
     figure = Figure(figsize=(8.0, 1.9 * len(over_time) + 5.5 * len(square) + 0.4))

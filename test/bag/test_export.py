@@ -104,7 +104,7 @@ def test_parquet_keeps_every_bit(bag, tmp_path):
 def test_parquet_without_pyarrow_is_told(bag, tmp_path, monkeypatch):
     """One sentence that says what is missing and what goes without it."""
     monkeypatch.setitem(sys.modules, 'pyarrow', None)
-    with pytest.raises(ValueError, match='needs pyarrow, which is not installed'):
+    with pytest.raises(ValueError, match='needs pyarrow: pip install pyarrow'):
         export(bag, tmp_path / 'states.parquet')
     assert not (tmp_path / 'states.parquet').exists()
 

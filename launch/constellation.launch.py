@@ -7,11 +7,12 @@ in the common inertial one: sat1/lvlh and sat1/base_link for /sat1/satdyn.
 
 from pathlib import Path
 
-import yaml
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
+
+from satdyn_ros.ros.launching import constellation
 
 CONFIG = Path(__file__).parent.parent / 'config'
 
@@ -30,22 +31,6 @@ def generate_launch_description():
 
 
 def start(context):
-    """Return a node for each section of the file but /**."""
+    """Return a node for each satellite of the file."""
     params_file = LaunchConfiguration('params_file').perform(context)
-    sections = yaml.safe_load(Path(params_file).read_text())
-    return [satellite(name, params_file) for name in sections if name != '/**']
-
-
-def satellite(full_name, params_file):
-    """Return the node of the satellite with this full name."""
-    namespace, _, name = full_name.rpartition('/')
-    prefix = namespace.strip('/')
-    frames = {'frames.orbital': f'{prefix}/lvlh', 'frames.body': f'{prefix}/base_link'}
-    return Node(
-        package='satdyn_ros',
-        executable='satdyn_node',
-        namespace=namespace,
-        name=name,
-        parameters=[frames, params_file],
-        output='screen',
-    )
+    return [Node(**keywords) for keywords in constellation(params_file)]

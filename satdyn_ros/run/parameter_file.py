@@ -18,16 +18,22 @@ def scenario_text(path: str | Path) -> str:
     return ros_yaml.read_text(shipped.scenario_path(path), 'the scenario')
 
 
+def sections_of_yaml(text: str, origin: str) -> Mapping[Any, Any]:
+    """Return the sections of a ROS 2 parameter file, as they are, by their names; ValueError."""
+    document = ros_yaml.load(text, origin)
+    if not isinstance(document, Mapping):
+        raise ValueError(f'{origin} is not a parameter file: it must have sections such as /**')
+    return document
+
+
 def parameters_of_yaml(text: str, origin: str) -> dict[str, Any]:
     """
     Return the parameters, dotted, that a ROS 2 parameter file has for this node.
 
     The sections /**, satdyn and /satdyn count, in this order.  ValueError: no such file.
     """
-    document = ros_yaml.load(text, origin)
-    if not isinstance(document, Mapping):
-        raise ValueError(f'{origin} is not a parameter file: it must have sections such as /**')
-    found = [document[name] for name in ('/**', 'satdyn', '/satdyn') if name in document]
+    sections = sections_of_yaml(text, origin)
+    found = [sections[name] for name in ('/**', 'satdyn', '/satdyn') if name in sections]
     if not found:
         raise ValueError(f'{origin} has no section for this node; allowed: /**, satdyn or /satdyn')
     parameters: dict[str, Any] = {}

@@ -1,0 +1,135 @@
+"""What the launch files start: names of actions of launch, and their keyword arguments."""
+
+import re
+import sys
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from ..run.parameter_file import parameters_of_yaml, sections_of_yaml
+from ..run.ros_yaml import read_text
+from ..run.scenario import Scenario
+from ..run.shipped import scenario_path
+
+_FULL_NAME = re.compile(r'(/[A-Za-z_][A-Za-z0-9_]*)+')
+
+
+def one_satellite(
+    params_file: str,
+    namespace: str,
+    record: str,
+    rate: str,
+    rviz: str,
+    watch: str,
+    foxglove: str,
+    rviz_config: str,
+    is_installed: Callable[[str], object],
+) -> list[tuple[str, dict[str, Any]]]:
+    """
+    Return what satdyn.launch.py starts, in order, for the texts of its arguments.
+
+    rviz_config: the path of RViz's configuration.  is_installed: whether there is a package of a
+    name.  ValueError, in one sentence: a text is not allowed, or a package is missing.
+    """
+    # launch leaves running what started ahead of an error.
+    for argument, given, package in (
+        ('rviz', rviz, 'rviz2'),
+        ('foxglove', foxglove, 'foxglove_bridge'),
+    ):
+        if given == 'true' and not is_installed(package):
+            raise ValueError(f'{argument} is true, but {package} is not installed')
+
+    overrides: dict[str, Any] = {}
+    if record:
+        overrides['record.enabled'] = record == 'true'
+    if rate:
+        overrides['publish.rate'] = _number(rate)
+    path, text, origin = _read(params_file)
+    scenario = Scenario({**parameters_of_yaml(text, origin), **overrides})
+    if 'true' in (rviz, foxglove):
+        overrides['publish.topics'] = list(dict.fromkeys([*scenario.topics, 'markers', 'tf']))
+
+    actions: list[tuple[str, dict[str, Any]]] = [
+        (
+            'Node',
+            {
+                'package': 'satdyn_ros',
+                'executable': 'satdyn_node',
+                'namespace': namespace,
+                'parameters': [path, overrides] if overrides else [path],
+                'output': 'screen',
+            },
+        )
+    ]
+    if rviz == 'true':
+        frames = scenario.frames
+        frame = frames.inertial if scenario.is_fixed else frames.orbital
+        shown = ['--display-config', rviz_config, '--fixed-frame', frame]
+        node = {'package': 'rviz2', 'executable': 'rviz2', 'namespace': namespace}
+        actions.append(('Node', node | {'arguments': shown}))
+    if watch == 'true':
+        name = '/'.join(['', *filter(None, namespace.split('/')), 'satdyn'])
+        command = [sys.executable, '-m', 'satdyn_ros.cli.main', 'watch', '--node', name]
+        actions.append(('ExecuteProcess', {'cmd': command, 'output': 'screen'}))
+    if foxglove == 'true':
+        bridge = {'package': 'foxglove_bridge', 'executable': 'foxglove_bridge'}
+        actions.append(('Node', bridge))
+    return actions
+
+
+def constellation(params_file: str) -> list[dict[str, Any]]:
+    """
+    Return the keyword arguments of each Node of constellation.launch.py: one a satellite.
+
+    ValueError, in one sentence: the file cannot be read, or names no satellite.
+    """
+    path, text, origin = _read(params_file)
+    # In order and once: /satdyn and satdyn are one.
+    full_names: dict[str, None] = {}
+    for name, section in sections_of_yaml(text, origin).items():
+        full_name = f'/{str(name).removeprefix("/")}'
+        if '*' in full_name:
+            continue
+        holds_parameters = isinstance(section, Mapping) and set(section) <= {'ros__parameters'}
+        if not (holds_parameters and _FULL_NAME.fullmatch(full_name)):
+            raise ValueError(
+                f'{origin} has the section {name}; a section must be /** or /namespace/node, with '
+                'ros__parameters alone in it'
+            )
+        full_names[full_name] = None
+    if not full_names:
+        raise ValueError(
+            f'{origin} has no section of a satellite; it must have one that is named '
+            '/namespace/node'
+        )
+    return [_satellite(full_name, path) for full_name in full_names]
+
+
+def _satellite(full_name, path):
+    namespace, _, name = full_name.rpartition('/')
+    prefix = namespace.removeprefix('/')
+    frames = {'frames.orbital': f'{prefix}/lvlh', 'frames.body': f'{prefix}/base_link'}
+    return {
+        'package': 'satdyn_ros',
+        'executable': 'satdyn_node',
+        'namespace': namespace,
+        'name': name,
+        'parameters': [frames, path] if namespace else [path],
+        'output': 'screen',
+    }
+
+
+def _read(params_file):
+    """Return the path, the text and the name in errors of a file, or of a shipped one by name."""
+    try:
+        path = scenario_path(params_file)
+        return str(path), read_text(path, 'the scenario'), f'params_file: {path}'
+    except ValueError as error:
+        raise ValueError(f'params_file: {error}') from None
+
+
+def _number(text):
+    """Return a number, or the text that is none, which the check of its key refuses."""
+    try:
+        return float(text)
+    except ValueError:
+        return text

@@ -1,0 +1,297 @@
+"""What the launch files start, without launch: it is data."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from satdyn_ros.cli.arguments import parser
+from satdyn_ros.ros.launching import constellation, one_satellite
+from satdyn_ros.run import shipped
+from satdyn_ros.run.keys import KEYS
+from satdyn_ros.run.scenario import Scenario
+
+ROOT = Path(__file__).parents[2]
+CONFIG = ROOT / 'config'
+DEFAULT = str(CONFIG / 'default.yaml')
+# As satdyn.launch.py has them where nothing is given.
+TEXTS = {
+    'params_file': DEFAULT,
+    'namespace': '',
+    'record': '',
+    'rate': '',
+    'rviz': 'false',
+    'watch': 'false',
+    'foxglove': 'false',
+}
+
+
+def started(installed=('rviz2', 'foxglove_bridge'), **given):
+    """Return the actions of one satellite where these packages are installed."""
+    return one_satellite(
+        **(TEXTS | given), rviz_config='of_rviz', is_installed=installed.__contains__
+    )
+
+
+def overridden(**given):
+    """Return what the node is given in place of what its file says."""
+    (_, node), *_ = started(**given)
+    path, *overrides = node['parameters']
+    assert path == given.get('params_file', DEFAULT)
+    return dict(*overrides)
+
+
+@pytest.fixture
+def file(tmp_path):
+    """Return a function that writes a parameter file and returns its path."""
+
+    def write(text):
+        path = tmp_path / 'given.yaml'
+        path.write_text(text)
+        return str(path)
+
+    return write
+
+
+def test_the_launch_files_are_understood_without_ros():
+    """Neither launch nor rclpy is loaded for it."""
+    program = (
+        'import sys, satdyn_ros.ros.launching\n'
+        "print({'rclpy', 'launch', 'launch_ros'} & set(sys.modules) or 'none')"
+    )
+    result = subprocess.run([sys.executable, '-c', program], capture_output=True, text=True)
+    assert (result.returncode, result.stdout.strip()) == (0, 'none'), result.stderr
+
+
+def test_a_node_alone_where_nothing_is_given():
+    """Its file is all that it is told."""
+    assert started() == [
+        (
+            'Node',
+            {
+                'package': 'satdyn_ros',
+                'executable': 'satdyn_node',
+                'namespace': '',
+                'parameters': [DEFAULT],
+                'output': 'screen',
+            },
+        )
+    ]
+
+
+def test_everything_beside_the_node(file):
+    """In order: the node, RViz in its namespace, the live page, the Foxglove bridge."""
+    path = file('/**: {ros__parameters: {publish.topics: [imu, tf]}}')
+    beside = {'rviz': 'true', 'watch': 'true', 'foxglove': 'true'}
+    actions = started(params_file=path, namespace='sat1', **beside)
+    assert [action for action, _ in actions] == ['Node', 'Node', 'ExecuteProcess', 'Node']
+    node, rviz, watch, bridge = (keywords for _, keywords in actions)
+    assert node['namespace'] == 'sat1'
+    assert node['parameters'] == [path, {'publish.topics': ['imu', 'tf', 'markers']}]
+    assert rviz == {
+        'package': 'rviz2',
+        'executable': 'rviz2',
+        'namespace': 'sat1',
+        'arguments': ['--display-config', 'of_rviz', '--fixed-frame', 'lvlh'],
+    }
+    assert watch['output'] == 'screen'
+    assert watch['cmd'][:3] == [sys.executable, '-m', 'satdyn_ros.cli.main']
+    assert bridge == {'package': 'foxglove_bridge', 'executable': 'foxglove_bridge'}
+
+
+@pytest.mark.parametrize('argument', ['rviz', 'foxglove'])
+def test_what_draws_the_scene_gets_its_topics(argument):
+    """Each of the two needs the markers and the transforms, beside what the file has."""
+    topics = overridden(**{argument: 'true'})['publish.topics']
+    assert topics == [*Scenario.from_yaml(DEFAULT).topics, 'markers', 'tf']
+    assert Scenario({'publish.topics': topics}).topics == tuple(topics)
+
+
+@pytest.mark.parametrize('namespace', ['fleet/sat1', '/fleet/sat1', '/fleet/sat1/'])
+def test_the_live_page_finds_the_node(namespace):
+    """By its full name, in a command that there is."""
+    _, (_, keywords) = started(watch='true', namespace=namespace)
+    given = parser().parse_args(keywords['cmd'][3:])
+    assert (given.command, given.node) == ('watch', '/fleet/sat1/satdyn')
+    _, (_, keywords) = started(watch='true')
+    assert keywords['cmd'][-1] == '/satdyn'
+
+
+def test_rviz_looks_from_a_frame_that_the_node_sends(file):
+    """LVLH under the file's name for it; where there is none, the inertial one."""
+    renamed = file('/**: {ros__parameters: {frames: {orbital: o, inertial: i}}}')
+    _, (_, rviz) = started(rviz='true', params_file=renamed)
+    assert rviz['arguments'][-1] == 'o'
+    fixed = file('/**: {ros__parameters: {orbit: {type: fixed}, frames: {inertial: i}}}')
+    _, (_, rviz) = started(rviz='true', params_file=fixed)
+    assert rviz['arguments'][-1] == 'i'
+
+
+def test_arguments_take_the_place_of_what_the_file_says():
+    """Each as its key has it: a truth, a number."""
+    assert overridden(record='true') == {'record.enabled': True}
+    assert overridden(record='false', rate='50') == {'record.enabled': False, 'publish.rate': 50.0}
+    assert type(overridden(rate='50')['publish.rate']) is float
+
+
+@pytest.mark.parametrize(
+    ('rate', 'told'),
+    [
+        ('-5', '-5.0'),
+        ('0', '0.0'),
+        ('nan', 'nan'),
+        ('inf', 'inf'),
+        ('1e9', '1000000000.0'),
+        ('abc', "'abc'"),
+        ('10 Hz', "'10 Hz'"),
+    ],
+)
+def test_a_rate_that_is_not_allowed_is_refused(rate, told):
+    """By the sentence that the key has, before anything starts."""
+    with pytest.raises(ValueError) as refused:
+        started(rate=rate)
+    allowed = KEYS['publish.rate'].allowed
+    assert allowed.startswith('a number above 0')
+    assert str(refused.value) == f'publish.rate is {told}; it must be {allowed}'
+
+
+def test_the_rate_given_is_the_one_that_is_judged(file):
+    """One that the file must not have does no harm where it is not used, as for the node."""
+    path = file('/**: {ros__parameters: {publish: {rate: -1.0}}}')
+    assert overridden(params_file=path, rate='20') == {'publish.rate': 20.0}
+    with pytest.raises(ValueError, match=r'publish.rate is -1.0; it must be a number'):
+        started(params_file=path)
+
+
+@pytest.mark.parametrize(
+    ('argument', 'package', 'other'),
+    [('rviz', 'rviz2', 'foxglove_bridge'), ('foxglove', 'foxglove_bridge', 'rviz2')],
+)
+def test_a_package_that_is_missing_is_named(argument, package, other):
+    """With the argument that wants it; who does not want it does not need it."""
+    with pytest.raises(ValueError, match=f'^{argument} is true, but {package} is not installed$'):
+        started(installed=[other], rviz='true', foxglove='true')
+    assert len(started(installed=[])) == 1
+
+
+BOTH = pytest.mark.parametrize(
+    'read', [lambda path: started(params_file=path), constellation], ids=['one', 'many']
+)
+
+
+@BOTH
+@pytest.mark.parametrize(
+    ('text', 'sentence'),
+    [
+        ('', 'is not a parameter file: it must have sections such as /**'),
+        ('- 1', 'is not a parameter file: it must have sections such as /**'),
+        ('/**: {', 'is not YAML at line '),
+    ],
+)
+def test_a_file_that_is_no_parameter_file_is_refused(read, file, text, sentence):
+    """One sentence names the argument, the file and what is wrong with it."""
+    path = file(text)
+    with pytest.raises(ValueError) as refused:
+        read(path)
+    assert str(refused.value).startswith(f'params_file: {path} {sentence}')
+    assert '\n' not in str(refused.value)
+
+
+@BOTH
+def test_a_file_that_cannot_be_read_is_refused(read, tmp_path):
+    """One that is missing, a folder, and a name that nothing has."""
+    for path, reason in (
+        (tmp_path / 'none.yaml', 'No such file or directory'),
+        (tmp_path, 'Is a directory'),
+    ):
+        with pytest.raises(ValueError) as refused:
+            read(str(path))
+        assert str(refused.value) == f'params_file: the scenario {path} cannot be read: {reason}'
+    for name in ('defualt', ''):
+        with pytest.raises(ValueError, match=rf'^params_file: the scenario {name} is neither a f'):
+            read(name)
+
+
+@pytest.mark.parametrize('name', shipped.names())
+def test_a_shipped_scenario_is_given_by_its_path(name):
+    """Launch and rcl know no names."""
+    (_, node), *_ = started(params_file=name)
+    assert node['parameters'] == [str(CONFIG / f'{name}.yaml')]
+
+
+def test_the_constellation():
+    """Eight nodes, each with its full name and with frames of its own under those of its file."""
+    path = str(CONFIG / 'constellation.yaml')
+    nodes = constellation(path)
+    assert nodes == [
+        {
+            'package': 'satdyn_ros',
+            'executable': 'satdyn_node',
+            'namespace': f'/sat{k}',
+            'name': 'satdyn',
+            'parameters': [
+                {'frames.orbital': f'sat{k}/lvlh', 'frames.body': f'sat{k}/base_link'},
+                path,
+            ],
+            'output': 'screen',
+        }
+        for k in range(1, 9)
+    ]
+    assert constellation('constellation') == nodes
+
+
+def test_patterns_name_no_satellite(file):
+    """What is for many nodes is for those that other sections name."""
+    path = file(
+        '/**: {ros__parameters: {}}\n'
+        '/*/satdyn: {ros__parameters: {}}\n'
+        '/a/b/sat: {ros__parameters: {}}\n'
+        '/c/**: {ros__parameters: {}}\n'
+    )
+    (node,) = constellation(path)
+    assert (node['namespace'], node['name']) == ('/a/b', 'sat')
+    assert node['parameters'][0]['frames.body'] == 'a/b/base_link'
+
+
+@pytest.mark.parametrize('text', ['{}', '/**: {ros__parameters: {}}', '/*/satdyn: {}'])
+def test_a_file_without_a_satellite_is_refused(file, text):
+    """Nothing would start, without a word."""
+    path = file(text)
+    with pytest.raises(ValueError) as refused:
+        constellation(path)
+    assert str(refused.value) == (
+        f'params_file: {path} has no section of a satellite; it must have one that is named '
+        '/namespace/node'
+    )
+
+
+def test_a_satellite_without_a_namespace_has_the_frames_of_the_file(file):
+    """None of its frames begins with a slash; /satdyn and satdyn are one node, as for rcl."""
+    path = file('satdyn: {ros__parameters: {}}\n/satdyn: {}\nsat1/satdyn: {}')
+    alone, other = constellation(path)
+    assert (alone['namespace'], alone['name'], alone['parameters']) == ('', 'satdyn', [path])
+    assert (other['namespace'], other['name']) == ('/sat1', 'satdyn')
+
+
+@pytest.mark.parametrize(
+    ('section', 'name'),
+    [
+        ('sat1: {satdyn: {ros__parameters: {}}}', 'sat1'),
+        ('/sat1/satdyn: 3', '/sat1/satdyn'),
+        ('/sat1/satdyn: {ros__parameters: {}, more: {}}', '/sat1/satdyn'),
+        ('/sat1/: {}', '/sat1/'),
+        ('//satdyn: {}', '//satdyn'),
+        ('/sat 1/satdyn: {}', '/sat 1/satdyn'),
+        ('5: {}', '5'),
+    ],
+)
+def test_a_section_that_is_no_satellites_is_refused(file, section, name):
+    """One sentence names the section, before a node starts under another name than its file's."""
+    path = file(f'/ok/satdyn: {{}}\n{section}')
+    with pytest.raises(ValueError) as refused:
+        constellation(path)
+    assert str(refused.value) == (
+        f'params_file: {path} has the section {name}; a section must be /** or /namespace/node, '
+        'with ros__parameters alone in it'
+    )

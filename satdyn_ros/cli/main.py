@@ -50,7 +50,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     except Terminated:
         return TERMINATED
     except KeyboardInterrupt:
-        return INTERRUPTED
+        # Only a signal ends watch: Ctrl-C is its normal end, as that of a node.
+        return DONE if arguments[:1] == ['watch'] else INTERRUPTED
 
 
 def _refuse(arguments, sentence):
@@ -254,7 +255,7 @@ def _watch(given):
 
         source = Satellite(given.node)
     number = serve(source, given.host, given.port, lambda url: print(f'watch: {url}', flush=True))
-    return TERMINATED if number == signal.SIGTERM else INTERRUPTED
+    return TERMINATED if number == signal.SIGTERM else DONE
 
 
 def _sweep(given):

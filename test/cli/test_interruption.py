@@ -47,6 +47,14 @@ def unpickle(*arguments):
 plain, serialize._numba_unpickle = serialize._numba_unpickle, unpickle
 sys.exit(main(sys.argv[1:]))
 """
+# The command, with Ctrl-C when its arguments have been read.
+CTRL_C_AT_THE_START = """
+import signal, sys
+import satdyn_ros.cli.main as command
+
+command.show_notices = lambda: signal.raise_signal(signal.SIGINT)
+sys.exit(command.main(sys.argv[1:]))
+"""
 # The command, which says when it begins; what comes before and after is Python's own.
 COMMAND = """
 import signal, sys
@@ -158,6 +166,13 @@ def test_an_interruption_within_a_call_of_compiled_code_is_no_error(tmp_path):
     process = start('verify', bag, program=('-c', CTRL_C_AT_A_RESULT))
     _, errors = process.communicate()
     assert (process.returncode, errors) == (130, '')
+
+
+def test_ctrl_c_at_the_start_is_the_normal_end_of_watch_too():
+    """Exit code 0, as of a node beside it, which launch interrupts at the same time."""
+    process = start('watch', 'bag', program=('-c', CTRL_C_AT_THE_START))
+    _, errors = process.communicate()
+    assert (process.returncode, errors) == (0, '')
 
 
 @pytest.fixture

@@ -33,7 +33,7 @@ def watch():
     yield begin
     for number, process in enumerate(running):
         # Both end it in good order.
-        asked, code = ((signal.SIGINT, 130), (signal.SIGTERM, 143))[number % 2]
+        asked, code = ((signal.SIGINT, 0), (signal.SIGTERM, 143))[number % 2]
         process.send_signal(asked)
         assert process.communicate(timeout=60)[1] == ''
         assert process.returncode == code

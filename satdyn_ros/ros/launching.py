@@ -2,10 +2,10 @@
 
 import re
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
-from ..run.parameter_file import parameters_of_yaml, sections_of_yaml
+from ..run.parameter_file import parameters_of_section, parameters_of_yaml, sections_of_yaml
 from ..run.ros_yaml import read_text
 from ..run.scenario import Scenario
 from ..run.shipped import scenario_path
@@ -83,37 +83,39 @@ def constellation(params_file: str) -> list[dict[str, Any]]:
     ValueError, in one sentence: the file cannot be read, or names no satellite.
     """
     path, text, origin = _read(params_file)
-    # In order and once: /satdyn and satdyn are one.
-    full_names: dict[str, None] = {}
+    # By full name: /satdyn and satdyn are one.
+    satellites: dict[str, dict[str, Any]] = {}
     for name, section in sections_of_yaml(text, origin).items():
         full_name = f'/{str(name).removeprefix("/")}'
         if '*' in full_name:
             continue
-        holds_parameters = isinstance(section, Mapping) and set(section) <= {'ros__parameters'}
-        if not (holds_parameters and _FULL_NAME.fullmatch(full_name)):
+        if not _FULL_NAME.fullmatch(full_name):
             raise ValueError(
-                f'{origin} has the section {name}; a section must be /** or /namespace/node, with '
-                'ros__parameters alone in it'
+                f'{origin} has the section {name}; it must be named /** or /namespace/node'
             )
-        full_names[full_name] = None
-    if not full_names:
+        own = satellites.setdefault(full_name, {})
+        own.update(parameters_of_section(section, origin))
+    if not satellites:
         raise ValueError(
             f'{origin} has no section of a satellite; it must have one that is named '
             '/namespace/node'
         )
-    return [_satellite(full_name, path) for full_name in full_names]
+    return [_satellite(full_name, own, path) for full_name, own in satellites.items()]
 
 
-def _satellite(full_name, path):
+def _satellite(full_name, own, path):
     namespace, _, name = full_name.rpartition('/')
     prefix = namespace.removeprefix('/')
     frames = {'frames.orbital': f'{prefix}/lvlh', 'frames.body': f'{prefix}/base_link'}
+    added = {key: frame for key, frame in frames.items() if namespace and key not in own}
     return {
         'package': 'satdyn_ros',
         'executable': 'satdyn_node',
         'namespace': namespace,
         'name': name,
-        'parameters': [frames, path] if namespace else [path],
+        # The file first: rcl gives a section that comes later the last word, and launch gives what
+        # is added a section of the satellite's name, which must not come ahead of /**.
+        'parameters': [path, added] if added else [path],
         'output': 'screen',
     }
 

@@ -38,13 +38,18 @@ def parameters_of_yaml(text: str, origin: str) -> dict[str, Any]:
         raise ValueError(f'{origin} has no section for this node; allowed: /**, satdyn or /satdyn')
     parameters: dict[str, Any] = {}
     for section in found:
-        if not isinstance(section, Mapping) or set(section) != {'ros__parameters'}:
-            raise ValueError(f'{origin} has a section with more than ros__parameters in it')
-        nested = section['ros__parameters']
-        if not isinstance(nested, Mapping | None):
-            raise ValueError(f'ros__parameters of {origin} must be keys and values')
-        parameters.update(flattened(nested or {}))
+        parameters.update(parameters_of_section(section, origin))
     return {k: v for k, v in parameters.items() if k.split('.')[0] not in RCLPY_PARAMETERS}
+
+
+def parameters_of_section(section: Any, origin: str) -> dict[str, Any]:
+    """Return the parameters, dotted, of one section; ValueError: it is not one."""
+    if not isinstance(section, Mapping) or not set(section) <= {'ros__parameters'}:
+        raise ValueError(f'{origin} has a section with more than ros__parameters in it')
+    nested = section.get('ros__parameters')
+    if not isinstance(nested, Mapping | None):
+        raise ValueError(f'ros__parameters of {origin} must be keys and values')
+    return dict(flattened(nested or {}))
 
 
 def flattened(nested: Mapping[str, Any], prefix: str = '') -> Iterator[tuple[str, Any]]:

@@ -5,11 +5,15 @@ import sys
 from pathlib import Path
 
 import pytest
+import rclpy
+import yaml
 
 from satdyn_ros.cli.arguments import parser
 from satdyn_ros.ros.launching import constellation, one_satellite
+from satdyn_ros.ros.parameters import given_parameters
 from satdyn_ros.run import shipped
 from satdyn_ros.run.keys import KEYS
+from satdyn_ros.run.parameter_file import flattened
 from satdyn_ros.run.scenario import Scenario
 
 ROOT = Path(__file__).parents[2]
@@ -231,14 +235,41 @@ def test_the_constellation():
             'namespace': f'/sat{k}',
             'name': 'satdyn',
             'parameters': [
-                {'frames.orbital': f'sat{k}/lvlh', 'frames.body': f'sat{k}/base_link'},
                 path,
+                {'frames.orbital': f'sat{k}/lvlh', 'frames.body': f'sat{k}/base_link'},
             ],
             'output': 'screen',
         }
         for k in range(1, 9)
     ]
     assert constellation('constellation') == nodes
+
+
+def test_each_satellite_gets_what_is_its_own(tmp_path):
+    """As rcl reads the shipped file and what launch adds under the full name of the node."""
+    sections = yaml.safe_load((CONFIG / 'constellation.yaml').read_text())
+    for node in constellation('constellation'):
+        path, added = node['parameters']
+        full_name = f'{node["namespace"]}/{node["name"]}'
+        more = tmp_path / 'added.yaml'
+        more.write_text(yaml.safe_dump({full_name: {'ros__parameters': added}}))
+        files = ['--params-file', path, '--params-file', str(more)]
+        listener = rclpy.create_node(
+            node['name'], namespace=node['namespace'], cli_args=['--ros-args', *files]
+        )
+        given = given_parameters(listener)
+        listener.destroy_node()
+        shared, own = (sections[name]['ros__parameters'] for name in ('/**', full_name))
+        assert given == dict(flattened(shared)) | dict(flattened(own)) | added
+
+
+def test_frames_that_a_section_has_stay(file):
+    """Those that it does not have are added."""
+    (node,) = constellation(file('/a/sat: {ros__parameters: {frames: {body: b}}}'))
+    assert node['parameters'][1:] == [{'frames.orbital': 'a/lvlh'}]
+    path = file('/a/sat: {ros__parameters: {frames: {body: b, orbital: o}}}')
+    (node,) = constellation(path)
+    assert node['parameters'] == [path]
 
 
 def test_patterns_name_no_satellite(file):
@@ -251,7 +282,7 @@ def test_patterns_name_no_satellite(file):
     )
     (node,) = constellation(path)
     assert (node['namespace'], node['name']) == ('/a/b', 'sat')
-    assert node['parameters'][0]['frames.body'] == 'a/b/base_link'
+    assert node['parameters'][1]['frames.body'] == 'a/b/base_link'
 
 
 @pytest.mark.parametrize('text', ['{}', '/**: {ros__parameters: {}}', '/*/satdyn: {}'])
@@ -274,24 +305,27 @@ def test_a_satellite_without_a_namespace_has_the_frames_of_the_file(file):
     assert (other['namespace'], other['name']) == ('/sat1', 'satdyn')
 
 
-@pytest.mark.parametrize(
-    ('section', 'name'),
-    [
-        ('sat1: {satdyn: {ros__parameters: {}}}', 'sat1'),
-        ('/sat1/satdyn: 3', '/sat1/satdyn'),
-        ('/sat1/satdyn: {ros__parameters: {}, more: {}}', '/sat1/satdyn'),
-        ('/sat1/: {}', '/sat1/'),
-        ('//satdyn: {}', '//satdyn'),
-        ('/sat 1/satdyn: {}', '/sat 1/satdyn'),
-        ('5: {}', '5'),
-    ],
-)
-def test_a_section_that_is_no_satellites_is_refused(file, section, name):
-    """One sentence names the section, before a node starts under another name than its file's."""
-    path = file(f'/ok/satdyn: {{}}\n{section}')
+@pytest.mark.parametrize('name', ['/sat1/', '//satdyn', '/sat 1/satdyn', '5'])
+def test_a_section_whose_name_is_not_one_of_a_node_is_refused(file, name):
+    """One sentence names the section, before a node starts."""
+    path = file(f'/ok/satdyn: {{}}\n{name}: {{}}')
     with pytest.raises(ValueError) as refused:
         constellation(path)
     assert str(refused.value) == (
-        f'params_file: {path} has the section {name}; a section must be /** or /namespace/node, '
-        'with ros__parameters alone in it'
+        f'params_file: {path} has the section {name}; it must be named /** or /namespace/node'
     )
+
+
+@pytest.mark.parametrize(
+    ('section', 'sentence'),
+    [
+        ('sat1: {satdyn: {ros__parameters: {}}}', 'a section with more than ros__parameters'),
+        ('/sat1/satdyn: 3', 'a section with more than ros__parameters'),
+        ('/sat1/satdyn: {ros__parameters: {}, more: {}}', 'a section with more than ros__par'),
+        ('/sat1/satdyn: {ros__parameters: 3}', 'must be keys and values'),
+    ],
+)
+def test_a_section_that_is_no_satellites_is_refused(file, section, sentence):
+    """Before a node starts under another name than its file's, or without its parameters."""
+    with pytest.raises(ValueError, match=rf'params_file: .*{sentence}'):
+        constellation(file(f'/ok/satdyn: {{}}\n{section}'))

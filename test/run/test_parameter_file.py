@@ -32,6 +32,13 @@ def test_missing_file(tmp_path):
             Scenario.from_yaml(path)
 
 
+def test_an_empty_section_has_no_parameters():
+    """As for ROS, which takes {} for one and refuses nothing at all."""
+    assert Scenario.from_yaml_text('/**: {}') == Scenario()
+    with pytest.raises(ValueError, match='a section with more than ros__parameters'):
+        Scenario.from_yaml_text('/**:')
+
+
 def test_dump_loads_again():
     """The text of a scenario gives the scenario back, to the last bit."""
     scenario = Scenario.from_dict(

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..compiled import compiled, inlined
 from ..side_by_side import filled
@@ -65,7 +66,7 @@ class Flights(NamedTuple):
     rows: np.ndarray
 
 
-def propagate_all(motions: Sequence[Propagation], t_s: np.ndarray) -> list[States | Halted]:
+def propagate_all(motions: Sequence[Propagation], t_s: ArrayLike) -> list[States | Halted]:
     """
     Return each motion's states at the ascending t_s (N,), or the error that ended it.
 

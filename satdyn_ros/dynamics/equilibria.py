@@ -158,11 +158,11 @@ def _with_momentum(active, moments, h, rate):
 
 
 def vertical_rotation_rates(
-    inertia: np.ndarray,
-    c_b: np.ndarray,
+    inertia: ArrayLike,
+    c_b: ArrayLike,
     gradient: float = 0.0,
-    weight_moment: np.ndarray | tuple[float, ...] = (0.0, 0.0, 0.0),
-    rotor_momentum: np.ndarray | tuple[float, ...] = (0.0, 0.0, 0.0),
+    weight_moment: ArrayLike = (0.0, 0.0, 0.0),
+    rotor_momentum: ArrayLike = (0.0, 0.0, 0.0),
 ) -> np.ndarray | None:
     """
     Return the rates W [rad/s] (M,) of uniform rotation about a field's fixed direction c_b (3,).
@@ -171,12 +171,13 @@ def vertical_rotation_rates(
     A rigid body has W = +-sqrt(gradient) at any c (Agostinelli 1977, nu = 0).
     """
     c, I = np.asarray(c_b, float), np.asarray(inertia, float)
-    square, linear = np.cross(c, I @ c), np.cross(c, rotor_momentum)
-    constant = -gradient * square - np.cross(c, weight_moment)
+    h, m = np.asarray(rotor_momentum, float), np.asarray(weight_moment, float)
+    square, linear = np.cross(c, I @ c), np.cross(c, h)
+    constant = -gradient * square - np.cross(c, m)
     sizes = [
         np.max(I),
-        np.linalg.norm(rotor_momentum),
-        abs(gradient) * np.max(I) + np.linalg.norm(weight_moment),
+        np.linalg.norm(h),
+        abs(gradient) * np.max(I) + np.linalg.norm(m),
     ]
     terms = [
         term if np.linalg.norm(term) > ROUNDING * size else np.zeros(3)

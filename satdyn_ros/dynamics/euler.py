@@ -18,7 +18,7 @@ from . import rotation
 _POLE = 1e-12
 
 
-def zxz_angles(q_ab: np.ndarray) -> np.ndarray:
+def zxz_angles(q_ab: ArrayLike) -> np.ndarray:
     """
     Return precession, nutation and spin of frame b relative to frame a [rad], shape (..., 3).
 
@@ -50,7 +50,7 @@ def from_zxz(
     )
 
 
-def zxz_rates(q_ab: np.ndarray, omega_ab_b: np.ndarray) -> np.ndarray:
+def zxz_rates(q_ab: ArrayLike, omega_ab_b: ArrayLike) -> np.ndarray:
     """
     Return the rates P', theta', S' [rad/s] of the angles of q_ab, shape (..., 3).
 
@@ -89,7 +89,7 @@ def rate_from_zxz(angles_rad: ArrayLike, rates: ArrayLike) -> np.ndarray:
     )
 
 
-def node(q_ab: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def node(q_ab: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """
     Return the line of nodes, unit, in axes of a and of b, (..., 3) each.
 
@@ -102,7 +102,7 @@ def node(q_ab: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return in_a, np.stack([np.cos(S), -np.sin(S), zero], axis=-1)
 
 
-def kinetic_energy(moments: np.ndarray, angles_rad: np.ndarray, rates: np.ndarray) -> np.ndarray:
+def kinetic_energy(moments: ArrayLike, angles_rad: ArrayLike, rates: ArrayLike) -> np.ndarray:
     """
     Return T [J] (...) of P, theta, S [rad] and their rates [rad/s] (..., 3) (textbook, 43.14).
 

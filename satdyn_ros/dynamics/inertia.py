@@ -239,7 +239,8 @@ def compose(bodies: Iterable[Body]) -> Body:
     """
     Return the body that the bodies make together, all in the same axes.
 
-    >>> bus, boom = Body(9.0, [0, 0, 0], sphere(9.0, 1.0)), Body(1.0, [0, 0, 20], rod(1.0, 38.0))
+    >>> bus = Body(9.0, np.zeros(3), sphere(9.0, 1.0))
+    >>> boom = Body(1.0, np.array([0.0, 0.0, 20.0]), rod(1.0, 38.0))
     >>> compose([bus, boom]).mass_centre
     array([0., 0., 2.])
     """
@@ -254,12 +255,10 @@ def compose(bodies: Iterable[Body]) -> Body:
 # The catalogue: homogeneous bodies, tensors about the mass centre with the symmetry axis along z.
 
 
-def points(
-    masses: Sequence[float] | np.ndarray, positions: Sequence[np.ndarray] | np.ndarray
-) -> np.ndarray:
+def points(masses: ArrayLike, positions: ArrayLike) -> np.ndarray:
     """Return the inertia of point masses (N,) [kg] at positions (N, 3) [m] about their centre."""
-    point = np.zeros((3, 3))
-    return compose([Body(m, r, point) for m, r in zip(masses, positions, strict=True)]).inertia
+    m_and_r = zip(np.asarray(masses, float), np.asarray(positions, float), strict=True)
+    return compose([Body(m, r, np.zeros((3, 3))) for m, r in m_and_r]).inertia
 
 
 def rod(mass: float, length: float) -> np.ndarray:

@@ -77,7 +77,7 @@ def _of_rows(of_components, of_many, a, b):
     return getattr(rotation_of_many, of_many)(a, b)
 
 
-def matrix(q_ab: np.ndarray) -> np.ndarray:
+def matrix(q_ab: ArrayLike) -> np.ndarray:
     """Return the direction cosines R with v_a = R v_b, shape (..., 3, 3)."""
     x, y, z, w = components(q_ab)
     rows = [
@@ -138,7 +138,7 @@ def from_vector(vector_rad: ArrayLike) -> np.ndarray:
     return np.concatenate([half * np.sinc(angle / np.pi), np.cos(angle)], axis=-1)
 
 
-def to_vector(q: np.ndarray) -> np.ndarray:
+def to_vector(q: ArrayLike) -> np.ndarray:
     """
     Return the rotation vector of q, at most half a turn long [rad], shape (..., 3).
 
@@ -166,13 +166,13 @@ def from_z_to(direction: np.ndarray | Sequence[float]) -> np.ndarray:
     return multiply(normalise([y, -x, 0.0, 1.0 - z]), [1.0, 0.0, 0.0, 0.0])
 
 
-def angle_between(q: np.ndarray, p: np.ndarray) -> np.ndarray:
+def angle_between(q: ArrayLike, p: ArrayLike) -> np.ndarray:
     """Return the angle of the rotation from q to p, 0 to pi [rad], shape (...)."""
     d = multiply(conjugate(q), p)
     return 2.0 * np.arctan2(np.linalg.norm(d[..., :3], axis=-1), np.abs(d[..., 3]))
 
 
-def continuous(q: np.ndarray) -> np.ndarray:
+def continuous(q: ArrayLike) -> np.ndarray:
     """Return the quaternions q (N, 4) with the signs that make the sequence continuous."""
     q = np.asarray(q, float)
     turns = np.sum(q[1:] * q[:-1], axis=-1) < 0.0
@@ -180,7 +180,7 @@ def continuous(q: np.ndarray) -> np.ndarray:
     return q * signs[:, None]
 
 
-def roll_pitch_yaw(q_ab: np.ndarray) -> np.ndarray:
+def roll_pitch_yaw(q_ab: ArrayLike) -> np.ndarray:
     """
     Return the 3-2-1 angles of frame b relative to frame a [rad], shape (..., 3).
 
@@ -218,7 +218,7 @@ def wrap(angle_rad: float | np.ndarray) -> np.ndarray:
     return angle_rad - 2.0 * np.pi * np.round(angle_rad / (2.0 * np.pi))
 
 
-def from_components(parts: Sequence[np.ndarray]) -> np.ndarray:
+def from_components(parts: ArrayLike) -> np.ndarray:
     """
     Return vectors or quaternions (..., k) from k components (...).
 

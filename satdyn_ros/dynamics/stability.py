@@ -20,7 +20,7 @@ from .system import State, System
 
 
 def eigenvalue_squared(
-    inertia: np.ndarray, omega: np.ndarray, rotor_momentum: ArrayLike = (0.0, 0.0, 0.0)
+    inertia: np.ndarray, omega: ArrayLike, rotor_momentum: ArrayLike = (0.0, 0.0, 0.0)
 ) -> float:
     """
     Return lambda^2 [1/s^2] of a permanent rotation of a free gyrostat: growth if positive.
@@ -178,7 +178,7 @@ def stability_region(I_r: float, I_t: float, I_n: float) -> str | None:
     return None
 
 
-def cross_matrices(a: np.ndarray) -> np.ndarray:
+def cross_matrices(a: ArrayLike) -> np.ndarray:
     """Return the matrices (..., 3, 3) of a x for vectors a (..., 3)."""
     x, y, z = np.moveaxis(np.asarray(a, float), -1, 0)
     zero = np.zeros_like(x)

@@ -5,6 +5,7 @@ from functools import cached_property
 from math import isnan
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .orbit import FixedDirection, KeplerOrbit
 from .rotor import Rotor
@@ -140,9 +141,17 @@ class State:
 
     q_ib: np.ndarray
     omega_bi_b: np.ndarray
-    rotor_speed: np.ndarray = field(default_factory=lambda: np.array([np.nan]))
-    rotor_angle: np.ndarray = field(default_factory=lambda: np.array([np.nan]))
+    rotor_speed: np.ndarray
+    rotor_angle: np.ndarray
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, 'rotor_speed', np.atleast_1d(self.rotor_speed))
-        object.__setattr__(self, 'rotor_angle', np.atleast_1d(self.rotor_angle))
+    def __init__(
+        self,
+        q_ib: np.ndarray,
+        omega_bi_b: np.ndarray,
+        rotor_speed: ArrayLike = np.nan,
+        rotor_angle: ArrayLike = np.nan,
+    ) -> None:
+        object.__setattr__(self, 'q_ib', q_ib)
+        object.__setattr__(self, 'omega_bi_b', omega_bi_b)
+        object.__setattr__(self, 'rotor_speed', np.atleast_1d(rotor_speed))
+        object.__setattr__(self, 'rotor_angle', np.atleast_1d(rotor_angle))

@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from fractions import Fraction
 from pathlib import Path
 
@@ -31,7 +31,7 @@ def simulate(
     duration_s: str | float,
     directory: str | Path,
     events: Sequence[Event] = (),
-) -> Iterator[int]:
+) -> Generator[int, None, None]:
     """
     Record the ticks k with k / rate < duration_s into a new bag and yield how many are done.
 

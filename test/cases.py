@@ -17,17 +17,23 @@ REFERENCE = Path(__file__).parent / 'reference'
 
 @dataclass(frozen=True)
 class Case:
-    """One reference case; system is None where none can describe it. raw: the JSON entry."""
+    """One reference case; a bound that it does not have is nan. raw: the JSON entry."""
 
     name: str
-    system: System | None
+    described: System | None
     start: State
     t_s: np.ndarray
     q_ib: np.ndarray
     omega_bi_b: np.ndarray
-    bound_numeric: float | None
-    bound_exact: float | None
+    bound_numeric: float
+    bound_exact: float
     raw: dict[str, Any]
+
+    @property
+    def system(self) -> System:
+        """The system; AssertionError where none can describe the case."""
+        assert self.described is not None, f'no system describes {self.name}'
+        return self.described
 
 
 @cache
@@ -44,7 +50,7 @@ def rigid() -> dict[str, Case]:
 
 def bounded(cases: dict[str, Case], bound: str) -> list[str]:
     """Return the names of the cases that have bound, 'bound_numeric' or 'bound_exact'."""
-    return [name for name, case in cases.items() if getattr(case, bound) is not None]
+    return [name for name, case in cases.items() if not np.isnan(getattr(case, bound))]
 
 
 def _load(file):
@@ -53,6 +59,10 @@ def _load(file):
 
 def _floats(values):
     return np.array([float(value) for value in values])
+
+
+def _bound(value):
+    return np.nan if value is None else value
 
 
 def _rotor(h):
@@ -66,19 +76,20 @@ def _case(raw, system, q_0, omega_0):
     states = raw['states']
     return Case(
         name=raw['name'],
-        system=system,
+        described=system,
         start=State(_floats(q_0) / np.linalg.norm(_floats(q_0)), _floats(omega_0)),
         t_s=_floats([state['t'] for state in states]),
         q_ib=np.array([_floats(state['q_xyzw']) for state in states]),
         omega_bi_b=np.array([_floats(state['omega']) for state in states]),
-        bound_numeric=raw.get('bound_numeric'),
-        bound_exact=raw.get('bound_exact'),
+        bound_numeric=_bound(raw.get('bound_numeric')),
+        bound_exact=_bound(raw.get('bound_exact')),
         raw=raw,
     )
 
 
 def _newtonian(raw):
     field, weight_moment = raw['field'], np.zeros(3)
+    orbit: FixedDirection | KeplerOrbit
     if field['type'] == 'fixed':
         orbit = FixedDirection(float(field['k']))
         weight_moment = _floats(field['Mgr0'])

@@ -7,6 +7,7 @@ from cases import bounded, newtonian, rigid
 from satdyn_ros.dynamics import rotation
 from satdyn_ros.dynamics.batch import propagate_all
 from satdyn_ros.dynamics.lanes import LANES
+from satdyn_ros.dynamics.motion import States
 from satdyn_ros.dynamics.orbit import KeplerOrbit
 from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.dynamics.rotor import Rotor
@@ -19,7 +20,7 @@ SYSTEMS = [
     System(INERTIA, orbit=KeplerOrbit()),
     System(INERTIA, orbit=KeplerOrbit(eccentricity=0.3)),
     System(INERTIA, orbit=KeplerOrbit(), rotors=(FREE,)),
-    System(INERTIA, orbit=KeplerOrbit(), rotors=(FREE,), rotor_torque=1e-4),
+    System(INERTIA, orbit=KeplerOrbit(), rotors=(FREE,), rotor_torque=np.array(1e-4)),
     System(INERTIA, orbit=KeplerOrbit(), torque_b=np.array([0.0, 1e-4, 2e-4])),
 ]
 TIMES_S = np.linspace(0.0, 6000.0, 7)
@@ -52,6 +53,7 @@ def test_reference_case(name):
     # Copies with other tolerances take other steps in the lanes beside.
     beside = [Propagation(case.system, case.start, tolerance=10.0**-n) for n in range(6, 10)]
     states = propagate_all([*beside, motion], case.t_s)[-1]
+    assert isinstance(states, States)
     assert rotation.angle_between(states.q_ib, case.q_ib).max() < case.bound_numeric
     rate = np.linalg.norm(case.omega_bi_b, axis=1).max()
     error = np.linalg.norm(states.omega_bi_b - case.omega_bi_b, axis=1).max()
@@ -94,5 +96,6 @@ def test_no_motions_and_the_begin():
     assert propagate_all([], TIMES_S) == []
     flown = motions(5)
     for motion, states in zip(flown, propagate_all(flown, [0.0]), strict=True):
+        assert isinstance(states, States)
         np.testing.assert_array_equal(states.q_ib[0], motion.state.q_ib)
         np.testing.assert_array_equal(states.omega_bi_b[0], motion.state.omega_bi_b)

@@ -32,7 +32,7 @@ def test_each_balances_and_they_are_as_many_as_morse_allows(h):
     attitudes, 0: one that was missed would leave the sum at +-1.
     """
     h = np.array(h)
-    size = np.linalg.norm(h)
+    size = float(np.linalg.norm(h))
     system = System(I, (Rotor('constant_momentum', h / size, size),), ORBIT)
     total = 0
     found = gyrostat_equilibria(I, I, h, N)

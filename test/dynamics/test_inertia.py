@@ -184,9 +184,8 @@ def test_parallel_axis_has_the_products_of_an_oblique_offset():
 def test_two_halves_make_the_whole():
     """Two half cylinders stacked along z compose into the whole one."""
     half = inertia.cylinder(1.0, 0.5, 2.0)
-    whole = inertia.compose(
-        [inertia.Body(1.0, [0.1, 0.2, -1.0], half), inertia.Body(1.0, [0.1, 0.2, 1.0], half)]
-    )
+    centres = np.array([[0.1, 0.2, -1.0], [0.1, 0.2, 1.0]])
+    whole = inertia.compose([inertia.Body(1.0, centre, half) for centre in centres])
     assert whole.mass == 2.0
     assert whole.mass_centre == pytest.approx([0.1, 0.2, 0.0])
     assert whole.inertia == pytest.approx(inertia.cylinder(2.0, 0.5, 4.0), rel=1e-14)

@@ -74,6 +74,7 @@ def test_a_free_symmetric_body_precesses_about_its_momentum(name):
     h = float(case.raw['rotor_h_body'][2])
     H = case.start.omega_bi_b * [A, A, C] + [0.0, 0.0, h]
     found = regular_precession(case.system, case.start)
+    assert found is not None
     assert found.precession == pytest.approx(np.linalg.norm(H) / A, rel=1e-14)
     expected = -((C - A) * case.start.omega_bi_b[2] + h) / A
     assert found.spin == pytest.approx(expected, rel=1e-13)
@@ -87,6 +88,7 @@ def test_the_steady_precession_of_the_reference():
     """The double root's motion has the constant angles' rates that the reference tables show."""
     case = rigid()['pal1_steady_precession_double_root']
     found = regular_precession(case.system, case.start)
+    assert found is not None
     angles = euler.zxz_angles(case.q_ib)
     close(angles[:, 1], found.nutation, atol=1e-14)
     rates = euler.zxz_rates(case.q_ib, case.omega_bi_b)
@@ -120,6 +122,7 @@ def test_oblique_spins_on_a_circular_orbit(side, C):
     omega = n * (k_b - k_b[2] * Z) + r * Z
     system = System(np.diag([A, A, C]), orbit=orbit)
     found = regular_precession(system, State(q_ib, omega))
+    assert found is not None
     assert found.precession == pytest.approx(n, rel=1e-12)
     assert found.nutation == pytest.approx(theta, rel=1e-12)
     assert found.spin == pytest.approx(r - n * np.cos(theta), rel=1e-12)
@@ -146,6 +149,7 @@ def test_a_sleeping_top_spins_only():
     """With the axis along the field the whole rate counts as spin."""
     top = System(np.diag([1.0, 1.0, 1.5]), orbit=FixedDirection(1.0))
     found = regular_precession(top, State(rotation.IDENTITY, np.array([0.0, 0.0, 0.5])))
+    assert found is not None
     assert (found.spin, found.precession, found.nutation) == (0.5, 0.0, 0.0)
     assert regular_precession(top, State(rotation.IDENTITY, np.array([0.1, 0.0, 0.5]))) is None
 
@@ -157,5 +161,6 @@ def test_a_sphere_with_a_rotor_precesses_and_one_without_has_no_axis():
     system = System(np.eye(3), (Rotor('constant_momentum', X, 0.3),))
     state = State(rotation.IDENTITY, np.array([0.2, 0.4, 0.1]))
     found = regular_precession(system, state)
+    assert found is not None
     assert found.precession == pytest.approx(np.linalg.norm([0.5, 0.4, 0.1]), rel=1e-14)
     assert found.spin == pytest.approx(-0.3, rel=1e-13)

@@ -123,7 +123,9 @@ def test_first_integrals_over_100_orbits(method_tolerance):
     tolerance, bound = method_tolerance
     scenario = Scenario.from_yaml(ROOT / 'config' / 'default.yaml')
     scenario = scenario.with_values({'motion.tolerance': tolerance})
-    period_s = 2.0 * np.pi / scenario.system.orbit.mean_motion
+    orbit = scenario.system.orbit
+    assert isinstance(orbit, KeplerOrbit)
+    period_s = 2.0 * np.pi / orbit.mean_motion
     states = scenario.motion().at(np.linspace(0.0, 100.0 * period_s, 2001))
     for name, values in scenario.integrals(states).items():
         assert np.max(np.abs(values / values[0] - 1.0)) < bound, name
@@ -145,7 +147,7 @@ SYSTEMS = {
         (Rotor('motor', np.array([0.0, 0.6, 0.8]), inertia=0.5),),
         KeplerOrbit(semi_major_axis=9e6, eccentricity=0.1, true_anomaly=2.0),
         torque_b=np.array([0.01, -0.02, 0.005]),
-        rotor_torque=0.03,
+        rotor_torque=np.array(0.03),
     ),
     'heavy top': System(
         np.diag([1.0, 1.5, 2.0]),
@@ -201,10 +203,10 @@ def test_against_an_independent_integration(name):
             # I w' + J s' a + w x (I w + J s a) = torque;  J (s' + a . w') = tau
             left = np.block([[I, J * a[:, None]], [J * a, J]])
             momentum = I @ omega + J * s * a
-            rates = np.linalg.solve(left, [*(torque - np.cross(omega, momentum)), tau])
+            rates = np.linalg.solve(left, np.append(torque - np.cross(omega, momentum), tau))
         else:
             momentum = I @ omega + rotor.momentum * a
-            rates = [*np.linalg.solve(I, torque - np.cross(omega, momentum)), 0.0]
+            rates = np.append(np.linalg.solve(I, torque - np.cross(omega, momentum)), 0.0)
         x, y_, z, w = y[:4]
         q_dot = (
             0.5
@@ -284,6 +286,7 @@ def test_start_is_kept_to_the_bit():
 def test_axes_do_not_show(start_s):
     """The motion on a circle is that on an ellipse without a difference, in axes that stay."""
     circle = SYSTEMS['circular gyrostat']
+    assert isinstance(circle.orbit, KeplerOrbit)
     ellipse = replace(circle, orbit=replace(circle.orbit, eccentricity=1e-18))
     start, duration_s = _start(circle)
     t_s = np.linspace(0.0, duration_s, 101)

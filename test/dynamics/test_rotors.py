@@ -10,6 +10,7 @@ from scipy.integrate import cumulative_simpson
 from satdyn_ros.dynamics import rotation
 from satdyn_ros.dynamics.batch import propagate_all
 from satdyn_ros.dynamics.integrals import relative_drift
+from satdyn_ros.dynamics.motion import States
 from satdyn_ros.dynamics.orbit import FixedDirection, KeplerOrbit
 from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.dynamics.rotor import Rotor
@@ -55,6 +56,7 @@ def test_reference_case(name, fly):
     case = CASES[name]
     motion, t_s = motion_of(case), np.array([float(row['t']) for row in case['states']])
     (states,) = propagate_all([motion], t_s) if fly == 'in a lane' else [motion.at(t_s)]
+    assert isinstance(states, States)
     q_ib = np.array([[float(x) for x in row['q_xyzw']] for row in case['states']])
     assert rotation.angle_between(states.q_ib, q_ib).max() < 1e-9
     turning = [i for i, rotor in enumerate(motion.system.rotors) if rotor.turns_freely]

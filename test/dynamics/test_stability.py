@@ -123,8 +123,9 @@ def test_the_closed_form_is_the_general_one(I, h):
 @given(I=moments, h=st.floats(-3.0, 3.0))
 def test_a_minimum_of_the_potential_suffices(I, h):
     """Where the amended potential has a minimum the linear motion is stable too."""
-    if stability.is_surely_stable(*I, 1.0, h):
-        motion = stability.small_motion(*I, 1.0, h)
+    I_r, I_t, I_n = I
+    if stability.is_surely_stable(I_r, I_t, I_n, 1.0, h):
+        motion = stability.small_motion(I_r, I_t, I_n, 1.0, h)
         # Two roots that meet are parted by the root of rounding, to either side.
         edge = abs(motion.roll_yaw[0] - motion.roll_yaw[1]) < 1e-7
         assert motion.is_stable or edge
@@ -138,9 +139,9 @@ def test_the_regions_are_where_a_body_without_rotor_is_stable(I):
     margin = 1.0 + 3.0 * k_R + k_R * k_Y - 4.0 * np.sqrt(max(k_R * k_Y, 0.0))
     assume(min(abs(k_R), abs(k_Y), abs(k_R - k_Y), abs(margin)) > 1e-9)
     region = stability.stability_region(*I)
-    assert (region is not None) == stability.small_motion(*I, 1.0).is_stable
+    assert (region is not None) == stability.small_motion(I_r, I_t, I_n, 1.0).is_stable
     assert (region == 'Lagrange') == (I_n > I_t > I_r)
-    assert (region == 'Lagrange') == stability.is_surely_stable(*I, 1.0)
+    assert (region == 'Lagrange') == stability.is_surely_stable(I_r, I_t, I_n, 1.0)
 
 
 @pytest.mark.parametrize(
@@ -193,7 +194,7 @@ def test_eigenvalues_are_those_of_propagated_departures(case):
     if case == 'skew gyrostat':
         q_lb = rotation.about([0.0, 0.0, 1.0], 0.4)
         h = equilibria.equilibrium_momentum(I, q_lb, N, -2.0)
-        size = np.linalg.norm(h)
+        size = float(np.linalg.norm(h))
         system = System(I, (Rotor('constant_momentum', h / size, size),), ORBIT)
         state = equilibria.at_rest_in_lvlh(ORBIT, q_lb)
     elif case == 'vertical spin':

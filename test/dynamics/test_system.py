@@ -16,7 +16,7 @@ WHEEL = Rotor('free', np.array([0.0, 0.0, 1.0]), inertia=0.5, name='wheel')
 FLYWHEEL = Rotor('constant_momentum', momentum=0.1, name='flywheel')
 FREE = FixedDirection(0.0)
 
-INCOMPLETE = {
+INCOMPLETE: dict[str, tuple[tuple[Rotor, ...], tuple, str]] = {
     'neither': ((WHEEL,), (), 'rotor_speed of wheel is missing; a rotor of mode free needs it'),
     'no angle': (
         (WHEEL,),

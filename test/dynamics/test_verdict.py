@@ -88,7 +88,7 @@ def test_permanent_rotations(name):
 def test_a_rotor_along_no_principal_axis():
     """Each rotation that permanent_rotations finds with a skew rotor goes as its verdict says."""
     inertia, h = np.diag([1.0, 2.0, 2.5]), np.array([0.3, 0.2, 0.4])
-    size = np.linalg.norm(h)
+    size = float(np.linalg.norm(h))
     system = System(inertia, (Rotor('constant_momentum', h / size, size),))
     verdicts = []
     for omega in permanent_rotations(inertia, 1.0, h):
@@ -157,7 +157,7 @@ def test_debra_and_delp_are_not_decided():
 )
 def test_relative_equilibria_go_as_the_verdict_says(inertia, h):
     """Near each equilibrium of a gyrostat on a circle, over twenty orbits."""
-    size = np.linalg.norm(h)
+    size = float(np.linalg.norm(h))
     rotor = Rotor('constant_momentum', np.array(h) / size, size) if size else Rotor()
     system = System(inertia, (rotor,), ORBIT)
     spans = 20.0 * 2.0 * np.pi / ORBIT.mean_motion

@@ -67,7 +67,8 @@ def _pairs(stored: Any, computed: Any) -> Iterator[tuple[mpmath.mpc, mpmath.mpc]
     else:
         for entry in stored:
             root = mpmath.mpc(*entry) if isinstance(entry, list) else mpmath.mpf(entry)
-            yield root, min(computed, key=lambda other, root=root: abs(other - root))
+            off = [abs(other - root) for other in computed]
+            yield root, computed[off.index(min(off))]
 
 
 def _minus(a: list[mpfr], b: list[mpfr]) -> list[mpfr]:

@@ -19,7 +19,7 @@ X, Y, Z = np.eye(3)
 def gyrostat(moments, h, axes=PRINCIPAL):
     """Return a gyrostat on the orbit with principal axes the columns of axes, h along them."""
     inertia, h = axes @ np.diag(moments) @ axes.T, axes @ np.asarray(h, float)
-    size = np.linalg.norm(h)
+    size = float(np.linalg.norm(h))
     rotor = Rotor('constant_momentum', h / size, size) if size else Rotor()
     return System(inertia, (rotor,), ORBIT)
 

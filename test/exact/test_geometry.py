@@ -128,7 +128,8 @@ def test_the_pole_stays_on_the_quadric(name):
     Tolerance: rounding, relative to the largest term, which for the sphere A = C is a plane.
     """
     case = rigid()[name]
-    rolling = constants(*of_case(case), case.start.q_ib, case.start.omega_bi_b)
+    A, C, h3, H1, H2 = of_case(case)
+    rolling = constants(A, C, h3, H1, H2, case.start.q_ib, case.start.omega_bi_b)
     v_i = rotation.rotate(case.q_ib, case.omega_bi_b)
     c2, c1, c0 = rolling.coefficients if rolling.Delta else (1.0, 1.0, 1.0)
     z = np.max(np.abs(v_i[:, 2]))

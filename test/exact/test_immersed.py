@@ -148,9 +148,9 @@ def test_the_reference_cases(name):
 def test_any_body_moves_by_kirchhoffs_equations(energy, coupling, potential, q, omega, P0):
     """Attitude, rates, velocity and place of drawn bodies, coupled ones too, in any potential."""
     assume(np.linalg.norm(q) > 0.1)
-    a11, a33, a44, a66 = energy
+    (a11, a33, a44, a66), (H1, H2) = energy, potential
     a14, a36 = 0.9 * np.array(coupling) * np.sqrt([a11 * a44, a33 * a66])
-    body = FluidBody(*energy, a14, a36, *potential)
+    body = FluidBody(a11, a33, a44, a66, a14, a36, H1, H2)
     assert_kirchhoff(body, rotation.normalise(q), 2.0 * omega, 2.0 * P0, np.linspace(0.0, 6.0, 13))
 
 

@@ -174,7 +174,9 @@ def test_the_poinsot_motion_behind_the_nutation(name):
     expected = np.sqrt(motion.H1 / (2.0 * motion.A)) * motion.at(t_s).c_b[:, 2]
     # the axis' height over the plane across L, and its share of the other two
     square = (expected[0] - end) / (expected[0] - rates[0])
-    others = np.linalg.solve([[1.0, 1.0], rates[1:]], [1.0 - square, end - rates[0] * square])
+    others = np.linalg.solve(
+        np.array([[1.0, 1.0], rates[1:]]), [1.0 - square, end - rates[0] * square]
+    )
     gamma_0 = np.sqrt([square, *others])
     rising = (expected[1] - expected[0]) * (rates[2] - rates[1]) * (end - rates[0]) > 0.0
     gamma_0[1] *= 1.0 if rising else -1.0

@@ -176,8 +176,8 @@ def test_when_the_attitude_returns():
     omega = np.array([0.3, 0.4, 1.0])
     A = 1.0
     # L^2 = (A w)^2 + (C r0)^2 = (5/2)^2 (C - A)^2 r0^2
-    C = np.roots([1.0 - 6.25, 12.5 * A, (0.25 - 6.25) * A * A])
-    C = float(C[(C > A) & (C < 2.0 * A)][0])
+    roots = np.roots([1.0 - 6.25, 12.5 * A, (0.25 - 6.25) * A * A])
+    C = float(roots[(roots > A) & (roots < 2.0 * A)][0])
     system = System(np.diag([A, A, C]))
     motion = Free(system, State(ANY, omega))
     assert commensurability(motion.T1, motion.T2) == pytest.approx(2.5)

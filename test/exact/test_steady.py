@@ -28,7 +28,7 @@ vectors = arrays(float, 3, elements=st.floats(-1.0, 1.0))
 
 
 def gyrostat(inertia, h, orbit):
-    size = np.linalg.norm(h)
+    size = float(np.linalg.norm(h))
     return System(inertia, (Rotor('constant_momentum', h / size, size),), orbit)
 
 
@@ -128,7 +128,7 @@ def test_a_gyrostat_of_next_to_no_momentum():
     h = 1e-8 * omega - inertia @ omega
     assert Steady.why_not(gyrostat(inertia, h, FixedDirection()), State(ANY, omega)) is None
     changed = gyrostat(inertia, h + 1e-9 * X, FixedDirection())
-    assert 'omega x H' in Steady.why_not(changed, State(ANY, omega))
+    assert 'omega x H' in (Steady.why_not(changed, State(ANY, omega)) or '')
 
 
 @pytest.mark.parametrize('sign', [1.0, -1.0])
@@ -146,9 +146,10 @@ def test_a_heavy_gyrostat_about_the_vertical():
     plane = np.eye(3) - np.outer(across, across) / (across @ across)
     m, h = plane @ [0.1, -0.3, 0.2], plane @ [0.2, 0.1, 0.4]
     rates = equilibria.vertical_rotation_rates(inertia, c, 0.4, m, h)
-    size = np.linalg.norm(h)
+    size = float(np.linalg.norm(h))
     rotor = Rotor('constant_momentum', h / size, size)
     system = System(inertia, (rotor,), FixedDirection(0.4), weight_moment=m)
+    assert rates is not None
     assert len(rates) == 2
     for W in rates:
         assert_agrees_with_propagation(system, State(ANY, W * c))
@@ -183,7 +184,7 @@ def test_a_sphere_turns_anyhow():
     h = np.array([0.1, 0.2, -0.1])
     with_rotor = gyrostat(2.0 * np.eye(3), h, ORBIT)
     assert_agrees_with_propagation(with_rotor, State(ANY, -0.1 * h))
-    assert 'does not balance' in Steady.why_not(with_rotor, State(ANY, 0.01 * X))
+    assert 'does not balance' in (Steady.why_not(with_rotor, State(ANY, 0.01 * X)) or '')
 
 
 def test_a_constant_torque_in_the_body_can_hold_an_oblique_rotation():
@@ -200,14 +201,14 @@ def test_rest():
     upright = State(rotation.IDENTITY, np.zeros(3))
     system = System(np.diag([900.0, 800.0, 600.0]), orbit=FixedDirection(3.63e-6))
     assert Steady.why_not(system, upright) is None
-    assert 'does not balance' in Steady.why_not(system, at_rest)
+    assert 'does not balance' in (Steady.why_not(system, at_rest) or '')
 
 
 @pytest.mark.parametrize(
     ('system', 'state', 'why'),
     [
         (
-            System(np.eye(3), (Rotor('motor', X, inertia=0.1),), rotor_torque=0.1),
+            System(np.eye(3), (Rotor('motor', X, inertia=0.1),), rotor_torque=np.array(0.1)),
             State(ANY, np.zeros(3), 0.0, 0.0),
             'a torque is applied to the body or to a rotor',
         ),

@@ -29,11 +29,11 @@ TILTED = np.array([0.1, 0.5, 0.7, 0.5])
 
 def motion_of(case):
     """Return the motion of a case, by its potential where no system has that."""
-    if case.system is not None:
-        return Symmetric(case.system, case.start)
-    body, field = case.raw['body'], case.raw['field']
-    values = (float(x) for x in (body['A'], body['C'], 0, field['H1'], field['H2']))
-    return Symmetric.in_potential(*values, case.start)
+    if case.described is not None:
+        return Symmetric(case.described, case.start)
+    A, C = float(case.raw['body']['A']), float(case.raw['body']['C'])
+    H1, H2 = float(case.raw['field']['H1']), float(case.raw['field']['H2'])
+    return Symmetric.in_potential(A, C, 0.0, H1, H2, case.start)
 
 
 @pytest.mark.parametrize('name', CASES)
@@ -60,9 +60,9 @@ def test_reference_constants(name):
             assert value == pytest.approx(float(derived[key]), rel=rel, abs=1e-14)
     if 'g' in derived:
         assert motion.g == pytest.approx(float(derived['g']), rel=1e-14, abs=1e-15)
-        roots = [float(root) for root in derived['roots_real']]
+        roots = [complex(root) for root in derived['roots_real']]
         roots += [complex(float(re), float(im)) for re, im in derived['roots_complex']]
-        found = [min(motion.roots, key=lambda root, near=near: abs(root - near)) for near in roots]
+        found = [motion.roots[np.argmin(np.abs(motion.roots - root))] for root in roots]
         # roots that are near each other have half the digits
         assert np.array(found) == pytest.approx(np.array(roots), abs=1e-7)
     energy = float(case.raw['first_integrals']['energy_T_minus_U'])
@@ -260,7 +260,7 @@ SYMMETRIC, TRIAXIAL = np.diag([1.0, 1.0, 1.5]), np.diag([1.0, 1.2, 1.5])
     [
         (System(SYMMETRIC, orbit=KeplerOrbit()), 'orbit.type'),
         (System(SYMMETRIC, torque_b=np.array([0.0, 0.0, 0.1])), 'torque'),
-        (System(SYMMETRIC, (AXIAL,), rotor_torque=0.1), 'torque'),
+        (System(SYMMETRIC, (AXIAL,), rotor_torque=np.array(0.1)), 'torque'),
         (System(TRIAXIAL), 'no two equal moments'),
         (System(SYMMETRIC, (ACROSS,)), 'no two equal moments'),
         (System(SYMMETRIC, weight_moment=np.array([0.0, 0.1, 0.4])), 'weight_moment'),
@@ -271,6 +271,6 @@ SYMMETRIC, TRIAXIAL = np.diag([1.0, 1.0, 1.5]), np.diag([1.0, 1.2, 1.5])
 def test_says_why_not(system, said):
     """Proves the refusal names what stands against the closed form."""
     state = State(TILTED, SPIN, 0.0, 0.0)
-    assert said in Symmetric.why_not(system, state)
+    assert said in (Symmetric.why_not(system, state) or '')
     with pytest.raises(ValueError, match=said):
         Symmetric(system, state)

@@ -4,8 +4,11 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-from mcap.records import Metadata
+from mcap.reader import make_reader
+from mcap.records import Channel, Message, Metadata
+from mcap.summary import Summary
 
+from satdyn_ros.bag.comparison import Difference
 from satdyn_ros.bag.recording import Recording
 from satdyn_ros.messages.topics import TOPICS
 from satdyn_ros.rosbag2.mcap_file import McapFile
@@ -97,12 +100,26 @@ def sequence(bag) -> list[tuple[str, int, bytes]]:
     for path in sorted(Path(bag).glob('*.mcap'), key=lambda path: (len(path.name), path.name)):
         topics = {}
         for record in StreamReader(str(path), validate_crcs=True).records:
-            kind = type(record).__name__
-            if kind == 'Channel':
+            if isinstance(record, Channel):
                 topics[record.id] = record.topic
-            elif kind == 'Message':
+            elif isinstance(record, Message):
                 messages.append((topics[record.channel_id], record.log_time, record.data))
     return messages
+
+
+def summary(path) -> Summary:
+    """Return the summary of a file of a bag, read by the mcap library."""
+    with open(path, 'rb') as file:
+        summary = make_reader(file).get_summary()
+    assert summary is not None
+    return summary
+
+
+def difference(verdict) -> Difference:
+    """Return where the bag of a verdict first differs; AssertionError: it is true."""
+    assert not verdict.is_true
+    assert verdict.difference is not None
+    return verdict.difference
 
 
 def rewritten(records, path, changed=lambda record: record.metadata) -> McapFile:
@@ -115,6 +132,7 @@ def rewritten(records, path, changed=lambda record: record.metadata) -> McapFile
     file = McapFile(path, header)
     for record in rest:
         if isinstance(record, Block):
+            assert record.chunk is not None
             file.write_chunk(record.contents, record.chunk.compression, record.chunk.data)
         elif isinstance(record, Metadata):
             file.write_metadata(record.name, changed(record))

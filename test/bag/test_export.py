@@ -8,6 +8,9 @@ import sys
 import flights
 import numpy as np
 import pytest
+from mcap.records import Channel, Message, Metadata, Schema
+from mcap.stream_reader import StreamReader
+from mcap.writer import Writer
 from scipy.spatial.transform import Rotation
 
 from satdyn_ros import Scenario
@@ -205,9 +208,6 @@ def test_blocks_of_any_size_make_the_same_table(bag, monkeypatch):
 
 def test_a_tick_whose_messages_are_apart_is_one_row(tmp_path):
     """As in a bag that another tool has put into chunks of its own, here one for each message."""
-    from mcap.stream_reader import StreamReader
-    from mcap.writer import Writer
-
     scenario = flights.GYROSTAT.with_values(
         {'publish.topics': ('angular_velocity', 'attitude'), 'record.compression': 'none'}
     )
@@ -216,19 +216,29 @@ def test_a_tick_whose_messages_are_apart_is_one_row(tmp_path):
     with open(rechunked, 'wb') as file:
         writer = Writer(file, chunk_size=1)
         writer.start('ros2', '')
+        schemas: dict[int, int] = {}
+        channels: dict[int, int] = {}
         for record in StreamReader(str(bag / 'bag_0.mcap')).records:
-            match type(record).__name__:
-                case 'Metadata':
+            match record:
+                case Metadata():
                     writer.add_metadata(record.name, record.metadata)
-                case 'Schema' if record.id not in writer._Writer__schemas:
-                    writer.register_schema(record.name, record.encoding, record.data)
-                case 'Channel' if record.id not in writer._Writer__channels:
-                    writer.register_channel(
-                        record.topic, record.message_encoding, record.schema_id, record.metadata
+                case Schema() if record.id not in schemas:
+                    schemas[record.id] = writer.register_schema(
+                        record.name, record.encoding, record.data
                     )
-                case 'Message':
+                case Channel() if record.id not in channels:
+                    channels[record.id] = writer.register_channel(
+                        record.topic,
+                        record.message_encoding,
+                        schemas[record.schema_id],
+                        record.metadata,
+                    )
+                case Message():
                     writer.add_message(
-                        record.channel_id, record.log_time, record.data, record.publish_time
+                        channels[record.channel_id],
+                        record.log_time,
+                        record.data,
+                        record.publish_time,
                     )
         writer.finish()
     whole = table(bag)

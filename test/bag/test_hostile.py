@@ -185,7 +185,8 @@ def answers(bag, out):
 
 def torment(bags, folder, numbers, capsys):
     """Mutate bags, run all commands on each, and print how often each ended how."""
-    codes, kinds = Counter(), Counter()
+    codes: Counter[tuple[str, int]] = Counter()
+    kinds: Counter[str] = Counter()
     outside = folder / 'x.mcap'
     outside.write_bytes(b'not of the bag')
     for number in numbers:
@@ -277,9 +278,12 @@ def test_provenance_is_parsed_once(bags, tmp_path, monkeypatch):
         file.write_chunk(Contents(np.empty(0, np.uint8)), '', b'')
     file.finish()
     parse, calls = run_records.names_and_machine, []
-    monkeypatch.setattr(
-        run_records, 'names_and_machine', lambda record: calls.append(record) or parse(record)
-    )
+
+    def counted(record):
+        calls.append(record)
+        return parse(record)
+
+    monkeypatch.setattr(run_records, 'names_and_machine', counted)
     RecordedRun(forged)
     assert len(calls) == 1
 

@@ -104,8 +104,7 @@ def test_an_index_that_points_elsewhere_ends_at_once(tmp_path):
     path = flights.record(tmp_path / 'bag', ticks=20, events=()) / 'bag_0.mcap'
     chunk = next(r for r in StreamReader(str(path), emit_chunks=True).records if type(r) is Chunk)
     data = path.read_bytes()
-    with open(path, 'rb') as file:
-        (index,) = make_reader(file).get_summary().chunk_indexes
+    (index,) = flights.summary(path).chunk_indexes
     place = struct.pack('<Q', index.chunk_start_offset)
     for lie in (0, 8, len(data) - 5, 2**63, 2**64 - 1):
         # Without a checksum of the summary: 0 is none.
@@ -119,9 +118,7 @@ def test_an_index_that_points_elsewhere_ends_at_once(tmp_path):
 def test_a_chunk_that_is_listed_twice_is_refused(tmp_path):
     """It would be played twice, and a thousand times as well."""
     path = flights.record(tmp_path / 'bag', ticks=20, events=()) / 'bag_0.mcap'
-    with open(path, 'rb') as file:
-        summary = make_reader(file).get_summary()
-    (index,) = summary.chunk_indexes
+    (index,) = flights.summary(path).chunk_indexes
     file = flights.rewritten([found.item for found in scan(path)], tmp_path / 'twice.mcap')
     file.tally.chunk_indexes[-1] = index
     file.finish()

@@ -4,6 +4,7 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from satdyn_ros.bag.recorded_run import RecordedRun
 from satdyn_ros.bag.recording import Recording
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.dynamics import rotation
+from satdyn_ros.dynamics.orbit import KeplerOrbit
 from satdyn_ros.exchange import utc
 from satdyn_ros.interruption import Terminated, interruptible
 from satdyn_ros.run.events import Request, Topics, Torque
@@ -47,7 +49,8 @@ def read(bag):
     stamps, q_ib, omega_bi_b = [], [], []
     with AnyReader([Path(bag)], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
         for connection, log_time_ns, data in reader.messages():
-            message = reader.deserialize(data, connection.msgtype)
+            # Of a class made from the definition in the bag.
+            message: Any = reader.deserialize(data, connection.msgtype)
             if connection.topic == '/attitude':
                 q = message.quaternion
                 stamps.append(log_time_ns)
@@ -257,6 +260,7 @@ def test_without_rates_in_the_message_the_scenario_gives_the_rate(tmp_path):
     state = simulate.begun_in_aem(resting, message, epoch).initial_state
     rate_i = rotation.rotate(state.q_ib, state.omega_bi_b)
     orbit = resting.system.orbit
+    assert isinstance(orbit, KeplerOrbit)
     np.testing.assert_allclose(rate_i, orbit.mean_motion * orbit.normal, rtol=0.0, atol=1e-17)
     rate_b = (0.1, -0.2, 0.3)
     turning = Scenario({'initial.frame': 'inertial', 'initial.angular_velocity': rate_b})

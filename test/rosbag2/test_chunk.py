@@ -28,7 +28,7 @@ def test_messages_are_found_by_their_channels(channel_ids):
         for place, channel_id in enumerate(channel_ids)
     ]
     contents = Contents(np.frombuffer(written(messages), np.uint8))
-    expected = {i: [] for i in sorted(channel_ids)}
+    expected: dict[int, list[int]] = {i: [] for i in sorted(channel_ids)}
     for place, channel_id in enumerate(channel_ids):
         expected[channel_id].append(place)
     assert {i: places.tolist() for i, places in contents.places.items()} == expected

@@ -13,6 +13,7 @@ import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from rosbags.highlevel import AnyReader
+from rosbags.interfaces import ConnectionExtRosbag2
 from rosbags.rosbag2 import Reader
 
 from satdyn_ros.dynamics import rotation
@@ -92,7 +93,7 @@ def assert_complete(found, truth):
     body axes and torque, which round otherwise.
     """
     assert len(found) == TICKS * len(truth)
-    by_topic = {}
+    by_topic: dict[str, list[tuple]] = {}
     for topic, kind, log_time, publish_time, message in found:
         by_topic.setdefault(topic.removeprefix('/'), []).append((log_time, publish_time, message))
         assert kind == TOPICS[topic.removeprefix('/')].type
@@ -123,10 +124,12 @@ def test_rosbags_reads_the_directory(bag, truth):
         assert reader.end_time - 1 == stamps()[-1]
         counts = {connection.topic: connection.msgcount for connection in reader.connections}
         hashes = {connection.topic: connection.digest for connection in reader.connections}
-        qualities = [connection.ext.offered_qos_profiles for connection in reader.connections]
+        extensions = [connection.ext for connection in reader.connections]
     assert counts == {f'/{name}': TICKS for name in truth} | {f'/{name}': 0 for name in INPUT}
     assert {digest[:7] for digest in hashes.values()} == {'RIHS01_'}
-    assert {profiles[0].reliability.name for profiles in qualities} == {'RELIABLE'}
+    for extension in extensions:
+        assert isinstance(extension, ConnectionExtRosbag2)
+        assert extension.offered_qos_profiles[0].reliability.name == 'RELIABLE'
 
 
 def test_mcap_ros2_support_decodes_every_message(bag, truth):
@@ -136,6 +139,7 @@ def test_mcap_ros2_support_decodes_every_message(bag, truth):
         with open(path, 'rb') as file:
             reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
             for schema, channel, message, decoded in reader.iter_decoded_messages():
+                assert schema is not None
                 times = message.log_time, message.publish_time
                 found.append((channel.topic, schema.name, *times, decoded))
     assert_complete(found, truth)

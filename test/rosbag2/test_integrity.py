@@ -109,11 +109,14 @@ def test_a_sound_bag_has_nothing_to_tell(bag):
     for path in bag.glob('*.mcap'):
         assert not any(isinstance(found.item, Flaw) for found in scan(path))
         records = list(StreamReader(str(path), emit_chunks=True, validate_crcs=True).records)
-        kinds = {type(record).__name__: record for record in records}
-        assert kinds['DataEnd'].data_section_crc != 0
-        assert kinds['Footer'].summary_crc != 0
-        assert kinds['Chunk'].uncompressed_crc != 0
-        assert len(kinds) == 12
+        for record in records:
+            if isinstance(record, DataEnd):
+                assert record.data_section_crc != 0
+            elif isinstance(record, Footer):
+                assert record.summary_crc != 0
+            elif isinstance(record, Chunk):
+                assert record.uncompressed_crc != 0
+        assert len({type(record) for record in records}) == 12
 
 
 def test_a_turned_bit_in_any_record_is_noticed(bag, tmp_path):
@@ -136,6 +139,7 @@ def with_in_summary(bag, directory, record):
     data = (bag / 'bag_0.mcap').read_bytes()
     footer_start = len(data) - FOOTER_SIZE - len(MCAP0_MAGIC)
     *_, footer = StreamReader(io.BytesIO(data)).records
+    assert isinstance(footer, Footer)
     start, offset_start = footer.summary_start, footer.summary_offset_start
     summary = data[start:footer_start] + record
     end = Footer(start, offset_start, checksum(summary, start, offset_start))

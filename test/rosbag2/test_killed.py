@@ -93,6 +93,7 @@ def test_a_killed_recovery_is_begun_again(tmp_path, capsys, count):
         process = subprocess.Popen(
             [sys.executable, '-c', PROGRAM, str(bag)], stdout=subprocess.PIPE, text=True
         )
+        assert process.stdout is not None
         process.stdout.readline()
         time.sleep(chance.uniform(0.0, 1.2 * whole_s))
         process.kill()

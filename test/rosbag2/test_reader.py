@@ -30,6 +30,7 @@ def test_messages_are_those_that_the_mcap_library_reads(bag):
         found = Bag(bag).messages(topic)
         assert found.log_times_ns.tolist() == [stamp for stamp, _ in expected]
         assert [bytes(row) for row in found.data] == [data for _, data in expected]
+        assert isinstance(found.data, np.ndarray)
         assert found.data.ndim == 2
     assert len(Bag(bag).messages('/none').log_times_ns) == 0
 
@@ -77,6 +78,7 @@ def test_a_bag_written_by_rosbags_is_read(tmp_path, version):
     bag = Bag(path)
     found = bag.messages('/count')
     assert found.log_times_ns.tolist() == list(range(0, 10_000, 10))
+    assert isinstance(found.data, np.ndarray)
     assert found.data[:, 4:12].copy().view('<i8')[:, 0].tolist() == list(range(1000))
     assert bag.topics['/count'].type == 'std_msgs/msg/Int64'
     assert bag.problem is None
@@ -147,6 +149,7 @@ def test_a_bag_begun_in_mid_run_knows_where(tmp_path):
         states[samples.first_tick] = samples.states[0]
     for number, tick in ((1, 61), (2, 122)):
         run = RecordedRun(path / f'bag_{number}.mcap')
+        assert run.snapshot is not None
         assert run.snapshot['tick'] == tick
         _, samples = run.simulation().advance(1)
         assert samples.first_tick == tick

@@ -6,7 +6,7 @@ import pytest
 from satdyn_ros.dynamics.integrals import relative_drift
 from satdyn_ros.dynamics.motion import joined
 from satdyn_ros.run.drift import Drift
-from satdyn_ros.run.events import Request, Reset, RotorCommand, Torque
+from satdyn_ros.run.events import Event, Request, Reset, RotorCommand, Torque
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 
@@ -44,23 +44,25 @@ def column(found, name):
 def test_each_motion_drifts_since_it_began():
     """Under torques, restarts and commands, over blocks of any length, and in order."""
     random = np.random.default_rng(1)
-    events = []
+    events: list[Event] = []
     for tick in np.cumsum(random.integers(1, 60, 300)).tolist():
-        events += [
-            [Torque(tick, tuple(random.normal(size=3)))],
-            [Torque(tick, (0.0, 0.0, 0.0))],
-            [Reset(tick)],
-            [Request(tick, {'initial.angular_velocity': [0.0, 0.01, 0.2]})],
-            [RotorCommand(tick, {'rotor': float(random.normal())})],
-            [RotorCommand(tick, {'rotor': 0.0})],
-        ][random.integers(6)]
+        choices: list[Event] = [
+            Torque(tick, tuple(random.normal(size=3))),
+            Torque(tick, (0.0, 0.0, 0.0)),
+            Reset(tick),
+            Request(tick, {'initial.angular_velocity': [0.0, 0.01, 0.2]}),
+            RotorCommand(tick, {'rotor': float(random.normal())}),
+            RotorCommand(tick, {'rotor': 0.0}),
+        ]
+        events.append(choices[random.integers(6)])
     parts = flown(GYROSTAT, events, 12000)
     found = measured(parts)
     assert [part for one in found for part in one.parts] == [samples for _, samples in parts]
     alone: dict[int, list] = {}
     for motion, samples in parts:
         alone.setdefault(id(motion), []).append(samples)
-    begin, names = 0, set()
+    begin = 0
+    names: set[str] = set()
     for some in alone.values():
         states = joined([samples.states for samples in some])
         rows = slice(begin, begin + len(states))

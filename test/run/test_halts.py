@@ -8,7 +8,8 @@ from satdyn_ros.bag.recorded_run import RecordedRun
 from satdyn_ros.bag.recording import Recording
 from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.bag.verify import verify
-from satdyn_ros.run.events import Halt, Request, Reset, Timeout, Torque, TorquesDropped
+from satdyn_ros.dynamics.propagator import Propagation
+from satdyn_ros.run.events import Event, Halt, Request, Reset, Timeout, Torque, TorquesDropped
 from satdyn_ros.run.requests import try_out
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import RunHalted, Simulation
@@ -46,7 +47,7 @@ def test_a_motion_that_cannot_go_on_halts_until_a_request():
     assert (applied, len(samples)) == ([Request(7, WILD)], 1)
     applied, samples = simulation.advance(50)
     assert (applied, len(samples)) == ([Halt(8)], 0)
-    assert 'more than 1000000 steps' in simulation.halted
+    assert 'more than 1000000 steps' in (simulation.halted or '')
     simulation.schedule(Torque(8, (1.0, 0.0, 0.0), until_tick=9))
     assert [len(simulation.advance(50)[1]) for _ in range(3)] == [0, 0, 0]
     calm = {'initial.angular_velocity': [0.0, 0.0, 0.0]}
@@ -61,7 +62,7 @@ def test_a_motion_that_cannot_go_on_halts_until_a_request():
 def test_a_request_that_loses_its_closed_form_halts_until_the_next(monkeypatch):
     """Checked at one tick, it may by rounding have none at the tick where it acts."""
     recognise = exact.recognise
-    lost_s = 0.03
+    lost_s: float | None = 0.03
 
     def lose(system, state, start_s=0.0):
         return None if start_s == lost_s else recognise(system, state, start_s)
@@ -72,6 +73,7 @@ def test_a_request_that_loses_its_closed_form_halts_until_the_next(monkeypatch):
     assert len(simulation.advance(50)[1]) == 3
     applied, samples = simulation.advance(50)
     assert (applied, len(samples)) == ([Request(3, calm), Halt(3)], 0)
+    assert simulation.halted is not None
     assert simulation.halted.startswith('motion.method is exact, but there is no closed form: ')
     lost_s = None
     simulation.reset()
@@ -97,6 +99,7 @@ def test_a_run_goes_on_from_a_snapshot_wherever_it_is_taken():
     simulation = Simulation(spinning)
     # Some ten thousand steps a tick.
     _, samples = simulation.advance(200)
+    assert isinstance(simulation.motion, Propagation)
     assert simulation.motion.steps > 10**6
     again = Simulation.from_snapshot(spinning, simulation.snapshot(198))
     _, later = again.advance(2)
@@ -136,7 +139,7 @@ def test_a_start_that_begins_no_motion_is_refused(values, tmp_path):
 
 def test_bags_of_drops_and_halts_prove_themselves(tmp_path):
     """The bag ends where the run halts, tells of what happened, and is run again to the byte."""
-    events = [Torque(5, TOO_STRONG), Torque(20, (0.1, 0.0, 0.0)), Request(30, WILD)]
+    events: list[Event] = [Torque(5, TOO_STRONG), Torque(20, (0.1, 0.0, 0.0)), Request(30, WILD)]
     with pytest.raises(RunHalted, match=r'the propagation came to a halt at .* has 31 ticks'):
         list(simulate(SCENARIO, 10, tmp_path / 'bag', events))
     told = RecordedRun(tmp_path / 'bag').events

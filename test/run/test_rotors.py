@@ -102,7 +102,7 @@ def test_sixteen_rotors_of_all_modes():
     for i, mode in enumerate(modes):
         turns = {'inertia': 1.0 + i, 'speed': float(i)} if mode in ('free', 'motor') else {}
         held = {'momentum': float(i)} if mode == 'constant_momentum' else {}
-        rotors[f'r{i}'] = {'mode': mode, 'axis': UNIT_AXES[i % 3]} | turns | held
+        rotors[f'r{i}'] = {'mode': mode, 'axis': UNIT_AXES[i % 3], **turns, **held}
     scenario = Scenario.from_dict(named(**rotors))
     assert [rotor.name for rotor in scenario.system.rotors] == list(rotors)
     assert [rotor.mode for rotor in scenario.system.rotors] == modes

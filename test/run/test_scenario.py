@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from satdyn_ros.dynamics import rotation
+from satdyn_ros.dynamics.orbit import KeplerOrbit
 from satdyn_ros.run.keys import KEYS
 from satdyn_ros.run.scenario import Scenario
 
@@ -137,7 +138,9 @@ def test_default_attitude_is_what_it_says():
     np.testing.assert_allclose(degrees, [5, 10, 0], atol=1e-12)
     # At rest in LVLH: the body's inertial rate is LVLH's, n about the orbit normal.
     rate_i = rotation.rotate(states.q_ib[0], states.omega_bi_b[0])
-    np.testing.assert_allclose(rate_i, [0, 0, scenario.system.orbit.mean_motion], atol=1e-18)
+    orbit = scenario.system.orbit
+    assert isinstance(orbit, KeplerOrbit)
+    np.testing.assert_allclose(rate_i, [0, 0, orbit.mean_motion], atol=1e-18)
 
 
 def test_fixed_direction_starts_inertial():

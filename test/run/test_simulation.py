@@ -8,7 +8,7 @@ import pytest
 
 from satdyn_ros.dynamics import rotation
 from satdyn_ros.dynamics.propagator import Propagation
-from satdyn_ros.run.events import Request, Reset, RotorCommand, Timeout, Topics, Torque
+from satdyn_ros.run.events import Event, Request, Reset, RotorCommand, Timeout, Topics, Torque
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 
@@ -36,7 +36,7 @@ def run(scenario, events=(), ticks=200, block=64):
     return applied, table
 
 
-EVENTS = [
+EVENTS: list[Event] = [
     Torque(20, (0.1, -0.2, 0.3), until_tick=90),
     RotorCommand(40, {'rotor': 0.05}),
     Request(60, {'initial.angular_velocity': [0.0, 0.0, 0.05], 'rotor.speed': 5.0}),
@@ -179,6 +179,7 @@ def test_a_run_as_it_is_leaves_the_motion_alone():
     simulation.advance(64)
     told, kept = simulation.snapshot(10), simulation.as_it_is()
     simulation.advance(64)
+    assert isinstance(simulation.motion, Propagation)
     steps, state = simulation.motion.steps, simulation.state
     assert kept.snapshot(10) == told
     assert simulation.motion.steps == steps > 0

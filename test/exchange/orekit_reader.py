@@ -24,11 +24,11 @@ def main(path, body_vector):
 
     builder = ParserBuilder()
     if path.endswith('.aem'):
-        message = builder.buildAemParser().parseMessage(DataSource(path))
-        rows = [list(_attitudes(segment, body_vector)) for segment in message.getSegments()]
+        aem = builder.buildAemParser().parseMessage(DataSource(path))
+        rows = [list(_attitudes(segment, body_vector)) for segment in aem.getSegments()]
     else:
-        message = builder.withMu(3.986004418e14).buildOemParser().parseMessage(DataSource(path))
-        rows = [list(_states(segment)) for segment in message.getSegments()]
+        oem = builder.withMu(3.986004418e14).buildOemParser().parseMessage(DataSource(path))
+        rows = [list(_states(segment)) for segment in oem.getSegments()]
     print(json.dumps(rows))
 
 
@@ -61,7 +61,7 @@ def _give_data():
     from org.orekit.bodies import CelestialBodyFactory
     from org.orekit.time import DateComponents, OffsetModel, TimeScalesFactory
 
-    offsets = ArrayList()
+    offsets: ArrayList = ArrayList()
     # 2017-01-01, TAI - UTC = 37 s: the last leap second until now.
     offsets.add(OffsetModel(DateComponents(2017, 1, 1), 37))
     TimeScalesFactory.addUTCTAIOffsetsLoader(

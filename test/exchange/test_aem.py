@@ -90,6 +90,8 @@ def test_the_published_spinner_turns_by_its_rate(tmp_path):
     path = written(tmp_path, MMS)
     first, second = (attitude_at(path, f'2023-02-23T00:00:{s}.150001Z') for s in ('09', '19'))
     turned = Rotation.from_quat(first.q_ib).inv() * Rotation.from_quat(second.q_ib)
+    assert first.omega_bi_b is not None
+    assert second.omega_bi_b is not None
     rate = (first.omega_bi_b + second.omega_bi_b) / 2.0
     # A turn of more than half: what is left to a whole one, the other way round.
     missing = Rotation.from_rotvec(10.0 * rate).inv() * turned
@@ -103,6 +105,7 @@ def test_what_was_written_is_read_again(states, tmp_path):
     found = attitude_at(path, utc.epoch(STAMPS_NS[7]))
     assert found.stamp_ns == STAMPS_NS[7]
     np.testing.assert_allclose(found.q_ib, states.q_ib[7], rtol=0.0, atol=1e-15)
+    assert found.omega_bi_b is not None
     np.testing.assert_allclose(found.omega_bi_b, states.omega_bi_b[7], rtol=0.0, atol=1e-16)
     plain = attitude_at(write(tmp_path / 'plain.aem', states, False), utc.epoch(STAMPS_NS[7]))
     assert plain.omega_bi_b is None
@@ -120,12 +123,14 @@ def test_frames_from_body_to_inertial_are_inverted_as_orekit_does(tmp_path):
     found = attitude_at(path, row[0])
     ours = Rotation.from_quat(found.q_ib).apply(BODY_VECTOR)
     np.testing.assert_allclose(row[1], ours, rtol=0.0, atol=1e-9)
+    assert found.omega_bi_b is not None
     np.testing.assert_allclose(row[2], found.omega_bi_b, rtol=0.0, atol=1e-9)
 
 
 def test_rates_of_the_inertial_frame_in_its_own_axes_are_turned(tmp_path):
     """ANGVEL is the rate of B relative to A, here inertial to body, in the axes of either."""
     direct = attitude_at(written(tmp_path, MMS), '2023-02-23T00:00:09.150001')
+    assert direct.omega_bi_b is not None
     q_ib = Rotation.from_quat(direct.q_ib)
     numbers = [*q_ib.inv().as_quat(), *np.degrees(-q_ib.apply(direct.omega_bi_b))]
     words = MMS.splitlines()[-3].split()[1:]
@@ -138,6 +143,7 @@ def test_rates_of_the_inertial_frame_in_its_own_axes_are_turned(tmp_path):
         text = inverted.replace('ANGVEL_FRAME = SC_BODY_1', f'ANGVEL_FRAME = {name}')
         found = attitude_at(written(tmp_path, text), '2023-02-23T00:00:09.150001')
         np.testing.assert_allclose(found.q_ib, direct.q_ib, rtol=0.0, atol=1e-15)
+        assert found.omega_bi_b is not None
         np.testing.assert_allclose(found.omega_bi_b, direct.omega_bi_b, rtol=0.0, atol=1e-15)
 
 

@@ -27,7 +27,8 @@ class Example(NamedTuple):
 def load(path):
     """Return what an example file says."""
     text = path.read_text()
-    command = shlex.split(re.search(r'^# (ros2 .*)$', text, re.MULTILINE).group(1))
+    (line,) = re.findall(r'^# (ros2 .*)$', text, re.MULTILINE)
+    command = shlex.split(line)
     return Example(command, command[-3], command[-2], yaml.safe_load(text))
 
 
@@ -54,7 +55,8 @@ def filled(message, values):
             setattr(message, name, np.array(value, dtype=field.dtype))
         elif isinstance(field, list) and value and isinstance(value[0], dict):
             declared = message.get_fields_and_field_types()[name]
-            element = interface(re.search(r'<(.*)>', declared).group(1).replace('/', '/msg/'))
+            (of,) = re.findall(r'<(.*)>', declared)
+            element = interface(of.replace('/', '/msg/'))
             setattr(message, name, [filled(element(), item) for item in value])
         else:
             setattr(message, name, value)

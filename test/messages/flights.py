@@ -23,7 +23,7 @@ ELLIPSE = KeplerOrbit(
 )
 SYSTEMS = {
     'ellipse, motor': System(
-        TENSOR, (Rotor('motor', AXIS, inertia=2.0),), ELLIPSE, rotor_torque=0.02
+        TENSOR, (Rotor('motor', AXIS, inertia=2.0),), ELLIPSE, rotor_torque=np.array(0.02)
     ),
     'circle, no rotor': System(np.diag([800.0, 900.0, 600.0]), orbit=KeplerOrbit()),
     'circle, free rotor': System(

@@ -27,9 +27,11 @@ def message_class(type_name):
 def read(type_name, data):
     """Return what each reader makes of a message, by the reader's name."""
     schema = Schema(1, schemas.schema_text(type_name).encode(), 'ros2msg', type_name)
+    decode = DecoderFactory().decoder_for('cdr', schema)
+    assert decode is not None
     messages = {
         'rosbags': TYPESTORE.deserialize_cdr(data, type_name),
-        'mcap_ros2': DecoderFactory().decoder_for('cdr', schema)(data),
+        'mcap_ros2': decode(data),
     }
     if message_class(type_name):
         messages['rclpy'] = deserialize_message(data, message_class(type_name))

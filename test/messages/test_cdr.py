@@ -1,3 +1,5 @@
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -67,7 +69,10 @@ def test_rows_read_messages_of_others():
     """The layout reads what another program wrote: a table without a loop."""
     layout = cdr.Message('geometry_msgs/msg/QuaternionStamped', {'header': {'frame_id': 'abc'}})
     type_name = 'geometry_msgs/msg/QuaternionStamped'
-    messages = [TYPESTORE.deserialize_cdr(layout.rows(1).tobytes(), type_name) for _ in range(3)]
+    # Of a class that the type store makes.
+    messages: list[Any] = [
+        TYPESTORE.deserialize_cdr(layout.rows(1).tobytes(), type_name) for _ in range(3)
+    ]
     for k, message in enumerate(messages):
         message.quaternion.y = float(k)
     data = b''.join(bytes(TYPESTORE.serialize_cdr(m, type_name)) for m in messages)

@@ -29,9 +29,10 @@ def messages(name, count=40):
     """Return places and messages, read by another's program, of the first ticks of a sensor."""
     _, samples = Simulation(SCENARIO).advance(count)
     packed = packer(name, SCENARIO).pack(samples)
-    places, rows = np.arange(count), packed
     if isinstance(packed, SomeRows):
         places, rows = packed.places, packed.rows
+    else:
+        places, rows = np.arange(count), packed
     read = [TYPESTORE.deserialize_cdr(row.tobytes(), TOPICS[name].type) for row in rows]
     return samples, places, [plain(message) for message in read]
 
@@ -86,7 +87,9 @@ def test_tf_leads_from_the_body_to_each_sensor():
     scenario = SCENARIO.with_values({'sensors.star_tracker.mounting': mounting})
     transforms = packer('tf', scenario)
     _, samples = Simulation(scenario).advance(1)
-    row = transforms.pack(samples)[0]
+    packed = transforms.pack(samples)
+    assert isinstance(packed, np.ndarray)
+    row = packed[0]
     assert b'star_tracker\0' in row.tobytes()
     assert row['transforms[3].transform.rotation'].tolist() == list(mounting)
     assert row['transforms[3].transform.translation'].tolist() == [0.0, 0.0, 0.0]

@@ -198,7 +198,7 @@ def test_fast_body_is_a_band(folder, browser):
     opened(browser, folder / 'fast.html')
     assert 'a band from the least to the most' in (folder / 'fast.html').read_text()
     notice = browser.find_element('class name', 'notice').text
-    begin_s, end_s = re.search(r'--begin (\d+) --end (\d+)', notice).groups()
+    ((begin_s, end_s),) = re.findall(r'--begin (\d+) --end (\d+)', notice)
     lines = 'satdyn.charts.charts[0].plot.data'
     assert browser.execute_script(f'return {lines}[1].every((y) => y === null)')
     most = browser.execute_script(f'return Math.max(...{lines}[5])')

@@ -2,6 +2,7 @@
 
 import pyarrow.parquet as pq
 import pytest
+from matplotlib.patches import Rectangle
 
 from satdyn_ros.cli.main import main
 from satdyn_ros.report.outcomes import draw_sweep
@@ -16,7 +17,7 @@ def test_draws_become_histograms(tmp_path):
     figure = draw_sweep(table, ['rate_max_rad_s'])
     (axes,) = figure.axes
     assert axes.get_xlabel() == 'rate_max_rad_s'
-    heights = [patch.get_height() for patch in axes.patches]
+    heights = [patch.get_height() for patch in axes.patches if isinstance(patch, Rectangle)]
     assert sum(heights) == len(pq.read_table(table)) == 30
 
 
@@ -30,6 +31,7 @@ def test_a_grid_becomes_a_map(tmp_path):
     table = sweep(path, tmp_path / 'out', workers=1)
     figure = draw_sweep(table, ['lvlh_angle_max_rad'])
     mesh = figure.axes[0].collections[0].get_array()
+    assert mesh is not None
     expected = pq.read_table(table)['lvlh_angle_max_rad'].to_numpy().reshape(3, 5)
     assert mesh.reshape(5, 3).T.tolist() == expected.tolist()
     assert (figure.axes[0].get_xlabel(), figure.axes[0].get_ylabel()) == tuple(vary)

@@ -57,8 +57,9 @@ def test_lines_are_the_run(bag):
     truth = np.degrees(rotation.roll_pitch_yaw(states.q_lb))
     for line, column in zip(lines[:3], truth.T, strict=True):
         assert line.get_label() in ('roll', 'pitch', 'yaw')
-        np.testing.assert_allclose(line.get_ydata()[: len(column)], column, atol=1e-9)
-        np.testing.assert_allclose(line.get_xdata() * 3600.0, run.t_s)
+        x, y = np.asarray(line.get_xdata()), np.asarray(line.get_ydata())
+        np.testing.assert_allclose(y[: len(column)], column, atol=1e-9)
+        np.testing.assert_allclose(x * 3600.0, run.t_s)
 
 
 def test_a_drift_is_drawn_where_its_integral_is_one(tmp_path):
@@ -72,6 +73,12 @@ def test_a_drift_is_drawn_where_its_integral_is_one(tmp_path):
     np.testing.assert_array_equal(drawn['energy balance'], acts)
 
 
+def segments(marks):
+    """Return the lines (N, 2) that are drawn as one collection."""
+    assert isinstance(marks, matplotlib.collections.LineCollection)
+    return marks.get_segments()
+
+
 def test_every_panel_has_units(bag):
     """Every axis of every panel says its unit, and the events are marked."""
     figure = draw(history(bag), PANELS)
@@ -79,7 +86,7 @@ def test_every_panel_has_units(bag):
         labels = [axes.get_ylabel(), axes.get_zlabel() if hasattr(axes, 'get_zlabel') else '[]']
         assert all('[' in label for label in labels)
         if axes.get_shared_x_axes().get_siblings(axes)[1:]:
-            (mark,) = axes.collections[-1].get_segments()
+            (mark,) = segments(axes.collections[-1])
             assert mark[:, 0].tolist() == [6000.0 / 3600.0] * 2
     assert '[h]' in figure.axes[len(PANELS) - 3].get_xlabel()
 
@@ -96,7 +103,7 @@ def test_angles_have_gaps_where_they_wrap(bag):
     assert np.nanmax(np.abs(np.diff(yaw))) < 2.0
     assert np.count_nonzero(np.isnan(yaw)) == 10
     counted = draw(run, ['attitude'], unwrap=True).axes[0].get_lines()[2].get_ydata()
-    np.testing.assert_allclose(counted, np.degrees(0.01 * run.t_s), atol=1e-9)
+    np.testing.assert_allclose(np.asarray(counted), np.degrees(0.01 * run.t_s), atol=1e-9)
 
 
 def test_bounds_hold_all_ticks(bag):
@@ -139,7 +146,7 @@ def test_torques_are_shaded_and_restarts_marked(bag):
     (shade,) = shades.get_paths()
     width = [100.0 / minutes, 601.0 / minutes]
     np.testing.assert_allclose(shade.get_extents().intervalx, width, rtol=1e-15)
-    assert [mark[:, 0].tolist() for mark in marks.get_segments()] == [[900.0 / minutes] * 2]
+    assert [mark[:, 0].tolist() for mark in segments(marks)] == [[900.0 / minutes] * 2]
     unmarked = draw(replace(run, events=[], driven=[]), ['rates']).axes[0]
     assert axes.get_ylim() == unmarked.get_ylim()
 
@@ -150,7 +157,7 @@ def test_thousands_of_restarts_are_one_mark_each(bag):
     for _ in simulate(SCENARIO, 100, path, [Reset(k) for k in range(100) for _ in range(30)]):
         pass
     (marks,) = draw(history(path), ['rates']).axes[0].collections
-    assert len(marks.get_segments()) == 100
+    assert len(segments(marks)) == 100
 
 
 def test_a_part_is_drawn(bag):

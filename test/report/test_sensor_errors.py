@@ -65,7 +65,7 @@ CONTENTS = {
 @pytest.fixture(scope='module')
 def messages(bag):
     """Return stamps [s from tick 0] and numbers by topic, as mcap-ros2-support reads them."""
-    found = {name: ([], []) for name in CONTENTS}
+    found: dict[str, tuple[list, list]] = {name: ([], []) for name in CONTENTS}
     for file in sorted(bag.glob('*.mcap')):
         with file.open('rb') as stream:
             reader = make_reader(stream, decoder_factories=[DecoderFactory()])
@@ -152,7 +152,7 @@ def test_panels(bag):
         figure.axes[4:], ('gyro', 'star_tracker'), (1e-3, np.radians(1 / 3600)), strict=True
     ):
         errors = run.sensors[name]
-        lines = [line for line in axes.get_lines() if len(line.get_xdata()) == len(errors.t_s)]
+        lines = [line for line in axes.get_lines() if np.size(line.get_xdata()) == len(errors.t_s)]
         for k in range(3):
             error, low, high = (line.get_ydata() * unit for line in lines[3 * k : 3 * k + 3])
             np.testing.assert_allclose(error, errors.error[:, k], atol=1e-15)

@@ -122,6 +122,7 @@ def test_a_restart_keeps_the_bias_and_forgets_the_attitude():
     jumped = turning(10, STILL, INTERVAL_S, q_ib=rotation.about([1.0, 0.0, 0.0], 1.0))
     after, _ = gyro.measure(range(10, 20), jumped, memory.restarted())
     assert np.max(np.abs(after.values)) < 1e-4
+    assert memory.bias is not None
     assert np.linalg.norm(memory.bias) > 0.0
     assert np.linalg.norm(after.values[0] - memory.bias) < 6.0 * BIAS_RANDOM_WALK * INTERVAL_S**0.5
 

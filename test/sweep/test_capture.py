@@ -145,12 +145,14 @@ def test_a_dip_between_two_rows():
         since = np.maximum.accumulate(np.where(changes > 0, np.arange(1, 21), 0))
         states = part_of(motion.at(4.0 * np.arange(21)), None)
         found = []
+
+        def motion_of(row, motion=motion):
+            return motion
+
         for k in range(20):
             rows = states.rows(slice(k + 2))
             passed = pass_over(rows, axis_b)
-            found += capture_times(
-                rows, passed, axis_b, np.zeros(1), lambda _, m=motion: m
-            ).tolist()
+            found += capture_times(rows, passed, axis_b, np.zeros(1), motion_of).tolist()
         assert found == (4.0 * since).tolist()
         dips += np.sum(changes == 2)
     # Else the rows alone would do.

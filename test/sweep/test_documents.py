@@ -30,7 +30,7 @@ def test_the_help_shows_a_sweep_file(tmp_path, capsys):
     with pytest.raises(SystemExit):
         main(['sweep', '--help'])
     said = capsys.readouterr().out
-    text = re.search(r'\n  scenario: .*?\n\n', said, re.DOTALL)[0]
+    (text,) = re.findall(r'\n  scenario: .*?\n\n', said, re.DOTALL)
     given, plan = read(tmp_path, text)
     assert set(given) == set(keys.SWEEP_KEYS)
     assert len(plan) == 4 * 2 * 100

@@ -27,8 +27,9 @@ def test_a_motion_that_is_off_is_told(monkeypatch, capsys):
 
     def slower(system, state):
         motion = recognise(system, state)
+        assert motion is not None
         at = motion.at
-        motion.at = lambda t_s: at(t_s * (1.0 - 1e-9))
+        monkeypatch.setattr(motion, 'at', lambda t_s: at(t_s * (1.0 - 1e-9)))
         return motion
 
     monkeypatch.setattr(check, 'recognise', slower)

@@ -122,7 +122,7 @@ def test_help_loads_nothing_heavy():
 def test_wrong_input_is_one_sentence(arguments, sentence, capsys):
     """Exit code 2, and one line on stderr that says what is wrong."""
     try:
-        code = main(arguments)
+        code: str | int | None = main(arguments)
     except SystemExit as end:
         code = end.code
     said = capsys.readouterr()

@@ -109,7 +109,7 @@ class Participant:
 
     def listen(self, topic, raw=False, depth=20000):
         """Return a list that fills with the messages on a topic, by its name in the scenario."""
-        messages = []
+        messages: list = []
         self.node.create_subscription(
             message_class(TOPICS[topic].type),
             TOPICS[topic].name,

@@ -20,7 +20,8 @@ def test_a_node_on_simulated_time_follows(live):
         node.namespace, parameter_overrides=[Parameter('use_sim_time', value=True)]
     )
     try:
-        clocks, fired_ns = [], []
+        clocks: list[Clock] = []
+        fired_ns: list[int] = []
         qos = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
         follower.node.create_subscription(Clock, '/clock', clocks.append, qos)
         follower.node.create_timer(

@@ -86,7 +86,7 @@ def test_a_signal_completes_the_bag(live, tmp_path, number):
     recorded = Bag(directory).messages(f'{node.namespace}/attitude')
     packed = expected(node.scenario, 'attitude', len(recorded.data))
     assert recorded.log_times_ns.tolist() == list(packed)
-    assert [row.tobytes() for row in recorded.data] == list(packed.values())
+    assert [bytes(row) for row in recorded.data] == list(packed.values())
     assert stamp_ns(heard[-1]) <= recorded.log_times_ns[-1]
 
 

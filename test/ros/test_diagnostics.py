@@ -12,7 +12,7 @@ OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.E
 
 def health(participant):
     """Return a function that waits for the next report and returns it by part."""
-    heard = []
+    heard: list[DiagnosticArray] = []
     participant.node.create_subscription(DiagnosticArray, '/diagnostics', heard.append, 10)
 
     def of(namespace):
@@ -223,7 +223,7 @@ def test_lateness_is_told_each_second_and_at_the_end(live):
 def test_a_node_that_follows_no_clock_says_so(live):
     """With use_sim_time and without a /clock, the diagnostics are stamped by the wall clock."""
     node, participant = live({}, ros_args=['-p', 'use_sim_time:=true'])
-    heard = []
+    heard: list[DiagnosticArray] = []
     participant.node.create_subscription(DiagnosticArray, '/diagnostics', heard.append, 10)
     own = f'{node.namespace.strip("/")}/satdyn: '
     participant.wait_until(lambda: any(m.status[0].name.startswith(own) for m in heard))

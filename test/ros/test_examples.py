@@ -75,7 +75,7 @@ def test_the_outputs_are_messages_that_arrive(name, live_pair):
     example = examples.load(examples.ROOT / 'topics' / f'{name}.yaml')
     kind = examples.interface(example.type)
     sent = examples.filled(kind(), example.values)
-    received = []
+    received: list = []
     receiver.node.create_subscription(kind, f'example_{name}', received.append, 10)
     publisher = sender.node.create_publisher(kind, f'example_{name}', 10)
     sender.wait_until(lambda: publisher.get_subscription_count() == 1)

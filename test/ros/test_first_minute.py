@@ -7,9 +7,9 @@ import sys
 
 from ros.live import ROOT
 
-SUBSCRIBER = re.search(
+(SUBSCRIBER,) = re.findall(
     r'## In ROS.*?```python\n(.*?)```', (ROOT / 'README.md').read_text(encoding='utf-8'), re.S
-)[1]
+)
 
 
 def test_a_warm_node_says_in_one_line_what_it_does(live):

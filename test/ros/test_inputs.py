@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 from geometry_msgs.msg import WrenchStamped
+from mcap.records import Metadata
 from ros.live import EPOCH_NS, stamp_ns
 from ros.test_diagnostics import health, values
 from scipy.integrate import solve_ivp
@@ -64,7 +65,7 @@ def test_a_torque_acts_from_a_tick_on_until_the_next_or_the_timeout(live, tmp_pa
     (timeout,) = [
         event_from_record(item.metadata)
         for item in bag.items()
-        if getattr(item, 'name', '') == EVENT
+        if isinstance(item, Metadata) and item.name == EVENT
     ]
     assert len(begins) == 2
     assert timeout.tick == begins[1] + 20

@@ -39,6 +39,7 @@ def assert_a_killed_node_loses_nothing(tmp_path, seed):
         stdout=subprocess.PIPE,
         text=True,
     )
+    assert pilot.stdout is not None
     first = pilot.stdout.readline()
     time.sleep(random.Random(seed).uniform(0.0, 2.5))
     node.end(signal.SIGKILL)

@@ -91,7 +91,11 @@ def test_without_a_wish_nothing_changes():
 def collections(monkeypatch):
     """Return the list of collections that happen, with Python's own switched off."""
     happened = []
-    callback = lambda phase, info: phase == 'start' and happened.append(info)  # noqa: E731
+
+    def callback(phase, info):
+        if phase == 'start':
+            happened.append(info)
+
     gc.collect()
     gc.disable()
     gc.callbacks.append(callback)
@@ -156,7 +160,7 @@ def test_no_garbage_is_collected_inside_a_tick(collections):
         def publish(self, row):
             self.busy = True
             for _ in range(2000):
-                cycle = []
+                cycle: list = []
                 cycle.append(cycle)
             self.busy = False
 

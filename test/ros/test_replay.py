@@ -77,7 +77,7 @@ def hear(listener, heard, kind, topic, qos):
 
 
 def hear_all(listener):
-    heard = []
+    heard: list[tuple[str, bytes]] = []
     for name in NAMES:
         hear(listener, heard, message_class(TOPICS[name].type), f'/{name}', QoSProfile(depth=1000))
     return heard
@@ -197,7 +197,7 @@ def test_a_foreign_bag_is_played(tmp_path, listener):
     A late subscriber gets the latched text; a type that is not installed is left out and named.
     """
     path = foreign(tmp_path / 'foreign')
-    heard = []
+    heard: list[tuple[str, bytes]] = []
     best_effort = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
     hear(listener, heard, String, '/sensor', best_effort)
     process = replay(path, '--wait', '--loop')

@@ -13,12 +13,13 @@ os.environ['FASTRTPS_DEFAULT_PROFILES_FILE'] = str(ROOT / 'test/ros/discovery.xm
 pytest.importorskip('aiohttp')
 
 
-@pytest.fixture(scope='module')
-def watch():
-    """Return a function that starts `satdyn watch` and returns its URL."""
-    running = []
+class Watches:
+    """A call starts `satdyn watch` and returns its URL; pid: that of the last one."""
 
-    def begin(*arguments):
+    def __init__(self):
+        self.running: list[subprocess.Popen[str]] = []
+
+    def __call__(self, *arguments):
         process = subprocess.Popen(
             [sys.executable, '-m', 'satdyn_ros.cli.main', 'watch', *arguments, '--port', '0'],
             cwd=ROOT,
@@ -26,12 +27,21 @@ def watch():
             stderr=subprocess.PIPE,
             text=True,
         )
-        running.append(process)
-        begin.pid = process.pid
+        self.running.append(process)
+        assert process.stdout is not None
         return process.stdout.readline().removeprefix('watch: ').strip()
 
-    yield begin
-    for number, process in enumerate(running):
+    @property
+    def pid(self):
+        return self.running[-1].pid
+
+
+@pytest.fixture(scope='module')
+def watch():
+    """Return what starts `satdyn watch`, and end it after the module."""
+    watches = Watches()
+    yield watches
+    for number, process in enumerate(watches.running):
         # Both end it in good order.
         asked, code = ((signal.SIGINT, 0), (signal.SIGTERM, 143))[number % 2]
         process.send_signal(asked)

@@ -3,6 +3,8 @@
 import asyncio
 import http.client
 import json
+from http.client import HTTPMessage
+from typing import NamedTuple
 from urllib.parse import urlsplit
 
 import aiohttp
@@ -39,14 +41,22 @@ def there(watch, bag):
     return urlsplit(watch(bag, '--host', '0.0.0.0'))
 
 
-def ask(url, path='/', headers=None):
+class Answer(NamedTuple):
+    """What a server says; the text is empty where it changes the protocol."""
+
+    status: int
+    headers: HTTPMessage
+    text: str
+
+
+def ask(url, path='/', headers=None) -> Answer:
     """Return the answer to a request as it is, cookies and all."""
     connection = http.client.HTTPConnection('127.0.0.1', url.port, timeout=60)
     connection.request('GET', path, headers=headers or {})
     answer = connection.getresponse()
-    answer.text = '' if answer.status == 101 else answer.read().decode()
+    text = '' if answer.status == 101 else answer.read().decode()
     connection.close()
-    return answer
+    return Answer(answer.status, answer.headers, text)
 
 
 def test_page_and_files(here):
@@ -107,7 +117,7 @@ def closed(url, messages):
             aiohttp.ClientSession() as session,
             session.ws_connect(f'http://127.0.0.1:{url.port}/socket', max_msg_size=0) as socket,
         ):
-            answers = []
+            answers: list[str] = []
             for message in messages:
                 await socket.send_str(message)
             while True:

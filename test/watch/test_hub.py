@@ -19,7 +19,7 @@ class Beacon:
     """A source of large frames with a number each."""
 
     page = 'page/bag.html'
-    files = ()
+    files: tuple[str, ...] = ()
 
     async def start(self, hub):
         self.hub = hub

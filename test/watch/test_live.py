@@ -92,8 +92,9 @@ def test_body_turns_as_the_node_says(page, participant):
     pages.wait(page, f'Math.abs({time} - {tick / 50.0}) < 1e-6')
     row = page.execute_script('return satdyn.stage.scene.row')
     q, omega = before.orientation, before.angular_velocity
-    np.testing.assert_array_equal(row['q_ib'], np.float32([q.x, q.y, q.z, q.w]))
-    np.testing.assert_array_equal(row['omega_bi_b'], np.float32([omega.x, omega.y, omega.z]))
+    np.testing.assert_array_equal(row['q_ib'], np.array([q.x, q.y, q.z, q.w], np.float32))
+    rate = np.array([omega.x, omega.y, omega.z], np.float32)
+    np.testing.assert_array_equal(row['omega_bi_b'], rate)
     assert row['rotor_speed'][:2] == pytest.approx([12.0, -7.0], abs=0.2)
     # A rotor of constant momentum has no speed: nan, which the driver gives as None.
     assert row['rotor_speed'][2:] in ([None], [pytest.approx(np.nan, nan_ok=True)])

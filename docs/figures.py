@@ -18,7 +18,7 @@ from satdyn_ros.report import html, maps
 from satdyn_ros.report.history import history
 from satdyn_ros.report.outcomes import draw_sweep
 from satdyn_ros.report.panels import COLOURS, STYLES
-from satdyn_ros.run.events import Request, Torque
+from satdyn_ros.run.events import Event, Request, Torque
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.sweep.run import sweep
 
@@ -60,6 +60,7 @@ def stationary():
             )
             q_ib = rotation.conjugate(_turn_from_z(g))
             motion = recognise(system, State(q_ib, alpha * g))
+            assert motion is not None
             c_b = motion.at(np.linspace(0.0, motion.period_s or 1.0, 400)).c_b
             axes.plot(*c_b.T, color=COLOURS[k % len(COLOURS)], lw=1.5)
     axes.set(xlabel='$g_1$', ylabel='$g_2$', zlabel='$g_3$')
@@ -75,6 +76,7 @@ def _planar_curves(axes, system, starts, span_s):
     for k, (angle, rate) in enumerate(starts):
         q_ib = rotation.about([0.0, 1.0, 0.0], -angle)
         motion = recognise(system, State(q_ib, np.array([0.0, -rate, 0.0])))
+        assert motion is not None
         t_s = np.linspace(0.0, motion.period_s or span_s, 600)
         states = motion.at(t_s)
         theta = np.unwrap(np.arctan2(states.c_b[:, 0], states.c_b[:, 2]))
@@ -205,9 +207,11 @@ def free():
         for signs in ((1, 1, 1), (-1, 1, -1)):
             omega = np.array(signs) * np.array([o1, o2, o3])
             motion = Free(system, State(rotation.IDENTITY, omega))
+            assert motion.period_s is not None
             states = motion.at(np.linspace(0.0, motion.period_s, 600))
             left.plot(*states.omega_bi_b.T, color=COLOURS[k], lw=1.4)
         if k == 0:
+            assert motion.period_s is not None
             states = motion.at(np.linspace(0.0, 12.0 * motion.period_s, 4000))
             L_i = rotation.rotate(states.q_ib, states.omega_bi_b * moments)[0]
             to_z = rotation.conjugate(_turn_from_z(L_i / np.linalg.norm(L_i)))
@@ -223,8 +227,8 @@ def free():
 class _Screenshot:
     """A picture of a page in Chromium, at twice the resolution; saved as a figure is."""
 
-    def __init__(self, page: str, script: str):
-        self._page, self._script = page, script
+    def __init__(self, page: str, script: str, chromium: str):
+        self._page, self._script, self._chromium = page, script, chromium
 
     def savefig(self, path: Path, dpi: int) -> None:
         from selenium import webdriver
@@ -237,7 +241,7 @@ class _Screenshot:
         with tempfile.TemporaryDirectory() as directory:
             file = Path(directory) / 'page.html'
             file.write_text(self._page, encoding='utf-8')
-            options.binary_location = shutil.which('chromium')
+            options.binary_location = self._chromium
             service = webdriver.ChromeService(shutil.which('chromedriver'))
             with webdriver.Chrome(options, service) as browser:
                 size = {'width': 1280, 'height': 720, 'deviceScaleFactor': 2, 'mobile': False}
@@ -253,7 +257,8 @@ class _Screenshot:
 
 def page():
     """Draw the report of a satellite that was pushed and restarted: the picture in the README."""
-    if not (shutil.which('chromium') and shutil.which('chromedriver')):
+    chromium = shutil.which('chromium')
+    if not (chromium and shutil.which('chromedriver')):
         print("figures/page.png needs Debian's chromium and chromium-driver; it stays as it is")
         return None
     scenario = Scenario.from_dict(
@@ -264,7 +269,7 @@ def page():
             'orbit': {'inclination': 0.9},
         }
     )
-    events = [
+    events: list[Event] = [
         Torque(2000, (0.0, 0.02, 0.0), 2600),
         Request(6000, {'initial.angular_velocity': [0.0006, 0.0008, 0.0]}),
     ]
@@ -273,7 +278,7 @@ def page():
         for _ in simulate(scenario, 12000, bag, events):
             pass
         text = html.page(history(bag, 12000), 'satellite')
-    return _Screenshot(text, 'satdyn.timeline.seek(9800)')
+    return _Screenshot(text, 'satdyn.timeline.seek(9800)', chromium)
 
 
 def _swept(name, directory):
@@ -302,7 +307,7 @@ def monte_carlo():
 def stroboscopic_map():
     """Draw libration on an ellipse, once per orbit: islands in a chaotic sea."""
     scenario = Scenario.from_yaml(CONFIG / 'sweeps' / 'beletsky_satellite.yaml')
-    rate = np.linalg.norm(scenario.system.orbit.lvlh_rate(0.0))
+    rate = float(np.linalg.norm(scenario.system.orbit.lvlh_rate(0.0)))
     with tempfile.TemporaryDirectory() as directory:
         return maps.stroboscopic_map(_swept('beletsky_map', directory), rate)
 

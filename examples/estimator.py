@@ -83,7 +83,9 @@ class DelayedEstimator:
 
     def __init__(self, sensors):
         self.gyro, self.tracker = sensors['gyro'], sensors['star_tracker']
-        self.now = self.past = self.rate_b = None
+        self.now: Estimator | None = None
+        self.past: Estimator | None = None
+        self.rate_b: np.ndarray | None = None
         self._now_ns = self._past_ns = 0
         self._rates = []
 
@@ -129,7 +131,8 @@ class EstimatorNode(Node):
         self._frames, self._estimator = frames, DelayedEstimator(sensors)
         self._attitude = self.create_publisher(QuaternionStamped, 'estimate/attitude', 10)
         self._rate = self.create_publisher(VelocityStamped, 'estimate/angular_velocity', 10)
-        self._truth = self._estimate = (None, None)
+        self._truth: tuple[int, np.ndarray] | None = None
+        self._estimate: tuple[int, np.ndarray] | None = None
         self.create_subscription(Imu, 'gyro', self._take_rate, 1000)
         self.create_subscription(Imu, 'star_tracker', self._take_attitude, 1000)
         self.create_subscription(QuaternionStamped, 'attitude', self._take_truth, 1000)
@@ -138,8 +141,9 @@ class EstimatorNode(Node):
     def _take_rate(self, message):
         rate = message.angular_velocity
         self._estimator.take_rate(_stamp_ns(message), np.array([rate.x, rate.y, rate.z]))
-        if self._estimator.now is not None and self._estimator.rate_b is not None:
-            self._publish(message.header.stamp)
+        now, rate_b = self._estimator.now, self._estimator.rate_b
+        if now is not None and rate_b is not None:
+            self._publish(message.header.stamp, now.q_ib, rate_b)
 
     def _take_attitude(self, message):
         q = message.orientation
@@ -148,18 +152,17 @@ class EstimatorNode(Node):
             _stamp_ns(message), np.array([q.x, q.y, q.z, q.w]), variances
         )
 
-    def _publish(self, stamp):
-        estimator = self._estimator
+    def _publish(self, stamp, q_ib, omega_bi_b):
         attitude, rate = QuaternionStamped(), VelocityStamped()
         attitude.header.stamp = rate.header.stamp = stamp
         attitude.header.frame_id = rate.reference_frame_id = self._frames.inertial
         rate.header.frame_id = rate.body_frame_id = self._frames.body
         q, omega = attitude.quaternion, rate.velocity.angular
-        q.x, q.y, q.z, q.w = estimator.now.q_ib.tolist()
-        omega.x, omega.y, omega.z = estimator.rate_b.tolist()
+        q.x, q.y, q.z, q.w = q_ib.tolist()
+        omega.x, omega.y, omega.z = omega_bi_b.tolist()
         self._attitude.publish(attitude)
         self._rate.publish(rate)
-        self._estimate = _stamp_ns(attitude), estimator.now.q_ib
+        self._estimate = _stamp_ns(attitude), q_ib
         self._compare()
 
     def _tell(self):
@@ -168,13 +171,15 @@ class EstimatorNode(Node):
 
     def _take_truth(self, message):
         q = message.quaternion
-        self._truth = _stamp_ns(message), [q.x, q.y, q.z, q.w]
+        self._truth = _stamp_ns(message), np.array([q.x, q.y, q.z, q.w])
         self._compare()
 
     def _compare(self):
         """Record the error where truth and estimate are of the same tick."""
+        if self._truth is None or self._estimate is None:
+            return
         (true_ns, true), (estimated_ns, estimated) = self._truth, self._estimate
-        if true_ns is not None and true_ns == estimated_ns:
+        if true_ns == estimated_ns:
             self.error_rad = float(rotation.angle_between(estimated, true))
 
 

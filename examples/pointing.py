@@ -14,9 +14,7 @@ class Pointing(Node):
     """
     A node that receives attitude and body rate, and acts once it has both of one stamp.
 
-    A controller derives from it and defines act(stamp, error, omega_bi_b): error is the rotation
-    vector (3,) from the target to the body [rad], for small angles; omega_bi_b (3,) the body rate
-    [rad/s].  source: the prefix of the names of the topics.
+    A controller derives from it and defines act.  source: the prefix of the names of the topics.
     """
 
     def __init__(self, name, source=''):
@@ -34,6 +32,15 @@ class Pointing(Node):
                 (VelocityStamped, 'angular_velocity', self._take_rate),
             )
         ]
+
+    def act(self, stamp, error, omega_bi_b):
+        """
+        Act on the state of a stamp.
+
+        error: the rotation vector (3,) from the target to the body [rad], for small angles;
+        omega_bi_b (3,): the body rate [rad/s].
+        """
+        raise NotImplementedError
 
     def _take_attitude(self, message):
         self._attitude = message

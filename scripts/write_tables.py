@@ -6,6 +6,7 @@ Write the tables of the reference pages from the declarations that the code read
 Each table is between <!-- name --> and <!-- end of name -->.
 """
 
+import argparse
 import os
 import re
 from contextlib import contextmanager
@@ -53,7 +54,11 @@ def with_tables(text: str) -> str:
     """Return the text of a document with its tables as declared."""
     for name, table in tables().items():
         between = re.compile(f'(<!-- {name} -->\n).*?(<!-- end of {name} -->)', re.DOTALL)
-        text = between.sub(lambda found, table=table: found[1] + table + found[2], text)
+
+        def filled(found, table=table):
+            return found[1] + table + found[2]
+
+        text = between.sub(filled, text)
     return text
 
 
@@ -100,7 +105,9 @@ def _scenarios():
 
 
 def _commands():
-    (commands,) = (action for action in parser()._actions if action.dest == 'command')
+    (commands,) = (
+        action for action in parser()._actions if isinstance(action, argparse._SubParsersAction)
+    )
     with _terminal():
         return ''.join(
             f'## satdyn {name}\n\n```text\n{command.format_help()}```\n\n'

@@ -46,6 +46,7 @@ def flown(seed):
             estimator.take_attitude(int(tracker.stamps_ns[i]), tracker.values[i], variances)
         else:
             estimator.take_rate(int(gyro.stamps_ns[i]), gyro.values[i])
+    assert estimator.now is not None
     q_ib = samples.states.q_ib[-1]
     attitude = rotation.multiply(rotation.conjugate(estimator.now.q_ib), q_ib)
     bias = np.array(simulation.snapshot(TICKS)['sensors']['gyro']['bias'])

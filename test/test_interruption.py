@@ -71,7 +71,7 @@ def test_what_c_code_makes_an_import_error_is_an_interruption(number, raised):
 
 def test_what_was_half_built_is_freed_without_a_word(monkeypatch):
     """Such as an object of the compiler's whose handle was still to come."""
-    told = []
+    told: list[object] = []
     monkeypatch.setattr(sys, 'unraisablehook', told.append)
 
     class Half:

@@ -41,13 +41,13 @@ def imported_by(path):
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             yield from (alias.name.split('.')[0] for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.level == 0:
+        elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
             yield node.module.split('.')[0]
 
 
 def importable(requirements):
     """Return the top-level names that the requirements bring."""
-    names = [re.match(r'[\w-]+', line)[0].lower() for line in requirements]
+    names = [re.findall(r'^[\w-]+', line)[0].lower() for line in requirements]
     return set().union(*(PROVIDES.get(name, {name}) for name in names))
 
 

@@ -123,7 +123,8 @@ def test_nothing_is_written_twice():
     places = defaultdict(list)
     for file, node in tops(ast.FunctionDef):
         body = [ast.dump(statement) for statement in node.body if not is_docstring(statement)]
-        places[(ast.dump(node.args), *body)].append(f'{file} {node.name}')
+        told = ast.dump(node.args), *body
+        places[told].append(f'{file} {node.name}')
     assert [found for found in places.values() if len(found) > 1] == []
 
 

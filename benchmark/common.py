@@ -5,10 +5,13 @@ import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
+
+Name = TypeVar('Name')
 
 
 @dataclass(frozen=True)
@@ -45,7 +48,7 @@ class Claim:
 HEADER = '| what | ours | peer | ratio | must | holds |\n| --- | --- | --- | --- | --- | --- |'
 
 
-def medians(contenders: dict[str, Callable[[], object]], rounds: int = 7) -> dict[str, float]:
+def medians(contenders: Mapping[Name, Callable[[], object]], rounds: int = 7) -> dict[Name, float]:
     """
     Return each contender's median CPU seconds over rounds in which all take turns.
 
@@ -54,7 +57,7 @@ def medians(contenders: dict[str, Callable[[], object]], rounds: int = 7) -> dic
     """
     for run in contenders.values():
         run()
-    seconds: dict[str, list[float]] = {name: [] for name in contenders}
+    seconds: dict[Name, list[float]] = {name: [] for name in contenders}
     for _ in range(rounds):
         for name, run in contenders.items():
             begin = time.process_time()

@@ -5,6 +5,7 @@ import statistics
 import sys
 import tempfile
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -103,7 +104,7 @@ def main(rounds: int = 5) -> tuple[str, list[Claim], str]:
         size, place = written(bag, 'csv'), bag.with_name('bytes')
         contenders: dict[str, Callable[[], object]] = {
             'read': lambda: read(bag),
-            **{kind: lambda kind=kind: written(bag, kind) for kind in TABLES},
+            **{kind: partial(written, bag, kind) for kind in TABLES},
             'the bytes of the .csv alone': lambda: bare(size, place),
             'the same again at once': lambda: bare(size, place),
         }

@@ -3,7 +3,7 @@
 import tempfile
 import time
 import zlib
-from collections import Counter
+from collections import defaultdict
 from pathlib import Path
 
 import numpy as np
@@ -191,7 +191,7 @@ def chunks(bag):
 
 def parts() -> str:
     """Return a table of the CPU time of what the recording of a day is made of."""
-    seconds: Counter[str] = Counter()
+    seconds: defaultdict[str, float] = defaultdict(float)
 
     def timed(name, run, *arguments):
         begin = time.process_time()
@@ -225,7 +225,8 @@ def parts() -> str:
                         timed('writing', file.write, part)
             block = chunk.whole(table)
     lines = ['| part of the recording of a day | CPU |', '| --- | --- |']
-    return '\n'.join(lines + [f'| {k} | {milliseconds(v)} |' for k, v in seconds.most_common()])
+    most_first = sorted(seconds.items(), key=lambda part: part[1], reverse=True)
+    return '\n'.join(lines + [f'| {k} | {milliseconds(v)} |' for k, v in most_first])
 
 
 def memory_mb(days) -> float:

@@ -5,7 +5,7 @@ import tempfile
 import time
 from pathlib import Path
 
-import browser
+import in_browser
 from common import Claim, medians, show
 from live import SUBSCRIBER, cpu_of_a_tick, node, start, stop
 
@@ -51,7 +51,7 @@ def million_messages(directory: Path) -> Path:
 
 def frames_per_second(page: Path) -> tuple[float, float]:
     """Play a page in software; return the frames a second it measures, and its sharpness."""
-    with browser.chromium() as chromium:
+    with in_browser.chromium() as chromium:
         chromium.get(page.as_uri())
         chromium.execute_script('satdyn.timeline.play(true)')
         # A slow machine draws fewer pixels until it keeps pace.
@@ -79,7 +79,7 @@ def main(rounds: int = 5) -> tuple[str, list[Claim], str]:
         directory = Path(name)
         page = million_messages(directory)
         text = f'The report of a million messages has {page.stat().st_size / 1e6:.1f} MB. '
-        if browser.is_there():
+        if in_browser.is_there():
             rate, sharpness = frames_per_second(page)
             claims.append(
                 Claim(
@@ -98,8 +98,8 @@ def main(rounds: int = 5) -> tuple[str, list[Claim], str]:
             'subscriber': lambda: node_cpu(directory, [['-c', SUBSCRIBER]]),
             'drawing none': lambda: node_cpu(directory, [watch, ['-c', BROWSER]]),
         }
-        if browser.is_there():
-            show_page = [browser.__file__, f'http://127.0.0.1:{PORT}/']
+        if in_browser.is_there():
+            show_page = [in_browser.__file__, f'http://127.0.0.1:{PORT}/']
             contenders['in Chromium'] = lambda: node_cpu(directory, [watch, show_page])
         subscribed, *watched = medians(contenders, rounds).values()
     for kind, used in zip(list(contenders)[1:], watched, strict=True):

@@ -12,20 +12,24 @@ from satdyn_ros.dynamics.system import State, System
 
 MU = 3.986004418e14
 N = 1.1e-3
+SEMI_MAJOR_AXIS = (MU / N**2) ** (1.0 / 3.0)
 INERTIA = np.array([900.0, 800.0, 600.0])
 MOMENTUM = np.array([0.0, 5.0, 0.0])
 DURATION_S = 57120.0
 GRID_S = np.arange(571201) * 0.1
 MAX_ERROR_RAD = 1e-10
-START = State(rotation.normalise([0.4, 0.4, 0.8, 0.2]), np.array([0.01, 0.02, -0.015]), 0.0, 0.0)
+START = State(
+    rotation.normalise([0.4, 0.4, 0.8, 0.2]),
+    np.array([0.01, 0.02, -0.015]),
+    np.zeros(1),
+    np.zeros(1),
+)
 
 
 def system(eccentricity: float = 0.0, rotor: Rotor | None = None) -> System:
     """Return the satellite; the orbit's mean motion is N."""
     rotor = rotor or Rotor('constant_momentum', np.array([0.0, 1.0, 0.0]), momentum=5.0)
-    orbit = KeplerOrbit(
-        mu=MU, semi_major_axis=(MU / N**2) ** (1.0 / 3.0), eccentricity=eccentricity
-    )
+    orbit = KeplerOrbit(mu=MU, semi_major_axis=SEMI_MAJOR_AXIS, eccentricity=eccentricity)
     return System(np.diag(INERTIA), (rotor,), orbit)
 
 

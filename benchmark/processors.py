@@ -45,6 +45,8 @@ class Child:
 
     def final_state(self) -> float:
         """Let it propagate; return the CPU seconds."""
+        assert self.process.stdin is not None
+        assert self.process.stdout is not None
         self.process.stdin.write('\n')
         self.process.stdin.flush()
         return float(self.process.stdout.readline())

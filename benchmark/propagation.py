@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from problem import (
     DURATION_S,
     GRID_S,
+    SEMI_MAJOR_AXIS,
     START,
     check,
     error_rad,
@@ -108,7 +109,7 @@ def basilisk():
     earth.isCentralBody = True
     gravity.addBodiesTo(body)
     elements = orbitalMotion.ClassicElements()
-    elements.a, elements.e = system().orbit.semi_major_axis, 0.0
+    elements.a, elements.e = SEMI_MAJOR_AXIS, 0.0
     elements.i = elements.Omega = elements.omega = elements.f = 0.0
     r, v = orbitalMotion.elem2rv(earth.mu, elements)
     body.hub.r_CN_NInit, body.hub.v_CN_NInit = r, v
@@ -234,7 +235,7 @@ def precision():
     def scipy(tolerance):
         return lambda: scipy_dop853(right_hand_side_floats, end, tolerance)
 
-    curves = {}
+    curves: dict[str, list[tuple[float, float, float]]] = {}
     for name, begin, least in (
         ('satdyn_ros', lambda tolerance: lambda: ours(end, tolerance=tolerance), 13),
         ('heyoka', heyoka, 15),

@@ -1,4 +1,8 @@
-"""A headless Chromium that draws in software; `python benchmark/browser.py URL` opens a page."""
+"""
+A headless Chromium that draws in software.
+
+`python benchmark/in_browser.py URL` opens a page.
+"""
 
 import shutil
 import signal
@@ -24,8 +28,10 @@ def is_there() -> bool:
 
 def chromium() -> webdriver.Chrome:
     """Return a browser with a driver."""
+    binary = shutil.which('chromium')
+    assert binary is not None
     options = webdriver.ChromeOptions()
-    options.binary_location = shutil.which('chromium')
+    options.binary_location = binary
     for flag in FLAGS:
         options.add_argument(f'--{flag}')
     return webdriver.Chrome(options, webdriver.ChromeService(shutil.which('chromedriver')))

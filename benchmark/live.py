@@ -89,7 +89,9 @@ def start(arguments, **kwargs):
 
 
 def stop(process):
-    """End a process as Ctrl-C does."""
+    """End a process as Ctrl-C does; RuntimeError: it has ended by itself."""
+    if process.poll() is not None:
+        raise RuntimeError(f'{process.args} ended with {process.returncode}')
     process.send_signal(signal.SIGINT)
     try:
         process.wait(5.0)

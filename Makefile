@@ -38,7 +38,8 @@ help:
 	@echo 'make colcon   build the package in a colcon workspace of its own and try what it installs'
 	@echo 'make figures  draw the pictures of the documentation again'
 	@echo 'make docs     the site, in build/docs'
-	@echo 'make bench    the benchmarks against their peers; writes benchmark/RESULTS.md'
+	@echo 'make bench    the benchmarks against their peers; writes benchmark/RESULTS.md;'
+	@echo '              with QUICK=1 two minutes that only show that they run'
 	@echo 'make torture  the long forms of the tests (hours): every flipped bit, mutated bags and YAML,'
 	@echo '              requests of four clients, kills, restarts, a simulated day'
 	@echo 'make reference  recompute the reference cases to 50 digits and compare (some minutes)'
@@ -76,7 +77,7 @@ docs: $(VENV)/.docs
 	@echo 'build/docs/index.html'
 
 bench: $(VENV)/.bench
-	@$(PY) benchmark/run.py
+	@$(PY) benchmark/run.py $(if $(QUICK),--quick)
 
 clean:
 	rm -rf $(VENV) $(OLD) build install log *.egg-info

@@ -4,7 +4,7 @@ from concurrent.futures import ProcessPoolExecutor
 
 import heyoka as hy
 import numpy as np
-from common import Claim, medians, milliseconds, one_and_two_cores, show
+from common import QUICK, Claim, medians, milliseconds, one_and_two_cores, show
 from problem import (
     DURATION_S,
     START,
@@ -24,7 +24,7 @@ END_S = np.array([DURATION_S])
 # Slightly different rates, the first of them the test problem's.
 RATES = START.omega_bi_b * (1.0 + 1e-3 * np.arange(COUNT))[:, None]
 # So many that giving out the work does not show.
-MANY = np.tile(RATES, (32, 1))
+MANY = np.tile(RATES, (1 if QUICK else 32, 1))
 
 
 def ours(rates=RATES):

@@ -3,14 +3,14 @@
 from pathlib import Path
 
 import numpy as np
-from common import Claim, medians, milliseconds, show
+from common import QUICK, Claim, medians, milliseconds, show
 
 from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.run.scenario import Scenario
 
 CONFIG = Path(__file__).parents[1] / 'config'
 SCENARIOS = ('agostinelli', 'beletsky', 'balli_grioli', 'paladini', 'euler_poinsot')
-TIMES = 1_000_000
+TIMES = 10_000 if QUICK else 1_000_000
 
 
 def main(rounds=7):

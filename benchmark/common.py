@@ -11,6 +11,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
+# Whether to do little and only once: enough to see that a benchmark runs, too little to measure.
+# Processes of a pool have the arguments of the one that starts them.
+QUICK = '--quick' in sys.argv
+ARGUMENTS = [argument for argument in sys.argv[1:] if argument != '--quick']
+
 Name = TypeVar('Name')
 
 
@@ -55,8 +60,11 @@ def medians(contenders: Mapping[Name, Callable[[], object]], rounds: int = 7) ->
     One that measures itself, because it needs preparation or is another process, returns a float,
     which is used instead.
     """
-    for run in contenders.values():
-        run()
+    if QUICK:
+        rounds = 1
+    else:
+        for run in contenders.values():
+            run()
     seconds: dict[Name, list[float]] = {name: [] for name in contenders}
     for _ in range(rounds):
         for name, run in contenders.items():
@@ -79,7 +87,7 @@ def one_and_two_cores(
     spawn = multiprocessing.get_context('spawn')
     seconds: dict[int, list[float]] = {1: [], 2: []}
     with ProcessPoolExecutor(1, spawn) as one, ProcessPoolExecutor(2, spawn) as two:
-        for _ in range(rounds + 1):
+        for _ in range(2 if QUICK else rounds + 1):
             for cores, pool in ((1, one), (2, two)):
                 begin = time.perf_counter()
                 run(pool)
@@ -119,6 +127,8 @@ def milliseconds(seconds: float) -> str:
 
 def show(claims: list[Claim]) -> list[Claim]:
     """Print claims as a table and return them."""
+    if QUICK:
+        print('Quick: less work than it says, done once; the figures mean nothing.')
     print(HEADER)
     for claim in claims:
         print(claim.row())

@@ -43,6 +43,7 @@ def main(url: str) -> None:
         while True:
             try:
                 browser.get(url)
+                print('shown', flush=True)
                 signal.pause()
             except WebDriverException:
                 time.sleep(0.2)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import zstandard
-from common import Claim, medians, milliseconds, printed_mb, show
+from common import QUICK, Claim, medians, milliseconds, printed_mb, show
 from copies import SENSORS, copying
 
 from satdyn_ros.bag.simulate import BLOCK_TICKS, simulate
@@ -22,7 +22,7 @@ from satdyn_ros.rosbag2.tick_table import TickTable
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 
-RATE_HZ, DAY_S = 10.0, 86400.0
+RATE_HZ, DAY_S = 10.0, 3600.0 if QUICK else 86400.0
 # The peers are so slow that they get a twelfth of a day; their time is taken twelve times.
 PART = 12
 SCENARIO = Scenario.from_dict(
@@ -57,7 +57,7 @@ def ours(directory, duration_s=DAY_S):
 
 
 # Long enough that opening and closing a bag do not show.
-SENSED_S = 300.0
+SENSED_S = 3.0 if QUICK else 300.0
 SENSED = Scenario.from_dict(
     {
         'publish': {'rate': 1000.0, 'topics': ['attitude', 'imu']},
@@ -234,10 +234,10 @@ def memory_mb(days) -> float:
     return printed_mb(
         'import offline; offline.written(lambda place: offline.ours(place, 600.0))();'
         'begin = common.peak_memory_kb();'
-        'duration_s = float(sys.argv[1]) * offline.DAY_S;'
+        'duration_s = float(sys.argv[1]);'
         'offline.written(lambda place: offline.ours(place, duration_s))();'
         'print(common.peak_memory_kb() - begin)',
-        days,
+        days * DAY_S,
     )
 
 

@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import numpy as np
+from common import QUICK
 
 from satdyn_ros.dynamics import rotation
 from satdyn_ros.dynamics.orbit import KeplerOrbit
@@ -15,8 +16,9 @@ N = 1.1e-3
 SEMI_MAJOR_AXIS = (MU / N**2) ** (1.0 / 3.0)
 INERTIA = np.array([900.0, 800.0, 600.0])
 MOMENTUM = np.array([0.0, 5.0, 0.0])
-DURATION_S = 57120.0
-GRID_S = np.arange(571201) * 0.1
+ORBIT_S = 5712.0
+DURATION_S = ORBIT_S if QUICK else 10.0 * ORBIT_S
+GRID_S = np.arange(round(10.0 * DURATION_S) + 1) * 0.1
 MAX_ERROR_RAD = 1e-10
 START = State(
     rotation.normalise([0.4, 0.4, 0.8, 0.2]),

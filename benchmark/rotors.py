@@ -9,7 +9,7 @@ the two are not compared with each other.
 import time
 
 import numpy as np
-from common import Claim, medians, show
+from common import QUICK, Claim, medians, show
 
 from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.run.scenario import Scenario
@@ -46,7 +46,8 @@ def main(rounds=21):
 
         return run
 
-    counts = range(1, 5)
+    # With each, code of its own is compiled once, for some ten seconds.
+    counts = range(1, 3 if QUICK else 5)
     seconds = medians(
         {(kind, n): propagation(axes[:n]) for kind, axes in AXES.items() for n in counts}, rounds
     )

@@ -1,13 +1,12 @@
-"""Run every benchmark and write RESULTS.md."""
+"""Run every benchmark and write RESULTS.md; with --quick, only see that each runs."""
 
 import importlib
 import platform
 import subprocess
-import sys
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from common import HEADER
+from common import ARGUMENTS, HEADER, QUICK
 
 HERE = Path(__file__).parent
 SCRIPTS = (
@@ -37,7 +36,7 @@ PACKAGES = (
 
 def main():
     """Run the scripts that are here, in turn, and write the results as they come."""
-    chosen = sys.argv[1:] or [name for name in SCRIPTS if (HERE / f'{name}.py').exists()]
+    chosen = ARGUMENTS or [name for name in SCRIPTS if (HERE / f'{name}.py').exists()]
     parts, before = [_machine()], _ratios(HERE / 'results_0.1.0.md')
     for name in chosen:
         title, claims, text = importlib.import_module(name).main()
@@ -46,7 +45,8 @@ def main():
         )
         rows = '\n'.join(f'{claim.row()} {before.get(claim.what, "")} |' for claim in claims)
         parts.append(f'## {title}\n\n`python benchmark/{name}.py`\n\n{header}\n{rows}\n\n{text}')
-        (HERE / 'RESULTS.md').write_text('\n\n'.join(part.strip() for part in parts) + '\n')
+        if not QUICK:
+            (HERE / 'RESULTS.md').write_text('\n\n'.join(part.strip() for part in parts) + '\n')
 
 
 def _ratios(results: Path) -> dict[str, str]:

@@ -12,7 +12,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from common import Claim, milliseconds, one_and_two_cores, show
+from common import QUICK, Claim, milliseconds, one_and_two_cores, show
 
 from satdyn_ros.sweep import outcome
 from satdyn_ros.sweep.plan import Plan
@@ -24,7 +24,7 @@ ORBIT_S = 5677.0
 # Batches on one and on two cores, as large as those of a long sweep, and so many that their
 # beginning and end do not show.
 SIZE = 1024
-BEGINS = [*range(0, 6 * SIZE, SIZE)] * 16
+BEGINS = [*range(0, 6 * SIZE, SIZE)] * (1 if QUICK else 16)
 # Name, sweep, duration, runs together (None: as many as in the sweep itself), what all over the
 # propagation must and should be at most.
 CASES = (
@@ -56,12 +56,12 @@ def shares(plan, count, rounds=5):
         inside.append(time.process_time() - begin)
         return found
 
-    begins = range(0, len(plan) - count + 1, count)
+    begins = range(0, 1 if QUICK else len(plan) - count + 1, count)
     per_run, ratios = [], []
     outcome.propagate_many = timed
     try:
         with tempfile.TemporaryDirectory() as directory:
-            for _ in range(rounds + 1):
+            for _ in range(2 if QUICK else rounds + 1):
                 inside.clear()
                 begin = time.process_time()
                 for first in begins:

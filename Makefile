@@ -65,6 +65,7 @@ lint: $(VENV)/.test
 	@$(PY) -m ruff check
 	@$(PY) -m ruff format --check
 	@$(PY) -m mypy
+	@$(PY) -m check_jsonschema --quiet --builtin-schema vendor.github-workflows .github/workflows/ci.yml
 
 colcon: $(VENV)/.colcon
 	@.ci/colcon

@@ -28,6 +28,8 @@ DOCUMENTS = (
     ),
     _ROOT / 'docs' / 'sweeps.md',
 )
+# Commands that a reader ends by Ctrl-C.
+_ENDLESS = ('node', 'replay', 'watch')
 _CHANGES = {'never': 'start', 'running': 'running', 'service': 'request'}
 
 
@@ -110,7 +112,8 @@ def _commands():
     )
     with _terminal():
         return ''.join(
-            f'## satdyn {name}\n\n```text\n{command.format_help()}```\n\n'
+            f'## satdyn {name}\n\n```sh{" background" if name in _ENDLESS else ""}\n'
+            f'{command.examples}\n```\n\n```none\n{command.format_usage_and_options()}```\n\n'
             for name, command in commands.choices.items()
         )
 

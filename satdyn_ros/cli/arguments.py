@@ -13,8 +13,12 @@ class _Parser(argparse.ArgumentParser):
 
     def format_help(self):
         examples = ''.join(f'  {line}\n' for line in self.examples.splitlines())
+        return f'examples:\n{examples}\n{self.format_usage_and_options()}'
+
+    def format_usage_and_options(self):
+        """Return the help without its examples."""
         notes = f'\n{self.notes}\n' if self.notes else ''
-        return f'examples:\n{examples}\n{super().format_help()}{notes}'
+        return f'{super().format_help()}{notes}'
 
     def error(self, message):
         self.exit(INPUT_IS_WRONG, f'{self.prog}: {message}; see {self.prog} --help\n')
@@ -23,7 +27,7 @@ class _Parser(argparse.ArgumentParser):
 _SCENARIO = 'a ROS 2 parameter file, or the name of a shipped scenario'
 _NODE_EXAMPLES = """\
 satdyn node --params-file config/default.yaml
-satdyn node --params-file config/default.yaml --ros-args -p record.enabled:=true -r __ns:=/sat1"""
+satdyn node --params-file config/default.yaml --ros-args -r __ns:=/sat1 -p publish.rate:=50.0"""
 
 
 def parser() -> argparse.ArgumentParser:
@@ -115,9 +119,7 @@ def _add_simulate(command):
         'satdyn simulate config/default.yaml --duration 6000 -o orbit\n'
         'satdyn simulate config/default.yaml --duration 86400 --rate 10 -o day\n'
         'satdyn simulate config/default.yaml --duration 60 --events events.yaml -o pushed\n'
-        'satdyn simulate config/default.yaml --duration 60 --from orbit --at 3000 -o onward\n'
-        'satdyn simulate config/default.yaml --duration 60 --from orbit.aem '
-        '--at 2026-01-31T12:00:00 -o onward',
+        'satdyn simulate config/default.yaml --duration 60 --from orbit --at 3000 -o onward',
     )
     added.add_argument('file', metavar='FILE', help=_SCENARIO)
     added.add_argument(
@@ -193,7 +195,7 @@ def _add_bag_commands(command):
     added = command(
         'recover',
         'repair a bag that is damaged, or whose writer was killed',
-        'satdyn recover orbit\nsatdyn recover /media/archive/orbit -o recovered',
+        'satdyn recover orbit\nsatdyn recover orbit -o recovered',
     )
     _add_bag(added)
     added.add_argument(
@@ -204,8 +206,7 @@ def _add_bag_commands(command):
         'plot',
         'draw a bag or a sweep',
         'satdyn plot orbit -o orbit.png\nsatdyn plot orbit -o phase.png --what phase\n'
-        'satdyn plot orbit -o begin.png --what attitude rotor --end 600\n'
-        'satdyn plot capture -o capture.png --what captured lvlh_angle_max_rad',
+        'satdyn plot orbit -o begin.png --what attitude rates --end 600',
     )
     added.add_argument(
         'bag', metavar='BAG|SWEEP_DIR', help='a bag, or the directory of a finished sweep'
@@ -293,8 +294,8 @@ def _add_watch(command):
     added = command(
         'watch',
         'a live page of a running node, or of a bag; a node needs ROS 2',
-        'satdyn watch\nsatdyn watch --node /sat1/satdyn --port 8091\nsatdyn watch orbit\n'
-        'satdyn watch --host 0.0.0.0',
+        'satdyn watch\nsatdyn watch --node /sat1/satdyn --port 8091\n'
+        'satdyn watch orbit --port 8092\nsatdyn watch --host 0.0.0.0 --port 8093',
     )
     what = added.add_mutually_exclusive_group()
     what.add_argument('bag', nargs='?', metavar='BAG', help='a bag instead of a node')
@@ -329,7 +330,8 @@ def _add_sweep(command):
     added = command(
         'sweep',
         'many runs of one scenario with quantities that vary',
-        'satdyn sweep monte_carlo -o runs --workers 8\nsatdyn plot runs -o runs.png',
+        'satdyn sweep monte_carlo -o runs --workers 8\n'
+        'satdyn plot runs -o runs.png --what captured lvlh_angle_max_rad',
     )
     added.add_argument(
         'file', metavar='SWEEP.yaml', help='a sweep file, or the name of a shipped one'

@@ -28,12 +28,14 @@ OLD_TESTS := test/dynamics/test_propagator.py test/dynamics/test_batch.py test/e
 # time they wait for a node or a subscriber: four are not too many for two cores.
 SIDE_BY_SIDE := --numprocesses 4
 
-.PHONY: help demo test torture reference oldest lint colcon figures docs bench clean
+.PHONY: help demo test test-all pages torture reference oldest lint colcon figures docs bench clean
 
 help:
 	@echo 'make demo     a satellite live for 20 s: the node, a subscriber, a request, a bag;'
 	@echo '              with WATCH=1 for 10 min, and a page to watch it'
-	@echo 'make test     the tests'
+	@echo 'make test     the tests that prove an installation and a change (four minutes)'
+	@echo 'make test-all the longer tests, which make test leaves out'
+	@echo 'make pages    what README, docs and CONTRIBUTING tell to run, in a clone of its own'
 	@echo 'make lint     ruff and mypy'
 	@echo 'make colcon   build the package in a colcon workspace of its own and try what it installs'
 	@echo 'make figures  draw the pictures of the documentation again'
@@ -52,6 +54,12 @@ demo: $(VENV)/.run $(if $(WATCH),$(VENV)/.watch)
 test: $(VENV)/.test
 	@$(PY) -m pytest $(SIDE_BY_SIDE)
 
+test-all: $(VENV)/.test
+	@$(PY) -m pytest $(SIDE_BY_SIDE) -m 'long and not torture'
+
+pages:
+	@$(PYTHON) scripts/run_pages.py
+
 torture: $(VENV)/.test
 	@$(PY) -m pytest -m torture --timeout=0
 
@@ -59,7 +67,7 @@ reference: $(VENV)/.test
 	@nice $(PY) test/reference/generate.py
 
 oldest: $(OLD)/.test
-	@$(OLD)/bin/python -m pytest $(SIDE_BY_SIDE) $(OLD_TESTS)
+	@$(OLD)/bin/python -m pytest $(SIDE_BY_SIDE) -m 'not torture' $(OLD_TESTS)
 
 lint: $(VENV)/.test
 	@$(PY) -m ruff check

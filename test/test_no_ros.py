@@ -1,14 +1,19 @@
-"""Where ROS cannot be imported, what does not need it runs and writes the same bytes."""
+"""Where there is no ROS: in an environment that holds what setup.py asks for, and nothing else."""
 
 import os
-import shutil
+import re
 import subprocess
 import sys
+from collections.abc import Iterable
+from importlib.metadata import Distribution, distribution
 from pathlib import Path
 
 import numpy as np
 import pytest
-from flights import GYROSTAT, sequence
+from flights import GYROSTAT
+
+from satdyn_ros.bag.simulate import simulate
+from satdyn_ros.run import events
 
 ROOT = Path(__file__).parents[1]
 EVENTS = """\
@@ -17,89 +22,93 @@ EVENTS = """\
 - {at_s: 4, topics: [attitude, rotor, markers, tf]}
 """
 
-# Python imports this ahead of all else: every package that a ROS installation brings is refused.
-SITECUSTOMIZE = """\
-import re
-import sys
 
-
-class NoRos:
-    ros = re.compile(r'(rclpy|rosidl|rmw|rpyutils|ament_index|action|builtin|std_srvs|\\w+_msgs)')
-
-    def find_spec(self, name, path=None, target=None):
-        top = name.partition('.')[0]
-        if self.ros.match(top) or top.endswith(('_interfaces', '_srvs')):
-            raise ModuleNotFoundError(f'No module named {top!r}', name=top)
-
-
-sys.meta_path.insert(0, NoRos())
-"""
+def with_needs(names: Iterable[str]) -> dict[str, Distribution]:
+    """Return the distributions and all that they need, extras left out."""
+    found = {}
+    for name in names:
+        found[name] = distribution(name)
+        required = [need for need in found[name].requires or [] if 'extra ==' not in need]
+        further = [re.split(r'[^\w.-]', need)[0] for need in required if ';' not in need]
+        found |= with_needs(further)
+    return found
 
 
 @pytest.fixture(scope='module')
-def without_ros(tmp_path_factory):
-    """Return the environment of processes in which ROS cannot be imported."""
-    place = tmp_path_factory.mktemp('no_ros')
-    (place / 'sitecustomize.py').write_text(SITECUSTOMIZE)
-    environment = os.environ | {'PYTHONPATH': f'{place}{os.pathsep}{ROOT}'}
-    for package in ('rclpy', 'geometry_msgs.msg', 'rcl_interfaces', 'std_srvs'):
-        result = python(environment, '-c', f'import {package}')
-        assert 'ModuleNotFoundError' in result.stderr
-    return environment
+def bare(tmp_path_factory):
+    """Return the variables of an environment with the runtime needs and nothing else."""
+    setup = (ROOT / 'setup.py').read_text()
+    (declared,) = re.findall(r'install_requires=\[(.*?)\]', setup, re.DOTALL)
+    names = [re.split(r'[^\w-]', need)[0] for need in re.findall(r"'(.*?)'", declared)]
+    site = tmp_path_factory.mktemp('site')
+    for found in with_needs(names).values():
+        tops = {Path(file).parts[0] for file in found.files or []} - {'..', '__pycache__'}
+        for top in tops:
+            if not (site / top).exists():
+                (site / top).symlink_to(found.locate_file(top))
+    return {'PYTHONPATH': f'{site}:{ROOT}', 'PATH': os.environ['PATH'], 'HOME': str(site)}
 
 
-def python(environment, *arguments):
+def python(bare, directory, *arguments):
+    """Run Python without its own site-packages; return what it said."""
     return subprocess.run(
-        [sys.executable, *map(str, arguments)], env=environment, capture_output=True, text=True
+        [sys.executable, '-S', *map(str, arguments)],
+        env=bare,
+        cwd=directory,
+        capture_output=True,
+        text=True,
     )
 
 
-def satdyn(environment, *arguments):
-    result = python(environment, '-m', 'satdyn_ros.cli.main', *arguments)
+def satdyn(bare, directory, *arguments):
+    """Run the command there and return its output; it has to succeed."""
+    result = python(bare, directory, '-m', 'satdyn_ros.cli.main', *arguments)
     assert result.returncode == 0, result.stderr
     return result.stdout
 
 
-def test_bags_are_the_same_and_can_be_used(without_ros, tmp_path):
-    """A bag of every topic, written without ROS, is byte for byte that of an install with ROS."""
-    scenario, happening = tmp_path / 'scenario.yaml', tmp_path / 'events.yaml'
-    scenario.write_text(GYROSTAT.to_yaml())
-    happening.write_text(EVENTS)
-    command = ['simulate', scenario, '--events', happening, '--duration', '5', '-o']
-    bags = tmp_path / 'with/bag', tmp_path / 'without/bag'
-    satdyn(os.environ | {'PYTHONPATH': str(ROOT)}, *command, bags[0])
-    satdyn(without_ros, *command, bags[1])
+@pytest.mark.parametrize('name', ['rclpy', 'geometry_msgs', 'rosbags'])
+def test_the_environment_has_no_ros(bare, tmp_path, name):
+    """What the other tests here show would be worth nothing otherwise."""
+    result = python(bare, tmp_path, '-c', f'import {name}')
+    assert f"No module named '{name}'" in result.stderr
+
+
+def test_bags_are_the_same_and_can_be_used(bare, tmp_path):
+    """A bag of every topic, simulated there, is that from here; verified, exported, recovered."""
+    (tmp_path / 'scenario.yaml').write_text(GYROSTAT.to_yaml())
+    (tmp_path / 'events.yaml').write_text(EVENTS)
+    here, there = tmp_path / 'here/bag', tmp_path / 'there/bag'
+    given = ('scenario.yaml', '--duration', '5', '--events', 'events.yaml')
+    satdyn(bare, tmp_path, 'simulate', *given, '-o', there)
+    for _ in simulate(GYROSTAT, 5.0, here, events.from_yaml_text(EVENTS, GYROSTAT)):
+        pass
     for name in ('bag_0.mcap', 'metadata.yaml'):
-        assert (bags[0] / name).read_bytes() == (bags[1] / name).read_bytes()
+        assert (there / name).read_bytes() == (here / name).read_bytes()
 
-    assert 'the same byte for byte' in satdyn(without_ros, 'verify', bags[1])
-
-    table = tmp_path / 'states.npz'
-    satdyn(without_ros, 'export', bags[1], '-o', table)
+    assert 'the same byte for byte' in satdyn(bare, tmp_path, 'verify', there)
+    satdyn(bare, tmp_path, 'export', there, '-o', 'states.npz')
     states = GYROSTAT.motion().at(np.arange(30) / 30.0)
-    exported = np.load(table)
+    exported = np.load(tmp_path / 'states.npz')
     np.testing.assert_array_equal(exported['q_ib_w'][:30], states.q_ib[:, 3])
 
-    cut = tmp_path / 'cut'
-    shutil.copytree(bags[1], cut)
-    (cut / 'metadata.yaml').unlink()
-    (cut / 'bag_0.mcap').write_bytes((bags[1] / 'bag_0.mcap').read_bytes()[:-1000])
-    satdyn(without_ros, 'recover', cut)
-    recovered = sequence(cut)
-    assert recovered
-    assert recovered == sequence(bags[1])[: len(recovered)]
+    file = there / 'bag_0.mcap'
+    os.truncate(file, file.stat().st_size - 40)
+    (there / 'metadata.yaml').unlink()
+    satdyn(bare, tmp_path, 'recover', there)
+    assert file.read_bytes() == (here / 'bag_0.mcap').read_bytes()
 
 
-def test_the_check_needs_no_ros(without_ros):
+def test_the_check_needs_no_ros(bare, tmp_path):
     """`satdyn check` proves an installation without ROS."""
-    assert satdyn(without_ros, 'check').endswith('all is well\n')
+    assert satdyn(bare, tmp_path, 'check').endswith('all is well\n')
 
 
-def test_the_front_door_needs_no_ros(without_ros):
+def test_the_front_door_needs_no_ros(bare, tmp_path):
     """The public names of Python are there."""
     program = (
         'import satdyn_ros\n'
         'for name in satdyn_ros.__all__: getattr(satdyn_ros, name)\n'
         'print(satdyn_ros.Simulation(satdyn_ros.Scenario()).step().q_ib.shape)'
     )
-    assert python(without_ros, '-c', program).stdout == '(4,)\n'
+    assert python(bare, tmp_path, '-c', program).stdout == '(4,)\n'

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from messages import examples
-from messages.flights import SYSTEMS, samples
+from messages.drawn_samples import SYSTEMS, samples
 from messages.readers import TYPESTORE, message_class, plain
 
 from satdyn_ros.messages.topics import TOPICS

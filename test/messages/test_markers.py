@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from messages.flights import AXIS, FRAMES, SYSTEMS, samples
+from messages.drawn_samples import AXIS, FRAMES, SYSTEMS, samples
 from messages.readers import read
 from scipy.spatial.transform import Rotation
 

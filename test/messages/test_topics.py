@@ -3,7 +3,7 @@ import sys
 
 import numpy as np
 import pytest
-from messages.flights import FRAMES, SYSTEMS, part, samples
+from messages.drawn_samples import FRAMES, SYSTEMS, part, samples
 from messages.readers import canonical, default, read
 from scipy.spatial.transform import Rotation
 
@@ -223,6 +223,7 @@ def test_blocks_of_any_size_give_the_same_bytes(flight, topic):
         assert b''.join(pack(block).tobytes() for block in blocks) == whole
 
 
+@pytest.mark.long
 def test_published_quaternions_are_unit():
     """Those of a propagated tumble are unit to rounding, in each topic."""
     system = SYSTEMS['ellipse, motor']

@@ -1,8 +1,16 @@
-"""Each process that runs tests has its own ROS domain and stays on this machine."""
+"""
+Each process that runs tests has its own ROS domain and stays on this machine.
+
+At the end it is said which long tests were left out.
+"""
 
 import os
 import signal
+import textwrap
+from collections import Counter
+from pathlib import Path
 
+import pytest
 from hypothesis import HealthCheck, settings
 
 # A shell starts what runs in the background deaf to Ctrl-C, and children would inherit that.
@@ -18,3 +26,43 @@ patient = settings(
 settings.register_profile('others', patient, print_blob=True)
 settings.register_profile('same', patient, derandomize=True)
 settings.load_profile('same')
+
+TESTS = Path(__file__).parent
+# How many long tests of each file were left out.  Of processes side by side each collects all
+# tests; the one that started them collects none and is told by the last that ends.
+LEFT_OUT: Counter[str] = Counter()
+
+
+def pytest_deselected(items):
+    """Count the long tests among those that are left out."""
+    LEFT_OUT.update(
+        item.path.relative_to(TESTS).as_posix().removesuffix('.py').replace('test_', '', 1)
+        for item in items
+        if item.get_closest_marker('long') and not item.get_closest_marker('torture')
+    )
+
+
+def pytest_sessionfinish(session):
+    """Tell the process that started this one."""
+    if hasattr(session.config, 'workeroutput'):
+        session.config.workeroutput['left_out'] = dict(LEFT_OUT)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node):
+    """Take what a process tells; one that died tells nothing."""
+    if left_out := getattr(node, 'workeroutput', {}).get('left_out'):
+        LEFT_OUT.clear()
+        LEFT_OUT.update(left_out)
+
+
+def pytest_terminal_summary(terminalreporter):
+    """Say what was left out, and what runs it."""
+    if LEFT_OUT:
+        # No line ends between a file and its count.
+        files = ', '.join(f'{file}\xa0{count}' for file, count in sorted(LEFT_OUT.items()))
+        terminalreporter.write_line(
+            f'{LEFT_OUT.total()} long tests were left out, which make test-all runs:'
+        )
+        lines = textwrap.fill(files, 95, break_on_hyphens=False).replace('\xa0', ' ')
+        terminalreporter.write_line(lines)

@@ -133,7 +133,7 @@ def said(process):
     return output.splitlines()
 
 
-@pytest.mark.parametrize('elsewhere', [False, True])
+@pytest.mark.parametrize('elsewhere', [False, pytest.param(True, marks=pytest.mark.long)])
 def test_code_is_kept_until_any_source_changes(package, tmp_path, elsewhere):
     """Kept for the next start; a change in what is called makes new code, and old code goes."""
     environment = {'NUMBA_CACHE_DIR': str(tmp_path / 'cache')} if elsewhere else {}
@@ -148,6 +148,7 @@ def test_code_is_kept_until_any_source_changes(package, tmp_path, elsewhere):
     assert [path.is_dir() for path in (tmp_path / place).iterdir()] == [True]
 
 
+@pytest.mark.long
 def test_every_type_of_arguments_is_compiled_with_the_notice(package):
     """Code for one type does not count as code for another; both are kept."""
     assert said(start(package)) == [NOTICE, '14.0']
@@ -155,6 +156,7 @@ def test_every_type_of_arguments_is_compiled_with_the_notice(package):
     assert said(start(package, module='other_type')) == ['14.0', '14']
 
 
+@pytest.mark.long
 def test_many_processes_compile_once(package):
     """Of processes started together one compiles; the others wait and find the code."""
     processes = [start(package) for _ in range(4)]
@@ -176,7 +178,14 @@ assert 'scipy.linalg' in sys.modules
     subprocess.run([sys.executable, '-c', program], check=True)
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize(
+    'number',
+    [
+        signal.SIGINT,
+        pytest.param(signal.SIGTERM, marks=pytest.mark.long),
+        pytest.param(signal.SIGKILL, marks=pytest.mark.long),
+    ],
+)
 def test_a_signal_ends_the_compilation(package, number):
     """A process that compiles ends at a signal, before there is code, and its child with it."""
     process = start(package, module='long')
@@ -205,7 +214,14 @@ def as_nobody():
     return AS_NOBODY
 
 
-@pytest.mark.parametrize('home', ['none', 'own', 'of another'])
+@pytest.mark.parametrize(
+    'home',
+    [
+        pytest.param('none', marks=pytest.mark.long),
+        'own',
+        pytest.param('of another', marks=pytest.mark.long),
+    ],
+)
 def test_a_user_who_cannot_write_the_package(package, as_nobody, tmp_path, home):
     """Code is kept in the user's cache folder or, without one, until the process ends."""
     others, own = tmp_path / 'others', tmp_path / 'own'
@@ -232,6 +248,7 @@ def test_a_user_who_cannot_write_the_package(package, as_nobody, tmp_path, home)
     assert list(others.rglob('*.nbi')) == []
 
 
+@pytest.mark.long
 @pytest.mark.skipif(os.geteuid() != 0, reason='only root can give a folder away')
 def test_no_code_of_another_user_is_run(package):
     """A package folder of another user, or one that all can write to, is not used for code."""
@@ -256,6 +273,7 @@ def printed(program, folder):
     ).stdout
 
 
+@pytest.mark.long
 def test_the_same_bits_when_compiled_and_when_loaded(tmp_path):
     """The process that compiles gives the same bytes as those that find the code."""
     first, second = (printed(MOTIONS, tmp_path) for _ in range(2))
@@ -264,6 +282,7 @@ def test_the_same_bits_when_compiled_and_when_loaded(tmp_path):
     assert len(set(first.split())) >= 3
 
 
+@pytest.mark.long
 def test_the_same_bits_whichever_function_is_compiled_first(tmp_path):
     """Kepler's equation is solved inside the propagation and outside, compiled once for both."""
     inside_first = printed(ELLIPSE, tmp_path / 'inside')

@@ -65,7 +65,14 @@ def test_first_line_says_what_one_sees(path):
     assert path.read_text().startswith('# ')
 
 
-@every_scenario
+@pytest.mark.parametrize(
+    'path',
+    # Code of its own is compiled for four wheels.
+    [
+        pytest.param(path, marks=[pytest.mark.long] * (path.stem == 'pyramid'), id=path.stem)
+        for path in SCENARIOS
+    ],
+)
 def test_flies_and_keeps_its_integrals(path):
     """Every scenario has a first integral or balance, which its propagation keeps to 2e-10."""
     scenario = numeric(path)

@@ -137,7 +137,7 @@ print(len(re.findall(r'mulpd|fmul\\s+v', code)))
 """
 
 
-@pytest.mark.parametrize('processor', ['', 'generic'])
+@pytest.mark.parametrize('processor', ['', pytest.param('generic', marks=pytest.mark.long)])
 def test_they_are_vectors_on_every_processor(processor):
     """The code multiplies vectors, where the compiler itself makes none of a loop too."""
     environment = {'NUMBA_CPU_NAME': processor} if processor else {}

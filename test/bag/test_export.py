@@ -358,6 +358,7 @@ def test_the_summary_is_read_once(tmp_path, monkeypatch):
     assert len(read) == 1
 
 
+@pytest.mark.long
 def test_memory_stays_flat(tmp_path):
     """Ten hours at 10 Hz take less than 60 MB more than a minute does, in every format."""
     program = f"""

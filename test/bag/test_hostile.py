@@ -214,6 +214,7 @@ def test_a_hostile_bag_ends_in_an_answer(bags, tmp_path, capsys):
     torment(bags, tmp_path, range(30), capsys)
 
 
+@pytest.mark.long
 def test_a_run_that_halts_is_not_flown_on(tmp_path, capsys):
     """A request for a turn too fast to follow ends the run, wherever its bag ends."""
     whole = flights.record(tmp_path / 'bag', SCENARIO) / 'bag_0.mcap'
@@ -254,6 +255,7 @@ def test_a_message_far_ahead_is_not_flown_to(bags, tmp_path, capsys, command):
     )
 
 
+@pytest.mark.long
 def test_the_last_channel_is_found_as_soon_as_the_first(bags, tmp_path, capsys):
     """Thousands of chunks, each with a message on channel 65535."""
     (whole,), forged = bags[1].glob('*.mcap'), tmp_path / 'forged.mcap'

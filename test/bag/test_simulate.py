@@ -268,6 +268,7 @@ def test_without_rates_in_the_message_the_scenario_gives_the_rate(tmp_path):
     np.testing.assert_array_equal(state.omega_bi_b, rate_b)
 
 
+@pytest.mark.long
 def test_memory_stays_flat(tmp_path):
     """A day at 10 Hz takes less than 50 MB more than a minute does."""
     program = f"""

@@ -198,6 +198,7 @@ def test_verify_says_no(tmp_path, capsys):
     assert 'satdyn recover completes it' in capsys.readouterr().out
 
 
+@pytest.mark.long
 def test_compiling_is_told(tmp_path):
     """The first use says why it takes seconds, the second prints nothing."""
     command = [sys.executable, '-m', 'satdyn_ros.cli.main', 'simulate', 'config/default.yaml']
@@ -272,6 +273,7 @@ def test_ctrl_c_closes_the_bag(tmp_path):
     assert verify(directory).same_bytes
 
 
+@pytest.mark.long
 def test_a_bar_on_a_terminal_alone(tmp_path):
     """Progress with rate and time left is shown on a terminal; a pipe sees the last line only."""
     command = [

@@ -103,7 +103,10 @@ def _compiled(tmp_path_factory):
     start('simulate', DEFAULT, '--duration', '1', '-o', directory / 'bag').communicate()
 
 
-@pytest.mark.parametrize(('number', 'code'), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize(
+    ('number', 'code'),
+    [(signal.SIGINT, 130), pytest.param(signal.SIGTERM, 143, marks=pytest.mark.long)],
+)
 def test_a_stiff_run_is_interrupted_in_the_midst_of_a_block(tmp_path, number, code):
     """It ends without a traceback and leaves a bag that can be verified."""
     scenario, bag = tmp_path / 'stiff.yaml', tmp_path / 'bag'
@@ -127,7 +130,7 @@ def long_sweep(tmp_path):
     return path
 
 
-@pytest.mark.parametrize('parts', [0, 1])
+@pytest.mark.parametrize('parts', [0, pytest.param(1, marks=pytest.mark.long)])
 def test_a_sweep_ends_with_its_processes_and_says_nothing(long_sweep, tmp_path, parts):
     """Ctrl-C, which a terminal sends to all processes, at the start and in the midst."""
     directory = tmp_path / 'sweep'
@@ -140,6 +143,7 @@ def test_a_sweep_ends_with_its_processes_and_says_nothing(long_sweep, tmp_path, 
     assert (process.returncode, errors) == (130, '')
 
 
+@pytest.mark.long
 def test_a_sweep_ends_where_an_interruption_would_leave_a_lock_taken(long_sweep, tmp_path):
     """The executor's thread takes the locks of its futures too, and is awaited at the end."""
     program = ('-c', CTRL_C_AT_A_LOCK)
@@ -148,6 +152,7 @@ def test_a_sweep_ends_where_an_interruption_would_leave_a_lock_taken(long_sweep,
     assert (process.returncode, errors) == (130, '')
 
 
+@pytest.mark.long
 def test_an_export_ends_where_an_interruption_would_leave_a_lock_taken(tmp_path):
     """So does the thread that reads ahead; no part of a file is left."""
     pytest.importorskip('polars')
@@ -159,6 +164,7 @@ def test_an_export_ends_where_an_interruption_would_leave_a_lock_taken(tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ['bag']
 
 
+@pytest.mark.long
 def test_an_interruption_within_a_call_of_compiled_code_is_no_error(tmp_path):
     """It arrives as a SystemError, since the call returns a result and an exception."""
     bag = tmp_path / 'bag'
@@ -196,6 +202,7 @@ def commands(long_sweep, tmp_path):
     ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('count', [4, pytest.param(200, marks=pytest.mark.torture)])
 def test_commands_end_cleanly_at_whatever_instant_they_are_interrupted(commands, count, tmp_path):
     """By Ctrl-C or SIGTERM, or they were done; all their processes end, without a traceback."""

@@ -45,7 +45,14 @@ def columns(states):
     return np.hstack([states.q_ib, states.omega_bi_b, *rotors, states.work[:, None]])
 
 
-@pytest.mark.parametrize('name', bounded(CASES, 'bound_numeric'))
+@pytest.mark.parametrize(
+    'name',
+    # Code of its own is compiled for the lanes of ellipses.
+    [
+        pytest.param(name, marks=[pytest.mark.long] * CASES[name].system.orbit.is_eccentric)
+        for name in bounded(CASES, 'bound_numeric')
+    ],
+)
 def test_reference_case(name):
     """Every reference case, in a lane among others, stays within its bound at 1e-13."""
     case = CASES[name]
@@ -60,6 +67,7 @@ def test_reference_case(name):
     assert error < 10.0 * case.bound_numeric * rate
 
 
+@pytest.mark.long
 def test_as_one_by_one():
     """Rotors, ellipses and torques come out as from single propagations, to rounding."""
     flown = motions(3 * LANES + 1)
@@ -70,6 +78,7 @@ def test_as_one_by_one():
         np.testing.assert_allclose(columns(states) / scale, single / scale, atol=1e-11)
 
 
+@pytest.mark.long
 def test_neighbours_change_nothing():
     """The same bits alone and among others, in whatever lane."""
     flown = motions(3 * LANES + 1)
@@ -78,6 +87,7 @@ def test_neighbours_change_nothing():
         np.testing.assert_array_equal(columns(states), columns(alone))
 
 
+@pytest.mark.long
 def test_one_that_halts_ends_alone():
     """A motion that no step length suits gives its error, the others go on."""
     flown = motions(LANES)
@@ -91,6 +101,7 @@ def test_one_that_halts_ends_alone():
     assert [str(halted) for halted in found[:LANES]] == [str(single.value)] * LANES
 
 
+@pytest.mark.long
 def test_no_motions_and_the_begin():
     """No motions give no states; at time zero every motion is where it starts, bit for bit."""
     assert propagate_all([], TIMES_S) == []

@@ -69,7 +69,14 @@ def _is_finite(states):
     return all(np.all(np.isfinite(column)) for column in columns)
 
 
-@pytest.mark.parametrize('name', HOSTILE)
+@pytest.mark.parametrize(
+    'name',
+    # Code of its own is compiled for a body that turns a rotor.
+    [
+        pytest.param(name, marks=[pytest.mark.long] * system.has_turning_rotor)
+        for name, (system, _) in HOSTILE.items()
+    ],
+)
 def test_ends_in_halted_or_finite(name):
     """Whatever the numbers: finite states, or Halted with the finite rows before it."""
     t_s = np.array([0.0, 0.01, 100.0, 1e6, 1e308 if 'ages' in name else 1e7])
@@ -84,6 +91,7 @@ def test_ends_in_halted_or_finite(name):
     assert _is_finite(states)
 
 
+@pytest.mark.long
 def test_hostile_beside_calm():
     """In a batch each ends as it does alone, and its neighbours continue."""
     calm = Propagation(System(BODY, orbit=KeplerOrbit()), State(rotation.IDENTITY, CALM))

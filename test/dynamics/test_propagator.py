@@ -35,7 +35,7 @@ def test_reference_case(name):
 
 
 def test_nasa_jeod_attitude_after_eight_hours():
-    """JEOD's check case 10A: orbit and attitude from its first state, 1e-9 rad after 8 hours."""
+    """JEOD's check case 10A from its first state: within 7e-11 rad in all of the 8 hours."""
     log = json.loads((REFERENCE / 'nasa_jeod.json').read_text())
     first, *later = log['runs'].popitem()[1]
     orbit = KeplerOrbit.from_state(first['r_i_m'], first['v_i_m_s'], log['meta']['mu_m3_s2'])
@@ -46,7 +46,8 @@ def test_nasa_jeod_attitude_after_eight_hours():
         # JEOD integrates the orbit too: metres of its own error are no error of the attitude.
         np.testing.assert_allclose(states.r_i[i], row['r_i_m'], rtol=1e-9, atol=1e-2)
         np.testing.assert_allclose(states.omega_bi_b[i], row['omega_bi_b_rad_s'], atol=1e-12)
-        assert rotation.angle_between(states.q_ib[i], _q_ib(row)) < 1e-9
+        # 6.0e-11 at tolerances of 1e-13 and 1e-14: the rest is in the logged digits.
+        assert rotation.angle_between(states.q_ib[i], _q_ib(row)) < 7e-11
 
 
 def _q_ib(row):
@@ -158,6 +159,15 @@ SYSTEMS = {
 }
 
 
+# Code of its own is compiled for a body that turns a rotor on an ellipse.
+EACH_SYSTEM = [
+    pytest.param(
+        name, marks=[pytest.mark.long] * (system.has_turning_rotor and system.orbit.is_eccentric)
+    )
+    for name, system in SYSTEMS.items()
+]
+
+
 def _start(system):
     q_ib = rotation.normalise([0.4, 0.4, 0.8, 0.2])
     turns = system.has_turning_rotor
@@ -181,7 +191,7 @@ def line_of_sight(orbit, t):
     return r / np.linalg.norm(r), 3.0 * mu / np.linalg.norm(r) ** 3
 
 
-@pytest.mark.parametrize('name', SYSTEMS)
+@pytest.mark.parametrize('name', EACH_SYSTEM)
 def test_against_an_independent_integration(name):
     """
     Every rotor mode, orbit and torque against the equations written anew for SciPy's DOP853.
@@ -234,7 +244,7 @@ def test_against_an_independent_integration(name):
         np.testing.assert_allclose(states.rotor_angle[0], truth[8], rtol=1e-11)
 
 
-@pytest.mark.parametrize('name', SYSTEMS)
+@pytest.mark.parametrize('name', EACH_SYSTEM)
 def test_first_integrals_stay(name):
     """Each first integral that a system is said to have keeps its value along the propagation."""
     system = SYSTEMS[name]
@@ -247,7 +257,7 @@ def test_first_integrals_stay(name):
         assert np.max(np.abs(values)) < 3e-11, integral
 
 
-@pytest.mark.parametrize('name', SYSTEMS)
+@pytest.mark.parametrize('name', EACH_SYSTEM)
 def test_row_depends_on_its_time_alone(name):
     """A state has the same bits alone, in any order and among thousands."""
     system = SYSTEMS[name]
@@ -282,6 +292,7 @@ def test_start_is_kept_to_the_bit():
     assert np.array_equal(states.omega_bi_b[0], start.omega_bi_b)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('start_s', [0.0, 12345.0])
 def test_axes_do_not_show(start_s):
     """The motion on a circle is that on an ellipse without a difference, in axes that stay."""

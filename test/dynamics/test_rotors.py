@@ -49,8 +49,18 @@ def motion_of(case):
     return Propagation(system, state, tolerance=1e-13)
 
 
-@pytest.mark.parametrize('name', CASES)
-@pytest.mark.parametrize('fly', ['alone', 'in a lane'])
+# Others need code of their own, for their number of rotors and orbit, alone and in a lane.
+QUICK = 'R1_circular_1_rotors', 'S_fast_wheel', 'S_stiff_damper', 'S_coaxial_pair'
+
+
+@pytest.mark.parametrize(
+    ('fly', 'name'),
+    [
+        pytest.param(fly, name, marks=[pytest.mark.long] * (fly != 'alone' or name not in QUICK))
+        for fly in ('alone', 'in a lane')
+        for name in CASES
+    ],
+)
 def test_reference_case(name, fly):
     """Attitude within 1e-9 rad, speeds and angles within 1e-9 relative of the quadruple ones."""
     case = CASES[name]
@@ -85,6 +95,7 @@ def driven(rotors, torques, speeds, omega, orbit=None):
     )
 
 
+@pytest.mark.long
 def test_coaxial_wheels_driven_against_each_other_do_not_move_the_body():
     """Torques that cancel leave the attitude within 1e-12 rad of that without motors."""
     wheels, orbit = (wheel(Y), wheel(Y)), FixedDirection(1e-4)
@@ -97,6 +108,7 @@ def test_coaxial_wheels_driven_against_each_other_do_not_move_the_body():
     assert rotation.angle_between(pair.q_ib, still.q_ib).max() < 1e-12
 
 
+@pytest.mark.long
 def test_motors_and_friction_leave_the_whole_momentum():
     """Without a field H is constant in inertial axes to 1e-12 whatever motors and friction do."""
     axes = (X, Y, np.array([0.0, 0.6, 0.8]))
@@ -116,6 +128,7 @@ def test_motors_and_friction_leave_the_whole_momentum():
     assert np.linalg.norm(H_i - H_i[0], axis=1).max() < 1e-12 * size
 
 
+@pytest.mark.long
 def test_friction_takes_the_energy_that_the_motors_do_not_give():
     """Without a field the kinetic energy of body and wheels rises by sum tau s - b s^2."""
     axes, friction, torques = (X, Z), np.array([1e-4, 3e-4]), np.array([2e-3, -1e-3])

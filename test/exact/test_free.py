@@ -143,6 +143,7 @@ def scenarios(draw):
     return system, State(q_ib, R @ omega, speed, 0.0 if mode == 'free' else np.nan)
 
 
+@pytest.mark.long
 @settings(max_examples=200)
 @given(scenarios())
 def test_agrees_with_propagation(scenario):
@@ -156,6 +157,7 @@ def test_agrees_with_propagation(scenario):
     assert_agrees(motion, np.linspace(0.0, span_s, 41), rate)
 
 
+@pytest.mark.long
 def test_a_sphere_in_orbit_is_free():
     """The gravity gradient does nothing to a sphere, which is recognised with its rotor."""
     rotor = Rotor('free', np.array([0.6, 0.0, 0.8]), inertia=2.0)

@@ -136,6 +136,7 @@ def test_the_reference_cases(name):
         close(getattr(motion, key), float(value), atol=1e-14)
 
 
+@pytest.mark.long
 @settings(max_examples=25)
 @given(
     st.tuples(ratios, ratios, ratios, ratios),

@@ -239,6 +239,7 @@ def test_a_free_rotor_takes_its_inertia_out_of_the_swing():
     assert motion.period_s == pytest.approx(period, rel=1e-12)
 
 
+@pytest.mark.long
 @settings(max_examples=200)
 @given(st.data())
 def test_beletsky_agrees_with_propagation(data):
@@ -247,6 +248,7 @@ def test_beletsky_agrees_with_propagation(data):
     _agrees(data, orbit, data.draw(moments()), np.sqrt(abs(orbit.gradient)), _no_weight)
 
 
+@pytest.mark.long
 @settings(max_examples=200)
 @given(st.data())
 def test_balli_and_grioli_agree_with_propagation(data):
@@ -254,6 +256,7 @@ def test_balli_and_grioli_agree_with_propagation(data):
     _agrees(data, ORBIT, data.draw(moments()), np.sqrt(3.0) * ORBIT.mean_motion, _no_weight)
 
 
+@pytest.mark.long
 @settings(max_examples=200)
 @given(st.data())
 def test_the_offset_pendulum_agrees_with_propagation(data):

@@ -205,6 +205,7 @@ def _shortest(a, b):
 
 
 # most drawn systems have no closed form, and are passed over
+@pytest.mark.long
 @settings(max_examples=200)
 @given(scenarios())
 def test_what_is_recognised_is_what_propagates(scenario):

@@ -111,6 +111,7 @@ def tops(draw):
     return system, start, rate * (1.0 + np.sqrt(abs(strength)) / rate)
 
 
+@pytest.mark.long
 @settings(max_examples=200)
 @given(tops())
 def test_agrees_with_propagation(top):

@@ -66,6 +66,7 @@ def written(tmp_path, text):
     return path
 
 
+@pytest.mark.long
 def test_orekit_turns_a_body_vector_as_we_do(states, tmp_path):
     """Its inertial components agree within 1e-9 rad, the rates and the epochs too, by segment."""
     segments = by_orekit(write(tmp_path / 'rates.aem', states))
@@ -111,6 +112,7 @@ def test_what_was_written_is_read_again(states, tmp_path):
     assert plain.omega_bi_b is None
 
 
+@pytest.mark.long
 def test_frames_from_body_to_inertial_are_inverted_as_orekit_does(tmp_path):
     """With the body as frame A both read another attitude than before, and the same."""
     path = written(
@@ -147,6 +149,7 @@ def test_rates_of_the_inertial_frame_in_its_own_axes_are_turned(tmp_path):
         np.testing.assert_allclose(found.omega_bi_b, direct.omega_bi_b, rtol=0.0, atol=1e-15)
 
 
+@pytest.mark.long
 def test_files_of_the_first_issue_are_read_as_orekit_does(tmp_path):
     """504.0-B-1: scalar first or last, and the direction by a keyword of its own."""
     for direction, place, numbers in (

@@ -184,6 +184,7 @@ def test_follows_the_colours_of_the_system(page, browser):
         pages.wait(browser, f'{colour} !== "{before}"')
 
 
+@pytest.mark.long
 def test_fast_body_is_a_band(folder, browser):
     """Where a row spans more than a quarter turn there are bands, and a window to choose."""
     path = bag(
@@ -212,6 +213,7 @@ def test_fast_body_is_a_band(folder, browser):
     assert browser.execute_script(f'return {lines}[1].some((y) => y !== null)')
 
 
+@pytest.mark.long
 def test_without_webgl(page):
     """A browser that has no WebGL says so and shows the charts."""
     browser = pages.start('--disable-gpu', '--disable-3d-apis')

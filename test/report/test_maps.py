@@ -53,6 +53,7 @@ def test_shipped_sweeps_are_valid(path):
         assert len(Plan.from_yaml(path)) > 40
 
 
+@pytest.mark.long
 def test_smelt_map(tmp_path):
     """Off the boundaries propagation is bounded where all eigenvalues are imaginary alone."""
     points = [-0.75, -0.42, -0.05, 0.3, 0.65]
@@ -99,6 +100,7 @@ def test_capture_map(tmp_path):
     ]
 
 
+@pytest.mark.long
 def test_stroboscopic_map(tmp_path):
     """The strobes are those of Beletsky's equation; neighbours part in the sea, not in islands."""
     island, sea, orbits = 0.0001, 0.0008, 40

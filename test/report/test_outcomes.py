@@ -11,6 +11,7 @@ from satdyn_ros.sweep.run import sweep
 from ..sweep.sweeps import write
 
 
+@pytest.mark.long
 def test_draws_become_histograms(tmp_path):
     """Every run with a value is counted, the captured ones apart."""
     table = sweep(write(tmp_path, runs=10), tmp_path / 'out', workers=1)

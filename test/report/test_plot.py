@@ -151,6 +151,7 @@ def test_torques_are_shaded_and_restarts_marked(bag):
     assert axes.get_ylim() == unmarked.get_ylim()
 
 
+@pytest.mark.long
 def test_thousands_of_restarts_are_one_mark_each(bag):
     """However many there are at one tick."""
     path = bag.parent / 'restarted'
@@ -178,7 +179,10 @@ def test_help_lists_the_panels():
     assert PANELS[:4] == DEFAULT
 
 
-@pytest.mark.parametrize('kind', ['png', 'pdf', 'svg'])
+@pytest.mark.parametrize(
+    'kind',
+    ['png', *(pytest.param(kind, marks=pytest.mark.long) for kind in ('pdf', 'svg'))],
+)
 def test_file(bag, tmp_path, kind):
     """A figure is written as its name says."""
     plot(bag, tmp_path / f'figure.{kind}')

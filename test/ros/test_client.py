@@ -24,6 +24,7 @@ def asked(live, capfd):
     return participant, ask
 
 
+@pytest.mark.long
 def test_new_initial_conditions(asked):
     """What is asked for is in force, and integers are taken as numbers."""
     participant, ask = asked
@@ -36,6 +37,7 @@ def test_new_initial_conditions(asked):
     participant.wait_until(lambda: rates and rates[-1].velocity.angular.z > 0.9, 'the rate')
 
 
+@pytest.mark.long
 def test_a_refusal_is_told(asked):
     """The node's own sentence is printed, and the exit code is 1."""
     _, ask = asked
@@ -61,6 +63,7 @@ def test_pause_step_resume_reset(asked):
     assert ask('--reset')[0] == 0
 
 
+@pytest.mark.long
 def test_parameters_and_bags(asked):
     """What `ros2 param` and `ros2 service` do: set, get, record; a refusal is the node's own."""
     _, ask = asked

@@ -1,5 +1,6 @@
 """/clock as ROS defines it: the simulated time of every node that follows it."""
 
+import pytest
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from ros.live import EPOCH_NS, Participant, stamp_ns
@@ -43,6 +44,7 @@ def test_a_node_on_simulated_time_follows(live):
         follower.close()
 
 
+@pytest.mark.long
 def test_a_second_publisher_of_the_clock_is_warned_of_once(live):
     """Two sources of time would make everybody's clock jump."""
     node, participant = live({'time.publish_clock': True})

@@ -48,6 +48,7 @@ def test_while_paused_ticks_pass_by_steps_alone(live):
     assert ticks(heard) == list(range(ticks(heard)[0], ticks(heard)[-1] + 1))
 
 
+@pytest.mark.long
 def test_the_factor_changes_while_running_without_gap_or_repeat(live, tmp_path):
     """
     From a tenth of real time to as fast as possible and back, every tick comes once.
@@ -72,7 +73,9 @@ def test_the_factor_changes_while_running_without_gap_or_repeat(live, tmp_path):
     assert times_ns.tolist() == [EPOCH_NS + k * 10**9 // 20 for k in range(len(times_ns))]
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    'number', [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.long)]
+)
 def test_a_signal_completes_the_bag(live, tmp_path, number):
     """The node ends with exit code 0, and its bag has every tick from the first one on."""
     node, participant = live({'record.enabled': True, 'publish.topics': ['attitude']})
@@ -118,6 +121,7 @@ def test_bags_are_begun_and_completed_by_request(live, tmp_path):
         assert verdict.message_count > 100
 
 
+@pytest.mark.long
 def test_a_directory_without_permission_is_said_so(live, tmp_path):
     """The service refuses with the system's reason, and the run continues."""
     (tmp_path / 'file').write_text('')

@@ -3,6 +3,7 @@
 import re
 import signal
 
+import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import QuaternionStamped, WrenchStamped
 from sensor_msgs.msg import JointState
@@ -59,6 +60,7 @@ def test_a_healthy_node_is_ok(live):
     assert int(values(report['recorder'])['bytes']) > 0
 
 
+@pytest.mark.long
 def test_a_coarse_propagation_is_warned_of(live):
     """At a tolerance of 1e-3 a tumbling body drifts by more than a thousandth."""
     node, participant = live(
@@ -70,6 +72,7 @@ def test_a_coarse_propagation_is_warned_of(live):
     assert report['propagation'].message.endswith('above 1e-03')
 
 
+@pytest.mark.long
 def test_what_the_limits_of_a_motor_take_is_counted(live):
     """A command of 0.5 N m is cut once, and once dropped when the rotor reaches its speed."""
     node, participant = live(
@@ -88,6 +91,7 @@ def test_what_the_limits_of_a_motor_take_is_counted(live):
     assert float(inputs['rotor torques that act [N m]'].strip('(,)')) == 0.0
 
 
+@pytest.mark.long
 def test_a_machine_that_cannot_keep_up_is_warned_of(live):
     """A million ticks per second are too many: the factor reached is said."""
     node, participant = live({'publish.rate': 1000.0, 'time.factor': 1000.0})
@@ -97,6 +101,7 @@ def test_a_machine_that_cannot_keep_up_is_warned_of(live):
     assert float(values(report['pacing'])['factor reached']) < 1000.0
 
 
+@pytest.mark.long
 def test_each_tick_is_late_once(live):
     """Inputs that come between two ticks do not make more ticks; their lateness counts ticks."""
     node, participant = live({'publish.rate': 25.0})
@@ -131,6 +136,7 @@ def test_a_refused_input_is_warned_of_and_a_pause_is_said(live):
     until(node.namespace, lambda r: r['pacing'].message.startswith('paused after tick'))
 
 
+@pytest.mark.long
 def test_the_torque_that_acts_ends_with_its_timeout(live):
     """The display follows the torque: it is there while it acts, and zero once it has ended."""
     node, participant = live({'torque.timeout': 0.5, 'publish.rate': 10.0, 'step.ticks': 4})
@@ -160,6 +166,7 @@ def test_the_torque_that_acts_ends_with_its_timeout(live):
     assert told_at(second) == '(0.0, 0.0, 0.0)'
 
 
+@pytest.mark.long
 def test_messages_lost_on_the_way_are_counted(live):
     """A publisher that keeps one message floods a node that stands still: the rest is lost."""
     node, participant = live({'publish.rate': 10.0})
@@ -179,6 +186,7 @@ def test_messages_lost_on_the_way_are_counted(live):
     )
 
 
+@pytest.mark.long
 def test_a_bag_that_cannot_be_written_is_an_error_and_the_node_flies_on(live):
     """No file may be larger than 5 MB: one sentence in the log and in the diagnostics."""
     node, participant = live(
@@ -195,6 +203,7 @@ def test_a_bag_that_cannot_be_written_is_an_error_and_the_node_flies_on(live):
     assert errors.count('can no longer be written') == 1
 
 
+@pytest.mark.long
 def test_lateness_is_told_each_second_and_at_the_end(live):
     """Percentiles and a histogram of all ticks with deadlines, on /diagnostics and as a line."""
     node, participant = live({'publish.rate': 100.0})
@@ -220,6 +229,7 @@ def test_lateness_is_told_each_second_and_at_the_end(live):
     assert 'rosout' not in errors
 
 
+@pytest.mark.long
 def test_a_node_that_follows_no_clock_says_so(live):
     """With use_sim_time and without a /clock, the diagnostics are stamped by the wall clock."""
     node, participant = live({}, ros_args=['-p', 'use_sim_time:=true'])

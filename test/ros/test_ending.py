@@ -12,6 +12,7 @@ from ros.live import PATIENCE_S, LiveNode
 from satdyn_ros.bag.verify import verify
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
 def test_a_bag_is_complete_however_often_its_node_is_told_to_end(tmp_path, number):
     """With a signal each millisecond until the process has ended."""

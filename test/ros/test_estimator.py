@@ -4,6 +4,7 @@ import subprocess
 import sys
 
 import numpy as np
+import pytest
 from ros.live import PATIENCE_S, ROOT
 
 from satdyn_ros.dynamics import rotation
@@ -22,6 +23,7 @@ def start(program, namespace, *arguments):
     return subprocess.Popen([*command, f'__ns:={namespace}'], cwd=ROOT, stdout=subprocess.PIPE)
 
 
+@pytest.mark.long
 def test_the_satellite_is_pointed_by_its_estimate(live):
     """It settles where the estimate says, and truth and estimate agree within 5 arc minutes."""
     values = parameters_of_yaml(CONFIG.read_text(), str(CONFIG)) | CHANGES

@@ -120,6 +120,7 @@ class Fuzz:
         )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ('seed', 'count'), [(1, 250), pytest.param(2, 20_000, marks=pytest.mark.torture)]
 )

@@ -58,6 +58,7 @@ def test_parameters_of_every_type_are_refused_where_they_do_not_fit(live):
     participant.hear(heard, 20)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('topics', [[], ['tf']])
 def test_a_node_that_publishes_nothing_flies_on(live, topics):
     """No topic, or only one whose type is not installed: ticks pass, services answer."""
@@ -106,6 +107,7 @@ def test_what_is_no_message_costs_that_message_alone(live):
     assert 'Traceback' not in errors
 
 
+@pytest.mark.long
 def test_what_would_take_forever_is_refused_or_dropped(live, tmp_path):
     """A request is refused, a torque dropped; services answer, and the bag proves itself."""
     node, participant = live({'publish.topics': ['attitude'], 'record.enabled': True})
@@ -133,6 +135,7 @@ def test_what_would_take_forever_is_refused_or_dropped(live, tmp_path):
     assert verify(directory).same_bytes
 
 
+@pytest.mark.long
 def test_a_run_that_halts_says_so_and_ends_when_told(live):
     """At the last stamp of ROS: ERROR in the diagnostics, services answer, a signal ends it."""
     node, participant = live({'time.epoch_ns': LAST_STAMP_NS - 5 * 10**7})
@@ -172,6 +175,7 @@ def last_tick_ns(report):
     return EPOCH_NS + int(values(report['pacing'])['tick']) * 10**7
 
 
+@pytest.mark.long
 def test_a_halt_by_step_count_is_an_error_until_a_request_or_a_reset(live, tmp_path):
     """No tick passes while it halts, each of both resumes it, and the bag proves itself."""
     node, participant = live(SPIN)
@@ -218,6 +222,7 @@ def test_a_halt_by_step_count_is_an_error_until_a_request_or_a_reset(live, tmp_p
     assert verdict.same_bytes
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_in_a_slow_tick_ends_the_node_without_it(live, tmp_path, number):
     """The tick that is being computed is given up; the bag holds all that were heard."""
@@ -233,6 +238,7 @@ def test_a_signal_in_a_slow_tick_ends_the_node_without_it(live, tmp_path, number
     assert set(np.diff(stamps_ns).tolist()) == {10**7}
 
 
+@pytest.mark.long
 def test_all_services_answer_during_a_step(live):
     """A second step is refused; requests act; a pause ends it, and its reply counts the ticks."""
     _, participant = live({'publish.topics': ['attitude'], 'step.ticks': 10**9})

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pytest
 from geometry_msgs.msg import WrenchStamped
 from mcap.records import Metadata
 from ros.live import EPOCH_NS, stamp_ns
@@ -95,6 +96,7 @@ def test_a_torque_acts_from_a_tick_on_until_the_next_or_the_timeout(live, tmp_pa
     assert max(rates) in rates
 
 
+@pytest.mark.long
 def test_what_cannot_be_a_torque_is_refused_and_changes_nothing(live):
     """Another frame, a force, no finite number: a warning of each, the motion is as before."""
     node, participant = live(FREE | {'body.inertia': [1.0, 1.0, 1.0]})
@@ -143,6 +145,7 @@ def test_a_motor_turns_the_rotor(live):
     np.testing.assert_allclose(momentum, momentum[0] + 0.5 * t_s, rtol=1e-10, atol=1e-12)
 
 
+@pytest.mark.long
 def test_limits_in_a_live_bag_verify(live, tmp_path):
     """A command beyond max_torque is cut and, at max_speed, dropped: a re-run finds both again."""
     wheel = {'mode': 'motor', 'inertia': 1e-3, 'max_torque': 0.01, 'max_speed': 1.0}
@@ -169,6 +172,7 @@ def test_limits_in_a_live_bag_verify(live, tmp_path):
     ]
 
 
+@pytest.mark.long
 def test_of_the_torques_that_come_in_a_pause_the_last_acts(live, tmp_path):
     """A controller that talks on meanwhile leaves one torque behind, at the tick of the step."""
     node, participant = live(FREE | {'record.enabled': True})

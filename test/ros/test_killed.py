@@ -60,6 +60,7 @@ def assert_a_killed_node_loses_nothing(tmp_path, seed):
     assert verdict.message_count == recovered.message_count
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('seed', range(3))
 def test_a_killed_node_loses_nothing_older_than_a_second(tmp_path, seed):
     """At 1000 Hz, with torques, timeouts, requests and files that follow each other."""

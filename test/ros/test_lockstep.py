@@ -51,6 +51,7 @@ def flown(live, directory):
     }
 
 
+@pytest.mark.long
 def test_lockstep_gives_the_same_bytes_twice(live, busy, tmp_path):
     """Each torque acts at its tick, the first one too, whatever else the machine does."""
     first = flown(live, tmp_path / 'first')

@@ -1,5 +1,6 @@
 """Many satellites: namespaces and processes, or one executor."""
 
+import pytest
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from ros.live import EPOCH_NS, PATIENCE_S, Participant, expected, raw_stamp_ns
@@ -24,6 +25,7 @@ def values(i):
     }
 
 
+@pytest.mark.long
 def test_eight_nodes_side_by_side_keep_apart(live):
     """Each stream is that of its own scenario, and a request reaches one alone."""
     begun = [live(values(i), namespace=f'/sat{i}') for i in range(COUNT)]

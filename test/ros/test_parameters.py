@@ -88,6 +88,7 @@ def test_sets_are_taken_or_refused_by_the_rules_of_their_key(live):
     assert (participant.get('step.ticks'), participant.get('time.factor')) == (7, 2.0)
 
 
+@pytest.mark.long
 def test_topics_change_while_running(live):
     """A removed topic stops, an added one begins at a later tick."""
     _, participant = live({'publish.topics': ['attitude', 'imu']})
@@ -121,7 +122,12 @@ WRONG = [
 ]
 
 
-@pytest.mark.parametrize(('ros_args', 'sentence'), WRONG, ids=lambda x: x[-1][:20])
+@pytest.mark.parametrize(
+    ('ros_args', 'sentence'),
+    # The others are refused on the same way.
+    [*WRONG[:2], *(pytest.param(*wrong, marks=pytest.mark.long) for wrong in WRONG[2:])],
+    ids=lambda x: x[-1][:20],
+)
 def test_wrong_input_ends_the_node_with_one_sentence(tmp_path, ros_args, sentence):
     """Exit code 2 and no traceback."""
     process = start(['--ros-args', *ros_args], tmp_path)
@@ -132,6 +138,7 @@ def test_wrong_input_ends_the_node_with_one_sentence(tmp_path, ros_args, sentenc
     assert sentence in line
 
 
+@pytest.mark.long
 def test_a_list_that_mixes_integers_and_floats_is_taken_from_our_own_file(live):
     """And what follows --ros-args overrides the file."""
     _, participant = live(
@@ -142,6 +149,7 @@ def test_a_list_that_mixes_integers_and_floats_is_taken_from_our_own_file(live):
     assert participant.get('publish.rate') == 25.0
 
 
+@pytest.mark.long
 def test_what_a_fixed_direction_has_not_is_left_out_with_one_warning(live):
     """There is no LVLH; the other topics come."""
     node, participant = live(

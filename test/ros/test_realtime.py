@@ -65,6 +65,7 @@ def test_what_the_system_allows_is_in_force():
     assert locked == 'True'
 
 
+@pytest.mark.long
 def test_what_the_system_refuses_is_told_with_the_remedy():
     """One sentence each; everything goes on as without."""
     absent = {**WANTED, 'realtime.cpu': 4095}
@@ -105,6 +106,7 @@ def collections(monkeypatch):
     gc.enable()
 
 
+@pytest.mark.long
 def test_garbage_is_collected_where_the_time_allows(collections):
     """When it is due and fits; then not again for a second."""
     garbage = GarbageCollection()
@@ -117,6 +119,7 @@ def test_garbage_is_collected_where_the_time_allows(collections):
     assert len(collections) == 2
 
 
+@pytest.mark.long
 def test_garbage_is_collected_at_last(collections):
     """Without deadlines after each block; with them when no tick left the time for too long."""
     garbage = GarbageCollection()

@@ -94,6 +94,7 @@ def test_every_message_comes_as_it_is(bag, listener):
         assert [data for topic, data in heard if topic == f'/{name}'] == recorded
 
 
+@pytest.mark.long
 def test_the_clock_is_that_of_the_bag(bag, listener):
     """With --clock, /clock shows log times of the bag, ascending; an offset begins later."""
     times = []
@@ -114,6 +115,7 @@ def test_the_clock_is_that_of_the_bag(bag, listener):
     assert set(times) <= set(log_times[75:])
 
 
+@pytest.mark.long
 def test_a_loop_goes_on_until_ctrl_c(bag, listener):
     """With --loop the bag begins anew, and Ctrl-C ends it quietly."""
     heard = hear_all(listener)
@@ -123,6 +125,7 @@ def test_a_loop_goes_on_until_ctrl_c(bag, listener):
     assert ended(process, signal.SIGINT) == (130, '', '')
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ('arguments', 'sentence'),
     [
@@ -190,6 +193,7 @@ def foreign(path: Path) -> Path:
     return path
 
 
+@pytest.mark.long
 def test_a_foreign_bag_is_played(tmp_path, listener):
     """
     Its topics have their quality of service and come in the order of time.

@@ -57,6 +57,7 @@ def quaternion(data):
     return list(struct.unpack('<4d', data[-32:]))
 
 
+@pytest.mark.long
 def test_keys_not_given_stay_in_force_and_show_as_parameters(live):
     """A second request without attitude restarts from the attitude of the first one."""
     _, participant = live({'publish.topics': ['attitude_lvlh']})
@@ -130,6 +131,7 @@ def test_a_bad_request_changes_nothing_and_says_why(live):
     assert [packed[stamp] for stamp in stamps] == heard
 
 
+@pytest.mark.long
 def test_integers_are_taken_as_floats(live):
     """What a YAML without decimals gives, [0, 0, 0, 1], is an attitude."""
     _, participant = live({'publish.topics': ['attitude_lvlh']})
@@ -137,6 +139,7 @@ def test_integers_are_taken_as_floats(live):
     assert participant.get('initial.attitude') == [0.0, 0.0, 0.0, 1.0]
 
 
+@pytest.mark.long
 def test_what_has_no_closed_form_is_refused_where_only_those_fly(live):
     """A torque and a tilted start are refused with the reason; the exact motion goes on."""
     node, participant = live(

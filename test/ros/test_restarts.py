@@ -59,6 +59,7 @@ def held_after_each(kind, count, directory):
 # The allocators of Python, NumPy and DDS take a hundred starts until they ask for no more memory;
 # before that only the buffer of a chunk, 786 kB, left behind by each start would show: one that
 # stays in a further arena is 393 kB for each of the last two starts.
+@pytest.mark.long
 @pytest.mark.parametrize(
     ('count', 'allowed_bytes'),
     [(5, 600_000), pytest.param(200, 20_000, marks=pytest.mark.torture)],

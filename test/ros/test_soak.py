@@ -19,6 +19,7 @@ VALUES = {
 ALLOWED_BYTES = 20_000_000
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ('hours', 'split_s'), [(1, 1200.0), pytest.param(24, 7200.0, marks=pytest.mark.torture)]
 )

@@ -33,7 +33,11 @@ MOTOR = {
 
 @pytest.mark.parametrize(
     ('rate', 'exact_rate', 'count'),
-    [(100.0, Fraction(100), 1000), (1000.0, Fraction(1000), 3000), (3.0, Fraction(3), 6)],
+    [
+        pytest.param(100.0, Fraction(100), 1000, marks=pytest.mark.long),
+        (1000.0, Fraction(1000), 3000),
+        pytest.param(3.0, Fraction(3), 6, marks=pytest.mark.long),
+    ],
 )
 def test_every_tick_comes_once_with_its_stamp_and_the_bytes_of_the_engine(
     live, rate, exact_rate, count

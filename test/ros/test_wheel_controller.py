@@ -62,6 +62,7 @@ def test_wheels_alone_bring_the_tumbling_cubesat_to_rest(live):
     np.testing.assert_allclose(1e-5 * speeds, before_i, atol=1.2e-4 + 7e-6 + 5e-6)
 
 
+@pytest.mark.long
 def test_four_wheels_turn_the_satellite_and_keep_their_alternate_spin(live, tmp_path):
     """
     The pseudo-inverse gives no torque to the combination of wheels that does not turn the body.
@@ -79,6 +80,7 @@ def test_four_wheels_turn_the_satellite_and_keep_their_alternate_spin(live, tmp_
     assert speeds @ [1.0, -1.0, 1.0, -1.0] == pytest.approx(400.0, abs=1e-8)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ('limit', 'value', 'said'),
     [

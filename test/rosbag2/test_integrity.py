@@ -40,7 +40,14 @@ SCENARIO = flights.GYROSTAT.with_values({'publish.topics': ('attitude', 'imu')})
 NAMED = re.compile(r'_[01]\.mcap is damaged: .*(magic|record|[Ff]ooter|summary)')
 
 
-@pytest.fixture(scope='module', params=['zstd', 'lz4', 'none'])
+@pytest.fixture(
+    scope='module',
+    params=[
+        'zstd',
+        pytest.param('lz4', marks=pytest.mark.long),
+        pytest.param('none', marks=pytest.mark.long),
+    ],
+)
 def bag(request, tmp_path_factory):
     """Record a bag of two files, several chunks, and a metadata record of each kind."""
     scenario = SCENARIO.with_values(

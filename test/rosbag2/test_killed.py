@@ -53,7 +53,9 @@ def assert_nothing_lost(directory, seconds):
     assert Bag(directory).problem is None
 
 
-@pytest.mark.parametrize('number', range(10))
+@pytest.mark.parametrize(
+    'number', [0, 1, *(pytest.param(number, marks=pytest.mark.long) for number in range(2, 10))]
+)
 def test_a_killed_recording_loses_nothing_that_was_flushed(tmp_path, number):
     """At a random moment within the first second, the same moments in every run of the test."""
     seconds = random.Random(number).uniform(0.0, 0.8)
@@ -76,6 +78,7 @@ recover(sys.argv[1])
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('count', [6, pytest.param(200, marks=pytest.mark.torture)])
 def test_a_killed_recovery_is_begun_again(tmp_path, capsys, count):
     """Killed at any moment, recover leaves a bag that recover mends as if nothing had been."""

@@ -21,7 +21,14 @@ SCENARIO = flights.GYROSTAT.with_values({'publish.topics': ('attitude', 'imu')})
 TICKS = 200
 
 
-@pytest.fixture(scope='module', params=['zstd', 'lz4', 'none'])
+@pytest.fixture(
+    scope='module',
+    params=[
+        'zstd',
+        pytest.param('lz4', marks=pytest.mark.long),
+        pytest.param('none', marks=pytest.mark.long),
+    ],
+)
 def whole(request, tmp_path_factory):
     """Record a bag of several chunks and return it with its messages."""
     scenario = SCENARIO.with_values({'record.compression': request.param})

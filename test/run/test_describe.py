@@ -16,7 +16,14 @@ def facts(described):
     return {fact['name']: fact['value'] for fact in described['motion']['facts']}
 
 
-@pytest.mark.parametrize('path', sorted(CONFIG.glob('*.yaml')), ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    'path',
+    # Code of its own is compiled for four wheels.
+    [
+        pytest.param(path, marks=[pytest.mark.long] * (path.stem == 'pyramid'), id=path.stem)
+        for path in sorted(CONFIG.glob('*.yaml'))
+    ],
+)
 def test_every_shipped_scenario_is_described(path):
     """Each gives plain data: a closed form or the reason why there is none, and integrals."""
     scenario = Scenario.from_yaml(path)

@@ -137,6 +137,7 @@ def test_a_start_that_begins_no_motion_is_refused(values, tmp_path):
     assert not (tmp_path / 'bag').exists()
 
 
+@pytest.mark.long
 def test_bags_of_drops_and_halts_prove_themselves(tmp_path):
     """The bag ends where the run halts, tells of what happened, and is run again to the byte."""
     events: list[Event] = [Torque(5, TOO_STRONG), Torque(20, (0.1, 0.0, 0.0)), Request(30, WILD)]

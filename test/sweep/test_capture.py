@@ -60,6 +60,7 @@ def labellings():
     return [R for R in matrices if np.linalg.det(R) > 0.0]
 
 
+@pytest.mark.long
 def test_relabelling_the_axes_changes_no_outcome(tmp_path):
     """Bodies with another axis long, or skew in their axes, come to what the first one does."""
     rng = np.random.default_rng(3)

@@ -69,7 +69,13 @@ SWEEPS = {
 }
 
 
-@pytest.mark.parametrize('name', SWEEPS)
+# The lanes of each of these have to be compiled: full matrices, rotors, ellipses.
+LONG = 'wheels', 'bodies', 'orbits'
+
+
+@pytest.mark.parametrize(
+    'name', [pytest.param(name, marks=[pytest.mark.long] * (name in LONG)) for name in SWEEPS]
+)
 def test_together_as_alone(tmp_path, monkeypatch, name):
     """Each kind of quantity: the same rows to rounding, refusals in the same sentences."""
     mode = 'none' if name in ('fixed', 'bodies', 'modes', 'methods') else 'constant_momentum'
@@ -115,6 +121,7 @@ def test_together_is_what_happens(tmp_path, monkeypatch):
     assert len(rows_of(plan, range(12))) == 12
 
 
+@pytest.mark.long
 def test_rotors_with_names_have_columns_of_their_own(tmp_path, monkeypatch):
     """
     Their speeds at the end go as arrays too; the one without a name has its column as ever.

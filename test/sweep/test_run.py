@@ -56,12 +56,14 @@ def wait_for_parts(directory, count):
     raise TimeoutError(f'{directory} has not {count} batches')
 
 
+@pytest.mark.long
 def test_two_cores(many, tmp_path):
     """Two processes give the table of one."""
     path, expected = many
     assert sweep(path, tmp_path / 'two', workers=2).read_bytes() == expected
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('how', [signal.SIGINT, signal.SIGKILL], ids=['SIGINT', 'SIGKILL'])
 def test_interrupted_and_resumed(many, tmp_path, how):
     """Finished batches stay, are not done again, and the table is that of one go."""
@@ -94,6 +96,7 @@ def test_finished_is_not_done_again(tmp_path):
     assert table.stat().st_mtime_ns == written
 
 
+@pytest.mark.long
 def test_another_sweep_is_not_mixed_in(tmp_path):
     """A directory with another sweep, or with something else, is refused."""
     path = write(tmp_path)
@@ -136,6 +139,7 @@ def test_long_runs_go_fewer_together(tmp_path, monkeypatch):
     assert rows_of(plan, range(12)) == together
 
 
+@pytest.mark.long
 def test_captured_or_tumbling(tmp_path):
     """At rest at LVLH or upside down: captured from the start; turning fast: tumbling."""
     upright, upside_down = [0.0, 0.01, 0.0, 0.99995], [0.99995, 0.0, 0.01, 0.0]
@@ -161,6 +165,7 @@ def test_a_run_that_fails_is_a_row(tmp_path):
     assert [rows[k]['failure'] for k in (0, 2)] == [None, None]
 
 
+@pytest.mark.long
 def test_samples_and_fixed_direction(tmp_path):
     """Without an orbit there is no angle to LVLH; samples are in the table where asked for."""
     scenario = {'orbit': {'type': 'fixed'}, 'initial': {}, 'rotor': {'mode': 'none'}}
@@ -196,6 +201,7 @@ def test_bad_workers(tmp_path):
         sweep(write(tmp_path), tmp_path / 'out', workers=0)
 
 
+@pytest.mark.long
 def test_no_scheduler(tmp_path):
     """An address where nothing listens is reported in one sentence."""
     with pytest.raises(ValueError, match=r'--dask is tcp://127\.0\.0\.1:1, where no') as told:
@@ -236,6 +242,7 @@ def cluster(tmp_path):
         process.wait()
 
 
+@pytest.mark.long
 def test_cluster_that_loses_a_worker(many, tmp_path, cluster):
     """Over TCP, with one of two workers killed midway, the table is complete and the same."""
     from distributed import Client

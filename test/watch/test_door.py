@@ -133,6 +133,7 @@ def closed(url, messages):
     return asyncio.run(talk())
 
 
+@pytest.mark.long
 def test_messages_are_bounded(here):
     """What is too large or comes too fast ends the connection; what is nonsense is answered."""
     assert closed(here, ['x' * 5000])[0] == aiohttp.WSCloseCode.MESSAGE_TOO_BIG

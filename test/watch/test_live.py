@@ -104,6 +104,7 @@ def test_body_turns_as_the_node_says(page, participant):
     press(page, 'pause', 'running')
 
 
+@pytest.mark.long
 def test_older_diagnostics_do_not_take_a_state_back(page):
     """From the answer on the page says the new state, though diagnostics come once a second."""
     page.execute_script(
@@ -167,6 +168,7 @@ def test_diagnostics_and_no_errors(page):
     assert pages.errors(page) == []
 
 
+@pytest.mark.long
 def test_goes_on_when_the_node_is_killed_and_comes_back(page, nodes):
     """After a SIGKILL the page says so, and continues with the next node of this name."""
     nodes[-1].end(signal.SIGKILL)
@@ -191,6 +193,7 @@ def test_goes_on_when_the_node_is_killed_and_comes_back(page, nodes):
     assert pages.errors(page) == []
 
 
+@pytest.mark.long
 def test_page_comes_back_when_the_server_does_not(page):
     """The page outlives its server and says that it has gone."""
     page.execute_script('arguments[0]; connection.socket.close()', None)

@@ -66,6 +66,7 @@ def test_ten_minutes_leave_memory_flat(url, watch, browser):
     assert after[1] - before[1] < 4e6
 
 
+@pytest.mark.long
 def test_frames_are_at_most_thirty_a_second(url):
     """A node at 1000 Hz gives no more frames than the eye takes."""
     asyncio.run(watched(url, 1.0))

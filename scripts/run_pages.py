@@ -168,17 +168,20 @@ class Reader:
         print(f'\n# {block.place}', flush=True)
         print(''.join(f'$ {line}\n' for line in script.splitlines()), end='', flush=True)
         with tempfile.NamedTemporaryFile() as after:
-            done = subprocess.run(
-                ['bash', '-euo', 'pipefail', '-c', f'{script}env -0 > {after.name}'],
-                cwd=self.folder,
-                env=self.environment,
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT,
-                text=True,
-                timeout=BLOCK_TIMEOUT_S,
-                check=False,
-            )
+            try:
+                done = subprocess.run(
+                    ['bash', '-euo', 'pipefail', '-c', f'{script}env -0 > {after.name}'],
+                    cwd=self.folder,
+                    env=self.environment,
+                    stdin=subprocess.DEVNULL,
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.STDOUT,
+                    text=True,
+                    timeout=BLOCK_TIMEOUT_S,
+                    check=False,
+                )
+            except subprocess.TimeoutExpired:
+                raise Failed(f'{block.place}: not done in {BLOCK_TIMEOUT_S:g} s') from None
             print(done.stdout, end='', flush=True)
             if done.returncode:
                 raise Failed(f'{block.place}: exit code {done.returncode}')

@@ -124,7 +124,7 @@ WRONG = [
 
 @pytest.mark.parametrize(
     ('ros_args', 'sentence'),
-    # The others are refused on the same way.
+    # One wrong name and one wrong value start a node here; the rest start eight more.
     [*WRONG[:2], *(pytest.param(*wrong, marks=pytest.mark.long) for wrong in WRONG[2:])],
     ids=lambda x: x[-1][:20],
 )

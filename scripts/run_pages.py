@@ -236,7 +236,7 @@ def main() -> int:
     # No other nodes are heard, and none hear these.
     environment |= {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
     environment |= {'ROS_DOMAIN_ID': str(1 + os.getpid() % 100), 'PYTHONUNBUFFERED': '1'}
-    environment |= {'PIP_QUIET': '1', 'PIP_DISABLE_PIP_VERSION_CHECK': '1'}
+    environment |= {'PIP_QUIET': '2', 'PIP_DISABLE_PIP_VERSION_CHECK': '1'}
     made = (ROOT / '.ci/run').read_text().splitlines()
     with tempfile.TemporaryDirectory() as place:
         folder, chosen = ROOT, [Path(name).resolve() for name in sys.argv[1:]]

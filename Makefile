@@ -67,7 +67,7 @@ reference: $(VENV)/.test
 	@nice $(PY) test/reference/generate.py
 
 oldest: $(OLD)/.test
-	@$(OLD)/bin/python -m pytest $(SIDE_BY_SIDE) -m 'not torture' $(OLD_TESTS)
+	@$(OLD)/bin/python -m pytest $(SIDE_BY_SIDE) $(OLD_TESTS)
 
 lint: $(VENV)/.test
 	@$(PY) -m ruff check

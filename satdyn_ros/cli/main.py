@@ -36,6 +36,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     except (ValueError, OSError) as error:
         return _refuse(arguments, _sentence(error))
     except RuntimeError as error:
+        # Before Python 3.12 what interrupts the making of a class comes in a RuntimeError.
+        if isinstance(error.__cause__, Terminated):
+            return TERMINATED
+        if isinstance(error.__cause__, KeyboardInterrupt):
+            return INTERRUPTED
         if not _has_halted(error):
             raise
         _refuse(arguments, _sentence(error))

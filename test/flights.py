@@ -13,7 +13,7 @@ from satdyn_ros.bag.recording import Recording
 from satdyn_ros.messages.topics import TOPICS
 from satdyn_ros.rosbag2.mcap_file import McapFile
 from satdyn_ros.rosbag2.scan import Block
-from satdyn_ros.run.events import Request, Reset, RotorCommand, Timeout, Topics, Torque
+from satdyn_ros.run.events import Request, Reset, RotorCommand, Topics, Torque
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 
@@ -31,11 +31,10 @@ GYROSTAT = Scenario.from_dict(
         'time': {'epoch_ns': EPOCH_NS},
     }
 )
-# One of each kind; two share a tick, and one changes what is published.
+# One of each kind; two share a tick, a torque times out, and one changes what is published.
 EVENTS = (
-    Torque(20, (0.1, -0.2, 0.3)),
+    Torque(20, (0.1, -0.2, 0.3), until_tick=45),
     RotorCommand(20, {'rotor': 0.01}),
-    Timeout(45, 'torque'),
     Request(60, {'initial.angular_velocity': [0.0, 0.1, 0.0]}),
     Torque(60, (0.0, 0.0, 0.05)),
     Topics(80, ('attitude', 'rotor')),
@@ -82,7 +81,7 @@ def fly(directory, progress):
         {'publish.topics': ('attitude', 'imu'), 'record.max_size_bytes': 100_000}
     )
     often = [event for event in EVENTS if not isinstance(event, Topics)]
-    events = [replace(event, tick=event.tick + 150 * k) for k in range(2000) for event in often]
+    events = [later(event, 150 * k) for k in range(2000) for event in often]
     recording = Recording(directory, scenario, scenario.topics)
     flushed_s = time.monotonic()
     for ticks in written(recording, Simulation(scenario, events), 10**9, block=20):
@@ -90,6 +89,13 @@ def fly(directory, progress):
             recording.flush()
             progress.send(ticks)
             flushed_s = time.monotonic()
+
+
+def later(event, ticks):
+    """Return an event, and where it ends, moved by some ticks."""
+    if isinstance(event, Torque) and event.until_tick is not None:
+        event = replace(event, until_tick=event.until_tick + ticks)
+    return replace(event, tick=event.tick + ticks)
 
 
 def sequence(bag) -> list[tuple[str, int, bytes]]:

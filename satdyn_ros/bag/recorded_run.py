@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import cached_property
 from operator import itemgetter
 from pathlib import Path
@@ -31,14 +32,16 @@ class RecordedRun:
     The run in a bag written by satdyn_ros.
 
     scenario: with the epoch resolved.  names: the topics' names in the bag by those in the
-    scenario.  machine: what the bits depend on besides the scenario.  snapshot: the start of the
-    bag, as Simulation.snapshot; None if it has no samples.  ValueError: path is not such a bag.
+    scenario.  machine: what the bits depend on besides the scenario.  rules: by which it ran.
+    snapshot: the start of the bag, as Simulation.snapshot; None if it has no samples.
+    ValueError: path is not such a bag.
     """
 
     def __init__(self, path: str | Path):
         self.bag = Bag(path)
         self.names: dict[str, str] = {}
         self.machine: dict[str, str] = {}
+        self.rules = 0
         self._inputs_by_topic: dict[str, str] = {}
         begin = self._begin()
         if run_records.SCENARIO not in begin:
@@ -46,12 +49,12 @@ class RecordedRun:
                 f'{path} holds no scenario: satdyn_ros did not write it, or another program, '
                 'such as ros2 bag convert, rewrote it without one'
             )
-        with self._reading(run_records.SCENARIO):
+        with self.reading(run_records.SCENARIO):
             text = begin[run_records.SCENARIO]['scenario']
             self.scenario = Scenario.from_yaml_text(text, 'its scenario')
         self.snapshot: dict[str, Any] | None = None
         if run_records.SNAPSHOT in begin:
-            with self._reading(run_records.SNAPSHOT):
+            with self.reading(run_records.SNAPSHOT):
                 self.snapshot = run_records.snapshot_from_record(begin[run_records.SNAPSHOT])
         self.ticks = Ticks(self.scenario.rate, self.scenario.epoch_ns)
         self._layouts: dict[str, np.dtype] = {}
@@ -108,18 +111,29 @@ class RecordedRun:
 
     @property
     def events_at_begin(self) -> list[Event]:
-        """What happened at the tick where the bag begins, if that is not the run's first."""
-        if self.first_tick == 0:
+        """What happened before the samples with which the bag begins, if its snapshot has it."""
+        if self._begins_with_the_run:
             return []
         return [event for event in self.events if event.tick <= self.first_tick]
 
-    def simulation(self) -> Simulation:
-        """Return the run from the start of the bag, with all that happens from there."""
-        if self.snapshot is None or self.snapshot['tick'] == 0:
-            return Simulation(self.scenario, self.events)
+    @property
+    def _begins_with_the_run(self) -> bool:
+        """Whether scenario and events say all; versions 0.1 and 0.2 tell it by the tick alone."""
+        return self.snapshot is None or self.snapshot.get('is_start', self.first_tick == 0)
+
+    def simulation(self, method: str | None = None) -> Simulation:
+        """
+        Return the run from the start of the bag, with all that happens from there.
+
+        method: as motion.method, in place of the scenario's.
+        """
+        changes = {} if method is None else {'motion.method': method}
+        scenario = self.scenario.with_values(changes)
+        if self.snapshot is None or self._begins_with_the_run:
+            return Simulation(scenario, self.events, self.rules)
         later = self.events[len(self.events_at_begin) :]
-        with self._reading(run_records.SNAPSHOT):
-            return Simulation.from_snapshot(self.scenario, self.snapshot, later)
+        with self.reading(run_records.SNAPSHOT):
+            return Simulation.from_snapshot(scenario, self.snapshot, later, self.rules)
 
     def channel_id(self, name: str) -> int:
         """Return the channel of a topic by its name in the scenario; 0: it has none yet."""
@@ -147,7 +161,7 @@ class RecordedRun:
         return data.view(layout)[:, 0]
 
     @contextmanager
-    def _reading(self, name: str) -> Iterator[None]:
+    def reading(self, name: str) -> Iterator[None]:
         """Say in one sentence that a metadata record is not what satdyn writes."""
         try:
             yield
@@ -180,23 +194,15 @@ class RecordedRun:
         return records
 
     def _take_provenance(self, record):
-        with self._reading(run_records.SCENARIO):
+        with self.reading(run_records.SCENARIO):
+            self.rules = run_records.rules_of(record)
             self.names, self.machine = run_records.names_and_machine(record)
         self._inputs_by_topic = {self.names[name]: name for name in _INPUTS if name in self.names}
 
-    def events_of(self, item: TopicBlock | Metadata) -> list[Event]:
-        """Return what happened according to an item of the bag, in its recorded order."""
-        if isinstance(item, TopicBlock):
-            return self._inputs(item)
-        if item.name != run_records.EVENT:
-            return []
-        with self._reading(run_records.EVENT):
-            return [run_records.event_from_record(item.metadata)]
-
-    def _inputs(self, block: TopicBlock) -> list[Event]:
-        """Return the torques of a block in their recorded order."""
+    def inputs_of(self, block: TopicBlock) -> list[Torque | RotorCommand]:
+        """Return the torques of a block in their recorded order, held until the next one."""
         contents = block.contents
-        events: list[tuple[int, Event]] = []
+        events: list[tuple[int, Torque | RotorCommand]] = []
         for channel_id in contents.counts:
             name = self._inputs_by_topic.get(block.topics[channel_id])
             if name is None:
@@ -210,7 +216,7 @@ class RecordedRun:
                 events.append((place, self._input(name, self.ticks.tick_of(stamp_ns), row)))
         return [event for _, event in sorted(events, key=itemgetter(0))]
 
-    def _input(self, name: str, tick: int, row: np.ndarray) -> Event:
+    def _input(self, name: str, tick: int, row: np.ndarray) -> Torque | RotorCommand:
         if name == 'torque':
             return Torque(tick, tuple(row['wrench.torque'].tolist()))
         if name == 'rotor_torque':
@@ -231,17 +237,38 @@ class Happened:
         self._events: list[Event] = []
         self._last_ns: int | None = None
         self._error: ValueError | None = None
+        # By rules 0 a torque is held until the bag tells that it has timed out.
+        self._timeout = (
+            run.ticks.timeout(0, run.scenario['torque.timeout']) if run.rules >= 1 else None
+        )
+        self._held = self._timeout
 
     def take(self, item: TopicBlock | Metadata) -> None:
         """Process the next item."""
         if self._error is not None:
             return
         try:
-            self._events += self._run.events_of(item)
+            if isinstance(item, TopicBlock):
+                self._events += map(self._held_as_told, self._run.inputs_of(item))
+            else:
+                self._take_record(item)
         except ValueError as error:
             self._error = error
         if isinstance(item, TopicBlock) and len(item.contents):
             self._last_ns = max(self._last_ns or 0, item.contents.span_ns[1])
+
+    def _take_record(self, record: Metadata) -> None:
+        with self._run.reading(record.name):
+            match record.name:
+                case run_records.EVENT:
+                    self._events.append(run_records.event_from_record(record.metadata))
+                case run_records.HELD:
+                    self._held = run_records.held_from_record(record.metadata)
+                case run_records.SNAPSHOT:
+                    self._held = self._timeout
+
+    def _held_as_told(self, event: Torque | RotorCommand) -> Event:
+        return event if self._held is None else replace(event, until_tick=event.tick + self._held)
 
     @cached_property
     def events(self) -> list[Event]:

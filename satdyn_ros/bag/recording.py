@@ -1,6 +1,7 @@
 """Records a run into a bag, for the node and for runs without ROS."""
 
-from collections.abc import Callable, Mapping
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,13 +11,16 @@ from ..messages import qos, schemas
 from ..messages.rows import Rows, SomeRows
 from ..messages.topics import TOPICS, pack_rotor_command, pack_torque
 from ..rosbag2.metadata import TopicMetadata
+from ..rosbag2.reader import Bag
 from ..rosbag2.tick_table import TickTable
 from ..rosbag2.writer import BagWriter
 from ..run.events import Event, RotorCommand, RotorLimited, Topics, Torque
 from ..run.scenario import Scenario
+from ..run.ticks import Ticks
 from . import run_records
 
-_INPUTS = tuple(name for name, topic in TOPICS.items() if topic.role == 'input')
+# The events that are recorded as messages, with their topics.
+INPUTS = {Torque: 'torque', RotorCommand: 'rotor_command'}
 _RECORDED = tuple(name for name, topic in TOPICS.items() if topic.role in ('state', 'input'))
 
 
@@ -39,9 +43,13 @@ class Recording:
         self._scenario = scenario
         sensors = tuple(scenario.sensors)
         self._names = {name: resolve(name) for name in (*_RECORDED, *sensors)}
+        ticks = Ticks(scenario.rate, scenario.epoch_ns)
+        self._timeout = self._held = ticks.timeout(0, scenario['torque.timeout'])
+        self._is_first_file = True
+        self._added = {*topics, *sensors, *INPUTS.values()}
         self._writer = BagWriter(
             directory,
-            [self._metadata(name) for name in (*topics, *sensors, *_INPUTS)],
+            [self._metadata(name) for name in (*topics, *sensors, *INPUTS.values())],
             compression=scenario['record.compression'],
             max_size_bytes=scenario['record.max_size_bytes'],
             max_duration_s=scenario['record.max_duration_s'],
@@ -57,9 +65,11 @@ class Recording:
         """Write what happened at the tick of a stamp, before the tick's samples."""
         match event:
             case Torque():
+                self._tell_held(event)
                 data = pack_torque(stamp_ns, event.torque_b, self._scenario.frames)
                 self._writer.write_message(self._names['torque'], stamp_ns, data)
             case RotorCommand():
+                self._tell_held(event)
                 data = pack_rotor_command(stamp_ns, event.torques, self._scenario.frames)
                 self._writer.write_message(self._names['rotor_command'], stamp_ns, data)
             case _:
@@ -70,7 +80,20 @@ class Recording:
                     ends_chunk=not isinstance(event, RotorLimited),
                 )
         if isinstance(event, Topics):
-            for name in event.names:
+            self._add(event.names)
+
+    def _tell_held(self, event: Torque | RotorCommand) -> None:
+        """Tell how long a torque is held, where that is not as told before."""
+        held = None if event.until_tick is None else event.until_tick - event.tick
+        if held != self._held:
+            self._held = held
+            self._writer.write_metadata(run_records.HELD, run_records.held_record(held))
+
+    def _add(self, names: Iterable[str]) -> None:
+        """Add topics of which the bag did not know."""
+        for name in names:
+            if name not in self._added:
+                self._added.add(name)
                 self._writer.add_topic(self._metadata(name))
 
     def samples(
@@ -85,7 +108,7 @@ class Recording:
         stamps_ns (N,); rows: by name in the scenario N rows each, or SomeRows of a sensor.
         snapshot(i): Simulation.snapshot of tick i of these; it is called where a file begins.
         """
-        self._writer.write(stamps_ns, self._by_topic(rows), _record_of(snapshot))
+        self._writer.write(stamps_ns, self._by_topic(rows), self._record_of(snapshot))
 
     def table(self, count: int, rows: Mapping[str, np.ndarray]) -> TickTable:
         """
@@ -108,7 +131,7 @@ class Recording:
         Return how many ticks of the table are best written next.
         """
         return self._writer.write_ticks(
-            stamps_ns, table, self._by_topic(measured), _record_of(snapshot)
+            stamps_ns, table, self._by_topic(measured), self._record_of(snapshot)
         )
 
     def flush(self) -> None:
@@ -119,7 +142,25 @@ class Recording:
         """Complete the bag."""
         self._writer.close()
 
+    def message_counts(self) -> Counter[str]:
+        """Return how many messages the files of the closed bag hold, by names in the scenario."""
+        counts = Bag(self.directory).message_counts
+        return Counter({name: counts[topic] for name, topic in self._names.items()})
+
+    def _record_of(self, snapshot):
+        """Return the function that makes the metadata record of the snapshot of a tick."""
+
+        def record(i):
+            # A file begins, and tells everything anew: what happened is in the one before.
+            self._held, begun = self._timeout, snapshot(i)
+            plain = dict(begun) if self._is_first_file else {**begun, 'is_start': False}
+            self._is_first_file = False
+            return run_records.SNAPSHOT, run_records.to_record(plain)
+
+        return record
+
     def _by_topic(self, by_name):
+        self._add(by_name)
         return {self._names[name]: value for name, value in by_name.items()}
 
     def _metadata(self, name):
@@ -136,8 +177,3 @@ class Recording:
             schemas.type_hash(topic.type),
             quality.to_yaml(),
         )
-
-
-def _record_of(snapshot):
-    """Return the function that makes the metadata record of the snapshot of a tick."""
-    return lambda i: (run_records.SNAPSHOT, run_records.to_record(snapshot(i)))

@@ -41,10 +41,9 @@ def rerun(
     their rates are changed, so that the distance of two runs shows how errors grow.  observe is
     called with all events and samples.
     """
-    simulation = run.simulation()
-    if perturbation_rad and run.scenario['motion.method'] == 'exact':
-        # A start beside that of a closed form may have none.
-        simulation.scenario = run.scenario.with_values({'motion.method': 'auto'})
+    is_exact = run.scenario['motion.method'] == 'exact'
+    # A start beside that of a closed form may have none.
+    simulation = run.simulation('auto' if perturbation_rad and is_exact else None)
     starts_anew = True
     already_applied = run.events_at_begin
     chunk = ChunkBuilder()
@@ -58,7 +57,7 @@ def rerun(
         if observe is not None:
             observe(simulation, applied, samples)
         for event in [*already_applied, *applied]:
-            _add_input(chunk, run, event, run.ticks.stamp_ns(samples.first_tick))
+            _add_input(chunk, run, event)
         if simulation.halted:
             yield Records(chunk.take().data, starts_anew)
             return
@@ -82,7 +81,8 @@ def rerun(
             starts_anew = False
 
 
-def _add_input(chunk, run, event, stamp_ns):
+def _add_input(chunk, run, event):
+    stamp_ns = run.ticks.stamp_ns(event.tick)
     if isinstance(event, Torque):
         data = pack_torque(stamp_ns, event.torque_b, run.scenario.frames)
         chunk.add_message(run.channel_id('torque'), stamp_ns, data)

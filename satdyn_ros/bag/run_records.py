@@ -16,11 +16,13 @@ from ..rosbag2.errors import Damaged
 from ..run import events
 from ..run.events import Event
 from ..run.keys import KEYS
+from ..run.run_state import RULES
 from ..run.scenario import Scenario
 
 SCENARIO = 'satdyn_ros/scenario'
 SNAPSHOT = 'satdyn_ros/snapshot'
 EVENT = 'satdyn_ros/event'
+HELD = 'satdyn_ros/held'
 
 # Torques are recorded as the messages that brought them.
 _EVENTS = {
@@ -40,6 +42,7 @@ def provenance(scenario: Scenario, topics: Mapping[str, str]) -> dict[str, str]:
     """
     return {
         'version': __version__,
+        'rules': str(RULES),
         'scenario': scenario.to_yaml(),
         'topics': json.dumps(dict(topics)),
         'machine': json.dumps(machine()),
@@ -89,10 +92,38 @@ def names_and_machine(record: Mapping[str, str]) -> tuple[dict[str, str], dict[s
     return plain['topics'], plain['machine']
 
 
+def rules_of(record: Mapping[str, str]) -> int:
+    """Return the rules of provenance; Damaged: they are none that this version knows."""
+    rules = record.get('rules', '0')
+    if rules not in map(str, range(RULES + 1)):
+        raise Damaged(f'its rules are {rules}; this version of satdyn_ros knows 0 to {RULES}')
+    return int(rules)
+
+
+def held_record(ticks: int | None) -> dict[str, str]:
+    """
+    Return for how many ticks the torques that follow are held, as a metadata record's content.
+
+    None: until the next one.  A message has no place for it; where no record says otherwise, it is
+    torque.timeout of the scenario.
+    """
+    return to_record({'ticks': ticks})
+
+
+def held_from_record(record: Mapping[str, str]) -> int | None:
+    """Return the ticks of held_record; Damaged: it has none."""
+    ticks = from_record(record).get('ticks', 0)
+    if ticks is not None and not (type(ticks) is int and ticks > 0):
+        raise Damaged('its ticks are not a number of ticks')
+    return ticks
+
+
 def snapshot_from_record(record: Mapping[str, str]) -> dict[str, Any]:
     """Return the snapshot of a metadata record, as Simulation.snapshot; Damaged: it is not one."""
     snapshot = from_record(record)
     begin, tick = snapshot.get('begin_tick'), snapshot.get('tick')
+    if type(snapshot.get('is_start', False)) is not bool:
+        raise Damaged('its is_start is neither true nor false')
     if not (type(begin) is int and type(tick) is int and 0 <= begin <= tick):
         raise Damaged('its ticks are not tick numbers')
     if not isinstance(state := snapshot.get('begin_state'), dict):

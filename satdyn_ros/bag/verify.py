@@ -18,7 +18,7 @@ from ..rosbag2.integrity import check
 from ..rosbag2.reader import Bag, TopicBlock
 from ..rosbag2.scan import scan
 from ..run.drift import Drift, MeasuredDrift
-from ..run.events import Event, Halt, RotorLimited, TorquesDropped
+from ..run.events import Derived, Event, Halt, RotorLimited, TorquesDropped
 from ..run.samples import Samples
 from ..run.simulation import Simulation
 from . import run_records
@@ -226,13 +226,15 @@ class _Derived:
 
     def __init__(self, recorded: RecordedRun):
         self._ticks = recorded.ticks
-        self._told = _derived(recorded.events)
-        self._found: list[Event] = _derived(recorded.events_at_begin)
+        # By rules 0 the bag's timeouts are what acts.
+        self._kinds = Derived if recorded.rules >= 1 else RotorLimited | TorquesDropped | Halt
+        self._told = self._derived(recorded.events)
+        self._found = self._derived(recorded.events_at_begin)
         self._end_tick = 0
 
     def observe(self, applied: list[Event], samples: Samples) -> None:
         """Process events and samples of a run."""
-        self._found += _derived(applied)
+        self._found += self._derived(applied)
         self._end_tick = samples.first_tick + len(samples)
 
     def difference(self, last_ns: int) -> Difference | None:
@@ -252,10 +254,8 @@ class _Derived:
             return Difference('the events', event.tick, t_s, type(event).__name__)
         return None
 
-
-def _derived(events: list[Event]) -> list[Event]:
-    kinds = RotorLimited | TorquesDropped | Halt
-    return [event for event in events if isinstance(event, kinds)]
+    def _derived(self, events: list[Event]) -> list[Event]:
+        return [event for event in events if isinstance(event, self._kinds)]
 
 
 class _Conservation:

@@ -15,7 +15,7 @@ from ..messages import qos
 from ..messages.topics import TOPICS
 from ..run.events import Event, RotorCommand, Torque, rotor_torques
 from ..run.scenario import Scenario
-from ..run.simulation import Simulation
+from ..run.ticks import Ticks
 from .pacing import Pacing
 from .publishing import message_class, qos_profile
 from .refusal import one_sentence
@@ -45,13 +45,13 @@ class TorqueInputs:
     names of their topics.
     """
 
-    def __init__(self, node: Node, scenario: Scenario, simulation: Simulation, pacing: Pacing):
+    def __init__(self, node: Node, scenario: Scenario, ticks: Ticks, pacing: Pacing):
         self.tally = InputCounts()
         self.subscriptions: dict[str, Subscription] = {}
         self._warned_s: dict[str, float] = {}
         self.timeout_s: float = scenario['torque.timeout']
         self._node, self._scenario = node, scenario
-        self._simulation, self._pacing = simulation, pacing
+        self._ticks, self._pacing = ticks, pacing
         self._subscribe('torque', self._take_torque)
         if any(rotor.mode == 'motor' for rotor in scenario.system.rotors):
             self._subscribe('rotor_command', self._take_rotor_command)
@@ -113,7 +113,7 @@ class TorqueInputs:
             self._pacing.put(event_at, ' '.join(['rotor_command', *sorted(names)]))
 
     def _until(self, tick):
-        return self._simulation.timeout_tick(tick, self.timeout_s)
+        return self._ticks.timeout(tick, self.timeout_s)
 
     def _is_taken(self, name, numbers, **torques):
         if not all(isfinite(number) for number in numbers):

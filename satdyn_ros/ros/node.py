@@ -33,6 +33,7 @@ from .pacing import Pacing
 from .parameter_service import ParameterService
 from .parameters import NodeParameters, given_parameters
 from .publishing import PackedTicks, Publishing
+from .refusal import one_sentence
 from .services import Services
 
 if TYPE_CHECKING:
@@ -54,6 +55,7 @@ class SatdynNode(rclpy.node.Node):
     def __init__(self, values: Mapping[str, Any] | None = None, **kwargs: Any):
         name = kwargs.pop('node_name', 'satdyn')
         super().__init__(name, start_parameter_services=False, **kwargs)
+        # Why the exit code is 1: the ticks have ended, or a bag does not hold what it should.
         self.failure: str | None = None
         self._own_services: Services | None = None
         self._pacing: Pacing | None = None
@@ -94,7 +96,7 @@ class SatdynNode(rclpy.node.Node):
             self._fail,
             lambda: realtime.raise_priority(scenario, warn),
         )
-        self._inputs = TorqueInputs(self, scenario, self._simulation, self._pacing)
+        self._inputs = TorqueInputs(self, scenario, self._simulation.ticks, self._pacing)
         self._own_services = Services(self, parameters, self._pacing, self._record)
         self._inputs_report = InputsReport(self._inputs.tally, self._simulation)
         self._propagation = PropagationReport(scenario['motion.tolerance'])
@@ -156,35 +158,31 @@ class SatdynNode(rclpy.node.Node):
 
     # -- what the ticks hold, from the pacing thread --------------------------------------------
 
-    def prepare(self, applied: list[Event], samples: Samples) -> PackedTicks:
-        """Record the events that act at the first tick and return the messages of all."""
-        for event in applied:
-            if isinstance(event, TorquesDropped | Halt):
-                self._tell(event)
-        self._inputs_report.take(applied)
-        recorder = self._recorder
-        if recorder is not None:
-            stamp_ns = self._simulation.ticks.stamp_ns(samples.first_tick)
-            for event in applied:
-                recorder.put_event(event, stamp_ns)
+    def prepare(self, samples: Samples) -> PackedTicks:
+        """Return the messages of ticks, which may yet be computed anew."""
         return self._publishing.pack(samples, self._simulation.topics)
 
-    def _tell(self, event):
-        if isinstance(event, TorquesDropped):
-            reason = f'with them tick {event.tick} cannot be reached'
-            self.get_logger().error(f'the torques that acted are dropped: {reason}')
-        else:
+    def published(
+        self, happened: list[Event], samples: Samples, messages: PackedTicks, count: int
+    ) -> None:
+        """Tell and record what happened at the first tick, and the `count` ticks published."""
+        for event in happened:
+            if isinstance(event, TorquesDropped):
+                self.get_logger().error(
+                    'the torques that acted are dropped: with them tick '
+                    f'{event.tick} cannot be reached'
+                )
+        if any(isinstance(event, Halt) for event in happened) and self._simulation.halted:
             self.get_logger().error(
                 f'no tick follows until a request or a reset: {self._simulation.halted}'
             )
-
-    def published(self, samples: Samples, messages: PackedTicks, count: int) -> None:
-        """Record the first `count` ticks, which were published."""
-        self._propagation.take(self._simulation.motion, samples)
+        self._inputs_report.take(happened)
+        if count:
+            self._propagation.take(self._simulation.motion, samples)
         recorder = self._recorder
         if recorder is not None:
             as_it_is = self._simulation.as_it_is()
-            recorder.put_samples(samples, messages.rows, count, as_it_is)
+            recorder.put(happened, samples, messages.rows, count, as_it_is)
 
     # -- changes, made by the threads of the services --------------------------------------------
 
@@ -209,14 +207,16 @@ class SatdynNode(rclpy.node.Node):
             self._recorder = None
             recorder.close()
             if recorder.failure is not None:
-                return False, recorder.failure
+                return False, one_sentence(recorder.failure)
             return True, f'closed {recorder.directory}'
-        if recorder is not None and recorder.failure is None:
-            return False, f'{recorder.directory} is open already'
+        if recorder is not None:
+            if recorder.failure is None:
+                return False, f'{recorder.directory} is open already'
+            recorder.close()
         try:
             recorder = self._open_recorder()
-        except OSError as error:
-            return False, str(error)
+        except Exception as error:
+            return False, one_sentence(error if isinstance(error, OSError) else repr(error))
         with self._opening:
             if not self._is_ending:
                 self._recorder = recorder
@@ -232,8 +232,13 @@ class SatdynNode(rclpy.node.Node):
             self._simulation.scenario,
             self._simulation.topics,
             lambda name: self.resolve_topic_name(TOPICS[name].name),
-            self.get_logger().error,
+            self._lose_recording,
         )
+
+    def _lose_recording(self, sentence):
+        """Tell, and end with exit code 1, that a bag does not hold all that it should."""
+        self.failure = sentence
+        self.get_logger().error(sentence)
 
     def _fail(self, error):
         """End the node: a tick could not be computed, or, at the end, not be published."""

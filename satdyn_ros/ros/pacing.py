@@ -38,11 +38,13 @@ _Messages = TypeVar('_Messages', bound=Publishable)
 class BlockListener(Protocol[_Messages]):
     """Gets each block of ticks before it is published, and how much of it was published."""
 
-    def prepare(self, applied: list[Event], samples: Samples) -> _Messages:
-        """Take the events that act at the first tick and return the messages of all."""
+    def prepare(self, samples: Samples) -> _Messages:
+        """Return the messages of ticks, which may yet be computed anew."""
 
-    def published(self, samples: Samples, messages: _Messages, count: int) -> None:
-        """Handle that the first `count` ticks were published."""
+    def published(
+        self, happened: list[Event], samples: Samples, messages: _Messages, count: int
+    ) -> None:
+        """Handle what happened at the first tick, and that `count` ticks were published."""
 
 
 @dataclass
@@ -274,22 +276,23 @@ class Pacing:
         simulation = self._simulation
         self._garbage.collect_at_last(has_deadlines=bool(self._period_ns))
         begin_s, self._computing = time.monotonic(), True
-        applied, samples = simulation.advance(count)
+        happened, samples = simulation.advance(count)
         took_s, self._computing = time.monotonic() - begin_s, False
-        messages = self._listener.prepare(applied, samples)
+        messages = self._listener.prepare(samples)
         try:
             self._publish(samples, messages)
         finally:
             done = self._tick + 1 - samples.first_tick
             self.lateness.add(self._lags_ns)
             self._lags_ns.clear()
-            if done:
-                self._listener.published(samples, messages, done)
+            # Of a tick that was not published nothing has happened, except that a run halts there.
+            if done or simulation.halted:
+                self._listener.published(happened, samples, messages, done)
         if simulation.halted:
             return self._halt(simulation.halted)
         if done < len(samples):
             simulation.rewind(samples.first_tick + done)
-        if applied or done < len(samples):
+        if happened or done < len(samples):
             self._block_length = 1
         elif took_s < _AHEAD_S / 4:
             self._block_length = 2 * count

@@ -1,13 +1,16 @@
 """The thread that records a bag: it compresses, writes and flushes while the ticks go on."""
 
 import time
+from collections import Counter
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from queue import Empty, Full, Queue
-from threading import Thread
+from queue import Empty, Queue
+from threading import Lock, Thread
+from typing import Any
 
-from ..bag.recording import Recording
+from ..bag.recording import INPUTS, Recording
 from ..messages.rows import Rows, SomeRows
 from ..run.events import Event
 from ..run.samples import Samples
@@ -20,13 +23,39 @@ _WAITING = 64
 _FLUSH_S = 0.7
 
 
+@dataclass(frozen=True)
+class _Block:
+    """What happened at a tick, and the messages of the ticks from it on."""
+
+    happened: list[Event]
+    stamp_ns: int
+    samples: Samples
+    count: int
+    rows: Mapping[str, Rows]
+    simulation: Simulation
+
+    @property
+    def stamps_ns(self):
+        return self.samples.stamps_ns[: self.count]
+
+    @property
+    def message_counts(self) -> Counter[str]:
+        counts = Counter(INPUTS[type(e)] for e in self.happened if type(e) in INPUTS)
+        for name, table in self.rows.items():
+            counts[name] += len(table.rows) if isinstance(table, SomeRows) else self.count
+        return counts
+
+    def snapshot(self, row: int) -> dict[str, Any]:
+        return self.simulation.snapshot(self.samples.first_tick + row)
+
+
 class Recorder:
     """
     One bag in record.directory, named by the wall clock, open from its making to close().
 
     topics: those recorded from the start.  resolve: a topic's full name in the node's namespace.
-    tell(sentence): called once if the bag can no longer be written.  OSError: it cannot be
-    created.
+    tell(sentence): called once, by any thread, if the bag does not hold all that it was given.
+    failure: that sentence, None: it does.  OSError: it cannot be created.
     """
 
     def __init__(
@@ -39,8 +68,11 @@ class Recorder:
         self.failure: str | None = None
         self.message_count = 0
         self._tell = tell
+        self._given: Counter[str] = Counter()
         self._recording = _open(scenario, topics, resolve)
-        self._queue: Queue[tuple | None] = Queue(_WAITING)
+        self._queue: Queue[_Block | None] = Queue(_WAITING)
+        self._closing = Lock()
+        self._is_closed = False
         self._thread = Thread(target=self._run, name='recorder', daemon=True)
         self._thread.start()
 
@@ -59,72 +91,84 @@ class Recorder:
         """How full the queue is, 0 to 1."""
         return self._queue.qsize() / _WAITING
 
-    def put_event(self, event: Event, stamp_ns: int) -> None:
-        """Record what acts at the tick of a stamp, ahead of the tick's samples."""
-        self._put((0, self._recording.event, event, stamp_ns))
-
-    def put_samples(
+    def put(
         self,
+        happened: list[Event],
         samples: Samples,
         rows: Mapping[str, Rows],
         count: int,
         simulation: Simulation,
     ) -> None:
         """
-        Record the first `count` ticks of samples, rows by topic; waits while the queue is full.
+        Record what happened at the first tick of samples, and the first `count` of them.
 
-        simulation: as it is at these samples; asked for a snapshot where a file begins.
+        rows: by topic.  simulation: as it is at these samples; asked for a snapshot where a file
+        begins.  It waits while the queue is full; after close() nothing is recorded.
         """
+        stamp_ns = simulation.ticks.stamp_ns(samples.first_tick)
         published = {name: table[:count] for name, table in rows.items()}
-
-        def snapshot(row):
-            return simulation.snapshot(samples.first_tick + row)
-
-        message_count = sum(
-            len(table.rows) if isinstance(table, SomeRows) else count
-            for table in published.values()
-        )
-        write = self._recording.samples
-        self._put((message_count, write, samples.stamps_ns[:count], published, snapshot))
+        block = _Block(happened, stamp_ns, samples, count, published, simulation)
+        with self._closing:
+            if not self._is_closed:
+                self._given.update(block.message_counts)
+                self._queue.put(block)
 
     def close(self) -> None:
-        """Write what waits and complete the bag."""
-        self._put(None)
+        """Write what waits, complete the bag, and compare what it holds with what was given."""
+        with self._closing:
+            if self._is_closed:
+                return
+            self._is_closed = True
+        self._queue.put(None)
         self._thread.join()
-
-    def _put(self, item):
-        while self._thread.is_alive():
-            try:
-                return self._queue.put(item, timeout=0.1)
-            except Full:
-                continue
+        if self.failure is None:
+            self._attempt(self._compare)
 
     def _run(self):
         flush_s = time.monotonic() + _FLUSH_S
         while True:
             try:
-                item = self._queue.get(timeout=max(0.0, flush_s - time.monotonic()))
-                if item is None:
+                block = self._queue.get(timeout=max(0.0, flush_s - time.monotonic()))
+                if block is None:
                     break
-                self._attempt(*item)
+                # After a failure the queue is emptied all the same: the ticks must not wait.
+                if self.failure is None:
+                    self._attempt(self._write, block)
             except Empty:
                 pass
             if time.monotonic() >= flush_s:
-                self._attempt(0, self._recording.flush)
+                if self.failure is None:
+                    self._attempt(self._recording.flush)
                 flush_s = time.monotonic() + _FLUSH_S
-        self._attempt(0, self._recording.close)
+        self._attempt(self._recording.close)
 
-    def _attempt(self, message_count, write, *arguments):
-        """Write unless an earlier write failed; an error is reported once, the rest is dropped."""
-        if self.failure is not None:
-            return
+    def _attempt(self, act, *arguments):
+        """Act; the first error is told, and nothing but the end of the bag is written after it."""
         try:
-            write(*arguments)
-        except OSError as error:
-            self.failure = str(error)
-            self._tell(self.failure)
-        else:
-            self.message_count += message_count
+            act(*arguments)
+        except Exception as error:
+            if self.failure is None:
+                self.failure = (
+                    str(error)
+                    if isinstance(error, OSError)
+                    else f'the recording of {self.directory} has ended: {error!r}'
+                )
+                self._tell(self.failure)
+
+    def _write(self, block):
+        for event in block.happened:
+            self._recording.event(event, block.stamp_ns)
+        self._recording.samples(block.stamps_ns, block.rows, block.snapshot)
+        self.message_count += sum(block.message_counts.values())
+
+    def _compare(self):
+        held = self._recording.message_counts()
+        for name in held | self._given:
+            if held[name] != self._given[name]:
+                raise OSError(
+                    f'{self.directory} holds {held[name]} messages of {name}; '
+                    f'{self._given[name]} were to be recorded'
+                )
 
 
 def _open(scenario, topics, resolve):

@@ -1,6 +1,7 @@
 """Reads a bag from any writer, complete or truncated because its writer died."""
 
 import re
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -114,6 +115,18 @@ class Bag:
     def declarations(self) -> list[tuple[dict[int, Schema], dict[int, Channel]]]:
         """The schemas and channels of each file by id, from its summary if it has one."""
         return [self._declared(path) for path in self.files]
+
+    @property
+    def message_counts(self) -> Counter[str]:
+        """How many messages each topic has, from the summaries; BagError: a file has none."""
+        counts: Counter[str] = Counter()
+        for path in self.files:
+            summary = read_summary(path, with_chunks=False)
+            if summary.statistics is None:
+                raise BagError(f'{path} has no statistics; satdyn recover makes them')
+            for i, count in summary.statistics.channel_message_counts.items():
+                counts[summary.channels[i].topic] += count
+        return counts
 
     def _declared(self, path: Path) -> tuple[dict[int, Schema], dict[int, Channel]]:
         try:

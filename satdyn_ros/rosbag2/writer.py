@@ -118,19 +118,18 @@ class BagWriter:
         table: of N ticks or more, which may be packed into again afterwards.  Return how many
         ticks of it are best written next, at most all: as many as end with a full chunk.
         """
-        if not (table.places or some):
-            return len(table)
-        table[: len(stamps_ns)].stamp(stamps_ns)
         with self._telling():
+            if not (table.places or some):
+                if len(stamps_ns):
+                    self._write_snapshot(snapshot, 0)
+                return len(table)
+            table[: len(stamps_ns)].stamp(stamps_ns)
             done = 0
             while done < len(stamps_ns):
                 if self._file_is_full(int(stamps_ns[done])):
                     self._end_file()
                     self._begin_file()
-                if self._wants_snapshot and snapshot is not None:
-                    self._end_chunk()
-                    self._file.write_metadata(*snapshot(done))
-                    self._wants_snapshot = False
+                self._write_snapshot(snapshot, done)
                 last_ns = self._first_ns(int(stamps_ns[done])) + self._max_duration_ns
                 fits = slice(done, np.searchsorted(stamps_ns, last_ns, side='right'))
                 between = {topic: row[fits] for topic, row in some.items()}
@@ -203,6 +202,12 @@ class BagWriter:
                 'satdyn recover completes it'
             )
             raise OSError(self._failure) from error
+
+    def _write_snapshot(self, snapshot, row):
+        if self._wants_snapshot and snapshot is not None:
+            self._end_chunk()
+            self._file.write_metadata(*snapshot(row))
+            self._wants_snapshot = False
 
     def _begin_file(self):
         name = f'{self.directory.resolve().name}_{len(self._metadata.files)}.mcap'

@@ -32,6 +32,12 @@ class Arc:
         """Let the motion end before a tick, for a reason."""
         self._end_tick, self.why_no_further = tick, why
 
+    def reaches(self, tick: int) -> bool:
+        """Whether the motion has a state at a tick, its first or the next."""
+        if tick == self.begin_tick:
+            return tick < self._end_tick
+        return len(self.states(tick, tick + 1)) > 0
+
     def states(self, first: int, last: int, with_last: bool = False) -> States:
         """
         Return the states at the ticks from first to before last, as far as the motion goes.

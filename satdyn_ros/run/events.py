@@ -78,11 +78,7 @@ class Timeout:
 
 @dataclass(frozen=True)
 class RotorLimited:
-    """
-    A limit of a rotor acts: 'max_torque' cuts a command, 'max_speed' drops it until the next one.
-
-    It follows from the run; one that is given beforehand is ignored.
-    """
+    """A limit of a rotor: 'max_torque' cuts a command, 'max_speed' drops it until the next one."""
 
     tick: int
     rotor: str
@@ -122,6 +118,8 @@ Event = (
     | TorquesDropped
     | Halt
 )
+# They follow from the run and from the others: what is told of them is compared, never applied.
+Derived = Timeout | RotorLimited | TorquesDropped | Halt
 
 _AT = {
     'at_s': Key('at_s', 'double', None, 's', '', low=0.0),
@@ -270,8 +268,7 @@ def _tick(ticks, name, value) -> int:
 def _until(entry, tick, ticks, scenario) -> int | None:
     given = [name for name in _UNTIL if name in entry]
     if not given:
-        timeout_s = scenario['torque.timeout']
-        return tick + ticks.ceil(timeout_s) if timeout_s > 0.0 else None
+        return ticks.timeout(tick, scenario['torque.timeout'])
     name = _only(entry, _UNTIL)
     if entry[name] is None:
         return None

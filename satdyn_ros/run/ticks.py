@@ -78,3 +78,7 @@ class Ticks:
         1
         """
         return math.ceil(Fraction(str(duration_s)) * self.rate)
+
+    def timeout(self, tick: int, timeout_s: float) -> int | None:
+        """Return the tick at which what is held from a tick on has timed out; 0 s: None, never."""
+        return tick + self.ceil(timeout_s) if timeout_s > 0.0 else None

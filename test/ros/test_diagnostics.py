@@ -188,7 +188,11 @@ def test_messages_lost_on_the_way_are_counted(live):
 
 @pytest.mark.long
 def test_a_bag_that_cannot_be_written_is_an_error_and_the_node_flies_on(live):
-    """No file may be larger than 5 MB: one sentence in the log and in the diagnostics."""
+    """
+    No file may be larger than 5 MB: one sentence in the log, the diagnostics and the answer.
+
+    The exit code tells of it too.
+    """
     node, participant = live(
         {'record.enabled': True, 'record.compression': 'none', 'time.factor': 20.0},
         file_limit_bytes=5_000_000,
@@ -198,8 +202,11 @@ def test_a_bag_that_cannot_be_written_is_an_error_and_the_node_flies_on(live):
     assert 'can no longer be written' in report['recorder'].message
     heard = participant.listen('attitude')
     participant.hear(heard, 100)
+    closed, sentence = participant.switch('record', False)
+    assert not closed
+    assert sentence == report['recorder'].message
     code, errors = node.end()
-    assert code == 0
+    assert code == 1
     assert errors.count('can no longer be written') == 1
 
 

@@ -1,0 +1,198 @@
+"""What a run depends on, and what a tick makes of it."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..dynamics.propagator import Propagation
+from ..dynamics.system import State, System
+from ..sensors import Suite
+from .arc import MOST_STEPS_A_TICK, Arc
+from .events import (
+    Event,
+    Halt,
+    Request,
+    Reset,
+    RotorCommand,
+    RotorLimited,
+    Timeout,
+    Topics,
+    Torque,
+    TorquesDropped,
+)
+from .limits import has_max_speed, is_too_fast, within_max_torque
+from .scenario import Scenario
+from .ticks import Ticks
+
+# Raised by every change of what a run computes or records.  0: versions 0.1 and 0.2.
+RULES = 1
+
+
+@dataclass(frozen=True, eq=False)
+class RunState:
+    """
+    All that a run depends on from a tick on; it never changes.
+
+    arc: the motion in force.  system: what moves, with the torques that act.  conditions: the
+    scenario, with the initial conditions in force.  topics: those published.  suite: the sensors
+    before the tick's samples.  until: by held torque ('torque', 'rotor_command.NAME') the tick
+    where it ends.  halted: why no tick follows, in one sentence, None: one can.
+    """
+
+    ticks: Ticks
+    arc: Arc
+    system: System
+    conditions: Scenario
+    topics: tuple[str, ...]
+    suite: Suite
+    until: Mapping[str, int] = field(default_factory=dict)
+    halted: str | None = None
+
+    @property
+    def has_torque(self) -> bool:
+        """Whether any torque acts."""
+        return bool(np.any(self.system.torque_b) or np.any(self.system.rotor_torque))
+
+    def restarted(self, tick: int, state: State, system: System) -> 'RunState':
+        """
+        Return the run whose motion begins at a tick, from a state and with the torques of system.
+
+        ValueError: motion.method is exact and there is no closed form.
+        """
+        start_s = self.ticks.seconds(tick)
+        motion = self.conditions.motion_from(system, state, start_s, MOST_STEPS_A_TICK)
+        return replace(self, arc=Arc(self.ticks, tick, motion), system=system, halted=None)
+
+    def after(
+        self, tick: int, acting: Sequence[Event], rules: int = RULES
+    ) -> tuple[list[Event], 'RunState']:
+        """
+        Return what happens at the tick that comes next, and the run after it.
+
+        First it is decided whether the motion reaches the tick: if it does not, the torques are
+        dropped, and if it still does not, the run halts.  Then torques time out, what acts does so
+        in its order, and the limits of the rotors follow.  acting: requests, resets, torques,
+        commands and topics; by rules 0 also drops, halts and timeouts, as a bag tells them, and
+        whether the tick is reached is decided where something needs it.
+        """
+        happening = _Happening(self, tick)
+        if rules >= 1:
+            happening.make_way()
+        happening.time_out()
+        for event in acting:
+            happening.act(event)
+        happening.limit_speeds()
+        happening.make_way()
+        return happening.events, happening.run
+
+
+class _Happening:
+    """What happens at one tick: events, those so far; run, as they leave it."""
+
+    def __init__(self, run: RunState, tick: int):
+        self.events: list[Event] = []
+        self.run, self.tick = run, tick
+
+    def make_way(self, kinds: tuple[type, ...] = (TorquesDropped, Halt)) -> None:
+        """Drop the torques, or else halt, where the motion does not reach the tick."""
+        while self.run.halted is None and not self.run.arc.reaches(self.tick):
+            run, before = self.run, self.tick - 1
+            drops = run.has_torque and run.arc.begin_tick <= before
+            event = TorquesDropped(self.tick) if drops else Halt(self.tick)
+            if not isinstance(event, kinds):
+                return
+            if drops:
+                free = run.system.driven(np.zeros(3), np.zeros(len(run.system.rotors)))
+                run = replace(run, until={})
+                self.run = run.restarted(before, run.arc.state_at(before), free)
+            else:
+                self.run = replace(run, halted=run.arc.why_no_further)
+            self.events.append(event)
+
+    def time_out(self) -> None:
+        """End the held torques whose time is over."""
+        for topic in [topic for topic, until in self.run.until.items() if until <= self.tick]:
+            self.act(Timeout(self.tick, topic))
+
+    def act(self, event: Event) -> None:
+        """Let an event act."""
+        match event:
+            case TorquesDropped() | Halt():
+                # Of a bag of rules 0: nothing else shows that they are true there, since the
+                # events that follow at the tick may begin another motion.
+                return self.make_way((type(event),))
+            case Request():
+                conditions = self.run.conditions.with_values(event.values)
+                self.run = replace(self.run, conditions=conditions)
+                self._restart_from_conditions()
+            case Reset():
+                self._restart_from_conditions()
+            case Torque():
+                self._hold(['torque'], event.until_tick)
+                self._drive(torque_b=np.array(event.torque_b, float))
+            case Timeout(topic='torque'):
+                self._hold(['torque'], None)
+                self._drive(torque_b=np.zeros(3))
+            case RotorCommand():
+                self._command(event.torques, event.until_tick)
+            case Timeout():
+                self._command({rotor_of(event.topic): 0.0}, None)
+            case Topics():
+                self.run = replace(self.run, topics=event.names)
+        self.events.append(event)
+        if isinstance(event, RotorCommand):
+            _, cut = within_max_torque(self.run.system, event.torques)
+            self.events += [RotorLimited(self.tick, name, 'max_torque') for name in cut]
+
+    def limit_speeds(self) -> None:
+        """Drop torques that make a rotor at its limit faster."""
+        system, arc = self.run.system, self.run.arc
+        if not has_max_speed(system) or self.run.halted or not arc.reaches(self.tick):
+            return
+        too_fast = is_too_fast(system, arc.state_at(self.tick).rotor_speed)
+        dropped = [system.rotors[i].label for i in np.flatnonzero(too_fast)]
+        self._command(dict.fromkeys(dropped, 0.0), None)
+        self.events += [RotorLimited(self.tick, name, 'max_speed') for name in dropped]
+
+    def _command(self, torques: Mapping[str, float], until_tick: int | None) -> None:
+        self._hold([f'rotor_command.{name}' for name in torques], until_tick)
+        acting, _ = within_max_torque(self.run.system, torques)
+        self._drive(rotor_torque=acting)
+
+    def _hold(self, topics: Iterable[str], until_tick: int | None) -> None:
+        new = dict.fromkeys(topics, until_tick)
+        held = {name: until for name, until in self.run.until.items() if name not in new}
+        held |= {name: until for name, until in new.items() if until is not None}
+        self.run = replace(self.run, until=held)
+
+    def _drive(self, **torques: np.ndarray) -> None:
+        """Let torques act from the tick on; torques that already act change nothing."""
+        acting = vars(self.run.system)
+        if all(np.array_equal(acting[name], torque) for name, torque in torques.items()):
+            return
+        self.make_way()
+        system = self.run.system.driven(**torques)
+        if self.run.halted:
+            self.run = replace(self.run, system=system)
+        else:
+            self.run = self.run.restarted(self.tick, self.run.arc.state_at(self.tick), system)
+
+    def _restart_from_conditions(self) -> None:
+        run, acting = self.run, self.run.system
+        system = run.conditions.system.driven(acting.torque_b, acting.rotor_torque)
+        run = replace(run, suite=run.suite.restarted())
+        start_s = run.ticks.seconds(self.tick)
+        state = run.conditions.state_at(start_s)
+        try:
+            self.run = run.restarted(self.tick, state, system)
+        except ValueError as error:
+            # At the earlier tick of its check, rounding had not yet cost it its closed form.
+            arc = Arc(run.ticks, self.tick, Propagation(system, state, start_s))
+            arc.halt(self.tick, str(error))
+            self.run = replace(run, arc=arc, system=system, halted=None)
+
+
+def rotor_of(topic: str) -> str:
+    """Return the rotor of a held torque; version 0.1 had one, whose topic was rotor_torque."""
+    return topic.removeprefix('rotor_command.') if topic != 'rotor_torque' else 'rotor'

@@ -2,28 +2,29 @@
 
 import math
 import time
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from ..dynamics import rotation
-from ..dynamics.orbit import KeplerOrbit
-from ..exchange.aem_reader import attitude_at
 from ..interruption import uninterrupted
 from ..messages.packers import is_at_every_tick, packer
 from ..rosbag2.tick_table import TickTable
-from ..run.events import Event, Request, RotorCommand, Topics, Torque
+from ..run.events import Derived, Event, Request, RotorCommand, Topics, Torque
 from ..run.requests import requested, try_out
 from ..run.scenario import Scenario
 from ..run.simulation import RunHalted, Simulation
 from ..run.ticks import LAST_STAMP_NS, Ticks
-from .recorded_run import RecordedRun
 from .recording import Recording
 
 # Enough ticks that only their bytes cost time, few enough for a few megabytes.
 BLOCK_TICKS = 8192
+
+
+class Untrue(RuntimeError):  # noqa: N818
+    """The end of a run in which something was told to happen and did not; one sentence."""
 
 
 def simulate(
@@ -31,53 +32,66 @@ def simulate(
     duration_s: str | float,
     directory: str | Path,
     events: Sequence[Event] = (),
+    begin: Mapping[str, Any] | None = None,
 ) -> Generator[int, None, None]:
     """
     Record the ticks k with k / rate < duration_s into a new bag and yield how many are done.
 
+    begin: Simulation.snapshot of the tick from which the run goes on, and k counts; None: tick 0.
     The bag is complete when the iteration ends, even if it is closed half way.  An epoch of 0 is
     the wall clock's full second.  An interruptible context is not interrupted while the bag is
     written.  ValueError: an event that the scenario does not allow, or a state from which no
     motion can start.  OSError: as BagWriter.  RunHalted: the run came to a halt; the bag has the
-    ticks before.
+    ticks before.  Untrue: a derived one of the events did not happen.
     """
     scenario = with_epoch(scenario)
     changes = [event.names for event in events if isinstance(event, Topics)]
-    names = [scenario.topics, *changes, tuple(scenario.sensors)]
+    topics = scenario.topics if begin is None else begin['topics']
+    names = [topics, *changes, tuple(scenario.sensors)]
     packers = {
         name: packer(name, scenario)
         for name in dict.fromkeys(name for some in names for name in some)
     }
-    _check(events, scenario)
-    try_out(scenario, 0)
-    simulation = Simulation(scenario, events)
-    count = tick_count(scenario, duration_s)
+    first = 0 if begin is None else begin['tick']
+    _check(events, scenario, first)
+    end = first + tick_count(scenario, duration_s, first)
+    if begin is None:
+        try_out(scenario, 0)
+        simulation = Simulation(scenario, events)
+    else:
+        simulation = Simulation.from_snapshot(scenario, begin, events)
+    told = {event for event in events if isinstance(event, Derived) and event.tick < end}
     recording: Recording | None = None
     block = BLOCK_TICKS
     tables: dict[tuple[str, ...], TickTable] = {}
     try:
         with uninterrupted():
-            recording = Recording(directory, simulation.scenario, scenario.topics)
-        while simulation.next_tick < count and not simulation.halted:
-            applied, samples = simulation.advance(min(block, count - simulation.next_tick))
+            recording = Recording(directory, simulation.scenario, simulation.topics)
+        while simulation.next_tick < end and not simulation.halted:
+            happened, samples = simulation.advance(min(block, end - simulation.next_tick))
+            told -= {event for event in happened if isinstance(event, Derived)}
             with uninterrupted():
-                block = _record(simulation, applied, samples, packers, tables, recording)
-            yield simulation.next_tick
+                block = _record(simulation, happened, samples, packers, tables, recording)
+            yield simulation.next_tick - first
     finally:
         if recording is not None:
             with uninterrupted():
                 recording.close()
     if simulation.halted:
-        raise RunHalted(f'{simulation.halted}; {directory} has {simulation.next_tick} ticks')
+        count = simulation.next_tick - first
+        raise RunHalted(f'{simulation.halted}; {directory} has {count} ticks')
+    if told:
+        event = min(told, key=lambda event: event.tick)
+        raise Untrue(f'the event {type(event).__name__} at tick {event.tick} did not happen')
 
 
-def _record(simulation, applied, samples, packers, tables, recording):
+def _record(simulation, happened, samples, packers, tables, recording):
     """
     Record events and the samples that follow them; return how many are best recorded next.
 
     tables: by topics those that were packed into before; their contents are in the bag.
     """
-    for event in applied:
+    for event in happened:
         recording.event(event, simulation.ticks.stamp_ns(samples.first_tick))
     names = *simulation.topics, *samples.measured
     every = tuple(name for name in names if is_at_every_tick(packers[name]))
@@ -93,11 +107,12 @@ def _record(simulation, applied, samples, packers, tables, recording):
     )
 
 
-def tick_count(scenario: Scenario, duration_s: str | float) -> int:
+def tick_count(scenario: Scenario, duration_s: str | float, first: int = 0) -> int:
     """
     Return how many ticks k >= 0 have k / rate < duration_s [s], a number or its decimal text.
 
-    ValueError: it is not a number above 0, or ends after the last stamp of ROS.
+    ValueError: it is not a number above 0, or from tick `first` on ends after the last stamp of
+    ROS.
     """
     try:
         duration = Fraction(str(duration_s))
@@ -107,7 +122,7 @@ def tick_count(scenario: Scenario, duration_s: str | float) -> int:
         raise ValueError(f'the duration is {duration_s}; it must be a number above 0 s')
     count = math.ceil(duration * scenario.rate)
     ticks = Ticks(scenario.rate, scenario.epoch_ns)
-    if ticks.stamp_ns(count - 1) > LAST_STAMP_NS:
+    if ticks.stamp_ns(first + count - 1) > LAST_STAMP_NS:
         raise ValueError(
             f'the duration is {duration_s} s, which ends after the last stamp of ROS, '
             f'{LAST_STAMP_NS // 10**9} s'
@@ -122,94 +137,12 @@ def with_epoch(scenario: Scenario) -> Scenario:
     return scenario.with_values({'time.epoch_ns': round(time.time()) * 10**9})
 
 
-def begun_in_bag(scenario: Scenario, bag: str | Path, at_s: str | float) -> Scenario:
-    """
-    Return the scenario started where the run in a bag is at_s seconds after that run's tick 0.
-
-    The bag gives the attitude, the rates, the orbit, which continues, and the stamp of the new
-    tick 0.  Torques that act there do not continue.  ValueError: the bag has no such instant.
-    """
-    run = RecordedRun(bag)
-    first, last = _span(run)
-    tick = _tick_at(run.ticks, at_s)
-    if not first <= tick <= last:
-        begin_s, end_s = run.ticks.seconds(first), run.ticks.seconds(last)
-        raise ValueError(
-            f'{bag} has no state at {at_s} s; it goes from {begin_s:g} to {end_s:g} s'
-        )
-    simulation = run.simulation()
-    while simulation.tick < tick:
-        _, samples = simulation.advance(min(BLOCK_TICKS, tick + 1 - simulation.next_tick))
-        if len(samples) == 0:
-            raise ValueError(f'the run in {bag} goes no further: {simulation.halted}')
-    state = simulation.state
-    values = {name: value for name, value in run.scenario.values.items() if name[:6] == 'orbit.'}
-    values |= {
-        'initial.frame': 'inertial',
-        'initial.attitude': state.q_ib,
-        'initial.angular_velocity': state.omega_bi_b,
-        'time.epoch_ns': run.ticks.stamp_ns(tick),
-    }
-    orbit = run.scenario.system.orbit
-    if isinstance(orbit, KeplerOrbit):
-        anomaly = orbit.anomaly(run.ticks.seconds(tick))
-        values['orbit.true_anomaly'] = math.remainder(anomaly, math.tau)
-    speeds = dict(zip(run.scenario['rotor.names'] or ('',), state.rotor_speed, strict=True))
-    before = {rotor.name: rotor for rotor in simulation.conditions.system.rotors}
-    for rotor in scenario.system.rotors:
-        earlier, prefix = before.get(rotor.name), f'rotor.{rotor.name}'.rstrip('.')
-        if earlier is None:
-            continue
-        if rotor.turns_freely and earlier.turns_freely:
-            values[f'{prefix}.speed'] = speeds[rotor.name]
-        if rotor.mode == earlier.mode == 'constant_momentum':
-            values[f'{prefix}.momentum'] = earlier.momentum
-    return scenario.with_values(values)
-
-
-def begun_in_aem(scenario: Scenario, path: str | Path, epoch: str) -> Scenario:
-    """
-    Return the scenario started with the attitude, and rate, of an AEM's row at an epoch (UTC).
-
-    Without rates in the file the scenario's initial.angular_velocity is used, relative to the
-    frame that the scenario names.  The epoch is the stamp of tick 0 unless time.epoch_ns is set.
-    ValueError: see attitude_at.
-    """
-    attitude = attitude_at(path, epoch)
-    omega_bi_b = attitude.omega_bi_b
-    if omega_bi_b is None:
-        omega_bi_b = np.array(scenario['initial.angular_velocity'])
-        if scenario['initial.frame'] == 'lvlh':
-            lvlh_rate_i = scenario.system.orbit.lvlh_rate(0.0)
-            omega_bi_b += rotation.rotate(rotation.conjugate(attitude.q_ib), lvlh_rate_i)
-    return scenario.with_values(
-        {
-            'initial.frame': 'inertial',
-            'initial.attitude': attitude.q_ib,
-            'initial.angular_velocity': omega_bi_b,
-            'time.epoch_ns': scenario.epoch_ns or attitude.stamp_ns,
-        }
-    )
-
-
-def _span(run):
-    """Return the first and the last tick that a run has in its bag."""
-    if run.snapshot is None:
-        raise ValueError(f'{run.bag.path} has no samples')
-    return run.first_tick, run.last_tick()
-
-
-def _tick_at(ticks, at_s):
-    try:
-        return ticks.ceil(at_s)
-    except (ValueError, ZeroDivisionError):
-        raise ValueError(f'the instant is {at_s}; it must be a number of seconds') from None
-
-
-def _check(events, scenario):
+def _check(events, scenario, first):
     """Refuse an event that is not allowed before anything is written."""
     for event in events:
         try:
+            if event.tick < first:
+                raise ValueError(f'the run goes on at tick {first}; no event may come before')
             match event:
                 case Request():
                     scenario = requested(scenario, event.values)

@@ -41,7 +41,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             return TERMINATED
         if isinstance(error.__cause__, KeyboardInterrupt):
             return INTERRUPTED
-        if not _has_halted(error):
+        if not _says_no(error):
             raise
         _refuse(arguments, _sentence(error))
         return ANSWER_IS_NO
@@ -64,11 +64,12 @@ def _refuse(arguments, sentence):
     return INPUT_IS_WRONG
 
 
-def _has_halted(error):
+def _says_no(error):
+    from ..bag.simulate import Untrue
     from ..dynamics.motion import Halted
     from ..run.simulation import RunHalted
 
-    return isinstance(error, Halted | RunHalted)
+    return isinstance(error, Halted | RunHalted | Untrue)
 
 
 def _sentence(error):
@@ -126,7 +127,8 @@ def _request(given):
 
 
 def _simulate(given):
-    from ..bag.simulate import begun_in_aem, begun_in_bag, simulate, tick_count
+    from ..bag.beginning import begun_in_aem, begun_in_bag
+    from ..bag.simulate import simulate, tick_count
     from ..run import events
     from ..run.scenario import Scenario
 
@@ -137,9 +139,12 @@ def _simulate(given):
         raise ValueError(
             '--from and --at belong together: a bag and the second in it, or an .aem and an epoch'
         )
+    begin = None
     if given.origin is not None:
-        begun = begun_in_aem if given.origin.endswith('.aem') else begun_in_bag
-        scenario = begun(scenario, given.origin, given.at)
+        if given.origin.endswith('.aem'):
+            scenario = begun_in_aem(scenario, given.origin, given.at)
+        else:
+            scenario, begin = begun_in_bag(scenario, given.origin, given.at)
     for doubt in scenario.doubts:
         print(f'satdyn simulate: {doubt}', file=sys.stderr)
     happening = events.from_yaml(given.events, scenario) if given.events else []
@@ -147,7 +152,7 @@ def _simulate(given):
     done = 0
     try:
         with progress('simulating', 'ticks') as show:
-            for done in simulate(scenario, given.duration, given.out, happening):
+            for done in simulate(scenario, given.duration, given.out, happening, begin):
                 show(done, count)
     finally:
         if done:

@@ -70,7 +70,7 @@ class Ticks:
         """Return the tick nearest to a stamp."""
         return round((stamp_ns - self.epoch_ns) * self.rate / SECOND_NS)
 
-    def ceil(self, duration_s: float) -> int:
+    def ceil(self, duration_s: str | float) -> int:
         """
         Return the number of ticks that last at least duration_s [s], by its decimal text.
 

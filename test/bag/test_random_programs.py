@@ -1,0 +1,108 @@
+"""Random programs without ROS: each bag proves itself, whatever happened at whichever tick."""
+
+from collections import defaultdict
+from fractions import Fraction
+
+import pytest
+from flights import sequence
+from programs import Draw
+
+from satdyn_ros.bag.simulate import simulate
+from satdyn_ros.bag.verify import verify
+from satdyn_ros.cli.main import main
+from satdyn_ros.run.keys import STATE_TOPICS
+from satdyn_ros.run.simulation import RunHalted
+
+SHORT = [*range(5), *(pytest.param(seed, marks=pytest.mark.long) for seed in range(5, 20))]
+LONG = range(1000, 2000)
+# Every so many programs other commands read the bag too, which takes longer than all the rest.
+READ_BY_ALL = 5
+
+
+def recorded(program, directory):
+    """Run a program and return how many ticks it has: less than it asks for, if it halts."""
+    done = [0]
+    try:
+        done += simulate(program.scenario, program.duration_s, directory, program.events)
+    except RunHalted:
+        return done[-1]
+    assert done[-1] == program.ticks
+    return done[-1]
+
+
+def assert_verifies(bag, program):
+    """Assert that a bag, and each of its files alone, holds what its events give."""
+    for path in (bag, *sorted(bag.glob('*.mcap'))):
+        verdict = verify(path)
+        assert verdict.is_true, f'{path.name}: {verdict}\n{program}'
+        assert verdict.same_bytes, f'{path.name}: {verdict}\n{program}'
+
+
+def assert_complete(bag, program, ticks):
+    """
+    Assert that each topic has the stamps of all ticks at which it was published.
+
+    The rerun cannot show it: it ends with the bag.  Stamps are by the definition, in exact
+    arithmetic; of several changes of the topics at a tick the last one holds.
+    """
+    scenario = program.scenario
+    changes = {program.tick(e): e['topics'] for e in program.entries if 'topics' in e}
+    published = scenario['publish.topics']
+    expected = defaultdict(list)
+    for k in range(ticks):
+        published = changes.get(k, published)
+        stamp_ns = scenario.epoch_ns + round(Fraction(10**9) * k / scenario.rate)
+        for name in published:
+            expected[f'/{name}'].append(stamp_ns)
+    found = defaultdict(list)
+    for topic, stamp_ns, _ in sequence(bag):
+        found[topic].append(stamp_ns)
+    for topic in (f'/{name}' for name in STATE_TOPICS):
+        assert found[topic] == expected[topic], f'{topic}\n{program}'
+    for topic, kind in (('/torque', 'torque'), ('/rotor_command', 'rotor_torque')):
+        given = sum(kind in entry and program.tick(entry) < ticks for entry in program.entries)
+        assert len(found[topic]) == given, f'{topic}\n{program}'
+
+
+def assert_refused(program, directory):
+    """Assert that one event that is not allowed refuses the run before a bag is made."""
+    with pytest.raises(ValueError, match='the event Request at tick'):
+        recorded(program._replace(entries=[*program.entries, program.refused]), directory)
+    assert not directory.exists(), program
+
+
+def assert_readable(bag, program, capsys):
+    """Assert that the other commands open the bag, if any tick has a message in it."""
+    capsys.readouterr()
+    if not any(topic[1:] in STATE_TOPICS for topic, _, _ in sequence(bag)):
+        return
+    for command, output in (('export', 'x.csv'), ('report', 'x.html'), ('plot', 'x.png')):
+        code = main([command, str(bag), '-o', str(bag.parent / output)])
+        assert code == 0, f'{command}: {capsys.readouterr().err}\n{program}'
+        assert (bag.parent / output).stat().st_size, f'{command}\n{program}'
+
+
+def run(seed, tmp_path, capsys):
+    """Run the program of a seed, and assert what holds of every bag."""
+    program = Draw(seed).program()
+    bag = tmp_path / 'bag'
+    if program.refused:
+        assert_refused(program, bag)
+    ticks = recorded(program, bag)
+    assert_verifies(bag, program)
+    assert_complete(bag, program, ticks)
+    if seed % READ_BY_ALL == 0:
+        assert_readable(bag, program, capsys)
+
+
+@pytest.mark.parametrize('seed', SHORT)
+def test_a_program_proves_itself(seed, tmp_path, capsys):
+    """Its bag is complete and verifies with the same bytes, each file alone too."""
+    run(seed, tmp_path, capsys)
+
+
+@pytest.mark.torture
+@pytest.mark.parametrize('seed', LONG)
+def test_a_thousand_programs_prove_themselves(seed, tmp_path, capsys):
+    """The same with other seeds."""
+    run(seed, tmp_path, capsys)

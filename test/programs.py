@@ -1,0 +1,407 @@
+"""Random programs: a scenario and what happens in its run, all of it drawn from a seed."""
+
+import math
+from random import Random
+from typing import Any, NamedTuple
+
+import yaml
+
+from satdyn_ros.run.events import Event, from_yaml_text
+from satdyn_ros.run.keys import STATE_TOPICS
+from satdyn_ros.run.scenario import Scenario
+
+EPOCH_NS = 1_700_000_000 * 10**9
+RATES_HZ = (29.97, 33.3, 7.77, 3.0, 0.5, 1000 / 3, 100 / 7, 10.0, 50.0, 100.0)
+# Of these each has a closed form, whatever the rate of publishing.
+CLOSED_FORMS = (
+    'agostinelli',
+    'balli_grioli',
+    'beletsky',
+    'euler_poinsot',
+    'nasa_cylinder',
+    'paladini',
+)
+NAMES = ('rw_x', 'rw_y', 'rw_z', 'ring')
+# Nothing that is published depends on an orbit.
+OF_ANY_ORBIT = tuple(name for name in STATE_TOPICS if name != 'attitude_lvlh')
+
+
+class Program(NamedTuple):
+    """
+    A scenario, how many ticks its run has, and the entries of its events file.
+
+    refused: one more entry, for which the whole file is to be refused; None: there is none.
+    """
+
+    scenario: Scenario
+    ticks: int
+    entries: list[dict[str, Any]]
+    refused: dict[str, Any] | None = None
+
+    @property
+    def duration_s(self) -> str:
+        """The duration as exact text."""
+        return str(self.ticks / self.scenario.rate)
+
+    @property
+    def events(self) -> list[Event]:
+        """What happens in the run."""
+        return self.read(self.entries)
+
+    def read(self, entries: list[dict[str, Any]]) -> list[Event]:
+        """Return the events that entries of a file describe."""
+        return from_yaml_text(yaml.safe_dump(entries), self.scenario)
+
+    def tick(self, entry: dict[str, Any]) -> int:
+        """Return the tick at which an entry acts."""
+        if 'tick' in entry:
+            return entry['tick']
+        return math.ceil(entry['at_s'] * self.scenario.rate)
+
+    def __str__(self) -> str:
+        """Return what runs it again: the given keys, the duration and the events file."""
+        given = {
+            name: value
+            for name, value in self.scenario.values.items()
+            if value != self.scenario.keys[name].default
+        }
+        lines = [f'  {entry},' for entry in self.entries]
+        return '\n'.join([f'{given}', f'{self.duration_s} s, {self.ticks} ticks', *lines])
+
+
+class Draw(Random):
+    """The draws of one program; the same for a seed."""
+
+    def power(self, low: float, high: float) -> float:
+        """Return a number between 10^low and 10^high, evenly by its exponent."""
+        return 10.0 ** self.uniform(low, high)
+
+    def sign(self) -> int:
+        """Return 1 or -1."""
+        return self.choice((1, -1))
+
+    def one_in(self, count: int) -> bool:
+        """Return True once in count times."""
+        return self.randrange(count) == 0
+
+    def vector(self, length: float) -> list[float]:
+        """Return a vector of a length and any direction, along an axis at times."""
+        if self.one_in(3):
+            along = [0.0, 0.0, 0.0]
+            along[self.randrange(3)] = self.sign() * length
+            return along
+        parts = [self.gauss(0.0, 1.0) for _ in range(3)]
+        return [length * x / math.hypot(*parts) for x in parts]
+
+    def attitude(self) -> list[float]:
+        """Return a unit quaternion of any attitude, the identity at times."""
+        if self.one_in(4):
+            return [0.0, 0.0, 0.0, 1.0]
+        parts = [self.gauss(0.0, 1.0) for _ in range(4)]
+        return [x / math.hypot(*parts) for x in parts]
+
+    def rate(self) -> float:
+        """Return how fast a body turns [rad/s], not at all at times."""
+        return 0.0 if self.one_in(4) else self.power(-4.0, -0.3)
+
+    def some(self, items) -> list:
+        """Return some of the items in any order, one at least."""
+        return self.sample(items, self.randint(1, len(items)))
+
+    # -- scenarios -------------------------------------------------------------------------------
+
+    def scenario(self, rates_hz=RATES_HZ) -> Scenario:
+        """Return a scenario."""
+        rate_hz = self.choice(rates_hz)
+        kind = self.randrange(8)
+        if kind == 0:
+            values = self.shipped()
+        elif kind == 1:
+            values = self.steady_on_a_circle()
+        elif kind == 2:
+            values = self.sphere()
+        else:
+            values = self.any_body()
+        if values.get('motion.method') != 'exact':
+            values |= self.rotors(self.randrange(5), values['body.inertia'])
+        if values.get('motion.method', 'numeric') == 'numeric' and self.one_in(5):
+            values['motion.tolerance'] = self.choice((1e-10, 1e-8))
+        is_fixed = values.get('orbit.type') == 'fixed'
+        timeouts_s = (0.0, 1.0, 0.3 / rate_hz, self.randint(1, 9) / rate_hz)
+        values |= {
+            'publish.rate': rate_hz,
+            'publish.topics': self.topics(is_fixed),
+            'torque.timeout': self.choice(timeouts_s),
+            'time.epoch_ns': EPOCH_NS + self.choice((0, self.randrange(10**9))),
+        }
+        values |= self.sensors(is_fixed)
+        return Scenario(values | self.record(rate_hz))
+
+    def shipped(self):
+        """Return the values of a shipped scenario that has a closed form."""
+        scenario = Scenario.from_yaml(f'config/{self.choice(CLOSED_FORMS)}.yaml')
+        of_the_motion = ('body.', 'orbit.', 'initial.', 'rotor.')
+        values = {k: v for k, v in scenario.values.items() if k.startswith(of_the_motion)}
+        return values | {'motion.method': 'exact'}
+
+    def steady_on_a_circle(self):
+        """Return the values of an equilibrium, or of a planar motion, on a circular orbit."""
+        angle = self.choice((0.0, self.uniform(-1.0, 1.0)))
+        return {
+            'body.inertia': self.moments(),
+            'orbit.inclination': self.uniform(0.0, 3.0),
+            'initial.attitude': [0.0, math.sin(angle / 2), 0.0, math.cos(angle / 2)],
+            'initial.angular_velocity': [0.0, self.sign() * self.rate() if angle else 0.0, 0.0],
+            'motion.method': self.choice(('auto', 'exact')),
+        }
+
+    def sphere(self):
+        """Return the values of a body whose principal moments are the same."""
+        return {
+            'body.inertia': 3 * [self.power(-2.0, 3.0)],
+            **self.orbit(),
+            'initial.attitude': self.attitude(),
+            'initial.angular_velocity': self.vector(self.rate()),
+            'motion.method': self.choice(('numeric', 'auto', 'exact')),
+        }
+
+    def any_body(self):
+        """Return the values of a body that moves in any way."""
+        values = {
+            'body.inertia': self.moments(),
+            **self.orbit(),
+            'initial.attitude': self.attitude(),
+            'initial.angular_velocity': self.vector(self.rate()),
+            'motion.method': self.choice(('numeric', 'numeric', 'auto')),
+        }
+        if values['orbit.type'] != 'fixed':
+            values['initial.frame'] = self.choice(('lvlh', 'inertial'))
+        elif self.one_in(2):
+            weight = self.choice((self.vector(1e-3), [0.0, 0.0, 1e-3]))
+            values['body.weight_moment'] = [x * values['body.inertia'][0] for x in weight]
+        return values
+
+    def moments(self):
+        """Return principal moments, two the same at times."""
+        sums = [self.uniform(0.1, 1.0) for _ in range(3)]
+        if self.one_in(3):
+            sums[1] = sums[0]
+        scale = self.power(-2.0, 3.0)
+        return [scale * (sum(sums) - x) for x in sums]
+
+    def orbit(self):
+        """Return the values of an orbit of any type."""
+        kind = self.choice(('fixed', 'circular', 'kepler'))
+        if kind == 'fixed':
+            gradient = self.choice((0.0, 3.6e-6, -3.6e-6))
+            return {'orbit.type': kind, 'orbit.gradient': gradient}
+        values = {
+            'orbit.type': kind,
+            'orbit.semi_major_axis': self.uniform(6.8e6, 4.2e7),
+            'orbit.inclination': self.uniform(0.0, math.pi),
+            'orbit.raan': self.uniform(-6.0, 6.0),
+            'orbit.true_anomaly': self.choice((0.0, self.uniform(-6.0, 6.0))),
+        }
+        if kind == 'kepler':
+            values['orbit.eccentricity'] = self.choice((0.0, 0.01, self.uniform(0.0, 0.7)))
+        return values
+
+    def rotors(self, count, inertia):
+        """Return the values of rotors, whose speeds are near their limits, where they have one."""
+        if count == 0:
+            return {'rotor.mode': 'none'}
+        names = NAMES[:count] if count > 1 or self.one_in(2) else ()
+        values: dict[str, Any] = {'rotor.names': names, 'rotor.mode': 'none'} if names else {}
+        for prefix in [f'rotor.{name}' for name in names] or ['rotor']:
+            values |= {f'{prefix}.{leaf}': x for leaf, x in self.rotor(min(inertia[:3])).items()}
+        return values
+
+    def rotor(self, least):
+        """Return what describes a rotor of a body with this least moment."""
+        mode = self.choice(('constant_momentum', 'free', 'motor', 'motor'))
+        described: dict[str, Any] = {'mode': mode, 'axis': self.vector(1.0)}
+        # A turn of the body by the whole momentum of a wheel is not fast.
+        momentum = least * self.power(-3.0, -0.5)
+        if mode == 'constant_momentum':
+            return described | {'momentum': self.sign() * momentum}
+        inertia = least * self.power(-4.0, -1.2)
+        fastest = momentum / inertia
+        described |= {
+            'inertia': inertia,
+            'speed': self.sign() * fastest * self.choice((0.0, 1.0, 0.999, 0.95, self.random())),
+            'friction': self.choice((0.0, inertia / self.power(0.5, 3.0))),
+        }
+        if mode == 'motor':
+            described |= {
+                'max_speed': self.choice((0.0, fastest, fastest)),
+                'max_torque': self.choice((0.0, momentum * self.power(-2.0, 1.0))),
+            }
+        return described
+
+    def topics(self, is_fixed):
+        """Return topics to publish, none at times."""
+        if self.one_in(8):
+            return []
+        return self.some(OF_ANY_ORBIT if is_fixed else STATE_TOPICS)
+
+    def sensors(self, is_fixed):
+        """Return the values of sensors."""
+        names = self.choice(([], [], ['gyro'], ['star_tracker'], ['gyro', 'star_tracker']))
+        if not names:
+            return {}
+        drawn: dict[str, Any] = {'sensors.names': names, 'sensors.seed': self.randint(1, 10**9)}
+        if 'gyro' in names:
+            drawn |= {
+                'sensors.gyro.divisor': self.choice((1, 1, 2, 3, 7)),
+                'sensors.gyro.noise_density': self.choice((0.0, 1e-5)),
+                'sensors.gyro.bias_random_walk': self.choice((0.0, 1e-6)),
+                'sensors.gyro.initial_bias': self.vector(1e-4),
+                'sensors.gyro.resolution': self.choice((0.0, 1e-6)),
+                'sensors.gyro.integrating': self.one_in(2),
+            }
+        if 'star_tracker' in names:
+            drawn |= {
+                'sensors.star_tracker.divisor': self.choice((1, 2, 5)),
+                'sensors.star_tracker.cross_boresight': self.choice((0.0, 1e-5)),
+                'sensors.star_tracker.roll': self.choice((0.0, 1e-4)),
+                'sensors.star_tracker.latency': self.choice((0, 1, 4, 20)),
+                'sensors.star_tracker.max_rate': self.choice((0.0, 0.05)),
+                'sensors.star_tracker.mounting': self.attitude(),
+            }
+            if not is_fixed:
+                drawn['sensors.star_tracker.earth_exclusion'] = self.choice((0.0, 1.2))
+        return drawn
+
+    def record(self, rate_hz):
+        """Return how the bag is compressed and where it continues in a new file."""
+        return {
+            'record.compression': self.choice(('none', 'lz4', 'zstd')),
+            'record.max_size_bytes': self.choice((0, 0, round(self.power(3.3, 5.0)))),
+            'record.max_duration_s': self.choice((0.0, 0.0, self.randint(1, 100) / rate_hz)),
+        }
+
+    # -- what happens ----------------------------------------------------------------------------
+
+    def program(self) -> Program:
+        """Return a program of a few hundred ticks at most."""
+        scenario = self.scenario()
+        ticks = self.choice((self.randint(1, 30), self.randint(5, 400)))
+        moments = [0, *(self.randrange(ticks) for _ in range(self.randint(0, 9)))]
+        entries: list[dict[str, Any]] = []
+        conditions = scenario
+        # Where a torque ends by its timeout something else is to act as well.
+        timeout_ticks = math.ceil(scenario['torque.timeout'] * scenario.rate)
+        moments += [k + timeout_ticks for k in moments if self.one_in(2)]
+        for tick in sorted(self.choice(moments) for _ in range(self.choice((0, 3, 8, 20)))):
+            what = self.happening(conditions, ticks, moments, tick)
+            if 'request' in what:
+                conditions = conditions.with_values(what['request'])
+            entries.append(self.at(tick, scenario) | what)
+        refused = None
+        if self.one_in(8):
+            refused = {'tick': self.choice(moments), 'request': self.bad_request(conditions)}
+        return Program(scenario, ticks, entries, refused)
+
+    def at(self, tick, scenario):
+        """Return a tick as an entry has it, at times by a time that is rounded up to it."""
+        if self.one_in(3) and tick:
+            return {'at_s': float(round((tick - self.random() / 2) / scenario.rate, 9))}
+        return {'tick': tick}
+
+    def happening(self, conditions, ticks, moments, tick):
+        """Return what happens at a tick."""
+        motors = [r for r in conditions.system.rotors if r.mode == 'motor']
+        kinds = [
+            'torque',
+            'torque',
+            'request',
+            'reset',
+            'topics',
+            *(4 * ['rotor'] if motors else ()),
+        ]
+        match self.choice(kinds):
+            case 'torque':
+                torque = self.torque(conditions, float(ticks / conditions.rate))
+                return {'torque': torque} | self.until(moments, tick)
+            case 'rotor':
+                command = self.command(motors, conditions)
+                return {'rotor_torque': command} | self.until(moments, tick)
+            case 'request':
+                return {'request': self.request(conditions)}
+            case 'reset':
+                return {'reset': True}
+        return {'topics': self.topics(conditions.is_fixed)}
+
+    def until(self, moments, tick):
+        """Return how long a torque holds, most often until something else happens."""
+        later = [moment for moment in moments if moment > tick]
+        match self.randrange(4):
+            case 0:
+                return {'until_tick': None}
+            case 1 | 2 if later:
+                return {'until_tick': self.choice(later)}
+        return {}
+
+    def torque(self, conditions, duration_s):
+        """Return a torque [N m]: none, a small one, seldom one that no motion can follow."""
+        if self.one_in(4) or conditions['motion.method'] == 'exact':
+            return [0.0, 0.0, 0.0]
+        if self.one_in(25):
+            return self.vector(self.power(6.0, 30.0))
+        return self.vector(min(conditions['body.inertia'][:3]) * self.rate() / duration_s)
+
+    def command(self, motors, conditions):
+        """Return motor torques, by name where rotors have one: near a limit it is soon met."""
+        commands = {
+            rotor.label: self.choice((0.0, 1.0, 1.0, -1.0))
+            * rotor.inertia
+            * (rotor.max_speed or 1.0)
+            * float(conditions.rate)
+            * self.choice((1.0, 0.1, 0.01, 0.001))
+            for rotor in self.some(motors)
+        }
+        return commands if conditions['rotor.names'] else commands['rotor']
+
+    def request(self, conditions):
+        """Return initial conditions that are allowed."""
+        drawn: dict[str, Any] = {
+            'initial.attitude': self.attitude(),
+            'initial.angular_velocity': self.vector(self.rate()),
+        }
+        if not conditions.is_fixed:
+            drawn['initial.frame'] = self.choice(('inertial', 'lvlh'))
+        for rotor in conditions.system.rotors:
+            prefix = f'rotor.{rotor.name}'.rstrip('.')
+            if rotor.turns_freely:
+                fastest = rotor.max_speed or 1.0
+                drawn[f'{prefix}.speed'] = self.sign() * fastest * self.choice((1.0, 0.99, 0.0))
+            elif rotor.mode == 'constant_momentum':
+                drawn[f'{prefix}.momentum'] = rotor.momentum * self.uniform(-1.0, 1.0)
+        names = self.sample(list(drawn), self.randint(0, len(drawn)))
+        request = {name: drawn[name] for name in names}
+        if conditions['motion.method'] == 'exact':
+            try:
+                conditions.with_values(request)
+            except ValueError:
+                return {}
+        return request
+
+    def bad_request(self, conditions):
+        """Return initial conditions that are not allowed."""
+        bad: list[dict[str, Any]] = [
+            {'initial.attitude': [0.0, 0.0, 0.0, 2.0]},
+            {'initial.attitude': [0.0, 0.0, 1.0]},
+            {'initial.angular_velocity': [0.0, 1e20, 0.0]},
+            {'initial.frame': 'base_link'},
+            {'body.inertia': [1.0, 1.0, 1.0]},
+            {'initial.attitude': [0.0, 0.0, 0.0, 1.0], 'publish.rate': 10.0},
+            {'rotor.rw_q.speed': 1.0},
+        ]
+        if conditions.is_fixed:
+            bad.append({'initial.frame': 'lvlh'})
+        bad += [
+            {f'rotor.{rotor.name}.speed'.replace('..', '.'): 1.01 * rotor.max_speed}
+            for rotor in conditions.system.rotors
+            if rotor.max_speed
+        ]
+        return self.choice(bad)

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import yaml
 
+from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.run.events import Event, from_yaml_text
 from satdyn_ros.run.keys import STATE_TOPICS
 from satdyn_ros.run.scenario import Scenario
@@ -18,7 +19,6 @@ CLOSED_FORMS = (
     'balli_grioli',
     'beletsky',
     'euler_poinsot',
-    'nasa_cylinder',
     'paladini',
 )
 NAMES = ('rw_x', 'rw_y', 'rw_z', 'ring')
@@ -67,6 +67,11 @@ class Program(NamedTuple):
         }
         lines = [f'  {entry},' for entry in self.entries]
         return '\n'.join([f'{given}', f'{self.duration_s} s, {self.ticks} ticks', *lines])
+
+
+def motors_of(scenario: Scenario) -> list[Rotor]:
+    """Return the rotors that take commands."""
+    return [rotor for rotor in scenario.system.rotors if rotor.mode == 'motor']
 
 
 class Draw(Random):
@@ -135,7 +140,7 @@ class Draw(Random):
             'time.epoch_ns': EPOCH_NS + self.choice((0, self.randrange(10**9))),
         }
         values |= self.sensors(is_fixed)
-        return Scenario(values | self.record(rate_hz))
+        return Scenario(values | self.recording(rate_hz))
 
     def shipped(self):
         """Return the values of a shipped scenario that has a closed form."""
@@ -272,7 +277,7 @@ class Draw(Random):
                 drawn['sensors.star_tracker.earth_exclusion'] = self.choice((0.0, 1.2))
         return drawn
 
-    def record(self, rate_hz):
+    def recording(self, rate_hz):
         """Return how the bag is compressed and where it continues in a new file."""
         return {
             'record.compression': self.choice(('none', 'lz4', 'zstd')),
@@ -310,7 +315,7 @@ class Draw(Random):
 
     def happening(self, conditions, ticks, moments, tick):
         """Return what happens at a tick."""
-        motors = [r for r in conditions.system.rotors if r.mode == 'motor']
+        motors = motors_of(conditions)
         kinds = [
             'torque',
             'torque',
@@ -325,7 +330,8 @@ class Draw(Random):
                 return {'torque': torque} | self.until(moments, tick)
             case 'rotor':
                 command = self.command(motors, conditions)
-                return {'rotor_torque': command} | self.until(moments, tick)
+                named = command if conditions['rotor.names'] else command['rotor']
+                return {'rotor_torque': named} | self.until(moments, tick)
             case 'request':
                 return {'request': self.request(conditions)}
             case 'reset':
@@ -351,8 +357,8 @@ class Draw(Random):
         return self.vector(min(conditions['body.inertia'][:3]) * self.rate() / duration_s)
 
     def command(self, motors, conditions):
-        """Return motor torques, by name where rotors have one: near a limit it is soon met."""
-        commands = {
+        """Return motor torques by rotor: near its limit it is soon met."""
+        return {
             rotor.label: self.choice((0.0, 1.0, 1.0, -1.0))
             * rotor.inertia
             * (rotor.max_speed or 1.0)
@@ -360,7 +366,6 @@ class Draw(Random):
             * self.choice((1.0, 0.1, 0.01, 0.001))
             for rotor in self.some(motors)
         }
-        return commands if conditions['rotor.names'] else commands['rotor']
 
     def request(self, conditions):
         """Return initial conditions that are allowed."""

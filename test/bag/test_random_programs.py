@@ -4,6 +4,7 @@ from collections import defaultdict
 from fractions import Fraction
 
 import pytest
+import yaml
 from flights import sequence
 from programs import Draw
 
@@ -38,22 +39,26 @@ def assert_verifies(bag, program):
         assert verdict.same_bytes, f'{path.name}: {verdict}\n{program}'
 
 
+def stamps_ns(program):
+    """Return the stamps of all ticks, counted from the epoch: exact, rounded half to even."""
+    return [round(Fraction(10**9) * k / program.scenario.rate) for k in range(program.ticks)]
+
+
 def assert_complete(bag, program, ticks):
     """
     Assert that each topic has the stamps of all ticks at which it was published.
 
-    The rerun cannot show it: it ends with the bag.  Stamps are by the definition, in exact
-    arithmetic; of several changes of the topics at a tick the last one holds.
+    The rerun cannot show it: it ends with the bag.  Of several changes of the topics at a tick
+    the last one holds.
     """
     scenario = program.scenario
     changes = {program.tick(e): e['topics'] for e in program.entries if 'topics' in e}
     published = scenario['publish.topics']
     expected = defaultdict(list)
-    for k in range(ticks):
+    for k, stamp_ns in enumerate(stamps_ns(program)[:ticks]):
         published = changes.get(k, published)
-        stamp_ns = scenario.epoch_ns + round(Fraction(10**9) * k / scenario.rate)
         for name in published:
-            expected[f'/{name}'].append(stamp_ns)
+            expected[f'/{name}'].append(scenario.epoch_ns + stamp_ns)
     found = defaultdict(list)
     for topic, stamp_ns, _ in sequence(bag):
         found[topic].append(stamp_ns)
@@ -82,6 +87,35 @@ def assert_readable(bag, program, capsys):
         assert (bag.parent / output).stat().st_size, f'{command}\n{program}'
 
 
+def assert_continues(bag, program, ticks):
+    """
+    Assert that the run goes on from a tick in its bag with the messages that the bag has.
+
+    It begins at a tick with messages at which nothing is given, with the events after it.
+    """
+    taken = {program.tick(entry) for entry in program.entries}
+    ticks_of = {program.scenario.epoch_ns + stamp: k for k, stamp in enumerate(stamps_ns(program))}
+    free = sorted({ticks_of[stamp] for _, stamp, _ in sequence(bag)} - taken)
+    if not free:
+        return
+    rate = program.scenario.rate
+    first = free[len(free) // 2]
+    later = [entry for entry in program.entries if program.tick(entry) > first]
+    scenario, events, onward = (bag.parent / name for name in ('s.yaml', 'e.yaml', 'onward'))
+    scenario.write_text(program.scenario.to_yaml())
+    events.write_text(yaml.safe_dump(later))
+    # Half a tick before it: the first tick at or after that is it.
+    at_s = max(0.0, float((first - 0.5) / rate))
+    origin = ['--from', str(bag), '--at', f'{at_s:.9f}']
+    duration = ['--duration', str((program.ticks - first) / rate)]
+    argv = ['simulate', str(scenario), *origin, *duration, '--events', str(events)]
+    assert main([*argv, '-o', str(onward)]) == (ticks < program.ticks), program
+    begin_ns = program.scenario.epoch_ns + stamps_ns(program)[first]
+    rest = [message for message in sequence(bag) if message[1] >= begin_ns]
+    assert sequence(onward) == rest, f'from tick {first}\n{program}'
+    assert_verifies(onward, program)
+
+
 def run(seed, tmp_path, capsys):
     """Run the program of a seed, and assert what holds of every bag."""
     program = Draw(seed).program()
@@ -106,3 +140,11 @@ def test_a_program_proves_itself(seed, tmp_path, capsys):
 def test_a_thousand_programs_prove_themselves(seed, tmp_path, capsys):
     """The same with other seeds."""
     run(seed, tmp_path, capsys)
+
+
+@pytest.mark.parametrize('seed', SHORT)
+def test_a_program_goes_on_from_its_bag(seed, tmp_path):
+    """The unchanged file, begun within the bag, gives the messages that the bag has from there."""
+    program = Draw(seed).program()
+    ticks = recorded(program, tmp_path / 'bag')
+    assert_continues(tmp_path / 'bag', program, ticks)

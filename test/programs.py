@@ -332,6 +332,10 @@ class Draw(Random):
                 command = self.command(motors, conditions)
                 named = command if conditions['rotor.names'] else command['rotor']
                 return {'rotor_torque': named} | self.until(moments, tick)
+            case 'request' if self.one_in(40):
+                # No propagation follows it: the run halts at the next tick.
+                fast = 9e5 * float(conditions.rate)
+                return {'request': {'initial.angular_velocity': [0.0, fast, 0.1 * fast]}}
             case 'request':
                 return {'request': self.request(conditions)}
             case 'reset':

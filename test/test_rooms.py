@@ -18,6 +18,7 @@ ROOMS = [
     'side_by_side',
     'written_out',
     'interruption',
+    'regular_file',
     'dynamics',
     'exact',
     'sensors',

@@ -9,10 +9,12 @@ import pyarrow.parquet as pq
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ..regular_file import regular_file
 from .maps import edges, grid
 
 TABLE = 'table.parquet'
-_MAPPED = ('captured', 'nadir_angle_max_rad', 'lvlh_angle_max_rad')
+_CAPTURE = 'captured'
+_MAPPED = (_CAPTURE, 'nadir_angle_max_rad', 'lvlh_angle_max_rad')
 _COUNTED = ('rate_max_rad_s', 'nadir_angle_max_rad', 'capture_s')
 _CAPTURED, _TUMBLING, _GREY = '#0072B2', '#E69F00', '#999999'
 
@@ -36,7 +38,7 @@ def plot_sweep(directory: str | Path, output: str | Path, what: Sequence[str] = 
 
 def draw_sweep(table: str | Path, what: Sequence[str] = ()) -> Figure:
     """Return the figure of a sweep's table; ValueError: a column that cannot be drawn."""
-    columns = pq.read_table(table)
+    columns = _columns(table)
     numbers = [name for name in columns.column_names if _is_number(columns, name)]
     unknown = [name for name in what if name not in numbers]
     if unknown:
@@ -60,29 +62,49 @@ def draw_sweep(table: str | Path, what: Sequence[str] = ()) -> Figure:
     return figure
 
 
+def _columns(table: str | Path) -> pa.Table:
+    """Return a table, perhaps written again by another program; ValueError: it is not one."""
+    try:
+        return pq.read_table(regular_file(table))
+    except (pa.ArrowException, OSError) as error:
+        raise ValueError(f'{table} cannot be read: {error}') from None
+
+
 def _is_number(columns, name):
-    column = columns[name]
-    is_number = pa.types.is_floating(column.type) or pa.types.is_boolean(column.type)
-    return is_number and column.null_count < len(column)
+    kind = columns[name].type
+    is_number = (
+        pa.types.is_floating(kind) or pa.types.is_boolean(kind) or pa.types.is_integer(kind)
+    )
+    return name != 'run' and is_number and bool(np.isfinite(_numbers(columns, name)).any())
+
+
+def _numbers(columns, name):
+    return np.array(columns[name].to_pylist(), float)
 
 
 def _grid_axes(columns, numbers):
     """Return the names of the two numbers whose every combination is a row, or None."""
-    varied = [f.name for f in columns.schema if f.metadata[b'description'].startswith(b'varied')]
+    # What varies has the dotted name of a key; no result has.
+    varied = [name for name in columns.column_names if '.' in name]
     if len(varied) != 2 or not set(varied) <= set(numbers):
         return None
-    counts = [len(columns[name].unique()) for name in varied]
+    values = [_numbers(columns, name) for name in varied]
+    if not np.isfinite(values).all():
+        return None
+    counts = [len(np.unique(each)) for each in values]
     return varied if min(counts) > 1 and np.prod(counts) == len(columns) else None
 
 
 def _histogram(axes: Axes, columns: pa.Table, name: str) -> None:
     """Draw how a column is distributed, the captured runs apart from the others."""
-    values = np.array(columns[name].to_pylist(), float)
-    judged = columns['captured'].to_pylist()
+    values = _numbers(columns, name)
+    judged = np.full(len(values), np.nan)
+    if _CAPTURE in columns.column_names and _is_number(columns, _CAPTURE):
+        judged = _numbers(columns, _CAPTURE)
     parts = {
-        'captured': (_CAPTURED, [c is True for c in judged]),
-        'not captured': (_TUMBLING, [c is False for c in judged]),
-        'not judged': (_GREY, [c is None for c in judged]),
+        'captured': (_CAPTURED, judged == 1.0),
+        'not captured': (_TUMBLING, judged == 0.0),
+        'not judged': (_GREY, ~np.isin(judged, (0.0, 1.0))),
     }
     found = {
         label: (values[rows][np.isfinite(values[rows])], colour)

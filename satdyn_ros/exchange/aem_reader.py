@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ..dynamics import rotation
+from ..regular_file import regular_file
 from .ccsds import INERTIAL_FRAMES
 from .utc import epoch, stamp_ns
 
@@ -37,7 +38,7 @@ def attitude_at(path: str | Path, epoch_text: str) -> Attitude:
     """
     wanted_ns = stamp_ns(epoch_text)
     found, nearest_ns = None, None
-    with open(path, encoding='ascii', errors='replace') as file:
+    with open(regular_file(path), encoding='ascii', errors='replace') as file:
         try:
             for segment, row in _rows(file):
                 row_ns = stamp_ns(row[0])

@@ -7,6 +7,7 @@ import signal
 import sys
 import warnings
 from collections.abc import Sequence
+from pathlib import Path
 
 import rclpy
 import rclpy.logging
@@ -17,6 +18,7 @@ from rclpy.signals import SignalHandlerOptions, install_signal_handlers
 
 from ..compiled import load_numba_without_blas
 from ..interruption import interruptible
+from ..regular_file import regular_file
 from ..run.parameter_file import parameters_of_yaml, scenario_text
 from .executor import Executor
 from .node import SatdynNode
@@ -24,6 +26,8 @@ from .refusal import one_sentence
 
 # The pacing thread waits at most this long for another thread of Python.
 _SWITCH_INTERVAL_S = 0.0005
+# Options of --ros-args whose files ROS reads, by itself and for as long as they go on.
+_FILE_OPTIONS = '--params-file', '--log-config-file'
 
 RCLError = rclpy_implementation.RCLError
 UnknownROSArgsError = rclpy_implementation.UnknownROSArgsError
@@ -42,12 +46,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     own = parser.parse_args(arguments[:at])
     try:
         values = _values(own.params_file)
+        for option, path in zip(arguments[at:], arguments[at + 1 :], strict=False):
+            if option in _FILE_OPTIONS and Path(path).exists():
+                regular_file(path)
         rclpy.init(
             args=['satdyn', *arguments[at:]], signal_handler_options=SignalHandlerOptions.NO
         )
     except UnknownROSArgsError as error:
         return _refuse(f'--ros-args does not allow {error}')
-    except (ValueError, RCLError, NameValidationException) as error:
+    except (ValueError, OSError, RCLError, NameValidationException) as error:
         return _refuse(error)
     except KeyboardInterrupt:
         return 0

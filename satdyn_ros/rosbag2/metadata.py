@@ -11,6 +11,7 @@ from typing import Any
 
 from mcap.records import Channel, Schema, Statistics
 
+from ..regular_file import regular_file
 from ..run import ros_yaml
 from .errors import BagError, Damaged
 from .summary import Tally
@@ -175,7 +176,7 @@ def read(path: Path) -> dict[str, Any]:
     BagError: the storage or compression of the bag is not supported.
     """
     try:
-        text = path.read_text(encoding='utf-8')
+        text = regular_file(path).read_text(encoding='utf-8')
     except UnicodeDecodeError:
         raise Damaged(f'{path} is damaged: it is not text') from None
     outer = parse(text, str(path))

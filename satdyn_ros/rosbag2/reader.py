@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from mcap.records import Channel, Metadata, Schema
 
+from ..regular_file import regular_file
 from . import metadata
 from .chunk import Contents
 from .compression import CEILING
@@ -142,19 +143,27 @@ class Bag:
 
 def bag_files(path: Path, information: dict[str, Any] | None) -> list[Path]:
     """Return the .mcap files of a bag in order; BagError: path is not a bag of MCAP files."""
-    if path.is_file():
-        return [path]
-    if not path.is_dir():
+    if not path.exists():
         raise BagError(f'{path} is not a bag: no such file or directory')
-    if information is not None:
+    if path.is_file() and not path.stat().st_size:
+        raise BagError(f'{path} is not a bag: it is empty')
+    if not path.is_dir():
+        files = [path]
+    elif information is not None:
         files = [path / name for name in information['relative_file_paths']]
-        missing = [file for file in files if not file.is_file()]
+        missing = [file for file in files if not file.exists()]
         if missing:
             raise Damaged(f'{path} is damaged: {missing[0].name} of its metadata.yaml is missing')
     else:
         files = sorted(path.glob('*.mcap'), key=_number)
     if not files:
         raise BagError(f'{path} is not a bag: it has no .mcap file')
+    for file in files:
+        try:
+            regular_file(file)
+        except OSError as error:
+            what = 'a bag' if file == path else 'a file of a bag'
+            raise BagError(f'{file} is not {what}: {error.strerror}') from None
     return files
 
 

@@ -51,6 +51,10 @@ def recover(path: str | Path, output: str | Path | None = None) -> Recovered:
     """
     path = Path(path)
     files, losses = _files(path)
+    empty = [file for file in files if file.stat().st_size == 0]
+    if len(empty) == len(files):
+        raise BagError(f'{path} is not a bag: its files are empty')
+    losses += [Loss(file.name, None, is_empty=True) for file in empty]
     contents = BagContents(*_first_words(files))
     directory = path if path.is_dir() else path.parent
     if output is not None:

@@ -15,6 +15,7 @@ from mcap.opcode import Opcode
 from mcap.records import DataEnd
 from mcap.writer import MCAP0_MAGIC
 
+from ..regular_file import regular_file
 from .chunk import CHUNK_SIZE, Contents
 from .compression import CEILING, decompress_begin
 from .errors import BagError, Damaged, Incomplete
@@ -96,7 +97,7 @@ def scan(path: Path, ceiling: int = CEILING, with_indexes: bool = True) -> Itera
     MCAP file.
     """
     skipped = frozenset() if with_indexes else _INDEXES
-    with open(path, 'rb') as file:
+    with open(regular_file(path), 'rb') as file:
         reader = FrameReader(file, ceiling)
         yield from _magic_at_begin(path, reader)
         yield from _data(reader, skipped)

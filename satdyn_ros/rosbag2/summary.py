@@ -27,6 +27,7 @@ from mcap.records import (
 )
 from mcap.writer import MCAP0_MAGIC
 
+from ..regular_file import regular_file
 from .chunk import Indexed
 from .compression import CEILING
 from .errors import Damaged, Incomplete
@@ -187,7 +188,7 @@ def read_summary(path: Path, with_chunks: bool = True) -> Summary:
 
 def summary_bytes(path: Path) -> tuple[Footer, bytes]:
     """Return the footer of a file and its summary, whose checksum is right; errors: as above."""
-    with open(path, 'rb') as file:
+    with open(regular_file(path), 'rb') as file:
         size = file.seek(0, os.SEEK_END)
         end = size - len(MCAP0_MAGIC) - FOOTER_SIZE
         file.seek(max(0, end))

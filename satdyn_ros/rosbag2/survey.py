@@ -24,7 +24,7 @@ class Loss:
     byte_count: bytes that are lost, None: the whole file; 0: a Header or Metadata record is not as
     it was written, but it is unknown which.  span_ns: log times between which messages may be
     missing; None: there are no messages around.  begin_ns: the file's first log time.
-    message_count: None: not known.
+    message_count: None: not known.  is_empty: the file is there, but holds nothing.
     """
 
     file: str
@@ -32,10 +32,11 @@ class Loss:
     span_ns: tuple[int, int] | None = None
     begin_ns: int = 0
     message_count: int | None = None
+    is_empty: bool = False
 
     def __str__(self) -> str:
         if self.byte_count is None:
-            return f'{self.file}: the file is missing'
+            return f'{self.file}: the file {"holds nothing" if self.is_empty else "is missing"}'
         if self.byte_count == 0:
             return (
                 f'{self.file}: a Header or Metadata record is not as it was written; '

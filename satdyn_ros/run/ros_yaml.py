@@ -12,6 +12,8 @@ from typing import Any
 
 import yaml
 
+from ..regular_file import regular_file
+
 # The parser in C where PyYAML has it; that in Python is some twenty times slower.
 _Safe = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
 LARGEST_BYTES, MOST_VALUES = (
@@ -28,7 +30,7 @@ LONGEST_PLAIN = 1000
 def read_text(path: str | Path, what: str) -> str:
     """Return the text of a file; what: its name in the ValueError, 'the scenario'."""
     try:
-        with open(path, 'rb') as file:
+        with open(regular_file(path), 'rb') as file:
             content = file.read(LARGEST_BYTES + 1)
         text = content.decode()
     except (OSError, UnicodeDecodeError) as error:

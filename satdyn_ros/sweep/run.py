@@ -30,6 +30,7 @@ from ..dynamics.batch import propagate_all
 from ..dynamics.lanes import LANES
 from ..dynamics.propagator import Propagation
 from ..interruption import interruptible, uninterrupted
+from ..regular_file import regular_file
 from ..run.scenario import Scenario
 from .outcome import columns
 from .plan import Plan
@@ -197,7 +198,7 @@ def _occupy(directory, plan):
     """Claim the directory for a plan; ValueError: it holds something else."""
     path, text = directory / 'sweep.json', f'{__version__}\n{plan.to_text()}'
     if path.exists():
-        if path.read_text() != text:
+        if regular_file(path).read_text() != text:
             raise ValueError(f'{directory} holds another sweep; give a new directory')
         return
     if directory.exists() and any(directory.iterdir()):

@@ -11,6 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from ..dynamics.integrals import NAMES
+from ..regular_file import regular_file
 from .plan import Plan
 
 _NUMBER, _VECTOR = pa.float64(), pa.list_(pa.float64())
@@ -131,7 +132,8 @@ def unite(path: Path, plan: Plan, parts: Iterable[Path]) -> None:
 
 
 def _groups(plan, parts):
-    while some := [pq.read_table(part, schema=schema(plan)) for part in islice(parts, 64)]:
+    files = map(regular_file, parts)
+    while some := [pq.read_table(file, schema=schema(plan)) for file in islice(files, 64)]:
         yield pa.concat_tables(some).combine_chunks()
 
 

@@ -207,7 +207,7 @@ def test_a_file_that_cannot_be_read_is_refused(read, tmp_path):
     """One that is missing, a folder, and a name that nothing has."""
     for path, reason in (
         (tmp_path / 'none.yaml', 'No such file or directory'),
-        (tmp_path, 'Is a directory'),
+        (tmp_path, 'it is a directory, not a file'),
     ):
         with pytest.raises(ValueError) as refused:
             read(str(path))

@@ -67,7 +67,7 @@ def test_a_file_cut_anywhere_keeps_all_that_was_written(whole, tmp_path):
     ends = chunk_ends(path / 'bag_0.mcap')
     size = (path / 'bag_0.mcap').stat().st_size
     edges = [edge + side for edge, _ in ends for side in (-1, 0, 1)]
-    for length in sorted({0, 1, 8, 20, size - 9, size - 1, *edges, *range(30, size, size // 40)}):
+    for length in sorted({1, 8, 20, size - 9, size - 1, *edges, *range(30, size, size // 40)}):
         bag = cut(path, tmp_path / f'{length}', length)
         recovered = recover(bag)
         kept = flights.sequence(bag)
@@ -86,6 +86,37 @@ def test_a_file_cut_anywhere_keeps_all_that_was_written(whole, tmp_path):
             assert (bag / 'bag_0.mcap.damaged').stat().st_size == length
         assert {file.name for file in bag.iterdir()} == names
         assert recover(bag).files == ()
+
+
+def test_an_empty_file_is_no_bag(whole, tmp_path):
+    """Nothing is made of nothing: neither of a file, nor of a directory that holds only such."""
+    alone = tmp_path / 'alone.mcap'
+    alone.touch()
+    with pytest.raises(BagError, match=r'alone\.mcap is not a bag: it is empty'):
+        recover(alone)
+    assert alone.stat().st_size == 0
+    bag = cut(whole[0], tmp_path / 'bag', 0)
+    before = sorted(file.name for file in bag.iterdir())
+    with pytest.raises(BagError, match='bag is not a bag: its files are empty'):
+        recover(bag, tmp_path / 'new')
+    assert sorted(file.name for file in bag.iterdir()) == before
+    assert not (tmp_path / 'new').exists()
+
+
+def test_an_empty_file_among_others(tmp_path):
+    """What the others hold is kept, and it is said that this one holds nothing."""
+    scenario = SCENARIO.with_values({'record.max_duration_s': 2.0})
+    path = flights.record(tmp_path / 'bag', scenario, TICKS, flights.EVENTS)
+    messages, counts = (
+        flights.sequence(path),
+        [f['message_count'] for f in information(path)['files']],
+    )
+    (path / 'bag_1.mcap').write_bytes(b'')
+    recovered = recover(path)
+    assert recovered.files == ('bag_1.mcap',)
+    assert [str(loss) for loss in recovered.losses] == ['bag_1.mcap: the file holds nothing']
+    assert flights.sequence(path) == messages[: counts[0]] + messages[sum(counts[:2]) :]
+    assert recover(path).losses == ()
 
 
 def test_whole_messages_of_a_cut_chunk_are_kept(tmp_path):

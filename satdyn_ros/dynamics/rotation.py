@@ -116,13 +116,16 @@ def from_matrix(R: ArrayLike) -> np.ndarray:
 
 def about(axis: ArrayLike, angle_rad: ArrayLike) -> np.ndarray:
     """
-    Return the rotation by angle_rad about a unit axis, shape (..., 4).
+    Return the rotation by angle_rad (...) about a unit axis (..., 3), shape (..., 4).
 
     >>> about([0, 0, 1], np.pi)
     array([0.000000e+00, 0.000000e+00, 1.000000e+00, 6.123234e-17])
     """
     half = np.asarray(angle_rad, float)[..., None] / 2.0
-    return np.concatenate([np.asarray(axis, float) * np.sin(half), np.cos(half)], axis=-1)
+    vector = np.asarray(axis, float) * np.sin(half)
+    q = np.empty((*vector.shape[:-1], 4))
+    q[..., :3], q[..., 3:] = vector, np.cos(half)
+    return q
 
 
 def from_vector(vector_rad: ArrayLike) -> np.ndarray:

@@ -46,6 +46,8 @@ def many(values: Mapping[str, Any], count: int) -> tuple[Scenario, np.ndarray]:
 
 
 def _is_out_of_place(name, values):
+    if values['rotor.names'] and name in rotors.OF_THE_ONE:
+        return True
     belongs = (*BELONGS, *rotors.belongs(values['rotor.names']))
     return any(name == key and values[chooser] not in choices for key, chooser, choices in belongs)
 

@@ -18,6 +18,8 @@ _MODES_OF = {
     'max_torque': ('motor',),
     'max_speed': ('motor',),
 }
+# The keys of the one rotor, which have no meaning beside rotor.names.
+OF_THE_ONE = tuple(name for name in KEYS if name.startswith('rotor.') and name != 'rotor.names')
 
 
 def prefixes(names: tuple[str, ...]) -> tuple[str, ...]:
@@ -38,9 +40,8 @@ def refuse_foreign(values: Mapping[str, Any]) -> None:
     """Raise ValueError for a key that does not belong to its rotor's mode or to rotor.names."""
     names = values['rotor.names']
     if names:
-        for name, key in KEYS.items():
-            is_of_rotor = name.startswith('rotor.') and name != 'rotor.names'
-            if is_of_rotor and values[name] != key.default:
+        for name in OF_THE_ONE:
+            if values[name] != KEYS[name].default:
                 raise ValueError(
                     f'{name} is {listed(values[name])}; with rotor.names only its default '
                     f'is allowed; use {name.replace("rotor.", f"rotor.{names[0]}.")} and so on'

@@ -54,7 +54,8 @@ def test_every_name_of_the_table_is_a_quantity():
     for name in names:
         group, star = name[:-2], name.endswith('.*')
         if star:
-            assert all(quantity(key) for key in SCENARIO_KEYS if key.startswith(group + '.'))
+            keys = [key for key in SCENARIO_KEYS if key.startswith(group + '.')]
+            assert all(quantity(key) for key in keys if key != 'rotor.names')
         else:
             quantity(name.replace('KEY', 'body.inertia'))
     told = {name[:-2] for name in names if name.endswith('.*')}

@@ -3,6 +3,9 @@
 import numpy as np
 import pytest
 
+from satdyn_ros.run.checks import BELONGS
+from satdyn_ros.run.rotors import OF_THE_ONE, belongs
+from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.sweep import outcome
 from satdyn_ros.sweep.plan import Plan
 
@@ -96,8 +99,22 @@ def test_together_as_alone(tmp_path, monkeypatch, name):
     plan = Plan.from_yaml(path)
     runs = range(len(plan))
     together = rows_of(plan, runs)
-    monkeypatch.setattr(outcome, '_fly_together', lambda *given: np.zeros(len(given[3]), bool))
-    alone = rows_of(plan, runs)
+    monkeypatch.setattr(outcome, '_fly_together', none_together)
+    assert_same(together, rows_of(plan, runs))
+
+
+def none_together(*given):
+    """Stand for _fly_together where each run is to go by itself."""
+    return np.zeros(len(given[3]), bool)
+
+
+def alone(*given):
+    """Stand for _fly_alone where all runs are to go together."""
+    raise AssertionError('a run goes by itself')
+
+
+def assert_same(together, alone):
+    """Assert that rows are the same to rounding, refusals in the same sentences."""
     for one, other in zip(together, alone, strict=True):
         assert one['failure'] == other['failure']
         for column, value in other.items():
@@ -110,12 +127,119 @@ def test_together_as_alone(tmp_path, monkeypatch, name):
                 assert one[column] == value, column
 
 
+# A body with two rotors, so that every key has a meaning on some orbit.  Friction and an oblique
+# axis in all runs: the same compiled code flies them.
+ONE_KEY = {
+    'rotor': {
+        'names': ['a', 'b'],
+        'a': {'mode': 'constant_momentum', 'momentum': -5.0},
+        'b': {
+            'mode': 'motor',
+            'axis': [0.0, 0.6, 0.8],
+            'inertia': 0.5,
+            'speed': 40.0,
+            'friction': 1e-4,
+        },
+    },
+    'initial': {'attitude': UPRIGHT},
+}
+# What does not vary between 0.1 and 0.3.
+VALUES: dict[str, list] = {
+    'body.inertia': [[700.0, 900.0, 600.0], [800.0, 850.0, 600.0]],
+    'body.inertia.x': [700.0, 800.0],
+    'body.inertia.y': [700.0, 800.0],
+    'body.inertia.z': [700.0, 800.0],
+    'body.weight_moment': [[0.0, 0.0, 1e-3], [1e-3, 0.0, 0.0]],
+    'rotor.axis': [[0.0, 3.0, 4.0], [1.0, 2.0, 2.0]],
+    'rotor.max_speed': [100.0, 200.0],
+    'orbit.mu': [3.9e14, 4.0e14],
+    'orbit.semi_major_axis': [7e6, 8e6],
+    'orbit.gradient': [1e-6, -1e-6],
+    'initial.attitude': [UPRIGHT, [0.6, 0.0, 0.0, 0.8]],
+    'initial.angular_velocity': [[0.0, 0.0, 1e-3], [1e-3, 0.0, 0.0]],
+    'motion.tolerance': [1e-13, 1e-12],
+}
+
+
+def names_alone(scenario):
+    """Return the numbers that a sweep of a scenario can vary: keys, components, angles, ratios."""
+    chosen_elsewhere = {
+        name
+        for name, chooser, choices in (*BELONGS, *belongs(scenario['rotor.names']))
+        if scenario[chooser] not in choices
+    }
+    keys = [
+        key
+        for name, key in scenario.keys.items()
+        if name.split('.')[0] in ('body', 'rotor', 'orbit', 'initial', 'motion')
+        and key.kind in ('double', 'double_array')
+        and name not in (*chosen_elsewhere, *OF_THE_ONE)
+    ]
+    components = [f'{key.name}.{c}' for key in keys if 3 in key.lengths for c in 'xyz']
+    others = 'initial.roll', 'initial.pitch', 'initial.yaw', 'smelt.k_R', 'smelt.k_Y'
+    return [*(key.name for key in keys), *components, *others]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize('kind', ['circular', 'kepler', 'fixed'])
+def test_each_number_alone(tmp_path, monkeypatch, kind):
+    """Whichever number varies, all others being single: rows as of the runs by themselves."""
+    orbit = {'type': kind} | ({'eccentricity': 0.1} if kind == 'kepler' else {})
+    write(tmp_path, ONE_KEY | {'orbit': orbit})
+    scenario = Scenario.from_yaml(tmp_path / 'scenario.yaml')
+    names = names_alone(scenario)
+    assert {'circular': 'orbit.raan', 'kepler': 'orbit.eccentricity', 'fixed': 'orbit.gradient'}[
+        kind
+    ] in names
+    for name in names:
+        values = VALUES.get(name.replace('.a.', '.').replace('.b.', '.'), [0.1, 0.3])
+        vary = {name: {'values': values}}
+        path = write(tmp_path, ONE_KEY | {'orbit': orbit}, vary=vary, runs=1, duration_s=6000.0)
+        plan = Plan.from_yaml(path)
+        with monkeypatch.context() as patched:
+            patched.setattr(outcome, '_fly_alone', alone)
+            together = rows_of(plan, range(2))
+        with monkeypatch.context() as patched:
+            patched.setattr(outcome, '_fly_together', none_together)
+            assert_same(together, rows_of(plan, range(2)))
+
+
+@pytest.mark.parametrize(
+    'name', ['orbit.inclination', 'orbit.raan', 'orbit.argument_of_periapsis']
+)
+def test_one_angle_of_the_orbit(tmp_path, name):
+    """
+    The orbit turned by one angle: at the end the body is where a single run with that angle is.
+
+    Relative to LVLH the motion on a circle does not depend on the orbit's plane: the angles to
+    LVLH, too, are those of the first row.
+    """
+    angles = [0.0, 0.4, 2.0]
+    parameters = {'rotor': {}, 'initial': {'attitude': UPRIGHT}}
+    plan = Plan.from_yaml(write(tmp_path, parameters, vary={name: {'values': angles}}, runs=1))
+    rows = rows_of(plan, range(3))
+    for row, angle in zip(rows, angles, strict=True):
+        scenario = plan.scenario.with_values({name: angle})
+        states = scenario.motion().at(plan.t_s[-1])
+        assert row['failure'] is None
+        # Side by side or alone, a propagation differs by rounding.
+        np.testing.assert_allclose(row['q_ib'], states.q_ib[0], rtol=0.0, atol=1e-12)
+        np.testing.assert_allclose(row['omega_bi_b'], states.omega_bi_b[0], rtol=0.0, atol=1e-12)
+        largest = rows[0]['lvlh_angle_max_rad']
+        assert row['lvlh_angle_max_rad'] == pytest.approx(largest, abs=1e-9)
+
+
+def test_a_key_of_no_rotor_is_refused_in_its_row(tmp_path):
+    """With names, a key of the rotor without one is allowed at its default alone."""
+    path = write(tmp_path, ONE_KEY, vary={'rotor.speed': {'values': [0.0, 5.0]}}, runs=1)
+    rows = rows_of(Plan.from_yaml(path), range(2))
+    assert rows[0]['failure'] is None
+    assert rows[1]['failure'].startswith('rotor.speed is 5.0; with rotor.names only its default')
+
+
 def test_together_is_what_happens(tmp_path, monkeypatch):
     """Runs that differ only in numbers are propagated together: none alone."""
     plan = Plan.from_yaml(write(tmp_path))
-
-    def alone(*given):
-        raise AssertionError('a run goes by itself')
 
     monkeypatch.setattr(outcome, '_fly_alone', alone)
     assert len(rows_of(plan, range(12))) == 12
@@ -137,9 +261,6 @@ def test_rotors_with_names_have_columns_of_their_own(tmp_path, monkeypatch):
         'initial': {'frame': 'inertial'},
     }
     path = write(tmp_path, parameters, vary={'rotor.a.speed': {'values': [100.0, -50.0]}}, runs=1)
-
-    def alone(*given):
-        raise AssertionError('a run goes by itself')
 
     monkeypatch.setattr(outcome, '_fly_alone', alone)
     first, second = rows_of(Plan.from_yaml(path), range(2))

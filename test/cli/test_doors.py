@@ -63,18 +63,16 @@ def test_every_path_that_a_command_reads(bag, tmp_path, make, told):
         ['node', '--params-file', name],
         ['node', '--ros-args', '--params-file', name],
     ]
-    for reader in (['verify'], ['recover'], ['replay'], ['watch']):
-        commands.append([*reader, name])
-    for reader, out in (('export', 'x.csv'), ('plot', 'x.png'), ('report', 'x.html')):
-        commands.append([reader, name, '-o', str(tmp_path / out)])
+    commands += [[reader, name] for reader in ('verify', 'recover', 'replay', 'watch')]
+    outputs = {'export': 'x.csv', 'plot': 'x.png', 'report': 'x.html'}
+    commands += [[reader, name, '-o', str(tmp_path / out)] for reader, out in outputs.items()]
     # In a bag: a file of it, listed or not, and its metadata.yaml.
-    for number, (gone, kept) in enumerate(
-        [
-            ('bag_0.mcap', 'metadata.yaml'),
-            ('bag_0.mcap', None),
-            ('metadata.yaml', 'bag_0.mcap'),
-        ]
-    ):
+    parts = [
+        ('bag_0.mcap', 'metadata.yaml'),
+        ('bag_0.mcap', None),
+        ('metadata.yaml', 'bag_0.mcap'),
+    ]
+    for number, (gone, kept) in enumerate(parts):
         directory = tmp_path / f'bag{number}'
         directory.mkdir()
         make(directory / gone)

@@ -2,6 +2,7 @@
 
 import shutil
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
@@ -89,8 +90,8 @@ def test_columns_without_descriptions_are_drawn_as_before(grid, tmp_path):
         for folder in (grid, directory)
     )
     assert after.get_xlabel() == before.get_xlabel() == 'rotor.momentum'
-    drawn = [axes.collections[0].get_array() for axes in (before, after)]
-    assert drawn[0].tolist() == drawn[1].tolist()
+    drawn = [np.asarray(axes.collections[0].get_array()) for axes in (before, after)]
+    np.testing.assert_array_equal(drawn[1], drawn[0])
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 import math
 import os
+import threading
 import time
 from array import array
 from collections.abc import Mapping
@@ -36,14 +37,20 @@ class Client:
     The services of a node, called one at a time; a ROS node of its own.
 
     node_name: 'satdyn', or '/sat1/satdyn' in a namespace.  TimeoutError, of every call: no answer
-    came within timeout_s.  ValueError: timeout_s or the name cannot be one.
+    came within timeout_s, or given_up was set meanwhile, by another thread.  ValueError: timeout_s
+    or the name cannot be one.
 
     >>> with Client('satdyn') as client:  # doctest: +SKIP
     ...     client.set_initial_conditions({'initial.angular_velocity': [0.0, 0.0, 0.01]})
     Answer(success=True, text='...')
     """
 
-    def __init__(self, node_name: str = 'satdyn', timeout_s: float = 5.0):
+    def __init__(
+        self,
+        node_name: str = 'satdyn',
+        timeout_s: float = 5.0,
+        given_up: threading.Event | None = None,
+    ):
         if not (math.isfinite(timeout_s) and 0.0 < timeout_s <= _LONGEST_S):
             raise ValueError(
                 f'--timeout is {timeout_s:g}; it must be a number above 0 and at most '
@@ -56,6 +63,7 @@ class Client:
                 f'--node is {node_name!r}; it must be the name of a node, satdyn or /sat1/satdyn'
             ) from error
         self._name, self._timeout_s = node_name, timeout_s
+        self._given_up = given_up or threading.Event()
         self._context = Context()
         rclpy.init(args=[], context=self._context, signal_handler_options=SignalHandlerOptions.NO)
         self._node = rclpy.create_node(
@@ -132,11 +140,11 @@ class Client:
         return Answer(response.success, response.message)
 
     def _call(self, service_type, service, request):
-        client = self._client_of(service_type, service)
         deadline_s = time.monotonic() + self._timeout_s
+        client = self._client_of(service_type, service, deadline_s)
         # The node loses its answer to a client that it has not discovered.  It discovers clients
         # in their order: once it answers a later one, it knows this one.
-        later = self._client_of(GetParameters, 'get_parameters')
+        later = self._client_of(GetParameters, 'get_parameters', deadline_s)
         while not self._is_done(later.call_async(GetParameters.Request()), _AGAIN_S):
             self._check(deadline_s)
         future = client.call_async(request)
@@ -146,13 +154,14 @@ class Client:
         self._node.destroy_client(client)
         return future.result()
 
-    def _client_of(self, service_type, service):
+    def _client_of(self, service_type, service, deadline_s):
         client = self._node.create_client(service_type, f'{self._name}/{service}')
-        if not client.wait_for_service(self._timeout_s):
-            raise TimeoutError(
-                f'no node {self._name} found within {self._timeout_s:g} s; start one with '
-                'satdyn node --params-file default'
-            )
+        while not client.wait_for_service(_LOOK_S):
+            if self._is_over(deadline_s):
+                raise TimeoutError(
+                    f'no node {self._name} found within {self._timeout_s:g} s; start one with '
+                    'satdyn node --params-file default'
+                )
         return client
 
     def _is_done(self, future, patience_s):
@@ -161,8 +170,11 @@ class Client:
         return future.done()
 
     def _check(self, deadline_s):
-        if time.monotonic() > deadline_s:
+        if self._is_over(deadline_s):
             raise TimeoutError(f'{self._name} did not answer within {self._timeout_s:g} s')
+
+    def _is_over(self, deadline_s):
+        return self._given_up.is_set() or time.monotonic() > deadline_s
 
 
 def assignment(text: str) -> tuple[str, Any]:

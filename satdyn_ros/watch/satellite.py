@@ -5,6 +5,7 @@ import json
 import os
 import threading
 import time
+from collections import defaultdict
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
@@ -65,7 +66,10 @@ class Satellite:
         self._wanted = None if node_name is None else '/' + node_name.lstrip('/')
         self._name = self._wanted
         self._ended = threading.Event()
-        self._asking = ThreadPoolExecutor(1)
+        # A thread per node: what one is asked keeps its order, and waits for no other node.
+        self._asking: defaultdict[str, ThreadPoolExecutor] = defaultdict(
+            lambda: ThreadPoolExecutor(1)
+        )
         self._frames = SceneFrames()
         self._scenario: Scenario | None = None
         self._starts = 0
@@ -95,7 +99,8 @@ class Satellite:
     async def stop(self) -> None:
         """Leave the graph."""
         self._ended.set()
-        self._asking.shutdown(cancel_futures=True)
+        for asking in self._asking.values():
+            asking.shutdown(cancel_futures=True)
         await asyncio.to_thread(self._thread.join)
 
     async def first(self) -> Mapping[str, str]:
@@ -113,21 +118,29 @@ class Satellite:
             act = _ACTIONS[what]
         else:
             raise ValueError(f'do takes request, {", ".join(_ACTIONS)}')
+        name, end_s = self._name, time.monotonic() + _ANSWER_S
+        if name is None:
+            return {'success': False, 'text': 'no satellite is there'}
         loop = asyncio.get_running_loop()
-        answer = await loop.run_in_executor(self._asking, self._ask, act)
-        if answer.success and what in ('pause', 'resume'):
+        answer = await loop.run_in_executor(self._asking[name], self._ask, name, act, end_s)
+        if answer.success and what in ('pause', 'resume') and name == self._name:
             # The answer is newer than the last diagnostics, which come once a second.
             self._is_paused = what == 'pause'
             self._tell_status()
         return {'success': answer.success, 'text': answer.text}
 
-    def _ask(self, act: Callable[[Client], Answer]) -> Answer:
-        if self._name is None:
-            return Answer(False, 'no satellite is there')
+    def _ask(self, name: str, act: Callable[[Client], Answer], end_s: float) -> Answer:
+        """Return a node's answer; after end_s, while others asked, it is not asked any more."""
+        late = Answer(False, f'{name} did not answer within {_ANSWER_S:g} s')
+        left_s = end_s - time.monotonic()
+        if left_s <= 0.0:
+            return late
         try:
-            with Client(self._name, _ANSWER_S) as client:
+            with Client(name, left_s, self._ended) as client:
                 return act(client)
-        except (TimeoutError, TypeError) as error:
+        except TimeoutError:
+            return late
+        except TypeError as error:
             return Answer(False, str(error))
 
     def _history(self) -> dict[str, str]:

@@ -12,10 +12,12 @@ from aiohttp import WSCloseCode, WSMsgType, web
 
 from ..report import html
 from .door import Door
-from .hub import Hub
+from .hub import Browser, Hub
 
 _LARGEST_REQUEST = 4096
 _REQUESTS_PER_S, _REQUESTS_AT_ONCE = 5.0, 20.0
+# Requests of a browser that wait for their answers; further ones are read later.
+_MOST_WAITING = 16
 _HEARTBEAT_S = 15.0
 
 # Nothing from elsewhere, not inside another page; scripts set the styles of elements.
@@ -107,6 +109,7 @@ class Server:
         await socket.prepare(request)
         browser = self._hub.enter(socket)
         sending = asyncio.create_task(browser.send())
+        waiting: set[asyncio.Task[None]] = set()
         try:
             for kind, text in (await self._source.first()).items():
                 browser.put(kind, text)
@@ -118,11 +121,19 @@ class Server:
                 if message.type != WSMsgType.TEXT or allowed < 0.0:
                     await socket.close(code=WSCloseCode.POLICY_VIOLATION)
                     break
-                browser.answer(json.dumps(await self._answer(message.data)))
+                if len(waiting) == _MOST_WAITING:
+                    await asyncio.wait(waiting, return_when=asyncio.FIRST_COMPLETED)
+                task = asyncio.create_task(self._reply(browser, message.data))
+                waiting.add(task)
+                task.add_done_callback(waiting.discard)
         finally:
             self._hub.leave(browser)
-            sending.cancel()
+            for task in (sending, *waiting):
+                task.cancel()
         return socket
+
+    async def _reply(self, browser: Browser, text: str) -> None:
+        browser.answer(json.dumps(await self._answer(text)))
 
     async def _answer(self, text: str) -> dict[str, Any]:
         number = None
@@ -132,7 +143,7 @@ class Server:
                 raise ValueError('a request must be an object')
             number = request.get('id')
             answer = await self._source.asked(request)
-        except (ValueError, RecursionError) as error:
+        except (ValueError, RecursionError, OSError) as error:
             answer = {'success': False, 'text': str(error)}
         return {'type': 'answer', 'id': number} | answer
 

@@ -79,7 +79,7 @@ def _is_number(columns, name):
 
 
 def _numbers(columns, name):
-    return np.array(columns[name].to_pylist(), float)
+    return columns[name].cast(pa.float64(), safe=False).to_numpy()
 
 
 def _grid_axes(columns, numbers):

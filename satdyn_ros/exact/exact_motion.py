@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..dynamics.equilibria import direction
 from ..dynamics.motion import Motion
 from ..dynamics.system import State, System
 
@@ -94,4 +95,18 @@ class ExactMotion(Motion):
                 turned = p / rotor.inertia * t_s - self.axial_turn(t_s, rotor.axis)
                 speeds[:, i] = rotor.speed(p, omega_bi_b)
                 angles[:, i] = start.rotor_angle[i] + turned
-        return q_ib, omega_bi_b, speeds, angles, np.zeros(len(t_s))
+        return q_ib, omega_bi_b, speeds, angles, self._work(t_s)
+
+    def _work(self, t_s):
+        """
+        Return the work (N,) by which the energy changes [J].
+
+        Every closed form keeps its energy where the gradient is constant, also under a torque.
+        Those of an ellipse keep omega . K omega and c . I c.
+        """
+        orbit, start_s = self.system.orbit, self.start_s
+        if not orbit.is_eccentric:
+            return np.zeros(len(t_s))
+        c_b = direction(self.system, self.state, start_s)
+        rise = orbit.gradient_at(start_s + t_s) - orbit.gradient_at(start_s)
+        return rise / 2.0 * (c_b @ self.system.inertia @ c_b)

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from satdyn_ros import exact
 from satdyn_ros.dynamics import rotation
 from satdyn_ros.dynamics.orbit import FixedDirection, KeplerOrbit
+from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
 from satdyn_ros.exact.exact_motion import ExactMotion
@@ -248,3 +249,46 @@ def test_the_rotor_with_friction_is_named():
     state = State(np.array([0.0, 0.0, 0.0, 1.0]), np.zeros(3), np.zeros(2), np.zeros(2))
     said = exact.explain(system, state)
     assert said == 'rotor.damper.friction is not zero: friction drives the body'
+
+
+ELLIPSE = KeplerOrbit(semi_major_axis=1.2e7, eccentricity=0.4, inclination=0.9, true_anomaly=2.0)
+ALONG_NORMAL = rotation.from_matrix(ELLIPSE.perifocal)
+SPHERE, DISC = 2.0 * np.eye(3), np.diag([2.0, 2.0, 3.0])
+WHEEL = Rotor('free', np.array([0.0, 0.6, 0.8]), inertia=0.05)
+HELD = Rotor('constant_momentum', np.array([0.0, 0.6, 0.8]), 0.3)
+
+
+@pytest.mark.parametrize(
+    ('kind', 'system', 'start'),
+    [
+        (exact.Steady, System(SPHERE), State(ALONG_NORMAL, np.array([0.01, -0.02, 0.005]))),
+        (exact.Steady, System(SPHERE), State(ALONG_NORMAL, np.zeros(3))),
+        (exact.Steady, System(DISC), State(ALONG_NORMAL, np.array([0.0, 0.0, 0.01]))),
+        (exact.Steady, System(DISC), State(ALONG_NORMAL, np.zeros(3))),
+        (
+            exact.Steady,
+            System(SPHERE, (HELD,), torque_b=np.array([0.003, 0.0, 0.0])),
+            State(ALONG_NORMAL, np.array([0.0, 0.0125, 0.0])),
+        ),
+        (
+            exact.Free,
+            System(SPHERE, (HELD,)),
+            State(ALONG_NORMAL, np.array([0.01, -0.02, 0.005])),
+        ),
+        (
+            exact.Free,
+            System(SPHERE, (WHEEL,)),
+            State(ALONG_NORMAL, np.array([0.01, -0.02, 0.005]), 3.0, 0.0),
+        ),
+    ],
+    ids=['sphere', 'sphere at rest', 'disc', 'disc at rest', 'torque', 'rotor', 'free rotor'],
+)
+def test_on_an_ellipse_a_closed_form_knows_the_work_of_the_orbit(kind, system, start):
+    """Proves it against that of the propagation, over an orbit and from any place on it."""
+    system, start_s = replace(system, orbit=ELLIPSE), 1234.5
+    motion = exact.recognise(system, start, start_s)
+    assert type(motion) is kind
+    t_s = np.linspace(0.0, 2.0 * np.pi / ELLIPSE.mean_motion, 100)
+    work = Propagation(system, start, start_s).at(t_s).work
+    assert np.ptp(work) > 1e-7
+    np.testing.assert_allclose(motion.at(t_s).work, work, rtol=0.0, atol=1e-12 * np.ptp(work))

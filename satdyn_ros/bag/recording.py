@@ -45,7 +45,6 @@ class Recording:
         self._names = {name: resolve(name) for name in (*_RECORDED, *sensors)}
         ticks = Ticks(scenario.rate, scenario.epoch_ns)
         self._timeout = self._held = ticks.timeout(0, scenario['torque.timeout'])
-        self._is_first_file = True
         self._added = {*topics, *sensors, *INPUTS.values()}
         self._writer = BagWriter(
             directory,
@@ -153,9 +152,8 @@ class Recording:
         def record(i):
             # A file begins, and tells everything anew: what happened is in the one before.
             self._held, begun = self._timeout, snapshot(i)
-            plain = dict(begun) if self._is_first_file else {**begun, 'is_start': False}
-            self._is_first_file = False
-            return run_records.SNAPSHOT, run_records.to_record(plain)
+            is_start = begun['is_start'] and self._writer.file_count == 1
+            return run_records.SNAPSHOT, run_records.to_record({**begun, 'is_start': is_start})
 
         return record
 

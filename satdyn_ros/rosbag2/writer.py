@@ -70,6 +70,11 @@ class BagWriter:
         for topic in topics:
             self.add_topic(topic)
 
+    @property
+    def file_count(self) -> int:
+        """How many files were begun."""
+        return len(self._metadata.files)
+
     def add_topic(self, topic: TopicMetadata) -> None:
         """Add a topic; one already added stays as it is."""
         if topic.name in self._topics:

@@ -65,7 +65,9 @@ def assert_complete(bag, program, ticks):
     for topic in (f'/{name}' for name in STATE_TOPICS):
         assert found[topic] == expected[topic], f'{topic}\n{program}'
     for topic, kind in (('/torque', 'torque'), ('/rotor_command', 'rotor_torque')):
-        given = sum(kind in entry and program.tick(entry) < ticks for entry in program.entries)
+        # What came at the tick where the run halted is told too.
+        end = ticks + (ticks < program.ticks)
+        given = sum(kind in entry and program.tick(entry) < end for entry in program.entries)
         assert len(found[topic]) == given, f'{topic}\n{program}'
 
 

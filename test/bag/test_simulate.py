@@ -12,7 +12,7 @@ from flights import GYROSTAT, sequence
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
-from satdyn_ros.bag import simulate
+from satdyn_ros.bag import beginning, simulate
 from satdyn_ros.bag.export import Options, export
 from satdyn_ros.bag.recorded_run import RecordedRun
 from satdyn_ros.bag.recording import Recording
@@ -21,8 +21,9 @@ from satdyn_ros.dynamics import rotation
 from satdyn_ros.dynamics.orbit import KeplerOrbit
 from satdyn_ros.exchange import utc
 from satdyn_ros.interruption import Terminated, interruptible
-from satdyn_ros.run.events import Request, Topics, Torque
+from satdyn_ros.run.events import Request, Reset, RotorCommand, Timeout, Topics, Torque
 from satdyn_ros.run.scenario import Scenario
+from satdyn_ros.run.simulation import Simulation
 
 EPOCH_NS = 1_700_000_000 * 10**9
 ORBITING = Scenario(
@@ -37,9 +38,9 @@ ORBITING = Scenario(
 )
 
 
-def recorded(scenario, duration_s, directory, happening=()):
+def recorded(scenario, duration_s, directory, happening=(), begin=None):
     """Run to the end and return the bag's directory."""
-    for _ in simulate.simulate(scenario, duration_s, directory, happening):
+    for _ in simulate.simulate(scenario, duration_s, directory, happening, begin):
         pass
     return directory
 
@@ -208,30 +209,106 @@ def test_a_run_that_is_interrupted_while_its_bag_begins_leaves_a_complete_bag(
     ids=['circular', 'kepler', 'free rotor', 'fixed'],
 )
 def test_a_run_goes_on_where_a_bag_is(scenario, tmp_path):
-    """
-    From a bag at S, with a request on the way, stamps and states are those of the longer run.
-
-    The motion begins anew, so its steps are others, some fifty, each true to about 1e-12.
-    """
+    """From a bag at S, with a request on the way, its messages are those of the longer run."""
     happening = [Request(500, {'initial.angular_velocity': [0.02, -0.01, 0.03]})]
     bag = recorded(scenario, 300, tmp_path / 'bag', happening)
-    onward = simulate.begun_in_bag(scenario, bag, '100')
-    again = recorded(onward, 200, tmp_path / 'onward')
-    truth, found = read(bag), read(again)
-    np.testing.assert_array_equal(found[0], truth[0][2000:])
-    np.testing.assert_array_equal(found[1][0], truth[1][2000])
-    np.testing.assert_array_equal(found[2][0], truth[2][2000])
-    assert np.max(rotation.angle_between(found[1], truth[1][2000:])) < 1e-10
-    assert np.max(np.abs(found[2] - truth[2][2000:])) < 1e-11
+    onward, begin = beginning.begun_in_bag(scenario, bag, '100')
+    again = recorded(onward, 200, tmp_path / 'onward', begin=begin)
+    begin_ns = EPOCH_NS + 100 * 10**9
+    assert sequence(again) == [message for message in sequence(bag) if message[1] >= begin_ns]
+    assert verify(again).same_bytes
+
+
+@pytest.mark.parametrize('rate', [29.97, 33.3, 7.77, 3.0])
+def test_ticks_go_on_at_any_rate(rate, tmp_path):
+    """
+    From the first tick at or after S, stamps, held torques, sensors and topics are the bag's.
+
+    Torque and command were given before S and end after it; a continuation goes on likewise.
+    """
+    scenario = GYROSTAT.with_values(
+        {
+            'publish.rate': rate,
+            'publish.topics': ['attitude', 'rotor'],
+            'torque.timeout': 0.0,
+            'sensors.names': ['gyro', 'star_tracker'],
+            'sensors.gyro.noise_density': 1e-4,
+            'sensors.gyro.bias_random_walk': 1e-5,
+            'sensors.star_tracker.latency': 2,
+        }
+    )
+    happening = [
+        Torque(4, (0.1, 0.0, 0.2), until_tick=60),
+        RotorCommand(5, {'rotor': 0.01}, until_tick=58),
+        Topics(6, ('attitude', 'imu')),
+        Request(9, {'rotor.speed': 3.0}),
+    ]
+    bag, first = recorded(scenario, 80 / rate, tmp_path / 'bag', happening), 41
+    # Half a tick before it: the first tick at or after S.
+    onward, begin = beginning.begun_in_bag(scenario, bag, (first - 0.5) / rate)
+    again = recorded(onward, 30 / rate, tmp_path / 'onward', [Reset(65)], begin)
+    begin_ns, end_ns = (onward.epoch_ns + round(k * 10**9 / onward.rate) for k in (first, 65))
+    assert onward.epoch_ns == scenario.epoch_ns
+    assert [m for m in sequence(again) if m[1] < end_ns] == [
+        m for m in sequence(bag) if begin_ns <= m[1] < end_ns
+    ]
+    # The reset is to the speed that was requested before.
+    assert read_rotor_speed(again, 65) == 3.0
+    later, begin = beginning.begun_in_bag(scenario, again, 50 / rate)
+    third = recorded(later, 10 / rate, tmp_path / 'third', begin=begin)
+    assert set(sequence(third)) < set(sequence(bag))
+    assert all(verify(path).same_bytes for path in (bag, again, third))
+
+
+def read_rotor_speed(bag, tick):
+    """Return the speed of the rotor at a tick of a bag's run."""
+    simulation = RecordedRun(bag).simulation()
+    while simulation.tick < tick:
+        simulation.advance(tick + 1 - simulation.next_tick)
+    return simulation.state.rotor_speed[0]
+
+
+def test_another_body_goes_on_in_the_state_of_the_bag(tmp_path):
+    """What the file changes is new at that tick, and the state and the torques go on."""
+    bag = recorded(GYROSTAT, 3, tmp_path / 'bag', [Torque(30, (0.1, 0.0, 0.0), until_tick=70)])
+    other = GYROSTAT.with_values({'body.inertia': [700.0, 800.0, 500.0], 'time.epoch_ns': 0})
+    onward, begin = beginning.begun_in_bag(other, bag, 2)
+    simulation = Simulation.from_snapshot(onward, begin)
+    run = RecordedRun(bag).simulation()
+    while run.tick < 60:
+        run.advance(61 - run.next_tick)
+    happened, samples = simulation.advance(50)
+    assert (samples.first_tick, int(samples.stamps_ns[0])) == (60, run.ticks.stamp_ns(60))
+    for name in ('q_ib', 'omega_bi_b', 'rotor_speed', 'rotor_angle'):
+        np.testing.assert_array_equal(getattr(samples.states[0], name), getattr(run.state, name))
+    np.testing.assert_array_equal(samples.system.torque_b, [0.1, 0.0, 0.0])
+    assert (happened, simulation.advance(1)[0]) == ([], [Timeout(70, 'torque')])
+
+
+@pytest.mark.parametrize(
+    ('changes', 'sentence'),
+    [
+        ({'publish.rate': 10.0}, r'publish\.rate is 10\.0; the run in .* goes on with 20\.0'),
+        ({'time.epoch_ns': 5}, r'time\.epoch_ns is 5; the run in .* goes on with 17'),
+    ],
+)
+def test_a_run_goes_on_with_its_own_ticks(changes, sentence, tmp_path):
+    """Another rate or epoch is refused, and an event before the tick where it goes on."""
+    bag = recorded(ORBITING, 10, tmp_path / 'bag')
+    with pytest.raises(ValueError, match=sentence):
+        beginning.begun_in_bag(ORBITING.with_values(changes), bag, '5')
+    onward, begin = beginning.begun_in_bag(ORBITING, bag, '5')
+    with pytest.raises(ValueError, match='the event Reset at tick 99: the run goes on at tick 10'):
+        recorded(onward, 1, tmp_path / 'onward', [Reset(99)], begin)
 
 
 def test_a_bag_has_no_state_beyond_its_end(tmp_path):
     """An instant that the bag does not reach, and a word that is none, are refused."""
     bag = recorded(ORBITING, 10, tmp_path / 'bag')
     with pytest.raises(ValueError, match=r'no state at 10 s; it goes from 0 to 9\.95 s'):
-        simulate.begun_in_bag(ORBITING, bag, '10')
+        beginning.begun_in_bag(ORBITING, bag, '10')
     with pytest.raises(ValueError, match='the instant is soon'):
-        simulate.begun_in_bag(ORBITING, bag, 'soon')
+        beginning.begun_in_bag(ORBITING, bag, 'soon')
 
 
 def test_a_run_goes_on_from_an_attitude_message(tmp_path):
@@ -240,7 +317,7 @@ def test_a_run_goes_on_from_an_attitude_message(tmp_path):
     message = tmp_path / 'bag.aem'
     export(bag, message, Options(with_rates=True))
     epoch = utc.epoch(ORBITING.epoch_ns + 10 * 10**9)
-    begun = simulate.begun_in_aem(ORBITING.with_values({'time.epoch_ns': 0}), message, epoch)
+    begun = beginning.begun_in_aem(ORBITING.with_values({'time.epoch_ns': 0}), message, epoch)
     assert begun.epoch_ns == ORBITING.epoch_ns + 10 * 10**9
     stamps_ns, q_ib, omega_bi_b = read(bag)
     (row,) = np.flatnonzero(stamps_ns == begun.epoch_ns)
@@ -248,7 +325,7 @@ def test_a_run_goes_on_from_an_attitude_message(tmp_path):
     # Sixteen digits in deg/s.
     np.testing.assert_allclose(begun.initial_state.omega_bi_b, omega_bi_b[row], rtol=1e-14)
     # The given epoch wins; the orbit begins as the scenario says.
-    assert simulate.begun_in_aem(ORBITING, message, epoch).epoch_ns == ORBITING.epoch_ns
+    assert beginning.begun_in_aem(ORBITING, message, epoch).epoch_ns == ORBITING.epoch_ns
 
 
 def test_without_rates_in_the_message_the_scenario_gives_the_rate(tmp_path):
@@ -257,14 +334,14 @@ def test_without_rates_in_the_message_the_scenario_gives_the_rate(tmp_path):
     export(recorded(ORBITING, 1, tmp_path / 'bag'), message)
     epoch = utc.epoch(ORBITING.epoch_ns)
     resting = Scenario({'initial.frame': 'lvlh', 'orbit.inclination': 0.9})
-    state = simulate.begun_in_aem(resting, message, epoch).initial_state
+    state = beginning.begun_in_aem(resting, message, epoch).initial_state
     rate_i = rotation.rotate(state.q_ib, state.omega_bi_b)
     orbit = resting.system.orbit
     assert isinstance(orbit, KeplerOrbit)
     np.testing.assert_allclose(rate_i, orbit.mean_motion * orbit.normal, rtol=0.0, atol=1e-17)
     rate_b = (0.1, -0.2, 0.3)
     turning = Scenario({'initial.frame': 'inertial', 'initial.angular_velocity': rate_b})
-    state = simulate.begun_in_aem(turning, message, epoch).initial_state
+    state = beginning.begun_in_aem(turning, message, epoch).initial_state
     np.testing.assert_array_equal(state.omega_bi_b, rate_b)
 
 
@@ -273,7 +350,7 @@ def test_memory_stays_flat(tmp_path):
     """A day at 10 Hz takes less than 50 MB more than a minute does."""
     program = f"""
 import resource
-from satdyn_ros.bag import simulate
+from satdyn_ros.bag import beginning, simulate
 from satdyn_ros.run.scenario import Scenario
 scenario = Scenario({{'publish.rate': 10.0, 'publish.topics': ['attitude', 'imu']}})
 peaks = []

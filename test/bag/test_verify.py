@@ -17,6 +17,7 @@ from satdyn_ros.bag.recording import Recording
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.rosbag2.chunk import Contents
 from satdyn_ros.rosbag2.errors import Damaged
+from satdyn_ros.rosbag2.reader import Bag
 from satdyn_ros.rosbag2.records import written
 from satdyn_ros.rosbag2.scan import Block, scan
 from satdyn_ros.run.events import Reset
@@ -269,6 +270,29 @@ def test_the_shortest_bags_verify(tmp_path, ticks):
     silent = flights.GYROSTAT.with_values({'publish.topics': ()})
     path = flights.record(tmp_path / 'silent', silent, ticks, ())
     assert verify(path).message_count == 0
+
+
+def test_inputs_before_the_first_sample_verify(tmp_path):
+    """Nothing is published while a torque begins to act: the bag begins at tick 0 all the same."""
+    silent = flights.GYROSTAT.with_values({'publish.topics': ()})
+    events = (flights.Torque(5, (0.1, 0.0, 0.0)), flights.Topics(10, ('attitude',)))
+    path = flights.record(tmp_path / 'bag', silent, 20, events)
+    assert RecordedRun(path).events == list(events)
+    verdict = verify(path)
+    assert (verdict.message_count, verdict.same_bytes) == (11, True)
+
+
+def test_a_file_that_begins_at_tick_0_verifies_alone(tmp_path):
+    """What happened at tick 0 has filled the file before."""
+    scenario = flights.GYROSTAT.with_values({'record.max_size_bytes': 1})
+    events = (flights.Torque(0, (0.1, 0.0, 0.0)), flights.Request(0, {'rotor.speed': 3.0}))
+    path = flights.record(tmp_path / 'bag', scenario, 3, events)
+    files = Bag(path).files
+    assert len(files) == 4
+    for file in (path, *files):
+        assert verify(file).same_bytes
+    assert RecordedRun(files[1]).first_tick == 0
+    assert RecordedRun(files[1]).events == []
 
 
 def test_an_exact_run_verifies(tmp_path):

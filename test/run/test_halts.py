@@ -1,12 +1,15 @@
 """Runs whose next tick cannot be reached: what is dropped, where they halt, what resumes them."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from flights import sequence
 
 from satdyn_ros import exact
 from satdyn_ros.bag.recorded_run import RecordedRun
 from satdyn_ros.bag.recording import Recording
-from satdyn_ros.bag.simulate import simulate
+from satdyn_ros.bag.simulate import Untrue, simulate
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.run.events import Event, Halt, Request, Reset, Timeout, Torque, TorquesDropped
@@ -15,6 +18,7 @@ from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import RunHalted, Simulation
 from satdyn_ros.run.ticks import LAST_STAMP_NS
 
+CONFIG = Path(__file__).parents[2] / 'config'
 SCENARIO = Scenario({'publish.topics': ['attitude'], 'time.epoch_ns': 10**18})
 TOO_STRONG = (1e30, 0.0, 0.0)
 WILD = {'initial.angular_velocity': [9e7, 0.0, 0.0]}
@@ -135,6 +139,27 @@ def test_a_start_that_begins_no_motion_is_refused(values, tmp_path):
     with pytest.raises(ValueError, match='no motion can start from these values: the prop'):
         list(simulate(Scenario(values), 10, tmp_path / 'bag'))
     assert not (tmp_path / 'bag').exists()
+
+
+@pytest.mark.parametrize('rest', [(), (Torque(10, (0.0, 0.0, 0.0)),), (Reset(10),)])
+def test_a_torque_dropped_where_something_ends_is_told_once(rest, tmp_path):
+    """It times out at the tick that it does not reach; whatever acts there, the bag is true."""
+    cubesat = Scenario.from_yaml(CONFIG / 'cubesat.yaml').with_values({'publish.rate': 1.0})
+    events = [Torque(9, (1e6, 0.0, 0.0), until_tick=10), *rest]
+    for _ in simulate(cubesat, 15, tmp_path / 'bag', events):
+        pass
+    assert RecordedRun(tmp_path / 'bag').events == [events[0], TorquesDropped(10), *rest]
+    assert verify(tmp_path / 'bag').same_bytes
+
+
+def test_what_is_told_to_follow_and_does_not_is_said(tmp_path):
+    """The run of an events file is complete, and its timeouts and halts are compared with it."""
+    truth: list[Event] = [Torque(5, (0.1, 0.0, 0.0), until_tick=9), Timeout(9, 'torque')]
+    list(simulate(SCENARIO, 0.2, tmp_path / 'true', truth))
+    lie = [*truth, Timeout(7, 'torque'), Halt(12)]
+    with pytest.raises(Untrue, match='the event Timeout at tick 7 did not happen'):
+        list(simulate(SCENARIO, 0.2, tmp_path / 'untrue', lie))
+    assert sequence(tmp_path / 'untrue') == sequence(tmp_path / 'true')
 
 
 @pytest.mark.long

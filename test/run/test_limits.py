@@ -1,16 +1,28 @@
 """Limits of motors act at ticks and follow from the run: torques cut, torques dropped."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
-from flights import difference, summary, written
+from flights import difference, sequence, summary, written
 
+from satdyn_ros.bag.beginning import begun_in_bag
 from satdyn_ros.bag.recorded_run import RecordedRun
 from satdyn_ros.bag.recording import Recording
-from satdyn_ros.bag.simulate import begun_in_bag, simulate
+from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.rosbag2.recover import recover
 from satdyn_ros.rosbag2.scan import Block, scan
-from satdyn_ros.run.events import Event, Reset, RotorCommand, RotorLimited, Timeout
+from satdyn_ros.run.events import (
+    Event,
+    Request,
+    Reset,
+    RotorCommand,
+    RotorLimited,
+    Timeout,
+    Topics,
+    Torque,
+)
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 
@@ -229,16 +241,78 @@ def test_a_limit_that_the_bag_does_not_tell_is_a_difference(limit, tmp_path, mon
 
 def test_a_run_goes_on_from_a_bag_with_limits(tmp_path):
     """
-    Begun where both torques have been dropped, the rotors turn on as in the bag.
+    Where both torques have been dropped, and where one is just being dropped: the same speeds.
 
-    Friction is all that acts on them until tick 90; the motion's steps are others, each true to
-    1e-13.  Right after the drop the speed is above its limit, which no initial speed may be.
+    Right after the drop the speed is above its limit, which no initial speed may be.
     """
     bag = recorded(tmp_path / 'bag')
-    whole, speeds, torques = run(EVENTS)
-    assert (torques[60:90] == 0.0).all()
-    onward = begun_in_bag(SCENARIO, bag, 1.2).motion().at(np.arange(30) / 50.0)
-    np.testing.assert_allclose(onward.rotor_speed, speeds[60:90], rtol=1e-11)
-    dropped = next(event for event in limits(whole) if event.limit == DROPPED)
-    with pytest.raises(ValueError, match=r'it must be at most rotor\.a\.max_speed, 5 rad/s'):
-        begun_in_bag(SCENARIO, bag, dropped.tick / 50.0)
+    dropped = next(event.tick for event in limits(run(EVENTS)[0]) if event.limit == DROPPED)
+    for tick, end in ((60, 90), (dropped, dropped + 5)):
+        scenario, begin = begun_in_bag(SCENARIO, bag, tick / 50.0)
+        for _ in simulate(scenario, (end - tick) / 50.0, tmp_path / str(tick), begin=begin):
+            pass
+        assert verify(tmp_path / str(tick)).same_bytes
+        last_ns = SCENARIO.epoch_ns + (end - 1) * 20_000_000
+        assert sequence(tmp_path / str(tick)) == [
+            message
+            for message in sequence(bag)
+            if SCENARIO.epoch_ns + tick * 20_000_000 <= message[1] <= last_ns
+        ]
+
+
+# -- computed ahead, and computed anew ------------------------------------------------------------
+
+
+def test_a_limit_that_was_computed_ahead_is_undone():
+    """A command that comes before the tick is published acts there as if nothing had been."""
+    motor = {'mode': 'motor', 'inertia': 2e-5, 'max_speed': 60.0, 'speed': 59.9}
+    scenario = Scenario.from_dict(
+        {'body': {'inertia': [0.02, 0.03, 0.04]}, 'rotor': motor, 'publish': {'rate': 10.0}}
+    )
+    first, second = RotorCommand(0, {'rotor': 1e-3}), RotorCommand(1, {'rotor': -1e-3})
+    simulation = Simulation(scenario, [first])
+    simulation.advance(1)
+    assert simulation.advance(9)[0] == [RotorLimited(1, 'rotor', DROPPED)]
+    simulation.rewind(1)
+    simulation.schedule(second)
+    happened, samples = simulation.advance(9)
+    assert happened == [second]
+    assert samples.system.rotor_torque[0] == -1e-3
+    straight = Simulation(scenario, [first, second])
+    straight.advance(1)
+    _, same = straight.advance(9)
+    np.testing.assert_array_equal(samples.states.rotor_speed, same.states.rotor_speed)
+
+
+@pytest.mark.parametrize('seed', range(8))
+def test_a_run_computed_ahead_is_the_run_that_knew(seed):
+    """
+    What comes while ticks are computed ahead acts as if it had been known from the start.
+
+    Commands, torques, requests, resets and topics, several to a tick, at wheels near their limits.
+    """
+    draw = np.random.default_rng(seed)
+    kinds: list[Callable[[int], Event]] = [
+        Reset,
+        lambda tick: Request(tick, {'rotor.b.speed': draw.uniform(-5.0, 5.0)}),
+        lambda tick: RotorCommand(tick, {'a': draw.choice([0.02, -0.02, 0.0])}, tick + 9),
+        lambda tick: RotorCommand(tick, {'b': draw.choice([0.005, -0.005])}),
+        lambda tick: Torque(tick, (1e-4 * draw.normal(), 0.0, 0.0), tick + 4),
+        lambda tick: Topics(tick, ('attitude',)),
+    ]
+    live, told, came = Simulation(SCENARIO), list[Event](), list[Event]()
+    speeds = []
+    while live.next_tick < 120:
+        first = live.next_tick
+        happened, samples = live.advance(draw.integers(1, 12))
+        published = draw.integers(0, len(samples) + 1)
+        if published:
+            told += happened
+            speeds.append(samples.states.rotor_speed[:published])
+        live.rewind(first + int(published))
+        for kind in draw.choice(len(kinds), draw.integers(0, 3)):
+            came.append(kinds[kind](live.next_tick))
+            live.schedule(came[-1])
+    straight = run(came, live.next_tick)
+    assert told == [event for event in straight[0] if event.tick < live.next_tick]
+    np.testing.assert_array_equal(np.concatenate(speeds), straight[1][: live.next_tick])

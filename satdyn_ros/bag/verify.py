@@ -9,10 +9,8 @@ from pathlib import Path
 import numpy as np
 from mcap.records import Header, Metadata
 
-from ..dynamics.integrals import field_rate
 from ..dynamics.motion import States
-from ..dynamics.system import System
-from ..dynamics.torque import angular_momentum
+from ..dynamics.propagator import Propagation
 from ..rosbag2.errors import BagError, Damaged, Incomplete
 from ..rosbag2.integrity import check
 from ..rosbag2.reader import Bag, TopicBlock
@@ -29,6 +27,10 @@ from .rerun import Records, rerun
 
 # A propagation is not limited by a tolerance below this.
 _LEAST_TOLERANCE = 1e-13
+# What a step may change an integral by, and its interpolation, in tolerances.
+_OF_A_STEP, _OF_INTERPOLATION = 6.0, 18.0
+# The last digits by which an angle since tick 0 may be off.
+_ROUNDINGS = 10.0
 
 
 @dataclass(frozen=True)
@@ -104,9 +106,7 @@ def verify(
         for name, then in recorded.machine.items()
         if then != here.get(name)
     }
-    conservation = _Conservation(
-        recorded.scenario['motion.tolerance'], 1.0 / float(recorded.ticks.rate)
-    )
+    conservation = _Conservation(recorded.scenario['motion.tolerance'])
     derived = _Derived(recorded)
 
     def observe(simulation: Simulation, applied: list[Event], samples: Samples) -> None:
@@ -259,46 +259,55 @@ class _Derived:
 
 
 class _Conservation:
-    """How far the first integrals of a run drift between events; drift: the largest, relative."""
+    """
+    How far the first integrals of a run drift between events; drift: the largest, relative.
 
-    def __init__(self, tolerance: float, tick_s: float):
+    A step is taken if the root mean square of its errors of up to nine variables is within the
+    tolerance, of attitude by half the angle and of rate relative to the rates that the sizes of
+    integrals.py are made of: each integral changes by at most 2 sqrt(9) tolerances of its size.
+    From there on the motion keeps it, so that what the steps change adds up and does not grow.
+    Within a step the interpolation of an oscillation is off by three times the step's estimate,
+    in the first row as in the last.  Angles since tick 0, of the orbit and of the body, which a
+    closed form goes through without a step, have the rounding of their own size.
+    """
+
+    def __init__(self, tolerance: float):
         self.drift: dict[str, float] = {}
-        self._tolerance, self._tick_s = tolerance, tick_s
-        self._turned_rad = 0.0
+        self._tolerance = max(tolerance, _LEAST_TOLERANCE)
+        self._steps = 0
+        self._angle_rad = 0.0
         self._measuring = Drift()
 
     @property
     def allowed(self) -> float:
-        """
-        Return the drift that the tolerance, the error of one step, allows.
-
-        The errors of steps add up to about four times the tolerance per radian of the fastest
-        oscillation, and ten times are allowed; the states between steps are interpolated, which
-        adds up to some ten times the tolerance, and a hundred times are allowed.
-        """
-        return max(self._tolerance, _LEAST_TOLERANCE) * (100.0 + 10.0 * self._turned_rad)
+        """Return the drift that as many steps, and such angles, allow."""
+        of_steps = _OF_A_STEP * self._steps + 2.0 * _OF_INTERPOLATION
+        return self._tolerance * of_steps + _ROUNDINGS * np.finfo(float).eps * self._angle_rad
 
     def observe(self, simulation: Simulation, samples: Samples) -> None:
         """Take samples of a run."""
-        self._add(self._measuring.take(simulation.motion, samples))
+        motion = simulation.motion
+        if isinstance(motion, Propagation):
+            self._steps = max(self._steps, motion.steps)
+        self._add(self._measuring.take(motion, samples))
 
     def close(self) -> None:
         """Measure the last of them."""
         self._add(self._measuring.close())
 
     def _add(self, measured: list[MeasuredDrift]) -> None:
-        for parts, states, drift in measured:
+        for _, states, drift in measured:
             if not drift:
                 continue
             for name, values in drift.items():
                 before = self.drift.get(name, 0.0)
                 self.drift[name] = float(np.fmax.reduce(np.abs(values), initial=before))
-            rates = _fastest_rates(parts[0].system, states)
-            self._turned_rad += float(np.sum(rates)) * self._tick_s
+            self._angle_rad = max(self._angle_rad, float(np.max(_angles(states))))
 
 
-def _fastest_rates(system: System, states: States) -> np.ndarray:
-    """Return a bound of how fast the body turns, nutates and swings [rad/s], shape (N,)."""
-    least = np.min(np.linalg.eigvalsh(system.carrier_inertia))
-    momentum = angular_momentum(system, states.omega_bi_b, states.rotor_speed)
-    return np.linalg.norm(momentum, axis=1) / least + field_rate(system, states)
+def _angles(states: States) -> np.ndarray:
+    """Return what body and orbit turn by since tick 0, at the rates of now [rad], shape (N,)."""
+    rate, orbit = np.linalg.norm(states.omega_bi_b, axis=1), states.orbit
+    if orbit.has_lvlh:
+        rate = rate + np.linalg.norm(orbit.lvlh_rate(states.orbit_s), axis=1)
+    return rate * states.orbit_s

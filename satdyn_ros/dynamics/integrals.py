@@ -16,7 +16,8 @@ the weight moment, V = (3 mu / 2 r^3) c . I c and nu the orbital rate:
 Agostinelli 1977, eqs 3-6; Beletsky 1957; Balli and Grioli 1979.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -55,25 +56,42 @@ def first_integrals(system: System, states: States) -> dict[str, np.ndarray]:
     return values
 
 
-def relative_drift(
-    system: System, states: States, since: np.ndarray = _FROM_ROW_0
-) -> dict[str, np.ndarray]:
+def relative_drift(system: System, states: States) -> dict[str, np.ndarray]:
     """
-    Return each first integral's change relative to the size of its parts, (N,).
+    Return each first integral's change since row 0, relative to the size of its parts, (N,).
 
-    The change in row i is that since row since[i], (N,), where its motion began; the size is the
-    larger one of the two rows.  An integral may be zero, and so may each of its terms: its size is
-    that of the momenta and potentials behind them.  nan: the row's motion does not conserve it,
-    others do.
+    The size is the largest since row 0.  An integral may be zero, and so may each of its terms:
+    its size is that of the momenta and potentials behind them.  nan: the row's motion does not
+    conserve it, others do.
     """
-    parts, drift = _Parts.of(system, states), {}
-    sizes = _sizes(parts)
+    return drift_since(system, states, _FROM_ROW_0, applied_torque(system), {})[0]
+
+
+def drift_since(
+    system: System,
+    states: States,
+    since: np.ndarray,
+    applied: np.ndarray,
+    sizes_before: Mapping[str, np.ndarray],
+) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """
+    Return relative_drift of motions that follow each other, and the sizes in their last row.
+
+    since (N,): by row that where its motion began; applied (N,) [N m]: its applied_torque;
+    sizes_before: the sizes up to row 0 of a motion that goes on from other rows.
+    """
+    parts, drift, last_sizes = _Parts.of(system, states), {}, {}
+    sizes = _sizes(parts, applied)
     for name, terms in _terms(parts, since).items():
         value = sum(terms)
-        change = value - value[..., since]
-        size = np.maximum(sizes[name][..., since], sizes[name])
+        change, size = value - value[..., since], sizes[name].copy()
+        size[..., 0] = np.maximum(size[..., 0], sizes_before.get(name, 0.0))
+        for begin, end in pairwise([*np.unique(since), size.shape[-1]]):
+            rows = size[..., begin:end]
+            np.maximum.accumulate(rows, axis=-1, out=rows)
         drift[name] = np.divide(change, size, out=np.zeros_like(change), where=size > 0.0)
-    return drift
+        last_sizes[name] = size[..., -1]
+    return drift, last_sizes
 
 
 def conserve_alike(one: System, other: System) -> bool:
@@ -85,11 +103,9 @@ def conserve_alike(one: System, other: System) -> bool:
     )
 
 
-def field_rate(system: System, states: States) -> np.ndarray:
-    """Return sqrt(|3 mu / r^3| + |m| / K), the rate at which the field swings a body, (N,)."""
-    least = np.linalg.eigvalsh(system.carrier_inertia)[..., 0]
-    gradient = np.abs(states.orbit.gradient_at(states.orbit_s))
-    return np.sqrt(gradient + length(system.weight_moment) / least)
+def applied_torque(system: System) -> np.ndarray:
+    """Return the size of the torque that acts on the body and those of the motors [N m]."""
+    return length(system.torque_b) + np.sum(np.abs(system.rotor_torque))
 
 
 class _Parts(NamedTuple):
@@ -147,28 +163,33 @@ def forms_of_components(omega: Sequence, c: Sequence, K: Sequence, I: Sequence) 
     return u, v, w, rate, K_omega_size, kinetic, c_I_c
 
 
-def _sizes(parts):
+def _sizes(parts, applied):
     """
     Return by name the size (N,) of the parts of each first integral.
 
-    A vector counts with its length, whatever its direction.  What the field changes within a
-    radian of the swing counts too: a body that rests in the field has no other rate or momentum.
+    applied (N,): as of drift_since.  A vector counts with its length, whatever its direction.
+    What field, torques and friction change within a radian of the swing counts too, and the work
+    that they do there: a body that rests has no other rate, momentum or work.
     A kinetic energy is as uncertain as the whole momentum times the rate, which a fast rotor
     makes larger than omega . K omega.
     """
     system, states = parts.system, parts.states
     orbit, rate = system.orbit, parts.rate
-    swing = field_rate(system, states)
+    gradient = _largest_gradient(states)
+    weight = length(system.weight_moment)
+    for i, rotor in enumerate(system.rotors):
+        if rotor.is_damped:
+            applied = applied + rotor.friction * np.abs(states.rotor_speed[..., i])
+    least, _, K_max = np.moveaxis(np.linalg.eigvalsh(system.carrier_inertia), -1, 0)
+    swing = np.sqrt(gradient + (weight + applied) / least)
     p = [np.abs(p_i) for p_i in parts.p]
-    K_max = np.linalg.eigvalsh(system.carrier_inertia)[..., -1]
     momentum = parts.K_omega_size + sum(p) + K_max * swing
     trace = np.trace(system.inertia, axis1=-2, axis2=-1)
-    potential = np.abs(orbit.gradient_at(states.orbit_s)) / 2.0 * trace
-    energy = rate * momentum + potential + length(system.weight_moment)
+    energy = rate * momentum + gradient / 2.0 * trace + weight
     nu = length(orbit.lvlh_rate(states.orbit_s)) if orbit.has_lvlh else 0.0
     return {
         'energy': energy,
-        'energy_balance': energy + np.abs(states.work),
+        'energy_balance': energy + applied + np.abs(states.work),
         'jacobi': energy + nu * momentum,
         'area': momentum,
         'momentum': momentum,
@@ -179,6 +200,19 @@ def _sizes(parts):
             for rotor, p_i in zip(system.rotors, p, strict=True)
         },
     }
+
+
+def _largest_gradient(states):
+    """Return the largest |3 mu / r^3| [1/s^2], (N,), since the row before."""
+    orbit = states.orbit
+    gradient = np.abs(orbit.gradient_at(states.orbit_s))
+    if not orbit.is_eccentric:
+        return gradient
+    # Only a pericentre between two rows is nearer than both.
+    turn = np.floor(orbit.anomaly(states.orbit_s) / (2.0 * np.pi))
+    passed = np.diff(turn, prepend=turn[..., :1], axis=-1) != 0.0
+    nearest_m = orbit.semi_latus_rectum / (1.0 + orbit.eccentricity)
+    return np.where(passed, 3.0 * orbit.mu / nearest_m**3, gradient)
 
 
 def _terms(parts, since=_FROM_ROW_0):

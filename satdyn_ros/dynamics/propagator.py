@@ -68,15 +68,16 @@ class Propagation(Motion):
         self.constants = parameters(system, start_s)
         self.anomaly = tuple(map(float, mean_anomaly(system, start_s)))
         self.wanted = wanted_count(system, self.constants.does_work)
-        self._clock = np.zeros(7)
+        self._clock, self._most_taken = np.zeros(7), 0.0
         self._begin()
 
     @property
     def steps(self) -> int:
-        """The number of steps taken to where the propagation now stands."""
-        return int(self._clock[STEPS])
+        """The number of steps taken to where the propagation stands or, before a halt, stood."""
+        return int(max(self._clock[STEPS], self._most_taken))
 
     def _begin(self):
+        self._most_taken = max(self._most_taken, self._clock[STEPS])
         y = initial_values(self.system, self.state)
         self._stages, self._dense = step_arrays(len(y))
         self._stages.y[: len(y)] = self._dense[0, : len(y)] = y

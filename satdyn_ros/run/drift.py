@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..dynamics.integrals import conserve_alike, relative_drift
+from ..dynamics.integrals import applied_torque, conserve_alike, drift_since
 from ..dynamics.motion import Motion, States, joined
 from .samples import Samples
 
@@ -40,6 +40,8 @@ class Drift:
         self._parts: list[Samples] = []
         # Before the parts the row where their first motion began, if that was measured before.
         self._carried: list[States] = []
+        # The sizes of the integrals up to there, in a motion that goes on.
+        self._sizes: dict[str, np.ndarray] = {}
         # By row, that one too, the row where its motion began.
         self._since: list[int] = []
 
@@ -71,9 +73,14 @@ class Drift:
             return []
         states = joined([*self._carried, *(part.states for part in self._parts)])
         since = np.array(self._since)
-        drift = {}
+        drift: dict[str, np.ndarray] = {}
         if np.any(since != np.arange(len(since))):
-            drift = relative_drift(self._parts[0].system, states, since)
+            lengths = [len(part) for part in self._parts]
+            lengths[0] += len(self._carried)
+            applied = np.repeat([applied_torque(part.system) for part in self._parts], lengths)
+            drift, self._sizes = drift_since(
+                self._parts[0].system, states, since, applied, self._sizes if self._carried else {}
+            )
         rows = slice(len(self._carried), None)
         measured = MeasuredDrift(
             self._parts, states.rows(rows), {name: values[rows] for name, values in drift.items()}

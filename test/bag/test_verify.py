@@ -263,6 +263,63 @@ def test_a_bag_whose_integrals_start_at_zero_verifies(tmp_path, attitude):
     assert verdict.is_true, str(verdict)
 
 
+def test_a_body_that_a_torque_moves_from_rest_verifies(tmp_path):
+    """Its energy and the work begin at zero: the torque itself is what a step is uncertain of."""
+    scenario = Scenario.from_dict(
+        {
+            'body': {'inertia': [0.02, 0.03, 0.04]},
+            'publish': {'rate': 10.0},
+            'time': {'epoch_ns': flights.EPOCH_NS},
+        }
+    )
+    events = [flights.Torque(0, (5e-4, 5e-4, 5e-4), until_tick=10)]
+    verdict = verify(flights.record(tmp_path / 'bag', scenario, 30, events))
+    assert verdict.is_true, str(verdict)
+    assert verdict.drift['energy_balance'] < 0.1 * verdict.allowed_drift
+
+
+def test_a_run_that_halts_verifies(tmp_path):
+    """The steps of a motion that ended count as those of one that goes on."""
+    scenario = flights.GYROSTAT.with_values({'initial.angular_velocity': [300.0, 0.0, 400.0]})
+    events = [flights.Torque(140, (1e9, 0.0, 0.0)), flights.Torque(145, (1e14, 0.0, 0.0))]
+    verdict = verify(flights.record(tmp_path / 'bag', scenario, 150, events))
+    assert verdict.is_true, str(verdict)
+
+
+@pytest.mark.parametrize(
+    ('values', 'name'),
+    [
+        ({}, 'steady rotation'),
+        ({'body.inertia': [2.0, 3.0, 2.0]}, 'steady rotation'),
+        ({'rotor.mode': 'constant_momentum', 'rotor.momentum': 0.3}, 'free rotation'),
+        ({'rotor.mode': 'free', 'rotor.inertia': 0.05, 'rotor.speed': 3.0}, 'free rotation'),
+    ],
+    ids=['sphere', 'disc', 'rotor', 'free rotor'],
+)
+def test_a_closed_form_on_an_ellipse_verifies(tmp_path, values, name):
+    """A sphere has a potential too, which changes with the distance."""
+    # In LVLH axes the orbit's normal is -Y, about which a disc turns freely.
+    rate = [0.0, 0.02, 0.0] if 'body.inertia' in values else [0.01, -0.02, 0.005]
+    scenario = Scenario(
+        {
+            'body.inertia': [2.0, 2.0, 2.0],
+            'orbit.type': 'kepler',
+            'orbit.eccentricity': 0.3,
+            'orbit.semi_major_axis': 1.2e7,
+            'motion.method': 'auto',
+            'initial.attitude': (0.0, 0.0, 0.0, 1.0),
+            'initial.angular_velocity': rate,
+            'publish.rate': 0.5,
+            'time.epoch_ns': flights.EPOCH_NS,
+            **values,
+        }
+    )
+    assert scenario.motion().name == name
+    verdict = verify(flights.record(tmp_path / 'bag', scenario, 4000, ()))
+    assert verdict.is_true, str(verdict)
+    assert verdict.drift['energy_balance'] < 0.1 * verdict.allowed_drift
+
+
 @pytest.mark.parametrize('ticks', [0, 1])
 def test_the_shortest_bags_verify(tmp_path, ticks):
     """No tick or one, and no published topic."""

@@ -186,5 +186,5 @@ def test_of_the_torques_that_come_in_a_pause_the_last_acts(live, tmp_path):
     assert node.end()[0] == 0
     (directory,) = tmp_path.glob('satdyn_*_*')
     assert verify(directory).same_bytes
-    (torque,) = RecordedRun(directory).events
-    assert torque == Torque(last + 1, (3.0, 0.0, 0.0), until_tick=last + 101)
+    one = Torque(last + 1, (3.0, 0.0, 0.0), until_tick=last + 101)
+    assert RecordedRun(directory).events == [one]

@@ -157,7 +157,7 @@ def test_no_garbage_is_collected_inside_a_tick(collections):
         def __init__(self):
             self.busy = False
 
-        def prepare(self, applied, samples):
+        def prepare(self, samples):
             return self
 
         def publish(self, row):
@@ -167,7 +167,7 @@ def test_no_garbage_is_collected_inside_a_tick(collections):
                 cycle.append(cycle)
             self.busy = False
 
-        def published(self, samples, messages, count):
+        def published(self, happened, samples, messages, count):
             inside.extend([self.busy] * len(collections))
 
     listener = Listener()

@@ -304,12 +304,12 @@ def test_a_run_computed_ahead_is_the_run_that_knew(seed):
     speeds = []
     while live.next_tick < 120:
         first = live.next_tick
-        happened, samples = live.advance(draw.integers(1, 12))
-        published = draw.integers(0, len(samples) + 1)
+        happened, samples = live.advance(int(draw.integers(1, 12)))
+        published = int(draw.integers(0, len(samples) + 1))
         if published:
             told += happened
             speeds.append(samples.states.rotor_speed[:published])
-        live.rewind(first + int(published))
+        live.rewind(first + published)
         for kind in draw.choice(len(kinds), draw.integers(0, 3)):
             came.append(kinds[kind](live.next_tick))
             live.schedule(came[-1])

@@ -294,9 +294,9 @@ class Draw(Random):
         moments = [0, *(self.randrange(ticks) for _ in range(self.randint(0, 9)))]
         entries: list[dict[str, Any]] = []
         conditions = scenario
-        # Where a torque ends by its timeout something else is to act as well.
+        # Where a torque ends by its timeout, or is dropped, something else is to act as well.
         timeout_ticks = math.ceil(scenario['torque.timeout'] * scenario.rate)
-        moments += [k + timeout_ticks for k in moments if self.one_in(2)]
+        moments += [k + self.choice((1, timeout_ticks)) for k in moments if self.one_in(2)]
         for tick in sorted(self.choice(moments) for _ in range(self.choice((0, 3, 8, 20)))):
             what = self.happening(conditions, ticks, moments, tick)
             if 'request' in what:
@@ -332,7 +332,7 @@ class Draw(Random):
                 command = self.command(motors, conditions)
                 named = command if conditions['rotor.names'] else command['rotor']
                 return {'rotor_torque': named} | self.until(moments, tick)
-            case 'request' if self.one_in(40):
+            case 'request' if conditions['motion.method'] == 'numeric' and self.one_in(30):
                 # No propagation follows it: the run halts at the next tick.
                 fast = 9e5 * float(conditions.rate)
                 return {'request': {'initial.angular_velocity': [0.0, fast, 0.1 * fast]}}
@@ -356,7 +356,7 @@ class Draw(Random):
         """Return a torque [N m]: none, a small one, seldom one that no motion can follow."""
         if self.one_in(4) or conditions['motion.method'] == 'exact':
             return [0.0, 0.0, 0.0]
-        if self.one_in(25):
+        if self.one_in(15):
             return self.vector(self.power(6.0, 30.0))
         return self.vector(min(conditions['body.inertia'][:3]) * self.rate() / duration_s)
 

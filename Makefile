@@ -43,7 +43,7 @@ help:
 	@echo 'make bench    the benchmarks against their peers; writes benchmark/RESULTS.md;'
 	@echo '              with QUICK=1 two minutes that only show that they run'
 	@echo 'make torture  the long forms of the tests (hours): every flipped bit, mutated bags and YAML,'
-	@echo '              requests of four clients, kills, restarts, a simulated day'
+	@echo '              random programs, requests of four clients, kills, restarts, a simulated day'
 	@echo 'make reference  recompute the reference cases to 50 digits and compare (some minutes)'
 	@echo 'make oldest   tests with the oldest libraries that setup.py names (Python 3.10 or 3.11)'
 	@echo 'make clean    remove .venv and everything that was built'

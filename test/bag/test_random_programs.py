@@ -85,7 +85,7 @@ def assert_refused(program, directory):
     """Assert that one event that is not allowed refuses the run before a bag is made."""
     with pytest.raises(ValueError, match='the event Request at tick'):
         recorded(program._replace(entries=[*program.entries, program.refused]), directory)
-    assert not directory.exists(), program
+    assert not directory.exists(), f'{program}'
 
 
 def assert_readable(bag, program, capsys):
@@ -121,7 +121,7 @@ def assert_continues(bag, program, ticks):
     origin = ['--from', str(bag), '--at', f'{at_s:.9f}']
     duration = ['--duration', str((program.ticks - first) / rate)]
     argv = ['simulate', str(scenario), *origin, *duration, '--events', str(events)]
-    assert main([*argv, '-o', str(onward)]) == (ticks < program.ticks), program
+    assert main([*argv, '-o', str(onward)]) == (ticks < program.ticks), f'{program}'
     begin_ns = program.scenario.epoch_ns + stamps_ns(program)[first]
     rest = [message for message in sequence(bag) if message[1] >= begin_ns]
     # Compared first: pytest would print both, to the last byte.

@@ -252,9 +252,9 @@ def fly(seed, live, tmp_path):
     assert code == 0, f'{errors}\n{pilot}'
     assert 'Traceback' not in errors, f'{errors}\n{pilot}'
     bags = {bag.name: bag for bag in tmp_path.glob('satdyn_*_*')}
-    assert {*pilot.bags} <= {*bags}, pilot
+    assert {*pilot.bags} <= {*bags}, f'{pilot}'
     # What was open from the start has no answer that names it.
-    assert len(bags) == len(pilot.bags) + values['record.enabled'], pilot
+    assert len(bags) == len(pilot.bags) + values['record.enabled'], f'{pilot}'
     for bag in bags.values():
         for path in (bag, *sorted(bag.glob('*.mcap'))):
             verdict = verify(path)
@@ -275,7 +275,7 @@ def assert_holds_the_end(bag, pilot, topic):
     stamps_ns = Bag(bag).messages(topic).log_times_ns.tolist() if has_any else []
     heard_ns = [raw_stamp_ns(data) for data in pilot.heard]
     heard = {stamp for stamp in heard_ns if stamps_ns and stamp >= stamps_ns[0]}
-    assert heard <= {*stamps_ns}, pilot
+    assert heard <= {*stamps_ns}, f'{pilot}'
 
 
 @pytest.mark.parametrize('seed', SHORT)

@@ -1,6 +1,7 @@
 """Random programs: a scenario and what happens in its run, all of it drawn from a seed."""
 
 import math
+from fractions import Fraction
 from random import Random
 from typing import Any, NamedTuple
 
@@ -13,17 +14,11 @@ from satdyn_ros.run.scenario import Scenario
 
 EPOCH_NS = 1_700_000_000 * 10**9
 RATES_HZ = (29.97, 33.3, 7.77, 3.0, 0.5, 1000 / 3, 100 / 7, 10.0, 50.0, 100.0)
-# Of these each has a closed form, whatever the rate of publishing.
-CLOSED_FORMS = (
-    'agostinelli',
-    'balli_grioli',
-    'beletsky',
-    'euler_poinsot',
-    'paladini',
-)
+# Shipped scenarios that have a closed form.
+CLOSED_FORMS = ('agostinelli', 'balli_grioli', 'beletsky', 'euler_poinsot', 'paladini')
 NAMES = ('rw_x', 'rw_y', 'rw_z', 'ring')
-# Nothing that is published depends on an orbit.
-OF_ANY_ORBIT = tuple(name for name in STATE_TOPICS if name != 'attitude_lvlh')
+# What can be published without an orbit.
+WITHOUT_ORBIT = tuple(name for name in STATE_TOPICS if name != 'attitude_lvlh')
 
 
 class Program(NamedTuple):
@@ -46,17 +41,13 @@ class Program(NamedTuple):
     @property
     def events(self) -> list[Event]:
         """What happens in the run."""
-        return self.read(self.entries)
-
-    def read(self, entries: list[dict[str, Any]]) -> list[Event]:
-        """Return the events that entries of a file describe."""
-        return from_yaml_text(yaml.safe_dump(entries), self.scenario)
+        return from_yaml_text(yaml.safe_dump(self.entries), self.scenario)
 
     def tick(self, entry: dict[str, Any]) -> int:
         """Return the tick at which an entry acts."""
         if 'tick' in entry:
             return entry['tick']
-        return math.ceil(entry['at_s'] * self.scenario.rate)
+        return math.ceil(Fraction(str(entry['at_s'])) * self.scenario.rate)
 
     def __str__(self) -> str:
         """Return what runs it again: the given keys, the duration and the events file."""
@@ -115,9 +106,9 @@ class Draw(Random):
 
     # -- scenarios -------------------------------------------------------------------------------
 
-    def scenario(self, rates_hz=RATES_HZ) -> Scenario:
+    def scenario(self) -> Scenario:
         """Return a scenario."""
-        rate_hz = self.choice(rates_hz)
+        rate_hz = self.choice(RATES_HZ)
         kind = self.randrange(8)
         if kind == 0:
             values = self.shipped()
@@ -247,7 +238,7 @@ class Draw(Random):
         """Return topics to publish, none at times."""
         if self.one_in(8):
             return []
-        return self.some(OF_ANY_ORBIT if is_fixed else STATE_TOPICS)
+        return self.some(WITHOUT_ORBIT if is_fixed else STATE_TOPICS)
 
     def sensors(self, is_fixed):
         """Return the values of sensors."""

@@ -15,7 +15,7 @@ from ..messages.packers import packer
 from ..messages.topics import ROTOR_TORQUE, rotor_command_of
 from ..rosbag2.errors import BagError, Damaged
 from ..rosbag2.reader import Bag, Messages, TopicBlock
-from ..run.events import Event, RotorCommand, Torque
+from ..run.events import Event, Halt, Request, Reset, RotorCommand, Torque
 from ..run.scenario import Scenario
 from ..run.simulation import Simulation
 from ..run.ticks import Ticks
@@ -23,6 +23,8 @@ from . import run_records
 
 # A tick with a message takes two bytes at least; topics may be switched off for so many ticks.
 _TICKS_WITHOUT_MESSAGES = 5_000_000
+# Where the last of these at a tick is a halt, the run does not reach it.
+_ENDS = Halt | Request | Reset
 # rotor_torque is that of version 0.1.
 _INPUTS = ('torque', 'rotor_command', 'rotor_torque')
 
@@ -92,7 +94,7 @@ class RecordedRun:
 
     def last_tick(self) -> int:
         """
-        Return the last tick in the bag, all of which is read.
+        Return the last tick in the bag that the run reaches; all of the bag is read.
 
         BagError: the bag has no messages.  Damaged: it is too small to have so many ticks.
         """
@@ -100,6 +102,9 @@ class RecordedRun:
         if last_ns is None:
             raise BagError(f'{self.bag.path} has no messages')
         last = self.ticks.tick_of(last_ns)
+        at_last = [e for e in self.events if e.tick == last and isinstance(e, _ENDS)]
+        if at_last and isinstance(at_last[-1], Halt):
+            last -= 1
         ticks = last - self.first_tick
         most = _TICKS_WITHOUT_MESSAGES + sum(file.stat().st_size for file in self.bag.files) // 2
         if ticks > most:

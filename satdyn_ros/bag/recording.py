@@ -19,8 +19,8 @@ from ..run.scenario import Scenario
 from ..run.ticks import Ticks
 from . import run_records
 
-# The events that are recorded as messages, with their topics.
-INPUTS = {Torque: 'torque', RotorCommand: 'rotor_command'}
+# The events that are recorded as messages, on these topics.
+RECORDED_AS = {Torque: 'torque', RotorCommand: 'rotor_command'}
 _RECORDED = tuple(name for name, topic in TOPICS.items() if topic.role in ('state', 'input'))
 
 
@@ -45,10 +45,10 @@ class Recording:
         self._names = {name: resolve(name) for name in (*_RECORDED, *sensors)}
         ticks = Ticks(scenario.rate, scenario.epoch_ns)
         self._timeout = self._held = ticks.timeout(0, scenario['torque.timeout'])
-        self._added = {*topics, *sensors, *INPUTS.values()}
+        self._added = {*topics, *sensors, *RECORDED_AS.values()}
         self._writer = BagWriter(
             directory,
-            [self._metadata(name) for name in (*topics, *sensors, *INPUTS.values())],
+            [self._metadata(name) for name in (*topics, *sensors, *RECORDED_AS.values())],
             compression=scenario['record.compression'],
             max_size_bytes=scenario['record.max_size_bytes'],
             max_duration_s=scenario['record.max_duration_s'],

@@ -52,8 +52,10 @@ def simulate(
         name: packer(name, scenario)
         for name in dict.fromkeys(name for some in names for name in some)
     }
-    first = 0 if begin is None else begin['tick']
-    _check(events, scenario, first)
+    first, conditions = 0, scenario
+    if begin is not None:
+        first, conditions = begin['tick'], scenario.with_values(begin['conditions'])
+    _check(events, conditions, first)
     end = first + tick_count(scenario, duration_s, first)
     if begin is None:
         try_out(scenario, 0)

@@ -131,7 +131,7 @@ def _add_simulate(command):
         '--from',
         dest='origin',
         metavar='BAG|FILE.aem',
-        help='start from a state in this bag, or from an attitude in a CCSDS message',
+        help='go on from a tick of this bag, or start from an attitude in a CCSDS message',
     )
     added.add_argument(
         '--at',

@@ -10,7 +10,7 @@ from queue import Empty, Queue
 from threading import Lock, Thread
 from typing import Any
 
-from ..bag.recording import INPUTS, Recording
+from ..bag.recording import RECORDED_AS, Recording
 from ..messages.rows import Rows, SomeRows
 from ..run.events import Event
 from ..run.samples import Samples
@@ -40,7 +40,7 @@ class _Block:
 
     @property
     def message_counts(self) -> Counter[str]:
-        counts = Counter(INPUTS[type(e)] for e in self.happened if type(e) in INPUTS)
+        counts = Counter(RECORDED_AS[type(e)] for e in self.happened if type(e) in RECORDED_AS)
         for name, table in self.rows.items():
             counts[name] += len(table.rows) if isinstance(table, SomeRows) else self.count
         return counts

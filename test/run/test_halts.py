@@ -12,6 +12,7 @@ from satdyn_ros.bag.recording import Recording
 from satdyn_ros.bag.simulate import Untrue, simulate
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.dynamics.propagator import Propagation
+from satdyn_ros.report.history import history
 from satdyn_ros.run.events import Event, Halt, Request, Reset, Timeout, Torque, TorquesDropped
 from satdyn_ros.run.requests import try_out
 from satdyn_ros.run.scenario import Scenario
@@ -150,6 +151,16 @@ def test_a_torque_dropped_where_something_ends_is_told_once(rest, tmp_path):
         pass
     assert RecordedRun(tmp_path / 'bag').events == [events[0], TorquesDropped(10), *rest]
     assert verify(tmp_path / 'bag').same_bytes
+
+
+def test_what_came_at_the_tick_of_a_halt_is_shown(tmp_path):
+    """The bag is true, and its states are those of the ticks before."""
+    wild, torque = Request(7, WILD), Torque(8, (1.0, 0.0, 0.0))
+    with pytest.raises(RunHalted, match='has 8 ticks'):
+        list(simulate(SCENARIO, 0.2, tmp_path / 'bag', [wild, torque]))
+    assert RecordedRun(tmp_path / 'bag').events == [wild, Halt(8), torque]
+    assert verify(tmp_path / 'bag').same_bytes
+    assert history(tmp_path / 'bag').ticks == 8
 
 
 def test_what_is_told_to_follow_and_does_not_is_said(tmp_path):

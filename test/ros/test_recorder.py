@@ -1,0 +1,99 @@
+"""The thread that records: what ends it is told, and what can still be written is."""
+
+import pytest
+from flights import GYROSTAT, sequence
+
+from satdyn_ros.bag.recording import Recording
+from satdyn_ros.bag.verify import verify
+from satdyn_ros.messages.packers import packer
+from satdyn_ros.ros.recorder import Recorder
+from satdyn_ros.run.events import Topics, Torque
+from satdyn_ros.run.simulation import Simulation
+
+SCENARIO = GYROSTAT.with_values({'publish.topics': ('attitude',)})
+
+
+@pytest.fixture
+def begin(tmp_path):
+    """Return a function that opens a recorder, and the sentences that it tells."""
+    told: list[str] = []
+
+    def open_recorder(scenario=SCENARIO):
+        scenario = scenario.with_values({'record.directory': str(tmp_path)})
+        return Recorder(scenario, SCENARIO.topics, lambda name: f'/{name}', told.append), told
+
+    return open_recorder
+
+
+def put(recorder, simulation, count):
+    """Let ticks pass, and hand them over as the node does."""
+    happened, samples = simulation.advance(count)
+    rows = {name: packer(name, SCENARIO).pack(samples) for name in simulation.topics}
+    recorder.put(happened, samples, rows, len(samples), simulation.as_it_is())
+
+
+def test_topics_may_change_before_the_first_sample(begin):
+    """The bag was opened with the topics of before: it takes those that come, and is true."""
+    recorder, told = begin()
+    simulation = Simulation(SCENARIO, [Topics(0, ('imu', 'rotor')), Torque(4, (0.1, 0.0, 0.0))])
+    for _ in range(3):
+        put(recorder, simulation, 4)
+    recorder.close()
+    assert (recorder.failure, told) == (None, [])
+    assert {topic for topic, _, _ in sequence(recorder.directory)} == {'/imu', '/rotor', '/torque'}
+    assert verify(recorder.directory).same_bytes
+
+
+def test_any_error_ends_a_recording_in_the_open(begin, monkeypatch):
+    """It is told once, at once; the bag is completed with what was written before."""
+    recorder, told = begin()
+    simulation = Simulation(SCENARIO)
+    put(recorder, simulation, 5)
+    write, broken = Recording.samples, []
+
+    def samples(self, stamps_ns, rows, snapshot):
+        if len(stamps_ns) == 7:
+            broken.append(True)
+            raise KeyError('imu')
+        write(self, stamps_ns, rows, snapshot)
+
+    monkeypatch.setattr(Recording, 'samples', samples)
+    for count in (7, 3, 7):
+        put(recorder, simulation, count)
+    recorder.close()
+    (sentence,) = told
+    assert recorder.failure == sentence
+    assert sentence == f"the recording of {recorder.directory} has ended: KeyError('imu')"
+    assert len(broken) == 1
+    assert len(sequence(recorder.directory)) == recorder.message_count == 5
+    assert verify(recorder.directory).is_true
+
+
+def test_what_the_bag_holds_is_compared_with_what_was_given(begin, monkeypatch):
+    """A recording that leaves out ticks in silence is found when it is closed."""
+    recorder, told = begin()
+    write = Recording.samples
+
+    def samples(self, stamps_ns, rows, snapshot):
+        fewer = {name: table[1:] for name, table in rows.items()}
+        write(self, stamps_ns[1:], fewer, lambda row: snapshot(row + 1))
+
+    monkeypatch.setattr(Recording, 'samples', samples)
+    put(recorder, Simulation(SCENARIO), 5)
+    recorder.close()
+    assert told == [recorder.failure]
+    assert recorder.failure == (
+        f'{recorder.directory} holds 4 messages of attitude; 5 were to be recorded'
+    )
+
+
+def test_after_its_end_nothing_is_recorded(begin):
+    """A tick that is published while the bag is being closed is in no account."""
+    recorder, told = begin()
+    simulation = Simulation(SCENARIO)
+    put(recorder, simulation, 5)
+    recorder.close()
+    put(recorder, simulation, 5)
+    recorder.close()
+    assert told == []
+    assert len(sequence(recorder.directory)) == 5

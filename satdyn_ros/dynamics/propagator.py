@@ -68,16 +68,15 @@ class Propagation(Motion):
         self.constants = parameters(system, start_s)
         self.anomaly = tuple(map(float, mean_anomaly(system, start_s)))
         self.wanted = wanted_count(system, self.constants.does_work)
-        self._clock, self._most_taken = np.zeros(7), 0.0
+        self._clock, self._steps_to_halt = np.zeros(7), 0.0
         self._begin()
 
     @property
     def steps(self) -> int:
-        """The number of steps taken to where the propagation stands or, before a halt, stood."""
-        return int(max(self._clock[STEPS], self._most_taken))
+        """The number of steps to where the propagation stands, or stood when it came to a halt."""
+        return int(max(self._clock[STEPS], self._steps_to_halt))
 
     def _begin(self):
-        self._most_taken = max(self._most_taken, self._clock[STEPS])
         y = initial_values(self.system, self.state)
         self._stages, self._dense = step_arrays(len(y))
         self._stages.y[: len(y)] = self._dense[0, : len(y)] = y
@@ -105,6 +104,7 @@ class Propagation(Motion):
             )
         if outcome != REACHED:
             reached_s = float(self._clock[END])
+            self._steps_to_halt = self._clock[STEPS] - self._clock[SINCE]
             self._begin()
             raise self.halted(outcome, reached_s, self.states_of(sorted_s[:rows], out[:, :rows]))
         if order is not None:

@@ -57,7 +57,7 @@ class Pilot:
         self.heard = participant.listen('attitude', raw=True)
         for each, clients in zip(self.participants, self.clients, strict=True):
             for name, client in clients.items():
-                each.wait_until(client.service_is_ready, name)
+                each.wait_until(client.service_is_ready, name, PATIENCE_S)
         participant.wait_until(self.torque.get_subscription_count, 'the node')
 
     def __str__(self):

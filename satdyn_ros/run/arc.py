@@ -36,7 +36,7 @@ class Arc:
         """Whether the motion has a state at a tick, its first or the next."""
         if tick == self.begin_tick:
             return tick < self._end_tick
-        return len(self.states(tick, tick + 1)) > 0
+        return self._has(tick) or len(self.states(tick, tick + 1)) > 0
 
     def states(self, first: int, last: int, with_last: bool = False) -> States:
         """
@@ -44,7 +44,7 @@ class Arc:
 
         with_last: the state at last is wanted soon, and is computed with them.
         """
-        if self._ahead is None or not 0 <= first - self._ahead[0] < len(self._ahead[1]):
+        if self._ahead is None or not self._has(first):
             states = self._computed(first, min(last + with_last, self._end_tick))
             if not len(states):
                 return states
@@ -54,7 +54,7 @@ class Arc:
 
     def state_at(self, tick: int) -> State:
         """Return the state at a tick that the motion reaches."""
-        if self._ahead is not None and 0 <= tick - self._ahead[0] < len(self._ahead[1]):
+        if self._ahead is not None and self._has(tick):
             begin, states = self._ahead
             return states[tick - begin]
         t_s = self._ticks.seconds_between(self.begin_tick, tick, tick + 1)
@@ -66,6 +66,10 @@ class Arc:
             most_steps, self.motion.most_steps = self.motion.most_steps, None
             self.state_at(tick)
             self.motion.most_steps = most_steps
+
+    def _has(self, tick):
+        """Whether the state at a tick was computed and is kept."""
+        return self._ahead is not None and 0 <= tick - self._ahead[0] < len(self._ahead[1])
 
     def _computed(self, first, last):
         t_s = self._ticks.seconds_between(self.begin_tick, first, last)

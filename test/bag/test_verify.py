@@ -341,9 +341,7 @@ def test_inputs_before_the_first_sample_verify(tmp_path):
 
 def test_a_file_that_begins_at_tick_0_verifies_alone(tmp_path):
     """What happened at tick 0, a limit too, has filled the file before."""
-    scenario = flights.GYROSTAT.with_values(
-        {'record.max_size_bytes': 1, 'rotor.max_torque': 0.01}
-    )
+    scenario = flights.GYROSTAT.with_values({'record.max_size_bytes': 1, 'rotor.max_torque': 0.01})
     events = (flights.RotorCommand(0, {'rotor': 1.0}), flights.Request(0, {'rotor.speed': 3.0}))
     path = flights.record(tmp_path / 'bag', scenario, 3, events)
     files = Bag(path).files

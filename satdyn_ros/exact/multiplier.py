@@ -20,14 +20,16 @@ def alphas(moments: np.ndarray, nu: float, sign: int, field: int = 1) -> np.ndar
     ValueError: nu is not admissible.
     """
     N = 1.0 - 2.0 * nu * moments
-    if not field * np.prod(N) > 0.0:
+    with np.errstate(over='ignore'):
+        product = field * np.prod(N)
+    if not 0.0 < product < np.inf:
         poles = ', '.join(f'{pole:g}' for pole in np.sort(0.5 / moments))
         if field > 0:
             where = 'below the least or between the others'
         else:
             where = 'between the two least or above the greatest'
         raise ValueError(f'nu is {nu:g}; it must be {where} of the poles 1 / (2 I): {poles}')
-    return sign * np.sqrt(np.abs(np.prod(N))) / N
+    return sign * np.sqrt(product) / N
 
 
 def differences(moments: np.ndarray, nu: float, sign: int) -> np.ndarray:
@@ -37,24 +39,35 @@ def differences(moments: np.ndarray, nu: float, sign: int) -> np.ndarray:
     return scale * np.subtract.outer(moments, moments) / np.multiply.outer(N, N)
 
 
-def c0_of_energy(moments: np.ndarray, nu: float, sign: int, field: int, h: float) -> float:
+def c0_of_energy(
+    moments: np.ndarray, nu: float, sign: int, field: int, h: float
+) -> tuple[float, float]:
     """
     Return c0 = e - alpha_3 of h [kg m^2], the energy over omega_0^2 (27, corrected).
 
-    c0 = nu (2 h - C (alpha_3^2 + f)) f s sqrt|N1 N2 N3| / (1 - (A + B + C) nu + 4 A B C nu^3), f
-    the sign of the gradient.  ValueError: nu is not admissible, or zero or a root of the
-    denominator, where all motions have the same energy.
+    c0 = nu (2 h - C (alpha_3^2 + f)) f s sqrt|N1 N2 N3| / D3, f the sign of the gradient and
+
+        D3 = 1 - (A + B + C) nu + 4 A B C nu^3 = (N1 N2 + N2 N3 + N3 N1 - N1 N2 N3) / 2,
+
+    which keeps its digits near the poles; beside it, how much of c0 rounding of h is worth.
+    ValueError: nu is not admissible, or a root of D3, where all motions have the same energy, or
+    zero, where c0 is zero whatever the energy.
     """
     alpha = alphas(moments, nu, sign, field)
-    terms = np.array([1.0, -np.sum(moments) * nu, 4.0 * np.prod(moments) * nu**3])
-    denominator = np.sum(terms)
-    if nu == 0.0 or abs(denominator) <= ROUNDING * np.sum(np.abs(terms)):
+    N = 1.0 - 2.0 * nu * moments
+    terms = np.append(N * np.roll(N, 1), -np.prod(N)) / 2.0
+    D3 = np.sum(terms)
+    if nu == 0.0:
+        raise ValueError('nu is 0, for which c0 is 0 whatever the energy; give c0 in its place')
+    if abs(D3) <= ROUNDING * np.sum(np.abs(terms)):
         raise ValueError(
             f'nu is {nu:g}, for which all motions have the same energy; give c0 in its place'
         )
-    root = np.sqrt(np.abs(np.prod(1.0 - 2.0 * nu * moments)))
+    root = np.sqrt(np.abs(np.prod(N)))
     left = 2.0 * h - moments[2] * (alpha[2] ** 2 + field)
-    return float(nu * left * field * sign * root / denominator)
+    slope = nu * field * sign * root / D3
+    size = np.max(moments * (alpha**2 + 1.0))
+    return float(slope * left), float(ROUNDING * abs(slope) * size)
 
 
 def find(
@@ -66,7 +79,7 @@ def find(
     field: the sign of the gradient.  The axis k of the largest |gamma_k| gives alpha_k, and
     N_i N_j = field alpha_k^2 N_k is quadratic in nu; least squares over all axes then settle what
     alpha_k alone may leave open.  The rates must agree as if the attitude were off by no more than
-    the rounding of its input.
+    the rounding of its input, or nu by its last digits.
     """
     I, k = moments, np.argmax(np.abs(gamma))
     square = field * (omega_p[k] / (omega_0 * gamma[k])) ** 2
@@ -82,10 +95,12 @@ def find(
             sign = int(np.copysign(1.0, omega_p[k] * gamma[k] * N[k]))
             rates = omega_0 * alphas(I, nu, sign, field)
             off = omega_p - rates * gamma
-            found.append((np.max(np.abs(off)) / np.max(np.abs(rates)), nu, sign))
+            # Near a pole the last digit of nu is more of an alpha than the rounding of its input.
+            allowed = max(ROUNDING, LAST_DIGITS * np.max(np.abs(2.0 * nu * I / N)))
+            found.append((np.max(np.abs(off)) / np.max(np.abs(rates)) / allowed, nu, sign))
             slope = rates * gamma * (2.0 * I / N - np.sum(I / N))
             nu += float(off @ slope / (slope @ slope)) if np.any(slope) else 0.0
-    if not found or min(found)[0] > ROUNDING:
+    if not found or min(found)[0] > 1.0:
         return None
     _, nu, sign = min(found)
     # Alphas of a smaller nu are equal to the last digit, and its elliptic functions overflow.

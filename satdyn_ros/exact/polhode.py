@@ -35,6 +35,9 @@ class Polhode(NamedTuple):
         yz, yx, xz = differences
         ez, ye, ex = distances
         product = yx * ez
+        if ez == 0.0 and yz != 0.0:
+            # x and z have the alpha e: gamma stays anywhere in the plane across y
+            return cls(0.0, 0.0, 1.0, 1.0, 0.0, 1.0)
         if product == 0.0 or ye == 0.0:
             return cls(0.0, 0.0, 1.0, 0.0, 1.0, 0.0)
         return cls(

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from ..dynamics import rotation
 from ..dynamics.euler import from_zxz
-from ..dynamics.inertia import principal_axes
+from ..dynamics.inertia import ROUNDING, principal_axes
 from ..dynamics.orbit import FixedDirection
 from ..dynamics.system import State, System
 from . import attitude, elliptic, multiplier
@@ -26,6 +26,8 @@ from .exact_motion import ExactMotion, Fact
 from .flow import Flow
 from .nutation import Nutation
 from .polhode import Polhode
+
+_NO_FIELD = 'orbit.gradient is 0: there is no field'
 
 
 class Stationary(ExactMotion):
@@ -45,14 +47,11 @@ class Stationary(ExactMotion):
 
     def __init__(self, system: System, state: State, start_s: float = 0.0):
         super().__init__(system, state, start_s)
-        self.moments, q_bp, gamma, omega_p = _in_principal_axes(system, state)
-        self.omega_0, field = _field(system)
-        found = multiplier.find(self.moments, self.omega_0, gamma, omega_p, field)
+        moments, _, gamma, omega_p = _in_principal_axes(system, state)
+        omega_0, field = _field(system)
+        found = multiplier.find(moments, omega_0, gamma, omega_p, field)
         assert found is not None  # checked by why_not
-        self.nu, sign = found
-        self._constants(sign, field, gamma)
-        differences = self.omega_0 * multiplier.differences(self.moments, self.nu, sign)
-        self._solve(self.omega_0 * self.alpha, differences, gamma, q_bp)
+        self._set_multiplier(*found)
 
     @classmethod
     def from_attitude(
@@ -70,7 +69,12 @@ class Stationary(ExactMotion):
         q_ib = rotation.normalise(q_ib)
         gamma = rotation.rotate(rotation.conjugate(rotation.multiply(q_ib, q_bp)), [0, 0, 1])
         omega_p = omega_0 * alpha * gamma
-        return cls(system, State(q_ib, rotation.rotate(q_bp, omega_p)))
+        motion = cls(system, State(q_ib, rotation.rotate(q_bp, omega_p)))
+        off = np.max(np.abs(motion.alpha - alpha))
+        if off > elliptic.LAST_DIGITS * np.max(np.abs(alpha)):
+            # A permanent rotation has more than one multiplier: it is to have the given one.
+            motion._set_multiplier(nu, sign)
+        return motion
 
     @classmethod
     def from_constants(
@@ -87,26 +91,11 @@ class Stationary(ExactMotion):
 
         phase: the argument u of the elliptic functions at the start; psi0 [rad]: precession of
         principal axis 3 there; sign: of mu.  Of the two motions with these constants it is the one
-        in which the cosine that never vanishes is positive.  ValueError: nu is not admissible, or
-        c0 beyond the alphas.
+        in which the cosine that never vanishes is positive.  Where c0 leaves gamma anywhere in a
+        principal plane of equal alphas, phase is its angle there.  ValueError: nu is not
+        admissible, or c0 beyond the alphas.
         """
-        moments, R_bp = principal_axes(system.inertia)
-        alpha = multiplier.alphas(moments, nu, sign, _field(system)[1])
-        low, high = np.min(alpha) - alpha[2], np.max(alpha) - alpha[2]
-        if not low <= c0 <= high:
-            raise ValueError(f'c0 is {c0:g}; for this nu it must be from {low:g} to {high:g}')
-        differences = multiplier.differences(moments, nu, sign)
-        c, b, a = _ascending(differences)
-        x, y, z = (b, a, c) if c0 - differences[b, 2] >= 0.0 else (b, c, a)
-        polhode = Polhode.of(
-            differences[[y, y, x], [z, x, z]],
-            (c0 - differences[z, 2], differences[y, 2] - c0, c0 - differences[x, 2]),
-        )
-        gamma = _frame(y, z, np.ones(3)) @ np.array(polhode.at(phase))
-        nutation = np.arctan2(np.hypot(gamma[0], gamma[1]), gamma[2])
-        q_ip = from_zxz(psi0, nutation, np.arctan2(gamma[0], gamma[1]))
-        q_pb = rotation.conjugate(rotation.from_matrix(R_bp))
-        return cls.from_attitude(system, nu, rotation.multiply(q_ip, q_pb), sign)
+        return cls._from_c0(system, nu, c0, 0.0, phase, psi0, sign)
 
     @classmethod
     def from_energy(
@@ -126,8 +115,43 @@ class Stationary(ExactMotion):
         """
         moments, _ = principal_axes(system.inertia)
         omega_0, field = _field(system)
-        c0 = multiplier.c0_of_energy(moments, nu, sign, field, h / omega_0**2)
-        return cls.from_constants(system, nu, c0, phase, psi0, sign)
+        c0, rounding = multiplier.c0_of_energy(moments, nu, sign, field, h / omega_0**2)
+        return cls._from_c0(system, nu, c0, rounding, phase, psi0, sign)
+
+    @classmethod
+    def _from_c0(cls, system, nu, c0, rounding, phase, psi0, sign):
+        """Return the motion of from_constants, where c0 is known to no more than rounding."""
+        moments, R_bp = principal_axes(system.inertia)
+        alpha = multiplier.alphas(moments, nu, sign, _field(system)[1])
+        differences = multiplier.differences(moments, nu, sign)
+        low, high = np.min(differences[:, 2]), np.max(differences[:, 2])
+        rounding += elliptic.LAST_DIGITS * np.max(np.abs(alpha)) + ROUNDING * (high - low)
+        if not low - rounding <= c0 <= high + rounding:
+            raise ValueError(
+                f'c0 is {c0:.12g}; for this nu it must be from {low:.12g} to {high:.12g}'
+            )
+        c0 = min(max(c0, low), high)
+        c, b, a = _ascending(differences)
+        x, y, z = (b, a, c) if c0 - differences[b, 2] >= 0.0 else (b, c, a)
+        polhode = Polhode.of(
+            differences[[y, y, x], [z, x, z]],
+            (c0 - differences[z, 2], differences[y, 2] - c0, c0 - differences[x, 2]),
+        )
+        gamma = _frame(y, z, np.ones(3)) @ np.array(polhode.at(phase))
+        nutation = np.arctan2(np.hypot(gamma[0], gamma[1]), gamma[2])
+        q_ip = from_zxz(psi0, nutation, np.arctan2(gamma[0], gamma[1]))
+        q_pb = rotation.conjugate(rotation.from_matrix(R_bp))
+        return cls.from_attitude(system, nu, rotation.multiply(q_ip, q_pb), sign)
+
+    def _set_multiplier(self, nu, sign):
+        """Set the constants and the flow of the state with the multiplier nu, sign that of mu."""
+        self.nu, self.omega_0, field = nu, *_field(self.system)
+        self.moments, q_bp, gamma, _ = _in_principal_axes(self.system, self.state)
+        self._constants(sign, field, gamma)
+        differences = multiplier.differences(self.moments, nu, sign)
+        # e - alpha_3 without cancellation
+        self.c0 = float(differences[:, 2] @ gamma**2)
+        self._solve(self.omega_0 * self.alpha, self.omega_0 * differences, gamma, q_bp)
 
     @classmethod
     def _why_not(cls, system: System, state: State, start_s: float = 0.0) -> str | None:
@@ -135,7 +159,7 @@ class Stationary(ExactMotion):
         if not isinstance(system.orbit, FixedDirection):
             return 'the direction to the attracting centre turns; orbit.type must be fixed'
         if system.orbit.gradient == 0.0:
-            return 'orbit.gradient is 0: there is no field'
+            return _NO_FIELD
         if np.any(system.weight_moment):
             return 'body.weight_moment is not zero'
         if system.has_turning_rotor or np.any(system.rotor_momentum(state)):
@@ -181,7 +205,6 @@ class Stationary(ExactMotion):
         A, B, C = I
         self.alpha = alpha = multiplier.alphas(I, self.nu, sign, field)
         self.e = float(alpha @ square)
-        self.c0 = self.e - float(alpha[2])
         self.h = omega_0**2 / 2.0 * float(I * (alpha**2 + field) @ square)
         self.c1 = omega_0 * float(I * alpha @ square)
         self.c2 = omega_0**2 * float((I**2 * alpha**2 - field * A * B * C / I) @ square)
@@ -254,8 +277,14 @@ def _nutation(gamma_k, differences):
 
 
 def _field(system):
-    """Return omega_0 [rad/s], the root of the gradient's size, and the gradient's sign."""
+    """
+    Return omega_0 [rad/s], the root of the gradient's size, and the gradient's sign.
+
+    ValueError: it is zero.
+    """
     gradient = float(system.orbit.gradient_at(0.0))
+    if gradient == 0.0:
+        raise ValueError(_NO_FIELD)
     return float(np.sqrt(abs(gradient))), int(np.sign(gradient))
 
 

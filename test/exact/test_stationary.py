@@ -18,12 +18,14 @@ from hypothesis import strategies as st
 
 from satdyn_ros.dynamics import rotation
 from satdyn_ros.dynamics.euler import from_zxz, zxz_angles
+from satdyn_ros.dynamics.inertia import principal_axes
 from satdyn_ros.dynamics.integrals import first_integrals
 from satdyn_ros.dynamics.orbit import FixedDirection, KeplerOrbit
 from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
 from satdyn_ros.exact import recognise
+from satdyn_ros.exact.multiplier import alphas, differences
 from satdyn_ros.exact.stationary import Stationary
 
 CASES = {
@@ -360,3 +362,113 @@ def test_the_separatrix_stays_near_its_asymptote_while_rounding_allows():
     t_s = np.linspace(0.0, 60.0, 50)
     truth = Propagation(case.system, case.start, tolerance=1e-14).at(t_s)
     assert np.max(rotation.angle_between(motion.at(t_s).q_ib, truth.q_ib)) < 1e-8
+
+
+def has_the_constants(motion, nu, c0, sign):
+    """
+    Assert by the definitions that a motion has the constants that were asked for, now and later.
+
+    In principal axes omega = omega_0 alpha gamma and c0 = alpha . gamma^2 - alpha_3 (14, 25).
+    """
+    I, R_bp = principal_axes(motion.system.inertia)
+    gradient = motion.system.orbit.gradient
+    alpha, omega_0 = alphas(I, nu, sign, int(np.sign(gradient))), np.sqrt(abs(gradient))
+    largest = np.max(np.abs(alpha))
+    states = motion.at(np.array([0.0, 0.7, 2.9]) / omega_0)
+    gamma_p = states.c_b @ R_bp
+    np.testing.assert_allclose(
+        states.omega_bi_b @ R_bp, omega_0 * alpha * gamma_p, atol=1e-13 * omega_0 * largest
+    )
+    np.testing.assert_allclose(gamma_p**2 @ alpha - alpha[2], c0, atol=2e-12 * largest)
+    assert motion.nu == pytest.approx(nu, rel=1e-12)
+    assert motion.c0 == pytest.approx(c0, abs=2e-12 * largest)
+    assert np.sign(motion.mu) == sign
+
+
+def test_two_equal_moments_at_the_end_of_the_range():
+    """Proves that gamma lies across axis 1 where c0 = 0 says so, at any angle: the phase."""
+    body = System(np.diag([1.2, 1.6, 1.6]), orbit=FixedDirection(1.0))
+    motion = Stationary.from_constants(body, 0.35, 0.0)
+    assert motion.nu == 0.35
+    assert motion.c0 == pytest.approx(0.0, abs=1e-15)
+    assert np.linalg.norm(motion.state.omega_bi_b) == pytest.approx(0.4, rel=1e-14)
+    assert motion.state.omega_bi_b[0] == pytest.approx(0.0, abs=1e-15)
+    turned = Stationary.from_constants(body, 0.35, 0.0, phase=0.6)
+    cosine = motion.at(0.0).c_b[0] @ turned.at(0.0).c_b[0]
+    assert cosine == pytest.approx(np.cos(0.6), rel=1e-14)
+
+
+def test_the_symmetric_body_about_its_equator():
+    """Proves c0 = -0.4339 of diag(1.6, 1.6, 1.2) and nu = -1, asked as c0 and as the energy."""
+    body = System(np.diag([1.6, 1.6, 1.2]), orbit=FixedDirection(1.0))
+    c0 = differences(np.array([1.6, 1.6, 1.2]), -1.0, 1)[0, 2]
+    assert c0 == pytest.approx(-0.433860916, rel=1e-9)
+    has_the_constants(Stationary.from_constants(body, -1.0, c0), -1.0, c0, 1)
+    lying = Stationary.from_attitude(body, -1.0, rotation.about([1.0, 0.0, 0.0], np.pi / 2.0))
+    same = Stationary.from_energy(body, -1.0, lying.h)
+    has_the_constants(same, -1.0, c0, 1)
+    assert same.h == pytest.approx(lying.h, rel=1e-15)
+
+
+def test_a_permanent_rotation_keeps_the_multiplier_that_was_asked_for():
+    """Proves both ends of c0, where a state alone leaves the choice between two nu."""
+    end = -0.24152294576982403
+    has_the_constants(Stationary.from_constants(system(), 0.1, end), 0.1, end, 1)
+    has_the_constants(Stationary.from_constants(system(), 0.1, 0.0), 0.1, 0.0, 1)
+
+
+@settings(max_examples=300)
+@given(st.data())
+def test_from_the_constants_of_any_motion_comes_that_motion(data):
+    """
+    Proves nu, c0, h and sign at the ends of c0, at the middle alpha and between, for any body.
+
+    As given, and again as the motion itself, its later states and its energy say them.  An energy
+    is compared with its largest term, of which rounding is left where the others cancel it.
+    """
+    I, q_bp, field = data.draw(moments()), data.draw(body_axes()), data.draw(signs)
+    nu, sign = data.draw(admissible(I, field)), data.draw(signs)
+    body = system(I, field * data.draw(powers_of_ten(-6.0, 1.0)), q_bp)
+    I, _ = principal_axes(body.inertia)
+    alpha, apart = alphas(I, nu, sign, field), differences(I, nu, sign)[:, 2]
+    share = data.draw(st.floats(0.0, 1.0))
+    between = np.min(apart) + share * np.ptp(apart)
+    c0 = data.draw(st.sampled_from([*apart, min(between, np.max(apart))]))
+    angle = data.draw(angles)
+    motion = Stationary.from_constants(body, nu, c0, data.draw(angles), angle, sign)
+    has_the_constants(motion, nu, c0, sign)
+    size = motion.omega_0**2 * np.max(I * (alpha**2 + 1.0))
+    later = Stationary(body, motion.at([0.7 / motion.omega_0])[0])
+    own = Stationary.from_constants(body, later.nu, later.c0, 0.3, 0.1, int(np.sign(later.mu)))
+    for other in (later, own):
+        assert other.h == pytest.approx(motion.h, abs=1e-11 * size)
+    if nu != 0.0:
+        same = Stationary.from_energy(body, nu, motion.h, 0.3, 0.1, sign)
+        assert same.h == pytest.approx(motion.h, abs=1e-11 * size)
+
+
+@pytest.mark.parametrize('field', [-1.0, 1.0])
+def test_what_is_just_beyond_the_range_is_refused(field):
+    """Proves that only rounding is forgiven at the ends, of c0 and of the energy."""
+    body, nu = system(gradient=field), 0.1 if field > 0.0 else 0.3
+    apart = differences(BODY, nu, 1)[:, 2]
+    for end in (np.min(apart), np.max(apart)):
+        beyond = end + np.copysign(1e-9, end - np.mean(apart))
+        with pytest.raises(ValueError, match='c0 is'):
+            Stationary.from_constants(body, nu, beyond)
+        h, inside = (Stationary.from_constants(body, nu, c0).h for c0 in (end, np.mean(apart)))
+        with pytest.raises(ValueError, match='c0 is'):
+            Stationary.from_energy(body, nu, h + np.copysign(1e-9, h - inside))
+
+
+@pytest.mark.parametrize('nu', [np.nan, np.inf, -np.inf, -1e200])
+def test_a_multiplier_without_alphas_is_refused(nu):
+    """Proves that no nan and no overflow comes of a nu that is none."""
+    with pytest.raises(ValueError, match='nu is'):
+        Stationary.from_constants(system(), nu, 0.0)
+
+
+def test_constants_without_a_field_are_refused():
+    """Proves that the field is asked for before nu is judged."""
+    with pytest.raises(ValueError, match='no field'):
+        Stationary.from_energy(system(gradient=0.0), 0.1, 1.0)

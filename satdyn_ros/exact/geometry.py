@@ -7,14 +7,20 @@ ellipsoid and the herpolhode on a fixed plane.  For a symmetric body under U = H
 cone whose base is a plane curve rolls on a quadric of revolution about the vertical.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from numpy.typing import ArrayLike
 
 from ..dynamics import rotation
 from ..dynamics.inertia import ROUNDING, are_parallel, principal_axes
+from .elliptic import LAST_DIGITS
+
+# A sum of terms this much smaller than they are is zero: the constants of a motion have rounding.
+AT_ZERO = 1e-14
 
 
 def polhode(inertia: np.ndarray, omega: ArrayLike, angle_rad: np.ndarray) -> np.ndarray:
@@ -150,20 +156,16 @@ class Rolling:
 
     def space_radius(self, u: ArrayLike) -> np.ndarray:
         """Return the pole's distance from Z in space, (N,) [rad/s], at u = cos theta (42)."""
-        v_z = (self.g - self.Delta * np.asarray(u, float)) / self.A
-        return np.sqrt(np.maximum(self.r0**2 + self.polar_radius(u) ** 2 - v_z**2, 0.0))
+        return np.sqrt(np.maximum(self._square_in_space(np.asarray(u, float)), 0.0))
 
     def space_rate(self, u: ArrayLike) -> np.ndarray:
         """
         Return the rate (N,) [rad/s] at which the pole turns about Z in space (42).
 
-        Z . (v x v') / rho'^2 with A v' the torque less the change of Delta e_3 = H - A v.
+        Z . (v x v') / rho'^2 = Delta u / A + (v_z u - r0) (rho'^2)' / (2 rho'^2), the prime on the
+        right d/du; where the pole passes through Z the limit.
         """
-        u = np.asarray(u, float)
-        v_z = (self.g - self.Delta * u) / self.A
-        slope, square = 2.0 * self.H1 * u + self.H2, self.r0**2 + self.polar_radius(u) ** 2
-        moment = slope * (u * v_z - self.r0) - self.Delta * (self.r0 * v_z - u * square)
-        return moment / (self.A * self.space_radius(u) ** 2)
+        return self.turning_in_space.rate(np.asarray(u, float))
 
     def residual(self, v_i: ArrayLike) -> np.ndarray:
         """
@@ -195,7 +197,76 @@ class Rolling:
         return float(np.min(radii)), float(np.max(radii))
 
     def polar_rate(self, u: ArrayLike) -> np.ndarray:
-        """Return the rate (N,) [rad/s] at which the pole turns about axis 3 in the body (41)."""
-        u = np.asarray(u, float)
-        slope, twice = 2.0 * self.H1 * u + self.H2, self.A * self.polar_radius(u) ** 2
-        return self.Delta / self.A + slope * (self.g - self.J3 * u) / (self.A * twice)
+        """
+        Return the rate (N,) [rad/s] at which the pole turns about axis 3 in the body (41).
+
+        Delta / A + ((g - J3 u) / A) (rho^2)' / (2 rho^2), the prime d/du; at a cusp of the path of
+        the axis, where p = q = 0, the limit.
+        """
+        return self.turning_in_body.rate(np.asarray(u, float))
+
+    @property
+    def turning_in_body(self) -> 'Turning':
+        """Return how the pole turns about axis 3."""
+        turn = Polynomial([self.Delta / self.A])
+        across = Polynomial([self.g / self.A, -self.J3 / self.A])
+        return Turning(turn, across, self._square_in_body)
+
+    @property
+    def turning_in_space(self) -> 'Turning':
+        """Return how the pole turns about Z."""
+        turn = Polynomial([0.0, self.Delta / self.A])
+        across = Polynomial([-self.r0, self.g / self.A, -self.Delta / self.A])
+        return Turning(turn, across, self._square_in_space)
+
+    @property
+    def _square_in_body(self):
+        """The square of polar_radius as a polynomial in u."""
+        return Polynomial([self.h_prime, self.H2, self.H1]) * (2.0 / self.A)
+
+    @property
+    def _square_in_space(self):
+        """The square of space_radius, rho^2 + r0^2 - v_z^2, as a polynomial in u."""
+        v_z = Polynomial([self.g / self.A, -self.Delta / self.A])
+        return self._square_in_body + self.r0**2 - v_z**2
+
+
+class Turning(NamedTuple):
+    """
+    The turning of a pole at the rate turn + across square' / (2 square), polynomials in u.
+
+    square: that of its distance from the centre.  f = (1 - u^2) square - across^2: where square
+    has a zero that u reaches, across has it too.
+    """
+
+    turn: Polynomial
+    across: Polynomial
+    square: Polynomial
+
+    def rate(self, u: np.ndarray, through: Sequence[float] | None = None) -> np.ndarray:
+        """
+        Return the rate [rad/s] at u.
+
+        through: where the pole is known to pass through the centre; else what rounding tells.
+        """
+        across, square = self.across, self.square
+        if np.max(np.abs(across.coef)) <= LAST_DIGITS * np.sqrt(np.sum(np.abs(square.coef))):
+            return self.turn(u)
+        product = across * square.deriv() / 2.0
+        zeros = across.roots().real if through is None else through
+        for zero in zeros:
+            known = through is not None
+            while square.degree() and (known or _is_zero(square, zero)):
+                factor, known = Polynomial([-zero, 1.0]), False
+                product, square = product // factor, square // factor
+        return self.turn(u) + product(u) / square(u)
+
+    def rate_at(self, u: np.ndarray, distance: np.ndarray) -> np.ndarray:
+        """Return the rate [rad/s] at u and the distance from the centre, which has its digits."""
+        return self.turn(u) + self.across(u) * self.square.deriv()(u) / 2.0 / distance**2
+
+
+def _is_zero(polynomial, u):
+    """Whether a polynomial is zero at u but for rounding of its terms."""
+    terms = polynomial.coef * u ** np.arange(len(polynomial.coef))
+    return abs(np.sum(terms)) <= AT_ZERO * np.sum(np.abs(terms))

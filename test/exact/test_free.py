@@ -191,3 +191,24 @@ def test_refused(change, sentence):
     assert sentence in (Free.why_not(system, start) or '')
     with pytest.raises(ValueError, match=sentence):
         Free(system, start)
+
+
+def test_a_book_on_its_middle_axis_needs_a_push():
+    """
+    Exactly about the middle axis the body spins on for ever; a push of a tenth turns it later.
+
+    A quarter of T1, in which it turns over, grows by ln 10 over the rate at which small departures
+    grow, 0.151 rad/s: what docs/how-to/teach.md says.
+    """
+    body = System(np.diag([600.0, 900.0, 1100.0]))
+    exactly = Free(body, State(rotation.IDENTITY, np.array([0.0, 0.5, 0.0])))
+    np.testing.assert_allclose(exactly.at([1e4]).omega_bi_b, [[0.0, 0.5, 0.0]], atol=1e-15)
+    pushed = [
+        Free(body, State(rotation.IDENTITY, np.array([push, 0.5, 0.0]))) for push in (1e-6, 1e-7)
+    ]
+    over = pushed[0].at(pushed[0].T1 / 2.0).omega_bi_b[0]
+    assert over[1] == pytest.approx(-0.5, rel=1e-9)
+    growth = 0.5 * np.sqrt(300.0 * 200.0 / (600.0 * 1100.0))
+    assert growth == pytest.approx(0.151, abs=5e-4)
+    later = (pushed[1].T1 - pushed[0].T1) / 4.0
+    assert later == pytest.approx(np.log(10.0) / growth, rel=1e-9)

@@ -10,6 +10,7 @@ from satdyn_ros.dynamics.euler import from_zxz
 from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.dynamics.system import State, System
 from satdyn_ros.exact.cones import Cones
+from satdyn_ros.exact.geometry import Rolling
 from satdyn_ros.exact.paladini import (
     body_curve,
     companion_top,
@@ -249,3 +250,160 @@ def test_the_herpolhode_of_a_heavy_top():
 def test_a_herpolhode_needs_a_heavy_top():
     with pytest.raises(ValueError, match='for H1 = 0'):
         poinsot_rates(motion_of('pal1_H2_zero'))
+
+
+ON_THE_VERTICAL = [
+    # A, C, h3, H1, H2, rate: the axis passes the vertical
+    (1.0, 1.5, 0.0, -2.0, 0.7, [0.3, 0.4, 2.0]),
+    (1.0, 1.5, 0.2, -2.0, -0.7, [0.3, -0.4, 0.2]),
+    (1.0, 0.6, 0.2, 1.0, 5.0, [0.3, -0.4, 1.2]),
+    (1.0, 0.6, 0.0, -1.0, 0.0, [0.0, 0.5, 0.0]),
+]
+
+
+@pytest.mark.parametrize('pole', [[0.0, 0.0, 0.6, 0.8], [1.0, 0.0, 0.0, 0.0]])
+@pytest.mark.parametrize(('A', 'C', 'h3', 'H1', 'H2', 'rate'), ON_THE_VERTICAL)
+def test_the_companion_of_a_body_that_starts_on_the_vertical(A, C, h3, H1, H2, rate, pole):
+    """
+    Its constants are those of every later instant, and it nods by the fixed ratio with the body.
+
+    Neither may depend on when the motion is asked: there the precession and spin have no values.
+    """
+    motion = Symmetric.in_potential(A, C, h3, H1, H2, State(np.array(pole), np.array(rate)))
+    top = companion_top(motion)
+    for t_s in (0.3, 1.0, 2.5):
+        later = companion_top(Symmetric.in_potential(A, C, h3, H1, H2, motion.at([t_s])[0]))
+        for name in ('H2', 'g', 'h3', 'h_prime'):
+            assert getattr(later, name) == pytest.approx(getattr(top, name), rel=1e-10, abs=1e-12)
+    t_s = np.array([0.2, 0.5, 1.1, 1.7])
+    half, half_top = (
+        np.hypot(*each.at(t_s).q_ib[:, :2].T) / np.hypot(*each.at(t_s).q_ib[:, 2:].T)
+        for each in (motion, top)
+    )
+    np.testing.assert_allclose(half_top / half, half_top[0] / half[0], rtol=1e-9)
+
+
+def test_the_companion_s_constants_by_the_roots():
+    """The quartic's roots a_i go to the cubic's (a a_i - 1) / (a - a_i), a the one left out."""
+    motion = motion_of('pal1_four_real_H1neg_mid_interval')
+    roots, top = Cones.of(motion).roots, companion_top(motion)
+    farthest = np.argmax(np.abs(roots))
+    a, others = roots[farthest], np.delete(roots, farthest)
+    expected = np.sort((a * others - 1.0) / (a - others))
+    np.testing.assert_allclose(Cones.of(top).roots, expected, rtol=1e-11)
+
+
+def cuspidal(rate=(0.0, 0.0, 3.0), H1=0.0, H2=-1.0, C=1.5, h3=0.0):
+    """Return a top released at rest of its axis, tilted by 1 rad."""
+    start = State(rotation.about([1.0, 0.0, 0.0], 1.0), np.array(rate))
+    return Symmetric.in_potential(1.0, C, h3, H1, H2, start)
+
+
+CUSPS = [
+    cuspidal(),
+    cuspidal(H1=0.6, H2=0.4),
+    cuspidal(H1=-3.0, C=0.8, h3=1.0),
+    # A pendulum, whose pole turns back through the centre, over a wide swing and beside the pole
+    cuspidal(rate=(0.0, 0.0, 0.0)),
+    cuspidal(rate=(0.0, 0.0, 0.0), H1=3.0, H2=-2.0),
+]
+
+
+@pytest.mark.parametrize('start_s', [0.0, 0.3, -0.2])
+@pytest.mark.parametrize('released', CUSPS)
+def test_the_curves_pass_through_a_cusp(released, start_s):
+    """
+    Radius and angle make up the pole, and the angle neither jumps nor loses its rate, nor is nan.
+
+    At the cusps, which are among the times, and between, from a start at one and off it.
+    """
+    period = released.period_s
+    motion = Symmetric.in_potential(
+        released.A,
+        released.C,
+        released.h3,
+        released.H1,
+        released.H2,
+        released.at([start_s % period])[0],
+    )
+    t_s = np.linspace(0.0, 4.0 * period, 401) - start_s
+    t_s = t_s[t_s >= 0.0]
+    for curve, pole in ((body_curve, motion.pole(t_s)), (space_curve, None)):
+        if pole is None:
+            states = motion.at(t_s)
+            pole = rotation.rotate(states.q_ib, states.omega_bi_b)
+        radius, angle = curve(motion, t_s)
+        size = np.max(np.abs(radius))
+        made_up = radius * np.exp(1j * angle)
+        np.testing.assert_allclose(made_up, pole[:, 0] + 1j * pole[:, 1], atol=1e-6 * size)
+        # a hundredth of a period apart: no jump of pi
+        assert np.max(np.abs(np.diff(angle))) < 0.5
+    radius, _ = body_curve(motion, t_s)
+    assert np.min(radius) < -0.1 * np.max(radius)
+
+
+def test_the_curve_of_the_cuspidal_top():
+    """
+    The angle grows at Delta / A - J3 / 2A = -0.75 rad/s through the cusps of a top with H1 = 0.
+
+    There F = 0: 4 F / rho^2 is zero but at the cusp.
+    """
+    motion = cuspidal()
+    t_s = np.linspace(0.0, 5.0 * motion.period_s, 41)
+    _, angle = body_curve(motion, t_s)
+    np.testing.assert_allclose(angle, -0.75 * t_s, atol=1e-12)
+    rolling = Rolling.of(motion)
+    np.testing.assert_allclose(rolling.polar_rate([np.cos(1.0), 0.2]), -0.75, rtol=1e-12)
+
+
+@pytest.mark.parametrize('push', [1e-4, -1e-4, 1e-9, -1e-9, 1e-14])
+def test_beside_a_cusp_the_curve_turns_as_far(push):
+    """The integral follows a turn by pi within any time, and within no time there is none."""
+    motion = cuspidal(rate=(0.0, push, 3.0))
+    t_s = np.linspace(0.0, 20.0 * motion.period_s, 20001)
+    pole = motion.pole(t_s)
+    radius, angle = body_curve(motion, t_s[::500])
+    expected = np.unwrap(np.arctan2(pole[:, 1], pole[:, 0]))[::500]
+    if abs(push) > 1e-5:
+        np.testing.assert_allclose(angle, expected, atol=1e-8)
+        return
+    # The steps miss the turn, by -pi at each of twenty passages or by as much the other way.
+    turn = -np.pi * np.sign(push) if abs(push) > 1e-12 else 0.0
+    assert angle[-1] - angle[0] == pytest.approx(-0.75 * t_s[-1] + 20.0 * turn, abs=0.01)
+    assert np.all(radius >= 0.0) == (turn != 0.0)
+
+
+def test_poinsot_s_rates_at_a_cusp_are_limits():
+    """
+    One moment is zero and the others are L^2 / 2E: what starts beside the cusp tend to.
+
+    L / I of the first grows like 1 over the push, of either sign.
+    """
+    rates = poinsot_rates(cuspidal())
+    at_cusp = int(np.argmax(np.abs(rates)))
+    assert rates[at_cusp] == np.inf
+    np.testing.assert_array_equal(np.delete(rates, at_cusp), -0.75)
+    for push in (1e-4, -1e-4, 1e-6):
+        near = poinsot_rates(cuspidal(rate=(0.0, push, 3.0)))
+        assert abs(near[at_cusp] * push) == pytest.approx(np.sin(1.0), rel=2.0 * abs(push) * 1e3)
+        np.testing.assert_allclose(np.delete(near, at_cusp), -0.75, atol=10.0 * abs(push))
+
+
+def test_poinsot_s_rates_of_a_top_that_rises_for_ever():
+    """rho_j^2 = -4 x_k x_l and F = -x_1 x_2 x_3 of x = L / I - 2 E / L, finite at two roots."""
+    C, r0, H2 = 1.5, 0.8, -3.0
+    # h' = -H2 and g = J3: u = 1 is a double root, u_3 = -1 - J3^2 / 2 A H2 = -0.76 the other
+    u = 0.1
+    rate_across = (C * r0 - C * r0 * u) / (1.0 - u * u)
+    energy = -H2 + H2 * u
+    nodding = np.sqrt(2.0 * energy - rate_across**2 * (1.0 - u * u))
+    theta = np.arccos(u)
+    omega = np.array([nodding, rate_across * np.sin(theta), r0])
+    motion = Symmetric.in_potential(1.0, C, 0.0, 0.0, H2, State(from_zxz(0.0, theta, 0.0), omega))
+    x = poinsot_rates(motion) - (C * r0 / 2.0 - r0)
+    assert np.all(np.isfinite(x))
+    squares = 2.0 * (motion.h_prime + H2 * Cones.of(motion).roots)
+    products = np.array([x[1] * x[2], x[2] * x[0], x[0] * x[1]])
+    np.testing.assert_allclose(squares, -4.0 * products, atol=1e-12)
+    _, angle = body_curve(motion, np.array([0.0, 3.0, 5.0]))
+    np.testing.assert_allclose(np.diff(angle), (C * r0 / 2.0 - r0) * np.array([3.0, 2.0]))

@@ -4,6 +4,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+# A root this near a pole is at it: where two are, rounding parts them by the root of rounding.
+AT_POLE = 1e-7
+# The ends are so near each other that differences of Q say nothing of its slope.
+_NARROW = 1e-4
+
 
 class Cones(NamedTuple):
     """
@@ -38,7 +43,7 @@ class Cones(NamedTuple):
     @property
     def thetas(self) -> np.ndarray:
         """Return theta_i [rad], cos theta_i = a_i; nan for a root beyond the poles."""
-        outside = np.abs(self.roots) > 1.0
+        outside = np.abs(self.roots) > 1.0 + AT_POLE
         return np.where(outside, np.nan, np.arccos(np.clip(self.roots, -1.0, 1.0)))
 
 
@@ -57,9 +62,17 @@ def _others(nutation, c2, c3, roots):
         return [z.real for z in rest if abs(z.imag) <= 1e-7 * max(abs(z), 1.0)]
     if c2 == 0.0:
         return [turning.a - turning.Qa / c3] if c3 != 0.0 else []
-    if nutation.lattice.share != 1.0:
-        return []
     width = turning.da - turning.db
-    slope = (turning.Qa - turning.Qb) / width + c2 * width
-    q = -(slope + np.copysign(nutation.split / width, slope)) / 2.0
+    if width < _NARROW:
+        slope = c3 + c2 * (3.0 * turning.a + turning.b)
+        discriminant = slope**2 - 4.0 * c2 * turning.Qa
+        if discriminant < 0.0:
+            return []
+        split = np.sqrt(discriminant)
+    elif nutation.lattice.share != 1.0:
+        return []
+    else:
+        slope = (turning.Qa - turning.Qb) / width + c2 * width
+        split = nutation.split / width
+    q = -(slope + np.copysign(split, slope)) / 2.0
     return sorted([turning.a + q / c2, turning.a + turning.Qa / q] if q else [turning.a] * 2)

@@ -150,7 +150,10 @@ class Rolling:
         if c2 < 0.0:
             return 'ellipsoid'
         discriminant = c1 * c1 - 4.0 * c2 * c0
-        if abs(discriminant) <= ROUNDING * (c1 * c1 + abs(4.0 * c2 * c0)):
+        al = self.g / self.Delta
+        parts = abs(self.h_prime) + abs(self.H1) * al**2 + abs(self.H2 * al)
+        size = c1 * c1 + 4.0 * abs(c2) * (self.r0**2 + 2.0 / self.A * parts)
+        if abs(discriminant) <= ROUNDING * size:
             return 'cone'
         return f'hyperboloid of {"two sheets" if discriminant > 0.0 else "one sheet"}'
 

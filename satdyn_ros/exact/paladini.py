@@ -12,9 +12,8 @@ import numpy as np
 
 from ..dynamics import rotation
 from ..dynamics.euler import zxz_angles
-from ..dynamics.inertia import ROUNDING
 from ..dynamics.system import State
-from .cones import Cones
+from .cones import AT_POLE, Cones
 from .elliptic import LAST_DIGITS
 from .geometry import AT_ZERO, Rolling
 from .symmetric import Symmetric
@@ -78,7 +77,7 @@ def companion_top(motion: Symmetric) -> Symmetric:
     roots = Cones.of(motion).roots
     farthest = len(roots) - 1 if roots[-1] >= -roots[0] * (1.0 - _A_TIE) else 0
     a, others = roots[farthest], np.delete(roots, farthest)
-    if abs(a) <= 1.0 + ROUNDING:
+    if abs(a) <= 1.0 + AT_POLE:
         raise ValueError('the quartic of this motion has no real root beyond +-1: it has no top')
     root_ka = np.sqrt((a + 1.0) / (a - 1.0))
     A, J3 = motion.A, motion.C * motion.r0 + motion.h3
@@ -177,7 +176,7 @@ def _polar(motion, t_s, turning, pole, steady_rate):
     """
     Return the polar coordinates of a pole (N, 2) whose angle has a rate that u determines.
 
-    steady_rate [rad/s]: that of the angle where u is constant.
+    steady_rate [rad/s]: that of the angle where u is constant or the curve is its centre.
     """
 
     def z(t_s):
@@ -186,14 +185,15 @@ def _polar(motion, t_s, turning, pole, steady_rate):
 
     nutation = motion.flow.nutation
     period, imaginary, _ = nutation.lattice
-    if nutation.turning.steady:
-        return np.abs(z(t_s)), np.angle(z([0.0]))[0] + steady_rate * t_s
     # The pole where u is at e, at the other end (or long after, at its limit), and between: it
     # may pass through the centre at the ends.
     quarter = min(period, imaginary) / 4.0
     at_s = np.array([0.0, min(period / 2.0, 40.0 * quarter), quarter]) - nutation.since
     sizes = np.abs(z(at_s))
-    largest = max(np.max(sizes), LAST_DIGITS * np.linalg.norm(motion.state.omega_bi_b))
+    largest = np.max(sizes)
+    is_point = largest <= LAST_DIGITS * np.linalg.norm(motion.state.omega_bi_b)
+    if nutation.turning.steady or is_point:
+        return np.abs(z(t_s)), np.angle(z([0.0]))[0] + steady_rate * t_s
     passes = sizes[:2] <= _AT_CENTRE * largest
     known = np.zeros(1) if abs(z([0.0])[0]) > 0.1 * largest else at_s[2:]
 

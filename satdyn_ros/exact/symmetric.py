@@ -18,6 +18,7 @@ from ..dynamics.system import State, System
 from . import attitude
 from .axes import is_symmetric, principal_axes_about, rotor_axes
 from .cones import Cones
+from .elliptic import LAST_DIGITS
 from .exact_motion import ExactMotion, Fact
 from .flow import Flow
 from .geometry import Rolling
@@ -136,7 +137,11 @@ class Symmetric(ExactMotion):
         u_dot, torque = gamma_1 * q - gamma_2 * p, (2.0 * H1 * u + H2) / A
         self.g = A * (W + j * u)
         self.h_prime = A * S2 / 2.0 - H1 * u * u - H2 * u
-        lp, lm = W + j * below, W - j * above
+        # At a passage exactly through a pole one of them is zero, whenever the motion starts.
+        lp, lm = (
+            0.0 if abs(W + turn) <= LAST_DIGITS * (np.sqrt(S2 * s2) + abs(turn)) else W + turn
+            for turn in (j * below, -j * above)
+        )
         f = [
             u_dot**2,
             2.0 * (-u * S2 + s2 * torque + W * j),

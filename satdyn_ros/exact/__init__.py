@@ -1,5 +1,6 @@
 """Motions in closed form, one a file, and which of them a system and a state have."""
 
+from . import paladini
 from .classify import RotationClass, axis_wander, rotation_class
 from .exact_motion import ExactMotion, Fact
 from .fluid import FluidBody
@@ -24,6 +25,7 @@ __all__ = [
     'Symmetric',
     'axis_wander',
     'explain',
+    'paladini',
     'recognise',
     'rotation_class',
 ]

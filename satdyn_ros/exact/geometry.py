@@ -209,18 +209,18 @@ class Rolling:
         return self.turning_in_body.rate(np.asarray(u, float))
 
     @property
-    def turning_in_body(self) -> 'Turning':
+    def turning_in_body(self) -> 'Winding':
         """Return how the pole turns about axis 3."""
         turn = Polynomial([self.Delta / self.A])
         across = Polynomial([self.g / self.A, -self.J3 / self.A])
-        return Turning(turn, across, self._square_in_body)
+        return Winding(turn, across, self._square_in_body)
 
     @property
-    def turning_in_space(self) -> 'Turning':
+    def turning_in_space(self) -> 'Winding':
         """Return how the pole turns about Z."""
         turn = Polynomial([0.0, self.Delta / self.A])
         across = Polynomial([-self.r0, self.g / self.A, -self.Delta / self.A])
-        return Turning(turn, across, self._square_in_space)
+        return Winding(turn, across, self._square_in_space)
 
     @property
     def _square_in_body(self):
@@ -234,7 +234,7 @@ class Rolling:
         return self._square_in_body + self.r0**2 - v_z**2
 
 
-class Turning(NamedTuple):
+class Winding(NamedTuple):
     """
     The turning of a pole at the rate turn + across square' / (2 square), polynomials in u.
 

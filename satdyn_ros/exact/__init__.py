@@ -1,6 +1,7 @@
 """Motions in closed form, one a file, and which of them a system and a state have."""
 
 from . import paladini
+from .action_angle import ActionAngle
 from .classify import RotationClass, axis_wander, rotation_class
 from .exact_motion import ExactMotion, Fact
 from .fluid import FluidBody
@@ -13,6 +14,7 @@ from .steady import Steady
 from .symmetric import Symmetric
 
 __all__ = [
+    'ActionAngle',
     'ExactMotion',
     'Fact',
     'FluidBody',

@@ -73,6 +73,22 @@ class Free(ExactMotion):
             omega_p[:2] = 0.0
         self._solve(q_lp, omega_p)
 
+    @property
+    def axis_b(self) -> np.ndarray:
+        """Return body axis 3 (3,), in the axes of the body."""
+        return self._R_bp[:, 2]
+
+    @property
+    def t0(self) -> float:
+        """
+        Return the phase t0 [s]: since the rate about the middle axis was at its least (46.17).
+
+        ValueError: there is a rotor.
+        """
+        if self.poinsot is None:
+            raise ValueError('the body has a rotor: t0 is that of a rigid body')
+        return self.poinsot.t0
+
     @classmethod
     def _why_not(cls, system: System, state: State, start_s: float = 0.0) -> str | None:
         """Return one sentence that says why this closed form does not apply, or None."""
@@ -98,9 +114,7 @@ class Free(ExactMotion):
         facts = [
             Fact('L', self.L, 'N m s', 'angular momentum, the direction of the reference axis'),
             Fact('E', self.E, 'J', 'kinetic energy'),
-            Fact(
-                'axis_b', self._R_bp[:, 2], '', 'the body axis that the rest describes, body axes'
-            ),
+            Fact('axis_b', self.axis_b, '', 'the body axis that the rest describes, body axes'),
             Fact('theta', self.theta_limits, 'rad', 'the cones about L between which it stays'),
             Fact('Om_P', self.Om_P, 'rad/s', 'its mean precession about L'),
             Fact('Om_S', self.Om_S, 'rad/s', 'mean spin about it'),
@@ -118,6 +132,12 @@ class Free(ExactMotion):
             Fact('B', known.B, 'rad/s', 'largest rates about axes of ascending moment (46.12)'),
             Fact('a1', known.a1, 'rad/s', 'root of V about the largest moment (46.15)'),
             Fact('a3', known.a3, 'rad/s', 'root of V about the smallest moment (46.15)'),
+            Fact(
+                't0',
+                known.t0,
+                's',
+                'since the rate about the middle axis was at its least (46.17)',
+            ),
             Fact('herpolhode', known.herpolhode_radii, '1/(kg^0.5 m)', 'radii of its annulus'),
         ]
 

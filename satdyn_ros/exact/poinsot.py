@@ -21,7 +21,9 @@ class Poinsot:
     The constants of the free motion of inertia (3, 3) [kg m^2] through the rate omega [rad/s].
 
     moments (3,): I1 <= I2 <= I3; E [J], L [N m s]; B (3,) [rad/s]: the largest rates about axes 1,
-    2, 3 (46.12); lam [rad/s] and k2, k2_complement = 1 - k2 of the elliptic functions.
+    2, 3 (46.12); lam [rad/s] and k2, k2_complement = 1 - k2 of the elliptic functions; t0 [s]: the
+    time since O_2 was at its least, from 0 to T1 (46.16 to 46.18), 0 where O_2 is constant and inf
+    on a separatrix.
     about_largest: whether the polhode encircles axis 3, else axis 1; for a symmetric body it
     encircles the axis of symmetry.
 
@@ -33,6 +35,8 @@ class Poinsot:
         moments, R_bp = principal_axes(inertia)
         order = np.argsort(moments, kind='stable')
         I, w = moments[order], (R_bp.T @ np.asarray(omega, float))[order]
+        # The axes in the order of their moments may be left-handed.
+        self._rise = float(np.linalg.det(R_bp[:, order])) * w[0] * w[2]
         low, high = np.diff(I) <= ROUNDING * I[2]
         I = np.where([low, low and high, high], I[[1, 1, 1]], I)
         self.moments, self.is_symmetric = I, bool(low or high)
@@ -42,6 +46,19 @@ class Poinsot:
         self.about_largest = bool(low or (not high and self._excess[1] >= 0.0))
         self._o, self._p = (0, 2) if self.about_largest else (2, 0)
         self._solve(w)
+        self.t0 = self._time_since_least(w)
+
+    def _time_since_least(self, w):
+        """Return t0 in closed form: I2 O_2' = (I3 - I1) O_3 O_1 has the sign of cn."""
+        if self.lam == 0.0 or self.B[1] == 0.0:
+            return 0.0
+        if not np.isfinite(self.T1):
+            return np.inf
+        K, o, p = elliptic.K(self.k2_complement), self._o, self._p
+        sn, cn = w[1] / self.B[1], abs(w[o]) / self.B[o]
+        sn, cn = sn / np.hypot(sn, cn), cn / np.hypot(sn, cn)
+        u = elliptic.F_sncndn(sn, cn, abs(w[p]) / self.B[p])
+        return float((K + u if self._rise >= 0.0 else 3.0 * K - u) / self.lam)
 
     def _solve(self, w):
         o, p, I = self._o, self._p, self.moments
@@ -135,6 +152,31 @@ class Poinsot:
         first = (B[0] * (cn if self.about_largest else dn)) ** 2
         second = (B[1] * sn) ** 2
         return self.L * (I[0] * first + I[1] * second) / (I[0] ** 2 * first + I[1] ** 2 * second)
+
+    def precession_swing(self, t_s: float | np.ndarray) -> np.ndarray:
+        """
+        Return S(t) [rad] (46.24), what the precession is ahead of its mean, shape of t_s.
+
+        The integral of Phi - chi_0 over t_s [s] since O_2 was at its least, of the third kind: Phi
+        = L (a + b sn^2) / (c + d sn^2) by (46.21).  ValueError: the rates have no period.
+        """
+        t_s = np.asarray(t_s, float)
+        I, B, m1 = self.moments, self.B, self.k2_complement
+        kappa = 1.0 if self.about_largest else self.k2
+        (a, second), (c, last) = (((I * B**2)[:2]), ((I * B) ** 2)[:2])
+        if self.is_symmetric or c == 0.0:
+            return np.zeros(t_s.shape)
+        if not np.isfinite(self.T1):
+            raise ValueError('the rates of this motion have no period')
+        b, d, K = second - kappa * a, last - kappa * c, elliptic.K(m1)
+
+        def swept(x):
+            return self.L * (b * c - a * d) / c**2 * elliptic.L(x, -d / c, m1) / self.lam
+
+        # over a half period of the rates, 2 K, the swing is none
+        mean = swept(2.0 * K) / (2.0 * K)
+        x = self.lam * t_s
+        return swept(x - K) + swept(K) - mean * x
 
     def precession_coefficients(self, count: int) -> np.ndarray:
         """

@@ -42,6 +42,10 @@ class Stationary(ExactMotion):
     >>> Stationary(system, state).at([10.0, 20.0]).q_ib  # doctest: +SKIP
     """
 
+    omega_0: float
+    nu: float
+    alpha: np.ndarray
+
     name = 'stationary motion'
     source = 'Agostinelli 1977, eqs. 13, 28-32'
 
@@ -145,7 +149,8 @@ class Stationary(ExactMotion):
 
     def _set_multiplier(self, nu, sign):
         """Set the constants and the flow of the state with the multiplier nu, sign that of mu."""
-        self.nu, self.omega_0, field = nu, *_field(self.system)
+        self.nu = nu
+        self.omega_0, field = _field(self.system)
         self.moments, q_bp, gamma, _ = _in_principal_axes(self.system, self.state)
         self._constants(sign, field, gamma)
         differences = multiplier.differences(self.moments, nu, sign)

@@ -37,16 +37,23 @@ def _print_steady(steady: list[dict[str, Any]], is_fixed: bool) -> None:
     print('steady rotations' if is_fixed else 'relative equilibria')
 
     def outcome(one):
-        return one['stability'], one['argument'], [f'{period:.6g}' for period in one['periods_s']]
+        periods = [f'{period:.6g}' for period in one['periods_s']]
+        drift = one['attitude_drift_rad']
+        return one['stability'], one['argument'], periods, '' if drift is None else _text(drift)
 
     order = {'stable': 0, 'undecided': 1, 'unstable': 2}
     ranked = sorted(steady, key=lambda one: (order[one['stability']], *outcome(one)[1:]))
     where = 'axis' if is_fixed else 'up'
-    for (stability, argument, periods), group in groupby(ranked, outcome):
+    for (stability, argument, periods, drift), group in groupby(ranked, outcome):
         alike = list(group)
         print(f'  {stability}: {argument}')
         if periods:
             print(f'    periods of small motion: {", ".join(periods)} s')
+        if drift:
+            print(
+                f'    stable rate; attitude drifts by {drift} rad per day for a change of 1e-6 of '
+                'the rate'
+            )
         for one in alike:
             place = f'{where} {_text(one["axis_b"])}'
             if not is_fixed:

@@ -37,6 +37,25 @@ def eigenvalue_squared(
     return float(np.trace(matrix @ matrix) / 2.0)
 
 
+def attitude_drift(
+    omega: ArrayLike, change: ArrayLike, duration_s: float | np.ndarray = 86400.0
+) -> float | np.ndarray:
+    """
+    Return by how much [rad] a change of a permanent rotation turns the attitude in duration_s.
+
+    |change . omega| / |omega| times duration_s, change (3,) [rad/s] small: a permanent rotation
+    whose rate is stable is not stable in attitude (44.11, paragraph 44.16), because neighbours at
+    another rate get out of step, in the end by any angle.  What changes across omega does so in
+    the second order only.
+
+    >>> round(attitude_drift([0.0, 0.0, 0.5], [0.0, 0.0, 0.5e-6]), 12)
+    0.0432
+    """
+    omega = np.asarray(omega, float)
+    rate = float(np.linalg.norm(omega))
+    return abs(float(omega @ np.asarray(change))) / rate * duration_s if rate else 0.0
+
+
 def eigenvalues(system: System, state: State, orbit_s: float = 0.0) -> np.ndarray:
     """
     Return the six eigenvalues [1/s] of small departures from a steady motion.

@@ -135,6 +135,18 @@ class Poinsot:
         radii = np.array(sorted([first, second])) / (self.L * np.sqrt(2.0 * self.E))
         return float(radii[0]), float(radii[1])
 
+    @property
+    def space_cones(self) -> tuple[float, float]:
+        """
+        Return the least and greatest angle [rad] of omega from the fixed momentum (45.8).
+
+        Of a start near a permanent rotation about the largest or the smallest moment both are
+        small: the rate stays near in space, as it does in the body.  Their tangents are the radii
+        of the herpolhode over sqrt(2 E) / L, the distance of its plane.
+        """
+        least, greatest = np.array(self.herpolhode_radii) * self.L / np.sqrt(2.0 * self.E)
+        return float(np.arctan(least)), float(np.arctan(greatest))
+
     def precession_rate(self, t_s: float | np.ndarray) -> np.ndarray:
         """
         Return the precession rate [rad/s] of axis 3 about the momentum (46.21), shape of t_s.

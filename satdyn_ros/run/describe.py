@@ -9,6 +9,7 @@ from ..dynamics import rotation
 from ..dynamics.motion import Motion
 from ..dynamics.orbit import KeplerOrbit
 from ..dynamics.propagator import Propagation
+from ..dynamics.stability import attitude_drift
 from ..dynamics.steady_motions import SteadyMotion, steady_motions
 from .scenario import Scenario
 
@@ -33,7 +34,9 @@ def describe(scenario: Scenario) -> dict[str, Any]:
     None; why_not: why there is none, or None.  first_integrals: name to value and unit at the
     start.  steady_motions: of each permanent rotation or relative equilibrium with the rotor
     momenta of the start the axis (body axes; on an orbit the direction up), rate_rad_s, on an
-    orbit the attitude q_lb, stability, argument, and periods_s of small motion.  rotation_class:
+    orbit the attitude q_lb, stability, argument, periods_s of small motion, and
+    attitude_drift_rad, by which the attitude of a stable rotation drifts in a day for a change of
+    1e-6 of its rate; an equilibrium in LVLH or at rest has none.  rotation_class:
     on a circle and without friction whether the motion is a rotation about a body-fixed axis,
     whether uniform, and why; else None.  What is infinite or does not exist is None.
 
@@ -77,7 +80,11 @@ def _steady(scenario: Scenario, steady: SteadyMotion) -> dict[str, Any]:
         'stability': steady.verdict.stability,
         'argument': steady.verdict.argument,
         'periods_s': _as_json(steady.periods_s),
+        'attitude_drift_rad': None,
     }
+    omega = steady.state.omega_bi_b
+    if scenario.is_fixed and steady.verdict.stability == 'stable' and np.any(omega):
+        described['attitude_drift_rad'] = _as_json(attitude_drift(omega, 1e-6 * omega))
     if not scenario.is_fixed:
         q_il = scenario.system.orbit.lvlh(0.0)
         described['q_lb'] = _as_json(

@@ -177,6 +177,7 @@ def test_describe(capsys):
     assert text.startswith('free rotation (textbook')
     assert 'T1 = ' in text
     assert 'unstable: the energy has a saddle' in text
+    assert 'stable rate; attitude drifts by 0.0432' in text
     assert main(['describe', path, '--json']) == 0
     assert json.loads(capsys.readouterr().out) == describe(Scenario.from_yaml(path))
 

@@ -13,6 +13,7 @@ from satdyn_ros.dynamics.orbit import FixedDirection, KeplerOrbit
 from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
+from satdyn_ros.exact.free import Free
 
 close = partial(assert_allclose, rtol=0.0)
 
@@ -209,3 +210,19 @@ def test_eigenvalues_are_those_of_propagated_departures(case):
     found = np.linalg.eigvals(logm(transition(system, state, t_s))) / t_s
     expected = stability.eigenvalues(system, state)
     close(np.poly(found / N), np.poly(expected / N), atol=1e-6)
+
+
+def test_a_rotation_that_is_stable_in_rate_drifts_in_attitude():
+    """
+    By (44.11): after a day the closed forms of two near rates are as far apart as is said.
+
+    A millionth more about the largest moment; a millionth across it changes next to nothing.
+    """
+    body, omega = System(np.diag([1.0, 2.0, 2.5])), np.array([0.0, 0.0, 0.5])
+    start = Free(body, State(rotation.IDENTITY, omega))
+    for change in (1e-6 * omega, np.array([0.5e-6, 0.0, 0.0])):
+        near = Free(body, State(rotation.IDENTITY, omega + change))
+        apart = rotation.angle_between(near.at([86400.0]).q_ib, start.at([86400.0]).q_ib)[0]
+        assert apart == pytest.approx(stability.attitude_drift(omega, change), abs=5e-6)
+    assert stability.attitude_drift(omega, 1e-6 * omega) == pytest.approx(0.0432, rel=1e-12)
+    assert stability.attitude_drift(np.zeros(3), omega) == 0.0

@@ -35,7 +35,9 @@ def free(body, omega, q_ib=ANY):
 def test_t0_is_the_textbook_s_integral(body, omega):
     """(46.17), x = -a cos s from O_2 at its least: the way to O_2, on either half of the way."""
     motion = free(body, omega)
-    known, middle = motion.poinsot, int(np.argsort(body)[1])
+    known = motion.poinsot
+    assert known is not None
+    middle = int(np.argsort(body)[1])
     reach = min(known.a1, known.a3)
     rate = omega[middle]
 
@@ -114,6 +116,7 @@ def test_the_phase_of_any_start(data):
     assume(np.min(np.abs(omega)) > 0.01)
     inertia = inertia_in_body_axes(I, q_bp)
     motion = Free(System(inertia), State(data.draw(attitudes()), rotation.rotate(q_bp, omega)))
+    assert motion.poinsot is not None
     assume(motion.poinsot.lam > 0.0 and motion.poinsot.k2 < 0.999)
     for share in (0.1, 0.35, 0.77):
         later = Free(motion.system, motion.at([share * motion.T1])[0])

@@ -208,3 +208,28 @@ def test_without_period():
         Poinsot(np.eye(3), [0.1, 0.2, 0.3]).precession_coefficients(3)
     case = rigid()['free_tri_exact_separatrix']
     assert Poinsot(case.system.inertia, case.start.omega_bi_b).k2 == pytest.approx(1.0, abs=1e-15)
+
+
+@pytest.mark.parametrize(('moments', 'omega'), TRIAXIAL)
+def test_the_cones_of_the_rate_in_space(moments, omega):
+    """The propagated rate keeps to these angles from the momentum, and reaches both (45.8)."""
+    system, state = System(np.diag(moments)), State(ANY, np.array(omega))
+    known = Poinsot(system.inertia, omega)
+    states = Propagation(system, state).at(np.linspace(0.0, known.T1, 4001))
+    rate = rotation.rotate(states.q_ib, states.omega_bi_b)
+    momentum = rotation.rotate(ANY, system.inertia @ np.array(omega))
+    angle = np.arctan2(np.linalg.norm(np.cross(rate, momentum), axis=-1), rate @ momentum)
+    np.testing.assert_allclose([np.min(angle), np.max(angle)], known.space_cones, rtol=1e-5)
+
+
+def test_a_rate_near_an_outer_axis_stays_near_in_space():
+    """
+    Corollary 45.8: about the largest and the smallest moment the cones shrink with the departure.
+
+    About the middle moment they do not.
+    """
+    body = np.diag([1.0, 2.0, 2.5])
+    for axis in range(3):
+        aside = np.array([1e-6, 1e-6, 1e-6])
+        aside[axis] = 1.0
+        assert (Poinsot(body, aside).space_cones[1] < 1e-5) == (axis != 1)

@@ -287,7 +287,9 @@ def test_no_constant_depends_on_when_a_passage_through_a_pole_is_asked(C, h3, H1
 
     The passage is exact, and so counts no jump by pi of precession and spin, whenever it starts.
     """
-    motion = Symmetric.in_potential(1.0, C, h3, H1, H2, State(np.array(pole), [0.3, -0.4, 1.0]))
+    motion = Symmetric.in_potential(
+        1.0, C, h3, H1, H2, State(np.array(pole), np.array([0.3, -0.4, 1.0]))
+    )
     for t_s in (0.37, 1.3, 11.0):
         later = Symmetric.in_potential(1.0, C, h3, H1, H2, motion.at([t_s])[0])
         for ours, theirs in zip(motion.facts(), later.facts(), strict=True):

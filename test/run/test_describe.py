@@ -87,3 +87,20 @@ def test_a_rotation_about_the_orbit_normal():
         'is_uniform': False,
         'why': 'the body swings or tumbles about the orbit normal, a principal axis',
     }
+
+
+def test_what_is_stable_in_rate_drifts_in_attitude():
+    """
+    A day of a millionth of 0.5 rad/s, for the four stable rotations of the free body (44.16).
+
+    Equilibria in LVLH, which the field holds, do not drift, and neither does what is unstable.
+    """
+    described = describe(Scenario.from_yaml(CONFIG / 'euler_poinsot.yaml'))
+    for one in described['steady_motions']:
+        drift = one['attitude_drift_rad']
+        if one['stability'] == 'stable':
+            assert drift == pytest.approx(one['rate_rad_s'] * 0.0864, rel=1e-12)
+        else:
+            assert drift is None
+    on_orbit = describe(Scenario.from_dict({'body': {'inertia': [800.0, 900.0, 600.0]}}))
+    assert {one['attitude_drift_rad'] for one in on_orbit['steady_motions']} == {None}

@@ -21,6 +21,9 @@ def print_description(scenario: Scenario) -> None:
         for fact in motion['facts']:
             value = f'{fact["name"]} = {_text(fact["value"])} {fact["unit"]}'.rstrip()
             print(f'  {value:48}  {fact["meaning"]}')
+    print(f'principal moments {_text(described["principal_moments"])} kg m^2, along body axes')
+    for axis in described['principal_axes_b']:
+        print(f'  {_text(axis)}')
     print('first integrals')
     for name, integral in described['first_integrals'].items():
         print(f'  {name} = {_text(integral["value"])} {integral["unit"]}')
@@ -28,6 +31,20 @@ def print_description(scenario: Scenario) -> None:
     rotation_class = described['rotation_class']
     if rotation_class is not None:
         print(f'rotation about a body-fixed axis: {_class(rotation_class)}')
+    precession = described['regular_precession']
+    if precession is not None:
+        _print_precession(precession)
+
+
+def _print_precession(precession: dict[str, Any]) -> None:
+    """Print a regular precession: its rates, its sense and its cones."""
+    print(f'regular precession, {precession["sense"] or "neither progressive nor retrograde"}')
+    spin, rate = (_text(precession[name]) for name in ('spin_rad_s', 'precession_rad_s'))
+    print(f'  spin {spin} rad/s about {_text(precession["axis_b"])} in body axes')
+    print(f'  precession {rate} rad/s about {_text(precession["axis_i"])} in inertial axes')
+    print(f'  nutation {_text(precession["nutation_rad"])} rad')
+    cones = [_text(precession[name]) for name in ('body_cone_rad', 'space_cone_rad')]
+    print(f'  cones of {" and ".join(cones)} rad in body and space: {precession["cones"]}')
 
 
 def _print_steady(steady: list[dict[str, Any]], is_fixed: bool) -> None:

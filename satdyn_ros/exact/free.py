@@ -23,7 +23,7 @@ from .axes import is_principal, principal_axes_about, rotor_axes
 from .exact_motion import ExactMotion, Fact
 from .flow import Flow
 from .nutation import Nutation
-from .poinsot import Poinsot
+from .poinsot import Poinsot, commensurability
 
 
 class Free(ExactMotion):
@@ -111,6 +111,7 @@ class Free(ExactMotion):
 
     def facts(self) -> list[Fact]:
         """Return the constants, periods and limits that say what the motion is like."""
+        returns = commensurability(self.T1, self.T2)
         facts = [
             Fact('L', self.L, 'N m s', 'angular momentum, the direction of the reference axis'),
             Fact('E', self.E, 'J', 'kinetic energy'),
@@ -121,6 +122,13 @@ class Free(ExactMotion):
             Fact('T1', self.T1, 's', 'period of the body rates (46.11)'),
             Fact('chi0', self.chi0, 'rad/s', 'mean precession whose period is T2'),
             Fact('T2', self.T2, 's', 'period of that precession, the coning period (46.11)'),
+            Fact('chi', self.chi, 'rad', 'turn about L in T1 (45.17)'),
+            Fact(
+                'T1/T2',
+                'not commensurable' if returns is None else str(returns),
+                '',
+                'the attitude returns after the denominator times T1, if at all (45.17)',
+            ),
         ]
         if self.poinsot is None or self.poinsot.lam == 0.0:
             return facts

@@ -6,8 +6,10 @@ import numpy as np
 
 from .. import exact
 from ..dynamics import rotation
+from ..dynamics.inertia import principal_axes
 from ..dynamics.motion import Motion
 from ..dynamics.orbit import KeplerOrbit
+from ..dynamics.precession import regular_precession
 from ..dynamics.propagator import Propagation
 from ..dynamics.stability import attitude_drift
 from ..dynamics.steady_motions import SteadyMotion, steady_motions
@@ -30,6 +32,7 @@ def describe(scenario: Scenario) -> dict[str, Any]:
     """
     Return what theory says about a scenario, ready for JSON: numbers, text, lists, dictionaries.
 
+    principal_moments [kg m^2] and principal_axes_b: of body.inertia, one axis a row, body axes.
     motion: name, source, period_s and facts (name, value, unit, meaning) of the closed form, or
     None; why_not: why there is none, or None.  first_integrals: name to value and unit at the
     start.  steady_motions: of each permanent rotation or relative equilibrium with the rotor
@@ -38,19 +41,26 @@ def describe(scenario: Scenario) -> dict[str, Any]:
     attitude_drift_rad, by which the attitude of a stable rotation drifts in a day for a change of
     1e-6 of its rate; an equilibrium in LVLH or at rest has none.  rotation_class:
     on a circle and without friction whether the motion is a rotation about a body-fixed axis,
-    whether uniform, and why; else None.  What is infinite or does not exist is None.
+    whether uniform, and why; else None.  regular_precession: None, or that of the start: the axis
+    of the spin in the body and that of the precession in space, both rates, the nutation, the
+    sense, and how the cones of the instantaneous axis lie, with their half-angles.  What is
+    infinite or does not exist is None.
 
     >>> describe(Scenario.from_yaml('config/euler_poinsot.yaml'))['motion']['name']
     'free rotation'
     """
     system, state = scenario.system, scenario.initial_state
     motion = exact.recognise(system, state)
+    moments, R_bp = principal_axes(system.inertia)
     return {
+        'principal_moments': _as_json(moments),
+        'principal_axes_b': _as_json(R_bp.T),
         'motion': None if motion is None else _motion(motion),
         'why_not': exact.explain(system, state),
         'first_integrals': _first_integrals(scenario, motion),
         'steady_motions': [_steady(scenario, steady) for steady in steady_motions(system, state)],
         'rotation_class': _rotation_class(scenario),
+        'regular_precession': _regular_precession(scenario),
     }
 
 
@@ -99,6 +109,23 @@ def _rotation_class(scenario: Scenario) -> dict[str, Any] | None:
     if not is_on_circle or scenario.system.is_driven:
         return None
     return exact.rotation_class(scenario.system, scenario.initial_state)._asdict()
+
+
+def _regular_precession(scenario: Scenario) -> dict[str, Any] | None:
+    found = regular_precession(scenario.system, scenario.initial_state)
+    if found is None:
+        return None
+    return {
+        'axis_b': _as_json(found.axis_b),
+        'axis_i': _as_json(found.axis_i),
+        'spin_rad_s': found.spin,
+        'precession_rad_s': float(found.precession),
+        'nutation_rad': found.nutation,
+        'sense': found.sense,
+        'cones': found.cones,
+        'body_cone_rad': found.body_cone,
+        'space_cone_rad': found.space_cone,
+    }
 
 
 def _as_json(value: Any) -> Any:

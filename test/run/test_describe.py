@@ -104,3 +104,58 @@ def test_what_is_stable_in_rate_drifts_in_attitude():
             assert drift is None
     on_orbit = describe(Scenario.from_dict({'body': {'inertia': [800.0, 900.0, 600.0]}}))
     assert {one['attitude_drift_rad'] for one in on_orbit['steady_motions']} == {None}
+
+
+def test_a_general_tensor_has_its_principal_moments_and_axes():
+    """Each axis is one of the tensor with its moment, in a right-handed set."""
+    inertia = np.array([[800.0, 40.0, -30.0], [40.0, 900.0, 20.0], [-30.0, 20.0, 600.0]])
+    given = [*np.diagonal(inertia), inertia[0, 1], inertia[0, 2], inertia[1, 2]]
+    described = describe(Scenario.from_dict({'body': {'inertia': [float(x) for x in given]}}))
+    axes, moments = (np.array(described[f'principal_{name}']) for name in ('axes_b', 'moments'))
+    np.testing.assert_allclose(axes @ inertia, moments[:, None] * axes, atol=1e-10)
+    assert np.linalg.det(axes) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_a_coning_satellite_precesses_regularly():
+    """
+    Spin and precession are those of (45.5), corrected: L_3 (1 / I_3 - 1 / I_1) and L / I_1.
+
+    Flattened, it spins against its precession, and the space cone lies inside the body's.
+    """
+    body = {'inertia': [100.0, 100.0, 170.0]}
+    start = {'attitude': [0, 0, 0, 1], 'angular_velocity': [0.03, 0.04, 0.11]}
+    described = describe(
+        Scenario.from_dict({'body': body, 'orbit': {'type': 'fixed'}, 'initial': start})
+    )
+    found = described['regular_precession']
+    L = np.hypot(5.0, 18.7)
+    assert found['precession_rad_s'] == pytest.approx(L / 100.0, rel=1e-13)
+    assert found['spin_rad_s'] == pytest.approx(18.7 * (1 / 170.0 - 1 / 100.0), rel=1e-13)
+    assert (found['sense'], found['cones']) == ('retrograde', 'space cone inside')
+    tangents = np.tan([found['body_cone_rad'], found['space_cone_rad']])
+    angle = np.arctan2(5.0, 18.7)
+    np.testing.assert_allclose(tangents[0], 0.05 / 0.11, rtol=1e-13)
+    np.testing.assert_allclose(tangents[1], np.tan(np.arctan2(0.05, 0.11) - angle), rtol=1e-12)
+    assert facts(described)['chi'] == pytest.approx(
+        facts(described)['T1'] * facts(described)['chi0'], rel=1e-14
+    )
+
+
+@pytest.mark.parametrize(('rate', 'returns'), [(0.5, '3'), (0.50001, 'not commensurable')])
+def test_whether_the_periods_are_commensurable(rate, returns):
+    """T1 / T2 = (L / I_1) / |(C - A) r0 / I_1|: 3 to the digits given, or no small fraction."""
+    # L = 3 (C - A) r0 with C = 1.6, A = 1, so that across 1.8^2 = 1.6^2 + (p / r0)^2
+    across = rate * np.sqrt(1.8**2 - 1.6**2) if returns == '3' else 0.4
+    described = describe(
+        Scenario.from_dict(
+            {
+                'body': {'inertia': [1.0, 1.0, 1.6]},
+                'orbit': {'type': 'fixed'},
+                'initial': {
+                    'attitude': [0, 0, 0, 1],
+                    'angular_velocity': [float(across), 0.0, rate],
+                },
+            }
+        )
+    )
+    assert facts(described)['T1/T2'] == returns

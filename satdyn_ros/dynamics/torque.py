@@ -25,6 +25,22 @@ def gravity_gradient(
     return from_components([gradient * component for component in torque])
 
 
+def element_forces(
+    masses: np.ndarray, places_b: np.ndarray, c_b: np.ndarray, gravity: float, radius_m: float
+) -> np.ndarray:
+    """
+    Return the pull [N] (N, 3) on elements of a body about a fixed point (Beletsky 1957, eq. 1).
+
+    -(g / R) m x - m g c + 3 (g / R) m (c . x) c: masses (N,) [kg] at places_b (N, 3) [m] from the
+    fixed point, which is radius_m from the attracting centre along c_b (3,), where a mass falls at
+    gravity [m/s^2].  To the first order in x / R; the moments x F add up to those of eq. 2.
+    """
+    x, c = np.asarray(places_b, float), np.asarray(c_b, float)
+    along = (x @ c)[:, None] * c
+    pull = gravity / radius_m * (3.0 * along - x) - gravity * c
+    return np.asarray(masses, float)[:, None] * pull
+
+
 def angular_momentum(
     system: System, omega_bi_b: np.ndarray, rotor_speed: np.ndarray
 ) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from . import paladini
 from .action_angle import ActionAngle
+from .body_fixed import BodyFixed
 from .classify import RotationClass, axis_wander, rotation_class
 from .exact_motion import ExactMotion, Fact
 from .fluid import FluidBody
@@ -15,6 +16,7 @@ from .symmetric import Symmetric
 
 __all__ = [
     'ActionAngle',
+    'BodyFixed',
     'ExactMotion',
     'Fact',
     'FluidBody',

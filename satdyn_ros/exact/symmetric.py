@@ -67,6 +67,18 @@ class Symmetric(ExactMotion):
         motion._solve(A, C, h3, H1, H2, np.eye(3))
         return motion
 
+    @property
+    def abc(self) -> np.ndarray:
+        """
+        Return a, b, c [1/s^2] (3,) of Beletsky's (12), which he leaves open.
+
+        x'^2 = -(2 H1 / A) x^4 - (2 H2 / A) x^3 - a x^2 - b x + c, x = cos theta.
+        """
+        energy, k, turn = 2.0 * self.h_prime / self.A, self.g / self.A, self.C * self.r0 + self.h3
+        turn /= self.A
+        a = energy - 2.0 * self.H1 / self.A + turn**2
+        return np.array([a, -2.0 * (k * turn + self.H2 / self.A), energy - k**2])
+
     @classmethod
     def _why_not(cls, system: System, state: State, start_s: float = 0.0) -> str | None:
         """Return one sentence that says why this closed form does not apply, or None."""

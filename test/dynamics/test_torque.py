@@ -3,7 +3,7 @@ import pytest
 
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import System
-from satdyn_ros.dynamics.torque import angular_momentum, gravity_gradient
+from satdyn_ros.dynamics.torque import angular_momentum, element_forces, gravity_gradient
 
 RNG = np.random.default_rng(20240607)
 
@@ -77,3 +77,27 @@ def test_a_row_alone_has_the_bits_of_a_row_among_many():
         momentum = angular_momentum(system, vectors[row], numbers[row, None])
         assert np.array_equal(torque[0], torques[i])
         assert np.array_equal(momentum[0], momenta[i])
+
+
+def test_the_pull_on_elements_adds_up_to_the_torques():
+    """
+    Moments of Beletsky's (1) over points are those of (2), whose field has the gradient 3 g / R.
+
+    Against Newton's law for each point, the forces are right to the second order in x / R.
+    """
+    rng = np.random.default_rng(3)
+    masses, places = rng.uniform(0.5, 2.0, 12), rng.normal(size=(12, 3))
+    c, gravity, radius = np.array([0.36, 0.48, 0.8]), 9.0, 1e4
+    forces = element_forces(masses, places, c, gravity, radius)
+    moment = np.sum(np.cross(places, forces), axis=0)
+    inertia = np.sum(
+        [m * (x @ x * np.eye(3) - np.outer(x, x)) for m, x in zip(masses, places, strict=True)],
+        axis=0,
+    )
+    weight = gravity * masses @ places
+    expected = gravity_gradient(inertia, c, 3.0 * gravity / radius) - np.cross(weight, c)
+    np.testing.assert_allclose(moment, expected, rtol=1e-12)
+    r = radius * c + places
+    distance = np.linalg.norm(r, axis=-1)[:, None]
+    newton = -masses[:, None] * gravity * radius**2 * r / distance**3
+    np.testing.assert_allclose(forces, newton, atol=50.0 * gravity / radius**2)

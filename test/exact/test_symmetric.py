@@ -298,3 +298,15 @@ def test_no_constant_depends_on_when_a_passage_through_a_pole_is_asked(C, h3, H1
             else:
                 # arccos of a root at the pole is the root of rounding
                 np.testing.assert_allclose(theirs.value, ours.value, atol=1e-7, err_msg=ours.name)
+
+
+def test_beletsky_s_a_b_and_c():
+    """His (12) gives the square of x' of a motion at every instant, with the axis along 3."""
+    start = State(rotation.normalise([0.3, -0.2, 0.4, 1.0]), np.array([0.4, -0.3, 1.1]))
+    motion = Symmetric.in_potential(1.2, 0.7, 0.3, -0.6, 0.8, start)
+    states = motion.at(np.linspace(0.0, 9.0, 40))
+    x = states.c_b[:, 2]
+    x_dot = states.c_b[:, 0] * states.omega_bi_b[:, 1] - states.c_b[:, 1] * states.omega_bi_b[:, 0]
+    a, b, c = motion.abc
+    P = -2.0 / 1.2 * (-0.6 * x**4 + 0.8 * x**3) - a * x**2 - b * x + c
+    np.testing.assert_allclose(x_dot**2, P, atol=1e-13)

@@ -43,7 +43,10 @@ def tensor(values: ArrayLike) -> np.ndarray:
     small, middle, large = np.sort(principal_axes(inertia)[0])
     moments = f'{small:g}, {middle:g} and {large:g}'
     if small <= _AS_GIVEN * large:
-        raise ValueError(f'{given}; its principal moments {moments} must be positive')
+        raise ValueError(
+            f'{given}; its principal moments {moments} must be positive: a rod has a thickness, '
+            'use the moments of a cylinder'
+        )
     if small + middle < large * (1.0 - _AS_GIVEN):
         raise ValueError(
             f'{given}; the largest of its principal moments {moments} must not exceed the sum of '
@@ -193,6 +196,16 @@ def ellipsoid(inertia: ArrayLike) -> np.ndarray:
         return 1.0 / np.sqrt(np.maximum(principal_axes(inertia)[0], 0.0))
 
 
+def ellipsoid_normal(inertia: ArrayLike, omega: ArrayLike) -> np.ndarray:
+    """
+    Return the unit normal (3,) of the inertia ellipsoid where omega (3,) meets it (42.23).
+
+    It is along inertia omega, the angular momentum: Poinsot's plane is tangent there.
+    """
+    momentum = np.asarray(inertia, float) @ np.asarray(omega, float)
+    return momentum / np.linalg.norm(momentum)
+
+
 def parallel_axis(inertia_g: ArrayLike, mass: float, offset: ArrayLike) -> np.ndarray:
     """
     Return the inertia (3, 3) about the point at offset (3,) [m] from the mass centre.
@@ -255,10 +268,17 @@ def compose(bodies: Iterable[Body]) -> Body:
 # The catalogue: homogeneous bodies, tensors about the mass centre with the symmetry axis along z.
 
 
-def points(masses: ArrayLike, positions: ArrayLike) -> np.ndarray:
-    """Return the inertia of point masses (N,) [kg] at positions (N, 3) [m] about their centre."""
+def points(masses: ArrayLike, positions: ArrayLike, about: ArrayLike | None = None) -> np.ndarray:
+    """
+    Return the inertia of point masses (N,) [kg] at positions (N, 3) [m] about a point (3,) [m].
+
+    about: by default their mass centre.
+    """
     m_and_r = zip(np.asarray(masses, float), np.asarray(positions, float), strict=True)
-    return compose([Body(m, r, np.zeros((3, 3))) for m, r in m_and_r]).inertia
+    body = compose([Body(m, r, np.zeros((3, 3))) for m, r in m_and_r])
+    if about is None:
+        return body.inertia
+    return parallel_axis(body.inertia, body.mass, np.asarray(about, float) - body.mass_centre)
 
 
 def rod(mass: float, length: float) -> np.ndarray:

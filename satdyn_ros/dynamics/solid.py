@@ -1,13 +1,14 @@
 """Bodies of any density: mass, mass centre and inertia by quadrature (textbook, 42.26, ex. 8)."""
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
 from .inertia import Body
 
 # A range of a coordinate: its ends, or a function of the coordinates before it that returns them.
-Range = tuple[float, float] | Callable[..., tuple]
+Range = tuple[float, float] | Callable[..., tuple] | float
 _MOST_POINTS = 80
 
 
@@ -20,6 +21,10 @@ def solid(
     """
     Return the body that fills a region with density(x, y, z) [kg/m^3], arrays of one shape.
 
+    A coordinate given as a number in place of a range is held: with one held the body is a shell
+    or a plate and the density one of the surface [kg/m^2], with two a rod or a ring and the
+    density one of the line [kg/m].
+
     ranges (3): of x, y, z; 'cylindrical': of z, phi and the distance r from z; 'spherical': of
     theta from z, phi and the radius r [m, rad].  A range may be a function of the coordinates
     before it.  Gauss-Legendre quadrature with more and more points, until mass and inertia change
@@ -27,8 +32,11 @@ def solid(
     smooth enough, or the mass is not positive.
 
     >>> ball = solid(lambda x, y, z: 1.0, [(0, np.pi), (0, 2 * np.pi), (0, 2.0)], 'spherical')
-    >>> round(ball.mass, 9), round(ball.inertia[2, 2] / (0.4 * ball.mass * 4.0), 9)
+    >>> round(ball.mass, 9), round(float(ball.inertia[2, 2] / (0.4 * ball.mass * 4.0)), 9)
     (33.510321638, 1.0)
+    >>> ring = solid(lambda x, y, z: 0.5, [0.0, (0, 2 * np.pi), 2.0], 'cylindrical')
+    >>> round(float(ring.inertia[2, 2] / (ring.mass * 4.0)), 9)
+    1.0
     """
     if coordinates not in _PLACES:
         raise ValueError(f'coordinates is {coordinates}; allowed: {", ".join(_PLACES)}')
@@ -45,19 +53,19 @@ def solid(
 
 
 def _cartesian(x, y, z):
-    return x, y, z, np.ones_like(x)
+    return (x, y, z), (1.0, 1.0, 1.0)
 
 
 def _cylindrical(z, phi, r):
-    return r * np.cos(phi), r * np.sin(phi), z, r
+    return (r * np.cos(phi), r * np.sin(phi), z), (1.0, r, 1.0)
 
 
 def _spherical(theta, phi, r):
     across = r * np.sin(theta)
-    return across * np.cos(phi), across * np.sin(phi), r * np.cos(theta), r * across
+    return (across * np.cos(phi), across * np.sin(phi), r * np.cos(theta)), (r, across, 1.0)
 
 
-# Coordinates to x, y, z and the volume of their unit cell.
+# Coordinates to x, y, z and how far one goes in space for each; they are orthogonal.
 _PLACES = {'cartesian': _cartesian, 'cylindrical': _cylindrical, 'spherical': _spherical}
 
 
@@ -67,12 +75,20 @@ def _sums(density, ranges, place, points):
     weight = np.einsum('i,j,k->ijk', weights, weights, weights) / 8.0
     unit = np.meshgrid(*[(nodes + 1.0) / 2.0] * 3, indexing='ij')
     given: list[np.ndarray] = []
+    lengths: list[Any] = []
     for share, ends in zip(unit, ranges, strict=True):
+        if np.ndim(ends) == 0 and not callable(ends):
+            given.append(np.full_like(share, ends))
+            lengths.append(None)
+            continue
         low, high = ends(*given) if callable(ends) else ends
         given.append(low + (high - low) * share)
-        weight = weight * (high - low)
-    x, y, z, volume = place(*given)
-    mass = weight * volume * density(x, y, z)
+        lengths.append(high - low)
+    (x, y, z), scales = place(*given)
+    for length, scale in zip(lengths, scales, strict=True):
+        if length is not None:
+            weight = weight * length * scale
+    mass = weight * density(x, y, z)
     powers = (1.0, x, y, z, x * x, y * y, z * z, x * y, x * z, y * z)
     return np.array([np.sum(mass * power) for power in powers])
 

@@ -293,3 +293,41 @@ def test_symmetry_axes_of_one_body_and_many_vectors(moments):
     found = inertia.symmetry_axes((I, I), (vectors, np.zeros(3)))
     one_by_one = [inertia.symmetry_axes((I, I), (v, np.zeros(3))) for v in vectors]
     np.testing.assert_array_equal(found, one_by_one)
+
+
+def test_points_about_any_point():
+    """The sum of m (x . x 1 - x x^T) from the point, and by default from the mass centre."""
+    masses = np.array([1.0, 2.0, 0.5])
+    places = np.array([[1.0, 0.0, 0.2], [0.0, -1.0, 0.4], [0.3, 0.3, -2.0]])
+    centre = masses @ places / np.sum(masses)
+    for about in (np.zeros(3), np.array([1.0, -2.0, 0.5]), centre):
+        from_it = places - about
+        expected = sum(
+            m * (x @ x * np.eye(3) - np.outer(x, x)) for m, x in zip(masses, from_it, strict=True)
+        )
+        np.testing.assert_allclose(inertia.points(masses, places, about), expected, rtol=1e-12)
+    np.testing.assert_allclose(
+        inertia.points(masses, places), inertia.points(masses, places, centre), rtol=1e-12
+    )
+
+
+def test_the_normal_of_the_ellipsoid():
+    """It is square to the ellipsoid's surface: to differences of near points on it."""
+    body = np.array([[3.0, 0.2, -0.1], [0.2, 2.0, 0.3], [-0.1, 0.3, 2.5]])
+    omega = np.array([0.4, -0.7, 0.9])
+
+    def on_it(direction):
+        return direction / np.sqrt(direction @ body @ direction)
+
+    normal = inertia.ellipsoid_normal(body, omega)
+    for k in range(3):
+        step = 1e-6 * np.eye(3)[k]
+        along = on_it(omega + step) - on_it(omega - step)
+        assert normal @ along == pytest.approx(0.0, abs=1e-15)
+    assert normal @ omega > 0.0
+
+
+def test_a_rod_is_told_what_to_use():
+    """A moment of zero is refused by a sentence that names the way out."""
+    with pytest.raises(ValueError, match='use the moments of a cylinder'):
+        inertia.tensor(inertia.rod(2.0, 3.0))

@@ -88,3 +88,27 @@ def test_what_is_no_body_is_refused():
         solid(lambda x, y, z: np.where(x + y + z < 0.3, 1.0, 0.0), cube)
     with pytest.raises(ValueError, match='the mass is -8 kg'):
         solid(lambda x, y, z: -1.0, cube)
+
+
+@pytest.mark.parametrize(
+    ('ranges', 'coordinates', 'expected'),
+    [
+        ([0.0, 0.0, (-1.5, 1.5)], 'cartesian', inertia.rod(1.0, 3.0)),
+        ([0.0, (0.0, 2.0 * np.pi), 0.7], 'cylindrical', inertia.ring(1.0, 0.7)),
+        ([0.0, (0.0, 2.0 * np.pi), (0.0, 0.7)], 'cylindrical', inertia.disk(1.0, 0.7)),
+        ([(-1.0, 1.0), (-0.5, 0.5), 0.0], 'cartesian', inertia.rectangular_plate(1.0, 2.0, 1.0)),
+        # a plate again, as half planes about z, and a thin shell: 2 m r^2 / 3
+        ([(-1.0, 1.0), 0.0, (-0.5, 0.5)], 'cylindrical', np.diag([1 / 3, 5 / 12, 1 / 12])),
+        ([(0.0, np.pi), (0.0, 2.0 * np.pi), 0.7], 'spherical', np.eye(3) * 0.98 / 3.0),
+        # the mantle of a cone of height 1: m (h^2 / 18 + r^2 / 4), m r^2 / 2
+        (
+            [np.pi / 4.0, (0.0, 2.0 * np.pi), (0.0, np.sqrt(2.0))],
+            'spherical',
+            np.diag([1 / 18 + 0.25, 1 / 18 + 0.25, 0.5]),
+        ),
+    ],
+)
+def test_lines_and_surfaces(ranges, coordinates, expected):
+    """Rods, rings, plates and shells by line and surface density are those of the catalogue."""
+    body = solid(lambda x, y, z: 2.0, ranges, coordinates)
+    np.testing.assert_allclose(body.inertia / body.mass, expected, atol=1e-12)

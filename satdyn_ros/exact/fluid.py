@@ -5,7 +5,16 @@ With body velocities v = (u, v, w) of its centre O and omega = (p, q, r),
 
     2 T = a11 (u^2 + v^2) + a33 w^2 + a44 (p^2 + q^2) + a66 r^2 + 2 a14 (u p + v q) + 2 a36 w r,
 
-under the force function U = H1 cos^2(theta) + H2 cos(theta) (Paladini 1888, ch. 2).
+under the force function U = H1 cos^2(theta) + H2 cos(theta) (Paladini 1888, ch. 2).  A body of
+three different axes has 2 T = a11 u^2 + a22 v^2 + a33 w^2 + a44 p^2 + a55 q^2 + a66 r^2 + 2 a14 u
+p + 2 a25 v q + 2 a36 w r, and no closed form here.
+
+Without couplings and potential, and with P = P0 c, Kirchhoff's equations are those of a satellite
+in a fixed field,
+
+    I omega' + omega x I omega = gradient c x I c,    P0^2 / a_i = gradient I_i + s,
+
+for any s (Clebsch; Stekloff 1902 found it for De Brun's problem: Agostinelli 1977, sec. 1).
 """
 
 from dataclasses import dataclass
@@ -13,6 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..dynamics import rotation
+from ..dynamics.inertia import ROUNDING
 
 E_Z = np.array([0.0, 0.0, 1.0])
 
@@ -23,8 +33,9 @@ class FluidBody:
     A solid with the fluid about it, body axis 3 the axis, and the potential it is in.
 
     a11, a33 [kg], a44, a66 [kg m^2] and a14, a36 [kg m]: the kinetic energy (Paladini 1888, ch. 2,
-    eq. 2), positive; a14 = a36 = 0 is Kirchhoff's body of revolution.  H1, H2 [J]: the force
-    function, minus the potential energy.  ValueError: the kinetic energy is not positive.
+    eq. 2), positive; a14 = a36 = 0 is Kirchhoff's body of revolution.  a22, a55, a25: of axis 2,
+    those of axis 1 where they are not given.  H1, H2 [J]: the force function, minus the potential
+    energy.  ValueError: the kinetic energy is not positive.
 
     >>> FluidBody(a11=2.0, a33=3.0, a44=1.0, a66=0.8, a14=0.3, a36=-0.4)  # doctest: +SKIP
     """
@@ -37,17 +48,26 @@ class FluidBody:
     a36: float = 0.0
     H1: float = 0.0
     H2: float = 0.0
+    a22: float = None  # type: ignore[assignment]  # set from axis 1
+    a55: float = None  # type: ignore[assignment]
+    a25: float = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
+        for second, first in (('a22', 'a11'), ('a55', 'a44'), ('a25', 'a14')):
+            if getattr(self, second) is None:
+                object.__setattr__(self, second, getattr(self, first))
         for name, value in vars(self).items():
             if not np.isfinite(value):
                 raise ValueError(f'{name} is {value:g}; it must be finite')
-        for name in ('a11', 'a33', 'a44', 'a66'):
+        for name in ('a11', 'a22', 'a33', 'a44', 'a55', 'a66'):
             if getattr(self, name) <= 0.0:
                 raise ValueError(f'{name} is {getattr(self, name):g}; it must be positive')
-        for name, determinant, mass, inertia in (
-            ('a14', self.D, 'a11', 'a44'),
-            ('a36', self.D_prime, 'a33', 'a66'),
+        for name, determinant, mass, inertia in zip(
+            ('a14', 'a25', 'a36'),
+            self.masses * self.inertias - self.couplings**2,
+            ('a11', 'a22', 'a33'),
+            ('a44', 'a55', 'a66'),
+            strict=True,
         ):
             if determinant <= 0.0:
                 raise ValueError(
@@ -65,20 +85,62 @@ class FluidBody:
         """Return a33 a66 - a36^2."""
         return self.a33 * self.a66 - self.a36**2
 
+    @classmethod
+    def of_satellite(
+        cls, moments: np.ndarray, gradient: float, P0: float, s: float
+    ) -> 'FluidBody':
+        """
+        Return the solid that turns, with the impulse P0 [N s], as a satellite does in a field.
+
+        moments (3,) [kg m^2]: principal, about body axes 1, 2, 3; gradient [1/s^2]: of a field
+        whose direction is that of the impulse; s [N m]: any that makes a_i = P0^2 / (gradient I_i
+        + s) positive.
+        """
+        stiffness = gradient * np.asarray(moments, float) + s
+        if not (P0 and np.min(stiffness) > 0.0):
+            least = -np.min(gradient * np.asarray(moments, float))
+            raise ValueError(f's is {s:g}; it must be above {least:g}, and P0 not 0')
+        a11, a22, a33 = (float(a) for a in P0**2 / stiffness)
+        a44, a55, a66 = (float(I) for I in moments)
+        return cls(a11, a33, a44, a66, a22=a22, a55=a55)
+
+    def satellite(self, P0: float) -> tuple[np.ndarray, float]:
+        """
+        Return the moments (3,) and the gradient of the satellite that turns as this solid does.
+
+        With the impulse P0 [N s].  ValueError: the solid has couplings or a potential, or its
+        masses are not such that P0^2 / a_i is linear in its moments (Clebsch's condition).
+        """
+        if np.any(self.couplings) or self.H1 or self.H2:
+            raise ValueError('the solid has a14, a25, a36, H1 or H2 that are not zero')
+        I, stiffness = self.inertias, P0**2 / self.masses
+        centred = I - np.mean(I)
+        square = float(centred @ centred)
+        gradient = float(centred @ stiffness) / square if square else 0.0
+        off = stiffness - np.mean(stiffness) - gradient * centred
+        if np.max(np.abs(off)) > ROUNDING * np.max(stiffness):
+            raise ValueError('1 / a11, 1 / a22, 1 / a33 are not linear in a44, a55, a66')
+        return I, gradient
+
+    @property
+    def is_symmetric(self) -> bool:
+        """Whether axes 1 and 2 are alike, as the closed form has them."""
+        return (self.a22, self.a55, self.a25) == (self.a11, self.a44, self.a14)
+
     @property
     def masses(self) -> np.ndarray:
-        """Return a11, a11, a33 [kg] (3,)."""
-        return np.array([self.a11, self.a11, self.a33])
+        """Return a11, a22, a33 [kg] (3,)."""
+        return np.array([self.a11, self.a22, self.a33])
 
     @property
     def couplings(self) -> np.ndarray:
-        """Return a14, a14, a36 [kg m] (3,)."""
-        return np.array([self.a14, self.a14, self.a36])
+        """Return a14, a25, a36 [kg m] (3,)."""
+        return np.array([self.a14, self.a25, self.a36])
 
     @property
     def inertias(self) -> np.ndarray:
-        """Return a44, a44, a66 [kg m^2] (3,)."""
-        return np.array([self.a44, self.a44, self.a66])
+        """Return a44, a55, a66 [kg m^2] (3,)."""
+        return np.array([self.a44, self.a55, self.a66])
 
     def momenta(self, v_b: np.ndarray, omega_bi_b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """
@@ -91,7 +153,7 @@ class FluidBody:
 
     def velocities(self, P: np.ndarray, G: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return v_b [m/s] and omega_bi_b [rad/s] (..., 3) with these momenta: their inverse."""
-        determinants = np.array([self.D, self.D, self.D_prime])
+        determinants = self.masses * self.inertias - self.couplings**2
         omega_bi_b = (self.masses * G - self.couplings * P) / determinants
         return (self.inertias * P - self.couplings * G) / determinants, omega_bi_b
 

@@ -66,6 +66,11 @@ class Immersed:
         P0: float,
         x_i: np.ndarray | Sequence[float] = (0.0, 0.0, 0.0),
     ):
+        if not body.is_symmetric:
+            raise ValueError(
+                'a22, a55 or a25 is not a11, a44 or a14: such a solid has no closed form here; '
+                'FluidBody.kirchhoff has its equations'
+            )
         self.body, self.P0, self._x0 = body, P0, np.asarray(x_i, float)
         self._q_frame = rotation.IDENTITY
         D, D_prime = body.D, body.D_prime

@@ -10,7 +10,9 @@ from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
 from satdyn_ros.dynamics import rotation
-from satdyn_ros.dynamics.system import State
+from satdyn_ros.dynamics.orbit import FixedDirection
+from satdyn_ros.dynamics.propagator import Propagation
+from satdyn_ros.dynamics.system import State, System
 from satdyn_ros.exact.fluid import FluidBody
 from satdyn_ros.exact.immersed import Immersed
 from satdyn_ros.exact.symmetric import Symmetric
@@ -339,3 +341,52 @@ def test_what_is_no_body_is_refused():
         FluidBody(2.0, 3.0, 1.0, 0.8, H1=np.nan)
     with pytest.raises(ValueError, match='t_s is -1'):
         Immersed(FluidBody(2.0, 3.0, 1.0, 0.8), ANY, RATE, 1.5).at([0.0, -1.0])
+
+
+@pytest.mark.parametrize(('gradient', 'P0', 's'), [(2.5, 1.7, 1.0), (-2.5, -0.8, 9.0)])
+def test_a_solid_in_a_fluid_turns_as_a_satellite(gradient, P0, s):
+    """
+    Clebsch's solid by Kirchhoff's equations, the satellite by its own: the same attitudes.
+
+    Three different axes, either sign of the gradient (De Brun's problem is the negative one); the
+    map back gives the satellite again.
+    """
+    moments = np.array([1.0, 1.5, 2.2])
+    body = FluidBody.of_satellite(moments, gradient, P0, s)
+    assert not body.is_symmetric
+    again, same = body.satellite(P0)
+    np.testing.assert_allclose(again, moments, rtol=1e-15)
+    assert same == pytest.approx(gradient, rel=1e-12)
+    q_ib, omega = rotation.normalise([0.3, -0.2, 0.4, 1.0]), np.array([0.4, -0.3, 0.6])
+    impulse = P0 * rotation.rotate(rotation.conjugate(q_ib), [0.0, 0.0, 1.0])
+    start = np.concatenate([q_ib, impulse, body.momenta(body.velocity(impulse, omega), omega)[1]])
+
+    def rates(_, y):
+        q_dot, P_dot, G_dot, _ = body.kirchhoff(y[:4], y[4:7], y[7:])
+        return np.concatenate([q_dot, P_dot, G_dot])
+
+    t_s = np.linspace(0.0, 12.0, 25)
+    flown = solve_ivp(rates, (0.0, 12.0), start, 'DOP853', t_s, rtol=1e-12, atol=1e-13).y.T
+    system = System(np.diag(moments), orbit=FixedDirection(gradient))
+    states = Propagation(system, State(q_ib, omega)).at(t_s)
+    assert np.max(rotation.angle_between(flown[:, :4], states.q_ib)) < 1e-9
+    _, omega_flown = body.velocities(flown[:, 4:7], flown[:, 7:])
+    np.testing.assert_allclose(omega_flown, states.omega_bi_b, atol=1e-9)
+
+
+def test_solids_that_no_satellite_is_like():
+    """Couplings, a potential, and masses that are not linear in the moments are refused."""
+    with pytest.raises(ValueError, match='not linear'):
+        FluidBody(1.0, 2.0, 1.0, 2.2, a22=1.1, a55=1.5).satellite(1.0)
+    with pytest.raises(ValueError, match='not zero'):
+        FluidBody(1.0, 2.0, 1.0, 2.2, a14=0.1).satellite(1.0)
+    with pytest.raises(ValueError, match='must be above'):
+        FluidBody.of_satellite(np.array([1.0, 1.5, 2.2]), -2.5, 1.0, 1.0)
+    with pytest.raises(ValueError, match='a25 is 2'):
+        FluidBody(1.0, 2.0, 1.0, 2.2, a25=2.0)
+
+
+def test_a_solid_of_three_axes_has_no_closed_form():
+    """Its equations are there, its closed form is refused by a sentence."""
+    with pytest.raises(ValueError, match='no closed form'):
+        Immersed(FluidBody(1.0, 2.0, 1.0, 2.2, a22=1.1), [0, 0, 0, 1.0], [0.1, 0.2, 0.3], 1.0)

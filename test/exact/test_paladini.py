@@ -10,6 +10,7 @@ from satdyn_ros.dynamics.euler import from_zxz
 from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.dynamics.system import State, System
 from satdyn_ros.exact.cones import Cones
+from satdyn_ros.exact.free import Free
 from satdyn_ros.exact.geometry import Rolling
 from satdyn_ros.exact.paladini import (
     body_curve,
@@ -271,8 +272,9 @@ def test_the_companion_of_a_body_that_starts_on_the_vertical(A, C, h3, H1, H2, r
     """
     motion = Symmetric.in_potential(A, C, h3, H1, H2, State(np.array(pole), np.array(rate)))
     top = companion_top(motion)
-    for t_s in (0.3, 1.0, 2.5):
-        later = companion_top(Symmetric.in_potential(A, C, h3, H1, H2, motion.at([t_s])[0]))
+    for later_s in (0.3, 1.0, 2.5):
+        state = motion.at([later_s])[0]
+        later = companion_top(Symmetric.in_potential(A, C, h3, H1, H2, state))
         for name in ('H2', 'g', 'h3', 'h_prime'):
             assert getattr(later, name) == pytest.approx(getattr(top, name), rel=1e-10, abs=1e-12)
     t_s = np.array([0.2, 0.5, 1.1, 1.7])
@@ -407,3 +409,49 @@ def test_poinsot_s_rates_of_a_top_that_rises_for_ever():
     np.testing.assert_allclose(squares, -4.0 * products, atol=1e-12)
     _, angle = body_curve(motion, np.array([0.0, 3.0, 5.0]))
     np.testing.assert_allclose(np.diff(angle), (C * r0 / 2.0 - r0) * np.array([3.0, 2.0]))
+
+
+def test_balanced_forces_of_the_footnote():
+    """
+    Roots a_1 = -a_4, a_2 = -a_3 are Poinsot's triaxial motion, not the limit H1 = H2 = 0.
+
+    The square of the rate of the cosine from L is an even polynomial of degree four along a free
+    triaxial body, and of degree two along a symmetric one.
+    """
+    for moments, degree in (([1.0, 2.0, 2.5], 4), ([1.0, 1.0, 2.5], 2)):
+        free = Free(System(np.diag(moments)), State(rotation.IDENTITY, np.array([0.2, 0.3, 1.0])))
+        states = free.at(np.linspace(0.0, free.T1, 60))
+        H = states.omega_bi_b * np.array(moments)
+        cosine = H[:, 2] / free.L
+        rate = np.cross(H, states.omega_bi_b)[:, 2] / free.L
+        if degree == 2:
+            # the axis of a symmetric body keeps its angle from L, and nods about any other axis
+            direction = np.array([0.48, 0.6, 0.64])
+            seen = rotation.rotate(rotation.conjugate(states.q_ib), direction)
+            cosine = seen[:, 2]
+            rate = np.cross(seen, states.omega_bi_b)[:, 2]
+        c = np.polynomial.Polynomial.fit(cosine, rate**2, 4).convert().coef
+        if degree == 4:
+            assert abs(c[4]) > 1e-3
+            np.testing.assert_allclose(c[[1, 3]], 0.0, atol=1e-7 * np.max(np.abs(c)))
+        else:
+            np.testing.assert_allclose(c[[3, 4]], 0.0, atol=1e-9 * np.max(np.abs(c)))
+
+
+def test_where_the_body_nods_farther_than_its_top():
+    """
+    Paladini's inequality, the body's angle below the top's, holds where the root left out is > 1.
+
+    For H1 < 0 the farthest root is below -1 as often, and then the body's angle is the larger.
+    """
+    rng, count = np.random.default_rng(5), {True: 0, False: 0}
+    for _ in range(40):
+        start = State(rotation.normalise(rng.normal(size=4)), rng.normal(size=3))
+        H1, H2 = -rng.uniform(0.2, 2.0), rng.normal()
+        motion = Symmetric.in_potential(1.0, 1.4, 0.0, H1, H2, start)
+        roots = Cones.of(motion).roots
+        is_above = bool(roots[-1] > -roots[0])
+        top = companion_top(motion)
+        assert (motion.theta_limits[1] < top.theta_limits[1]) == is_above
+        count[is_above] += 1
+    assert min(count.values()) > 5

@@ -95,12 +95,14 @@ def find(
             sign = int(np.copysign(1.0, omega_p[k] * gamma[k] * N[k]))
             rates = omega_0 * alphas(I, nu, sign, field)
             off = omega_p - rates * gamma
-            # Near a pole the last digit of nu is more of an alpha than the rounding of its input.
-            allowed = max(ROUNDING, LAST_DIGITS * np.max(np.abs(2.0 * nu * I / N)))
-            found.append((np.max(np.abs(off)) / np.max(np.abs(rates)) / allowed, nu, sign))
             slope = rates * gamma * (2.0 * I / N - np.sum(I / N))
-            nu += float(off @ slope / (slope @ slope)) if np.any(slope) else 0.0
-    if not found or min(found)[0] > 1.0:
+            step = float(off @ slope / (slope @ slope)) if np.any(slope) else 0.0
+            if abs(step) <= LAST_DIGITS * abs(nu):
+                # Near a pole the last digit of nu is more of a rate than rounding of the input.
+                off = off - step * slope
+            found.append((np.max(np.abs(off)) / np.max(np.abs(rates)), nu, sign))
+            nu += step
+    if not found or min(found)[0] > ROUNDING:
         return None
     _, nu, sign = min(found)
     # Alphas of a smaller nu are equal to the last digit, and its elliptic functions overflow.

@@ -472,3 +472,13 @@ def test_constants_without_a_field_are_refused():
     """Proves that the field is asked for before nu is judged."""
     with pytest.raises(ValueError, match='no field'):
         Stationary.from_energy(system(gradient=0.0), 0.1, 1.0)
+
+
+@pytest.mark.parametrize(
+    ('moments', 'omega'), [([1.0, 1.0, 2.0], [0.0, 1.0, 0.0]), ([1.0, 1.0, 1.5], [1.0, 1.0, -1.0])]
+)
+def test_a_multiplier_at_a_pole_is_none(moments, omega):
+    """Proves that a symmetric body in a negative gradient is not taken for nu = 1 / (2 I)."""
+    state = State(np.array([0.6, 0.0, 0.0, 0.8]), np.array(omega))
+    body = System(np.diag(moments), orbit=FixedDirection(-1.0))
+    assert 'no nu gives the rates' in (Stationary.why_not(body, state) or '')

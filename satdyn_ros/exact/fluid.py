@@ -48,9 +48,9 @@ class FluidBody:
     a36: float = 0.0
     H1: float = 0.0
     H2: float = 0.0
-    a22: float = None  # type: ignore[assignment]  # set from axis 1
-    a55: float = None  # type: ignore[assignment]
-    a25: float = None  # type: ignore[assignment]
+    a22: float | None = None
+    a55: float | None = None
+    a25: float | None = None
 
     def __post_init__(self) -> None:
         for second, first in (('a22', 'a11'), ('a55', 'a44'), ('a25', 'a14')):

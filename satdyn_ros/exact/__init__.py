@@ -4,6 +4,7 @@ from . import paladini
 from .action_angle import ActionAngle
 from .body_fixed import BodyFixed
 from .classify import RotationClass, axis_wander, rotation_class
+from .equivalents import ChargedBody, ConductingFluid
 from .exact_motion import ExactMotion, Fact
 from .fluid import FluidBody
 from .free import Free
@@ -17,6 +18,8 @@ from .symmetric import Symmetric
 __all__ = [
     'ActionAngle',
     'BodyFixed',
+    'ChargedBody',
+    'ConductingFluid',
     'ExactMotion',
     'Fact',
     'FluidBody',

@@ -114,10 +114,7 @@ class FluidBody:
         if np.any(self.couplings) or self.H1 or self.H2:
             raise ValueError('the solid has a14, a25, a36, H1 or H2 that are not zero')
         I, stiffness = self.inertias, P0**2 / self.masses
-        centred = I - np.mean(I)
-        square = float(centred @ centred)
-        gradient = float(centred @ stiffness) / square if square else 0.0
-        off = stiffness - np.mean(stiffness) - gradient * centred
+        gradient, off = linear_fit(I, stiffness)
         if np.max(np.abs(off)) > ROUNDING * np.max(stiffness):
             raise ValueError('1 / a11, 1 / a22, 1 / a33 are not linear in a44, a55, a66')
         return I, gradient
@@ -183,6 +180,14 @@ class FluidBody:
         q_dot = rotation.multiply(q_ib, _without_real_part(omega_bi_b)) / 2.0
         G_dot = np.cross(G, omega_bi_b) + np.cross(P, v_b) + slope * np.cross(E_Z, gamma)
         return q_dot, np.cross(P, omega_bi_b), G_dot, rotation.rotate(q_ib, v_b)
+
+
+def linear_fit(x: np.ndarray, y: np.ndarray) -> tuple[float, np.ndarray]:
+    """Return the slope of y (N,) as a linear function of x (N,), 0 for equal x, and the misses."""
+    centred = x - np.mean(x)
+    square = float(centred @ centred)
+    slope = float(centred @ y) / square if square else 0.0
+    return slope, y - np.mean(y) - slope * centred
 
 
 def _without_real_part(v: np.ndarray) -> np.ndarray:

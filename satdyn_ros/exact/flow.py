@@ -31,6 +31,7 @@ class Flow:
     plus: (kp, lp) and minus: (km, lm) [rad/s]; alpha0, beta0 and pq0 = p + i q [rad/s], the
     transverse rate: the start.
 
+    zero_plus, zero_minus: the zeros of alpha and beta in complex time.
     mean_plus, mean_minus: the mean rates of s+ and s- [rad/s], without the jump of an angle at a
     passage exactly through a pole.
     """
@@ -45,8 +46,8 @@ class Flow:
         pq0: complex,
     ):
         self.nutation = nutation
-        self._plus, self.mean_plus = _zero(nutation, -1, *plus)
-        self._minus, self.mean_minus = _zero(nutation, 1, *minus)
+        self.zero_plus, self.mean_plus = _zero(nutation, -1, *plus)
+        self.zero_minus, self.mean_minus = _zero(nutation, 1, *minus)
         self._factors = self._fit(alpha0, beta0, pq0)
 
     @property
@@ -65,7 +66,7 @@ class Flow:
 
     def _numbers(self, t_s):
         nutation = self.nutation
-        return evaluate(t_s, nutation.since, nutation.lattice, self._plus, self._minus)
+        return evaluate(t_s, nutation.since, nutation.lattice, self.zero_plus, self.zero_minus)
 
     def _fit(self, alpha0, beta0, pq0):
         """

@@ -16,6 +16,7 @@ from ..dynamics.orbit import FixedDirection
 from ..dynamics.rotor import Rotor
 from ..dynamics.system import State, System
 from . import attitude
+from .arguments import Arguments
 from .axes import is_symmetric, principal_axes_about, rotor_axes
 from .cones import Cones
 from .elliptic import LAST_DIGITS
@@ -78,6 +79,26 @@ class Symmetric(ExactMotion):
         turn /= self.A
         a = energy - 2.0 * self.H1 / self.A + turn**2
         return np.array([a, -2.0 * (k * turn + self.H2 / self.A), energy - k**2])
+
+    @property
+    def sigma(self) -> np.ndarray:
+        """Return Paladini's sigma_1 and sigma_2 (2,) (arguments.py)."""
+        return Arguments.of(self).sigma
+
+    @property
+    def tau(self) -> complex:
+        """Return Paladini's tau, at i times which cos theta is infinite (arguments.py)."""
+        return Arguments.of(self).tau
+
+    @property
+    def N1(self) -> float:
+        """Return the characteristic number of the integral in precession plus spin."""
+        return float(Arguments.of(self).N[0])
+
+    @property
+    def N2(self) -> float:
+        """Return the characteristic number of the integral in precession less spin."""
+        return float(Arguments.of(self).N[1])
 
     @classmethod
     def _why_not(cls, system: System, state: State, start_s: float = 0.0) -> str | None:

@@ -34,6 +34,8 @@ def print_description(scenario: Scenario) -> None:
     precession = described['regular_precession']
     if precession is not None:
         _print_precession(precession)
+    if described['elliptic_orbit'] is not None:
+        _print_elliptic_orbit(described['elliptic_orbit'])
 
 
 def _print_precession(precession: dict[str, Any]) -> None:
@@ -45,6 +47,19 @@ def _print_precession(precession: dict[str, Any]) -> None:
     print(f'  nutation {_text(precession["nutation_rad"])} rad')
     cones = [_text(precession[name]) for name in ('body_cone_rad', 'space_cone_rad')]
     print(f'  cones of {" and ".join(cones)} rad in body and space: {precession["cones"]}')
+
+
+def _print_elliptic_orbit(ellipse: dict[str, Any]) -> None:
+    """Print what an ellipse does to the equilibria and librations of a circle."""
+    eccentricity, period = _text(ellipse['eccentricity']), _text(ellipse['period_s'])
+    print(f'ellipse of eccentricity {eccentricity}, period {period} s: no attitude rests in LVLH')
+    for one in ellipse['librations']:
+        amplitude = one['forced_amplitude_rad']
+        forced = 'not small' if amplitude is None else f'{_text(amplitude)} rad'
+        print(
+            f'  in the plane, about {_text(one["normal_b"])}: p = {_text(one["p"])}, libration '
+            f'forced once per orbit: {forced}'
+        )
 
 
 def _print_steady(steady: list[dict[str, Any]], is_fixed: bool) -> None:

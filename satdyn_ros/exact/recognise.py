@@ -14,6 +14,11 @@ from .symmetric import Symmetric
 # The simplest motion first: several hold for a steady rotation or a symmetric body.
 CANDIDATES: tuple[type[ExactMotion], ...] = (Steady, Free, Planar, Symmetric, Stationary)
 
+_ON_AN_ELLIPSE = (
+    '; only what the field does not turn has a closed form there: a body of three equal moments '
+    'and a spin about the orbit normal of a body symmetric about it'
+)
+
 
 def recognise(system: System, state: State, start_s: float = 0.0) -> ExactMotion | None:
     """
@@ -40,8 +45,10 @@ def explain(system: System, state: State, start_s: float = 0.0) -> str | None:
     reasons = {candidate: candidate.why_not(system, state, start_s) for candidate in CANDIDATES}
     if None in reasons.values():
         return None
-    if isinstance(system.orbit, KeplerOrbit) or system.is_driven:
+    if system.is_driven:
         return reasons[Planar]
+    if isinstance(system.orbit, KeplerOrbit):
+        return f'{reasons[Planar]}{_ON_AN_ELLIPSE if system.orbit.is_eccentric else ""}'
     has_field = system.orbit.gradient != 0.0 or np.any(system.weight_moment)
     of_the_field = (Planar, Symmetric, Stationary) if has_field else (Free, Symmetric)
     return '; '.join(f'{motion.name}: {reasons[motion]}' for motion in of_the_field)

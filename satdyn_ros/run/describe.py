@@ -6,6 +6,7 @@ import numpy as np
 
 from .. import exact
 from ..dynamics import rotation
+from ..dynamics.elliptic_libration import elliptic_librations
 from ..dynamics.inertia import principal_axes
 from ..dynamics.motion import Motion
 from ..dynamics.orbit import KeplerOrbit
@@ -43,8 +44,11 @@ def describe(scenario: Scenario) -> dict[str, Any]:
     on a circle and without friction whether the motion is a rotation about a body-fixed axis,
     whether uniform, and why; else None.  regular_precession: None, or that of the start: the axis
     of the spin in the body and that of the precession in space, both rates, the nutation, the
-    sense, and how the cones of the instantaneous axis lie, with their half-angles.  What is
-    infinite or does not exist is None.
+    sense, and how the cones of the instantaneous axis lie, with their half-angles.
+    elliptic_orbit: None, or on an ellipse, where no attitude rests in LVLH and steady_motions is
+    empty, its eccentricity, period_s and planar librations: the body axis that is the normal, p
+    of Beletsky's equation and forced_amplitude_rad, None where it is not small.  What is infinite
+    or does not exist is None.
 
     >>> describe(Scenario.from_yaml('config/euler_poinsot.yaml'))['motion']['name']
     'free rotation'
@@ -61,6 +65,7 @@ def describe(scenario: Scenario) -> dict[str, Any]:
         'steady_motions': [_steady(scenario, steady) for steady in steady_motions(system, state)],
         'rotation_class': _rotation_class(scenario),
         'regular_precession': _regular_precession(scenario),
+        'elliptic_orbit': _elliptic_orbit(scenario),
     }
 
 
@@ -125,6 +130,24 @@ def _regular_precession(scenario: Scenario) -> dict[str, Any] | None:
         'cones': found.cones,
         'body_cone_rad': found.body_cone,
         'space_cone_rad': found.space_cone,
+    }
+
+
+def _elliptic_orbit(scenario: Scenario) -> dict[str, Any] | None:
+    orbit = scenario.system.orbit
+    if not isinstance(orbit, KeplerOrbit) or not orbit.is_eccentric:
+        return None
+    return {
+        'eccentricity': _as_json(orbit.eccentricity),
+        'period_s': _as_json(2.0 * np.pi / orbit.mean_motion),
+        'librations': [
+            {
+                'normal_b': _as_json(found.normal_b),
+                'p': found.p,
+                'forced_amplitude_rad': found.amplitude_rad,
+            }
+            for found in elliptic_librations(scenario.system, scenario.initial_state)
+        ],
     }
 
 

@@ -180,6 +180,8 @@ def test_describe(capsys):
     assert 'stable rate; attitude drifts by 0.0432' in text
     assert main(['describe', path, '--json']) == 0
     assert json.loads(capsys.readouterr().out) == describe(Scenario.from_yaml(path))
+    assert main(['describe', str(ROOT / 'config/elliptic_orbit.yaml')]) == 0
+    assert 'about [0, 1, 0]: p = 2.82927, libration forced' in capsys.readouterr().out
 
 
 def test_simulate_and_verify(bag, capsys):

@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from satdyn_ros.dynamics import rotation
+from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.run.describe import describe
 from satdyn_ros.run.scenario import Scenario
 
@@ -159,3 +161,43 @@ def test_whether_the_periods_are_commensurable(rate, returns):
         )
     )
     assert facts(described)['T1/T2'] == returns
+
+
+def test_what_is_said_on_an_ellipse():
+    """
+    The shipped boom: period, p = 3 (I_t - I_r) / I_n of each axis, and the forced libration.
+
+    Upright at rest in LVLH, an equilibrium of the circle, it does not rest: it sways by more than
+    the forced libration, to which a free one is added.
+    """
+    scenario = Scenario.from_yaml(CONFIG / 'elliptic_orbit.yaml')
+    described = describe(scenario)
+    assert described['steady_motions'] == []
+    assert 'three equal moments' in described['why_not']
+    ellipse = described['elliptic_orbit']
+    assert ellipse['eccentricity'] == 0.1
+    assert ellipse['period_s'] == pytest.approx(2.0 * np.pi * np.sqrt(8e6**3 / 3.986004418e14))
+    moments = np.array([1200.0, 1230.0, 40.0])
+    found = {int(np.argmax(np.abs(one['normal_b']))): one for one in ellipse['librations']}
+    for k in range(3):
+        p = 3.0 * abs(moments[k - 1] - moments[k - 2]) / moments[k]
+        assert found[k]['p'] == pytest.approx(p, rel=1e-12)
+    amplitude = found[1]['forced_amplitude_rad']
+    assert amplitude == pytest.approx(0.2 / (found[1]['p'] - 1.0), rel=1e-12)
+    t_s = np.linspace(0.0, 5.0 * ellipse['period_s'], 2000)
+    up = scenario.system.orbit.direction(t_s)
+    states = Propagation(scenario.system, scenario.initial_state).at(t_s)
+    axis = rotation.rotate(states.q_ib, [0.0, 0.0, 1.0])
+    tilt = np.arcsin(np.linalg.norm(np.cross(axis, up), axis=-1))
+    assert amplitude < np.max(tilt) < 2.2 * amplitude
+    assert describe(Scenario.from_yaml(CONFIG / 'default.yaml'))['elliptic_orbit'] is None
+
+
+def test_a_sphere_on_an_ellipse_has_its_closed_form():
+    """What the field does not turn; it has an ellipse all the same, and p = 0."""
+    orbit = {'type': 'kepler', 'eccentricity': 0.2, 'semi_major_axis': 9e6}
+    described = describe(
+        Scenario.from_dict({'body': {'inertia': [5.0, 5.0, 5.0]}, 'orbit': orbit})
+    )
+    assert described['motion'] is not None
+    assert [one['p'] for one in described['elliptic_orbit']['librations']] == [0.0, 0.0, 0.0]

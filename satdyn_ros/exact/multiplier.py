@@ -79,7 +79,7 @@ def find(
     field: the sign of the gradient.  The axis k of the largest |gamma_k| gives alpha_k, and
     N_i N_j = field alpha_k^2 N_k is quadratic in nu; least squares over all axes then settle what
     alpha_k alone may leave open.  The rates must agree as if the attitude were off by no more than
-    the rounding of its input, or nu by its last digits.
+    the rounding of its input.
     """
     I, k = moments, np.argmax(np.abs(gamma))
     square = field * (omega_p[k] / (omega_0 * gamma[k])) ** 2
@@ -97,9 +97,6 @@ def find(
             off = omega_p - rates * gamma
             slope = rates * gamma * (2.0 * I / N - np.sum(I / N))
             step = float(off @ slope / (slope @ slope)) if np.any(slope) else 0.0
-            if abs(step) <= LAST_DIGITS * abs(nu):
-                # Near a pole the last digit of nu is more of a rate than rounding of the input.
-                off = off - step * slope
             found.append((np.max(np.abs(off)) / np.max(np.abs(rates)), nu, sign))
             nu += step
     if not found or min(found)[0] > ROUNDING:

@@ -125,7 +125,8 @@ def verify(
     try:
         for records, twin in zip(expected, twins, strict=False):
             if messages.has_ended():
-                break
+                # What happened after the last message is compared as well.
+                continue
             found = messages.take(len(records.data))
             difference = comparison.difference(found, records, twin)
             if difference:

@@ -339,6 +339,14 @@ def test_inputs_before_the_first_sample_verify(tmp_path):
     assert (verdict.message_count, verdict.same_bytes) == (11, True)
 
 
+def test_a_timeout_after_the_last_message_is_compared(tmp_path):
+    """Nothing is published any more where the torque ends: the run goes on to the last event."""
+    events = (flights.Topics(3, ()), flights.Torque(5, (0.1, 0.0, 0.0), until_tick=20))
+    path = flights.record(tmp_path / 'bag', ticks=30, events=events)
+    assert [event.tick for event in RecordedRun(path).events] == [3, 5, 20]
+    assert verify(path).same_bytes
+
+
 def test_a_file_that_begins_at_tick_0_verifies_alone(tmp_path):
     """What happened at tick 0, a limit too, has filled the file before."""
     scenario = flights.GYROSTAT.with_values({'record.max_size_bytes': 1, 'rotor.max_torque': 0.01})

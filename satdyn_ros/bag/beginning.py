@@ -13,9 +13,10 @@ from ..run.events import Timeout
 from ..run.limits import within_max_torque
 from ..run.scenario import Scenario
 from ..run.simulation import Simulation, state_record
+from ..sensors import Suite
 from .recorded_run import RecordedRun
+from .simulate import BLOCK_TICKS
 
-_BLOCK_TICKS = 8192
 # What a motion follows from, besides its state.
 _OF_MOTION = ('body.', 'rotor.', 'orbit.', 'motion.')
 
@@ -41,7 +42,8 @@ def begun_in_bag(
     snapshot = simulation.snapshot(simulation.tick)
     if run.rules == 0:
         snapshot['until'] = _told_ends(run, simulation.tick)
-    kept = {key for key, value in scenario.values.items() if _in(run.scenario, key) == value}
+    before = run.scenario.values
+    kept = {key for key, value in scenario.values.items() if before.get(key) == value}
     if {key for key in scenario.values if key.startswith(_OF_MOTION)} - kept:
         snapshot |= _motion_anew(scenario, simulation, snapshot['until'])
     snapshot['conditions'] = {
@@ -49,7 +51,7 @@ def begun_in_bag(
     }
     if 'publish.topics' not in kept:
         snapshot['topics'] = list(scenario.topics)
-    memories = Simulation(scenario).sensors.to_plain()
+    memories = Suite.of(scenario.sensors).to_plain()
     for name in memories.keys() & snapshot['sensors'].keys():
         of_sensor = {key for key in scenario.values if key.startswith(f'sensors.{name}.')}
         if {'sensors.seed', *of_sensor} <= kept:
@@ -109,15 +111,10 @@ def _at(run: RecordedRun, at_s: str | float) -> Simulation:
         )
     simulation = run.simulation()
     while simulation.tick < tick:
-        _, samples = simulation.advance(min(_BLOCK_TICKS, tick + 1 - simulation.next_tick))
+        _, samples = simulation.advance(min(BLOCK_TICKS, tick + 1 - simulation.next_tick))
         if len(samples) == 0:
             raise ValueError(f'the run in {bag} goes no further: {simulation.halted}')
     return simulation
-
-
-def _in(scenario: Scenario, key: str) -> Any:
-    """Return the value of a key, None: the scenario has no such key."""
-    return scenario.values.get(key)
 
 
 def _told_ends(run: RecordedRun, tick: int) -> dict[str, int]:

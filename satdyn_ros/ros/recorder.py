@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import datetime
+from functools import cached_property
 from pathlib import Path
 from queue import Empty, Queue
 from threading import Lock, Thread
@@ -38,7 +39,7 @@ class _Block:
     def stamps_ns(self):
         return self.samples.stamps_ns[: self.count]
 
-    @property
+    @cached_property
     def message_counts(self) -> Counter[str]:
         counts = Counter(RECORDED_AS[type(e)] for e in self.happened if type(e) in RECORDED_AS)
         for name, table in self.rows.items():

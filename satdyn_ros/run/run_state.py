@@ -117,6 +117,7 @@ class _Happening:
 
     def act(self, event: Event) -> None:
         """Let an event act."""
+        cut: list[str] = []
         match event:
             case TorquesDropped() | Halt():
                 # Of a bag of rules 0: nothing else shows that they are true there, since the
@@ -135,15 +136,13 @@ class _Happening:
                 self._hold(['torque'], None)
                 self._drive(torque_b=np.zeros(3))
             case RotorCommand():
-                self._command(event.torques, event.until_tick)
+                cut = self._command(event.torques, event.until_tick)
             case Timeout():
                 self._command({rotor_of(event.topic): 0.0}, None)
             case Topics():
                 self.run = replace(self.run, topics=event.names)
         self.events.append(event)
-        if isinstance(event, RotorCommand):
-            _, cut = within_max_torque(self.run.system, event.torques)
-            self.events += [RotorLimited(self.tick, name, 'max_torque') for name in cut]
+        self.events += [RotorLimited(self.tick, name, 'max_torque') for name in cut]
 
     def limit_speeds(self) -> None:
         """Drop torques that make a rotor at its limit faster."""
@@ -155,10 +154,12 @@ class _Happening:
         self._command(dict.fromkeys(dropped, 0.0), None)
         self.events += [RotorLimited(self.tick, name, 'max_speed') for name in dropped]
 
-    def _command(self, torques: Mapping[str, float], until_tick: int | None) -> None:
+    def _command(self, torques: Mapping[str, float], until_tick: int | None) -> list[str]:
+        """Let motor torques act, by rotor; return the rotors where they are cut."""
         self._hold([f'rotor_command.{name}' for name in torques], until_tick)
-        acting, _ = within_max_torque(self.run.system, torques)
+        acting, cut = within_max_torque(self.run.system, torques)
         self._drive(rotor_torque=acting)
+        return cut
 
     def _hold(self, topics: Iterable[str], until_tick: int | None) -> None:
         new = dict.fromkeys(topics, until_tick)

@@ -100,7 +100,7 @@ setup(
     entry_points={
         'console_scripts': [
             'satdyn = satdyn_ros.cli.main:main',
-            'satdyn_node = satdyn_ros.ros.main:main',
+            'satdyn_node = satdyn_ros.ros.start:main',
         ],
     },
 )

@@ -15,8 +15,8 @@ from problem import (
     to_lvlh,
 )
 
-from satdyn_ros.dynamics.batch import propagate_many
 from satdyn_ros.dynamics.system import State
+from satdyn_ros.integrate.batch import propagate_many
 
 COUNT, LANES = 128, 8
 OURS, HEYOKA = 3e-13, 5e-12

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from common import QUICK, Claim, medians, milliseconds, show
 
-from satdyn_ros.dynamics.propagator import Propagation
+from satdyn_ros.integrate.propagation import Propagation
 from satdyn_ros.run.scenario import Scenario
 
 CONFIG = Path(__file__).parents[1] / 'config'

@@ -12,7 +12,7 @@ from common import ARGUMENTS, QUICK, Claim, printed_mb, show
 
 from satdyn_ros.bag.columns import StateTable
 from satdyn_ros.bag.export import export
-from satdyn_ros.bag.recorded_run import RecordedRun
+from satdyn_ros.bag.read_run import RecordedRun
 from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.run.scenario import Scenario
 

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 from common import QUICK
 
-from satdyn_ros.dynamics import rotation
-from satdyn_ros.dynamics.orbit import KeplerOrbit
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
+from satdyn_ros.kernel import rotation
+from satdyn_ros.orbits import KeplerOrbit
 
 MU = 3.986004418e14
 N = 1.1e-3

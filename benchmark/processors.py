@@ -11,7 +11,7 @@ from common import QUICK, Claim, medians, milliseconds, show
 from problem import DURATION_S, START, system
 from step import TOLERANCE
 
-from satdyn_ros.dynamics.propagator import Propagation
+from satdyn_ros.integrate.propagation import Propagation
 
 # By the compiler's name, what it stands for, and by how much slower its code may be.
 PROCESSORS = {

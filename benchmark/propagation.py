@@ -26,8 +26,8 @@ from problem import (
 )
 from scipy.integrate import solve_ivp
 
-from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.dynamics.rotor import Rotor
+from satdyn_ros.integrate.propagation import Propagation
 
 # heyoka flies in inertial axes as the rest do, and in LVLH, where its equations are shortest.
 # The loosest tolerances with which each stays within MAX_ERROR_RAD, which every run checks.

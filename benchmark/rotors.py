@@ -11,7 +11,7 @@ import time
 import numpy as np
 from common import QUICK, Claim, medians, show
 
-from satdyn_ros.dynamics.propagator import Propagation
+from satdyn_ros.integrate.propagation import Propagation
 from satdyn_ros.run.scenario import Scenario
 
 SPAN_S = 57_120.0

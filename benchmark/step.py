@@ -6,10 +6,10 @@ import numpy as np
 from common import medians
 from problem import DURATION_S, GRID_S, START, system
 
-from satdyn_ros.compiled import compiled
-from satdyn_ros.dynamics import dop853
-from satdyn_ros.dynamics.propagator import Propagation
-from satdyn_ros.side_by_side import PACK, zero
+from satdyn_ros.integrate import dop853
+from satdyn_ros.integrate.propagation import Propagation
+from satdyn_ros.kernel.compile import compiled
+from satdyn_ros.kernel.simd import PACK, zero
 
 TOLERANCE, STEPS = 2.5e-13, 20_000
 evaluate, combine, attempt = dop853.evaluate, dop853.combine, dop853.attempt

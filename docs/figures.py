@@ -9,11 +9,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from satdyn_ros.bag.simulate import simulate
-from satdyn_ros.dynamics import rotation
-from satdyn_ros.dynamics.orbit import FixedDirection
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
 from satdyn_ros.exact import FluidBody, Free, Immersed, Symmetric, recognise
+from satdyn_ros.kernel import rotation
+from satdyn_ros.orbits import FixedDirection
 from satdyn_ros.report import html, maps
 from satdyn_ros.report.history import history
 from satdyn_ros.report.outcomes import draw_sweep

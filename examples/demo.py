@@ -29,9 +29,9 @@ from rclpy.signals import SignalHandlerOptions
 
 from satdyn_ros import Scenario
 from satdyn_ros.bag.verify import verify
-from satdyn_ros.dynamics import rotation
 from satdyn_ros.dynamics.integrals import relative_drift
 from satdyn_ros.dynamics.motion import States, joined
+from satdyn_ros.kernel import rotation
 from satdyn_ros.run.requests import requested
 from satdyn_ros.run.ticks import Ticks
 

@@ -25,7 +25,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import Imu
 
 from satdyn_ros import Scenario
-from satdyn_ros.dynamics import rotation
+from satdyn_ros.kernel import rotation
 
 # Before the first sample the bias is known to this standard deviation [rad/s].
 BIAS_SIGMA = 0.01

@@ -7,7 +7,7 @@ import rclpy
 from geometry_msgs.msg import QuaternionStamped, VelocityStamped
 from rclpy.node import Node
 
-from satdyn_ros.dynamics import rotation
+from satdyn_ros.kernel import rotation
 
 
 class Pointing(Node):

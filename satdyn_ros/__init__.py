@@ -8,7 +8,7 @@ __version__ = '0.2.0'
 _PUBLIC = {
     'Scenario': 'satdyn_ros.run.scenario',
     'Simulation': 'satdyn_ros.run.simulation',
-    'Propagation': 'satdyn_ros.dynamics.propagator',
+    'Propagation': 'satdyn_ros.integrate.propagation',
     'describe': 'satdyn_ros.run.describe',
 }
 

@@ -17,7 +17,7 @@ from satdyn_ros.messages.topics import TOPICS
 from satdyn_ros.run import shipped
 from satdyn_ros.run.keys import KEYS
 from satdyn_ros.run.scenario import Frames, Scenario
-from satdyn_ros.sweep import keys, quantities, variation
+from satdyn_ros.sweep import quantities, sweep_keys, variation
 from satdyn_ros.sweep.table import OUTCOMES
 
 _ROOT = Path(__file__).parents[1]
@@ -135,11 +135,11 @@ def _sweep_keys():
     rows = [
         (
             f'`{key.name}`',
-            keys.SPECIAL.get(key.name) or key.allowed,
+            sweep_keys.SPECIAL.get(key.name) or key.allowed,
             'required' if key.default is None else f'`{_plain(key.default)}`',
             key.meaning,
         )
-        for key in keys.SWEEP_KEYS.values()
+        for key in sweep_keys.SWEEP_KEYS.values()
     ]
     return _table(('key', 'allowed', 'default', 'meaning'), rows)
 

@@ -3,9 +3,9 @@
 import numpy as np
 from hypothesis import assume
 
-from satdyn_ros.dynamics import rotation
-from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.dynamics.system import State
+from satdyn_ros.integrate.propagation import Propagation
+from satdyn_ros.kernel import rotation
 
 # Finer than the default: what is compared must not be the propagation's own error.
 TOLERANCE = 3e-15

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from satdyn_ros.dynamics.orbit import FixedDirection, KeplerOrbit
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
+from satdyn_ros.orbits import FixedDirection, KeplerOrbit
 
 REFERENCE = Path(__file__).parent / 'reference'
 

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import assume
 from hypothesis import strategies as st
 
-from satdyn_ros.dynamics import rotation
+from satdyn_ros.kernel import rotation
 
 signs = st.sampled_from([-1, 1])
 # None of 1e-90: at rest so near to an equilibrium the propagation, which is the truth, takes a

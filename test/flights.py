@@ -9,7 +9,7 @@ from mcap.records import Channel, Message, Metadata
 from mcap.summary import Summary
 
 from satdyn_ros.bag.comparison import Difference
-from satdyn_ros.bag.recording import Recording
+from satdyn_ros.bag.write_run import Recording
 from satdyn_ros.messages.topics import TOPICS
 from satdyn_ros.rosbag2.mcap_file import McapFile
 from satdyn_ros.rosbag2.scan import Block

@@ -8,8 +8,8 @@ import pytest
 import yaml
 
 from satdyn_ros import Scenario
-from satdyn_ros.dynamics import rotation
 from satdyn_ros.dynamics.integrals import relative_drift
+from satdyn_ros.kernel import rotation
 from satdyn_ros.run.parameter_file import flattened, parameters_of_yaml
 
 CONFIG = Path(__file__).parent.parent / 'config'

@@ -13,13 +13,12 @@ PACKAGE = Path(__file__).parent.parent / 'satdyn_ros'
 
 # From the ground up; __init__ is the front door.
 ROOMS = [
-    'code_folder',
-    'compiled',
-    'side_by_side',
-    'written_out',
-    'interruption',
-    'regular_file',
+    'base',
+    'kernel',
+    'orbits',
     'dynamics',
+    'integrate',
+    'theory',
     'exact',
     'sensors',
     'exchange',

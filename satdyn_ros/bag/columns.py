@@ -8,12 +8,13 @@ from functools import cached_property
 import numpy as np
 from mcap.records import Metadata
 
-from ..dynamics import inertia, rotation
+from ..dynamics import inertia
+from ..kernel import rotation
 from ..rosbag2.errors import Incomplete
 from ..rosbag2.reader import Messages, TopicBlock
 from ..rosbag2.summary import read_summary
-from . import run_records
-from .recorded_run import RecordedRun
+from . import run_metadata
+from .read_run import RecordedRun
 
 Columns = dict[str, np.ndarray]
 
@@ -160,7 +161,7 @@ class StateTable:
         }
 
     def _note_restart(self, record):
-        if record.name == run_records.EVENT and record.metadata['event'] in ('Request', 'Reset'):
+        if record.name == run_metadata.EVENT and record.metadata['event'] in ('Request', 'Reset'):
             self._restarts.add(json.loads(record.metadata['tick']))
 
     def _recorded(self, block: TopicBlock) -> Columns:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..rosbag2.chunk import Contents
-from .recorded_run import RecordedRun
+from .read_run import RecordedRun
 from .rerun import Records
 
 # Another machine rounds differently: its errors start at ROUNDING_RAD, and grow like the distance

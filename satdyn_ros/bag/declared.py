@@ -5,7 +5,7 @@ from mcap.records import Schema
 from ..messages import schemas
 from ..messages.topics import ROTOR_TORQUE, TOPICS
 from ..rosbag2.errors import Damaged
-from .recorded_run import RecordedRun
+from .read_run import RecordedRun
 
 _TYPES = {name: topic.type for name, topic in TOPICS.items()} | {'rotor_torque': ROTOR_TORQUE.type}
 

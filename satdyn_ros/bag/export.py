@@ -15,7 +15,7 @@ from ..exchange.ccsds import Subject
 from ..exchange.oem import OemWriter
 from ..exchange.stk import StkAttitudeWriter
 from .columns import OMEGA_BI_B, Q_IB, Columns, StateTable, columns_of_topics, dtype_of
-from .recorded_run import RecordedRun
+from .read_run import RecordedRun
 from .table_files import write_csv, write_npz, write_parquet
 
 

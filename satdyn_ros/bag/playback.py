@@ -4,13 +4,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from ..base import ros_yaml
 from ..messages.qos import Qos
 from ..rosbag2.compression import decompress, zstd_size
 from ..rosbag2.errors import BagError, Damaged, Incomplete
 from ..rosbag2.reader import Bag
 from ..rosbag2.summary import read_summary
 from ..rosbag2.timeline import LoggedMessage, Timeline
-from ..run import ros_yaml
 
 # rosbag2 wrote rmw's numbers before version 9 of its metadata, and its words since then.
 _BEST_EFFORT = ('best_effort', 2)

@@ -3,7 +3,7 @@
 from collections.abc import Generator, Iterable
 from concurrent.futures import ThreadPoolExecutor
 
-from ..interruption import uninterrupted
+from ..base.interruption import uninterrupted
 from .columns import Columns
 
 

@@ -5,18 +5,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..dynamics import rotation
 from ..dynamics.system import State
+from ..kernel import rotation
 from ..messages.measured import SensorPacker
 from ..messages.packers import packer
-from ..messages.rows import parted
+from ..messages.sparse import parted
 from ..messages.topics import Packer, pack_rotor_command, pack_rotor_torque, pack_torque
 from ..rosbag2.chunk_builder import ChunkBuilder
 from ..rosbag2.tick_table import TickTable
 from ..run.events import Event, Request, Reset, RotorCommand, Torque
 from ..run.samples import Samples
 from ..run.simulation import Simulation
-from .recorded_run import RecordedRun
+from .read_run import RecordedRun
 
 _TICKS = 4096
 _DIAGONAL = np.array([1.0, 1.0, 1.0]) / np.sqrt(3.0)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..interruption import uninterrupted
+from ..base.interruption import uninterrupted
 from ..messages.packers import is_at_every_tick, packer
 from ..rosbag2.tick_table import TickTable
 from ..run.events import Derived, Event, Request, RotorCommand, Topics, Torque
@@ -17,7 +17,7 @@ from ..run.requests import requested, try_out
 from ..run.scenario import Scenario
 from ..run.simulation import RunHalted, Simulation
 from ..run.ticks import LAST_STAMP_NS, Ticks
-from .recording import Recording
+from .write_run import Recording
 
 # Enough ticks that only their bytes cost time, few enough for a few megabytes.
 BLOCK_TICKS = 8192

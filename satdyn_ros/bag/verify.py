@@ -10,7 +10,7 @@ import numpy as np
 from mcap.records import Header, Metadata
 
 from ..dynamics.motion import States
-from ..dynamics.propagator import Propagation
+from ..integrate.propagation import Propagation
 from ..rosbag2.errors import BagError, Damaged, Incomplete
 from ..rosbag2.integrity import check
 from ..rosbag2.reader import Bag, TopicBlock
@@ -19,10 +19,10 @@ from ..run.drift import Drift, MeasuredDrift
 from ..run.events import Derived, Event, Halt, RotorLimited, TorquesDropped
 from ..run.samples import Samples
 from ..run.simulation import Simulation
-from . import run_records
+from . import run_metadata
 from .comparison import TWIN_RAD, Comparison, Difference
 from .declared import check_declarations
-from .recorded_run import Happened, RecordedRun
+from .read_run import Happened, RecordedRun
 from .rerun import Records, rerun
 
 # A propagation is not limited by a tolerance below this.
@@ -100,7 +100,7 @@ def verify(
         if isinstance(error, Damaged) == _is_ours(Path(path)):
             raise
         raise (BagError if isinstance(error, Damaged) else Damaged)(str(error)) from error
-    here = run_records.machine()
+    here = run_metadata.machine()
     other_machine = {
         name: (then, here.get(name, ''))
         for name, then in recorded.machine.items()

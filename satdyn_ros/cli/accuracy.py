@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..dynamics import rotation
 from ..dynamics.motion import Motion
-from ..dynamics.propagator import Propagation
 from ..exact import recognise
+from ..integrate.propagation import Propagation
+from ..kernel import rotation
 from ..run.scenario import Scenario
 
 FINER = 0.01

@@ -9,9 +9,9 @@ import numpy as np
 
 from ..bag.simulate import simulate
 from ..bag.verify import Verification, verify
-from ..dynamics import rotation
-from ..dynamics.propagator import Propagation
 from ..exact import recognise
+from ..integrate.propagation import Propagation
+from ..kernel import rotation
 from ..run.events import Event, Request, Torque
 from ..run.scenario import Scenario
 

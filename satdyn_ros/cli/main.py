@@ -6,8 +6,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..interruption import Terminated, interruptible
-from ..ros.refusal import one_sentence
+from ..base.interruption import Terminated, interruptible
+from ..base.sentences import one_sentence
 from .arguments import INPUT_IS_WRONG, parser
 from .output import output_that_may_fail
 from .progress import progress, show_notices
@@ -84,7 +84,7 @@ def _sentence(error):
 def _node(arguments):
     # Nothing that a start imports is garbage; the node itself collects between ticks.
     gc.disable()
-    from ..ros.main import main as run_node
+    from ..ros.start import main as run_node
 
     return run_node(arguments)
 
@@ -127,7 +127,7 @@ def _request(given):
 
 
 def _simulate(given):
-    from ..bag.beginning import begun_in_aem, begun_in_bag
+    from ..bag.continuation import begun_in_aem, begun_in_bag
     from ..bag.simulate import simulate, tick_count
     from ..run import events
     from ..run.scenario import Scenario
@@ -242,7 +242,7 @@ def _describe(given):
 
     from ..run.describe import describe
     from ..run.scenario import Scenario
-    from .describe import print_description
+    from .description import print_description
 
     scenario = Scenario.from_yaml(given.file)
     if given.json:
@@ -257,7 +257,7 @@ def _watch(given):
 
     source: Source
     if given.bag is not None:
-        from ..watch.recorded import Recorded
+        from ..watch.bag_page import Recorded
 
         source = Recorded(given.bag)
     else:

@@ -26,12 +26,12 @@ along track, that of the orbit, v (3 mu / r^3) t . I c - 3 (r' / r) V.
 
 import numpy as np
 
-from ..compiled import inlined
-from ..side_by_side import spread
-from ..written_out import for_each, in_turn
-from .parameters import Parameters
+from ..kernel.compile import inlined
+from ..kernel.simd import spread
+from ..kernel.unroll import for_each, in_turn
+from ..kernel.vector import add, add_cross, apply, attitude_rate, dot, scale, to_body
+from .constants import Parameters
 from .system import State, System
-from .vector import add, add_cross, apply, attitude_rate, dot, scale, to_body
 
 # The variables of the integration: q (4), omega_bi_b (3), then p of every turning rotor, the angle
 # of every one, the work, and on an ellipse cos f and sin f.

@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from . import rotation, rows
+from ..kernel import rotation
+from ..kernel.rows import length
 
 # Rounding of a tensor that came through a rotation or from 15 printed digits; moments that differ
 # by less have no principal axes of their own.
@@ -135,7 +136,7 @@ def symmetry_axes(
     # The later ones win: a vector singles out an axis where all tensors are spheres.
     for v in reversed(along):
         with np.errstate(invalid='ignore'):
-            axis = np.where(np.any(v, axis=-1)[..., None], v / rows.length(v)[..., None], axis)
+            axis = np.where(np.any(v, axis=-1)[..., None], v / length(v)[..., None], axis)
     for (_, R_bp), pairs in zip(axes, equal, strict=True):
         for k in range(3):
             is_single = pairs[k] & (sum(pairs) == 1)
@@ -144,7 +145,7 @@ def symmetry_axes(
     for I in tensors:
         fits = fits & _is_symmetric(I, axis)
     for v in along:
-        fits = fits & (rows.length(np.cross(axis, v)) <= ROUNDING * rows.length(v))
+        fits = fits & (length(np.cross(axis, v)) <= ROUNDING * length(v))
     return np.where(fits[..., None], axis, np.nan)
 
 

@@ -22,12 +22,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from . import rotation
+from ..kernel import rotation
+from ..kernel.rows import components, dot, from_components, length, times
 from .inertia import ROUNDING, principal_axes, symmetry_axes
 from .motion import States
 from .rotor import Rotor
-from .rows import dot, length, times
 from .system import System
+from .torque import forms_of_components
 
 # A named rotor's momentum has the name of the rotor behind it: rotor_momentum.NAME.
 NAMES = (
@@ -130,37 +131,12 @@ class _Parts(NamedTuple):
 
 def _forms(omega, c, K, I):
     if omega.size < rotation.MANY:
-        vectors, matrices = map(rotation.components, (omega, c)), map(_entries, (K, I))
+        vectors, matrices = map(components, (omega, c)), map(_entries, (K, I))
         return forms_of_components(*vectors, *matrices)
     # Loaded late, as in rotation.py.
-    from .integrals_of_many import forms
+    from .row_forms import forms
 
     return forms(omega, c, K, I)
-
-
-def forms_of_components(omega: Sequence, c: Sequence, K: Sequence, I: Sequence) -> tuple:
-    """
-    Return the components of K omega, |omega|, |K omega|, omega . K omega / 2 and c . I c.
-
-    omega, c: three components; K, I: three rows of three entries.
-    """
-    x, y, z = omega
-    K_x, K_y, K_z = K
-    u, v, w = (
-        K_x[0] * x + K_x[1] * y + K_x[2] * z,
-        K_y[0] * x + K_y[1] * y + K_y[2] * z,
-        K_z[0] * x + K_z[1] * y + K_z[2] * z,
-    )
-    rate, K_omega_size = np.sqrt(x * x + y * y + z * z), np.sqrt(u * u + v * v + w * w)
-    kinetic = (x * u + y * v + z * w) / 2.0
-    x, y, z = c
-    I_x, I_y, I_z = I
-    c_I_c = (
-        x * (I_x[0] * x + I_x[1] * y + I_x[2] * z)
-        + y * (I_y[0] * x + I_y[1] * y + I_y[2] * z)
-        + z * (I_z[0] * x + I_z[1] * y + I_z[2] * z)
-    )
-    return u, v, w, rate, K_omega_size, kinetic, c_I_c
 
 
 def _sizes(parts, applied):
@@ -225,9 +201,9 @@ def _terms(parts, since=_FROM_ROW_0):
     spherical = np.ptp(moments, axis=-1) <= ROUNDING * np.max(moments, axis=-1)
     momentum = parts.K_omega
     for rotor, p_i in zip(system.rotors, p, strict=True):
-        axis = rotation.components(rotor.axis)
+        axis = components(rotor.axis)
         momentum = [H_i + p_i * a_i for H_i, a_i in zip(momentum, axis, strict=True)]
-    H = rotation.from_components(momentum)
+    H = from_components(momentum)
     kinetic, potential = parts.kinetic, gradient / 2.0 * parts.c_I_c
     weight_potential = dot(weight, c) if np.any(weight) else 0.0
 
@@ -301,4 +277,4 @@ def _prod(moments):
 
 def _apply(M, v):
     """Return M v."""
-    return rotation.from_components(times(M, rotation.components(v)))
+    return from_components(times(M, components(v)))

@@ -8,8 +8,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from . import rotation
-from .orbit import FixedDirection, KeplerOrbit
+from ..kernel import rotation
+from ..orbits import FixedDirection, KeplerOrbit
 from .system import State, System
 
 

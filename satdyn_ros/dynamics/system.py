@@ -7,7 +7,7 @@ from math import isnan
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .orbit import FixedDirection, KeplerOrbit
+from ..orbits import FixedDirection, KeplerOrbit
 from .rotor import Rotor
 
 _ZERO = np.zeros(3)

@@ -1,9 +1,10 @@
-"""The torque of the field on a table of states, and the angular momentum that it changes."""
+"""Tables of the field's torque, of the angular momentum, and of the forms of the inertia."""
+
+from collections.abc import Sequence
 
 import numpy as np
 
-from .rotation import components, from_components
-from .rows import times
+from ..kernel.rows import components, from_components, times
 from .system import System
 
 
@@ -56,3 +57,28 @@ def angular_momentum(
         axis = components(rotor.axis)
         momentum = [H + p * a for H, a in zip(momentum, axis, strict=True)]
     return from_components(momentum)
+
+
+def forms_of_components(omega: Sequence, c: Sequence, K: Sequence, I: Sequence) -> tuple:
+    """
+    Return the components of K omega, |omega|, |K omega|, omega . K omega / 2 and c . I c.
+
+    omega, c: three components; K, I: three rows of three entries.
+    """
+    x, y, z = omega
+    K_x, K_y, K_z = K
+    u, v, w = (
+        K_x[0] * x + K_x[1] * y + K_x[2] * z,
+        K_y[0] * x + K_y[1] * y + K_y[2] * z,
+        K_z[0] * x + K_z[1] * y + K_z[2] * z,
+    )
+    rate, K_omega_size = np.sqrt(x * x + y * y + z * z), np.sqrt(u * u + v * v + w * w)
+    kinetic = (x * u + y * v + z * w) / 2.0
+    x, y, z = c
+    I_x, I_y, I_z = I
+    c_I_c = (
+        x * (I_x[0] * x + I_x[1] * y + I_x[2] * z)
+        + y * (I_y[0] * x + I_y[1] * y + I_y[2] * z)
+        + z * (I_z[0] * x + I_z[1] * y + I_z[2] * z)
+    )
+    return u, v, w, rate, K_omega_size, kinetic, c_I_c

@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..dynamics import rotation
 from ..dynamics.inertia import principal_axes
+from ..kernel import rotation
 from .free import Free
 
 

@@ -2,15 +2,15 @@
 From the numbers of a closed form to the attitude of the body, row by row in compiled code.
 
 alpha = w + i z and beta = x + i y (N,) are the quaternion of the frame k whose third axis the
-flow moves (flow.py).  Products are rounded before they are added, as in dynamics/rotation.py.
+flow moves (flow.py).  Products are rounded before they are added, as in kernel/rotation.py.
 """
 
 from functools import partial
 
 import numpy as np
 
-from ..compiled import compiled, inlined
-from ..dynamics.rotation import product_of_components, rotated_components
+from ..kernel.compile import compiled, inlined
+from ..kernel.rows import product_of_components, rotated_components
 
 _product = inlined(product_of_components, fused=False)
 _rotated = inlined(rotated_components, fused=False)

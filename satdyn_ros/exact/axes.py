@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from ..dynamics import rotation
 from ..dynamics.inertia import ROUNDING
 from ..dynamics.system import State, System
+from ..kernel import rotation
 
 
 def is_principal(inertia: np.ndarray, axis: np.ndarray) -> bool:

@@ -10,12 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..dynamics.equilibria import imbalance
 from ..dynamics.inertia import ROUNDING, symmetry_axis
 from ..dynamics.motion import Motion
-from ..dynamics.orbit import KeplerOrbit
-from ..dynamics.propagator import Propagation
 from ..dynamics.system import State, System
+from ..integrate.propagation import Propagation
+from ..orbits import KeplerOrbit
+from ..theory.equilibria import imbalance
 from .planar import Planar
 from .steady import Steady
 

@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..dynamics.equilibria import direction
 from ..dynamics.motion import Motion
 from ..dynamics.system import State, System
+from ..theory.equilibria import direction
 
 # Times evaluated at once: what is computed from them stays in the processor's cache.
 _BLOCK = 4096

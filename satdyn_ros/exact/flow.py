@@ -19,7 +19,7 @@ from functools import partial
 import numpy as np
 from scipy.special import elliprf, elliprj
 
-from ..compiled import compiled, inlined
+from ..kernel.compile import compiled, inlined
 from .half_angles import Zero, evaluate
 from .nutation import NO_DISTANCE, Nutation
 

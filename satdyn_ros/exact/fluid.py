@@ -21,8 +21,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..dynamics import rotation
 from ..dynamics.inertia import ROUNDING
+from ..kernel import rotation
 
 E_Z = np.array([0.0, 0.0, 1.0])
 

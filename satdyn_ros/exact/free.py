@@ -14,10 +14,10 @@ a quartic that is a product of two quadratics: the flow of flow.py, with the pha
 import numpy as np
 from numpy.polynomial import polynomial
 
-from ..dynamics import rotation
 from ..dynamics.inertia import ROUNDING, are_parallel
-from ..dynamics.stability import eigenvalue_squared
 from ..dynamics.system import State, System
+from ..kernel import rotation
+from ..theory.stability import eigenvalue_squared
 from . import attitude
 from .axes import is_principal, principal_axes_about, rotor_axes
 from .exact_motion import ExactMotion, Fact

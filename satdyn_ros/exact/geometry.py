@@ -15,8 +15,8 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import ArrayLike
 
-from ..dynamics import rotation
 from ..dynamics.inertia import ROUNDING, are_parallel, principal_axes
+from ..kernel import rotation
 from .elliptic import LAST_DIGITS
 
 # A sum of terms this much smaller than they are is zero: the constants of a motion have rounding.

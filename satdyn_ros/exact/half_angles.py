@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compiled import compiled, inlined
+from ..kernel.compile import compiled, inlined
 
 # Times evaluated at once: their sums stay in the processor's first-level cache.
 ROWS = 64

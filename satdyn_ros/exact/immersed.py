@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..dynamics import rotation
 from ..dynamics.system import State
+from ..kernel import rotation
 from .axes import ROUNDING
 from .fluid import E_Z, FluidBody
 from .symmetric import Symmetric

@@ -10,9 +10,9 @@ Angles and rates refer to body axis 3, the symmetry axis, and the field's direct
 
 import numpy as np
 
-from ..dynamics import rotation
-from ..dynamics.euler import zxz_angles
 from ..dynamics.system import State
+from ..kernel import rotation
+from ..theory.euler_angles import zxz_angles
 from .cones import AT_POLE, Cones
 from .elliptic import LAST_DIGITS
 from .geometry import AT_ZERO, Rolling

@@ -14,10 +14,10 @@ k = 3 mu / r^3 the gradient and m the weight moment, where there is one.
 
 import numpy as np
 
-from ..dynamics import rotation
 from ..dynamics.inertia import ROUNDING, are_parallel
-from ..dynamics.orbit import KeplerOrbit
 from ..dynamics.system import State, System
+from ..kernel import rotation
+from ..orbits import KeplerOrbit
 from . import attitude
 from .axes import is_principal, principal_axes_about
 from .exact_motion import ExactMotion, Fact

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ..dynamics.orbit import KeplerOrbit
 from ..dynamics.system import State, System
+from ..orbits import KeplerOrbit
 from .exact_motion import ExactMotion
 from .free import Free
 from .planar import Planar

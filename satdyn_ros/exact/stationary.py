@@ -16,11 +16,11 @@ with e = alpha . gamma^2 constant.  About the axis that gamma circles the attitu
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..dynamics import rotation
-from ..dynamics.euler import from_zxz
 from ..dynamics.inertia import ROUNDING, principal_axes
-from ..dynamics.orbit import FixedDirection
 from ..dynamics.system import State, System
+from ..kernel import rotation
+from ..orbits import FixedDirection
+from ..theory.euler_angles import from_zxz
 from . import attitude, elliptic, multiplier
 from .exact_motion import ExactMotion, Fact
 from .flow import Flow

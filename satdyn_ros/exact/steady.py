@@ -15,12 +15,12 @@ These are all: the components of c x I c are constant along a moving c only if t
 
 import numpy as np
 
-from ..dynamics import rotation
-from ..dynamics.equilibria import direction, is_balanced
 from ..dynamics.inertia import ROUNDING, are_parallel
-from ..dynamics.orbit import FixedDirection
 from ..dynamics.system import State, System
 from ..dynamics.torque import gravity_gradient
+from ..kernel import rotation
+from ..orbits import FixedDirection
+from ..theory.equilibria import direction, is_balanced
 from .axes import is_symmetric
 from .exact_motion import ExactMotion, Fact
 

@@ -9,12 +9,12 @@ body H1 = H2 = 0.  The coefficients of f are derived in docs/theory.md.
 
 import numpy as np
 
-from ..dynamics import rotation
 from ..dynamics.inertia import are_parallel, symmetry_axis
 from ..dynamics.motion import Motion
-from ..dynamics.orbit import FixedDirection
 from ..dynamics.rotor import Rotor
 from ..dynamics.system import State, System
+from ..kernel import rotation
+from ..orbits import FixedDirection
 from . import attitude
 from .arguments import Arguments
 from .axes import is_symmetric, principal_axes_about, rotor_axes

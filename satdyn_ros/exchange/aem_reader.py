@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..dynamics import rotation
-from ..regular_file import regular_file
+from ..base.nanoseconds import epoch, stamp_ns
+from ..base.regular_file import regular_file
+from ..kernel import rotation
 from .ccsds import INERTIAL_FRAMES
-from .utc import epoch, stamp_ns
 
 # How many numbers follow the epoch in the rows of each type that we read.
 _LENGTHS = {'QUATERNION': 4, 'QUATERNION/ANGVEL': 7}

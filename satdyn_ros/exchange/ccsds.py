@@ -8,7 +8,7 @@ from typing import TextIO
 
 import numpy as np
 
-from .utc import epoch, epochs
+from ..base.nanoseconds import epoch, epochs
 
 # Names of the SANA registry for axes that do not turn; J2000 is what older files call EME2000.
 INERTIAL_FRAMES = ('EME2000', 'J2000', 'GCRF', 'ICRF')

@@ -11,8 +11,8 @@ from typing import TextIO
 
 import numpy as np
 
+from ..base.nanoseconds import SECOND_NS
 from .ccsds import Subject
-from .utc import SECOND_NS
 
 _AXES = {'EME2000': 'J2000', 'J2000': 'J2000', 'GCRF': 'ICRF', 'ICRF': 'ICRF'}
 _COUNT_WIDTH = 19

@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from ..dynamics import rotation, torque
+from ..dynamics import torque
 from ..dynamics.system import System
+from ..kernel import rotation
 from ..run.samples import Stamped
 from ..run.scenario import Frames
 from . import markers

@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from ..dynamics import inertia, rotation, torque
+from ..dynamics import inertia, torque
 from ..dynamics.system import System
+from ..kernel import rotation
 
 _CUBE, _ARROW, _LINE_LIST = 1, 0, 5
 _WHITE, _GREY, _ORANGE = (1.0, 1.0, 1.0, 1.0), (0.7, 0.7, 0.75, 0.9), (1.0, 0.6, 0.1, 1.0)

@@ -10,7 +10,7 @@ from ..run.scenario import Scenario
 from ..sensors import Gyro, StarTracker
 from ..sensors.suite import Sensor
 from . import cdr, contents
-from .rows import Rows, SomeRows
+from .sparse import Rows, SomeRows
 from .topics import TOPICS
 
 # REP-145: a covariance that begins with -1 marks what a message does not have.

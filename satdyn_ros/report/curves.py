@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ..dynamics import rotation
 from ..dynamics.torque import gravity_gradient
+from ..kernel import rotation
 from ..run.samples import Samples, merged
 
 # Samples that are held at a time, with what is drawn of them: a few megabytes.

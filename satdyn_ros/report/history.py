@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..bag.recorded_run import RecordedRun
+from ..bag.read_run import RecordedRun
 from ..dynamics.motion import Motion, States, joined
 from ..dynamics.torque import angular_momentum
 from ..run.drift import Drift

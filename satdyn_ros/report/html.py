@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from .. import __version__
-from ..dynamics import rotation
-from ..dynamics.propagator import Propagation
+from ..integrate.propagation import Propagation
+from ..kernel import rotation
 from ..run.events import Request, Reset, Topics, to_yaml
 from ..run.scenario import Scenario
 from .history import History, history

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from ..dynamics.stability import smelt_moments, stability_region
+from ..theory.stability import smelt_moments, stability_region
 
 _BLUE, _ORANGE, _GREEN, _GREY = '#0072B2', '#E69F00', '#009E73', '#DDDDDD'
 

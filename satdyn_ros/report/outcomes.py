@@ -9,7 +9,7 @@ import pyarrow.parquet as pq
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..regular_file import regular_file
+from ..base.regular_file import regular_file
 from .maps import edges, grid
 
 TABLE = 'table.parquet'

@@ -4,9 +4,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..dynamics import rotation
 from ..dynamics.inertia import principal_axes
-from ..dynamics.orbit import FixedDirection
+from ..kernel import rotation
+from ..orbits import FixedDirection
 from ..run.events import Request, Reset
 from .curves import rotor_columns
 from .history import History

@@ -36,8 +36,9 @@ import numpy as np
 
 from ..dynamics.inertia import principal_axes
 from ..dynamics.motion import States
-from ..dynamics.orbit import EARTH_MU, EARTH_RADIUS_M, KeplerOrbit
 from ..messages.markers import box
+from ..orbits import KeplerOrbit
+from ..orbits.kepler import EARTH_MU, EARTH_RADIUS_M
 from ..run.scenario import Scenario
 from .curves import rotor_columns
 from .history import History

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..dynamics import rotation
+from ..kernel import rotation
 from ..run.events import Event, Request, Reset
 from ..run.samples import Samples
 from ..run.ticks import Ticks

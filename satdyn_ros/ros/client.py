@@ -18,7 +18,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.validate_full_topic_name import validate_full_topic_name
 from std_srvs.srv import SetBool, Trigger
 
-from ..run import ros_yaml
+from ..base import ros_yaml
 
 _LONGEST_S = 1e6
 # Between two checks for an answer, so that Ctrl-C is handled; and until it is asked for again.

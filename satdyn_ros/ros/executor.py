@@ -6,7 +6,7 @@ from typing import Any
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.logging import get_logger
 
-from .refusal import one_sentence
+from ..base.sentences import one_sentence
 
 # The same kind of failure is logged at most this often.
 _QUIET_S = 10.0

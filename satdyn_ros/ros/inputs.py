@@ -10,6 +10,7 @@ from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.subscription import Subscription
 
+from ..base.sentences import one_sentence
 from ..dynamics.system import System
 from ..messages import qos
 from ..messages.topics import TOPICS
@@ -18,7 +19,6 @@ from ..run.scenario import Scenario
 from ..run.ticks import Ticks
 from .pacing import Pacing
 from .publishing import message_class, qos_profile
-from .refusal import one_sentence
 
 # The same warning comes at most this often.
 _QUIET_S = 10.0

@@ -5,8 +5,8 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
+from ..base.ros_yaml import read_text
 from ..run.parameter_file import parameters_of_section, parameters_of_yaml, sections_of_yaml
-from ..run.ros_yaml import read_text
 from ..run.scenario import Scenario
 from ..run.shipped import scenario_path
 

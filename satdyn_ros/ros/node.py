@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 import rclpy.logging
 import rclpy.node
 
-from ..dynamics.propagator import Propagation
-from ..exchange.utc import SECOND_NS
-from ..interruption import uninterrupted
+from ..base.interruption import uninterrupted
+from ..base.nanoseconds import SECOND_NS
+from ..base.sentences import one_sentence
+from ..integrate.propagation import Propagation
 from ..messages.topics import TOPICS
 from ..run.events import Event, Halt, Topics, TorquesDropped
 from ..run.requests import try_out
@@ -33,7 +34,6 @@ from .pacing import Pacing
 from .parameter_service import ParameterService
 from .parameters import NodeParameters, given_parameters
 from .publishing import PackedTicks, Publishing
-from .refusal import one_sentence
 from .services import Services
 
 if TYPE_CHECKING:

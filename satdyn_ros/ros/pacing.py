@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from threading import Condition, RLock, Thread
 from typing import Protocol, TypeVar
 
-from ..exchange.utc import SECOND_NS
+from ..base.nanoseconds import SECOND_NS
 from ..run.events import Event
 from ..run.samples import Samples
 from ..run.simulation import Simulation

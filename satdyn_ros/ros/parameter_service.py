@@ -11,7 +11,7 @@ from rclpy.exceptions import ParameterException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from .refusal import one_sentence
+from ..base.sentences import one_sentence
 
 
 class ParameterService(rclpy.parameter_service.ParameterService):

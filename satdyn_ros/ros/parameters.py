@@ -15,7 +15,7 @@ from rcl_interfaces.msg import (
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from ..run.key import Key, listed
+from ..base.key import Key, listed
 from ..run.parameter_file import RCLPY_PARAMETERS
 from ..run.scenario import Scenario
 

@@ -12,7 +12,7 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPo
 from ..messages import qos
 from ..messages.measured import SensorPacker
 from ..messages.packers import packer
-from ..messages.rows import Rows, SomeRows
+from ..messages.sparse import Rows, SomeRows
 from ..messages.topics import TOPICS, Packer
 from ..run.samples import Samples
 from ..run.scenario import Scenario

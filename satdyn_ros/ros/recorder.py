@@ -11,8 +11,8 @@ from queue import Empty, Queue
 from threading import Lock, Thread
 from typing import Any
 
-from ..bag.recording import RECORDED_AS, Recording
-from ..messages.rows import Rows, SomeRows
+from ..bag.write_run import RECORDED_AS, Recording
+from ..messages.sparse import Rows, SomeRows
 from ..run.events import Event
 from ..run.samples import Samples
 from ..run.scenario import Scenario

@@ -15,7 +15,7 @@ from rclpy.time import Time
 from rosgraph_msgs.msg import Clock
 
 from ..bag.playback import Playback
-from ..exchange.utc import SECOND_NS
+from ..base.nanoseconds import SECOND_NS
 from ..messages import qos
 from .publishing import message_class, qos_profile
 

@@ -11,13 +11,13 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from std_srvs.srv import SetBool, Trigger
 
+from ..base.sentences import one_sentence
 from ..run.events import Event, Request, Reset
 from ..run.requests import requested, try_out
 from ..run.scenario import Scenario
 from .pacing import Pacing
 from .parameter_service import parameter_of
 from .parameters import NodeParameters, plain_value
-from .refusal import one_sentence
 
 Reply = Callable[[Any], None]
 

@@ -17,7 +17,7 @@ from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Channel, Schema
 
-from ..compiled import compiled, inlined
+from ..kernel.compile import compiled, inlined
 from .compression import Allowance
 from .errors import Damaged
 

@@ -13,7 +13,7 @@ import numpy as np
 from mcap.data_stream import RecordBuilder
 from mcap.records import Channel, Message, Schema
 
-from ..messages.rows import SomeRows
+from ..messages.sparse import SomeRows
 from .chunk import CHUNK_SIZE, HEAD, scatter
 from .tick_table import TickTable
 

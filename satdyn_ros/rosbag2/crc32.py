@@ -1,6 +1,6 @@
 """Where a flipped bit is, by what it does to a CRC-32."""
 
-from ..compiled import compiled
+from ..kernel.compile import compiled
 
 # That of CRC-32, reversed, as the register goes backwards.
 _POLYNOMIAL = 0x1DB710641

@@ -11,8 +11,8 @@ from typing import Any
 
 from mcap.records import Channel, Schema, Statistics
 
-from ..regular_file import regular_file
-from ..run import ros_yaml
+from ..base import ros_yaml
+from ..base.regular_file import regular_file
 from .errors import BagError, Damaged
 from .summary import Tally
 

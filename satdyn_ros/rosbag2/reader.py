@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from mcap.records import Channel, Metadata, Schema
 
-from ..regular_file import regular_file
+from ..base.regular_file import regular_file
 from . import metadata
 from .chunk import Contents
 from .compression import CEILING

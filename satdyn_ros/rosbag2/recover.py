@@ -17,6 +17,7 @@ from mcap.records import Header, Metadata
 from . import metadata
 from .chunk import Contents
 from .compression import compressor
+from .damaged_file import Loss, Survey
 from .errors import BagError, Damaged
 from .integrity import CheckedFile, check_file, check_metadata
 from .mcap_file import McapFile
@@ -24,7 +25,6 @@ from .metadata import BagContents
 from .reader import bag_files, has_compressed_messages
 from .records import written
 from .scan import Block, scan
-from .survey import Loss, Survey
 
 _LOST_HEADER = Header('ros2', 'satdyn_ros')
 

@@ -15,7 +15,7 @@ from mcap.opcode import Opcode
 from mcap.records import DataEnd
 from mcap.writer import MCAP0_MAGIC
 
-from ..regular_file import regular_file
+from ..base.regular_file import regular_file
 from .chunk import CHUNK_SIZE, Contents
 from .compression import CEILING, decompress_begin
 from .errors import BagError, Damaged, Incomplete

@@ -27,7 +27,7 @@ from mcap.records import (
 )
 from mcap.writer import MCAP0_MAGIC
 
-from ..regular_file import regular_file
+from ..base.regular_file import regular_file
 from .chunk import Indexed
 from .compression import CEILING
 from .errors import Damaged, Incomplete

@@ -9,7 +9,7 @@ import numpy as np
 from mcap.records import Channel, Header, Schema
 
 from .. import __version__
-from ..messages.rows import Rows, SomeRows, parted
+from ..messages.sparse import Rows, SomeRows, parted
 from . import metadata
 from .chunk_builder import ChunkBuilder
 from .compression import COMPRESSIONS, compressor

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from ..dynamics.orbit import EARTH_RADIUS_M
-from .key import listed
+from ..base.key import listed
+from ..orbits.kepler import EARTH_RADIUS_M
 from .keys import KEYS
 from .ticks import LAST_STAMP_NS, Ticks
 

@@ -5,15 +5,15 @@ from typing import Any
 import numpy as np
 
 from .. import exact
-from ..dynamics import rotation
-from ..dynamics.elliptic_libration import elliptic_librations
 from ..dynamics.inertia import principal_axes
 from ..dynamics.motion import Motion
-from ..dynamics.orbit import KeplerOrbit
-from ..dynamics.precession import regular_precession
-from ..dynamics.propagator import Propagation
-from ..dynamics.stability import attitude_drift
-from ..dynamics.steady_motions import SteadyMotion, steady_motions
+from ..integrate.propagation import Propagation
+from ..kernel import rotation
+from ..orbits import KeplerOrbit
+from ..theory.elliptic_libration import elliptic_librations
+from ..theory.precession import regular_precession
+from ..theory.stability import attitude_drift
+from ..theory.steady_motions import SteadyMotion, steady_motions
 from .scenario import Scenario
 
 # Units of the first integrals (dynamics/integrals.py).

@@ -23,8 +23,8 @@ from typing import Any
 
 import yaml
 
-from . import ros_yaml
-from .key import Key, listed
+from ..base import ros_yaml
+from ..base.key import Key, listed
 from .keys import KEYS
 from .parameter_file import flattened
 from .scenario import Scenario

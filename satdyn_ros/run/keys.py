@@ -3,8 +3,8 @@
 from dataclasses import replace
 from math import pi
 
+from ..base.key import Key
 from ..dynamics.rotor import MODES
-from .key import Key
 from .ticks import LAST_STAMP_NS
 
 STATE_TOPICS = (

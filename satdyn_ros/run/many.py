@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from ..base.key import Key
 from ..dynamics import inertia
 from ..dynamics.motion import States
 from . import rotors
 from .checks import BELONGS, MOST_RAD_PER_TICK
-from .key import Key
 from .keys import keys_of
 from .scenario import Scenario
 

@@ -6,8 +6,9 @@ from typing import Any
 
 import yaml
 
-from . import ros_yaml, shipped
-from .key import listed
+from ..base import ros_yaml
+from ..base.key import listed
+from . import shipped
 
 # rclpy's own parameters, which it adds to every node's.
 RCLPY_PARAMETERS = ('use_sim_time', 'start_type_description_service', 'qos_overrides')

@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..dynamics.motion import Halted
-from ..dynamics.propagator import Propagation
-from .arc import MOST_STEPS_A_TICK, NO_STAMP
+from ..integrate.propagation import Propagation
 from .scenario import Scenario
+from .segment import MOST_STEPS_A_TICK, NO_STAMP
 from .ticks import Ticks
 
 # A request is tried for this many ticks, or steps in all.

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from ..base.key import listed
 from ..dynamics.rotor import Rotor
-from .key import listed
 from .keys import KEYS
 
 # What belongs to some modes only.

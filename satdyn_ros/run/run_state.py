@@ -5,10 +5,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..dynamics.propagator import Propagation
 from ..dynamics.system import State, System
+from ..integrate.propagation import Propagation
 from ..sensors import Suite
-from .arc import MOST_STEPS_A_TICK, Arc
 from .events import (
     Event,
     Halt,
@@ -23,6 +22,7 @@ from .events import (
 )
 from .limits import has_max_speed, is_too_fast, within_max_torque
 from .scenario import Scenario
+from .segment import MOST_STEPS_A_TICK, Arc
 from .ticks import Ticks
 
 # Raised by every change of what a run computes or records.  0: versions 0.1 and 0.2.

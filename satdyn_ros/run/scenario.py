@@ -10,15 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from ..dynamics import inertia, rotation
+from ..base.key import Key
+from ..dynamics import inertia
 from ..dynamics.integrals import first_integrals
 from ..dynamics.motion import Motion, States
-from ..dynamics.orbit import FixedDirection, KeplerOrbit
-from ..dynamics.propagator import Propagation
 from ..dynamics.system import State, System
+from ..integrate.propagation import Propagation
+from ..kernel import rotation
+from ..orbits import FixedDirection, KeplerOrbit
 from ..sensors.suite import Sensor
 from . import checks, rotors, sensors
-from .key import Key
 from .keys import KEYS, SENSORS, keys_of
 from .parameter_file import flattened, parameters_of_yaml, scenario_text, yaml_of_parameters
 

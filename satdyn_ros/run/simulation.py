@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from ..base.key import listed
 from ..dynamics.motion import Motion
 from ..dynamics.system import State, System
 from ..sensors import Measurements, Suite
-from .arc import MOST_STEPS_A_TICK, Arc
 from .events import (
     Derived,
     Event,
@@ -24,12 +24,12 @@ from .events import (
     body_torque,
     rotor_torques,
 )
-from .key import listed
 from .limits import has_max_speed, is_too_fast
 from .requests import requested
 from .run_state import RULES, RunState, rotor_of
 from .samples import Measured, Samples
 from .scenario import Scenario
+from .segment import MOST_STEPS_A_TICK, Arc
 from .ticks import Ticks
 
 

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..exchange.utc import SECOND_NS
+from ..base.nanoseconds import SECOND_NS
 
 # The seconds of a stamp are an int32.
 LAST_STAMP_NS = 2**31 * SECOND_NS - 1

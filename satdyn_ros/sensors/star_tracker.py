@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from ..dynamics import rotation
 from ..dynamics.motion import States
+from ..kernel import rotation
 from .measurements import Measurements, as_array, sampled
 from .noise import normals
 

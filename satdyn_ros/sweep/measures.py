@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..dynamics.motion import States
-from ..dynamics.rows import table_of
+from ..kernel.rows import table_of
 
 
 class Passed(NamedTuple):

@@ -4,9 +4,9 @@ from functools import partial
 
 import numpy as np
 
-from ..compiled import compiled, inlined
-from ..dynamics.rows import MANY_ROWS
-from ..dynamics.vector import cross, dot, subtract, vector
+from ..kernel.compile import compiled, inlined
+from ..kernel.rows import MANY_ROWS
+from ..kernel.vector import cross, dot, subtract, vector
 
 _SIGNATURE = f'void(float64[::1], {", ".join(5 * [MANY_ROWS])}, float64[:, ::1], int64[::1])'
 

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from ..dynamics.batch import propagate_many
 from ..dynamics.integrals import NAMES, relative_drift
 from ..dynamics.motion import States
-from ..dynamics.orbit import KeplerOrbit
-from ..dynamics.rows import length
 from ..dynamics.system import System
+from ..integrate.batch import propagate_many
+from ..kernel.rows import length
+from ..orbits import KeplerOrbit
 from ..run.many import many, part_of
 from ..run.scenario import Scenario
 from .capture import capture_times, judged_axis

@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from ..run import ros_yaml
-from ..run.key import Key
+from ..base import ros_yaml
+from ..base.key import Key
 from ..run.scenario import Scenario
 from .capture import LEAST
-from .keys import REQUIRED, SWEEP_KEYS, checked
 from .quantities import Quantity, quantity
+from .sweep_keys import REQUIRED, SWEEP_KEYS, checked
 from .variation import Variation, variation
 
 

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from ..dynamics import rotation
-from ..dynamics.stability import smelt_moments, smelt_parameters
-from ..run.key import Key
+from ..base.key import Key
+from ..kernel import rotation
 from ..run.keys import KEYS
+from ..theory.stability import smelt_moments, smelt_parameters
 
 _MOTION = ('body', 'rotor', 'orbit', 'initial', 'motion')
 _COMPONENTS = ('x', 'y', 'z')

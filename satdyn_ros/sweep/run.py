@@ -26,11 +26,11 @@ import pyarrow as pa
 
 from .. import __version__
 from ..bag.simulate import simulate
-from ..dynamics.batch import propagate_all
-from ..dynamics.lanes import LANES
-from ..dynamics.propagator import Propagation
-from ..interruption import interruptible, uninterrupted
-from ..regular_file import regular_file
+from ..base.interruption import interruptible, uninterrupted
+from ..base.regular_file import regular_file
+from ..integrate.batch import propagate_all
+from ..integrate.batch_state import LANES
+from ..integrate.propagation import Propagation
 from ..run.scenario import Scenario
 from .outcome import columns
 from .plan import Plan

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pyarrow.parquet as pq
 
-from ..regular_file import regular_file
+from ..base.regular_file import regular_file
 
 
 def summary(table: str | Path) -> str:

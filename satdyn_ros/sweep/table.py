@@ -10,8 +10,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from ..base.regular_file import regular_file
 from ..dynamics.integrals import NAMES
-from ..regular_file import regular_file
 from .plan import Plan
 
 _NUMBER, _VECTOR = pa.float64(), pa.list_(pa.float64())

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ..dynamics import rotation
-from ..run.key import Key
+from ..base.key import Key
+from ..kernel import rotation
 
 _COUNT = Key('the count of linspace', 'integer', 1, '', '', low=1, high=10**7)
 

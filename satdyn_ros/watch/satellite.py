@@ -26,10 +26,10 @@ from ..report import html, scene
 from ..ros.client import Answer, Client
 from ..run.parameter_file import RCLPY_PARAMETERS
 from ..run.scenario import Scenario
-from .frames import SceneFrames
 from .hub import Hub
 from .listener import Listener, parts, satellites
-from .requests import checked, initial_conditions
+from .request_form import checked, initial_conditions
+from .scene_frames import SceneFrames
 
 _FRAME_S = 1.0 / 30.0
 _LOOK_S = 1.0

@@ -11,7 +11,7 @@ from typing import Any, Protocol
 from aiohttp import WSCloseCode, WSMsgType, web
 
 from ..report import html
-from .door import Door
+from .access_policy import Door
 from .hub import Browser, Hub
 
 _LARGEST_REQUEST = 4096

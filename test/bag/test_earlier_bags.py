@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from satdyn_ros.bag.recorded_run import RecordedRun
+from satdyn_ros.bag.read_run import RecordedRun
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.rosbag2.reader import Bag
 

@@ -17,9 +17,9 @@ from satdyn_ros import Scenario
 from satdyn_ros.bag import columns as columns_module
 from satdyn_ros.bag.export import Options, export, table
 from satdyn_ros.bag.simulate import simulate
-from satdyn_ros.dynamics import rotation
-from satdyn_ros.exchange import utc
+from satdyn_ros.base import nanoseconds
 from satdyn_ros.exchange.aem_reader import attitude_at
+from satdyn_ros.kernel import rotation
 from satdyn_ros.run.events import Topics
 
 TICKS = 90
@@ -267,12 +267,14 @@ def test_a_message_has_a_segment_for_each_motion(tmp_path):
     starts = re.findall(r'START_TIME = (\S+)\nSTOP_TIME = (\S+)\n', text)
     ticks = [(0, 59), (60, 99), (100, 149)]
     stamps = [[flights.EPOCH_NS + round(k * 10**9 / 30) for k in span] for span in ticks]
-    assert [tuple(utc.epochs(span)) for span in stamps] == starts
+    assert [tuple(nanoseconds.epochs(span)) for span in stamps] == starts
     assert text.count('REF_FRAME_A = GCRF') == 3
     assert text.count('OBJECT_NAME = BAG') == 3
     whole = table(bag)
     for tick in (0, 59, 60, 149):
-        found = attitude_at(tmp_path / 'flight.aem', utc.epoch(int(whole['stamp_ns'][tick])))
+        found = attitude_at(
+            tmp_path / 'flight.aem', nanoseconds.epoch(int(whole['stamp_ns'][tick]))
+        )
         q_ib = joined(whole, 'q_ib')[tick]
         np.testing.assert_allclose(found.q_ib, q_ib, rtol=0.0, atol=1e-15)
 
@@ -300,7 +302,7 @@ def test_an_orbit_is_written_thinned(bag, tmp_path):
     text = (tmp_path / 'orbit.oem').read_text()
     rows = [line.split() for line in text.splitlines() if line.startswith('2023-')]
     states = flights.GYROSTAT.motion().at([0.0, 1.0, 2.0])
-    assert [row[0] for row in rows] == utc.epochs(flights.EPOCH_NS + 10**9 * np.arange(3))
+    assert [row[0] for row in rows] == nanoseconds.epochs(flights.EPOCH_NS + 10**9 * np.arange(3))
     numbers = np.array([row[1:] for row in rows], float) * 1000.0
     np.testing.assert_allclose(numbers[:, :3], states.r_i, rtol=1e-14)
     np.testing.assert_allclose(numbers[:, 3:], states.v_i, rtol=1e-14, atol=1e-11)

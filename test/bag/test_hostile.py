@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 from mcap.records import Channel, Message, Metadata
 
-from satdyn_ros.bag import run_records
+from satdyn_ros.bag import run_metadata
 from satdyn_ros.bag.playback import Playback
-from satdyn_ros.bag.recorded_run import RecordedRun
+from satdyn_ros.bag.read_run import RecordedRun
 from satdyn_ros.cli.main import main
 from satdyn_ros.rosbag2.chunk import Contents
 from satdyn_ros.rosbag2.errors import BagError
@@ -281,13 +281,13 @@ def test_provenance_is_parsed_once(bags, tmp_path, monkeypatch):
     for _ in range(20):
         file.write_chunk(Contents(np.empty(0, np.uint8)), '', b'')
     file.finish()
-    parse, calls = run_records.names_and_machine, []
+    parse, calls = run_metadata.names_and_machine, []
 
     def counted(record):
         calls.append(record)
         return parse(record)
 
-    monkeypatch.setattr(run_records, 'names_and_machine', counted)
+    monkeypatch.setattr(run_metadata, 'names_and_machine', counted)
     RecordedRun(forged)
     assert len(calls) == 1
 

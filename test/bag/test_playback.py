@@ -14,7 +14,7 @@ from rosbags.rosbag2 import Writer as RosbagsWriter
 from rosbags.typesys import Stores, get_typestore
 
 from satdyn_ros.bag.playback import Playback
-from satdyn_ros.bag.recorded_run import RecordedRun
+from satdyn_ros.bag.read_run import RecordedRun
 from satdyn_ros.rosbag2.errors import BagError, Damaged
 from satdyn_ros.rosbag2.reader import Bag
 from satdyn_ros.rosbag2.recover import recover

@@ -6,11 +6,11 @@ import flights
 import numpy as np
 import pytest
 
-from satdyn_ros.bag import run_records
-from satdyn_ros.bag.recorded_run import RecordedRun
-from satdyn_ros.bag.recording import Recording
+from satdyn_ros.bag import run_metadata
+from satdyn_ros.bag.read_run import RecordedRun
 from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.bag.verify import verify
+from satdyn_ros.bag.write_run import Recording
 from satdyn_ros.messages.packers import packer
 from satdyn_ros.rosbag2.reader import Bag
 from satdyn_ros.run.events import Request, Reset, Torque
@@ -136,9 +136,9 @@ def test_another_machine_may_round_a_sample_to_the_next_step(
     """One step of the resolution is what rounding may do there, two are not."""
     step = 1e-4
     scenario = Scenario(VALUES | {'sensors.gyro.resolution': step})
-    here = run_records.machine()
+    here = run_metadata.machine()
     with monkeypatch.context() as patch:
-        patch.setattr(run_records, 'machine', lambda: here | {'numba': '0.1'})
+        patch.setattr(run_metadata, 'machine', lambda: here | {'numba': '0.1'})
         recording = Recording(tmp_path / 'bag', scenario, scenario.topics)
     _, samples = Simulation(scenario).advance(100)
     samples.measured['gyro'].values[20] += off_by * step

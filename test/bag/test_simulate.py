@@ -12,15 +12,15 @@ from flights import GYROSTAT, sequence
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
-from satdyn_ros.bag import beginning, simulate
+from satdyn_ros.bag import continuation, simulate
 from satdyn_ros.bag.export import Options, export
-from satdyn_ros.bag.recorded_run import RecordedRun
-from satdyn_ros.bag.recording import Recording
+from satdyn_ros.bag.read_run import RecordedRun
 from satdyn_ros.bag.verify import verify
-from satdyn_ros.dynamics import rotation
-from satdyn_ros.dynamics.orbit import KeplerOrbit
-from satdyn_ros.exchange import utc
-from satdyn_ros.interruption import Terminated, interruptible
+from satdyn_ros.bag.write_run import Recording
+from satdyn_ros.base import nanoseconds
+from satdyn_ros.base.interruption import Terminated, interruptible
+from satdyn_ros.kernel import rotation
+from satdyn_ros.orbits import KeplerOrbit
 from satdyn_ros.run.events import Request, Reset, RotorCommand, Timeout, Topics, Torque
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
@@ -212,7 +212,7 @@ def test_a_run_goes_on_where_a_bag_is(scenario, tmp_path):
     """From a bag at S, with a request on the way, its messages are those of the longer run."""
     happening = [Request(500, {'initial.angular_velocity': [0.02, -0.01, 0.03]})]
     bag = recorded(scenario, 300, tmp_path / 'bag', happening)
-    onward, begin = beginning.begun_in_bag(scenario, bag, '100')
+    onward, begin = continuation.begun_in_bag(scenario, bag, '100')
     again = recorded(onward, 200, tmp_path / 'onward', begin=begin)
     begin_ns = EPOCH_NS + 100 * 10**9
     assert sequence(again) == [message for message in sequence(bag) if message[1] >= begin_ns]
@@ -245,7 +245,7 @@ def test_ticks_go_on_at_any_rate(rate, tmp_path):
     ]
     bag, first = recorded(scenario, 80 / rate, tmp_path / 'bag', happening), 41
     # Half a tick before it: the first tick at or after S.
-    onward, begin = beginning.begun_in_bag(scenario, bag, (first - 0.5) / rate)
+    onward, begin = continuation.begun_in_bag(scenario, bag, (first - 0.5) / rate)
     again = recorded(onward, 30 / rate, tmp_path / 'onward', [Reset(65)], begin)
     begin_ns, end_ns = (onward.epoch_ns + round(k * 10**9 / onward.rate) for k in (first, 65))
     assert onward.epoch_ns == scenario.epoch_ns
@@ -254,7 +254,7 @@ def test_ticks_go_on_at_any_rate(rate, tmp_path):
     ]
     # The reset is to the speed that was requested before.
     assert read_rotor_speed(again, 65) == 3.0
-    later, begin = beginning.begun_in_bag(scenario, again, 50 / rate)
+    later, begin = continuation.begun_in_bag(scenario, again, 50 / rate)
     third = recorded(later, 10 / rate, tmp_path / 'third', begin=begin)
     assert set(sequence(third)) < set(sequence(bag))
     assert all(verify(path).same_bytes for path in (bag, again, third))
@@ -272,7 +272,7 @@ def test_another_body_goes_on_in_the_state_of_the_bag(tmp_path):
     """What the file changes is new at that tick, and the state and the torques go on."""
     bag = recorded(GYROSTAT, 3, tmp_path / 'bag', [Torque(30, (0.1, 0.0, 0.0), until_tick=70)])
     other = GYROSTAT.with_values({'body.inertia': [700.0, 800.0, 500.0], 'time.epoch_ns': 0})
-    onward, begin = beginning.begun_in_bag(other, bag, 2)
+    onward, begin = continuation.begun_in_bag(other, bag, 2)
     simulation = Simulation.from_snapshot(onward, begin)
     run = RecordedRun(bag).simulation()
     while run.tick < 60:
@@ -296,8 +296,8 @@ def test_a_run_goes_on_with_its_own_ticks(changes, sentence, tmp_path):
     """Another rate or epoch is refused, and an event before the tick where it goes on."""
     bag = recorded(ORBITING, 10, tmp_path / 'bag')
     with pytest.raises(ValueError, match=sentence):
-        beginning.begun_in_bag(ORBITING.with_values(changes), bag, '5')
-    onward, begin = beginning.begun_in_bag(ORBITING, bag, '5')
+        continuation.begun_in_bag(ORBITING.with_values(changes), bag, '5')
+    onward, begin = continuation.begun_in_bag(ORBITING, bag, '5')
     with pytest.raises(ValueError, match='the event Reset at tick 99: the run goes on at tick 10'):
         recorded(onward, 1, tmp_path / 'onward', [Reset(99)], begin)
 
@@ -306,9 +306,9 @@ def test_a_bag_has_no_state_beyond_its_end(tmp_path):
     """An instant that the bag does not reach, and a word that is none, are refused."""
     bag = recorded(ORBITING, 10, tmp_path / 'bag')
     with pytest.raises(ValueError, match=r'no state at 10 s; it goes from 0 to 9\.95 s'):
-        beginning.begun_in_bag(ORBITING, bag, '10')
+        continuation.begun_in_bag(ORBITING, bag, '10')
     with pytest.raises(ValueError, match='the instant is soon'):
-        beginning.begun_in_bag(ORBITING, bag, 'soon')
+        continuation.begun_in_bag(ORBITING, bag, 'soon')
 
 
 def test_a_run_goes_on_from_an_attitude_message(tmp_path):
@@ -316,8 +316,8 @@ def test_a_run_goes_on_from_an_attitude_message(tmp_path):
     bag = recorded(ORBITING, 20, tmp_path / 'bag')
     message = tmp_path / 'bag.aem'
     export(bag, message, Options(with_rates=True))
-    epoch = utc.epoch(ORBITING.epoch_ns + 10 * 10**9)
-    begun = beginning.begun_in_aem(ORBITING.with_values({'time.epoch_ns': 0}), message, epoch)
+    epoch = nanoseconds.epoch(ORBITING.epoch_ns + 10 * 10**9)
+    begun = continuation.begun_in_aem(ORBITING.with_values({'time.epoch_ns': 0}), message, epoch)
     assert begun.epoch_ns == ORBITING.epoch_ns + 10 * 10**9
     stamps_ns, q_ib, omega_bi_b = read(bag)
     (row,) = np.flatnonzero(stamps_ns == begun.epoch_ns)
@@ -325,23 +325,23 @@ def test_a_run_goes_on_from_an_attitude_message(tmp_path):
     # Sixteen digits in deg/s.
     np.testing.assert_allclose(begun.initial_state.omega_bi_b, omega_bi_b[row], rtol=1e-14)
     # The given epoch wins; the orbit begins as the scenario says.
-    assert beginning.begun_in_aem(ORBITING, message, epoch).epoch_ns == ORBITING.epoch_ns
+    assert continuation.begun_in_aem(ORBITING, message, epoch).epoch_ns == ORBITING.epoch_ns
 
 
 def test_without_rates_in_the_message_the_scenario_gives_the_rate(tmp_path):
     """Relative to its frame: a body at rest in LVLH turns once per orbit."""
     message = tmp_path / 'bag.aem'
     export(recorded(ORBITING, 1, tmp_path / 'bag'), message)
-    epoch = utc.epoch(ORBITING.epoch_ns)
+    epoch = nanoseconds.epoch(ORBITING.epoch_ns)
     resting = Scenario({'initial.frame': 'lvlh', 'orbit.inclination': 0.9})
-    state = beginning.begun_in_aem(resting, message, epoch).initial_state
+    state = continuation.begun_in_aem(resting, message, epoch).initial_state
     rate_i = rotation.rotate(state.q_ib, state.omega_bi_b)
     orbit = resting.system.orbit
     assert isinstance(orbit, KeplerOrbit)
     np.testing.assert_allclose(rate_i, orbit.mean_motion * orbit.normal, rtol=0.0, atol=1e-17)
     rate_b = (0.1, -0.2, 0.3)
     turning = Scenario({'initial.frame': 'inertial', 'initial.angular_velocity': rate_b})
-    state = beginning.begun_in_aem(turning, message, epoch).initial_state
+    state = continuation.begun_in_aem(turning, message, epoch).initial_state
     np.testing.assert_array_equal(state.omega_bi_b, rate_b)
 
 

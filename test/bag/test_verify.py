@@ -11,10 +11,10 @@ from mcap.records import Channel, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, Writer
 
-from satdyn_ros.bag import run_records
-from satdyn_ros.bag.recorded_run import RecordedRun
-from satdyn_ros.bag.recording import Recording
+from satdyn_ros.bag import run_metadata
+from satdyn_ros.bag.read_run import RecordedRun
 from satdyn_ros.bag.verify import verify
+from satdyn_ros.bag.write_run import Recording
 from satdyn_ros.rosbag2.chunk import Contents
 from satdyn_ros.rosbag2.errors import Damaged
 from satdyn_ros.rosbag2.reader import Bag
@@ -381,13 +381,13 @@ def test_an_exact_run_verifies(tmp_path):
 
 def aside(tmp_path, monkeypatch, relative, scenario=flights.GYROSTAT, events=flights.EVENTS[:2]):
     """Record a run whose rates start aside, relatively, as on another machine; verify it."""
-    here = run_records.machine()
+    here = run_metadata.machine()
     rate = scenario['initial.angular_velocity']
     flown = scenario.with_values(
         {'initial.angular_velocity': [x * (1.0 + relative) for x in rate]}
     )
     with monkeypatch.context() as patch:
-        patch.setattr(run_records, 'machine', lambda: here | {'numba': '0.1'})
+        patch.setattr(run_metadata, 'machine', lambda: here | {'numba': '0.1'})
         recording = Recording(tmp_path / 'bag', scenario, scenario.topics)
     for _ in flights.written(recording, Simulation(flown, events), 1000):
         pass
@@ -400,7 +400,7 @@ def test_another_machine_may_round_otherwise(tmp_path, monkeypatch):
     verdict = aside(tmp_path, monkeypatch, 1e-15)
     assert (verdict.is_true, verdict.same_bytes) == (True, False)
     assert 0.0 < verdict.of_allowed < 1.0
-    numba = run_records.machine()['numba']
+    numba = run_metadata.machine()['numba']
     assert verdict.other_machine == {'numba': ('0.1', numba)}
     assert f'made on another machine or version (numba 0.1 then, {numba} now)' in str(verdict)
 
@@ -441,7 +441,7 @@ def test_more_than_rounding_is_a_difference_there_too(tmp_path, monkeypatch):
 
 def test_the_same_machine_owes_the_same_bytes(tmp_path, monkeypatch):
     """Where nothing has changed, rounding is no excuse."""
-    monkeypatch.setattr(run_records, 'machine', lambda: {'numba': '0.1'})
+    monkeypatch.setattr(run_metadata, 'machine', lambda: {'numba': '0.1'})
     verdict = aside(tmp_path, monkeypatch, 1e-15)
     assert not verdict.is_true
     assert verdict.of_allowed == 0.0
@@ -466,7 +466,7 @@ def test_a_message_after_the_end_of_a_run_is_extra(tmp_path):
 def test_messages_without_their_start_are_extra(bag, tmp_path):
     """Without the snapshot that comes ahead of the first sample, no message can be compared."""
     records = [found.item for found in scan(bag / 'bag_0.mcap')]
-    kept = [record for record in records if getattr(record, 'name', '') != run_records.SNAPSHOT]
+    kept = [record for record in records if getattr(record, 'name', '') != run_metadata.SNAPSHOT]
     assert len(kept) < len(records)
     file = flights.rewritten(kept, tmp_path / 'bare.mcap')
     file.finish()

@@ -8,8 +8,8 @@ import pytest
 from satdyn_ros import Scenario
 from satdyn_ros.cli.accuracy import growth
 from satdyn_ros.cli.main import main
-from satdyn_ros.dynamics import rotation
-from satdyn_ros.dynamics.propagator import Propagation
+from satdyn_ros.integrate.propagation import Propagation
+from satdyn_ros.kernel import rotation
 
 CONFIG = Path(__file__).parents[2] / 'config'
 

@@ -1,6 +1,6 @@
 """What `satdyn check` proves, and that it reports errors."""
 
-from satdyn_ros.bag import recording
+from satdyn_ros.bag import write_run
 from satdyn_ros.cli import check
 from satdyn_ros.exact.recognise import CANDIDATES
 
@@ -39,13 +39,13 @@ def test_a_motion_that_is_off_is_told(monkeypatch, capsys):
 
 def test_a_bag_that_is_off_is_told(monkeypatch, capsys):
     """A sample that was recorded wrong makes the answer no."""
-    right = recording.Recording.ticks
+    right = write_run.Recording.ticks
 
     def wrong(self, stamps_ns, table, measured, snapshot):
         attitude, *_ = table.places
         table.messages(attitude)['quaternion'][0, 0] += 1e-6
         return right(self, stamps_ns, table, measured, snapshot)
 
-    monkeypatch.setattr(recording.Recording, 'ticks', wrong)
+    monkeypatch.setattr(write_run.Recording, 'ticks', wrong)
     assert not check.check()
     assert 'NOT GOOD' in capsys.readouterr().out

@@ -58,7 +58,7 @@ sys.exit(command.main(sys.argv[1:]))
 # The command, which says when it begins; what comes before and after is Python's own.
 COMMAND = """
 import signal, sys
-from satdyn_ros.interruption import interruptible
+from satdyn_ros.base.interruption import interruptible
 from satdyn_ros.cli.main import main
 
 signal.signal(signal.SIGINT, signal.SIG_IGN)

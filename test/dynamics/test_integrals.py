@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from cases import newtonian
 
-from satdyn_ros.dynamics import rotation
 from satdyn_ros.dynamics.integrals import first_integrals, relative_drift
-from satdyn_ros.dynamics.orbit import FixedDirection, KeplerOrbit
-from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
+from satdyn_ros.integrate.propagation import Propagation
+from satdyn_ros.kernel import rotation
+from satdyn_ros.orbits import FixedDirection, KeplerOrbit
 
 ANY = rotation.normalise([0.1, 0.5, 0.7, 0.5])
 SKEW = rotation.matrix(rotation.normalise([0.3, -0.2, 0.4, 1.0]))

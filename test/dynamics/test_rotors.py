@@ -7,14 +7,14 @@ import pytest
 from cases import REFERENCE
 from scipy.integrate import cumulative_simpson
 
-from satdyn_ros.dynamics import rotation
-from satdyn_ros.dynamics.batch import propagate_all
 from satdyn_ros.dynamics.integrals import relative_drift
 from satdyn_ros.dynamics.motion import States
-from satdyn_ros.dynamics.orbit import FixedDirection, KeplerOrbit
-from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
+from satdyn_ros.integrate.batch import propagate_all
+from satdyn_ros.integrate.propagation import Propagation
+from satdyn_ros.kernel import rotation
+from satdyn_ros.orbits import FixedDirection, KeplerOrbit
 
 CASES = {
     case['name']: case for case in json.loads((REFERENCE / 'rotors.json').read_text())['cases']

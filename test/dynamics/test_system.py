@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from satdyn_ros import exact
-from satdyn_ros.dynamics.orbit import FixedDirection
-from satdyn_ros.dynamics.parameters import parameters
-from satdyn_ros.dynamics.propagator import Propagation
+from satdyn_ros.dynamics.constants import parameters
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
+from satdyn_ros.integrate.propagation import Propagation
+from satdyn_ros.orbits import FixedDirection
 
 BODY = np.diag([800.0, 900.0, 600.0])
 Q_IB, OMEGA = np.array([0.0, 0.0, 0.0, 1.0]), np.array([1e-3, 2e-3, 3e-3])

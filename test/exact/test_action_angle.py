@@ -7,11 +7,11 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from satdyn_ros.dynamics import rotation
-from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
 from satdyn_ros.exact import ActionAngle, Free
+from satdyn_ros.integrate.propagation import Propagation
+from satdyn_ros.kernel import rotation
 
 ANY = rotation.normalise([0.1, 0.5, 0.7, 0.5])
 SKEW = rotation.normalise([0.3, -0.2, 0.4, 1.0])

@@ -7,11 +7,11 @@ from cases import rigid
 from numpy.polynomial import Polynomial
 from scipy.integrate import solve_ivp
 
-from satdyn_ros.dynamics import rotation
 from satdyn_ros.dynamics.system import State
 from satdyn_ros.exact.arguments import Arguments, poles
 from satdyn_ros.exact.cones import Cones
 from satdyn_ros.exact.symmetric import Symmetric
+from satdyn_ros.kernel import rotation
 
 NAMES = [
     'pal1_two_real_two_complex_H1pos',

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from satdyn_ros.dynamics import rotation
-from satdyn_ros.dynamics.orbit import KeplerOrbit
-from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
 from satdyn_ros.exact.body_fixed import BodyFixed
+from satdyn_ros.integrate.propagation import Propagation
+from satdyn_ros.kernel import rotation
+from satdyn_ros.orbits import KeplerOrbit
 
 E2 = np.array([0.0, 1.0, 0.0])
 

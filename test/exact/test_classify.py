@@ -3,12 +3,13 @@ import pytest
 from cases import newtonian
 from scipy.spatial.transform import Rotation
 
-from satdyn_ros.dynamics import equilibria, rotation
-from satdyn_ros.dynamics.orbit import FixedDirection, KeplerOrbit
-from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
 from satdyn_ros.exact.classify import axis_wander, rotation_class
+from satdyn_ros.integrate.propagation import Propagation
+from satdyn_ros.kernel import rotation
+from satdyn_ros.orbits import FixedDirection, KeplerOrbit
+from satdyn_ros.theory import equilibria
 
 PRINCIPAL, SKEW = np.eye(3), Rotation.from_rotvec([0.4, -0.3, 0.8]).as_matrix()
 ORBIT = KeplerOrbit(inclination=0.9, raan=2.1, argument_of_periapsis=0.3, true_anomaly=1.2)

@@ -5,11 +5,11 @@ import pytest
 from scipy.constants import mu_0
 from scipy.integrate import solve_ivp
 
-from satdyn_ros.dynamics import rotation
-from satdyn_ros.dynamics.orbit import FixedDirection
-from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.dynamics.system import State, System
 from satdyn_ros.exact.equivalents import ChargedBody, ConductingFluid
+from satdyn_ros.integrate.propagation import Propagation
+from satdyn_ros.kernel import rotation
+from satdyn_ros.orbits import FixedDirection
 
 MOMENTS = np.array([1.0, 1.5, 2.2])
 START = State(rotation.normalise([0.3, -0.2, 0.4, 1.0]), np.array([0.4, -0.3, 0.6]))

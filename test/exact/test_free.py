@@ -7,13 +7,13 @@ from cases import rigid
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from satdyn_ros.dynamics import rotation
-from satdyn_ros.dynamics.orbit import FixedDirection, KeplerOrbit
-from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
 from satdyn_ros.exact import recognise
 from satdyn_ros.exact.free import Free
+from satdyn_ros.integrate.propagation import Propagation
+from satdyn_ros.kernel import rotation
+from satdyn_ros.orbits import FixedDirection, KeplerOrbit
 
 SOME = rotation.normalise([0.2, -0.4, 0.3, 0.8])
 TIMES_S = np.array([0.0, 1.0, 30.0, 100.0, 300.0, 1e4])

@@ -8,11 +8,11 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
-from satdyn_ros.dynamics import rotation
-from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.dynamics.system import State, System
 from satdyn_ros.exact.geometry import Rolling, herpolhode, herpolhode_rate, polhode
 from satdyn_ros.exact.symmetric import Symmetric
+from satdyn_ros.integrate.propagation import Propagation
+from satdyn_ros.kernel import rotation
 
 close = partial(assert_allclose, rtol=0.0)
 

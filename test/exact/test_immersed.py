@@ -9,13 +9,13 @@ from hypothesis.extra.numpy import arrays
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
-from satdyn_ros.dynamics import rotation
-from satdyn_ros.dynamics.orbit import FixedDirection
-from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.dynamics.system import State, System
 from satdyn_ros.exact.fluid import FluidBody
 from satdyn_ros.exact.immersed import Immersed
 from satdyn_ros.exact.symmetric import Symmetric
+from satdyn_ros.integrate.propagation import Propagation
+from satdyn_ros.kernel import rotation
+from satdyn_ros.orbits import FixedDirection
 
 close = partial(assert_allclose, rtol=0.0)
 

@@ -5,9 +5,6 @@ import pytest
 from cases import rigid
 from scipy.integrate import solve_ivp
 
-from satdyn_ros.dynamics import rotation
-from satdyn_ros.dynamics.euler import from_zxz
-from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.dynamics.system import State, System
 from satdyn_ros.exact.cones import Cones
 from satdyn_ros.exact.free import Free
@@ -21,6 +18,9 @@ from satdyn_ros.exact.paladini import (
     space_curve,
 )
 from satdyn_ros.exact.symmetric import Symmetric
+from satdyn_ros.integrate.propagation import Propagation
+from satdyn_ros.kernel import rotation
+from satdyn_ros.theory.euler_angles import from_zxz
 
 Z = np.array([0.0, 0.0, 1.0])
 FLOWN = [

@@ -12,13 +12,13 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from satdyn_ros.dynamics import rotation
-from satdyn_ros.dynamics.orbit import FixedDirection, KeplerOrbit
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
 from satdyn_ros.exact.offset_pendulum import Field, OffsetPendulum
 from satdyn_ros.exact.pendulum import Pendulum
 from satdyn_ros.exact.planar import Planar
+from satdyn_ros.kernel import rotation
+from satdyn_ros.orbits import FixedDirection, KeplerOrbit
 
 PLANAR = ['B1', 'B2', 'B4', 'B6', 'B8', 'G1', 'G3', 'G5']
 CASES = {

@@ -5,12 +5,12 @@ import pytest
 from cases import rigid
 from scipy.integrate import quad
 
-from satdyn_ros.dynamics import rotation
-from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.dynamics.system import State, System
 from satdyn_ros.exact.free import Free
 from satdyn_ros.exact.geometry import herpolhode
 from satdyn_ros.exact.poinsot import Poinsot, commensurability, separatrix_planes
+from satdyn_ros.integrate.propagation import Propagation
+from satdyn_ros.kernel import rotation
 
 REFERENCES = [name for name, case in rigid().items() if 'k2' in case.raw['derived']]
 ANY = rotation.normalise([0.1, 0.5, 0.7, 0.5])

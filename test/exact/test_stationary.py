@@ -16,17 +16,17 @@ from draws import (
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from satdyn_ros.dynamics import rotation
-from satdyn_ros.dynamics.euler import from_zxz, zxz_angles
 from satdyn_ros.dynamics.inertia import principal_axes
 from satdyn_ros.dynamics.integrals import first_integrals
-from satdyn_ros.dynamics.orbit import FixedDirection, KeplerOrbit
-from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
 from satdyn_ros.exact import recognise
 from satdyn_ros.exact.multiplier import alphas, differences
 from satdyn_ros.exact.stationary import Stationary
+from satdyn_ros.integrate.propagation import Propagation
+from satdyn_ros.kernel import rotation
+from satdyn_ros.orbits import FixedDirection, KeplerOrbit
+from satdyn_ros.theory.euler_angles import from_zxz, zxz_angles
 
 CASES = {
     name: newtonian()[name]

@@ -9,12 +9,13 @@ from hypothesis.extra.numpy import arrays
 from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
-from satdyn_ros.dynamics import equilibria, rotation, stability
-from satdyn_ros.dynamics.orbit import FixedDirection, KeplerOrbit
-from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
 from satdyn_ros.exact.steady import Steady
+from satdyn_ros.integrate.propagation import Propagation
+from satdyn_ros.kernel import rotation
+from satdyn_ros.orbits import FixedDirection, KeplerOrbit
+from satdyn_ros.theory import equilibria, stability
 
 close = partial(assert_allclose, rtol=0.0)
 

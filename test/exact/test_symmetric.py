@@ -8,11 +8,11 @@ from draws import angles, attitudes, body_axes, inertia_in_body_axes, powers_of_
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from satdyn_ros.dynamics import rotation
-from satdyn_ros.dynamics.orbit import FixedDirection, KeplerOrbit
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
 from satdyn_ros.exact.symmetric import Symmetric
+from satdyn_ros.kernel import rotation
+from satdyn_ros.orbits import FixedDirection, KeplerOrbit
 
 OTHERS = ('B1', 'B2', 'B6', 'B8')
 CASES = {

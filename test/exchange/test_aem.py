@@ -6,7 +6,7 @@ from exchange.readers import BODY_VECTOR, by_orekit
 from scipy.spatial.transform import Rotation
 
 from satdyn_ros import Scenario
-from satdyn_ros.exchange import utc
+from satdyn_ros.base import nanoseconds
 from satdyn_ros.exchange.aem import AemWriter
 from satdyn_ros.exchange.aem_reader import attitude_at
 from satdyn_ros.exchange.ccsds import Subject
@@ -72,7 +72,7 @@ def test_orekit_turns_a_body_vector_as_we_do(states, tmp_path):
     segments = by_orekit(write(tmp_path / 'rates.aem', states))
     assert [len(rows) for rows in segments] == [5, 7]
     epochs, vectors_i, spins = zip(*(row for rows in segments for row in rows), strict=True)
-    assert list(epochs) == utc.epochs(STAMPS_NS)
+    assert list(epochs) == nanoseconds.epochs(STAMPS_NS)
     ours = Rotation.from_quat(states.q_ib).apply(BODY_VECTOR)
     np.testing.assert_allclose(vectors_i, ours, rtol=0.0, atol=1e-9 * np.linalg.norm(BODY_VECTOR))
     # Sixteen digits of some tenths of a degree per second.
@@ -103,12 +103,14 @@ def test_the_published_spinner_turns_by_its_rate(tmp_path):
 def test_what_was_written_is_read_again(states, tmp_path):
     """To sixteen digits."""
     path = write(tmp_path / 'rates.aem', states)
-    found = attitude_at(path, utc.epoch(STAMPS_NS[7]))
+    found = attitude_at(path, nanoseconds.epoch(STAMPS_NS[7]))
     assert found.stamp_ns == STAMPS_NS[7]
     np.testing.assert_allclose(found.q_ib, states.q_ib[7], rtol=0.0, atol=1e-15)
     assert found.omega_bi_b is not None
     np.testing.assert_allclose(found.omega_bi_b, states.omega_bi_b[7], rtol=0.0, atol=1e-16)
-    plain = attitude_at(write(tmp_path / 'plain.aem', states, False), utc.epoch(STAMPS_NS[7]))
+    plain = attitude_at(
+        write(tmp_path / 'plain.aem', states, False), nanoseconds.epoch(STAMPS_NS[7])
+    )
     assert plain.omega_bi_b is None
 
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from exchange.readers import by_orekit
 
-from satdyn_ros.dynamics.orbit import KeplerOrbit
-from satdyn_ros.exchange import utc
+from satdyn_ros.base import nanoseconds
 from satdyn_ros.exchange.ccsds import Subject
 from satdyn_ros.exchange.oem import OemWriter
+from satdyn_ros.orbits import KeplerOrbit
 
 ORBIT = KeplerOrbit(eccentricity=0.1, inclination=0.9, raan=0.4, argument_of_periapsis=-1.0)
 T_S = np.arange(10) * 60.0
@@ -37,7 +37,7 @@ def test_orekit_reads_the_orbit(path):
     """Positions, velocities and epochs, in one segment."""
     (rows,) = by_orekit(path)
     epochs, r_i, v_i = zip(*rows, strict=True)
-    assert list(epochs) == utc.epochs(STAMPS_NS)
+    assert list(epochs) == nanoseconds.epochs(STAMPS_NS)
     assert_true(r_i, v_i)
 
 
@@ -48,7 +48,7 @@ def test_the_oem_package_reads_the_orbit(path):
     states = list(segment.states)
     assert {(state.frame, state.center) for state in states} == {('GCRF', 'EARTH')}
     assert [state.epoch.utc.to_value('isot', 'date_hms')[:19] for state in states] == [
-        epoch[:19] for epoch in utc.epochs(STAMPS_NS)
+        epoch[:19] for epoch in nanoseconds.epochs(STAMPS_NS)
     ]
     km = 1000.0
     assert_true([s.position * km for s in states], [s.velocity * km for s in states])

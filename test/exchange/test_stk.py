@@ -5,9 +5,9 @@ import re
 import numpy as np
 import pytest
 
-from satdyn_ros.dynamics import rotation
 from satdyn_ros.exchange.ccsds import Subject
 from satdyn_ros.exchange.stk import StkAttitudeWriter
+from satdyn_ros.kernel import rotation
 
 # STK's help, importfiles-01: the keywords, one on a line, then the format's name and its rows.
 GRAMMAR = re.compile(

@@ -6,9 +6,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from satdyn_ros.dynamics.motion import States
-from satdyn_ros.dynamics.orbit import FixedDirection, KeplerOrbit
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import System
+from satdyn_ros.orbits import FixedDirection, KeplerOrbit
 from satdyn_ros.run.samples import Samples
 from satdyn_ros.run.scenario import Frames
 

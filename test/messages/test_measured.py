@@ -4,7 +4,7 @@ from messages.readers import TYPESTORE, plain
 from messages.test_examples import assert_alike
 
 from satdyn_ros.messages.packers import packer
-from satdyn_ros.messages.rows import SomeRows
+from satdyn_ros.messages.sparse import SomeRows
 from satdyn_ros.messages.topics import TOPICS
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation

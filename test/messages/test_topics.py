@@ -7,9 +7,9 @@ from messages.drawn_samples import FRAMES, SYSTEMS, part, samples
 from messages.readers import canonical, default, read
 from scipy.spatial.transform import Rotation
 
-from satdyn_ros.dynamics import rotation
-from satdyn_ros.dynamics.propagator import Propagation
 from satdyn_ros.dynamics.system import State
+from satdyn_ros.integrate.propagation import Propagation
+from satdyn_ros.kernel import rotation
 from satdyn_ros.messages import contents
 from satdyn_ros.messages.topics import TOPICS, pack_rotor_torque, pack_torque
 from satdyn_ros.run import keys

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from satdyn_ros.bag.simulate import simulate
-from satdyn_ros.dynamics import rotation
+from satdyn_ros.kernel import rotation
 from satdyn_ros.report.history import history
 from satdyn_ros.report.html import TABLE_ROWS, playable, report
 from satdyn_ros.run.events import Request, Reset, Torque

@@ -9,10 +9,10 @@ import yaml
 from matplotlib import pyplot as plt
 from scipy.integrate import solve_ivp
 
-from satdyn_ros.dynamics.stability import small_motion, smelt_moments
 from satdyn_ros.report import maps
 from satdyn_ros.sweep.plan import Plan
 from satdyn_ros.sweep.run import sweep
+from satdyn_ros.theory.stability import small_motion, smelt_moments
 
 SWEEPS = Path(__file__).parents[2] / 'config' / 'sweeps'
 

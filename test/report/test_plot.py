@@ -8,7 +8,7 @@ import pytest
 
 from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.cli import arguments
-from satdyn_ros.dynamics import rotation
+from satdyn_ros.kernel import rotation
 from satdyn_ros.report import panels
 from satdyn_ros.report.history import history
 from satdyn_ros.report.plot import DEFAULT, PANELS, draw, plot

@@ -73,7 +73,7 @@ def start(arguments, directory, file_limit_bytes=None):
         resource.setrlimit(resource.RLIMIT_FSIZE, (file_limit_bytes, file_limit_bytes))
 
     return subprocess.Popen(
-        [sys.executable, '-m', 'satdyn_ros.ros.main', *arguments],
+        [sys.executable, '-m', 'satdyn_ros.ros.start', *arguments],
         cwd=directory,
         env=os.environ | {'PYTHONPATH': str(ROOT)},
         stderr=subprocess.PIPE,

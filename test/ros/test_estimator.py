@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from ros.live import PATIENCE_S, ROOT
 
-from satdyn_ros.dynamics import rotation
+from satdyn_ros.kernel import rotation
 from satdyn_ros.run.parameter_file import parameters_of_yaml
 
 CONFIG = ROOT / 'config' / 'cubesat_sensors.yaml'

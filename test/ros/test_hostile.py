@@ -13,7 +13,7 @@ from ros.live import EPOCH_NS, stamp_ns
 from ros.test_diagnostics import ERROR, health, values
 from std_srvs.srv import Trigger
 
-from satdyn_ros.bag.recorded_run import RecordedRun
+from satdyn_ros.bag.read_run import RecordedRun
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.rosbag2.reader import Bag
 from satdyn_ros.run.events import Halt, TorquesDropped

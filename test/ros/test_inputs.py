@@ -11,8 +11,8 @@ from ros.test_diagnostics import health, values
 from scipy.integrate import solve_ivp
 from sensor_msgs.msg import JointState
 
-from satdyn_ros.bag.recorded_run import RecordedRun
-from satdyn_ros.bag.run_records import EVENT, event_from_record
+from satdyn_ros.bag.read_run import RecordedRun
+from satdyn_ros.bag.run_metadata import EVENT, event_from_record
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.rosbag2.reader import Bag
 from satdyn_ros.run.events import RotorLimited, Torque

@@ -12,7 +12,7 @@ from geometry_msgs.msg import WrenchStamped
 from ros.live import ROOT, LiveNode
 from ros.test_diagnostics import health, values
 
-from satdyn_ros.bag.recorded_run import RecordedRun
+from satdyn_ros.bag.read_run import RecordedRun
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.rosbag2.reader import Bag
 from satdyn_ros.rosbag2.recover import recover

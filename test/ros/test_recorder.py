@@ -3,8 +3,8 @@
 import pytest
 from flights import GYROSTAT, sequence
 
-from satdyn_ros.bag.recording import Recording
 from satdyn_ros.bag.verify import verify
+from satdyn_ros.bag.write_run import Recording
 from satdyn_ros.messages.packers import packer
 from satdyn_ros.ros.recorder import Recorder
 from satdyn_ros.run.events import Topics, Torque

@@ -2,7 +2,7 @@
 
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.messages.packers import packer
-from satdyn_ros.messages.rows import SomeRows
+from satdyn_ros.messages.sparse import SomeRows
 from satdyn_ros.run.simulation import Simulation
 
 VALUES = {

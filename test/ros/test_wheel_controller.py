@@ -8,7 +8,7 @@ import pytest
 import yaml
 from ros.live import PATIENCE_S, ROOT
 
-from satdyn_ros.dynamics import rotation
+from satdyn_ros.kernel import rotation
 from satdyn_ros.run.parameter_file import parameters_of_yaml
 
 CONFIG = ROOT / 'config' / 'three_wheels.yaml'

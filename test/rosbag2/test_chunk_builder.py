@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mcap.records import Channel, Schema
 
-from satdyn_ros.messages.rows import SomeRows
+from satdyn_ros.messages.sparse import SomeRows
 from satdyn_ros.rosbag2.chunk import CHUNK_SIZE, Contents
 from satdyn_ros.rosbag2.chunk_builder import ChunkBuilder
 from satdyn_ros.rosbag2.tick_table import TickTable

@@ -19,7 +19,7 @@ from satdyn_ros.rosbag2.recover import recover
 def kill(directory, after_s):
     """Kill a recording a while after its file is there; return the ticks that it had flushed."""
     context = multiprocessing.get_context('forkserver')
-    context.set_forkserver_preload(['satdyn_ros.bag.recording'])
+    context.set_forkserver_preload(['satdyn_ros.bag.write_run'])
     receiver, sender = context.Pipe(duplex=False)
     process = context.Process(target=flights.fly, args=(directory, sender), daemon=True)
     process.start()

@@ -9,7 +9,7 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as RosbagsWriter
 from rosbags.typesys import Stores, get_typestore
 
-from satdyn_ros.bag.recorded_run import RecordedRun
+from satdyn_ros.bag.read_run import RecordedRun
 from satdyn_ros.messages import schemas
 from satdyn_ros.rosbag2.metadata import TopicMetadata
 from satdyn_ros.rosbag2.reader import Bag, TopicBlock

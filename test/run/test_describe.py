@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from satdyn_ros.dynamics import rotation
-from satdyn_ros.dynamics.propagator import Propagation
+from satdyn_ros.integrate.propagation import Propagation
+from satdyn_ros.kernel import rotation
 from satdyn_ros.run.describe import describe
 from satdyn_ros.run.scenario import Scenario
 

@@ -7,11 +7,11 @@ import pytest
 from flights import sequence
 
 from satdyn_ros import exact
-from satdyn_ros.bag.recorded_run import RecordedRun
-from satdyn_ros.bag.recording import Recording
+from satdyn_ros.bag.read_run import RecordedRun
 from satdyn_ros.bag.simulate import Untrue, simulate
 from satdyn_ros.bag.verify import verify
-from satdyn_ros.dynamics.propagator import Propagation
+from satdyn_ros.bag.write_run import Recording
+from satdyn_ros.integrate.propagation import Propagation
 from satdyn_ros.report.history import history
 from satdyn_ros.run.events import Event, Halt, Request, Reset, Timeout, Torque, TorquesDropped
 from satdyn_ros.run.requests import try_out

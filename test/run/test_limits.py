@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from flights import difference, sequence, summary, written
 
-from satdyn_ros.bag.beginning import begun_in_bag
-from satdyn_ros.bag.recorded_run import RecordedRun
-from satdyn_ros.bag.recording import Recording
+from satdyn_ros.bag.continuation import begun_in_bag
+from satdyn_ros.bag.read_run import RecordedRun
 from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.bag.verify import verify
+from satdyn_ros.bag.write_run import Recording
 from satdyn_ros.rosbag2.recover import recover
 from satdyn_ros.rosbag2.scan import Block, scan
 from satdyn_ros.run.events import (

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from satdyn_ros.dynamics import rotation
-from satdyn_ros.dynamics.orbit import KeplerOrbit
+from satdyn_ros.kernel import rotation
+from satdyn_ros.orbits import KeplerOrbit
 from satdyn_ros.run.keys import KEYS
 from satdyn_ros.run.scenario import Scenario
 

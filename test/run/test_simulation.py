@@ -6,8 +6,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from satdyn_ros.dynamics import rotation
-from satdyn_ros.dynamics.propagator import Propagation
+from satdyn_ros.integrate.propagation import Propagation
+from satdyn_ros.kernel import rotation
 from satdyn_ros.run.events import Event, Request, Reset, RotorCommand, Timeout, Topics, Torque
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation

@@ -5,7 +5,7 @@ from numpy.testing import assert_allclose
 from scipy import stats
 from sensors.truth import turning
 
-from satdyn_ros.dynamics import rotation
+from satdyn_ros.kernel import rotation
 from satdyn_ros.sensors import Gyro
 
 INTERVAL_S = 0.01

@@ -3,8 +3,9 @@ import pytest
 from scipy import stats
 from sensors.truth import turning
 
-from satdyn_ros.dynamics import rotation
-from satdyn_ros.dynamics.orbit import EARTH_MU, KeplerOrbit
+from satdyn_ros.kernel import rotation
+from satdyn_ros.orbits import KeplerOrbit
+from satdyn_ros.orbits.kepler import EARTH_MU
 from satdyn_ros.sensors import StarTracker
 
 ACROSS, ROLL = 2e-5, 2e-4

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from satdyn_ros.dynamics import rotation
 from satdyn_ros.dynamics.motion import States
-from satdyn_ros.dynamics.orbit import FixedDirection
+from satdyn_ros.kernel import rotation
+from satdyn_ros.orbits import FixedDirection
 
 
 def turning(count, rate_b, interval_s, orbit=None, q_ib=rotation.IDENTITY):

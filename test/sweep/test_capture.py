@@ -8,7 +8,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from satdyn_ros import Scenario
-from satdyn_ros.dynamics import rotation
+from satdyn_ros.kernel import rotation
 from satdyn_ros.run.many import part_of
 from satdyn_ros.sweep.capture import capture_times, judged_axis
 from satdyn_ros.sweep.measures import pass_over

@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from satdyn_ros.run.keys import KEYS as SCENARIO_KEYS
-from satdyn_ros.sweep import keys, quantities, variation
+from satdyn_ros.sweep import quantities, sweep_keys, variation
 from satdyn_ros.sweep.plan import Plan
 from satdyn_ros.sweep.quantities import quantity
 
@@ -32,7 +32,7 @@ def test_the_help_shows_a_sweep_file(tmp_path, capsys):
     said = capsys.readouterr().out
     (text,) = re.findall(r'\n  scenario: .*?\n\n', said, re.DOTALL)
     given, plan = read(tmp_path, text)
-    assert set(given) == set(keys.SWEEP_KEYS)
+    assert set(given) == set(sweep_keys.SWEEP_KEYS)
     assert len(plan) == 4 * 2 * 100
     ways = {how if isinstance(how, str) else next(iter(how)) for how in given['vary'].values()}
     assert ways == {form.strip('{').split(':')[0] for form in variation.WAYS}

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.stats import kstest, norm, uniform
 
-from satdyn_ros.dynamics import rotation
-from satdyn_ros.dynamics.stability import smelt_parameters
+from satdyn_ros.kernel import rotation
 from satdyn_ros.sweep.plan import Plan
+from satdyn_ros.theory.stability import smelt_parameters
 
 from .sweeps import SWEEP, write
 

@@ -13,8 +13,8 @@ import pyarrow.parquet as pq
 import pytest
 from rosbags.highlevel import AnyReader
 
-from satdyn_ros.dynamics import rotation
-from satdyn_ros.dynamics.propagator import Propagation
+from satdyn_ros.integrate.propagation import Propagation
+from satdyn_ros.kernel import rotation
 from satdyn_ros.sweep import outcome
 from satdyn_ros.sweep.plan import Plan
 from satdyn_ros.sweep.run import batches, sweep

@@ -8,7 +8,7 @@ import tracemalloc
 import aiohttp
 from aiohttp import web
 
-from satdyn_ros.watch.door import Door
+from satdyn_ros.watch.access_policy import Door
 from satdyn_ros.watch.server import Server
 
 FRAMES = 300

@@ -1,0 +1,149 @@
+"""Where a run begins, if not with its scenario: in a bag, or at an attitude of another tool."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..dynamics.system import State
+from ..exchange.aem_reader import attitude_at
+from ..kernel import rotation
+from ..run.events import Timeout
+from ..run.limits import within_max_torque
+from ..run.scenario import Scenario
+from ..run.simulation import Simulation, state_record
+from ..sensors import Suite
+from .read_run import RecordedRun
+from .simulate import BLOCK_TICKS
+
+# What a motion follows from, besides its state.
+_OF_MOTION = ('body.', 'rotor.', 'orbit.', 'motion.')
+
+
+def begun_in_bag(
+    scenario: Scenario, bag: str | Path, at_s: str | float
+) -> tuple[Scenario, dict[str, Any]]:
+    """
+    Return the scenario with the ticks of a bag's run, and where it goes on: a snapshot.
+
+    That is at the first tick at or after at_s seconds from tick 0.  The motion in force goes on;
+    where body, rotors, orbit or motion of the scenario differ from the bag's, one begins anew from
+    the state.  Initial conditions, topics and sensors go on as they are in the bag, those that the
+    scenario changes are as it says.  ValueError: the bag has no such tick, or another rate or
+    epoch is asked for.
+    """
+    run = RecordedRun(bag)
+    _check_ticks(scenario, run)
+    simulation = _at(run, at_s)
+    scenario = scenario.with_values({'time.epoch_ns': run.scenario.epoch_ns})
+    if not scenario['sensors.seed'] and scenario['sensors.names']:
+        scenario = scenario.with_values({'sensors.seed': run.scenario['sensors.seed']}).with_seed()
+    snapshot = simulation.snapshot(simulation.tick)
+    if run.rules == 0:
+        snapshot['until'] = _told_ends(run, simulation.tick)
+    before = run.scenario.values
+    kept = {key for key, value in scenario.values.items() if before.get(key) == value}
+    if {key for key in scenario.values if key.startswith(_OF_MOTION)} - kept:
+        snapshot |= _motion_anew(scenario, simulation, snapshot['until'])
+    snapshot['conditions'] = {
+        key: value for key, value in snapshot['conditions'].items() if key in kept
+    }
+    if 'publish.topics' not in kept:
+        snapshot['topics'] = list(scenario.topics)
+    memories = Suite.of(scenario.sensors).to_plain()
+    for name in memories.keys() & snapshot['sensors'].keys():
+        of_sensor = {key for key in scenario.values if key.startswith(f'sensors.{name}.')}
+        if {'sensors.seed', *of_sensor} <= kept:
+            memories[name] = snapshot['sensors'][name]
+    return scenario, snapshot | {'sensors': memories}
+
+
+def begun_in_aem(scenario: Scenario, path: str | Path, epoch: str) -> Scenario:
+    """
+    Return the scenario started with the attitude, and rate, of an AEM's row at an epoch (UTC).
+
+    Without rates in the file the scenario's initial.angular_velocity is used, relative to the
+    frame that the scenario names.  The epoch is the stamp of tick 0 unless time.epoch_ns is set.
+    ValueError: see attitude_at.
+    """
+    attitude = attitude_at(path, epoch)
+    omega_bi_b = attitude.omega_bi_b
+    if omega_bi_b is None:
+        omega_bi_b = np.array(scenario['initial.angular_velocity'])
+        if scenario['initial.frame'] == 'lvlh':
+            lvlh_rate_i = scenario.system.orbit.lvlh_rate(0.0)
+            omega_bi_b += rotation.rotate(rotation.conjugate(attitude.q_ib), lvlh_rate_i)
+    return scenario.with_values(
+        {
+            'initial.frame': 'inertial',
+            'initial.attitude': attitude.q_ib,
+            'initial.angular_velocity': omega_bi_b,
+            'time.epoch_ns': scenario.epoch_ns or attitude.stamp_ns,
+        }
+    )
+
+
+def _check_ticks(scenario: Scenario, run: RecordedRun) -> None:
+    """Refuse other ticks than those of the run."""
+    for key, other in (('publish.rate', None), ('time.epoch_ns', 0)):
+        given, recorded = scenario[key], run.scenario[key]
+        if given not in (recorded, other):
+            raise ValueError(
+                f'{key} is {given}; the run in {run.bag.path} goes on with {recorded}'
+            )
+
+
+def _at(run: RecordedRun, at_s: str | float) -> Simulation:
+    """Return the run in a bag when the first tick at or after at_s has happened."""
+    bag, ticks = run.bag.path, run.ticks
+    if run.snapshot is None:
+        raise ValueError(f'{bag} has no samples')
+    first, last = run.first_tick, run.last_tick()
+    try:
+        tick = ticks.ceil(at_s)
+    except (ValueError, ZeroDivisionError):
+        raise ValueError(f'the instant is {at_s}; it must be a number of seconds') from None
+    if not first <= tick <= last:
+        begin_s, end_s = ticks.seconds(first), ticks.seconds(last)
+        raise ValueError(
+            f'{bag} has no state at {at_s} s; it goes from {begin_s:g} to {end_s:g} s'
+        )
+    simulation = run.simulation()
+    while simulation.tick < tick:
+        _, samples = simulation.advance(min(BLOCK_TICKS, tick + 1 - simulation.next_tick))
+        if len(samples) == 0:
+            raise ValueError(f'the run in {bag} goes no further: {simulation.halted}')
+    return simulation
+
+
+def _told_ends(run: RecordedRun, tick: int) -> dict[str, int]:
+    """Return by topic the tick after a tick at which a torque ends, as a bag of rules 0 tells."""
+    later = [e for e in run.events if isinstance(e, Timeout) and e.tick > tick]
+    return {event.topic: event.tick for event in reversed(later)}
+
+
+def _motion_anew(
+    scenario: Scenario, simulation: Simulation, until: Mapping[str, int]
+) -> dict[str, Any]:
+    """Return, of a snapshot, the motion of a scenario that begins in the state of a run."""
+    state, begin = simulation.state, scenario.initial_state
+    speeds, angles = begin.rotor_speed.copy(), begin.rotor_angle.copy()
+    before = {rotor.label: i for i, rotor in enumerate(simulation.system.rotors)}
+    torques = {}
+    for i, rotor in enumerate(scenario.system.rotors):
+        k = before.get(rotor.label)
+        if k is None or not (rotor.turns_freely and simulation.system.rotors[k].turns_freely):
+            continue
+        speeds[i], angles[i] = state.rotor_speed[k], state.rotor_angle[k]
+        if rotor.mode == 'motor':
+            torques[rotor.label] = float(simulation.system.rotor_torque[k])
+    held = {'torque', *(f'rotor_command.{name}' for name in torques)}
+    record = state_record(State(state.q_ib, state.omega_bi_b, speeds, angles))
+    return {
+        'begin_tick': simulation.tick,
+        'begin_state': record,
+        'state': record,
+        'rotor_torque': within_max_torque(scenario.system, torques)[0].tolist(),
+        'until': {topic: tick for topic, tick in until.items() if topic in held},
+    }

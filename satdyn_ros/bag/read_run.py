@@ -1,0 +1,292 @@
+"""The run in a bag: its scenario, where it begins, and what happened in it."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import cached_property
+from operator import itemgetter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from mcap.records import Metadata
+
+from ..messages.packers import packer
+from ..messages.topics import ROTOR_TORQUE, rotor_command_of
+from ..rosbag2.errors import BagError, Damaged
+from ..rosbag2.reader import Bag, Messages, TopicBlock
+from ..run.events import Event, Halt, Request, Reset, RotorCommand, Torque
+from ..run.scenario import Scenario
+from ..run.simulation import Simulation
+from ..run.ticks import Ticks
+from . import run_metadata
+
+# A tick with a message takes two bytes at least; topics may be switched off for so many ticks.
+_TICKS_WITHOUT_MESSAGES = 5_000_000
+# Where the last of these at a tick is a halt, the run does not reach it.
+_ENDS = Halt | Request | Reset
+# rotor_torque is that of version 0.1.
+_INPUTS = ('torque', 'rotor_command', 'rotor_torque')
+
+
+class RecordedRun:
+    """
+    The run in a bag written by satdyn_ros.
+
+    scenario: with the epoch resolved.  names: the topics' names in the bag by those in the
+    scenario.  machine: what the bits depend on besides the scenario.  rules: by which it ran.
+    snapshot: the start of the bag, as Simulation.snapshot; None if it has no samples.
+    ValueError: path is not such a bag.
+    """
+
+    def __init__(self, path: str | Path):
+        self.bag = Bag(path)
+        self.names: dict[str, str] = {}
+        self.machine: dict[str, str] = {}
+        self.rules = 0
+        self._inputs_by_topic: dict[str, str] = {}
+        begin = self._begin()
+        if run_metadata.SCENARIO not in begin:
+            raise BagError(
+                f'{path} holds no scenario: satdyn_ros did not write it, or another program, '
+                'such as ros2 bag convert, rewrote it without one'
+            )
+        with self.reading(run_metadata.SCENARIO):
+            text = begin[run_metadata.SCENARIO]['scenario']
+            self.scenario = Scenario.from_yaml_text(text, 'its scenario')
+        self.snapshot: dict[str, Any] | None = None
+        if run_metadata.SNAPSHOT in begin:
+            with self.reading(run_metadata.SNAPSHOT):
+                self.snapshot = run_metadata.snapshot_from_record(begin[run_metadata.SNAPSHOT])
+        self.ticks = Ticks(self.scenario.rate, self.scenario.epoch_ns)
+        self._layouts: dict[str, np.dtype] = {}
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """The inputs of the run, by their names in the scenario."""
+        return tuple(self._inputs_by_topic.values())
+
+    @property
+    def first_tick(self) -> int:
+        """The tick where the bag begins; 0 if it has no samples."""
+        return 0 if self.snapshot is None else self.snapshot['tick']
+
+    @property
+    def events(self) -> list[Event]:
+        """What happened in the run, by ticks; at one tick in order."""
+        return self.happened.events
+
+    @cached_property
+    def happened(self) -> 'Happened':
+        """What happened in the run, from all of the bag."""
+        happened = Happened(self)
+        for item in self.bag.items():
+            happened.take(item)
+        return happened
+
+    @property
+    def end_tick(self) -> int:
+        """The tick after the last one with a message or an event."""
+        ticks = [event.tick for event in self.events[-1:]]
+        if self.happened.last_ns is not None:
+            ticks.append(self.ticks.tick_of(self.happened.last_ns))
+        return max(ticks, default=self.first_tick) + 1
+
+    def last_tick(self) -> int:
+        """
+        Return the last tick in the bag that the run reaches; all of the bag is read.
+
+        BagError: the bag has no messages.  Damaged: it is too small to have so many ticks.
+        """
+        last_ns = self.happened.last_ns
+        if last_ns is None:
+            raise BagError(f'{self.bag.path} has no messages')
+        last = self.ticks.tick_of(last_ns)
+        at_last = [e for e in self.events if e.tick == last and isinstance(e, _ENDS)]
+        if at_last and isinstance(at_last[-1], Halt):
+            last -= 1
+        ticks = last - self.first_tick
+        most = _TICKS_WITHOUT_MESSAGES + sum(file.stat().st_size for file in self.bag.files) // 2
+        if ticks > most:
+            raise Damaged(
+                f'{self.bag.path} has a message {ticks} ticks after its first; the limit for a '
+                f'bag of its size is {most}'
+            )
+        return last
+
+    @property
+    def events_at_begin(self) -> list[Event]:
+        """What happened before the samples with which the bag begins, if its snapshot has it."""
+        if self._begins_with_the_run:
+            return []
+        return [event for event in self.events if event.tick <= self.first_tick]
+
+    @property
+    def _begins_with_the_run(self) -> bool:
+        """Whether scenario and events say all; versions 0.1 and 0.2 tell it by the tick alone."""
+        return self.snapshot is None or self.snapshot.get('is_start', self.first_tick == 0)
+
+    def simulation(self, method: str | None = None) -> Simulation:
+        """
+        Return the run from the start of the bag, with all that happens from there.
+
+        method: as motion.method, in place of the scenario's.
+        """
+        changes = {} if method is None else {'motion.method': method}
+        scenario = self.scenario.with_values(changes)
+        if self.snapshot is None or self._begins_with_the_run:
+            return Simulation(scenario, self.events, self.rules)
+        later = self.events[len(self.events_at_begin) :]
+        with self.reading(run_metadata.SNAPSHOT):
+            return Simulation.from_snapshot(scenario, self.snapshot, later, self.rules)
+
+    def channel_id(self, name: str) -> int:
+        """Return the channel of a topic by its name in the scenario; 0: it has none yet."""
+        return self.bag.channel_ids.get(self.names[name], 0)
+
+    def layout(self, name: str) -> np.dtype:
+        """Return the layout of a topic's messages, by its name in the scenario."""
+        if name == 'rotor_torque':
+            return ROTOR_TORQUE.dtype
+        if name not in self._layouts:
+            self._layouts[name] = packer(name, self.scenario).dtype
+        return self._layouts[name]
+
+    def rows(self, name: str, messages: Messages) -> np.ndarray:
+        """
+        Return messages of a topic, by its name in the scenario, as rows of its layout, (N,).
+
+        ValueError: satdyn_ros did not write them.
+        """
+        layout, data = self.layout(name), messages.data
+        if not isinstance(data, np.ndarray) or data.shape[1] != layout.itemsize:
+            raise Damaged(
+                f'{self.bag.path} has messages on {self.names[name]} that satdyn_ros did not write'
+            )
+        return data.view(layout)[:, 0]
+
+    @contextmanager
+    def reading(self, name: str) -> Iterator[None]:
+        """Say in one sentence that a metadata record is not what satdyn writes."""
+        try:
+            yield
+        except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
+            why = error if isinstance(error, ValueError) else 'it does not describe a run'
+            raise Damaged(
+                f'{self.bag.path} is damaged: the Metadata record {name}: {why}'
+            ) from error
+
+    def _begin(self) -> dict[str, dict[str, str]]:
+        """
+        Return the first metadata record of each name ahead of the first sample.
+
+        That of the scenario names the inputs; messages on any other topic are samples.  After
+        scenario and snapshot nothing is wanted.
+        """
+        records: dict[str, dict[str, str]] = {}
+        for item in self.bag.items():
+            if isinstance(item, TopicBlock):
+                topics = {item.topics[i] for i in item.contents.counts}
+                inputs = self._inputs_by_topic.keys()
+                if not (inputs and topics <= inputs):
+                    break
+            elif item.name not in records:
+                records[item.name] = item.metadata
+                if item.name == run_metadata.SCENARIO:
+                    self._take_provenance(item.metadata)
+                if {run_metadata.SCENARIO, run_metadata.SNAPSHOT} <= records.keys():
+                    break
+        return records
+
+    def _take_provenance(self, record):
+        with self.reading(run_metadata.SCENARIO):
+            self.rules = run_metadata.rules_of(record)
+            self.names, self.machine = run_metadata.names_and_machine(record)
+        self._inputs_by_topic = {self.names[name]: name for name in _INPUTS if name in self.names}
+
+    def inputs_of(self, block: TopicBlock) -> list[Torque | RotorCommand]:
+        """Return the torques of a block in their recorded order, held until the next one."""
+        contents = block.contents
+        events: list[tuple[int, Torque | RotorCommand]] = []
+        for channel_id in contents.counts:
+            name = self._inputs_by_topic.get(block.topics[channel_id])
+            if name is None:
+                continue
+            places = contents.places[channel_id]
+            messages = Messages(*contents.messages(channel_id))
+            # Commands name any of the rotors: they differ in length.
+            rows = messages.data if name == 'rotor_command' else self.rows(name, messages)
+            stamps_ns = contents.log_times[places].tolist()
+            for place, stamp_ns, row in zip(places.tolist(), stamps_ns, rows, strict=True):
+                events.append((place, self._input(name, self.ticks.tick_of(stamp_ns), row)))
+        return [event for _, event in sorted(events, key=itemgetter(0))]
+
+    def _input(self, name: str, tick: int, row: np.ndarray) -> Torque | RotorCommand:
+        if name == 'torque':
+            return Torque(tick, tuple(row['wrench.torque'].tolist()))
+        if name == 'rotor_torque':
+            return RotorCommand(tick, {'rotor': float(row['data'])})
+        return RotorCommand(tick, rotor_command_of(bytes(row)))
+
+
+class Happened:
+    """
+    What happened in a run, item by item of its bag.
+
+    Damaged is raised not by an item, but where the events or the last time are asked for: what
+    else is wrong with the file comes first.
+    """
+
+    def __init__(self, run: RecordedRun):
+        self._run = run
+        self._events: list[Event] = []
+        self._last_ns: int | None = None
+        self._error: ValueError | None = None
+        # By rules 0 a torque is held until the bag tells that it has timed out.
+        self._timeout = (
+            run.ticks.timeout(0, run.scenario['torque.timeout']) if run.rules >= 1 else None
+        )
+        self._held = self._timeout
+
+    def take(self, item: TopicBlock | Metadata) -> None:
+        """Process the next item."""
+        if self._error is not None:
+            return
+        try:
+            if isinstance(item, TopicBlock):
+                self._events += map(self._held_as_told, self._run.inputs_of(item))
+            else:
+                self._take_record(item)
+        except ValueError as error:
+            self._error = error
+        if isinstance(item, TopicBlock) and len(item.contents):
+            self._last_ns = max(self._last_ns or 0, item.contents.span_ns[1])
+
+    def _take_record(self, record: Metadata) -> None:
+        with self._run.reading(record.name):
+            match record.name:
+                case run_metadata.EVENT:
+                    self._events.append(run_metadata.event_from_record(record.metadata))
+                case run_metadata.HELD:
+                    self._held = run_metadata.held_from_record(record.metadata)
+                case run_metadata.SNAPSHOT:
+                    self._held = self._timeout
+
+    def _held_as_told(self, event: Torque | RotorCommand) -> Event:
+        return event if self._held is None else replace(event, until_tick=event.tick + self._held)
+
+    @cached_property
+    def events(self) -> list[Event]:
+        """By ticks; at one tick in order."""
+        self._check()
+        return sorted(self._events, key=lambda event: event.tick)
+
+    @property
+    def last_ns(self) -> int | None:
+        """The last log time of a message; None: there are none."""
+        self._check()
+        return self._last_ns
+
+    def _check(self) -> None:
+        if self._error is not None:
+            raise self._error

@@ -1,0 +1,177 @@
+"""Records a run into a bag, for the node and for runs without ROS."""
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..messages import qos, schemas
+from ..messages.sparse import Rows, SomeRows
+from ..messages.topics import TOPICS, pack_rotor_command, pack_torque
+from ..rosbag2.metadata import TopicMetadata
+from ..rosbag2.reader import Bag
+from ..rosbag2.tick_table import TickTable
+from ..rosbag2.writer import BagWriter
+from ..run.events import Event, RotorCommand, RotorLimited, Topics, Torque
+from ..run.scenario import Scenario
+from ..run.ticks import Ticks
+from . import run_metadata
+
+# The events that are recorded as messages, on these topics.
+RECORDED_AS = {Torque: 'torque', RotorCommand: 'rotor_command'}
+_RECORDED = tuple(name for name, topic in TOPICS.items() if topic.role in ('state', 'input'))
+
+
+class Recording:
+    """
+    Write a run to a new bag directory, as record.* of its scenario says.
+
+    scenario: with the epoch resolved.  topics: those recorded from the start, by their names in
+    the scenario.  resolve: from a name in the scenario to that of the topic.  OSError: as
+    BagWriter.
+    """
+
+    def __init__(
+        self,
+        directory: str | Path,
+        scenario: Scenario,
+        topics: tuple[str, ...],
+        resolve: Callable[[str], str] = lambda name: f'/{name}',
+    ):
+        self._scenario = scenario
+        sensors = tuple(scenario.sensors)
+        self._names = {name: resolve(name) for name in (*_RECORDED, *sensors)}
+        ticks = Ticks(scenario.rate, scenario.epoch_ns)
+        self._timeout = self._held = ticks.timeout(0, scenario['torque.timeout'])
+        self._added = {*topics, *sensors, *RECORDED_AS.values()}
+        self._writer = BagWriter(
+            directory,
+            [self._metadata(name) for name in (*topics, *sensors, *RECORDED_AS.values())],
+            compression=scenario['record.compression'],
+            max_size_bytes=scenario['record.max_size_bytes'],
+            max_duration_s=scenario['record.max_duration_s'],
+            preamble={run_metadata.SCENARIO: run_metadata.provenance(scenario, self._names)},
+        )
+
+    @property
+    def directory(self) -> Path:
+        """The bag's directory."""
+        return self._writer.directory
+
+    def event(self, event: Event, stamp_ns: int) -> None:
+        """Write what happened at the tick of a stamp, before the tick's samples."""
+        match event:
+            case Torque():
+                self._tell_held(event)
+                data = pack_torque(stamp_ns, event.torque_b, self._scenario.frames)
+                self._writer.write_message(self._names['torque'], stamp_ns, data)
+            case RotorCommand():
+                self._tell_held(event)
+                data = pack_rotor_command(stamp_ns, event.torques, self._scenario.frames)
+                self._writer.write_message(self._names['rotor_command'], stamp_ns, data)
+            case _:
+                # A controller may meet a limit at every tick, and nothing depends on its place.
+                self._writer.write_metadata(
+                    run_metadata.EVENT,
+                    run_metadata.event_record(event),
+                    ends_chunk=not isinstance(event, RotorLimited),
+                )
+        if isinstance(event, Topics):
+            self._add(event.names)
+
+    def _tell_held(self, event: Torque | RotorCommand) -> None:
+        """Tell how long a torque is held, where that is not as told before."""
+        held = None if event.until_tick is None else event.until_tick - event.tick
+        if held != self._held:
+            self._held = held
+            self._writer.write_metadata(run_metadata.HELD, run_metadata.held_record(held))
+
+    def _add(self, names: Iterable[str]) -> None:
+        """Add topics of which the bag did not know."""
+        for name in names:
+            if name not in self._added:
+                self._added.add(name)
+                self._writer.add_topic(self._metadata(name))
+
+    def samples(
+        self,
+        stamps_ns: np.ndarray,
+        rows: Mapping[str, Rows],
+        snapshot: Callable[[int], Mapping[str, Any]],
+    ) -> None:
+        """
+        Write the messages of ticks.
+
+        stamps_ns (N,); rows: by name in the scenario N rows each, or SomeRows of a sensor.
+        snapshot(i): Simulation.snapshot of tick i of these; it is called where a file begins.
+        """
+        self._writer.write(stamps_ns, self._by_topic(rows), self._record_of(snapshot))
+
+    def table(self, count: int, rows: Mapping[str, np.ndarray]) -> TickTable:
+        """
+        Return a table of count ticks, to be packed into again and again, for ticks().
+
+        rows: by name in the scenario one message, with what is the same in all.
+        """
+        return self._writer.table(count, self._by_topic(rows))
+
+    def ticks(
+        self,
+        stamps_ns: np.ndarray,
+        table: TickTable,
+        measured: Mapping[str, SomeRows],
+        snapshot: Callable[[int], Mapping[str, Any]],
+    ) -> int:
+        """
+        As samples(): the topics of every tick in a table, and the sensors' SomeRows.
+
+        Return how many ticks of the table are best written next.
+        """
+        return self._writer.write_ticks(
+            stamps_ns, table, self._by_topic(measured), self._record_of(snapshot)
+        )
+
+    def flush(self) -> None:
+        """Hand everything written to the system, so that it survives the process."""
+        self._writer.flush()
+
+    def close(self) -> None:
+        """Complete the bag."""
+        self._writer.close()
+
+    def message_counts(self) -> Counter[str]:
+        """Return how many messages the files of the closed bag hold, by names in the scenario."""
+        counts = Bag(self.directory).message_counts
+        return Counter({name: counts[topic] for name, topic in self._names.items()})
+
+    def _record_of(self, snapshot):
+        """Return the function that makes the metadata record of the snapshot of a tick."""
+
+        def record(i):
+            # A file begins, and tells everything anew: what happened is in the one before.
+            self._held, begun = self._timeout, snapshot(i)
+            is_start = begun['is_start'] and self._writer.file_count == 1
+            return run_metadata.SNAPSHOT, run_metadata.to_record({**begun, 'is_start': is_start})
+
+        return record
+
+    def _by_topic(self, by_name):
+        self._add(by_name)
+        return {self._names[name]: value for name, value in by_name.items()}
+
+    def _metadata(self, name):
+        topic = TOPICS[name]
+        quality = (
+            qos.INPUTS
+            if topic.role == 'input'
+            else qos.state_topics(self._scenario.ticks_per_wall_s)
+        )
+        return TopicMetadata(
+            self._names[name],
+            topic.type,
+            schemas.schema_text(topic.type),
+            schemas.type_hash(topic.type),
+            quality.to_yaml(),
+        )

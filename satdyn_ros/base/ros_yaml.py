@@ -1,0 +1,114 @@
+"""
+YAML files as ROS reads them, and one sentence for what is wrong with one.
+
+A file may be hostile: size, depth, the length of a number and the number of values, aliases
+counted with all that they stand for, have limits that are checked before anything is built.  What
+they allow is read within a second.
+"""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from .regular_file import regular_file
+
+# The parser in C where PyYAML has it; that in Python is some twenty times slower.
+_Safe = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
+LARGEST_BYTES, MOST_VALUES = (
+    (2_000_000, 50_000) if _Safe is not yaml.SafeLoader else (200_000, 5_000)
+)
+DEEPEST = 64
+_TOO_DEEP = f'is nested deeper than the {DEEPEST} levels allowed'
+# The parser in C may look further ahead than we count, and then says this of a limit of its own.
+_OWN_LIMIT = 'exceeded maximum nesting depth'
+# Of an unquoted text, which may be a number: 1:1:1 is one to the base of sixty.
+LONGEST_PLAIN = 1000
+
+
+def read_text(path: str | Path, what: str) -> str:
+    """Return the text of a file; what: its name in the ValueError, 'the scenario'."""
+    try:
+        with open(regular_file(path), 'rb') as file:
+            content = file.read(LARGEST_BYTES + 1)
+        text = content.decode()
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, 'strerror', None) or 'it is not a text file'
+        raise ValueError(f'{what} {path} cannot be read: {reason}') from None
+    if len(content) > LARGEST_BYTES:
+        raise ValueError(f'{what} {path} is larger than the {LARGEST_BYTES} bytes allowed')
+    return text
+
+
+def load(text: str, origin: str) -> Any:
+    """
+    Return what a YAML text says; origin names it in the ValueError: it is not YAML, or too much.
+
+    >>> load('[1e-3, 3.9e14]', 'example')
+    [0.001, 390000000000000.0]
+    """
+    try:
+        excess = _excess(text)
+        value = None if excess else yaml.load(text, _Loader)
+    except yaml.YAMLError as error:
+        mark = getattr(error, 'problem_mark', None)
+        where = f' at line {mark.line + 1}' if mark else ''
+        problem = getattr(error, 'problem', None) or 'it cannot be parsed'
+        if problem == _OWN_LIMIT:
+            raise ValueError(f'{origin} {_TOO_DEEP}') from None
+        raise ValueError(f'{origin} is not YAML{where}: {problem}') from None
+    except (ValueError, LookupError, AttributeError, ArithmeticError, TypeError):
+        # What PyYAML raises depends on the tag.
+        raise ValueError(
+            f'{origin} has a value that does not suit its tag, as in !!bool maybe'
+        ) from None
+    if excess:
+        raise ValueError(f'{origin} {excess}')
+    return value
+
+
+def _excess(text: str) -> str | None:
+    """Return which limit a text exceeds, if any, before anything is built of it."""
+    if len(text) > LARGEST_BYTES:
+        return f'is larger than the {LARGEST_BYTES} bytes allowed'
+    count = 0
+    begins: list[tuple[str | None, int]] = []
+    sizes: dict[str | None, int] = {}
+    for event in yaml.parse(text, _Loader):
+        if isinstance(event, yaml.AliasEvent):
+            if event.anchor not in sizes:
+                return f'has the alias *{event.anchor} for something not complete before it'
+            count += sizes[event.anchor]
+        elif isinstance(event, yaml.ScalarEvent):
+            count += 1
+            sizes[event.anchor] = 1
+            if len(event.value) > LONGEST_PLAIN and (event.implicit[0] or event.tag):
+                return f'has an unquoted text of more than the {LONGEST_PLAIN} characters allowed'
+        elif isinstance(event, yaml.CollectionStartEvent):
+            sizes.pop(event.anchor, None)
+            begins.append((event.anchor, count))
+            count += 1
+        elif isinstance(event, yaml.CollectionEndEvent):
+            anchor, begin = begins.pop()
+            sizes[anchor] = count - begin
+        if len(begins) > DEEPEST:
+            return _TOO_DEEP
+        if count > MOST_VALUES:
+            return f'has more than the {MOST_VALUES} values allowed, aliases written out'
+    return None
+
+
+class _Loader(_Safe):  # type: ignore[misc, valid-type]
+    """YAML whose numbers are those of ROS: 1e-3 and 3.9e14 are numbers too."""
+
+
+_Loader.yaml_implicit_resolvers = {
+    first: [(tag, regexp) for tag, regexp in resolvers if tag != 'tag:yaml.org,2002:timestamp']
+    for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
+}
+_Loader.add_implicit_resolver(
+    'tag:yaml.org,2002:float',
+    re.compile(r'[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)[eE][-+]?[0-9]+$'),
+    list('-+.0123456789'),
+)

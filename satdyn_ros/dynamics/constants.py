@@ -1,0 +1,222 @@
+"""The constants of the equations of motion of equations.py, made from one system or from many."""
+
+from typing import NamedTuple
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from ..kernel.rows import components, from_components
+from ..orbits import FixedDirection
+from .rotor import Rotor
+from .system import System
+
+# The most by which the axes turn in a step [rad].
+STEP_TURN = 0.5
+
+# Tuples in compiled code, matrices by rows; arrays while they are made from one system or many.
+Vector = tuple[float, ...] | np.ndarray
+Matrix = tuple[tuple[float, ...], ...] | np.ndarray
+
+
+class RotorParameters(NamedTuple):
+    """The constants of one turning rotor; inertia_inverse: 1 / J."""
+
+    axis: Vector
+    torque: float
+    friction: float
+    inertia_inverse: float
+
+
+class Parameters(NamedTuple):
+    """
+    The constants of one motion as plain numbers.
+
+    Matrices are tuples of rows or, where all three are diagonal, as of most bodies, of the numbers
+    of the diagonal: the compiled equations have no terms for the zeros beside it.
+
+    momentum [N m s]: h, applied [N m]: torque - sum tau a.  outward and ahead: P and Q, normal and
+    axes_rate [rad/s]: the direction and size of Omega, longest_step [s]: in which the axes turn by
+    STEP_TURN.  slow_rate [rad/s]: far below the rates at which the field swings the body, for a
+    body at rest.  rotors: those that turn, whose number is part of the type.  zeros: one per such
+    rotor.  place: on an ellipse two zeros, one for cos f and one for sin f, else none.
+    """
+
+    inertia: Matrix
+    carrier_inertia: Matrix
+    carrier_inverse: Matrix
+    weight_moment: Vector
+    momentum: Vector
+    applied: Vector
+    eccentricity: float
+    anomaly_rate: float
+    gradient: float
+    outward: Vector
+    ahead: Vector
+    normal: Vector
+    axes_rate: float
+    slow_rate: float
+    longest_step: float
+    does_work: bool
+    rotors: tuple[RotorParameters, ...]
+    zeros: tuple[float, ...]
+    place: tuple[float, ...]
+
+
+def parameters(system: System, start_s: float = 0.0) -> Parameters:
+    """Return the constants of the equations for a system that starts at start_s."""
+    undriven = _undriven_parameters(system.undriven)
+    outward, ahead = _line(system.orbit, start_s, undriven.outward, undriven.ahead)
+    rotors = zip(undriven.rotors, system.turning_rotors, strict=True)
+    return undriven._replace(
+        outward=tuple(map(float, outward)),
+        ahead=tuple(map(float, ahead)),
+        applied=tuple(_applied(system).tolist()),
+        does_work=undriven.does_work or system.is_driven,
+        rotors=tuple(
+            rotor._replace(torque=float(system.rotor_torque[i])) for rotor, (i, _) in rotors
+        ),
+    )
+
+
+# A controller drives the same system anew at every tick.
+_known: WeakKeyDictionary[System, Parameters] = WeakKeyDictionary()
+
+
+def _undriven_parameters(system):
+    if system not in _known:
+        constants = _constants(system)
+        plain = _as_tuples(_without_zeros(constants))
+        _known[system] = plain._replace(does_work=bool(constants.does_work))
+    return _known[system]
+
+
+def numbers_of_many(system: System, count: int) -> tuple[Parameters, np.ndarray]:
+    """
+    Return the numbers of the Parameters of count systems, one after the other, (count, P).
+
+    The Parameters returned before them tell the number of rotors and whether work is done, the
+    same for all.
+    """
+    constants = _constants(system)
+    line = _line(system.orbit, 0.0, components(constants.outward), components(constants.ahead))
+    outward, ahead = map(from_components, line)
+    constants = constants._replace(outward=outward, ahead=ahead)
+    inertia = np.eye(3) if _are_diagonal(constants) else np.eye(3) + 0.1
+    rotors = (Rotor('free', inertia=0.1),) * len(constants.rotors)
+    one = parameters(System(inertia, rotors))._replace(place=constants.place)
+    constants = _without_zeros(constants)
+    rows = [
+        np.broadcast_to(np.reshape(part, (-1, np.size(field))), (count, np.size(field)))
+        for part, field in zip(_leaves(constants), _leaves(one), strict=True)
+    ]
+    return one._replace(does_work=bool(constants.does_work)), np.concatenate(rows, axis=1)
+
+
+# What overflows in these two halts the propagation; a warning would come before its sentence.
+@np.errstate(over='ignore', invalid='ignore')
+def _applied(system):
+    applied = system.torque_b
+    for rotor, torque in zip(system.rotors, system.rotor_torque, strict=True):
+        if torque:
+            applied = applied - torque * rotor.axis
+    return applied
+
+
+@np.errstate(over='ignore', invalid='ignore')
+def _constants(system):
+    """Return the Parameters as arrays, of a system whose own constants may be arrays."""
+    orbit = system.orbit
+    eccentricity, anomaly_rate, axes_rate, longest_step = 0.0, 0.0, 0.0, np.inf
+    if isinstance(orbit, FixedDirection):
+        gradient = orbit.gradient
+        outward, ahead, normal = orbit.direction(0.0), np.zeros(3), np.zeros(3)
+    else:
+        eccentricity = orbit.eccentricity
+        anomaly_rate = np.sqrt(orbit.mu / orbit.semi_latus_rectum) / orbit.semi_latus_rectum
+        gradient = 3.0 * anomaly_rate**2
+        outward, ahead, normal = np.moveaxis(orbit.perifocal, -1, 0)
+        if not orbit.is_eccentric:
+            axes_rate, longest_step = anomaly_rate, STEP_TURN / anomaly_rate
+    momentum = np.zeros(3)
+    for rotor in system.rotors:
+        if rotor.mode == 'constant_momentum':
+            momentum = momentum + np.asarray(rotor.momentum)[..., None] * rotor.axis
+    weight = np.linalg.norm(system.weight_moment, axis=-1)
+    size = np.trace(system.inertia, axis1=-2, axis2=-1)
+    return Parameters(
+        inertia=system.inertia,
+        carrier_inertia=system.carrier_inertia,
+        carrier_inverse=system.carrier_inverse,
+        weight_moment=system.weight_moment,
+        momentum=momentum,
+        applied=_applied(system),
+        eccentricity=eccentricity,
+        anomaly_rate=anomaly_rate,
+        gradient=gradient,
+        outward=outward,
+        ahead=ahead,
+        normal=normal,
+        axes_rate=axes_rate,
+        slow_rate=1e-3 * np.sqrt(np.abs(gradient) + weight / size),
+        longest_step=longest_step,
+        does_work=system.is_driven or orbit.is_eccentric,
+        rotors=tuple(
+            RotorParameters(
+                axis=rotor.axis,
+                torque=system.rotor_torque[i],
+                friction=rotor.friction,
+                inertia_inverse=1.0 / rotor.inertia,
+            )
+            for i, rotor in system.turning_rotors
+        ),
+        zeros=(0.0,) * len(system.turning_rotors),
+        place=(0.0, 0.0) if orbit.is_eccentric else (),
+    )
+
+
+def _line(orbit, start_s, P, Q):
+    """Return the components of P and Q, on a circle those of c and ahead of it at the start."""
+    if orbit.is_eccentric or not orbit.has_lvlh:
+        return P, Q
+    f = orbit.anomaly(start_s)
+    cosine, sine = np.cos(f), np.sin(f)
+    both = list(zip(P, Q, strict=True))
+    return [cosine * p + sine * q for p, q in both], [cosine * q - sine * p for p, q in both]
+
+
+_MATRICES = 'inertia', 'carrier_inertia', 'carrier_inverse'
+
+
+def _are_diagonal(constants):
+    """Return whether the matrices of constants that are arrays have zeros beside the diagonal."""
+    beside = ~np.eye(3, dtype=bool)
+    return not any(getattr(constants, name)[..., beside].any() for name in _MATRICES)
+
+
+def _without_zeros(constants):
+    """Return constants that are arrays with diagonals in place of diagonal matrices."""
+    if not _are_diagonal(constants):
+        return constants
+    return constants._replace(
+        **{name: getattr(constants, name).diagonal(axis1=-2, axis2=-1) for name in _MATRICES}
+    )
+
+
+def _as_tuples(part):
+    """Return arrays as numbers or as tuples of numbers; tuples with names keep them."""
+    if isinstance(part, tuple):
+        inner = map(_as_tuples, part)
+        return type(part)(*inner) if hasattr(part, '_fields') else tuple(inner)
+    if isinstance(part, np.ndarray) and part.ndim:
+        rows = part.tolist()
+        return tuple(map(tuple, rows)) if part.ndim > 1 else tuple(rows)
+    return float(part)
+
+
+def _leaves(part):
+    """Yield the arrays of Parameters, one after the other."""
+    rotors = tuple(each for rotor in part.rotors for each in rotor)
+    yield from part[: part._fields.index('rotors')]
+    yield from rotors
+    yield from part.zeros
+    yield from part.place

@@ -1,0 +1,116 @@
+"""
+The dense output of a step of dop853.py, of order 7.
+
+Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, 1993, II.6, II.10.
+"""
+
+import math
+
+import numpy as np
+
+from ..dynamics.constants import Parameters
+from ..dynamics.equations import OMEGA
+from ..kernel.compile import inlined
+from ..kernel.simd import PACK, zero
+from ..kernel.vector import add, add_cross, dot, scale
+from .dop853 import BEGIN, DENSE_OF, END, STEPS, Stages, combine, evaluate
+from .tableau import DENSE
+
+
+@inlined
+def make_dense(
+    clock: np.ndarray, stages: Stages, dense: np.ndarray, constants: Parameters
+) -> None:
+    """Write the terms of the dense output of the current step, which starts at y_0 = dense[0]."""
+    h, y_0, y, k, z = clock[END] - clock[BEGIN], dense[0], stages.y, stages.k, dense[7]
+    size, some = len(y), zero(PACK)
+    evaluate(y, h, constants, k, 12)
+    for i in range(13, 16):
+        combine(i, y_0, k, z, size, some)
+        evaluate(z, h, constants, k, i)
+    for i in range(size):
+        rise = y[i] - y_0[i]
+        dense[1, i] = rise
+        dense[2, i] = k[i] - rise
+        dense[3, i] = 2.0 * rise - (k[i] + k[12 * size + i])
+    for n in range(4):
+        combine(DENSE + n, stages.zeros, k, dense[4 + n], size, some)
+    clock[DENSE_OF] = clock[STEPS]
+
+
+@inlined
+def interpolate(
+    t_s: np.ndarray,
+    out: np.ndarray,
+    first: int,
+    last: int,
+    clock: np.ndarray,
+    dense: np.ndarray,
+    constants: Parameters,
+) -> None:
+    """
+    Evaluate the dense output at t_s[first:last], with q_ib in the place of q.
+
+    out (V, N): the first V variables; the quaternions come out as unit.
+    """
+    t_s, begin, h = t_s[first:last], clock[BEGIN], clock[END] - clock[BEGIN]
+    per_step = 1.0 / h if h > 0.0 else 0.0
+    half_rate = 0.5 * constants.axes_rate
+    cosine, sine = math.cos(half_rate * begin), math.sin(half_rate * begin)
+    q_0, q_1 = out[0][first:last], out[1][first:last]
+    q_2, q_3 = out[2][first:last], out[3][first:last]
+    d_0, d_1, d_2, d_3 = _terms(dense, 0), _terms(dense, 1), _terms(dense, 2), _terms(dense, 3)
+    for n in range(len(t_s)):
+        x = (t_s[n] - begin) * per_step
+        a, b = _polynomial(d_0, x), _polynomial(d_1, x)
+        c, d = _polynomial(d_2, x), _polynomial(d_3, x)
+        square = a * a + b * b + c * c + d * d
+        # A quaternion that is unit to rounding stays as it is: a requested one is kept exactly.
+        unit = 1.0 if abs(square - 1.0) < 1e-15 else 1.0 / math.sqrt(square)
+        v, d = (unit * a, unit * b, unit * c), unit * d
+        # q_ib = (u, w) (v, d), where (u, w) is what the axes of q have turned by.
+        cos_x, sin_x = _cosine_sine(half_rate * (t_s[n] - begin))
+        u = scale(sine * cos_x + cosine * sin_x, constants.normal)
+        w = cosine * cos_x - sine * sin_x
+        q_0[n], q_1[n], q_2[n] = add_cross(add(scale(w, v), scale(d, u)), u, v)
+        q_3[n] = w * d - dot(u, v)
+    for j in range(OMEGA, len(out)):
+        row, d_0 = out[j][first:last], _terms(dense, j)
+        for n in range(len(t_s)):
+            row[n] = _polynomial(d_0, (t_s[n] - begin) * per_step)
+
+
+@inlined
+def _cosine_sine(x):
+    """Return cos x and sin x to rounding, |x| <= STEP_TURN / 2, by their series."""
+    # A loop of library calls would not become one of vectors.
+    y = -x * x
+    cosine = 1.0 + y / 2.0 * (
+        1.0 + y / 12.0 * (1.0 + y / 30.0 * (1.0 + y / 56.0 * (1.0 + y / 90.0 * (1.0 + y / 132.0))))
+    )
+    sine = x * (
+        1.0 + y / 6.0 * (1.0 + y / 20.0 * (1.0 + y / 42.0 * (1.0 + y / 72.0 * (1.0 + y / 110.0))))
+    )
+    return cosine, sine
+
+
+@inlined
+def _terms(dense, i):
+    return (
+        dense[0, i],
+        dense[1, i],
+        dense[2, i],
+        dense[3, i],
+        dense[4, i],
+        dense[5, i],
+        dense[6, i],
+        dense[7, i],
+    )
+
+
+@inlined
+def _polynomial(d, x):
+    y = 1.0 - x
+    return d[0] + x * (
+        d[1] + y * (d[2] + x * (d[3] + y * (d[4] + x * (d[5] + y * (d[6] + x * d[7])))))
+    )

@@ -1,0 +1,205 @@
+"""
+The propagation: the equations integrated by the explicit Runge-Kutta method of dop853.py.
+
+The steps do not depend on the times that are asked for.  The compiled walk works in slices of a
+few milliseconds, between which Ctrl-C and other threads get their turn.
+"""
+
+import numpy as np
+
+from ..dynamics.constants import parameters
+from ..dynamics.equations import MOMENTUM, OMEGA, Q, initial_values
+from ..dynamics.motion import Halted, Motion, States
+from ..dynamics.system import State, System
+from ..kernel.compile import compiled
+from ..orbits import FixedDirection
+from .dense_output import interpolate, make_dense
+from .dop853 import (
+    BEGIN,
+    DENSE_OF,
+    END,
+    FURTHEST,
+    NEXT,
+    REACHED,
+    SINCE,
+    STEPS,
+    STUCK,
+    TOO_MANY_STEPS,
+    UNFINISHED,
+    step,
+    step_arrays,
+)
+
+# A third more steps than at 1e-12, a tenth of the error, and still above the rounding.
+DEFAULT_TOLERANCE = 1e-13
+# The most steps and rows of a slice.
+_SLICE_STEPS, _SLICE_ROWS = 5000, 200_000
+
+
+class Propagation(Motion):
+    """
+    The motion of any system by numerical propagation.
+
+    tolerance: relative local error of a step.  The propagation walks forward and keeps only its
+    last step, so that memory use stays constant; for an earlier time it starts again.
+
+    most_steps: the most steps from one requested row to the next, None: any number.  Steps up to
+    the furthest row that was ever reached do not count again.
+
+    constants, anomaly: those of the equations, and mean anomaly at the start [rad], mean motion
+    [rad/s] and eccentricity; wanted: how many of the variables are interpolated, the first.
+
+    >>> Propagation(system, state).at([10.0, 20.0]).q_ib  # doctest: +SKIP
+    """
+
+    name = 'propagation'
+    source = 'Hairer, Norsett and Wanner 1993, II.10 (DOP853)'
+
+    def __init__(
+        self,
+        system: System,
+        state: State,
+        start_s: float = 0.0,
+        tolerance: float = DEFAULT_TOLERANCE,
+        most_steps: int | None = None,
+    ):
+        super().__init__(system, state, start_s)
+        self.tolerance, self.most_steps = tolerance, most_steps
+        self.constants = parameters(system, start_s)
+        self.anomaly = tuple(map(float, mean_anomaly(system, start_s)))
+        self.wanted = wanted_count(system, self.constants.does_work)
+        self._clock, self._steps_to_halt = np.zeros(7), 0.0
+        self._begin()
+
+    @property
+    def steps(self) -> int:
+        """The number of steps to where the propagation stands, or stood when it came to a halt."""
+        return int(max(self._clock[STEPS], self._steps_to_halt))
+
+    def _begin(self):
+        y = initial_values(self.system, self.state)
+        self._stages, self._dense = step_arrays(len(y))
+        self._stages.y[: len(y)] = self._dense[0, : len(y)] = y
+        self._clock[[BEGIN, END, NEXT, STEPS, DENSE_OF, SINCE]] = 0.0
+
+    def _states(self, t_s):
+        order = None if (t_s[1:] >= t_s[:-1]).all() else np.argsort(t_s, kind='stable')
+        sorted_s = t_s if order is None else t_s[order]
+        if len(t_s) and sorted_s[0] < self._clock[BEGIN]:
+            self._begin()
+        out = np.empty((self.wanted, len(t_s)))
+        rows, outcome = 0, UNFINISHED
+        while outcome == UNFINISHED:
+            rows, outcome = _walk(
+                sorted_s,
+                rows,
+                out,
+                self._clock,
+                self._stages,
+                self._dense,
+                self.anomaly,
+                self.constants,
+                self.tolerance,
+                self.steps_allowed,
+            )
+        if outcome != REACHED:
+            reached_s = float(self._clock[END])
+            self._steps_to_halt = self._clock[STEPS] - self._clock[SINCE]
+            self._begin()
+            raise self.halted(outcome, reached_s, self.states_of(sorted_s[:rows], out[:, :rows]))
+        if order is not None:
+            out[:, order] = out.copy()
+        return self._columns(out)
+
+    @property
+    def steps_allowed(self) -> float:
+        """Return most_steps as a number: infinite for any number."""
+        return np.inf if self.most_steps is None else float(self.most_steps)
+
+    def halted(self, outcome: int, reached_s: float, states: States) -> Halted:
+        """Return the error of a propagation that gets no further than reached_s."""
+        why = f'no step meets the tolerance {self.tolerance:g}'
+        if outcome == TOO_MANY_STEPS:
+            why = f'more than {self.most_steps} steps are needed to the next sample'
+        return Halted(
+            f'the propagation came to a halt at {reached_s:g} s: {why}', reached_s, states
+        )
+
+    def states_of(self, t_s: np.ndarray, out: np.ndarray) -> States:
+        """Return the states at t_s (N,) of the wanted variables (V, N)."""
+        return self._table(t_s, *self._columns(out))
+
+    def _columns(self, out):
+        return columns(self.system, out)
+
+
+def columns(system: System, out: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return the columns of States of the wanted variables (..., V, N)."""
+    q_ib = out[..., Q:OMEGA, :].swapaxes(-2, -1)
+    omega_bi_b = out[..., OMEGA:MOMENTUM, :].swapaxes(-2, -1)
+    rows, turning = out[..., 0, :].shape, system.turning_rotors
+    speeds = [_repeated(np.nan, rows)] * len(system.rotors)
+    angles = speeds.copy()
+    for n, (i, rotor) in enumerate(turning):
+        speeds[i] = np.asarray(rotor.speed(out[..., MOMENTUM + n, :], omega_bi_b))
+        angles[i] = out[..., MOMENTUM + len(turning) + n, :]
+    i = MOMENTUM + 2 * len(turning)
+    work = out[..., i, :] if out.shape[-2] > i else _repeated(0.0, rows)
+    return q_ib, omega_bi_b, _of_rotors(speeds, rows), _of_rotors(angles, rows), work
+
+
+def _repeated(value, shape):
+    # Of one row, np.broadcast_to costs more than the propagation of a tick.
+    return np.ndarray(shape, float, np.float64(value), strides=(0,) * len(shape))
+
+
+def _of_rotors(columns, rows):
+    """Return one column per rotor as a table (..., N, R), without a copy where it can."""
+    if len(columns) == 1:
+        return columns[0][..., None]
+    return np.stack(columns, axis=-1) if columns else np.empty((*rows, 0))
+
+
+def wanted_count(system: System, does_work: bool) -> int:
+    """Return how many variables are interpolated: not the work if it is none, nor the place."""
+    return MOMENTUM + 2 * len(system.turning_rotors) + does_work
+
+
+def mean_anomaly(system: System, start_s: float) -> tuple[float | np.ndarray, ...]:
+    """Return mean anomaly at start_s, mean motion and eccentricity; zeros: no orbit."""
+    orbit = system.orbit
+    if isinstance(orbit, FixedDirection):
+        return 0.0, 0.0, 0.0
+    mean_motion = orbit.mean_motion
+    return orbit.mean_anomaly + mean_motion * start_s, mean_motion, orbit.eccentricity
+
+
+@compiled
+def _walk(t_s, rows, out, clock, stages, dense, anomaly, constants, tolerance, steps_allowed):
+    """
+    Fill out (V, N) with the wanted variables at the ascending times t_s (N,), from row `rows` on.
+
+    Return how many rows are filled when the slice ends, and how it ends.  clock, stages, dense:
+    the current step, as in dop853.py.
+    """
+    count = min(len(t_s), rows + _SLICE_ROWS)
+    for _ in range(_SLICE_STEPS):
+        last = rows
+        while last < count and t_s[last] <= clock[END]:
+            last += 1
+        if last > rows:
+            if clock[DENSE_OF] != clock[STEPS]:
+                make_dense(clock, stages, dense, constants)
+            interpolate(t_s, out, rows, last, clock, dense, constants)
+            rows = last
+            if t_s[rows - 1] > clock[FURTHEST]:
+                clock[FURTHEST], clock[SINCE] = t_s[rows - 1], 0.0
+        if rows == count:
+            break
+        if clock[SINCE] >= steps_allowed:
+            return rows, TOO_MANY_STEPS
+        if not step(clock, stages, anomaly, constants, tolerance):
+            return rows, STUCK
+        if clock[BEGIN] >= clock[FURTHEST]:
+            clock[SINCE] += 1.0
+    return rows, REACHED if rows == len(t_s) else UNFINISHED

@@ -1,0 +1,229 @@
+"""
+The door to numba: the decorators of compiled functions.
+
+A function is compiled at its first call and its code kept for the next start.  The compiler works
+in a child process: this one could not handle a signal until the compiler is done.
+"""
+
+import fcntl
+import functools
+import logging
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from hashlib import sha256
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numba
+from llvmlite.binding import get_host_cpu_features, get_host_cpu_name
+from numba import config, njit, vectorize
+
+from . import cache
+
+# The files with compiled functions, and those whose functions these call.
+_SOURCES = (
+    'kernel/*.py',
+    'orbits/*.py',
+    'dynamics/*.py',
+    'integrate/*.py',
+    'exact/*.py',
+    'rosbag2/*.py',
+    'sweep/extrema.py',
+)
+
+_log = logging.getLogger('satdyn_ros')
+_is_child = False
+
+
+def compiled(
+    function: Callable[..., Any],
+    signature: str | None = None,
+    nogil: bool = False,
+    fused: bool = True,
+) -> Any:
+    """
+    Compile a function at its first call, or now for a signature, and keep the code.
+
+    nogil: other threads of Python go on while it runs.  fused: a product may be added without
+    being rounded; if not, each operation is rounded, as in NumPy.
+    """
+    dispatcher = _compile(function, fused, cache=_FOLDER is not None, nogil=nogil)
+    if _FOLDER is not None:
+        compile_here = dispatcher.compile
+
+        def compile_aside_first(signature):
+            if not _is_child and not _is_kept(dispatcher, signature):
+                _compile_aside(dispatcher, signature)
+            return compile_here(signature)
+
+        dispatcher.compile = compile_aside_first
+    if signature is not None:
+        dispatcher.compile(signature)
+        # Arrays of other layouts are converted; left to itself numba would compile for each.
+        dispatcher.disable_compile()
+    return dispatcher
+
+
+def inlined(function: Callable[..., Any], fused: bool = True, makes_arrays: bool = False) -> Any:
+    """
+    Compile a function into the body of those that call it; fused: as in compiled.
+
+    makes_arrays: it makes arrays of its own.  If not, it borrows those it is given: counting who
+    holds them at every call took an eighth of a propagation.
+    """
+    return _compile(function, fused, forceinline=True, _nrt=makes_arrays)
+
+
+def vectorized(function: Callable[..., Any]) -> Any:
+    """
+    Compile a function of numbers, some tenths of a second, into one of arrays too.
+
+    Each of its operations is rounded, wherever it is called.
+    """
+    with _keeping():
+        # Not given, it would be that of the compiled function, if any, that calls this one first.
+        options = {'fastmath': False}
+        return vectorize(function, cache=_FOLDER is not None, targetoptions=options)
+
+
+def load_numba_without_blas() -> None:
+    """
+    Load what numba loads with its first compiled code, but for scipy.linalg, a fifth of a start.
+
+    For a process that is ours alone: no function here has matrix products, and others with them
+    would not compile in it.
+    """
+    if 'scipy.linalg' in sys.modules:
+        return
+    sys.modules['scipy.linalg'] = None  # type: ignore[assignment]
+    try:
+        import_module('numba.np.arraymath')
+    finally:
+        del sys.modules['scipy.linalg']
+
+
+def _compile(function, fused, **options):
+    with _keeping():
+        # Contraction to fused multiply-add is all the compiler may do: same inputs, same bits.
+        fastmath = {'contract'} if fused else False
+        return njit(function, fastmath=fastmath, error_model='numpy', **options)
+
+
+@contextmanager
+def _keeping() -> Iterator[None]:
+    before, config.CACHE_DIR = config.CACHE_DIR, str(_FOLDER or '')
+    try:
+        yield
+    finally:
+        config.CACHE_DIR = before
+
+
+def _is_kept(dispatcher, signature):
+    """Return whether there is code for a signature from an earlier start."""
+    # numba has no public way to ask without loading the code.
+    kept = dispatcher._cache
+    key = kept._index_key(signature, dispatcher.targetctx.codegen())
+    return key in kept._cache_file._load_index()
+
+
+# -- the child process ----------------------------------------------------------------------------
+
+_PROGRAM = (
+    'import sys; sys.path[:] = sys.argv[1:]; '
+    'from satdyn_ros.kernel.compile import compile_for_parent; compile_for_parent()'
+)
+
+
+def _compile_aside(dispatcher, signature):
+    """
+    Let a child process compile a function for a signature, unless another process just did.
+
+    A failure there is left to the compilation in this process, which reports it.
+    """
+    with suppress(OSError), _lock(dispatcher):
+        if _is_kept(dispatcher, signature):
+            return
+        _tell()
+        with subprocess.Popen(
+            [sys.executable, '-c', _PROGRAM, *sys.path],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        ) as child:
+            assert child.stdin is not None  # it is a pipe
+            try:
+                work = dispatcher.__module__, dispatcher.__name__, signature
+                # Left open: the child ends when it is closed, as it is when this process ends.
+                child.stdin.write(pickle.dumps(work))
+                child.stdin.flush()
+                child.wait()
+            except BaseException:
+                child.kill()
+                raise
+        if child.returncode == -signal.SIGINT:
+            raise KeyboardInterrupt
+
+
+def compile_for_parent() -> None:
+    """Compile what the parent process asks for on the standard input, and end when it ends."""
+    global _is_child
+    _is_child = True
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    module, name, signature = pickle.load(sys.stdin.buffer)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    getattr(import_module(module), name).compile(signature)
+
+
+def _end_with_parent():
+    sys.stdin.buffer.read()
+    os._exit(1)
+
+
+@contextmanager
+def _lock(function) -> Iterator[None]:
+    """Let one process at a time compile a function: the others find the code at their turn."""
+    with open(_FOLDER / f'{function.__module__}.{function.__name__}.lock', 'wb') as file:
+        # Some network file systems have no locks; then each compiles.
+        with suppress(OSError):
+            fcntl.flock(file, fcntl.LOCK_EX)
+        yield
+
+
+@functools.cache
+def _tell():
+    """Say once why the first use takes some seconds."""
+    if cache.is_temporary(_FOLDER.parent):
+        _log.info(
+            'compiling the equations of motion, for some seconds at every start: no folder for '
+            'compiled code can be written, and %s is removed at the end',
+            _FOLDER.parent,
+        )
+    else:
+        _log.info('compiling the equations of motion: once, for some seconds')
+
+
+def _folder():
+    """Return the folder for the code of exactly these sources; remove those of older sources."""
+    root = cache.find(config.CACHE_DIR)
+    if root is None:
+        return None
+    # numba itself looks for changes in a function's own file alone, not in what it calls.
+    package = Path(__file__).parents[1]
+    sources = [path for pattern in _SOURCES for path in sorted(package.glob(pattern))]
+    content = b''.join(path.read_bytes() for path in sources) + numba.__version__.encode()
+    place = [str(package), sys.version, get_host_cpu_name(), get_host_cpu_features().flatten()]
+    begin = sha256('\n'.join(place).encode()).hexdigest()[:8]
+    folder = root / f'{begin}-{sha256(content).hexdigest()[:16]}'
+    cache.remove_others(folder, f'{begin}-*')
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    return folder
+
+
+_FOLDER = _folder()

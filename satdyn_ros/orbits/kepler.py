@@ -1,0 +1,176 @@
+"""The attracting centre at the focus of a Kepler orbit: a circle or an ellipse."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..kernel import rotation
+from ..kernel.compile import vectorized
+from ..kernel.rows import components
+
+EARTH_MU = 3.986004418e14
+# Equatorial, WGS 84.
+EARTH_RADIUS_M = 6_378_137.0
+
+
+@vectorized
+def true_anomaly(mean_anomaly: np.ndarray, e: np.ndarray | float) -> np.ndarray:
+    """
+    Return the true anomaly f [rad], continuous, of the mean anomaly M [rad] and eccentricity e.
+
+    Kepler's equation E - e sin E = M by Newton's method from Danby's guess.
+    """
+    if e == 0.0:
+        return mean_anomaly
+    turns = 2.0 * np.pi * np.rint(mean_anomaly / (2.0 * np.pi))
+    M = mean_anomaly - turns
+    E = M + np.sign(M) * 0.85 * e
+    for _ in range(50):
+        correction = (E - e * np.sin(E) - M) / (1.0 - e * np.cos(E))
+        E -= correction
+        if abs(correction) < 1e-15:
+            break
+    beta = e / (1.0 + np.sqrt(1.0 - e * e))
+    return turns + E + 2.0 * np.arctan2(beta * np.sin(E), 1.0 - beta * np.cos(E))
+
+
+@dataclass(frozen=True)
+class KeplerOrbit:
+    """
+    A Kepler ellipse by its elements at t = 0; angles in rad, mu [m^3/s^2], semi_major_axis [m].
+
+    The inertial frame is that of the elements: with all angles zero the pericentre is on +X and
+    the orbit normal on +Z.  Elements may be arrays, which broadcast against the times.
+    """
+
+    mu: float = EARTH_MU
+    semi_major_axis: float = 6.878137e6
+    eccentricity: float = 0.0
+    inclination: float = 0.0
+    raan: float = 0.0
+    argument_of_periapsis: float = 0.0
+    true_anomaly: float = 0.0
+
+    has_lvlh = True
+
+    @classmethod
+    def from_state(cls, r_i: ArrayLike, v_i: ArrayLike, mu: float = EARTH_MU) -> 'KeplerOrbit':
+        """Return the ellipse through r_i [m] with v_i [m/s], both (3,)."""
+        r_i, v_i = np.asarray(r_i, float), np.asarray(v_i, float)
+        r = np.linalg.norm(r_i)
+        momentum = np.cross(r_i, v_i)
+        normal = momentum / np.linalg.norm(momentum)
+        radial = r_i / r
+        along = np.cross(normal, radial)
+        e_cos = momentum @ momentum / (mu * r) - 1.0
+        e_sin = np.linalg.norm(momentum) * (radial @ v_i) / mu
+        true_anomaly = np.arctan2(e_sin, e_cos)
+        raan = np.arctan2(normal[0], -normal[1])
+        node = np.array([np.cos(raan), np.sin(raan), 0.0])
+        latitude = np.arctan2(-along @ node, radial @ node)
+        return cls(
+            mu=mu,
+            semi_major_axis=1.0 / (2.0 / r - v_i @ v_i / mu),
+            eccentricity=np.hypot(e_cos, e_sin),
+            inclination=np.arctan2(np.hypot(normal[0], normal[1]), normal[2]),
+            raan=raan,
+            argument_of_periapsis=latitude - true_anomaly,
+            true_anomaly=true_anomaly,
+        )
+
+    @cached_property
+    def is_eccentric(self) -> bool:
+        """Whether the distance varies."""
+        return bool(np.count_nonzero(self.eccentricity))
+
+    @cached_property
+    def mean_motion(self) -> float:
+        """Return n = sqrt(mu / a^3) [rad/s]."""
+        return np.sqrt(self.mu / self.semi_major_axis) / self.semi_major_axis
+
+    @cached_property
+    def mean_anomaly(self) -> float:
+        """Return the mean anomaly at t = 0 [rad]."""
+        e, f = self.eccentricity, self.true_anomaly
+        beta = e / (1.0 + np.sqrt(1.0 - e * e))
+        E = f - 2.0 * np.arctan2(beta * np.sin(f), 1.0 + beta * np.cos(f))
+        return E - e * np.sin(E)
+
+    @cached_property
+    def semi_latus_rectum(self) -> float:
+        """Return a (1 - e^2) [m]."""
+        return self.semi_major_axis * (1.0 - self.eccentricity**2)
+
+    @cached_property
+    def perifocal(self) -> np.ndarray:
+        """
+        Return the axes to the pericentre, 90 deg ahead, and normal as columns of a matrix.
+
+        On a circle the pericentre is where the argument of periapsis puts it.
+        """
+        q = rotation.multiply(
+            rotation.about([0, 0, 1], self.raan),
+            rotation.multiply(
+                rotation.about([1, 0, 0], self.inclination),
+                rotation.about([0, 0, 1], self.argument_of_periapsis),
+            ),
+        )
+        return rotation.matrix(q)
+
+    @property
+    def normal(self) -> np.ndarray:
+        """Return the unit normal of the orbit in inertial axes, shape (3,)."""
+        return self.perifocal[..., :, 2]
+
+    def anomaly(self, t_s: ArrayLike) -> np.ndarray:
+        """Return the true anomaly f [rad], continuous in time, shape (...)."""
+        mean_anomaly = self.mean_anomaly + self.mean_motion * np.asarray(t_s, float)
+        # On a circle a start need not load what solves Kepler's equation.
+        return true_anomaly(mean_anomaly, self.eccentricity) if self.is_eccentric else mean_anomaly
+
+    def direction(self, t_s: ArrayLike) -> np.ndarray:
+        """Return c_i, the unit vector from the centre to the body, shape (..., 3)."""
+        f = self.anomaly(t_s)[..., None]
+        to_pericentre, ahead, _ = components(self.perifocal)
+        return np.cos(f) * to_pericentre + np.sin(f) * ahead
+
+    def radius(self, t_s: ArrayLike) -> np.ndarray:
+        """Return r [m], shape (...)."""
+        return self.semi_latus_rectum / (1.0 + self.eccentricity * np.cos(self.anomaly(t_s)))
+
+    def rate(self, t_s: ArrayLike) -> np.ndarray:
+        """Return df/dt [rad/s], shape (...)."""
+        return np.sqrt(self.mu * self.semi_latus_rectum) / self.radius(t_s) ** 2
+
+    def gradient_at(self, t_s: ArrayLike) -> np.ndarray:
+        """Return 3 mu / r^3 [1/s^2], shape (...)."""
+        return 3.0 * self.mu / self.radius(t_s) ** 3
+
+    def position_velocity(self, t_s: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+        """Return r_i [m] and v_i [m/s], each (..., 3)."""
+        e, p, f = self.eccentricity, self.semi_latus_rectum, self.anomaly(t_s)[..., None]
+        to_pericentre, ahead, _ = components(self.perifocal)
+        cos_f, sin_f = np.cos(f), np.sin(f)
+        r_i = p / (1.0 + e * cos_f) * (cos_f * to_pericentre + sin_f * ahead)
+        v_i = np.sqrt(self.mu / p) * (-sin_f * to_pericentre + (e + cos_f) * ahead)
+        return r_i, v_i
+
+    def lvlh(self, t_s: ArrayLike) -> np.ndarray:
+        """
+        Return q_il, LVLH to inertial, shape (..., 4), continuous in time.
+
+        LVLH has x along track, y opposite to the orbit normal and z to the centre.
+        """
+        turned = rotation.about(self.normal, self.anomaly(t_s))
+        return rotation.multiply(turned, self._lvlh_at_pericentre)
+
+    @cached_property
+    def _lvlh_at_pericentre(self):
+        to_pericentre, ahead, normal = components(self.perifocal)
+        return rotation.from_matrix(np.stack([ahead, -normal, -to_pericentre], axis=-1))
+
+    def lvlh_rate(self, t_s: ArrayLike) -> np.ndarray:
+        """Return the angular velocity of LVLH in inertial axes [rad/s], shape (..., 3)."""
+        return self.rate(t_s)[..., None] * self.normal

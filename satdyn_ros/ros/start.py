@@ -1,0 +1,139 @@
+"""The command `satdyn_node`, which is `satdyn node`: one node, until it is told to end."""
+
+import argparse
+import gc
+import logging
+import signal
+import sys
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+
+import rclpy
+import rclpy.logging
+from rclpy.exceptions import NameValidationException, NotInitializedException
+from rclpy.executors import ExternalShutdownException
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.signals import SignalHandlerOptions, install_signal_handlers
+
+from ..base.interruption import interruptible
+from ..base.regular_file import regular_file
+from ..base.sentences import one_sentence
+from ..kernel.compile import load_numba_without_blas
+from ..run.parameter_file import parameters_of_yaml, scenario_text
+from .executor import Executor
+from .node import SatdynNode
+
+# The pacing thread waits at most this long for another thread of Python.
+_SWITCH_INTERVAL_S = 0.0005
+# Options of --ros-args whose files ROS reads, by itself and for as long as they go on.
+_FILE_OPTIONS = '--params-file', '--log-config-file'
+
+RCLError = rclpy_implementation.RCLError
+UnknownROSArgsError = rclpy_implementation.UnknownROSArgsError
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """
+    Run the node and return the exit code: 0 ended as told, 1 it failed, 2 the input is wrong.
+
+    argv: [--params-file FILE] [--ros-args ...]; without it that of the process.
+    """
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    at = arguments.index('--ros-args') if '--ros-args' in arguments else len(arguments)
+    parser = argparse.ArgumentParser('satdyn node', description='A satellite as a ROS 2 node.')
+    parser.add_argument('--params-file', metavar='FILE', help='the scenario')
+    own = parser.parse_args(arguments[:at])
+    try:
+        values = _values(own.params_file)
+        for option, path in zip(arguments[at:], arguments[at + 1 :], strict=False):
+            if option in _FILE_OPTIONS and Path(path).exists():
+                regular_file(path)
+        rclpy.init(
+            args=['satdyn', *arguments[at:]], signal_handler_options=SignalHandlerOptions.NO
+        )
+    except UnknownROSArgsError as error:
+        return _refuse(f'--ros-args does not allow {error}')
+    except (ValueError, OSError, RCLError, NameValidationException) as error:
+        return _refuse(error)
+    except KeyboardInterrupt:
+        return 0
+    sys.setswitchinterval(_SWITCH_INTERVAL_S)
+    try:
+        return _run(values)
+    except (ValueError, OSError, NameValidationException) as error:
+        return _refuse(error)
+    except KeyboardInterrupt:
+        return 0
+    except (RCLError, NotInitializedException):
+        # A signal may end ROS at any moment, even between a check of rclpy's and what relies on
+        # it.
+        if rclpy.ok():
+            raise
+        return 0
+    finally:
+        rclpy.try_shutdown()
+
+
+def _run(values):
+    # Nothing may tear what a running or ending node does, such as completing its bag: the handlers
+    # of rclpy, which call these, let a spinning executor end.
+    told: list[int] = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda number, frame: told.append(number))
+    # A node is built, and its equations compiled, under handlers that interrupt at once.
+    with interruptible() as heard:
+        _show_notices()
+        load_numba_without_blas()
+        # Garbage is collected between ticks.
+        gc.disable()
+        node = SatdynNode(values)
+    install_signal_handlers()
+    executor = Executor()
+    try:
+        executor.add_node(node)
+        if not (heard or told):
+            executor.spin()
+    except ExternalShutdownException:
+        pass
+    finally:
+        node.destroy_node()
+    return 0 if node.failure is None else 1
+
+
+class _ToRosLog(logging.Handler):
+    def emit(self, record):
+        logger = rclpy.logging.get_logger('satdyn')
+        # Apart, since rclpy allows a line of code one severity.
+        if record.levelno < logging.WARNING:
+            logger.info(record.getMessage())
+        else:
+            logger.warning(record.getMessage())
+
+
+def _show_notices():
+    """
+    Show in the log of ROS what the package logs, such as that it compiles, and warnings of Python.
+
+    rclpy gives one when a client has left before its reply.
+    """
+    log = logging.getLogger('satdyn_ros')
+    log.setLevel(logging.INFO)
+    log.handlers = [_ToRosLog()]
+    warnings.showwarning = lambda message, *where: log.warning('%s', message)
+
+
+def _refuse(error):
+    print(f'satdyn node: {one_sentence(error)}', file=sys.stderr)
+    return 2
+
+
+def _values(path):
+    """Return the parameters of a file; a list that mixes integers and floats is one of floats."""
+    if path is None:
+        return {}
+    return parameters_of_yaml(scenario_text(path), path)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,151 @@
+"""Numbers side by side compute what NumPy does, whatever processor the code is made for."""
+
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numba import njit
+from numba.core.errors import TypingError
+
+from satdyn_ros.kernel.simd import (
+    PACK,
+    all_less,
+    filled,
+    load,
+    packed,
+    spread,
+    store,
+    store_all,
+    where_less,
+    width,
+    zero,
+)
+
+WIDE = 8
+ROOT = Path(__file__).parents[2]
+A, B = np.random.default_rng(1).normal(size=(2, 2 * WIDE))
+
+
+@njit
+def arithmetic(a, b, out, like):
+    """Write the results of every operation, one after the other."""
+    for i in range(len(a) // width(like)):
+        x, y = load(a, i, like), load(b, i, like)
+        place = 6 * i
+        store(out, place, x + y * 2.0)
+        store(out, place + 1, 3.0 - x / y)
+        store(out, place + 2, -(x - y))
+        store(out, place + 3, math.sqrt(abs(x)))
+        store(out, place + 4, where_less(x, y, spread(1.0, like), x))
+        store(out, place + 5, x * spread(0.5, like))
+
+
+@njit
+def arithmetic_side_by_side(a, b, out):
+    arithmetic(a, b, out, zero(WIDE))
+
+
+def expected(a, b, wide):
+    """Return what arithmetic writes, by NumPy."""
+    results = a + b * 2.0, 3.0 - a / b, -(a - b), np.sqrt(abs(a)), np.where(a < b, 1.0, a), a * 0.5
+    return np.stack(results).reshape(6, -1, wide).swapaxes(0, 1).ravel()
+
+
+def test_arithmetic_is_that_of_numpy():
+    """Every operation, of floats and of Numbers, to the last bit."""
+    out = np.zeros(6 * len(A))
+    arithmetic_side_by_side(A, B, out)
+    np.testing.assert_array_equal(out, expected(A, B, WIDE))
+    arithmetic(A, B, out, 0.0)
+    np.testing.assert_array_equal(out, expected(A, B, 1))
+
+
+def test_nan_is_less_than_nothing():
+    """Where a number is nan, where_less takes the other side, as a comparison does."""
+    found = np.zeros(WIDE)
+
+    @njit
+    def run(a, out):
+        x = load(a, 0, zero(WIDE))
+        store(out, 0, where_less(x, spread(1.0, x), spread(1.0, x), spread(2.0, x)))
+
+    run(np.array([np.nan, 0.0] * (WIDE // 2)), found)
+    np.testing.assert_array_equal(found, [2.0, 1.0] * (WIDE // 2))
+
+
+@pytest.mark.parametrize(
+    ('last', 'expected'), [(0.5, True), (1.0, False), (2.0, False), (np.nan, False)]
+)
+def test_all_less(last, expected):
+    """It needs every number to be less; an equal one is not, nor is nan."""
+
+    @njit
+    def run(a, b):
+        return all_less(load(a, 0, zero(WIDE)), load(b, 0, zero(WIDE)))
+
+    assert run(np.array([0.0] * (WIDE - 1) + [last]), np.ones(WIDE)) == expected
+
+
+def test_a_tuple_is_packed_and_stored():
+    """Floats stand in their order, with zeros up to a whole pack."""
+    out = np.full(8, np.nan)
+
+    @njit
+    def run(out, values):
+        store_all(out, 0, packed(values))
+
+    run(out, (1.0, 2.0, 3.0, 4.0, 5.0))
+    np.testing.assert_array_equal(out, [1.0, 2.0, 3.0, 4.0, 5.0, 0.0, 0.0, 0.0])
+    assert PACK == 4
+
+
+def test_nested_tuples_are_filled_in_order():
+    """Every number has the place that it has among all; a bool stays as it is, in its place."""
+
+    @njit
+    def run(like, numbers):
+        return filled(like, numbers, 0.0)
+
+    like = (0.0, (0.0, 0.0), True, ((0.0,), 0.0))
+    assert run(like, np.arange(6.0)) == (0.0, (1.0, 2.0), True, ((4.0,), 5.0))
+
+
+def test_an_array_with_gaps_is_refused():
+    """A row of every second number would be read as if all belonged to it."""
+    with pytest.raises(TypingError, match='contiguous arrays alone'):
+        arithmetic(A[::2], B[::2], np.zeros(6 * len(A)), 0.0)
+
+
+VECTORS = """
+import re
+import numpy as np
+from numba import njit
+from satdyn_ros.kernel.simd import load, store, zero
+
+@njit
+def run(a, b):
+    for i in range(len(a) // 8):
+        store(b, i, load(a, i, zero(8)) * load(b, i, zero(8)))
+
+run(np.ones(16), np.ones(16))
+code = next(iter(run.inspect_asm().values()))
+print(len(re.findall(r'mulpd|fmul\\s+v', code)))
+"""
+
+
+@pytest.mark.parametrize('processor', ['', pytest.param('generic', marks=pytest.mark.long)])
+def test_they_are_vectors_on_every_processor(processor):
+    """The code multiplies vectors, where the compiler itself makes none of a loop too."""
+    environment = {'NUMBA_CPU_NAME': processor} if processor else {}
+    program = subprocess.run(
+        [sys.executable, '-c', VECTORS],
+        env=os.environ | environment,
+        stdout=subprocess.PIPE,
+        check=True,
+        cwd=ROOT,
+    )
+    assert int(program.stdout) >= 1

@@ -44,13 +44,17 @@ setup(
     ],
     zip_safe=False,
     # The oldest are those of Ubuntu 24.04, which ROS 2 Jazzy runs on; `make oldest` tests them.
+    # numba has an upper bound too, the newest that was tried: its private names are used.
     install_requires=[
+        'llvmlite>=0.41.1',
+        'lz4>=4.0.2',
         'mcap>=1.6.0',
-        'numba>=0.58.1',
+        'numba>=0.58.1,<0.69',
         'numpy>=1.26.4',
         'PyYAML>=6.0.1',
         'rich>=13.7.0',
         'scipy>=1.11.4',
+        'zstandard>=0.22.0',
     ],
     extras_require={
         # On a ROS distribution rclpy and the messages are there already.

@@ -12,7 +12,7 @@ import re
 from contextlib import contextmanager
 from pathlib import Path
 
-from satdyn_ros.cli.arguments import parser
+from satdyn_ros.cli.command_line import parser
 from satdyn_ros.messages.topics import TOPICS
 from satdyn_ros.run import shipped
 from satdyn_ros.run.keys import KEYS

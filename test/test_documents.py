@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from satdyn_ros.cli.arguments import parser
+from satdyn_ros.cli.command_line import parser
 from satdyn_ros.run import events
 from satdyn_ros.run.keys import KEYS
 from satdyn_ros.run.scenario import Scenario

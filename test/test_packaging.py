@@ -14,12 +14,8 @@ import satdyn_ros
 
 ROOT = Path(__file__).parent.parent
 
-# What is imported under another name than the one it is installed by, and what it always brings.
-PROVIDES = {
-    'pyyaml': {'yaml'},
-    'mcap': {'mcap', 'lz4', 'zstandard'},
-    'numba': {'numba', 'llvmlite'},
-}
+# What is imported under another name than the one it is installed by.
+PROVIDES = {'pyyaml': {'yaml'}}
 
 
 @pytest.fixture

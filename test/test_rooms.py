@@ -1,10 +1,11 @@
 """The rooms of the package import each other only as its architecture says."""
 
 import ast
+import graphlib
 import re
 import subprocess
 import sys
-from collections import defaultdict
+from collections import Counter, defaultdict
 from pathlib import Path
 
 import pytest
@@ -34,10 +35,20 @@ ROOMS = [
 ]
 
 
-def test_the_design_lists_the_rooms():
+def test_the_design_lists_the_rooms_and_what_they_import():
+    """The table draws the imports, and what a room imports is above it in the table."""
     design = (PACKAGE.parent / 'docs' / 'design.md').read_text()
     table = design.split('## Rooms')[1].split('\n## ')[0]
-    assert re.findall(r'^\| `(\w+)`', table, re.MULTILINE) == ROOMS
+    rows = re.findall(r'^\| `(\w+)` \| [^|]+ \|([^|]*)\|$', table, re.MULTILINE)
+    drawn = {room: re.findall(r'`(\w+)`', imported) for room, imported in rows}
+    imports: dict[str, set[str]] = {room: set() for room in ROOMS}
+    for path in PACKAGE.rglob('*/*.py'):
+        room = path.relative_to(PACKAGE).parts[0]
+        imports[room] |= {room_of(name) for name in own_imports(path) if '.' in name} - {room}
+    assert list(drawn) == ROOMS
+    assert drawn == {
+        room: sorted(names & {*ROOMS}, key=ROOMS.index) for room, names in imports.items()
+    }
 
 
 def room_of(module):
@@ -54,11 +65,15 @@ def own_imports(path):
         elif isinstance(node, ast.ImportFrom):
             base = here[: -node.level] if node.level else []
             module = '.'.join([*base, *([node.module] if node.module else [])])
-            if module == 'satdyn_ros':
-                names = [alias.name for alias in node.names if alias.name != '__version__']
-                yield from (f'{module}.{name}' for name in names)
-            elif module.startswith('satdyn_ros.'):
-                yield module
+            if not f'{module}.'.startswith('satdyn_ros.'):
+                continue
+            for alias in node.names:
+                name = f'{module}.{alias.name}'
+                place = PACKAGE.parent / name.replace('.', '/')
+                if place.is_dir() or place.with_suffix('.py').is_file():
+                    yield name
+                elif module != 'satdyn_ros':
+                    yield module
 
 
 @pytest.mark.parametrize(
@@ -75,6 +90,31 @@ def test_a_room_imports_only_from_rooms_below(path):
     room = path.relative_to(PACKAGE).with_suffix('').parts[0]
     allowed = ROOMS[: ROOMS.index(room) + 1]
     assert [name for name in own_imports(path) if room_of(name) not in allowed] == []
+
+
+def test_no_module_imports_itself_by_way_of_others():
+    """Not even within a function: what two modules need is in a third one below both."""
+    graph = {}
+    for path in sorted(PACKAGE.rglob('*/[a-z]*.py')):
+        name = '.'.join(['satdyn_ros', *path.relative_to(PACKAGE).with_suffix('').parts])
+        graph[name] = {*own_imports(path)}
+    graphlib.TopologicalSorter(graph).prepare()
+
+
+def test_only_the_kernel_imports_the_compiler():
+    """What depends on numba and llvmlite is in one room."""
+    assert [
+        str(path.relative_to(PACKAGE))
+        for path in sorted(PACKAGE.rglob('*.py'))
+        if path.relative_to(PACKAGE).parts[0] != 'kernel'
+        and re.search(r'^\s*(from|import) (numba|llvmlite)\b', path.read_text(), re.MULTILINE)
+    ] == []
+
+
+def test_no_two_modules_share_a_name():
+    """A name in a traceback, a table or a talk is one file."""
+    files = Counter(path.stem for path in PACKAGE.rglob('*/[a-z]*.py'))
+    assert [name for name, count in files.items() if count > 1] == []
 
 
 def test_every_module_has_a_room():

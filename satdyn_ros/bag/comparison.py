@@ -10,9 +10,9 @@ from .read_run import RecordedRun
 from .rerun import Records
 
 # Another machine rounds differently: its errors start at ROUNDING_RAD, and grow like the distance
-# of a run whose start is perturbed by TWIN_RAD.
+# of a run whose start is perturbed by PERTURBATION_RAD.
 ROUNDING_RAD = 1e-13
-TWIN_RAD = 1e-9
+PERTURBATION_RAD = 1e-9
 
 
 @dataclass(frozen=True)
@@ -49,16 +49,16 @@ class Comparison:
         self._allowed: dict[tuple[int, str], float] = {}
 
     def difference(
-        self, recorded: np.ndarray, expected: Records, twin: Records | None
+        self, recorded: np.ndarray, expected: Records, perturbed: Records | None
     ) -> Difference | None:
         """
         Return the first message that differs, None: none does.
 
-        recorded: the bytes of the records, perhaps fewer.  twin: the perturbed run's; None: the
-        bytes must be the same.
+        recorded: the bytes of the records, perhaps fewer.  perturbed: those of the perturbed run;
+        None: the bytes must be the same.
         """
-        if twin is not None:
-            self._let_grow(expected, twin)
+        if perturbed is not None:
+            self._let_grow(expected, perturbed)
         if np.array_equal(recorded, expected.data[: len(recorded)]):
             return None
         self.same_bytes = False
@@ -75,7 +75,7 @@ class Comparison:
             if len(places) == 0:
                 continue
             rows, right = found.data_at(places), wanted.data_at(places)
-            wrong = self._first_wrong(channel_id, rows, right, may_round=twin is not None)
+            wrong = self._first_wrong(channel_id, rows, right, may_round=perturbed is not None)
             if wrong is not None:
                 differ.append((int(places[wrong[0]]), wrong[1]))
         if not differ:
@@ -126,17 +126,17 @@ class Comparison:
         sensor = self._run.scenario.sensors.get(self._names[channel_id])
         return np.sqrt(3.0) * sensor.resolution if sensor else 0.0
 
-    def _let_grow(self, expected, twin):
+    def _let_grow(self, expected, perturbed):
         """Update how far the perturbed run has moved from the expected one."""
         if expected.starts_anew:
             self._allowed.clear()
-        contents, perturbed = Contents(expected.data), Contents(twin.data)
+        contents, moved = Contents(expected.data), Contents(perturbed.data)
         for channel_id in contents.places.keys() & self._layouts.keys():
             layout = self._layouts[channel_id]
-            rows, turned = (c.messages(channel_id)[1] for c in (contents, perturbed))
+            rows, turned = (c.messages(channel_id)[1] for c in (contents, moved))
             for field in _numbers(layout):
                 size = float(np.max(_distance(rows, np.zeros_like(rows), layout, field)))
-                grown = float(np.max(_distance(rows, turned, layout, field))) / TWIN_RAD
+                grown = float(np.max(_distance(rows, turned, layout, field))) / PERTURBATION_RAD
                 allowed = ROUNDING_RAD * (size + grown)
                 before = self._allowed.get((channel_id, field), 0.0)
                 self._allowed[channel_id, field] = max(before, allowed)

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from ..dynamics.system import State
-from ..exchange.aem_reader import attitude_at
+from ..exchange.aem import attitude_at
 from ..kernel import rotation
 from ..run.events import Timeout
-from ..run.limits import within_max_torque
+from ..run.run_state import within_max_torque
 from ..run.scenario import Scenario
 from ..run.simulation import Simulation, state_record
 from ..sensors import Suite

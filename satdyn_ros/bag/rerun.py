@@ -7,9 +7,8 @@ import numpy as np
 
 from ..dynamics.system import State
 from ..kernel import rotation
-from ..messages.measured import SensorPacker
-from ..messages.packers import packer
-from ..messages.sparse import parted
+from ..messages.packers import SensorPacker, packer
+from ..messages.sparse import dense_and_sparse
 from ..messages.topics import Packer, pack_rotor_command, pack_rotor_torque, pack_torque
 from ..rosbag2.chunk_builder import ChunkBuilder
 from ..rosbag2.tick_table import TickTable
@@ -67,7 +66,7 @@ def rerun(
             if name not in packers:
                 packers[name] = packer(name, run.scenario)
             rows[run.channel_id(name)] = packers[name].pack(samples)
-        full, some = parted(rows)
+        full, some = dense_and_sparse(rows)
         table = TickTable.of(len(samples), full)
         table.stamp(samples.stamps_ns)
         done = 0

@@ -6,12 +6,11 @@ import platform
 from collections.abc import Mapping
 from typing import Any, get_args
 
-import llvmlite.binding
-import numba
 import numpy
 import scipy
 
 from .. import __version__
+from ..kernel.compile import compiler
 from ..rosbag2.errors import Damaged
 from ..run import events
 from ..run.events import Event
@@ -51,12 +50,13 @@ def provenance(scenario: Scenario, topics: Mapping[str, str]) -> dict[str, str]:
 
 def machine() -> dict[str, str]:
     """Return what the bits of a run depend on besides the scenario and the events."""
+    compiled_by = compiler()
     return {
-        'processor': f'{platform.machine()} {llvmlite.binding.get_host_cpu_name()}',
+        'processor': f'{platform.machine()} {compiled_by["processor"]}',
         'system': ' '.join([platform.system(), *platform.libc_ver()]).strip(),
         'satdyn_ros': __version__,
-        'numba': numba.__version__,
-        'llvmlite': llvmlite.__version__,
+        'numba': compiled_by['numba'],
+        'llvmlite': compiled_by['llvmlite'],
         'numpy': numpy.__version__,
         'scipy': scipy.__version__,
     }

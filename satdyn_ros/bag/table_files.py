@@ -4,14 +4,15 @@ import csv
 import shutil
 import tempfile
 import zipfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Generator, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, closing
 from pathlib import Path
 
 import numpy as np
 
+from ..base.interruption import uninterrupted
 from .columns import Columns, dtype_of
-from .read_ahead import read_ahead
 
 _COPY_BYTES = 2**20
 # Rows that polars prints at once; with a quarter, its own choice, an export costs a tenth more.
@@ -96,3 +97,28 @@ def _schema(names):
     import pyarrow
 
     return pyarrow.schema([(name, pyarrow.from_numpy_dtype(dtype_of(name))) for name in names])
+
+
+def read_ahead(blocks: Iterable[Columns]) -> Generator[Columns, None, None]:
+    """
+    Yield blocks, in order; the next one is read in a thread while the caller writes one.
+
+    For a writer whose library leaves Python's lock alone.
+    """
+    left = iter(blocks)
+    thread = ThreadPoolExecutor(max_workers=1)
+    try:
+        # An exception within the executor's functions could leave a lock taken, for which its
+        # thread would wait for ever: interruptions act between them.
+        with uninterrupted():
+            reading = thread.submit(next, left, None)
+        while True:
+            with uninterrupted():
+                block = reading.result()
+                if block is None:
+                    return
+                reading = thread.submit(next, left, None)
+            yield block
+    finally:
+        with uninterrupted():
+            thread.shutdown()

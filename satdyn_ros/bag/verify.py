@@ -20,7 +20,7 @@ from ..run.events import Derived, Event, Halt, RotorLimited, TorquesDropped
 from ..run.samples import Samples
 from ..run.simulation import Simulation
 from . import run_metadata
-from .comparison import TWIN_RAD, Comparison, Difference
+from .comparison import PERTURBATION_RAD, Comparison, Difference
 from .declared import check_declarations
 from .read_run import Happened, RecordedRun
 from .rerun import Records, rerun
@@ -118,17 +118,19 @@ def verify(
     # A bag closed before its first sample may hold inputs and nothing that follows from them.
     has_samples = recorded.snapshot is not None
     expected = rerun(recorded, observe=observe) if has_samples else iter(())
-    twins: Iterator[Records | None] = rerun(recorded, TWIN_RAD) if other_machine else repeat(None)
+    perturbed_run: Iterator[Records | None] = (
+        rerun(recorded, PERTURBATION_RAD) if other_machine else repeat(None)
+    )
     messages = _MessageStream(recorded.bag)
     comparison = Comparison(recorded)
     difference = None
     try:
-        for records, twin in zip(expected, twins, strict=False):
+        for records, perturbed in zip(expected, perturbed_run, strict=False):
             if messages.has_ended():
                 # What happened after the last message is compared as well.
                 continue
             found = messages.take(len(records.data))
-            difference = comparison.difference(found, records, twin)
+            difference = comparison.difference(found, records, perturbed)
             if difference:
                 break
         may_remain = () if has_samples else recorded.inputs

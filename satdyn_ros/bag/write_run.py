@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..messages import qos, schemas
-from ..messages.sparse import Rows, SomeRows
+from ..messages.sparse import Rows, SparseMessages
 from ..messages.topics import TOPICS, pack_rotor_command, pack_torque
 from ..rosbag2.metadata import TopicMetadata
 from ..rosbag2.reader import Bag
@@ -104,7 +104,7 @@ class Recording:
         """
         Write the messages of ticks.
 
-        stamps_ns (N,); rows: by name in the scenario N rows each, or SomeRows of a sensor.
+        stamps_ns (N,); rows: by name in the scenario N rows each, or SparseMessages of a sensor.
         snapshot(i): Simulation.snapshot of tick i of these; it is called where a file begins.
         """
         self._writer.write(stamps_ns, self._by_topic(rows), self._record_of(snapshot))
@@ -121,11 +121,11 @@ class Recording:
         self,
         stamps_ns: np.ndarray,
         table: TickTable,
-        measured: Mapping[str, SomeRows],
+        measured: Mapping[str, SparseMessages],
         snapshot: Callable[[int], Mapping[str, Any]],
     ) -> int:
         """
-        As samples(): the topics of every tick in a table, and the sensors' SomeRows.
+        As samples(): the topics of every tick in a table, and the sensors' SparseMessages.
 
         Return how many ticks of the table are best written next.
         """

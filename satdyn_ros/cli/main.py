@@ -8,9 +8,8 @@ from pathlib import Path
 
 from ..base.interruption import Terminated, interruptible
 from ..base.sentences import one_sentence
-from .arguments import INPUT_IS_WRONG, parser
-from .output import output_that_may_fail
-from .progress import progress, show_notices
+from .command_line import INPUT_IS_WRONG, parser
+from .output import output_that_may_fail, progress, show_notices
 
 DONE, ANSWER_IS_NO, INTERRUPTED, TERMINATED = 0, 1, 130, 143
 
@@ -145,7 +144,7 @@ def _simulate(given):
             scenario = begun_in_aem(scenario, given.origin, given.at)
         else:
             scenario, begin = begun_in_bag(scenario, given.origin, given.at)
-    for doubt in scenario.doubts:
+    for doubt in scenario.warnings:
         print(f'satdyn simulate: {doubt}', file=sys.stderr)
     happening = events.from_yaml(given.events, scenario) if given.events else []
     count = tick_count(scenario, given.duration)
@@ -271,7 +270,7 @@ def _watch(given):
 def _sweep(given):
     from ..run.shipped import sweep_path
     from ..sweep.run import sweep
-    from ..sweep.summary import summary
+    from ..sweep.table import summary
 
     with progress('sweep', 'runs') as show:
         table = sweep(sweep_path(given.file), given.out, given.workers, given.dask, show)

@@ -18,7 +18,7 @@ Vector = tuple[float, ...] | np.ndarray
 Matrix = tuple[tuple[float, ...], ...] | np.ndarray
 
 
-class RotorParameters(NamedTuple):
+class RotorConstants(NamedTuple):
     """The constants of one turning rotor; inertia_inverse: 1 / J."""
 
     axis: Vector
@@ -27,7 +27,7 @@ class RotorParameters(NamedTuple):
     inertia_inverse: float
 
 
-class Parameters(NamedTuple):
+class Constants(NamedTuple):
     """
     The constants of one motion as plain numbers.
 
@@ -57,14 +57,14 @@ class Parameters(NamedTuple):
     slow_rate: float
     longest_step: float
     does_work: bool
-    rotors: tuple[RotorParameters, ...]
+    rotors: tuple[RotorConstants, ...]
     zeros: tuple[float, ...]
     place: tuple[float, ...]
 
 
-def parameters(system: System, start_s: float = 0.0) -> Parameters:
+def constants_of(system: System, start_s: float = 0.0) -> Constants:
     """Return the constants of the equations for a system that starts at start_s."""
-    undriven = _undriven_parameters(system.undriven)
+    undriven = _undriven_constants(system.undriven)
     outward, ahead = _line(system.orbit, start_s, undriven.outward, undriven.ahead)
     rotors = zip(undriven.rotors, system.turning_rotors, strict=True)
     return undriven._replace(
@@ -79,10 +79,10 @@ def parameters(system: System, start_s: float = 0.0) -> Parameters:
 
 
 # A controller drives the same system anew at every tick.
-_known: WeakKeyDictionary[System, Parameters] = WeakKeyDictionary()
+_known: WeakKeyDictionary[System, Constants] = WeakKeyDictionary()
 
 
-def _undriven_parameters(system):
+def _undriven_constants(system):
     if system not in _known:
         constants = _constants(system)
         plain = _as_tuples(_without_zeros(constants))
@@ -90,11 +90,11 @@ def _undriven_parameters(system):
     return _known[system]
 
 
-def numbers_of_many(system: System, count: int) -> tuple[Parameters, np.ndarray]:
+def flat_constants_of_many(system: System, count: int) -> tuple[Constants, np.ndarray]:
     """
-    Return the numbers of the Parameters of count systems, one after the other, (count, P).
+    Return the floats of the Constants of count systems, one after the other, (count, P).
 
-    The Parameters returned before them tell the number of rotors and whether work is done, the
+    The Constants returned before them tell the number of rotors and whether work is done, the
     same for all.
     """
     constants = _constants(system)
@@ -103,7 +103,7 @@ def numbers_of_many(system: System, count: int) -> tuple[Parameters, np.ndarray]
     constants = constants._replace(outward=outward, ahead=ahead)
     inertia = np.eye(3) if _are_diagonal(constants) else np.eye(3) + 0.1
     rotors = (Rotor('free', inertia=0.1),) * len(constants.rotors)
-    one = parameters(System(inertia, rotors))._replace(place=constants.place)
+    one = constants_of(System(inertia, rotors))._replace(place=constants.place)
     constants = _without_zeros(constants)
     rows = [
         np.broadcast_to(np.reshape(part, (-1, np.size(field))), (count, np.size(field)))
@@ -124,7 +124,7 @@ def _applied(system):
 
 @np.errstate(over='ignore', invalid='ignore')
 def _constants(system):
-    """Return the Parameters as arrays, of a system whose own constants may be arrays."""
+    """Return the Constants as arrays, of a system whose own constants may be arrays."""
     orbit = system.orbit
     eccentricity, anomaly_rate, axes_rate, longest_step = 0.0, 0.0, 0.0, np.inf
     if isinstance(orbit, FixedDirection):
@@ -143,7 +143,7 @@ def _constants(system):
             momentum = momentum + np.asarray(rotor.momentum)[..., None] * rotor.axis
     weight = np.linalg.norm(system.weight_moment, axis=-1)
     size = np.trace(system.inertia, axis1=-2, axis2=-1)
-    return Parameters(
+    return Constants(
         inertia=system.inertia,
         carrier_inertia=system.carrier_inertia,
         carrier_inverse=system.carrier_inverse,
@@ -161,7 +161,7 @@ def _constants(system):
         longest_step=longest_step,
         does_work=system.is_driven or orbit.is_eccentric,
         rotors=tuple(
-            RotorParameters(
+            RotorConstants(
                 axis=rotor.axis,
                 torque=system.rotor_torque[i],
                 friction=rotor.friction,
@@ -214,7 +214,7 @@ def _as_tuples(part):
 
 
 def _leaves(part):
-    """Yield the arrays of Parameters, one after the other."""
+    """Yield the arrays of Constants, one after the other."""
     rotors = tuple(each for rotor in part.rotors for each in rotor)
     yield from part[: part._fields.index('rotors')]
     yield from rotors

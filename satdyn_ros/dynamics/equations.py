@@ -27,10 +27,10 @@ along track, that of the orbit, v (3 mu / r^3) t . I c - 3 (r' / r) V.
 import numpy as np
 
 from ..kernel.compile import inlined
-from ..kernel.simd import spread
-from ..kernel.unroll import for_each, in_turn
+from ..kernel.simd import broadcast
+from ..kernel.unroll import unrolled_fold, unrolled_map
 from ..kernel.vector import add, add_cross, apply, attitude_rate, dot, scale, to_body
-from .constants import Parameters
+from .constants import Constants
 from .system import State, System
 
 # The variables of the integration: q (4), omega_bi_b (3), then p of every turning rotor, the angle
@@ -54,55 +54,55 @@ def initial_values(system: System, state: State) -> np.ndarray:
     return y
 
 
-@for_each
+@unrolled_map
 def _speeds(i, rotors, y):
     """Return s = p / J - a . omega."""
     rotor = rotors[i]
     return y[MOMENTUM + i] * rotor.inertia_inverse - dot(rotor.axis, y[4:7])
 
 
-@in_turn
+@unrolled_fold
 def _plus_momenta(total, i, rotors, y):
     """Add p a."""
     return add(total, scale(y[MOMENTUM + i], rotors[i].axis))
 
 
-@in_turn
+@unrolled_fold
 def _plus_frictions(total, i, rotors, s):
     """Add b s a."""
     return add(total, scale(rotors[i].friction * s[i], rotors[i].axis))
 
 
-@for_each
+@unrolled_map
 def place_of(i: int, place: tuple[float, ...], y: tuple[float, ...]) -> float:
     """Return cos f and sin f among the variables y, on a circle none."""
     return y[len(y) - len(place) + i]
 
 
-@for_each
+@unrolled_map
 def _place_rates(i, place, v, cos_f, sin_f):
     """Return their derivatives."""
     return v * (-sin_f, cos_f)[i]
 
 
-@for_each
+@unrolled_map
 def _momentum_rates(i, rotors, s):
     """Return p' = tau - b s."""
     return rotors[i].torque - rotors[i].friction * s[i]
 
 
 @inlined
-def place_at(constants: Parameters) -> int:
+def place_at(constants: Constants) -> int:
     """Return where among the variables cos f is, on an ellipse."""
     return MOMENTUM + 2 * len(constants.rotors) + 1
 
 
 @inlined
-def rates(y: tuple[float, ...], constants: Parameters) -> tuple[float, ...]:
+def rates(y: tuple[float, ...], constants: Constants) -> tuple[float, ...]:
     """Return dy/dt of the variables y, both tuples of the same size."""
     q, omega = y[0:4], y[4:7]
     # The first two, which on a circle are those of f = 0.
-    at_rest = spread(1.0, y[0]), spread(0.0, y[0])
+    at_rest = broadcast(1.0, y[0]), broadcast(0.0, y[0])
     cos_f, sin_f = (place_of(constants.place, y) + at_rest)[0:2]
 
     rho = 1.0 + constants.eccentricity * cos_f
@@ -122,7 +122,7 @@ def rates(y: tuple[float, ...], constants: Parameters) -> tuple[float, ...]:
     torque = add_cross(add_cross(applied, H, omega), c, field)
     omega_dot = apply(constants.carrier_inverse, torque)
 
-    power = spread(0.0, cos_f)
+    power = broadcast(0.0, cos_f)
     if constants.does_work:
         t = to_body(q, add(scale(-sin_f, P), scale(cos_f, Q_)))
         r_dot_r = constants.eccentricity * sin_f * v / rho

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from .inertia import Body
+from .bodies import Body
 
 # A range of a coordinate: its ends, or a function of the coordinates before it that returns them.
 Range = tuple[float, float] | Callable[..., tuple] | float

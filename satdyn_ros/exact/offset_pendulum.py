@@ -35,7 +35,7 @@ class Field(NamedTuple):
         phi = self.theta0 + self.delta + d
         return -self.G1 * np.sin(phi) - 2.0 * self.G2 * np.sin(2.0 * (self.theta0 + d))
 
-    def bend(self, d: float) -> float:
+    def second_derivative(self, d: float) -> float:
         """Return half the second derivative of f at theta0 + d."""
         theta = self.theta0 + d
         G1, G2 = self.G1, self.G2
@@ -44,7 +44,7 @@ class Field(NamedTuple):
     def is_separatrix(self, d: float) -> bool:
         """Whether f has a double root at the equilibrium theta0 + d, and is positive beside it."""
         size = self.rate0**2 + sum(abs(drop) for drop in self._drops(d))
-        return abs(self.f(d)) <= LAST_DIGITS * size and self.bend(d) >= 0.0
+        return abs(self.f(d)) <= LAST_DIGITS * size and self.second_derivative(d) >= 0.0
 
     def _drops(self, d):
         phi = self.theta0 + self.delta + d / 2.0
@@ -241,7 +241,7 @@ class Separatrix:
     def __init__(self, field: Field, d: float):
         self._equilibrium = field.theta0 + d
         twice = 2.0 * self._equilibrium
-        q2 = field.bend(d)
+        q2 = field.second_derivative(d)
         self._growth = np.sqrt(q2)
         sine = np.sin(-d / 2.0)
         self._kappa0 = np.cos(d / 2.0) / sine

@@ -5,13 +5,25 @@ Its quaternion gives the rotation that takes the axes of REF_FRAME_A to those of
 vector part first.  With the inertial frame as A and the body as B these are the numbers of q_ib.
 """
 
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
 from typing import TextIO
 
 import numpy as np
 
-from .ccsds import SegmentWriter, Subject
+from ..base.nanoseconds import epoch, stamp_ns
+from ..base.regular_file import regular_file
+from ..kernel import rotation
+from .ccsds import INERTIAL_FRAMES, SegmentWriter, Subject
 
 BODY = 'SC_BODY_1'
+# How many numbers follow the epoch in the rows of each type that we read.
+_LENGTHS = {'QUATERNION': 4, 'QUATERNION/ANGVEL': 7}
+_VERSIONS = ('1.0', '2.0')
+# Printed with a few digits a quaternion is not quite of length 1; further off it is a mistake.
+_NORM_ERROR = 1e-3
 
 
 class AemWriter:
@@ -49,3 +61,126 @@ class AemWriter:
     def end_segment(self) -> None:
         """End the segment, where the motion restarts and at the end."""
         self._segments.end_segment()
+
+
+@dataclass(frozen=True)
+class Attitude:
+    """An attitude q_ib (4,), and omega_bi_b (3,) [rad/s] where the file has rates."""
+
+    stamp_ns: int
+    q_ib: np.ndarray
+    omega_bi_b: np.ndarray | None
+
+
+def attitude_at(path: str | Path, epoch_text: str) -> Attitude:
+    """
+    Return the attitude in the row of an AEM at an epoch; where two segments meet, the later's.
+
+    Versions 1.0 (504.0-B-1) and 2.0 (504.0-B-2) in keyword = value notation, in UTC, between an
+    inertial frame and SC_BODY in either direction.  ValueError: the file is not one, or has no row
+    at that epoch; then the nearest one is named.
+    """
+    wanted_ns = stamp_ns(epoch_text)
+    found, nearest_ns = None, None
+    with open(regular_file(path), encoding='ascii', errors='replace') as file:
+        try:
+            for segment, row in _rows(file):
+                row_ns = stamp_ns(row[0])
+                if row_ns == wanted_ns:
+                    found = segment.attitude(row)
+                if nearest_ns is None or abs(row_ns - wanted_ns) < abs(nearest_ns - wanted_ns):
+                    nearest_ns = row_ns
+        except ValueError as error:
+            raise ValueError(f'{path}: {error}') from None
+    if nearest_ns is None:
+        raise ValueError(f'{path} has no attitudes')
+    if found is None:
+        raise ValueError(f'{path} has no row at {epoch_text}; the nearest is {epoch(nearest_ns)}')
+    return found
+
+
+class _Segment:
+    """What the metadata of a segment say of its rows."""
+
+    def __init__(self, metadata: Mapping[str, str], version: str):
+        def value(keyword, default=None):
+            if keyword not in metadata and default is None:
+                raise ValueError(f'a segment has no {keyword}')
+            return metadata.get(keyword, default).upper()
+
+        self.type = value('ATTITUDE_TYPE')
+        if self.type not in _LENGTHS:
+            raise ValueError(f'ATTITUDE_TYPE is {self.type}; supported: {" and ".join(_LENGTHS)}')
+        if value('TIME_SYSTEM') != 'UTC':
+            raise ValueError(f'TIME_SYSTEM is {value("TIME_SYSTEM")}; only UTC is supported')
+        frames = value('REF_FRAME_A'), value('REF_FRAME_B')
+        are_body = [frame.startswith('SC_BODY') for frame in frames]
+        if sum(are_body) != 1 or not _is_inertial(frames[are_body.index(False)]):
+            raise ValueError(
+                f'REF_FRAME_A is {frames[0]} and REF_FRAME_B {frames[1]}; supported: SC_BODY and '
+                f'one of {", ".join(INERTIAL_FRAMES)}'
+            )
+        is_b_to_a = version == '1.0' and value('ATTITUDE_DIR') == 'B2A'
+        self._scalar_first = version == '1.0' and value('QUATERNION_TYPE') == 'FIRST'
+        self._rotates_to_body = are_body[1] != is_b_to_a
+        self._body_is_b = are_body[1]
+        if self.type == 'QUATERNION/ANGVEL':
+            names = {'REF_FRAME_A': frames[0], 'REF_FRAME_B': frames[1]}
+            frame = names.get(value('ANGVEL_FRAME'), value('ANGVEL_FRAME'))
+            if frame not in frames:
+                raise ValueError(f'ANGVEL_FRAME is {frame}, which is not a frame of its segment')
+            self._rate_in_body = frame == frames[are_body.index(True)]
+
+    def attitude(self, row: list[str]) -> Attitude:
+        """Return a row's attitude; ValueError: its numbers are not an attitude."""
+        try:
+            numbers = np.array(row[1:], float)
+        except ValueError:
+            numbers = np.empty(0)
+        if len(numbers) != _LENGTHS[self.type] or not np.all(np.isfinite(numbers)):
+            raise ValueError(f'the row at {row[0]} does not hold {_LENGTHS[self.type]} numbers')
+        q = np.roll(numbers[:4], -1) if self._scalar_first else numbers[:4]
+        if abs(np.linalg.norm(q) - 1.0) > _NORM_ERROR:
+            raise ValueError(f'the quaternion at {row[0]} is not of length 1')
+        q_ib = rotation.normalise(q if self._rotates_to_body else rotation.conjugate(q))
+        omega_bi_b = None
+        if self.type == 'QUATERNION/ANGVEL':
+            # The rate of frame B relative to frame A.
+            omega = np.radians(numbers[4:]) * (1.0 if self._body_is_b else -1.0)
+            to_body = rotation.IDENTITY if self._rate_in_body else rotation.conjugate(q_ib)
+            omega_bi_b = rotation.rotate(to_body, omega)
+        return Attitude(stamp_ns(row[0]), q_ib, omega_bi_b)
+
+
+def _rows(lines: Iterable[str]) -> Iterator[tuple[_Segment, list[str]]]:
+    """Yield each row of a message, split into its words, with its segment."""
+    version: str | None = None
+    metadata: dict[str, str] = {}
+    segment: _Segment | None = None
+    for line in lines:
+        words = line.split()
+        if not words or words[0] == 'COMMENT':
+            continue
+        keyword, is_assignment, value = (part.strip() for part in line.partition('='))
+        if version is None:
+            version = value
+            if keyword != 'CCSDS_AEM_VERS' or version not in _VERSIONS:
+                raise ValueError(
+                    'this is not an Attitude Ephemeris Message in keyword = value notation, '
+                    f'whose first line is CCSDS_AEM_VERS = {" or ".join(_VERSIONS)}'
+                )
+        elif keyword == 'META_START':
+            metadata = {}
+        elif is_assignment:
+            metadata[keyword] = value
+        elif keyword == 'DATA_START':
+            segment = _Segment(metadata, version)
+        elif keyword == 'DATA_STOP':
+            segment = None
+        elif segment is not None:
+            yield segment, words
+
+
+def _is_inertial(frame: str) -> bool:
+    """Whether a name is one of the inertial frames, or a numbered realisation such as ICRF3."""
+    return frame in INERTIAL_FRAMES or re.sub(r'\d+$', '', frame) in INERTIAL_FRAMES

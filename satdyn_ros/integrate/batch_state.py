@@ -1,41 +1,41 @@
 """
-Many propagations side by side: a step of dop853.py in every lane.
+The state of a batch: a step of dop853.py in every lane of SIMD vectors.
 
-A lane's numbers do not depend on its neighbours.
+What is in a lane does not depend on its neighbours.
 """
 
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..dynamics.constants import Parameters
+from ..dynamics.constants import Constants
 from ..kernel.compile import inlined
-from ..kernel.simd import all_less, filled, load, spread, store, where_less, zero
+from ..kernel.simd import all_true, broadcast, load, select, store, unflatten, zero
 from .dop853 import GROWTH, Stages, attempt, cut, line_zeros, step_ratio
 
-# As many doubles as the widest vector registers hold.
+# The floats of the widest vector registers.
 LANES = 8
 
 
-def numbers_of(part: tuple) -> list[float]:
-    """Return the numbers of nested tuples, such as Parameters, one after the other."""
+def flatten(part: tuple) -> list[float]:
+    """Return the floats of nested tuples, such as Constants, one after the other."""
     numbers: list[float] = []
     for each in part:
         if isinstance(each, tuple):
-            numbers += numbers_of(each)
+            numbers += flatten(each)
         else:
             numbers.append(each)
     return numbers
 
 
-class Lanes(NamedTuple):
+class BatchState(NamedTuple):
     """
-    The steps in all lanes, each an array of a number per lane, or of rows of such numbers.
+    The steps of all lanes: arrays of one float per lane, or of rows of one float per lane.
 
-    motion: which of them flies there, -1: none; waiting (1,): the next to take a lane; t, h and
-    error: begin and length of the step, and its error over the tolerance; steps: taken from the
-    start; row_s: the time of the next row; limit: a motion that has taken so many steps before it
-    is given up; constants: rows of the Parameters.
+    motion: the motion that is integrated there, -1: none; waiting (1,): the next to take a lane;
+    t, h and error: begin and length of the step, and its error over the tolerance; steps: taken
+    from the start; row_s: the time of the next row; limit: a motion that has taken so many steps
+    before it is given up; constants: rows of the Constants.
     """
 
     motion: np.ndarray
@@ -52,8 +52,8 @@ class Lanes(NamedTuple):
     error: np.ndarray
 
     @classmethod
-    def empty(cls, size: int, numbers: int) -> 'Lanes':
-        """Return lanes in which nothing flies: of `size` variables and as many `numbers`."""
+    def empty(cls, size: int, count: int) -> 'BatchState':
+        """Return idle lanes for `size` variables and Constants of `count` floats."""
         return cls(
             motion=np.full(LANES, -1),
             waiting=np.zeros(1, int),
@@ -64,81 +64,81 @@ class Lanes(NamedTuple):
             h=line_zeros(LANES),
             largest_growth=line_zeros(LANES),
             tolerance=np.ones(LANES),
-            constants=line_zeros(numbers * LANES),
+            constants=line_zeros(count * LANES),
             stages=Stages.empty(size * LANES),
             error=line_zeros(LANES),
         )
 
 
 @inlined
-def attempt_all(lanes: Lanes, like: Parameters, changing: int) -> bool:
+def attempt_all(batch: BatchState, like: Constants, changing: int) -> bool:
     """
     Take a step h of every lane from y_0 at t to y, and write its error.
 
-    Return whether one may have reached its next row.  like: the Parameters of one motion, as in
+    Return whether one may have reached its next row.  like: the Constants of one motion, as in
     batch.py; changing: variables that do, the first.
     """
     every = zero(LANES)
-    t, tolerance = load(lanes.t, 0, every), load(lanes.tolerance, 0, every)
-    h = (t + load(lanes.h, 0, every)) - t
-    constants = filled(like, lanes.constants, every)
-    store(lanes.h, 0, h)
-    store(lanes.error, 0, attempt(lanes.stages, h, constants, changing * LANES, every) / tolerance)
-    return not all_less(t + h, load(lanes.row_s, 0, every))
+    t, tolerance = load(batch.t, 0, every), load(batch.tolerance, 0, every)
+    h = (t + load(batch.h, 0, every)) - t
+    constants = unflatten(like, batch.constants, every)
+    store(batch.h, 0, h)
+    store(batch.error, 0, attempt(batch.stages, h, constants, changing * LANES, every) / tolerance)
+    return not all_true(t + h < load(batch.row_s, 0, every))
 
 
 @inlined
-def advance(lanes: Lanes, like: Parameters, changing: int) -> bool:
+def advance(batch: BatchState, like: Constants, changing: int) -> bool:
     """
     Let the lanes whose step is accepted go on from its end, and shorten the step of the others.
 
     Return whether one can go no further.
     """
     every = zero(LANES)
-    one, error = spread(1.0, every), load(lanes.error, 0, every)
-    t, h, steps = load(lanes.t, 0, every), load(lanes.h, 0, every), load(lanes.steps, 0, every)
+    one, error = broadcast(1.0, every), load(batch.error, 0, every)
+    t, h, steps = load(batch.t, 0, every), load(batch.h, 0, every), load(batch.steps, 0, every)
     ratio = step_ratio(error)
-    longest = filled(like, lanes.constants, every).longest_step
-    longer = _lesser(h * _lesser(load(lanes.largest_growth, 0, every), ratio), longest)
+    longest = unflatten(like, batch.constants, every).longest_step
+    longer = _lesser(h * _lesser(load(batch.largest_growth, 0, every), ratio), longest)
     shorter = h * cut(error, ratio)
-    # Where 1 < error the step is not accepted.
-    growth = where_less(one, error, one, spread(GROWTH, every))
-    steps = where_less(one, error, steps, steps + 1.0)
-    t = where_less(one, error, t, t + h)
-    h = where_less(one, error, shorter, longer)
-    store(lanes.largest_growth, 0, growth)
-    store(lanes.steps, 0, steps)
-    store(lanes.t, 0, t)
-    store(lanes.h, 0, h)
-    y_0, y = lanes.stages.y_0, lanes.stages.y
+    is_rejected = one < error
+    growth = select(is_rejected, one, broadcast(GROWTH, every))
+    steps = select(is_rejected, steps, steps + 1.0)
+    t = select(is_rejected, t, t + h)
+    h = select(is_rejected, shorter, longer)
+    store(batch.largest_growth, 0, growth)
+    store(batch.steps, 0, steps)
+    store(batch.t, 0, t)
+    store(batch.h, 0, h)
+    y_0, y = batch.stages.y_0, batch.stages.y
     for i in range(changing):
         start = load(y_0, i, every)
-        there = where_less(one, error, start, load(y, i, every))
+        there = select(is_rejected, start, load(y, i, every))
         store(y_0, i, there)
         store(y, i, there)
-    is_step = all_less(t, t + h) and all_less(t + h, spread(np.inf, every))
-    return not (is_step and all_less(steps, load(lanes.limit, 0, every)))
+    is_step = all_true(t < t + h) and all_true(t + h < broadcast(np.inf, every))
+    return not (is_step and all_true(steps < load(batch.limit, 0, every)))
 
 
 @inlined
 def _lesser(a, b):
-    return where_less(a, b, a, b)
+    return select(a < b, a, b)
 
 
 @inlined
-def give_lane(numbers: np.ndarray, l: int, rows: np.ndarray) -> None:
-    """Write numbers as those of a lane in rows."""
-    for i in range(len(numbers)):
-        rows[at_lane(i, l)] = numbers[i]
+def scatter(values: np.ndarray, l: int, rows: np.ndarray) -> None:
+    """Write values, one per row, to a lane of rows."""
+    for i in range(len(values)):
+        rows[at_lane(i, l)] = values[i]
 
 
 @inlined
-def take_lane(l: int, lanes: Lanes, single: tuple[Any, ...]) -> None:
+def gather(l: int, batch: BatchState, single: tuple[Any, ...]) -> None:
     """Copy a lane's step to the clock, stages and dense output of a single propagation."""
     clock, stages, _ = single
-    y_0, y, k = lanes.stages.y_0, lanes.stages.y, lanes.stages.k
+    y_0, y, k = batch.stages.y_0, batch.stages.y, batch.stages.k
     size, length = len(y) // LANES, len(stages.y)
-    clock[0], clock[1] = lanes.t[l], lanes.t[l] + lanes.h[l]
+    clock[0], clock[1] = batch.t[l], batch.t[l] + batch.h[l]
     for i in range(size):
         stages.y[i], stages.y_0[i] = y[at_lane(i, l)], y_0[at_lane(i, l)]
     for j in range(12):

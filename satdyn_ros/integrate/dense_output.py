@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from ..dynamics.constants import Parameters
+from ..dynamics.constants import Constants
 from ..dynamics.equations import OMEGA
 from ..kernel.compile import inlined
 from ..kernel.simd import PACK, zero
@@ -18,9 +18,7 @@ from .tableau import DENSE
 
 
 @inlined
-def make_dense(
-    clock: np.ndarray, stages: Stages, dense: np.ndarray, constants: Parameters
-) -> None:
+def make_dense(clock: np.ndarray, stages: Stages, dense: np.ndarray, constants: Constants) -> None:
     """Write the terms of the dense output of the current step, which starts at y_0 = dense[0]."""
     h, y_0, y, k, z = clock[END] - clock[BEGIN], dense[0], stages.y, stages.k, dense[7]
     size, some = len(y), zero(PACK)
@@ -46,7 +44,7 @@ def interpolate(
     last: int,
     clock: np.ndarray,
     dense: np.ndarray,
-    constants: Parameters,
+    constants: Constants,
 ) -> None:
     """
     Evaluate the dense output at t_s[first:last], with q_ib in the place of q.

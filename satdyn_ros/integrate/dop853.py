@@ -3,13 +3,13 @@ One step of Dormand and Prince's method of order 8, and its error by orders 5 an
 
 Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, 1993, II.5, II.10.
 
-A step is of one motion, its variables floats, or of many side by side, its variables Numbers.
+A step is of one motion, its variables floats, or of many side by side, its variables SIMD vectors.
 
 clock (7,), by the names below: where the current step begins and ends, the proposed length of the
 next one, the number of steps taken, the number of the step that the dense output belongs to, the
 furthest row that was ever reached, and the number of steps begun since.
 dense (8, V): the terms of the dense output of one motion's step, the first of them the variables
-at its start.  constants: the Parameters of the equations.
+at its start.  constants: the Constants of the equations.
 """
 
 import math
@@ -17,11 +17,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..dynamics.constants import Parameters
+from ..dynamics.constants import Constants
 from ..dynamics.equations import MOMENTUM, OMEGA, place_at, place_of, rates
 from ..kernel.compile import inlined
-from ..kernel.simd import PACK, load, packed, spread, store, store_all, where_less, width, zero
-from ..kernel.unroll import for_each, in_turn
+from ..kernel.simd import PACK, broadcast, load, packed, select, store, store_all, width, zero
+from ..kernel.unroll import unrolled_fold, unrolled_map
 from ..kernel.vector import dot
 from ..orbits.kepler import true_anomaly
 from .tableau import COLUMNS, ENTRIES, ERROR_3, ERROR_5, LENGTHS
@@ -30,7 +30,7 @@ from .tableau import COLUMNS, ENTRIES, ERROR_3, ERROR_5, LENGTHS
 BEGIN, END, NEXT, STEPS, DENSE_OF, FURTHEST, SINCE = range(7)
 # How a walk ends: it goes on in another slice, all rows are reached, no step meets the tolerance,
 # or too many steps are needed.
-UNFINISHED, REACHED, STUCK, TOO_MANY_STEPS = range(4)
+UNFINISHED, REACHED, STEP_UNDERFLOW, TOO_MANY_STEPS = range(4)
 
 # The place on an ellipse, integrated with the rest, is corrected every so many steps.
 STEPS_PER_FIX = 8
@@ -45,7 +45,7 @@ TINY = 1e-300
 # What the first step turns the body or the orbit by [rad]; a rate below the slowest [rad/s] counts
 # as the slowest, for which such a step takes four months.
 FIRST_TURN, SLOWEST = 0.01, 1e-9
-# Numbers in a cache line.
+# Floats in a cache line.
 _LINE = 8
 # One number for each of q and omega.
 _CORE = (0.0,) * MOMENTUM
@@ -93,7 +93,7 @@ def step(
     clock: np.ndarray,
     stages: Stages,
     anomaly: np.ndarray,
-    constants: Parameters,
+    constants: Constants,
     tolerance: float,
 ) -> bool:
     """
@@ -133,7 +133,7 @@ def _copy(y, to):
 
 
 @inlined
-def attempt(stages: Stages, h: float, constants: Parameters, changing: int, some: float) -> float:
+def attempt(stages: Stages, h: float, constants: Constants, changing: int, some: float) -> float:
     """
     Take the step h from y_0, which is y, to y; return its error.
 
@@ -157,25 +157,25 @@ def attempt(stages: Stages, h: float, constants: Parameters, changing: int, some
 
 
 @inlined
-def variables(y: np.ndarray, like: float, constants: Parameters) -> tuple[float, ...]:
+def variables(y: np.ndarray, like: float, constants: Constants) -> tuple[float, ...]:
     """Return the variables of an array as a tuple, of every motion's numbers where like is."""
     zeros = _CORE + constants.zeros + constants.zeros + (0.0,) + constants.place
     return _loaded(zeros, y, like)
 
 
-@for_each
+@unrolled_map
 def _loaded(i, variables, y, like):
     return load(y, i, like)
 
 
 @inlined
-def evaluate(y: np.ndarray, h: float, constants: Parameters, k: np.ndarray, i: int) -> None:
+def evaluate(y: np.ndarray, h: float, constants: Constants, k: np.ndarray, i: int) -> None:
     """Write k_i = h f(y)."""
     f = packed(rates(variables(y, h, constants), constants))
     store_all(k, i * len(y), _scaled(f, h))
 
 
-@for_each
+@unrolled_map
 def _scaled(i, f, h):
     return h * f[i]
 
@@ -208,18 +208,18 @@ def _combine_at(i, sums, row, y, k, z):
     store_all(z, i * width(sums[0]), _plus_begins(sums, y, i))
 
 
-@for_each
+@unrolled_map
 def _plus_products(m, sums, a, k, i):
     return sums[m] + a * load(k, i + m, sums[m])
 
 
-@for_each
+@unrolled_map
 def _plus_begins(m, sums, y, i):
     return load(y, i + m, sums[m]) + sums[m]
 
 
 @inlined
-def first_step(omega: tuple[float, ...], constants: Parameters) -> float:
+def first_step(omega: tuple[float, ...], constants: Constants) -> float:
     """Return the length of the step that is tried first."""
     return FIRST_TURN / (math.sqrt(dot(omega, omega)) + constants.anomaly_rate + SLOWEST)
 
@@ -232,7 +232,7 @@ def error_of(
     e_3: tuple[float, ...],
     e_5: tuple[float, ...],
     h: float,
-    constants: Parameters,
+    constants: Constants,
 ) -> float:
     """Return the error of a step h from y_0 to y: of attitude, rate, orbit and damped momenta."""
     # The natural scale of a rate: the rate itself and the root of the acceleration.  At rest both
@@ -248,14 +248,14 @@ def error_of(
     square_5 = _plus_squares(square_5, per_momentum, e_5)
     # The error does not look at the other variables: they must be finite.  So must the squares,
     # or a quotient by infinity would take the worst of steps for one without an error.
-    rest = _plus_amounts(square_3 + square_5, y[MOMENTUM:], spread(1.0, h))
+    rest = _plus_amounts(square_3 + square_5, y[MOMENTUM:], broadcast(1.0, h))
     # The root mean square of the estimate of order 5, damped by that of order 3 (II.10).
     count = MOMENTUM + len(constants.place)
     error = square_5 / math.sqrt(count * (square_5 + 0.01 * square_3) + TINY)
-    return where_less(rest, spread(LARGEST, h), error, spread(np.inf, h))
+    return select(rest < broadcast(LARGEST, h), error, broadcast(np.inf, h))
 
 
-@for_each
+@unrolled_map
 def _per_momentum(i, rotors, y_0, y, rate):
     """Return what a rotor's momentum is in proportion to, inverse, and zero without friction."""
     # Without friction a momentum has no error.  Friction acts by the relative speed, which may
@@ -264,17 +264,17 @@ def _per_momentum(i, rotors, y_0, y, rate):
     rotor = rotors[i]
     speed = abs(_speed(y_0, i, rotor)) + abs(_speed(y, i, rotor))
     per_momentum = rotor.inertia_inverse / (speed + 0.1 * rate)
-    none = spread(0.0, rate)
-    return where_less(none, rotor.friction, per_momentum, none)
+    none = broadcast(0.0, rate)
+    return select(none < rotor.friction, per_momentum, none)
 
 
-@in_turn
+@unrolled_fold
 def _plus_squares(total, i, per_momentum, e):
     error = e[MOMENTUM + i] * per_momentum[i]
     return total + error * error
 
 
-@in_turn
+@unrolled_fold
 def _plus_amounts(total, i, y, one):
     return total + abs(y[i])
 
@@ -289,15 +289,15 @@ def _speed(y, i, rotor):
 def step_ratio(error: float) -> float:
     """Return 0.9 error^(-1/8): of order 8, so changed, a step should meet the tolerance."""
     # An error below 1e-12 allows far more than the greatest growth.
-    least = spread(1e-12, error)
-    return SAFETY / math.sqrt(math.sqrt(math.sqrt(where_less(least, error, error, least))))
+    least = broadcast(1e-12, error)
+    return SAFETY / math.sqrt(math.sqrt(math.sqrt(select(least < error, error, least))))
 
 
 @inlined
 def cut(error: float, ratio: float) -> float:
     """Return by what a step is shortened that misses the tolerance; ratio: its step_ratio."""
-    most = spread(CUT, error)
-    return where_less(error, spread(np.inf, error), where_less(most, ratio, ratio, most), most)
+    most = broadcast(CUT, error)
+    return select(error < broadcast(np.inf, error), select(most < ratio, ratio, most), most)
 
 
 @inlined
@@ -314,6 +314,6 @@ def _square(e, per_rate):
     return attitude + rate
 
 
-@in_turn
+@unrolled_fold
 def _plus_square_of_each(total, i, errors):
     return total + errors[i] * errors[i]

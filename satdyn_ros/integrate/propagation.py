@@ -7,7 +7,7 @@ few milliseconds, between which Ctrl-C and other threads get their turn.
 
 import numpy as np
 
-from ..dynamics.constants import parameters
+from ..dynamics.constants import constants_of
 from ..dynamics.equations import MOMENTUM, OMEGA, Q, initial_values
 from ..dynamics.motion import Halted, Motion, States
 from ..dynamics.system import State, System
@@ -22,8 +22,8 @@ from .dop853 import (
     NEXT,
     REACHED,
     SINCE,
+    STEP_UNDERFLOW,
     STEPS,
-    STUCK,
     TOO_MANY_STEPS,
     UNFINISHED,
     step,
@@ -65,7 +65,7 @@ class Propagation(Motion):
     ):
         super().__init__(system, state, start_s)
         self.tolerance, self.most_steps = tolerance, most_steps
-        self.constants = parameters(system, start_s)
+        self.constants = constants_of(system, start_s)
         self.anomaly = tuple(map(float, mean_anomaly(system, start_s)))
         self.wanted = wanted_count(system, self.constants.does_work)
         self._clock, self._steps_to_halt = np.zeros(7), 0.0
@@ -90,7 +90,7 @@ class Propagation(Motion):
         out = np.empty((self.wanted, len(t_s)))
         rows, outcome = 0, UNFINISHED
         while outcome == UNFINISHED:
-            rows, outcome = _walk(
+            rows, outcome = _integrate(
                 sorted_s,
                 rows,
                 out,
@@ -175,7 +175,7 @@ def mean_anomaly(system: System, start_s: float) -> tuple[float | np.ndarray, ..
 
 
 @compiled
-def _walk(t_s, rows, out, clock, stages, dense, anomaly, constants, tolerance, steps_allowed):
+def _integrate(t_s, rows, out, clock, stages, dense, anomaly, constants, tolerance, steps_allowed):
     """
     Fill out (V, N) with the wanted variables at the ascending times t_s (N,), from row `rows` on.
 
@@ -199,7 +199,7 @@ def _walk(t_s, rows, out, clock, stages, dense, anomaly, constants, tolerance, s
         if clock[SINCE] >= steps_allowed:
             return rows, TOO_MANY_STEPS
         if not step(clock, stages, anomaly, constants, tolerance):
-            return rows, STUCK
+            return rows, STEP_UNDERFLOW
         if clock[BEGIN] >= clock[FURTHEST]:
             clock[SINCE] += 1.0
     return rows, REACHED if rows == len(t_s) else UNFINISHED

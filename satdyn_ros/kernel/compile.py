@@ -1,5 +1,5 @@
 """
-The door to numba: the decorators of compiled functions.
+The decorators of compiled functions.
 
 A function is compiled at its first call and its code kept for the next start.  The compiler works
 in a child process: this one could not handle a signal until the compiler is done.
@@ -21,6 +21,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import llvmlite
 import numba
 from llvmlite.binding import get_host_cpu_features, get_host_cpu_name
 from numba import config, njit, vectorize
@@ -35,7 +36,7 @@ _SOURCES = (
     'integrate/*.py',
     'exact/*.py',
     'rosbag2/*.py',
-    'sweep/extrema.py',
+    'sweep/extrema_pass.py',
 )
 
 _log = logging.getLogger('satdyn_ros')
@@ -91,6 +92,15 @@ def vectorized(function: Callable[..., Any]) -> Any:
         # Not given, it would be that of the compiled function, if any, that calls this one first.
         options = {'fastmath': False}
         return vectorize(function, cache=_FOLDER is not None, targetoptions=options)
+
+
+def compiler() -> dict[str, str]:
+    """Return the processor that code is compiled for, and the versions of what compiles it."""
+    return {
+        'processor': get_host_cpu_name(),
+        'numba': numba.__version__,
+        'llvmlite': llvmlite.__version__,
+    }
 
 
 def load_numba_without_blas() -> None:

@@ -1,12 +1,13 @@
 """
-Numbers side by side in the vector registers of the processor, in compiled code.
+SIMD vectors: floats side by side in the vector registers of the processor, in compiled code.
 
 Whether the compiler makes vectors of a loop depends on the processor that it compiles for: the
-same loops took up to nine times as long on one as on another.  Numbers are vectors on all.
+same loops took up to nine times as long on one as on another.  A SimdVector is one on all.
 
-They are added, subtracted, multiplied and divided, each with its counterpart or all with one
-float; math.sqrt and abs take the root and the absolute value of each.  A function that uses no
-more than this, and what is below, takes floats as well as Numbers.
+SIMD vectors are added, subtracted, multiplied and divided, each float with its counterpart or all
+with one float; math.sqrt and abs take the root and the absolute value of each; a < b is a mask,
+by which select chooses.  A function that uses no more than this, and what is below, takes floats
+as well as SIMD vectors.
 
 What reads and writes arrays takes contiguous ones of floats, and does not look where they end.
 """
@@ -26,21 +27,35 @@ from numba.extending import intrinsic, lower_builtin, models, register_model
 
 # As many floats are stored together, for they are loaded together.
 PACK = 4
-_DOUBLE, _INDEX = ir.DoubleType(), ir.IntType(32)
+_DOUBLE, _INDEX, _TRUTH = ir.DoubleType(), ir.IntType(32), ir.IntType(1)
 
 
-class Numbers(types.Type):
+class SimdVector(types.Type):
     """The type of `width` floats side by side."""
 
     def __init__(self, width: int):
         self.width = width
-        super().__init__(name=f'Numbers({width})')
+        super().__init__(name=f'SimdVector({width})')
 
 
-@register_model(Numbers)
-class _Model(models.PrimitiveModel):
+class Mask(types.Type):
+    """The type of `width` truths side by side."""
+
+    def __init__(self, width: int):
+        self.width = width
+        super().__init__(name=f'Mask({width})')
+
+
+@register_model(SimdVector)
+class _VectorModel(models.PrimitiveModel):
     def __init__(self, manager, of):
         super().__init__(manager, of, ir.VectorType(_DOUBLE, of.width))
+
+
+@register_model(Mask)
+class _MaskModel(models.PrimitiveModel):
+    def __init__(self, manager, of):
+        super().__init__(manager, of, ir.VectorType(_TRUTH, of.width))
 
 
 # -- to and from arrays ---------------------------------------------------------------------------
@@ -48,8 +63,8 @@ class _Model(models.PrimitiveModel):
 
 @intrinsic(prefer_literal=True)
 def zero(typing: Any, count: types.Type) -> Any:
-    """Return zeros side by side; count: how many, a constant."""
-    wide = Numbers(count.literal_value)
+    """Return a SIMD vector of zeros; count: how many, a constant."""
+    wide = SimdVector(count.literal_value)
 
     def generate(context, builder, signature, values):
         return ir.Constant(context.get_value_type(wide), [0.0] * wide.width)
@@ -58,18 +73,18 @@ def zero(typing: Any, count: types.Type) -> Any:
 
 
 @intrinsic
-def spread(typing: Any, value: types.Type, like: types.Type) -> Any:
-    """Return a float as many times as there are numbers in `like`."""
+def broadcast(typing: Any, value: types.Type, like: types.Type) -> Any:
+    """Return a float in every place of a SIMD vector like `like`; of a float, the float."""
 
     def generate(context, builder, signature, values):
-        return _spread(builder, values[0], like)
+        return _broadcast(builder, values[0], like)
 
     return like(types.float64, like), generate
 
 
-def _spread(builder, value, like):
-    """Return one float as many times as there are numbers in the type `like`."""
-    if not isinstance(like, Numbers):
+def _broadcast(builder, value, like):
+    """Return one float in every place of the type `like`."""
+    if not isinstance(like, SimdVector):
         return value
     kind = ir.VectorType(_DOUBLE, like.width)
     first = builder.insert_element(ir.Constant(kind, ir.Undefined), value, _INDEX(0))
@@ -79,7 +94,7 @@ def _spread(builder, value, like):
 
 @intrinsic
 def width(typing: Any, like: types.Type) -> Any:
-    """Return how many numbers `like` is: 1 for a float."""
+    """Return how many floats `like` has: 1 for a float."""
 
     def generate(context, builder, signature, values):
         return context.get_constant(signature.return_type, getattr(like, 'width', 1))
@@ -89,7 +104,7 @@ def width(typing: Any, like: types.Type) -> Any:
 
 @intrinsic
 def load(typing: Any, array: types.Type, i: types.Type, like: types.Type) -> Any:
-    """Return the numbers, as many as `like`, that are the i-th so many of an array."""
+    """Return the i-th SIMD vector of an array, or the i-th float, as `like` is."""
 
     def generate(context, builder, signature, values):
         array_value, i_value, _ = values
@@ -100,21 +115,21 @@ def load(typing: Any, array: types.Type, i: types.Type, like: types.Type) -> Any
 
 
 @intrinsic
-def store(typing: Any, array: types.Type, i: types.Type, numbers: types.Type) -> Any:
-    """Write numbers as the i-th so many of an array."""
+def store(typing: Any, array: types.Type, i: types.Type, value: types.Type) -> Any:
+    """Write a SIMD vector, or a float, as the i-th of an array."""
 
     def generate(context, builder, signature, values):
-        array_value, i_value, numbers_value = values
-        place = _place(context, builder, array, array_value, i_value, numbers)
-        builder.store(numbers_value, place, align=8)
+        array_value, i_value, stored = values
+        place = _place(context, builder, array, array_value, i_value, value)
+        builder.store(stored, place, align=8)
         return context.get_dummy_value()
 
-    return types.void(array, types.intp, numbers), generate
+    return types.void(array, types.intp, value), generate
 
 
 @intrinsic
 def store_all(typing: Any, array: types.Type, begin: types.Type, values: types.Type) -> Any:
-    """Write all values of a tuple of Numbers to an array, one after the other from `begin` on."""
+    """Write a tuple of SIMD vectors to an array, one after the other from `begin` on."""
 
     def generate(context, builder, signature, given):
         array_value, begin_value, all_values = given
@@ -128,11 +143,11 @@ def store_all(typing: Any, array: types.Type, begin: types.Type, values: types.T
 
 
 @intrinsic
-def filled(typing: Any, like: types.Type, array: types.Type, some: types.Type) -> Any:
+def unflatten(typing: Any, like: types.Type, array: types.Type, some: types.Type) -> Any:
     """
-    Return nested tuples like the given ones, with the numbers of an array one after the other.
+    Return nested tuples like the given ones, of the floats of an array one after the other.
 
-    Each is as many as `some`; in the place of a bool the given one stays.
+    Where `some` is a SIMD vector, of such vectors; in the place of a bool the given one stays.
     """
 
     def generate(context, builder, signature, values):
@@ -145,27 +160,27 @@ def filled(typing: Any, like: types.Type, array: types.Type, some: types.Type) -
                 parts = [
                     fill(each, builder.extract_value(value, i)) for i, each in enumerate(kind)
                 ]
-                return context.make_tuple(builder, _filled(kind, some), parts)
+                return context.make_tuple(builder, _unflattened(kind, some), parts)
             place = builder.gep(first, [_INDEX(next(places))])
             return value if kind == types.boolean else builder.load(place, align=8)
 
         return fill(like, like_value)
 
-    return _filled(like, some)(like, array, some), generate
+    return _unflattened(like, some)(like, array, some), generate
 
 
-def _filled(kind, some):
-    """Return the type of tuples that are filled with `some`."""
+def _unflattened(kind, some):
+    """Return the type of tuples that are unflatten with `some`."""
     if isinstance(kind, types.BaseTuple):
-        parts = [_filled(each, some) for each in kind]
+        parts = [_unflattened(each, some) for each in kind]
         return types.BaseTuple.from_types(parts, getattr(kind, 'instance_class', None))
     return kind if kind == types.boolean else some
 
 
 def _place(context, builder, array_type, array, i, like):
-    """Return where the i-th numbers like some are in an array; TypingError: it has gaps."""
+    """Return where the i-th value like `like` is in an array; TypingError: it has gaps."""
     if array_type.layout != 'C':
-        raise TypingError('numbers side by side are read from contiguous arrays alone')
+        raise TypingError('SIMD vectors are read from contiguous arrays alone')
     data = context.make_array(array_type)(context, builder, array).data
     kind = context.get_value_type(like)
     return builder.gep(builder.bitcast(data, kind.as_pointer()), [i])
@@ -174,23 +189,23 @@ def _place(context, builder, array_type, array, i, like):
 @intrinsic
 def packed(typing: Any, values: types.Type) -> Any:
     """
-    Return a tuple of floats as a tuple of Numbers, PACK in each, with zeros after the last.
+    Return a tuple of floats as a tuple of SIMD vectors, PACK in each, with zeros after the last.
 
-    Numbers are left as they are.
+    SIMD vectors are left as they are.
     """
-    if isinstance(values.dtype, Numbers):
+    if isinstance(values.dtype, SimdVector):
         return values(values), lambda context, builder, signature, given: given[0]
-    wide = Numbers(PACK)
+    wide = SimdVector(PACK)
     packs = types.UniTuple(wide, -(-len(values) // PACK))
 
     def generate(context, builder, signature, given):
         floats = cgutils.unpack_tuple(builder, given[0])
         found = []
         for begin in range(0, len(floats), PACK):
-            numbers = ir.Constant(context.get_value_type(wide), [0.0] * PACK)
+            vector = ir.Constant(context.get_value_type(wide), [0.0] * PACK)
             for i, each in enumerate(floats[begin : begin + PACK]):
-                numbers = builder.insert_element(numbers, each, _INDEX(i))
-            found.append(numbers)
+                vector = builder.insert_element(vector, each, _INDEX(i))
+            found.append(vector)
         return context.make_tuple(builder, packs, found)
 
     return packs(values), generate
@@ -200,39 +215,46 @@ def packed(typing: Any, values: types.Type) -> Any:
 
 
 @intrinsic
-def where_less(
-    typing: Any, a: types.Type, b: types.Type, then: types.Type, otherwise: types.Type
-) -> Any:
-    """Return what is in `then` where a < b, elsewhere what is in `otherwise`, all alike."""
+def select(typing: Any, where: types.Type, then: types.Type, otherwise: types.Type) -> Any:
+    """Return what is in `then` where a mask, or a bool, is true, elsewhere that of `otherwise`."""
 
     def generate(context, builder, signature, values):
-        a, b, then, otherwise = values
-        return builder.select(builder.fcmp_ordered('<', a, b), then, otherwise)
+        return builder.select(*values)
 
-    return then(then, then, then, then), generate
+    return then(where, then, then), generate
 
 
 @intrinsic
-def all_less(typing: Any, a: types.Type, b: types.Type) -> Any:
-    """Return whether every number of `a` is less than that of b beside it, both alike."""
-    if not isinstance(a, Numbers):
-        raise TypingError('all_less compares Numbers')
+def all_true(typing: Any, mask: types.Type) -> Any:
+    """Return whether a mask is true in every place."""
 
     def generate(context, builder, signature, values):
-        less = builder.fcmp_ordered('<', *values)
-        bits = builder.bitcast(less, ir.IntType(a.width))
-        return builder.icmp_unsigned('==', bits, ir.Constant(bits.type, 2**a.width - 1))
+        bits = builder.bitcast(values[0], ir.IntType(mask.width))
+        return builder.icmp_unsigned('==', bits, ir.Constant(bits.type, 2**mask.width - 1))
 
-    return types.boolean(a, a), generate
+    return types.boolean(mask), generate
+
+
+@infer_global(operator.lt)
+class _LessTemplate(AbstractTemplate):
+    def generic(self, given, keywords):
+        if all(isinstance(each, SimdVector) for each in given):
+            return signature(Mask(given[0].width), *given)
+        return None
+
+
+@lower_builtin(operator.lt, SimdVector, SimdVector)
+def _less(context, builder, signature, values):
+    return builder.fcmp_ordered('<', *values)
 
 
 def _with_two(operation, instruction):
-    """Let an operation take Numbers, or Numbers and a float."""
+    """Let an operation take SIMD vectors, or one and a float."""
 
     @infer_global(operation)
     class _Template(AbstractTemplate):
         def generic(self, given, keywords):
-            wide = [each for each in given if isinstance(each, Numbers)]
+            wide = [each for each in given if isinstance(each, SimdVector)]
             plain = [each for each in given if isinstance(each, types.Number)]
             if len(given) == 2 and wide and len(wide) + len(plain) == 2:
                 return signature(
@@ -243,24 +265,28 @@ def _with_two(operation, instruction):
     def generate(context, builder, signature, values):
         wide = signature.return_type
         values = (
-            value if of == wide else _spread(builder, value, wide)
+            value if of == wide else _broadcast(builder, value, wide)
             for of, value in zip(signature.args, values, strict=True)
         )
         return getattr(builder, instruction)(*values)
 
-    for pair in (Numbers, Numbers), (Numbers, types.float64), (types.float64, Numbers):
+    for pair in (
+        (SimdVector, SimdVector),
+        (SimdVector, types.float64),
+        (types.float64, SimdVector),
+    ):
         lower_builtin(operation, *pair)(generate)
 
 
 def _with_one(operation, instruction):
-    """Let an operation take Numbers; instruction: makes it of a builder and a value."""
+    """Let an operation take SIMD vectors; instruction: makes it of a builder and a value."""
 
     @infer_global(operation)
     class _Template(AbstractTemplate):
         def generic(self, given, keywords):
-            return signature(*given * 2) if isinstance(given[0], Numbers) else None
+            return signature(*given * 2) if isinstance(given[0], SimdVector) else None
 
-    @lower_builtin(operation, Numbers)
+    @lower_builtin(operation, SimdVector)
     def generate(context, builder, signature, values):
         return instruction(builder, *values)
 

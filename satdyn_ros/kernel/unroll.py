@@ -18,7 +18,7 @@ from .compile import inlined
 _PLACE = ir.IntType(types.intp.bitwidth)
 
 
-def for_each(function: Callable[..., Any]) -> Any:
+def unrolled_map(function: Callable[..., Any]) -> Any:
     """
     Compile function(i, a, ...) into one of (a, ...) that returns a tuple.
 
@@ -41,7 +41,7 @@ def for_each(function: Callable[..., Any]) -> Any:
     return intrinsic(of_all)
 
 
-def in_turn(function: Callable[..., Any]) -> Any:
+def unrolled_fold(function: Callable[..., Any]) -> Any:
     """
     Compile function(total, i, a, ...) into one of (total, a, ...) that returns the last total.
 

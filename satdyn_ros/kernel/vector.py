@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from .compile import inlined
-from .unroll import by_type, for_each
+from .unroll import by_type, unrolled_map
 
 
 @inlined
@@ -60,7 +60,7 @@ def add_cross(
     )
 
 
-@for_each
+@unrolled_map
 def apply(i: int, M: tuple[Any, ...], a: tuple[float, ...]) -> tuple[float, float, float]:
     """Return M a for a matrix of three row tuples, or of the three numbers of its diagonal."""
     return _row_times(M[i], a, i)

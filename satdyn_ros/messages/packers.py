@@ -1,8 +1,83 @@
-"""Packs the samples of a scenario into the messages of any of its topics."""
+"""
+What packs the samples of a scenario into the messages of any of its topics.
 
+Those of the sensors are sensor_msgs/Imu in their own axes, at ticks of their own.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..run.samples import Measured, Samples
 from ..run.scenario import Scenario
-from .measured import SensorPacker
+from ..sensors import Gyro, StarTracker
+from ..sensors.suite import Sensor
+from . import cdr, contents
+from .sparse import Rows, SparseMessages
 from .topics import TOPICS, Packer
+
+# REP-145: a covariance that begins with -1 marks what a message does not have.
+_ABSENT = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+
+
+class SensorPacker:
+    """
+    Packs the measurements of a sensor.
+
+    dtype: the layout of its messages, as cdr.Message.dtype.  is_at_every_tick: whether it measures
+    so often, as a gyro may.
+    """
+
+    def __init__(self, name: str, scenario: Scenario):
+        sensor = scenario.sensors[name]
+        self._name = name
+        self.is_at_every_tick = isinstance(sensor, Gyro) and sensor.divisor == 1
+        header = contents.header(scenario[f'sensors.{name}.frame_id'])
+        content = {'header': header, **_content(sensor)}
+        self._message = cdr.Message(TOPICS[name].type, content)
+        self.dtype = self._message.dtype
+
+    def rows(self, count: int) -> np.ndarray:
+        """Return `count` messages (count,) that hold the constants."""
+        return self._message.rows(count)
+
+    def pack(self, samples: Samples, rows: np.ndarray | None = None) -> Rows:
+        """
+        Return the messages that samples have of the sensor, each stamped by its exposure.
+
+        They are SparseMessages unless it measures at every tick.  rows: to be overwritten, as in
+        cdr.Message.
+        """
+        measured = samples.measured[self._name]
+        rows = self._message.pack(measured, rows)
+        return rows if self.is_at_every_tick else SparseMessages(measured.places, rows)
+
+
+def _content(sensor: Sensor) -> dict[str, Any]:
+    match sensor:
+        case Gyro():
+            return {
+                'orientation_covariance': _ABSENT,
+                'angular_velocity': _values,
+                'angular_velocity_covariance': _diagonal(sensor.variances),
+                'linear_acceleration_covariance': _ABSENT,
+            }
+        case StarTracker():
+            return {
+                'orientation': _values,
+                'orientation_covariance': _diagonal(sensor.variances),
+                'angular_velocity_covariance': _ABSENT,
+                'linear_acceleration_covariance': _ABSENT,
+            }
+
+
+def _values(measured: Measured) -> np.ndarray:
+    return measured.values
+
+
+def _diagonal(variances: Sequence[float]) -> list[float]:
+    return np.diag(variances).ravel().tolist()
 
 
 def packer(name: str, scenario: Scenario) -> Packer | SensorPacker:
@@ -17,5 +92,5 @@ def packer(name: str, scenario: Scenario) -> Packer | SensorPacker:
 
 
 def is_at_every_tick(topic: Packer | SensorPacker) -> bool:
-    """Whether a topic has a message at every tick; others are packed as SomeRows."""
+    """Whether a topic has a message at every tick; others are packed as SparseMessages."""
     return not isinstance(topic, SensorPacker) or topic.is_at_every_tick

@@ -10,14 +10,14 @@ _Name = TypeVar('_Name')
 
 
 @dataclass(frozen=True, eq=False)
-class SomeRows:
+class SparseMessages:
     """
     M messages of one topic at N consecutive ticks.
 
     places (M,) int64: their ticks, ascending, 0 to N - 1.  rows (M,): each the bytes of one.
     A slice is by ticks, as in a table with one row per tick.
 
-    >>> some = SomeRows(np.array([1, 5]), np.array([b'a', b'b'], 'V1'))
+    >>> some = SparseMessages(np.array([1, 5]), np.array([b'a', b'b'], 'V1'))
     >>> some[3:].places
     array([2])
     """
@@ -25,18 +25,20 @@ class SomeRows:
     places: np.ndarray
     rows: np.ndarray
 
-    def __getitem__(self, ticks: slice) -> 'SomeRows':
+    def __getitem__(self, ticks: slice) -> 'SparseMessages':
         begin = ticks.start or 0
         first = np.searchsorted(self.places, begin)
         last = None if ticks.stop is None else np.searchsorted(self.places, ticks.stop)
-        return SomeRows(self.places[first:last] - begin, self.rows[first:last])
+        return SparseMessages(self.places[first:last] - begin, self.rows[first:last])
 
 
-Rows = np.ndarray | SomeRows
+Rows = np.ndarray | SparseMessages
 
 
-def parted(rows: Mapping[_Name, Rows]) -> tuple[dict[_Name, np.ndarray], dict[_Name, SomeRows]]:
-    """Return the tables with one row per tick, and the SomeRows."""
-    full = {name: table for name, table in rows.items() if not isinstance(table, SomeRows)}
-    some = {name: table for name, table in rows.items() if isinstance(table, SomeRows)}
+def dense_and_sparse(
+    rows: Mapping[_Name, Rows],
+) -> tuple[dict[_Name, np.ndarray], dict[_Name, SparseMessages]]:
+    """Return the tables with one row per tick, and the SparseMessages."""
+    full = {name: table for name, table in rows.items() if not isinstance(table, SparseMessages)}
+    some = {name: table for name, table in rows.items() if isinstance(table, SparseMessages)}
     return full, some

@@ -190,8 +190,8 @@ def recorder_report(recorder: 'Recorder | None') -> Report:
 class InputsReport:
     """The torques that act, what the rotors' limits cut, and messages refused or lost."""
 
-    def __init__(self, tally: InputCounts, simulation: Simulation):
-        self._tally, self._simulation = tally, simulation
+    def __init__(self, counts: InputCounts, simulation: Simulation):
+        self._counts, self._simulation = counts, simulation
         self._refused = self._lost = 0
         self._limited: Counter[str] = Counter()
 
@@ -201,23 +201,23 @@ class InputsReport:
 
     def __call__(self) -> Report:
         """Return the state of the inputs."""
-        tally, system = self._tally, self._simulation.system
+        counts, system = self._counts, self._simulation.system
         values = {
             'torque that acts [N m]': tuple(system.torque_b.tolist()),
             'rotor torques that act [N m]': tuple(system.rotor_torque.tolist()),
             'cut to max_torque': self._limited['max_torque'],
             'dropped at max_speed': self._limited['max_speed'],
-            'accepted': tally.accepted,
-            'refused': tally.refused,
-            'lost on the way': tally.lost,
+            'accepted': counts.accepted,
+            'refused': counts.refused,
+            'lost on the way': counts.lost,
         }
-        refused, self._refused = tally.refused - self._refused, tally.refused
-        lost, self._lost = tally.lost - self._lost, tally.lost
+        refused, self._refused = counts.refused - self._refused, counts.refused
+        lost, self._lost = counts.lost - self._lost, counts.lost
         if refused:
-            return WARN, f'{refused} refused: {tally.reason}', values
+            return WARN, f'{refused} refused: {counts.reason}', values
         if lost:
             return WARN, f'{lost} lost on the way', values
-        return OK, f'{tally.accepted} accepted', values
+        return OK, f'{counts.accepted} accepted', values
 
 
 def _text(value):

@@ -46,7 +46,7 @@ class TorqueInputs:
     """
 
     def __init__(self, node: Node, scenario: Scenario, ticks: Ticks, pacing: Pacing):
-        self.tally = InputCounts()
+        self.counts = InputCounts()
         self.subscriptions: dict[str, Subscription] = {}
         self._warned_s: dict[str, float] = {}
         self.timeout_s: float = scenario['torque.timeout']
@@ -67,7 +67,7 @@ class TorqueInputs:
         )
 
     def _count_lost(self, lost):
-        self.tally.lost += lost.total_count_change
+        self.counts.lost += lost.total_count_change
 
     def _take_torque(self, message):
         x, y, z = message.wrench.torque.x, message.wrench.torque.y, message.wrench.torque.z
@@ -123,7 +123,7 @@ class TorqueInputs:
             self._check_closed_form(replace(self._scenario.system, **torques))
         except ValueError as error:
             return self._refuse('closed form', f'{name} is refused: {error}')
-        self.tally.accepted += 1
+        self.counts.accepted += 1
         return True
 
     def _check_closed_form(self, system: System):
@@ -132,10 +132,10 @@ class TorqueInputs:
             self._scenario.motion_from(system, self._scenario.initial_state, 0.0)
 
     def _refuse(self, kind, reason):
-        self.tally.refused += 1
-        self.tally.reason = one_sentence(reason)
+        self.counts.refused += 1
+        self.counts.reason = one_sentence(reason)
         now_s = time.monotonic()
         if now_s - self._warned_s.get(kind, -_QUIET_S) >= _QUIET_S:
             self._warned_s[kind] = now_s
-            self._node.get_logger().warning(self.tally.reason)
+            self._node.get_logger().warning(self.counts.reason)
         return False

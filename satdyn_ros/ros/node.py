@@ -98,7 +98,7 @@ class SatdynNode(rclpy.node.Node):
         )
         self._inputs = TorqueInputs(self, scenario, self._simulation.ticks, self._pacing)
         self._own_services = Services(self, parameters, self._pacing, self._record)
-        self._inputs_report = InputsReport(self._inputs.tally, self._simulation)
+        self._inputs_report = InputsReport(self._inputs.counts, self._simulation)
         self._propagation = PropagationReport(scenario['motion.tolerance'])
         Diagnostics(
             self,
@@ -118,7 +118,7 @@ class SatdynNode(rclpy.node.Node):
             self._pacing.start()
             # Not before: for its first line rclpy looks some 50 ms for the caller.
             self.get_logger().info(self._what_begins(scenario))
-            for doubt in scenario.doubts:
+            for doubt in scenario.warnings:
                 self.get_logger().warning(doubt)
 
     def _what_begins(self, scenario):
@@ -181,8 +181,8 @@ class SatdynNode(rclpy.node.Node):
             self._propagation.take(self._simulation.motion, samples)
         recorder = self._recorder
         if recorder is not None:
-            as_it_is = self._simulation.as_it_is()
-            recorder.put(happened, samples, messages.rows, count, as_it_is)
+            for_snapshots = self._simulation.snapshot_copy()
+            recorder.put(happened, samples, messages.rows, count, for_snapshots)
 
     # -- changes, made by the threads of the services --------------------------------------------
 

@@ -10,9 +10,8 @@ from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 from ..messages import qos
-from ..messages.measured import SensorPacker
-from ..messages.packers import packer
-from ..messages.sparse import Rows, SomeRows
+from ..messages.packers import SensorPacker, packer
+from ..messages.sparse import Rows, SparseMessages
 from ..messages.topics import TOPICS, Packer
 from ..run.samples import Samples
 from ..run.scenario import Scenario
@@ -25,7 +24,8 @@ class PackedTicks:
     """
     The messages of `count` consecutive ticks.
 
-    rows: by topic; outputs: what publishes them, with the messages of every tick or SomeRows.
+    rows: by topic; outputs: what publishes them, with the messages of every tick or
+    SparseMessages.
     """
 
     def __init__(
@@ -33,10 +33,10 @@ class PackedTicks:
     ):
         self.rows = rows
         # All rows are cut here, while the caches are warm, not tick by tick.
-        full = [_calls(publish, r) for publish, r in outputs if not isinstance(r, SomeRows)]
+        full = [_calls(publish, r) for publish, r in outputs if not isinstance(r, SparseMessages)]
         self._calls = list(zip(*full, strict=True)) if full else [()] * count
         for publish, some in outputs:
-            if isinstance(some, SomeRows):
+            if isinstance(some, SparseMessages):
                 calls = _calls(publish, some.rows)
                 for place, call in zip(some.places.tolist(), calls, strict=True):
                     self._calls[place] += (call,)

@@ -12,7 +12,7 @@ from threading import Lock, Thread
 from typing import Any
 
 from ..bag.write_run import RECORDED_AS, Recording
-from ..messages.sparse import Rows, SomeRows
+from ..messages.sparse import Rows, SparseMessages
 from ..run.events import Event
 from ..run.samples import Samples
 from ..run.scenario import Scenario
@@ -43,7 +43,7 @@ class _Block:
     def message_counts(self) -> Counter[str]:
         counts = Counter(RECORDED_AS[type(e)] for e in self.happened if type(e) in RECORDED_AS)
         for name, table in self.rows.items():
-            counts[name] += len(table.rows) if isinstance(table, SomeRows) else self.count
+            counts[name] += len(table.rows) if isinstance(table, SparseMessages) else self.count
         return counts
 
     def snapshot(self, row: int) -> dict[str, Any]:

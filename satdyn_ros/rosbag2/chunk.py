@@ -18,7 +18,7 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Schema
 
 from ..kernel.compile import compiled, inlined
-from .compression import Allowance
+from .compression import ResourceBudget
 from .errors import Damaged
 
 CHUNK_SIZE = 786432
@@ -87,15 +87,15 @@ class Contents:
     def __len__(self) -> int:
         return len(self.offsets)
 
-    def check(self, allowance: Allowance) -> None:
+    def check(self, budget: ResourceBudget) -> None:
         """
         Raise Damaged unless there are only schemas, channels and messages, all whole.
 
-        allowance: what the chunks of the file may still hold and declare.
+        budget: what the chunks of the file may still hold and declare.
         """
         if len(self.data) != self._given_size:
             raise Damaged(f'its messages are broken off at byte {len(self.data)} of its contents')
-        allowance.hold(len(self))
+        budget.hold(len(self))
         if len(self._others) == 0:
             return
         foreign = set(np.unique(self.data[self._others]).tolist()) - {
@@ -107,7 +107,7 @@ class Contents:
                 f'it holds a record of opcode {min(foreign)}, which does not belong in a chunk'
             )
         lengths = _gather(self.data, self._others, _PREFIX)[:, 1:].copy().view('<u8')
-        allowance.declare(len(lengths), int(np.sum(lengths)))
+        budget.declare(len(lengths), int(np.sum(lengths)))
         _ = self.declarations
 
     @cached_property

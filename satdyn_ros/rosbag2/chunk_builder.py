@@ -13,7 +13,7 @@ import numpy as np
 from mcap.data_stream import RecordBuilder
 from mcap.records import Channel, Message, Schema
 
-from ..messages.sparse import SomeRows
+from ..messages.sparse import SparseMessages
 from .chunk import CHUNK_SIZE, HEAD, scatter
 from .tick_table import TickTable
 
@@ -89,7 +89,7 @@ class ChunkBuilder:
         self,
         stamps_ns: np.ndarray,
         table: TickTable,
-        some: Mapping[int, SomeRows] | None = None,
+        some: Mapping[int, SparseMessages] | None = None,
     ) -> int:
         """
         Append the messages of ticks until the chunk is full; return how many ticks were added.

@@ -39,7 +39,7 @@ _LEAST_MESSAGES, _BYTES_PER_MESSAGE = 2**22, 4
 _MOST_DECLARATIONS, _MOST_DECLARED = 2**15, 8 * 2**20
 
 
-class Allowance:
+class ResourceBudget:
     """What a file may still expand to: a small one must not keep its reader busy for hours."""
 
     def __init__(self, file_size: int):

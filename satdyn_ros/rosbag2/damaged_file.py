@@ -11,7 +11,7 @@ from .chunk import Contents
 from .errors import BagError
 from .records import IndexRecord, message_indexes
 from .scan import Block, Flaw, Found, scan
-from .summary import Tally
+from .summary import SummaryBuilder
 
 _MADE_ANEW = (Opcode.HEADER, Opcode.MESSAGE_INDEX, Opcode.DATA_END)
 
@@ -51,18 +51,18 @@ class Loss:
         return said
 
 
-class Survey:
+class DamagedFile:
     """
     A damaged file, read once from start to end.
 
-    header: None: it is lost.  tally: what its data hold; its schemas and channels are those that
+    header: None: it is lost.  summary: what its data hold; its schemas and channels are those that
     data or summary declare.  lost_bytes: how many cannot be read.  BagError: it cannot be kept
     whole.
     """
 
     def __init__(self, path: Path):
         self.header: Header | None = None
-        self.tally = Tally()
+        self.summary = SummaryBuilder()
         self._name = path.name
         self._statistics: Statistics | None = None
         self.lost_bytes = 0
@@ -77,10 +77,10 @@ class Survey:
         for found in scan(path):
             self._take(found)
         for id_ in (
-            self.tally.statistics.channel_message_counts.keys() - self.tally.channels.keys()
+            self.summary.statistics.channel_message_counts.keys() - self.summary.channels.keys()
         ):
             # Its messages are all that is left of the channel.
-            self.tally.channels[id_] = Channel(id_, f'/channel_{id_}', 'cdr', {}, 0)
+            self.summary.channels[id_] = Channel(id_, f'/channel_{id_}', 'cdr', {}, 0)
 
     def loss(self, crc: int) -> Loss | None:
         """
@@ -92,7 +92,7 @@ class Survey:
             return None
         count = None
         if self._statistics is not None:
-            count = self._statistics.message_count - self.tally.statistics.message_count
+            count = self._statistics.message_count - self.summary.statistics.message_count
         elif None not in self._lost_counts:
             count = sum(n for n in self._lost_counts if n is not None)
         times_ns = self._times_ns
@@ -118,9 +118,9 @@ class Survey:
             case DataEnd(data_section_crc=crc):
                 self._crc, self._is_data = crc, False
             case Schema():
-                self.tally.schemas.setdefault(found.item.id, found.item)
+                self.summary.schemas.setdefault(found.item.id, found.item)
             case Channel():
-                self.tally.channels.setdefault(found.item.id, found.item)
+                self.summary.channels.setdefault(found.item.id, found.item)
             case Statistics():
                 self._statistics = found.item
             case Attachment():
@@ -129,14 +129,14 @@ class Survey:
                 self._take_flaw(found, found.item)
 
     def _take_block(self, found: Found, contents: Contents) -> None:
-        if self.tally.statistics.message_count == 0:
+        if self.summary.statistics.message_count == 0:
             self._begin_ns = contents.span_ns[0]
         if self._behind_gap and len(contents):
             self._times_ns.append(contents.span_ns[0])
         self._behind_gap = False
         self._last_ns = max(self._last_ns, contents.span_ns[1])
         self._indexes = found.end, found.end + len(message_indexes(contents, found.end)[0])
-        self.tally.add_messages(contents)
+        self.summary.add_messages(contents)
 
     def _take_flaw(self, found: Found, flaw: Flaw) -> None:
         if flaw.opcode == Opcode.DATA_END and not flaw.is_end:

@@ -28,7 +28,7 @@ from .chunk import Contents
 from .reader import TopicBlock
 from .records import IndexRecord
 from .scan import Block, Found
-from .summary import Tally
+from .summary import SummaryBuilder
 
 _OURS = re.compile(r'satdyn_ros (\d+)\.(\d+)')
 _SUMS_DATA_SINCE = (0, 2)
@@ -38,7 +38,7 @@ class DataSection:
     """
     The data of a file, record by record, each checked against those before it.
 
-    pass_on: called with messages and metadata in order, once they are checked.  tally: what the
+    pass_on: called with messages and metadata in order, once they are checked.  summary: what the
     data hold.  crc: their checksum, 0: none.  end: where they end.  closing: rosbag2's metadata at
     the end of the file, '': none.
     """
@@ -47,7 +47,7 @@ class DataSection:
         self.path = path
         self._pass_on = pass_on
         self._topics: dict[int, str] = {}
-        self.tally = Tally()
+        self.summary = SummaryBuilder()
         self.header: Header | None = None
         self.crc = 0
         self.end = 0
@@ -83,12 +83,12 @@ class DataSection:
             case Block(contents, chunk):
                 self._check_declarations(found, contents)
                 if chunk is None:
-                    self.tally.add_messages(contents)
+                    self.summary.add_messages(contents)
                     self._pass_messages_on(found, contents)
                 else:
                     self._chunk, self._indexes, self._chunk_end = found, {}, found.end
             case Metadata():
-                self.tally.add_metadata(found.start, found.end - found.start, item.name)
+                self.summary.add_metadata(found.start, found.end - found.start, item.name)
                 if item.name == metadata.NAME:
                     self.closing = item.metadata.get('serialized_metadata', '')
                 self._pass_on(item)
@@ -98,7 +98,7 @@ class DataSection:
                     raise found.damaged(self.path, 'the checksum of the data is missing')
                 return True
             case Attachment():
-                self.tally.add_attachment(found.start, found.end - found.start, item)
+                self.summary.add_attachment(found.start, found.end - found.start, item)
             case (
                 Statistics()
                 | ChunkIndex()
@@ -129,15 +129,15 @@ class DataSection:
         if missing and (self._indexes or self.is_ours):
             raise found.damaged(self.path, f'the index of channel {min(missing)} is missing')
         size = self._chunk_end - found.end
-        self.tally.add_chunk(found.start, found.end, chunk, contents, self._indexes, size)
+        self.summary.add_chunk(found.start, found.end, chunk, contents, self._indexes, size)
         self._pass_messages_on(found, contents)
         self._chunk = None
 
     def _check_declarations(self, found: Found, contents: Contents) -> None:
-        (schemas, channels), tally = contents.declarations, self.tally
+        (schemas, channels), summary = contents.declarations, self.summary
         pairs: list[tuple[dict[int, Any], dict[int, Any]]] = [
-            (schemas, tally.schemas),
-            (channels, tally.channels),
+            (schemas, summary.schemas),
+            (channels, summary.channels),
         ]
         for declared, before in pairs:
             for id_, record in declared.items():
@@ -150,7 +150,7 @@ class DataSection:
     def _pass_messages_on(self, found: Found, contents: Contents) -> None:
         """Pass on messages whose channels are all declared."""
         # Not as a difference of sets, which takes as long as there are channels.
-        if unknown := [i for i in contents.counts if i not in self.tally.channels]:
+        if unknown := [i for i in contents.counts if i not in self.summary.channels]:
             raise found.damaged(self.path, f'channel {min(unknown)} in it is not declared')
         _, channels = contents.declarations
         self._topics |= {id_: channel.topic for id_, channel in channels.items()}

@@ -9,7 +9,7 @@ from mcap.opcode import Opcode
 from mcap.writer import MCAP0_MAGIC
 
 from .chunk import messages_end
-from .compression import Allowance
+from .compression import ResourceBudget
 from .crc32 import flipped_byte
 from .errors import BagError
 from .records import PREFIX, name_of
@@ -83,7 +83,7 @@ class FrameReader:
     Reads a file record by record.
 
     place: where the next one is.  is_broken_off: the last one was cut off.  ceiling [bytes]: no
-    larger record is read.  allowance: what its chunks may hold in total.
+    larger record is read.  budget: what its chunks may hold in total.
 
     BagError, while reading: there are more records or more damaged places than any writer or disk
     leaves in a file of its size.  This bounds the work, however hostile the file.
@@ -94,7 +94,7 @@ class FrameReader:
         self.place = len(MCAP0_MAGIC)
         self.is_broken_off = False
         self.ceiling = ceiling
-        self.allowance = Allowance(self.size)
+        self.budget = ResourceBudget(self.size)
         self._misses = 0
         self._file = file
         self._begin, self._buffer = 0, b''

@@ -13,7 +13,7 @@ from .errors import Damaged
 from .metadata import BagContents
 from .reader import Bag, TopicBlock
 from .scan import scan
-from .summary import Tally
+from .summary import SummaryBuilder
 from .summary_section import SummarySection
 
 # What metadata.yaml counts in the files of any bag, the last two if there are messages.
@@ -26,13 +26,13 @@ class CheckedFile:
     """
     A file whose parts agree.
 
-    tally: what its data hold; its schemas and channels are those of the summary.  is_ours:
+    summary: what its data hold; its schemas and channels are those of the summary.  is_ours:
     satdyn_ros wrote it.  has_checksum: its data have one.  closing: rosbag2's metadata at its end,
     '': none.
     """
 
     path: Path
-    tally: Tally
+    summary: SummaryBuilder
     is_ours: bool
     has_checksum: bool
     closing: str
@@ -69,7 +69,7 @@ def check_file(
     else:
         raise Damaged(f'{path} is damaged: its data section has no end')
     SummarySection(path, data, [item.sound(path) for item in found]).check()
-    return CheckedFile(path, data.tally, data.is_ours, data.crc != 0, data.closing)
+    return CheckedFile(path, data.summary, data.is_ours, data.crc != 0, data.closing)
 
 
 def check_metadata(path: Path, said: dict[str, Any], files: list[CheckedFile]) -> None:
@@ -80,7 +80,7 @@ def check_metadata(path: Path, said: dict[str, Any], files: list[CheckedFile]) -
     """
     contents = BagContents()
     for file in files:
-        contents.add(file.path.name, file.tally)
+        contents.add(file.path.name, file.summary)
     held = metadata.parse(contents.to_yaml(), str(path))
     last = files[-1]
     if last.is_ours:

@@ -10,21 +10,21 @@ from mcap.writer import MCAP0_MAGIC
 
 from .chunk import Indexed
 from .records import ChunkRecord, message_indexes, written
-from .summary import Tally
+from .summary import SummaryBuilder
 
 
 class McapFile:
     """
     A file that is complete after finish(); each write is handed to the system at once.
 
-    tally: what the summary will say; schemas and channels that are added to it are listed there.
+    summary: what the summary will say; schemas and channels that are added to it are listed there.
     size [bytes], crc: of what was written so far.  OSError: the file exists, or cannot be written.
     """
 
     def __init__(self, path: Path, header: Header):
         self.path = path
         self.size = 0
-        self.tally = Tally()
+        self.summary = SummaryBuilder()
         self.crc = 0
         self._file = open(path, 'xb', buffering=0)  # noqa: SIM115
         self._write(MCAP0_MAGIC)
@@ -34,7 +34,7 @@ class McapFile:
         """Write a metadata record."""
         start = self.size
         self._write_record(Metadata(name, dict(mapping)))
-        self.tally.add_metadata(start, self.size - start, name)
+        self.summary.add_metadata(start, self.size - start, name)
 
     def write_chunk(self, contents: Indexed, compression: str, compressed: bytes) -> None:
         """
@@ -52,12 +52,12 @@ class McapFile:
         end = self.size
         indexes, index_offsets = message_indexes(contents, end)
         self._write(indexes)
-        self.tally.add_chunk(start, end, chunk, contents, index_offsets, len(indexes))
+        self.summary.add_chunk(start, end, chunk, contents, index_offsets, len(indexes))
 
     def finish(self) -> None:
         """Write the summary, sync the file to disk and close it."""
         self._write_record(DataEnd(self.crc))
-        self._write(self.tally.end_of_file(self.size))
+        self._write(self.summary.end_of_file(self.size))
         os.fsync(self._file.fileno())
         self.close()
 

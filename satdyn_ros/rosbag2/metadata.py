@@ -14,7 +14,7 @@ from mcap.records import Channel, Schema, Statistics
 from ..base import ros_yaml
 from ..base.regular_file import regular_file
 from .errors import BagError, Damaged
-from .summary import Tally
+from .summary import SummaryBuilder
 
 NAME = 'rosbag2'
 FILE_NAME = 'metadata.yaml'
@@ -146,12 +146,12 @@ class BagContents:
         self.topics: dict[str, TopicMetadata] = {}
         self.counts: dict[str, int] = {}
 
-    def add(self, name: str, tally: Tally) -> None:
+    def add(self, name: str, summary: SummaryBuilder) -> None:
         """Add a file by its summary."""
-        self.bag.files.append(FileInformation.of(name, tally.statistics))
-        counts = tally.statistics.channel_message_counts
-        for _, channel in sorted(tally.channels.items()):
-            topic = TopicMetadata.from_records(channel, tally.schemas.get(channel.schema_id))
+        self.bag.files.append(FileInformation.of(name, summary.statistics))
+        counts = summary.statistics.channel_message_counts
+        for _, channel in sorted(summary.channels.items()):
+            topic = TopicMetadata.from_records(channel, summary.schemas.get(channel.schema_id))
             self.topics[topic.name] = topic
             self.counts[topic.name] = self.counts.get(topic.name, 0) + counts.get(channel.id, 0)
 

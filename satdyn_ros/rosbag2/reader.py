@@ -17,7 +17,7 @@ from .compression import CEILING
 from .errors import BagError, Damaged, Incomplete
 from .metadata import TopicMetadata
 from .scan import Block, Flaw, scan
-from .summary import Tally, read_summary
+from .summary import SummaryBuilder, read_summary
 
 
 class Messages(NamedTuple):
@@ -134,11 +134,11 @@ class Bag:
             summary = read_summary(path, with_chunks=False)
             return summary.schemas, summary.channels
         except Incomplete:
-            tally = Tally()
+            found_in_data = SummaryBuilder()
         for found in scan(path, self._ceiling):
             if isinstance(found.item, Block):
-                tally.add_messages(found.item.contents)
-        return tally.schemas, tally.channels
+                found_in_data.add_messages(found.item.contents)
+        return found_in_data.schemas, found_in_data.channels
 
 
 def bag_files(path: Path, information: dict[str, Any] | None) -> list[Path]:

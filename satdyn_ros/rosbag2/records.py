@@ -27,7 +27,7 @@ from mcap.records import (
 )
 
 from .chunk import Contents, Indexed
-from .compression import CEILING, Allowance, decompress
+from .compression import CEILING, ResourceBudget, decompress
 from .errors import Damaged
 
 # Opcode and length of the content.
@@ -88,15 +88,15 @@ class ChunkRecord(NamedTuple):
             ]
         )
 
-    def contents(self, allowance: Allowance, ceiling: int = CEILING) -> Contents:
+    def contents(self, budget: ResourceBudget, ceiling: int = CEILING) -> Contents:
         """Return the messages; Damaged: they are not what was written, or too large."""
         if self.size <= ceiling:
-            allowance.spend(self.size)
+            budget.spend(self.size)
         data = decompress(self.compression, self.data, self.size, ceiling)
         if self.crc not in (0, zlib.crc32(data)):
             raise Damaged('its checksum is wrong')
         contents = Contents(np.frombuffer(data, np.uint8))
-        contents.check(allowance)
+        contents.check(budget)
         return contents
 
 

@@ -17,7 +17,7 @@ from mcap.records import Header, Metadata
 from . import metadata
 from .chunk import Contents
 from .compression import compressor
-from .damaged_file import Loss, Survey
+from .damaged_file import DamagedFile, Loss
 from .errors import BagError, Damaged
 from .integrity import CheckedFile, check_file, check_metadata
 from .mcap_file import McapFile
@@ -64,7 +64,7 @@ def recover(path: str | Path, output: str | Path | None = None) -> Recovered:
         target = directory / file.name if output is None or path.is_dir() else Path(output)
         try:
             checked.append(check_file(file))
-            contents.add(target.name, checked[-1].tally)
+            contents.add(target.name, checked[-1].summary)
             if target != file:
                 shutil.copyfile(file, target)
         except Damaged:
@@ -133,19 +133,19 @@ def _new_place(path: Path, output: Path) -> Path:
 
 def _mend(path: Path, target: Path, contents: BagContents) -> Loss | None:
     """Rewrite a file with all that can be recovered of it, then replace it."""
-    survey = Survey(path)
+    damaged = DamagedFile(path)
     unfinished = target.with_suffix('.recovering')
     try:
         unfinished.unlink(missing_ok=True)
-        with closing(McapFile(unfinished, survey.header or _LOST_HEADER)) as file:
-            _copy(path, file, survey)
-            file.tally.schemas |= survey.tally.schemas
-            file.tally.channels |= survey.tally.channels
-            contents.add(target.name, file.tally)
+        with closing(McapFile(unfinished, damaged.header or _LOST_HEADER)) as file:
+            _copy(path, file, damaged)
+            file.summary.schemas |= damaged.summary.schemas
+            file.summary.channels |= damaged.summary.channels
+            contents.add(target.name, file.summary)
             # A file has two: the first at its start, the second with what is known at its end.
-            for _ in range(file.tally.metadata_names.count(metadata.NAME), 2):
+            for _ in range(file.summary.metadata_names.count(metadata.NAME), 2):
                 file.write_metadata(metadata.NAME, contents.record())
-            loss = survey.loss(file.crc)
+            loss = damaged.loss(file.crc)
             file.finish()
         if loss is not None and target == path:
             _keep(path)
@@ -157,18 +157,18 @@ def _mend(path: Path, target: Path, contents: BagContents) -> Loss | None:
     return loss
 
 
-def _copy(path: Path, file: McapFile, survey: Survey) -> None:
+def _copy(path: Path, file: McapFile, damaged: DamagedFile) -> None:
     """Write what can be recovered of a file; a channel that lost its declaration gets it back."""
-    known = survey.tally
+    known = damaged.summary
     compression = ''
     for found in scan(path, with_indexes=False):
         match found.item:
             case Metadata(name=name, metadata=mapping):
-                is_last = name == metadata.NAME and name in file.tally.metadata_names
-                if survey.lost_bytes == 0 or not is_last:
+                is_last = name == metadata.NAME and name in file.summary.metadata_names
+                if damaged.lost_bytes == 0 or not is_last:
                     file.write_metadata(name, mapping)
             case Block(contents, chunk) if len(contents):
-                declared = contents.declarations[1], file.tally.channels
+                declared = contents.declarations[1], file.summary.channels
                 lost_ids = [i for i in contents.counts if not any(i in some for some in declared)]
                 channels = [known.channels[i] for i in lost_ids]
                 schemas = {c.schema_id: known.schemas.get(c.schema_id) for c in channels}

@@ -91,10 +91,10 @@ def scan(path: Path, ceiling: int = CEILING, with_indexes: bool = True) -> Itera
     Yield what a file holds, in order.
 
     Messages come in blocks: a whole chunk, the beginning of one that is cut off, or a chunk's size
-    of those outside chunks.  ceiling [bytes]: no larger record or chunk contents is read,
-    and all chunks together are no more than an Allowance.  with_indexes: with the records that
-    say where the others are; without them, only their places are checked.  BagError: it is not an
-    MCAP file.
+    of those outside chunks.  ceiling [bytes]: no larger record or chunk contents is read, and all
+    chunks together are no more than a ResourceBudget.  with_indexes: with the records that say
+    where the others are; without them, only their places are checked.  BagError: it is not an MCAP
+    file.
     """
     skipped = frozenset() if with_indexes else _INDEXES
     with open(regular_file(path), 'rb') as file:
@@ -184,7 +184,7 @@ def _found(frame: Frame, reader: FrameReader) -> Found:
     try:
         record = read(frame.opcode, frame.content)
         if isinstance(record, ChunkRecord):
-            contents = record.contents(reader.allowance, reader.ceiling)
+            contents = record.contents(reader.budget, reader.ceiling)
             return Found(frame.start, frame.end, Block(contents, record))
     except Damaged as error:
         return _flaw(frame, str(error))

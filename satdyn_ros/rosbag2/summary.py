@@ -1,7 +1,7 @@
 """
 The summary at the end of a file, built up while the data are written or read.
 
-Writing a file, and checking one against its data, use the same tally.
+Writing a file, and checking one against its data, use the same summary.
 """
 
 import os
@@ -44,7 +44,7 @@ _GROUPS = (
 )
 
 
-class Tally:
+class SummaryBuilder:
     """
     What the summary of a file must say, given the records so far.
 

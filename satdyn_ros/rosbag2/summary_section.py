@@ -44,7 +44,7 @@ class SummarySection:
 
     def check(self) -> None:
         """
-        Check the summary against the data; add to their tally what only the summary declares.
+        Check the summary against the data; add to their summary what only the summary declares.
 
         Damaged: the first contradiction, by file and record.
         """
@@ -62,9 +62,9 @@ class SummarySection:
             raise self._damaged(footer_found, 'it does not point at the summary')
         self._check_kinds()
         self._check_declarations()
-        self._check_indexes(ChunkIndex, self._data.tally.chunk_indexes)
-        self._check_indexes(MetadataIndex, self._data.tally.metadata_indexes)
-        self._check_indexes(AttachmentIndex, self._data.tally.attachment_indexes)
+        self._check_indexes(ChunkIndex, self._data.summary.chunk_indexes)
+        self._check_indexes(MetadataIndex, self._data.summary.metadata_indexes)
+        self._check_indexes(AttachmentIndex, self._data.summary.attachment_indexes)
         self._check_statistics()
         self._check_offsets()
 
@@ -79,8 +79,8 @@ class SummarySection:
                 raise self._damaged(found, 'it does not belong in the summary')
 
     def _check_declarations(self) -> None:
-        tally = self._data.tally
-        for kind, declared in ((Schema, tally.schemas), (Channel, tally.channels)):
+        summary = self._data.summary
+        for kind, declared in ((Schema, summary.schemas), (Channel, summary.channels)):
             listed = self._of(kind)
             missing = declared.keys() - {found.item.id for found in listed}
             if missing and (listed or self._data.is_ours):
@@ -104,10 +104,10 @@ class SummarySection:
             raise self._missing(f'{kind.__name__} of byte {min(expected.keys() - places)}')
 
     def _check_statistics(self) -> None:
-        tally, listed = self._data.tally, self._of(Statistics)
-        tally.close()
+        summary, listed = self._data.summary, self._of(Statistics)
+        summary.close()
         for found in listed:
-            if found.item != tally.statistics:
+            if found.item != summary.statistics:
                 raise self._damaged(found, 'it does not count what the data hold')
         if not listed and self._data.is_ours:
             raise self._missing('Statistics')

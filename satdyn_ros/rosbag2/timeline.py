@@ -10,7 +10,7 @@ import numpy as np
 from mcap.opcode import Opcode
 
 from .chunk import Contents
-from .compression import CEILING, Allowance
+from .compression import CEILING, ResourceBudget
 from .errors import Damaged
 from .frames import FrameReader
 from .records import PREFIX, ChunkRecord
@@ -80,14 +80,14 @@ class Timeline:
         is_wanted = np.zeros(_CHANNEL_IDS, bool)
         is_wanted[[i for i, topic in self._topics.items() if topic in topics]] = True
         coming = [place for place in reversed(self._places) if place.last_ns >= from_ns]
-        allowance = Allowance(self._path.stat().st_size)
+        budget = ResourceBudget(self._path.stat().st_size)
         at_once = 0
         # Open places by the log time of their next message; of equal ones the first in the file.
         is_open: list[tuple[int, int, int, Iterator[LoggedMessage], LoggedMessage]] = []
         while coming or is_open:
             while coming and (not is_open or coming[-1].first_ns <= is_open[0][0]):
                 place = coming.pop()
-                contents = self._contents(place, allowance)
+                contents = self._contents(place, budget)
                 at_once += len(contents.data)
                 if at_once > _MOST_AT_ONCE:
                     raise Damaged(
@@ -138,7 +138,7 @@ class Timeline:
                 is_chunk = found.item.chunk is not None
                 yield _Place(*span_ns, found.start, found.end, is_chunk)
 
-    def _contents(self, place: _Place, allowance: Allowance) -> Contents:
+    def _contents(self, place: _Place, budget: ResourceBudget) -> Contents:
         with open(self._path, 'rb') as file:
             reader = FrameReader(file, self._ceiling)
             if not place.is_chunk:
@@ -151,7 +151,7 @@ class Timeline:
                 raise Damaged(f'{what} has {length} bytes; the limit is {self._ceiling}')
             try:
                 content = reader.read(place.start + PREFIX.size, length)
-                return ChunkRecord.read(content).contents(allowance, self._ceiling)
+                return ChunkRecord.read(content).contents(budget, self._ceiling)
             except Damaged as error:
                 raise Damaged(f'{what}: {error}') from None
 

@@ -9,7 +9,7 @@ import numpy as np
 from mcap.records import Channel, Header, Schema
 
 from .. import __version__
-from ..messages.sparse import Rows, SomeRows, parted
+from ..messages.sparse import Rows, SparseMessages, dense_and_sparse
 from . import metadata
 from .chunk_builder import ChunkBuilder
 from .compression import COMPRESSIONS, compressor
@@ -85,8 +85,8 @@ class BagWriter:
         self._topics[topic.name] = topic
         self._channels[topic.name] = channel
         self._counts[topic.name] = 0
-        self._file.tally.schemas[schema.id] = schema
-        self._file.tally.channels[channel.id] = channel
+        self._file.summary.schemas[schema.id] = schema
+        self._file.summary.channels[channel.id] = channel
 
     def write(
         self,
@@ -97,12 +97,12 @@ class BagWriter:
         """
         Write the messages of ticks.
 
-        stamps_ns (N,); rows: by topic N rows of one message's bytes each, or SomeRows.  The topics
-        of a tick follow each other as in rows, SomeRows after the others.
+        stamps_ns (N,); rows: by topic N rows of one message's bytes each, or SparseMessages.  The
+        topics of a tick follow each other as in rows, SparseMessages after the others.
         snapshot(i): name and content of a metadata record for a file that begins with tick i of
         these.
         """
-        full, some = parted(rows)
+        full, some = dense_and_sparse(rows)
         self.write_ticks(stamps_ns, self.table(len(stamps_ns), full), some, snapshot)
 
     def table(self, count: int, rows: Mapping[str, np.ndarray]) -> TickTable:
@@ -114,7 +114,7 @@ class BagWriter:
         self,
         stamps_ns: np.ndarray,
         table: TickTable,
-        some: Mapping[str, SomeRows],
+        some: Mapping[str, SparseMessages],
         snapshot: Callable[[int], tuple[str, Mapping[str, str]]] | None = None,
     ) -> int:
         """
@@ -218,8 +218,8 @@ class BagWriter:
         name = f'{self.directory.resolve().name}_{len(self._metadata.files)}.mcap'
         self._metadata.files.append(FileInformation(name))
         self._file = McapFile(self.directory / name, _HEADER)
-        self._file.tally.schemas |= {schema.id: schema for schema in self._schemas.values()}
-        self._file.tally.channels |= {channel.id: channel for channel in self._channels.values()}
+        self._file.summary.schemas |= {schema.id: schema for schema in self._schemas.values()}
+        self._file.summary.channels |= {channel.id: channel for channel in self._channels.values()}
         self._in_file = set()
         self._wants_snapshot = True
         self._file.write_metadata(metadata.NAME, self._metadata.record())
@@ -248,7 +248,7 @@ class BagWriter:
 
     def _add_ticks(self, stamps_ns, table, some):
         """Write the ticks until the file is too large; return how many."""
-        channels = self._file.tally.channels
+        channels = self._file.summary.channels
         topics = [channels[channel_id].topic for channel_id in table.places]
         for topic in topics:
             self._declared(topic)

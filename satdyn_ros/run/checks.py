@@ -105,7 +105,7 @@ def check_turns_a_tick(values: Mapping[str, Any], rate: Fraction) -> None:
         )
 
 
-def doubts(values: Mapping[str, Any]) -> tuple[str, ...]:
+def warnings(values: Mapping[str, Any]) -> tuple[str, ...]:
     """Return what is allowed and rarely meant, each in one sentence."""
     found = []
     rate = math.hypot(*values['initial.angular_velocity'])

@@ -20,9 +20,8 @@ from .events import (
     Torque,
     TorquesDropped,
 )
-from .limits import has_max_speed, is_too_fast, within_max_torque
 from .scenario import Scenario
-from .segment import MOST_STEPS_A_TICK, Arc
+from .segment import MOST_STEPS_A_TICK, Segment
 from .ticks import Ticks
 
 # Raised by every change of what a run computes or records.  0: versions 0.1 and 0.2.
@@ -34,14 +33,14 @@ class RunState:
     """
     All that a run depends on from a tick on; it never changes.
 
-    arc: the motion in force.  system: what moves, with the torques that act.  conditions: the
+    segment: the motion in force.  system: what moves, with the torques that act.  conditions: the
     scenario, with the initial conditions in force.  topics: those published.  suite: the sensors
     before the tick's samples.  until: by held torque ('torque', 'rotor_command.NAME') the tick
     where it ends.  halted: why no tick follows, in one sentence, None: one can.
     """
 
     ticks: Ticks
-    arc: Arc
+    segment: Segment
     system: System
     conditions: Scenario
     topics: tuple[str, ...]
@@ -62,7 +61,7 @@ class RunState:
         """
         start_s = self.ticks.seconds(tick)
         motion = self.conditions.motion_from(system, state, start_s, MOST_STEPS_A_TICK)
-        return replace(self, arc=Arc(self.ticks, tick, motion), system=system, halted=None)
+        return replace(self, segment=Segment(self.ticks, tick, motion), system=system, halted=None)
 
     def after(
         self, tick: int, acting: Sequence[Event], rules: int = RULES
@@ -78,12 +77,12 @@ class RunState:
         """
         happening = _Happening(self, tick)
         if rules >= 1:
-            happening.make_way()
+            happening.drop_torques_or_halt()
         happening.time_out()
         for event in acting:
             happening.act(event)
         happening.limit_speeds()
-        happening.make_way()
+        happening.drop_torques_or_halt()
         return happening.events, happening.run
 
 
@@ -94,20 +93,20 @@ class _Happening:
         self.events: list[Event] = []
         self.run, self.tick = run, tick
 
-    def make_way(self, kinds: tuple[type, ...] = (TorquesDropped, Halt)) -> None:
+    def drop_torques_or_halt(self, kinds: tuple[type, ...] = (TorquesDropped, Halt)) -> None:
         """Drop the torques, or else halt, where the motion does not reach the tick."""
-        while self.run.halted is None and not self.run.arc.reaches(self.tick):
+        while self.run.halted is None and not self.run.segment.reaches(self.tick):
             run, before = self.run, self.tick - 1
-            drops = run.has_torque and run.arc.begin_tick <= before
+            drops = run.has_torque and run.segment.begin_tick <= before
             event = TorquesDropped(self.tick) if drops else Halt(self.tick)
             if not isinstance(event, kinds):
                 return
             if drops:
                 free = run.system.driven(np.zeros(3), np.zeros(len(run.system.rotors)))
                 run = replace(run, until={})
-                self.run = run.restarted(before, run.arc.state_at(before), free)
+                self.run = run.restarted(before, run.segment.state_at(before), free)
             else:
-                self.run = replace(run, halted=run.arc.why_no_further)
+                self.run = replace(run, halted=run.segment.why_no_further)
             self.events.append(event)
 
     def time_out(self) -> None:
@@ -122,7 +121,7 @@ class _Happening:
             case TorquesDropped() | Halt():
                 # Of a bag of rules 0: nothing else shows that they are true there, since the
                 # events that follow at the tick may begin another motion.
-                return self.make_way((type(event),))
+                return self.drop_torques_or_halt((type(event),))
             case Request():
                 conditions = self.run.conditions.with_values(event.values)
                 self.run = replace(self.run, conditions=conditions)
@@ -146,10 +145,10 @@ class _Happening:
 
     def limit_speeds(self) -> None:
         """Drop torques that make a rotor at its limit faster."""
-        system, arc = self.run.system, self.run.arc
-        if not has_max_speed(system) or self.run.halted or not arc.reaches(self.tick):
+        system, segment = self.run.system, self.run.segment
+        if not has_max_speed(system) or self.run.halted or not segment.reaches(self.tick):
             return
-        too_fast = is_too_fast(system, arc.state_at(self.tick).rotor_speed)
+        too_fast = is_too_fast(system, segment.state_at(self.tick).rotor_speed)
         dropped = [system.rotors[i].label for i in np.flatnonzero(too_fast)]
         self._command(dict.fromkeys(dropped, 0.0), None)
         self.events += [RotorLimited(self.tick, name, 'max_speed') for name in dropped]
@@ -172,12 +171,12 @@ class _Happening:
         acting = vars(self.run.system)
         if all(np.array_equal(acting[name], torque) for name, torque in torques.items()):
             return
-        self.make_way()
+        self.drop_torques_or_halt()
         system = self.run.system.driven(**torques)
         if self.run.halted:
             self.run = replace(self.run, system=system)
         else:
-            self.run = self.run.restarted(self.tick, self.run.arc.state_at(self.tick), system)
+            self.run = self.run.restarted(self.tick, self.run.segment.state_at(self.tick), system)
 
     def _restart_from_conditions(self) -> None:
         run, acting = self.run, self.run.system
@@ -189,11 +188,43 @@ class _Happening:
             self.run = run.restarted(self.tick, state, system)
         except ValueError as error:
             # At the earlier tick of its check, rounding had not yet cost it its closed form.
-            arc = Arc(run.ticks, self.tick, Propagation(system, state, start_s))
-            arc.halt(self.tick, str(error))
-            self.run = replace(run, arc=arc, system=system, halted=None)
+            segment = Segment(run.ticks, self.tick, Propagation(system, state, start_s))
+            segment.halt(self.tick, str(error))
+            self.run = replace(run, segment=segment, system=system, halted=None)
 
 
 def rotor_of(topic: str) -> str:
     """Return the rotor of a held torque; version 0.1 had one, whose topic was rotor_torque."""
     return topic.removeprefix('rotor_command.') if topic != 'rotor_torque' else 'rotor'
+
+
+def within_max_torque(
+    system: System, torques: Mapping[str, float]
+) -> tuple[np.ndarray, list[str]]:
+    """
+    Return the motor torques [N m] (R,) with some new, by rotor, and the rotors where it was cut.
+
+    A rotor without a new torque keeps the one that acts.
+    """
+    acting, cut = system.rotor_torque.copy(), []
+    for i, rotor in enumerate(system.rotors):
+        torque = torques.get(rotor.label)
+        if torque is None:
+            continue
+        if 0.0 < rotor.max_torque < abs(torque):
+            torque = rotor.max_torque if torque > 0.0 else -rotor.max_torque
+            cut.append(rotor.label)
+        acting[i] = torque
+    return acting, cut
+
+
+def has_max_speed(system: System) -> bool:
+    """Whether any rotor has a limit of its speed."""
+    return any(rotor.max_speed for rotor in system.rotors)
+
+
+def is_too_fast(system: System, speeds: np.ndarray) -> np.ndarray:
+    """Return of speeds (..., R) [rad/s] which are at their limit while a torque adds to it."""
+    most = np.array([rotor.max_speed or np.inf for rotor in system.rotors])
+    with np.errstate(invalid='ignore'):
+        return (np.abs(speeds) >= most) & (speeds * system.rotor_torque > 0.0)

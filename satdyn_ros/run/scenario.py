@@ -191,9 +191,9 @@ class Scenario:
         return float(self.rate) * self['time.factor']
 
     @property
-    def doubts(self) -> tuple[str, ...]:
+    def warnings(self) -> tuple[str, ...]:
         """What is allowed and rarely meant, each in one sentence."""
-        return checks.doubts(self.values)
+        return checks.warnings(self.values)
 
     @cached_property
     def system(self) -> System:

@@ -12,7 +12,7 @@ MOST_STEPS_A_TICK = 10**6
 NO_STAMP = f'the next tick comes after the last stamp of ROS, {LAST_STAMP_NS // 10**9} s'
 
 
-class Arc:
+class Segment:
     """
     A motion that begins at a tick, asked for its states at ticks.
 

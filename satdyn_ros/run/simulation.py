@@ -24,12 +24,11 @@ from .events import (
     body_torque,
     rotor_torques,
 )
-from .limits import has_max_speed, is_too_fast
 from .requests import requested
-from .run_state import RULES, RunState, rotor_of
+from .run_state import RULES, RunState, has_max_speed, is_too_fast, rotor_of
 from .samples import Measured, Samples
 from .scenario import Scenario
-from .segment import MOST_STEPS_A_TICK, Arc
+from .segment import MOST_STEPS_A_TICK, Segment
 from .ticks import Ticks
 
 
@@ -61,7 +60,7 @@ class Simulation:
         motion = scenario.motion_from(scenario.system, state, 0.0, MOST_STEPS_A_TICK)
         self._run = RunState(
             ticks=self.ticks,
-            arc=Arc(self.ticks, 0, motion),
+            segment=Segment(self.ticks, 0, motion),
             system=scenario.system,
             conditions=self.scenario,
             topics=scenario.topics,
@@ -90,9 +89,9 @@ class Simulation:
         self._before, self._acting = self._run, self._due(first)
         if not self._acting:
             # All at once: the tick alone would be asked for whether the motion reaches it.
-            self._before.arc.states(first, *self._end(self._before, first, count))
+            self._before.segment.states(first, *self._end(self._before, first, count))
         happened, run = self._before.after(first, self._acting, self._rules)
-        states = run.arc.states(first, *self._end(run, first, count if not run.halted else 0))
+        states = run.segment.states(first, *self._end(run, first, count if not run.halted else 0))
         if has_max_speed(run.system):
             too_fast = np.any(is_too_fast(run.system, states.rotor_speed), axis=-1)
             if np.any(too_fast):
@@ -129,8 +128,8 @@ class Simulation:
     def begin_from(self, state: State) -> None:
         """Let the motion in force begin from another state: the last samples come anew."""
         run, tick = self._begun, self.next_tick if self._block is None else self._block.first_tick
-        self._run = run.restarted(run.arc.begin_tick, state, run.system)
-        self._run.arc.catch_up(tick)
+        self._run = run.restarted(run.segment.begin_tick, state, run.system)
+        self._run.segment.catch_up(tick)
         self._begin_block()
         self.next_tick = tick
 
@@ -148,7 +147,7 @@ class Simulation:
     @property
     def state(self) -> State:
         """The state at the last tick; before the first, the initial one."""
-        return self._run.arc.state_at(max(self.tick, 0))
+        return self._run.segment.state_at(max(self.tick, 0))
 
     @property
     def system(self) -> System:
@@ -173,7 +172,7 @@ class Simulation:
     @property
     def motion(self) -> Motion:
         """The motion since the last event."""
-        return self._run.arc.motion
+        return self._run.segment.motion
 
     @property
     def conditions(self) -> Scenario:
@@ -261,11 +260,11 @@ class Simulation:
 
     # -- snapshots -------------------------------------------------------------------------------
 
-    def as_it_is(self) -> 'Simulation':
+    def snapshot_copy(self) -> 'Simulation':
         """Return a copy, of which another thread may ask for snapshots while the run goes on."""
         kept = copy.copy(self)
         # With states of its own it need not ask the motion, which walks on.
-        kept._begun = replace(self._begun, arc=copy.copy(self._begun.arc))
+        kept._begun = replace(self._begun, segment=copy.copy(self._begun.segment))
         return kept
 
     def snapshot(self, tick: int) -> dict[str, Any]:
@@ -280,9 +279,9 @@ class Simulation:
         return {
             'tick': tick,
             'is_start': tick == 0 and self._is_whole,
-            'state': state_record(run.arc.state_at(tick)),
-            'begin_tick': run.arc.begin_tick,
-            'begin_state': state_record(run.arc.motion.state),
+            'state': state_record(run.segment.state_at(tick)),
+            'begin_tick': run.segment.begin_tick,
+            'begin_state': state_record(run.segment.motion.state),
             'torque_b': [float(x) for x in run.system.torque_b],
             'rotor_torque': run.system.rotor_torque.tolist(),
             'until': dict(run.until),
@@ -331,7 +330,7 @@ class Simulation:
         simulation._run = run.restarted(snapshot['begin_tick'], state, system)
         simulation._begin_block()
         simulation.next_tick, simulation._is_whole = snapshot['tick'], False
-        simulation._run.arc.catch_up(simulation.next_tick)
+        simulation._run.segment.catch_up(simulation.next_tick)
         return simulation
 
 

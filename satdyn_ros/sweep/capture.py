@@ -13,7 +13,7 @@ import numpy as np
 
 from ..dynamics.inertia import ROUNDING, principal_axes
 from ..dynamics.motion import Motion, States
-from .measures import Passed, pass_over
+from .extrema import Extrema, extrema_of
 
 LEAST = 'least'
 AXES = {'x': (1.0, 0.0, 0.0), 'y': (0.0, 1.0, 0.0), 'z': (0.0, 0.0, 1.0)}
@@ -41,7 +41,7 @@ def judged_axis(name: str, inertia: np.ndarray) -> np.ndarray:
 
 def capture_times(
     states: States,
-    passed: Passed,
+    passed: Extrema,
     axis_b: np.ndarray,
     period_s: np.ndarray,
     motion_of: Callable[[int], Motion],
@@ -69,6 +69,6 @@ def _followed(motion, axis_b, begin_s, end_s, fastest):
     for first in range(0, count, _AT_ONCE):
         rows = np.arange(first, min(first + _AT_ONCE, count) + 1)
         dense = motion.at(begin_s + rows * ((end_s - begin_s) / count))
-        since = int(pass_over(dense, axis_b).first_after)
+        since = int(extrema_of(dense, axis_b).first_after)
         since_s = float(dense.t_s[since]) if since > 0 else since_s
     return since_s

@@ -20,7 +20,7 @@ from ..orbits import KeplerOrbit
 from ..run.many import many, part_of
 from ..run.scenario import Scenario
 from .capture import capture_times, judged_axis
-from .measures import angles, pass_over, samples
+from .extrema import angles, extrema_of
 from .plan import Plan
 
 # Samples held at a time, some hundred megabytes: of longer runs, fewer are done together.
@@ -60,9 +60,9 @@ class _Table:
 
 def _fill(plan, runs, values, first, table):
     for rows in _alike(plan, values):
-        done = _fly_together(plan, runs, values, rows, first, table)
+        done = _propagate_together(plan, runs, values, rows, first, table)
         for row in rows[~done]:
-            _fly_alone(plan, runs[row], first + row, table)
+            _propagate_alone(plan, runs[row], first + row, table)
 
 
 def _alike(plan, values) -> Iterator[np.ndarray]:
@@ -86,7 +86,7 @@ def _kinds(varied, values):
     return np.equal(values, 0.0) if decides else (None,) * len(values)
 
 
-def _fly_together(plan, runs, values, rows, first, table):
+def _propagate_together(plan, runs, values, rows, first, table):
     """Fly rows of values together and return which of them that was possible for, (M,)."""
     done = np.zeros(len(rows), bool)
     changed = _changed(plan, values, rows)
@@ -126,7 +126,7 @@ def _changed(plan, values, rows):
         return None
 
 
-def _fly_alone(plan, run, row, table):
+def _propagate_alone(plan, run, row, table):
     """Fly a run that may fail in any way: then its row says why, and the others go on."""
     try:
         scenario = plan.scenario_of(plan.values(run))
@@ -176,7 +176,7 @@ def _angles_and_capture(plan, system, states, runs):
     whether it is captured and since when.
     """
     axis_b = judged_axis(plan.captured_axis, system.inertia)
-    passed = pass_over(states, axis_b)
+    passed = extrema_of(states, axis_b)
     found = angles('lvlh_angle', passed.lvlh, 2.0)
     if np.all(np.isnan(axis_b)):
         return found
@@ -193,3 +193,11 @@ def _angles_and_capture(plan, system, states, runs):
     found['captured'] = np.where(judged, captured, np.nan)
     found['capture_s'] = np.where(judged & captured, since_s, np.nan)
     return found
+
+
+def samples(states: States) -> dict[str, np.ndarray]:
+    """Return the attitudes and rates at the samples, relative to LVLH where there is one."""
+    if not states.orbit.has_lvlh:
+        return {'samples_q_ib': states.q_ib, 'samples_omega_bi_b': states.omega_bi_b}
+    omega_bl_b = states.omega_bi_b - states.lvlh_rate_b
+    return {'samples_q_lb': states.q_lb, 'samples_omega_bl_b': omega_bl_b}

@@ -55,7 +55,7 @@ def verdict(system: System, state: State, orbit_s: float = 0.0) -> Verdict:
         raise ValueError('there are no steady motions on an elliptic orbit')
     steady = _Steady.of(system, state, orbit_s)
     aside = '' if steady.axis is None else ', apart from the rotation about the symmetry axis'
-    if np.min(steady.bend()) > ROUNDING * steady.size:
+    if np.min(steady.hessian()) > ROUNDING * steady.size:
         return Verdict('stable', f'the amended potential has a strict minimum{aside}')
     roots = steady.roots()
     fastest = np.max(np.abs(roots))
@@ -176,7 +176,7 @@ class _Steady(NamedTuple):
             linear_equations(system.inertia, K, self.h, self.omega, self.c, self.gradient, m)
         )
 
-    def bend(self) -> np.ndarray:
+    def hessian(self) -> np.ndarray:
         """
         Return the eigenvalues [J/rad^2] of the amended potential's second variation, ascending.
 
@@ -196,32 +196,32 @@ class _Steady(NamedTuple):
         if axis is not None:
             h = h + K @ axis * (axis @ omega)
             K = K - axis @ K @ axis * np.outer(axis, axis)
-        still = self.gradient * _square_bend(system.inertia, c)
-        still += _linear_bend(system.weight_moment, c)
-        bend = still - _square_bend(K, omega) - _linear_bend(h, omega)
+        still = self.gradient * _square_hessian(system.inertia, c)
+        still += _linear_hessian(system.weight_moment, c)
+        hessian = still - _square_hessian(K, omega) - _linear_hessian(h, omega)
         if self.on_orbit:
             free = np.eye(3) if axis is None else _across(axis)
         elif axis is not None and np.linalg.norm(np.cross(axis, c)) <= ROUNDING:
             # (H . c - h . c)^2 / (2 c . K c) is J3^2 tan^2(theta / 2) / 2 A, theta from c
             free = _across(c)[:1]
-            bend = still + float(h @ c) ** 2 / (2.0 * np.trace(K)) * np.eye(3)
+            hessian = still + float(h @ c) ** 2 / (2.0 * np.trace(K)) * np.eye(3)
         else:
             change = np.cross(c, h + 2.0 * K @ omega)
-            bend = bend + np.outer(change, change) / (c @ K @ c)
+            hessian = hessian + np.outer(change, change) / (c @ K @ c)
             free = _across(c)
             if axis is not None:
                 nod = np.cross(axis, c)
                 free = nod[None] / np.linalg.norm(nod)
-        return np.linalg.eigvalsh(free @ bend @ free.T)
+        return np.linalg.eigvalsh(free @ hessian @ free.T)
 
 
-def _square_bend(A: np.ndarray, c: np.ndarray) -> np.ndarray:
+def _square_hessian(A: np.ndarray, c: np.ndarray) -> np.ndarray:
     """Return the second variation (3, 3) of c . A c / 2 when the body turns under a fixed c."""
     C = cross_matrices(c)
-    return C.T @ A @ C + _linear_bend(A @ c, c)
+    return C.T @ A @ C + _linear_hessian(A @ c, c)
 
 
-def _linear_bend(m: np.ndarray, c: np.ndarray) -> np.ndarray:
+def _linear_hessian(m: np.ndarray, c: np.ndarray) -> np.ndarray:
     """Return the second variation (3, 3) of m . c when the body turns under a fixed c."""
     return (np.outer(c, m) + np.outer(m, c)) / 2.0 - float(c @ m) * np.eye(3)
 

@@ -11,7 +11,7 @@ from aiohttp import web
 _COOKIE_S = 30 * 86400
 
 
-class Door:
+class AccessPolicy:
     """
     The rule by which a server refuses requests.
 

@@ -11,7 +11,7 @@ from typing import Any, Protocol
 from aiohttp import WSCloseCode, WSMsgType, web
 
 from ..report import html
-from .access_policy import Door
+from .access_policy import AccessPolicy
 from .hub import Browser, Hub
 
 _LARGEST_REQUEST = 4096
@@ -55,8 +55,8 @@ class Source(Protocol):
 class Server:
     """The pages of a source."""
 
-    def __init__(self, source: Source, door: Door):
-        self._source, self._door, self._hub = source, door, Hub()
+    def __init__(self, source: Source, policy: AccessPolicy):
+        self._source, self._policy, self._hub = source, policy, Hub()
         self._files = {name.split('/')[-1]: name for name in (*html.STYLE_SHEETS, *source.files)}
 
     def application(self) -> web.Application:
@@ -76,7 +76,7 @@ class Server:
         request: web.Request,
         handler: Callable[[web.Request], Awaitable[web.StreamResponse]],
     ) -> web.StreamResponse:
-        refusal = self._door.refusal(request)
+        refusal = self._policy.refusal(request)
         if refusal is not None:
             return web.Response(status=403, text=refusal + '\n', headers=_HEADERS)
         return await handler(request)
@@ -90,7 +90,7 @@ class Server:
         )
         text = html.document('satdyn watch', links, asset(self._source.page))
         response = web.Response(text=text, content_type='text/html', headers=_HEADERS)
-        self._door.let_in(request, response)
+        self._policy.let_in(request, response)
         return response
 
     async def _file(self, request: web.Request) -> web.Response:
@@ -185,15 +185,15 @@ async def _serve(
 
     for number in numbers:
         loop.add_signal_handler(number, end, number)
-    door = Door(host, port)
+    policy = AccessPolicy(host, port)
     runner = web.AppRunner(
-        Server(source, door).application(), access_log=None, shutdown_timeout=1.0
+        Server(source, policy).application(), access_log=None, shutdown_timeout=1.0
     )
     await runner.setup()
     try:
         await web.TCPSite(runner, host, port).start()
-        door.port = runner.addresses[0][1]
-        tell(door.url)
+        policy.port = runner.addresses[0][1]
+        tell(policy.url)
         return await ended
     finally:
         await runner.cleanup()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from satdyn_ros.bag.columns import Columns
-from satdyn_ros.bag.read_ahead import read_ahead
+from satdyn_ros.bag.table_files import read_ahead
 
 
 def block(tick: int) -> Columns:

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial.transform import Rotation
 
-from satdyn_ros.dynamics import inertia
+from satdyn_ros.dynamics import bodies, inertia
 
 MOMENTS = ([600.0, 800.0, 900.0], [900.0, 600.0, 800.0], [1.0, 1.0, 2.0], [2.0, 1.0, 2.0])
 
@@ -51,7 +51,7 @@ def test_what_no_body_has_is_refused_in_one_sentence(values, why):
 def test_a_flat_body_passes_the_triangle_inequality_in_any_axes(seed):
     """A plate has I3 = I1 + I2 exactly; rounding of a rotated tensor must not refuse it."""
     R = Rotation.random(random_state=seed).as_matrix()
-    plate = inertia.rectangular_plate(3.0, 0.7, 1.1)
+    plate = bodies.rectangular_plate(3.0, 0.7, 1.1)
     inertia.tensor(np.ravel(R @ plate @ R.T))
 
 
@@ -120,23 +120,23 @@ def _cone_points():
 
 ANGLES = 2.0 * np.pi * np.arange(100) / 100
 SOLIDS = {
-    'rod': (inertia.rod(1.0, 1.7), np.column_stack([np.zeros((5000, 2)), _grid(1.7, n=5000)])),
+    'rod': (bodies.rod(1.0, 1.7), np.column_stack([np.zeros((5000, 2)), _grid(1.7, n=5000)])),
     'ring': (
-        inertia.ring(1.0, 1.3),
+        bodies.ring(1.0, 1.3),
         1.3 * np.stack([np.cos(ANGLES), np.sin(ANGLES), 0.0 * ANGLES], axis=-1),
     ),
-    'disk': (inertia.disk(1.0, 1.0), _flat(_within(_grid(2.0, 2.0, n=1000), 1.0))),
+    'disk': (bodies.disk(1.0, 1.0), _flat(_within(_grid(2.0, 2.0, n=1000), 1.0))),
     'annulus': (
-        inertia.annulus(1.0, 0.4, 1.0),
+        bodies.annulus(1.0, 0.4, 1.0),
         _flat([p for p in _within(_grid(2.0, 2.0, n=400), 1.0) if np.hypot(*p) >= 0.4]),
     ),
-    'cylinder': (inertia.cylinder(1.0, 1.0, 1.5), _within(_grid(2.0, 2.0, 1.5), 1.0)),
+    'cylinder': (bodies.cylinder(1.0, 1.0, 1.5), _within(_grid(2.0, 2.0, 1.5), 1.0)),
     'sphere': (
-        inertia.sphere(1.0, 1.0),
+        bodies.sphere(1.0, 1.0),
         np.array([p for p in _grid(2.0, 2.0, 2.0, n=60) if p @ p <= 1.0]),
     ),
-    'plate': (inertia.rectangular_plate(1.0, 0.7, 1.9), _flat(_grid(0.7, 1.9, n=1000))),
-    'cone': (inertia.cone(1.0, 1.0, 1.5), _cone_points()),
+    'plate': (bodies.rectangular_plate(1.0, 0.7, 1.9), _flat(_grid(0.7, 1.9, n=1000))),
+    'cone': (bodies.cone(1.0, 1.0, 1.5), _cone_points()),
 }
 
 
@@ -153,7 +153,7 @@ def test_the_catalogue_agrees_with_sums_over_points(solid):
 
 def test_points_are_the_definition():
     """Two points of mass m at distance d have m d^2 / 2 across and nothing along (42)."""
-    assert inertia.points([3.0, 3.0], [[0, 0, 1], [0, 0, 3]]) == pytest.approx(
+    assert bodies.points([3.0, 3.0], [[0, 0, 1], [0, 0, 3]]) == pytest.approx(
         np.diag([6.0, 6.0, 0.0])
     )
 
@@ -161,10 +161,10 @@ def test_points_are_the_definition():
 @pytest.mark.parametrize(
     ('body', 'offset', 'axis', 'moment'),
     [
-        (inertia.rod(2.0, 3.0), [0, 0, 1.5], 0, 2.0 * 3.0**2 / 3),
-        (inertia.sphere(2.0, 3.0), [3.0, 0, 0], 2, 7 * 2.0 * 3.0**2 / 5),
-        (inertia.cylinder(2.0, 3.0, 5.0), [0, 0, 2.5], 0, 2.0 * (5.0**2 / 3 + 3.0**2 / 4)),
-        (inertia.cone(2.0, 3.0, 5.0), [0, 0, 3.75], 0, 3 * 2.0 * (5.0**2 / 5 + 3.0**2 / 20)),
+        (bodies.rod(2.0, 3.0), [0, 0, 1.5], 0, 2.0 * 3.0**2 / 3),
+        (bodies.sphere(2.0, 3.0), [3.0, 0, 0], 2, 7 * 2.0 * 3.0**2 / 5),
+        (bodies.cylinder(2.0, 3.0, 5.0), [0, 0, 2.5], 0, 2.0 * (5.0**2 / 3 + 3.0**2 / 4)),
+        (bodies.cone(2.0, 3.0, 5.0), [0, 0, 3.75], 0, 3 * 2.0 * (5.0**2 / 5 + 3.0**2 / 20)),
     ],
 )
 def test_parallel_axis_gives_the_textbook_moments(body, offset, axis, moment):
@@ -183,12 +183,12 @@ def test_parallel_axis_has_the_products_of_an_oblique_offset():
 
 def test_two_halves_make_the_whole():
     """Two half cylinders stacked along z compose into the whole one."""
-    half = inertia.cylinder(1.0, 0.5, 2.0)
+    half = bodies.cylinder(1.0, 0.5, 2.0)
     centres = np.array([[0.1, 0.2, -1.0], [0.1, 0.2, 1.0]])
-    whole = inertia.compose([inertia.Body(1.0, centre, half) for centre in centres])
+    whole = bodies.compose([bodies.Body(1.0, centre, half) for centre in centres])
     assert whole.mass == 2.0
     assert whole.mass_centre == pytest.approx([0.1, 0.2, 0.0])
-    assert whole.inertia == pytest.approx(inertia.cylinder(2.0, 0.5, 4.0), rel=1e-14)
+    assert whole.inertia == pytest.approx(bodies.cylinder(2.0, 0.5, 4.0), rel=1e-14)
 
 
 def test_the_inertia_ellipsoid_touches_where_the_quadratic_form_is_one():
@@ -197,14 +197,14 @@ def test_the_inertia_ellipsoid_touches_where_the_quadratic_form_is_one():
     I = R @ np.diag([2.0, 3.0, 4.0]) @ R.T
     tips = inertia.principal_axes(I)[1] * inertia.ellipsoid(I)
     assert tips.T @ I @ tips == pytest.approx(np.eye(3), abs=1e-13)
-    assert inertia.ellipsoid(inertia.rod(12.0, 1.0)) == pytest.approx([1.0, 1.0, np.inf])
+    assert inertia.ellipsoid(bodies.rod(12.0, 1.0)) == pytest.approx([1.0, 1.0, np.inf])
 
 
 def test_the_moment_about_any_axis_is_the_sum_over_the_masses():
     """(42.16) with Steiner's theorem: sum m r^2, r the distance from a line in space."""
     random = np.random.default_rng(3)
     masses, places = random.uniform(0.5, 2.0, 6), random.normal(size=(6, 3))
-    I, centre = inertia.points(masses, places), masses @ places / np.sum(masses)
+    I, centre = bodies.points(masses, places), masses @ places / np.sum(masses)
     through, axis = random.normal(size=3), random.normal(size=3)
     r = np.linalg.norm(np.cross(places - through, axis / np.linalg.norm(axis)), axis=-1)
     moment = inertia.moment_about(I, axis, np.sum(masses), through - centre)
@@ -215,9 +215,9 @@ def test_the_moment_about_any_axis_is_the_sum_over_the_masses():
     ('shape', 'through', 'axis', 'expected'),
     [
         # exercises 15, 17 and 20, with m = 2, r = 0.5, h = 1.2
-        (inertia.cylinder(2.0, 0.5, 1.2), [0, 0, 0.6], [1, 0, 0], 2.0 * (1.44 / 3 + 0.25 / 4)),
-        (inertia.sphere(2.0, 0.5), [0, 0.5, 0], [1, 0, 0], 1.4 * 2.0 * 0.25),
-        (inertia.cone(2.0, 0.5, 1.2), [0, 0, 0.9], [0, 1, 0], 6.0 * (1.44 / 5 + 0.25 / 20)),
+        (bodies.cylinder(2.0, 0.5, 1.2), [0, 0, 0.6], [1, 0, 0], 2.0 * (1.44 / 3 + 0.25 / 4)),
+        (bodies.sphere(2.0, 0.5), [0, 0.5, 0], [1, 0, 0], 1.4 * 2.0 * 0.25),
+        (bodies.cone(2.0, 0.5, 1.2), [0, 0, 0.9], [0, 1, 0], 6.0 * (1.44 / 5 + 0.25 / 20)),
     ],
 )
 def test_moments_of_the_exercises(shape, through, axis, expected):
@@ -249,7 +249,7 @@ AXIS = np.array([0.36, 0.48, 0.8])
 def test_an_axis_of_symmetry_is_principal(n):
     """42.22, exercises 3 and 4: of order 2 principal; of order n > 2 one of rotation as well."""
     places = turned_copies(n, AXIS, np.random.default_rng(n).normal(size=(3, 3)))
-    I = inertia.points(np.ones(len(places)), places)
+    I = bodies.points(np.ones(len(places)), places)
     assert np.linalg.norm(np.cross(AXIS, I @ AXIS)) < 1e-13 * np.max(I)
     moments = np.linalg.eigvalsh(I - (AXIS @ I @ AXIS) * np.outer(AXIS, AXIS))
     across = np.sort(np.abs(moments))[1:]
@@ -281,7 +281,7 @@ def test_two_axes_of_symmetry_make_a_sphere(orders, angle):
         assert len(group) <= 24
     place = np.array([0.3, -1.1, 0.7])
     places = np.array([element @ place for element in group])
-    moments = np.linalg.eigvalsh(inertia.points(np.ones(len(group)), places))
+    moments = np.linalg.eigvalsh(bodies.points(np.ones(len(group)), places))
     np.testing.assert_allclose(moments, np.mean(moments), rtol=1e-13)
 
 
@@ -305,9 +305,9 @@ def test_points_about_any_point():
         expected = sum(
             m * (x @ x * np.eye(3) - np.outer(x, x)) for m, x in zip(masses, from_it, strict=True)
         )
-        np.testing.assert_allclose(inertia.points(masses, places, about), expected, rtol=1e-12)
+        np.testing.assert_allclose(bodies.points(masses, places, about), expected, rtol=1e-12)
     np.testing.assert_allclose(
-        inertia.points(masses, places), inertia.points(masses, places, centre), rtol=1e-12
+        bodies.points(masses, places), bodies.points(masses, places, centre), rtol=1e-12
     )
 
 
@@ -330,4 +330,4 @@ def test_the_normal_of_the_ellipsoid():
 def test_a_rod_is_told_what_to_use():
     """A moment of zero is refused by a sentence that names the way out."""
     with pytest.raises(ValueError, match='use the moments of a cylinder'):
-        inertia.tensor(inertia.rod(2.0, 3.0))
+        inertia.tensor(bodies.rod(2.0, 3.0))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from satdyn_ros.dynamics import inertia
+from satdyn_ros.dynamics import bodies
 from satdyn_ros.dynamics.solid import solid
 
 TURN = (0.0, 2.0 * np.pi)
@@ -21,21 +21,21 @@ def uniform(x, y, z):
             'cylindrical',
             np.pi * 0.25 * 1.2,
             [0.0, 0.0, 0.0],
-            lambda m: inertia.cylinder(m, 0.5, 1.2),
+            lambda m: bodies.cylinder(m, 0.5, 1.2),
         ),
         (
             [(0.0, 1.2), TURN, lambda z, phi: (0.0, 0.5 * z / 1.2)],
             'cylindrical',
             np.pi * 0.25 * 1.2 / 3.0,
             [0.0, 0.0, 0.9],
-            lambda m: inertia.cone(m, 0.5, 1.2),
+            lambda m: bodies.cone(m, 0.5, 1.2),
         ),
         (
             [(0.0, np.pi), TURN, (0.0, 0.5)],
             'spherical',
             np.pi / 6.0,
             [0.0, 0.0, 0.0],
-            lambda m: inertia.sphere(m, 0.5),
+            lambda m: bodies.sphere(m, 0.5),
         ),
         (
             [(0.0, 1.0), (0.0, 2.0), (0.0, 3.0)],
@@ -93,10 +93,10 @@ def test_what_is_no_body_is_refused():
 @pytest.mark.parametrize(
     ('ranges', 'coordinates', 'expected'),
     [
-        ([0.0, 0.0, (-1.5, 1.5)], 'cartesian', inertia.rod(1.0, 3.0)),
-        ([0.0, (0.0, 2.0 * np.pi), 0.7], 'cylindrical', inertia.ring(1.0, 0.7)),
-        ([0.0, (0.0, 2.0 * np.pi), (0.0, 0.7)], 'cylindrical', inertia.disk(1.0, 0.7)),
-        ([(-1.0, 1.0), (-0.5, 0.5), 0.0], 'cartesian', inertia.rectangular_plate(1.0, 2.0, 1.0)),
+        ([0.0, 0.0, (-1.5, 1.5)], 'cartesian', bodies.rod(1.0, 3.0)),
+        ([0.0, (0.0, 2.0 * np.pi), 0.7], 'cylindrical', bodies.ring(1.0, 0.7)),
+        ([0.0, (0.0, 2.0 * np.pi), (0.0, 0.7)], 'cylindrical', bodies.disk(1.0, 0.7)),
+        ([(-1.0, 1.0), (-0.5, 0.5), 0.0], 'cartesian', bodies.rectangular_plate(1.0, 2.0, 1.0)),
         # a plate again, as half planes about z, and a thin shell: 2 m r^2 / 3
         ([(-1.0, 1.0), 0.0, (-0.5, 0.5)], 'cylindrical', np.diag([1 / 3, 5 / 12, 1 / 12])),
         ([(0.0, np.pi), (0.0, 2.0 * np.pi), 0.7], 'spherical', np.eye(3) * 0.98 / 3.0),

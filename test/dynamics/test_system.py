@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from satdyn_ros import exact
-from satdyn_ros.dynamics.constants import parameters
+from satdyn_ros.dynamics.constants import constants_of
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
 from satdyn_ros.integrate.propagation import Propagation
@@ -64,7 +64,7 @@ def test_a_driven_system_moves_as_one_made_with_these_torques():
     rotors, orbit = (FLYWHEEL, motor), FixedDirection(3e-6)
     torque_b, rotor_torque = np.array([1e-3, 0.0, -2e-3]), np.array([0.0, 4e-3])
     before = System(BODY, rotors, orbit)
-    assert parameters(before.driven(torque_b, rotor_torque)) == parameters(
+    assert constants_of(before.driven(torque_b, rotor_torque)) == constants_of(
         System(BODY, rotors, orbit, torque_b=torque_b, rotor_torque=rotor_torque)
     )
-    assert parameters(before.driven(torque_b).driven(np.zeros(3))) == parameters(before)
+    assert constants_of(before.driven(torque_b).driven(np.zeros(3))) == constants_of(before)

@@ -7,8 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from satdyn_ros import Scenario
 from satdyn_ros.base import nanoseconds
-from satdyn_ros.exchange.aem import AemWriter
-from satdyn_ros.exchange.aem_reader import attitude_at
+from satdyn_ros.exchange.aem import AemWriter, attitude_at
 from satdyn_ros.exchange.ccsds import Subject
 
 TUMBLER = Scenario.from_dict(

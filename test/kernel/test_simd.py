@@ -1,4 +1,4 @@
-"""Numbers side by side compute what NumPy does, whatever processor the code is made for."""
+"""SIMD vectors compute what NumPy does, whatever processor the code is made for."""
 
 import math
 import os
@@ -13,14 +13,14 @@ from numba.core.errors import TypingError
 
 from satdyn_ros.kernel.simd import (
     PACK,
-    all_less,
-    filled,
+    all_true,
+    broadcast,
     load,
     packed,
-    spread,
+    select,
     store,
     store_all,
-    where_less,
+    unflatten,
     width,
     zero,
 )
@@ -40,12 +40,12 @@ def arithmetic(a, b, out, like):
         store(out, place + 1, 3.0 - x / y)
         store(out, place + 2, -(x - y))
         store(out, place + 3, math.sqrt(abs(x)))
-        store(out, place + 4, where_less(x, y, spread(1.0, like), x))
-        store(out, place + 5, x * spread(0.5, like))
+        store(out, place + 4, select(x < y, broadcast(1.0, like), x))
+        store(out, place + 5, x * broadcast(0.5, like))
 
 
 @njit
-def arithmetic_side_by_side(a, b, out):
+def arithmetic_of_vectors(a, b, out):
     arithmetic(a, b, out, zero(WIDE))
 
 
@@ -56,22 +56,22 @@ def expected(a, b, wide):
 
 
 def test_arithmetic_is_that_of_numpy():
-    """Every operation, of floats and of Numbers, to the last bit."""
+    """Every operation, of floats and of SIMD vectors, to the last bit."""
     out = np.zeros(6 * len(A))
-    arithmetic_side_by_side(A, B, out)
+    arithmetic_of_vectors(A, B, out)
     np.testing.assert_array_equal(out, expected(A, B, WIDE))
     arithmetic(A, B, out, 0.0)
     np.testing.assert_array_equal(out, expected(A, B, 1))
 
 
 def test_nan_is_less_than_nothing():
-    """Where a number is nan, where_less takes the other side, as a comparison does."""
+    """A comparison with nan is false, and select takes the other side."""
     found = np.zeros(WIDE)
 
     @njit
     def run(a, out):
         x = load(a, 0, zero(WIDE))
-        store(out, 0, where_less(x, spread(1.0, x), spread(1.0, x), spread(2.0, x)))
+        store(out, 0, select(x < broadcast(1.0, x), broadcast(1.0, x), broadcast(2.0, x)))
 
     run(np.array([np.nan, 0.0] * (WIDE // 2)), found)
     np.testing.assert_array_equal(found, [2.0, 1.0] * (WIDE // 2))
@@ -80,12 +80,12 @@ def test_nan_is_less_than_nothing():
 @pytest.mark.parametrize(
     ('last', 'expected'), [(0.5, True), (1.0, False), (2.0, False), (np.nan, False)]
 )
-def test_all_less(last, expected):
-    """It needs every number to be less; an equal one is not, nor is nan."""
+def test_all_true(last, expected):
+    """Every float must be less; an equal one is not, nor is nan."""
 
     @njit
     def run(a, b):
-        return all_less(load(a, 0, zero(WIDE)), load(b, 0, zero(WIDE)))
+        return all_true(load(a, 0, zero(WIDE)) < load(b, 0, zero(WIDE)))
 
     assert run(np.array([0.0] * (WIDE - 1) + [last]), np.ones(WIDE)) == expected
 
@@ -108,7 +108,7 @@ def test_nested_tuples_are_filled_in_order():
 
     @njit
     def run(like, numbers):
-        return filled(like, numbers, 0.0)
+        return unflatten(like, numbers, 0.0)
 
     like = (0.0, (0.0, 0.0), True, ((0.0,), 0.0))
     assert run(like, np.arange(6.0)) == (0.0, (1.0, 2.0), True, ((4.0,), 5.0))

@@ -2,15 +2,15 @@
 
 from numba import njit
 
-from satdyn_ros.kernel.unroll import by_type, for_each, in_turn
+from satdyn_ros.kernel.unroll import by_type, unrolled_fold, unrolled_map
 
 
-@for_each
+@unrolled_map
 def products(i, a, b, factor):
     return a[i] * b[i] * factor
 
 
-@in_turn
+@unrolled_fold
 def weighted(total, i, a, b):
     return total + a[i] * b[i]
 

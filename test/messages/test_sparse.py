@@ -1,12 +1,12 @@
 import numpy as np
 
-from satdyn_ros.messages.sparse import SomeRows
+from satdyn_ros.messages.sparse import SparseMessages
 
 
 def test_a_slice_is_that_of_the_ticks():
     """As of a table with one row per tick, for every begin and end."""
     places = np.array([0, 3, 4, 9])
-    some = SomeRows(places, places.astype('i4'))
+    some = SparseMessages(places, places.astype('i4'))
     for begin in (None, 0, 1, 3, 9, 10):
         for end in (None, 3, 4, 5, 10):
             present = [p for p in places if (begin or 0) <= p < (10 if end is None else end)]

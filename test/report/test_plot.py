@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from satdyn_ros.bag.simulate import simulate
-from satdyn_ros.cli import arguments
+from satdyn_ros.cli import command_line
 from satdyn_ros.kernel import rotation
 from satdyn_ros.report import panels
 from satdyn_ros.report.history import history
@@ -174,7 +174,7 @@ def test_a_part_is_drawn(bag):
 
 def test_help_lists_the_panels():
     """`satdyn plot --help` names every panel, those of the figure as it comes first."""
-    named = re.findall(r'^  (\w+)   +', arguments._PANELS, re.MULTILINE)
+    named = re.findall(r'^  (\w+)   +', command_line._PANELS, re.MULTILINE)
     assert tuple(named) == PANELS
     assert PANELS[:4] == DEFAULT
 

@@ -8,7 +8,7 @@ import pytest
 import rclpy
 import yaml
 
-from satdyn_ros.cli.arguments import parser
+from satdyn_ros.cli.command_line import parser
 from satdyn_ros.ros.launching import constellation, one_satellite
 from satdyn_ros.ros.parameters import given_parameters
 from satdyn_ros.run import shipped

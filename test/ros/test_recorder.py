@@ -29,7 +29,7 @@ def put(recorder, simulation, count):
     """Let ticks pass, and hand them over as the node does."""
     happened, samples = simulation.advance(count)
     rows = {name: packer(name, SCENARIO).pack(samples) for name in simulation.topics}
-    recorder.put(happened, samples, rows, len(samples), simulation.as_it_is())
+    recorder.put(happened, samples, rows, len(samples), simulation.snapshot_copy())
 
 
 def test_topics_may_change_before_the_first_sample(begin):

@@ -2,7 +2,7 @@
 
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.messages.packers import packer
-from satdyn_ros.messages.sparse import SomeRows
+from satdyn_ros.messages.sparse import SparseMessages
 from satdyn_ros.run.simulation import Simulation
 
 VALUES = {
@@ -32,7 +32,7 @@ def test_sensors_publish_what_the_engine_measures(live, tmp_path):
     _, samples = simulation.advance(20_000)
     for name in heard:
         rows = packer(name, node.scenario).pack(samples)
-        rows = rows.rows if isinstance(rows, SomeRows) else rows
+        rows = rows.rows if isinstance(rows, SparseMessages) else rows
         packed |= {row.tobytes() for row in rows}
     assert first in packed
     assert all(set(map(bytes, messages)) <= packed for messages in heard.values())

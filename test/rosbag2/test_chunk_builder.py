@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mcap.records import Channel, Schema
 
-from satdyn_ros.messages.sparse import SomeRows
+from satdyn_ros.messages.sparse import SparseMessages
 from satdyn_ros.rosbag2.chunk import CHUNK_SIZE, Contents
 from satdyn_ros.rosbag2.chunk_builder import ChunkBuilder
 from satdyn_ros.rosbag2.tick_table import TickTable
@@ -63,7 +63,7 @@ def test_built_as_read(added):
             table.stamp(stamps_ns)
             for i, every in some.items():
                 places = np.arange(0, count, every)
-                between[i] = SomeRows(places, rows(len(places), 16, i))
+                between[i] = SparseMessages(places, rows(len(places), 16, i))
             done = 0
             while (full or some) and done < count:
                 rest = {i: each[done:] for i, each in between.items()}

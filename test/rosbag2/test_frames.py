@@ -9,7 +9,7 @@ from mcap.records import Attachment, Channel, Metadata
 from mcap.writer import MCAP0_MAGIC
 
 from satdyn_ros.rosbag2.chunk import Contents
-from satdyn_ros.rosbag2.compression import CEILING, Allowance
+from satdyn_ros.rosbag2.compression import CEILING, ResourceBudget
 from satdyn_ros.rosbag2.errors import BagError, Damaged
 from satdyn_ros.rosbag2.frames import FrameReader
 from satdyn_ros.rosbag2.records import PREFIX, written
@@ -130,7 +130,7 @@ def test_what_all_chunks_declare_is_bounded():
     for name, count in (('', 20_000), ('x' * 1_000_000, 5)):
         channels = written([Channel(1, name, '', {}, 0)] * count)
         contents = Contents(np.frombuffer(channels, np.uint8))
-        allowance = Allowance(10_000_000)
-        contents.check(allowance)
+        budget = ResourceBudget(10_000_000)
+        contents.check(budget)
         with pytest.raises(Damaged, match='with it the chunks hold more than 32768 schemas and'):
-            contents.check(allowance)
+            contents.check(budget)

@@ -213,7 +213,7 @@ def test_attachments_and_unknown_records_of_other_writers_are_sound(tmp_path):
         for name in ('a', 'b'):
             writer.add_attachment(1, 2, name, 'text/plain', b'content')
         writer.finish()
-    assert check_file(path).tally.statistics.attachment_count == 2
+    assert check_file(path).summary.statistics.attachment_count == 2
     (tmp_path / 'bag_0.mcap').write_bytes(path.read_bytes())
     check_file(with_in_summary(tmp_path, tmp_path, PREFIX.pack(0x80, 1) + b'x'))
 

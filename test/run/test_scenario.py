@@ -104,11 +104,11 @@ def test_unusual_and_allowed(nested):
 
 def test_what_is_rarely_meant_is_doubted():
     """Degrees for radians, and an orbit within the Earth; the shipped default raises no doubt."""
-    assert Scenario().doubts == ()
-    assert Scenario({'orbit.mu': 1e-6, 'orbit.semi_major_axis': 1.0}).doubts == ()
-    (spin,) = Scenario({'initial.angular_velocity': [0.0, 0.0, 30.0]}).doubts
+    assert Scenario().warnings == ()
+    assert Scenario({'orbit.mu': 1e-6, 'orbit.semi_major_axis': 1.0}).warnings == ()
+    (spin,) = Scenario({'initial.angular_velocity': [0.0, 0.0, 30.0]}).warnings
     assert spin.startswith('initial.angular_velocity is 30 rad/s, 4.77 turns a second')
-    (orbit,) = Scenario({'orbit.semi_major_axis': 500e3}).doubts
+    (orbit,) = Scenario({'orbit.semi_major_axis': 500e3}).warnings
     assert orbit.endswith('goes 5878 km below the surface of the Earth')
 
 

@@ -173,11 +173,11 @@ def test_refused_request_changes_nothing(values, sentence):
     assert np.array_equal(simulation.step().q_ib, undisturbed.step().q_ib)
 
 
-def test_a_run_as_it_is_leaves_the_motion_alone():
+def test_a_snapshot_copy_leaves_the_motion_alone():
     """A file that begins in mid-run is written while the motion walks on in another thread."""
     simulation = Simulation(GYROSTAT.with_values({'publish.rate': 0.1}))
     simulation.advance(64)
-    told, kept = simulation.snapshot(10), simulation.as_it_is()
+    told, kept = simulation.snapshot(10), simulation.snapshot_copy()
     simulation.advance(64)
     assert isinstance(simulation.motion, Propagation)
     steps, state = simulation.motion.steps, simulation.state

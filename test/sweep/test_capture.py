@@ -11,7 +11,7 @@ from satdyn_ros import Scenario
 from satdyn_ros.kernel import rotation
 from satdyn_ros.run.many import part_of
 from satdyn_ros.sweep.capture import capture_times, judged_axis
-from satdyn_ros.sweep.measures import pass_over
+from satdyn_ros.sweep.extrema import extrema_of
 from satdyn_ros.sweep.outcome import columns
 from satdyn_ros.sweep.plan import Plan
 from satdyn_ros.sweep.table import keep, table, write_part
@@ -152,7 +152,7 @@ def test_a_dip_between_two_rows():
 
         for k in range(20):
             rows = states.rows(slice(k + 2))
-            passed = pass_over(rows, axis_b)
+            passed = extrema_of(rows, axis_b)
             found += capture_times(rows, passed, axis_b, np.zeros(1), motion_of).tolist()
         assert found == (4.0 * since).tolist()
         dips += np.sum(changes == 2)

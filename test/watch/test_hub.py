@@ -8,7 +8,7 @@ import tracemalloc
 import aiohttp
 from aiohttp import web
 
-from satdyn_ros.watch.access_policy import Door
+from satdyn_ros.watch.access_policy import AccessPolicy
 from satdyn_ros.watch.server import Server
 
 FRAMES = 300
@@ -48,7 +48,7 @@ async def deaf(port):
 async def watched():
     """Show 60 MB of frames to a deaf browser and a good one; return what the good one got."""
     source = Beacon()
-    runner = web.AppRunner(Server(source, Door('127.0.0.1', 0)).application())
+    runner = web.AppRunner(Server(source, AccessPolicy('127.0.0.1', 0)).application())
     await runner.setup()
     await web.TCPSite(runner, '127.0.0.1', 0).start()
     port = runner.addresses[0][1]
@@ -85,7 +85,7 @@ def test_late_frames_are_dropped():
 
     async def miss():
         source = Beacon()
-        runner = web.AppRunner(Server(source, Door('127.0.0.1', 0)).application())
+        runner = web.AppRunner(Server(source, AccessPolicy('127.0.0.1', 0)).application())
         await runner.setup()
         await web.TCPSite(runner, '127.0.0.1', 0).start()
         port = runner.addresses[0][1]

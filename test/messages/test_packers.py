@@ -4,7 +4,7 @@ from messages.readers import TYPESTORE, plain
 from messages.test_examples import assert_alike
 
 from satdyn_ros.messages.packers import packer
-from satdyn_ros.messages.sparse import SomeRows
+from satdyn_ros.messages.sparse import SparseMessages
 from satdyn_ros.messages.topics import TOPICS
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
@@ -29,7 +29,7 @@ def messages(name, count=40):
     """Return places and messages, read by another's program, of the first ticks of a sensor."""
     _, samples = Simulation(SCENARIO).advance(count)
     packed = packer(name, SCENARIO).pack(samples)
-    if isinstance(packed, SomeRows):
+    if isinstance(packed, SparseMessages):
         places, rows = packed.places, packed.rows
     else:
         places, rows = np.arange(count), packed

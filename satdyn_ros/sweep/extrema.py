@@ -1,4 +1,4 @@
-"""Measures of the states (M, N) of M runs at N times."""
+"""The extreme angles and rates in the states (M, N) of M runs at N times."""
 
 import math
 from collections.abc import Sequence
@@ -10,9 +10,9 @@ from ..dynamics.motion import States
 from ..kernel.rows import table_of
 
 
-class Passed(NamedTuple):
+class Extrema(NamedTuple):
     """
-    What is kept of runs (...).
+    The extrema of runs (...).
 
     lvlh, nadir: the least and the largest tan^2 of half the angle to LVLH, and of the angle of an
     axis to nadir; fastest: the largest rate relative to LVLH [rad/s]; first_after: the first row
@@ -25,30 +25,22 @@ class Passed(NamedTuple):
     first_after: np.ndarray
 
 
-def pass_over(states: States, axis_b: np.ndarray) -> Passed:
-    """Return what is kept of states (..., N) on an orbit; axis_b (3,) or (..., 1, 3): the axis."""
+def extrema_of(states: States, axis_b: np.ndarray) -> Extrema:
+    """Return the extrema of states (..., N) on an orbit; axis_b (3,) or (..., 1, 3): the axis."""
     # Compiled, which reading a sweep need not wait for.
-    from .one_pass import write_passed
+    from .extrema_pass import write_extrema
 
     *runs, count = states.q_ib.shape[:-1]
     rows = states.q_lb, states.omega_bi_b, states.lvlh_rate_b, states.c_b
     tables = (table_of(each, (*runs, count)) for each in rows)
     many = math.prod(runs)
     found, first_after = np.empty((5, many)), np.zeros(many, int)
-    write_passed(states.t_s, *tables, table_of(axis_b, (*runs, 1)), found, first_after)
+    write_extrema(states.t_s, *tables, table_of(axis_b, (*runs, 1)), found, first_after)
     lowest, highest, nearest, furthest, fastest = found.reshape(5, *runs)
-    return Passed((lowest, highest), (nearest, furthest), fastest, first_after.reshape(runs))
+    return Extrema((lowest, highest), (nearest, furthest), fastest, first_after.reshape(runs))
 
 
 def angles(name: str, squares_of_tangent: Sequence[np.ndarray], factor: float = 1.0) -> dict:
     """Return the least and the largest of factor times an angle [rad] from those of tan^2 (M,)."""
     least, largest = (factor * np.arctan(np.sqrt(square)) for square in squares_of_tangent)
     return {f'{name}_min_rad': least, f'{name}_max_rad': largest}
-
-
-def samples(states: States) -> dict[str, np.ndarray]:
-    """Return the attitudes and rates at the samples, relative to LVLH where there is one."""
-    if not states.orbit.has_lvlh:
-        return {'samples_q_ib': states.q_ib, 'samples_omega_bi_b': states.omega_bi_b}
-    omega_bl_b = states.omega_bi_b - states.lvlh_rate_b
-    return {'samples_q_lb': states.q_lb, 'samples_omega_bl_b': omega_bl_b}

@@ -1,4 +1,4 @@
-"""The pass of measures.py over the samples of each run, compiled."""
+"""The pass of extrema.py over the samples of each run, compiled."""
 
 from functools import partial
 
@@ -40,7 +40,7 @@ def _lowest(begin, begin_slope, end, end_slope):
 
 
 @partial(compiled, signature=_SIGNATURE)
-def write_passed(
+def write_extrema(
     t_s: np.ndarray,
     q_lb: np.ndarray,
     omega_bi_b: np.ndarray,
@@ -51,7 +51,7 @@ def write_passed(
     first_after: np.ndarray,
 ) -> None:
     """
-    Write what a Passed has of M runs, N samples each: found (5, M), first_after (M,) zeros.
+    Write the Extrema of M runs, N samples each: found (5, M), first_after (M,) zeros.
 
     q_lb (M, N, 4); the rates and c_b (M, N, 3); axes (M, 1, 3).
     """

@@ -19,12 +19,13 @@ from . import attitude
 from .arguments import Arguments
 from .axes import is_symmetric, principal_axes_about, rotor_axes
 from .cones import Cones
-from .elliptic import LAST_DIGITS
 from .exact_motion import ExactMotion, Fact
 from .flow import Flow
 from .geometry import Rolling
-from .nutation import Nutation
+from .nutation import EPS, Nutation
 
+# A pole missed by less [rad] counts as hit: states of one motion differ by up to 10 EPS in it.
+MISS = 64.0 * EPS
 
 class Symmetric(ExactMotion):
     """
@@ -170,21 +171,24 @@ class Symmetric(ExactMotion):
         u_dot, torque = gamma_1 * q - gamma_2 * p, (2.0 * H1 * u + H2) / A
         self.g = A * (W + j * u)
         self.h_prime = A * S2 / 2.0 - H1 * u * u - H2 * u
-        # At a passage exactly through a pole one of them is zero, whenever the motion starts.
-        lp, lm = (
-            0.0 if abs(W + turn) <= LAST_DIGITS * (np.sqrt(S2 * s2) + abs(turn)) else W + turn
-            for turn in (j * below, -j * above)
-        )
+        kinetic = A * S2 / 2.0
+        up, down = kinetic + H1 * s2 + H2 * above, kinetic + H1 * s2 - H2 * below
+        missed = np.array([W + j * below, W - j * above])
+        # What rounding of a state leaves of them at a passage exactly through a pole.
+        axial = abs(self.r0) + (C * abs(self.r0) + abs(h3)) / A
+        transverse = np.sqrt(2.0 / A * np.maximum(kinetic, [down, up]))
+        sizes = transverse + axial * np.sqrt([below, above])
+        lp, lm = left = np.where(np.abs(missed) <= MISS * sizes, 0.0, missed)
         f = [
-            u_dot**2,
+            # Beside the pole that is hit, all of the transverse rate leads to it.
+            u_dot**2 + np.sum((missed - left) ** 2),
             2.0 * (-u * S2 + s2 * torque + W * j),
             -S2 - 4.0 * u * torque + 2.0 * H1 / A * s2 - j * j,
             -2.0 * (H2 + 4.0 * H1 * u) / A,
             -2.0 * H1 / A,
         ]
-        kinetic = A * S2 / 2.0
-        f_up = _from_pole(A, H1, H2, j, lm, kinetic + H1 * s2 + H2 * above)
-        f_down = _from_pole(A, H1, -H2, -j, lp, kinetic + H1 * s2 - H2 * below)
+        f_up = _from_pole(A, H1, H2, j, lm, up)
+        f_down = _from_pole(A, H1, -H2, -j, lp, down)
         nutation = Nutation(f, f_up, f_down, above, below, u_dot)
         start = complex(w, z), complex(x, y), complex(p, q)
         self.flow = Flow(nutation, (self.r0 - j, lp), (j - self.r0, lm), *start)

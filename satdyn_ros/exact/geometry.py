@@ -112,9 +112,10 @@ class Rolling:
 
     @property
     def Delta(self) -> float:
-        """Return J3 - A r0 [N m s]; zero to rounding is zero."""
+        """Return J3 - A r0 [N m s]; zero to rounding of all rates is zero."""
         difference = self.J3 - self.A * self.r0
-        size = abs(self.J3) + abs(self.A * self.r0)
+        energies = abs(self.h_prime) + abs(self.H1) + abs(self.H2)
+        size = abs(self.J3) + abs(self.A * self.r0) + np.sqrt(2.0 * self.A * energies)
         return difference if abs(difference) > ROUNDING * size else 0.0
 
     @property

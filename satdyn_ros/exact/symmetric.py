@@ -24,8 +24,9 @@ from .flow import Flow
 from .geometry import Rolling
 from .nutation import EPS, Nutation
 
-# A pole missed by less [rad] counts as hit: states of one motion differ by up to 10 EPS in it.
-MISS = 64.0 * EPS
+# A miss of a pole [rad] that counts as none: later states of a motion round it by 12 EPS.
+_MISS = 64.0 * EPS
+
 
 class Symmetric(ExactMotion):
     """
@@ -170,19 +171,20 @@ class Symmetric(ExactMotion):
         S2, W, s2 = p * p + q * q, p * gamma_1 + q * gamma_2, above * below
         u_dot, torque = gamma_1 * q - gamma_2 * p, (2.0 * H1 * u + H2) / A
         self.g = A * (W + j * u)
-        self.h_prime = A * S2 / 2.0 - H1 * u * u - H2 * u
         kinetic = A * S2 / 2.0
+        self.h_prime = kinetic - H1 * u * u - H2 * u
         up, down = kinetic + H1 * s2 + H2 * above, kinetic + H1 * s2 - H2 * below
         missed = np.array([W + j * below, W - j * above])
         # What rounding of a state leaves of them at a passage exactly through a pole.
         axial = abs(self.r0) + (C * abs(self.r0) + abs(h3)) / A
         transverse = np.sqrt(2.0 / A * np.maximum(kinetic, [down, up]))
         sizes = transverse + axial * np.sqrt([below, above])
-        lp, lm = left = np.where(np.abs(missed) <= MISS * sizes, 0.0, missed)
+        lp, lm = np.where(np.abs(missed) <= _MISS * sizes, 0.0, missed)
+        # Beside a pole that is hit, all of the transverse rate leads to it.
+        lost = max(missed - [lp, lm], key=abs)
         f = [
-            # Beside the pole that is hit, all of the transverse rate leads to it.
-            u_dot**2 + np.sum((missed - left) ** 2),
-            2.0 * (-u * S2 + s2 * torque + W * j),
+            u_dot**2 + lost**2,
+            2.0 * (-u * S2 + s2 * torque + (W - lost) * j),
             -S2 - 4.0 * u * torque + 2.0 * H1 / A * s2 - j * j,
             -2.0 * (H2 + 4.0 * H1 * u) / A,
             -2.0 * H1 / A,

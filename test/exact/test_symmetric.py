@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
+from satdyn_ros.exact.geometry import Rolling
 from satdyn_ros.exact.symmetric import Symmetric
 from satdyn_ros.kernel import rotation
 from satdyn_ros.orbits import FixedDirection, KeplerOrbit
@@ -298,6 +299,50 @@ def test_no_constant_depends_on_when_a_passage_through_a_pole_is_asked(C, h3, H1
             else:
                 # arccos of a root at the pole is the root of rounding
                 np.testing.assert_allclose(theirs.value, ours.value, atol=1e-7, err_msg=ours.name)
+
+
+@pytest.mark.parametrize('angle', [0.0, 0.7, 2.9])
+@pytest.mark.parametrize('seed', range(4))
+def test_a_passage_through_a_pole_is_told_from_every_state(angle, seed):
+    """
+    Proves that later states have the constants of the first, though their numbers round otherwise.
+
+    The body's axes are turned.  It starts upright and spins, or at an angle and moves in a plane.
+    """
+    random = np.random.default_rng(seed)
+    C, H1, H2, across = random.uniform([0.5, -2.0, -2.0, 0.5], [0.9, 2.0, 2.0, 2.0])
+    q_bp = rotation.normalise(random.normal(size=4))
+    system = System(
+        inertia_in_body_axes([1.0, 1.0, C], q_bp),
+        orbit=FixedDirection(2.0 * H1 / (1.0 - C)),
+        weight_moment=-H2 * rotation.matrix(q_bp)[:, 2],
+    )
+    q_ip = rotation.about([1.0, 0.0, 0.0], angle)
+    rates = [across, 0.0, 0.0 if angle else 1.0]
+    start = State(rotation.multiply(q_ip, rotation.conjugate(q_bp)), rotation.rotate(q_bp, rates))
+    motion = Symmetric(system, start)
+    for state in motion.at(np.linspace(0.01, 30.0, 40)):
+        later = Symmetric(system, state)
+        # the digits that the nearest separatrix leaves; a jump is pi / period_s
+        for name in ('period_s', 'Om_P', 'Om_S', 'g', 'h_prime'):
+            ours, theirs = getattr(motion, name), getattr(later, name)
+            assert theirs == pytest.approx(ours, rel=1e-11, abs=1e-11), name
+        assert Rolling.of(later).kind == Rolling.of(motion).kind
+
+
+@pytest.mark.parametrize('miss', [1e-6, 1e-12])
+def test_a_miss_of_a_pole_is_no_passage_through_it(miss):
+    """Proves that the misses on either side differ by a turn a period, with the hit between."""
+    turns = []
+    for aside in (-miss, 0.0, miss):
+        start = State(rotation.about([0.0, 1.0, 0.0], aside), np.array([0.3, 0.0, 1.0]))
+        motion = Symmetric.in_potential(1.0, 1.5, 0.0, 0.4, -0.3, start)
+        turns.append(motion.Om_P * motion.period_s / (2.0 * np.pi))
+    left, hit, right = turns
+    # the rest is of the order of the miss
+    bound = 10.0 * miss + 1e-13
+    assert abs(right - left) == pytest.approx(1.0, abs=bound)
+    assert (right + left) / 2.0 == pytest.approx(hit, abs=bound)
 
 
 def test_beletsky_s_a_b_and_c():

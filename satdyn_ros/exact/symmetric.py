@@ -24,7 +24,7 @@ from .flow import Flow
 from .geometry import Rolling
 from .nutation import EPS, Nutation
 
-# A miss of a pole [rad] that counts as none: later states of a motion round it by 12 EPS.
+# What counts as no miss of a pole, relative to the rates: states of a motion vary by 12 EPS.
 _MISS = 64.0 * EPS
 
 
@@ -37,8 +37,10 @@ class Symmetric(ExactMotion):
     g = H . Z [N m s] the area integral; h_prime = A (p^2 + q^2) / 2 - U [J] the energy integral;
     roots (k,): all roots of f, complex, u'^2 = f(u); theta_limits [rad]: the angles between which
     the axis stays.  Om_P, Om_S [rad/s]: the motion is Rz(Om_P t) R'(t) Rz(Om_S t) with R' of
-    period period_s (twice that for a body that passes exactly through a pole).  flow: what turns
-    it.
+    period period_s.  Where the axis passes exactly through a pole they leave out its jumps by pi,
+    halfway between a miss on one side and on the other, and R' has twice the period; a miss that
+    rounding of the rates may make, some 1e-14 rad, is such a passage, from every state of the
+    motion.  flow: what turns it.
 
     >>> Symmetric(system, state).at([10.0, 20.0]).q_ib  # doctest: +SKIP
     """

@@ -4,10 +4,10 @@ SIMD vectors: floats side by side in the vector registers of the processor, in c
 Whether the compiler makes vectors of a loop depends on the processor that it compiles for: the
 same loops took up to nine times as long on one as on another.  A SimdVector is one on all.
 
-SIMD vectors are added, subtracted, multiplied and divided, each float with its counterpart or all
-with one float; math.sqrt and abs take the root and the absolute value of each; a < b is a mask,
-by which select chooses.  A function that uses no more than this, and what is below, takes floats
-as well as SIMD vectors.
+SIMD vectors are added, subtracted, multiplied, divided and compared, each float with its
+counterpart or all with one float; so are min and max.  A comparison gives a mask, by which select
+chooses.  abs and the functions of math, from sqrt to tanh, take each float.  A function that uses
+no more than this takes floats as well as SIMD vectors, and gives the same bits.
 
 What reads and writes arrays takes contiguous ones of floats, and does not look where they end.
 """
@@ -217,11 +217,20 @@ def packed(typing: Any, values: types.Type) -> Any:
 @intrinsic
 def select(typing: Any, where: types.Type, then: types.Type, otherwise: types.Type) -> Any:
     """Return what is in `then` where a mask, or a bool, is true, elsewhere that of `otherwise`."""
+    found = next((t for t in (then, otherwise) if isinstance(t, SimdVector)), types.float64)
+    if isinstance(where, Mask):
+        found = SimdVector(where.width)
+    given = [each if each == found else types.float64 for each in (then, otherwise)]
 
     def generate(context, builder, signature, values):
-        return builder.select(*values)
+        mask, *sides = values
+        sides = [
+            value if of == found else _broadcast(builder, value, found)
+            for of, value in zip(given, sides, strict=True)
+        ]
+        return builder.select(mask, *sides)
 
-    return then(where, then, then), generate
+    return found(where, *given), generate
 
 
 @intrinsic
@@ -235,21 +244,12 @@ def all_true(typing: Any, mask: types.Type) -> Any:
     return types.boolean(mask), generate
 
 
-@infer_global(operator.lt)
-class _LessTemplate(AbstractTemplate):
-    def generic(self, given, keywords):
-        if all(isinstance(each, SimdVector) for each in given):
-            return signature(Mask(given[0].width), *given)
-        return None
+def _with_two(operation, instruction, gives=SimdVector):
+    """
+    Let an operation take SIMD vectors, or one and a float.
 
-
-@lower_builtin(operator.lt, SimdVector, SimdVector)
-def _less(context, builder, signature, values):
-    return builder.fcmp_ordered('<', *values)
-
-
-def _with_two(operation, instruction):
-    """Let an operation take SIMD vectors, or one and a float."""
+    instruction: makes it of a builder and two values; gives: the type of what it returns.
+    """
 
     @infer_global(operation)
     class _Template(AbstractTemplate):
@@ -257,18 +257,17 @@ def _with_two(operation, instruction):
             wide = [each for each in given if isinstance(each, SimdVector)]
             plain = [each for each in given if isinstance(each, types.Number)]
             if len(given) == 2 and wide and len(wide) + len(plain) == 2:
-                return signature(
-                    wide[0], *(each if each in wide else types.float64 for each in given)
-                )
+                floats = (each if each in wide else types.float64 for each in given)
+                return signature(gives(wide[0].width), *floats)
             return None
 
     def generate(context, builder, signature, values):
-        wide = signature.return_type
+        wide = SimdVector(signature.return_type.width)
         values = (
             value if of == wide else _broadcast(builder, value, wide)
             for of, value in zip(signature.args, values, strict=True)
         )
-        return getattr(builder, instruction)(*values)
+        return instruction(builder, *values)
 
     for pair in (
         (SimdVector, SimdVector),
@@ -303,10 +302,49 @@ def _own_function(name):
     return call
 
 
-_with_two(operator.add, 'fadd')
-_with_two(operator.sub, 'fsub')
-_with_two(operator.mul, 'fmul')
-_with_two(operator.truediv, 'fdiv')
+def _by_lane(function):
+    """Let a function of a float take SIMD vectors: it is called for each lane."""
+
+    @infer_global(function)
+    class _Template(AbstractTemplate):
+        def generic(self, given, keywords):
+            return signature(*given * 2) if isinstance(given[0], SimdVector) else None
+
+    @lower_builtin(function, SimdVector)
+    def generate(context, builder, of, values):
+        scalar = context.get_function(function, signature(types.float64, types.float64))
+        found = values[0]
+        for i in map(_INDEX, range(of.return_type.width)):
+            lane = scalar(builder, [builder.extract_element(values[0], i)])
+            found = builder.insert_element(found, lane, i)
+        return found
+
+
+def _comparison(sign):
+    """Return an instruction that compares two values."""
+    return lambda builder, a, b: builder.fcmp_ordered(sign, a, b)
+
+
+def _extreme(sign):
+    """Return an instruction that takes the second of two values where it is beyond the first."""
+    return lambda builder, a, b: builder.select(builder.fcmp_ordered(sign, b, a), b, a)
+
+
+_with_two(operator.add, lambda builder, a, b: builder.fadd(a, b))
+_with_two(operator.sub, lambda builder, a, b: builder.fsub(a, b))
+_with_two(operator.mul, lambda builder, a, b: builder.fmul(a, b))
+_with_two(operator.truediv, lambda builder, a, b: builder.fdiv(a, b))
+_with_two(operator.lt, _comparison('<'), Mask)
+_with_two(operator.le, _comparison('<='), Mask)
+_with_two(operator.gt, _comparison('>'), Mask)
+_with_two(operator.ge, _comparison('>='), Mask)
+_with_two(min, _extreme('<'))
+_with_two(max, _extreme('>'))
 _with_one(operator.neg, lambda builder, value: builder.fneg(value))
 _with_one(abs, _own_function('llvm.fabs'))
 _with_one(math.sqrt, _own_function('llvm.sqrt'))
+for _function in (
+    *(math.sin, math.cos, math.tan, math.asin, math.acos, math.atan),
+    *(math.exp, math.log, math.sinh, math.cosh, math.tanh),
+):
+    _by_lane(_function)

@@ -149,3 +149,60 @@ def test_they_are_vectors_on_every_processor(processor):
         cwd=ROOT,
     )
     assert int(program.stdout) >= 1
+
+
+FUNCTIONS = {
+    function.__name__: function
+    for function in (
+        *(math.sin, math.cos, math.tan, math.asin, math.acos, math.atan),
+        *(math.exp, math.log, math.sinh, math.cosh, math.tanh, math.sqrt, abs),
+    )
+}
+
+
+@pytest.mark.parametrize('name', FUNCTIONS)
+def test_a_function_of_a_vector_has_the_bits_of_the_scalar_one(name):
+    """Lane by lane, also where the scalar one gives nan."""
+    function = FUNCTIONS[name]
+    values = np.array([-2.0, -0.9, -1e-9, 0.0, 1e-300, 0.3, 0.999, 40.0])
+
+    @njit(error_model='numpy')
+    def run(a, of_vector, of_floats):
+        store(of_vector, 0, function(load(a, 0, zero(WIDE))))
+        for i in range(WIDE):
+            of_floats[i] = function(a[i])
+
+    found, right = np.zeros(WIDE), np.zeros(WIDE)
+    run(values, found, right)
+    np.testing.assert_array_equal(found.view(np.int64), right.view(np.int64))
+
+
+def test_comparisons_and_extremes_are_those_of_floats():
+    """With a counterpart and with one float, on either side; equal numbers are among them."""
+
+    @njit
+    def each(x, y):
+        return (
+            select(x < y, 1.0, 0.0),
+            select(x <= y, 1.0, 0.0),
+            select(x > 0.5, x, 0.0),
+            select(0.5 >= x, 2.0, x),
+            min(x, y),
+            max(x, 0.0),
+        )
+
+    @njit
+    def run(a, b, of_vector, of_floats):
+        vectors = each(load(a, 0, zero(WIDE)), load(b, 0, zero(WIDE)))
+        for j in range(6):
+            store(of_vector, j, vectors[j])
+        for i in range(WIDE):
+            floats = each(a[i], b[i])
+            for j in range(6):
+                of_floats[j, i] = floats[j]
+
+    a = np.array([-1.0, 0.0, 0.5, 0.5, 0.7, 2.0, np.nan, 3.0])
+    b = np.array([1.0, 0.0, 0.5, 0.4, 0.9, 1.0, 1.0, np.nan])
+    found, right = np.zeros((6, WIDE)), np.zeros((6, WIDE))
+    run(a, b, found.reshape(-1), right)
+    np.testing.assert_array_equal(found, right)

@@ -17,6 +17,7 @@ ROOMS = [
     'base',
     'kernel',
     'orbits',
+    'torques',
     'dynamics',
     'integrate',
     'theory',

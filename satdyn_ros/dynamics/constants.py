@@ -1,6 +1,6 @@
 """The constants of the equations of motion of equations.py, made from one system or from many."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -36,9 +36,12 @@ class Constants(NamedTuple):
 
     momentum [N m s]: h, applied [N m]: torque - sum tau a.  outward and ahead: P and Q, normal and
     axes_rate [rad/s]: the direction and size of Omega, longest_step [s]: in which the axes turn by
-    STEP_TURN.  slow_rate [rad/s]: far below the rates at which the field swings the body, for a
-    body at rest.  rotors: those that turn, whose number is part of the type.  zeros: one per such
-    rotor.  place: on an ellipse two zeros, one for cos f and one for sin f, else none.
+    STEP_TURN.  start_s: of the motion, from tick 0.  semi_latus_rectum [m] and speed [m/s], the
+    root of mu / l: of the orbit, zero without one.  slow_rate [rad/s]: far below the rates at
+    which the field swings the body, for a body at rest.  rotors: those that turn, whose number is
+    part of the type.  zeros: one per such rotor.  place: where the place on the orbit is
+    integrated two zeros, one for cos f and one for sin f, else none.  torques: the constants of
+    each, whose type says which torque it is.
     """
 
     inertia: Matrix
@@ -56,20 +59,25 @@ class Constants(NamedTuple):
     axes_rate: float
     slow_rate: float
     longest_step: float
+    start_s: float
+    semi_latus_rectum: float
+    speed: float
     does_work: bool
     rotors: tuple[RotorConstants, ...]
     zeros: tuple[float, ...]
     place: tuple[float, ...]
+    torques: tuple[Any, ...]
 
 
 def constants_of(system: System, start_s: float = 0.0) -> Constants:
     """Return the constants of the equations for a system that starts at start_s."""
     undriven = _undriven_constants(system.undriven)
-    outward, ahead = _line(system.orbit, start_s, undriven.outward, undriven.ahead)
+    outward, ahead = _line(system, start_s, undriven.outward, undriven.ahead)
     rotors = zip(undriven.rotors, system.turning_rotors, strict=True)
     return undriven._replace(
         outward=tuple(map(float, outward)),
         ahead=tuple(map(float, ahead)),
+        start_s=float(start_s),
         applied=tuple(_applied(system).tolist()),
         does_work=undriven.does_work or system.is_driven,
         rotors=tuple(
@@ -85,8 +93,10 @@ _known: WeakKeyDictionary[System, Constants] = WeakKeyDictionary()
 def _undriven_constants(system):
     if system not in _known:
         constants = _constants(system)
-        plain = _as_tuples(_without_zeros(constants))
-        _known[system] = plain._replace(does_work=bool(constants.does_work))
+        plain = _as_tuples(_without_zeros(constants)._replace(torques=()))
+        _known[system] = plain._replace(
+            does_work=bool(constants.does_work), torques=_as_given(constants.torques)
+        )
     return _known[system]
 
 
@@ -98,7 +108,7 @@ def flat_constants_of_many(system: System, count: int) -> tuple[Constants, np.nd
     same for all.
     """
     constants = _constants(system)
-    line = _line(system.orbit, 0.0, components(constants.outward), components(constants.ahead))
+    line = _line(system, 0.0, components(constants.outward), components(constants.ahead))
     outward, ahead = map(from_components, line)
     constants = constants._replace(outward=outward, ahead=ahead)
     inertia = np.eye(3) if _are_diagonal(constants) else np.eye(3) + 0.1
@@ -127,6 +137,7 @@ def _constants(system):
     """Return the Constants as arrays, of a system whose own constants may be arrays."""
     orbit = system.orbit
     eccentricity, anomaly_rate, axes_rate, longest_step = 0.0, 0.0, 0.0, np.inf
+    semi_latus_rectum, speed = 0.0, 0.0
     if isinstance(orbit, FixedDirection):
         gradient = orbit.gradient
         outward, ahead, normal = orbit.direction(0.0), np.zeros(3), np.zeros(3)
@@ -134,8 +145,10 @@ def _constants(system):
         eccentricity = orbit.eccentricity
         anomaly_rate = np.sqrt(orbit.mu / orbit.semi_latus_rectum) / orbit.semi_latus_rectum
         gradient = 3.0 * anomaly_rate**2
+        semi_latus_rectum = orbit.semi_latus_rectum
+        speed = np.sqrt(orbit.mu / semi_latus_rectum)
         outward, ahead, normal = np.moveaxis(orbit.perifocal, -1, 0)
-        if not orbit.is_eccentric:
+        if system.has_turning_axes:
             axes_rate, longest_step = anomaly_rate, STEP_TURN / anomaly_rate
     momentum = np.zeros(3)
     for rotor in system.rotors:
@@ -159,6 +172,9 @@ def _constants(system):
         axes_rate=axes_rate,
         slow_rate=1e-3 * np.sqrt(np.abs(gradient) + weight / size),
         longest_step=longest_step,
+        start_s=0.0,
+        semi_latus_rectum=semi_latus_rectum,
+        speed=speed,
         does_work=system.is_driven or orbit.is_eccentric,
         rotors=tuple(
             RotorConstants(
@@ -170,15 +186,16 @@ def _constants(system):
             for i, rotor in system.turning_rotors
         ),
         zeros=(0.0,) * len(system.turning_rotors),
-        place=(0.0, 0.0) if orbit.is_eccentric else (),
+        place=(0.0, 0.0) if system.integrates_place else (),
+        torques=tuple(torque.constants for torque in system.torques),
     )
 
 
-def _line(orbit, start_s, P, Q):
-    """Return the components of P and Q, on a circle those of c and ahead of it at the start."""
-    if orbit.is_eccentric or not orbit.has_lvlh:
+def _line(system, start_s, P, Q):
+    """Return the components of P and Q, in turning axes of c and ahead of it at the start."""
+    if not system.has_turning_axes:
         return P, Q
-    f = orbit.anomaly(start_s)
+    f = system.orbit.anomaly(start_s)
     cosine, sine = np.cos(f), np.sin(f)
     both = list(zip(P, Q, strict=True))
     return [cosine * p + sine * q for p, q in both], [cosine * q - sine * p for p, q in both]
@@ -211,6 +228,14 @@ def _as_tuples(part):
         rows = part.tolist()
         return tuple(map(tuple, rows)) if part.ndim > 1 else tuple(rows)
     return float(part)
+
+
+def _as_given(part):
+    """Return numbers as floats and arrays as contiguous ones of floats, in the same tuples."""
+    if isinstance(part, tuple):
+        inner = map(_as_given, part)
+        return type(part)(*inner) if hasattr(part, '_fields') else tuple(inner)
+    return np.ascontiguousarray(part, float) if isinstance(part, np.ndarray) else float(part)
 
 
 def _leaves(part):

@@ -30,6 +30,7 @@ from ..kernel.compile import inlined
 from ..kernel.simd import broadcast
 from ..kernel.unroll import unrolled_fold, unrolled_map
 from ..kernel.vector import add, add_cross, apply, attitude_rate, dot, scale, to_body
+from ..torques.body_torque import add_torques
 from .constants import Constants
 from .system import State, System
 
@@ -39,9 +40,9 @@ Q, OMEGA, MOMENTUM = 0, 4, 7
 
 
 def initial_values(system: System, state: State) -> np.ndarray:
-    """Return the variables (..., V) of a state at the start, on an ellipse with f = 0."""
+    """Return the variables (..., V) of a state at the start, the place as of f = 0."""
     turning = system.turning_rotors
-    place = (1.0, 0.0) if system.orbit.is_eccentric else ()
+    place = (1.0, 0.0) if system.integrates_place else ()
     size = MOMENTUM + 2 * len(turning) + 1
     y = np.zeros((*np.shape(state.q_ib)[:-1], size + len(place)))
     y[..., Q : Q + 4] = state.q_ib
@@ -98,8 +99,8 @@ def place_at(constants: Constants) -> int:
 
 
 @inlined
-def rates(y: tuple[float, ...], constants: Constants) -> tuple[float, ...]:
-    """Return dy/dt of the variables y, both tuples of the same size."""
+def rates(t_s: float, y: tuple[float, ...], constants: Constants) -> tuple[float, ...]:
+    """Return dy/dt of the variables y, both tuples of the same size; t_s: from tick 0."""
     q, omega = y[0:4], y[4:7]
     # The first two, which on a circle are those of f = 0.
     at_rest = broadcast(1.0, y[0]), broadcast(0.0, y[0])
@@ -109,7 +110,8 @@ def rates(y: tuple[float, ...], constants: Constants) -> tuple[float, ...]:
     v = constants.anomaly_rate * rho * rho
     gradient = constants.gradient * rho * rho * rho
     P, Q_ = constants.outward, constants.ahead
-    c = to_body(q, add(scale(cos_f, P), scale(sin_f, Q_)))
+    c_a = add(scale(cos_f, P), scale(sin_f, Q_))
+    c = to_body(q, c_a)
     I_c = apply(constants.inertia, c)
 
     s = _speeds(constants.rotors, y)
@@ -117,6 +119,10 @@ def rates(y: tuple[float, ...], constants: Constants) -> tuple[float, ...]:
     H = add(constants.momentum, apply(constants.carrier_inertia, omega))
     H = _plus_momenta(H, constants.rotors, y)
     applied = _plus_frictions(constants.applied, constants.rotors, s)
+    r_a = scale(constants.semi_latus_rectum / rho, c_a)
+    along = add(scale(-sin_f, P), scale(constants.eccentricity + cos_f, Q_))
+    v_a = scale(constants.speed, along)
+    applied = add_torques(applied, constants.torques, t_s, r_a, v_a, q, omega)
 
     field = add(scale(gradient, I_c), constants.weight_moment)
     torque = add_cross(add_cross(applied, H, omega), c, field)

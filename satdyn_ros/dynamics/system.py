@@ -8,9 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..orbits import FixedDirection, KeplerOrbit
+from ..torques.body_torque import BodyTorque
 from .rotor import Rotor
 
 _ZERO = np.zeros(3)
+# What another torque on the same body does not change.
+_KEPT = 'turning_rotors', 'carrier_inertia', 'carrier_inverse', 'undriven', 'has_turning_axes'
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +24,7 @@ class System:
     inertia [kg m^2] (3, 3): body axes, locked rotors included, about the mass centre, or about the
     fixed point where weight_moment [N m] (3,), the weight times the position of the mass centre,
     is not zero.  torque_b [N m] (3,) acts on the body, rotor_torque [N m] (R,), or one for all,
-    from the body on the rotors.
+    from the body on the rotors.  torques: what else acts on the body.
     """
 
     inertia: np.ndarray
@@ -30,6 +33,7 @@ class System:
     weight_moment: np.ndarray = field(default_factory=lambda: _ZERO)
     torque_b: np.ndarray = field(default_factory=lambda: _ZERO)
     rotor_torque: np.ndarray = field(default_factory=lambda: np.zeros(()))
+    torques: tuple[BodyTorque, ...] = ()
 
     def __post_init__(self) -> None:
         torques = np.asarray(self.rotor_torque, float)
@@ -44,7 +48,23 @@ class System:
             self.torque_b.any()
             or self.rotor_torque.any()
             or any(rotor.is_damped for rotor in self.rotors)
+            or self.torques
         )
+
+    @cached_property
+    def has_turning_axes(self) -> bool:
+        """Whether the equations are stated in axes that turn with a circular orbit."""
+        orbit = self.orbit
+        return (
+            orbit.has_lvlh
+            and not orbit.is_eccentric
+            and all(torque.is_steady for torque in self.torques)
+        )
+
+    @property
+    def integrates_place(self) -> bool:
+        """Whether the place on the orbit is integrated with the attitude."""
+        return self.orbit.has_lvlh and not self.has_turning_axes
 
     @cached_property
     def turning_rotors(self) -> tuple[tuple[int, Rotor], ...]:
@@ -87,7 +107,7 @@ class System:
         rotor_torque = self.rotor_torque if rotor_torque is None else rotor_torque
         driven = replace(self, torque_b=torque_b, rotor_torque=rotor_torque)
         # A controller drives the body anew at every tick.
-        for name in ('turning_rotors', 'carrier_inertia', 'carrier_inverse', 'undriven'):
+        for name in _KEPT:
             vars(driven)[name] = getattr(self, name)
         return driven
 

@@ -27,9 +27,12 @@ from .batch_state import (
     flatten,
     gather,
     scatter,
+    shared_by,
 )
 from .dense_output import interpolate, make_dense
 from .dop853 import (
+    BEGIN,
+    END,
     GROWTH,
     REACHED,
     STEP_UNDERFLOW,
@@ -38,9 +41,11 @@ from .dop853 import (
     UNFINISHED,
     direction_of_centre,
     first_step,
+    new_clock,
+    next_stop,
     step_arrays,
 )
-from .propagation import Propagation, columns, mean_anomaly, wanted_count
+from .propagation import Propagation, columns, mean_anomaly, stops_of, wanted_count
 
 # The most steps of a slice, in all lanes.
 _SLICE_STEPS = 500
@@ -76,7 +81,8 @@ def propagate_all(motions: Sequence[Propagation], t_s: ArrayLike) -> list[States
     alike = defaultdict(list)
     flat = {motion: flatten(motion.constants) for motion in motions}
     for motion in motions:
-        alike[motion.wanted, len(flat[motion])].append(motion)
+        shared = shared_by(motion.constants), motion.stops_s.tobytes()
+        alike[motion.wanted, len(flat[motion]), shared].append(motion)
     for some in alike.values():
         problem = _problem(
             begin=np.array([initial_values(motion.system, motion.state) for motion in some]),
@@ -86,7 +92,7 @@ def propagate_all(motions: Sequence[Propagation], t_s: ArrayLike) -> list[States
             steps_allowed=np.array([motion.steps_allowed for motion in some]),
             shape=(some[0].wanted, len(t_s)),
         )
-        _integrate_all(problem, some[0].constants, t_s)
+        _integrate_all(problem, some[0].constants, some[0].stops_s, t_s)
         for motion, rows, outcome, reached_s, count in zip(some, *problem[-4:], strict=True):
             states = motion.states_of(t_s[:count], rows[:, :count])
             halted = outcome != REACHED
@@ -115,7 +121,7 @@ def propagate_many(
         steps_allowed=np.full(count, np.inf),
         shape=(wanted_count(system, like.does_work), len(t_s)),
     )
-    _integrate_all(problem, like, t_s)
+    _integrate_all(problem, like, stops_of(system), t_s)
     q_ib, omega_bi_b, speed, angle, work = columns(system, problem.out)
     states = States(t_s, q_ib, omega_bi_b, speed, angle, work, system.orbit, t_s)
     return states, problem.outcome == REACHED
@@ -137,23 +143,23 @@ def _problem(begin, flat_constants, anomaly, tolerance, steps_allowed, shape):
     )
 
 
-def _integrate_all(problem, like, t_s):
+def _integrate_all(problem, like, stops_s, t_s):
     """Integrate all to the end of t_s, or to theirs."""
     size = problem.begin.shape[1]
     batch = BatchState.empty(size, problem.flat_constants.shape[1])
-    single = np.zeros(7), *step_arrays(size)
+    single = new_clock(), *step_arrays(size)
     # Slices, between which Ctrl-C and other threads get their turn.
-    while len(t_s) and not _integrate(t_s, problem, batch, single, like):
+    while len(t_s) and not _integrate(t_s, stops_s, problem, batch, single, like):
         pass
 
 
 @compiled
-def _integrate(t_s, problem, batch, single, like):
+def _integrate(t_s, stops_s, problem, batch, single, like):
     """
     Integrate on for a slice; return whether all motions have ended.
 
-    single: see gather.  like: the Constants of one motion, which tell the compiler how many
-    rotors there are, and whether work is done, in all.
+    stops_s: as of a Propagation.  single: see gather.  like: the Constants of one motion, which
+    tell the compiler how many rotors and which torques there are, and whether work is done.
     """
     begin, rows = problem.begin, problem.rows
     motion, steps, t, h = batch.motion, batch.steps, batch.t, batch.h
@@ -166,7 +172,7 @@ def _integrate(t_s, problem, batch, single, like):
             while motion[l] < 0 and batch.waiting[0] < len(begin):
                 m = batch.waiting[0]
                 batch.waiting[0] += 1
-                motion[l], steps[l], t[l] = m, 0.0, 0.0
+                motion[l], steps[l], t[l], batch.passed[l] = m, 0.0, 0.0, 0
                 batch.largest_growth[l], batch.tolerance[l] = GROWTH, problem.tolerance[m]
                 scatter(problem.flat_constants[m], l, batch.constants)
                 scatter(begin[m], l, y_0)
@@ -184,6 +190,11 @@ def _integrate(t_s, problem, batch, single, like):
                 y_0[i], y_0[j] = y[i], y[j]
         if idle == LANES:
             return True
+        for l in range(LANES if len(stops_s) > 0 else 0):
+            if motion[l] >= 0:
+                start_s = unflatten(like, problem.flat_constants[motion[l]], 0.0).start_s
+                found = next_stop(batch.passed[l], t[l], stops_s, start_s)
+                batch.passed[l], batch.from_s[l], batch.until_s[l], batch.stop[l] = found
 
         if attempt_all(batch, like, changing):
             for l in range(LANES):
@@ -233,7 +244,7 @@ def _end(outcome, problem, batch, l):
 def _rows_at_begin(t_s, begin, out, single, constants):
     """Fill the rows at t = 0, whatever the first step will be; return how many there are."""
     clock, _, dense = single
-    clock[:], dense[:] = 0.0, 0.0
+    clock[BEGIN], clock[END], dense[:] = 0.0, 0.0, 0.0
     for i in range(len(begin)):
         dense[0, i] = begin[i]
     last = 0

@@ -11,7 +11,18 @@ import numpy as np
 from ..dynamics.constants import Constants
 from ..kernel.compile import inlined
 from ..kernel.simd import all_true, broadcast, load, select, store, unflatten, zero
-from .dop853 import GROWTH, Stages, attempt, cut, line_zeros, step_ratio
+from .dop853 import (
+    BEGIN,
+    END,
+    FROM_S,
+    GROWTH,
+    UNTIL_S,
+    Stages,
+    attempt,
+    cut,
+    line_zeros,
+    step_ratio,
+)
 
 # The floats of the widest vector registers.
 LANES = 8
@@ -23,9 +34,20 @@ def flatten(part: tuple) -> list[float]:
     for each in part:
         if isinstance(each, tuple):
             numbers += flatten(each)
-        else:
+        elif not isinstance(each, np.ndarray):
             numbers.append(each)
     return numbers
+
+
+def shared_by(constants: Constants) -> tuple:
+    """Return what motions of one batch have in common: the kinds of torques, and their arrays."""
+
+    def shared(part):
+        if isinstance(part, np.ndarray):
+            return part.shape, part.tobytes()
+        return (type(part), *map(shared, part)) if isinstance(part, tuple) else None
+
+    return shared(constants.torques)
 
 
 class BatchState(NamedTuple):
@@ -33,9 +55,10 @@ class BatchState(NamedTuple):
     The steps of all lanes: arrays of one float per lane, or of rows of one float per lane.
 
     motion: the motion that is integrated there, -1: none; waiting (1,): the next to take a lane;
-    t, h and error: begin and length of the step, and its error over the tolerance; steps: taken
-    from the start; row_s: the time of the next row; limit: a motion that has taken so many steps
-    before it is given up; constants: rows of the Constants.
+    t, h and error: begin and length of the step, and its error over the tolerance; wished: its
+    length, had it not been cut off at a stop; passed, stop, from_s, until_s: as of next_stop;
+    steps: taken from the start; row_s: the time of the next row; limit: a motion that has taken so
+    many steps before it is given up; constants: rows of the Constants.
     """
 
     motion: np.ndarray
@@ -45,6 +68,11 @@ class BatchState(NamedTuple):
     row_s: np.ndarray
     t: np.ndarray
     h: np.ndarray
+    wished: np.ndarray
+    passed: np.ndarray
+    stop: np.ndarray
+    from_s: np.ndarray
+    until_s: np.ndarray
     largest_growth: np.ndarray
     tolerance: np.ndarray
     constants: np.ndarray
@@ -62,12 +90,23 @@ class BatchState(NamedTuple):
             row_s=line_zeros(LANES),
             t=line_zeros(LANES),
             h=line_zeros(LANES),
+            wished=line_zeros(LANES),
+            passed=np.zeros(LANES, int),
+            stop=_in_lanes(np.inf),
+            from_s=_in_lanes(-np.inf),
+            until_s=_in_lanes(np.inf),
             largest_growth=line_zeros(LANES),
             tolerance=np.ones(LANES),
             constants=line_zeros(count * LANES),
             stages=Stages.empty(size * LANES),
             error=line_zeros(LANES),
         )
+
+
+def _in_lanes(value):
+    lanes = line_zeros(LANES)
+    lanes[:] = value
+    return lanes
 
 
 @inlined
@@ -80,10 +119,14 @@ def attempt_all(batch: BatchState, like: Constants, changing: int) -> bool:
     """
     every = zero(LANES)
     t, tolerance = load(batch.t, 0, every), load(batch.tolerance, 0, every)
-    h = (t + load(batch.h, 0, every)) - t
+    wished = load(batch.h, 0, every)
+    h = min(t + wished, load(batch.stop, 0, every)) - t
+    span = load(batch.from_s, 0, every), load(batch.until_s, 0, every)
     constants = unflatten(like, batch.constants, every)
+    store(batch.wished, 0, wished)
     store(batch.h, 0, h)
-    store(batch.error, 0, attempt(batch.stages, h, constants, changing * LANES, every) / tolerance)
+    error = attempt(batch.stages, t, h, span, constants, changing * LANES, every)
+    store(batch.error, 0, error / tolerance)
     return not all_true(t + h < load(batch.row_s, 0, every))
 
 
@@ -99,12 +142,15 @@ def advance(batch: BatchState, like: Constants, changing: int) -> bool:
     t, h, steps = load(batch.t, 0, every), load(batch.h, 0, every), load(batch.steps, 0, every)
     ratio = step_ratio(error)
     longest = unflatten(like, batch.constants, every).longest_step
-    longer = _lesser(h * _lesser(load(batch.largest_growth, 0, every), ratio), longest)
+    longer = min(longest, h * min(ratio, load(batch.largest_growth, 0, every)))
+    wished, stop = load(batch.wished, 0, every), load(batch.stop, 0, every)
+    is_stopped = stop <= t + wished
+    longer = select(is_stopped, min(max(longer, wished), longest), longer)
     shorter = h * cut(error, ratio)
     is_rejected = one < error
     growth = select(is_rejected, one, broadcast(GROWTH, every))
     steps = select(is_rejected, steps, steps + 1.0)
-    t = select(is_rejected, t, t + h)
+    t = select(is_rejected, t, select(is_stopped, stop, t + h))
     h = select(is_rejected, shorter, longer)
     store(batch.largest_growth, 0, growth)
     store(batch.steps, 0, steps)
@@ -121,11 +167,6 @@ def advance(batch: BatchState, like: Constants, changing: int) -> bool:
 
 
 @inlined
-def _lesser(a, b):
-    return select(a < b, a, b)
-
-
-@inlined
 def scatter(values: np.ndarray, l: int, rows: np.ndarray) -> None:
     """Write values, one per row, to a lane of rows."""
     for i in range(len(values)):
@@ -138,7 +179,8 @@ def gather(l: int, batch: BatchState, single: tuple[Any, ...]) -> None:
     clock, stages, _ = single
     y_0, y, k = batch.stages.y_0, batch.stages.y, batch.stages.k
     size, length = len(y) // LANES, len(stages.y)
-    clock[0], clock[1] = batch.t[l], batch.t[l] + batch.h[l]
+    clock[BEGIN], clock[END] = batch.t[l], batch.t[l] + batch.h[l]
+    clock[FROM_S], clock[UNTIL_S] = batch.from_s[l], batch.until_s[l]
     for i in range(size):
         stages.y[i], stages.y_0[i] = y[at_lane(i, l)], y_0[at_lane(i, l)]
     for j in range(12):

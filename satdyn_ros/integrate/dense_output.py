@@ -13,7 +13,18 @@ from ..dynamics.equations import OMEGA
 from ..kernel.compile import inlined
 from ..kernel.simd import PACK, zero
 from ..kernel.vector import add, add_cross, dot, scale
-from .dop853 import BEGIN, DENSE_OF, END, STEPS, Stages, combine, evaluate
+from .dop853 import (
+    BEGIN,
+    DENSE_OF,
+    END,
+    FROM_S,
+    STEPS,
+    UNTIL_S,
+    Stages,
+    combine,
+    evaluate,
+    stage_time,
+)
 from .tableau import DENSE
 
 
@@ -22,10 +33,11 @@ def make_dense(clock: np.ndarray, stages: Stages, dense: np.ndarray, constants: 
     """Write the terms of the dense output of the current step, which starts at y_0 = dense[0]."""
     h, y_0, y, k, z = clock[END] - clock[BEGIN], dense[0], stages.y, stages.k, dense[7]
     size, some = len(y), zero(PACK)
-    evaluate(y, h, constants, k, 12)
+    t, span = clock[BEGIN], (clock[FROM_S], clock[UNTIL_S])
+    evaluate(stage_time(12, t, h, span, constants), y, h, constants, k, 12)
     for i in range(13, 16):
         combine(i, y_0, k, z, size, some)
-        evaluate(z, h, constants, k, i)
+        evaluate(stage_time(i, t, h, span, constants), z, h, constants, k, i)
     for i in range(size):
         rise = y[i] - y_0[i]
         dense[1, i] = rise

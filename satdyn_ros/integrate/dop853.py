@@ -5,9 +5,10 @@ Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, 1993, II.
 
 A step is of one motion, its variables floats, or of many side by side, its variables SIMD vectors.
 
-clock (7,), by the names below: where the current step begins and ends, the proposed length of the
-next one, the number of steps taken, the number of the step that the dense output belongs to, the
-furthest row that was ever reached, and the number of steps begun since.
+clock (10,), by the names below: where the current step begins and ends, the proposed length of
+the next one, the number of steps taken, the number of the step that the dense output belongs to,
+the furthest row that was ever reached, the number of steps begun since, how many stops are
+passed, and the times from tick 0 between which the torques are smooth.
 dense (8, V): the terms of the dense output of one motion's step, the first of them the variables
 at its start.  constants: the Constants of the equations.
 """
@@ -24,10 +25,10 @@ from ..kernel.simd import PACK, broadcast, load, packed, select, store, store_al
 from ..kernel.unroll import unrolled_fold, unrolled_map
 from ..kernel.vector import dot
 from ..orbits.kepler import true_anomaly
-from .tableau import COLUMNS, ENTRIES, ERROR_3, ERROR_5, LENGTHS
+from .tableau import COLUMNS, ENTRIES, ERROR_3, ERROR_5, LENGTHS, NODES
 
 # The places of the clock.
-BEGIN, END, NEXT, STEPS, DENSE_OF, FURTHEST, SINCE = range(7)
+BEGIN, END, NEXT, STEPS, DENSE_OF, FURTHEST, SINCE, PASSED, FROM_S, UNTIL_S = range(10)
 # How a walk ends: it goes on in another slice, all rows are reached, no step meets the tolerance,
 # or too many steps are needed.
 UNFINISHED, REACHED, STEP_UNDERFLOW, TOO_MANY_STEPS = range(4)
@@ -40,6 +41,8 @@ GROWTH, CUT = 6.0, 0.2
 SAFETY = 0.9
 # Above it a variable counts as infinite: the dense output multiplies it by up to some thousand.
 LARGEST = 1e300
+# At least the distance of a number from the next one, relative.
+ULP = 2.3e-16
 # Keeps a quotient of zeros finite and changes no other.
 TINY = 1e-300
 # What the first step turns the body or the orbit by [rad]; a rate below the slowest [rad/s] counts
@@ -81,6 +84,13 @@ def line_zeros(count: int) -> np.ndarray:
     return numbers[begin : begin + count]
 
 
+def new_clock() -> np.ndarray:
+    """Return the clock of a motion that has not begun."""
+    clock = np.zeros(10)
+    clock[FROM_S], clock[UNTIL_S] = -np.inf, np.inf
+    return clock
+
+
 def step_arrays(size: int) -> tuple[Stages, np.ndarray]:
     """Return the Stages and the dense output of one motion of `size` variables, with room."""
     length = -(-size // PACK) * PACK
@@ -93,13 +103,15 @@ def step(
     clock: np.ndarray,
     stages: Stages,
     anomaly: np.ndarray,
+    stops_s: np.ndarray,
     constants: Constants,
     tolerance: float,
 ) -> bool:
     """
     Take one step of one motion within the tolerance; return whether there is one.
 
-    Without one, what is left in clock and stages is of no use.
+    stops_s: times from tick 0 at which steps end, ascending.  Without a step, what is left in
+    clock and stages is of no use.
     """
     t, y_0, y = clock[END], stages.y_0, stages.y
     if len(constants.place) > 0 and int(clock[STEPS]) % STEPS_PER_FIX == 0:
@@ -109,21 +121,48 @@ def step(
     h = clock[NEXT]
     if h == 0.0:
         h = first_step((y[4], y[5], y[6]), constants)
-    largest_growth = GROWTH
+    clock[PASSED], clock[FROM_S], clock[UNTIL_S], stop = next_stop(
+        int(clock[PASSED]), t, stops_s, constants.start_s
+    )
+    span, largest_growth = (clock[FROM_S], clock[UNTIL_S]), GROWTH
     while True:
-        if not t < t + h < np.inf:
+        wished, end = h, min(t + h, stop)
+        if not t < end < np.inf:
             return False
-        h = (t + h) - t
-        error = attempt(stages, h, constants, len(y), zero(PACK)) / tolerance
+        h = end - t
+        error = attempt(stages, t, h, span, constants, len(y), zero(PACK)) / tolerance
         if error <= 1.0:
             break
         h *= cut(error, step_ratio(error))
         largest_growth = 1.0
         _copy(y_0, y)
     clock[BEGIN], clock[END] = t, t + h
-    clock[NEXT] = min(h * min(largest_growth, step_ratio(error)), constants.longest_step)
+    grown = h * min(largest_growth, step_ratio(error))
+    if end == stop:
+        # A stop may cut the step off; that which was wished is still a good one.
+        clock[END], grown = stop, max(grown, wished)
+    clock[NEXT] = min(grown, constants.longest_step)
     clock[STEPS] += 1.0
     return True
+
+
+@inlined
+def next_stop(
+    passed: int, t: float, stops_s: np.ndarray, start_s: float
+) -> tuple[int, float, float, float]:
+    """
+    Return how many stops are passed at t, the one before and the next, and when that one comes.
+
+    stops_s: from tick 0; passed: at most that many.  The next is less a rounding: where a torque
+    jumps, a step computes with what is on its side alone.  When it comes: from the motion's start.
+    """
+    while passed < len(stops_s) and stops_s[passed] - start_s <= t:
+        passed += 1
+    before = stops_s[passed - 1] if passed > 0 else -np.inf
+    if passed == len(stops_s):
+        return passed, before, np.inf, np.inf
+    following = stops_s[passed]
+    return passed, before, following - ULP * abs(following), following - start_s
 
 
 @inlined
@@ -133,15 +172,24 @@ def _copy(y, to):
 
 
 @inlined
-def attempt(stages: Stages, h: float, constants: Constants, changing: int, some: float) -> float:
+def attempt(
+    stages: Stages,
+    t: float,
+    h: float,
+    span: tuple[float, float],
+    constants: Constants,
+    changing: int,
+    some: float,
+) -> float:
     """
-    Take the step h from y_0, which is y, to y; return its error.
+    Take the step h from y_0, which is y, at t to y; return its error.
 
-    changing: how many of the numbers change, the first ones; some: as many as are summed at once.
+    span: the times from tick 0 between which the torques are smooth.  changing: how many of the
+    numbers change, the first ones; some: as many as are summed at once.
     """
     y_0, y, k = stages.y_0, stages.y, stages.k
     for i in range(12):
-        evaluate(y, h, constants, k, i)
+        evaluate(stage_time(i, t, h, span, constants), y, h, constants, k, i)
         combine(i + 1, y_0, k, y, changing, some)
     combine(ERROR_3, stages.zeros, k, stages.e_3, changing, some)
     combine(ERROR_5, stages.zeros, k, stages.e_5, changing, some)
@@ -169,9 +217,19 @@ def _loaded(i, variables, y, like):
 
 
 @inlined
-def evaluate(y: np.ndarray, h: float, constants: Constants, k: np.ndarray, i: int) -> None:
-    """Write k_i = h f(y)."""
-    f = packed(rates(variables(y, h, constants), constants))
+def stage_time(
+    i: int, t: float, h: float, span: tuple[float, float], constants: Constants
+) -> float:
+    """Return the time of stage i from tick 0 [s]."""
+    return min(max(constants.start_s + (t + NODES[i] * h), span[0]), span[1])
+
+
+@inlined
+def evaluate(
+    t_s: float, y: np.ndarray, h: float, constants: Constants, k: np.ndarray, i: int
+) -> None:
+    """Write k_i = h f(t, y); t_s: from tick 0."""
+    f = packed(rates(t_s, variables(y, h, constants), constants))
     store_all(k, i * len(y), _scaled(f, h))
 
 

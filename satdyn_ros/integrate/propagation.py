@@ -19,13 +19,13 @@ from .dop853 import (
     DENSE_OF,
     END,
     FURTHEST,
-    NEXT,
     REACHED,
     SINCE,
     STEP_UNDERFLOW,
     STEPS,
     TOO_MANY_STEPS,
     UNFINISHED,
+    new_clock,
     step,
     step_arrays,
 )
@@ -47,7 +47,8 @@ class Propagation(Motion):
     the furthest row that was ever reached do not count again.
 
     constants, anomaly: those of the equations, and mean anomaly at the start [rad], mean motion
-    [rad/s] and eccentricity; wanted: how many of the variables are interpolated, the first.
+    [rad/s] and eccentricity; stops_s: the times from tick 0 at which steps end; wanted: how many
+    of the variables are interpolated, the first.
 
     >>> Propagation(system, state).at([10.0, 20.0]).q_ib  # doctest: +SKIP
     """
@@ -68,7 +69,8 @@ class Propagation(Motion):
         self.constants = constants_of(system, start_s)
         self.anomaly = tuple(map(float, mean_anomaly(system, start_s)))
         self.wanted = wanted_count(system, self.constants.does_work)
-        self._clock, self._steps_to_halt = np.zeros(7), 0.0
+        self.stops_s = stops_of(system)
+        self._clock, self._steps_to_halt = new_clock(), 0.0
         self._begin()
 
     @property
@@ -80,7 +82,9 @@ class Propagation(Motion):
         y = initial_values(self.system, self.state)
         self._stages, self._dense = step_arrays(len(y))
         self._stages.y[: len(y)] = self._dense[0, : len(y)] = y
-        self._clock[[BEGIN, END, NEXT, STEPS, DENSE_OF, SINCE]] = 0.0
+        furthest = self._clock[FURTHEST]
+        self._clock[:] = new_clock()
+        self._clock[FURTHEST] = furthest
 
     def _states(self, t_s):
         order = None if (t_s[1:] >= t_s[:-1]).all() else np.argsort(t_s, kind='stable')
@@ -98,6 +102,7 @@ class Propagation(Motion):
                 self._stages,
                 self._dense,
                 self.anomaly,
+                self.stops_s,
                 self.constants,
                 self.tolerance,
                 self.steps_allowed,
@@ -174,8 +179,25 @@ def mean_anomaly(system: System, start_s: float) -> tuple[float | np.ndarray, ..
     return orbit.mean_anomaly + mean_motion * start_s, mean_motion, orbit.eccentricity
 
 
+def stops_of(system: System) -> np.ndarray:
+    """Return the times [s] from tick 0 at which steps end, ascending."""
+    return np.unique(np.concatenate([np.zeros(0), *(t.stops() for t in system.torques)]))
+
+
 @compiled
-def _integrate(t_s, rows, out, clock, stages, dense, anomaly, constants, tolerance, steps_allowed):
+def _integrate(
+    t_s,
+    rows,
+    out,
+    clock,
+    stages,
+    dense,
+    anomaly,
+    stops_s,
+    constants,
+    tolerance,
+    steps_allowed,
+):
     """
     Fill out (V, N) with the wanted variables at the ascending times t_s (N,), from row `rows` on.
 
@@ -198,7 +220,7 @@ def _integrate(t_s, rows, out, clock, stages, dense, anomaly, constants, toleran
             break
         if clock[SINCE] >= steps_allowed:
             return rows, TOO_MANY_STEPS
-        if not step(clock, stages, anomaly, constants, tolerance):
+        if not step(clock, stages, anomaly, stops_s, constants, tolerance):
             return rows, STEP_UNDERFLOW
         if clock[BEGIN] >= clock[FURTHEST]:
             clock[SINCE] += 1.0

@@ -32,6 +32,7 @@ from . import cache
 _SOURCES = (
     'kernel/*.py',
     'orbits/*.py',
+    'torques/*.py',
     'dynamics/*.py',
     'integrate/*.py',
     'exact/*.py',

@@ -147,7 +147,7 @@ def unflatten(typing: Any, like: types.Type, array: types.Type, some: types.Type
     """
     Return nested tuples like the given ones, of the floats of an array one after the other.
 
-    Where `some` is a SIMD vector, of such vectors; in the place of a bool the given one stays.
+    Where `some` is a SIMD vector, of such vectors; a bool or an array stays as it is given.
     """
 
     def generate(context, builder, signature, values):
@@ -156,6 +156,10 @@ def unflatten(typing: Any, like: types.Type, array: types.Type, some: types.Type
         places = itertools.count()
 
         def fill(kind, value):
+            if isinstance(kind, types.Array):
+                if context.enable_nrt:
+                    context.nrt.incref(builder, kind, value)
+                return value
             if isinstance(kind, types.BaseTuple):
                 parts = [
                     fill(each, builder.extract_value(value, i)) for i, each in enumerate(kind)
@@ -174,7 +178,7 @@ def _unflattened(kind, some):
     if isinstance(kind, types.BaseTuple):
         parts = [_unflattened(each, some) for each in kind]
         return types.BaseTuple.from_types(parts, getattr(kind, 'instance_class', None))
-    return kind if kind == types.boolean else some
+    return kind if kind == types.boolean or isinstance(kind, types.Array) else some
 
 
 def _place(context, builder, array_type, array, i, like):

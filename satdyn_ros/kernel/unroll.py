@@ -65,6 +65,34 @@ def unrolled_fold(function: Callable[..., Any]) -> Any:
     return intrinsic(to_the_last)
 
 
+def fold_by_type(function_of: Callable[[type], Any]) -> Any:
+    """
+    Return a compiled function of (total, a, ...) that returns the last total.
+
+    a is a tuple of named tuples, perhaps unlike ones.  For each of them, function_of its class is
+    the compiled function that goes on: it takes (total, ..., the named tuple).
+    """
+
+    def to_the_last(typing, *given):
+        total, kinds, *rest = given
+        bodies = [function_of(kind.instance_class) for kind in kinds]
+        steps = []
+        for kind, body in zip(kinds, bodies, strict=True):
+            steps.append(_typed(body, typing, (total, *rest, kind)))
+            total = steps[-1].return_type
+
+        def generate(context, builder, signature, values):
+            total, parts, *rest = cgutils.unpack_tuple(builder, values[0])
+            for i, (body, step) in enumerate(zip(bodies, steps, strict=True)):
+                part = builder.extract_value(parts, i)
+                total = _call(context, builder, body, step, [total, *rest, part])
+            return total
+
+        return total(types.StarArgTuple.from_types(given)), generate
+
+    return intrinsic(to_the_last)
+
+
 def by_type(of_tuple: Callable[..., Any], of_number: Callable[..., Any]) -> Any:
     """Compile two functions into one: which it is depends on the type of the first argument."""
     bodies = inlined(of_tuple), inlined(of_number)

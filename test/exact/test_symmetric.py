@@ -321,8 +321,9 @@ def test_a_passage_through_a_pole_is_told_from_every_state(angle, seed):
     rates = [across, 0.0, 0.0 if angle else 1.0]
     start = State(rotation.multiply(q_ip, rotation.conjugate(q_bp)), rotation.rotate(q_bp, rates))
     motion = Symmetric(system, start)
-    for state in motion.at(np.linspace(0.01, 30.0, 40)):
-        later = Symmetric(system, state)
+    states = motion.at(np.linspace(0.01, 30.0, 40))
+    for i in range(len(states)):
+        later = Symmetric(system, states[i])
         # the digits that the nearest separatrix leaves; a jump is pi / period_s
         for name in ('period_s', 'Om_P', 'Om_S', 'g', 'h_prime'):
             ours, theirs = getattr(motion, name), getattr(later, name)
@@ -337,6 +338,7 @@ def test_a_miss_of_a_pole_is_no_passage_through_it(miss):
     for aside in (-miss, 0.0, miss):
         start = State(rotation.about([0.0, 1.0, 0.0], aside), np.array([0.3, 0.0, 1.0]))
         motion = Symmetric.in_potential(1.0, 1.5, 0.0, 0.4, -0.3, start)
+        assert motion.period_s is not None
         turns.append(motion.Om_P * motion.period_s / (2.0 * np.pi))
     left, hit, right = turns
     # the rest is of the order of the miss

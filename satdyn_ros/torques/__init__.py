@@ -1,0 +1,1 @@
+"""Torques on the body, one in a file."""

@@ -57,6 +57,9 @@ class ExactMotion(Motion):
         damped = [f'rotor.{rotor.name}'.rstrip('.') for rotor in system.rotors if rotor.is_damped]
         if damped:
             return f'{damped[0]}.friction is not zero: friction drives the body'
+        if system.torques:
+            names = ', '.join(torque.name for torque in system.torques)
+            return f'closed forms do not know the torque {names}'
         if (replace(system, torque_b=np.zeros(3)) if cls.takes_torque_b else system).is_driven:
             return 'a torque is applied to the body or to a rotor'
         return cls._why_not(system, state, start_s)

@@ -20,10 +20,18 @@ from typing import Any
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
+from numba.core.typeconv import Conversion
 from numba.core.errors import TypingError
 from numba.core.typing import signature
 from numba.core.typing.templates import AbstractTemplate, infer_global
-from numba.extending import intrinsic, lower_builtin, models, register_model
+from numba.extending import (
+    intrinsic,
+    lower_builtin,
+    lower_cast,
+    models,
+    register_model,
+    type_callable,
+)
 
 # As many floats are stored together, for they are loaded together.
 PACK = 4
@@ -36,6 +44,14 @@ class SimdVector(types.Type):
     def __init__(self, width: int):
         self.width = width
         super().__init__(name=f'SimdVector({width})')
+
+    def unify(self, typing: Any, other: types.Type) -> types.Type | None:
+        """Return the type of a variable that is now a vector and now a number: a vector."""
+        return self if isinstance(other, types.Number) else None
+
+    def can_convert_from(self, typing: Any, other: types.Type) -> Any:
+        """Return that a number may become a vector: it is broadcast."""
+        return Conversion.safe if isinstance(other, types.Number) else None
 
 
 class Mask(types.Type):
@@ -56,6 +72,11 @@ class _VectorModel(models.PrimitiveModel):
 class _MaskModel(models.PrimitiveModel):
     def __init__(self, manager, of):
         super().__init__(manager, of, ir.VectorType(_TRUTH, of.width))
+
+
+@lower_cast(types.Number, SimdVector)
+def _cast(context, builder, kind, vector, value):
+    return _broadcast(builder, context.cast(builder, value, kind, types.float64), vector)
 
 
 # -- to and from arrays ---------------------------------------------------------------------------
@@ -218,23 +239,34 @@ def packed(typing: Any, values: types.Type) -> Any:
 # -- arithmetic -----------------------------------------------------------------------------------
 
 
-@intrinsic
-def select(typing: Any, where: types.Type, then: types.Type, otherwise: types.Type) -> Any:
-    """Return what is in `then` where a mask, or a bool, is true, elsewhere that of `otherwise`."""
-    found = next((t for t in (then, otherwise) if isinstance(t, SimdVector)), types.float64)
-    if isinstance(where, Mask):
-        found = SimdVector(where.width)
-    given = [each if each == found else types.float64 for each in (then, otherwise)]
+def select(where: Any, then: Any, otherwise: Any) -> Any:
+    """
+    Return what is in `then` where a mask, or a bool, is true, elsewhere what is in `otherwise`.
 
-    def generate(context, builder, signature, values):
-        mask, *sides = values
-        sides = [
-            value if of == found else _broadcast(builder, value, found)
-            for of, value in zip(given, sides, strict=True)
-        ]
-        return builder.select(mask, *sides)
+    >>> select(1.0 < 2.0, 'less', 'not less')
+    'less'
+    """
+    return then if where else otherwise
 
-    return found(where, *given), generate
+
+@type_callable(select)
+def _type_of_select(context):
+    def typer(where, then, otherwise):
+        wide = [each.width for each in (where, then, otherwise) if hasattr(each, 'width')]
+        return SimdVector(wide[0]) if wide else types.float64
+
+    return typer
+
+
+@lower_builtin(select, types.Any, types.Any, types.Any)
+def _select(context, builder, signature, values):
+    found, (_, *kinds) = signature.return_type, signature.args
+    mask, *sides = values
+    for i, kind in enumerate(kinds):
+        if kind != found:
+            value = context.cast(builder, sides[i], kind, types.float64)
+            sides[i] = _broadcast(builder, value, found)
+    return builder.select(mask, *sides)
 
 
 @intrinsic

@@ -1,0 +1,130 @@
+"""A torque that depends on time, place, attitude and rate, flown alone and beside others."""
+
+import math
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import plain_equations
+import pytest
+from scipy.integrate import solve_ivp
+
+from satdyn_ros import exact
+from satdyn_ros.dynamics.integrals import relative_drift
+from satdyn_ros.dynamics.system import State, System
+from satdyn_ros.integrate.batch import propagate_all
+from satdyn_ros.integrate.propagation import Propagation
+from satdyn_ros.kernel import rotation
+from satdyn_ros.kernel.simd import select
+from satdyn_ros.orbits import FixedDirection, KeplerOrbit
+from satdyn_ros.torques.body_torque import BodyTorque
+
+INERTIA = np.diag([3.0, 2.0, 4.0])
+ORBITS = {
+    'fixed': FixedDirection(1e-6),
+    'circle': KeplerOrbit(inclination=0.7),
+    'ellipse': KeplerOrbit(eccentricity=0.2, inclination=0.7, semi_major_axis=9e6),
+}
+STATE = State(rotation.normalise([0.1, 0.2, 0.3, 0.9]), np.array([0.01, 0.02, -0.015]))
+TIMES = np.linspace(0.0, 2000.0, 41)
+START_S = 30.0
+# Both keep 1e-13 a step, in some thousand steps, and attitudes grow apart a hundredfold.
+ANGLE = 1e-9
+
+
+class Thruster(BodyTorque):
+    """A pulse, a push that follows the place on the orbit, and plates that brake."""
+
+    name = 'thruster'
+
+    class Constants(NamedTuple):
+        pulse: tuple[float, float]
+        size: float
+        brakes: np.ndarray
+
+    @staticmethod
+    def torque(t_s, r_i, v_i, q_ib, omega_bi_b, constants):
+        begin_s, end_s = constants.pulse
+        pulse = select(t_s >= begin_s, constants.size, 0.0)
+        pulse = select(t_s < end_s, pulse, 0.0)
+        y = 1e-11 * r_i[0] * math.sin(0.01 * t_s) - 1e-9 * v_i[2] * q_ib[1]
+        z = 0.0
+        for brake in constants.brakes:
+            z = z - brake * max(omega_bi_b[2], 0.0)
+        return pulse, y, z
+
+    def stops(self):
+        return np.array(self.constants.pulse)
+
+
+def thruster(begin_s=50.0, size=1e-3, brakes=(1e-4, 3e-4)):
+    return Thruster(Thruster.Constants((begin_s, begin_s + 20.0), size, np.array(brakes)))
+
+
+def system_of(orbit, torque):
+    return System(INERTIA, orbit=ORBITS[orbit], torques=(torque,))
+
+
+def by_scipy(system, state, t_s):
+    """Return the attitudes (N, 4), integrated from each stop to the next."""
+
+    def slope(t, y):
+        q_ib = y[:4] / np.linalg.norm(y[:4])
+        found = plain_equations.rates(system, START_S + t, q_ib, y[4:], np.zeros(0))
+        return [*found.q_ib, *found.omega_bi_b]
+
+    stops = [s - START_S for torque in system.torques for s in torque.stops()]
+    edges = [0.0, *(s for s in sorted(stops) if 0.0 < s < t_s[-1]), t_s[-1]]
+    y, found = [*state.q_ib, *state.omega_bi_b], []
+    for begin, end in pairwise(edges):
+        inside = t_s[(begin <= t_s) & (t_s < end)]
+        # less a rounding, so that the jump at the end is not seen
+        times = [*inside, end * (1.0 - 1e-15)]
+        part = solve_ivp(slope, (begin, times[-1]), y, 'DOP853', times, rtol=1e-13, atol=1e-15).y.T
+        found += list(part[:-1])
+        y = part[-1]
+    return rotation.normalise(np.array([*found, y])[:, :4])
+
+
+@pytest.mark.parametrize('orbit', ORBITS)
+def test_a_torque_is_integrated_as_scipy_does(orbit):
+    """Jumps at its stops and all; its work keeps the balance of energy."""
+    system = system_of(orbit, thruster())
+    states = Propagation(system, STATE, START_S).at(TIMES)
+    apart = rotation.angle_between(states.q_ib, by_scipy(system, STATE, TIMES))
+    assert np.max(apart) < ANGLE
+    drift = relative_drift(system, states)
+    assert set(drift) == {'energy_balance'}
+    assert np.max(np.abs(drift['energy_balance'])) < 1e-12
+
+
+@pytest.mark.parametrize('orbit', ORBITS)
+def test_many_beside_each_other_are_as_each_alone(orbit):
+    """With pulses at other times, sizes and brakes, some more than others."""
+    torques = [
+        *(thruster(40.0 + 100.0 * i) for i in range(5)),
+        *(thruster(size=1e-3 * i) for i in range(5)),
+        *(thruster(brakes=[1e-4] * i) for i in range(3)),
+    ]
+    motions = [Propagation(system_of(orbit, torque), STATE, START_S) for torque in torques]
+    for motion, states in zip(motions, propagate_all(motions, TIMES), strict=True):
+        alone = Propagation(motion.system, STATE, START_S).at(TIMES)
+        assert np.max(rotation.angle_between(states.q_ib, alone.q_ib)) < ANGLE
+
+
+def test_a_pulse_is_not_stepped_over():
+    """A body at rest without a field has steps of months, but for the stops."""
+    system = System(INERTIA, torques=(thruster(1e6),))
+    rest = State(np.array([0.0, 0.0, 0.0, 1.0]), np.zeros(3))
+    for states in (
+        Propagation(system, rest).at([2e6]),
+        *propagate_all([Propagation(system, rest)], [2e6]),
+    ):
+        assert states.omega_bi_b[0, 0] == pytest.approx(1e-3 * 20.0 / 3.0, rel=1e-12)
+
+
+def test_no_closed_form_takes_it():
+    """It says so, and by name."""
+    system = System(INERTIA, torques=(thruster(),))
+    assert exact.recognise(system, STATE) is None
+    assert 'thruster' in exact.explain(system, STATE)

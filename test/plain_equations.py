@@ -5,7 +5,6 @@ They are what the kernel must compute: written to be read, for one state at one 
 axes, by nothing of the compiled code.
 """
 
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,8 +12,6 @@ import numpy as np
 from satdyn_ros.dynamics.system import System
 from satdyn_ros.kernel import rotation
 from satdyn_ros.orbits import FixedDirection
-
-Torque = Callable[..., Any]
 
 
 class Rates(NamedTuple):
@@ -60,8 +57,9 @@ def rates(
     r_i, v_i = orbit.position_velocity(t_s)
     applied = system.torque_b.astype(float)
     for torque in system.torques:
-        kind = type(torque)
-        applied = applied + np.array(kind.torque(t_s, r_i, v_i, q_ib, omega, torque.constants))
+        arguments: tuple[Any, ...] = (t_s, r_i, v_i, q_ib, omega, torque.constants)
+        x, y, z = type(torque).torque(*arguments)
+        applied = applied + np.array([x, y, z])
     for p_dot, (_, rotor) in zip(momenta_dot, rotors, strict=True):
         applied = applied - p_dot * rotor.axis
     omega_dot = np.linalg.solve(K, np.cross(H, omega) + field + applied)

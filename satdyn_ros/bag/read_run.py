@@ -51,9 +51,10 @@ class RecordedRun:
                 f'{path} holds no scenario: satdyn_ros did not write it, or another program, '
                 'such as ros2 bag convert, rewrote it without one'
             )
+        torques = run_metadata.torques_of(begin[run_metadata.SCENARIO])
         with self.reading(run_metadata.SCENARIO):
             text = begin[run_metadata.SCENARIO]['scenario']
-            self.scenario = Scenario.from_yaml_text(text, 'its scenario')
+            self.scenario = Scenario.from_yaml_text(text, 'its scenario', torques)
         self.snapshot: dict[str, Any] | None = None
         if run_metadata.SNAPSHOT in begin:
             with self.reading(run_metadata.SNAPSHOT):

@@ -3,7 +3,7 @@
 import dataclasses
 import json
 import platform
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, get_args
 
 import numpy
@@ -17,6 +17,7 @@ from ..run.events import Event
 from ..run.keys import KEYS
 from ..run.run_state import RULES
 from ..run.scenario import Scenario
+from ..torques.body_torque import KNOWN, BodyTorque
 
 SCENARIO = 'satdyn_ros/scenario'
 SNAPSHOT = 'satdyn_ros/snapshot'
@@ -39,16 +40,19 @@ def provenance(scenario: Scenario, topics: Mapping[str, str]) -> dict[str, str]:
     scenario: with the epoch resolved.  topics: the names in the bag by those in the scenario,
     {'attitude': '/sat1/attitude'}.
     """
-    return {
+    provenance = {
         'version': __version__,
         'rules': str(RULES),
         'scenario': scenario.to_yaml(),
         'topics': json.dumps(dict(topics)),
-        'machine': json.dumps(machine()),
+        'machine': json.dumps(machine(scenario.torques)),
     }
+    if scenario.torques:
+        provenance['torques'] = json.dumps([kind.full_name() for kind in scenario.torques])
+    return provenance
 
 
-def machine() -> dict[str, str]:
+def machine(torques: Iterable[type[BodyTorque]] = ()) -> dict[str, str]:
     """Return what the bits of a run depend on besides the scenario and the events."""
     compiled_by = compiler()
     return {
@@ -59,6 +63,7 @@ def machine() -> dict[str, str]:
         'llvmlite': compiled_by['llvmlite'],
         'numpy': numpy.__version__,
         'scipy': scipy.__version__,
+        **{kind.full_name(): kind.version() for kind in torques},
     }
 
 
@@ -90,6 +95,22 @@ def names_and_machine(record: Mapping[str, str]) -> tuple[dict[str, str], dict[s
     }:
         raise Damaged('its topics have no torque, or no rotor_command')
     return plain['topics'], plain['machine']
+
+
+def torques_of(record: Mapping[str, str]) -> list[type[BodyTorque]]:
+    """
+    Return the kinds of torques of provenance; ValueError: one is not known to this process.
+
+    A bag's own word does not suffice to load code.
+    """
+    names = from_record({'torques': record.get('torques', '[]')})['torques']
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise Damaged('its torques are not a list of names')
+    if unknown := [name for name in names if name not in KNOWN]:
+        raise ValueError(
+            f'the run in this bag has the torque {unknown[0]}; name it by --torque {unknown[0]}'
+        )
+    return [KNOWN[name] for name in names]
 
 
 def rules_of(record: Mapping[str, str]) -> int:

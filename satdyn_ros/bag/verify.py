@@ -100,7 +100,7 @@ def verify(
         if isinstance(error, Damaged) == _is_ours(Path(path)):
             raise
         raise (BagError if isinstance(error, Damaged) else Damaged)(str(error)) from error
-    here = run_metadata.machine()
+    here = run_metadata.machine(recorded.scenario.torques)
     other_machine = {
         name: (then, here.get(name, ''))
         for name, then in recorded.machine.items()

@@ -24,6 +24,11 @@ class _Parser(argparse.ArgumentParser):
         self.exit(INPUT_IS_WRONG, f'{self.prog}: {message}; see {self.prog} --help\n')
 
 
+# The commands that compute a run, or read one that was computed.
+_WITH_TORQUES = (
+    *('simulate', 'verify', 'export', 'plot', 'report', 'watch'),
+    *('describe', 'sweep', 'check'),
+)
 _SCENARIO = 'a ROS 2 parameter file, or the name of a shipped scenario'
 _NODE_EXAMPLES = """\
 satdyn node --params-file config/default.yaml
@@ -50,6 +55,7 @@ satdyn check"""
 
     added = command('node', 'the node, paced; needs ROS 2', _NODE_EXAMPLES)
     added.add_argument('--params-file', metavar='FILE', help=_SCENARIO)
+    _add_torque(added)
     added.add_argument(
         '--ros-args', nargs='...', metavar='', help='the usual arguments of ROS 2 nodes'
     )
@@ -67,6 +73,8 @@ satdyn check"""
     added.add_argument('--json', action='store_true', help='as JSON')
     _add_sweep(command)
     _add_check(command)
+    for name in _WITH_TORQUES:
+        _add_torque(commands.choices[name])
     return satdyn
 
 
@@ -360,6 +368,16 @@ def _add_check(command):
 Without FILE: compare closed forms with their propagation, and verify a bag written here.  With
 FILE: compare the scenario at its own motion.tolerance with a hundredth of it, and with the closed
 form where there is one.  docs/accuracy.md explains the output."""
+
+
+def _add_torque(command):
+    command.add_argument(
+        '--torque',
+        action='append',
+        default=[],
+        metavar='MODULE:CLASS',
+        help="a torque of one's own; may be repeated",
+    )
 
 
 def _add_bag(command):

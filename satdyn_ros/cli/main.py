@@ -31,6 +31,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         with interruptible(), output_that_may_fail(' '.join(arguments[:1])):
             given = parser().parse_args(arguments)
             show_notices()
+            if given_torques := getattr(given, 'torque', []):
+                from ..torques.body_torque import named
+
+                given.torque = [named(name) for name in given_torques]
             return _COMMANDS[given.command](given)
     except (ValueError, OSError) as error:
         return _refuse(arguments, _sentence(error))
@@ -131,7 +135,7 @@ def _simulate(given):
     from ..run import events
     from ..run.scenario import Scenario
 
-    scenario = Scenario.from_yaml(given.file)
+    scenario = Scenario.from_yaml(given.file, given.torque)
     if given.rate is not None:
         scenario = scenario.with_values({'publish.rate': given.rate})
     if (given.origin is None) != (given.at is None):
@@ -243,7 +247,7 @@ def _describe(given):
     from ..run.scenario import Scenario
     from .description import print_description
 
-    scenario = Scenario.from_yaml(given.file)
+    scenario = Scenario.from_yaml(given.file, given.torque)
     if given.json:
         print(json.dumps(describe(scenario), indent=2))
     else:
@@ -273,7 +277,14 @@ def _sweep(given):
     from ..sweep.table import summary
 
     with progress('sweep', 'runs') as show:
-        table = sweep(sweep_path(given.file), given.out, given.workers, given.dask, show)
+        table = sweep(
+            sweep_path(given.file),
+            given.out,
+            given.workers,
+            given.dask,
+            show,
+            torques=given.torque,
+        )
     print(f'{table}: {summary(table)}')
     return DONE
 
@@ -287,7 +298,7 @@ def _check(given):
     if given.file is None:
         return DONE if check() else ANSWER_IS_NO
     try:
-        check_run(given.file, given.duration, given.out)
+        check_run(given.file, given.duration, given.out, given.torque)
     except RuntimeError as error:
         print(f'satdyn check: {error}', file=sys.stderr)
         return ANSWER_IS_NO

@@ -95,7 +95,7 @@ def _undriven_constants(system):
         constants = _constants(system)
         plain = _as_tuples(_without_zeros(constants)._replace(torques=()))
         _known[system] = plain._replace(
-            does_work=bool(constants.does_work), torques=_as_given(constants.torques)
+            does_work=bool(constants.does_work), torques=constants.torques
         )
     return _known[system]
 
@@ -228,14 +228,6 @@ def _as_tuples(part):
         rows = part.tolist()
         return tuple(map(tuple, rows)) if part.ndim > 1 else tuple(rows)
     return float(part)
-
-
-def _as_given(part):
-    """Return numbers as floats and arrays as contiguous ones of floats, in the same tuples."""
-    if isinstance(part, tuple):
-        inner = map(_as_given, part)
-        return type(part)(*inner) if hasattr(part, '_fields') else tuple(inner)
-    return np.ascontiguousarray(part, float) if isinstance(part, np.ndarray) else float(part)
 
 
 def _leaves(part):

@@ -28,7 +28,7 @@ from .inertia import ROUNDING, principal_axes, symmetry_axes
 from .motion import States
 from .rotor import Rotor
 from .system import System
-from .torque import forms_of_components
+from .torque import forms_of_components, own_torque
 
 # A named rotor's momentum has the name of the rotor behind it: rotor_momentum.NAME.
 NAMES = (
@@ -156,6 +156,8 @@ def _sizes(parts, applied):
     for i, rotor in enumerate(system.rotors):
         if rotor.is_damped:
             applied = applied + rotor.friction * np.abs(states.rotor_speed[..., i])
+    if system.torques:
+        applied = applied + length(own_torque(system.torques, states))
     least, _, K_max = np.moveaxis(np.linalg.eigvalsh(system.carrier_inertia), -1, 0)
     swing = np.sqrt(gradient + (weight + applied) / least)
     p = [np.abs(p_i) for p_i in parts.p]

@@ -4,7 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..kernel.compile import compiled
 from ..kernel.rows import components, from_components, times
+from ..kernel.vector import vector
+from ..torques.body_torque import BodyTorque, add_torques
+from .motion import States
 from .system import System
 
 
@@ -24,6 +28,34 @@ def gravity_gradient(
     I_x, I_y, I_z = times(inertia, (x, y, z))
     torque = (y * I_z - z * I_y, z * I_x - x * I_z, x * I_y - y * I_x)
     return from_components([gradient * component for component in torque])
+
+
+def own_torque(torques: Sequence[BodyTorque], states: States) -> np.ndarray:
+    """Return the sum of torques of their own [N m] in body axes on a table of states, (..., 3)."""
+    found = np.zeros(states.omega_bi_b.shape)
+    if not torques:
+        return found
+    rows = found.reshape(-1, 3)
+    tables = (states.r_i, states.v_i, states.q_ib, states.omega_bi_b)
+    r_i, v_i, q_ib, omega_bi_b = (
+        np.ascontiguousarray(np.broadcast_to(table, (*found.shape[:-1], table.shape[-1]))).reshape(
+            len(rows), -1
+        )
+        for table in tables
+    )
+    t_s = np.ascontiguousarray(np.broadcast_to(states.orbit_s, found.shape[:-1])).reshape(-1)
+    constants = tuple(torque.constants for torque in torques)
+    _write_torques(rows, t_s, r_i, v_i, q_ib, omega_bi_b, constants)
+    return found
+
+
+@compiled
+def _write_torques(found, t_s, r_i, v_i, q_ib, omega_bi_b, constants):
+    for n in range(len(t_s)):
+        q = q_ib[n, 0], q_ib[n, 1], q_ib[n, 2], q_ib[n, 3]
+        r, v, omega = vector(r_i[n]), vector(v_i[n]), vector(omega_bi_b[n])
+        x, y, z = add_torques((0.0, 0.0, 0.0), constants, t_s[n], r, v, q, omega)
+        found[n, 0], found[n, 1], found[n, 2] = x, y, z
 
 
 def element_forces(

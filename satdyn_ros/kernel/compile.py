@@ -42,6 +42,8 @@ _SOURCES = (
 
 _log = logging.getLogger('satdyn_ros')
 _is_child = False
+# What compiled() has made.
+_CALLED_BY_PYTHON: list[Any] = []
 
 
 def compiled(
@@ -57,6 +59,7 @@ def compiled(
     being rounded; if not, each operation is rounded, as in NumPy.
     """
     dispatcher = _compile(function, fused, cache=_FOLDER is not None, nogil=nogil)
+    _CALLED_BY_PYTHON.append(dispatcher)
     if _FOLDER is not None:
         compile_here = dispatcher.compile
 
@@ -93,6 +96,18 @@ def vectorized(function: Callable[..., Any]) -> Any:
         # Not given, it would be that of the compiled function, if any, that calls this one first.
         options = {'fastmath': False}
         return vectorize(function, cache=_FOLDER is not None, targetoptions=options)
+
+
+def add_source(text: str) -> None:
+    """Keep code from now on as that of one more source, which the functions here may call."""
+    global _FOLDER
+    if _FOLDER is None:
+        return
+    _FOLDER = _FOLDER / sha256(text.encode()).hexdigest()[:16]
+    _FOLDER.mkdir(mode=0o700, exist_ok=True)
+    with _keeping():
+        for dispatcher in _CALLED_BY_PYTHON:
+            dispatcher.enable_caching()
 
 
 def compiler() -> dict[str, str]:

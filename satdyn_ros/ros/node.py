@@ -1,7 +1,7 @@
 """The node: declares its parameters, builds what a scenario describes, and connects the parts."""
 
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from datetime import datetime, timezone
 from threading import Lock
 from typing import TYPE_CHECKING, Any
@@ -19,6 +19,7 @@ from ..run.requests import try_out
 from ..run.samples import Samples
 from ..run.scenario import Scenario
 from ..run.simulation import Simulation
+from ..torques.body_torque import BodyTorque
 from . import realtime
 from .diagnostics import (
     Diagnostics,
@@ -52,7 +53,12 @@ class SatdynNode(rclpy.node.Node):
     >>> node = SatdynNode({'publish.rate': 10.0}, namespace='sat1')  # doctest: +SKIP
     """
 
-    def __init__(self, values: Mapping[str, Any] | None = None, **kwargs: Any):
+    def __init__(
+        self,
+        values: Mapping[str, Any] | None = None,
+        torques: Iterable[type[BodyTorque]] = (),
+        **kwargs: Any,
+    ):
         name = kwargs.pop('node_name', 'satdyn')
         super().__init__(name, start_parameter_services=False, **kwargs)
         # Why the exit code is 1: the ticks have ended, or a bag does not hold what it should.
@@ -63,7 +69,7 @@ class SatdynNode(rclpy.node.Node):
         self._opening = Lock()
         self._is_ending = False
         try:
-            self._build(Scenario({**(values or {}), **given_parameters(self)}))
+            self._build(Scenario({**(values or {}), **given_parameters(self)}, torques))
         except BaseException:
             with uninterrupted():
                 self.destroy_node()

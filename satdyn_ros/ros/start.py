@@ -21,6 +21,7 @@ from ..base.regular_file import regular_file
 from ..base.sentences import one_sentence
 from ..kernel.compile import load_numba_without_blas
 from ..run.parameter_file import parameters_of_yaml, scenario_text
+from ..torques.body_torque import named
 from .executor import Executor
 from .node import SatdynNode
 
@@ -37,15 +38,18 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     Run the node and return the exit code: 0 ended as told, 1 it failed, 2 the input is wrong.
 
-    argv: [--params-file FILE] [--ros-args ...]; without it that of the process.
+    argv: [--params-file FILE] [--torque MODULE:CLASS] [--ros-args ...]; without it that of the
+    process.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     at = arguments.index('--ros-args') if '--ros-args' in arguments else len(arguments)
     parser = argparse.ArgumentParser('satdyn node', description='A satellite as a ROS 2 node.')
     parser.add_argument('--params-file', metavar='FILE', help='the scenario')
+    parser.add_argument('--torque', action='append', default=[], metavar='MODULE:CLASS')
     own = parser.parse_args(arguments[:at])
     try:
         values = _values(own.params_file)
+        torques = [named(name) for name in own.torque]
         for option, path in zip(arguments[at:], arguments[at + 1 :], strict=False):
             if option in _FILE_OPTIONS and Path(path).exists():
                 regular_file(path)
@@ -60,7 +64,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 0
     sys.setswitchinterval(_SWITCH_INTERVAL_S)
     try:
-        return _run(values)
+        return _run(values, torques)
     except (ValueError, OSError, NameValidationException) as error:
         return _refuse(error)
     except KeyboardInterrupt:
@@ -75,7 +79,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         rclpy.try_shutdown()
 
 
-def _run(values):
+def _run(values, torques):
     # Nothing may tear what a running or ending node does, such as completing its bag: the handlers
     # of rclpy, which call these, let a spinning executor end.
     told: list[int] = []
@@ -87,7 +91,7 @@ def _run(values):
         load_numba_without_blas()
         # Garbage is collected between ticks.
         gc.disable()
-        node = SatdynNode(values)
+        node = SatdynNode(values, torques)
     install_signal_handlers()
     executor = Executor()
     try:

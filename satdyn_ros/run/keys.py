@@ -1,10 +1,12 @@
 """The table of a scenario's keys: type, unit, range, default and meaning of each."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 from math import pi
 
 from ..base.key import Key
 from ..dynamics.rotor import MODES
+from ..torques.body_torque import BodyTorque
 from .ticks import LAST_STAMP_NS
 
 STATE_TOPICS = (
@@ -505,9 +507,11 @@ _OF_A_ROTOR = tuple(
 )
 
 
-def keys_of(rotor_names: tuple[str, ...]) -> dict[str, Key]:
+def keys_of(
+    rotor_names: tuple[str, ...], torques: Iterable[type[BodyTorque]] = ()
+) -> dict[str, Key]:
     """
-    Return the keys of a scenario whose rotors have these names, by their own names.
+    Return the keys of a scenario with rotors of these names and these torques, by their names.
 
     ValueError: a name is not an identifier, or is itself a key.
     """
@@ -522,4 +526,7 @@ def keys_of(rotor_names: tuple[str, ...]) -> dict[str, Key]:
         for name in rotor_names
         for leaf in _OF_A_ROTOR
     }
-    return KEYS | named if named else KEYS
+    of_torques = {key.name: key for torque in torques for key in torque.keys}
+    if known := of_torques.keys() & {*KEYS, *named}:
+        raise ValueError(f'{min(known)} is a key of a torque; a scenario has a key of this name')
+    return KEYS | named | of_torques if named or of_torques else KEYS

@@ -19,6 +19,7 @@ from ..integrate.propagation import Propagation
 from ..kernel import rotation
 from ..orbits import FixedDirection, KeplerOrbit
 from ..sensors.suite import Sensor
+from ..torques.body_torque import BodyTorque
 from . import checks, rotors, sensors
 from .keys import KEYS, SENSORS, keys_of
 from .parameter_file import flattened, parameters_of_yaml, scenario_text, yaml_of_parameters
@@ -42,15 +43,22 @@ class Scenario:
     """
     A validated run: immutable, every key in `values` by its dotted name, described in `keys`.
 
+    torques: kinds of torques of one's own, whose keys it has too.
+
     ValueError, in one sentence that names the key: a value that is not allowed.
 
     >>> Scenario.from_dict({'publish': {'rate': 10}})['publish.rate']
     10.0
     """
 
-    def __init__(self, given: Mapping[str, Any] | None = None):
-        given = dict(given or {})
-        keys: dict[str, Key] = keys_of(KEYS['rotor.names'].checked(given.get('rotor.names', ())))
+    def __init__(
+        self,
+        given: Mapping[str, Any] | None = None,
+        torques: Iterable[type[BodyTorque]] = (),
+    ):
+        given, self.torques = dict(given or {}), tuple(torques)
+        rotor_names = KEYS['rotor.names'].checked(given.get('rotor.names', ()))
+        keys: dict[str, Key] = keys_of(rotor_names, self.torques)
         unknown = [name for name in given if name not in keys]
         if unknown:
             raise ValueError(_unknown(unknown[0], given.get('rotor.names', ())))
@@ -84,23 +92,27 @@ class Scenario:
     # -- reading and writing ---------------------------------------------------------------------
 
     @classmethod
-    def from_dict(cls, nested: Mapping[str, Any]) -> 'Scenario':
+    def from_dict(
+        cls, nested: Mapping[str, Any], torques: Iterable[type[BodyTorque]] = ()
+    ) -> 'Scenario':
         """Return the scenario of nested (or dotted) keys; ValueError: see the class."""
-        return cls(dict(flattened(nested)))
+        return cls(dict(flattened(nested)), torques)
 
     @classmethod
-    def from_yaml(cls, path: str | Path) -> 'Scenario':
+    def from_yaml(cls, path: str | Path, torques: Iterable[type[BodyTorque]] = ()) -> 'Scenario':
         """
         Return the scenario of a ROS 2 parameter file, or of a shipped one by its name.
 
         ValueError: see the class.
         """
-        return cls.from_yaml_text(scenario_text(path), str(path))
+        return cls.from_yaml_text(scenario_text(path), str(path), torques)
 
     @classmethod
-    def from_yaml_text(cls, text: str, origin: str = 'scenario') -> 'Scenario':
+    def from_yaml_text(
+        cls, text: str, origin: str = 'scenario', torques: Iterable[type[BodyTorque]] = ()
+    ) -> 'Scenario':
         """Return the scenario of a ROS 2 parameter file's text; origin names it in errors."""
-        return cls(parameters_of_yaml(text, origin))
+        return cls(parameters_of_yaml(text, origin), torques)
 
     def to_yaml(self) -> str:
         """Return the text of a ROS 2 parameter file with every key."""
@@ -114,12 +126,12 @@ class Scenario:
         values: of every key, known to be valid, by many.py; what differs as (M, 1) or (M, 1, k).
         """
         many = object.__new__(cls)
-        many.values, many.keys = MappingProxyType(dict(values)), KEYS
+        many.values, many.keys, many.torques = MappingProxyType(dict(values)), KEYS, ()
         return many
 
     def with_values(self, changes: Mapping[str, Any]) -> 'Scenario':
         """Return the scenario with some keys changed; ValueError: see the class."""
-        changed = Scenario({**self.values, **changes})
+        changed = Scenario({**self.values, **changes}, self.torques)
         if all(name.startswith('initial.') for name in changes):
             # A learning loop starts the same body at every episode: what follows from it stays.
             vars(changed)['system'] = self.system
@@ -135,7 +147,11 @@ class Scenario:
         return self.values[name]
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Scenario) and dict(self.values) == dict(other.values)
+        return (
+            isinstance(other, Scenario)
+            and dict(self.values) == dict(other.values)
+            and self.torques == other.torques
+        )
 
     def __hash__(self) -> int:
         return hash(tuple(self.values.items()))
@@ -197,12 +213,13 @@ class Scenario:
 
     @cached_property
     def system(self) -> System:
-        """What moves, with no torque applied."""
+        """What moves, with no torque applied but those that are its own."""
         return System(
             inertia=inertia.entries(self['body.inertia']),
             rotors=rotors.rotors_of(self.values),
             orbit=self._orbit,
             weight_moment=np.array(self['body.weight_moment']),
+            torques=tuple(t for kind in self.torques if (t := kind.of(self.values)) is not None),
         )
 
     @cached_property

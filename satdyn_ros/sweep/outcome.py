@@ -18,7 +18,6 @@ from ..integrate.batch import propagate_many
 from ..kernel.rows import length
 from ..orbits import KeplerOrbit
 from ..run.many import many, part_of
-from ..run.scenario import Scenario
 from .capture import capture_times, judged_axis
 from .extrema import angles, extrema_of
 from .plan import Plan
@@ -90,7 +89,7 @@ def _propagate_together(plan, runs, values, rows, first, table):
     """Fly rows of values together and return which of them that was possible for, (M,)."""
     done = np.zeros(len(rows), bool)
     changed = _changed(plan, values, rows)
-    if changed is None or changed['motion.method'] != 'numeric':
+    if changed is None or changed['motion.method'] != 'numeric' or plan.scenario.torques:
         return done
     _, valid = many(changed, len(rows))
     count = int(valid.sum())
@@ -120,7 +119,8 @@ def _changed(plan, values, rows):
         arrays[varied.name] = np.array(some) if is_number else some[0]
     try:
         # What they share is checked with the first of them, whose numbers may be invalid.
-        Scenario(plan.scenario.values | {k: x for k, x in arrays.items() if isinstance(x, str)})
+        texts = {k: x for k, x in arrays.items() if isinstance(x, str)}
+        plan.scenario.with_values(texts)
         return plan.changed(arrays)
     except ValueError:
         return None

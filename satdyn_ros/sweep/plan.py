@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -13,6 +13,7 @@ import numpy as np
 from ..base import ros_yaml
 from ..base.key import Key
 from ..run.scenario import Scenario
+from ..torques.body_torque import BodyTorque, named
 from .capture import LEAST
 from .quantities import Quantity, quantity
 from .sweep_keys import REQUIRED, SWEEP_KEYS, checked
@@ -51,7 +52,7 @@ class Plan:
     bags: tuple[int, ...] = ()
 
     @classmethod
-    def from_yaml(cls, path: str | Path) -> 'Plan':
+    def from_yaml(cls, path: str | Path, torques: Iterable[type[BodyTorque]] = ()) -> 'Plan':
         """Return the sweep of a file; ValueError, one sentence: what is wrong with it."""
         given = ros_yaml.load(ros_yaml.read_text(path, 'the sweep'), str(path))
         if not isinstance(given, Mapping):
@@ -66,7 +67,7 @@ class Plan:
                 raise ValueError(f'{path} has no {name}, which every sweep needs')
         if not isinstance(given['scenario'], str):
             raise ValueError(f'scenario is {given["scenario"]}; it must be the path of a scenario')
-        scenario = Scenario.from_yaml(Path(path).parent / given['scenario'])
+        scenario = Scenario.from_yaml(Path(path).parent / given['scenario'], torques)
         plan = cls._checked(scenario, given)
         plan._refuse_if_all_fail()
         return plan
@@ -75,7 +76,9 @@ class Plan:
     def from_text(cls, text: str) -> 'Plan':
         """Return the sweep of what to_text gave."""
         given = json.loads(text)
-        return cls._checked(Scenario.from_yaml_text(given['scenario']), given)
+        torques = [named(name) for name in given.get('torques', ())]
+        scenario = Scenario.from_yaml_text(given['scenario'], torques=torques)
+        return cls._checked(scenario, given)
 
     @classmethod
     def _checked(cls, scenario, given):
@@ -150,7 +153,7 @@ class Plan:
         """Return the scenario with the varied values in it; ValueError: as Scenario."""
         changed = self.changed(values)
         plain = {k: x.tolist() if isinstance(x, np.ndarray) else x for k, x in changed.items()}
-        return Scenario(plain)
+        return Scenario(plain, self.scenario.torques)
 
     def changed(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """
@@ -176,6 +179,8 @@ class Plan:
             'captured_axis': self.captured_axis,
             'bags': self.bags,
         }
+        if self.scenario.torques:
+            plain['torques'] = [kind.full_name() for kind in self.scenario.torques]
         return json.dumps(plain, indent=1) + '\n'
 
     def _refuse_if_all_fail(self):

@@ -19,7 +19,8 @@ _SMELT = ('smelt.k_R', 'smelt.k_Y')
 # Every kind of name, and what it stands for.
 QUANTITY_FORMS = {
     ', '.join(f'`{group}.*`' for group in _MOTION): 'the keys of a scenario that its motion '
-    'depends on, whole: numbers, lists and texts; not `rotor.names`, which decides on the keys',
+    'depends on, whole: numbers, lists and texts; those of torques of your own too; not '
+    '`rotor.names`, which decides on the keys',
     ', '.join(f'`KEY.{c}`' for c in _COMPONENTS): 'one component of such a key that has three',
     ', '.join(f'`{name}`' for name in _ANGLES): 'one of the 3-2-1 angles of `initial.attitude` '
     '[rad], the others as they are',
@@ -55,7 +56,7 @@ def quantity(name: str, keys: Mapping[str, Key] = KEYS) -> Quantity:
             'rotor.names in vary cannot be varied: it decides which keys there are; give each '
             'choice of rotors a sweep of its own'
         )
-    if name.split('.')[0] in _MOTION and name in keys:
+    if name in keys and (name.split('.')[0] in _MOTION or name not in KEYS):
         return Quantity(keys[name], lambda values, value: {name: value})
     whole, _, component = name.rpartition('.')
     if component in _COMPONENTS and whole in keys and 3 in keys[whole].lengths:

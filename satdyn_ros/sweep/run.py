@@ -10,7 +10,7 @@ import os
 import shutil
 import signal
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent import futures
 from contextlib import contextmanager
 from functools import lru_cache, partial
@@ -32,6 +32,7 @@ from ..integrate.batch import propagate_all
 from ..integrate.batch_state import LANES
 from ..integrate.propagation import Propagation
 from ..run.scenario import Scenario
+from ..torques.body_torque import BodyTorque
 from .outcome import columns
 from .plan import Plan
 from .resources import check_resources
@@ -49,19 +50,20 @@ def sweep(
     workers: int | None = None,
     dask_address: str | None = None,
     show: Callable[[int, int], object] = lambda done, total: None,
+    torques: Iterable[type[BodyTorque]] = (),
 ) -> Path:
     """
     Do all runs of a sweep file and return the path of their table, directory/table.parquet.
 
     An interrupted sweep continues where it was when called again.  workers: processes on this
     machine, None: one per core.  dask_address: a dask.distributed scheduler that does the runs
-    instead.  show(done, total): called whenever runs have finished.
+    instead.  show(done, total): called whenever runs have finished.  torques: of one's own.
     ValueError: the file is wrong, the directory holds something else, or the machine is too small.
     OSError: a file cannot be written.
     """
     if workers is not None and workers < 1:
         raise ValueError(f'--workers is {workers}; it must be an integer of at least 1')
-    plan, directory = Plan.from_yaml(path), Path(directory)
+    plan, directory = Plan.from_yaml(path, torques), Path(directory)
     check_resources(plan, directory)
     _occupy(directory, plan)
     whole, parts = directory / 'table.parquet', directory / 'parts'

@@ -1,1 +1,7 @@
-"""Torques on the body, one in a file."""
+"""Torques on the body, one in a file, and what one of your own is made of."""
+
+from ..base.key import Key
+from ..kernel.simd import select
+from .body_torque import BodyTorque
+
+__all__ = ['BodyTorque', 'Key', 'select']

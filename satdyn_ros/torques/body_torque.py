@@ -1,12 +1,17 @@
 """What a torque on the body is: one class, from which all else follows."""
 
+import inspect
+import os
+import sys
 from collections.abc import Mapping
+from hashlib import sha256
+from importlib import import_module
 from typing import Any, ClassVar
 
 import numpy as np
 
 from ..base.key import Key
-from ..kernel.compile import inlined
+from ..kernel.compile import add_source, inlined
 from ..kernel.unroll import fold_by_type
 from ..kernel.vector import add
 
@@ -43,10 +48,39 @@ class BodyTorque:
     Constants: ClassVar[Any]
 
     def __init__(self, constants: Any):
-        self.constants = constants
+        self.constants = _as_floats(constants)
 
     def __init_subclass__(cls) -> None:
+        """Let the equations call the function of a new torque; TypeError: a key is not its own."""
+        foreign = [key.name for key in cls.keys if not key.name.startswith(f'{cls.name}.')]
+        if foreign:
+            raise TypeError(f'{foreign[0]} is a key of {cls.name}; it must begin with {cls.name}.')
         _ADDED[cls.Constants] = _adding(cls.torque)
+        KNOWN[cls.full_name()] = cls
+        if not cls.__module__.startswith('satdyn_ros.'):
+            add_source(cls.source())
+
+    @classmethod
+    def full_name(cls) -> str:
+        """Return the name by which the command line and bags know it: module:Class."""
+        return f'{cls.__module__}:{cls.__qualname__}'
+
+    @classmethod
+    def source(cls) -> str:
+        """Return the text of the module that it is in, or of itself where there is no module."""
+        try:
+            module = inspect.getmodule(cls)
+            return inspect.getsource(cls if module is None else module)
+        except (OSError, TypeError):
+            # Typed into an interpreter.
+            return cls.torque.__code__.co_code.hex()
+
+    @classmethod
+    def version(cls) -> str:
+        """Return what a bag says of it: the version of its package, if it has one, and a hash."""
+        package = sys.modules.get(cls.__module__.partition('.')[0])
+        number = getattr(package, '__version__', '')
+        return f'{number} {sha256(cls.source().encode()).hexdigest()[:16]}'.strip()
 
     @classmethod
     def of(cls, values: Mapping[str, Any]) -> 'BodyTorque | None':
@@ -75,6 +109,16 @@ class BodyTorque:
         return np.zeros(0)
 
 
+def _as_floats(part):
+    """Return numbers as floats, and arrays as contiguous ones of floats, in the same tuples."""
+    if isinstance(part, tuple):
+        inner = map(_as_floats, part)
+        return type(part)(*inner) if hasattr(part, '_fields') else tuple(inner)
+    return np.ascontiguousarray(part, float) if isinstance(part, np.ndarray) else float(part)
+
+
+# Every kind of torque that this process has met, by its full name.
+KNOWN: dict[str, type[BodyTorque]] = {}
 # By the class of their constants, compiled functions that add a torque to a total.
 _ADDED: dict[type, Any] = {}
 
@@ -87,6 +131,26 @@ def _adding(torque):
         return add(total, body(t_s, r_i, v_i, q_ib, omega_bi_b, constants))
 
     return added
+
+
+def named(full_name: str) -> type[BodyTorque]:
+    """
+    Return the torque MODULE:CLASS, imported from the working directory too.
+
+    ValueError, in one sentence: there is none.
+    """
+    if full_name not in KNOWN:
+        module, _, name = full_name.partition(':')
+        if os.getcwd() not in sys.path:
+            sys.path.append(os.getcwd())
+        try:
+            found = getattr(import_module(module), name) if module and name else None
+        except Exception as error:
+            raise ValueError(f'the torque {full_name} cannot be loaded: {error}') from None
+        if not (isinstance(found, type) and issubclass(found, BodyTorque)):
+            raise ValueError(f'the torque {full_name} is not a BodyTorque; give MODULE:CLASS')
+        return found
+    return KNOWN[full_name]
 
 
 add_torques = fold_by_type(lambda constants: _ADDED[constants])

@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 
 from satdyn_ros import exact
 from satdyn_ros.dynamics.integrals import relative_drift
+from satdyn_ros.dynamics.motion import States
 from satdyn_ros.dynamics.system import State, System
 from satdyn_ros.integrate.batch import propagate_all
 from satdyn_ros.integrate.propagation import Propagation
@@ -20,7 +21,7 @@ from satdyn_ros.orbits import FixedDirection, KeplerOrbit
 from satdyn_ros.torques.body_torque import BodyTorque
 
 INERTIA = np.diag([3.0, 2.0, 4.0])
-ORBITS = {
+ORBITS: dict[str, FixedDirection | KeplerOrbit] = {
     'fixed': FixedDirection(1e-6),
     'circle': KeplerOrbit(inclination=0.7),
     'ellipse': KeplerOrbit(eccentricity=0.2, inclination=0.7, semi_major_axis=9e6),
@@ -108,6 +109,7 @@ def test_many_beside_each_other_are_as_each_alone(orbit):
     ]
     motions = [Propagation(system_of(orbit, torque), STATE, START_S) for torque in torques]
     for motion, states in zip(motions, propagate_all(motions, TIMES), strict=True):
+        assert isinstance(states, States)
         alone = Propagation(motion.system, STATE, START_S).at(TIMES)
         assert np.max(rotation.angle_between(states.q_ib, alone.q_ib)) < ANGLE
 
@@ -120,6 +122,7 @@ def test_a_pulse_is_not_stepped_over():
         Propagation(system, rest).at([2e6]),
         *propagate_all([Propagation(system, rest)], [2e6]),
     ):
+        assert isinstance(states, States)
         assert states.omega_bi_b[0, 0] == pytest.approx(1e-3 * 20.0 / 3.0, rel=1e-12)
 
 
@@ -127,4 +130,4 @@ def test_no_closed_form_takes_it():
     """It says so, and by name."""
     system = System(INERTIA, torques=(thruster(),))
     assert exact.recognise(system, STATE) is None
-    assert 'thruster' in exact.explain(system, STATE)
+    assert 'thruster' in str(exact.explain(system, STATE))

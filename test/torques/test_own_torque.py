@@ -1,0 +1,155 @@
+"""One file adds a torque: flown alone, beside others, in a sweep, refused, recorded, verified."""
+
+import shutil
+import subprocess
+import sys
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import plain_equations
+import pyarrow.parquet as pq
+import pytest
+from scipy.integrate import solve_ivp
+
+from satdyn_ros import Scenario
+from satdyn_ros.bag.simulate import simulate
+from satdyn_ros.bag.verify import verify
+from satdyn_ros.dynamics.motion import States
+from satdyn_ros.integrate.batch import propagate_all
+from satdyn_ros.integrate.propagation import Propagation
+from satdyn_ros.kernel import rotation
+from satdyn_ros.torques.body_torque import named
+
+FILE = Path(__file__).with_name('gust.py')
+VALUES = {
+    'body.inertia': [3.0, 2.0, 4.0],
+    'gust.size': 1e-3,
+    'gust.kick': [1e-3, -2e-3, 0.0],
+    'publish.rate': 10.0,
+    'time.epoch_ns': 10**18,
+}
+TIMES = np.linspace(0.0, 600.0, 61)
+
+
+@pytest.fixture(scope='module')
+def gust(tmp_path_factory):
+    """Return the torque, as it is named on the command line: from the working directory."""
+    folder = tmp_path_factory.mktemp('own')
+    shutil.copy(FILE, folder)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        yield named('gust:Gust')
+        sys.path.remove(str(folder))
+
+
+@pytest.fixture(scope='module')
+def scenario(gust):
+    return Scenario(VALUES, torques=[gust])
+
+
+def satdyn(*arguments):
+    program = 'import sys; from satdyn_ros.cli.main import main; sys.exit(main())'
+    command = [sys.executable, '-c', program, *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def test_alone_it_is_what_scipy_finds(scenario):
+    """From each of its stops to the next, within 1e-9 rad."""
+    system, state = scenario.system, scenario.initial_state
+
+    def slope(t_s, y):
+        found = plain_equations.rates(system, t_s, y[:4], y[4:], np.zeros(0))
+        return [*found.q_ib, *found.omega_bi_b]
+
+    y, t_end = np.array([*state.q_ib, *state.omega_bi_b]), TIMES[-1]
+    for begin_s, end_s in pairwise([0.0, 50.0, 60.0, t_end]):
+        # less a rounding, so that the jump at the end is not seen
+        span = begin_s, end_s * (1.0 - 1e-15)
+        y = solve_ivp(slope, span, y, 'DOP853', rtol=1e-13, atol=1e-16).y[:, -1]
+    found = scenario.motion().at(t_end)
+    assert rotation.angle_between(found.q_ib[0], rotation.normalise(y[:4])) < 1e-9
+
+
+def test_beside_others_it_is_as_alone(scenario, gust):
+    """Eight motions with gusts of other sizes and begins."""
+    others = [
+        Scenario({**VALUES, 'gust.size': 1e-4 * i, 'gust.begin_s': 40.0 + i}, [gust])
+        for i in range(8)
+    ]
+    motions = [other.motion() for other in others]
+    assert all(isinstance(motion, Propagation) for motion in motions)
+    for other, states in zip(others, propagate_all(motions, TIMES), strict=True):
+        assert isinstance(states, States)
+        alone = other.motion().at(TIMES)
+        assert np.max(rotation.angle_between(states.q_ib, alone.q_ib)) < 1e-9
+
+
+def test_no_closed_form_is_taken_for_it(gust):
+    """Asked for one, the scenario names the torque."""
+    with pytest.raises(ValueError, match='closed forms do not know the torque gust'):
+        Scenario({**VALUES, 'motion.method': 'exact'}, [gust])
+
+
+def test_its_keys_are_checked_as_all(gust):
+    """And are unknown where the torque is not given."""
+    with pytest.raises(ValueError, match=r'gust\.rate is -1; it must be a number above 0 rad/s'):
+        Scenario({**VALUES, 'gust.rate': -1}, [gust])
+    with pytest.raises(ValueError, match=r'gust\.size is not a parameter'):
+        Scenario(VALUES)
+
+
+def test_a_bag_of_it_verifies_and_says_what_it_needs(scenario, tmp_path):
+    """By the command that is told the torque; without it, the sentence names it."""
+    for _ in simulate(scenario, '60', tmp_path / 'bag'):
+        pass
+    assert verify(tmp_path / 'bag').same_bytes
+    told = satdyn('verify', tmp_path / 'bag', '--torque', 'gust:Gust')
+    assert (told.returncode, 'the same byte for byte' in told.stdout) == (0, True), told.stderr
+    untold = satdyn('verify', tmp_path / 'bag')
+    assert untold.returncode == 2
+    assert 'has the torque gust:Gust; name it by --torque gust:Gust' in untold.stderr
+
+
+def test_a_bag_says_that_the_source_has_changed(scenario, tmp_path, monkeypatch):
+    """Which alone would not be seen, where the change changes nothing."""
+    for _ in simulate(scenario, '1', tmp_path / 'bag'):
+        pass
+    (tmp_path / 'gust.py').write_text(FILE.read_text() + '# one more line\n')
+    monkeypatch.chdir(tmp_path)
+    told = satdyn('verify', tmp_path / 'bag', '--torque', 'gust:Gust')
+    assert 'gust:Gust' in told.stdout
+
+
+def test_a_sweep_varies_its_keys(scenario, gust, tmp_path):
+    """In processes of their own, to which the name of the torque goes."""
+    (tmp_path / 'kick.yaml').write_text(scenario.to_yaml())
+    (tmp_path / 'sweep.yaml').write_text(
+        '{scenario: kick.yaml, duration_s: 600, interval_s: 10, '
+        'vary: {gust.size: {values: [0.0, 1.0e-3]}, gust.kick.x: {values: [0.0]}}}'
+    )
+    arguments = tmp_path / 'sweep.yaml', '-o', tmp_path / 'runs', '--torque', 'gust:Gust'
+    done = satdyn('sweep', *arguments)
+    assert done.returncode == 0, done.stderr
+    table = pq.read_table(tmp_path / 'runs' / 'table.parquet').to_pylist()
+    changes = {'gust.size': 1e-3, 'gust.kick': [0.0, -2e-3, 0.0]}
+    alone = Scenario({**VALUES, **changes}, [gust]).motion().at(600.0)
+    assert rotation.angle_between(np.array(table[1]['q_ib']), alone.q_ib[0]) < 1e-12
+    assert table[0]['q_ib'] != table[1]['q_ib']
+
+
+@pytest.mark.parametrize(
+    ('name', 'sentence'),
+    [
+        ('gust:Nothing', 'cannot be loaded'),
+        ('nowhere:Gust', 'cannot be loaded'),
+        ('gust', 'is not a BodyTorque; give MODULE:CLASS'),
+        ('math:sin', 'is not a BodyTorque'),
+    ],
+)
+def test_a_wrong_name_is_one_sentence(gust, name, sentence):
+    """Exit code 2, no traceback."""
+    refused = satdyn('describe', 'default', '--torque', name)
+    assert refused.returncode == 2
+    assert refused.stderr.count('\n') == 1
+    assert sentence in refused.stderr

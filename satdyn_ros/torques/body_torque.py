@@ -12,6 +12,7 @@ import numpy as np
 
 from ..base.key import Key
 from ..kernel.compile import add_source, inlined
+from ..kernel.table import Table
 from ..kernel.unroll import fold_by_type
 from ..kernel.vector import add
 
@@ -105,8 +106,13 @@ class BodyTorque:
         raise NotImplementedError
 
     def stops(self) -> np.ndarray:
-        """Return the times [s] from tick 0 at which it is not smooth, where steps end, (K,)."""
-        return np.zeros(0)
+        """
+        Return the times [s] from tick 0 at which it is not smooth, where steps end, (K,).
+
+        By default those where the pieces of its tables end.
+        """
+        tables = [part for part in self.constants if isinstance(part, Table)]
+        return np.concatenate([np.zeros(0), *(table.ends_s for table in tables)])
 
 
 def _as_floats(part):

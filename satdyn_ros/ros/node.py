@@ -1,6 +1,5 @@
 """The node: declares its parameters, builds what a scenario describes, and connects the parts."""
 
-import time
 from collections.abc import Mapping
 from datetime import datetime, timezone
 from threading import Lock
@@ -78,12 +77,10 @@ class SatdynNode(rclpy.node.Node):
         self._publishing = Publishing(self, scenario)
         topics = self._publishing.open(scenario.topics)
         _try_out(scenario)
-        scenario = scenario.with_seed().with_values(
-            {
-                'publish.topics': topics,
-                'time.epoch_ns': scenario.epoch_ns or _wall_clock_ns(),
-            }
-        )
+        if scenario['record.enabled']:
+            # What it compiles takes seconds, and tick 0 is to come soon after its stamp.
+            from . import recorder  # noqa: F401
+        scenario = scenario.with_seed().with_epoch().with_values({'publish.topics': topics})
         parameters = NodeParameters(self, scenario, self._change)
         ParameterService(self, parameters.lock)
         self._simulation = Simulation(scenario)
@@ -130,7 +127,7 @@ class SatdynNode(rclpy.node.Node):
         bag = f'recording {self._recorder.directory}' if self._recorder else 'not recording'
         return (
             f'publishing {topics} at {scenario["publish.rate"]:g} Hz, {pace}; tick 0 is at '
-            f'{epoch:%Y-%m-%d %H:%M:%S} UTC; {bag}'
+            f'{epoch:%Y-%m-%d %H:%M:%S.%f} UTC; {bag}'
         )
 
     @property
@@ -255,7 +252,3 @@ def _try_out(scenario):
         # A torque may ask for it later.
         Propagation(scenario.system, scenario.initial_state).at(0.0)
     try_out(scenario, 0)
-
-
-def _wall_clock_ns():
-    return round(time.time()) * SECOND_NS

@@ -32,7 +32,7 @@ from .lateness import Lateness
 from .pacing import Pacing
 from .parameter_service import ParameterService
 from .parameters import NodeParameters, given_parameters
-from .publishing import PackedTicks, Publishing
+from .publishing import STEADY, PackedTicks, Publishing
 from .services import Services
 
 if TYPE_CHECKING:
@@ -61,6 +61,8 @@ class SatdynNode(rclpy.node.Node):
         self._recorder: Recorder | None = None
         self._opening = Lock()
         self._is_ending = False
+        # Changes of the published topics, asked for and in force.
+        self._topics_asked = self._topics_in_force = 0
         try:
             self._build(Scenario({**(values or {}), **given_parameters(self)}))
         except BaseException:
@@ -81,6 +83,7 @@ class SatdynNode(rclpy.node.Node):
             # What it compiles takes seconds, and tick 0 is to come soon after its stamp.
             from . import recorder  # noqa: F401
         scenario = scenario.with_seed().with_epoch().with_values({'publish.topics': topics})
+        self._publishing.latch(scenario.epoch_ns)
         parameters = NodeParameters(self, scenario, self._change)
         ParameterService(self, parameters.lock)
         self._simulation = Simulation(scenario)
@@ -109,6 +112,7 @@ class SatdynNode(rclpy.node.Node):
                 ),
             },
         )
+        self.create_timer(1.0, self._close_publishers, clock=STEADY)
         with uninterrupted():
             if scenario['record.enabled']:
                 self._recorder = self._open_recorder()
@@ -174,6 +178,7 @@ class SatdynNode(rclpy.node.Node):
                 f'no tick follows until a request or a reset: {self._simulation.halted}'
             )
         self._inputs_report.take(happened)
+        self._topics_in_force += sum(isinstance(event, Topics) for event in happened)
         if count:
             self._propagation.take(self._simulation.motion, samples)
         recorder = self._recorder
@@ -193,7 +198,13 @@ class SatdynNode(rclpy.node.Node):
             self._inputs.timeout_s = scenario['torque.timeout']
         if 'publish.topics' in names:
             topics = self._publishing.open(scenario.topics)
+            self._topics_asked += 1
             pacing.put(lambda tick: Topics(tick, topics))
+
+    def _close_publishers(self):
+        """Close what is published no more, unless topics are yet to change."""
+        if self._topics_asked == self._topics_in_force:
+            self._publishing.close_others(self._simulation.topics)
 
     def _record(self, enabled):
         """Open a bag, or close the open one; return whether that worked and what was done."""
@@ -230,6 +241,7 @@ class SatdynNode(rclpy.node.Node):
             self._simulation.topics,
             lambda name: self.resolve_topic_name(TOPICS[name].name),
             self._lose_recording,
+            self._publishing.offered,
         )
 
     def _lose_recording(self, sentence):

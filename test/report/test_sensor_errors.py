@@ -69,7 +69,9 @@ def messages(bag):
     for file in sorted(bag.glob('*.mcap')):
         with file.open('rb') as stream:
             reader = make_reader(stream, decoder_factories=[DecoderFactory()])
-            for _, channel, _, message in reader.iter_decoded_messages():
+            for _, channel, _, message in reader.iter_decoded_messages(
+                [f'/{name}' for name in CONTENTS]
+            ):
                 stamps, values = found[channel.topic[1:]]
                 stamps.append(message.header.stamp.sec - 1 + message.header.stamp.nanosec * 1e-9)
                 values.append(CONTENTS[channel.topic[1:]](message))

@@ -80,8 +80,8 @@ class SatdynNode(rclpy.node.Node):
         topics = self._publishing.open(scenario.topics)
         _try_out(scenario)
         if scenario['record.enabled']:
-            # What it compiles takes seconds, and tick 0 is to come soon after its stamp.
-            from . import recorder  # noqa: F401
+            # Tick 0 is to come soon after its stamp.
+            _recorder_class()
         scenario = scenario.with_seed().with_epoch().with_values({'publish.topics': topics})
         self._publishing.latch(scenario.epoch_ns)
         parameters = NodeParameters(self, scenario, self._change)
@@ -224,7 +224,8 @@ class SatdynNode(rclpy.node.Node):
         try:
             recorder = self._open_recorder()
         except Exception as error:
-            return False, one_sentence(error if isinstance(error, OSError) else repr(error))
+            is_told = isinstance(error, OSError | ValueError)
+            return False, one_sentence(error if is_told else repr(error))
         with self._opening:
             if not self._is_ending:
                 self._recorder = recorder
@@ -233,10 +234,7 @@ class SatdynNode(rclpy.node.Node):
         return False, 'the node ends'
 
     def _open_recorder(self):
-        # Imported here: only a recording node needs it.
-        from .recorder import Recorder
-
-        return Recorder(
+        return _recorder_class()(
             self._simulation.scenario,
             self._simulation.topics,
             lambda name: self.resolve_topic_name(TOPICS[name].name),
@@ -256,6 +254,16 @@ class SatdynNode(rclpy.node.Node):
         self.failure = str(error)
         self.get_logger().fatal(f'the ticks have ended: {self.failure}')
         self.context.try_shutdown()
+
+
+def _recorder_class():
+    """Return Recorder, imported when a node records: what it compiles takes seconds."""
+    try:
+        from .recorder import Recorder
+    except ModuleNotFoundError as error:
+        package = (error.name or '').split('.')[0]
+        raise ValueError(f'recording needs {package}: pip install {package}') from error
+    return Recorder
 
 
 def _try_out(scenario):

@@ -93,6 +93,7 @@ def assert_readable(bag, program, capsys):
     capsys.readouterr()
     if not any(topic[1:] in STATE_TOPICS for topic, _, _ in sequence(bag)):
         return
+    pytest.importorskip('matplotlib')
     for command, output in (('export', 'x.csv'), ('report', 'x.html'), ('plot', 'x.png')):
         code = main([command, str(bag), '-o', str(bag.parent / output)])
         assert code == 0, f'{command}: {capsys.readouterr().err}\n{program}'

@@ -147,6 +147,7 @@ def test_integrating_gyro_begins_anew_at_a_restart(tmp_path):
 
 def test_panels(bag):
     """Lines are the errors, dashed ones three sigma about the bias; drawn without being asked."""
+    pytest.importorskip('matplotlib')
     run = history(bag)
     figure = draw(run)
     assert len(figure.axes) == 6
@@ -166,6 +167,7 @@ def test_panels(bag):
 
 def test_a_run_without_sensors_is_refused(tmp_path):
     """The panel of a sensor that the run does not have: one sentence."""
+    pytest.importorskip('matplotlib')
     for _ in simulate(Scenario({'time.epoch_ns': 10**9}), 1, tmp_path / 'bag'):
         pass
     with pytest.raises(ValueError, match='the panel gyro needs measurements, and the run has'):

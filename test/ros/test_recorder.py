@@ -1,12 +1,11 @@
 """The thread that records: what ends it is told, and what can still be written is."""
 
-import os
 import subprocess
 import sys
 
 import pytest
 from flights import GYROSTAT, sequence
-from ros.live import ROOT
+from ros.live import ENVIRONMENT
 
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.bag.write_run import Recording
@@ -111,8 +110,7 @@ def test_a_node_without_mcap_says_that_recording_needs_it(tmp_path):
         'from satdyn_ros.ros.start import main; sys.exit(main(sys.argv[1:]))'
     )
     argv = [sys.executable, '-c', program, '--ros-args', '-p', 'record.enabled:=true']
-    env = os.environ | {'PYTHONPATH': str(ROOT)}
-    ended = subprocess.run(argv, cwd=tmp_path, env=env, capture_output=True, text=True)
+    ended = subprocess.run(argv, cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True)
     sentence = 'satdyn node: recording needs mcap: pip install mcap\n'
     assert (ended.returncode, ended.stderr) == (2, sentence)
     assert list(tmp_path.iterdir()) == []

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from datetime import datetime, timezone
+from importlib.util import find_spec
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
@@ -61,6 +62,8 @@ class SatdynNode(rclpy.node.Node):
         self._recorder: Recorder | None = None
         self._opening = Lock()
         self._is_ending = False
+        # The row of samples that was published last.
+        self._latest: tuple[Samples, int] | None = None
         # Changes of the published topics, asked for and in force.
         self._topics_asked = self._topics_in_force = 0
         try:
@@ -98,6 +101,12 @@ class SatdynNode(rclpy.node.Node):
         )
         self._inputs = TorqueInputs(self, scenario, self._simulation.ticks, self._pacing)
         self._own_services = Services(self, parameters, self._pacing, self._record)
+        if find_spec('simulation_interfaces'):
+            from .standard_services import StandardServices
+
+            StandardServices(
+                self, self._own_services, self._pacing, scenario.frames, lambda: self._latest
+            )
         self._inputs_report = InputsReport(self._inputs.counts, self._simulation)
         self._propagation = PropagationReport(scenario['motion.tolerance'])
         Diagnostics(
@@ -180,6 +189,7 @@ class SatdynNode(rclpy.node.Node):
         self._inputs_report.take(happened)
         self._topics_in_force += sum(isinstance(event, Topics) for event in happened)
         if count:
+            self._latest = samples, count - 1
             self._propagation.take(self._simulation.motion, samples)
         recorder = self._recorder
         if recorder is not None:

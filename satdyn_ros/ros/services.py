@@ -115,7 +115,7 @@ class Services:
 
     def _act(self, answer: Answered, event_at: Callable[[int], Event]):
         """
-        Answered and let the event act, with no tick in between.
+        Answer and let the event act, with no tick in between.
 
         So the first tick after the reply carries exactly the requested state.
         """

@@ -4,6 +4,8 @@ from pathlib import Path
 from setuptools import find_packages, setup
 
 package_name = 'satdyn_ros'
+# colcon build --symlink-install runs a link to this file, in a folder that has no README.
+root = Path(__file__).resolve().parent
 
 setup(
     name=package_name,
@@ -14,7 +16,7 @@ setup(
     maintainer='satdyn_ros developers',
     maintainer_email='maintainers@satdyn-ros.invalid',
     license='Apache-2.0',
-    long_description=Path(__file__).with_name('README.md').read_text(encoding='utf-8'),
+    long_description=(root / 'README.md').read_text(encoding='utf-8'),
     long_description_content_type='text/markdown',
     keywords=['attitude dynamics', 'gravity gradient', 'gyrostat', 'ROS', 'spacecraft'],
     classifiers=[

@@ -1,7 +1,8 @@
 """
 Each process that runs tests has its own ROS domain and stays on this machine.
 
-At the end it is said which long tests were left out.
+A file of tests that needs a library which package.xml does not declare is skipped where that is
+missing.  At the end it is said which long tests were left out.
 """
 
 import os
@@ -31,6 +32,32 @@ TESTS = Path(__file__).parent
 # How many long tests of each file were left out.  Of processes side by side each collects all
 # tests; the one that started them collects none and is told by the last that ends.
 LEFT_OUT: Counter[str] = Counter()
+
+# What colcon test may run without.
+UNDECLARED = {
+    *('aiohttp', 'allantools', 'cyclonedds', 'dask', 'distributed', 'gmpy2', 'lz4', 'matplotlib'),
+    *('mcap', 'mcap_ros2', 'mpmath', 'pyarrow', 'rosbags', 'setuptools', 'zstandard'),
+}
+
+
+class TestFile(pytest.Module):
+    """A file of tests; to be skipped, by the name of the library, where one is missing."""
+
+    def collect(self):
+        """Return its tests."""
+        try:
+            return super().collect()
+        except self.CollectError as error:
+            missing = (getattr(error.__cause__, 'name', None) or '').split('.')[0]
+            if missing in UNDECLARED:
+                sentence = f'{self.path.name} needs {missing}, which is not installed'
+                pytest.skip(sentence, allow_module_level=True)
+            raise
+
+
+def pytest_pycollect_makemodule(module_path, parent):
+    """Return the collector of a file of tests."""
+    return TestFile.from_parent(parent, path=module_path)
 
 
 def pytest_deselected(items):

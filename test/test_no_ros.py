@@ -112,3 +112,18 @@ def test_the_front_door_needs_no_ros(bare, tmp_path):
         'print(satdyn_ros.Simulation(satdyn_ros.Scenario()).step().q_ib.shape)'
     )
     assert python(bare, tmp_path, '-c', program).stdout == '(4,)\n'
+
+
+@pytest.mark.parametrize('name', ['mcap', 'zstandard', 'lz4'])
+def test_what_a_distribution_of_ros_does_not_have_is_named(bare, tmp_path, name):
+    """Only what reads or writes a bag needs it; that says so in one sentence, without a bag."""
+    program = (
+        f'import sys; sys.modules[{name!r}] = None; '
+        'from satdyn_ros.cli.main import main; sys.exit(main(sys.argv[1:]))'
+    )
+    assert python(bare, tmp_path, '-c', program, 'describe', 'default').returncode == 0
+    argv = ('simulate', 'default', '--duration', '1', '-o', 'bag')
+    refused = python(bare, tmp_path, '-c', program, *argv)
+    sentence = f'satdyn simulate: this needs {name}: pip install {name}\n'
+    assert (refused.returncode, refused.stderr) == (2, sentence)
+    assert list(tmp_path.iterdir()) == []

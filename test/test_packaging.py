@@ -53,6 +53,10 @@ def test_manifest_and_setup_agree(distribution, manifest):
     assert manifest.findtext('name') == distribution.get_name()
     assert manifest.findtext('version') == distribution.get_version() == satdyn_ros.__version__
     assert manifest.findtext('license') == distribution.get_license()
+    assert manifest.findtext('author') == distribution.get_author()
+    assert {url.get('type') for url in manifest.iter('url')} == {
+        *('website', 'repository', 'bugtracker')
+    }
     assert manifest.findtext('export/build_type') == 'ament_python'
 
 

@@ -8,6 +8,7 @@ import sys
 import pytest
 from cases import REFERENCE
 
+pytest.importorskip('gmpy2')
 # One case of each kind, the cheap ones: fixed field, circular and elliptic orbit, free, Paladini's
 # top, body in a fluid, rotors.
 KINDS = [

@@ -11,8 +11,14 @@ from typing import Any
 import numpy as np
 from mcap.records import Metadata
 
-from ..messages.packers import packer
-from ..messages.topics import ROTOR_TORQUE, rotor_command_of
+from ..messages.packers import SensorPacker, packer
+from ..messages.topics import (
+    ROTOR_TORQUE,
+    Packer,
+    pack_tf_static,
+    rotor_command_of,
+    tf_with_sensors,
+)
 from ..rosbag2.errors import BagError, Damaged
 from ..rosbag2.reader import Bag, Messages, TopicBlock
 from ..run.events import Event, Halt, Request, Reset, RotorCommand, Torque
@@ -150,8 +156,21 @@ class RecordedRun:
         if name == 'rotor_torque':
             return ROTOR_TORQUE.dtype
         if name not in self._layouts:
-            self._layouts[name] = packer(name, self.scenario).dtype
+            self._layouts[name] = self.packer(name).dtype
         return self._layouts[name]
+
+    def packer(self, name: str) -> Packer | SensorPacker:
+        """Return what packs samples for a topic, by its name in the scenario."""
+        if name == 'tf' and self.rules < 2:
+            return tf_with_sensors(self.scenario.frames, self.scenario.system)
+        return packer(name, self.scenario)
+
+    @property
+    def latched(self) -> dict[str, bytes]:
+        """What each file has ahead of its first tick, by names in the scenario."""
+        if self.rules < 2 or not self.scenario.sensors:
+            return {}
+        return {'tf_static': pack_tf_static(self.scenario.epoch_ns, self.scenario.frames)}
 
     def rows(self, name: str, messages: Messages) -> np.ndarray:
         """
@@ -248,6 +267,8 @@ class Happened:
             run.ticks.timeout(0, run.scenario['torque.timeout']) if run.rules >= 1 else None
         )
         self._held = self._timeout
+        # The first ticks of the files.
+        self.begins: list[int] = []
 
     def take(self, item: TopicBlock | Metadata) -> None:
         """Process the next item."""
@@ -272,6 +293,7 @@ class Happened:
                     self._held = run_metadata.held_from_record(record.metadata)
                 case run_metadata.SNAPSHOT:
                     self._held = self._timeout
+                    self.begins.append(run_metadata.snapshot_from_record(record.metadata)['tick'])
 
     def _held_as_told(self, event: Torque | RotorCommand) -> Event:
         return event if self._held is None else replace(event, until_tick=event.tick + self._held)

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..dynamics.system import State
 from ..kernel import rotation
-from ..messages.packers import SensorPacker, packer
+from ..messages.packers import SensorPacker
 from ..messages.sparse import dense_and_sparse
 from ..messages.topics import Packer, pack_rotor_command, pack_rotor_torque, pack_torque
 from ..rosbag2.chunk_builder import ChunkBuilder
@@ -47,8 +47,11 @@ def rerun(
     already_applied = run.events_at_begin
     chunk = ChunkBuilder()
     packers: dict[str, Packer | SensorPacker] = {}
+    ends = sorted({*run.happened.begins, run.end_tick}) if run.latched else [run.end_tick]
     while simulation.next_tick < run.end_tick:
-        applied, samples = simulation.advance(min(_TICKS, run.end_tick - simulation.next_tick))
+        next_tick = simulation.next_tick
+        end = next(tick for tick in ends if tick > next_tick)
+        applied, samples = simulation.advance(min(_TICKS, end - next_tick))
         starts_anew |= any(isinstance(event, Request | Reset) for event in applied)
         if perturbation_rad and starts_anew:
             simulation.begin_from(_perturbed(simulation.motion.state, perturbation_rad))
@@ -61,10 +64,14 @@ def rerun(
             yield Records(chunk.take().data, starts_anew)
             return
         already_applied = []
+        if samples.first_tick in run.happened.begins:
+            for name, data in run.latched.items():
+                stamp_ns = run.ticks.stamp_ns(samples.first_tick)
+                chunk.add_message(run.channel_id(name), stamp_ns, data)
         rows = {}
         for name in (*simulation.topics, *run.scenario.sensors):
             if name not in packers:
-                packers[name] = packer(name, run.scenario)
+                packers[name] = run.packer(name)
             rows[run.channel_id(name)] = packers[name].pack(samples)
         full, some = dense_and_sparse(rows)
         table = TickTable.of(len(samples), full)

@@ -1,7 +1,6 @@
 """A run without ROS and without a clock: scenario and events to a bag, as fast as it goes."""
 
 import math
-import time
 from collections.abc import Generator, Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
@@ -39,12 +38,12 @@ def simulate(
 
     begin: Simulation.snapshot of the tick from which the run goes on, and k counts; None: tick 0.
     The bag is complete when the iteration ends, even if it is closed half way.  An epoch of 0 is
-    the wall clock's full second.  An interruptible context is not interrupted while the bag is
-    written.  ValueError: an event that the scenario does not allow, or a state from which no
-    motion can start.  OSError: as BagWriter.  RunHalted: the run came to a halt; the bag has the
-    ticks before.  Untrue: a derived one of the events did not happen.
+    the wall clock.  An interruptible context is not interrupted while the bag is written.
+    ValueError: an event that the scenario does not allow, or a state from which no motion can
+    start.  OSError: as BagWriter.  RunHalted: the run came to a halt; the bag has the ticks
+    before.  Untrue: a derived one of the events did not happen.
     """
-    scenario = with_epoch(scenario)
+    scenario = scenario.with_epoch()
     changes = [event.names for event in events if isinstance(event, Topics)]
     topics = scenario.topics if begin is None else begin['topics']
     names = [topics, *changes, tuple(scenario.sensors)]
@@ -130,13 +129,6 @@ def tick_count(scenario: Scenario, duration_s: str | float, first: int = 0) -> i
             f'{LAST_STAMP_NS // 10**9} s'
         )
     return count
-
-
-def with_epoch(scenario: Scenario) -> Scenario:
-    """Return the scenario with an epoch of 0 resolved: the wall clock's full second."""
-    if scenario.epoch_ns:
-        return scenario
-    return scenario.with_values({'time.epoch_ns': round(time.time()) * 10**9})
 
 
 def _check(events, scenario, first):

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..messages import qos, schemas
 from ..messages.sparse import Rows, SparseMessages
-from ..messages.topics import TOPICS, pack_rotor_command, pack_torque
+from ..messages.topics import TOPICS, pack_rotor_command, pack_tf_static, pack_torque
 from ..rosbag2.metadata import TopicMetadata
 from ..rosbag2.reader import Bag
 from ..rosbag2.tick_table import TickTable
@@ -29,7 +29,8 @@ class Recording:
     Write a run to a new bag directory, as record.* of its scenario says.
 
     scenario: with the epoch resolved.  topics: those recorded from the start, by their names in
-    the scenario.  resolve: from a name in the scenario to that of the topic.  OSError: as
+    the scenario.  resolve: from a name in the scenario to that of the topic.  offered: the quality
+    of service of topics, by their names in the scenario, where it is not the usual.  OSError: as
     BagWriter.
     """
 
@@ -39,20 +40,27 @@ class Recording:
         scenario: Scenario,
         topics: tuple[str, ...],
         resolve: Callable[[str], str] = lambda name: f'/{name}',
+        offered: Mapping[str, qos.Qos] | None = None,
     ):
         self._scenario = scenario
+        self._offered = offered or {}
         sensors = tuple(scenario.sensors)
-        self._names = {name: resolve(name) for name in (*_RECORDED, *sensors)}
+        self._latched = (
+            {'tf_static': pack_tf_static(scenario.epoch_ns, scenario.frames)} if sensors else {}
+        )
+        self._names = {name: resolve(name) for name in (*_RECORDED, *sensors, *self._latched)}
         ticks = Ticks(scenario.rate, scenario.epoch_ns)
         self._timeout = self._held = ticks.timeout(0, scenario['torque.timeout'])
-        self._added = {*topics, *sensors, *RECORDED_AS.values()}
+        added = *topics, *sensors, *self._latched, *RECORDED_AS.values()
+        self._added = set(added)
         self._writer = BagWriter(
             directory,
-            [self._metadata(name) for name in (*topics, *sensors, *RECORDED_AS.values())],
+            [self._metadata(name) for name in added],
             compression=scenario['record.compression'],
             max_size_bytes=scenario['record.max_size_bytes'],
             max_duration_s=scenario['record.max_duration_s'],
             preamble={run_metadata.SCENARIO: run_metadata.provenance(scenario, self._names)},
+            latched={self._names[name]: data for name, data in self._latched.items()},
         )
 
     @property
@@ -142,9 +150,10 @@ class Recording:
         self._writer.close()
 
     def message_counts(self) -> Counter[str]:
-        """Return how many messages the files of the closed bag hold, by names in the scenario."""
+        """Return how many messages written here the closed bag holds, by names in the scenario."""
         counts = Bag(self.directory).message_counts
-        return Counter({name: counts[topic] for name, topic in self._names.items()})
+        names = self._names.keys() - self._latched.keys()
+        return Counter({name: counts[self._names[name]] for name in names})
 
     def _record_of(self, snapshot):
         """Return the function that makes the metadata record of the snapshot of a tick."""
@@ -163,11 +172,14 @@ class Recording:
 
     def _metadata(self, name):
         topic = TOPICS[name]
-        quality = (
-            qos.INPUTS
-            if topic.role == 'input'
-            else qos.state_topics(self._scenario.ticks_per_wall_s)
-        )
+        match topic.role:
+            case 'input':
+                usual = qos.INPUTS
+            case 'latched':
+                usual = qos.LATCHED
+            case _:
+                usual = qos.state_topics(self._scenario.ticks_per_wall_s)
+        quality = self._offered.get(name, usual)
         return TopicMetadata(
             self._names[name],
             topic.type,

@@ -1,5 +1,6 @@
 """What one key of a scenario is: type, unit, range, default, and the check of a value."""
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf, isfinite
@@ -64,11 +65,17 @@ class Key:
         """Return value as the key's kind; ValueError, in one sentence: it is not allowed."""
         try:
             return _READERS[self.kind](self, value)
+        except _DoubledError as doubled:
+            raise ValueError(f'{self.name} has {doubled} twice; each may stand once') from None
         except (TypeError, ValueError, OverflowError):
             given = ascii(value) if isinstance(value, str) else str(value)
             if len(given) > _LONGEST_GIVEN:
                 given = f'{given[:_LONGEST_GIVEN]}...'
             raise ValueError(f'{self.name} is {given}; it must be {self.allowed}') from None
+
+
+class _DoubledError(ValueError):
+    """The name that a list has twice."""
 
 
 def listed(value: Any) -> Any:
@@ -120,8 +127,9 @@ def _texts(key: Key, value: Any) -> tuple[str, ...]:
     if isinstance(items, str) or not all(isinstance(x, str) for x in items):
         raise TypeError
     texts = tuple(_text(key, x.removeprefix('/')) for x in items)
-    if len(set(texts)) != len(texts):
-        raise ValueError
+    for text, count in Counter(texts).most_common(1):
+        if count > 1:
+            raise _DoubledError(text)
     return texts
 
 

@@ -13,9 +13,13 @@ from .output import output_that_may_fail, progress, show_notices
 
 DONE, ANSWER_IS_NO, INTERRUPTED, TERMINATED = 0, 1, 130, 143
 
-# What is not part of every installation.  A checkout, a package and a workspace of colcon have
-# different commands for an extra; the libraries themselves have one.
-_OPTIONAL = ('aiohttp', 'dask', 'distributed', 'matplotlib', 'pyarrow')
+# What is not part of every installation: extras, and what a distribution of ROS does not have.  A
+# checkout, a package and a workspace of colcon have different commands for an extra; the libraries
+# themselves have one.
+_OPTIONAL = (
+    *('aiohttp', 'dask', 'distributed', 'matplotlib', 'pyarrow'),
+    *('llvmlite', 'lz4', 'mcap', 'zstandard'),
+)
 _ROS = (
     'ROS 2: source an installation of it, '
     "or pip install 'ros-jazzy-rclpy[fastrtps]' ros-jazzy-common-interfaces"

@@ -98,23 +98,22 @@ def marker_array(frames: Frames, system: System) -> dict[str, Any]:
 
 
 def tf(frames: Frames, system: System) -> dict[str, Any]:
-    """
-    Return tf2_msgs/TFMessage.
+    """Return tf2_msgs/TFMessage: inertial to LVLH, where there is an orbit; inertial to body."""
+    orbital = [_transform(frames.inertial, frames.orbital, _q_il, _r_i)]
+    body = _transform(frames.inertial, frames.body, _q_ib, _r_i)
+    return {'transforms': [*(orbital if system.orbit.has_lvlh else []), body]}
 
-    Inertial to LVLH, where there is an orbit; inertial to body; body to each sensor.
-    """
 
-    def transform(frame_id, child_frame_id, rotation, translation=None):
-        return {
-            'header': header(frame_id),
-            'child_frame_id': child_frame_id,
-            'transform': {'translation': translation, 'rotation': rotation},
-        }
+def tf_static(frames: Frames, system: System) -> dict[str, Any]:
+    """Return tf2_msgs/TFMessage: body to each sensor."""
+    mounted = [_transform(frames.body, frame_id, q_bs) for frame_id, q_bs in frames.sensors]
+    return {'transforms': mounted}
 
-    orbital = [transform(frames.inertial, frames.orbital, _q_il, _r_i)]
-    body = transform(frames.inertial, frames.body, _q_ib, _r_i)
-    mounted = [transform(frames.body, frame_id, q_bs) for frame_id, q_bs in frames.sensors]
-    return {'transforms': [*(orbital if system.orbit.has_lvlh else []), body, *mounted]}
+
+def tf_with_sensors(frames: Frames, system: System) -> dict[str, Any]:
+    """Return tf2_msgs/TFMessage as in bags of the rules 0 and 1, whose tf has the sensors."""
+    parts = tf(frames, system), tf_static(frames, system)
+    return {'transforms': [transform for part in parts for transform in part['transforms']]}
 
 
 def clock(frames: Frames, system: System) -> dict[str, Any]:
@@ -152,6 +151,14 @@ _STAMP = {'sec': _seconds, 'nanosec': _nanoseconds}
 def header(frame_id: str) -> dict[str, Any]:
     """Return std_msgs/Header: the samples' stamps, and a frame id."""
     return {'stamp': _STAMP, 'frame_id': frame_id}
+
+
+def _transform(frame_id, child_frame_id, rotation, translation=None):
+    return {
+        'header': header(frame_id),
+        'child_frame_id': child_frame_id,
+        'transform': {'translation': translation, 'rotation': rotation},
+    }
 
 
 def _q_ib(samples):

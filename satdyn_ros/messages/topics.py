@@ -21,7 +21,7 @@ class Topic:
 
     name: as ROS resolves it in the node's namespace, absolute for /tf, /clock and /diagnostics.
     role: 'state' (one message per tick, chosen by publish.topics), 'sensor' (chosen by
-    sensors.names), 'clock', 'input' or 'diagnostics'.
+    sensors.names), 'latched' (one message), 'clock', 'input' or 'diagnostics'.
     frame: which of the scenario's frames its header names ('inertial', 'orbital', 'body'), or ''.
     says: its content in words, with units.  content: its message for given frames and System; None
     for the sensors (measured.py) and /diagnostics, which has no constant layout.
@@ -76,6 +76,17 @@ def rotor_command_of(data: bytes) -> dict[str, float]:
     return dict(zip(names, efforts, strict=True))
 
 
+def pack_tf_static(stamp_ns: int, frames: Frames) -> bytes:
+    """Return the message of /tf_static."""
+    inputs = contents.Inputs(np.array([stamp_ns]), np.empty((1, 0)))
+    return TOPICS['tf_static'].packer(frames, _ANY).pack(inputs).tobytes()
+
+
+def tf_with_sensors(frames: Frames, system: System) -> Packer:
+    """Return what packs /tf as it is in bags of the rules 0 and 1."""
+    return Packer(TOPICS['tf'].type, contents.tf_with_sensors(frames, system))
+
+
 @cache
 def _command_packer(frames, names):
     return Packer(TOPICS['rotor_command'].type, contents.rotor_command(frames, names))
@@ -83,7 +94,7 @@ def _command_packer(frames, names):
 
 @cache
 def _torque_packer(frames):
-    return TOPICS['torque'].packer(frames, System(np.eye(3)))  # of any system
+    return TOPICS['torque'].packer(frames, _ANY)
 
 
 _TABLE = (
@@ -158,8 +169,17 @@ _TABLE = (
         'tf2_msgs/msg/TFMessage',
         'state',
         'inertial',
-        'inertial to LVLH, where there is an orbit; inertial to body; body to each sensor',
+        'inertial to LVLH, where there is an orbit; inertial to body',
         contents.tf,
+    ),
+    Topic(
+        '/tf_static',
+        'tf2_msgs/msg/TFMessage',
+        'latched',
+        'body',
+        'body to each sensor: its mounting, once, stamped by tick 0, for whoever comes later too; '
+        'only with sensors',
+        contents.tf_static,
     ),
     Topic(
         'gyro',
@@ -213,6 +233,9 @@ _TABLE = (
         None,
     ),
 )
+
+# For the messages that are the same with any.
+_ANY = System(np.eye(3))
 
 # The input of version 0.1 in place of rotor_command: the motor torque on its one rotor.
 ROTOR_TORQUE = Packer('std_msgs/msg/Float64', contents.rotor_torque_input())

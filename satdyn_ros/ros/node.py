@@ -1,8 +1,8 @@
 """The node: declares its parameters, builds what a scenario describes, and connects the parts."""
 
-import time
 from collections.abc import Iterable, Mapping
 from datetime import datetime, timezone
+from importlib.util import find_spec
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
@@ -34,7 +34,7 @@ from .lateness import Lateness
 from .pacing import Pacing
 from .parameter_service import ParameterService
 from .parameters import NodeParameters, given_parameters
-from .publishing import PackedTicks, Publishing
+from .publishing import STEADY, PackedTicks, Publishing
 from .services import Services
 
 if TYPE_CHECKING:
@@ -68,6 +68,10 @@ class SatdynNode(rclpy.node.Node):
         self._recorder: Recorder | None = None
         self._opening = Lock()
         self._is_ending = False
+        # The row of samples that was published last.
+        self._latest: tuple[Samples, int] | None = None
+        # Changes of the published topics, asked for and in force.
+        self._topics_asked = self._topics_in_force = 0
         try:
             self._build(Scenario({**(values or {}), **given_parameters(self)}, torques))
         except BaseException:
@@ -84,12 +88,11 @@ class SatdynNode(rclpy.node.Node):
         self._publishing = Publishing(self, scenario)
         topics = self._publishing.open(scenario.topics)
         _try_out(scenario)
-        scenario = scenario.with_seed().with_values(
-            {
-                'publish.topics': topics,
-                'time.epoch_ns': scenario.epoch_ns or _wall_clock_ns(),
-            }
-        )
+        if scenario['record.enabled']:
+            # Tick 0 is to come soon after its stamp.
+            _recorder_class()
+        scenario = scenario.with_seed().with_epoch().with_values({'publish.topics': topics})
+        self._publishing.latch(scenario.epoch_ns)
         parameters = NodeParameters(self, scenario, self._change)
         ParameterService(self, parameters.lock)
         self._simulation = Simulation(scenario)
@@ -104,6 +107,12 @@ class SatdynNode(rclpy.node.Node):
         )
         self._inputs = TorqueInputs(self, scenario, self._simulation.ticks, self._pacing)
         self._own_services = Services(self, parameters, self._pacing, self._record)
+        if find_spec('simulation_interfaces'):
+            from .standard_services import StandardServices
+
+            StandardServices(
+                self, self._own_services, self._pacing, scenario.frames, lambda: self._latest
+            )
         self._inputs_report = InputsReport(self._inputs.counts, self._simulation)
         self._propagation = PropagationReport(scenario['motion.tolerance'])
         Diagnostics(
@@ -118,6 +127,7 @@ class SatdynNode(rclpy.node.Node):
                 ),
             },
         )
+        self.create_timer(1.0, self._close_publishers, clock=STEADY)
         with uninterrupted():
             if scenario['record.enabled']:
                 self._recorder = self._open_recorder()
@@ -136,7 +146,7 @@ class SatdynNode(rclpy.node.Node):
         bag = f'recording {self._recorder.directory}' if self._recorder else 'not recording'
         return (
             f'publishing {topics} at {scenario["publish.rate"]:g} Hz, {pace}; tick 0 is at '
-            f'{epoch:%Y-%m-%d %H:%M:%S} UTC; {bag}'
+            f'{epoch:%Y-%m-%d %H:%M:%S.%f} UTC; {bag}'
         )
 
     @property
@@ -183,7 +193,9 @@ class SatdynNode(rclpy.node.Node):
                 f'no tick follows until a request or a reset: {self._simulation.halted}'
             )
         self._inputs_report.take(happened)
+        self._topics_in_force += sum(isinstance(event, Topics) for event in happened)
         if count:
+            self._latest = samples, count - 1
             self._propagation.take(self._simulation.motion, samples)
         recorder = self._recorder
         if recorder is not None:
@@ -202,7 +214,13 @@ class SatdynNode(rclpy.node.Node):
             self._inputs.timeout_s = scenario['torque.timeout']
         if 'publish.topics' in names:
             topics = self._publishing.open(scenario.topics)
+            self._topics_asked += 1
             pacing.put(lambda tick: Topics(tick, topics))
+
+    def _close_publishers(self):
+        """Close what is published no more, unless topics are yet to change."""
+        if self._topics_asked == self._topics_in_force:
+            self._publishing.close_others(self._simulation.topics)
 
     def _record(self, enabled):
         """Open a bag, or close the open one; return whether that worked and what was done."""
@@ -222,7 +240,8 @@ class SatdynNode(rclpy.node.Node):
         try:
             recorder = self._open_recorder()
         except Exception as error:
-            return False, one_sentence(error if isinstance(error, OSError) else repr(error))
+            is_told = isinstance(error, OSError | ValueError)
+            return False, one_sentence(error if is_told else repr(error))
         with self._opening:
             if not self._is_ending:
                 self._recorder = recorder
@@ -231,14 +250,12 @@ class SatdynNode(rclpy.node.Node):
         return False, 'the node ends'
 
     def _open_recorder(self):
-        # Imported here: only a recording node needs it.
-        from .recorder import Recorder
-
-        return Recorder(
+        return _recorder_class()(
             self._simulation.scenario,
             self._simulation.topics,
             lambda name: self.resolve_topic_name(TOPICS[name].name),
             self._lose_recording,
+            self._publishing.offered,
         )
 
     def _lose_recording(self, sentence):
@@ -255,13 +272,19 @@ class SatdynNode(rclpy.node.Node):
         self.context.try_shutdown()
 
 
+def _recorder_class():
+    """Return Recorder, imported when a node records: what it compiles takes seconds."""
+    try:
+        from .recorder import Recorder
+    except ModuleNotFoundError as error:
+        package = (error.name or '').split('.')[0]
+        raise ValueError(f'recording needs {package}: pip install {package}') from error
+    return Recorder
+
+
 def _try_out(scenario):
     """Compile the equations, if needed, and refuse a state from which no motion can start."""
     if scenario['motion.method'] == 'auto':
         # A torque may ask for it later.
         Propagation(scenario.system, scenario.initial_state).at(0.0)
     try_out(scenario, 0)
-
-
-def _wall_clock_ns():
-    return round(time.time()) * SECOND_NS

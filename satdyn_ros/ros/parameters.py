@@ -92,8 +92,7 @@ class NodeParameters:
         self._changed = changed
         self._puts_in_force = False
         for key in scenario.keys.values():
-            value = listed(scenario[key.name])
-            node.declare_parameter(key.name, value, descriptor(key), ignore_override=True)
+            _declare(node, key, listed(scenario[key.name]))
         node.add_pre_set_parameters_callback(self._converted)
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._act)
@@ -138,6 +137,17 @@ class NodeParameters:
                 'restarts the motion'
             )
         return self.scenario.with_values(values)
+
+
+def _declare(node, key, value):
+    if value != []:
+        node.declare_parameter(key.name, value, descriptor(key), ignore_override=True)
+        return
+    # rclpy would declare an empty list as one of bytes.
+    any_type = ParameterDescriptor(dynamic_typing=True)
+    node.declare_parameter(key.name, value, any_type, ignore_override=True)
+    node.set_parameters([_parameter(key, value)])
+    node.set_descriptor(key.name, descriptor(key))
 
 
 def _parameter(key, value):

@@ -5,19 +5,23 @@ from importlib import import_module
 
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
+from rclpy.duration import Duration
+from rclpy.exceptions import ParameterException
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from ..messages import qos
 from ..messages.packers import SensorPacker, packer
 from ..messages.sparse import Rows, SparseMessages
-from ..messages.topics import TOPICS, Packer
+from ..messages.topics import TOPICS, Packer, pack_tf_static
 from ..run.samples import Samples
 from ..run.scenario import Scenario
 
 # The node never follows a simulated time, its own least of all.
 STEADY = Clock(clock_type=ClockType.STEADY_TIME)
+_AT_ONCE = Duration()
 
 
 class PackedTicks:
@@ -52,15 +56,17 @@ class Publishing:
     The state topics and /clock of a node.
 
     Topics that a scenario does not have, or whose type is not installed, are left out with one
-    warning each.  publishers: those of the state topics and the sensors, by name.
+    warning each.  publishers: those of the state topics and the sensors, by name.  offered: their
+    quality of service, with what the parameters qos_overrides.* change.  ValueError, here and in
+    open: these are not allowed.
     """
 
     def __init__(self, node: Node, scenario: Scenario):
         self._node = node
         self._scenario = scenario
-        self._qos = qos_profile(qos.state_topics(scenario.ticks_per_wall_s))
         self._packers: dict[str, Packer | SensorPacker] = {}
         self.publishers: dict[str, Publisher] = {}
+        self.offered: dict[str, qos.Qos] = {}
         self._left_out: set[str] = set()
         self._clock: Publisher | None = None
         if scenario['time.publish_clock']:
@@ -74,6 +80,31 @@ class Publishing:
     def open(self, names: Iterable[str]) -> tuple[str, ...]:
         """Make the publishers of topics that have none yet; return those that can be published."""
         return tuple(name for name in names if name in self.publishers or self._add(name))
+
+    def latch(self, epoch_ns: int) -> None:
+        """Publish, where there are sensors, how they are mounted."""
+        if not self._scenario.sensors:
+            return
+        topic = TOPICS['tf_static']
+        try:
+            message = message_class(topic.type)
+        except ImportError as error:
+            self._warn_once('tf_static', error)
+            return
+        latched = qos_profile(qos.LATCHED)
+        publisher = self._node.create_publisher(message, topic.name, latched)
+        publisher.publish(pack_tf_static(epoch_ns, self._scenario.frames))
+
+    def close_others(self, names: Iterable[str]) -> None:
+        """
+        Destroy the publishers of state topics that are not among names.
+
+        One whose last messages have not all arrived goes on until a later call.
+        """
+        kept = {*names, *self._scenario.sensors}
+        for name in self.publishers.keys() - kept:
+            if self.publishers[name].wait_for_all_acked(_AT_ONCE):
+                self._node.destroy_publisher(self.publishers.pop(name))
 
     def pack(self, samples: Samples, names: Iterable[str]) -> PackedTicks:
         """Return the messages of samples on the named topics."""
@@ -102,8 +133,26 @@ class Publishing:
         except (ValueError, ImportError) as error:
             self._warn_once(name, error)
             return False
+        wanted = qos.state_topics(self._scenario.ticks_per_wall_s)
+        try:
+            publisher = self._node.create_publisher(
+                message,
+                topic.name,
+                qos_profile(wanted),
+                qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+            )
+        except (RuntimeError, AssertionError, ParameterException) as error:
+            where = f'qos_overrides.{self._node.resolve_topic_name(topic.name)}.publisher'
+            raise ValueError(f'{where} is not allowed: {error}') from error
         self._packers[name] = topic_packer
-        self.publishers[name] = self._node.create_publisher(message, topic.name, self._qos)
+        self.publishers[name] = publisher
+        offered = publisher.qos_profile
+        self.offered[name] = qos.Qos(
+            depth=offered.depth,
+            reliability=offered.reliability.short_key,
+            durability=offered.durability.short_key,
+            history=offered.history.short_key,
+        )
         return True
 
     def _warn_once(self, name, error):

@@ -12,6 +12,7 @@ from threading import Lock, Thread
 from typing import Any
 
 from ..bag.write_run import RECORDED_AS, Recording
+from ..messages.qos import Qos
 from ..messages.sparse import Rows, SparseMessages
 from ..run.events import Event
 from ..run.samples import Samples
@@ -56,7 +57,8 @@ class Recorder:
 
     topics: those recorded from the start.  resolve: a topic's full name in the node's namespace.
     tell(sentence): called once, by any thread, if the bag does not hold all that it was given.
-    failure: that sentence, None: it does.  OSError: it cannot be created.
+    offered: as of Recording.  failure: that sentence, None: it does.  OSError: it cannot be
+    created.
     """
 
     def __init__(
@@ -65,12 +67,13 @@ class Recorder:
         topics: tuple[str, ...],
         resolve: Callable[[str], str],
         tell: Callable[[str], object],
+        offered: Mapping[str, Qos] | None = None,
     ):
         self.failure: str | None = None
         self.message_count = 0
         self._tell = tell
         self._given: Counter[str] = Counter()
-        self._recording = _open(scenario, topics, resolve)
+        self._recording = _open(scenario, topics, resolve, offered)
         self._queue: Queue[_Block | None] = Queue(_WAITING)
         self._closing = Lock()
         self._is_closed = False
@@ -172,13 +175,14 @@ class Recorder:
                 )
 
 
-def _open(scenario, topics, resolve):
+def _open(scenario, topics, resolve, offered):
     """Return a new bag, its name numbered where another node has taken it."""
     stem = datetime.now().strftime('satdyn_%Y_%m_%d-%H_%M_%S')
     number = 1
     while True:
         name = stem if number == 1 else f'{stem}_{number}'
         try:
-            return Recording(Path(scenario['record.directory'], name), scenario, topics, resolve)
+            directory = Path(scenario['record.directory'], name)
+            return Recording(directory, scenario, topics, resolve, offered)
         except FileExistsError:
             number += 1

@@ -1,11 +1,12 @@
 """The services: requests of new initial conditions, reset, pause, step and record."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from queue import SimpleQueue
 from threading import Thread
 from typing import Any
 
+from rcl_interfaces.msg import SetParametersResult
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
@@ -20,6 +21,8 @@ from .parameter_service import parameter_of
 from .parameters import NodeParameters, plain_value
 
 Reply = Callable[[Any], None]
+# Told once what became of a request: why it is refused, '': it is not.
+Answered = Callable[[str], None]
 
 
 class Services:
@@ -43,12 +46,12 @@ class Services:
         self._log = node.get_logger()
         self._asked: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
         Thread(target=self._try_one_by_one, name='requests', daemon=True).start()
-        _create_deferred(
+        create_deferred(
             node, SetParametersAtomically, '~/set_initial_conditions', self._set_initial_conditions
         )
-        _create_deferred(node, Trigger, '~/reset', self._reset)
-        _create_deferred(node, Trigger, '~/step', self._step)
-        _create_deferred(node, SetBool, '~/record', self._set_record)
+        create_deferred(node, Trigger, '~/reset', self._reset)
+        create_deferred(node, Trigger, '~/step', self._step)
+        create_deferred(node, SetBool, '~/record', self._set_record)
         node.create_service(SetBool, '~/pause', self._pause)
 
     def close(self) -> None:
@@ -65,72 +68,92 @@ class Services:
                 # The next request is to be answered all the same.
                 self._log.error(f'a request failed: {one_sentence(repr(error))}')
 
-    def _set_initial_conditions(self, request, reply):
-        self._asked.put(lambda: self._try_request(request, reply))
+    def request(self, values_of: Callable[[], Mapping[str, Any]], answer: Answered) -> None:
+        """Ask for initial conditions, values_of(); ValueError there: what is given is wrong."""
+        self._asked.put(lambda: self._try_request(values_of, answer))
 
-    def _try_request(self, request, reply):
-        response = SetParametersAtomically.Response()
+    def reset(self, answer: Answered) -> None:
+        """Ask for a restart from the initial conditions in force."""
+        self._asked.put(lambda: self._try_reset(answer))
+
+    def _set_initial_conditions(self, request, reply):
+        def answer(refusal):
+            result = SetParametersResult(successful=not refusal, reason=refusal)
+            reply(SetParametersAtomically.Response(result=result))
+
+        self.request(lambda: _values(request.parameters), answer)
+
+    def _try_request(self, values_of, answer):
         try:
-            values = _values(request.parameters)
+            values = values_of()
             conditions = requested(self._conditions, values)
             self._try_out(conditions)
         except (ValueError, ArithmeticError) as error:
-            response.result.reason = one_sentence(error)
-            return reply(response)
+            return answer(one_sentence(error))
         for doubt in conditions.warnings if 'initial.angular_velocity' in values else ():
             self._log.warning(doubt)
         self._conditions = conditions
         in_force = {name: conditions[name] for name in values}
         self._parameters.put_in_force(in_force)
-        response.result.successful = True
-        self._act(reply, response, lambda tick: Request(tick, in_force))
+        self._act(answer, lambda tick: Request(tick, in_force))
 
     def _reset(self, request, reply):
-        self._asked.put(lambda: self._try_reset(reply))
+        done = 'the motion restarts from the initial conditions in force'
+        self.reset(
+            lambda refusal: reply(Trigger.Response(success=not refusal, message=refusal or done))
+        )
 
-    def _try_reset(self, reply):
+    def _try_reset(self, answer):
         try:
             self._try_out(self._conditions)
         except (ValueError, ArithmeticError) as error:
-            return reply(Trigger.Response(message=one_sentence(error)))
-        sentence = 'the motion restarts from the initial conditions in force'
-        self._act(reply, Trigger.Response(success=True, message=sentence), Reset)
+            return answer(one_sentence(error))
+        self._act(answer, Reset)
 
     def _try_out(self, conditions: Scenario):
         try_out(conditions, self._pacing.tick + 1)
 
-    def _act(self, reply: Reply, response: Any, event_at: Callable[[int], Event]):
+    def _act(self, answer: Answered, event_at: Callable[[int], Event]):
         """
-        Send the reply and let the event act, with no tick in between.
+        Answer and let the event act, with no tick in between.
 
         So the first tick after the reply carries exactly the requested state.
         """
         with self._pacing.between_ticks:
-            reply(response)
+            answer('')
             self._pacing.put(event_at, restarts=True)
 
     # -- the passing of ticks --------------------------------------------------------------------
 
     def _pause(self, request, response):
-        if request.data:
-            self._pacing.pause()
-            response.success = True
-            response.message = f'paused after tick {self._pacing.tick}'
-        elif self._pacing.halted:
-            response.message = self._halted
-        else:
-            self._pacing.resume()
-            response.success, response.message = True, 'running'
+        refusal = self.pause(request.data)
+        done = f'paused after tick {self._pacing.tick}' if request.data else 'running'
+        response.success, response.message = not refusal, refusal or done
         return response
 
+    def pause(self, paused: bool) -> str:
+        """Let no tick pass, or let them pass again; return why not, '': it is so."""
+        if paused:
+            self._pacing.pause()
+        elif self._pacing.halted:
+            return self._halted
+        else:
+            self._pacing.resume()
+        return ''
+
     def _step(self, request, reply):
-        count = self._parameters.scenario['step.ticks']
+        def answer(refusal):
+            done = f'now after tick {self._pacing.tick}'
+            reply(Trigger.Response(success=not refusal, message=refusal or done))
+
+        self.step(self._parameters.scenario['step.ticks'], answer)
+
+    def step(self, count: int, answer: Answered) -> None:
+        """Ask for `count` ticks while paused."""
 
         def ended(passed):
             now = f'now after tick {self._pacing.tick}'
-            if passed == count:
-                return reply(Trigger.Response(success=True, message=now))
-            reply(Trigger.Response(message=f'{passed} of {count} ticks passed, {now}'))
+            answer('' if passed == count else f'{passed} of {count} ticks passed, {now}')
 
         if self._pacing.step(count, ended):
             return
@@ -140,7 +163,7 @@ class Services:
             reason = 'a step is already in progress; ~/pause ends it'
         else:
             reason = 'the node is not paused; ~/step needs a paused node (call ~/pause)'
-        reply(Trigger.Response(message=reason))
+        answer(reason)
 
     @property
     def _halted(self):
@@ -156,7 +179,7 @@ class Services:
         self._asked.put(record)
 
 
-def _create_deferred(node: Node, kind: type, name: str, ask: Callable[[Any, Reply], None]) -> None:
+def create_deferred(node: Node, kind: type, name: str, ask: Callable[[Any, Reply], None]) -> None:
     """Create a service that calls ask(request, reply); reply(response), by any thread, answers."""
     service = node.create_service(kind, name, lambda request, response: request)
     send = service.send_response

@@ -208,6 +208,27 @@ def parse(text: str, origin: str) -> dict[str, Any]:
     return said
 
 
+def as_reindexed(held: dict[str, Any], files: Sequence[Statistics]) -> dict[str, Any]:
+    """
+    Return what `ros2 bag reindex` writes in another way than the writer of a bag.
+
+    held: what metadata.yaml says of the files.  files: their statistics.
+    """
+    return {
+        # The sum of those of the files, without the time between them.
+        'duration': {
+            'nanoseconds': sum(file.message_end_time - file.message_start_time for file in files)
+        },
+        'starting_time': {
+            'nanoseconds_since_epoch': min(file.message_start_time for file in files)
+        },
+        'topics_with_message_count': sorted(
+            held['topics_with_message_count'], key=lambda topic: topic['topic_metadata']['name']
+        ),
+        'files': [],
+    }
+
+
 def _topic(topic, counts):
     profiles = f'offered_qos_profiles:\n{_indent(topic.qos, 2)}'
     return '\n'.join(

@@ -28,7 +28,8 @@ class BagWriter:
     topics: what is recorded; those without messages are listed too.  max_size_bytes,
     max_duration_s: a new file begins when the current one has reached this size, or would span
     more than this time; 0: never.  preamble: metadata records, by name, with which every
-    file begins; metadata.yaml carries their content too.
+    file begins; metadata.yaml carries their content too.  latched: messages, by topic, that each
+    file has ahead of its first tick.
 
     For use by one thread.  Writes reach the system at flush(), and the bag is complete after
     close().  OSError: the directory exists or cannot be written; nothing more is then written to
@@ -44,6 +45,7 @@ class BagWriter:
         max_size_bytes: int = 0,
         max_duration_s: float = 0,
         preamble: Mapping[str, Mapping[str, str]] | None = None,
+        latched: Mapping[str, bytes] | None = None,
     ):
         if compression not in COMPRESSIONS:
             known = ', '.join(COMPRESSIONS)
@@ -57,6 +59,7 @@ class BagWriter:
         self._max_size_bytes = max_size_bytes
         self._max_duration_ns = round(max_duration_s * 1e9) or _NEVER_NS
         self._preamble = dict(preamble or {})
+        self._latched = dict(latched or {})
         custom_data = {k: v for record in self._preamble.values() for k, v in record.items()}
         self._metadata = BagMetadata([], custom_data)
         self._counts: dict[str, int] = {}
@@ -126,7 +129,7 @@ class BagWriter:
         with self._telling():
             if not (table.places or some):
                 if len(stamps_ns):
-                    self._write_snapshot(snapshot, 0)
+                    self._write_snapshot(snapshot, 0, int(stamps_ns[0]))
                 return len(table)
             table[: len(stamps_ns)].stamp(stamps_ns)
             done = 0
@@ -134,7 +137,7 @@ class BagWriter:
                 if self._file_is_full(int(stamps_ns[done])):
                     self._end_file()
                     self._begin_file()
-                self._write_snapshot(snapshot, done)
+                self._write_snapshot(snapshot, done, int(stamps_ns[done]))
                 last_ns = self._first_ns(int(stamps_ns[done])) + self._max_duration_ns
                 fits = slice(done, np.searchsorted(stamps_ns, last_ns, side='right'))
                 between = {topic: row[fits] for topic, row in some.items()}
@@ -208,11 +211,14 @@ class BagWriter:
             )
             raise OSError(self._failure) from error
 
-    def _write_snapshot(self, snapshot, row):
+    def _write_snapshot(self, snapshot, row, stamp_ns):
+        """Write the snapshot of the first tick of a file, and what is latched."""
         if self._wants_snapshot and snapshot is not None:
             self._end_chunk()
             self._file.write_metadata(*snapshot(row))
             self._wants_snapshot = False
+            for topic, data in self._latched.items():
+                self.write_message(topic, stamp_ns, data)
 
     def _begin_file(self):
         name = f'{self.directory.resolve().name}_{len(self._metadata.files)}.mcap'

@@ -274,7 +274,7 @@ KEYS = {
             'integer',
             0,
             'ns',
-            'stamp of tick 0; 0: the wall clock at the first tick, rounded to a second',
+            'stamp of tick 0; 0: the wall clock at the first tick, rounded to a microsecond',
             low=0,
             high=LAST_STAMP_NS,
         ),

@@ -24,8 +24,9 @@ from .scenario import Scenario
 from .segment import MOST_STEPS_A_TICK, Segment
 from .ticks import Ticks
 
-# Raised by every change of what a run computes or records.  0: versions 0.1 and 0.2.
-RULES = 1
+# Raised by every change of what a run computes or records.  0: versions 0.1 and 0.2; 1: /tf has
+# the mountings of the sensors, which since then are on /tf_static.
+RULES = 2
 
 
 @dataclass(frozen=True, eq=False)

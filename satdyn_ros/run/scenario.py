@@ -1,5 +1,6 @@
 """One validated description of a run."""
 
+import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -142,6 +143,12 @@ class Scenario:
         if self['sensors.seed'] or not self['sensors.names']:
             return self
         return self.with_values({'sensors.seed': sensors.drawn_seed()})
+
+    def with_epoch(self) -> 'Scenario':
+        """Return the scenario with an epoch of 0 set to the wall clock, to a microsecond."""
+        if self.epoch_ns:
+            return self
+        return self.with_values({'time.epoch_ns': round(time.time_ns(), -3)})
 
     def __getitem__(self, name: str) -> Any:
         return self.values[name]

@@ -8,7 +8,8 @@ from satdyn_ros.bag.read_run import RecordedRun
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.rosbag2.reader import Bag
 
-BAGS = sorted((Path(__file__).parents[1] / 'reference' / 'bags_0.2').iterdir())
+REFERENCE = Path(__file__).parents[1] / 'reference'
+BAGS = sorted((REFERENCE / 'bags_0.2').iterdir())
 
 
 @pytest.mark.parametrize('bag', BAGS, ids=lambda bag: bag.name)
@@ -20,6 +21,17 @@ def test_a_bag_of_version_0_2_verifies(bag):
     topics switched, torques dropped, a halt, a closed form; each file alone verifies too.
     """
     assert RecordedRun(bag).rules == 0
+    assert verify(bag).is_true
+    for file in Bag(bag).files:
+        assert verify(file).is_true
+
+
+def test_a_bag_of_rules_1_verifies():
+    """Its /tf has the mountings of the sensors at every tick, and there is no /tf_static."""
+    bag = REFERENCE / 'bags_rules_1' / 'sensors_on_tf'
+    run = RecordedRun(bag)
+    assert (run.rules, 'tf_static' in run.names) == (1, False)
+    assert all(b'star_tracker' in bytes(row) for row in Bag(bag).messages('/tf').data)
     assert verify(bag).is_true
     for file in Bag(bag).files:
         assert verify(file).is_true

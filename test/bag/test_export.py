@@ -179,6 +179,7 @@ def test_what_one_topic_lacks_another_tells(tmp_path):
 
 def test_an_empty_bag_is_an_empty_table(tmp_path):
     """No tick, no row: the header alone."""
+    pytest.importorskip('pyarrow')
     bag = flights.record(tmp_path / 'bag', ticks=0)
     for name in ('states.csv', 'states.npz', 'states.parquet'):
         assert export(bag, tmp_path / name) == 0

@@ -5,14 +5,17 @@ import copy
 import flights
 import numpy as np
 import pytest
+from mcap.records import Metadata
 
 from satdyn_ros.bag import run_metadata
+from satdyn_ros.bag.playback import Playback, offered
 from satdyn_ros.bag.read_run import RecordedRun
 from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.bag.write_run import Recording
 from satdyn_ros.messages.packers import packer
 from satdyn_ros.rosbag2.reader import Bag
+from satdyn_ros.rosbag2.scan import scan
 from satdyn_ros.run.events import Request, Reset, Torque
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
@@ -60,11 +63,13 @@ def read(directory):
 )
 def test_a_bag_with_sensors_proves_itself(tmp_path, changes):
     """Run again from its own scenario and events, every measurement has the same bytes."""
-    verdict = verify(recorded(tmp_path / 'bag', changes))
+    bag = recorded(tmp_path / 'bag', changes)
+    verdict = verify(bag)
     assert verdict.is_true, verdict
     assert verdict.same_bytes
     attitudes = 0 if 'publish.topics' in changes else 400
-    assert verdict.message_count == attitudes + 200 + 57 + 1
+    files = len(list(bag.glob('*.mcap')))
+    assert verdict.message_count == attitudes + 200 + 57 + 1 + files
 
 
 def test_each_file_of_a_split_bag_proves_itself(tmp_path):
@@ -74,6 +79,45 @@ def test_each_file_of_a_split_bag_proves_itself(tmp_path):
     assert len(files) > 8
     for file in files:
         assert verify(file).same_bytes, file
+
+
+def test_mountings_are_latched_in_each_file(tmp_path):
+    """
+    One message on /tf_static ahead of each first sample, offered as latched, as it is live.
+
+    /tf beside it has no sensors; a mounting that is not the scenario's is found.
+    """
+    changes = {'record.max_duration_s': 2.15, 'publish.topics': ['attitude', 'tf']}
+    bag = Bag(recorded(tmp_path / 'bag', changes))
+    times_ns, data = bag.messages('/tf_static')
+    statistics = [flights.summary(file).statistics for file in bag.files]
+    assert times_ns.tolist() == [file.message_start_time for file in statistics if file]
+    run = RecordedRun(bag.path)
+    assert {bytes(row) for row in data} == {*run.latched.values()}
+    latched = offered(bag.topics['/tf_static'].qos)
+    assert (latched.durability, latched.reliability) == ('transient_local', 'reliable')
+    played = Playback(bag.path)
+    topics = [message.topic for message in played.messages([*played.types], played.begin_ns)]
+    assert topics[0] == '/tf_static'
+    turned = {'sensors.gyro.mounting': [0.0, 0.0, 1.0, 0.0]}
+    other = recorded(tmp_path / 'other', changes | turned)
+    records = [found.item for found in scan(other / 'other_0.mcap')]
+    wanted = {run_metadata.SCENARIO: bag_scenario(bag)}
+    file = flights.rewritten(
+        records, tmp_path / 'other.mcap', lambda r: wanted.get(r.name, r.metadata)
+    )
+    file.finish()
+    found = flights.difference(verify(tmp_path / 'other.mcap'))
+    assert (found.topic, found.tick) == ('/tf_static', 0)
+
+
+def bag_scenario(bag):
+    """Return the record of the scenario in a bag."""
+    return next(
+        item.metadata
+        for item in bag.items()
+        if isinstance(item, Metadata) and item.name == run_metadata.SCENARIO
+    )
 
 
 def test_splitting_and_blocks_do_not_show(tmp_path, monkeypatch):

@@ -32,6 +32,7 @@ def test_the_error_is_that_to_the_closed_form():
 
 def test_the_command(tmp_path, capsys):
     """It prints the growth at ten times and draws it."""
+    pytest.importorskip('matplotlib')
     picture = tmp_path / 'growth.png'
     file = str(CONFIG / 'beletsky.yaml')
     assert main(['check', file, '--duration', '3000', '-o', str(picture)]) == 0

@@ -50,6 +50,7 @@ def bag(tmp_path_factory):
 )
 def test_every_path_that_a_command_reads(bag, tmp_path, make, told):
     """Exit code 2 and one sentence, at once, of each command and each kind of file."""
+    pytest.importorskip('pyarrow')
     name, aem = make(tmp_path / 'it'), make(tmp_path / 'it.aem')
     simulate = ['--duration', '1', '-o', str(tmp_path / 'none')]
     commands = [

@@ -122,6 +122,7 @@ def test_a_stiff_run_is_interrupted_in_the_midst_of_a_block(tmp_path, number, co
 @pytest.fixture
 def long_sweep(tmp_path):
     """Return the path of a sweep of more batches than a test waits for."""
+    pytest.importorskip('pyarrow')
     path = tmp_path / 'sweep.yaml'
     path.write_text(
         f'{{scenario: {DEFAULT}, duration_s: 1.0e+5, runs: 5000, vary: '

@@ -5,7 +5,7 @@ from messages.test_examples import assert_alike
 
 from satdyn_ros.messages.packers import packer
 from satdyn_ros.messages.sparse import SparseMessages
-from satdyn_ros.messages.topics import TOPICS
+from satdyn_ros.messages.topics import TOPICS, pack_tf_static
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 
@@ -79,18 +79,27 @@ def test_the_examples_say_what_the_node_says():
     for name in ('gyro', 'star_tracker'):
         example = examples.load(examples.ROOT / 'topics' / f'{name}.yaml')
         assert_alike(example.values, messages(name)[2][1])
+    mounting = (-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5))
+    scenario = SCENARIO.with_values({'sensors.star_tracker.mounting': mounting})
+    data = pack_tf_static(scenario.epoch_ns, scenario.frames)
+    example = examples.load(examples.ROOT / 'topics' / 'tf_static.yaml')
+    assert_alike(example.values, plain(TYPESTORE.deserialize_cdr(data, TOPICS['tf_static'].type)))
 
 
-def test_tf_leads_from_the_body_to_each_sensor():
-    """A transform for each sensor, its mounting, in the frame of the body."""
+def test_the_mountings_are_static_transforms_from_the_body():
+    """One for each sensor, as another program reads them; /tf, at every tick, has none of them."""
     mounting = (0.0, 0.6, 0.0, 0.8)
     scenario = SCENARIO.with_values({'sensors.star_tracker.mounting': mounting})
-    transforms = packer('tf', scenario)
+    data = pack_tf_static(scenario.epoch_ns, scenario.frames)
+    gyro, tracker = plain(TYPESTORE.deserialize_cdr(data, TOPICS['tf_static'].type))['transforms']
+    for transform, name in ((gyro, 'gyro'), (tracker, 'star_tracker')):
+        stamp = {'sec': 3, 'nanosec': 0}
+        assert transform['header'] == {'stamp': stamp, 'frame_id': 'base_link'}
+        assert transform['child_frame_id'] == name
+        assert list(transform['transform']['translation'].values()) == [0.0, 0.0, 0.0]
+    assert list(tracker['transform']['rotation'].values()) == list(mounting)
+    assert list(gyro['transform']['rotation'].values()) == [0.0, 0.0, 0.0, 1.0]
     _, samples = Simulation(scenario).advance(1)
-    packed = transforms.pack(samples)
-    assert isinstance(packed, np.ndarray)
-    row = packed[0]
-    assert b'star_tracker\0' in row.tobytes()
-    assert row['transforms[3].transform.rotation'].tolist() == list(mounting)
-    assert row['transforms[3].transform.translation'].tolist() == [0.0, 0.0, 0.0]
-    assert row['transforms[2].transform.rotation'].tolist() == [0.0, 0.0, 0.0, 1.0]
+    (row,) = TOPICS['tf'].packer(scenario.frames, scenario.system).pack(samples)
+    read = plain(TYPESTORE.deserialize_cdr(row.tobytes(), TOPICS['tf'].type))['transforms']
+    assert [transform['child_frame_id'] for transform in read] == ['lvlh', 'base_link']

@@ -25,6 +25,9 @@ from satdyn_ros.run.simulation import Simulation
 
 ROOT = Path(__file__).parents[2]
 DEFAULT = ROOT / 'config' / 'default.yaml'
+# An installation of ROS is there by the PYTHONPATH too.
+_PATHS = str(ROOT), str(ROOT / 'test'), os.environ.get('PYTHONPATH')
+ENVIRONMENT = os.environ | {'PYTHONPATH': os.pathsep.join(filter(None, _PATHS))}
 # Long enough for a loaded machine; nothing waits so long where all is well.
 PATIENCE_S = 60.0
 EPOCH_NS = 1_700_000_000 * 10**9
@@ -75,7 +78,7 @@ def start(arguments, directory, file_limit_bytes=None):
     return subprocess.Popen(
         [sys.executable, '-m', 'satdyn_ros.ros.start', *arguments],
         cwd=directory,
-        env=os.environ | {'PYTHONPATH': str(ROOT)},
+        env=ENVIRONMENT,
         stderr=subprocess.PIPE,
         text=True,
         preexec_fn=limit if file_limit_bytes else None,

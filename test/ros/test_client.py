@@ -1,11 +1,10 @@
 """Asking a running node from the command line."""
 
-import os
 import subprocess
 import sys
 
 import pytest
-from ros.live import ROOT
+from ros.live import ENVIRONMENT
 
 from satdyn_ros.cli.main import main
 from satdyn_ros.ros.client import Answer, Client
@@ -108,7 +107,7 @@ def test_from_python_and_from_a_shell(live):
         assert client.pause().success
     result = subprocess.run(
         [sys.executable, '-m', 'satdyn_ros.cli.main', 'request', '--node', name, '--step'],
-        env=os.environ | {'PYTHONPATH': str(ROOT)},
+        env=ENVIRONMENT,
         capture_output=True,
         text=True,
     )

@@ -1,5 +1,7 @@
 """/clock as ROS defines it: the simulated time of every node that follows it."""
 
+import time
+
 import pytest
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -42,6 +44,24 @@ def test_a_node_on_simulated_time_follows(live):
         assert len(fired_ns) - 2 <= span_s + 1.0
     finally:
         follower.close()
+
+
+def test_stamps_agree_with_the_wall_clock_unless_an_epoch_is_given(live):
+    """
+    Tick 0 has the microsecond of its start, so that no message comes before its stamp.
+
+    Recording, which may have to be compiled first, does not put the ticks off.
+    """
+    before_ns = time.time_ns()
+    _, participant = live({'time.epoch_ns': 0, 'record.enabled': True})
+    heard = participant.listen('attitude')
+    for _ in range(20):
+        assert stamp_ns(participant.hear(heard, 1)[0]) < time.time_ns()
+    epoch_ns = participant.get('time.epoch_ns')
+    assert before_ns < epoch_ns
+    # A full second is one start in a million.
+    assert epoch_ns % 1000 == 0
+    assert epoch_ns % 10**9 != 0
 
 
 @pytest.mark.long

@@ -36,7 +36,7 @@ def test_a_bag_is_complete_however_often_its_node_is_told_to_end(tmp_path, numbe
 # A node that is told to end before its first line, when it has published.
 EARLY = """
 import os, signal, sys, time, warnings
-from satdyn_ros.ros import main, node
+from satdyn_ros.ros import node, start
 
 say = node.SatdynNode._what_begins
 
@@ -48,7 +48,7 @@ def late(self, scenario):
     return say(self, scenario)
 
 node.SatdynNode._what_begins = late
-sys.exit(main.main([]))
+sys.exit(start.main([]))
 """
 
 

@@ -75,7 +75,9 @@ def test_the_inputs_act(live):
 
 
 @pytest.mark.parametrize(
-    'name', [name for name, topic in TOPICS.items() if topic.role != 'input' and name != 'tf']
+    'name',
+    # tf2_msgs is not where these tests run.
+    [n for n, t in TOPICS.items() if t.role != 'input' and t.type != 'tf2_msgs/msg/TFMessage'],
 )
 def test_the_outputs_are_messages_that_arrive(name, live_pair):
     """What is published from an example is received field by field."""

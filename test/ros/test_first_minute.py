@@ -9,5 +9,5 @@ def test_a_warm_node_says_in_one_line_what_it_does(live):
     assert code == 0
     line, last = errors.splitlines()
     assert 'attitude, odometry at 20 Hz' in line
-    assert '2023-11-14 22:13:20 UTC; not recording' in line
+    assert '2023-11-14 22:13:20.000000 UTC; not recording' in line
     assert 'lateness' in last

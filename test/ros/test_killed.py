@@ -1,6 +1,5 @@
 """A killed node: its bag lacks no message older than a second."""
 
-import os
 import random
 import signal
 import subprocess
@@ -9,7 +8,7 @@ import time
 
 import pytest
 from geometry_msgs.msg import WrenchStamped
-from ros.live import ROOT, LiveNode
+from ros.live import ENVIRONMENT, LiveNode
 from ros.test_diagnostics import health, values
 
 from satdyn_ros.bag.read_run import RecordedRun
@@ -35,7 +34,7 @@ def assert_a_killed_node_loses_nothing(tmp_path, seed):
     # Both end by SIGKILL: a participant of this process would have to part from a dead peer.
     pilot = subprocess.Popen(
         [sys.executable, '-m', 'ros.pilot', node.namespace, str(seed)],
-        env=os.environ | {'PYTHONPATH': f'{ROOT}:{ROOT / "test"}'},
+        env=ENVIRONMENT,
         stdout=subprocess.PIPE,
         text=True,
     )

@@ -3,9 +3,13 @@
 import math
 
 import pytest
+from rcl_interfaces.msg import ParameterType
 from rcl_interfaces.srv import DescribeParameters, ListParameters, SetParametersAtomically
+from rclpy.qos import ReliabilityPolicy
 from ros.live import EPOCH_NS, PATIENCE_S, ROOT, parameter_messages, stamp_ns, start
 
+from satdyn_ros.messages.qos import Qos
+from satdyn_ros.rosbag2.reader import Bag
 from satdyn_ros.run.keys import KEYS
 
 
@@ -26,6 +30,9 @@ def test_every_key_is_described_with_unit_and_range_and_none_is_forgotten(live):
         assert descriptor.description.startswith(f'[{key.unit}] ' if key.unit else key.meaning)
         assert key.allowed in descriptor.additional_constraints
         assert descriptor.read_only == (key.changes == 'never')
+    types = {d.name: d.type for d in answer.descriptors}
+    for name in ('rotor.names', 'sensors.names', 'publish.topics'):
+        assert types[name] == ParameterType.PARAMETER_STRING_ARRAY
     ranges = {d.name: d.floating_point_range for d in answer.descriptors}
     assert (ranges['publish.rate'][0].from_value, ranges['publish.rate'][0].to_value) == (0, 1e4)
     assert ranges['time.factor'][0].from_value == 0.0
@@ -102,6 +109,46 @@ def test_topics_change_while_running(live):
     assert stamp_ns(imus[-1]) < stamp_ns(rotors[0])
 
 
+def test_topics_that_are_off_leave_the_graph(live):
+    """Their publishers go, and come again with the topic; publish.topics may be empty."""
+    node, participant = live({'publish.topics': ['attitude', 'imu']})
+
+    def publishers(name):
+        return len(participant.node.get_publishers_info_by_topic(f'{node.namespace}/{name}'))
+
+    participant.hear(participant.listen('imu'), 3)
+    assert participant.set({'publish.topics': ['attitude']}) == [(True, '')]
+    participant.wait_until(lambda: publishers('imu') == 0, 'the end of the publisher')
+    assert publishers('attitude') == 1
+    assert participant.set({'publish.topics': ['imu']}) == [(True, '')]
+    participant.hear(participant.listen('imu'), 3)
+    participant.wait_until(lambda: publishers('attitude') == 0, 'the end of the publisher')
+    assert participant.set({'publish.topics': []}) == [(True, '')]
+    participant.wait_until(lambda: publishers('imu') == 0, 'the end of the publisher')
+
+
+def test_the_quality_of_service_can_be_overridden(live, tmp_path):
+    """As rclpy does it, topic by topic; the bag says what was offered."""
+    prefix = 'qos_overrides./slow/imu.publisher'
+    node, participant = live(
+        {'publish.topics': ['attitude', 'imu'], 'record.enabled': True},
+        ros_args=['-p', f'{prefix}.reliability:=best_effort', '-p', f'{prefix}.depth:=7'],
+        namespace='/slow',
+    )
+    participant.hear(participant.listen('attitude'), 3)
+    offered = {
+        name: participant.node.get_publishers_info_by_topic(f'/slow/{name}')[0].qos_profile
+        for name in ('attitude', 'imu')
+    }
+    assert offered['attitude'].reliability == ReliabilityPolicy.RELIABLE
+    assert offered['imu'].reliability == ReliabilityPolicy.BEST_EFFORT
+    assert participant.get(f'{prefix}.history') == 'keep_last'
+    assert node.end()[0] == 0
+    (bag,) = (Bag(path) for path in tmp_path.glob('satdyn_2*'))
+    assert bag.topics['/slow/imu'].qos == Qos(7, 'best_effort').to_yaml()
+    assert bag.topics['/slow/attitude'].qos == Qos(100).to_yaml()
+
+
 WRONG = [
     (['-p', 'foo:=1'], 'foo is not a parameter of a scenario'),
     (['-p', 'body.inertia:=[1.0, 1.0, 5.0]'], 'body.inertia is [1, 1, 5]; '),
@@ -109,6 +156,14 @@ WRONG = [
     (['-p', 'publish.topics:=[true]'], 'publish.topics is [True]; it must be a list of attitude'),
     (['-p', 'time.factor:=1e-12'], 'time.factor is 1e-12 and publish.rate 100; '),
     (['-p', 'orbit.inclination:=51.6'], 'orbit.inclination is 51.6; it must be an angle in radi'),
+    (
+        ['-p', 'qos_overrides./imu.publisher.reliability:=good'],
+        'qos_overrides./imu.publisher is not allowed: Unexpected QoS override for policy',
+    ),
+    (
+        ['-p', 'publish.topics:=[imu, attitude, imu]'],
+        'publish.topics has imu twice; each may stand once',
+    ),
     (['--bogus'], "--ros-args does not allow ['--bogus']"),
     (['-p', 'publish.rate:=0'], 'publish.rate is 0; it must be a number above 0'),
     (

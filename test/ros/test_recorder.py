@@ -1,7 +1,11 @@
 """The thread that records: what ends it is told, and what can still be written is."""
 
+import subprocess
+import sys
+
 import pytest
 from flights import GYROSTAT, sequence
+from ros.live import ENVIRONMENT
 
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.bag.write_run import Recording
@@ -97,3 +101,16 @@ def test_after_its_end_nothing_is_recorded(begin):
     recorder.close()
     assert told == []
     assert len(sequence(recorder.directory)) == 5
+
+
+def test_a_node_without_mcap_says_that_recording_needs_it(tmp_path):
+    """Asked to record from the start it ends with one sentence; it would fly without."""
+    program = (
+        "import sys; sys.modules['mcap'] = None; "
+        'from satdyn_ros.ros.start import main; sys.exit(main(sys.argv[1:]))'
+    )
+    argv = [sys.executable, '-c', program, '--ros-args', '-p', 'record.enabled:=true']
+    ended = subprocess.run(argv, cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True)
+    sentence = 'satdyn node: recording needs mcap: pip install mcap\n'
+    assert (ended.returncode, ended.stderr) == (2, sentence)
+    assert list(tmp_path.iterdir()) == []

@@ -1,6 +1,5 @@
 """A bag's topics published again: what a subscriber hears is what the bag holds."""
 
-import os
 import signal
 import subprocess
 import sys
@@ -9,7 +8,7 @@ from pathlib import Path
 import pytest
 from flights import sequence
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from ros.live import PATIENCE_S, ROOT, Participant
+from ros.live import ENVIRONMENT, PATIENCE_S, Participant
 from rosbags.interfaces import (
     Qos,
     QosDurability,
@@ -54,7 +53,7 @@ def replay(*arguments):
     """Start the command `satdyn replay`."""
     return subprocess.Popen(
         [sys.executable, '-m', 'satdyn_ros.cli.main', 'replay', *map(str, arguments)],
-        env=os.environ | {'PYTHONPATH': str(ROOT)},
+        env=ENVIRONMENT,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

@@ -1,12 +1,11 @@
 """Nodes that begin and end again and again in one process leave nothing behind."""
 
 import json
-import os
 import subprocess
 import sys
 
 import pytest
-from ros.live import ROOT
+from ros.live import ENVIRONMENT
 
 PROGRAM = """
 import gc, json, sys, threading
@@ -47,7 +46,7 @@ def held_after_each(kind, count, directory):
     """Return resident bytes, objects, descriptors and threads after each of so many starts."""
     result = subprocess.run(
         [sys.executable, '-c', PROGRAM, kind, str(count), str(directory)],
-        env=os.environ | {'PYTHONPATH': f'{ROOT}:{ROOT / "test"}'},
+        env=ENVIRONMENT,
         capture_output=True,
         text=True,
     )

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 from ros.live import EPOCH_NS, PATIENCE_S
 
 from satdyn_ros.run.simulation import Simulation
@@ -20,6 +21,7 @@ LOOPBACK = """
 
 def test_cyclonedds_hears_the_attitude(live):
     """Stamps, frame and the numbers' bits are those of the engine, without a gap."""
+    pytest.importorskip('cyclonedds')
     node, _ = live({'publish.topics': ['attitude']})
     program = Path(__file__).parent / 'cyclone_listener.py'
     listener = subprocess.run(

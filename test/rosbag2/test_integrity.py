@@ -22,17 +22,19 @@ from mcap.records import (
     Message,
     MessageIndex,
     Metadata,
+    Statistics,
 )
 from mcap.stream_reader import StreamReader
 from mcap.writer import MCAP0_MAGIC, Writer
 
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.rosbag2.chunk import Contents
-from satdyn_ros.rosbag2.errors import Damaged
+from satdyn_ros.rosbag2.errors import BagError, Damaged
 from satdyn_ros.rosbag2.integrity import check, check_file
 from satdyn_ros.rosbag2.mcap_file import McapFile
 from satdyn_ros.rosbag2.reader import Bag
 from satdyn_ros.rosbag2.records import PREFIX, IndexRecord, written
+from satdyn_ros.rosbag2.recover import recover
 from satdyn_ros.rosbag2.scan import Block, Flaw, scan
 from satdyn_ros.rosbag2.summary import FOOTER_SIZE, checksum
 
@@ -141,17 +143,22 @@ def test_every_turned_bit_is_noticed(bag, tmp_path):
     assert unnoticed(bag, tmp_path, 'bag_0.mcap', bits) == []
 
 
-def with_in_summary(bag, directory, record):
-    """Return a copy of a file with a record at the end of its summary, its checksum right."""
-    data = (bag / 'bag_0.mcap').read_bytes()
+def with_summary(data, changed):
+    """Return a file with the bytes of its summary changed, its checksum right."""
     footer_start = len(data) - FOOTER_SIZE - len(MCAP0_MAGIC)
     *_, footer = StreamReader(io.BytesIO(data)).records
     assert isinstance(footer, Footer)
     start, offset_start = footer.summary_start, footer.summary_offset_start
-    summary = data[start:footer_start] + record
+    summary = changed(data[start:footer_start])
     end = Footer(start, offset_start, checksum(summary, start, offset_start))
+    return data[:start] + summary + written([end]) + MCAP0_MAGIC
+
+
+def with_in_summary(bag, directory, record):
+    """Return a copy of a file with a record at the end of its summary, its checksum right."""
+    data = (bag / 'bag_0.mcap').read_bytes()
     path = directory / 'bag_0.mcap'
-    path.write_bytes(data[:start] + summary + written([end]) + MCAP0_MAGIC)
+    path.write_bytes(with_summary(data, lambda summary: summary + record))
     return path
 
 
@@ -216,6 +223,105 @@ def test_attachments_and_unknown_records_of_other_writers_are_sound(tmp_path):
     assert check_file(path).summary.statistics.attachment_count == 2
     (tmp_path / 'bag_0.mcap').write_bytes(path.read_bytes())
     check_file(with_in_summary(tmp_path, tmp_path, PREFIX.pack(0x80, 1) + b'x'))
+
+
+def recorded_by_ros2_bag(directory):
+    """
+    Write a bag as rosbag2 0.26 does with libmcap 1.3, of a topic with messages and one without.
+
+    The latter is in the summary alone, and its Statistics do not count it.
+    """
+    directory.mkdir()
+    held = io.BytesIO()
+    writer = Writer(held)
+    writer.start('ros2', 'libmcap 1.3.0')
+    for topic, stamps in (('/text', (3, 4, 9)), ('/silent', ())):
+        schema = writer.register_schema(f'a_msgs/msg{topic}', 'ros2msg', b'string data')
+        channel = writer.register_channel(topic, 'cdr', schema, {})
+        for stamp in stamps:
+            writer.add_message(channel, stamp, b'\0\1\0\0', stamp)
+        writer.flush()
+    writer.finish()
+    statistics = next(
+        record
+        for record in StreamReader(io.BytesIO(held.getvalue())).records
+        if isinstance(record, Statistics)
+    )
+    counted = replace(statistics, schema_count=1, channel_count=1)
+    data = with_summary(
+        held.getvalue(),
+        lambda summary: summary.replace(written([statistics]), written([counted])),
+    )
+    (directory / 'bag_0.mcap').write_bytes(data)
+    said = {
+        'version': 9,
+        'storage_identifier': 'mcap',
+        'duration': {'nanoseconds': 6},
+        'starting_time': {'nanoseconds_since_epoch': 3},
+        'message_count': 3,
+        'relative_file_paths': ['bag_0.mcap'],
+    }
+    (directory / 'metadata.yaml').write_text(yaml.safe_dump({'rosbag2_bagfile_information': said}))
+    return directory
+
+
+def test_a_bag_of_rosbag2_is_sound_and_holds_no_scenario(tmp_path):
+    """Verify says what it lacks, not that it is damaged, and recover leaves it as it is."""
+    bag = recorded_by_ros2_bag(tmp_path / 'bag')
+    assert check_file(bag / 'bag_0.mcap').summary.statistics.channel_count == 2
+    with pytest.raises(BagError, match='holds no scenario: satdyn_ros did not write it') as told:
+        verify(bag)
+    assert not isinstance(told.value, Damaged)
+    before = {path.name: path.read_bytes() for path in bag.iterdir()}
+    assert recover(bag).files == ()
+    assert {path.name: path.read_bytes() for path in bag.iterdir()} == before
+
+
+def test_our_own_statistics_count_all_that_the_summary_lists(bag, tmp_path):
+    """What another writer leaves out is damage in a file of ours."""
+    data = (bag / 'bag_0.mcap').read_bytes()
+    statistics = next(f.item for f in scan(bag / 'bag_0.mcap') if isinstance(f.item, Statistics))
+    fewer = replace(statistics, channel_count=statistics.channel_count - 1)
+    path = tmp_path / 'bag_0.mcap'
+    path.write_bytes(
+        with_summary(data, lambda s: s.replace(written([statistics]), written([fewer])))
+    )
+    with pytest.raises(Damaged, match=r'Statistics record .* does not count what the data hold'):
+        check_file(path)
+
+
+def test_a_reindexed_bag_is_sound(bag, tmp_path):
+    """
+    As rosbag2 0.26 writes metadata.yaml anew: topics by name, durations added, no files.
+
+    Another order, or another duration, is damage all the same.
+    """
+    copy = tmp_path / 'bag'
+    shutil.copytree(bag, copy)
+    path = copy / 'metadata.yaml'
+    outer = yaml.safe_load(path.read_text())
+    said = outer['rosbag2_bagfile_information']
+    whole_ns = said['duration']['nanoseconds']
+    said['duration']['nanoseconds'] = sum(f['duration']['nanoseconds'] for f in said['files'])
+    assert said['duration']['nanoseconds'] < whole_ns
+    topics = said['topics_with_message_count']
+    said['topics_with_message_count'] = sorted(topics, key=lambda t: t['topic_metadata']['name'])
+    assert said['topics_with_message_count'] != topics
+    said['files'] = []
+    path.write_text(yaml.safe_dump(outer))
+    assert verify(copy).same_bytes
+    before = path.read_bytes()
+    assert recover(copy).files == ()
+    assert path.read_bytes() == before
+    said['duration']['nanoseconds'] -= 1
+    path.write_text(yaml.safe_dump(outer))
+    with pytest.raises(Damaged, match=r'metadata\.yaml is damaged: its duration is not what'):
+        check(Bag(copy))
+    said['duration']['nanoseconds'] += 1
+    said['topics_with_message_count'].reverse()
+    path.write_text(yaml.safe_dump(outer))
+    with pytest.raises(Damaged, match=r'its topics_with_message_count is not what'):
+        check(Bag(copy))
 
 
 def meanings_kept(bag, directory, bits):

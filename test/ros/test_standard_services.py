@@ -1,0 +1,123 @@
+"""The node under the names of simulation_interfaces; skipped where that is not installed."""
+
+import numpy as np
+import pytest
+from ros.live import stamp_ns
+from scipy.spatial.transform import Rotation
+
+msg = pytest.importorskip('simulation_interfaces.msg')
+srv = pytest.importorskip('simulation_interfaces.srv')
+
+RESULT = msg.Result
+STATE = msg.SimulationState
+
+
+def call(participant, kind, name, **fields):
+    """Call a service with nested values of its request; return its answer."""
+    return participant.call(kind, f'satdyn/{name}', kind.Request(**fields))
+
+
+def test_features_are_those_that_answer(live):
+    """State of the simulation and of the one entity, steps, and a reset of the state alone."""
+    _, participant = live()
+    features = call(participant, srv.GetSimulatorFeatures, 'get_simulator_features').features
+    assert sorted(features.features) == [10, 11, 20, 22, 24, 25, 26, 31, 32]
+    filters = msg.EntityFilters(filter='sat')
+    found = call(participant, srv.GetEntities, 'get_entities', filters=filters)
+    assert (found.result.result, list(found.entities)) == (RESULT.RESULT_OK, ['satdyn'])
+    filters = msg.EntityFilters(tags=msg.TagsFilter(tags=['a']))
+    found = call(participant, srv.GetEntities, 'get_entities', filters=filters)
+    assert found.result.result == RESULT.RESULT_FEATURE_UNSUPPORTED
+
+
+def test_the_simulation_is_paused_stepped_and_played(live):
+    """A step returns when its ticks have come; one while playing, and a stop, are refused."""
+    _, participant = live({'publish.rate': 50.0})
+
+    def state():
+        return call(participant, srv.GetSimulationState, 'get_simulation_state').state.state
+
+    def change(wanted):
+        asked = STATE(state=wanted)
+        answer = call(participant, srv.SetSimulationState, 'set_simulation_state', state=asked)
+        return answer.result.result
+
+    def step(steps):
+        return call(participant, srv.StepSimulation, 'step_simulation', steps=steps).result
+
+    heard = participant.listen('attitude')
+    participant.hear(heard, 3)
+    assert state() == STATE.STATE_PLAYING
+    assert change(STATE.STATE_PLAYING) == 101
+    assert step(1).result == RESULT.RESULT_OPERATION_FAILED
+    assert change(STATE.STATE_STOPPED) == RESULT.RESULT_FEATURE_UNSUPPORTED
+    assert change(STATE.STATE_PAUSED) == RESULT.RESULT_OK
+    assert state() == STATE.STATE_PAUSED
+    participant.spin(0.2)
+    last_ns = stamp_ns(heard[-1])
+    assert step(7).result == RESULT.RESULT_OK
+    participant.hear(heard, 0)
+    participant.wait_until(lambda: stamp_ns(heard[-1]) == last_ns + 7 * 20_000_000)
+    assert step(0).result == RESULT.RESULT_OPERATION_FAILED
+    assert change(STATE.STATE_PLAYING) == RESULT.RESULT_OK
+    participant.hear(heard, 3)
+
+
+def test_the_state_is_read_set_and_reset_in_inertial_axes(live):
+    """The twist is in the header's frame, as the standard has it; odometry's is in body axes."""
+    _, participant = live({'publish.rate': 20.0, 'publish.topics': ['odometry']})
+    heard = participant.listen('odometry')
+    participant.hear(heard, 3)
+    assert participant.switch('pause', True)[0]
+    participant.spin(0.2)
+    read = call(participant, srv.GetEntityState, 'get_entity_state', entity='satdyn')
+    assert read.result.result == RESULT.RESULT_OK
+    (shown,) = (m for m in heard if stamp_ns(m) == stamp_ns(read.state))
+    assert read.state.header.frame_id == shown.header.frame_id == 'inertial'
+    assert read.state.pose == shown.pose.pose
+    turn = Rotation.from_quat(xyzw(read.state.pose.orientation))
+    for ours, theirs in (
+        (shown.twist.twist.linear, read.state.twist.linear),
+        (shown.twist.twist.angular, read.state.twist.angular),
+    ):
+        # Roundings of 7.6 km/s.
+        np.testing.assert_allclose(turn.apply(xyz(ours)), xyz(theirs), rtol=0.0, atol=1e-11)
+
+    wanted = read.state
+    wanted.twist.angular.z = 0.25
+    answer = call(
+        participant,
+        srv.SetEntityState,
+        'set_entity_state',
+        **{'entity': 'satdyn', 'state': wanted},
+        **{f: True for f in ('set_pose', 'set_twist') if hasattr(srv.SetEntityState.Request, f)},
+    )
+    assert answer.result.result == RESULT.RESULT_OK, answer.result.error_message
+    step = call(participant, srv.StepSimulation, 'step_simulation', steps=1)
+    assert step.result.result == RESULT.RESULT_OK
+    read = call(participant, srv.GetEntityState, 'get_entity_state', entity='satdyn')
+    np.testing.assert_allclose(
+        xyz(read.state.twist.angular), xyz(wanted.twist.angular), rtol=0.0, atol=1e-15
+    )
+    assert participant.get('initial.frame') == 'inertial'
+
+    wanted.pose.orientation.w += 1.0
+    request = {'entity': 'satdyn', 'state': wanted}
+    if hasattr(srv.SetEntityState.Request, 'set_pose'):
+        request['set_pose'] = True
+    answer = call(participant, srv.SetEntityState, 'set_entity_state', **request)
+    assert answer.result.result == srv.SetEntityState.Response.INVALID_POSE
+    assert 'initial.attitude' in answer.result.error_message
+    answer = call(participant, srv.GetEntityState, 'get_entity_state', entity='other')
+    assert answer.result.result == RESULT.RESULT_NOT_FOUND
+    for scope, code in ((1, RESULT.RESULT_FEATURE_UNSUPPORTED), (2, RESULT.RESULT_OK)):
+        answer = call(participant, srv.ResetSimulation, 'reset_simulation', scope=scope)
+        assert answer.result.result == code
+
+
+def xyz(vector):
+    return [vector.x, vector.y, vector.z]
+
+
+def xyzw(quaternion):
+    return [quaternion.x, quaternion.y, quaternion.z, quaternion.w]

@@ -67,8 +67,9 @@ def _says_no(error):
     from ..bag.simulate import Untrue
     from ..dynamics.motion import Halted
     from ..run.simulation import RunHalted
+    from ..sweep.workers import Failed
 
-    return isinstance(error, Halted | RunHalted | Untrue)
+    return isinstance(error, Failed | Halted | RunHalted | Untrue)
 
 
 def _sentence(error):

@@ -148,7 +148,10 @@ def _simulate(given):
     for doubt in scenario.warnings:
         print(f'satdyn simulate: {doubt}', file=sys.stderr)
     happening = events.from_yaml(given.events, scenario) if given.events else []
-    count = tick_count(scenario, given.duration)
+    first = begin['tick'] if begin else 0
+    count = tick_count(scenario, given.duration, first)
+    for doubt in events.doubts(happening, first + count, scenario.rate):
+        print(f'satdyn simulate: {doubt}', file=sys.stderr)
     done = 0
     try:
         with progress('simulating', 'ticks') as show:

@@ -18,6 +18,7 @@ until the next one.  With rotor.names a rotor_torque is given by name,
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -160,6 +161,16 @@ def from_yaml_text(text: str, scenario: Scenario, origin: str = 'events') -> lis
         except ValueError as error:
             raise ValueError(f'{origin}, event {number}: {error}') from None
     return sorted(events, key=lambda event: event.tick)
+
+
+def doubts(events: Iterable[Event], end: int, rate: Fraction) -> list[str]:
+    """Return, in a sentence each, which events do not act since the run ends before tick end."""
+    return [
+        f'the {type(event).__name__} at {float(event.tick / rate):g} s (tick {event.tick}) does '
+        f'not act: the run ends at {float(end / rate):g} s; at_s and --duration are in seconds'
+        for event in events
+        if event.tick >= end and not isinstance(event, Derived)
+    ]
 
 
 def to_yaml(events: Iterable[Event]) -> str:

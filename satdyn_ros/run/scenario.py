@@ -19,7 +19,7 @@ from ..integrate.propagation import Propagation
 from ..kernel import rotation
 from ..orbits import FixedDirection, KeplerOrbit
 from ..sensors.suite import Sensor
-from . import checks, rotors, sensors
+from . import checks, doubts, rotors, sensors
 from .keys import KEYS, SENSORS, keys_of
 from .parameter_file import flattened, parameters_of_yaml, scenario_text, yaml_of_parameters
 
@@ -193,7 +193,7 @@ class Scenario:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What is allowed and rarely meant, each in one sentence."""
-        return checks.warnings(self.values)
+        return doubts.warnings(self.values)
 
     @cached_property
     def system(self) -> System:

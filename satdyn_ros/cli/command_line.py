@@ -338,6 +338,13 @@ def _add_sweep(command):
     )
     added.notes = _SWEEP_FORM
     _add_out(added, 'DIR', 'the directory for the results')
+    added.add_argument(
+        '--outcome',
+        action='append',
+        default=[],
+        metavar='MODULE:FUNCTION',
+        help='add a column: a function of the states (M, N) of M runs to numbers (M,); repeatable',
+    )
     where = added.add_mutually_exclusive_group()
     where.add_argument(
         '--workers', type=int, metavar='N', help='number of processes; default: one per core'

@@ -277,7 +277,8 @@ def _sweep(given):
     from ..sweep.table import summary
 
     with progress('sweep', 'runs') as show:
-        table = sweep(sweep_path(given.file), given.out, given.workers, given.dask, show)
+        path, outcomes = sweep_path(given.file), tuple(given.outcome)
+        table = sweep(path, given.out, given.workers, given.dask, show, outcomes)
     print(f'{table}: {summary(table)}')
     return DONE
 

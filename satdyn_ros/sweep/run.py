@@ -8,7 +8,7 @@ not done again.
 
 import json
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent import futures
 from functools import partial
 from itertools import islice
@@ -23,7 +23,7 @@ from ..base.sentences import one_sentence
 from .batches import batches, part_name, store_batch
 from .plan import Plan
 from .resources import check_resources
-from .table import keep, unite, write_part
+from .table import keep, schema, unite, write_part
 from .workers import Failed, cluster, processes
 
 # Batches handed over at a time: enough for a large cluster, few enough for a small memory.
@@ -38,19 +38,22 @@ def sweep(
     workers: int | None = None,
     dask_address: str | None = None,
     show: Callable[[int, int], object] = lambda done, total: None,
+    outcomes: Sequence[str] = (),
 ) -> Path:
     """
     Do all runs of a sweep file and return the path of their table, directory/table.parquet.
 
     An interrupted sweep continues where it was when called again.  workers: processes on this
     machine, None: one per core.  dask_address: a dask.distributed scheduler that does the runs
-    instead.  show(done, total): called whenever runs have finished.
+    instead.  show(done, total): called whenever runs have finished.  outcomes: columns of one's
+    own (own_outcome.py), each by its place, 'module:function'.
     ValueError: the file is wrong, the directory holds something else, or the machine is too small.
     OSError: a file cannot be written.  Failed: a worker failed, not only a run.
     """
     if workers is not None and workers < 1:
         raise ValueError(f'--workers is {workers}; it must be an integer of at least 1')
-    plan, directory = Plan.from_yaml(path), Path(directory)
+    plan, directory = Plan.from_yaml(path, outcomes), Path(directory)
+    schema(plan)
     check_resources(plan, directory)
     _refuse_another(directory, plan)
     whole, parts = directory / 'table.parquet', directory / 'parts'

@@ -27,6 +27,7 @@ BELONGS = (
     ('orbit.gradient', 'orbit.type', ('fixed',)),
     ('orbit.mu', 'orbit.type', ('circular', 'kepler')),
     ('orbit.semi_major_axis', 'orbit.type', ('circular', 'kepler')),
+    ('orbit.altitude', 'orbit.type', ('circular',)),
     ('orbit.eccentricity', 'orbit.type', ('kepler',)),
     ('orbit.inclination', 'orbit.type', ('circular', 'kepler')),
     ('orbit.raan', 'orbit.type', ('circular', 'kepler')),

@@ -88,7 +88,7 @@ def _orbit(values) -> Iterator[str]:
             meant = (
                 f'where kilometres are meant, {a_m * 1e3:g}'
                 if a_m < _LEAST_ALTITUDE_M
-                else 'from the centre, not from the surface'
+                else 'from the centre; orbit.altitude is from the surface'
             )
             yield (
                 f'orbit.semi_major_axis is {a_m:g} m ({meant}); the orbit then goes '

@@ -19,7 +19,7 @@ from ..integrate.propagation import Propagation
 from ..kernel import rotation
 from ..orbits import FixedDirection, KeplerOrbit
 from ..sensors.suite import Sensor
-from . import checks, doubts, rotors, sensors
+from . import checks, doubts, in_place, rotors, sensors
 from .keys import KEYS, SENSORS, keys_of
 from .parameter_file import flattened, parameters_of_yaml, scenario_text, yaml_of_parameters
 
@@ -65,6 +65,7 @@ class Scenario:
             name = f'sensors.{sensor}.mounting'
             values[name] = checks.unit(values, name, 1e-6)
         checks.refuse_what_does_not_belong(values)
+        values |= in_place.resolved(values, given)
         rotors.refuse_foreign(values)
         sensors.check(values)
         inertia.tensor(values['body.inertia'])
@@ -103,8 +104,9 @@ class Scenario:
         return cls(parameters_of_yaml(text, origin))
 
     def to_yaml(self) -> str:
-        """Return the text of a ROS 2 parameter file with every key."""
-        return yaml_of_parameters(self.values)
+        """Return the text of a ROS 2 parameter file with every key that has a value of its own."""
+        own = {name: x for name, x in self.values.items() if name not in in_place.IN_PLACE}
+        return yaml_of_parameters(own)
 
     @classmethod
     def of_many(cls, values: Mapping[str, Any]) -> 'Scenario':
@@ -119,7 +121,9 @@ class Scenario:
 
     def with_values(self, changes: Mapping[str, Any]) -> 'Scenario':
         """Return the scenario with some keys changed; ValueError: see the class."""
-        changed = Scenario({**self.values, **changes})
+        replaced = in_place.replaced(changes)
+        kept = {name: x for name, x in self.values.items() if name not in replaced}
+        changed = Scenario({**kept, **changes})
         if all(name.startswith('initial.') for name in changes):
             # A learning loop starts the same body at every episode: what follows from it stays.
             vars(changed)['system'] = self.system

@@ -138,6 +138,10 @@ class Scenario:
     def __getitem__(self, name: str) -> Any:
         return self.values[name]
 
+    def __repr__(self) -> str:
+        method, frame = self['motion.method'], self['initial.frame']
+        return f'<Scenario: {self.system}, {method}, from {frame}, {float(self.rate):g} Hz>'
+
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Scenario) and dict(self.values) == dict(other.values)
 

@@ -155,7 +155,11 @@ def _add_replay(command):
         metavar='X',
         help='speed relative to the recording; default: 1',
     )
-    added.add_argument('--loop', action='store_true', help='repeat until interrupted')
+    added.add_argument(
+        '--loop',
+        action='store_true',
+        help='repeat until interrupted; stamps, and with --clock the time, jump back each time',
+    )
     added.add_argument('--clock', action='store_true', help='publish /clock')
     added.add_argument(
         '--start-offset',

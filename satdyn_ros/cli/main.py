@@ -150,7 +150,7 @@ def _simulate(given):
     happening = events.from_yaml(given.events, scenario) if given.events else []
     first = begin['tick'] if begin else 0
     count = tick_count(scenario, given.duration, first)
-    for doubt in events.doubts(happening, first + count, scenario.rate):
+    for doubt in events.doubts(happening, first + count, scenario):
         print(f'satdyn simulate: {doubt}', file=sys.stderr)
     done = 0
     try:

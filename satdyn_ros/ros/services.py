@@ -77,7 +77,7 @@ class Services:
         except (ValueError, ArithmeticError) as error:
             response.result.reason = one_sentence(error)
             return reply(response)
-        for doubt in conditions.warnings if 'initial.angular_velocity' in values else ():
+        for doubt in conditions.doubts_of(values):
             self._log.warning(doubt)
         self._conditions = conditions
         in_force = {name: conditions[name] for name in values}

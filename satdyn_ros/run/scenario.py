@@ -203,6 +203,10 @@ class Scenario:
         """What is allowed and rarely meant, each in one sentence."""
         return doubts.warnings(self.values)
 
+    def doubts_of(self, names: Iterable[str]) -> list[str]:
+        """Return the warnings about some keys."""
+        return [sentence for sentence in self.warnings if sentence.split()[0] in set(names)]
+
     @cached_property
     def system(self) -> System:
         """What moves, with no torque applied."""

@@ -106,10 +106,13 @@ def _end_after(process: BaseProcess) -> None:
 
 class _Cluster:
     def __init__(self, client, address):
+        # Before Python 3.11 it is not Python's own.
+        from distributed import TimeoutError as OutOfTime
+
         self._client, self._address = client, address
         try:
             client.wait_for_workers(1, timeout=_WORKER_S)
-        except TimeoutError:
+        except OutOfTime:
             raise self._without_workers() from None
         self._last_worker_s = time.monotonic()
         find, _, _ = _functions({})

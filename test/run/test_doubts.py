@@ -2,7 +2,7 @@
 
 import pytest
 
-from satdyn_ros.run.events import Request, Reset, Timeout, doubts
+from satdyn_ros.run.events import Event, Request, Reset, Timeout, doubts
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.shipped import names
 
@@ -131,7 +131,7 @@ def test_the_shipped_scenarios_raise_no_doubt(name):
 
 def test_an_event_after_the_end():
     """The last tick of a run of 600 is 599; what follows from the run is no order of the user."""
-    events = [Reset(599), Reset(600), Timeout(700, 'torque')]
+    events: list[Event] = [Reset(599), Reset(600), Timeout(700, 'torque')]
     (sentence,) = doubts(events, 600, Scenario({'publish.rate': 10.0}))
     assert sentence.startswith('the Reset at 60 s (tick 600) does not act: the run ends at 60 s')
 

@@ -198,8 +198,9 @@ def _functions(expected: Mapping[str, str]) -> tuple[Callable, Callable, Callabl
             return {'satdyn_ros': f'({error})'}
         try:
             from satdyn_ros.sweep.versions import versions
-        except ImportError:
-            return {'satdyn_ros': f'{satdyn_ros.__version__} of {satdyn_ros.__file__}'}
+        except ImportError as error:
+            place = f'{satdyn_ros.__version__} of {satdyn_ros.__file__}'
+            return {'satdyn_ros': f'{place} ({error})'}
         return versions()
 
     def difference(where, found):

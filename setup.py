@@ -64,7 +64,7 @@ setup(
         'plot': ['matplotlib>=3.6.3'],
         'watch': ['aiohttp'],
         'sweep': ['dask', 'distributed', 'pyarrow'],
-        'tables': ['polars', 'pyarrow'],
+        'tables': ['pandas', 'polars', 'pyarrow'],
         # What the commands of README and tutorial need; ROS 2 where it has wheels.
         'all': [
             'satdyn_ros[plot,sweep,tables,watch]',
@@ -98,6 +98,7 @@ setup(
             'heyoka',
             'matplotlib',
             'mcap-ros2-support',
+            'pandas',
             'polars',
             'pyarrow',
             'selenium',

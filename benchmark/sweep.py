@@ -15,8 +15,8 @@ from pathlib import Path
 from common import QUICK, Claim, milliseconds, one_and_two_cores, show
 
 from satdyn_ros.sweep import outcome
+from satdyn_ros.sweep.batches import batches, part_name, store_batch
 from satdyn_ros.sweep.plan import Plan
-from satdyn_ros.sweep.run import batches, part_name, store_batch
 from satdyn_ros.sweep.table import keep, table, write_part
 
 SWEEPS = Path(__file__).parents[1] / 'config' / 'sweeps'

@@ -1,4 +1,12 @@
-"""Spacecraft attitude under the gravity-gradient torque: true dynamics with proof, for ROS 2."""
+"""
+Spacecraft attitude under the gravity-gradient torque: true dynamics with proof, for ROS 2.
+
+Scenario: what a run is, from a file or nested keys; scenario.motion().at(t_s) gives its states.
+Simulation: a scenario and its events tick by tick.
+Propagation: the numerical motion of any system from any state.
+exact: the motions in closed form; exact.recognise(system, state) finds the one that applies.
+describe: what theory says of a scenario, as data.
+"""
 
 from importlib import import_module
 from typing import Any
@@ -22,3 +30,8 @@ def __getattr__(name: str) -> Any:
     if name in _PUBLIC:
         return getattr(import_module(_PUBLIC[name]), name)
     raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
+
+
+def __dir__() -> list[str]:
+    """Return the public names, imported or not, for tab completion and help."""
+    return [*__all__, *(name for name in globals() if name.startswith('__'))]

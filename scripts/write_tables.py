@@ -82,7 +82,7 @@ def _parameters():
         (
             f'`{key.name}`',
             key.allowed,
-            f'`{_plain(key.default)}`'.replace("'", ''),
+            'empty' if key.default == '' else f'`{_plain(key.default)}`'.replace("'", ''),
             key.meaning,
             _CHANGES[key.changes],
         )

@@ -7,6 +7,8 @@ from math import inf, isfinite
 from numbers import Real
 from typing import Any
 
+from .nanoseconds import stamp_ns
+
 # The longest part of a given value that a sentence repeats.
 _LONGEST_GIVEN = 100
 
@@ -16,7 +18,8 @@ class Key:
     """
     One key of a scenario.
 
-    kind: 'double', 'double_array', 'string', 'string_array', 'bool' or 'integer'.  low and high
+    kind: 'double', 'double_array', 'string', 'string_array', 'epoch' (a string too), 'bool' or
+    'integer'.  low and high
     bound numbers inclusively, above and below exclusively; lengths are those an array may have.
     changes: 'never', 'running' (a parameter set) or 'service' (~/set_initial_conditions).
     """
@@ -39,6 +42,8 @@ class Key:
         """Return what is allowed, as the end of a sentence."""
         if self.kind == 'bool':
             return 'true or false'
+        if self.kind == 'epoch':
+            return 'empty or an epoch in UTC, such as 2026-03-01T00:00:00Z'
         if self.kind == 'string_array':
             return f'a list of {", ".join(self.choices) or "different names"}'
         if self.choices:
@@ -121,6 +126,14 @@ def _text(key: Key, value: Any) -> str:
     return value
 
 
+def _epoch(key: Key, value: Any) -> str:
+    if not isinstance(value, str):
+        raise TypeError
+    if value:
+        stamp_ns(value)
+    return value
+
+
 def _texts(key: Key, value: Any) -> tuple[str, ...]:
     # ROS cannot carry an empty list: it arrives as not set.
     items = () if value is None else value
@@ -145,5 +158,6 @@ _READERS: dict[str, Callable[[Key, Any], Any]] = {
     'integer': _integer,
     'string': _text,
     'string_array': _texts,
+    'epoch': _epoch,
     'bool': _truth,
 }

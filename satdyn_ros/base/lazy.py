@@ -1,17 +1,19 @@
 """Modules of a package that are imported when they are first named (PEP 562)."""
 
+import pkgutil
+import sys
 from collections.abc import Callable
 from importlib import import_module
 from types import ModuleType
 
 
-def modules_of(package: str) -> Callable[[str], ModuleType]:
+def modules_of(package: str) -> tuple[Callable[[str], ModuleType], Callable[[], list[str]]]:
     """
-    Return a package's __getattr__, which imports its modules.
+    Return a package's __getattr__, which imports its modules, and its __dir__, which lists them.
 
-    >>> __getattr__ = modules_of('satdyn_ros.theory')
-    >>> __getattr__('stability').__name__
-    'satdyn_ros.theory.stability'
+    >>> __getattr__, __dir__ = modules_of('satdyn_ros.theory')
+    >>> __getattr__('stability').__name__, 'verdicts' in __dir__()
+    ('satdyn_ros.theory.stability', True)
     """
 
     def module(name: str) -> ModuleType:
@@ -22,4 +24,9 @@ def modules_of(package: str) -> Callable[[str], ModuleType]:
             pass
         raise AttributeError(f'module {package!r} has no attribute {name!r}')
 
-    return module
+    def names() -> list[str]:
+        here = sys.modules[package]
+        own = (name for name in vars(here) if name.startswith('__'))
+        return [*own, *(found.name for found in pkgutil.iter_modules(here.__path__))]
+
+    return module, names

@@ -163,7 +163,11 @@ def _add_replay(command):
         metavar='X',
         help='speed relative to the recording; default: 1',
     )
-    added.add_argument('--loop', action='store_true', help='repeat until interrupted')
+    added.add_argument(
+        '--loop',
+        action='store_true',
+        help='repeat until interrupted; stamps, and with --clock the time, jump back each time',
+    )
     added.add_argument('--clock', action='store_true', help='publish /clock')
     added.add_argument(
         '--start-offset',
@@ -346,6 +350,13 @@ def _add_sweep(command):
     )
     added.notes = _SWEEP_FORM
     _add_out(added, 'DIR', 'the directory for the results')
+    added.add_argument(
+        '--outcome',
+        action='append',
+        default=[],
+        metavar='MODULE:FUNCTION',
+        help='add a column: a function of the states (M, N) of M runs to numbers (M,); repeatable',
+    )
     where = added.add_mutually_exclusive_group()
     where.add_argument(
         '--workers', type=int, metavar='N', help='number of processes; default: one per core'

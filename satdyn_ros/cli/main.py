@@ -75,8 +75,9 @@ def _says_no(error):
     from ..bag.simulate import Untrue
     from ..dynamics.motion import Halted
     from ..run.simulation import RunHalted
+    from ..sweep.workers import Failed
 
-    return isinstance(error, Halted | RunHalted | Untrue)
+    return isinstance(error, Failed | Halted | RunHalted | Untrue)
 
 
 def _sentence(error):
@@ -155,7 +156,10 @@ def _simulate(given):
     for doubt in scenario.warnings:
         print(f'satdyn simulate: {doubt}', file=sys.stderr)
     happening = events.from_yaml(given.events, scenario) if given.events else []
-    count = tick_count(scenario, given.duration)
+    first = begin['tick'] if begin else 0
+    count = tick_count(scenario, given.duration, first)
+    for doubt in events.doubts(happening, first + count, scenario):
+        print(f'satdyn simulate: {doubt}', file=sys.stderr)
     done = 0
     try:
         with progress('simulating', 'ticks') as show:
@@ -281,14 +285,8 @@ def _sweep(given):
     from ..sweep.table import summary
 
     with progress('sweep', 'runs') as show:
-        table = sweep(
-            sweep_path(given.file),
-            given.out,
-            given.workers,
-            given.dask,
-            show,
-            torques=given.torque,
-        )
+        path, outcomes = sweep_path(given.file), tuple(given.outcome)
+        table = sweep(path, given.out, given.workers, given.dask, show, outcomes, given.torque)
     print(f'{table}: {summary(table)}')
     return DONE
 

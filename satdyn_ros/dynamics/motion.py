@@ -4,6 +4,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,6 +12,9 @@ from numpy.typing import ArrayLike
 from ..kernel import rotation
 from ..orbits import FixedDirection, KeplerOrbit
 from .system import State, System
+
+if TYPE_CHECKING:
+    import pandas
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +38,11 @@ class States:
     work: np.ndarray
     orbit: FixedDirection | KeplerOrbit
     orbit_s: np.ndarray
+
+    def __repr__(self) -> str:
+        many = f'{len(self.q_ib)} motions, ' if self.q_ib.ndim > 2 else ''
+        span = f', t_s {self.t_s.min():g} to {self.t_s.max():g}' if len(self) else ''
+        return f'<States: {many}{len(self)} rows{span}, {self.orbit}>'
 
     def __len__(self) -> int:
         return len(self.t_s)
@@ -93,6 +102,47 @@ class States:
         """Return the attitude body to LVLH, shape (N, 4); a fixed direction has none."""
         return rotation.multiply(rotation.conjugate(self.orbit.lvlh(self.orbit_s)), self.q_ib)
 
+    @property
+    def roll_pitch_yaw(self) -> np.ndarray:
+        """
+        Return the 3-2-1 angles of the body relative to LVLH [rad], shape (N, 3).
+
+        Of a fixed direction, which has no LVLH, they are those relative to inertial axes.
+        """
+        return rotation.roll_pitch_yaw(self.q_lb if self.orbit.has_lvlh else self.q_ib)
+
+    def to_pandas(self) -> 'pandas.DataFrame':
+        """
+        Return the table as a DataFrame, a column for each number, named as `satdyn export` does.
+
+        Of several rotors the columns are rotor_0_speed_rad_s and so on, in their order; what no
+        rotor has is left out.  ImportError: pandas is not installed.  ValueError: the states are
+        of many motions.
+        """
+        try:
+            import pandas
+        except ImportError:
+            raise ImportError(
+                'to_pandas needs pandas: pip install pandas', name='pandas'
+            ) from None
+        if self.q_ib.ndim > 2:
+            raise ValueError('to_pandas takes the states of one motion, and these are of many')
+        vectors = {'q_ib_%s': self.q_ib, 'omega_bi_b_%s_rad_s': self.omega_bi_b}
+        if self.orbit.has_lvlh:
+            vectors |= {'r_i_%s_m': self.r_i, 'v_i_%s_m_s': self.v_i, 'q_lb_%s': self.q_lb}
+        columns = {'t_s': self.t_s} | {
+            form % axis: column
+            for form, table in vectors.items()
+            for axis, column in zip('xyzw', table.T, strict=False)
+        }
+        columns |= zip(('roll_rad', 'pitch_rad', 'yaw_rad'), self.roll_pitch_yaw.T, strict=True)
+        count = self.rotor_speed.shape[-1]
+        for i in range(count):
+            rotor = 'rotor' if count == 1 else f'rotor_{i}'
+            columns[f'{rotor}_angle_rad'] = self.rotor_angle[:, i]
+            columns[f'{rotor}_speed_rad_s'] = self.rotor_speed[:, i]
+        return pandas.DataFrame(columns).dropna(axis='columns', how='all')
+
 
 def joined(tables: Sequence[States]) -> States:
     """Return tables of one run that follow each other as one."""
@@ -141,6 +191,10 @@ class Motion(ABC):
     def __init__(self, system: System, state: State, start_s: float = 0.0):
         system.check(state)
         self.system, self.state, self.start_s = system, state, start_s
+
+    def __repr__(self) -> str:
+        period = f', period {self.period_s:g} s' if self.period_s else ''
+        return f'<{type(self).__name__}: {self.name} ({self.source}){period}, {self.system}>'
 
     def at(self, t_s: ArrayLike) -> States:
         """

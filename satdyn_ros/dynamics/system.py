@@ -41,6 +41,16 @@ class System:
             torques = np.broadcast_to(torques, len(self.rotors))
         object.__setattr__(self, 'rotor_torque', torques)
 
+    def __repr__(self) -> str:
+        if self.inertia.ndim > 2:
+            body = f'{len(self.inertia)} bodies'
+        else:
+            moments = ', '.join(f'{x:g}' for x in np.linalg.eigvalsh(self.inertia))
+            body = f'moments [{moments}] kg m^2'
+        modes = [f'{rotor.label} {rotor.mode}' for rotor in self.rotors if rotor.mode != 'none']
+        driven = ', driven' if self.is_driven else ''
+        return f'<System: {", ".join([body, *modes])}{driven}, {self.orbit}>'
+
     @cached_property
     def is_driven(self) -> bool:
         """Whether anything but the field does work: a torque, a motor, friction."""

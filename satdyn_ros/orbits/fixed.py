@@ -15,6 +15,9 @@ class FixedDirection:
     has_lvlh = False
     is_eccentric = False
 
+    def __repr__(self) -> str:
+        return f'<FixedDirection: gradient {self.gradient:g} 1/s^2>'
+
     def direction(self, t_s: ArrayLike) -> np.ndarray:
         """Return c_i, shape (..., 3)."""
         return np.broadcast_to([0.0, 0.0, 1.0], (*np.shape(t_s), 3))

@@ -55,6 +55,20 @@ class KeplerOrbit:
 
     has_lvlh = True
 
+    def __repr__(self) -> str:
+        if np.size(self.mean_motion) > 1:
+            return f'<KeplerOrbit: {np.size(self.mean_motion)} orbits>'
+        a_km, e, i, period_s = (
+            np.ravel(x)[0]
+            for x in (
+                self.semi_major_axis / 1e3,
+                self.eccentricity,
+                np.degrees(self.inclination),
+                2.0 * np.pi / self.mean_motion,
+            )
+        )
+        return f'<KeplerOrbit: a {a_km:g} km, e {e:g}, inclination {i:g} deg, {period_s:g} s>'
+
     @classmethod
     def from_state(cls, r_i: ArrayLike, v_i: ArrayLike, mu: float = EARTH_MU) -> 'KeplerOrbit':
         """Return the ellipse through r_i [m] with v_i [m/s], both (3,)."""

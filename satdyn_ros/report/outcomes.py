@@ -13,6 +13,8 @@ from ..base.regular_file import regular_file
 from .maps import edges, grid
 
 TABLE = 'table.parquet'
+# In the metadata of a column that a function of one's own gave.
+_OWN = b'outcome'
 _CAPTURE = 'captured'
 _MAPPED = (_CAPTURE, 'nadir_angle_max_rad', 'lvlh_angle_max_rad')
 _COUNTED = ('rate_max_rad_s', 'nadir_angle_max_rad', 'capture_s')
@@ -23,7 +25,8 @@ def plot_sweep(directory: str | Path, output: str | Path, what: Sequence[str] = 
     """
     Draw columns of a sweep's table into an image; the suffix of its name selects the format.
 
-    what: columns with numbers; none: those of angles, rates and capture that have values.
+    what: columns with numbers; none: those of angles, rates and capture that have values, and
+    outcomes of one's own.
     ValueError: the sweep is not finished, or has no such column, or no such images are written.
     """
     table = Path(directory) / TABLE
@@ -45,7 +48,8 @@ def draw_sweep(table: str | Path, what: Sequence[str] = ()) -> Figure:
         raise ValueError(f'the column is {unknown[0]}; allowed: {", ".join(numbers)}')
     axes_names = _grid_axes(columns, numbers)
     usual = _MAPPED if axes_names else _COUNTED
-    chosen = what or [name for name in usual if name in numbers]
+    own = [field.name for field in columns.schema if _OWN in (field.metadata or {})]
+    chosen = what or [name for name in (*usual, *own) if name in numbers]
     if not chosen:
         raise ValueError(f'{table} has none of the columns {", ".join(usual)}; name others')
     figure = Figure(figsize=(4.6 * len(chosen), 4.0), layout='constrained')

@@ -24,6 +24,7 @@ _TYPES = {
     'double_array': Parameter.Type.DOUBLE_ARRAY,
     'integer': Parameter.Type.INTEGER,
     'string': Parameter.Type.STRING,
+    'epoch': Parameter.Type.STRING,
     'string_array': Parameter.Type.STRING_ARRAY,
     'bool': Parameter.Type.BOOL,
 }

@@ -90,7 +90,7 @@ class Services:
             self._try_out(conditions)
         except (ValueError, ArithmeticError) as error:
             return answer(one_sentence(error))
-        for doubt in conditions.warnings if 'initial.angular_velocity' in values else ():
+        for doubt in conditions.doubts_of(values):
             self._log.warning(doubt)
         self._conditions = conditions
         in_force = {name: conditions[name] for name in values}

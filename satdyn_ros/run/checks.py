@@ -1,5 +1,5 @@
 """
-What the values of a scenario may not be together, and what they rarely mean.
+What the values of a scenario may not be together.
 
 values: every key by its dotted name, each allowed by itself.  ValueError: one sentence that names
 the key.
@@ -13,12 +13,9 @@ from typing import Any
 import numpy as np
 
 from ..base.key import listed
-from ..orbits.kepler import EARTH_RADIUS_M
 from .keys import KEYS
 from .ticks import LAST_STAMP_NS, Ticks
 
-# Above this a body rate is rarely meant [rad/s].
-_FAST_RAD_S = 10.0
 # What moves by more than this between two ticks [rad] takes more steps than a tick may.
 MOST_RAD_PER_TICK = 1e6
 # The longest wall time between two ticks: the system waits for no more.
@@ -30,6 +27,7 @@ BELONGS = (
     ('orbit.gradient', 'orbit.type', ('fixed',)),
     ('orbit.mu', 'orbit.type', ('circular', 'kepler')),
     ('orbit.semi_major_axis', 'orbit.type', ('circular', 'kepler')),
+    ('orbit.altitude', 'orbit.type', ('circular',)),
     ('orbit.eccentricity', 'orbit.type', ('kepler',)),
     ('orbit.inclination', 'orbit.type', ('circular', 'kepler')),
     ('orbit.raan', 'orbit.type', ('circular', 'kepler')),
@@ -103,23 +101,3 @@ def check_turns_a_tick(values: Mapping[str, Any], rate: Fraction) -> None:
             f'initial.angular_velocity is {list(values["initial.angular_velocity"])}; it must '
             f'be at most {MOST_RAD_PER_TICK / tick_s:g} rad/s (1e6 rad per tick)'
         )
-
-
-def warnings(values: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return what is allowed and rarely meant, each in one sentence."""
-    found = []
-    rate = math.hypot(*values['initial.angular_velocity'])
-    if rate > _FAST_RAD_S:
-        found.append(
-            f'initial.angular_velocity is {rate:g} rad/s, {rate / math.tau:.3g} turns a '
-            'second; it is in radians'
-        )
-    if values['orbit.type'] != 'fixed' and values['orbit.mu'] == KEYS['orbit.mu'].default:
-        lowest_m = values['orbit.semi_major_axis'] * (1.0 - values['orbit.eccentricity'])
-        if lowest_m < EARTH_RADIUS_M:
-            found.append(
-                f'orbit.semi_major_axis is {values["orbit.semi_major_axis"]:g} m; the orbit '
-                f'then goes {(EARTH_RADIUS_M - lowest_m) / 1e3:.4g} km below the surface of '
-                'the Earth'
-            )
-    return tuple(found)

@@ -17,6 +17,7 @@ until the next one.  With rotor.names a rotor_torque is given by name,
 """
 
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -160,6 +161,27 @@ def from_yaml_text(text: str, scenario: Scenario, origin: str = 'events') -> lis
         except ValueError as error:
             raise ValueError(f'{origin}, event {number}: {error}') from None
     return sorted(events, key=lambda event: event.tick)
+
+
+def doubts(events: Iterable[Event], end: int, scenario: Scenario) -> list[str]:
+    """
+    Return what is doubtful about events of a run that ends before tick end, each in one sentence.
+
+    An event that is not allowed is refused by the run, not here.
+    """
+    found = []
+    for event in events:
+        at = f'the {type(event).__name__} at {float(event.tick / scenario.rate):g} s'
+        if event.tick >= end and not isinstance(event, Derived):
+            found.append(
+                f'{at} (tick {event.tick}) does not act: the run ends at '
+                f'{float(end / scenario.rate):g} s; at_s and --duration are in seconds'
+            )
+        elif isinstance(event, Request):
+            with suppress(ValueError):
+                conditions = scenario.with_values(event.values)
+                found += [f'{at}: {doubt}' for doubt in conditions.doubts_of(event.values)]
+    return found
 
 
 def to_yaml(events: Iterable[Event]) -> str:

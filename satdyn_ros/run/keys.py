@@ -170,6 +170,15 @@ KEYS = {
         ),
         Key('orbit.semi_major_axis', 'double', 6.878137e6, 'm', 'semi-major axis', above=0.0),
         Key(
+            'orbit.altitude',
+            'double',
+            0.0,
+            'm',
+            'height above 6378137 m, in place of orbit.semi_major_axis, which then has the value; '
+            '0: not given; orbit.type circular only',
+            low=0.0,
+        ),
+        Key(
             'orbit.eccentricity',
             'double',
             0.0,
@@ -277,6 +286,14 @@ KEYS = {
             'stamp of tick 0; 0: the wall clock at the first tick, rounded to a microsecond',
             low=0,
             high=LAST_STAMP_NS,
+        ),
+        Key(
+            'time.epoch',
+            'epoch',
+            '',
+            '',
+            'stamp of tick 0 in UTC, in place of time.epoch_ns, which then has the value; empty: '
+            'not given',
         ),
         Key(
             'time.factor',

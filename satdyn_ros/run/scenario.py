@@ -21,7 +21,7 @@ from ..kernel import rotation
 from ..orbits import FixedDirection, KeplerOrbit
 from ..sensors.suite import Sensor
 from ..torques.body_torque import BodyTorque
-from . import checks, rotors, sensors
+from . import checks, doubts, in_place, rotors, sensors
 from .keys import KEYS, SENSORS, keys_of
 from .parameter_file import flattened, parameters_of_yaml, scenario_text, yaml_of_parameters
 
@@ -74,6 +74,7 @@ class Scenario:
             name = f'sensors.{sensor}.mounting'
             values[name] = checks.unit(values, name, 1e-6)
         checks.refuse_what_does_not_belong(values)
+        values |= in_place.resolved(values, given)
         rotors.refuse_foreign(values)
         sensors.check(values)
         inertia.tensor(values['body.inertia'])
@@ -116,8 +117,9 @@ class Scenario:
         return cls(parameters_of_yaml(text, origin), torques)
 
     def to_yaml(self) -> str:
-        """Return the text of a ROS 2 parameter file with every key."""
-        return yaml_of_parameters(self.values)
+        """Return the text of a ROS 2 parameter file with every key that has a value of its own."""
+        own = {name: x for name, x in self.values.items() if name not in in_place.IN_PLACE}
+        return yaml_of_parameters(own)
 
     @classmethod
     def of_many(cls, values: Mapping[str, Any]) -> 'Scenario':
@@ -132,7 +134,9 @@ class Scenario:
 
     def with_values(self, changes: Mapping[str, Any]) -> 'Scenario':
         """Return the scenario with some keys changed; ValueError: see the class."""
-        changed = Scenario({**self.values, **changes}, self.torques)
+        replaced = in_place.replaced(changes)
+        kept = {name: x for name, x in self.values.items() if name not in replaced}
+        changed = Scenario({**kept, **changes}, self.torques)
         if all(name.startswith('initial.') for name in changes):
             # A learning loop starts the same body at every episode: what follows from it stays.
             vars(changed)['system'] = self.system
@@ -152,6 +156,10 @@ class Scenario:
 
     def __getitem__(self, name: str) -> Any:
         return self.values[name]
+
+    def __repr__(self) -> str:
+        method, frame = self['motion.method'], self['initial.frame']
+        return f'<Scenario: {self.system}, {method}, from {frame}, {float(self.rate):g} Hz>'
 
     def __eq__(self, other: object) -> bool:
         return (
@@ -216,7 +224,11 @@ class Scenario:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What is allowed and rarely meant, each in one sentence."""
-        return checks.warnings(self.values)
+        return doubts.warnings(self.values)
+
+    def doubts_of(self, names: Iterable[str]) -> list[str]:
+        """Return the warnings about some keys."""
+        return [sentence for sentence in self.warnings if sentence.split()[0] in set(names)]
 
     @cached_property
     def system(self) -> System:

@@ -70,6 +70,10 @@ class Simulation:
         self._torque_of_step = False
         self._rotors_of_step: frozenset[str] = frozenset()
 
+    def __repr__(self) -> str:
+        at_s = self.ticks.seconds(self.next_tick)
+        return f'<Simulation: next tick {self.next_tick} at {at_s:g} s, {self.scenario}>'
+
     def _begin_block(self) -> None:
         """Let no samples have been returned: the run comes before its next tick."""
         # The run before the first tick of the block, what acts there, and the run after that.

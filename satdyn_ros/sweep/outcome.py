@@ -20,6 +20,7 @@ from ..orbits import KeplerOrbit
 from ..run.many import many, part_of
 from .capture import capture_times, judged_axis
 from .extrema import angles, extrema_of
+from .own_outcome import Wrong
 from .plan import Plan
 
 # Samples held at a time, some hundred megabytes: of longer runs, fewer are done together.
@@ -132,6 +133,8 @@ def _propagate_alone(plan, run, row, table):
         scenario = plan.scenario_of(plan.values(run))
         states = scenario.motion().at(plan.t_s)
         found = outcome(plan, scenario.system, part_of(states, None), [run])
+    except Wrong:
+        raise
     except Exception as error:
         found = {'failure': [str(error) or type(error).__name__]}
     table.put([row], found)
@@ -165,7 +168,7 @@ def outcome(plan: Plan, system: System, states: States, runs: Sequence[int]) -> 
         found |= _angles_and_capture(plan, system, states, runs)
     if plan.keeps_samples:
         found |= samples(states)
-    return found
+    return found | {own.name: own.values(states) for own in plan.outcomes}
 
 
 def _angles_and_capture(plan, system, states, runs):

@@ -15,6 +15,7 @@ from ..base.key import Key
 from ..run.scenario import Scenario
 from ..torques.body_torque import BodyTorque, named
 from .capture import LEAST
+from .own_outcome import OwnOutcome
 from .quantities import Quantity, quantity
 from .sweep_keys import REQUIRED, SWEEP_KEYS, checked
 from .variation import Variation, variation
@@ -38,7 +39,7 @@ class Plan:
     times each.  Run i is a function of the file and i alone.  interval_s: the time between the
     samples from which the extremes and the capture are found; with keeps_samples they are kept in
     the table.  captured_axis: the axis whose capture is judged (capture.py): x, y, z or least.
-    bags: the runs of which a bag is recorded.
+    bags: the runs of which a bag is recorded.  outcomes: columns of one's own.
     """
 
     scenario: Scenario
@@ -50,10 +51,20 @@ class Plan:
     keeps_samples: bool = False
     captured_axis: str = LEAST
     bags: tuple[int, ...] = ()
+    outcomes: tuple[OwnOutcome, ...] = ()
 
     @classmethod
-    def from_yaml(cls, path: str | Path, torques: Iterable[type[BodyTorque]] = ()) -> 'Plan':
-        """Return the sweep of a file; ValueError, one sentence: what is wrong with it."""
+    def from_yaml(
+        cls,
+        path: str | Path,
+        outcomes: Sequence[str] = (),
+        torques: Iterable[type[BodyTorque]] = (),
+    ) -> 'Plan':
+        """
+        Return the sweep of a file, with outcomes of one's own by their places, and torques.
+
+        ValueError, one sentence: what is wrong with it.
+        """
         given = ros_yaml.load(ros_yaml.read_text(path, 'the sweep'), str(path))
         if not isinstance(given, Mapping):
             raise ValueError(f'{path} is not a sweep file; its keys are {", ".join(SWEEP_KEYS)}')
@@ -68,7 +79,7 @@ class Plan:
         if not isinstance(given['scenario'], str):
             raise ValueError(f'scenario is {given["scenario"]}; it must be the path of a scenario')
         scenario = Scenario.from_yaml(Path(path).parent / given['scenario'], torques)
-        plan = cls._checked(scenario, given)
+        plan = cls._checked(scenario, given, tuple(map(OwnOutcome.at, outcomes)))
         plan._refuse_if_all_fail()
         return plan
 
@@ -76,12 +87,16 @@ class Plan:
     def from_text(cls, text: str) -> 'Plan':
         """Return the sweep of what to_text gave."""
         given = json.loads(text)
+        outcomes = tuple(map(OwnOutcome.at, given['outcomes']))
+        for own in outcomes:
+            if own.sources != given['outcomes'][own.place]:
+                raise ValueError(f'{own.place} is not that with which the sweep was begun')
         torques = [named(name) for name in given.get('torques', ())]
         scenario = Scenario.from_yaml_text(given['scenario'], torques=torques)
-        return cls._checked(scenario, given)
+        return cls._checked(scenario, given, outcomes)
 
     @classmethod
-    def _checked(cls, scenario, given):
+    def _checked(cls, scenario, given, outcomes):
         duration_s = checked(given, 'duration_s')
         plan = cls(
             scenario=scenario,
@@ -92,6 +107,7 @@ class Plan:
             seed=checked(given, 'seed'),
             keeps_samples=checked(given, 'samples'),
             captured_axis=checked(given, 'captured_axis'),
+            outcomes=outcomes,
         )
         return replace(plan, bags=_bags(given.get('bags', []), len(plan)))
 
@@ -178,6 +194,7 @@ class Plan:
             'samples': self.keeps_samples,
             'captured_axis': self.captured_axis,
             'bags': self.bags,
+            'outcomes': {own.place: own.sources for own in self.outcomes},
         }
         if self.scenario.torques:
             plain['torques'] = [kind.full_name() for kind in self.scenario.torques]

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..base.key import Key
 from ..kernel import rotation
+from ..run.in_place import IN_PLACE
 from ..run.keys import KEYS
 from ..theory.stability import smelt_moments, smelt_parameters
 
@@ -57,7 +58,8 @@ def quantity(name: str, keys: Mapping[str, Key] = KEYS) -> Quantity:
             'choice of rotors a sweep of its own'
         )
     if name in keys and (name.split('.')[0] in _MOTION or name not in KEYS):
-        return Quantity(keys[name], lambda values, value: {name: value})
+        other, value_of = IN_PLACE.get(name, (name, lambda value: value))
+        return Quantity(keys[name], lambda values, value: {other: value_of(value)})
     whole, _, component = name.rpartition('.')
     if component in _COMPONENTS and whole in keys and 3 in keys[whole].lengths:
         return _component(name, keys[whole], _COMPONENTS.index(component))

@@ -57,6 +57,8 @@ OUTCOMES: dict[str, tuple[pa.DataType, str]] = {
     f'drift_{name}': (_NUMBER, f'largest relative change of the first integral {name}')
     for name in NAMES
 }
+# Under this name the metadata of a column say which function of one's own gave it.
+OWN = 'outcome'
 # With rotor.names each rotor has a column of its own, which ends in _NAME.
 _OF_A_ROTOR = ('rotor_speed', 'rotor_angle', 'drift_rotor_momentum')
 SAMPLES = {
@@ -71,7 +73,8 @@ def schema(plan: Plan) -> pa.Schema:
     """
     Return the columns of the table: what varies, the results of the run, why it failed.
 
-    Each column's meaning is in its metadata, under description.
+    Each column's meaning is in its metadata, under description; an outcome of one's own has its
+    place there too, under outcome.  ValueError: it has the name of another column.
     """
     fields = [_field('run', pa.int64(), 'number of the run')]
     for varied in plan.vary:
@@ -86,6 +89,13 @@ def schema(plan: Plan) -> pa.Schema:
         fixed = plan.scenario.is_fixed
         names = [name for name in SAMPLES if name.endswith(('ib', 'bi_b')) == fixed]
         fields += [_field(name, pa.list_(_VECTOR), SAMPLES[name]) for name in names]
+    for own in plan.outcomes:
+        if own.name in (field.name for field in fields):
+            raise ValueError(
+                f'--outcome is {own.place}; the table has a column {own.name} already'
+            )
+        field = _field(own.name, _NUMBER, own.meaning)
+        fields.append(field.with_metadata(field.metadata | {OWN: own.place}))
     return pa.schema(fields)
 
 

@@ -352,7 +352,7 @@ def test_memory_stays_flat(tmp_path):
     """A day at 10 Hz takes less than 50 MB more than a minute does."""
     program = f"""
 import resource
-from satdyn_ros.bag import beginning, simulate
+from satdyn_ros.bag import simulate
 from satdyn_ros.run.scenario import Scenario
 scenario = Scenario({{'publish.rate': 10.0, 'publish.topics': ['attitude', 'imu']}})
 peaks = []

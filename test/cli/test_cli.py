@@ -323,3 +323,19 @@ def test_a_doubtful_scenario_flies_with_a_warning(tmp_path, capsys):
     said = capsys.readouterr()
     assert 'initial.angular_velocity' in said.err
     assert said.out == f'{tmp_path / "bag"}: 10 ticks, 0.01 s\n'
+
+
+def test_an_event_after_the_end_is_named(tmp_path, capsys):
+    """It does not act, also where the run goes on from a bag; one before the end is no doubt."""
+    events = tmp_path / 'events.yaml'
+    command = ['simulate', 'default', '--rate', '1', '--events', str(events)]
+    events.write_text('[{at_s: 3, reset: true}, {at_s: 4, reset: true}]')
+    bag, onward = str(tmp_path / 'bag'), str(tmp_path / 'onward')
+    assert main([*command, '--duration', '4', '-o', bag]) == 0
+    (line,) = (x for x in capsys.readouterr().err.splitlines() if 'compil' not in x)
+    assert line.startswith('satdyn simulate: the Reset at 4 s (tick 4) does not act')
+    events.write_text('[{at_s: 5, reset: true}, {at_s: 6, reset: true}]')
+    command += ['--from', bag, '--at', '2']
+    assert main([*command, '--duration', '4', '-o', onward]) == 0
+    (line,) = (x for x in capsys.readouterr().err.splitlines() if 'compil' not in x)
+    assert line.startswith('satdyn simulate: the Reset at 6 s (tick 6) does not act')

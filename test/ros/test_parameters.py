@@ -11,6 +11,7 @@ from ros.live import EPOCH_NS, PATIENCE_S, ROOT, parameter_messages, stamp_ns, s
 from satdyn_ros.messages.qos import Qos
 from satdyn_ros.rosbag2.reader import Bag
 from satdyn_ros.run.keys import KEYS
+from satdyn_ros.run.scenario import Scenario
 
 
 def test_every_key_is_described_with_unit_and_range_and_none_is_forgotten(live):
@@ -45,6 +46,20 @@ def test_every_key_is_described_with_unit_and_range_and_none_is_forgotten(live):
         ('body.inertia', [800.0, 900.0, 600.0]),
     ):
         assert participant.get(name) == value
+
+
+def test_altitude_and_epoch_become_what_they_stand_for(live):
+    """A node shows the values that follow, and all that it shows makes the same scenario again."""
+    given = {'orbit.altitude': 622000.0, 'time.epoch': '2026-03-01T00:00:00Z', 'time.epoch_ns': 0}
+    _, participant = live(given)
+    shown = {name: participant.get(name) for name in KEYS}
+    assert shown['orbit.semi_major_axis'] == 7000137.0
+    assert shown['time.epoch_ns'] == 1772323200 * 10**9
+    assert (shown['orbit.altitude'], shown['time.epoch']) == (0.0, '')
+    assert Scenario(shown)['orbit.semi_major_axis'] == 7000137.0
+    ((is_set, reason),) = participant.set({'orbit.altitude': 5e5})
+    assert not is_set
+    assert 'read-only' in reason
 
 
 FOREIGN = ('use_sim_time', 'start_type_description_service', 'qos_overrides')

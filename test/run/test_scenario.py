@@ -1,5 +1,7 @@
 """One validated description: what is allowed, what is refused and how."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -110,6 +112,54 @@ def test_what_is_rarely_meant_is_doubted():
     assert spin.startswith('initial.angular_velocity is 30 rad/s, 4.77 turns a second')
     (orbit,) = Scenario({'orbit.semi_major_axis': 500e3}).warnings
     assert orbit.endswith('goes 5878 km below the surface of the Earth')
+
+
+def test_altitude_and_epoch_in_place_of_others():
+    """They are the semi-major axis and the stamp of tick 0, and written as these."""
+    orbit, time = '{altitude: 622000}', '{epoch: 2026-03-01T00:00:00Z}'
+    text = f'/**: {{ros__parameters: {{orbit: {orbit}, time: {time}}}}}'
+    scenario = Scenario.from_yaml_text(text)
+    plain = Scenario({'orbit.semi_major_axis': 7000137.0, 'time.epoch_ns': 1772323200 * 10**9})
+    assert scenario == plain
+    assert scenario.to_yaml() == plain.to_yaml()
+    assert not {'altitude', 'epoch'} & set(scenario.to_yaml().replace(':', '').split())
+    assert Scenario.from_yaml_text(scenario.to_yaml()) == scenario
+    # What a node shows of all keys loads again, and a change replaces what it stands for.
+    assert Scenario(scenario.values) == scenario
+    assert scenario.with_values({'orbit.altitude': 500e3})['orbit.semi_major_axis'] == 6878137.0
+    assert scenario.with_values({'time.epoch': '1970-01-01T00:00:01.5Z'}).epoch_ns == 1500000000
+
+
+@pytest.mark.parametrize(
+    ('given', 'sentence'),
+    [
+        (
+            {'orbit.altitude': 5e5, 'orbit.semi_major_axis': 7e6},
+            'orbit.altitude is 500000.0 and orbit.semi_major_axis 7000000.0; only one of the two',
+        ),
+        (
+            {'time.epoch': '2026-03-01T00:00:00', 'time.epoch_ns': 1},
+            'time.epoch is 2026-03-01T00:00:00 and time.epoch_ns 1; only one of the two',
+        ),
+        (
+            {'orbit.altitude': 5e5, 'orbit.type': 'kepler'},
+            'orbit.altitude is 500000.0; with orbit.type kepler only its default is allowed',
+        ),
+        ({'orbit.altitude': -1.0}, 'orbit.altitude is -1.0; it must be a number at least 0 m'),
+        (
+            {'time.epoch': 'tomorrow'},
+            "time.epoch is 'tomorrow'; it must be empty or an epoch in UTC, such as 2026-03-01T",
+        ),
+        (
+            {'time.epoch': '1969-01-01T00:00:00'},
+            'time.epoch is 1969-01-01T00:00:00, and then time.epoch_ns is -31536000000000000; it',
+        ),
+    ],
+)
+def test_altitude_and_epoch_refused(given, sentence):
+    """One or the other, where it belongs, within what the other allows."""
+    with pytest.raises(ValueError, match=re.escape(sentence)):
+        Scenario(given)
 
 
 def test_every_key_has_a_default_that_holds():

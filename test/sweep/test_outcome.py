@@ -99,17 +99,17 @@ def test_together_as_alone(tmp_path, monkeypatch, name):
     plan = Plan.from_yaml(path)
     runs = range(len(plan))
     together = rows_of(plan, runs)
-    monkeypatch.setattr(outcome, '_fly_together', none_together)
+    monkeypatch.setattr(outcome, '_propagate_together', none_together)
     assert_same(together, rows_of(plan, runs))
 
 
 def none_together(*given):
-    """Stand for _fly_together where each run is to go by itself."""
+    """Stand for _propagate_together where each run is to go by itself."""
     return np.zeros(len(given[3]), bool)
 
 
 def alone(*given):
-    """Stand for _fly_alone where all runs are to go together."""
+    """Stand for _propagate_alone where all runs are to go together."""
     raise AssertionError('a run goes by itself')
 
 
@@ -197,10 +197,10 @@ def test_each_number_alone(tmp_path, monkeypatch, kind):
         path = write(tmp_path, ONE_KEY | {'orbit': orbit}, vary=vary, runs=1, duration_s=6000.0)
         plan = Plan.from_yaml(path)
         with monkeypatch.context() as patched:
-            patched.setattr(outcome, '_fly_alone', alone)
+            patched.setattr(outcome, '_propagate_alone', alone)
             together = rows_of(plan, range(2))
         with monkeypatch.context() as patched:
-            patched.setattr(outcome, '_fly_together', none_together)
+            patched.setattr(outcome, '_propagate_together', none_together)
             assert_same(together, rows_of(plan, range(2)))
 
 
@@ -241,7 +241,7 @@ def test_together_is_what_happens(tmp_path, monkeypatch):
     """Runs that differ only in numbers are propagated together: none alone."""
     plan = Plan.from_yaml(write(tmp_path))
 
-    monkeypatch.setattr(outcome, '_fly_alone', alone)
+    monkeypatch.setattr(outcome, '_propagate_alone', alone)
     assert len(rows_of(plan, range(12))) == 12
 
 
@@ -262,7 +262,7 @@ def test_rotors_with_names_have_columns_of_their_own(tmp_path, monkeypatch):
     }
     path = write(tmp_path, parameters, vary={'rotor.a.speed': {'values': [100.0, -50.0]}}, runs=1)
 
-    monkeypatch.setattr(outcome, '_fly_alone', alone)
+    monkeypatch.setattr(outcome, '_propagate_alone', alone)
     first, second = rows_of(Plan.from_yaml(path), range(2))
     assert first['rotor_speed_a'] == pytest.approx(100.0 * np.exp(-1.2), rel=1e-5)
     assert second['rotor_speed_a'] == pytest.approx(-50.0 * np.exp(-1.2), rel=1e-5)

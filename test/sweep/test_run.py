@@ -1,12 +1,7 @@
 """Sweeps give the same table wherever the runs are done and however often interrupted."""
 
-import os
+import json
 import signal
-import socket
-import subprocess
-import sys
-import time
-from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -16,44 +11,11 @@ from rosbags.highlevel import AnyReader
 from satdyn_ros.integrate.propagation import Propagation
 from satdyn_ros.kernel import rotation
 from satdyn_ros.sweep import outcome
+from satdyn_ros.sweep.batches import batches
 from satdyn_ros.sweep.plan import Plan
-from satdyn_ros.sweep.run import batches, sweep
-
-from .sweeps import rows_of, write
-
-ROOT = Path(__file__).parents[2]
-ENVIRONMENT = os.environ | {'PYTHONPATH': str(ROOT)}
-# 19 batches of 16 runs, long enough to be interrupted among.
-MANY = {'runs': 100, 'duration_s': 100_000.0, 'interval_s': 1000.0}
-PROGRAM = """
-import sys
-from satdyn_ros.sweep import outcome
 from satdyn_ros.sweep.run import sweep
-sweep(sys.argv[1], sys.argv[2], workers=2, dask_address=(sys.argv[3:] or [None])[0])
-"""
 
-
-@pytest.fixture(scope='module')
-def many(tmp_path_factory):
-    """Return the path of a sweep of 100 runs and the bytes of its table from one process."""
-    folder = tmp_path_factory.mktemp('many')
-    path = write(folder, **MANY)
-    return path, sweep(path, folder / 'one', workers=1).read_bytes()
-
-
-def start(path, directory, *more):
-    """Start a sweep in a process of its own, as the command does."""
-    command = [sys.executable, '-c', PROGRAM, str(path), str(directory), *more]
-    return subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
-
-
-def wait_for_parts(directory, count):
-    """Wait until so many batches are done."""
-    for _ in range(3000):
-        if len(list((directory / 'parts').glob('*.parquet'))) >= count:
-            return
-        time.sleep(0.01)
-    raise TimeoutError(f'{directory} has not {count} batches')
+from .sweeps import rows_of, start, wait_for_parts, write
 
 
 @pytest.mark.long
@@ -201,61 +163,15 @@ def test_bad_workers(tmp_path):
         sweep(write(tmp_path), tmp_path / 'out', workers=0)
 
 
-@pytest.mark.long
-def test_no_scheduler(tmp_path):
-    """An address where nothing listens is reported in one sentence."""
-    with pytest.raises(ValueError, match=r'--dask is tcp://127\.0\.0\.1:1, where no') as told:
-        sweep(write(tmp_path), tmp_path / 'out', dask_address='tcp://127.0.0.1:1')
-    assert '\n' not in str(told.value)
-
-
-def free_port():
-    """Return a port of this machine that nobody uses."""
-    with socket.socket() as probe:
-        probe.bind(('127.0.0.1', 0))
-        return probe.getsockname()[1]
-
-
-@pytest.fixture
-def cluster(tmp_path):
-    """Start a dask scheduler and two workers, processes of their own; give address and workers."""
-    address = f'tcp://127.0.0.1:{free_port()}'
-
-    def start_dask(program, *arguments):
-        command = [
-            sys.executable,
-            '-m',
-            f'distributed.cli.{program}',
-            *arguments,
-            '--no-dashboard',
-        ]
-        with (tmp_path / 'dask.log').open('a') as log:
-            return subprocess.Popen(command, stdout=log, stderr=log, cwd=tmp_path, env=ENVIRONMENT)
-
-    scheduler = start_dask('dask_scheduler', '--host', address)
-    workers = [
-        start_dask('dask_worker', address, '--no-nanny', '--nthreads', '1') for _ in range(2)
-    ]
-    yield address, workers
-    for process in (*workers, scheduler):
-        process.kill()
-        process.wait()
-
-
-@pytest.mark.long
-def test_cluster_that_loses_a_worker(many, tmp_path, cluster):
-    """Over TCP, with one of two workers killed midway, the table is complete and the same."""
-    from distributed import Client
-
-    path, expected = many
-    address, workers = cluster
-    with Client(address, timeout=60) as client:
-        client.wait_for_workers(2, timeout=60)
-    directory = tmp_path / 'cluster'
-    process = start(path, directory, address)
-    wait_for_parts(directory, 8)
-    os.kill(workers[0].pid, signal.SIGKILL)
-    assert not (directory / 'table.parquet').exists()
-    _, stderr = process.communicate(timeout=100)
-    assert process.returncode == 0, stderr
-    assert (directory / 'table.parquet').read_bytes() == expected
+def test_another_version_does_not_go_on(tmp_path):
+    """The versions are written down, and a table does not come from two of them."""
+    path, directory = write(tmp_path), tmp_path / 'out'
+    sweep(path, directory, workers=1)
+    written = json.loads((directory / 'sweep.json').read_text())
+    assert {'satdyn_ros', 'numba', 'numpy', 'processor', 'sources'} <= set(written['versions'])
+    written['versions']['numba'] = '0.1'
+    (directory / 'sweep.json').write_text(json.dumps(written))
+    sweep(path, directory, workers=1)
+    (directory / 'table.parquet').unlink()
+    with pytest.raises(ValueError, match=r'was begun with numba 0\.1, not'):
+        sweep(path, directory, workers=1)

@@ -1,0 +1,106 @@
+"""
+What is allowed and rarely meant, most of it another unit: each in one sentence.
+
+A sentence names the key, the value and what may have been meant.  values: every key by its dotted
+name.
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from ..base.nanoseconds import SECOND_NS, epoch, stamp_ns
+from ..orbits.kepler import EARTH_MU, EARTH_RADIUS_M
+from .keys import KEYS
+
+# Gravitational parameter [m^3/s^2] and equatorial radius [m]: EGM96, DE440, IAU 2015.
+_CENTRES = {
+    'the Earth': (EARTH_MU, EARTH_RADIUS_M),
+    'the Moon': (4.9028e12, 1_737_400.0),
+    'Mars': (4.282837e13, 3_396_190.0),
+    'the Sun': (1.32712440018e20, 695_700_000.0),
+}
+# What tables of these differ by, in their shortest form.
+_SAME_MU = 1e-3
+# Of an orbit within its centre a semi-major axis below this is more likely one in kilometres, one
+# above it an altitude [m].
+_LEAST_ALTITUDE_M = 1e5
+# Above the first a body rate is rarely meant, nor in whole numbers above the second [rad/s].
+_FAST_RAD_S, _FAST_AND_ROUND_RAD_S = 10.0, 2.0
+# An angle in radians is seldom a whole number but 0 and 1.
+_LEAST_ROUND_RAD = 2.0
+_FIRST_NS, _LAST_NS = stamp_ns('2000-01-01T00:00:00'), stamp_ns('2100-01-01T00:00:00')
+
+
+def warnings(values: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return what is doubtful about the values of a scenario."""
+    doubts = (_rate, _angles, _attitudes, _orbit, _epoch)
+    return tuple(sentence for doubt in doubts for sentence in doubt(values))
+
+
+def _rate(values) -> Iterator[str]:
+    given = values['initial.angular_velocity']
+    rate, is_round = math.hypot(*given), all(x.is_integer() for x in given)
+    if rate > _FAST_RAD_S or (is_round and rate > _FAST_AND_ROUND_RAD_S):
+        in_degrees = ', '.join(f'{math.radians(x):.4g}' for x in given)
+        yield (
+            f'initial.angular_velocity is {rate:g} rad/s, {rate / math.tau:.3g} turns a second; '
+            f'it is in radians: where {list(given)} are degrees, it is [{in_degrees}]'
+        )
+
+
+def _angles(values) -> Iterator[str]:
+    for key in KEYS.values():
+        if key.unit != 'rad' or key.kind != 'double':
+            continue
+        angle = values[key.name]
+        is_round = angle.is_integer() and abs(angle) >= _LEAST_ROUND_RAD
+        if is_round or abs(angle) > math.tau:
+            yield (
+                f'{key.name} is {angle:g} rad, {math.degrees(angle):.4g} deg; where '
+                f'{angle:g} are degrees, it is {math.radians(angle):.4g}'
+            )
+
+
+def _attitudes(values) -> Iterator[str]:
+    mountings = (f'sensors.{name}.mounting' for name in values['sensors.names'])
+    for name in ('initial.attitude', *mountings):
+        if abs(values[name][0]) == 1.0:
+            yield (
+                f'{name} is {list(values[name])}, half a turn about x; the order is x, y, z, w: '
+                'the identity is [0, 0, 0, 1]'
+            )
+
+
+def _orbit(values) -> Iterator[str]:
+    if values['orbit.type'] == 'fixed':
+        return
+    mu, a_m = values['orbit.mu'], values['orbit.semi_major_axis']
+    lowest_m = a_m * (1.0 - values['orbit.eccentricity'])
+    for centre, (centre_mu, radius_m) in _CENTRES.items():
+        in_km = abs(mu * 1e9 / centre_mu - 1.0) < _SAME_MU
+        if in_km:
+            yield (
+                f'orbit.mu is {mu:g} m^3/s^2, which is that of {centre} in km^3/s^2; in m^3/s^2 '
+                f'that is {centre_mu:g}'
+            )
+        if (in_km or abs(mu / centre_mu - 1.0) < _SAME_MU) and lowest_m < radius_m:
+            meant = (
+                f'where kilometres are meant, {a_m * 1e3:g}'
+                if a_m < _LEAST_ALTITUDE_M
+                else 'from the centre; orbit.altitude is from the surface'
+            )
+            yield (
+                f'orbit.semi_major_axis is {a_m:g} m ({meant}); the orbit then goes '
+                f'{(radius_m - lowest_m) / 1e3:.4g} km below the surface of {centre}'
+            )
+
+
+def _epoch(values) -> Iterator[str]:
+    given = values['time.epoch_ns']
+    for unit, factor in (('s', SECOND_NS), ('ms', 10**6), ('us', 10**3)):
+        if _FIRST_NS <= given * factor <= _LAST_NS:
+            yield (
+                f'time.epoch_ns is {given}, {given / SECOND_NS:.4g} s after 1970; where '
+                f'{unit} are meant, {epoch(given * factor)[:19]}, it is {given * factor}'
+            )

@@ -1,0 +1,48 @@
+"""
+Keys that may be given in place of others, in the terms in which people have them.
+
+A scenario has the value of the other key; these are then as if they had not been given.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+from ..base.nanoseconds import stamp_ns
+from ..orbits.kepler import EARTH_RADIUS_M
+from .keys import KEYS
+
+# The key, the one in whose place it is given, and the value of that.
+IN_PLACE: dict[str, tuple[str, Callable[[Any], Any]]] = {
+    'orbit.altitude': ('orbit.semi_major_axis', lambda altitude_m: EARTH_RADIUS_M + altitude_m),
+    'time.epoch': ('time.epoch_ns', stamp_ns),
+}
+
+
+def resolved(values: Mapping[str, Any], given: Iterable[str]) -> dict[str, Any]:
+    """
+    Return what the keys of IN_PLACE that have been given change in the values of all keys.
+
+    given: the names of those given.  ValueError, one sentence: both are given, or the value that
+    follows is not allowed.
+    """
+    changes = {}
+    for name, (other, value_of) in IN_PLACE.items():
+        value = values[name]
+        if value == KEYS[name].default:
+            continue
+        # An epoch of 0 is none.
+        if other in given and values[other]:
+            raise ValueError(
+                f'{name} is {value} and {other} {values[other]}; only one of the two may be given'
+            )
+        try:
+            changes[other] = KEYS[other].checked(value_of(value))
+        except ValueError as error:
+            raise ValueError(f'{name} is {value}, and then {error}') from None
+        changes[name] = KEYS[name].default
+    return changes
+
+
+def replaced(given: Iterable[str]) -> set[str]:
+    """Return the keys in whose place some of those given are."""
+    return {IN_PLACE[name][0] for name in given if name in IN_PLACE}

@@ -1,0 +1,144 @@
+"""What is likely in another unit raises a doubt; what looks like it and is right does not."""
+
+import pytest
+
+from satdyn_ros.run.events import Event, Request, Reset, Timeout, doubts
+from satdyn_ros.run.scenario import Scenario
+from satdyn_ros.run.shipped import names
+
+
+def orbit(**elements):
+    """Return an orbit's keys."""
+    return {f'orbit.{name}': value for name, value in elements.items()}
+
+
+def rate(*omega):
+    """Return a rate's key."""
+    return {'initial.angular_velocity': omega}
+
+
+# What is doubtful and what the sentence says, then its right neighbour.
+KILOMETRES = 'where kilometres are meant, 6.87814e+06'
+CASES = {
+    'a in km': (
+        orbit(semi_major_axis=6878.137),
+        ['orbit.semi_major_axis is 6878.14 m', KILOMETRES],
+        orbit(semi_major_axis=6878137.0),
+    ),
+    'an altitude': (
+        orbit(semi_major_axis=500e3),
+        ['is 500000 m (from the centre; orbit.altitude is from the surface)'],
+        orbit(altitude=500e3),
+    ),
+    'an ellipse in the ground': (
+        orbit(type='kepler', semi_major_axis=7e6, eccentricity=0.1),
+        ['goes 78.14 km below the surface of the Earth'],
+        orbit(type='kepler', semi_major_axis=7e6, eccentricity=0.05),
+    ),
+    'around the Moon in km': (
+        orbit(mu=4.9028e12, semi_major_axis=1838.0),
+        ['where kilometres are meant, 1.838e+06', 'below the surface of the Moon'],
+        orbit(mu=4.9028e12, semi_major_axis=1838e3),
+    ),
+    'mu of the Earth in km': (
+        orbit(mu=398600.4418),
+        ['orbit.mu is 398600 m^3/s^2', 'the Earth in km^3/s^2', '3.986e+14'],
+        orbit(mu=3.986e14),
+    ),
+    'mu of the Moon in km': (
+        orbit(mu=4902.8),
+        ['orbit.mu is 4902.8 m^3/s^2', 'the Moon in km^3/s^2', '4.9028e+12'],
+        orbit(mu=4.9028e12),
+    ),
+    'mu of Mars in km': (
+        orbit(mu=42828.0),
+        ['orbit.mu is 42828 m^3/s^2', 'Mars in km^3/s^2', '4.28284e+13'],
+        orbit(mu=4.2828e13),
+    ),
+    'mu of the Sun in km': (
+        orbit(mu=1.327e11, semi_major_axis=1.496e11),
+        ['orbit.mu is 1.327e+11 m^3/s^2', 'the Sun in km^3/s^2', '1.32712e+20'],
+        orbit(mu=1.327e20, semi_major_axis=1.496e11),
+    ),
+    'mu of a planet, mu of an asteroid': (
+        orbit(mu=398600.4418),
+        ['orbit.mu'],
+        orbit(mu=446000.0, semi_major_axis=20e3),  # Eros, in m^3/s^2
+    ),
+    'rates in degrees': (
+        rate(5.0, -6.0, 4.0),
+        ['8.77496 rad/s', 'where [5.0, -6.0, 4.0] are degrees, it is [0.08727, -0.1047, 0.06981]'],
+        rate(0.08727, -0.1047, 0.06981),
+    ),
+    'a fast rate in degrees': (rate(0.0, 0.0, 30.5), ['30.5 rad/s'], rate(0.0, 0.0, 6.2832)),
+    'a small rate': (rate(0.0, 3.0, 0.0), ['[0, 0.05236, 0]'], rate(0.0, 1.0, 0.0)),
+    'an angle beyond a turn': (
+        orbit(raan=10.0),
+        ['orbit.raan is 10 rad, 573 deg; where 10 are degrees, it is 0.1745'],
+        orbit(raan=0.1745),
+    ),
+    'an anomaly': (orbit(true_anomaly=12.0), ['is 12 rad'], orbit(true_anomaly=6.28)),
+    'a negative angle': (
+        orbit(argument_of_periapsis=-9.5),
+        ['orbit.argument_of_periapsis is -9.5 rad'],
+        orbit(argument_of_periapsis=-1.5),
+    ),
+    'an inclination': (orbit(inclination=3.0), ['is 3 rad'], orbit(inclination=1.0)),
+    'an epoch in seconds': (
+        {'time.epoch_ns': 1769860800},
+        ['time.epoch_ns is 1769860800', 's are meant, 2026-01-31T12:00:00', '1769860800000000000'],
+        {'time.epoch_ns': 1769860800 * 10**9},
+    ),
+    'an epoch in milliseconds': (
+        {'time.epoch_ns': 1769860800 * 10**3},
+        ['ms are meant, 2026-01-31T12:00:00'],
+        {'time.epoch_ns': 1},
+    ),
+    'w first': (
+        {'initial.attitude': [1.0, 0.0, 0.0, 0.0]},
+        ['initial.attitude is [1.0, 0.0, 0.0, 0.0], half a turn about x', 'x, y, z, w'],
+        {'initial.attitude': [0.0, 1.0, 0.0, 0.0]},
+    ),
+    'w first of a sensor': (
+        {'sensors.names': ['gyro'], 'sensors.gyro.mounting': [1.0, 0.0, 0.0, 0.0]},
+        ['sensors.gyro.mounting is [1.0, 0.0, 0.0, 0.0], half a turn about x'],
+        {'sensors.names': ['gyro'], 'sensors.gyro.mounting': [0.0, 0.0, 0.0, 1.0]},
+    ),
+}
+
+
+@pytest.mark.parametrize(('doubtful', 'said', 'right'), CASES.values(), ids=CASES)
+def test_a_doubt_and_its_right_neighbour(doubtful, said, right):
+    """One sentence names key, value and likely meaning; the same in the right unit is silent."""
+    (sentence,) = Scenario(doubtful).warnings
+    for part in said:
+        assert part in sentence
+    assert Scenario(right).warnings == ()
+
+
+def test_both_in_kilometres():
+    """Of mu and a in km, which make the right period, each is named."""
+    mu, a = Scenario(orbit(mu=398600.4418, semi_major_axis=6878.137)).warnings
+    assert 'orbit.mu is 398600' in mu
+    assert KILOMETRES in a
+
+
+@pytest.mark.parametrize('name', names())
+def test_the_shipped_scenarios_raise_no_doubt(name):
+    """What is shipped means what it says."""
+    assert Scenario.from_yaml(name).warnings == ()
+
+
+def test_an_event_after_the_end():
+    """The last tick of a run of 600 is 599; what follows from the run is no order of the user."""
+    events: list[Event] = [Reset(599), Reset(600), Timeout(700, 'torque')]
+    (sentence,) = doubts(events, 600, Scenario({'publish.rate': 10.0}))
+    assert sentence.startswith('the Reset at 60 s (tick 600) does not act: the run ends at 60 s')
+
+
+def test_a_request_in_degrees():
+    """What a request gives is doubted as a scenario is, and what it does not give is not again."""
+    scenario = Scenario({'publish.rate': 10.0, 'orbit.raan': 10.0})
+    events = [Request(20, rate(5.0, -6.0, 4.0)), Request(30, rate(0.05, -0.06, 0.04))]
+    (sentence,) = doubts(events, 600, scenario)
+    assert sentence.startswith('the Request at 2 s: initial.angular_velocity is 8.77496 rad/s')

@@ -16,6 +16,7 @@ from ..messages.topics import ROTOR_TORQUE, rotor_command_of
 from ..rosbag2.errors import BagError, Damaged
 from ..rosbag2.reader import Bag, Messages, TopicBlock
 from ..run.events import Event, Halt, Request, Reset, RotorCommand, Torque
+from ..run.parameter_file import parameters_of_record
 from ..run.scenario import Scenario
 from ..run.simulation import Simulation
 from ..run.ticks import Ticks
@@ -53,7 +54,7 @@ class RecordedRun:
             )
         with self.reading(run_metadata.SCENARIO):
             text = begin[run_metadata.SCENARIO]['scenario']
-            self.scenario = Scenario.from_yaml_text(text, 'its scenario')
+            self.scenario = Scenario(parameters_of_record(text, 'its scenario'))
         self.snapshot: dict[str, Any] | None = None
         if run_metadata.SNAPSHOT in begin:
             with self.reading(run_metadata.SNAPSHOT):

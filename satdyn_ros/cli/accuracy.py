@@ -62,11 +62,11 @@ def growth(scenario: Scenario, duration_s: float) -> Growth:
     return Growth(tolerance, t_s, angles, own.steps)
 
 
-def check_run(file: str, duration: str, output: str | None = None) -> None:
+def check_run(scenario: Scenario, name: str, duration: str, output: str | None = None) -> None:
     """Print how the error of a scenario's run grows, and draw it where an output is given."""
     duration_s = seconds(duration)
-    found = growth(Scenario.from_yaml(file), duration_s)
-    print(f'{file}: the attitude at motion.tolerance {found.tolerance:g}, {found.steps} steps,')
+    found = growth(scenario, duration_s)
+    print(f'{name}: the attitude at motion.tolerance {found.tolerance:g}, {found.steps} steps,')
     print('its largest angle [rad] so far to the same motion in')
     names = list(found.angle_rad)
     print(f'{"time [s]":>14}  ' + '  '.join(f'{name:>28}' for name in names))

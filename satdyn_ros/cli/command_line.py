@@ -49,7 +49,13 @@ satdyn check"""
         return added
 
     added = command('node', 'the node, paced; needs ROS 2', _NODE_EXAMPLES)
-    added.add_argument('--params-file', metavar='FILE', help=_SCENARIO)
+    added.add_argument(
+        '--params-file',
+        action='append',
+        metavar='FILE',
+        help=f'{_SCENARIO}; of several the later prevail, as in ROS',
+    )
+    _add_satellite(added)
     added.add_argument(
         '--ros-args', nargs='...', metavar='', help='the usual arguments of ROS 2 nodes'
     )
@@ -61,9 +67,11 @@ satdyn check"""
     added = command(
         'describe',
         'what theory says about a scenario: closed form, constants, equilibria, stability',
-        'satdyn describe config/default.yaml\nsatdyn describe config/euler_poinsot.yaml --json',
+        'satdyn describe config/default.yaml\nsatdyn describe config/euler_poinsot.yaml --json\n'
+        'satdyn describe constellation --satellite /sat4',
     )
     added.add_argument('file', metavar='FILE', help=_SCENARIO)
+    _add_satellite(added)
     added.add_argument('--json', action='store_true', help='as JSON')
     _add_sweep(command)
     _add_check(command)
@@ -122,6 +130,7 @@ def _add_simulate(command):
         'satdyn simulate config/default.yaml --duration 60 --from orbit --at 3000 -o onward',
     )
     added.add_argument('file', metavar='FILE', help=_SCENARIO)
+    _add_satellite(added)
     added.add_argument(
         '--duration', required=True, metavar='S', help='simulate the ticks k with k / rate < S'
     )
@@ -337,6 +346,7 @@ def _add_sweep(command):
         'file', metavar='SWEEP.yaml', help='a sweep file, or the name of a shipped one'
     )
     added.notes = _SWEEP_FORM
+    _add_satellite(added)
     _add_out(added, 'DIR', 'the directory for the results')
     where = added.add_mutually_exclusive_group()
     where.add_argument(
@@ -354,12 +364,21 @@ def _add_check(command):
         'satdyn check config/default.yaml --duration 86400 -o growth.png',
     )
     added.add_argument('file', nargs='?', metavar='FILE', help='a scenario')
+    _add_satellite(added)
     added.add_argument('--duration', metavar='S', help='how long to simulate it')
     added.add_argument('-o', dest='out', metavar='FILE.png', help='plot how the error grows')
     added.notes = """\
 Without FILE: compare closed forms with their propagation, and verify a bag written here.  With
 FILE: compare the scenario at its own motion.tolerance with a hundredth of it, and with the closed
 form where there is one.  docs/accuracy.md explains the output."""
+
+
+def _add_satellite(command):
+    command.add_argument(
+        '--satellite',
+        metavar='NAME',
+        help='which satellite, where the scenario has several: /sat4/satdyn, or /sat4',
+    )
 
 
 def _add_bag(command):

@@ -71,6 +71,11 @@ def _says_no(error):
     return isinstance(error, Halted | RunHalted | Untrue)
 
 
+def _warn(given, scenario):
+    for doubt in scenario.warnings:
+        print(f'satdyn {given.command}: {doubt}', file=sys.stderr)
+
+
 def _sentence(error):
     if isinstance(error, OSError) and error.strerror:
         return f'{error.filename}: {error.strerror}' if error.filename else error.strerror
@@ -131,7 +136,7 @@ def _simulate(given):
     from ..run import events
     from ..run.scenario import Scenario
 
-    scenario = Scenario.from_yaml(given.file)
+    scenario = Scenario.from_yaml(given.file, given.satellite)
     if given.rate is not None:
         scenario = scenario.with_values({'publish.rate': given.rate})
     if (given.origin is None) != (given.at is None):
@@ -144,8 +149,7 @@ def _simulate(given):
             scenario = begun_in_aem(scenario, given.origin, given.at)
         else:
             scenario, begin = begun_in_bag(scenario, given.origin, given.at)
-    for doubt in scenario.warnings:
-        print(f'satdyn simulate: {doubt}', file=sys.stderr)
+    _warn(given, scenario)
     happening = events.from_yaml(given.events, scenario) if given.events else []
     count = tick_count(scenario, given.duration)
     done = 0
@@ -243,7 +247,8 @@ def _describe(given):
     from ..run.scenario import Scenario
     from .description import print_description
 
-    scenario = Scenario.from_yaml(given.file)
+    scenario = Scenario.from_yaml(given.file, given.satellite)
+    _warn(given, scenario)
     if given.json:
         print(json.dumps(describe(scenario), indent=2))
     else:
@@ -273,21 +278,28 @@ def _sweep(given):
     from ..sweep.table import summary
 
     with progress('sweep', 'runs') as show:
-        table = sweep(sweep_path(given.file), given.out, given.workers, given.dask, show)
+        path = sweep_path(given.file)
+        table = sweep(path, given.out, given.workers, given.dask, show, given.satellite)
     print(f'{table}: {summary(table)}')
     return DONE
 
 
 def _check(given):
-    if (given.file is None) != (given.duration is None) or (given.out and given.file is None):
-        raise ValueError('FILE and --duration belong together; -o is for them alone')
+    from ..run.scenario import Scenario
     from .accuracy import check_run
     from .check import check
 
+    alone = given.out or given.satellite
+    if (given.file is None) != (given.duration is None) or (alone and given.file is None):
+        raise ValueError(
+            'FILE and --duration belong together; -o and --satellite are for them alone'
+        )
     if given.file is None:
         return DONE if check() else ANSWER_IS_NO
+    scenario = Scenario.from_yaml(given.file, given.satellite)
+    _warn(given, scenario)
     try:
-        check_run(given.file, given.duration, given.out)
+        check_run(scenario, given.file, given.duration, given.out)
     except RuntimeError as error:
         print(f'satdyn check: {error}', file=sys.stderr)
         return ANSWER_IS_NO

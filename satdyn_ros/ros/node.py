@@ -1,7 +1,7 @@
 """The node: declares its parameters, builds what a scenario describes, and connects the parts."""
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from datetime import datetime, timezone
 from threading import Lock
 from typing import TYPE_CHECKING, Any
@@ -15,6 +15,7 @@ from ..base.sentences import one_sentence
 from ..integrate.propagation import Propagation
 from ..messages.topics import TOPICS
 from ..run.events import Event, Halt, Topics, TorquesDropped
+from ..run.parameter_file import without_rclpys
 from ..run.requests import try_out
 from ..run.samples import Samples
 from ..run.scenario import Scenario
@@ -32,7 +33,7 @@ from .inputs import TorqueInputs
 from .lateness import Lateness
 from .pacing import Pacing
 from .parameter_service import ParameterService
-from .parameters import NodeParameters, given_parameters
+from .parameters import NodeParameters, give_rclpy_its_own, given_parameters
 from .publishing import PackedTicks, Publishing
 from .services import Services
 
@@ -45,14 +46,18 @@ class SatdynNode(rclpy.node.Node):
     A satellite: it propagates, publishes at a fixed rate, answers requests and records.
 
     values: parameters by name, which those that ROS gives it (files, command line,
-    parameter_overrides) override.  The ticks begin at once, in a thread; spin the node for its
-    services.  destroy_node() ends the ticks and completes the bag.  ValueError: a parameter is
-    not allowed.  OSError: no bag can be made.
+    parameter_overrides) override; or what returns them for the node's full name.  The ticks begin
+    at once, in a thread; spin the node for its services.  destroy_node() ends the ticks and
+    completes the bag.  ValueError: a parameter is not allowed.  OSError: no bag can be made.
 
     >>> node = SatdynNode({'publish.rate': 10.0}, namespace='sat1')  # doctest: +SKIP
     """
 
-    def __init__(self, values: Mapping[str, Any] | None = None, **kwargs: Any):
+    def __init__(
+        self,
+        values: Mapping[str, Any] | Callable[[str], Mapping[str, Any]] | None = None,
+        **kwargs: Any,
+    ):
         name = kwargs.pop('node_name', 'satdyn')
         super().__init__(name, start_parameter_services=False, **kwargs)
         # Why the exit code is 1: the ticks have ended, or a bag does not hold what it should.
@@ -63,7 +68,11 @@ class SatdynNode(rclpy.node.Node):
         self._opening = Lock()
         self._is_ending = False
         try:
-            self._build(Scenario({**(values or {}), **given_parameters(self)}))
+            if callable(values):
+                values = values(self.get_fully_qualified_name())
+            values = values or {}
+            give_rclpy_its_own(self, values)
+            self._build(Scenario({**without_rclpys(values), **given_parameters(self)}))
         except BaseException:
             with uninterrupted():
                 self.destroy_node()

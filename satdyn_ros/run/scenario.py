@@ -21,7 +21,13 @@ from ..orbits import FixedDirection, KeplerOrbit
 from ..sensors.suite import Sensor
 from . import checks, rotors, sensors
 from .keys import KEYS, SENSORS, keys_of
-from .parameter_file import flattened, parameters_of_yaml, scenario_text, yaml_of_parameters
+from .parameter_file import (
+    ParameterFile,
+    flattened,
+    scenario_text,
+    without_rclpys,
+    yaml_of_parameters,
+)
 
 
 @dataclass(frozen=True)
@@ -42,13 +48,15 @@ class Scenario:
     """
     A validated run: immutable, every key in `values` by its dotted name, described in `keys`.
 
-    ValueError, in one sentence that names the key: a value that is not allowed.
+    doubts: sentences about what was given, which its warnings repeat.  ValueError, in one sentence
+    that names the key: a value that is not allowed.
 
     >>> Scenario.from_dict({'publish': {'rate': 10}})['publish.rate']
     10.0
     """
 
-    def __init__(self, given: Mapping[str, Any] | None = None):
+    def __init__(self, given: Mapping[str, Any] | None = None, doubts: Iterable[str] = ()):
+        self._doubts = tuple(doubts)
         given = dict(given or {})
         keys: dict[str, Key] = keys_of(KEYS['rotor.names'].checked(given.get('rotor.names', ())))
         unknown = [name for name in given if name not in keys]
@@ -89,18 +97,23 @@ class Scenario:
         return cls(dict(flattened(nested)))
 
     @classmethod
-    def from_yaml(cls, path: str | Path) -> 'Scenario':
+    def from_yaml(cls, path: str | Path, satellite: str | None = None) -> 'Scenario':
         """
         Return the scenario of a ROS 2 parameter file, or of a shipped one by its name.
 
-        ValueError: see the class.
+        satellite: which one, where the file has several, such as /sat4/satdyn or /sat4.
+        ValueError: see the class; or the file has several, or not this one.
         """
-        return cls.from_yaml_text(scenario_text(path), str(path))
+        return cls.from_yaml_text(scenario_text(path), str(path), satellite)
 
     @classmethod
-    def from_yaml_text(cls, text: str, origin: str = 'scenario') -> 'Scenario':
+    def from_yaml_text(
+        cls, text: str, origin: str = 'scenario', satellite: str | None = None
+    ) -> 'Scenario':
         """Return the scenario of a ROS 2 parameter file's text; origin names it in errors."""
-        return cls(parameters_of_yaml(text, origin))
+        file = ParameterFile.of_texts([(text, origin)])
+        full_name = file.full_name(satellite)
+        return cls(without_rclpys(file.parameters(full_name)), file.unused(full_name))
 
     def to_yaml(self) -> str:
         """Return the text of a ROS 2 parameter file with every key."""
@@ -119,7 +132,7 @@ class Scenario:
 
     def with_values(self, changes: Mapping[str, Any]) -> 'Scenario':
         """Return the scenario with some keys changed; ValueError: see the class."""
-        changed = Scenario({**self.values, **changes})
+        changed = Scenario({**self.values, **changes}, self._doubts)
         if all(name.startswith('initial.') for name in changes):
             # A learning loop starts the same body at every episode: what follows from it stays.
             vars(changed)['system'] = self.system
@@ -193,7 +206,7 @@ class Scenario:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What is allowed and rarely meant, each in one sentence."""
-        return checks.warnings(self.values)
+        return self._doubts + checks.warnings(self.values)
 
     @cached_property
     def system(self) -> System:

@@ -51,8 +51,12 @@ class Plan:
     bags: tuple[int, ...] = ()
 
     @classmethod
-    def from_yaml(cls, path: str | Path) -> 'Plan':
-        """Return the sweep of a file; ValueError, one sentence: what is wrong with it."""
+    def from_yaml(cls, path: str | Path, satellite: str | None = None) -> 'Plan':
+        """
+        Return the sweep of a file; ValueError, one sentence: what is wrong with it.
+
+        satellite: which one, where the scenario has several.
+        """
         given = ros_yaml.load(ros_yaml.read_text(path, 'the sweep'), str(path))
         if not isinstance(given, Mapping):
             raise ValueError(f'{path} is not a sweep file; its keys are {", ".join(SWEEP_KEYS)}')
@@ -66,7 +70,7 @@ class Plan:
                 raise ValueError(f'{path} has no {name}, which every sweep needs')
         if not isinstance(given['scenario'], str):
             raise ValueError(f'scenario is {given["scenario"]}; it must be the path of a scenario')
-        scenario = Scenario.from_yaml(Path(path).parent / given['scenario'])
+        scenario = Scenario.from_yaml(Path(path).parent / given['scenario'], satellite)
         plan = cls._checked(scenario, given)
         plan._refuse_if_all_fail()
         return plan

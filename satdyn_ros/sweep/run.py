@@ -49,19 +49,21 @@ def sweep(
     workers: int | None = None,
     dask_address: str | None = None,
     show: Callable[[int, int], object] = lambda done, total: None,
+    satellite: str | None = None,
 ) -> Path:
     """
     Do all runs of a sweep file and return the path of their table, directory/table.parquet.
 
     An interrupted sweep continues where it was when called again.  workers: processes on this
     machine, None: one per core.  dask_address: a dask.distributed scheduler that does the runs
-    instead.  show(done, total): called whenever runs have finished.
+    instead.  show(done, total): called whenever runs have finished.  satellite: which one, where
+    the scenario has several.
     ValueError: the file is wrong, the directory holds something else, or the machine is too small.
     OSError: a file cannot be written.
     """
     if workers is not None and workers < 1:
         raise ValueError(f'--workers is {workers}; it must be an integer of at least 1')
-    plan, directory = Plan.from_yaml(path), Path(directory)
+    plan, directory = Plan.from_yaml(path, satellite), Path(directory)
     check_resources(plan, directory)
     _occupy(directory, plan)
     whole, parts = directory / 'table.parquet', directory / 'parts'

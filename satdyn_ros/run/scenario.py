@@ -56,7 +56,7 @@ class Scenario:
     """
 
     def __init__(self, given: Mapping[str, Any] | None = None, doubts: Iterable[str] = ()):
-        self._doubts = tuple(doubts)
+        doubts = list(doubts)
         given = dict(given or {})
         keys: dict[str, Key] = keys_of(KEYS['rotor.names'].checked(given.get('rotor.names', ())))
         unknown = [name for name in given if name not in keys]
@@ -66,12 +66,13 @@ class Scenario:
         values = {name: key.default for name, key in keys.items()} | checked
         if values['orbit.type'] == 'fixed' and 'initial.frame' not in given:
             values['initial.frame'] = 'inertial'
-        values['initial.attitude'] = checks.unit(values, 'initial.attitude', 1e-6)
+        mountings = [f'sensors.{sensor}.mounting' for sensor in SENSORS]
+        for name in ('initial.attitude', *mountings):
+            values[name], doubt = checks.normalised(values, name)
+            doubts += doubt
+        self._doubts = tuple(doubts)
         for prefix in rotors.prefixes(values['rotor.names']):
             values[f'{prefix}.axis'] = checks.unit(values, f'{prefix}.axis', np.inf)
-        for sensor in SENSORS:
-            name = f'sensors.{sensor}.mounting'
-            values[name] = checks.unit(values, name, 1e-6)
         checks.refuse_what_does_not_belong(values)
         rotors.refuse_foreign(values)
         sensors.check(values)

@@ -174,12 +174,13 @@ class _Reader:
         if not isinstance(node, yaml.SequenceNode):
             return self._scalar(node)
         values = [self._scalar(item) for item in node.value]
-        kinds = {_kind(value) for value in values}
-        if len(kinds) > 1 and kinds != {_KINDS[int], _KINDS[float]}:
+        words = {_kind(value): item.value for value, item in zip(values, node.value, strict=True)}
+        if len(words) > 1 and set(words) != {_KINDS[int], _KINDS[float]}:
+            mixed = ' and '.join(f'{kind} ({words[kind]})' for kind in sorted(words))
             self._refuse(
                 node,
-                f'{name} with {" and ".join(sorted(kinds))} in one list; a text that ROS takes '
-                "for true, false or a number must be quoted, as 'y', 'on', 'nan' or '1'",
+                f'{name} with {mixed} in one list; a text that ROS takes for true, false or a '
+                "number must be quoted, as 'y', 'on', 'nan' or '1'",
             )
         return values
 

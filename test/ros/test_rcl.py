@@ -100,11 +100,11 @@ def test_a_word_is_what_it_is_to_rcl(bare, given):
 
 REFUSED_BY_BOTH = {
     '': "has at line 3 a key without a value; an empty text is ''",
-    '[x, y]': "has at line 3 key with a text and a truth in one list; .* be quoted, as 'y'",
-    '[a, 1]': 'has at line 3 key with a text and an integer in one list',
-    "[1, '']": 'has at line 3 key with a text and an integer in one list',
-    '[~, 1.5]': 'has at line 3 key with a float and a text in one list',
-    '[y, 1]': 'has at line 3 key with a truth and an integer in one list',
+    '[x, y]': r"has at line 3 key with a text \(x\) and a truth \(y\) in one list; .*, as 'y'",
+    '[a, 1]': r'has at line 3 key with a text \(a\) and an integer \(1\) in one list',
+    "[1, '']": r'has at line 3 key with a text \(\) and an integer \(1\) in one list',
+    '[~, 1.5]': r'has at line 3 key with a float \(1.5\) and a text \(~\) in one list',
+    '[y, 1]': r'has at line 3 key with a truth \(y\) and an integer \(1\)',
     '[[1], [2]]': 'has at line 3 a list or keys in a list, which no parameter is',
     '{}': 'has at line 3 key without any key; leave it out',
     '{? [1] : 2}': 'has at line 3 a key that is not a word',

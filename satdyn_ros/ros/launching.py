@@ -1,12 +1,17 @@
 """What the launch files start: names of actions of launch, and their keyword arguments."""
 
+import socket
 import sys
 from collections.abc import Callable
+from importlib.util import find_spec
 from typing import Any
 
 from ..run.parameter_file import ParameterFile, scenario_text, without_rclpys
 from ..run.scenario import Scenario
 from ..run.shipped import scenario_path
+
+# Of the live page.
+_PORT = 8090
 
 
 def one_satellite(
@@ -19,12 +24,14 @@ def one_satellite(
     foxglove: str,
     rviz_config: str,
     is_installed: Callable[[str], object],
+    page_hindrance: Callable[[], str],
 ) -> list[tuple[str, dict[str, Any]]]:
     """
     Return what satdyn.launch.py starts, in order, for the texts of its arguments.
 
     rviz_config: the path of RViz's configuration.  is_installed: whether there is a package of a
-    name.  ValueError, in one sentence: a text is not allowed, or a package is missing.
+    name.  page_hindrance: what would end the live page at once.  ValueError, in one sentence: a
+    text is not allowed, or what is to start cannot.
     """
     # launch leaves running what started ahead of an error.
     for argument, given, package in (
@@ -33,6 +40,8 @@ def one_satellite(
     ):
         if given == 'true' and not is_installed(package):
             raise ValueError(f'{argument} is true, but {package} is not installed')
+    if watch == 'true' and (hindrance := page_hindrance()):
+        raise ValueError(f'watch is true, but {hindrance}')
 
     overrides: dict[str, Any] = {}
     if record:
@@ -56,11 +65,25 @@ def one_satellite(
         actions.append(('Node', node | {'arguments': shown}))
     if watch == 'true':
         command = [sys.executable, '-m', 'satdyn_ros.cli.main', 'watch', '--node', full_name]
+        command += ['--port', str(_PORT)]
         actions.append(('ExecuteProcess', {'cmd': command, 'output': 'screen'}))
     if foxglove == 'true':
         bridge = {'package': 'foxglove_bridge', 'executable': 'foxglove_bridge'}
         actions.append(('Node', bridge))
     return actions
+
+
+def page_hindrance() -> str:
+    """Return why satdyn watch cannot start here, or nothing."""
+    if not find_spec('aiohttp'):
+        return 'aiohttp is not installed'
+    with socket.socket() as listener:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            listener.bind(('127.0.0.1', _PORT))
+        except OSError as error:
+            return f'port {_PORT} cannot be used: {error.strerror}'
+    return ''
 
 
 def constellation(params_file: str) -> list[dict[str, Any]]:

@@ -1,14 +1,16 @@
 """What the launch files start, without launch: it is data."""
 
+import socket
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 import rclpy
 
 from satdyn_ros.cli.command_line import parser
-from satdyn_ros.ros.launching import constellation, one_satellite
+from satdyn_ros.ros.launching import constellation, one_satellite, page_hindrance
 from satdyn_ros.ros.parameters import given_parameters
 from satdyn_ros.run import shipped
 from satdyn_ros.run.keys import KEYS
@@ -30,10 +32,13 @@ TEXTS = {
 }
 
 
-def started(installed=('rviz2', 'foxglove_bridge'), **given):
+def started(installed=('rviz2', 'foxglove_bridge'), hindrance='', **given):
     """Return the actions of one satellite where these packages are installed."""
     return one_satellite(
-        **(TEXTS | given), rviz_config='of_rviz', is_installed=installed.__contains__
+        **(TEXTS | given),
+        rviz_config='of_rviz',
+        is_installed=installed.__contains__,
+        page_hindrance=lambda: hindrance,
     )
 
 
@@ -119,7 +124,7 @@ def test_the_live_page_finds_the_node(namespace):
     given = parser().parse_args(keywords['cmd'][3:])
     assert (given.command, given.node) == ('watch', '/fleet/sat1/satdyn')
     _, (_, keywords) = started(watch='true')
-    assert keywords['cmd'][-1] == '/satdyn'
+    assert '/satdyn' in keywords['cmd']
 
 
 def test_rviz_looks_from_a_frame_that_the_node_sends(file):
@@ -177,6 +182,26 @@ def test_a_package_that_is_missing_is_named(argument, package, other):
     with pytest.raises(ValueError, match=f'^{argument} is true, but {package} is not installed$'):
         started(installed=[other], rviz='true', foxglove='true')
     assert len(started(installed=[])) == 1
+
+
+def test_nothing_starts_where_the_live_page_cannot():
+    """It would die at once, and the node fly on; who does not want it does not need it."""
+    with pytest.raises(ValueError, match=r'^watch is true, but the port is taken$'):
+        started(watch='true', hindrance='the port is taken')
+    assert len(started(hindrance='the port is taken')) == 1
+
+
+def test_a_port_that_is_taken_hinders_the_live_page():
+    """The one that the page would listen on."""
+    pytest.importorskip('aiohttp', reason='without it there is no page')
+    _, (_, keywords) = started(watch='true')
+    port = parser().parse_args(keywords['cmd'][3:]).port
+    with socket.socket() as listener:
+        # Where another program has it already, it is as good as taken.
+        with suppress(OSError):
+            listener.bind(('127.0.0.1', port))
+            listener.listen()
+        assert page_hindrance() == f'port {port} cannot be used: Address already in use'
 
 
 BOTH = pytest.mark.parametrize(
@@ -282,7 +307,7 @@ def test_the_one_satellite_of_a_file_is_started_under_its_name(file):
     path = file('/sat1/satdyn: {ros__parameters: {publish.rate: 20}}')
     (_, node), (_, watch) = started(params_file=path, watch='true')
     assert (node['namespace'], node['name']) == ('/sat1', 'satdyn')
-    assert watch['cmd'][-1] == '/sat1/satdyn'
+    assert '/sat1/satdyn' in watch['cmd']
     with pytest.raises(ValueError, match=r'no section for this node, /sat2/satdyn; it has /sat1/'):
         started(params_file=path, namespace='sat2')
 

@@ -54,7 +54,7 @@ def word(text: str) -> bool | int | float | str:
             return float.fromhex(text)
         except OverflowError:
             return text
-    if match := _NOT_FINITE.fullmatch(text if '.' in text else text.lower()):
+    if _NOT_FINITE.fullmatch(text if '.' in text else text.lower()):
         return float('nan' if 'nan' in text.lower() else text.replace('.', ''))
     return text
 

@@ -153,7 +153,7 @@ def _values(file, full_name):
     """Return the parameters that a file has for a node, and tell what is left."""
     parameters = file.parameters(full_name)
     for sentence in file.unused(full_name):
-        logging.getLogger(__name__).warning(sentence)
+        logging.getLogger('satdyn_ros').warning(sentence)
     return parameters
 
 

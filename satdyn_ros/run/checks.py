@@ -25,7 +25,7 @@ MOST_RAD_PER_TICK = 1e6
 # The longest wall time between two ticks: the system waits for no more.
 _LONGEST_TICK_S = 1e9
 # What a quaternion of four digits may be off; less than the second is not worth a word.
-UNIT_TO, _UNIT_TO_ROUNDING = 1e-4, 1e-6
+_UNIT_TO, _UNIT_TO_ROUNDING = 1e-4, 1e-6
 
 # A key that belongs to some choices only: key, the choosing key, the choices.
 BELONGS = (
@@ -62,7 +62,7 @@ def unit(values: Mapping[str, Any], name: str, allowed_error: float) -> tuple[fl
 
 def normalised(values: Mapping[str, Any], name: str) -> tuple[tuple[float, ...], list[str]]:
     """Return the quaternion under name as a unit, and the sentence that it was not quite one."""
-    taken, norm = unit(values, name, UNIT_TO), math.hypot(*values[name])
+    taken, norm = unit(values, name, _UNIT_TO), math.hypot(*values[name])
     if abs(norm - 1.0) <= _UNIT_TO_ROUNDING:
         return taken, []
     return taken, [

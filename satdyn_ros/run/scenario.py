@@ -133,7 +133,9 @@ class Scenario:
 
     def with_values(self, changes: Mapping[str, Any]) -> 'Scenario':
         """Return the scenario with some keys changed; ValueError: see the class."""
-        changed = Scenario({**self.values, **changes}, self._doubts)
+        # A doubt begins with the key that it is about.
+        stay = [doubt for doubt in self._doubts if doubt.partition(' ')[0] not in changes]
+        changed = Scenario({**self.values, **changes}, stay)
         if all(name.startswith('initial.') for name in changes):
             # A learning loop starts the same body at every episode: what follows from it stays.
             vars(changed)['system'] = self.system

@@ -5,6 +5,7 @@ In the directory: sweep.json, what the table depends on; parts, a Parquet file p
 at the end table.parquet in their place, and bags.  What is there already is not done again.
 """
 
+import logging
 import multiprocessing
 import os
 import shutil
@@ -64,6 +65,8 @@ def sweep(
     if workers is not None and workers < 1:
         raise ValueError(f'--workers is {workers}; it must be an integer of at least 1')
     plan, directory = Plan.from_yaml(path, satellite), Path(directory)
+    for doubt in plan.scenario.warnings:
+        logging.getLogger(__name__).warning(doubt)
     check_resources(plan, directory)
     _occupy(directory, plan)
     whole, parts = directory / 'table.parquet', directory / 'parts'

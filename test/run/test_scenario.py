@@ -137,6 +137,7 @@ def test_a_quaternion_of_four_or_five_digits_is_normalised_and_it_is_said_once(n
     assert half.warnings == (said,)
     assert half.with_values({'publish.rate': 1.0}).warnings == (said,)
     assert Scenario(half.values).warnings == ()
+    assert half.with_values({name: [0.0, 0.0, 0.0, 1.0]}).warnings == ()
     assert (
         Scenario({'sensors.names': ['star_tracker'], name: [0.0, 0.0, 0.6 + 3e-7, 0.8]}).warnings
         == ()

@@ -1,9 +1,10 @@
 """
 Parameter files as rcl reads them: the kinds of their words, their sections, what is given twice.
 
-Beyond rcl a list may mix integers and floats, and a number may be closer to zero than 2.2e-308.
-What rcl does not read is refused, as is what it reads without sense: a list in a list, and a
-parameter that is given twice as values of two kinds, of which it keeps one by their kinds.
+Beyond rcl a list may mix integers and floats, a number may be closer to zero than 2.2e-308, and a
+group of keys may be empty.  What rcl does not read is refused, as is what it reads without sense:
+a list in a list, and a parameter that is given twice as values of two kinds, of which it keeps one
+by their kinds.
 """
 
 import math
@@ -159,8 +160,6 @@ class _Reader:
         for key, value in node.value:
             name = prefix + self._key(key)
             if isinstance(value, yaml.MappingNode):
-                if not value.value:
-                    self._refuse(key, f'{name} without any key; leave it out')
                 yield from self._parameters(value, f'{name}.')
             else:
                 yield name, value

@@ -106,7 +106,6 @@ REFUSED_BY_BOTH = {
     '[~, 1.5]': r'has at line 3 key with a float \(1.5\) and a text \(~\) in one list',
     '[y, 1]': r'has at line 3 key with a truth \(y\) and an integer \(1\)',
     '[[1], [2]]': 'has at line 3 a list or keys in a list, which no parameter is',
-    '{}': 'has at line 3 key without any key; leave it out',
     '{? [1] : 2}': 'has at line 3 a key that is not a word',
     '{"": 2}': 'has at line 3 a key that is not a word',
     '{a: &a 1, b: *a}': r'has the alias \*a, which ROS does not read; write out what',
@@ -126,12 +125,19 @@ def test_what_rcl_cannot_read_is_refused(bare, given, sentence):
 
 
 def test_what_is_taken_beyond_rcl(bare):
-    """As the page on parameters lists it: mixed lists, and numbers below those of full digits."""
+    """As the page on parameters has it: mixed lists, very small numbers, empty groups."""
     with REFUSES:
         bare([with_value('[0, 0, 0.002]')])
     assert bare([with_value('1e-310')])[0]['key'] == '1e-310'
-    for given, value in (('[0, 0, 0.002]', [0, 0, 0.002]), ('1e-310', 1e-310)):
-        assert rcl_yaml.sections([(with_value(given), 'ours')])['/**']['key'] == value
+    with REFUSES:
+        bare([with_value('{}')])
+    for given, values in (
+        ('[0, 0, 0.002]', {'key': [0, 0, 0.002]}),
+        ('1e-310', {'key': 1e-310}),
+        ('{}', {}),
+    ):
+        ours = rcl_yaml.sections([(with_value(given), 'ours')])['/**']
+        assert ours == values | {'last': 1}
 
 
 @pytest.mark.parametrize('given', ['[[1, 2]]', '[1, [2]]', '[{a: 1}]'])

@@ -1,10 +1,10 @@
 """
 Parameter files as rcl reads them: the kinds of their words, their sections, what is given twice.
 
-Beyond rcl a list may mix integers and floats, a number may be closer to zero than 2.2e-308, and a
-group of keys may be empty.  What rcl does not read is refused, as is what it reads without sense:
-a list in a list, and a parameter that is given twice as values of two kinds, of which it keeps one
-by their kinds.
+Beyond rcl a list may mix integers and floats, a number may be closer to zero than 2.2e-308, a
+group of keys may be empty, and an alias stands for what its anchor marks.  What else rcl does not
+read is refused, as is what it reads without sense: a list in a list, and a parameter that is given
+twice as values of two kinds, of which it keeps one by their kinds.
 """
 
 import math
@@ -88,14 +88,7 @@ def sections(files: Iterable[tuple[str, str]]) -> dict[str, dict[str, Any]]:
     """
     found: dict[str, dict[str, Any]] = {}
     for text, origin in files:
-        node = ros_yaml.compose(text, origin, _Loader)
-        for event in yaml.parse(text, _Loader):
-            if isinstance(event, yaml.AliasEvent):
-                raise ValueError(
-                    f'{origin} has the alias *{event.anchor}, which ROS does not read; write out '
-                    'what it stands for'
-                )
-        _Reader(origin).read(node, found)
+        _Reader(origin).read(ros_yaml.compose(text, origin, _Loader), found)
     return found
 
 

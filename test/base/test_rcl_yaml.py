@@ -16,7 +16,10 @@ from satdyn_ros.base import rcl_yaml
             'a.yaml has at line 1 a section with more than ros__parameters in it, or',
         ),
         ('/**: {ros__parameters: }', 'ros__parameters of a.yaml must be keys and values'),
-        ('/**: {ros__parameters: {a: &b [1], c: *b}}', r'a.yaml has the alias \*b, which ROS'),
+        (
+            '/**: {ros__parameters: &a {b: *a}}',
+            r'a.yaml has the alias \*a for something not compl',
+        ),
         ('/**: {}\n---\n/**: {}', 'a.yaml is not YAML at line 2'),
         ('/**: {ros__parameters: {a: {b: 1}, a: {b: 1.0}}}', 'a.yaml has at line 1 a.b, given'),
     ],

@@ -9,7 +9,7 @@ from launch.actions import DeclareLaunchArgument, ExecuteProcess, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-from satdyn_ros.ros.launching import one_satellite
+from satdyn_ros.ros.launching import one_satellite, page_hindrance
 
 CONFIG = Path(__file__).parent.parent / 'config'
 ACTIONS = {'Node': Node, 'ExecuteProcess': ExecuteProcess}
@@ -20,7 +20,11 @@ ARGUMENTS = [
         default_value=str(CONFIG / 'default.yaml'),
         description='the scenario: a ROS 2 parameter file, or the name of a shipped one',
     ),
-    DeclareLaunchArgument('namespace', default_value='', description='of the node'),
+    DeclareLaunchArgument(
+        'namespace',
+        default_value='',
+        description='of the node, which chooses the satellite where params_file has several',
+    ),
     DeclareLaunchArgument(
         'record',
         default_value='',
@@ -55,5 +59,6 @@ def start(context):
         **given,
         rviz_config=str(CONFIG / 'satdyn.rviz'),
         is_installed=partial(has_resource, 'packages'),
+        page_hindrance=page_hindrance,
     )
     return [ACTIONS[action](**keywords) for action, keywords in actions]

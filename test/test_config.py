@@ -10,7 +10,7 @@ import yaml
 from satdyn_ros import Scenario
 from satdyn_ros.dynamics.integrals import relative_drift
 from satdyn_ros.kernel import rotation
-from satdyn_ros.run.parameter_file import flattened, parameters_of_yaml
+from satdyn_ros.run.parameter_file import ParameterFile, flattened
 
 CONFIG = Path(__file__).parent.parent / 'config'
 SCENARIOS = [path for path in sorted(CONFIG.glob('*.yaml')) if '/**:' in path.read_text()]
@@ -34,7 +34,7 @@ def constellation():
 @functools.cache
 def numeric(path):
     """Return the scenario of a file, propagated whatever its motion.method is."""
-    parameters = parameters_of_yaml(path.read_text(), path.name)
+    parameters = ParameterFile.read([path]).parameters('/satdyn')
     return Scenario(parameters | {'motion.method': 'numeric'})
 
 

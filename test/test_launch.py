@@ -49,7 +49,7 @@ def test_arguments_are_declared(name, arguments, function):
     assert {call.args[0].value for call in declared} == arguments
     assert all('description' in {keyword.arg for keyword in call.keywords} for call in declared)
     understood = set(inspect.signature(function).parameters)
-    assert understood - {'rviz_config', 'is_installed'} == arguments
+    assert understood - {'rviz_config', 'is_installed', 'page_hindrance'} == arguments
 
 
 DECIDES = (

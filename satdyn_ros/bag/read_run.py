@@ -22,6 +22,7 @@ from ..messages.topics import (
 from ..rosbag2.errors import BagError, Damaged
 from ..rosbag2.reader import Bag, Messages, TopicBlock
 from ..run.events import Event, Halt, Request, Reset, RotorCommand, Torque
+from ..run.parameter_file import parameters_of_record
 from ..run.scenario import Scenario
 from ..run.simulation import Simulation
 from ..run.ticks import Ticks
@@ -60,7 +61,7 @@ class RecordedRun:
         torques = run_metadata.torques_of(begin[run_metadata.SCENARIO])
         with self.reading(run_metadata.SCENARIO):
             text = begin[run_metadata.SCENARIO]['scenario']
-            self.scenario = Scenario.from_yaml_text(text, 'its scenario', torques)
+            self.scenario = Scenario(parameters_of_record(text, 'its scenario'), torques)
         self.snapshot: dict[str, Any] | None = None
         if run_metadata.SNAPSHOT in begin:
             with self.reading(run_metadata.SNAPSHOT):

@@ -11,6 +11,7 @@ from .nanoseconds import stamp_ns
 
 # The longest part of a given value that a sentence repeats.
 _LONGEST_GIVEN = 100
+_QUOTE = "; a text that ROS takes for a truth or a number must be quoted, as 'y' or '1'"
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,11 @@ class Key:
 
     @property
     def allowed(self) -> str:
-        """Return what is allowed, as the end of a sentence."""
+        """What is allowed, as the end of a sentence."""
+        return self._allowed(())
+
+    def _allowed(self, given):
+        """Return what is allowed, its bounds with the digits that tell them from given numbers."""
         if self.kind == 'bool':
             return 'true or false'
         if self.kind == 'epoch':
@@ -57,10 +62,10 @@ class Key:
         elif self.unit == 'rad':
             what = 'an angle in radians,'
         bounds = [
-            f'above {self.above:g}' if self.above > -inf else '',
-            f'at least {self.low:g}' if self.low > -inf else '',
-            f'at most {self.high:g}' if self.high < inf else '',
-            f'below {self.below:g}' if self.below < inf else '',
+            f'above {_bound(self.above, given)}' if self.above > -inf else '',
+            f'at least {_bound(self.low, given)}' if self.low > -inf else '',
+            f'at most {_bound(self.high, given)}' if self.high < inf else '',
+            f'below {_bound(self.below, given)}' if self.below < inf else '',
         ]
         unit = '' if self.unit == 'rad' else self.unit
         parts = [what, ' and '.join(bound for bound in bounds if bound), unit]
@@ -76,7 +81,20 @@ class Key:
             given = ascii(value) if isinstance(value, str) else str(value)
             if len(given) > _LONGEST_GIVEN:
                 given = f'{given[:_LONGEST_GIVEN]}...'
-            raise ValueError(f'{self.name} is {given}; it must be {self.allowed}') from None
+            items = value if isinstance(value, list | tuple) else [value]
+            numbers = [x for x in items if isinstance(x, Real)]
+            hint = _QUOTE if numbers and self.kind in ('string', 'string_array') else ''
+            raise ValueError(
+                f'{self.name} is {given}; it must be {self._allowed(numbers)}{hint}'
+            ) from None
+
+
+def _bound(bound: float, given: list[Any]) -> str:
+    """Return a bound in six digits, or in all where those would lie beyond a given number."""
+    short = f'{bound:g}'
+    seen = float(short)
+    beyond = any((x > bound) != (x > seen) or (x < bound) != (x < seen) for x in given)
+    return repr(bound) if beyond else short
 
 
 class _DoubledError(ValueError):

@@ -7,6 +7,8 @@ they allow is read within a second.
 """
 
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +17,9 @@ import yaml
 from .regular_file import regular_file
 
 # The parser in C where PyYAML has it; that in Python is some twenty times slower.
-_Safe = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
+SafeLoader = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
 LARGEST_BYTES, MOST_VALUES = (
-    (2_000_000, 50_000) if _Safe is not yaml.SafeLoader else (200_000, 5_000)
+    (2_000_000, 50_000) if SafeLoader is not yaml.SafeLoader else (200_000, 5_000)
 )
 DEEPEST = 64
 _TOO_DEEP = f'is nested deeper than the {DEEPEST} levels allowed'
@@ -45,12 +47,33 @@ def load(text: str, origin: str) -> Any:
     """
     Return what a YAML text says; origin names it in the ValueError: it is not YAML, or too much.
 
-    >>> load('[1e-3, 3.9e14]', 'example')
-    [0.001, 390000000000000.0]
+    >>> load('[1e-3, 3.9e14, -.5]', 'example')
+    [0.001, 390000000000000.0, -0.5]
     """
-    try:
+    node = compose(text, origin, _Loader)
+    if node is None:
+        return None
+    if twice := _given_twice(node, set()):
+        raise ValueError(f'{origin} {twice}')
+    with _in_one_sentence(origin):
+        return _Loader('').construct_document(node)
+
+
+def compose(text: str, origin: str, loader: Any) -> yaml.Node | None:
+    """Return the nodes of a YAML text by a loader of PyYAML; ValueError: as of load."""
+    with _in_one_sentence(origin):
         excess = _excess(text)
-        value = None if excess else yaml.load(text, _Loader)
+        node = None if excess else yaml.compose(text, loader)
+    if excess:
+        raise ValueError(f'{origin} {excess}')
+    return node
+
+
+@contextmanager
+def _in_one_sentence(origin: str) -> Iterator[None]:
+    """Raise what PyYAML raises as a ValueError of one sentence."""
+    try:
+        yield
     except yaml.YAMLError as error:
         mark = getattr(error, 'problem_mark', None)
         where = f' at line {mark.line + 1}' if mark else ''
@@ -63,9 +86,6 @@ def load(text: str, origin: str) -> Any:
         raise ValueError(
             f'{origin} has a value that does not suit its tag, as in !!bool maybe'
         ) from None
-    if excess:
-        raise ValueError(f'{origin} {excess}')
-    return value
 
 
 def _excess(text: str) -> str | None:
@@ -99,8 +119,26 @@ def _excess(text: str) -> str | None:
     return None
 
 
-class _Loader(_Safe):  # type: ignore[misc, valid-type]
-    """YAML whose numbers are those of ROS: 1e-3 and 3.9e14 are numbers too."""
+def _given_twice(node: yaml.Node, seen: set[yaml.Node]) -> str | None:
+    """Return which key is given twice in one mapping of a tree of nodes, if any."""
+    if isinstance(node, yaml.ScalarNode) or node in seen:
+        return None
+    seen.add(node)
+    keys: set[tuple[str, str]] = set()
+    for item in node.value:
+        key, value = item if isinstance(node, yaml.MappingNode) else (None, item)
+        if isinstance(key, yaml.ScalarNode):
+            if (key.tag, key.value) in keys:
+                line = key.start_mark.line + 1
+                return f'gives {key.value} twice, again at line {line}; it must be given once'
+            keys.add((key.tag, key.value))
+        if twice := _given_twice(value, seen):
+            return twice
+    return None
+
+
+class _Loader(SafeLoader):  # type: ignore[misc, valid-type]
+    """YAML whose numbers are those of ROS: 1e-3, 3.9e14 and -.5 are numbers too."""
 
 
 _Loader.yaml_implicit_resolvers = {
@@ -109,6 +147,6 @@ _Loader.yaml_implicit_resolvers = {
 }
 _Loader.add_implicit_resolver(
     'tag:yaml.org,2002:float',
-    re.compile(r'[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)[eE][-+]?[0-9]+$'),
+    re.compile(r'[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?(?=[eE]))([eE][-+]?[0-9]+)?$'),
     list('-+.0123456789'),
 )

@@ -1,4 +1,4 @@
-"""The sentence of a refusal as it goes over the wire: one line of bounded length."""
+"""The sentence of a refusal: one line of bounded length, whose numbers do not hide its reason."""
 
 LONGEST_SENTENCE = 500
 
@@ -12,3 +12,27 @@ def one_sentence(reason: object) -> str:
     """
     text = ' '.join(str(reason).split())
     return text if len(text) <= LONGEST_SENTENCE else f'{text[: LONGEST_SENTENCE - 3]}...'
+
+
+def written(number: float) -> str:
+    """
+    Return a number in six digits, or in all that it has.
+
+    >>> written(0.1), written(3.000000003)
+    ('0.1', '3.000000003')
+    """
+    return short if float(short := f'{number:g}') == number else repr(float(number))
+
+
+def told_apart(*numbers: float) -> list[str]:
+    """
+    Return numbers in six digits, or in as many as show which of them differ.
+
+    >>> told_apart(1.0000044, 1.0)
+    ['1.000004', '1']
+    """
+    for digits in range(6, 18):
+        texts = [f'{number:.{digits}g}' for number in numbers]
+        if len(set(texts)) == len(set(numbers)):
+            break
+    return texts

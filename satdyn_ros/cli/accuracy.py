@@ -1,6 +1,6 @@
 """`satdyn check FILE --duration S`: how the error of a run grows."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,7 +11,6 @@ from ..exact import recognise
 from ..integrate.propagation import Propagation
 from ..kernel import rotation
 from ..run.scenario import Scenario
-from ..torques.body_torque import BodyTorque
 
 FINER = 0.01
 # Below this a step's error is rounding, whatever the tolerance.
@@ -63,16 +62,11 @@ def growth(scenario: Scenario, duration_s: float) -> Growth:
     return Growth(tolerance, t_s, angles, own.steps)
 
 
-def check_run(
-    file: str,
-    duration: str,
-    output: str | None = None,
-    torques: Iterable[type[BodyTorque]] = (),
-) -> None:
+def check_run(scenario: Scenario, name: str, duration: str, output: str | None = None) -> None:
     """Print how the error of a scenario's run grows, and draw it where an output is given."""
     duration_s = seconds(duration)
-    found = growth(Scenario.from_yaml(file, torques), duration_s)
-    print(f'{file}: the attitude at motion.tolerance {found.tolerance:g}, {found.steps} steps,')
+    found = growth(scenario, duration_s)
+    print(f'{name}: the attitude at motion.tolerance {found.tolerance:g}, {found.steps} steps,')
     print('its largest angle [rad] so far to the same motion in')
     names = list(found.angle_rad)
     print(f'{"time [s]":>14}  ' + '  '.join(f'{name:>28}' for name in names))

@@ -54,7 +54,13 @@ satdyn check"""
         return added
 
     added = command('node', 'the node, paced; needs ROS 2', _NODE_EXAMPLES)
-    added.add_argument('--params-file', metavar='FILE', help=_SCENARIO)
+    added.add_argument(
+        '--params-file',
+        action='append',
+        metavar='FILE',
+        help=f'{_SCENARIO}; of several the later prevail, as in ROS',
+    )
+    _add_satellite(added)
     _add_torque(added)
     added.add_argument(
         '--ros-args', nargs='...', metavar='', help='the usual arguments of ROS 2 nodes'
@@ -67,9 +73,11 @@ satdyn check"""
     added = command(
         'describe',
         'what theory says about a scenario: closed form, constants, equilibria, stability',
-        'satdyn describe config/default.yaml\nsatdyn describe config/euler_poinsot.yaml --json',
+        'satdyn describe config/default.yaml\nsatdyn describe config/euler_poinsot.yaml --json\n'
+        'satdyn describe constellation --satellite /sat4',
     )
     added.add_argument('file', metavar='FILE', help=_SCENARIO)
+    _add_satellite(added)
     added.add_argument('--json', action='store_true', help='as JSON')
     _add_sweep(command)
     _add_check(command)
@@ -130,6 +138,7 @@ def _add_simulate(command):
         'satdyn simulate config/default.yaml --duration 60 --from orbit --at 3000 -o onward',
     )
     added.add_argument('file', metavar='FILE', help=_SCENARIO)
+    _add_satellite(added)
     added.add_argument(
         '--duration', required=True, metavar='S', help='simulate the ticks k with k / rate < S'
     )
@@ -349,6 +358,7 @@ def _add_sweep(command):
         'file', metavar='SWEEP.yaml', help='a sweep file, or the name of a shipped one'
     )
     added.notes = _SWEEP_FORM
+    _add_satellite(added)
     _add_out(added, 'DIR', 'the directory for the results')
     added.add_argument(
         '--outcome',
@@ -373,6 +383,7 @@ def _add_check(command):
         'satdyn check config/default.yaml --duration 86400 -o growth.png',
     )
     added.add_argument('file', nargs='?', metavar='FILE', help='a scenario')
+    _add_satellite(added)
     added.add_argument('--duration', metavar='S', help='how long to simulate it')
     added.add_argument('-o', dest='out', metavar='FILE.png', help='plot how the error grows')
     added.notes = """\
@@ -388,6 +399,14 @@ def _add_torque(command):
         default=[],
         metavar='MODULE:CLASS',
         help="a torque of one's own; may be repeated",
+    )
+
+
+def _add_satellite(command):
+    command.add_argument(
+        '--satellite',
+        metavar='NAME',
+        help='which satellite, where the scenario has several: /sat4/satdyn, or /sat4',
     )
 
 

@@ -80,6 +80,11 @@ def _says_no(error):
     return isinstance(error, Failed | Halted | RunHalted | Untrue)
 
 
+def _warn(given, scenario):
+    for doubt in scenario.warnings:
+        print(f'satdyn {given.command}: {doubt}', file=sys.stderr)
+
+
 def _sentence(error):
     if isinstance(error, OSError) and error.strerror:
         return f'{error.filename}: {error.strerror}' if error.filename else error.strerror
@@ -140,7 +145,7 @@ def _simulate(given):
     from ..run import events
     from ..run.scenario import Scenario
 
-    scenario = Scenario.from_yaml(given.file, given.torque)
+    scenario = Scenario.from_yaml(given.file, given.satellite, given.torque)
     if given.rate is not None:
         scenario = scenario.with_values({'publish.rate': given.rate})
     if (given.origin is None) != (given.at is None):
@@ -153,8 +158,7 @@ def _simulate(given):
             scenario = begun_in_aem(scenario, given.origin, given.at)
         else:
             scenario, begin = begun_in_bag(scenario, given.origin, given.at)
-    for doubt in scenario.warnings:
-        print(f'satdyn simulate: {doubt}', file=sys.stderr)
+    _warn(given, scenario)
     happening = events.from_yaml(given.events, scenario) if given.events else []
     first = begin['tick'] if begin else 0
     count = tick_count(scenario, given.duration, first)
@@ -255,7 +259,8 @@ def _describe(given):
     from ..run.scenario import Scenario
     from .description import print_description
 
-    scenario = Scenario.from_yaml(given.file, given.torque)
+    scenario = Scenario.from_yaml(given.file, given.satellite, given.torque)
+    _warn(given, scenario)
     if given.json:
         print(json.dumps(describe(scenario), indent=2))
     else:
@@ -285,22 +290,36 @@ def _sweep(given):
     from ..sweep.table import summary
 
     with progress('sweep', 'runs') as show:
-        path, outcomes = sweep_path(given.file), tuple(given.outcome)
-        table = sweep(path, given.out, given.workers, given.dask, show, outcomes, given.torque)
+        table = sweep(
+            sweep_path(given.file),
+            given.out,
+            given.workers,
+            given.dask,
+            show,
+            satellite=given.satellite,
+            outcomes=tuple(given.outcome),
+            torques=given.torque,
+        )
     print(f'{table}: {summary(table)}')
     return DONE
 
 
 def _check(given):
-    if (given.file is None) != (given.duration is None) or (given.out and given.file is None):
-        raise ValueError('FILE and --duration belong together; -o is for them alone')
+    from ..run.scenario import Scenario
     from .accuracy import check_run
     from .check import check
 
+    alone = given.out or given.satellite
+    if (given.file is None) != (given.duration is None) or (alone and given.file is None):
+        raise ValueError(
+            'FILE and --duration belong together; -o and --satellite are for them alone'
+        )
     if given.file is None:
         return DONE if check() else ANSWER_IS_NO
+    scenario = Scenario.from_yaml(given.file, given.satellite, given.torque)
+    _warn(given, scenario)
     try:
-        check_run(given.file, given.duration, given.out, given.torque)
+        check_run(scenario, given.file, given.duration, given.out)
     except RuntimeError as error:
         print(f'satdyn check: {error}', file=sys.stderr)
         return ANSWER_IS_NO

@@ -6,6 +6,7 @@ from itertools import permutations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..base.sentences import told_apart, written
 from ..kernel import rotation
 from ..kernel.rows import length
 
@@ -28,7 +29,7 @@ def tensor(values: ArrayLike) -> np.ndarray:
     array([600., 800., 900.])
     """
     numbers = np.ravel(np.asarray(values, float))
-    given = f'body.inertia is [{", ".join(f"{x:g}" for x in numbers)}]'
+    given = f'body.inertia is [{", ".join(written(x) for x in numbers)}]'
     if len(numbers) not in (3, 6, 9):
         raise ValueError(
             f'{given}; it must be 3 principal moments, the 6 entries ixx iyy izz ixy ixz iyz or '
@@ -41,16 +42,16 @@ def tensor(values: ArrayLike) -> np.ndarray:
         raise ValueError(f'{given}; the matrix must be symmetric')
     inertia = entries(numbers)
     small, middle, large = np.sort(principal_axes(inertia)[0])
-    moments = f'{small:g}, {middle:g} and {large:g}'
     if small <= _AS_GIVEN * large:
         raise ValueError(
-            f'{given}; its principal moments {moments} must be positive: a rod has a thickness, '
-            'use the moments of a cylinder'
+            f'{given}; its principal moments {small:g}, {middle:g} and {large:g} must be '
+            'positive: a rod has a thickness, use the moments of a cylinder'
         )
     if small + middle < large * (1.0 - _AS_GIVEN):
+        most, found = told_apart(small + middle, large)
         raise ValueError(
-            f'{given}; the largest of its principal moments {moments} must not exceed the sum of '
-            'the others'
+            f'{given}; the largest of its principal moments, {found}, must not exceed the sum of '
+            f'the others, {small:g} and {middle:g}, which is {most}'
         )
     return inertia
 

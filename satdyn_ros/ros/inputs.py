@@ -38,9 +38,9 @@ class TorqueInputs:
     """
     The subscriptions `torque` and, where a rotor is a motor, `rotor_command`.
 
-    A message is refused in another frame than the body's, with a force, with a number that is not
-    finite, or where motion.method is exact and there is no closed form with it; of each kind of
-    refusal a warning comes at most every ten seconds.
+    A message is refused in another frame than the body's, with a force or a speed, with a number
+    that is not finite, or where motion.method is exact and there is no closed form with it; of
+    each kind of refusal a warning comes at most every ten seconds.
     timeout_s: simulated time after which a torque drops to zero; 0: never.  subscriptions: by the
     names of their topics.
     """
@@ -97,6 +97,12 @@ class TorqueInputs:
                 'rotors',
                 f'rotor_command has {len(names)} names and {len(efforts)} efforts; it must '
                 'have one effort per name',
+            )
+        if len(message.velocity):
+            return self._refuse(
+                'velocity',
+                'rotor_command has velocities; a speed cannot be commanded, so that velocity must '
+                'be empty',
             )
         if len(set(names)) != len(names):
             return self._refuse('rotors', f'rotor_command names a rotor twice: {", ".join(names)}')

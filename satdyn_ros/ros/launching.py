@@ -1,16 +1,17 @@
 """What the launch files start: names of actions of launch, and their keyword arguments."""
 
-import re
+import socket
 import sys
 from collections.abc import Callable
+from importlib.util import find_spec
 from typing import Any
 
-from ..base.ros_yaml import read_text
-from ..run.parameter_file import parameters_of_section, parameters_of_yaml, sections_of_yaml
+from ..run.parameter_file import ParameterFile, scenario_text, without_rclpys
 from ..run.scenario import Scenario
 from ..run.shipped import scenario_path
 
-_FULL_NAME = re.compile(r'(/[A-Za-z_][A-Za-z0-9_]*)+')
+# Of the live page.
+_PORT = 8090
 
 
 def one_satellite(
@@ -23,12 +24,14 @@ def one_satellite(
     foxglove: str,
     rviz_config: str,
     is_installed: Callable[[str], object],
+    page_hindrance: Callable[[], str],
 ) -> list[tuple[str, dict[str, Any]]]:
     """
     Return what satdyn.launch.py starts, in order, for the texts of its arguments.
 
     rviz_config: the path of RViz's configuration.  is_installed: whether there is a package of a
-    name.  ValueError, in one sentence: a text is not allowed, or a package is missing.
+    name.  page_hindrance: what would end the live page at once.  ValueError, in one sentence: a
+    text is not allowed, or what is to start cannot.
     """
     # launch leaves running what started ahead of an error.
     for argument, given, package in (
@@ -37,29 +40,23 @@ def one_satellite(
     ):
         if given == 'true' and not is_installed(package):
             raise ValueError(f'{argument} is true, but {package} is not installed')
+    if watch == 'true' and (hindrance := page_hindrance()):
+        raise ValueError(f'watch is true, but {hindrance}')
 
     overrides: dict[str, Any] = {}
     if record:
         overrides['record.enabled'] = record == 'true'
     if rate:
         overrides['publish.rate'] = _number(rate)
-    path, text, origin = _read(params_file)
-    scenario = Scenario({**parameters_of_yaml(text, origin), **overrides})
+    path, file = _read(params_file)
+    parts = [part for part in namespace.split('/') if part]
+    full_name = '/'.join(['', *parts, 'satdyn']) if parts else file.full_name()
+    scenario = Scenario({**without_rclpys(file.parameters(full_name)), **overrides})
     if 'true' in (rviz, foxglove):
         overrides['publish.topics'] = list(dict.fromkeys([*scenario.topics, 'markers', 'tf']))
 
-    actions: list[tuple[str, dict[str, Any]]] = [
-        (
-            'Node',
-            {
-                'package': 'satdyn_ros',
-                'executable': 'satdyn_node',
-                'namespace': namespace,
-                'parameters': [path, overrides] if overrides else [path],
-                'output': 'screen',
-            },
-        )
-    ]
+    actions: list[tuple[str, dict[str, Any]]] = [('Node', _node(full_name, path, overrides))]
+    namespace = full_name.rpartition('/')[0]
     if rviz == 'true':
         frames = scenario.frames
         frame = frames.inertial if scenario.is_fixed else frames.orbital
@@ -67,8 +64,8 @@ def one_satellite(
         node = {'package': 'rviz2', 'executable': 'rviz2', 'namespace': namespace}
         actions.append(('Node', node | {'arguments': shown}))
     if watch == 'true':
-        name = '/'.join(['', *filter(None, namespace.split('/')), 'satdyn'])
-        command = [sys.executable, '-m', 'satdyn_ros.cli.main', 'watch', '--node', name]
+        command = [sys.executable, '-m', 'satdyn_ros.cli.main', 'watch', '--node', full_name]
+        command += ['--port', str(_PORT)]
         actions.append(('ExecuteProcess', {'cmd': command, 'output': 'screen'}))
     if foxglove == 'true':
         bridge = {'package': 'foxglove_bridge', 'executable': 'foxglove_bridge'}
@@ -76,57 +73,71 @@ def one_satellite(
     return actions
 
 
+def page_hindrance() -> str:
+    """Return why satdyn watch cannot start here, or nothing."""
+    if not find_spec('aiohttp'):
+        return 'aiohttp is not installed'
+    with socket.socket() as listener:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            listener.bind(('127.0.0.1', _PORT))
+        except OSError as error:
+            return f'port {_PORT} cannot be used: {error.strerror}'
+    return ''
+
+
 def constellation(params_file: str) -> list[dict[str, Any]]:
     """
     Return the keyword arguments of each Node of constellation.launch.py: one a satellite.
 
-    ValueError, in one sentence: the file cannot be read, or names no satellite.
+    ValueError, in one sentence: the file cannot be read, or names no satellite, or one that is
+    not allowed.
     """
-    path, text, origin = _read(params_file)
-    # By full name: /satdyn and satdyn are one.
-    satellites: dict[str, dict[str, Any]] = {}
-    for name, section in sections_of_yaml(text, origin).items():
-        full_name = f'/{str(name).removeprefix("/")}'
-        if '*' in full_name:
-            continue
-        if not _FULL_NAME.fullmatch(full_name):
-            raise ValueError(
-                f'{origin} has the section {name}; it must be named /** or /namespace/node'
-            )
-        own = satellites.setdefault(full_name, {})
-        own.update(parameters_of_section(section, origin))
-    if not satellites:
+    path, file = _read(params_file)
+    if not file.satellites:
         raise ValueError(
-            f'{origin} has no section of a satellite; it must have one that is named '
+            f'{file.origin} has no section of a satellite; it must have one that is named '
             '/namespace/node'
         )
-    return [_satellite(full_name, own, path) for full_name, own in satellites.items()]
+    for name in file.satellites:
+        try:
+            Scenario(without_rclpys(file.parameters(name)))
+        except ValueError as error:
+            raise ValueError(f'{file.origin}, {name}: {error}') from None
+    return [_node(name, path, _frames(name, file)) for name in file.satellites]
 
 
-def _satellite(full_name, own, path):
+def _frames(full_name, file):
+    """Return the frames of a satellite that its own section does not have."""
+    own = file.own_parameters(full_name)
+    namespace = full_name.rpartition('/')[0].removeprefix('/')
+    frames = {'frames.orbital': f'{namespace}/lvlh', 'frames.body': f'{namespace}/base_link'}
+    return {key: frame for key, frame in frames.items() if namespace and key not in own}
+
+
+def _node(full_name, path, overrides):
     namespace, _, name = full_name.rpartition('/')
-    prefix = namespace.removeprefix('/')
-    frames = {'frames.orbital': f'{prefix}/lvlh', 'frames.body': f'{prefix}/base_link'}
-    added = {key: frame for key, frame in frames.items() if namespace and key not in own}
-    return {
+    node = {
         'package': 'satdyn_ros',
         'executable': 'satdyn_node',
         'namespace': namespace,
         'name': name,
-        # The file first: rcl gives a section that comes later the last word, and launch gives what
-        # is added a section of the satellite's name, which must not come ahead of /**.
-        'parameters': [path, added] if added else [path],
+        # Read by the node itself: rcl gives what stands in later sections of the file, or as an
+        # integer, the last word over what launch adds.
+        'arguments': ['--params-file', path],
         'output': 'screen',
     }
+    return node | ({'parameters': [overrides]} if overrides else {})
 
 
 def _read(params_file):
-    """Return the path, the text and the name in errors of a file, or of a shipped one by name."""
+    """Return the path of a file, or of a shipped one by name, and what it says."""
     try:
-        path = scenario_path(params_file)
-        return str(path), read_text(path, 'the scenario'), f'params_file: {path}'
+        path = str(scenario_path(params_file))
+        text = scenario_text(path)
     except ValueError as error:
         raise ValueError(f'params_file: {error}') from None
+    return path, ParameterFile.of_texts([(text, f'params_file: {path}')])
 
 
 def _number(text):

@@ -1,6 +1,6 @@
 """The node: declares its parameters, builds what a scenario describes, and connects the parts."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from datetime import datetime, timezone
 from importlib.util import find_spec
 from threading import Lock
@@ -15,6 +15,7 @@ from ..base.sentences import one_sentence
 from ..integrate.propagation import Propagation
 from ..messages.topics import TOPICS
 from ..run.events import Event, Halt, Topics, TorquesDropped
+from ..run.parameter_file import without_rclpys
 from ..run.requests import try_out
 from ..run.samples import Samples
 from ..run.scenario import Scenario
@@ -33,7 +34,7 @@ from .inputs import TorqueInputs
 from .lateness import Lateness
 from .pacing import Pacing
 from .parameter_service import ParameterService
-from .parameters import NodeParameters, given_parameters
+from .parameters import NodeParameters, give_rclpy_its_own, given_parameters
 from .publishing import STEADY, PackedTicks, Publishing
 from .services import Services
 
@@ -46,16 +47,16 @@ class SatdynNode(rclpy.node.Node):
     A satellite: it propagates, publishes at a fixed rate, answers requests and records.
 
     values: parameters by name, which those that ROS gives it (files, command line,
-    parameter_overrides) override.  The ticks begin at once, in a thread; spin the node for its
-    services.  destroy_node() ends the ticks and completes the bag.  ValueError: a parameter is
-    not allowed.  OSError: no bag can be made.
+    parameter_overrides) override; or what returns them for the node's full name.  The ticks begin
+    at once, in a thread; spin the node for its services.  destroy_node() ends the ticks and
+    completes the bag.  ValueError: a parameter is not allowed.  OSError: no bag can be made.
 
     >>> node = SatdynNode({'publish.rate': 10.0}, namespace='sat1')  # doctest: +SKIP
     """
 
     def __init__(
         self,
-        values: Mapping[str, Any] | None = None,
+        values: Mapping[str, Any] | Callable[[str], Mapping[str, Any]] | None = None,
         torques: Iterable[type[BodyTorque]] = (),
         **kwargs: Any,
     ):
@@ -73,7 +74,11 @@ class SatdynNode(rclpy.node.Node):
         # Changes of the published topics, asked for and in force.
         self._topics_asked = self._topics_in_force = 0
         try:
-            self._build(Scenario({**(values or {}), **given_parameters(self)}, torques))
+            if callable(values):
+                values = values(self.get_fully_qualified_name())
+            values = values or {}
+            give_rclpy_its_own(self, values)
+            self._build(Scenario({**without_rclpys(values), **given_parameters(self)}, torques))
         except BaseException:
             with uninterrupted():
                 self.destroy_node()

@@ -16,7 +16,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from ..base.key import Key, listed
-from ..run.parameter_file import RCLPY_PARAMETERS
+from ..run.parameter_file import without_rclpys
 from ..run.scenario import Scenario
 
 _TYPES = {
@@ -34,11 +34,17 @@ def given_parameters(node: Node) -> dict[str, Any]:
     """Return what the command line, parameter files and the constructor give, name to value."""
     # What rclpy read of them is public only by declaring it, types included.
     overrides = node._parameter_overrides
-    return {
-        name: plain_value(parameter)
-        for name, parameter in overrides.items()
-        if name.split('.')[0] not in RCLPY_PARAMETERS
-    }
+    return without_rclpys({name: plain_value(given) for name, given in overrides.items()})
+
+
+def give_rclpy_its_own(node: Node, values: Mapping[str, Any]) -> None:
+    """Let rclpy have those of values that are its own parameters, where nothing overrides them."""
+    own = set(values) - set(without_rclpys(values)) - set(node._parameter_overrides)
+    for name in sorted(own):
+        parameter = Parameter(name, value=values[name])
+        node._parameter_overrides[name] = parameter
+        if node.has_parameter(name):
+            node.set_parameters([parameter])
 
 
 def plain_value(parameter: Parameter) -> Any:

@@ -3,10 +3,12 @@
 import argparse
 import gc
 import logging
+import re
 import signal
 import sys
 import warnings
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 import rclpy
@@ -20,7 +22,7 @@ from ..base.interruption import interruptible
 from ..base.regular_file import regular_file
 from ..base.sentences import one_sentence
 from ..kernel.compile import load_numba_without_blas
-from ..run.parameter_file import parameters_of_yaml, scenario_text
+from ..run.parameter_file import ParameterFile
 from ..torques.body_torque import named
 from .executor import Executor
 from .node import SatdynNode
@@ -29,6 +31,14 @@ from .node import SatdynNode
 _SWITCH_INTERVAL_S = 0.0005
 # Options of --ros-args whose files ROS reads, by itself and for as long as they go on.
 _FILE_OPTIONS = '--params-file', '--log-config-file'
+# An argument of --ros-args that gives the node a name or a namespace, or a rule that may.
+_NAMES_THE_NODE = re.compile(r'(.*:)?__(ns|node|name):=')
+# rcl's words for a list of values of several kinds, and what to write in its place.
+_OF_TWO_KINDS = 'Sequence should be of same type'
+_HINT = (
+    '; in a list every number must have a point, as in [0.0, 0.0, 0.002], and a text that ROS '
+    "takes for true or false must be quoted, as 'y'"
+)
 
 RCLError = rclpy_implementation.RCLError
 UnknownROSArgsError = rclpy_implementation.UnknownROSArgsError
@@ -38,18 +48,24 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     Run the node and return the exit code: 0 ended as told, 1 it failed, 2 the input is wrong.
 
-    argv: [--params-file FILE] [--torque MODULE:CLASS] [--ros-args ...]; without it that of the
-    process.
+    argv: [--params-file FILE ...] [--satellite NAME] [--torque MODULE:CLASS ...]
+    [--ros-args ...]; without it that of the process.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     at = arguments.index('--ros-args') if '--ros-args' in arguments else len(arguments)
     parser = argparse.ArgumentParser('satdyn node', description='A satellite as a ROS 2 node.')
-    parser.add_argument('--params-file', metavar='FILE', help='the scenario')
+    parser.add_argument('--params-file', action='append', metavar='FILE', help='the scenario')
+    parser.add_argument('--satellite', metavar='NAME', help='which satellite of the scenario')
     parser.add_argument('--torque', action='append', default=[], metavar='MODULE:CLASS')
     own = parser.parse_args(arguments[:at])
     try:
-        values = _values(own.params_file)
         torques = [named(name) for name in own.torque]
+        file = ParameterFile.read(own.params_file or ())
+        is_named = any(_NAMES_THE_NODE.match(argument) for argument in arguments[at:])
+        if is_named and own.satellite:
+            raise ValueError('--satellite and --ros-args both name the node; one of them must')
+        satellite = '/satdyn' if is_named else file.full_name(own.satellite)
+        values = partial(_values, file) if own.params_file else None
         for option, path in zip(arguments[at:], arguments[at + 1 :], strict=False):
             if option in _FILE_OPTIONS and Path(path).exists():
                 regular_file(path)
@@ -58,13 +74,16 @@ def main(argv: Sequence[str] | None = None) -> int:
         )
     except UnknownROSArgsError as error:
         return _refuse(f'--ros-args does not allow {error}')
-    except (ValueError, OSError, RCLError, NameValidationException) as error:
+    except RCLError as error:
+        hint = _HINT if _OF_TWO_KINDS in str(error) else ''
+        return _refuse(f'{error}{hint}')
+    except (ValueError, OSError, NameValidationException) as error:
         return _refuse(error)
     except KeyboardInterrupt:
         return 0
     sys.setswitchinterval(_SWITCH_INTERVAL_S)
     try:
-        return _run(values, torques)
+        return _run(values, satellite, torques)
     except (ValueError, OSError, NameValidationException) as error:
         return _refuse(error)
     except KeyboardInterrupt:
@@ -79,7 +98,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         rclpy.try_shutdown()
 
 
-def _run(values, torques):
+def _run(values, satellite, torques):
     # Nothing may tear what a running or ending node does, such as completing its bag: the handlers
     # of rclpy, which call these, let a spinning executor end.
     told: list[int] = []
@@ -91,7 +110,8 @@ def _run(values, torques):
         load_numba_without_blas()
         # Garbage is collected between ticks.
         gc.disable()
-        node = SatdynNode(values, torques)
+        namespace, _, name = satellite.rpartition('/')
+        node = SatdynNode(values, torques, node_name=name, namespace=namespace)
     install_signal_handlers()
     executor = Executor()
     try:
@@ -132,11 +152,12 @@ def _refuse(error):
     return 2
 
 
-def _values(path):
-    """Return the parameters of a file; a list that mixes integers and floats is one of floats."""
-    if path is None:
-        return {}
-    return parameters_of_yaml(scenario_text(path), path)
+def _values(file, full_name):
+    """Return the parameters that a file has for a node, and tell what is left."""
+    parameters = file.parameters(full_name)
+    for sentence in file.unused(full_name):
+        logging.getLogger('satdyn_ros').warning(sentence)
+    return parameters
 
 
 if __name__ == '__main__':

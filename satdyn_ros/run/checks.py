@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..base.key import listed
+from ..base.sentences import told_apart, written
 from .keys import KEYS
 from .ticks import LAST_STAMP_NS, Ticks
 
@@ -20,6 +21,8 @@ from .ticks import LAST_STAMP_NS, Ticks
 MOST_RAD_PER_TICK = 1e6
 # The longest wall time between two ticks: the system waits for no more.
 _LONGEST_TICK_S = 1e9
+# What a quaternion of four digits may be off; less than the second is not worth a word.
+_UNIT_TO, _UNIT_TO_ROUNDING = 1e-4, 1e-6
 
 # A key that belongs to some choices only: key, the choosing key, the choices.
 BELONGS = (
@@ -40,19 +43,29 @@ def unit(values: Mapping[str, Any], name: str, allowed_error: float) -> tuple[fl
     """Return the vector under name as a unit; one that is unit to rounding stays as it is."""
     vector = np.array(values[name])
     with np.errstate(over='ignore'):
-        norm = np.linalg.norm(vector)
+        norm = float(np.linalg.norm(vector))
     if norm == 0.0:
         raise ValueError(f'{name} is {list(values[name])}; it must not be zero')
     if norm == np.inf:
         raise ValueError(f'{name} is {list(values[name])}; its norm must be finite')
     if abs(norm - 1.0) > allowed_error:
         raise ValueError(
-            f'{name} is {list(values[name])}, of norm {norm:g}; it must be a unit quaternion '
-            f'x, y, z, w, to within {allowed_error:g}'
+            f'{name} is {list(values[name])}, of norm {told_apart(norm, 1.0)[0]}; it must be a '
+            f'unit quaternion x, y, z, w, to within {allowed_error:g}'
         )
     if abs(norm - 1.0) < 4.0 * np.finfo(float).eps:
         return values[name]
     return tuple(float(x) for x in vector / norm)
+
+
+def normalised(values: Mapping[str, Any], name: str) -> tuple[tuple[float, ...], list[str]]:
+    """Return the quaternion under name as a unit, and the sentence that it was not quite one."""
+    taken, norm = unit(values, name, _UNIT_TO), math.hypot(*values[name])
+    if abs(norm - 1.0) <= _UNIT_TO_ROUNDING:
+        return taken, []
+    return taken, [
+        f'{name} is {list(values[name])}, of norm {told_apart(norm, 1.0)[0]}; it is divided by it'
+    ]
 
 
 def refuse_what_does_not_belong(values: Mapping[str, Any]) -> None:
@@ -72,13 +85,13 @@ def check_ticks(values: Mapping[str, Any], rate: Fraction) -> None:
     )
     if Ticks(rate, epoch_ns).stamp_ns(1) > LAST_STAMP_NS:
         raise ValueError(
-            f'publish.rate is {rate_hz:g} and time.epoch_ns {epoch_ns}; the second tick then '
-            f'comes after the last stamp of ROS, {LAST_STAMP_NS // 10**9} s'
+            f'publish.rate is {written(rate_hz)} and time.epoch_ns {epoch_ns}; the second tick '
+            f'then comes after the last stamp of ROS, {LAST_STAMP_NS // 10**9} s'
         )
     if factor and rate_hz * factor < 1.0 / _LONGEST_TICK_S:
         raise ValueError(
-            f'time.factor is {factor:g} and publish.rate {rate_hz:g}; their product must be 0 '
-            f'or at least {1.0 / _LONGEST_TICK_S:g} ticks per second'
+            f'time.factor is {written(factor)} and publish.rate {written(rate_hz)}; their product '
+            f'must be 0 or at least {1.0 / _LONGEST_TICK_S:g} ticks per second'
         )
 
 
@@ -90,10 +103,11 @@ def check_turns_a_tick(values: Mapping[str, Any], rate: Fraction) -> None:
         mean_motion = math.sqrt(mu / a) / a
         at_pericentre = mean_motion * math.sqrt((1.0 + e) / (1.0 - e)) / (1.0 - e)
         if not at_pericentre * tick_s <= MOST_RAD_PER_TICK:
+            found, most = told_apart(at_pericentre, MOST_RAD_PER_TICK / tick_s)
             raise ValueError(
-                f'orbit.semi_major_axis is {a:g} and orbit.mu {mu:g}; the orbital '
-                f'rate at pericentre is then {at_pericentre:g} rad/s; it must be at most '
-                f'{MOST_RAD_PER_TICK / tick_s:g} (1e6 rad per tick)'
+                f'orbit.semi_major_axis is {written(a)} and orbit.mu {written(mu)}; the orbital '
+                f'rate at pericentre is then {found} rad/s; it must be at most {most} (1e6 rad '
+                'per tick)'
             )
     turn_rate = math.hypot(*values['initial.angular_velocity'])
     if not turn_rate * tick_s <= MOST_RAD_PER_TICK:

@@ -1,17 +1,22 @@
-"""A scenario as a ROS 2 parameter file: its sections and nested keys, from and to dotted names."""
+"""A scenario as a ROS 2 parameter file: its satellites, and its keys from and to dotted names."""
 
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import yaml
 
-from ..base import ros_yaml
+from ..base import rcl_yaml, ros_yaml
 from ..base.key import listed
 from . import shipped
 
 # rclpy's own parameters, which it adds to every node's.
 RCLPY_PARAMETERS = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
+_FULL_NAME = re.compile(r'(/[A-Za-z_][A-Za-z0-9_]*)+')
+# The longest list of names that a sentence repeats.
+_MOST_NAMES = 10
 
 
 def scenario_text(path: str | Path) -> str:
@@ -19,38 +24,99 @@ def scenario_text(path: str | Path) -> str:
     return ros_yaml.read_text(shipped.scenario_path(path), 'the scenario')
 
 
-def sections_of_yaml(text: str, origin: str) -> Mapping[Any, Any]:
-    """Return the sections of a ROS 2 parameter file, as they are, by their names; ValueError."""
-    document = ros_yaml.load(text, origin)
-    if not isinstance(document, Mapping):
-        raise ValueError(f'{origin} is not a parameter file: it must have sections such as /**')
-    return document
-
-
-def parameters_of_yaml(text: str, origin: str) -> dict[str, Any]:
+@dataclass(frozen=True)
+class ParameterFile:
     """
-    Return the parameters, dotted, that a ROS 2 parameter file has for this node.
+    What parameter files say together, as rcl merges them.
 
-    The sections /**, satdyn and /satdyn count, in this order.  ValueError: no such file.
+    sections: the parameters, dotted, of each section by its name.  origin: the files' names in
+    errors.  A satellite is a section without wildcards.
     """
-    sections = sections_of_yaml(text, origin)
-    found = [sections[name] for name in ('/**', 'satdyn', '/satdyn') if name in sections]
-    if not found:
-        raise ValueError(f'{origin} has no section for this node; allowed: /**, satdyn or /satdyn')
-    parameters: dict[str, Any] = {}
-    for section in found:
-        parameters.update(parameters_of_section(section, origin))
+
+    origin: str
+    sections: Mapping[str, Mapping[str, Any]]
+
+    @classmethod
+    def read(cls, paths: Iterable[str | Path]) -> 'ParameterFile':
+        """Return what files say, each given by its path or by its name if it is shipped."""
+        return cls.of_texts([(scenario_text(path), str(path)) for path in paths])
+
+    @classmethod
+    def of_texts(cls, texts: Iterable[tuple[str, str]]) -> 'ParameterFile':
+        """Return what texts, each with its name, say; ValueError: rcl would not read one."""
+        texts = list(texts)
+        origin = ' and '.join(name for _, name in texts)
+        return cls(origin, rcl_yaml.sections(texts))
+
+    @property
+    def satellites(self) -> list[str]:
+        """The full names of the satellites, /satdyn and satdyn being one."""
+        names = (_full(name) for name in self.sections if '*' not in name)
+        return list(dict.fromkeys(names))
+
+    def full_name(self, satellite: str | None = None) -> str:
+        """
+        Return the full name of a satellite.
+
+        satellite: its full name, or its namespace where the node is satdyn; None: the one
+        satellite of the file, or /satdyn where it has none.  ValueError, which lists them: it has
+        several, or not this one.
+        """
+        found = self.satellites
+        if satellite is None:
+            if len(found) > 1:
+                raise ValueError(
+                    f'{self.origin} has {len(found)} satellites, of which --satellite must choose '
+                    f'one (in Python satellite=, in launch namespace:=): {_names(found)}'
+                )
+            return found[0] if found else '/satdyn'
+        given = _full(satellite)
+        for name in (given, f'{given}/satdyn'):
+            if name in found:
+                return name
+        if found:
+            raise ValueError(f'{self.origin} has no satellite {satellite}; it has {_names(found)}')
+        if not _FULL_NAME.fullmatch(given):
+            raise ValueError(
+                f'the satellite {satellite!r} must be a full name or a namespace, such as '
+                '/sat1/satdyn or /sat1'
+            )
+        return given if given.endswith('/satdyn') else f'{given}/satdyn'
+
+    def parameters(self, full_name: str) -> dict[str, Any]:
+        """
+        Return the parameters of a node: those of all sections that match its full name, in order.
+
+        Parameters of rclpy are among them.  ValueError: no section does.
+        """
+        matching = [name for name in self.sections if rcl_yaml.matches(name, full_name)]
+        if not matching:
+            raise ValueError(
+                f'{self.origin} has no section for this node, {full_name}; it has '
+                f'{_names(self.sections) or "none"}; /** is one for every node'
+            )
+        parameters: dict[str, Any] = {}
+        for name in matching:
+            parameters.update(self.sections[name])
+        return parameters
+
+    def own_parameters(self, full_name: str) -> dict[str, Any]:
+        """Return the parameters of the sections that are named as a satellite is."""
+        own = [section for name, section in self.sections.items() if _full(name) == full_name]
+        return {key: value for section in own for key, value in section.items()}
+
+    def unused(self, full_name: str) -> list[str]:
+        """Return, in a sentence, the sections that do not match the full name of a node."""
+        unused = [name for name in self.sections if not rcl_yaml.matches(name, full_name)]
+        if not unused:
+            return []
+        sections = f'the sections {_names(unused)}' if unused[1:] else f'the section {unused[0]}'
+        return [f'{self.origin}: {full_name} does not use {sections}']
+
+
+def without_rclpys(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the parameters that are a scenario's, and not rclpy's own."""
     return {k: v for k, v in parameters.items() if k.split('.')[0] not in RCLPY_PARAMETERS}
-
-
-def parameters_of_section(section: Any, origin: str) -> dict[str, Any]:
-    """Return the parameters, dotted, of one section; ValueError: it is not one."""
-    if not isinstance(section, Mapping) or not set(section) <= {'ros__parameters'}:
-        raise ValueError(f'{origin} has a section with more than ros__parameters in it')
-    nested = section.get('ros__parameters')
-    if not isinstance(nested, Mapping | None):
-        raise ValueError(f'ros__parameters of {origin} must be keys and values')
-    return dict(flattened(nested or {}))
 
 
 def flattened(nested: Mapping[str, Any], prefix: str = '') -> Iterator[tuple[str, Any]]:
@@ -71,4 +137,39 @@ def yaml_of_parameters(values: Mapping[str, Any]) -> str:
         for group in groups:
             branch = branch.setdefault(group, {})
         branch[leaf] = listed(value)
-    return yaml.safe_dump({'/**': {'ros__parameters': nested}}, sort_keys=False, width=99)
+    section = {'/**': {rcl_yaml.PARAMETERS: nested}}
+    return yaml.dump(section, Dumper=_Dumper, sort_keys=False, width=99)
+
+
+def parameters_of_record(text: str, origin: str) -> dict[str, Any]:
+    """
+    Return the parameters, dotted, of what yaml_of_parameters wrote.
+
+    Bags of earlier versions have it with a rotor's name y unquoted, which rcl takes for true.
+    """
+    match ros_yaml.load(text, origin):
+        case {'/**': {rcl_yaml.PARAMETERS: Mapping() as nested}}:
+            return dict(flattened(nested))
+    raise ValueError(f'{origin} has no section /** with {rcl_yaml.PARAMETERS}')
+
+
+class _Dumper(yaml.SafeDumper):
+    """Quotes a text that rcl would take for something else, such as y, which is true to it."""
+
+
+def _represent_text(dumper, text):
+    style = None if rcl_yaml.word(text) == text else "'"
+    return dumper.represent_scalar('tag:yaml.org,2002:str', text, style=style)
+
+
+_Dumper.add_representer(str, _represent_text)
+
+
+def _full(name: str) -> str:
+    return f'/{name.removeprefix("/")}'
+
+
+def _names(names: Iterable[str]) -> str:
+    given = list(names)
+    shown = ', '.join(given[:_MOST_NAMES])
+    return shown if len(given) <= _MOST_NAMES else f'{shown} and {len(given) - _MOST_NAMES} more'

@@ -1,11 +1,13 @@
 """The rotors that a scenario describes, under rotor.* or, with names, under rotor.NAME.*."""
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from ..base.key import listed
+from ..base.sentences import told_apart
 from ..dynamics.rotor import Rotor
 from .keys import KEYS
 
@@ -82,17 +84,19 @@ def check(values: Mapping[str, Any], rotors: tuple[Rotor, ...], inertia: np.ndar
         largest = 1.0 / (rotor.axis @ np.linalg.solve(left, rotor.axis))
         if not 0.0 < rotor.inertia < largest:
             others = '' if left is inertia else ' and the rotors before it'
+            given, most = told_apart(rotor.inertia, float(largest))
             raise ValueError(
-                f'{prefix}.inertia is {rotor.inertia:g}; with {prefix}.mode {rotor.mode} it must '
-                f'be above 0 and below {largest:g} kg m^2, the most that body.inertia{others} '
+                f'{prefix}.inertia is {given}; with {prefix}.mode {rotor.mode} it must '
+                f'be above 0 and below {most} kg m^2, the most that body.inertia{others} '
                 f'{"allow" if others else "allows"}'
             )
         left = left - rotor.inertia * np.outer(rotor.axis, rotor.axis)
         speed = values[f'{prefix}.speed']
         if 0.0 < rotor.max_speed < abs(speed):
+            given, most = told_apart(speed, math.copysign(rotor.max_speed, speed))
             raise ValueError(
-                f'{prefix}.speed is {speed:g}; it must be at most {prefix}.max_speed, '
-                f'{rotor.max_speed:g} rad/s, either way'
+                f'{prefix}.speed is {given}; it must be at most {prefix}.max_speed, '
+                f'{most.removeprefix("-")} rad/s, either way'
             )
 
 

@@ -23,7 +23,13 @@ from ..sensors.suite import Sensor
 from ..torques.body_torque import BodyTorque
 from . import checks, doubts, in_place, rotors, sensors
 from .keys import KEYS, SENSORS, keys_of
-from .parameter_file import flattened, parameters_of_yaml, scenario_text, yaml_of_parameters
+from .parameter_file import (
+    ParameterFile,
+    flattened,
+    scenario_text,
+    without_rclpys,
+    yaml_of_parameters,
+)
 
 
 @dataclass(frozen=True)
@@ -44,7 +50,8 @@ class Scenario:
     """
     A validated run: immutable, every key in `values` by its dotted name, described in `keys`.
 
-    torques: kinds of torques of one's own, whose keys it has too.
+    torques: kinds of torques of one's own, whose keys it has too.  doubts: sentences about what
+    was given, which its warnings repeat.
 
     ValueError, in one sentence that names the key: a value that is not allowed.
 
@@ -56,8 +63,9 @@ class Scenario:
         self,
         given: Mapping[str, Any] | None = None,
         torques: Iterable[type[BodyTorque]] = (),
+        doubts: Iterable[str] = (),
     ):
-        given, self.torques = dict(given or {}), tuple(torques)
+        given, self.torques, doubts = dict(given or {}), tuple(torques), list(doubts)
         rotor_names = KEYS['rotor.names'].checked(given.get('rotor.names', ()))
         keys: dict[str, Key] = keys_of(rotor_names, self.torques)
         unknown = [name for name in given if name not in keys]
@@ -67,12 +75,13 @@ class Scenario:
         values = {name: key.default for name, key in keys.items()} | checked
         if values['orbit.type'] == 'fixed' and 'initial.frame' not in given:
             values['initial.frame'] = 'inertial'
-        values['initial.attitude'] = checks.unit(values, 'initial.attitude', 1e-6)
+        mountings = [f'sensors.{sensor}.mounting' for sensor in SENSORS]
+        for name in ('initial.attitude', *mountings):
+            values[name], doubt = checks.normalised(values, name)
+            doubts += doubt
+        self._doubts = tuple(doubts)
         for prefix in rotors.prefixes(values['rotor.names']):
             values[f'{prefix}.axis'] = checks.unit(values, f'{prefix}.axis', np.inf)
-        for sensor in SENSORS:
-            name = f'sensors.{sensor}.mounting'
-            values[name] = checks.unit(values, name, 1e-6)
         checks.refuse_what_does_not_belong(values)
         values |= in_place.resolved(values, given)
         rotors.refuse_foreign(values)
@@ -101,20 +110,33 @@ class Scenario:
         return cls(dict(flattened(nested)), torques)
 
     @classmethod
-    def from_yaml(cls, path: str | Path, torques: Iterable[type[BodyTorque]] = ()) -> 'Scenario':
+    def from_yaml(
+        cls,
+        path: str | Path,
+        satellite: str | None = None,
+        torques: Iterable[type[BodyTorque]] = (),
+    ) -> 'Scenario':
         """
         Return the scenario of a ROS 2 parameter file, or of a shipped one by its name.
 
-        ValueError: see the class.
+        satellite: which one, where the file has several, such as /sat4/satdyn or /sat4.
+        ValueError: see the class; or the file has several, or not this one.
         """
-        return cls.from_yaml_text(scenario_text(path), str(path), torques)
+        return cls.from_yaml_text(scenario_text(path), str(path), satellite, torques)
 
     @classmethod
     def from_yaml_text(
-        cls, text: str, origin: str = 'scenario', torques: Iterable[type[BodyTorque]] = ()
+        cls,
+        text: str,
+        origin: str = 'scenario',
+        satellite: str | None = None,
+        torques: Iterable[type[BodyTorque]] = (),
     ) -> 'Scenario':
         """Return the scenario of a ROS 2 parameter file's text; origin names it in errors."""
-        return cls(parameters_of_yaml(text, origin), torques)
+        file = ParameterFile.of_texts([(text, origin)])
+        full_name = file.full_name(satellite)
+        values = without_rclpys(file.parameters(full_name))
+        return cls(values, torques, file.unused(full_name))
 
     def to_yaml(self) -> str:
         """Return the text of a ROS 2 parameter file with every key that has a value of its own."""
@@ -136,7 +158,9 @@ class Scenario:
         """Return the scenario with some keys changed; ValueError: see the class."""
         replaced = in_place.replaced(changes)
         kept = {name: x for name, x in self.values.items() if name not in replaced}
-        changed = Scenario({**kept, **changes}, self.torques)
+        # A doubt begins with the key that it is about.
+        stay = [doubt for doubt in self._doubts if doubt.partition(' ')[0] not in changes]
+        changed = Scenario({**kept, **changes}, self.torques, stay)
         if all(name.startswith('initial.') for name in changes):
             # A learning loop starts the same body at every episode: what follows from it stays.
             vars(changed)['system'] = self.system
@@ -224,7 +248,7 @@ class Scenario:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What is allowed and rarely meant, each in one sentence."""
-        return doubts.warnings(self.values)
+        return self._doubts + tuple(doubts.warnings(self.values))
 
     def doubts_of(self, names: Iterable[str]) -> list[str]:
         """Return the warnings about some keys."""

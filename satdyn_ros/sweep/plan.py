@@ -57,13 +57,15 @@ class Plan:
     def from_yaml(
         cls,
         path: str | Path,
+        satellite: str | None = None,
         outcomes: Sequence[str] = (),
         torques: Iterable[type[BodyTorque]] = (),
     ) -> 'Plan':
         """
-        Return the sweep of a file, with outcomes of one's own by their places, and torques.
+        Return the sweep of a file; ValueError, one sentence: what is wrong with it.
 
-        ValueError, one sentence: what is wrong with it.
+        satellite: which one, where the scenario has several.  outcomes, by their places, and
+        torques: of one's own.
         """
         given = ros_yaml.load(ros_yaml.read_text(path, 'the sweep'), str(path))
         if not isinstance(given, Mapping):
@@ -78,7 +80,8 @@ class Plan:
                 raise ValueError(f'{path} has no {name}, which every sweep needs')
         if not isinstance(given['scenario'], str):
             raise ValueError(f'scenario is {given["scenario"]}; it must be the path of a scenario')
-        scenario = Scenario.from_yaml(Path(path).parent / given['scenario'], torques)
+        path_of_scenario = Path(path).parent / given['scenario']
+        scenario = Scenario.from_yaml(path_of_scenario, satellite, torques)
         plan = cls._checked(scenario, given, tuple(map(OwnOutcome.at, outcomes)))
         plan._refuse_if_all_fail()
         return plan

@@ -7,6 +7,7 @@ not done again.
 """
 
 import json
+import logging
 import shutil
 from collections.abc import Callable, Iterable, Sequence
 from concurrent import futures
@@ -39,6 +40,7 @@ def sweep(
     workers: int | None = None,
     dask_address: str | None = None,
     show: Callable[[int, int], object] = lambda done, total: None,
+    satellite: str | None = None,
     outcomes: Sequence[str] = (),
     torques: Iterable[type[BodyTorque]] = (),
 ) -> Path:
@@ -47,14 +49,17 @@ def sweep(
 
     An interrupted sweep continues where it was when called again.  workers: processes on this
     machine, None: one per core.  dask_address: a dask.distributed scheduler that does the runs
-    instead.  show(done, total): called whenever runs have finished.  outcomes: columns of one's
-    own (own_outcome.py), each by its place, 'module:function'.  torques: of one's own.
+    instead.  show(done, total): called whenever runs have finished.  satellite: which one, where
+    the scenario has several.  outcomes: columns of one's own (own_outcome.py), each by its place,
+    'module:function'.  torques: of one's own.
     ValueError: the file is wrong, the directory holds something else, or the machine is too small.
     OSError: a file cannot be written.  Failed: a worker failed, not only a run.
     """
     if workers is not None and workers < 1:
         raise ValueError(f'--workers is {workers}; it must be an integer of at least 1')
-    plan, directory = Plan.from_yaml(path, outcomes, torques), Path(directory)
+    plan, directory = Plan.from_yaml(path, satellite, outcomes, torques), Path(directory)
+    for doubt in plan.scenario.warnings:
+        logging.getLogger(__name__).warning(doubt)
     schema(plan)
     check_resources(plan, directory)
     _refuse_another(directory, plan)

@@ -45,6 +45,33 @@ def test_hostile_texts_are_refused_in_one_sentence(text, reason):
     assert len(str(refusal.value)) < 200
 
 
+@pytest.mark.parametrize(
+    ('text', 'reason'),
+    [
+        ('{at_s: 1, torque: [0, 0, 1], torque: [0, 0, 2]}', 'gives torque twice, again at line 1'),
+        ('- a: 1\n- b: {c: 1,\n  d: 2,\n  c: 3}', 'gives c twice, again at line 4; it must be'),
+        ('a: 1\n"a": 2', 'gives a twice, again at line 2'),
+    ],
+)
+def test_a_key_given_twice_is_refused(text, reason):
+    """PyYAML would keep the last without a word."""
+    with pytest.raises(ValueError, match=f'^the file {reason}'):
+        ros_yaml.load(text, 'the file')
+
+
+def test_a_key_may_stand_in_two_mappings_and_beside_a_merge():
+    """Each has one of its own, which prevails over the merged one."""
+    assert ros_yaml.load('[{a: 1}, {a: 2}]', 'two') == [{'a': 1}, {'a': 2}]
+    text = 'b: {c: {<<: *z, x: 2}}'
+    assert ros_yaml.load(f'z: &z {{x: 1, y: 3}}\n{text}', 'one')['b']['c'] == {'x': 2, 'y': 3}
+
+
+def test_numbers_without_digits_on_one_side():
+    """As strtod has them, and not the words that look alike."""
+    assert ros_yaml.load('[.5, -.5, +.5, 1., -1.]', 'numbers') == [0.5, -0.5, 0.5, 1.0, -1.0]
+    assert ros_yaml.load('[-., .e3]', 'words') == ['-.', '.e3']
+
+
 def test_a_device_is_not_read():
     """It may have no end, as /dev/zero; a test of the commands tries each kind at each door."""
     with pytest.raises(ValueError, match='the scenario /dev/zero cannot be read: it is a device'):

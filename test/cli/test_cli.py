@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from flights import sequence
 
+from satdyn_ros.bag.read_run import RecordedRun
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.cli.main import main
 from satdyn_ros.run.describe import describe
@@ -103,6 +104,14 @@ def test_help_loads_nothing_heavy():
         (['simulate', DEFAULT, '--duration', '1', '--events', 'no', '-o', 'x'], 'the events no'),
         (['simulate', DEFAULT, '--duration', '1', '-o', DEFAULT], 'already exists'),
         (['simulate', DEFAULT, '--duration', '1', '-o', '/proc/x'], '/proc/x cannot be created'),
+        (['simulate', 'constellation', '--duration', '1', '-o', 'x'], 'has 8 satellites, of whi'),
+        (['describe', 'constellation'], ': /sat1/satdyn, /sat2/satdyn, '),
+        (
+            ['describe', 'constellation', '--satellite', '/sat9'],
+            'has no satellite /sat9; it has /',
+        ),
+        (['check', 'constellation', '--duration', '9'], 'has 8 satellites, of which --satellite'),
+        (['check', '--satellite', '/sat1'], '-o and --satellite are for them alone'),
         (['verify', 'no'], 'no is not a bag'),
         (['verify', str(ROOT / 'config')], 'it has no .mcap file'),
         (['recover', 'no'], 'no is not a bag'),
@@ -184,6 +193,22 @@ def test_describe(capsys):
     assert json.loads(capsys.readouterr().out) == describe(Scenario.from_yaml(path))
     assert main(['describe', str(ROOT / 'config/elliptic_orbit.yaml')]) == 0
     assert 'about [0, 1, 0]: p = 2.82927, libration forced' in capsys.readouterr().out
+
+
+def test_one_satellite_of_several(tmp_path, capsys):
+    """It flies by its own section; that others are not used is told on stderr."""
+    path, chosen = str(ROOT / 'config/constellation.yaml'), ['--satellite', '/sat4']
+    assert main(['describe', path, *chosen, '--json']) == 0
+    said = capsys.readouterr()
+    scenario = Scenario.from_yaml(path, '/sat4')
+    assert json.loads(said.out) == describe(scenario)
+    assert said.err.startswith(
+        f'satdyn describe: {path}: /sat4/satdyn does not use the sections /'
+    )
+    bag = tmp_path / 'bag'
+    assert main(['simulate', path, *chosen, '--duration', '1', '-o', str(bag)]) == 0
+    assert 'satdyn simulate: ' in capsys.readouterr().err
+    assert RecordedRun(bag).scenario['orbit.true_anomaly'] == scenario['orbit.true_anomaly']
 
 
 def test_simulate_and_verify(bag, capsys):

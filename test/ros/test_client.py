@@ -7,7 +7,7 @@ import pytest
 from ros.live import ENVIRONMENT
 
 from satdyn_ros.cli.main import main
-from satdyn_ros.ros.client import Answer, Client
+from satdyn_ros.ros.client import Answer, Client, assignment
 
 
 @pytest.fixture
@@ -95,6 +95,12 @@ def test_what_cannot_be_asked(wrong, capfd):
     assert main(['request', '--reset', *wrong]) == 2
     (line,) = capfd.readouterr().err.splitlines()
     assert line.startswith(f'satdyn request: {wrong[0]} is ')
+
+
+def test_numbers_without_digits_on_one_side_are_asked_for_as_numbers():
+    """As rcl reads them on its own command line."""
+    given = assignment('initial.angular_velocity=[0, -.5, +1.]')
+    assert given == ('initial.angular_velocity', [0.0, -0.5, 1.0])
 
 
 def test_from_python_and_from_a_shell(live):

@@ -8,7 +8,7 @@ import pytest
 from ros.live import PATIENCE_S, ROOT
 
 from satdyn_ros.kernel import rotation
-from satdyn_ros.run.parameter_file import parameters_of_yaml
+from satdyn_ros.run.parameter_file import ParameterFile
 
 CONFIG = ROOT / 'config' / 'cubesat_sensors.yaml'
 # A turn of 20 degrees, which a machine with much else to do sees through too.
@@ -26,7 +26,7 @@ def start(program, namespace, *arguments):
 @pytest.mark.long
 def test_the_satellite_is_pointed_by_its_estimate(live):
     """It settles where the estimate says, and truth and estimate agree within 5 arc minutes."""
-    values = parameters_of_yaml(CONFIG.read_text(), str(CONFIG)) | CHANGES
+    values = ParameterFile.read([CONFIG]).parameters('/satdyn') | CHANGES
     node, participant = live(values)
     estimator = start('estimator', node.namespace, str(CONFIG))
     controller = start('controller', node.namespace, '--estimate', '--timeout', '300')

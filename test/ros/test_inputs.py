@@ -145,6 +145,19 @@ def test_a_motor_turns_the_rotor(live):
     np.testing.assert_allclose(momentum, momentum[0] + 0.5 * t_s, rtol=1e-10, atol=1e-12)
 
 
+def test_a_speed_cannot_be_commanded(live):
+    """It is refused and counted, with a sentence, and no torque acts."""
+    node, participant = live(FREE | {'rotor.mode': 'motor', 'rotor.inertia': 2.0})
+    until = health(participant)
+    publisher = matched(participant, JointState, 'rotor_command')
+    publisher.publish(JointState(name=['rotor'], effort=[0.5], velocity=[3.0]))
+    publisher.publish(JointState(name=['rotor'], velocity=[3.0]))
+    found = until(node.namespace, lambda r: values(r['inputs'])['refused'] == '2')
+    assert values(found['inputs'])['accepted'] == '0'
+    _, errors = node.end()
+    assert 'rotor_command has velocities; a speed cannot be commanded, so that velocity' in errors
+
+
 @pytest.mark.long
 def test_limits_in_a_live_bag_verify(live, tmp_path):
     """A command beyond max_torque is cut and, at max_speed, dropped: a re-run finds both again."""

@@ -1,19 +1,20 @@
 """What the launch files start, without launch: it is data."""
 
+import socket
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 import rclpy
-import yaml
 
 from satdyn_ros.cli.command_line import parser
-from satdyn_ros.ros.launching import constellation, one_satellite
+from satdyn_ros.ros.launching import constellation, one_satellite, page_hindrance
 from satdyn_ros.ros.parameters import given_parameters
 from satdyn_ros.run import shipped
 from satdyn_ros.run.keys import KEYS
-from satdyn_ros.run.parameter_file import flattened
+from satdyn_ros.run.parameter_file import ParameterFile
 from satdyn_ros.run.scenario import Scenario
 
 ROOT = Path(__file__).parents[2]
@@ -31,19 +32,21 @@ TEXTS = {
 }
 
 
-def started(installed=('rviz2', 'foxglove_bridge'), **given):
+def started(installed=('rviz2', 'foxglove_bridge'), hindrance='', **given):
     """Return the actions of one satellite where these packages are installed."""
     return one_satellite(
-        **(TEXTS | given), rviz_config='of_rviz', is_installed=installed.__contains__
+        **(TEXTS | given),
+        rviz_config='of_rviz',
+        is_installed=installed.__contains__,
+        page_hindrance=lambda: hindrance,
     )
 
 
 def overridden(**given):
     """Return what the node is given in place of what its file says."""
     (_, node), *_ = started(**given)
-    path, *overrides = node['parameters']
-    assert path == given.get('params_file', DEFAULT)
-    return dict(*overrides)
+    assert node['arguments'] == ['--params-file', given.get('params_file', DEFAULT)]
+    return dict(*node.get('parameters', []))
 
 
 @pytest.fixture
@@ -77,7 +80,8 @@ def test_a_node_alone_where_nothing_is_given():
                 'package': 'satdyn_ros',
                 'executable': 'satdyn_node',
                 'namespace': '',
-                'parameters': [DEFAULT],
+                'name': 'satdyn',
+                'arguments': ['--params-file', DEFAULT],
                 'output': 'screen',
             },
         )
@@ -91,12 +95,13 @@ def test_everything_beside_the_node(file):
     actions = started(params_file=path, namespace='sat1', **beside)
     assert [action for action, _ in actions] == ['Node', 'Node', 'ExecuteProcess', 'Node']
     node, rviz, watch, bridge = (keywords for _, keywords in actions)
-    assert node['namespace'] == 'sat1'
-    assert node['parameters'] == [path, {'publish.topics': ['imu', 'tf', 'markers']}]
+    assert (node['namespace'], node['name']) == ('/sat1', 'satdyn')
+    assert node['arguments'] == ['--params-file', path]
+    assert node['parameters'] == [{'publish.topics': ['imu', 'tf', 'markers']}]
     assert rviz == {
         'package': 'rviz2',
         'executable': 'rviz2',
-        'namespace': 'sat1',
+        'namespace': '/sat1',
         'arguments': ['--display-config', 'of_rviz', '--fixed-frame', 'lvlh'],
     }
     assert watch['output'] == 'screen'
@@ -119,7 +124,7 @@ def test_the_live_page_finds_the_node(namespace):
     given = parser().parse_args(keywords['cmd'][3:])
     assert (given.command, given.node) == ('watch', '/fleet/sat1/satdyn')
     _, (_, keywords) = started(watch='true')
-    assert keywords['cmd'][-1] == '/satdyn'
+    assert '/satdyn' in keywords['cmd']
 
 
 def test_rviz_looks_from_a_frame_that_the_node_sends(file):
@@ -179,6 +184,26 @@ def test_a_package_that_is_missing_is_named(argument, package, other):
     assert len(started(installed=[])) == 1
 
 
+def test_nothing_starts_where_the_live_page_cannot():
+    """It would die at once, and the node fly on; who does not want it does not need it."""
+    with pytest.raises(ValueError, match=r'^watch is true, but the port is taken$'):
+        started(watch='true', hindrance='the port is taken')
+    assert len(started(hindrance='the port is taken')) == 1
+
+
+def test_a_port_that_is_taken_hinders_the_live_page():
+    """The one that the page would listen on."""
+    pytest.importorskip('aiohttp', reason='without it there is no page')
+    _, (_, keywords) = started(watch='true')
+    port = parser().parse_args(keywords['cmd'][3:]).port
+    with socket.socket() as listener:
+        # Where another program has it already, it is as good as taken.
+        with suppress(OSError):
+            listener.bind(('127.0.0.1', port))
+            listener.listen()
+        assert page_hindrance() == f'port {port} cannot be used: Address already in use'
+
+
 BOTH = pytest.mark.parametrize(
     'read', [lambda path: started(params_file=path), constellation], ids=['one', 'many']
 )
@@ -219,9 +244,9 @@ def test_a_file_that_cannot_be_read_is_refused(read, tmp_path):
 
 @pytest.mark.parametrize('name', shipped.names())
 def test_a_shipped_scenario_is_given_by_its_path(name):
-    """Launch and rcl know no names."""
+    """In its log the node then says which file it read."""
     (_, node), *_ = started(params_file=name)
-    assert node['parameters'] == [str(CONFIG / f'{name}.yaml')]
+    assert node['arguments'] == ['--params-file', str(CONFIG / f'{name}.yaml')]
 
 
 def test_the_constellation():
@@ -234,8 +259,8 @@ def test_the_constellation():
             'executable': 'satdyn_node',
             'namespace': f'/sat{k}',
             'name': 'satdyn',
+            'arguments': ['--params-file', path],
             'parameters': [
-                path,
                 {'frames.orbital': f'sat{k}/lvlh', 'frames.body': f'sat{k}/base_link'},
             ],
             'output': 'screen',
@@ -245,31 +270,55 @@ def test_the_constellation():
     assert constellation('constellation') == nodes
 
 
-def test_each_satellite_gets_what_is_its_own(tmp_path):
-    """As rcl reads the shipped file and what launch adds under the full name of the node."""
-    sections = yaml.safe_load((CONFIG / 'constellation.yaml').read_text())
+def test_each_satellite_gets_what_is_its_own():
+    """What the node reads under its full name is what rcl would, what is added aside."""
     for node in constellation('constellation'):
-        path, added = node['parameters']
-        full_name = f'{node["namespace"]}/{node["name"]}'
-        more = tmp_path / 'added.yaml'
-        more.write_text(yaml.safe_dump({full_name: {'ros__parameters': added}}))
-        files = ['--params-file', path, '--params-file', str(more)]
+        option, path = node['arguments']
         listener = rclpy.create_node(
-            node['name'], namespace=node['namespace'], cli_args=['--ros-args', *files]
+            node['name'], namespace=node['namespace'], cli_args=['--ros-args', option, path]
         )
         given = given_parameters(listener)
+        full_name = listener.get_fully_qualified_name()
         listener.destroy_node()
-        shared, own = (sections[name]['ros__parameters'] for name in ('/**', full_name))
-        assert given == dict(flattened(shared)) | dict(flattened(own)) | added
+        assert given == ParameterFile.read([path]).parameters(full_name)
+        assert given['sensors.seed'] == int(full_name[4])
+
+
+def test_the_namespace_chooses_the_satellite(file):
+    """Its sections are checked, those of others are not; one that the file has is named by it."""
+    path = file(
+        '/**: {ros__parameters: {publish.rate: 10}}\n'
+        '/sat1/satdyn: {ros__parameters: {publish.rate: 20}}\n'
+        '/sat2/satdyn: {ros__parameters: {publish.rate: -1}}\n'
+    )
+    (_, node), *_ = started(params_file=path, namespace='sat1', rviz='true', rate='50')
+    assert (node['namespace'], node['name']) == ('/sat1', 'satdyn')
+    assert node['parameters'][0]['publish.rate'] == 50.0
+    with pytest.raises(ValueError, match=r'publish\.rate is -1; it must be a number above 0'):
+        started(params_file=path, namespace='/sat2')
+    with pytest.raises(ValueError, match=r'has 2 satellites.*namespace:=.*/sat1/satdyn'):
+        started(params_file=path)
+    with pytest.raises(ValueError, match=r'given\.yaml, /sat2/satdyn: publish\.rate is -1'):
+        constellation(path)
+
+
+def test_the_one_satellite_of_a_file_is_started_under_its_name(file):
+    """A dump of /sat1/satdyn flies as that; for another namespace it is refused."""
+    path = file('/sat1/satdyn: {ros__parameters: {publish.rate: 20}}')
+    (_, node), (_, watch) = started(params_file=path, watch='true')
+    assert (node['namespace'], node['name']) == ('/sat1', 'satdyn')
+    assert '/sat1/satdyn' in watch['cmd']
+    with pytest.raises(ValueError, match=r'no section for this node, /sat2/satdyn; it has /sat1/'):
+        started(params_file=path, namespace='sat2')
 
 
 def test_frames_that_a_section_has_stay(file):
     """Those that it does not have are added."""
     (node,) = constellation(file('/a/sat: {ros__parameters: {frames: {body: b}}}'))
-    assert node['parameters'][1:] == [{'frames.orbital': 'a/lvlh'}]
+    assert node['parameters'] == [{'frames.orbital': 'a/lvlh'}]
     path = file('/a/sat: {ros__parameters: {frames: {body: b, orbital: o}}}')
     (node,) = constellation(path)
-    assert node['parameters'] == [path]
+    assert 'parameters' not in node
 
 
 def test_patterns_name_no_satellite(file):
@@ -282,7 +331,7 @@ def test_patterns_name_no_satellite(file):
     )
     (node,) = constellation(path)
     assert (node['namespace'], node['name']) == ('/a/b', 'sat')
-    assert node['parameters'][1]['frames.body'] == 'a/b/base_link'
+    assert node['parameters'][0]['frames.body'] == 'a/b/base_link'
 
 
 @pytest.mark.parametrize('text', ['{}', '/**: {ros__parameters: {}}', '/*/satdyn: {}'])
@@ -301,7 +350,8 @@ def test_a_satellite_without_a_namespace_has_the_frames_of_the_file(file):
     """None of its frames begins with a slash; /satdyn and satdyn are one node, as for rcl."""
     path = file('satdyn: {ros__parameters: {}}\n/satdyn: {}\nsat1/satdyn: {}')
     alone, other = constellation(path)
-    assert (alone['namespace'], alone['name'], alone['parameters']) == ('', 'satdyn', [path])
+    assert (alone['namespace'], alone['name']) == ('', 'satdyn')
+    assert 'parameters' not in alone
     assert (other['namespace'], other['name']) == ('/sat1', 'satdyn')
 
 
@@ -319,7 +369,7 @@ def test_a_section_whose_name_is_not_one_of_a_node_is_refused(file, name):
 @pytest.mark.parametrize(
     ('section', 'sentence'),
     [
-        ('sat1: {satdyn: {ros__parameters: {}}}', 'a section with more than ros__parameters'),
+        ('sat1: {satdyn: {}}', 'a section with more than ros__parameters'),
         ('/sat1/satdyn: 3', 'a section with more than ros__parameters'),
         ('/sat1/satdyn: {ros__parameters: {}, more: {}}', 'a section with more than ros__par'),
         ('/sat1/satdyn: {ros__parameters: 3}', 'must be keys and values'),

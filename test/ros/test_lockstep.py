@@ -8,7 +8,7 @@ from ros.live import PATIENCE_S, ROOT
 
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.rosbag2.reader import Bag
-from satdyn_ros.run.parameter_file import parameters_of_yaml
+from satdyn_ros.run.parameter_file import ParameterFile
 
 TICKS = 60
 CUBESAT = (ROOT / 'config' / 'cubesat.yaml').read_text()
@@ -27,7 +27,7 @@ def busy():
 
 def flown(live, directory):
     """Return log times and data of all that a flight in lockstep recorded, by topic."""
-    values = parameters_of_yaml(CUBESAT, 'cubesat')
+    values = ParameterFile.of_texts([(CUBESAT, 'cubesat')]).parameters('/satdyn')
     values |= {'time.factor': 1e-6, 'record.enabled': True, 'record.directory': str(directory)}
     node, _ = live(values)
     command = [sys.executable, 'examples/lockstep.py', '--ticks', str(TICKS)]

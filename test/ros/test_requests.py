@@ -79,7 +79,7 @@ REFUSED = [
     (
         {'initial.attitude': [1.0, 1.0, 0.0, 0.0]},
         'initial.attitude is [1.0, 1.0, 0.0, 0.0], of norm 1.41421; it must be a unit quaternion '
-        'x, y, z, w, to within 1e-06',
+        'x, y, z, w, to within 0.0001',
     ),
     (
         {'initial.attitude': [0.0, 0.0, 0.0, 0.0]},

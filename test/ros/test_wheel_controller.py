@@ -9,7 +9,7 @@ import yaml
 from ros.live import PATIENCE_S, ROOT
 
 from satdyn_ros.kernel import rotation
-from satdyn_ros.run.parameter_file import parameters_of_yaml
+from satdyn_ros.run.parameter_file import ParameterFile
 
 CONFIG = ROOT / 'config' / 'three_wheels.yaml'
 PYRAMID = ROOT / 'config' / 'pyramid.yaml'
@@ -54,7 +54,7 @@ def test_wheels_alone_bring_the_tumbling_cubesat_to_rest(live):
     most, 1.2e-4 N m s in the 3000 s after which the controller gives up.  At rest the body holds
     0.04 kg m^2 times 1.7e-4 rad/s, and 1.7e-3 rad off target turn 2.6e-3 N m s by 5e-6.
     """
-    values = parameters_of_yaml(CONFIG.read_text(), str(CONFIG)) | CHANGES
+    values = ParameterFile.read([CONFIG]).parameters('/satdyn') | CHANGES
     scenario, names, speeds = brought_to_rest(CONFIG, values, live)
     system, state = scenario.system, scenario.initial_state
     before_i = rotation.rotate(state.q_ib, system.inertia @ state.omega_bi_b)
@@ -71,7 +71,7 @@ def test_four_wheels_turn_the_satellite_and_keep_their_alternate_spin(live, tmp_
     the start, then changes by friction alone, which is off here: what is left is rounding, of
     1e-16 of 400 rad/s in each of some 1e5 steps and commands.
     """
-    values = parameters_of_yaml(PYRAMID.read_text(), str(PYRAMID)) | CHANGES
+    values = ParameterFile.read([PYRAMID]).parameters('/satdyn') | CHANGES
     values |= {f'rotor.rw_{number}.friction': 0.0 for number in (1, 2, 3, 4)}
     without_friction = tmp_path / 'without_friction.yaml'
     without_friction.write_text(yaml.safe_dump({'/**': {'ros__parameters': values}}))
@@ -90,7 +90,7 @@ def test_four_wheels_turn_the_satellite_and_keep_their_alternate_spin(live, tmp_
 )
 def test_says_when_a_wheel_saturates(limit, value, said, live, tmp_path):
     """A tenth of the torque is too weak, and 50 rad/s hold less than the body's momentum."""
-    values = parameters_of_yaml(CONFIG.read_text(), str(CONFIG)) | CHANGES
+    values = ParameterFile.read([CONFIG]).parameters('/satdyn') | CHANGES
     values |= {f'rotor.{name}.{limit}': value for name in ('rw_x', 'rw_y', 'rw_z')}
     node, participant = live(values)
     participant.hear(participant.listen('rotor'), 1)  # it may have to compile first

@@ -107,6 +107,7 @@ def test_what_is_written_is_read(happened):
         ('- {tick: 3, topics: [altitude]}', 'publish.topics is'),
         ('- {tick: 3, timeout: tork}', "timeout is 'tork'"),
         ('- {tick: 3', 'events is not YAML'),
+        ('- {tick: 3, torque: [0, 0, 1], torque: [0, 0, 2]}', 'events gives torque twice, again'),
     ],
 )
 def test_refused(text, sentence):

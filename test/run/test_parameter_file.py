@@ -1,8 +1,8 @@
 """A parameter file is read as ROS reads it, and what a scenario writes loads again."""
 
 import pytest
-import yaml
 
+from satdyn_ros.run.parameter_file import parameters_of_record, yaml_of_parameters
 from satdyn_ros.run.scenario import Scenario
 
 
@@ -11,7 +11,7 @@ from satdyn_ros.run.scenario import Scenario
     [
         ('a: [1', 'is not YAML at line'),
         ('- 1', 'is not a parameter file'),
-        ('other:\n  ros__parameters: {}', 'has no section for this node'),
+        ('/other/*:\n  ros__parameters: {}', 'has no section for this node'),
         ('/**:\n  publish: {}', 'a section with more than ros__parameters'),
         ('/**:\n  ros__parameters: 3', 'must be keys and values'),
         ('/**:\n  ros__parameters: {publish: {rates: 3}}', 'publish.rates is not a parameter'),
@@ -69,16 +69,62 @@ def test_integers_and_exponents_are_numbers():
     assert scenario['initial.attitude'] == (0.0, 0.0, 0.0, 1.0)
 
 
-def test_sections_in_order(tmp_path):
-    """The section of the node's name says more than the one for all nodes."""
-    file = tmp_path / 'two.yaml'
-    file.write_text(
-        yaml.safe_dump(
-            {
-                'satdyn': {'ros__parameters': {'publish': {'rate': 5.0}}},
-                '/**': {'ros__parameters': {'publish': {'rate': 7.0}, 'step': {'ticks': 3}}},
-            }
-        )
+def test_the_satellites_of_a_file():
+    """Chosen by full name, or by namespace where the node is satdyn; alone it needs no choice."""
+    text = """
+    /**: {ros__parameters: {step.ticks: 3, publish.rate: 10}}
+    /*/satdyn: {ros__parameters: {orbit.raan: 1}}
+    /sat4/satdyn: {ros__parameters: {publish.rate: 20}}
+    """
+    alone = Scenario.from_yaml_text(text)
+    assert (alone['step.ticks'], alone['orbit.raan'], alone['publish.rate']) == (3, 1.0, 20.0)
+    assert alone.warnings == ()
+    text += '/mysat: {ros__parameters: {publish.rate: 30}}'
+    with pytest.raises(
+        ValueError, match=r'^f has 2 satellites.*--satellite.*: /sat4/satdyn, /mysat$'
+    ):
+        Scenario.from_yaml_text(text, 'f')
+    for given in ('/sat4', 'sat4', '/sat4/satdyn'):
+        found = Scenario.from_yaml_text(text, 'f', satellite=given)
+        assert found == alone
+        assert found.warnings == ('f: /sat4/satdyn does not use the section /mysat',)
+        # They stay with what is made of it.
+        assert found.with_values({'publish.rate': 1.0}).warnings == found.warnings
+    other = Scenario.from_yaml_text(text, 'f', satellite='/mysat')
+    assert (other['publish.rate'], other['orbit.raan']) == (30.0, 0.0)
+    assert other.warnings == ('f: /mysat does not use the sections /*/satdyn, /sat4/satdyn',)
+    for given in ('/sat1', 'satdyn', '', '/sat4/mysat'):
+        with pytest.raises(
+            ValueError, match=r'^f has no satellite .*; it has /sat4/satdyn, /mysat$'
+        ):
+            Scenario.from_yaml_text(text, 'f', satellite=given)
+
+
+def test_any_satellite_of_a_file_that_names_none():
+    """It gets the sections that match it; without a choice it is /satdyn."""
+    text = """
+    /**: {ros__parameters: {publish.rate: 10}}
+    /*/satdyn: {ros__parameters: {publish.rate: 20}}
+    """
+    assert Scenario.from_yaml_text(text)['publish.rate'] == 10.0
+    assert Scenario.from_yaml_text(text).warnings == (
+        'scenario: /satdyn does not use the section /*/satdyn',
     )
-    scenario = Scenario.from_yaml(file)
-    assert (scenario['publish.rate'], scenario['step.ticks']) == (5.0, 3)
+    assert Scenario.from_yaml_text(text, satellite='/a')['publish.rate'] == 20.0
+    with pytest.raises(ValueError, match=r"the satellite '/a b' must be a full name or a namesp"):
+        Scenario.from_yaml_text(text, satellite='/a b')
+
+
+def test_what_earlier_versions_wrote_of_a_rotor_called_y():
+    """In a bag it is a name still; a parameter file with it is refused, as by rcl."""
+    written = yaml_of_parameters({'rotor.names': ('x', 'y')})
+    earlier = written.replace("'y'", 'y')
+    assert earlier != written
+    for text in (written, earlier):
+        assert parameters_of_record(text, 'bag') == {'rotor.names': ['x', 'y']}
+    with pytest.raises(
+        ValueError, match=r"a text that ROS takes for true, .* must be quoted, as 'y'"
+    ):
+        Scenario.from_yaml_text(earlier)
+    with pytest.raises(ValueError, match='bag has no section'):
+        parameters_of_record('a: 1', 'bag')

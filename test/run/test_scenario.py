@@ -178,6 +178,73 @@ def test_attitude_is_normalised():
     assert Scenario.from_dict({'initial.attitude': unit})['initial.attitude'] == unit
 
 
+@pytest.mark.parametrize('name', ['initial.attitude', 'sensors.star_tracker.mounting'])
+def test_a_quaternion_of_four_or_five_digits_is_normalised_and_it_is_said_once(name):
+    """Up to a ten-thousandth off; what is made of the scenario has its unit and says no more."""
+    half = Scenario({'sensors.names': ['star_tracker'], name: [0.70711, 0.0, 0.0, 0.70711]})
+    np.testing.assert_allclose(half[name], [0.5**0.5, 0.0, 0.0, 0.5**0.5], rtol=1e-15)
+    said = f'{name} is [0.70711, 0.0, 0.0, 0.70711], of norm 1.000005; it is divided by it'
+    assert half.warnings == (said,)
+    assert half.with_values({'publish.rate': 1.0}).warnings == (said,)
+    assert Scenario(half.values).warnings == ()
+    assert half.with_values({name: [0.0, 0.0, 0.0, 1.0]}).warnings == ()
+    assert (
+        Scenario({'sensors.names': ['star_tracker'], name: [0.0, 0.0, 0.6 + 3e-7, 0.8]}).warnings
+        == ()
+    )
+    for given, norm in ((1.00010001, '1.0001'), (1.001, '1.001'), (1.0 - 1.01e-4, '0.999899')):
+        with pytest.raises(
+            ValueError, match=rf', of norm {norm}; it must be .* to within 0\.0001$'
+        ):
+            Scenario({'sensors.names': ['star_tracker'], name: [0.0, 0.0, 0.0, given]})
+
+
+@pytest.mark.parametrize(
+    ('values', 'sentence'),
+    [
+        (
+            {'body.inertia': [1.0, 2.0, 3.0 * (1.0 + 1e-9)]},
+            'body.inertia is [1, 2, 3.0000000030000002]; the largest of its principal moments, '
+            '3.000000003, must not exceed the sum of the others, 1 and 2, which is 3',
+        ),
+        (
+            {'orbit.raan': 12.56638},
+            'orbit.raan is 12.56638; it must be an angle in radians, at least -12.5664 and at '
+            'most 12.566370614359172',
+        ),
+        (
+            {'orbit.raan': 12.6},
+            'orbit.raan is 12.6; it must be an angle in radians, at least -12.5664 and at '
+            'most 12.5664',
+        ),
+        (
+            {'rotor.mode': 'motor', 'rotor.inertia': 900.0 * (1.0 + 1e-9)},
+            'rotor.inertia is 900.000001; with rotor.mode motor it must be above 0 and below 900 '
+            'kg m^2, the most that body.inertia allows',
+        ),
+        (
+            {
+                'rotor.mode': 'motor',
+                'rotor.inertia': 1.0,
+                'rotor.max_speed': 5.0,
+                'rotor.speed': -5.00000001,
+            },
+            'rotor.speed is -5.00000001; it must be at most rotor.max_speed, 5 rad/s, either way',
+        ),
+        (
+            {'frames.body': True},
+            'frames.body is True; it must be a non-empty string; a text that ROS takes for a '
+            "truth or a number must be quoted, as 'y' or '1'",
+        ),
+    ],
+)
+def test_a_refusal_shows_the_digits_that_are_its_reason(values, sentence):
+    """Six digits where they are enough, and as many as it takes where they are not."""
+    with pytest.raises(ValueError) as refused:
+        Scenario(values)
+    assert str(refused.value) == sentence
+
+
 def test_default_attitude_is_what_it_says():
     """The default is 5 deg of roll and 10 deg of pitch to LVLH, at rest there."""
     scenario = Scenario()

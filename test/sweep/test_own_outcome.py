@@ -79,7 +79,8 @@ def test_what_is_wrong_is_one_sentence(tmp_path, module, capsys, outcome, said, 
 
 def test_a_changed_function_does_not_go_on(tmp_path, module):
     """A table does not come from two versions of a function."""
-    text = Plan.from_yaml(write(tmp_path), [f'{module}:last_rate']).to_text()
+    outcomes = [f'{module}:last_rate']
+    text = Plan.from_yaml(write(tmp_path), outcomes=outcomes).to_text()
     assert len(Plan.from_text(text)) == 12
     (tmp_path / f'{module}.py').write_text(MODULE + '# changed')
     with pytest.raises(ValueError, match='is not that with which the sweep was begun'):

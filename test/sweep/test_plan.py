@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import yaml
 from scipy.stats import kstest, norm, uniform
 
 from satdyn_ros.kernel import rotation
@@ -140,6 +141,25 @@ def test_what_every_sweep_needs(tmp_path, name):
     kept = {key: value for key, value in SWEEP.items() if key != name}
     path.write_text(str(kept))
     with pytest.raises(ValueError, match=f'has no {name}'):
+        Plan.from_yaml(path)
+
+
+def test_a_satellite_of_several(tmp_path):
+    """It is asked for where the scenario has several."""
+    path = write(tmp_path)
+    alone, scenario = Plan.from_yaml(path).scenario, tmp_path / SWEEP['scenario']
+    own = yaml.safe_load(scenario.read_text())['/**']
+    scenario.write_text(yaml.safe_dump({'/a/satdyn': own, '/b/satdyn': {}}))
+    assert Plan.from_yaml(path, '/a').scenario == alone
+    with pytest.raises(ValueError, match='has 2 satellites, of which --satellite must choose'):
+        Plan.from_yaml(path)
+
+
+def test_a_key_given_twice_is_refused(tmp_path):
+    """PyYAML would keep the last without a word."""
+    path = write(tmp_path)
+    path.write_text(f'{path.read_text()}\nruns: 1\nruns: 2\n')
+    with pytest.raises(ValueError, match='gives runs twice, again at line'):
         Plan.from_yaml(path)
 
 

@@ -20,7 +20,8 @@ OLD_PYTHON = $(shell for python in python3.11 python3.10 $(PYTHON); do \
 	$$python -c 'import sys; sys.exit(sys.version_info[:2] not in ((3, 10), (3, 11)))' 2>/dev/null \
 	&& echo $$python && break; done)
 # What the libraries are used for most: propagation, closed forms, bags, YAML, pictures, a node.
-OLD_TESTS := test/integrate/test_propagation.py test/integrate/test_batch.py test/exact/test_elliptic.py \
+OLD_TESTS := test/integrate/test_propagation.py test/integrate/test_batch.py test/kernel/test_simd.py \
+	test/exact/test_elliptic.py \
 	test/exact/test_flow.py test/run test/messages test/rosbag2 test/bag/test_verify.py \
 	test/report/test_plot.py test/ros/test_stream.py
 

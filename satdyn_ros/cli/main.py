@@ -81,8 +81,8 @@ def _says_no(error):
 
 
 def _warn(given, scenario):
-    for doubt in scenario.warnings:
-        print(f'satdyn {given.command}: {doubt}', file=sys.stderr)
+    for warning in scenario.warnings:
+        print(f'satdyn {given.command}: {warning}', file=sys.stderr)
 
 
 def _sentence(error):
@@ -162,8 +162,8 @@ def _simulate(given):
     happening = events.from_yaml(given.events, scenario) if given.events else []
     first = begin['tick'] if begin else 0
     count = tick_count(scenario, given.duration, first)
-    for doubt in events.doubts(happening, first + count, scenario):
-        print(f'satdyn simulate: {doubt}', file=sys.stderr)
+    for warning in events.warnings(happening, first + count, scenario):
+        print(f'satdyn simulate: {warning}', file=sys.stderr)
     done = 0
     try:
         with progress('simulating', 'ticks') as show:
@@ -279,7 +279,7 @@ def _watch(given):
     else:
         from ..watch.satellite import Satellite
 
-        source = Satellite(given.node)
+        source = Satellite(given.node, given.torque)
     number = serve(source, given.host, given.port, lambda url: print(f'watch: {url}', flush=True))
     return TERMINATED if number == signal.SIGTERM else DONE
 

@@ -139,8 +139,8 @@ class SatdynNode(rclpy.node.Node):
             self._pacing.start()
             # Not before: for its first line rclpy looks some 50 ms for the caller.
             self.get_logger().info(self._what_begins(scenario))
-            for doubt in scenario.warnings:
-                self.get_logger().warning(doubt)
+            for warning in scenario.warnings:
+                self.get_logger().warning(warning)
 
     def _what_begins(self, scenario):
         """Return the line that is logged at the start."""

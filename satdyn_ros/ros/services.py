@@ -90,8 +90,8 @@ class Services:
             self._try_out(conditions)
         except (ValueError, ArithmeticError) as error:
             return answer(one_sentence(error))
-        for doubt in conditions.doubts_of(values):
-            self._log.warning(doubt)
+        for warning in conditions.warnings_about(values):
+            self._log.warning(warning)
         self._conditions = conditions
         in_force = {name: conditions[name] for name in values}
         self._parameters.put_in_force(in_force)

@@ -163,7 +163,7 @@ def from_yaml_text(text: str, scenario: Scenario, origin: str = 'events') -> lis
     return sorted(events, key=lambda event: event.tick)
 
 
-def doubts(events: Iterable[Event], end: int, scenario: Scenario) -> list[str]:
+def warnings(events: Iterable[Event], end: int, scenario: Scenario) -> list[str]:
     """
     Return what is doubtful about events of a run that ends before tick end, each in one sentence.
 
@@ -180,7 +180,7 @@ def doubts(events: Iterable[Event], end: int, scenario: Scenario) -> list[str]:
         elif isinstance(event, Request):
             with suppress(ValueError):
                 conditions = scenario.with_values(event.values)
-                found += [f'{at}: {doubt}' for doubt in conditions.doubts_of(event.values)]
+                found += [f'{at}: {text}' for text in conditions.warnings_about(event.values)]
     return found
 
 

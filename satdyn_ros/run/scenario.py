@@ -21,7 +21,7 @@ from ..kernel import rotation
 from ..orbits import FixedDirection, KeplerOrbit
 from ..sensors.suite import Sensor
 from ..torques.body_torque import BodyTorque
-from . import checks, doubts, in_place, rotors, sensors
+from . import checks, in_place, rotors, sensors, unlikely_values
 from .keys import KEYS, SENSORS, keys_of
 from .parameter_file import (
     ParameterFile,
@@ -50,8 +50,8 @@ class Scenario:
     """
     A validated run: immutable, every key in `values` by its dotted name, described in `keys`.
 
-    torques: kinds of torques of one's own, whose keys it has too.  doubts: sentences about what
-    was given, which its warnings repeat.
+    torques: kinds of torques of one's own, whose keys it has too.  warnings: of what was
+    given, in one sentence each.
 
     ValueError, in one sentence that names the key: a value that is not allowed.
 
@@ -63,9 +63,9 @@ class Scenario:
         self,
         given: Mapping[str, Any] | None = None,
         torques: Iterable[type[BodyTorque]] = (),
-        doubts: Iterable[str] = (),
+        warnings: Iterable[str] = (),
     ):
-        given, self.torques, doubts = dict(given or {}), tuple(torques), list(doubts)
+        given, self.torques, warnings = dict(given or {}), tuple(torques), list(warnings)
         rotor_names = KEYS['rotor.names'].checked(given.get('rotor.names', ()))
         keys: dict[str, Key] = keys_of(rotor_names, self.torques)
         unknown = [name for name in given if name not in keys]
@@ -77,9 +77,9 @@ class Scenario:
             values['initial.frame'] = 'inertial'
         mountings = [f'sensors.{sensor}.mounting' for sensor in SENSORS]
         for name in ('initial.attitude', *mountings):
-            values[name], doubt = checks.normalised(values, name)
-            doubts += doubt
-        self._doubts = tuple(doubts)
+            values[name], warning = checks.normalised(values, name)
+            warnings += warning
+        self._warnings = tuple(warnings)
         for prefix in rotors.prefixes(values['rotor.names']):
             values[f'{prefix}.axis'] = checks.unit(values, f'{prefix}.axis', np.inf)
         checks.refuse_what_does_not_belong(values)
@@ -158,8 +158,8 @@ class Scenario:
         """Return the scenario with some keys changed; ValueError: see the class."""
         replaced = in_place.replaced(changes)
         kept = {name: x for name, x in self.values.items() if name not in replaced}
-        # A doubt begins with the key that it is about.
-        stay = [doubt for doubt in self._doubts if doubt.partition(' ')[0] not in changes]
+        # A warning begins with the key that it is about.
+        stay = [text for text in self._warnings if text.partition(' ')[0] not in changes]
         changed = Scenario({**kept, **changes}, self.torques, stay)
         if all(name.startswith('initial.') for name in changes):
             # A learning loop starts the same body at every episode: what follows from it stays.
@@ -248,9 +248,9 @@ class Scenario:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What is allowed and rarely meant, each in one sentence."""
-        return self._doubts + tuple(doubts.warnings(self.values))
+        return self._warnings + unlikely_values.warnings(self.values)
 
-    def doubts_of(self, names: Iterable[str]) -> list[str]:
+    def warnings_about(self, names: Iterable[str]) -> list[str]:
         """Return the warnings about some keys."""
         return [sentence for sentence in self.warnings if sentence.split()[0] in set(names)]
 

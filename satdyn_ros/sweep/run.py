@@ -58,8 +58,8 @@ def sweep(
     if workers is not None and workers < 1:
         raise ValueError(f'--workers is {workers}; it must be an integer of at least 1')
     plan, directory = Plan.from_yaml(path, satellite, outcomes, torques), Path(directory)
-    for doubt in plan.scenario.warnings:
-        logging.getLogger(__name__).warning(doubt)
+    for warning in plan.scenario.warnings:
+        logging.getLogger(__name__).warning(warning)
     schema(plan)
     check_resources(plan, directory)
     _refuse_another(directory, plan)

@@ -2,6 +2,7 @@
 
 from ..base.key import Key
 from ..kernel.simd import select
+from ..kernel.time_table import Table, interpolate, table_of
 from .body_torque import BodyTorque
 
-__all__ = ['BodyTorque', 'Key', 'select']
+__all__ = ['BodyTorque', 'Key', 'Table', 'interpolate', 'select', 'table_of']

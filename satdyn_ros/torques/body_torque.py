@@ -12,7 +12,7 @@ import numpy as np
 
 from ..base.key import Key
 from ..kernel.compile import add_source, inlined
-from ..kernel.table import Table
+from ..kernel.time_table import Table
 from ..kernel.unroll import fold_by_type
 from ..kernel.vector import add
 
@@ -56,6 +56,9 @@ class BodyTorque:
         foreign = [key.name for key in cls.keys if not key.name.startswith(f'{cls.name}.')]
         if foreign:
             raise TypeError(f'{foreign[0]} is a key of {cls.name}; it must begin with {cls.name}.')
+        # numba tells compiled code that is kept apart by the names of types.
+        told = sha256(f'{cls.full_name()} {cls.source()}'.encode()).hexdigest()[:16]
+        cls.Constants.__name__ = f'{cls.__name__}Constants{told}'
         _ADDED[cls.Constants] = _adding(cls.torque)
         KNOWN[cls.full_name()] = cls
         if not cls.__module__.startswith('satdyn_ros.'):

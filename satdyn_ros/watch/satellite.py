@@ -6,7 +6,7 @@ import os
 import threading
 import time
 from collections import defaultdict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import Any
@@ -26,6 +26,7 @@ from ..report import html, scene
 from ..ros.client import Answer, Client
 from ..run.parameter_file import RCLPY_PARAMETERS
 from ..run.scenario import Scenario
+from ..torques.body_torque import BodyTorque
 from .hub import Hub
 from .listener import Listener, parts, satellites
 from .request_form import checked, initial_conditions
@@ -50,7 +51,7 @@ class Satellite:
     """
     A running node: its samples at most thirty times a second, its diagnostics, its services.
 
-    node_name: '/sat1/satdyn'; None: the first that is there.
+    node_name: '/sat1/satdyn'; None: the first that is there.  torques: of one's own that it has.
     """
 
     page = 'page/live.html'
@@ -62,7 +63,8 @@ class Satellite:
         'page/live.js',
     )
 
-    def __init__(self, node_name: str | None = None):
+    def __init__(self, node_name: str | None = None, torques: Iterable[type[BodyTorque]] = ()):
+        self._torques = tuple(torques)
         self._wanted = None if node_name is None else '/' + node_name.lstrip('/')
         self._name = self._wanted
         self._ended = threading.Event()
@@ -262,7 +264,8 @@ class Satellite:
             if (value := parameter_value_to_python(message)) is not None
         }
         try:
-            scenario = Scenario({name: _plain(value) for name, value in given.items()})
+            plain = {name: _plain(value) for name, value in given.items()}
+            scenario = Scenario(plain, self._torques)
         except ValueError as error:
             self._fault = f'the parameters of {self._name} are not understood: {error}'
             return

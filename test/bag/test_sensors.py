@@ -182,7 +182,7 @@ def test_another_machine_may_round_a_sample_to_the_next_step(
     scenario = Scenario(VALUES | {'sensors.gyro.resolution': step})
     here = run_metadata.machine()
     with monkeypatch.context() as patch:
-        patch.setattr(run_metadata, 'machine', lambda: here | {'numba': '0.1'})
+        patch.setattr(run_metadata, 'machine', lambda *_: here | {'numba': '0.1'})
         recording = Recording(tmp_path / 'bag', scenario, scenario.topics)
     _, samples = Simulation(scenario).advance(100)
     samples.measured['gyro'].values[20] += off_by * step

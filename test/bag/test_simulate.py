@@ -228,6 +228,11 @@ def test_ticks_go_on_at_any_rate(rate, tmp_path):
 
     Torque and command were given before S and end after it; a continuation goes on likewise.
     """
+
+    def ticks(bag):
+        """Return the messages but for the mountings, which each bag begins with."""
+        return [message for message in sequence(bag) if message[0] != '/tf_static']
+
     scenario = GYROSTAT.with_values(
         {
             'publish.rate': rate,
@@ -251,14 +256,14 @@ def test_ticks_go_on_at_any_rate(rate, tmp_path):
     again = recorded(onward, 30 / rate, tmp_path / 'onward', [Reset(65)], begin)
     begin_ns, end_ns = (onward.epoch_ns + round(k * 10**9 / onward.rate) for k in (first, 65))
     assert onward.epoch_ns == scenario.epoch_ns
-    assert [m for m in sequence(again) if m[1] < end_ns] == [
-        m for m in sequence(bag) if begin_ns <= m[1] < end_ns
+    assert [m for m in ticks(again) if m[1] < end_ns] == [
+        m for m in ticks(bag) if begin_ns <= m[1] < end_ns
     ]
     # The reset is to the speed that was requested before.
     assert read_rotor_speed(again, 65) == 3.0
     later, begin = continuation.begun_in_bag(scenario, again, 50 / rate)
     third = recorded(later, 10 / rate, tmp_path / 'third', begin=begin)
-    assert set(sequence(third)) < set(sequence(bag))
+    assert set(ticks(third)) < set(ticks(bag))
     assert all(verify(path).same_bytes for path in (bag, again, third))
 
 

@@ -387,7 +387,7 @@ def aside(tmp_path, monkeypatch, relative, scenario=flights.GYROSTAT, events=fli
         {'initial.angular_velocity': [x * (1.0 + relative) for x in rate]}
     )
     with monkeypatch.context() as patch:
-        patch.setattr(run_metadata, 'machine', lambda: here | {'numba': '0.1'})
+        patch.setattr(run_metadata, 'machine', lambda *_: here | {'numba': '0.1'})
         recording = Recording(tmp_path / 'bag', scenario, scenario.topics)
     for _ in flights.written(recording, Simulation(flown, events), 1000):
         pass
@@ -441,7 +441,7 @@ def test_more_than_rounding_is_a_difference_there_too(tmp_path, monkeypatch):
 
 def test_the_same_machine_owes_the_same_bytes(tmp_path, monkeypatch):
     """Where nothing has changed, rounding is no excuse."""
-    monkeypatch.setattr(run_metadata, 'machine', lambda: {'numba': '0.1'})
+    monkeypatch.setattr(run_metadata, 'machine', lambda *_: {'numba': '0.1'})
     verdict = aside(tmp_path, monkeypatch, 1e-15)
     assert not verdict.is_true
     assert verdict.of_allowed == 0.0

@@ -351,7 +351,7 @@ def test_a_doubtful_scenario_flies_with_a_warning(tmp_path, capsys):
 
 
 def test_an_event_after_the_end_is_named(tmp_path, capsys):
-    """It does not act, also where the run goes on from a bag; one before the end is no doubt."""
+    """It does not act, also where the run goes on from a bag; one before the end does."""
     events = tmp_path / 'events.yaml'
     command = ['simulate', 'default', '--rate', '1', '--events', str(events)]
     events.write_text('[{at_s: 3, reset: true}, {at_s: 4, reset: true}]')

@@ -105,7 +105,7 @@ def test_unusual_and_allowed(nested):
 
 
 def test_what_is_rarely_meant_is_doubted():
-    """Degrees for radians, and an orbit within the Earth; the shipped default raises no doubt."""
+    """Degrees for radians, and an orbit within the Earth; the default raises no warning."""
     assert Scenario().warnings == ()
     assert Scenario({'orbit.mu': 1e-6, 'orbit.semi_major_axis': 1.0}).warnings == ()
     (spin,) = Scenario({'initial.angular_velocity': [0.0, 0.0, 30.0]}).warnings

@@ -1,6 +1,7 @@
 """Columns of one's own: a function of the states becomes a column, and only when it is named."""
 
 import re
+import sys
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -99,6 +100,8 @@ def test_the_page_has_a_program(tmp_path, monkeypatch):
     page = (ROOT / 'docs' / 'sweeps.md').read_text()
     (program,) = re.findall(r'```python pointing\.py\n(.*?)```', page, re.DOTALL)
     monkeypatch.chdir(tmp_path)
+    # another page has one of this name
+    monkeypatch.delitem(sys.modules, 'pointing', raising=False)
     (tmp_path / 'pointing.py').write_text(program)
     assert run(write(tmp_path), 'pointing:rate_rms_rad_s') == 0
     for row in pq.read_table(tmp_path / 'out' / 'table.parquet').to_pylist():

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import plain_equations
 import pytest
+from numba import typeof
 from scipy.integrate import solve_ivp
 
 from satdyn_ros import exact
@@ -29,6 +30,7 @@ ORBITS: dict[str, FixedDirection | KeplerOrbit] = {
 STATE = State(rotation.normalise([0.1, 0.2, 0.3, 0.9]), np.array([0.01, 0.02, -0.015]))
 TIMES = np.linspace(0.0, 2000.0, 41)
 START_S = 30.0
+BRAKES = np.array([1e-4])
 # Both keep 1e-13 a step, in some thousand steps, and attitudes grow apart a hundredfold.
 ANGLE = 1e-9
 
@@ -131,3 +133,18 @@ def test_no_closed_form_takes_it():
     system = System(INERTIA, torques=(thruster(),))
     assert exact.recognise(system, STATE) is None
     assert 'thruster' in str(exact.explain(system, STATE))
+
+
+def test_code_for_one_torque_is_not_that_for_another():
+    """Their constants are alike, of one name in the source, and types of two names to numba."""
+
+    class Other(Thruster):
+        name = 'other'
+
+        class Constants(NamedTuple):
+            pulse: tuple[float, float]
+            size: float
+            brakes: np.ndarray
+
+    one, other = (typeof(kind.Constants((0.0, 1.0), 2.0, BRAKES)) for kind in (Thruster, Other))
+    assert one.name != other.name

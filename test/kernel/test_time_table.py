@@ -13,7 +13,7 @@ from satdyn_ros.integrate.batch import propagate_all
 from satdyn_ros.integrate.propagation import Propagation
 from satdyn_ros.kernel import rotation
 from satdyn_ros.kernel.simd import load, store, zero
-from satdyn_ros.kernel.table import Table, interpolate, look_up, table_of, whole
+from satdyn_ros.kernel.time_table import Table, interpolate, look_up, table_of, whole
 from satdyn_ros.torques import BodyTorque
 
 WIDE = 8

@@ -34,8 +34,8 @@ _FIRST_NS, _LAST_NS = stamp_ns('2000-01-01T00:00:00'), stamp_ns('2100-01-01T00:0
 
 def warnings(values: Mapping[str, Any]) -> tuple[str, ...]:
     """Return what is doubtful about the values of a scenario."""
-    doubts = (_rate, _angles, _attitudes, _orbit, _epoch)
-    return tuple(sentence for doubt in doubts for sentence in doubt(values))
+    checks = (_rate, _angles, _attitudes, _orbit, _epoch)
+    return tuple(sentence for check in checks for sentence in check(values))
 
 
 def _rate(values) -> Iterator[str]:

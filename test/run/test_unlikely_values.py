@@ -1,8 +1,8 @@
-"""What is likely in another unit raises a doubt; what looks like it and is right does not."""
+"""What is likely in another unit raises a warning; what looks like it and is right does not."""
 
 import pytest
 
-from satdyn_ros.run.events import Event, Request, Reset, Timeout, doubts
+from satdyn_ros.run.events import Event, Request, Reset, Timeout, warnings
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.shipped import names
 
@@ -132,7 +132,7 @@ def test_the_shipped_scenarios_raise_no_doubt(name):
 def test_an_event_after_the_end():
     """The last tick of a run of 600 is 599; what follows from the run is no order of the user."""
     events: list[Event] = [Reset(599), Reset(600), Timeout(700, 'torque')]
-    (sentence,) = doubts(events, 600, Scenario({'publish.rate': 10.0}))
+    (sentence,) = warnings(events, 600, Scenario({'publish.rate': 10.0}))
     assert sentence.startswith('the Reset at 60 s (tick 600) does not act: the run ends at 60 s')
 
 
@@ -140,5 +140,5 @@ def test_a_request_in_degrees():
     """What a request gives is doubted as a scenario is, and what it does not give is not again."""
     scenario = Scenario({'publish.rate': 10.0, 'orbit.raan': 10.0})
     events = [Request(20, rate(5.0, -6.0, 4.0)), Request(30, rate(0.05, -0.06, 0.04))]
-    (sentence,) = doubts(events, 600, scenario)
+    (sentence,) = warnings(events, 600, scenario)
     assert sentence.startswith('the Request at 2 s: initial.angular_velocity is 8.77496 rad/s')

@@ -38,6 +38,8 @@ apidoc_modules = [
 ]
 autodoc_member_order = 'bysource'
 autodoc_typehints = 'signature'
+# In no wheel of ROS 2.
+autodoc_mock_imports = ['simulation_interfaces']
 
 nitpicky = True
 # Types of other libraries, and type variables, which have no page.

@@ -45,21 +45,24 @@ class Failed(RuntimeError):  # noqa: N818 - it says what a sweep did
 # -- processes on this machine --------------------------------------------------------------------
 
 
-class _Processes:
-    def __init__(self, pool, work):
+class Processes:
+    """Processes of this machine: work(text, first, last) is what one does with a batch."""
+
+    def __init__(self, pool: futures.Executor, work: Callable[[str, int, int], Any]):
         self.versions = versions()
         self._pool, self._work = pool, work
 
-    def submit(self, text, first, last):
+    def submit(self, text: str, first: int, last: int) -> futures.Future[Any]:
+        """Hand over a batch."""
         with _hidden_from_processes():
             return self._pool.submit(self._work, text, first, last)
 
-    def check(self):
+    def check(self) -> None:
         """Do nothing: the futures themselves end with a pool that is broken."""
 
 
 @contextmanager
-def processes(count: int | None, work: Callable[[str, int, int], Any]) -> Iterator[_Processes]:
+def processes(count: int | None, work: Callable[[str, int, int], Any]) -> Iterator[Processes]:
     """Provide processes on this machine, None: one per core, that do the work of a batch."""
     # Compiled here, where an interruption is handled, for all processes.
     scenario = Scenario()
@@ -67,7 +70,7 @@ def processes(count: int | None, work: Callable[[str, int, int], Any]) -> Iterat
     spawn, others = multiprocessing.get_context('spawn'), multiprocessing.active_children()
     with futures.ProcessPoolExecutor(count or os.cpu_count(), spawn, _follow_parent) as pool:
         try:
-            yield _Processes(pool, work)
+            yield Processes(pool, work)
         except BaseException:
             with uninterrupted():
                 pool.shutdown(wait=False, cancel_futures=True)
@@ -104,8 +107,10 @@ def _end_after(process: BaseProcess) -> None:
 # -- the workers of a cluster ---------------------------------------------------------------------
 
 
-class _Cluster:
-    def __init__(self, client, address):
+class Cluster:
+    """The workers of a dask scheduler, of one version; Failed: they are not, or there is none."""
+
+    def __init__(self, client: Any, address: str):
         # Before Python 3.11 it is not Python's own.
         from distributed import TimeoutError as OutOfTime
 
@@ -128,10 +133,12 @@ class _Cluster:
                 raise ValueError(difference(where, answer))
         self._pool = client.get_executor(pure=False)
 
-    def submit(self, text, first, last):
+    def submit(self, text: str, first: int, last: int) -> futures.Future[Any]:
+        """Hand over a batch."""
         return self._pool.submit(self._work, text, first, last)
 
-    def check(self):
+    def check(self) -> None:
+        """Raise Failed where all workers have been gone for a while."""
         if self._client.scheduler_info()['workers']:
             self._last_worker_s = time.monotonic()
         elif time.monotonic() - self._last_worker_s > _WORKER_S:
@@ -145,7 +152,7 @@ class _Cluster:
 
 
 @contextmanager
-def cluster(address: str) -> Iterator[_Cluster]:
+def cluster(address: str) -> Iterator[Cluster]:
     """
     Provide the workers of a dask scheduler, which return the tables of the batches.
 
@@ -160,7 +167,7 @@ def cluster(address: str) -> Iterator[_Cluster]:
         except (OSError, ValueError) as error:
             raise ValueError(f'--dask is {address}, where no scheduler answers: {error}') from None
         try:
-            yield _Cluster(client, address)
+            yield Cluster(client, address)
         except KeyboardInterrupt:
             _log.info('interrupted: the same command does the runs that the cluster has not done')
             raise

@@ -12,6 +12,7 @@ from satdyn_ros.kernel.compile import compiled
 from satdyn_ros.kernel.simd import PACK, zero
 
 TOLERANCE, STEPS = 2.5e-13, 20_000
+ALWAYS = -np.inf, np.inf
 evaluate, combine, attempt = dop853.evaluate, dop853.combine, dop853.attempt
 
 
@@ -21,7 +22,7 @@ def stages(count, arrays, h, constants):
     y, k = arrays.y, arrays.k
     for _ in range(count):
         for i in range(12):
-            evaluate(y, h, constants, k, i)
+            evaluate(0.0, y, h, constants, k, i)
             for j in range(7):
                 y[j] += 1e-9 * k[i * len(y) + j]
 
@@ -39,7 +40,7 @@ def both(count, arrays, h, constants):
     """Evaluate and combine in turn, as a step does."""
     for _ in range(count):
         for i in range(12):
-            evaluate(arrays.y, h, constants, arrays.k, i)
+            evaluate(0.0, arrays.y, h, constants, arrays.k, i)
             combine(i + 1, arrays.y_0, arrays.k, arrays.y, len(arrays.y), zero(PACK))
 
 
@@ -47,7 +48,7 @@ def both(count, arrays, h, constants):
 def attempts(count, arrays, h, constants):
     """Do both and estimate the error."""
     for _ in range(count):
-        h += 1e-30 * attempt(arrays, h, constants, len(arrays.y), zero(PACK))
+        h += 1e-30 * attempt(arrays, 0.0, h, ALWAYS, constants, len(arrays.y), zero(PACK))
         arrays.y[:] = arrays.y_0
 
 

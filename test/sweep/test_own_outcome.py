@@ -1,7 +1,6 @@
 """Columns of one's own: a function of the states becomes a column, and only when it is named."""
 
 import re
-import sys
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -98,11 +97,9 @@ def test_a_file_names_no_code(tmp_path):
 def test_the_page_has_a_program(tmp_path, monkeypatch):
     """The function on the page gives what its docstring says."""
     page = (ROOT / 'docs' / 'sweeps.md').read_text()
-    (program,) = re.findall(r'```python pointing\.py\n(.*?)```', page, re.DOTALL)
+    (program,) = re.findall(r'```python own_columns\.py\n(.*?)```', page, re.DOTALL)
     monkeypatch.chdir(tmp_path)
-    # another page has one of this name
-    monkeypatch.delitem(sys.modules, 'pointing', raising=False)
-    (tmp_path / 'pointing.py').write_text(program)
-    assert run(write(tmp_path), 'pointing:rate_rms_rad_s') == 0
+    (tmp_path / 'own_columns.py').write_text(program)
+    assert run(write(tmp_path), 'own_columns:rate_rms_rad_s') == 0
     for row in pq.read_table(tmp_path / 'out' / 'table.parquet').to_pylist():
         assert row['rate_min_rad_s'] <= row['rate_rms_rad_s'] <= row['rate_max_rad_s']

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..kernel.compile import compiled
 from ..kernel.rows import components, from_components, times
-from ..kernel.vector import vector
+from ..kernel.vector import quaternion, vector
 from ..torques.body_torque import BodyTorque, add_torques
 from .motion import States
 from .system import System
@@ -31,29 +31,30 @@ def gravity_gradient(
 
 
 def own_torque(torques: Sequence[BodyTorque], states: States) -> np.ndarray:
-    """Return the sum of torques of their own [N m] in body axes on a table of states, (..., 3)."""
-    found = np.zeros(states.omega_bi_b.shape)
-    if not torques:
-        return found
-    rows = found.reshape(-1, 3)
-    tables = (states.r_i, states.v_i, states.q_ib, states.omega_bi_b)
-    r_i, v_i, q_ib, omega_bi_b = (
-        np.ascontiguousarray(np.broadcast_to(table, (*found.shape[:-1], table.shape[-1]))).reshape(
-            len(rows), -1
-        )
-        for table in tables
+    """Return the sum of some torques [N m] in body axes on a table of states, (..., 3)."""
+    *rows, _ = states.omega_bi_b.shape
+    found = np.zeros((*rows, 3))
+
+    def flat(table, *width):
+        return np.ascontiguousarray(np.broadcast_to(table, (*rows, *width))).reshape(-1, *width)
+
+    _write_torques(
+        found.reshape(-1, 3),
+        flat(states.orbit_s),
+        flat(states.r_i, 3),
+        flat(states.v_i, 3),
+        flat(states.q_ib, 4),
+        flat(states.omega_bi_b, 3),
+        tuple(torque.constants for torque in torques),
     )
-    t_s = np.ascontiguousarray(np.broadcast_to(states.orbit_s, found.shape[:-1])).reshape(-1)
-    constants = tuple(torque.constants for torque in torques)
-    _write_torques(rows, t_s, r_i, v_i, q_ib, omega_bi_b, constants)
     return found
 
 
 @compiled
 def _write_torques(found, t_s, r_i, v_i, q_ib, omega_bi_b, constants):
     for n in range(len(t_s)):
-        q = q_ib[n, 0], q_ib[n, 1], q_ib[n, 2], q_ib[n, 3]
         r, v, omega = vector(r_i[n]), vector(v_i[n]), vector(omega_bi_b[n])
+        q = quaternion(q_ib[n])
         x, y, z = add_torques((0.0, 0.0, 0.0), constants, t_s[n], r, v, q, omega)
         found[n, 0], found[n, 1], found[n, 2] = x, y, z
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from .compile import compiled, inlined
 from .rows import MANY_ROWS, product_of_components, rotated_components, shape_of, table_of
-from .vector import vector
+from .vector import quaternion, vector
 
 _product = inlined(product_of_components, fused=False)
 _rotated = inlined(rotated_components, fused=False)
@@ -38,16 +38,11 @@ def _fill(write: Callable[..., None], width, a, b):
     return found.transpose(*range(1, found.ndim), 0)
 
 
-@inlined
-def _quaternion(row):
-    return row[0], row[1], row[2], row[3]
-
-
 @partial(compiled, signature=_SIGNATURE, fused=False)
 def _write_products(found, q, p):
     for m in range(found.shape[1]):
         for n in range(found.shape[2]):
-            product = _product(_quaternion(q[m, n]), _quaternion(p[m, n]))
+            product = _product(quaternion(q[m, n]), quaternion(p[m, n]))
             for i in range(4):
                 found[i, m, n] = product[i]
 
@@ -56,6 +51,6 @@ def _write_products(found, q, p):
 def _write_rotated(found, q, v):
     for m in range(found.shape[1]):
         for n in range(found.shape[2]):
-            rotated = _rotated(_quaternion(q[m, n]), vector(v[m, n]))
+            rotated = _rotated(quaternion(q[m, n]), vector(v[m, n]))
             for i in range(3):
                 found[i, m, n] = rotated[i]

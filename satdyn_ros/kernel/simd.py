@@ -15,6 +15,7 @@ What reads and writes arrays takes contiguous ones of floats, and does not look 
 import itertools
 import math
 import operator
+from collections.abc import Callable
 from typing import Any
 
 from llvmlite import ir
@@ -314,7 +315,7 @@ def _with_two(operation, instruction, gives=SimdVector):
 
 
 def _with_one(operation, instruction):
-    """Let an operation take SIMD vectors; instruction: makes it of a builder and a value."""
+    """Let an operation take SIMD vectors; instruction: makes it of context, builder and value."""
 
     @infer_global(operation)
     class _Template(AbstractTemplate):
@@ -323,37 +324,37 @@ def _with_one(operation, instruction):
 
     @lower_builtin(operation, SimdVector)
     def generate(context, builder, signature, values):
-        return instruction(builder, *values)
+        return instruction(context, builder, *values)
 
 
-def _own_function(name):
-    """Return an instruction that calls a function of the compiler itself."""
+def llvm_function(name: str) -> Callable[[Any, Any, Any], Any]:
+    """Return an instruction that calls a function of LLVM, on a float or a SIMD vector."""
 
-    def call(builder, value):
+    def call(context, builder, value):
         kind = ir.FunctionType(value.type, [value.type])
-        whole_name = f'{name}.v{value.type.count}f64'
-        function = cgutils.get_or_insert_function(builder.module, kind, whole_name)
+        of = f'v{value.type.count}f64' if isinstance(value.type, ir.VectorType) else 'f64'
+        function = cgutils.get_or_insert_function(builder.module, kind, f'{name}.{of}')
         return builder.call(function, [value])
 
     return call
 
 
-def _by_lane(function):
-    """Let a function of a float take SIMD vectors: it is called for each lane."""
+def in_lanes(builder: Any, vector: Any, of_lane: Callable[[Any], Any]) -> Any:
+    """Return, in code that is generated, what of_lane makes of each float of a SIMD vector."""
+    found = vector
+    for i in map(_INDEX, range(vector.type.count)):
+        found = builder.insert_element(found, of_lane(builder.extract_element(vector, i)), i)
+    return found
 
-    @infer_global(function)
-    class _Template(AbstractTemplate):
-        def generic(self, given, keywords):
-            return signature(*given * 2) if isinstance(given[0], SimdVector) else None
 
-    @lower_builtin(function, SimdVector)
-    def generate(context, builder, of, values):
+def _of_each_lane(function):
+    """Return an instruction that calls a function of a float for each lane."""
+
+    def call(context, builder, value):
         scalar = context.get_function(function, signature(types.float64, types.float64))
-        found = values[0]
-        for i in map(_INDEX, range(of.return_type.width)):
-            lane = scalar(builder, [builder.extract_element(values[0], i)])
-            found = builder.insert_element(found, lane, i)
-        return found
+        return in_lanes(builder, value, lambda lane: scalar(builder, [lane]))
+
+    return call
 
 
 def _comparison(sign):
@@ -376,11 +377,11 @@ _with_two(operator.gt, _comparison('>'), Mask)
 _with_two(operator.ge, _comparison('>='), Mask)
 _with_two(min, _extreme('<'))
 _with_two(max, _extreme('>'))
-_with_one(operator.neg, lambda builder, value: builder.fneg(value))
-_with_one(abs, _own_function('llvm.fabs'))
-_with_one(math.sqrt, _own_function('llvm.sqrt'))
+_with_one(operator.neg, lambda context, builder, value: builder.fneg(value))
+_with_one(abs, llvm_function('llvm.fabs'))
+_with_one(math.sqrt, llvm_function('llvm.sqrt'))
 for _function in (
     *(math.sin, math.cos, math.tan, math.asin, math.acos, math.atan),
     *(math.exp, math.log, math.sinh, math.cosh, math.tanh),
 ):
-    _by_lane(_function)
+    _with_one(_function, _of_each_lane(_function))

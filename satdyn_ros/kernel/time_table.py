@@ -11,14 +11,13 @@ from typing import NamedTuple
 import numpy as np
 from llvmlite import ir
 from numba import types
-from numba.core import cgutils
 from numba.extending import lower_builtin, type_callable
 from numpy.polynomial import chebyshev
 
 from .compile import inlined
-from .simd import SimdVector
+from .simd import SimdVector, in_lanes, llvm_function
 
-_PLACE, _LANE = ir.IntType(64), ir.IntType(32)
+_PLACE = ir.IntType(64)
 
 
 class Table(NamedTuple):
@@ -95,18 +94,7 @@ def _type_of_whole(context):
 @lower_builtin(whole, types.float64)
 @lower_builtin(whole, SimdVector)
 def _whole(context, builder, signature, values):
-    return builder.call(
-        cgutils.get_or_insert_function(
-            builder.module,
-            ir.FunctionType(values[0].type, [values[0].type]),
-            f'llvm.floor.{_suffix(values[0].type)}',
-        ),
-        values,
-    )
-
-
-def _suffix(kind):
-    return f'v{kind.count}f64' if isinstance(kind, ir.VectorType) else 'f64'
+    return llvm_function('llvm.floor')(context, builder, *values)
 
 
 def look_up(array: np.ndarray, place: float) -> float:
@@ -129,10 +117,9 @@ def _type_of_look_up(context):
 def _look_up(context, builder, signature, values):
     array, place = values
     data = context.make_array(signature.args[0])(context, builder, array).data
-    if not isinstance(signature.args[1], SimdVector):
+
+    def load(place):
         return builder.load(builder.gep(data, [builder.fptosi(place, _PLACE)]))
-    found = place
-    for i in map(_LANE, range(signature.args[1].width)):
-        at = builder.fptosi(builder.extract_element(place, i), _PLACE)
-        found = builder.insert_element(found, builder.load(builder.gep(data, [at])), i)
-    return found
+
+    is_vector = isinstance(signature.args[1], SimdVector)
+    return in_lanes(builder, place, load) if is_vector else load(place)

@@ -15,6 +15,12 @@ def vector(row: np.ndarray) -> tuple[float, float, float]:
 
 
 @inlined
+def quaternion(row: np.ndarray) -> tuple[float, float, float, float]:
+    """Return the components of a row (4,)."""
+    return row[0], row[1], row[2], row[3]
+
+
+@inlined
 def add(a: tuple[float, ...], b: tuple[float, ...]) -> tuple[float, float, float]:
     """Return a + b."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]

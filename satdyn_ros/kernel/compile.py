@@ -44,6 +44,8 @@ _log = logging.getLogger('satdyn_ros')
 _is_child = False
 # What compiled() has made.
 _CALLED_BY_PYTHON: list[Any] = []
+# What add_source was given.
+_ADDED_SOURCES: set[str] = set()
 
 
 def compiled(
@@ -101,9 +103,10 @@ def vectorized(function: Callable[..., Any]) -> Any:
 def add_source(text: str) -> None:
     """Keep code from now on as that of one more source, which the functions here may call."""
     global _FOLDER
-    if _FOLDER is None:
+    if _BASE_FOLDER is None or text in _ADDED_SOURCES:
         return
-    _FOLDER = _FOLDER / sha256(text.encode()).hexdigest()[:16]
+    _ADDED_SOURCES.add(text)
+    _FOLDER = _BASE_FOLDER / sha256('\n'.join(sorted(_ADDED_SOURCES)).encode()).hexdigest()[:16]
     _FOLDER.mkdir(mode=0o700, exist_ok=True)
     with _keeping():
         for dispatcher in _CALLED_BY_PYTHON:
@@ -225,11 +228,11 @@ def _lock(function) -> Iterator[None]:
 @functools.cache
 def _tell():
     """Say once why the first use takes some seconds."""
-    if cache.is_temporary(_FOLDER.parent):
+    if cache.is_temporary(_BASE_FOLDER.parent):
         _log.info(
             'compiling the equations of motion, for some seconds at every start: no folder for '
             'compiled code can be written, and %s is removed at the end',
-            _FOLDER.parent,
+            _BASE_FOLDER.parent,
         )
     else:
         _log.info('compiling the equations of motion: once, for some seconds')
@@ -252,4 +255,5 @@ def _folder():
     return folder
 
 
-_FOLDER = _folder()
+# That of the sources here alone, and the one in use.
+_BASE_FOLDER = _FOLDER = _folder()

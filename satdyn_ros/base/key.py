@@ -20,9 +20,9 @@ class Key:
     One key of a scenario.
 
     kind: 'double', 'double_array', 'string', 'string_array', 'epoch' (a string too), 'bool' or
-    'integer'.  low and high
-    bound numbers inclusively, above and below exclusively; lengths are those an array may have.
-    changes: 'never', 'running' (a parameter set) or 'service' (~/set_initial_conditions).
+    'integer'.  low and high bound numbers inclusively, above and below exclusively; lengths are
+    those an array may have.  changes: 'never', 'running' (a parameter set) or 'service'
+    (~/set_initial_conditions).
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Modules of a package that are imported when they are first named (PEP 562)."""
+"""Modules that are imported when they are named: of a package (PEP 562), or by whoever types."""
 
 import pkgutil
 import sys
@@ -30,3 +30,11 @@ def modules_of(package: str) -> tuple[Callable[[str], ModuleType], Callable[[], 
         return [*own, *(found.name for found in pkgutil.iter_modules(here.__path__))]
 
     return module, names
+
+
+def own_module(name: str) -> ModuleType:
+    """Import a module that a command line names, from the working directory too."""
+    # As for `python -m`.
+    if '' not in sys.path:
+        sys.path.append('')
+    return import_module(name)

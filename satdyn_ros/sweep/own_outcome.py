@@ -1,6 +1,5 @@
 """Outcomes of one's own: columns that a function of the states adds to the table."""
 
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base.lazy import own_module
 from ..dynamics.motion import States
 
 
@@ -36,11 +36,8 @@ class OwnOutcome:
         module, _, name = place.partition(':')
         if not (module and name.isidentifier()):
             raise ValueError(f'--outcome is {place}; it must be MODULE:FUNCTION')
-        # As for `python -m`: a module beside the sweep is found from there.
-        if '' not in sys.path:
-            sys.path.append('')
         try:
-            found = import_module(module)
+            found = own_module(module)
         except ImportError as error:
             raise ValueError(f'--outcome is {place}, which cannot be imported: {error}') from None
         if not callable(getattr(found, name, None)):

@@ -60,6 +60,7 @@ def sweep(
     plan, directory = Plan.from_yaml(path, satellite, outcomes, torques), Path(directory)
     for warning in plan.scenario.warnings:
         logging.getLogger(__name__).warning(warning)
+    # An outcome of one's own must not have the name of another column.
     schema(plan)
     check_resources(plan, directory)
     _refuse_another(directory, plan)

@@ -108,7 +108,7 @@ def _end_after(process: BaseProcess) -> None:
 
 
 class Cluster:
-    """The workers of a dask scheduler, of one version; Failed: they are not, or there is none."""
+    """The workers of a dask scheduler; ValueError: they differ in version, or there is none."""
 
     def __init__(self, client: Any, address: str):
         # Before Python 3.11 it is not Python's own.
@@ -138,7 +138,7 @@ class Cluster:
         return self._pool.submit(self._work, text, first, last)
 
     def check(self) -> None:
-        """Raise Failed where all workers have been gone for a while."""
+        """Raise ValueError where all workers have been gone for a while."""
         if self._client.scheduler_info()['workers']:
             self._last_worker_s = time.monotonic()
         elif time.monotonic() - self._last_worker_s > _WORKER_S:

@@ -1,16 +1,15 @@
 """What a torque on the body is: one class, from which all else follows."""
 
 import inspect
-import os
 import sys
 from collections.abc import Mapping
 from hashlib import sha256
-from importlib import import_module
 from typing import Any, ClassVar
 
 import numpy as np
 
 from ..base.key import Key
+from ..base.lazy import own_module
 from ..kernel.compile import add_source, inlined
 from ..kernel.time_table import Table
 from ..kernel.unroll import fold_by_type
@@ -150,10 +149,8 @@ def named(full_name: str) -> type[BodyTorque]:
     """
     if full_name not in KNOWN:
         module, _, name = full_name.partition(':')
-        if os.getcwd() not in sys.path:
-            sys.path.append(os.getcwd())
         try:
-            found = getattr(import_module(module), name) if module and name else None
+            found = getattr(own_module(module), name) if module and name else None
         except Exception as error:
             raise ValueError(f'the torque {full_name} cannot be loaded: {error}') from None
         if not (isinstance(found, type) and issubclass(found, BodyTorque)):

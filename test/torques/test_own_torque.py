@@ -40,7 +40,6 @@ def gust(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         yield named('gust:Gust')
-        sys.path.remove(str(folder))
 
 
 @pytest.fixture(scope='module')

@@ -106,7 +106,8 @@ def test_the_clock_is_that_of_the_bag(bag, listener):
     heard = hear_all(listener)
     process = replay(bag, '--clock', '--wait', '--start-offset', 1.5)
     code, said, _ = ended(process)
-    assert (code, said) == (0, f'{bag}: 75 messages\n')
+    assert code == 0
+    assert said.endswith(f'{bag}: 75 messages\n')
     listener.wait_until(lambda: len(heard) == 75, 'the last half second')
     log_times = sorted({log_time_ns for _, log_time_ns, _ in sequence(bag)})
     assert times == sorted(set(times))

@@ -29,7 +29,9 @@ class Watches:
         )
         self.running.append(process)
         assert process.stdout is not None
-        return process.stdout.readline().removeprefix('watch: ').strip()
+        # Before it, on stdout, Fast DDS says what it makes of ports that others hold.
+        said = next(line for line in process.stdout if line.startswith('watch: '))
+        return said.removeprefix('watch: ').strip()
 
     @property
     def pid(self):

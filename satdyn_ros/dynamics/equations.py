@@ -24,13 +24,15 @@ that of the applied torques and of the rotors, and with t = -sin f P + cos f Q, 
 along track, that of the orbit, v (3 mu / r^3) t . I c - 3 (r' / r) V.
 """
 
+from typing import Any
+
 import numpy as np
 
 from ..kernel.compile import inlined
 from ..kernel.simd import broadcast
 from ..kernel.unroll import unrolled_fold, unrolled_map
 from ..kernel.vector import add, add_cross, apply, attitude_rate, dot, scale, to_body
-from ..torques.body_torque import add_torques
+from ..torques.sums import add_torques
 from .constants import Constants
 from .system import State, System
 
@@ -99,19 +101,34 @@ def place_at(constants: Constants) -> int:
 
 
 @inlined
+def seen_by_torques(t_s: float, y: tuple[float, ...], constants: Constants) -> tuple[Any, ...]:
+    """Return t_s, r, v, q and omega of the variables y, in the axes of the equations."""
+    cos_f, sin_f = place_in_orbit(y, constants)
+    P, Q_ = constants.outward, constants.ahead
+    distance = constants.semi_latus_rectum / (1.0 + constants.eccentricity * cos_f)
+    r = scale(distance, add(scale(cos_f, P), scale(sin_f, Q_)))
+    along = add(scale(-sin_f, P), scale(constants.eccentricity + cos_f, Q_))
+    return t_s, r, scale(constants.speed, along), y[0:4], y[4:7]
+
+
+@inlined
+def place_in_orbit(y: tuple[float, ...], constants: Constants) -> tuple[float, float]:
+    """Return cos f and sin f, which on a circle are those of f = 0."""
+    at_rest = broadcast(1.0, y[0]), broadcast(0.0, y[0])
+    return (place_of(constants.place, y) + at_rest)[0:2]
+
+
+@inlined
 def rates(t_s: float, y: tuple[float, ...], constants: Constants) -> tuple[float, ...]:
     """Return dy/dt of the variables y, both tuples of the same size; t_s: from tick 0."""
     q, omega = y[0:4], y[4:7]
-    # The first two, which on a circle are those of f = 0.
-    at_rest = broadcast(1.0, y[0]), broadcast(0.0, y[0])
-    cos_f, sin_f = (place_of(constants.place, y) + at_rest)[0:2]
+    cos_f, sin_f = place_in_orbit(y, constants)
 
     rho = 1.0 + constants.eccentricity * cos_f
     v = constants.anomaly_rate * rho * rho
     gradient = constants.gradient * rho * rho * rho
     P, Q_ = constants.outward, constants.ahead
-    c_a = add(scale(cos_f, P), scale(sin_f, Q_))
-    c = to_body(q, c_a)
+    c = to_body(q, add(scale(cos_f, P), scale(sin_f, Q_)))
     I_c = apply(constants.inertia, c)
 
     s = _speeds(constants.rotors, y)
@@ -119,10 +136,7 @@ def rates(t_s: float, y: tuple[float, ...], constants: Constants) -> tuple[float
     H = add(constants.momentum, apply(constants.carrier_inertia, omega))
     H = _plus_momenta(H, constants.rotors, y)
     applied = _plus_frictions(constants.applied, constants.rotors, s)
-    r_a = scale(constants.semi_latus_rectum / rho, c_a)
-    along = add(scale(-sin_f, P), scale(constants.eccentricity + cos_f, Q_))
-    v_a = scale(constants.speed, along)
-    applied = add_torques(applied, constants.torques, t_s, r_a, v_a, q, omega)
+    applied = add_torques(applied, constants.torques, seen_by_torques(t_s, y, constants))
 
     field = add(scale(gradient, I_c), constants.weight_moment)
     torque = add_cross(add_cross(applied, H, omega), c, field)

@@ -2,7 +2,9 @@
 The first integrals of every system: what a motion conserves, and by how much it fails to.
 
 With K the carrier inertia, H = K omega + sum p a, c the unit vector from the attracting centre, m
-the weight moment, V = (3 mu / 2 r^3) c . I c and nu the orbital rate:
+the weight moment, V = (3 mu / 2 r^3) c . I c and nu the orbital rate (other torques, which have
+potentials in the axes that are used, add those to energy and jacobi, and leave no more than these
+and the momenta of rotors):
 
     energy          omega . K omega / 2 + V + m . c                       fixed direction
     area            H . c                                                 fixed direction
@@ -28,7 +30,7 @@ from .inertia import ROUNDING, principal_axes, symmetry_axes
 from .motion import States
 from .rotor import Rotor
 from .system import System
-from .torque import forms_of_components, own_torque
+from .torque import forms_of_components, own_potential, own_torque
 
 # A named rotor's momentum has the name of the rotor behind it: rotor_momentum.NAME.
 NAMES = (
@@ -164,6 +166,8 @@ def _sizes(parts, applied):
     momentum = parts.K_omega_size + sum(p) + K_max * swing
     trace = np.trace(system.inertia, axis1=-2, axis2=-1)
     energy = rate * momentum + gradient / 2.0 * trace + weight
+    if system.torques:
+        energy = energy + np.abs(own_potential(system.torques, states))
     nu = length(orbit.lvlh_rate(states.orbit_s)) if orbit.has_lvlh else 0.0
     return {
         'energy': energy,
@@ -210,12 +214,15 @@ def _terms(parts, since=_FROM_ROW_0):
     weight_potential = dot(weight, c) if np.any(weight) else 0.0
 
     terms = {}
+    own = [own_potential(system.torques, states)] if system.torques else []
     if driven or orbit.is_eccentric:
         terms['energy_balance'] = [kinetic, potential, weight_potential, -states.work]
     elif orbit.has_lvlh:
-        terms['jacobi'] = [kinetic, potential, -dot(states.lvlh_rate_b, H)]
+        terms['jacobi'] = [kinetic, potential, -dot(states.lvlh_rate_b, H), *own]
     else:
-        terms['energy'] = [kinetic, potential, weight_potential]
+        terms['energy'] = [kinetic, potential, weight_potential, *own]
+    newtonian = system.is_newtonian
+    if newtonian and not orbit.has_lvlh:
         terms['area'] = [dot(H, c)]
         applies = ~_is_there(weight)
         for rotor in system.rotors:
@@ -227,9 +234,9 @@ def _terms(parts, since=_FROM_ROW_0):
     applies = ~_is_there(weight) & (
         spherical | np.all(gradient == 0.0, axis=-1, keepdims=gradient.ndim > 1)
     )
-    if np.any(applies) and not driven:
+    if np.any(applies) and newtonian:
         terms['momentum'] = _only(applies, [length(H)])
-    if not driven:
+    if newtonian:
         axis = _symmetry_axis(system, states, p, since)
         if not np.all(np.isnan(axis)):
             terms['axial_rate'] = [dot(omega, axis)]

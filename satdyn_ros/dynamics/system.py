@@ -53,13 +53,26 @@ class System:
 
     @cached_property
     def is_driven(self) -> bool:
-        """Whether anything but the field does work: a torque, a motor, friction."""
+        """Whether anything does work that no potential has: a torque, a motor, friction."""
+        return self._takes_work or not all(map(self._has_potential, self.torques))
+
+    @cached_property
+    def is_newtonian(self) -> bool:
+        """Whether nothing acts but the Newtonian field and the weight, as in the papers."""
+        return not (self._takes_work or self.torques)
+
+    @property
+    def _takes_work(self):
         return bool(
             self.torque_b.any()
             or self.rotor_torque.any()
             or any(rotor.is_damped for rotor in self.rotors)
-            or self.torques
         )
+
+    def _has_potential(self, torque):
+        """Return whether a torque derives from a potential that is fixed in the axes."""
+        is_fixed = self.has_turning_axes or not self.orbit.has_lvlh
+        return torque.potential is not None and torque.is_steady and is_fixed
 
     @cached_property
     def has_turning_axes(self) -> bool:

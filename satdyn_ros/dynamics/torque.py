@@ -4,10 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..kernel.compile import compiled
+from ..kernel.compile import compiled, inlined
 from ..kernel.rows import components, from_components, times
 from ..kernel.vector import quaternion, vector
-from ..torques.body_torque import BodyTorque, add_torques
+from ..torques.body_torque import BodyTorque
+from ..torques.sums import add_potentials, add_torques
 from .motion import States
 from .system import System
 
@@ -32,14 +33,23 @@ def gravity_gradient(
 
 def own_torque(torques: Sequence[BodyTorque], states: States) -> np.ndarray:
     """Return the sum of some torques [N m] in body axes on a table of states, (..., 3)."""
+    return _on_rows(_write_torques, torques, states, 3)
+
+
+def own_potential(torques: Sequence[BodyTorque], states: States) -> np.ndarray:
+    """Return the sum of the potentials of some torques [J] on a table of states, (...)."""
+    return _on_rows(_write_potentials, torques, states)
+
+
+def _on_rows(write, torques, states, *width):
     *rows, _ = states.omega_bi_b.shape
-    found = np.zeros((*rows, 3))
+    found = np.zeros((*rows, *width))
 
     def flat(table, *width):
         return np.ascontiguousarray(np.broadcast_to(table, (*rows, *width))).reshape(-1, *width)
 
-    _write_torques(
-        found.reshape(-1, 3),
+    write(
+        found.reshape(-1, *width),
         flat(states.orbit_s),
         flat(states.r_i, 3),
         flat(states.v_i, 3),
@@ -53,10 +63,21 @@ def own_torque(torques: Sequence[BodyTorque], states: States) -> np.ndarray:
 @compiled
 def _write_torques(found, t_s, r_i, v_i, q_ib, omega_bi_b, constants):
     for n in range(len(t_s)):
-        r, v, omega = vector(r_i[n]), vector(v_i[n]), vector(omega_bi_b[n])
-        q = quaternion(q_ib[n])
-        x, y, z = add_torques((0.0, 0.0, 0.0), constants, t_s[n], r, v, q, omega)
+        seen = _seen(n, t_s, r_i, v_i, q_ib, omega_bi_b)
+        x, y, z = add_torques((0.0, 0.0, 0.0), constants, seen)
         found[n, 0], found[n, 1], found[n, 2] = x, y, z
+
+
+@compiled
+def _write_potentials(found, t_s, r_i, v_i, q_ib, omega_bi_b, constants):
+    for n in range(len(t_s)):
+        seen = _seen(n, t_s, r_i, v_i, q_ib, omega_bi_b)
+        found[n] = add_potentials(0.0, constants, seen)
+
+
+@inlined
+def _seen(n, t_s, r_i, v_i, q_ib, omega_bi_b):
+    return t_s[n], vector(r_i[n]), vector(v_i[n]), quaternion(q_ib[n]), vector(omega_bi_b[n])
 
 
 def element_forces(

@@ -47,7 +47,7 @@ def rotation_class(system: System, state: State, start_s: float = 0.0) -> Rotati
         raise ValueError(
             'rotations are classified on circular orbits: orbit.type must be circular'
         )
-    if system.is_driven or np.any(system.weight_moment):
+    if not system.is_newtonian or np.any(system.weight_moment):
         raise ValueError('rotations are classified without an applied torque or weight')
     if Steady.why_not(system, state, start_s) is None:
         return RotationClass(True, True, 'the torque balances the turn of the angular momentum')

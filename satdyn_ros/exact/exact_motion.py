@@ -60,7 +60,8 @@ class ExactMotion(Motion):
         if system.torques:
             names = ', '.join(torque.name for torque in system.torques)
             return f'closed forms do not know the torque {names}'
-        if (replace(system, torque_b=np.zeros(3)) if cls.takes_torque_b else system).is_driven:
+        known = replace(system, torque_b=np.zeros(3)) if cls.takes_torque_b else system
+        if not known.is_newtonian:
             return 'a torque is applied to the body or to a rotor'
         return cls._why_not(system, state, start_s)
 

@@ -45,7 +45,7 @@ def explain(system: System, state: State, start_s: float = 0.0) -> str | None:
     reasons = {candidate: candidate.why_not(system, state, start_s) for candidate in CANDIDATES}
     if None in reasons.values():
         return None
-    if system.is_driven:
+    if not system.is_newtonian:
         return reasons[Planar]
     if isinstance(system.orbit, KeplerOrbit):
         return f'{reasons[Planar]}{_ON_AN_ELLIPSE if system.orbit.is_eccentric else ""}'

@@ -172,7 +172,7 @@ def _integrate(t_s, stops_s, problem, batch, single, like):
             while motion[l] < 0 and batch.waiting[0] < len(begin):
                 m = batch.waiting[0]
                 batch.waiting[0] += 1
-                motion[l], steps[l], t[l], batch.passed[l] = m, 0.0, 0.0, 0
+                motion[l], steps[l], t[l], batch.passed[l], batch.uncut[l] = m, 0.0, 0.0, 0, 0.0
                 batch.largest_growth[l], batch.tolerance[l] = GROWTH, problem.tolerance[m]
                 scatter(problem.flat_constants[m], l, batch.constants)
                 scatter(begin[m], l, y_0)

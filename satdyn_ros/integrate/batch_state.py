@@ -21,6 +21,7 @@ from .dop853 import (
     attempt,
     cut,
     line_zeros,
+    part_before_corner,
     step_ratio,
 )
 
@@ -56,9 +57,10 @@ class BatchState(NamedTuple):
 
     motion: the motion that is integrated there, -1: none; waiting (1,): the next to take a lane;
     t, h and error: begin and length of the step, and its error over the tolerance; wished: its
-    length, had it not been cut off at a stop; passed, stop, from_s, until_s: as of next_stop;
-    steps: taken from the start; row_s: the time of the next row; limit: a motion that has taken so
-    many steps before it is given up; constants: rows of the Constants.
+    length, had it not been cut off at a stop; part: what of it is before a corner, 1: it has none;
+    uncut: its length before it was cut at a corner, 0: it was not; passed, stop, from_s, until_s:
+    as of next_stop; steps: taken from the start; row_s: the time of the next row; limit: a motion
+    that has taken so many steps before it is given up; constants: rows of the Constants.
     """
 
     motion: np.ndarray
@@ -69,6 +71,8 @@ class BatchState(NamedTuple):
     t: np.ndarray
     h: np.ndarray
     wished: np.ndarray
+    part: np.ndarray
+    uncut: np.ndarray
     passed: np.ndarray
     stop: np.ndarray
     from_s: np.ndarray
@@ -91,6 +95,8 @@ class BatchState(NamedTuple):
             t=line_zeros(LANES),
             h=line_zeros(LANES),
             wished=line_zeros(LANES),
+            part=line_zeros(LANES),
+            uncut=line_zeros(LANES),
             passed=np.zeros(LANES, int),
             stop=_in_lanes(np.inf),
             from_s=_in_lanes(-np.inf),
@@ -125,8 +131,13 @@ def attempt_all(batch: BatchState, like: Constants, changing: int) -> bool:
     constants = unflatten(like, batch.constants, every)
     store(batch.wished, 0, wished)
     store(batch.h, 0, h)
-    error = attempt(batch.stages, t, h, span, constants, changing * LANES, every)
-    store(batch.error, 0, error / tolerance)
+    error = attempt(batch.stages, t, h, span, constants, changing * LANES, every) / tolerance
+    one = broadcast(1.0, every)
+    part = part_before_corner(batch.stages, t, h, span, constants)
+    part = select(one < error, one, part)
+    store(batch.part, 0, part)
+    # A step across a corner is rejected.
+    store(batch.error, 0, select(part < one, broadcast(2.0, every), error))
     return not all_true(t + h < load(batch.row_s, 0, every))
 
 
@@ -146,9 +157,13 @@ def advance(batch: BatchState, like: Constants, changing: int) -> bool:
     wished, stop = load(batch.wished, 0, every), load(batch.stop, 0, every)
     is_stopped = stop <= t + wished
     longer = select(is_stopped, min(max(longer, wished), longest), longer)
-    shorter = h * cut(error, ratio)
-    is_rejected = one < error
+    part, uncut = load(batch.part, 0, every), load(batch.uncut, 0, every)
+    longer = min(max(longer, uncut), longest)
+    is_rejected, is_cut = one < error, part < one
+    shorter = h * select(is_cut, part, cut(error, ratio))
     growth = select(is_rejected, one, broadcast(GROWTH, every))
+    growth = select(is_cut, load(batch.largest_growth, 0, every), growth)
+    store(batch.uncut, 0, select(is_cut, max(uncut, wished), broadcast(0.0, every)))
     steps = select(is_rejected, steps, steps + 1.0)
     t = select(is_rejected, t, select(is_stopped, stop, t + h))
     h = select(is_rejected, shorter, longer)

@@ -19,12 +19,20 @@ from typing import NamedTuple
 import numpy as np
 
 from ..dynamics.constants import Constants
-from ..dynamics.equations import MOMENTUM, OMEGA, place_at, place_of, rates
+from ..dynamics.equations import (
+    MOMENTUM,
+    OMEGA,
+    place_at,
+    place_of,
+    rates,
+    seen_by_torques,
+)
 from ..kernel.compile import inlined
 from ..kernel.simd import PACK, broadcast, load, packed, select, store, store_all, width, zero
 from ..kernel.unroll import unrolled_fold, unrolled_map
 from ..kernel.vector import dot
 from ..orbits.kepler import true_anomaly
+from ..torques.sums import first_corner
 from .tableau import COLUMNS, ENTRIES, ERROR_3, ERROR_5, LENGTHS, NODES
 
 # The places of the clock.
@@ -41,6 +49,9 @@ GROWTH, CUT = 6.0, 0.2
 SAFETY = 0.9
 # Above it a variable counts as infinite: the dense output multiplies it by up to some thousand.
 LARGEST = 1e300
+# The share of a step within which a corner at its end is not felt; by which the slope of what has
+# a zero there is found; and the least to which a step is cut at once for its sake.
+CORNER, SOON, LEAST_PART = 1e-6, 1e-3, 1e-3
 # At least the distance of a number from the next one, relative.
 ULP = 2.3e-16
 # Keeps a quotient of zeros finite and changes no other.
@@ -124,23 +135,29 @@ def step(
     clock[PASSED], clock[FROM_S], clock[UNTIL_S], stop = next_stop(
         int(clock[PASSED]), t, stops_s, constants.start_s
     )
-    span, largest_growth = (clock[FROM_S], clock[UNTIL_S]), GROWTH
+    span, largest_growth, wished, is_cut = (clock[FROM_S], clock[UNTIL_S]), GROWTH, h, False
     while True:
-        wished, end = h, min(t + h, stop)
+        end = min(t + h, stop)
         if not t < end < np.inf:
             return False
         h = end - t
         error = attempt(stages, t, h, span, constants, len(y), zero(PACK)) / tolerance
-        if error <= 1.0:
+        part = part_before_corner(stages, t, h, span, constants)
+        if error <= 1.0 and part == 1.0:
             break
-        h *= cut(error, step_ratio(error))
-        largest_growth = 1.0
+        if error <= 1.0:
+            h, is_cut = h * part, True
+        else:
+            h *= cut(error, step_ratio(error))
+            wished, largest_growth = h, 1.0
         _copy(y_0, y)
     clock[BEGIN], clock[END] = t, t + h
     grown = h * min(largest_growth, step_ratio(error))
     if end == stop:
-        # A stop may cut the step off; that which was wished is still a good one.
-        clock[END], grown = stop, max(grown, wished)
+        clock[END], is_cut = stop, True
+    if is_cut:
+        # A stop or a corner cuts the step off; that which was wished is still a good one.
+        grown = max(grown, wished)
     clock[NEXT] = min(grown, constants.longest_step)
     clock[STEPS] += 1.0
     return True
@@ -202,6 +219,33 @@ def attempt(
         h,
         constants,
     )
+
+
+@inlined
+def part_before_corner(
+    stages: Stages, t: float, h: float, span: tuple[float, float], constants: Constants
+) -> float:
+    """
+    Return the part of the step h after which a torque has a corner; 1: the step needs no cut.
+
+    One as near to either end as the step does not feel it, or time cannot tell it, needs none.
+    """
+    y_0, f = variables(stages.y_0, h, constants), variables(stages.k, h, constants)
+    begin = seen_by_torques(stage_time(0, t, h, span, constants), y_0, constants)
+    soon = seen_by_torques(begin[0] + SOON * h, _plus_share(y_0, f), constants)
+    end = seen_by_torques(
+        stage_time(11, t, h, span, constants), variables(stages.y, h, constants), constants
+    )
+    part = first_corner(broadcast(1.0, h), constants.torques, begin, soon, SOON, end)
+    one = broadcast(1.0, h)
+    time = t + max(part, LEAST_PART) * h
+    cut_off = select(t < time, select(time < t + h, max(part, LEAST_PART), one), one)
+    return select(min(part, 1.0 - part) < CORNER, one, cut_off)
+
+
+@unrolled_map
+def _plus_share(i, y, f):
+    return y[i] + SOON * f[i]
 
 
 @inlined

@@ -111,7 +111,7 @@ def _steady(scenario: Scenario, steady: SteadyMotion) -> dict[str, Any]:
 def _rotation_class(scenario: Scenario) -> dict[str, Any] | None:
     orbit = scenario.system.orbit
     is_on_circle = isinstance(orbit, KeplerOrbit) and not orbit.is_eccentric
-    if not is_on_circle or scenario.system.is_driven:
+    if not is_on_circle or not scenario.system.is_newtonian:
         return None
     return exact.rotation_class(scenario.system, scenario.initial_state)._asdict()
 

@@ -46,7 +46,7 @@ def elliptic_librations(system: System, state: State) -> list[EllipticLibration]
     motor or friction acts, and none on a circle or in a fixed field.
     """
     orbit = system.orbit
-    if not isinstance(orbit, KeplerOrbit) or not orbit.is_eccentric or system.is_driven:
+    if not isinstance(orbit, KeplerOrbit) or not orbit.is_eccentric or not system.is_newtonian:
         return []
     found = []
     carrier, momentum = system.carrier_inertia, system.rotor_momentum(state)

@@ -91,7 +91,7 @@ def regular_precession(
     """
     f = symmetry_axis(system, state)
     e = _fixed_axis(system, state, orbit_s)
-    if f is None or e is None or system.is_driven:
+    if f is None or e is None or not system.is_newtonian:
         return None
     omega, size = state.omega_bi_b, np.linalg.norm(state.omega_bi_b)
     along, across = e @ f, np.cross(e, f)

@@ -2,7 +2,7 @@
 
 import inspect
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from hashlib import sha256
 from typing import Any, ClassVar
 
@@ -10,10 +10,8 @@ import numpy as np
 
 from ..base.key import Key
 from ..base.lazy import own_module
-from ..kernel.compile import add_source, inlined
+from ..kernel.compile import add_source
 from ..kernel.time_table import Table
-from ..kernel.unroll import fold_by_type
-from ..kernel.vector import add
 
 
 class BodyTorque:
@@ -31,6 +29,11 @@ class BodyTorque:
     may use arithmetic, comparisons, min, max and the functions of math, and chooses by
     kernel.simd.select where another function would by if.
 
+    Two more functions of the same arguments, where a torque has them.  signs(...) -> (x, ...): one
+    of these numbers changes its sign where the torque has a corner, and steps end there.
+    potential(...) -> V [J]: the torque is that of V.  Where the torque is steady and so are its
+    axes, V is part of the energy that is conserved; elsewhere the torque does work.
+
     >>> class Push(BodyTorque):
     ...     name = 'push'
     ...     class Constants(NamedTuple):
@@ -46,21 +49,24 @@ class BodyTorque:
     keys: ClassVar[tuple[Key, ...]] = ()
     is_steady: ClassVar[bool] = False
     Constants: ClassVar[Any]
+    signs: ClassVar[Callable[..., tuple[float, ...]] | None] = None
+    potential: ClassVar[Callable[..., float] | None] = None
 
     def __init__(self, constants: Any):
         self.constants = _as_floats(constants)
 
     def __init_subclass__(cls) -> None:
         """Let the equations call the function of a new torque; TypeError: a key is not its own."""
+        is_ours = cls.__module__.startswith('satdyn_ros.')
         foreign = [key.name for key in cls.keys if not key.name.startswith(f'{cls.name}.')]
-        if foreign:
+        if foreign and not is_ours:
             raise TypeError(f'{foreign[0]} is a key of {cls.name}; it must begin with {cls.name}.')
         # numba tells compiled code that is kept apart by the names of types.
-        told = sha256(f'{cls.full_name()} {cls.source()}'.encode()).hexdigest()[:16]
+        source = '' if is_ours else cls.source()
+        told = sha256(f'{cls.full_name()} {source}'.encode()).hexdigest()[:16]
         cls.Constants.__name__ = f'{cls.__name__}Constants{told}'
-        _ADDED[cls.Constants] = _adding(cls.torque)
-        KNOWN[cls.full_name()] = cls
-        if not cls.__module__.startswith('satdyn_ros.'):
+        KIND_OF[cls.Constants] = KNOWN[cls.full_name()] = cls
+        if not is_ours:
             add_source(cls.source())
 
     @classmethod
@@ -127,18 +133,8 @@ def _as_floats(part):
 
 # Every kind of torque that this process has met, by its full name.
 KNOWN: dict[str, type[BodyTorque]] = {}
-# By the class of their constants, compiled functions that add a torque to a total.
-_ADDED: dict[type, Any] = {}
-
-
-def _adding(torque):
-    body = inlined(torque)
-
-    @inlined
-    def added(total, t_s, r_i, v_i, q_ib, omega_bi_b, constants):
-        return add(total, body(t_s, r_i, v_i, q_ib, omega_bi_b, constants))
-
-    return added
+# The same by the class of their constants, which compiled code knows.
+KIND_OF: dict[type, type[BodyTorque]] = {}
 
 
 def named(full_name: str) -> type[BodyTorque]:
@@ -157,6 +153,3 @@ def named(full_name: str) -> type[BodyTorque]:
             raise ValueError(f'the torque {full_name} is not a BodyTorque; give MODULE:CLASS')
         return found
     return KNOWN[full_name]
-
-
-add_torques = fold_by_type(lambda constants: _ADDED[constants])

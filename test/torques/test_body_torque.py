@@ -8,16 +8,18 @@ import numpy as np
 import plain_equations
 import pytest
 from numba import typeof
-from scipy.integrate import solve_ivp
+from scipy.integrate import quad, solve_ivp
 
 from satdyn_ros import exact
-from satdyn_ros.dynamics.integrals import relative_drift
+from satdyn_ros.dynamics.integrals import first_integrals, relative_drift
 from satdyn_ros.dynamics.motion import States
 from satdyn_ros.dynamics.system import State, System
 from satdyn_ros.integrate.batch import propagate_all
 from satdyn_ros.integrate.propagation import Propagation
 from satdyn_ros.kernel import rotation
+from satdyn_ros.kernel.compile import inlined
 from satdyn_ros.kernel.simd import select
+from satdyn_ros.kernel.vector import dot, scale, to_body
 from satdyn_ros.orbits import FixedDirection, KeplerOrbit
 from satdyn_ros.torques.body_torque import BodyTorque
 
@@ -68,14 +70,20 @@ def system_of(orbit, torque):
     return System(INERTIA, orbit=ORBITS[orbit], torques=(torque,))
 
 
-def by_scipy(system, state, t_s):
-    """Return the attitudes (N, 4), integrated from each stop to the next."""
+def slope_of(system):
+    """Return the derivatives of q_ib and omega_bi_b as a function of t and both."""
 
     def slope(t, y):
         q_ib = y[:4] / np.linalg.norm(y[:4])
         found = plain_equations.rates(system, START_S + t, q_ib, y[4:], np.zeros(0))
         return [*found.q_ib, *found.omega_bi_b]
 
+    return slope
+
+
+def by_scipy(system, state, t_s):
+    """Return the attitudes (N, 4), integrated from each stop to the next."""
+    slope = slope_of(system)
     stops = [s - START_S for torque in system.torques for s in torque.stops()]
     edges = [0.0, *(s for s in sorted(stops) if 0.0 < s < t_s[-1]), t_s[-1]]
     y, found = [*state.q_ib, *state.omega_bi_b], []
@@ -148,3 +156,135 @@ def test_code_for_one_torque_is_not_that_for_another():
 
     one, other = (typeof(kind.Constants((0.0, 1.0), 2.0, BRAKES)) for kind in (Thruster, Other))
     assert one.name != other.name
+
+
+class Sail(BodyTorque):
+    """A sail that is pushed through the half turn in which it shows its face."""
+
+    name = 'sail'
+
+    class Constants(NamedTuple):
+        size: float
+
+    @staticmethod
+    def torque(t_s, r_i, v_i, q_ib, omega_bi_b, constants):
+        return 0.0, 0.0, constants.size * max(2.0 * q_ib[2] * q_ib[3], 0.0)
+
+
+class Edged(Sail):
+    """The same, with the edges named."""
+
+    name = 'edged'
+
+    class Constants(NamedTuple):
+        size: float
+
+    @staticmethod
+    def signs(t_s, r_i, v_i, q_ib, omega_bi_b, constants):
+        return (q_ib[2] * q_ib[3],)
+
+
+def half_turns(size, rate, count):
+    """Return the times (count,) at which the body of a Sail has turned by pi, 2 pi, ..."""
+    # I omega^2 / 2 grows by size (1 - cos f), by quadrature of df / omega.
+    times, square, inertia = [], rate**2, INERTIA[2, 2]
+    for k in range(count):
+        push = 2.0 * size / inertia if k % 2 == 0 else 0.0
+        took, _ = quad(
+            lambda f, begin, push: 1.0 / math.sqrt(begin + push * (1.0 - math.cos(f))),
+            *(0.0, math.pi, (square, push)),
+            epsabs=0.0,
+            epsrel=1e-13,
+        )
+        times.append(took)
+        square += 2.0 * push
+    return np.cumsum(times)
+
+
+def test_steps_end_at_corners():
+    """Alone and beside others, after ten turns; steps across corners leave a larger error."""
+    rest = State(np.array([0.0, 0.0, 0.0, 1.0]), np.array([0.0, 0.0, 0.03]))
+    sizes = [1e-3 * (1 + i) for i in range(4)]
+
+    def missing(kind):
+        """Return what is missing of the last half turn [rad], of each alone and beside others."""
+        motions = [
+            Propagation(System(INERTIA, torques=(kind(kind.Constants(size)),)), rest)
+            for size in sizes
+        ]
+        found = []
+        for motion, size in zip(motions, sizes, strict=True):
+            t_s = half_turns(size, 0.03, 20)
+            for states in (motion.at(t_s), *propagate_all([*motions, motion], t_s)[-1:]):
+                assert isinstance(states, States)
+                found.append(rotation.angle_between(states.q_ib[-1], rest.q_ib))
+        return np.array(found)
+
+    # A hundred steps of 1e-13, which the growing rate carries on.
+    assert np.max(missing(Edged)) < 1e-11
+    assert np.max(missing(Sail)) > 1e-9
+
+
+class Needle(BodyTorque):
+    """A dipole along x in a field along the line from the attracting centre, +Z on `fixed`."""
+
+    name = 'needle'
+    is_steady = True
+
+    class Constants(NamedTuple):
+        moment: float
+        z: float
+
+    @staticmethod
+    def torque(t_s, r_i, v_i, q_ib, omega_bi_b, constants):
+        _, y, z = field_of(r_i, q_ib, constants.z)
+        return 0.0, -constants.moment * z, constants.moment * y
+
+    @staticmethod
+    def potential(t_s, r_i, v_i, q_ib, omega_bi_b, constants):
+        x, _, _ = field_of(r_i, q_ib, constants.z)
+        return -constants.moment * x
+
+
+@inlined
+def field_of(r_i, q_ib, z):
+    along = to_body(q_ib, (r_i[0], r_i[1], r_i[2] + z))
+    return scale(1.0 / math.sqrt(dot(along, along)), along)
+
+
+class Compass(Needle):
+    """The same, whose field is said to be fixed in inertial axes."""
+
+    name = 'compass'
+    is_steady = False
+
+    class Constants(NamedTuple):
+        moment: float
+        z: float
+
+
+def test_a_dipole_in_a_uniform_field_is_a_top():
+    """Its motion and its energy are those of a weight."""
+    dipole = System(INERTIA, orbit=ORBITS['fixed'], torques=(Needle(Needle.Constants(1e-3, 1.0)),))
+    weight = System(INERTIA, orbit=ORBITS['fixed'], weight_moment=np.array([-1e-3, 0.0, 0.0]))
+    states, right = (Propagation(system, STATE).at(TIMES) for system in (dipole, weight))
+    assert np.max(rotation.angle_between(states.q_ib, right.q_ib)) < ANGLE
+    found, expected = first_integrals(dipole, states), first_integrals(weight, right)
+    assert set(found) == {'energy'}
+    assert found['energy'] == pytest.approx(expected['energy'], rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ('orbit', 'kind', 'name'),
+    [
+        ('circle', Needle, 'jacobi'),
+        ('circle', Compass, 'energy_balance'),
+        ('ellipse', Needle, 'energy_balance'),
+    ],
+)
+def test_a_potential_counts_where_its_field_is_fixed(orbit, kind, name):
+    """In axes that turn with a circle; elsewhere the torque does work, and the balance holds."""
+    system = system_of(orbit, kind(kind.Constants(1e-3, 0.0)))
+    drift = relative_drift(system, Propagation(system, STATE, START_S).at(TIMES))
+    assert set(drift) == {name}
+    assert np.max(np.abs(drift[name])) < 1e-12

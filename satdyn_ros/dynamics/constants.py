@@ -7,11 +7,17 @@ import numpy as np
 
 from ..kernel.rows import components, from_components
 from ..orbits import FixedDirection
+from ..torques.applied import Applied
+from ..torques.gravity_gradient import GravityGradient
+from ..torques.weight import Weight
 from .rotor import Rotor
 from .system import System
 
 # The most by which the axes turn in a step [rad].
 STEP_TURN = 0.5
+
+# The torques that every system has.
+_SHIPPED = 3
 
 # Tuples in compiled code, matrices by rows; arrays while they are made from one system or many.
 Vector = tuple[float, ...] | np.ndarray
@@ -34,22 +40,20 @@ class Constants(NamedTuple):
     Matrices are tuples of rows or, where all three are diagonal, as of most bodies, of the numbers
     of the diagonal: the compiled equations have no terms for the zeros beside it.
 
-    momentum [N m s]: h, applied [N m]: torque - sum tau a.  outward and ahead: P and Q, normal and
+    momentum [N m s]: h.  outward and ahead: P and Q, normal and
     axes_rate [rad/s]: the direction and size of Omega, longest_step [s]: in which the axes turn by
     STEP_TURN.  start_s: of the motion, from tick 0.  semi_latus_rectum [m] and speed [m/s], the
     root of mu / l: of the orbit, zero without one.  slow_rate [rad/s]: far below the rates at
     which the field swings the body, for a body at rest.  rotors: those that turn, whose number is
     part of the type.  zeros: one per such rotor.  place: where the place on the orbit is
     integrated two zeros, one for cos f and one for sin f, else none.  torques: the constants of
-    each, whose type says which torque it is.
+    each, whose type says which torque it is: of the weight, the gravity gradient and the applied
+    torque, then those of the system.
     """
 
-    inertia: Matrix
     carrier_inertia: Matrix
     carrier_inverse: Matrix
-    weight_moment: Vector
     momentum: Vector
-    applied: Vector
     eccentricity: float
     anomaly_rate: float
     gradient: float
@@ -74,15 +78,17 @@ def constants_of(system: System, start_s: float = 0.0) -> Constants:
     undriven = _undriven_constants(system.undriven)
     outward, ahead = _line(system, start_s, undriven.outward, undriven.ahead)
     rotors = zip(undriven.rotors, system.turning_rotors, strict=True)
+    *field, _ = undriven.torques[:_SHIPPED]
+    own = undriven.torques[_SHIPPED:]
     return undriven._replace(
         outward=tuple(map(float, outward)),
         ahead=tuple(map(float, ahead)),
         start_s=float(start_s),
-        applied=tuple(_applied(system).tolist()),
         does_work=undriven.does_work or system.is_driven,
         rotors=tuple(
             rotor._replace(torque=float(system.rotor_torque[i])) for rotor, (i, _) in rotors
         ),
+        torques=(*field, Applied.Constants(tuple(_applied(system).tolist())), *own),
     )
 
 
@@ -93,9 +99,10 @@ _known: WeakKeyDictionary[System, Constants] = WeakKeyDictionary()
 def _undriven_constants(system):
     if system not in _known:
         constants = _constants(system)
-        plain = _as_tuples(_without_zeros(constants)._replace(torques=()))
+        torques = constants.torques
+        plain = _as_tuples(_without_zeros(constants._replace(torques=torques[:_SHIPPED])))
         _known[system] = plain._replace(
-            does_work=bool(constants.does_work), torques=constants.torques
+            does_work=bool(constants.does_work), torques=plain.torques + torques[_SHIPPED:]
         )
     return _known[system]
 
@@ -157,12 +164,9 @@ def _constants(system):
     weight = np.linalg.norm(system.weight_moment, axis=-1)
     size = np.trace(system.inertia, axis1=-2, axis2=-1)
     return Constants(
-        inertia=system.inertia,
         carrier_inertia=system.carrier_inertia,
         carrier_inverse=system.carrier_inverse,
-        weight_moment=system.weight_moment,
         momentum=momentum,
-        applied=_applied(system),
         eccentricity=eccentricity,
         anomaly_rate=anomaly_rate,
         gradient=gradient,
@@ -187,7 +191,12 @@ def _constants(system):
         ),
         zeros=(0.0,) * len(system.turning_rotors),
         place=(0.0, 0.0) if system.integrates_place else (),
-        torques=tuple(torque.constants for torque in system.torques),
+        torques=(
+            Weight.Constants(system.weight_moment),
+            GravityGradient.Constants(system.inertia),
+            Applied.Constants(_applied(system)),
+            *(torque.constants for torque in system.torques),
+        ),
     )
 
 
@@ -201,21 +210,26 @@ def _line(system, start_s, P, Q):
     return [cosine * p + sine * q for p, q in both], [cosine * q - sine * p for p, q in both]
 
 
-_MATRICES = 'inertia', 'carrier_inertia', 'carrier_inverse'
+def _matrices(constants):
+    return constants.carrier_inertia, constants.carrier_inverse, constants.torques[1].inertia
 
 
 def _are_diagonal(constants):
     """Return whether the matrices of constants that are arrays have zeros beside the diagonal."""
     beside = ~np.eye(3, dtype=bool)
-    return not any(getattr(constants, name)[..., beside].any() for name in _MATRICES)
+    return not any(matrix[..., beside].any() for matrix in _matrices(constants))
 
 
 def _without_zeros(constants):
     """Return constants that are arrays with diagonals in place of diagonal matrices."""
     if not _are_diagonal(constants):
         return constants
+    K, K_inverse, I = (M.diagonal(axis1=-2, axis2=-1) for M in _matrices(constants))
+    weight, _, *others = constants.torques
     return constants._replace(
-        **{name: getattr(constants, name).diagonal(axis1=-2, axis2=-1) for name in _MATRICES}
+        carrier_inertia=K,
+        carrier_inverse=K_inverse,
+        torques=(weight, GravityGradient.Constants(I), *others),
     )
 
 
@@ -232,8 +246,8 @@ def _as_tuples(part):
 
 def _leaves(part):
     """Yield the arrays of Constants, one after the other."""
-    rotors = tuple(each for rotor in part.rotors for each in rotor)
     yield from part[: part._fields.index('rotors')]
-    yield from rotors
+    yield from (each for rotor in part.rotors for each in rotor)
     yield from part.zeros
     yield from part.place
+    yield from (each for torque in part.torques for each in torque)

@@ -32,7 +32,7 @@ from ..kernel.compile import inlined
 from ..kernel.simd import broadcast
 from ..kernel.unroll import unrolled_fold, unrolled_map
 from ..kernel.vector import add, add_cross, apply, attitude_rate, dot, scale, to_body
-from ..torques.sums import add_torques
+from ..torques.sums import add_fields, add_orbit_powers, add_torques
 from .constants import Constants
 from .system import State, System
 
@@ -129,25 +129,25 @@ def rates(t_s: float, y: tuple[float, ...], constants: Constants) -> tuple[float
     gradient = constants.gradient * rho * rho * rho
     P, Q_ = constants.outward, constants.ahead
     c = to_body(q, add(scale(cos_f, P), scale(sin_f, Q_)))
-    I_c = apply(constants.inertia, c)
 
     s = _speeds(constants.rotors, y)
     p_dot = _momentum_rates(constants.rotors, s)
     H = add(constants.momentum, apply(constants.carrier_inertia, omega))
     H = _plus_momenta(H, constants.rotors, y)
-    applied = _plus_frictions(constants.applied, constants.rotors, s)
-    applied = add_torques(applied, constants.torques, seen_by_torques(t_s, y, constants))
-
-    field = add(scale(gradient, I_c), constants.weight_moment)
+    nothing = broadcast(0.0, y[0])
+    none = nothing, nothing, nothing
+    applied = add_torques(none, constants.torques, seen_by_torques(t_s, y, constants))
+    applied = _plus_frictions(applied, constants.rotors, s)
+    field = add_fields(none, constants.torques, c, gradient)
     torque = add_cross(add_cross(applied, H, omega), c, field)
     omega_dot = apply(constants.carrier_inverse, torque)
 
-    power = broadcast(0.0, cos_f)
+    power = nothing
     if constants.does_work:
         t = to_body(q, add(scale(-sin_f, P), scale(cos_f, Q_)))
-        r_dot_r = constants.eccentricity * sin_f * v / rho
-        orbital = gradient * (v * dot(I_c, t) - 1.5 * r_dot_r * dot(I_c, c))
-        power = dot(applied, omega) + orbital
+        growth_rate = constants.eccentricity * sin_f * v / rho
+        power = dot(applied, omega)
+        power = add_orbit_powers(power, constants.torques, c, t, gradient, v, growth_rate)
     q_dot = attitude_rate(q, omega, scale(constants.axes_rate, constants.normal))
     place_dot = _place_rates(constants.place, v, cos_f, sin_f)
     return q_dot + omega_dot + p_dot + s + (power,) + place_dot

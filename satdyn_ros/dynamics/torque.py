@@ -1,4 +1,4 @@
-"""Tables of the field's torque, of the angular momentum, and of the forms of the inertia."""
+"""Tables of torques, of the angular momentum, and of the forms of the inertia."""
 
 from collections.abc import Sequence
 
@@ -11,24 +11,6 @@ from ..torques.body_torque import BodyTorque
 from ..torques.sums import add_potentials, add_torques
 from .motion import States
 from .system import System
-
-
-def gravity_gradient(
-    inertia: np.ndarray, c_b: np.ndarray, gradient: float | np.ndarray
-) -> np.ndarray:
-    """
-    Return the torque gradient c x I c [N m] in body axes, shape (..., 3).
-
-    inertia [kg m^2] (3, 3); c_b (..., 3): unit vector from the attracting centre to the body;
-    gradient (...): 3 mu / r^3 [1/s^2].
-
-    >>> gravity_gradient(np.diag([1.0, 2.0, 3.0]), np.array([0.0, 0.6, 0.8]), 1.0)
-    array([0.48, 0.  , 0.  ])
-    """
-    x, y, z = components(c_b)
-    I_x, I_y, I_z = times(inertia, (x, y, z))
-    torque = (y * I_z - z * I_y, z * I_x - x * I_z, x * I_y - y * I_x)
-    return from_components([gradient * component for component in torque])
 
 
 def own_torque(torques: Sequence[BodyTorque], states: States) -> np.ndarray:

@@ -17,10 +17,10 @@ import numpy as np
 
 from ..dynamics.inertia import ROUNDING, are_parallel
 from ..dynamics.system import State, System
-from ..dynamics.torque import gravity_gradient
 from ..kernel import rotation
 from ..orbits import FixedDirection
 from ..theory.equilibria import direction, is_balanced
+from ..torques.gravity_gradient import gravity_gradient
 from .axes import is_symmetric
 from .exact_motion import ExactMotion, Fact
 

@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from ..dynamics import torque
 from ..dynamics.system import System
 from ..kernel import rotation
 from ..run.samples import Stamped
 from ..run.scenario import Frames
+from ..torques.gravity_gradient import gravity_gradient as gradient_torque
 from . import markers
 
 
@@ -188,7 +188,7 @@ def _v_b(samples):
 def _gravity_gradient(samples):
     states = samples.states
     gradient = states.orbit.gradient_at(states.orbit_s)
-    return torque.gravity_gradient(samples.system.inertia, states.c_b, gradient)
+    return gradient_torque(samples.system.inertia, states.c_b, gradient)
 
 
 def _rotor_angle(i):

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from ..dynamics.torque import gravity_gradient
 from ..kernel import rotation
 from ..run.samples import Samples, merged
+from ..torques.gravity_gradient import gravity_gradient
 
 # Samples that are held at a time, with what is drawn of them: a few megabytes.
 HELD_TICKS = 4096

@@ -18,9 +18,10 @@ from scipy.optimize import brentq
 from ..dynamics.inertia import ROUNDING, principal_axes
 from ..dynamics.rotor import Rotor
 from ..dynamics.system import State, System
-from ..dynamics.torque import angular_momentum, gravity_gradient
+from ..dynamics.torque import angular_momentum
 from ..kernel import rotation
 from ..orbits import KeplerOrbit
+from ..torques.gravity_gradient import gravity_gradient
 
 
 def direction(system: System, state: State, orbit_s: float = 0.0) -> np.ndarray:

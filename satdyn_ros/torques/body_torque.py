@@ -57,6 +57,8 @@ class BodyTorque:
 
     def __init_subclass__(cls) -> None:
         """Let the equations call the function of a new torque; TypeError: a key is not its own."""
+        if not hasattr(cls, 'Constants'):
+            return
         is_ours = cls.__module__.startswith('satdyn_ros.')
         foreign = [key.name for key in cls.keys if not key.name.startswith(f'{cls.name}.')]
         if foreign and not is_ours:

@@ -13,6 +13,7 @@ from ..kernel.simd import select
 from ..kernel.unroll import fold_by_type, unrolled_fold
 from ..kernel.vector import add
 from .body_torque import KIND_OF
+from .central_torque import CentralTorque
 
 
 @inlined
@@ -21,7 +22,45 @@ def _unchanged(total, seen, constants):
 
 
 @cache
+def _adding_field(kind):
+    if not issubclass(kind, CentralTorque):
+        return _without_field
+    field = inlined(kind.field)
+
+    @inlined
+    def added(total, c_b, gradient, constants):
+        return add(total, field(c_b, gradient, constants))
+
+    return added
+
+
+@inlined
+def _without_field(total, c_b, gradient, constants):
+    return total
+
+
+@cache
+def _adding_orbit_power(kind):
+    if not issubclass(kind, CentralTorque):
+        return _without_orbit_power
+    power = inlined(kind.orbit_power)
+
+    @inlined
+    def added(total, c_b, along_b, gradient, turn_rate, growth_rate, constants):
+        return total + power(c_b, along_b, gradient, turn_rate, growth_rate, constants)
+
+    return added
+
+
+@inlined
+def _without_orbit_power(total, c_b, along_b, gradient, turn_rate, growth_rate, constants):
+    return total
+
+
+@cache
 def _adding_torque(kind):
+    if issubclass(kind, CentralTorque):
+        return _unchanged
     torque = inlined(kind.torque)
 
     @inlined
@@ -86,7 +125,12 @@ def _zero(begin, slope, end):
     return select(begin * end < 0.0, zero, 1.0)
 
 
-# Of (total, torques, seen): the total [N m] with all of them.
+# Of (total, torques, c_b, gradient): the total [N m] with the fields of the central ones.
+add_fields = fold_by_type(lambda constants: _adding_field(KIND_OF[constants]))
+# Of (total, torques, c_b, along_b, gradient, turn_rate, growth_rate): the total [W] with what the
+# orbit does on them.
+add_orbit_powers = fold_by_type(lambda constants: _adding_orbit_power(KIND_OF[constants]))
+# Of (total, torques, seen): the total [N m] with the others.
 add_torques = fold_by_type(lambda constants: _adding_torque(KIND_OF[constants]))
 # Of (total, torques, seen): the total [J] with the potentials of those that have one.
 add_potentials = fold_by_type(lambda constants: _adding_potential(KIND_OF[constants]))

@@ -5,9 +5,10 @@ from collections import deque
 import numpy as np
 
 from ..dynamics.motion import States
-from ..dynamics.torque import angular_momentum, gravity_gradient
+from ..dynamics.torque import angular_momentum
 from ..report import scene
 from ..run.scenario import Scenario
+from ..torques.gravity_gradient import gravity_gradient
 from .listener import Listener, Sample
 
 _KEPT_ROWS = 9000

@@ -3,7 +3,8 @@ import pytest
 
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import System
-from satdyn_ros.dynamics.torque import angular_momentum, element_forces, gravity_gradient
+from satdyn_ros.dynamics.torque import angular_momentum, element_forces
+from satdyn_ros.torques.gravity_gradient import gravity_gradient
 
 RNG = np.random.default_rng(20240607)
 

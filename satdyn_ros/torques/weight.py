@@ -1,0 +1,36 @@
+"""The weight of a body with a fixed point."""
+
+from typing import NamedTuple
+
+from ..kernel.simd import broadcast
+from .central_torque import CentralTorque
+
+
+class Weight(CentralTorque):
+    """The torque -m x c of the weight moment m; its potential is m . c (Beletsky 1957, eq. 2)."""
+
+    name = 'weight'
+
+    class Constants(NamedTuple):
+        """moment (3,) [N m]: m, the weight times the mass centre's place from the fixed point."""
+
+        moment: tuple[float, float, float]
+
+    @staticmethod
+    def field(
+        c_b: tuple[float, ...], gradient: float, constants: Constants
+    ) -> tuple[float, float, float]:
+        """Return m."""
+        return constants.moment
+
+    @staticmethod
+    def orbit_power(
+        c_b: tuple[float, ...],
+        along_b: tuple[float, ...],
+        gradient: float,
+        turn_rate: float,
+        growth_rate: float,
+        constants: Constants,
+    ) -> float:
+        """Return zero: a body with a fixed point has no orbit."""
+        return broadcast(0.0, gradient)

@@ -1,5 +1,6 @@
 """The node: declares its parameters, builds what a scenario describes, and connects the parts."""
 
+import time
 from collections.abc import Callable, Iterable, Mapping
 from datetime import datetime, timezone
 from importlib.util import find_spec
@@ -40,6 +41,9 @@ from .services import Services
 
 if TYPE_CHECKING:
     from .recorder import Recorder
+
+# What is built once the epoch is known takes less, or the first ticks catch up.
+_LEAD_NS = 100_000_000
 
 
 class SatdynNode(rclpy.node.Node):
@@ -94,9 +98,11 @@ class SatdynNode(rclpy.node.Node):
         topics = self._publishing.open(scenario.topics)
         _try_out(scenario)
         if scenario['record.enabled']:
-            # Tick 0 is to come soon after its stamp.
+            # What it compiles takes longer than tick 0 is ahead.
             _recorder_class()
-        scenario = scenario.with_seed().with_epoch().with_values({'publish.topics': topics})
+        first_tick_ns = time.monotonic_ns() + _LEAD_NS
+        scenario = scenario.with_seed().with_epoch(_LEAD_NS)
+        scenario = scenario.with_values({'publish.topics': topics})
         self._publishing.latch(scenario.epoch_ns)
         parameters = NodeParameters(self, scenario, self._change)
         ParameterService(self, parameters.lock)
@@ -109,6 +115,7 @@ class SatdynNode(rclpy.node.Node):
             scenario['time.factor'],
             self._fail,
             lambda: realtime.raise_priority(scenario, warn),
+            first_tick_ns,
         )
         self._inputs = TorqueInputs(self, scenario, self._simulation.ticks, self._pacing)
         self._own_services = Services(self, parameters, self._pacing, self._record)

@@ -100,9 +100,10 @@ class SatdynNode(rclpy.node.Node):
         if scenario['record.enabled']:
             # What it compiles takes longer than tick 0 is ahead.
             _recorder_class()
-        first_tick_ns = time.monotonic_ns() + _LEAD_NS
-        scenario = scenario.with_seed().with_epoch(_LEAD_NS)
-        scenario = scenario.with_values({'publish.topics': topics})
+        scenario = scenario.with_seed().with_values({'publish.topics': topics})
+        # One moment by both clocks, the wall clock's first: no message comes before its stamp.
+        wall_ns, first_tick_ns = time.time_ns() + _LEAD_NS, time.monotonic_ns() + _LEAD_NS
+        scenario = scenario.with_epoch(wall_ns)
         self._publishing.latch(scenario.epoch_ns)
         parameters = NodeParameters(self, scenario, self._change)
         ParameterService(self, parameters.lock)

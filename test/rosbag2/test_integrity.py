@@ -292,8 +292,7 @@ def test_our_own_statistics_count_all_that_the_summary_lists(bag, tmp_path):
 
 def test_a_reindexed_bag_is_sound(bag, tmp_path):
     """
-    As rosbag2 0.26 writes metadata.yaml anew: topics by name, durations added, no files, texts
-    without quotes.
+    As rosbag2 0.26 writes it anew: topics by name, durations added, no files, texts unquoted.
 
     Another order, or another duration, is damage all the same.
     """

@@ -21,6 +21,7 @@ from ..run.requests import try_out
 from ..run.samples import Samples
 from ..run.scenario import Scenario
 from ..run.simulation import Simulation
+from ..sensors.suite import Suite
 from ..torques.body_torque import BodyTorque
 from . import realtime
 from .diagnostics import (
@@ -97,8 +98,9 @@ class SatdynNode(rclpy.node.Node):
         self._publishing = Publishing(self, scenario)
         topics = self._publishing.open(scenario.topics)
         _try_out(scenario)
+        # What they import and compile takes longer than tick 0 is ahead.
+        Suite.of(scenario.sensors)
         if scenario['record.enabled']:
-            # What it compiles takes longer than tick 0 is ahead.
             _recorder_class()
         scenario = scenario.with_seed().with_values({'publish.topics': topics})
         # One moment by both clocks, the wall clock's first: no message comes before its stamp.

@@ -107,7 +107,7 @@ class SatdynNode(rclpy.node.Node):
         wall_ns, first_tick_ns = time.time_ns() + _LEAD_NS, time.monotonic_ns() + _LEAD_NS
         scenario = scenario.with_epoch(wall_ns)
         self._publishing.latch(scenario.epoch_ns)
-        parameters = NodeParameters(self, scenario, self._change)
+        parameters = NodeParameters(self, scenario, self._prepare_change, self._change)
         ParameterService(self, parameters.lock)
         self._simulation = Simulation(scenario)
         warn = self.get_logger().warning
@@ -218,6 +218,11 @@ class SatdynNode(rclpy.node.Node):
             recorder.put(happened, samples, messages.rows, count, for_snapshots)
 
     # -- changes, made by the threads of the services --------------------------------------------
+
+    def _prepare_change(self, scenario, names):
+        """Open the publishers of topics to be published; ValueError: their QoS is not allowed."""
+        if 'publish.topics' in names:
+            self._publishing.open(scenario.topics)
 
     def _change(self, scenario, names):
         """Apply parameters changed at run time."""

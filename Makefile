@@ -141,5 +141,6 @@ $(VENV)/.docs: $(VENV)/.run
 
 $(VENV)/.colcon: $(VENV)/.run
 	@echo 'Installing colcon'
-	@$(PIP) install colcon-common-extensions
+	@# colcon's --symlink-install asks for an option that setuptools 80 has no more.
+	@$(PIP) install colcon-common-extensions 'setuptools<80'
 	@touch $@

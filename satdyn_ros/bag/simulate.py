@@ -1,6 +1,7 @@
 """A run without ROS and without a clock: scenario and events to a bag, as fast as it goes."""
 
 import math
+import time
 from collections.abc import Generator, Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
@@ -43,7 +44,7 @@ def simulate(
     start.  OSError: as BagWriter.  RunHalted: the run came to a halt; the bag has the ticks
     before.  Untrue: a derived one of the events did not happen.
     """
-    scenario = scenario.with_epoch()
+    scenario = scenario.with_epoch(time.time_ns())
     changes = [event.names for event in events if isinstance(event, Topics)]
     topics = scenario.topics if begin is None else begin['topics']
     names = [topics, *changes, tuple(scenario.sensors)]

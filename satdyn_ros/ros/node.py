@@ -1,5 +1,6 @@
 """The node: declares its parameters, builds what a scenario describes, and connects the parts."""
 
+import time
 from collections.abc import Callable, Iterable, Mapping
 from datetime import datetime, timezone
 from importlib.util import find_spec
@@ -20,6 +21,7 @@ from ..run.requests import try_out
 from ..run.samples import Samples
 from ..run.scenario import Scenario
 from ..run.simulation import Simulation
+from ..sensors.suite import Suite
 from ..torques.body_torque import BodyTorque
 from . import realtime
 from .diagnostics import (
@@ -40,6 +42,9 @@ from .services import Services
 
 if TYPE_CHECKING:
     from .recorder import Recorder
+
+# What is built once the epoch is known takes less, or the first ticks catch up.
+_LEAD_NS = 100_000_000
 
 
 class SatdynNode(rclpy.node.Node):
@@ -93,12 +98,16 @@ class SatdynNode(rclpy.node.Node):
         self._publishing = Publishing(self, scenario)
         topics = self._publishing.open(scenario.topics)
         _try_out(scenario)
+        # What they import and compile takes longer than tick 0 is ahead.
+        Suite.of(scenario.sensors)
         if scenario['record.enabled']:
-            # Tick 0 is to come soon after its stamp.
             _recorder_class()
-        scenario = scenario.with_seed().with_epoch().with_values({'publish.topics': topics})
+        scenario = scenario.with_seed().with_values({'publish.topics': topics})
+        # One moment by both clocks, the wall clock's first: no message comes before its stamp.
+        wall_ns, first_tick_ns = time.time_ns() + _LEAD_NS, time.monotonic_ns() + _LEAD_NS
+        scenario = scenario.with_epoch(wall_ns)
         self._publishing.latch(scenario.epoch_ns)
-        parameters = NodeParameters(self, scenario, self._change)
+        parameters = NodeParameters(self, scenario, self._prepare_change, self._change)
         ParameterService(self, parameters.lock)
         self._simulation = Simulation(scenario)
         warn = self.get_logger().warning
@@ -109,6 +118,7 @@ class SatdynNode(rclpy.node.Node):
             scenario['time.factor'],
             self._fail,
             lambda: realtime.raise_priority(scenario, warn),
+            first_tick_ns,
         )
         self._inputs = TorqueInputs(self, scenario, self._simulation.ticks, self._pacing)
         self._own_services = Services(self, parameters, self._pacing, self._record)
@@ -208,6 +218,11 @@ class SatdynNode(rclpy.node.Node):
             recorder.put(happened, samples, messages.rows, count, for_snapshots)
 
     # -- changes, made by the threads of the services --------------------------------------------
+
+    def _prepare_change(self, scenario, names):
+        """Open the publishers of topics to be published; ValueError: their QoS is not allowed."""
+        if 'publish.topics' in names:
+            self._publishing.open(scenario.topics)
 
     def _change(self, scenario, names):
         """Apply parameters changed at run time."""

@@ -60,12 +60,13 @@ class Pacing:
     """
     The ticks of a simulation, paced by absolute deadlines of the monotonic clock.
 
-    factor: simulated seconds per wall second, 0: as fast as possible.  Nothing is skipped: late
-    ticks are published late; deadlines are reset after a lag of a second, a pause, or a change of
-    the factor.  A run that has halted waits for a request or a reset.  failed(error): called once
-    from the thread if it ends by an error.  begin(): called once from the thread before anything
-    else.  lateness: the lags of all ticks that had deadlines.  Where Python's garbage collection
-    is disabled, it happens between ticks.
+    factor: simulated seconds per wall second, 0: as fast as possible.  first_tick_ns: the deadline
+    of the first tick, None: its publication.  Nothing is skipped: late ticks are published late;
+    deadlines are reset after a lag of a second, a pause, or a change of the factor.  A run that
+    has halted waits for a request or a reset.  failed(error): called once from the thread if it
+    ends by an error.  begin(): called once from the thread before anything else.  lateness: the
+    lags of all ticks that had deadlines.  Where Python's garbage collection is disabled, it
+    happens between ticks.
     """
 
     def __init__(
@@ -75,6 +76,7 @@ class Pacing:
         factor: float,
         failed: Callable[[Exception], None],
         begin: Callable[[], None] = lambda: None,
+        first_tick_ns: int | None = None,
     ):
         self._simulation = simulation
         self._listener = listener
@@ -98,9 +100,9 @@ class Pacing:
         self._largest_block = 1
         self._block_length = 1
         self._tick = simulation.tick
-        self._begin_anew = True
-        self._begin_tick = 0
-        self._begin_ns = 0
+        self._begin_anew = first_tick_ns is None
+        self._begin_tick = simulation.next_tick
+        self._begin_ns = first_tick_ns or 0
         self._period_ns = 0.0
         self._punctuality = Punctuality()
         self._thread = Thread(target=self._run, name='pacing', daemon=True)

@@ -83,20 +83,22 @@ class NodeParameters:
     """
     The parameters of a node, whose values are those of a scenario.
 
-    changed(scenario, names): called after an ordinary set was accepted, names: of what changed.
-    lock: held while parameters are set.
+    prepare(scenario, names): called before an ordinary set is accepted, names: of what changes;
+    ValueError refuses it.  changed(scenario, names): called after it was accepted.  lock: held
+    while parameters are set.
     """
 
     def __init__(
         self,
         node: Node,
         scenario: Scenario,
+        prepare: Callable[[Scenario, list[str]], None],
         changed: Callable[[Scenario, list[str]], None],
     ):
         self.scenario = scenario
         self.lock = RLock()
         self._node = node
-        self._changed = changed
+        self._prepare, self._changed = prepare, changed
         self._puts_in_force = False
         for key in scenario.keys.values():
             _declare(node, key, listed(scenario[key.name]))
@@ -121,17 +123,20 @@ class NodeParameters:
 
     def _check(self, parameters):
         try:
-            self._with(parameters)
+            scenario = self._with(parameters)
+            self._unless_put_in_force(self._prepare, scenario, parameters)
         except ValueError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
     def _act(self, parameters):
-        scenario = self._with(parameters)
-        changed = [p.name for p in parameters if p.name in scenario.keys]
-        self.scenario = scenario
-        if changed and not self._puts_in_force:
-            self._changed(scenario, changed)
+        self.scenario = self._with(parameters)
+        self._unless_put_in_force(self._changed, self.scenario, parameters)
+
+    def _unless_put_in_force(self, call, scenario, parameters):
+        names = [p.name for p in parameters if p.name in scenario.keys]
+        if names and not self._puts_in_force:
+            call(scenario, names)
 
     def _with(self, parameters):
         """Return the scenario with parameters changed; ValueError: they may not be."""

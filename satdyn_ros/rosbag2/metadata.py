@@ -172,7 +172,8 @@ def read(path: Path) -> dict[str, Any]:
     """
     Return what a metadata.yaml says, without its outer key.
 
-    relative_file_paths are names of files in the bag.  Damaged: it is not what rosbag2 writes.
+    relative_file_paths are names of files in the bag, custom_data are texts.  Damaged: it is not
+    what rosbag2 writes.
     BagError: the storage or compression of the bag is not supported.
     """
     try:
@@ -194,6 +195,9 @@ def read(path: Path) -> dict[str, Any]:
         raise BagError(f'{path} lists {outside[0]!r}, which is not a file of the bag')
     if len(set(names)) < len(names):
         raise Damaged(f'{path} is damaged: its relative_file_paths list a file twice')
+    if isinstance(custom := said.get('custom_data'), dict):
+        # To rosbag2 they are texts, which it writes without quotes: rules: 2
+        said['custom_data'] = {key: str(value) for key, value in custom.items()}
     return said
 
 

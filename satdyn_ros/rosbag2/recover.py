@@ -31,7 +31,12 @@ _LOST_HEADER = Header('ros2', 'satdyn_ros')
 
 @dataclass(frozen=True)
 class Recovered:
-    """What recover did: the files it rewrote, the messages in the bag, what was lost."""
+    """
+    What recover did.
+
+    files: those it rewrote, metadata.yaml among them where it is the only one.  message_count: of
+    the bag.  losses: what was lost.
+    """
 
     files: tuple[str, ...]
     message_count: int
@@ -74,6 +79,8 @@ def recover(path: str | Path, output: str | Path | None = None) -> Recovered:
             checked.append(check_file(target))
     if path.is_dir() and (output is not None or rewritten or not _is_listed(path, checked)):
         contents.write(directory)
+        if output is None and not rewritten:
+            rewritten.append(metadata.FILE_NAME)
     return Recovered(tuple(rewritten), sum(contents.counts.values()), tuple(losses))
 
 

@@ -11,9 +11,11 @@ import yaml
 from ..base import rcl_yaml, ros_yaml
 from ..base.key import listed
 from . import shipped
+from .keys import KEYS
 
 # rclpy's own parameters, which it adds to every node's.
 RCLPY_PARAMETERS = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
+_GROUPS = {name.split('.')[0] for name in KEYS}
 _FULL_NAME = re.compile(r'(/[A-Za-z_][A-Za-z0-9_]*)+')
 # The longest list of names that a sentence repeats.
 _MOST_NAMES = 10
@@ -30,7 +32,8 @@ class ParameterFile:
     What parameter files say together, as rcl merges them.
 
     sections: the parameters, dotted, of each section by its name.  origin: the files' names in
-    errors.  A satellite is a section without wildcards.
+    errors.  A satellite is a section without wildcards; not that of another node, which has none
+    of our groups of keys and a name of its own.
     """
 
     origin: str
@@ -51,8 +54,10 @@ class ParameterFile:
     @property
     def satellites(self) -> list[str]:
         """The full names of the satellites, /satdyn and satdyn being one."""
-        names = (_full(name) for name in self.sections if '*' not in name)
-        return list(dict.fromkeys(names))
+        sections = self.sections.items()
+        return list(
+            dict.fromkeys(_full(name) for name, own in sections if _is_satellite(name, own))
+        )
 
     def full_name(self, satellite: str | None = None) -> str:
         """
@@ -163,6 +168,12 @@ def _represent_text(dumper, text):
 
 
 _Dumper.add_representer(str, _represent_text)
+
+
+def _is_satellite(name: str, own: Iterable[str]) -> bool:
+    groups = {key.split('.')[0] for key in own}
+    is_ours = _full(name).endswith('/satdyn') or not groups or not groups.isdisjoint(_GROUPS)
+    return is_ours and '*' not in name
 
 
 def _full(name: str) -> str:

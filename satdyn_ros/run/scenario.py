@@ -1,6 +1,5 @@
 """One validated description of a run."""
 
-import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -172,11 +171,11 @@ class Scenario:
             return self
         return self.with_values({'sensors.seed': sensors.drawn_seed()})
 
-    def with_epoch(self) -> 'Scenario':
-        """Return the scenario with an epoch of 0 set to the wall clock, to a microsecond."""
+    def with_epoch(self, wall_ns: int) -> 'Scenario':
+        """Return the scenario with an epoch of 0 set to a time, rounded to a microsecond."""
         if self.epoch_ns:
             return self
-        return self.with_values({'time.epoch_ns': round(time.time_ns(), -3)})
+        return self.with_values({'time.epoch_ns': round(wall_ns, -3)})
 
     def __getitem__(self, name: str) -> Any:
         return self.values[name]

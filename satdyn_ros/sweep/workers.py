@@ -216,7 +216,10 @@ def _functions(expected: Mapping[str, str]) -> tuple[Callable, Callable, Callabl
             for name, value in expected.items()
             if name in found and found[name] != value
         ]
-        return f'the worker {where} has {", ".join(differing)}; all must have the same versions'
+        return (
+            f'the worker {where} has {", ".join(differing)}; all must have the same versions: end '
+            'this one, then give the same command again'
+        )
 
     def do(text, first, last):
         found = find()

@@ -164,6 +164,23 @@ def test_the_quality_of_service_can_be_overridden(live, tmp_path):
     assert bag.topics['/slow/attitude'].qos == Qos(100).to_yaml()
 
 
+def test_a_topic_whose_quality_of_service_is_wrong_cannot_be_switched_on(live):
+    """The set is refused with the sentence of the start, and nothing has changed."""
+    prefix = 'qos_overrides./wrong/imu.publisher'
+    _, participant = live(
+        {'publish.topics': ['attitude']},
+        ros_args=['-p', f'{prefix}.reliability:=good'],
+        namespace='/wrong',
+    )
+    ((is_set, reason),) = participant.set({'publish.topics': ['attitude', 'odometry', 'imu']})
+    assert not is_set
+    assert reason.startswith(f'{prefix} is not allowed: Unexpected QoS override')
+    assert participant.get('publish.topics') == ['attitude']
+    participant.wait_until(
+        lambda: participant.node.count_publishers('odometry') == 0, 'the end of the publisher'
+    )
+
+
 WRONG = [
     (['-p', 'foo:=1'], 'foo is not a parameter of a scenario'),
     (['-p', 'body.inertia:=[1.0, 1.0, 5.0]'], 'body.inertia is [1, 1, 5]; '),

@@ -185,3 +185,31 @@ def test_no_garbage_is_collected_inside_a_tick(collections):
         gc.callbacks.pop()
     assert inside
     assert not any(inside)
+
+
+@pytest.mark.parametrize('ahead_ns', [-500_000_000, 100_000_000])
+def test_ticks_are_due_from_a_given_moment_on(ahead_ns):
+    """Whether it is still to come or has passed: stamps counted from it are the wall clock's."""
+    published_ns: list[int] = []
+
+    class Listener:
+        def prepare(self, samples):
+            return self
+
+        def publish(self, row):
+            published_ns.append(time.monotonic_ns())
+
+        def published(self, happened, samples, messages, count):
+            pass
+
+    first_tick_ns = time.monotonic_ns() + ahead_ns
+    simulation = Simulation(Scenario({'publish.rate': 50.0}))
+    pacing = Pacing(simulation, Listener(), 1.0, print, first_tick_ns=first_tick_ns)
+    pacing.start()
+    while len(published_ns) < 3:
+        assert pacing.is_alive
+        time.sleep(0.01)
+    pacing.stop()
+    assert published_ns[0] > first_tick_ns
+    # What has passed is a lag.
+    assert pacing.take_punctuality().largest_lag_ns > -ahead_ns

@@ -100,6 +100,25 @@ def test_the_satellites_of_a_file():
             Scenario.from_yaml_text(text, 'f', satellite=given)
 
 
+def test_a_section_of_another_node_is_no_satellite():
+    """One with none of our groups of keys; a misspelt key is told, not ignored."""
+    text = """
+    /sat4/satdyn: {ros__parameters: {publish.rate: 20}}
+    /controller: {ros__parameters: {gain: 2.0, limits: {torque: 1.0}, use_sim_time: true}}
+    """
+    alone = Scenario.from_yaml_text(text, 'f')
+    assert alone['publish.rate'] == 20.0
+    assert alone.warnings == ('f: /sat4/satdyn does not use the section /controller',)
+    with pytest.raises(ValueError, match=r'^f has no satellite /controller; it has /sat4/satdyn$'):
+        Scenario.from_yaml_text(text, 'f', satellite='/controller')
+    for misspelt in (
+        '/mysat: {ros__parameters: {publish.rte',
+        '/satdyn: {ros__parameters: {bdy.a',
+    ):
+        with pytest.raises(ValueError, match=r'is not a parameter of a scenario'):
+            Scenario.from_yaml_text(misspelt + ': 20}}')
+
+
 def test_any_satellite_of_a_file_that_names_none():
     """It gets the sections that match it; without a choice it is /satdyn."""
     text = """

@@ -2,6 +2,8 @@
 
 import pytest
 
+pytest.importorskip('pyarrow')
+
 from satdyn_ros.sweep.run import sweep
 
 from .sweeps import MANY, write

@@ -173,7 +173,7 @@ def test_a_worker_of_another_version(tmp_path, dask, other_version):
 
 
 def test_a_worker_of_another_version_that_joins(tmp_path, dask, other_version):
-    """It does no run: the sweep ends with the same sentence."""
+    """It does no run: the sweep ends with the same sentence, which says how to go on."""
     dask.start_workers(1)
     directory = tmp_path / 'out'
     process = start(write(tmp_path, **ENDLESS), directory, '--dask', dask.address)
@@ -183,6 +183,7 @@ def test_a_worker_of_another_version_that_joins(tmp_path, dask, other_version):
     dask.start_workers(1, other_version)
     line, code = sentence_of(process)
     assert re.search(r'the worker tcp://\S+ has .*satdyn_ros 9\.9, not \d', line)
+    assert line.endswith(': end this one, then give the same command again')
     assert code == 1
 
 

@@ -1,6 +1,19 @@
 """The sentence of a refusal: one line of bounded length, whose numbers do not hide its reason."""
 
+from collections.abc import Callable, Iterator
+from typing import Any
+
 LONGEST_SENTENCE = 500
+# Of each rule, whether it is broken, and the sentence that says so.  Of many at once, whether each
+# breaks it; the sentence is that of one.
+Faults = Iterator[tuple[Any, Callable[[], str]]]
+
+
+def refuse(faults: Faults) -> None:
+    """Raise ValueError with the sentence of the first rule that is broken."""
+    for is_broken, sentence in faults:
+        if is_broken:
+            raise ValueError(sentence())
 
 
 def one_sentence(reason: object) -> str:

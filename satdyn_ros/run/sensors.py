@@ -2,10 +2,12 @@
 
 import secrets
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
 
+from ..base.sentences import Faults
 from ..sensors import Gyro, StarTracker
 from ..sensors.suite import Sensor
 from .keys import KEYS, SENSORS
@@ -17,22 +19,23 @@ def of(values: Mapping[str, Any], rate_hz: float) -> dict[str, Sensor]:
     return {name: _BUILDERS[name](_options(values, name), rate_hz) for name in chosen}
 
 
-def check(values: Mapping[str, Any]) -> None:
-    """Check values that depend on each other; ValueError, in one sentence that names the key."""
+def faults(values: Mapping[str, Any]) -> Faults:
+    """Yield what is said of a sensor that is not there, and what the orbit does not allow."""
     for sensor in SENSORS:
-        for name in _names(sensor):
-            is_given = values[name] != KEYS[name].default
-            if is_given and sensor not in values['sensors.names']:
-                raise ValueError(
-                    f'{name} is given, and sensors.names has no {sensor}; add it there or leave '
-                    f'{name} out'
-                )
+        for name in () if sensor in values['sensors.names'] else _names(sensor):
+            yield values[name] != KEYS[name].default, partial(_not_there, name, sensor)
     exclusion = values['sensors.star_tracker.earth_exclusion']
-    if exclusion and values['orbit.type'] == 'fixed':
-        raise ValueError(
+    yield (
+        exclusion and values['orbit.type'] == 'fixed',
+        lambda: (
             f'sensors.star_tracker.earth_exclusion is {exclusion:g}; with orbit.type fixed there '
             'is no Earth to look away from, so it must be 0'
-        )
+        ),
+    )
+
+
+def _not_there(name, sensor):
+    return f'{name} is given, and sensors.names has no {sensor}; add it there or leave {name} out'
 
 
 def drawn_seed() -> int:

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..base import ros_yaml
 from ..base.key import Key
+from ..run import in_place
 from ..run.scenario import Scenario
 from ..torques.body_torque import BodyTorque, named
 from .capture import LEAST
@@ -171,7 +172,12 @@ class Plan:
     def scenario_of(self, values: Mapping[str, Any]) -> Scenario:
         """Return the scenario with the varied values in it; ValueError: as Scenario."""
         changed = self.changed(values)
-        plain = {k: x.tolist() if isinstance(x, np.ndarray) else x for k, x in changed.items()}
+        replaced = in_place.replaced(name for name in in_place.IN_PLACE if changed[name])
+        plain = {
+            name: x.tolist() if isinstance(x, np.ndarray) else x
+            for name, x in changed.items()
+            if name not in replaced
+        }
         return Scenario(plain, self.scenario.torques)
 
     def changed(self, values: Mapping[str, Any]) -> dict[str, Any]:

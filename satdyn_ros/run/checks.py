@@ -92,6 +92,8 @@ def _unit(vector):
     axis = -1 if vectors.ndim > 1 else None
     norm = np.linalg.norm(vectors, axis=axis, keepdims=True)
     is_unit = np.abs(norm - 1.0) < 4.0 * np.finfo(float).eps
+    if np.all(is_unit):
+        return vector
     found = np.where(is_unit, vectors, vectors / norm)
     return found if vectors.ndim > 1 else tuple(found.tolist())
 
@@ -194,7 +196,7 @@ def turns_a_tick(values: Mapping[str, Any]) -> Faults:
 
 
 # In this order, of values whose quaternions and axes are unit vectors.
-RULES: tuple[Callable[[Mapping[str, Any]], Faults], ...] = (
+ALL_RULES: tuple[Callable[[Mapping[str, Any]], Faults], ...] = (
     belongs,
     sensors.faults,
     body,
@@ -207,5 +209,5 @@ RULES: tuple[Callable[[Mapping[str, Any]], Faults], ...] = (
 
 def faults(values: Mapping[str, Any]) -> Faults:
     """Yield what the rules find, one after the other."""
-    for rule in RULES:
+    for rule in ALL_RULES:
         yield from rule(values)

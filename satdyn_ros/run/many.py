@@ -28,7 +28,7 @@ def many(values: Mapping[str, Any], count: int) -> tuple[Scenario, np.ndarray]:
     rows = np.arange(count)
     with np.errstate(all='ignore'):
         together, rows = _allowed(together, rows, [_within, checks.units])
-        together, rows = _allowed(together | checks.as_units(together), rows, checks.RULES)
+        together, rows = _allowed(together | checks.as_units(together), rows, checks.ALL_RULES)
     return Scenario.of_many(together), np.isin(np.arange(count), rows)
 
 

@@ -224,6 +224,9 @@ class Plan:
 def _varied(given, keys):
     if not isinstance(given, Mapping) or not given:
         raise ValueError(f'vary is {given}; it must map quantities to how each varies')
+    for name, (other, _) in in_place.IN_PLACE.items():
+        if name in given and other in given:
+            raise ValueError(f'{name} and {other} vary; only one of the two may')
     found = ((str(name), quantity(str(name), keys), how) for name, how in given.items())
     return tuple(Varied(name, what, variation(what.key, how)) for name, what, how in found)
 

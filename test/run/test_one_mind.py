@@ -4,6 +4,8 @@ The check of many scenarios at once is of one mind with that of one.
 Values are drawn on both sides of every rule: many refuses what Scenario refuses, and nothing else.
 """
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -15,7 +17,7 @@ from satdyn_ros.run.many import many
 from satdyn_ros.run.scenario import Scenario
 
 RUNS = 12
-BASES = {
+BASES: dict[str, dict[str, Any]] = {
     'circular': {'rotor.mode': 'constant_momentum', 'rotor.momentum': -5.0},
     'kepler': {'orbit.type': 'kepler', 'rotor.mode': 'motor', 'rotor.inertia': 0.5},
     'fixed': {'orbit.type': 'fixed', 'initial.frame': 'inertial', 'rotor.mode': 'none'},
@@ -81,7 +83,7 @@ def belongs(draw):
     kind, mode = draw.choice(['fixed', 'circular', 'kepler']), draw.choice(MODES)
     names = ('a', 'b') if draw.random() < 0.5 else ()
     prefix = rotors.prefixes(names)[-1]
-    common = {
+    common: dict[str, Any] = {
         'orbit.type': str(kind),
         'initial.frame': 'inertial',
         'rotor.names': names,
@@ -138,7 +140,8 @@ def body(draw):
 def of_rotors(draw):
     names = ('a', 'b', 'c')[: draw.integers(4)]
     prefixes = rotors.prefixes(names)
-    common, varied = {'rotor.names': names}, {}
+    common: dict[str, Any] = {'rotor.names': names}
+    varied = {}
     # Bodies that are none, too: what they leave to the rotors cannot be computed.
     moments = draw.choice([800.0, 900.0, 600.0, 0.0], (RUNS, 3), p=[0.32, 0.32, 0.32, 0.04])
     varied['body.inertia'] = moments
@@ -205,7 +208,7 @@ DRAWS = {
 def refused_by(values):
     """Return the first rule that values break; None: there is none."""
     with np.errstate(all='ignore'):
-        for rule in (checks.units, *checks.RULES):
+        for rule in (checks.units, *checks.ALL_RULES):
             if any(is_broken for is_broken, _ in rule(values)):
                 return rule
             values = values | checks.as_units(values)
@@ -213,7 +216,9 @@ def refused_by(values):
 
 
 @pytest.mark.parametrize(
-    'rule', [checks.units, *checks.RULES], ids=lambda rule: f'{rule.__module__}.{rule.__name__}'
+    'rule',
+    [checks.units, *checks.ALL_RULES],
+    ids=lambda rule: f'{rule.__module__}.{rule.__name__}',
 )
 def test_one_and_many_are_refused_alike(rule):
     """Whatever is drawn about a rule is refused by both or by neither, and each does happen."""

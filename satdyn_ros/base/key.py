@@ -73,13 +73,9 @@ class Key:
 
     def is_within(self, number: Any) -> Any:
         """Return whether a number is finite and within the bounds; of arrays, whether each is."""
-        return (
-            (abs(number) < inf)
-            & (number >= self.low)
-            & (number <= self.high)
-            & (number > self.above)
-            & (number < self.below)
-        )
+        # The exclusive bounds are infinite where there are none: they let nothing infinite pass.
+        within = (number > self.above) & (number < self.below)
+        return within & (number >= self.low) & (number <= self.high)
 
     def checked(self, value: Any) -> Any:
         """Return value as the key's kind; ValueError, in one sentence: it is not allowed."""

@@ -1,19 +1,21 @@
 """The sentence of a refusal: one line of bounded length, whose numbers do not hide its reason."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Generator
+from contextlib import suppress
 from typing import Any
 
 LONGEST_SENTENCE = 500
-# Of each rule, whether it is broken, and the sentence that says so.  Of many at once, whether each
-# breaks it; the sentence is that of one.
-Faults = Iterator[tuple[Any, Callable[[], str]]]
+# Yields, rule by rule, whether it is broken, of many things whether each breaks it; raises
+# ValueError, in one sentence, where it is told that one is.
+Rules = Generator[Any, Any, None]
 
 
-def refuse(faults: Faults) -> None:
-    """Raise ValueError with the sentence of the first rule that is broken."""
-    for is_broken, sentence in faults:
-        if is_broken:
-            raise ValueError(sentence())
+def refuse(rules: Rules) -> None:
+    """Raise the ValueError of the first rule that one thing breaks."""
+    is_broken = None
+    with suppress(StopIteration):
+        while True:
+            is_broken = rules.send(is_broken)
 
 
 def one_sentence(reason: object) -> str:

@@ -6,7 +6,7 @@ from itertools import permutations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.sentences import Faults, told_apart, written
+from ..base.sentences import Rules, told_apart, written
 from ..kernel import rotation
 from ..kernel.rows import length
 
@@ -18,41 +18,32 @@ _AS_GIVEN = 1e-13
 ROUNDING = 1e-12
 
 
-def faults(numbers: ArrayLike) -> Faults:
+def rules(numbers: ArrayLike) -> Rules:
     """
-    Yield what makes 3, 6 or 9 finite numbers (..., k), as for entries, no inertia of a body.
+    Check that 3, 6 or 9 finite numbers (..., k), as for entries, are the inertia of a body.
 
-    >>> [sentence() for is_broken, sentence in faults([1.0, 1.0, 0.0]) if is_broken]
-    ['body.inertia is [1, 1, 0]; its principal moments 0, 1 and 1 must be positive: a rod has a \
-thickness, use the moments of a cylinder']
+    >>> any(rules([600, 800, 900])), any(rules([600, 800, 1500]))
+    (False, True)
     """
     numbers = np.asarray(numbers, float)
-
-    def given():
-        return f'body.inertia is [{", ".join(written(x) for x in numbers)}]'
-
+    given = f'body.inertia is [{", ".join(map(written, numbers))}]' if numbers.ndim == 1 else ''
     if numbers.shape[-1] == 9:
         rows = numbers.reshape(*numbers.shape[:-1], 3, 3)
         skew = np.max(np.abs(rows - np.swapaxes(rows, -1, -2)), axis=(-1, -2))
-        is_skew = skew > _AS_GIVEN * np.max(np.abs(rows), axis=(-1, -2))
-        yield is_skew, lambda: f'{given()}; the matrix must be symmetric'
+        if (yield skew > _AS_GIVEN * np.max(np.abs(rows), axis=(-1, -2))):
+            raise ValueError(f'{given}; the matrix must be symmetric')
     small, middle, large = np.moveaxis(np.linalg.eigvalsh(entries(numbers)), -1, 0)
-    yield (
-        small <= _AS_GIVEN * large,
-        lambda: (
-            f'{given()}; its principal moments {small:g}, {middle:g} and {large:g} must be '
+    if (yield small <= _AS_GIVEN * large):
+        raise ValueError(
+            f'{given}; its principal moments {small:g}, {middle:g} and {large:g} must be '
             'positive: a rod has a thickness, use the moments of a cylinder'
-        ),
-    )
-
-    def exceeds():
-        most, found = told_apart(small + middle, large)
-        return (
-            f'{given()}; the largest of its principal moments, {found}, must not exceed the sum '
-            f'of the others, {small:g} and {middle:g}, which is {most}'
         )
-
-    yield small + middle < large * (1.0 - _AS_GIVEN), exceeds
+    if (yield small + middle < large * (1.0 - _AS_GIVEN)):
+        most, found = told_apart(small + middle, large)
+        raise ValueError(
+            f'{given}; the largest of its principal moments, {found}, must not exceed the sum of '
+            f'the others, {small:g} and {middle:g}, which is {most}'
+        )
 
 
 def entries(numbers: ArrayLike) -> np.ndarray:

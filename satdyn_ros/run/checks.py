@@ -2,18 +2,17 @@
 What the values of a scenario may not be together: a rule each, for one scenario and for many.
 
 values: every key by its dotted name, each allowed by itself; of many, what differs as (M, 1) or
-(M, 1, k).  A rule yields whether it is broken, and the sentence, which names the key.
+(M, 1, k).  A sentence names the key.
 """
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from functools import partial
 from typing import Any
 
 import numpy as np
 
 from ..base.key import listed
-from ..base.sentences import Faults, told_apart, written
+from ..base.sentences import Rules, told_apart, written
 from ..dynamics import inertia
 from ..kernel.rows import length
 from . import rotors, sensors
@@ -43,11 +42,19 @@ BELONGS = (
 )
 
 
-def units(values: Mapping[str, Any]) -> Faults:
-    """Yield quaternions and axes that are no unit vectors and cannot be made such."""
+def units(values: Mapping[str, Any]) -> Rules:
+    """Check that quaternions are units but for their digits, and that axes have a direction."""
     for name, allowed_error in _units_of(values):
         norm = np.linalg.norm(np.asarray(values[name]), axis=-1)
-        yield from _norm_faults(values, name, norm, allowed_error)
+        if (yield norm == 0.0):
+            raise ValueError(f'{name} is {list(values[name])}; it must not be zero')
+        if (yield norm == np.inf):
+            raise ValueError(f'{name} is {list(values[name])}; its norm must be finite')
+        if (yield abs(norm - 1.0) > allowed_error):
+            raise ValueError(
+                f'{name} is {list(values[name])}, of norm {told_apart(norm, 1.0)[0]}; it must be '
+                f'a unit quaternion x, y, z, w, to within {allowed_error:g}'
+            )
 
 
 def as_units(values: Mapping[str, Any]) -> dict[str, Any]:
@@ -70,21 +77,6 @@ def _units_of(values):
     return [*((name, _UNIT_TO) for name in _QUATERNIONS), *((name, np.inf) for name in axes)]
 
 
-def _norm_faults(values, name, norm, allowed_error):
-    def given():
-        return f'{name} is {list(values[name])}'
-
-    yield norm == 0.0, lambda: f'{given()}; it must not be zero'
-    yield norm == np.inf, lambda: f'{given()}; its norm must be finite'
-    yield (
-        abs(norm - 1.0) > allowed_error,
-        lambda: (
-            f'{given()}, of norm {told_apart(norm, 1.0)[0]}; it must be a unit quaternion '
-            f'x, y, z, w, to within {allowed_error:g}'
-        ),
-    )
-
-
 def _unit(vector):
     """Return a vector, or many (..., k), as units; one that is unit to rounding stays as it is."""
     vectors = np.asarray(vector)
@@ -98,16 +90,20 @@ def _unit(vector):
     return found if vectors.ndim > 1 else tuple(found.tolist())
 
 
-def belongs(values: Mapping[str, Any]) -> Faults:
-    """Yield what belongs to other choices than those made."""
+def belongs(values: Mapping[str, Any]) -> Rules:
+    """Check that what belongs to other choices than those made is not given."""
     names = values['rotor.names']
     for name in rotors.OF_THE_ONE if names else ():
-        yield _is_given(values, name), partial(_is_not_of, names[0], values, name)
+        if (yield _is_given(values, name)):
+            raise ValueError(
+                f'{name} is {listed(values[name])}; with rotor.names only its default '
+                f'is allowed; use {name.replace("rotor.", f"rotor.{names[0]}.")} and so on'
+            )
     for name, chooser, choices in (*BELONGS, *rotors.belongs(names)):
-        if values[chooser] not in choices:
-            yield (
-                _is_given(values, name),
-                partial(_does_not_belong, values, name, chooser, choices),
+        if values[chooser] not in choices and (yield _is_given(values, name)):
+            raise ValueError(
+                f'{name} is {listed(values[name])}; with {chooser} {values[chooser]} only its '
+                f'default is allowed: it belongs to {" and ".join(choices)}'
             )
 
 
@@ -119,95 +115,64 @@ def _is_given(values, name):
     return value != default
 
 
-def _does_not_belong(values, name, chooser, choices):
-    return (
-        f'{name} is {listed(values[name])}; with {chooser} {values[chooser]} only its default is '
-        f'allowed: it belongs to {" and ".join(choices)}'
-    )
+def body(values: Mapping[str, Any]) -> Rules:
+    """Check that the inertia is that of a body."""
+    return inertia.rules(values['body.inertia'])
 
 
-def _is_not_of(rotor, values, name):
-    return (
-        f'{name} is {listed(values[name])}; with rotor.names only its default is allowed; use '
-        f'{name.replace("rotor.", f"rotor.{rotor}.")} and so on'
-    )
-
-
-def body(values: Mapping[str, Any]) -> Faults:
-    """Yield what no body has as its inertia."""
-    return inertia.faults(values['body.inertia'])
-
-
-def ticks(values: Mapping[str, Any]) -> Faults:
-    """Yield what leaves a run without a second tick."""
+def ticks(values: Mapping[str, Any]) -> Rules:
+    """Check that a run has a second tick."""
     rate_hz, epoch_ns, factor = (
         values[name] for name in ('publish.rate', 'time.epoch_ns', 'time.factor')
     )
-    yield (
-        Ticks(rate_of(rate_hz), epoch_ns).stamp_ns(1) > LAST_STAMP_NS,
-        lambda: (
+    if (yield Ticks(rate_of(rate_hz), epoch_ns).stamp_ns(1) > LAST_STAMP_NS):
+        raise ValueError(
             f'publish.rate is {written(rate_hz)} and time.epoch_ns {epoch_ns}; the second tick '
             f'then comes after the last stamp of ROS, {LAST_STAMP_NS // 10**9} s'
-        ),
-    )
-    yield (
-        factor and rate_hz * factor < 1.0 / _LONGEST_TICK_S,
-        lambda: (
+        )
+    if (yield factor and rate_hz * factor < 1.0 / _LONGEST_TICK_S):
+        raise ValueError(
             f'time.factor is {written(factor)} and publish.rate {written(rate_hz)}; their product '
             f'must be 0 or at least {1.0 / _LONGEST_TICK_S:g} ticks per second'
-        ),
-    )
+        )
 
 
-def frame(values: Mapping[str, Any]) -> Faults:
-    """Yield an initial frame that is not there."""
-    yield (
-        values['orbit.type'] == 'fixed' and values['initial.frame'] == 'lvlh',
-        lambda: (
+def frame(values: Mapping[str, Any]) -> Rules:
+    """Check that there is an initial frame."""
+    if (yield values['orbit.type'] == 'fixed' and values['initial.frame'] == 'lvlh'):
+        raise ValueError(
             'initial.frame is lvlh; with orbit.type fixed there is no LVLH, so it must be inertial'
-        ),
-    )
+        )
 
 
-def turns_a_tick(values: Mapping[str, Any]) -> Faults:
-    """Yield an orbit or a body that turns too far between two ticks."""
+def turns_a_tick(values: Mapping[str, Any]) -> Rules:
+    """Check how far the orbit and the body turn between two ticks."""
     most_rad_s = _MOST_RAD_PER_TICK * values['publish.rate']
     if values['orbit.type'] != 'fixed':
         mu, a, e = (values[f'orbit.{name}'] for name in ('mu', 'semi_major_axis', 'eccentricity'))
         at_pericentre = np.sqrt(mu / a) / a * np.sqrt((1.0 + e) / (1.0 - e)) / (1.0 - e)
-
-        def goes_too_fast():
+        if (yield ~(at_pericentre <= most_rad_s)):
             found, most = told_apart(at_pericentre, most_rad_s)
-            return (
+            raise ValueError(
                 f'orbit.semi_major_axis is {written(a)} and orbit.mu {written(mu)}; the orbital '
                 f'rate at pericentre is then {found} rad/s; it must be at most {most} (1e6 rad '
                 'per tick)'
             )
-
-        yield ~(at_pericentre <= most_rad_s), goes_too_fast
-    rate = values['initial.angular_velocity']
-    yield (
-        ~(length(np.asarray(rate)) <= most_rad_s),
-        lambda: (
-            f'initial.angular_velocity is {list(rate)}; it must be at most {most_rad_s:g} rad/s '
-            '(1e6 rad per tick)'
-        ),
-    )
+    rate = np.asarray(values['initial.angular_velocity'])
+    if (yield ~(length(rate) <= most_rad_s)):
+        raise ValueError(
+            f'initial.angular_velocity is {rate.tolist()}; it must be at most {most_rad_s:g} '
+            'rad/s (1e6 rad per tick)'
+        )
 
 
-# In this order, of values whose quaternions and axes are unit vectors.
-ALL_RULES: tuple[Callable[[Mapping[str, Any]], Faults], ...] = (
+# In this order, of values as_units.
+ALL_RULES: tuple[Callable[[Mapping[str, Any]], Rules], ...] = (
     belongs,
-    sensors.faults,
+    sensors.rules,
     body,
-    rotors.faults,
+    rotors.rules,
     ticks,
     frame,
     turns_a_tick,
 )
-
-
-def faults(values: Mapping[str, Any]) -> Faults:
-    """Yield what the rules find, one after the other."""
-    for rule in ALL_RULES:
-        yield from rule(values)

@@ -20,23 +20,23 @@ def many(values: Mapping[str, Any], count: int) -> tuple[Scenario, np.ndarray]:
     common is allowed key by key.
     """
     # Every run has a row of its own in the state.
-    attitude = np.broadcast_to(values['initial.attitude'], (count, 4))
+    attitude = np.array(np.broadcast_to(values['initial.attitude'], (count, 4)))
     together = {
         name: x[:, None] if isinstance(x, np.ndarray) else x
         for name, x in {**values, 'initial.attitude': attitude}.items()
     }
     rows = np.arange(count)
     with np.errstate(all='ignore'):
-        together, rows = _allowed(together, rows, [_within, checks.units])
-        together, rows = _allowed(together | checks.as_units(together), rows, checks.ALL_RULES)
+        together, rows = _allowed([_within, checks.units], together, rows)
+        together, rows = _allowed(checks.ALL_RULES, together | checks.as_units(together), rows)
     return Scenario.of_many(together), np.isin(np.arange(count), rows)
 
 
-def _allowed(values, rows, rules):
+def _allowed(all_rules, values, rows):
     """Return of values, and of the rows that they are, those that break none of the rules."""
-    for rule in rules:
+    for rules in all_rules:
         sound = np.ones((len(rows), 1), bool)
-        for is_broken, _ in rule(values):
+        for is_broken in rules(values):
             sound &= np.logical_not(is_broken)
         # As with one, a rule is asked only of what those before it allow.
         if not sound.all():
@@ -46,14 +46,12 @@ def _allowed(values, rows, rules):
 
 
 def _within(values):
-    """Yield the rule of each key."""
+    """Check arrays as their keys check one value."""
     keys = keys_of(values['rotor.names'])
     for name, x in values.items():
         if isinstance(x, np.ndarray):
-            key, within = keys[name], keys[name].is_within(x)
-            if key.lengths:
-                within = within.all(axis=-1) & (x.shape[-1] in key.lengths)
-            yield ~within, lambda: ''
+            lengths, within = keys[name].lengths, keys[name].is_within(x)
+            yield ~(within.all(axis=-1) & (x.shape[-1] in lengths) if lengths else within)
 
 
 def part_of(many_things: Any, rows: slice | None) -> Any:

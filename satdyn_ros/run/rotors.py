@@ -2,12 +2,11 @@
 
 import math
 from collections.abc import Mapping
-from functools import partial
 from typing import Any
 
 import numpy as np
 
-from ..base.sentences import Faults, told_apart
+from ..base.sentences import Rules, told_apart
 from ..dynamics import inertia
 from ..dynamics.rotor import Rotor
 from .keys import KEYS
@@ -62,42 +61,33 @@ def rotors_of(values: Mapping[str, Any]) -> tuple[Rotor, ...]:
     )
 
 
-def faults(values: Mapping[str, Any]) -> Faults:
-    """Yield where a rotor leaves the body no inertia, and where one is too fast."""
-    left, those_before = inertia.entries(values['body.inertia']), ''
+def rules(values: Mapping[str, Any]) -> Rules:
+    """Check that the rotors leave the body an inertia, and that none is too fast."""
+    left, others = inertia.entries(values['body.inertia']), ''
     for prefix, rotor in zip(prefixes(values['rotor.names']), rotors_of(values), strict=True):
         if not rotor.turns_freely:
             continue
         axis, J = rotor.axis, np.asarray(rotor.inertia)
         largest = 1.0 / np.sum(axis * np.linalg.solve(left, axis[..., None])[..., 0], axis=-1)
         is_too_much = ~((J > 0.0) & (J < largest))
-        yield is_too_much, partial(_too_much, prefix, rotor, largest, those_before)
-        speed = values[f'{prefix}.speed']
-        yield (
-            (rotor.max_speed > 0.0) & (rotor.max_speed < abs(speed)),
-            partial(_too_fast, prefix, rotor, speed),
-        )
+        if (yield is_too_much):
+            given, most = told_apart(rotor.inertia, float(largest))
+            raise ValueError(
+                f'{prefix}.inertia is {given}; with {prefix}.mode {rotor.mode} it must '
+                f'be above 0 and below {most} kg m^2, the most that body.inertia{others} '
+                f'{"allow" if others else "allows"}'
+            )
         rest = left - J[..., None, None] * axis[..., :, None] * axis[..., None, :]
-        # Of many, those that leave none are refused; whatever is left can be solved for.
+        # Among many, in the place of what is refused, what can be solved for.
         left = np.where(is_too_much[..., None, None], np.eye(3), rest)
-        those_before = ' and the rotors before it'
-
-
-def _too_much(prefix, rotor, largest, those_before):
-    given, most = told_apart(rotor.inertia, float(largest))
-    return (
-        f'{prefix}.inertia is {given}; with {prefix}.mode {rotor.mode} it must be above 0 and '
-        f'below {most} kg m^2, the most that body.inertia{those_before} '
-        f'{"allow" if those_before else "allows"}'
-    )
-
-
-def _too_fast(prefix, rotor, speed):
-    given, most = told_apart(speed, math.copysign(rotor.max_speed, speed))
-    return (
-        f'{prefix}.speed is {given}; it must be at most {prefix}.max_speed, '
-        f'{most.removeprefix("-")} rad/s, either way'
-    )
+        others = ' and the rotors before it'
+        speed = values[f'{prefix}.speed']
+        if (yield (rotor.max_speed > 0.0) & (rotor.max_speed < abs(speed))):
+            given, most = told_apart(speed, math.copysign(rotor.max_speed, speed))
+            raise ValueError(
+                f'{prefix}.speed is {given}; it must be at most {prefix}.max_speed, '
+                f'{most.removeprefix("-")} rad/s, either way'
+            )
 
 
 def speeds_and_angles(

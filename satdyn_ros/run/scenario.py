@@ -81,10 +81,14 @@ class Scenario:
             refuse(checks.units(values))
             self._warnings = *warnings, *checks.divided(values)
             values |= checks.as_units(values) | in_place.resolved(values, given)
-            refuse(checks.faults(values))
+            for rules in checks.ALL_RULES:
+                refuse(rules(values))
         values |= in_place.NOT_GIVEN
         self.keys: Mapping[str, Key] = MappingProxyType(keys)
         self.values: Mapping[str, Any] = MappingProxyType(values)
+        for kind in self.torques:
+            # It may refuse what its keys allow one by one.
+            kind.of(self.values)
         if values['motion.method'] == 'exact':
             self.motion()
 

@@ -2,12 +2,11 @@
 
 import secrets
 from collections.abc import Callable, Mapping
-from functools import partial
 from typing import Any
 
 import numpy as np
 
-from ..base.sentences import Faults
+from ..base.sentences import Rules
 from ..sensors import Gyro, StarTracker
 from ..sensors.suite import Sensor
 from .keys import KEYS, SENSORS
@@ -19,23 +18,21 @@ def of(values: Mapping[str, Any], rate_hz: float) -> dict[str, Sensor]:
     return {name: _BUILDERS[name](_options(values, name), rate_hz) for name in chosen}
 
 
-def faults(values: Mapping[str, Any]) -> Faults:
-    """Yield what is said of a sensor that is not there, and what the orbit does not allow."""
+def rules(values: Mapping[str, Any]) -> Rules:
+    """Check what is said of sensors that are not there, and what the orbit does not allow."""
     for sensor in SENSORS:
         for name in () if sensor in values['sensors.names'] else _names(sensor):
-            yield values[name] != KEYS[name].default, partial(_not_there, name, sensor)
+            if (yield values[name] != KEYS[name].default):
+                raise ValueError(
+                    f'{name} is given, and sensors.names has no {sensor}; add it there or leave '
+                    f'{name} out'
+                )
     exclusion = values['sensors.star_tracker.earth_exclusion']
-    yield (
-        exclusion and values['orbit.type'] == 'fixed',
-        lambda: (
+    if (yield exclusion and values['orbit.type'] == 'fixed'):
+        raise ValueError(
             f'sensors.star_tracker.earth_exclusion is {exclusion:g}; with orbit.type fixed there '
             'is no Earth to look away from, so it must be 0'
-        ),
-    )
-
-
-def _not_there(name, sensor):
-    return f'{name} is given, and sensors.names has no {sensor}; add it there or leave {name} out'
+        )
 
 
 def drawn_seed() -> int:

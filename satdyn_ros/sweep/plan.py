@@ -172,6 +172,7 @@ class Plan:
     def scenario_of(self, values: Mapping[str, Any]) -> Scenario:
         """Return the scenario with the varied values in it; ValueError: as Scenario."""
         changed = self.changed(values)
+        # What is given in place of another key, Scenario puts there itself.
         replaced = in_place.replaced(name for name in in_place.IN_PLACE if changed[name])
         plain = {
             name: x.tolist() if isinstance(x, np.ndarray) else x

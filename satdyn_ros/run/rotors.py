@@ -78,8 +78,8 @@ def rules(values: Mapping[str, Any]) -> Rules:
                 f'{"allow" if others else "allows"}'
             )
         rest = left - J[..., None, None] * axis[..., :, None] * axis[..., None, :]
-        # Among many, in the place of what is refused, what can be solved for.
-        left = np.where(is_too_much[..., None, None], np.eye(3), rest)
+        # Among many, those that are refused keep what can be solved for.
+        left = np.where(is_too_much[..., None, None], left, rest)
         others = ' and the rotors before it'
         speed = values[f'{prefix}.speed']
         if (yield (rotor.max_speed > 0.0) & (rotor.max_speed < abs(speed))):

@@ -151,8 +151,11 @@ def of_rotors(draw):
         axes[~axes.any(axis=1), 0] = 1.0
         varied[f'{prefix}.axis'] = axes
         # About a principal axis that no other rotor has, the moment itself is the most.
-        most = np.max(np.abs(axes) * moments, axis=1) / len(prefixes)
-        varied[f'{prefix}.inertia'] = np.maximum(most * near(draw, 1.0, 1e-12), 0.0)
+        most = np.max(np.abs(axes) * moments, axis=1) / draw.choice([1, len(prefixes)])
+        share = near(draw, 1.0, 1e-12)
+        # All of it leaves nothing that could be solved for.
+        share[:3] = 1.0
+        varied[f'{prefix}.inertia'] = np.maximum(most * share, 0.0)
         varied[f'{prefix}.speed'] = near(draw, 100.0) * draw.choice([-1.0, 1.0], RUNS)
         if common[f'{prefix}.mode'] == 'motor':
             varied[f'{prefix}.max_speed'] = draw.choice([0.0, 100.0], RUNS)

@@ -69,7 +69,8 @@ def rules(values: Mapping[str, Any]) -> Rules:
             continue
         axis, J = rotor.axis, np.asarray(rotor.inertia)
         largest = 1.0 / np.sum(axis * np.linalg.solve(left, axis[..., None])[..., 0], axis=-1)
-        is_too_much = ~((J > 0.0) & (J < largest))
+        # A body of which only rounding is left cannot be solved for.
+        is_too_much = ~((J > 0.0) & (J < largest * (1.0 - inertia.ROUNDING)))
         if (yield is_too_much):
             given, most = told_apart(rotor.inertia, float(largest))
             raise ValueError(

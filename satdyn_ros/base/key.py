@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import inf, isfinite
+from math import inf
 from numbers import Real
 from typing import Any
 
@@ -71,6 +71,12 @@ class Key:
         parts = [what, ' and '.join(bound for bound in bounds if bound), unit]
         return ' '.join(part for part in parts if part)
 
+    def is_within(self, number: Any) -> Any:
+        """Return whether a number is finite and within the bounds; of arrays, whether each is."""
+        # The exclusive bounds are infinite where there are none: they let nothing infinite pass.
+        within = (number > self.above) & (number < self.below)
+        return within & (number >= self.low) & (number <= self.high)
+
     def checked(self, value: Any) -> Any:
         """Return value as the key's kind; ValueError, in one sentence: it is not allowed."""
         try:
@@ -114,7 +120,7 @@ def _real(value: Any) -> Any:
 
 def _number(key: Key, value: Any) -> float:
     number = float(_real(value))
-    if not (isfinite(number) and key.low <= number <= key.high and key.above < number < key.below):
+    if not key.is_within(number):
         raise ValueError
     return number
 
@@ -131,7 +137,7 @@ def _numbers(key: Key, value: Any) -> tuple[float, ...]:
 def _integer(key: Key, value: Any) -> int:
     if int(_real(value)) != value:
         raise TypeError
-    if not (key.low <= value <= key.high and key.above < value < key.below):
+    if not key.is_within(value):
         raise ValueError
     return int(value)
 

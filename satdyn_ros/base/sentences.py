@@ -1,6 +1,21 @@
 """The sentence of a refusal: one line of bounded length, whose numbers do not hide its reason."""
 
+from collections.abc import Generator
+from contextlib import suppress
+from typing import Any
+
 LONGEST_SENTENCE = 500
+# Yields, rule by rule, whether it is broken, of many things whether each breaks it; raises
+# ValueError, in one sentence, where it is told that one is.
+Rules = Generator[Any, Any, None]
+
+
+def refuse(rules: Rules) -> None:
+    """Raise the ValueError of the first rule that one thing breaks."""
+    is_broken = None
+    with suppress(StopIteration):
+        while True:
+            is_broken = rules.send(is_broken)
 
 
 def one_sentence(reason: object) -> str:

@@ -1,4 +1,4 @@
-"""The inertia tensor: validation, principal axes, parallel axis, and a catalogue of shapes."""
+"""The inertia tensor: what is none, principal axes, parallel axis, and a catalogue of shapes."""
 
 from collections.abc import Iterable, Sequence
 from itertools import permutations
@@ -6,7 +6,7 @@ from itertools import permutations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.sentences import told_apart, written
+from ..base.sentences import Rules, told_apart, written
 from ..kernel import rotation
 from ..kernel.rows import length
 
@@ -18,61 +18,53 @@ _AS_GIVEN = 1e-13
 ROUNDING = 1e-12
 
 
-def tensor(values: ArrayLike) -> np.ndarray:
+def rules(numbers: ArrayLike) -> Rules:
     """
-    Return the inertia tensor (3, 3) [kg m^2] of 3, 6 or 9 numbers, validated.
+    Check that 3, 6 or 9 finite numbers (..., k), as for entries, are the inertia of a body.
 
-    values: the principal moments; or ixx iyy izz ixy ixz iyz, the entries of the tensor (products
-    with the sign they have in the matrix); or its rows.  ValueError: not an inertia of a body.
-
-    >>> tensor([600, 800, 900]).diagonal()
-    array([600., 800., 900.])
+    >>> any(rules([600, 800, 900])), any(rules([600, 800, 1500]))
+    (False, True)
     """
-    numbers = np.ravel(np.asarray(values, float))
-    given = f'body.inertia is [{", ".join(written(x) for x in numbers)}]'
-    if len(numbers) not in (3, 6, 9):
-        raise ValueError(
-            f'{given}; it must be 3 principal moments, the 6 entries ixx iyy izz ixy ixz iyz or '
-            'the 9 of a row-major matrix'
-        )
-    if not np.all(np.isfinite(numbers)):
-        raise ValueError(f'{given}; every entry must be finite')
-    rows = numbers.reshape(3, -1)
-    if len(numbers) == 9 and np.max(np.abs(rows - rows.T)) > _AS_GIVEN * np.max(np.abs(rows)):
-        raise ValueError(f'{given}; the matrix must be symmetric')
-    inertia = entries(numbers)
-    small, middle, large = np.sort(principal_axes(inertia)[0])
-    if small <= _AS_GIVEN * large:
+    numbers = np.asarray(numbers, float)
+    given = f'body.inertia is [{", ".join(map(written, numbers))}]' if numbers.ndim == 1 else ''
+    if numbers.shape[-1] == 9:
+        rows = numbers.reshape(*numbers.shape[:-1], 3, 3)
+        skew = np.max(np.abs(rows - np.swapaxes(rows, -1, -2)), axis=(-1, -2))
+        if (yield skew > _AS_GIVEN * np.max(np.abs(rows), axis=(-1, -2))):
+            raise ValueError(f'{given}; the matrix must be symmetric')
+    small, middle, large = np.moveaxis(np.linalg.eigvalsh(entries(numbers)), -1, 0)
+    if (yield small <= _AS_GIVEN * large):
         raise ValueError(
             f'{given}; its principal moments {small:g}, {middle:g} and {large:g} must be '
             'positive: a rod has a thickness, use the moments of a cylinder'
         )
-    if small + middle < large * (1.0 - _AS_GIVEN):
+    if (yield small + middle < large * (1.0 - _AS_GIVEN)):
         most, found = told_apart(small + middle, large)
         raise ValueError(
             f'{given}; the largest of its principal moments, {found}, must not exceed the sum of '
             f'the others, {small:g} and {middle:g}, which is {most}'
         )
-    return inertia
 
 
 def entries(numbers: ArrayLike) -> np.ndarray:
-    """Return the matrix (..., 3, 3) of 3, 6 or 9 numbers (..., k), as for tensor."""
+    """
+    Return the inertia tensors (..., 3, 3) [kg m^2] of 3, 6 or 9 numbers (..., k).
+
+    The principal moments; or ixx iyy izz ixy ixz iyz, the entries of the tensor (products with the
+    sign they have in the matrix); or its rows.
+
+    >>> entries([600, 800, 900]).diagonal()
+    array([600., 800., 900.])
+    """
     numbers = np.asarray(numbers, float)
     if numbers.shape[-1] == 9:
         rows = numbers.reshape(*numbers.shape[:-1], 3, 3)
-        return (rows + np.swapaxes(rows, -1, -2)) / 2.0
+        return rows / 2.0 + np.swapaxes(rows, -1, -2) / 2.0
     inertia = numbers[..., :3, None] * np.eye(3)
     if numbers.shape[-1] == 6:
         for (i, j), k in zip(((0, 1), (0, 2), (1, 2)), range(3, 6), strict=True):
             inertia[..., i, j] = inertia[..., j, i] = numbers[..., k]
     return inertia
-
-
-def is_that_of_a_body(inertia: np.ndarray) -> np.ndarray:
-    """Return whether symmetric matrices (..., 3, 3) are inertias with a margin, shape (...)."""
-    small, middle, large = np.moveaxis(np.linalg.eigvalsh(inertia), -1, 0)
-    return (small > 2.0 * _AS_GIVEN * large) & (small + middle >= large)
 
 
 def principal_axes(inertia: ArrayLike) -> tuple[np.ndarray, np.ndarray]:

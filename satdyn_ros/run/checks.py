@@ -1,36 +1,39 @@
 """
-What the values of a scenario may not be together.
+What the values of a scenario may not be together: a rule each, for one scenario and for many.
 
-values: every key by its dotted name, each allowed by itself.  ValueError: one sentence that names
-the key.
+values: every key by its dotted name, each allowed by itself; of many, what differs as (M, 1) or
+(M, 1, k).  A sentence names the key.
 """
 
 import math
-from collections.abc import Mapping
-from fractions import Fraction
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 from ..base.key import listed
-from ..base.sentences import told_apart, written
-from .keys import KEYS
-from .ticks import LAST_STAMP_NS, Ticks
+from ..base.sentences import Rules, told_apart, written
+from ..dynamics import inertia
+from ..kernel.rows import length
+from . import rotors, sensors
+from .keys import SENSORS
+from .ticks import LAST_STAMP_NS, Ticks, rate_of
 
 # What moves by more than this between two ticks [rad] takes more steps than a tick may.
-MOST_RAD_PER_TICK = 1e6
+_MOST_RAD_PER_TICK = 1e6
 # The longest wall time between two ticks: the system waits for no more.
 _LONGEST_TICK_S = 1e9
 # What a quaternion of four digits may be off; less than the second is not worth a word.
 _UNIT_TO, _UNIT_TO_ROUNDING = 1e-4, 1e-6
+_QUATERNIONS = 'initial.attitude', *(f'sensors.{sensor}.mounting' for sensor in SENSORS)
 
 # A key that belongs to some choices only: key, the choosing key, the choices.
 BELONGS = (
     ('body.weight_moment', 'orbit.type', ('fixed',)),
     ('orbit.gradient', 'orbit.type', ('fixed',)),
     ('orbit.mu', 'orbit.type', ('circular', 'kepler')),
-    ('orbit.semi_major_axis', 'orbit.type', ('circular', 'kepler')),
     ('orbit.altitude', 'orbit.type', ('circular',)),
+    ('orbit.semi_major_axis', 'orbit.type', ('circular', 'kepler')),
     ('orbit.eccentricity', 'orbit.type', ('kepler',)),
     ('orbit.inclination', 'orbit.type', ('circular', 'kepler')),
     ('orbit.raan', 'orbit.type', ('circular', 'kepler')),
@@ -39,79 +42,137 @@ BELONGS = (
 )
 
 
-def unit(values: Mapping[str, Any], name: str, allowed_error: float) -> tuple[float, ...]:
-    """Return the vector under name as a unit; one that is unit to rounding stays as it is."""
-    vector = np.array(values[name])
-    with np.errstate(over='ignore'):
-        norm = float(np.linalg.norm(vector))
-    if norm == 0.0:
-        raise ValueError(f'{name} is {list(values[name])}; it must not be zero')
-    if norm == np.inf:
-        raise ValueError(f'{name} is {list(values[name])}; its norm must be finite')
-    if abs(norm - 1.0) > allowed_error:
-        raise ValueError(
-            f'{name} is {list(values[name])}, of norm {told_apart(norm, 1.0)[0]}; it must be a '
-            f'unit quaternion x, y, z, w, to within {allowed_error:g}'
-        )
-    if abs(norm - 1.0) < 4.0 * np.finfo(float).eps:
-        return values[name]
-    return tuple(float(x) for x in vector / norm)
+def units(values: Mapping[str, Any]) -> Rules:
+    """Check that quaternions are units but for their digits, and that axes have a direction."""
+    for name, allowed_error in _units_of(values):
+        norm = np.linalg.norm(np.asarray(values[name]), axis=-1)
+        if (yield norm == 0.0):
+            raise ValueError(f'{name} is {list(values[name])}; it must not be zero')
+        if (yield norm == np.inf):
+            raise ValueError(f'{name} is {list(values[name])}; its norm must be finite')
+        if (yield abs(norm - 1.0) > allowed_error):
+            raise ValueError(
+                f'{name} is {list(values[name])}, of norm {told_apart(norm, 1.0)[0]}; it must be '
+                f'a unit quaternion x, y, z, w, to within {allowed_error:g}'
+            )
 
 
-def normalised(values: Mapping[str, Any], name: str) -> tuple[tuple[float, ...], list[str]]:
-    """Return the quaternion under name as a unit, and the sentence that it was not quite one."""
-    taken, norm = unit(values, name, _UNIT_TO), math.hypot(*values[name])
-    if abs(norm - 1.0) <= _UNIT_TO_ROUNDING:
-        return taken, []
-    return taken, [
-        f'{name} is {list(values[name])}, of norm {told_apart(norm, 1.0)[0]}; it is divided by it'
-    ]
+def as_units(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the quaternions and axes as unit vectors."""
+    return {name: _unit(values[name]) for name, _ in _units_of(values)}
 
 
-def refuse_what_does_not_belong(values: Mapping[str, Any]) -> None:
-    """Raise ValueError for a key that belongs to other choices than those made."""
-    for name, chooser, choices in BELONGS:
-        if values[chooser] not in choices and values[name] != KEYS[name].default:
+def divided(values: Mapping[str, Any]) -> Iterator[str]:
+    """Yield a sentence on each quaternion that is not quite a unit one."""
+    for name in _QUATERNIONS:
+        norm = math.hypot(*values[name])
+        if abs(norm - 1.0) > _UNIT_TO_ROUNDING:
+            given = f'{name} is {list(values[name])}, of norm {told_apart(norm, 1.0)[0]}'
+            yield f'{given}; it is divided by it'
+
+
+def _units_of(values):
+    """Return the names of quaternions and axes, with what the norm of each may be off."""
+    axes = (f'{prefix}.axis' for prefix in rotors.prefixes(values['rotor.names']))
+    return [*((name, _UNIT_TO) for name in _QUATERNIONS), *((name, np.inf) for name in axes)]
+
+
+def _unit(vector):
+    """Return a vector, or many (..., k), as units; one that is unit to rounding stays as it is."""
+    vectors = np.asarray(vector)
+    # One alone goes to BLAS, whose sum may differ in the last bit.
+    axis = -1 if vectors.ndim > 1 else None
+    norm = np.linalg.norm(vectors, axis=axis, keepdims=True)
+    is_unit = np.abs(norm - 1.0) < 4.0 * np.finfo(float).eps
+    if np.all(is_unit):
+        return vector
+    found = np.where(is_unit, vectors, vectors / norm)
+    return found if vectors.ndim > 1 else tuple(found.tolist())
+
+
+def belongs(values: Mapping[str, Any]) -> Rules:
+    """Check that what belongs to other choices than those made is not given."""
+    names = values['rotor.names']
+    for name in rotors.OF_THE_ONE if names else ():
+        if (yield _is_given(values, name)):
+            raise ValueError(
+                f'{name} is {listed(values[name])}; with rotor.names only its default '
+                f'is allowed; use {name.replace("rotor.", f"rotor.{names[0]}.")} and so on'
+            )
+    for name, chooser, choices in (*BELONGS, *rotors.belongs(names)):
+        if values[chooser] not in choices and (yield _is_given(values, name)):
             raise ValueError(
                 f'{name} is {listed(values[name])}; with {chooser} {values[chooser]} only its '
                 f'default is allowed: it belongs to {" and ".join(choices)}'
             )
 
 
-def check_ticks(values: Mapping[str, Any], rate: Fraction) -> None:
-    """Refuse what leaves a run without a second tick."""
+def _is_given(values, name):
+    """Return whether a key has another value than its default; of many, whether each has."""
+    value, default = values[name], rotors.default(name)
+    if isinstance(value, np.ndarray) and isinstance(default, tuple):
+        return np.any(value != np.array(default), axis=-1)
+    return value != default
+
+
+def body(values: Mapping[str, Any]) -> Rules:
+    """Check that the inertia is that of a body."""
+    return inertia.rules(values['body.inertia'])
+
+
+def ticks(values: Mapping[str, Any]) -> Rules:
+    """Check that a run has a second tick."""
     rate_hz, epoch_ns, factor = (
         values[name] for name in ('publish.rate', 'time.epoch_ns', 'time.factor')
     )
-    if Ticks(rate, epoch_ns).stamp_ns(1) > LAST_STAMP_NS:
+    if (yield Ticks(rate_of(rate_hz), epoch_ns).stamp_ns(1) > LAST_STAMP_NS):
         raise ValueError(
             f'publish.rate is {written(rate_hz)} and time.epoch_ns {epoch_ns}; the second tick '
             f'then comes after the last stamp of ROS, {LAST_STAMP_NS // 10**9} s'
         )
-    if factor and rate_hz * factor < 1.0 / _LONGEST_TICK_S:
+    if (yield factor and rate_hz * factor < 1.0 / _LONGEST_TICK_S):
         raise ValueError(
             f'time.factor is {written(factor)} and publish.rate {written(rate_hz)}; their product '
             f'must be 0 or at least {1.0 / _LONGEST_TICK_S:g} ticks per second'
         )
 
 
-def check_turns_a_tick(values: Mapping[str, Any], rate: Fraction) -> None:
-    """Refuse an orbit or a body that turns too far between two ticks."""
-    tick_s = float(1 / rate)
+def frame(values: Mapping[str, Any]) -> Rules:
+    """Check that there is an initial frame."""
+    if (yield values['orbit.type'] == 'fixed' and values['initial.frame'] == 'lvlh'):
+        raise ValueError(
+            'initial.frame is lvlh; with orbit.type fixed there is no LVLH, so it must be inertial'
+        )
+
+
+def turns_a_tick(values: Mapping[str, Any]) -> Rules:
+    """Check how far the orbit and the body turn between two ticks."""
+    most_rad_s = _MOST_RAD_PER_TICK * values['publish.rate']
     if values['orbit.type'] != 'fixed':
         mu, a, e = (values[f'orbit.{name}'] for name in ('mu', 'semi_major_axis', 'eccentricity'))
-        mean_motion = math.sqrt(mu / a) / a
-        at_pericentre = mean_motion * math.sqrt((1.0 + e) / (1.0 - e)) / (1.0 - e)
-        if not at_pericentre * tick_s <= MOST_RAD_PER_TICK:
-            found, most = told_apart(at_pericentre, MOST_RAD_PER_TICK / tick_s)
+        at_pericentre = np.sqrt(mu / a) / a * np.sqrt((1.0 + e) / (1.0 - e)) / (1.0 - e)
+        if (yield ~(at_pericentre <= most_rad_s)):
+            found, most = told_apart(at_pericentre, most_rad_s)
             raise ValueError(
                 f'orbit.semi_major_axis is {written(a)} and orbit.mu {written(mu)}; the orbital '
                 f'rate at pericentre is then {found} rad/s; it must be at most {most} (1e6 rad '
                 'per tick)'
             )
-    turn_rate = math.hypot(*values['initial.angular_velocity'])
-    if not turn_rate * tick_s <= MOST_RAD_PER_TICK:
+    rate = np.asarray(values['initial.angular_velocity'])
+    if (yield ~(length(rate) <= most_rad_s)):
         raise ValueError(
-            f'initial.angular_velocity is {list(values["initial.angular_velocity"])}; it must '
-            f'be at most {MOST_RAD_PER_TICK / tick_s:g} rad/s (1e6 rad per tick)'
+            f'initial.angular_velocity is {rate.tolist()}; it must be at most {most_rad_s:g} '
+            'rad/s (1e6 rad per tick)'
         )
+
+
+# In this order, of values as_units.
+ALL_RULES: tuple[Callable[[Mapping[str, Any]], Rules], ...] = (
+    belongs,
+    sensors.rules,
+    body,
+    rotors.rules,
+    ticks,
+    frame,
+    turns_a_tick,
+)

@@ -16,11 +16,12 @@ IN_PLACE: dict[str, tuple[str, Callable[[Any], Any]]] = {
     'orbit.altitude': ('orbit.semi_major_axis', lambda altitude_m: EARTH_RADIUS_M + altitude_m),
     'time.epoch': ('time.epoch_ns', stamp_ns),
 }
+NOT_GIVEN = {name: KEYS[name].default for name in IN_PLACE}
 
 
 def resolved(values: Mapping[str, Any], given: Iterable[str]) -> dict[str, Any]:
     """
-    Return what the keys of IN_PLACE that have been given change in the values of all keys.
+    Return what the keys of IN_PLACE that have been given change in the values of others.
 
     given: the names of those given.  ValueError, one sentence: both are given, or the value that
     follows is not allowed.
@@ -28,7 +29,7 @@ def resolved(values: Mapping[str, Any], given: Iterable[str]) -> dict[str, Any]:
     changes = {}
     for name, (other, value_of) in IN_PLACE.items():
         value = values[name]
-        if value == KEYS[name].default:
+        if value == NOT_GIVEN[name]:
             continue
         # An epoch of 0 is none.
         if other in given and values[other]:
@@ -39,7 +40,6 @@ def resolved(values: Mapping[str, Any], given: Iterable[str]) -> dict[str, Any]:
             changes[other] = KEYS[other].checked(value_of(value))
         except ValueError as error:
             raise ValueError(f'{name} is {value}, and then {error}') from None
-        changes[name] = KEYS[name].default
     return changes
 
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ..base.key import listed
-from ..base.sentences import told_apart
+from ..base.sentences import Rules, told_apart
+from ..dynamics import inertia
 from ..dynamics.rotor import Rotor
 from .keys import KEYS
 
@@ -38,23 +38,9 @@ def belongs(names: tuple[str, ...]) -> list[tuple[str, str, tuple[str, ...]]]:
     ]
 
 
-def refuse_foreign(values: Mapping[str, Any]) -> None:
-    """Raise ValueError for a key that does not belong to its rotor's mode or to rotor.names."""
-    names = values['rotor.names']
-    if names:
-        for name in OF_THE_ONE:
-            if values[name] != KEYS[name].default:
-                raise ValueError(
-                    f'{name} is {listed(values[name])}; with rotor.names only its default '
-                    f'is allowed; use {name.replace("rotor.", f"rotor.{names[0]}.")} and so on'
-                )
-    for name, chooser, modes in belongs(names):
-        mode, leaf = values[chooser], name.rpartition('.')[2]
-        if mode not in modes and values[name] != KEYS[f'rotor.{leaf}'].default:
-            raise ValueError(
-                f'{name} is {values[name]}; with {chooser} {mode} only its default is allowed: '
-                f'it belongs to {" and ".join(modes)}'
-            )
+def default(name: str) -> Any:
+    """Return the default of a key, of a rotor with a name too."""
+    return KEYS[name if name in KEYS else f'rotor.{name.rpartition(".")[2]}'].default
 
 
 def rotors_of(values: Mapping[str, Any]) -> tuple[Rotor, ...]:
@@ -75,24 +61,29 @@ def rotors_of(values: Mapping[str, Any]) -> tuple[Rotor, ...]:
     )
 
 
-def check(values: Mapping[str, Any], rotors: tuple[Rotor, ...], inertia: np.ndarray) -> None:
-    """Raise ValueError where the rotors leave the body no inertia, or one is too fast."""
-    left = inertia
-    for prefix, rotor in zip(prefixes(values['rotor.names']), rotors, strict=True):
+def rules(values: Mapping[str, Any]) -> Rules:
+    """Check that the rotors leave the body an inertia, and that none is too fast."""
+    left, others = inertia.entries(values['body.inertia']), ''
+    for prefix, rotor in zip(prefixes(values['rotor.names']), rotors_of(values), strict=True):
         if not rotor.turns_freely:
             continue
-        largest = 1.0 / (rotor.axis @ np.linalg.solve(left, rotor.axis))
-        if not 0.0 < rotor.inertia < largest:
-            others = '' if left is inertia else ' and the rotors before it'
+        axis, J = rotor.axis, np.asarray(rotor.inertia)
+        largest = 1.0 / np.sum(axis * np.linalg.solve(left, axis[..., None])[..., 0], axis=-1)
+        # A body of which only rounding is left cannot be solved for.
+        is_too_much = ~((J > 0.0) & (J < largest * (1.0 - inertia.ROUNDING)))
+        if (yield is_too_much):
             given, most = told_apart(rotor.inertia, float(largest))
             raise ValueError(
                 f'{prefix}.inertia is {given}; with {prefix}.mode {rotor.mode} it must '
                 f'be above 0 and below {most} kg m^2, the most that body.inertia{others} '
                 f'{"allow" if others else "allows"}'
             )
-        left = left - rotor.inertia * np.outer(rotor.axis, rotor.axis)
+        rest = left - J[..., None, None] * axis[..., :, None] * axis[..., None, :]
+        # Among many, those that are refused keep what can be solved for.
+        left = np.where(is_too_much[..., None, None], left, rest)
+        others = ' and the rotors before it'
         speed = values[f'{prefix}.speed']
-        if 0.0 < rotor.max_speed < abs(speed):
+        if (yield (rotor.max_speed > 0.0) & (rotor.max_speed < abs(speed))):
             given, most = told_apart(speed, math.copysign(rotor.max_speed, speed))
             raise ValueError(
                 f'{prefix}.speed is {given}; it must be at most {prefix}.max_speed, '

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..base.key import Key
+from ..base.sentences import refuse
 from ..dynamics import inertia
 from ..dynamics.integrals import first_integrals
 from ..dynamics.motion import Motion, States
@@ -21,7 +22,7 @@ from ..orbits import FixedDirection, KeplerOrbit
 from ..sensors.suite import Sensor
 from ..torques.body_torque import BodyTorque
 from . import checks, in_place, rotors, sensors, unlikely_values
-from .keys import KEYS, SENSORS, keys_of
+from .keys import KEYS, keys_of
 from .parameter_file import (
     ParameterFile,
     flattened,
@@ -29,6 +30,7 @@ from .parameter_file import (
     without_rclpys,
     yaml_of_parameters,
 )
+from .ticks import rate_of
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,7 @@ class Scenario:
         torques: Iterable[type[BodyTorque]] = (),
         warnings: Iterable[str] = (),
     ):
-        given, self.torques, warnings = dict(given or {}), tuple(torques), list(warnings)
+        given, self.torques = dict(given or {}), tuple(torques)
         rotor_names = KEYS['rotor.names'].checked(given.get('rotor.names', ()))
         keys: dict[str, Key] = keys_of(rotor_names, self.torques)
         unknown = [name for name in given if name not in keys]
@@ -74,28 +76,18 @@ class Scenario:
         values = {name: key.default for name, key in keys.items()} | checked
         if values['orbit.type'] == 'fixed' and 'initial.frame' not in given:
             values['initial.frame'] = 'inertial'
-        mountings = [f'sensors.{sensor}.mounting' for sensor in SENSORS]
-        for name in ('initial.attitude', *mountings):
-            values[name], warning = checks.normalised(values, name)
-            warnings += warning
-        self._warnings = tuple(warnings)
-        for prefix in rotors.prefixes(values['rotor.names']):
-            values[f'{prefix}.axis'] = checks.unit(values, f'{prefix}.axis', np.inf)
-        checks.refuse_what_does_not_belong(values)
-        values |= in_place.resolved(values, given)
-        rotors.refuse_foreign(values)
-        sensors.check(values)
-        inertia.tensor(values['body.inertia'])
+        with np.errstate(all='ignore'):
+            refuse(checks.units(values))
+            self._warnings = *warnings, *checks.divided(values)
+            values |= checks.as_units(values) | in_place.resolved(values, given)
+            for rules in checks.ALL_RULES:
+                refuse(rules(values))
+        values |= in_place.NOT_GIVEN
         self.keys: Mapping[str, Key] = MappingProxyType(keys)
         self.values: Mapping[str, Any] = MappingProxyType(values)
-        rotors.check(values, self.system.rotors, self.system.inertia)
-        checks.check_ticks(values, self.rate)
-        if self.is_fixed and values['initial.frame'] == 'lvlh':
-            raise ValueError(
-                'initial.frame is lvlh; with orbit.type fixed there is no LVLH, so it must be '
-                'inertial'
-            )
-        checks.check_turns_a_tick(values, self.rate)
+        for kind in self.torques:
+            # It may refuse what its keys allow one by one.
+            kind.of(self.values)
         if values['motion.method'] == 'exact':
             self.motion()
 
@@ -235,9 +227,7 @@ class Scenario:
     @cached_property
     def rate(self) -> Fraction:
         """Ticks a second, the simplest fraction that rounds to the given number."""
-        given = self['publish.rate']
-        simple = Fraction(given).limit_denominator(1000)
-        return simple if float(simple) == given else Fraction(given)
+        return rate_of(self['publish.rate'])
 
     @property
     def ticks_per_wall_s(self) -> float:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base.sentences import Rules
 from ..sensors import Gyro, StarTracker
 from ..sensors.suite import Sensor
 from .keys import KEYS, SENSORS
@@ -17,18 +18,17 @@ def of(values: Mapping[str, Any], rate_hz: float) -> dict[str, Sensor]:
     return {name: _BUILDERS[name](_options(values, name), rate_hz) for name in chosen}
 
 
-def check(values: Mapping[str, Any]) -> None:
-    """Check values that depend on each other; ValueError, in one sentence that names the key."""
+def rules(values: Mapping[str, Any]) -> Rules:
+    """Check what is said of sensors that are not there, and what the orbit does not allow."""
     for sensor in SENSORS:
-        for name in _names(sensor):
-            is_given = values[name] != KEYS[name].default
-            if is_given and sensor not in values['sensors.names']:
+        for name in () if sensor in values['sensors.names'] else _names(sensor):
+            if (yield values[name] != KEYS[name].default):
                 raise ValueError(
                     f'{name} is given, and sensors.names has no {sensor}; add it there or leave '
                     f'{name} out'
                 )
     exclusion = values['sensors.star_tracker.earth_exclusion']
-    if exclusion and values['orbit.type'] == 'fixed':
+    if (yield exclusion and values['orbit.type'] == 'fixed'):
         raise ValueError(
             f'sensors.star_tracker.earth_exclusion is {exclusion:g}; with orbit.type fixed there '
             'is no Earth to look away from, so it must be 0'

@@ -13,6 +13,12 @@ from ..base.nanoseconds import SECOND_NS
 LAST_STAMP_NS = 2**31 * SECOND_NS - 1
 
 
+def rate_of(rate_hz: float) -> Fraction:
+    """Return ticks a second, the simplest fraction that rounds to the given number."""
+    simple = Fraction(rate_hz).limit_denominator(1000)
+    return simple if float(simple) == rate_hz else Fraction(rate_hz)
+
+
 @dataclass(frozen=True)
 class Ticks:
     """

@@ -92,12 +92,10 @@ def _propagate_together(plan, runs, values, rows, first, table):
     changed = _changed(plan, values, rows)
     if changed is None or changed['motion.method'] != 'numeric' or plan.scenario.torques:
         return done
-    _, valid = many(changed, len(rows))
+    scenario, valid = many(changed, len(rows))
     count = int(valid.sum())
     if not count:
         return done
-    chosen = {k: x[valid] if isinstance(x, np.ndarray) else x for k, x in changed.items()}
-    scenario, _ = many(chosen, count)
     tolerance = np.zeros(count) + np.ravel(scenario['motion.tolerance'])
     system = scenario.system
     states, done[valid] = propagate_many(system, scenario.initial_state, tolerance, plan.t_s)
@@ -119,9 +117,6 @@ def _changed(plan, values, rows):
         is_number = varied.quantity.key.kind in ('double', 'double_array')
         arrays[varied.name] = np.array(some) if is_number else some[0]
     try:
-        # What they share is checked with the first of them, whose numbers may be invalid.
-        texts = {k: x for k, x in arrays.items() if isinstance(x, str)}
-        plan.scenario.with_values(texts)
         return plan.changed(arrays)
     except ValueError:
         return None

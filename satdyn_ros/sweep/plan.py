@@ -12,6 +12,7 @@ import numpy as np
 
 from ..base import ros_yaml
 from ..base.key import Key
+from ..run import in_place
 from ..run.scenario import Scenario
 from ..torques.body_torque import BodyTorque, named
 from .capture import LEAST
@@ -171,7 +172,13 @@ class Plan:
     def scenario_of(self, values: Mapping[str, Any]) -> Scenario:
         """Return the scenario with the varied values in it; ValueError: as Scenario."""
         changed = self.changed(values)
-        plain = {k: x.tolist() if isinstance(x, np.ndarray) else x for k, x in changed.items()}
+        # What is given in place of another key, Scenario puts there itself.
+        replaced = in_place.replaced(name for name in in_place.IN_PLACE if changed[name])
+        plain = {
+            name: x.tolist() if isinstance(x, np.ndarray) else x
+            for name, x in changed.items()
+            if name not in replaced
+        }
         return Scenario(plain, self.scenario.torques)
 
     def changed(self, values: Mapping[str, Any]) -> dict[str, Any]:
@@ -218,6 +225,9 @@ class Plan:
 def _varied(given, keys):
     if not isinstance(given, Mapping) or not given:
         raise ValueError(f'vary is {given}; it must map quantities to how each varies')
+    for name, (other, _) in in_place.IN_PLACE.items():
+        if name in given and other in given:
+            raise ValueError(f'{name} and {other} vary; only one of the two may')
     found = ((str(name), quantity(str(name), keys), how) for name, how in given.items())
     return tuple(Varied(name, what, variation(what.key, how)) for name, what, how in found)
 

@@ -59,7 +59,7 @@ def quantity(name: str, keys: Mapping[str, Key] = KEYS) -> Quantity:
         )
     if name in keys and (name.split('.')[0] in _MOTION or name not in KEYS):
         other, value_of = IN_PLACE.get(name, (name, lambda value: value))
-        return Quantity(keys[name], lambda values, value: {other: value_of(value)})
+        return Quantity(keys[name], lambda values, value: {name: value, other: value_of(value)})
     whole, _, component = name.rpartition('.')
     if component in _COMPONENTS and whole in keys and 3 in keys[whole].lengths:
         return _component(name, keys[whole], _COMPONENTS.index(component))

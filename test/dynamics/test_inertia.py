@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial.transform import Rotation
 
+from satdyn_ros.base.sentences import refuse
 from satdyn_ros.dynamics import bodies, inertia
 
 MOMENTS = ([600.0, 800.0, 900.0], [900.0, 600.0, 800.0], [1.0, 1.0, 2.0], [2.0, 1.0, 2.0])
@@ -20,7 +21,7 @@ MOMENTS = ([600.0, 800.0, 900.0], [900.0, 600.0, 800.0], [1.0, 1.0, 2.0], [2.0, 
 )
 def test_three_six_and_nine_numbers_mean_the_tensor_they_say(values):
     """Moments, the six entries and the rows name the same matrix, products signed as in it."""
-    I = inertia.tensor(values)
+    I = inertia.entries(values)
     assert list(np.diagonal(I)) == [600.0, 800.0, 900.0]
     if len(values) > 3:
         assert (I[0, 1], I[0, 2], I[1, 2]) == (1.5, -2.5, 3.5)
@@ -30,8 +31,6 @@ def test_three_six_and_nine_numbers_mean_the_tensor_they_say(values):
 @pytest.mark.parametrize(
     ('values', 'why'),
     [
-        ([1, 2], 'it must be 3 principal moments'),
-        ([1, np.nan, 1], 'every entry must be finite'),
         ([1, 1, 0], 'must be positive'),
         ([1, 1, 1, 2, 0, 0], 'must be positive'),
         ([1, 2, 8], 'must not exceed the sum'),
@@ -40,9 +39,9 @@ def test_three_six_and_nine_numbers_mean_the_tensor_they_say(values):
     ],
 )
 def test_what_no_body_has_is_refused_in_one_sentence(values, why):
-    """Length, finiteness, symmetry, positivity and the triangle inequality are each demanded."""
+    """Symmetry, positivity and the triangle inequality are each demanded."""
     with pytest.raises(ValueError, match=why) as refusal:
-        inertia.tensor(values)
+        refuse(inertia.rules(values))
     assert str(refusal.value).startswith('body.inertia is [')
     assert '\n' not in str(refusal.value)
 
@@ -52,7 +51,7 @@ def test_a_flat_body_passes_the_triangle_inequality_in_any_axes(seed):
     """A plate has I3 = I1 + I2 exactly; rounding of a rotated tensor must not refuse it."""
     R = Rotation.random(random_state=seed).as_matrix()
     plate = bodies.rectangular_plate(3.0, 0.7, 1.1)
-    inertia.tensor(np.ravel(R @ plate @ R.T))
+    refuse(inertia.rules(np.ravel(R @ plate @ R.T)))
 
 
 @pytest.mark.parametrize('moments', [*MOMENTS, [1.0, 1.0, 1.0]])
@@ -330,4 +329,4 @@ def test_the_normal_of_the_ellipsoid():
 def test_a_rod_is_told_what_to_use():
     """A moment of zero is refused by a sentence that names the way out."""
     with pytest.raises(ValueError, match='use the moments of a cylinder'):
-        inertia.tensor(bodies.rod(2.0, 3.0))
+        refuse(inertia.rules(np.ravel(bodies.rod(2.0, 3.0))))

@@ -1,5 +1,7 @@
 """Runs propagated and measured together give the same results as alone."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -231,10 +233,36 @@ def test_one_angle_of_the_orbit(tmp_path, name):
 
 def test_a_key_of_no_rotor_is_refused_in_its_row(tmp_path):
     """With names, a key of the rotor without one is allowed at its default alone."""
-    path = write(tmp_path, ONE_KEY, vary={'rotor.speed': {'values': [0.0, 5.0]}}, runs=1)
+    rotor = {'names': ['a'], 'a': {'mode': 'constant_momentum', 'momentum': -5.0}}
+    vary = {'rotor.speed': {'values': [0.0, 5.0]}}
+    path = write(tmp_path, {'rotor': rotor}, vary=vary, runs=1)
     rows = rows_of(Plan.from_yaml(path), range(2))
     assert rows[0]['failure'] is None
     assert rows[1]['failure'].startswith('rotor.speed is 5.0; with rotor.names only its default')
+
+
+def test_a_refused_run_says_what_its_scenario_says(tmp_path):
+    """Runs on both sides of rules, among others of what is given in place of another key."""
+    vary = {
+        'orbit.altitude': {'normal': [2e5, 2e5]},
+        'body.inertia.x': {'values': [800.0, 1500.1, 0.0]},
+        'initial.angular_velocity.z': {'values': [0.0, 2e5]},
+    }
+    plan = Plan.from_yaml(write(tmp_path, vary=vary, runs=5, duration_s=600.0))
+    rows = rows_of(plan, range(len(plan)))
+    for row in rows:
+        changes = {
+            'orbit.altitude': row['orbit.altitude'],
+            'body.inertia': (row['body.inertia.x'], 900.0, 600.0),
+            'initial.angular_velocity': (0.0, 0.0, row['initial.angular_velocity.z']),
+        }
+        if row['failure'] is None:
+            plan.scenario.with_values(changes)
+        else:
+            with pytest.raises(ValueError, match=f'^{re.escape(row["failure"])}$'):
+                plan.scenario.with_values(changes)
+    said = {row['failure'] and row['failure'].split(' ')[0] for row in rows}
+    assert said == {None, 'orbit.altitude', 'body.inertia', 'initial.angular_velocity'}
 
 
 def test_together_is_what_happens(tmp_path, monkeypatch):

@@ -1,0 +1,241 @@
+"""
+The check of many scenarios at once is of one mind with that of one.
+
+Values are drawn on both sides of every rule: many refuses what Scenario refuses, and nothing else.
+"""
+
+import inspect
+import traceback
+from typing import Any
+
+import numpy as np
+import pytest
+
+from satdyn_ros.dynamics import inertia
+from satdyn_ros.dynamics.rotor import MODES
+from satdyn_ros.kernel import rotation
+from satdyn_ros.run import checks, rotors, sensors
+from satdyn_ros.run.keys import KEYS, keys_of
+from satdyn_ros.run.many import many
+from satdyn_ros.run.scenario import Scenario
+
+RUNS = 12
+BASES: dict[str, dict[str, Any]] = {
+    'circular': {'rotor.mode': 'constant_momentum', 'rotor.momentum': -5.0},
+    'kepler': {'orbit.type': 'kepler', 'rotor.mode': 'motor', 'rotor.inertia': 0.5},
+    'fixed': {'orbit.type': 'fixed', 'initial.frame': 'inertial', 'rotor.mode': 'none'},
+}
+
+
+def judged(common, varied):
+    """
+    Return the error with which each run is refused by itself, None: it is not.  many agrees.
+
+    common: values of all runs, beside the defaults; varied: a list of values, one for each.
+    """
+    keys = keys_of(common.get('rotor.names', ()))
+    values = {name: key.default for name, key in keys.items()} | common
+    arrays = {name: np.array(some, float) for name, some in varied.items()}
+    rows = [
+        dict(zip(arrays, row, strict=True))
+        for row in zip(*(some.tolist() for some in arrays.values()), strict=True)
+    ]
+    found = [refusal(values | row) for row in rows]
+    scenarios, valid = many(values | arrays, len(rows))
+    assert list(valid) == [error is None for error in found], [common, rows, found]
+    assert len(scenarios['initial.attitude']) == sum(valid)
+    return found
+
+
+def refusal(given):
+    # Of keys that are given in place of others only the others may be.
+    given = {k: x for k, x in given.items() if k not in ('orbit.altitude', 'time.epoch')}
+    try:
+        Scenario(given)
+    except ValueError as error:
+        return error
+    return None
+
+
+# -- a draw for each rule: what all runs have in common, and what varies among them ---------------
+
+
+def near(draw, border, smallest=1e-14):
+    """Return numbers on both sides of a border, to where rounding decides."""
+    off = 10.0 ** draw.uniform(np.log10(smallest), 0.0, RUNS) * draw.choice([-1.0, 1.0], RUNS)
+    return border * (1.0 + off)
+
+
+def vectors(draw):
+    return draw.normal(size=(RUNS, 3))
+
+
+def units(draw):
+    scales = near(draw, 1.0 + draw.choice([-1e-4, 1e-4]), smallest=1e-9)
+    scales[:3] = 0.0, 1e-200, 1e200
+    attitudes = rotation.normalise(draw.normal(size=(RUNS, 4)))
+    if draw.random() < 0.5:
+        return {}, {'initial.attitude': scales[:, None] * attitudes}
+    return {}, {'rotor.axis': scales[::-1, None] * vectors(draw)}
+
+
+def belongs(draw):
+    kind, mode = draw.choice(['fixed', 'circular', 'kepler']), draw.choice(MODES)
+    names = ('a', 'b') if draw.random() < 0.5 else ()
+    prefix = rotors.prefixes(names)[-1]
+    common: dict[str, Any] = {
+        'orbit.type': str(kind),
+        'initial.frame': 'inertial',
+        'rotor.names': names,
+        f'{prefix}.mode': str(mode),
+    }
+    if mode in ('free', 'motor'):
+        common[f'{prefix}.inertia'] = 0.5
+    choosing = [name for name, *_ in (*checks.BELONGS, *rotors.belongs(names))]
+    choosing += rotors.OF_THE_ONE
+    varied = {}
+    for name in draw.choice(choosing, 3, replace=False):
+        default = rotors.default(name)
+        if name not in (*common, 'orbit.altitude') and not isinstance(default, str):
+            some = draw.random(RUNS) < 0.3
+            varied[str(name)] = [
+                (np.array(default) * 1.01 + 0.01 if is_given else default) for is_given in some
+            ]
+    return common, varied or {'orbit.gradient': [0.0, 1e-6] * (RUNS // 2)}
+
+
+def of_sensors(draw):
+    names = ('gyro', 'star_tracker')[: draw.integers(3)]
+    common = {
+        'sensors.names': names,
+        'sensors.gyro.noise_density': float(draw.choice([0.0, 1e-3])),
+        'sensors.star_tracker.earth_exclusion': float(draw.choice([0.0, 0.5])),
+        'orbit.type': str(draw.choice(['fixed', 'circular'])),
+        'initial.frame': 'inertial',
+    }
+    return common, {'initial.angular_velocity': vectors(draw)}
+
+
+def body(draw):
+    moments = 10.0 ** draw.uniform(-1.0, 3.0, (RUNS, 3))
+    large = near(draw, 1.0, smallest=1e-15)
+    # The largest is the sum of the others, or the smallest is next to nothing.
+    moments[::2, 2] = (moments[::2, 0] + moments[::2, 1]) * large[::2]
+    moments[1::2, 0] = 1e-13 * moments[1::2, 1] * large[1::2]
+    moments[1::2, 2] = moments[1::2, 1]
+    moments[:2] = draw.choice([0.0, -1.0, 1.0, 1e308], (2, 3))
+    match draw.integers(3):
+        case 0:
+            return {}, {'body.inertia': moments}
+        case 1:
+            products = draw.choice([0.0, 1e-3, 1.0], (RUNS, 3)) * vectors(draw)
+            return {}, {'body.inertia': np.hstack([moments, products])}
+    rows = moments[:, None, :] * np.eye(3)
+    rows[::2] = rotation.matrix(rotation.normalise(draw.normal(size=(RUNS // 2, 4))))
+    rows[::2] = rows[::2] @ (moments[::2, :, None] * np.swapaxes(rows[::2], -1, -2))
+    rows[:, 0, 1] *= 1.0 + draw.choice([0.0, 1e-14, 1e-12], RUNS)
+    return {}, {'body.inertia': rows.reshape(RUNS, 9)}
+
+
+def of_rotors(draw):
+    names = ('a', 'b', 'c')[: draw.integers(4)]
+    prefixes = rotors.prefixes(names)
+    common: dict[str, Any] = {'rotor.names': names}
+    varied = {}
+    # Bodies that are none, too: what they leave to the rotors cannot be computed.
+    moments = draw.choice([800.0, 900.0, 600.0, 0.0], (RUNS, 3), p=[0.32, 0.32, 0.32, 0.04])
+    varied['body.inertia'] = moments
+    for prefix in prefixes:
+        common[f'{prefix}.mode'] = str(draw.choice(['free', 'motor']))
+        axes = draw.choice([0.0, 1.0, -1.0], (RUNS, 3))
+        axes[~axes.any(axis=1), 0] = 1.0
+        varied[f'{prefix}.axis'] = axes
+        # About a principal axis that no other rotor has, the moment itself is the most.
+        most = np.max(np.abs(axes) * moments, axis=1) / draw.choice([1, len(prefixes)])
+        share = near(draw, 1.0, 1e-12)
+        # All of it leaves nothing that could be solved for.
+        share[:3] = 1.0
+        varied[f'{prefix}.inertia'] = np.maximum(most * share, 0.0)
+        varied[f'{prefix}.speed'] = near(draw, 100.0) * draw.choice([-1.0, 1.0], RUNS)
+        if common[f'{prefix}.mode'] == 'motor':
+            varied[f'{prefix}.max_speed'] = draw.choice([0.0, 100.0], RUNS)
+    return common, varied
+
+
+def ticks(draw):
+    rate = float(10.0 ** draw.uniform(-12.0, 3.0))
+    common = {
+        'publish.rate': rate,
+        'time.epoch_ns': int(draw.choice([0, KEYS['time.epoch_ns'].high])),
+        'time.factor': float(draw.choice([0.0, min(1e6, 1e-9 / rate * draw.choice([0.9, 1.1]))])),
+    }
+    return common, {'initial.attitude': rotation.normalise(draw.normal(size=(RUNS, 4)))}
+
+
+def frame(draw):
+    common = {
+        'orbit.type': str(draw.choice(['fixed', 'circular', 'kepler'])),
+        'initial.frame': str(draw.choice(['inertial', 'lvlh'])),
+    }
+    return common, {'initial.angular_velocity': vectors(draw)}
+
+
+def turns(draw):
+    rate_hz = float(draw.choice([1e-2, 100.0, 1.0 / 3.0]))
+    common = {'publish.rate': rate_hz, 'orbit.type': str(draw.choice(['circular', 'kepler']))}
+    rates = near(draw, 1e6 * rate_hz)
+    if draw.random() < 0.5:
+        return common, {'initial.angular_velocity': rates[:, None] * rotation.IDENTITY[1:]}
+    varied = {'orbit.mu': 10.0 ** draw.uniform(10.0, 20.0, RUNS)}
+    e = np.zeros(RUNS)
+    if common['orbit.type'] == 'kepler':
+        varied['orbit.eccentricity'] = e = draw.uniform(0.0, 0.999, RUNS)
+    at_pericentre = np.sqrt((1.0 + e) / (1.0 - e)) / (1.0 - e)
+    varied['orbit.semi_major_axis'] = np.cbrt(varied['orbit.mu'] * (at_pericentre / rates) ** 2)
+    varied['orbit.semi_major_axis'][:2] = 5e-324, 1e308
+    return common, varied
+
+
+DRAWS = {
+    checks.units: units,
+    checks.belongs: belongs,
+    sensors.rules: of_sensors,
+    checks.body: body,
+    rotors.rules: of_rotors,
+    checks.ticks: ticks,
+    checks.frame: frame,
+    checks.turns_a_tick: turns,
+}
+
+
+@pytest.mark.parametrize(
+    'rules',
+    [checks.units, *checks.ALL_RULES],
+    ids=lambda rules: f'{rules.__module__}.{rules.__name__}',
+)
+def test_one_and_many_are_refused_alike(rules):
+    """What is drawn about rules is refused by both or by neither, and each sentence is said."""
+    draw = np.random.default_rng(1)
+    found = [error for _ in range(16) for error in judged(*DRAWS[rules](draw))]
+    assert None in found
+    function = inertia.rules if rules is checks.body else rules
+    ends = [list(traceback.walk_tb(error.__traceback__))[-1] for error in found if error]
+    said = {line for frame, line in ends if frame.f_code is function.__code__}
+    assert len(said) == inspect.getsource(function).count('raise ValueError') > 0
+
+
+def test_each_key_is_refused_alike():
+    """Numbers at the bounds of each key that a sweep varies, next to them and beyond any."""
+    for base in BASES.values():
+        for name, key in KEYS.items():
+            if name.split('.')[0] not in ('body', 'rotor', 'orbit', 'initial', 'motion'):
+                continue
+            if key.kind not in ('double', 'double_array') or name == 'orbit.altitude':
+                continue
+            bounds = [key.low, key.high, key.above, key.below, 0.0]
+            numbers = [np.nextafter(bound, to) for bound in bounds for to in (-np.inf, np.inf)]
+            numbers += [*bounds, np.nan]
+            default = np.array(base.get(name, key.default))
+            values = [np.where(np.arange(default.size) == 0, x, default) for x in numbers]
+            found = judged(base, {name: np.reshape(values, (-1, *default.shape))})
+            assert str(found[-1]).startswith(f'{name} is ')

@@ -25,9 +25,9 @@ def log_msis(
     latitude: ArrayLike,
     longitude: ArrayLike,
     height_m: ArrayLike,
-    f107: float = 150.0,
-    f107_average: float = 150.0,
-    ap: float = 4.0,
+    f107: float,
+    f107_average: float,
+    ap: float,
 ) -> np.ndarray:
     """
     Return ln rho [kg/m^3] of NRLMSIS 2.1 at times and geodetic places, (...) each; angles in rad.

@@ -22,7 +22,7 @@ def terrestrial_time(unix_ns: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     Return TT as a Julian date in two parts, days (...) and the fraction of a day (...).
 
     TT = UTC + leap seconds + 32.184 s, with the leap seconds of pyerfa's table: what is announced
-    after its release is missing.  Before 1972, when UTC drifted, it is good to 2 s.
+    after its release is missing.  Before 1972, when UTC drifted, it is off by up to 6 s.
     """
     with brought_by('environment', 'pyerfa'):
         import erfa

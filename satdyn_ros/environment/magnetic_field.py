@@ -103,7 +103,11 @@ def igrf_warning(unix_ns: ArrayLike) -> str | None:
 
 
 def dipole_vector(unix_ns: int) -> np.ndarray:
-    """Return g_t = (g11, h11, g10) of the IGRF at a time [T], (3,), for dipole_field."""
+    """
+    Return g_t = (g11, h11, g10) of the IGRF at a time [T], (3,), for dipole_field.
+
+    ValueError: as for igrf_field.
+    """
     igrf = _igrf()
     interval, share = igrf.place_of(np.asarray(unix_ns, np.int64))
     first = np.array([igrf.g[1, 1], igrf.h[1, 1], igrf.g[1, 0]])

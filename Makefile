@@ -12,17 +12,18 @@ PYTHON ?= $(shell for python in python3 python3.13 python3.12 python3.11 python3
 # A sourced ROS 2 of the machine is used as it is; otherwise the extra `ros` brings Jazzy's wheels.
 SOURCED := $(shell test -n "$$ROS_DISTRO" && $(PYTHON) -c 'import rclpy' 2>/dev/null && echo yes)
 ROS := $(if $(SOURCED),,[ros])
-ALL := $(if $(SOURCED),,ros,)plot,sweep,tables,watch
+ALL := $(if $(SOURCED),,ros,)environment,plot,sweep,tables,watch
 
 # numba 0.58, the oldest that we name, has wheels up to CPython 3.11.
 OLD := $(VENV)-oldest
 OLD_PYTHON = $(shell for python in python3.11 python3.10 $(PYTHON); do \
 	$$python -c 'import sys; sys.exit(sys.version_info[:2] not in ((3, 10), (3, 11)))' 2>/dev/null \
 	&& echo $$python && break; done)
-# What the libraries are used for most: propagation, closed forms, bags, YAML, pictures, a node.
+# What the libraries are used for most: propagation, closed forms, the Earth, bags, YAML, pictures,
+# a node.
 OLD_TESTS := test/integrate/test_propagation.py test/integrate/test_batch.py test/kernel/test_simd.py \
 	test/exact/test_elliptic.py \
-	test/exact/test_flow.py test/run test/messages test/rosbag2 test/bag/test_verify.py \
+	test/exact/test_flow.py test/environment test/run test/messages test/rosbag2 test/bag/test_verify.py \
 	test/report/test_plot.py test/ros/test_stream.py
 
 # Tests run in processes of their own ROS domain, each with some 800 MB of memory.  Half of their
@@ -105,9 +106,9 @@ $(OLD)/.test: setup.py
 	@echo 'Installing the oldest libraries that setup.py names (a minute)'
 	@$(OLD_PYTHON) -m venv $(if $(SOURCED),--system-site-packages) $(OLD) && touch $(OLD)/COLCON_IGNORE
 	@# Of lz4 4.0.2 there is no wheel for Python 3.11.
-	@sed -n "/'lz4/d; s/^ .*'\([A-Za-z][A-Za-z]*\)>=\([0-9.]*\)[',].*/\1==\2/p" setup.py > $(OLD)/constraints.txt
+	@sed -n "/'lz4/d; s/^ .*'\([A-Za-z][A-Za-z0-9]*\)>=\([0-9.]*\)[',].*/\1==\2/p" setup.py > $(OLD)/constraints.txt
 	@$(OLD)/bin/python -m pip --quiet --quiet --disable-pip-version-check install \
-		--constraint $(OLD)/constraints.txt --editable '.$(ROS)' matplotlib \
+		--constraint $(OLD)/constraints.txt --editable '.[$(if $(SOURCED),,ros,)environment]' matplotlib \
 		hypothesis mcap-ros2-support mpmath pytest pytest-timeout pytest-xdist rosbags
 	@touch $@
 

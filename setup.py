@@ -61,13 +61,20 @@ setup(
     extras_require={
         # On a ROS distribution rclpy and the messages are there already.
         'ros': ['ros-jazzy-common-interfaces', 'ros-jazzy-rclpy[fastrtps]'],
+        'environment': [
+            'ppigrf>=2.0.0',
+            'pyerfa>=2.0.1.1',
+            # Earlier ones give nan where they are asked for several places.
+            'pymsis>=0.11.0',
+            'sgp4>=2.23',
+        ],
         'plot': ['matplotlib>=3.6.3'],
         'watch': ['aiohttp'],
         'sweep': ['dask', 'distributed', 'pyarrow'],
         'tables': ['pandas', 'polars', 'pyarrow'],
         # What the commands of README and tutorial need; ROS 2 where it has wheels.
         'all': [
-            'satdyn_ros[plot,sweep,tables,watch]',
+            'satdyn_ros[environment,plot,sweep,tables,watch]',
             'satdyn_ros[ros]; '
             "sys_platform == 'linux' and platform_machine == 'x86_64' and python_version < '3.14'",
         ],

@@ -74,6 +74,33 @@ def test_the_environment_has_no_ros(bare, tmp_path, name):
     assert f"No module named '{name}'" in result.stderr
 
 
+def test_what_needs_the_extra_environment_says_so(bare, tmp_path):
+    """Without its libraries each function of the Earth is refused in one sentence that helps."""
+    program = """
+from satdyn_ros import environment
+place = [7e6, 0.0, 0.0]
+for call in (
+    lambda: environment.gcrs_to_itrs(0),
+    lambda: environment.teme_to_gcrs(0),
+    lambda: environment.geodetic(place),
+    lambda: environment.sun_position(0),
+    lambda: environment.igrf_field(0, place),
+    lambda: environment.dipole_vector(0),
+    lambda: environment.log_msis(0, 0.0, 0.0, 4e5, 150.0, 150.0, 4.0),
+):
+    try:
+        call()
+    except ValueError as error:
+        print(error)
+"""
+    erfa, igrf, msis = (
+        f'this needs {library}, which the extra `environment` brings: pip install {library}'
+        for library in ('pyerfa', 'ppigrf', 'pymsis')
+    )
+    said = python(bare, tmp_path, '-c', program).stdout.splitlines()
+    assert said == [erfa] * 4 + [igrf] * 2 + [msis]
+
+
 def test_bags_are_the_same_and_can_be_used(bare, tmp_path):
     """A bag of every topic, simulated there, is that from here; verified, exported, recovered."""
     (tmp_path / 'scenario.yaml').write_text(GYROSTAT.to_yaml())

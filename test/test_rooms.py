@@ -16,6 +16,7 @@ PACKAGE = Path(__file__).parent.parent / 'satdyn_ros'
 ROOMS = [
     'base',
     'kernel',
+    'environment',
     'orbits',
     'torques',
     'dynamics',

@@ -1,0 +1,31 @@
+"""
+The Earth as functions of time and place: frames and time, magnetic field, air, Sun.
+
+Times are Unix times in integer nanoseconds (...), places and vectors rows (..., 3): r_i [m] in
+GCRS, which is the inertial frame, r_t in ITRS, which turns with the Earth.  A row has the same
+bits alone and among many, as far as the libraries keep that.
+"""
+
+from .atmosphere import air_velocity, log_exponential, log_msis
+from .earth import gcrs_to_itrs, geodetic, teme_to_gcrs, terrestrial_time, turned
+from .magnetic_field import dipole_field, dipole_vector, igrf_field, igrf_warning
+from .sun import lit_fraction, shadow_margins, sun_direction, sun_position
+
+__all__ = [
+    'air_velocity',
+    'dipole_field',
+    'dipole_vector',
+    'gcrs_to_itrs',
+    'geodetic',
+    'igrf_field',
+    'igrf_warning',
+    'lit_fraction',
+    'log_exponential',
+    'log_msis',
+    'shadow_margins',
+    'sun_direction',
+    'sun_position',
+    'teme_to_gcrs',
+    'terrestrial_time',
+    'turned',
+]

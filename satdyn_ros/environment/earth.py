@@ -1,0 +1,88 @@
+"""The Earth's frames and times: GCRS, ITRS and TEME, UTC and TT, and places on the ellipsoid."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..base.extras import brought_by
+from ..base.nanoseconds import SECOND_NS
+from ..kernel.rows import components, times
+
+# Of WGS 84.
+EARTH_RATE_RAD_S = 7.292115e-5
+
+_DAY_NS = 86_400 * SECOND_NS
+# The Julian date of 1 January 1970, 00:00.
+_UNIX_EPOCH_JD = 2_440_587.5
+_TT_FROM_TAI_NS = 32_184_000_000
+_WGS_84 = 1
+
+
+def terrestrial_time(unix_ns: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    """
+    Return TT as a Julian date in two parts, days (...) and the fraction of a day (...).
+
+    TT = UTC + leap seconds + 32.184 s, with the leap seconds of pyerfa's table: what is announced
+    after its release is missing.  Before 1972, when UTC drifted, it is off by up to 6 s.
+    """
+    with brought_by('environment', 'pyerfa'):
+        import erfa
+    unix_ns = np.asarray(unix_ns, np.int64)
+    table = erfa.leap_seconds.get()
+    months = 12 * (table['year'] - 1970) + table['month'] - 1
+    begins_ns = months.astype('datetime64[M]').astype('datetime64[ns]').astype(np.int64)
+    entry = np.maximum(np.searchsorted(begins_ns, unix_ns, side='right') - 1, 0)
+    leap_ns = np.rint(table['tai_utc'][entry] * SECOND_NS).astype(np.int64)
+    return _julian_date(unix_ns + leap_ns + _TT_FROM_TAI_NS)
+
+
+def gcrs_to_itrs(unix_ns: ArrayLike) -> np.ndarray:
+    """
+    Return the matrices (..., 3, 3) that turn components in GCRS into those in ITRS.
+
+    R3(ERA) N: N holds frame bias, precession and nutation of IAU 2006/2000A to the celestial
+    intermediate origin, ERA is the Earth rotation angle at UT1, taken as UTC.  Polar motion is
+    left out, so that the third row is the pole, in GCRS.
+    """
+    with brought_by('environment', 'pyerfa'):
+        import erfa
+    return erfa.rz(erfa.era00(*_ut1(unix_ns)), erfa.c2i06a(*terrestrial_time(unix_ns)))
+
+
+def teme_to_gcrs(unix_ns: ArrayLike) -> np.ndarray:
+    """
+    Return the matrices (..., 3, 3) that turn components in TEME of date into those in GCRS.
+
+    TEME, the frame of SGP4, is taken into ITRS by the sidereal time of 1982, and from there by
+    gcrs_to_itrs: places on the Earth are where SGP4 means them to be.
+    """
+    with brought_by('environment', 'pyerfa'):
+        import erfa
+    ut1 = _ut1(unix_ns)
+    ahead = erfa.era00(*ut1) - erfa.gmst82(*ut1)
+    return erfa.tr(erfa.rz(ahead, erfa.c2i06a(*terrestrial_time(unix_ns))))
+
+
+def geodetic(r_t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return latitude [rad], longitude [rad] and height [m] on WGS 84, (...) each."""
+    with brought_by('environment', 'pyerfa'):
+        import erfa
+    longitude, latitude, height_m = erfa.gc2gd(_WGS_84, np.asarray(r_t, float))
+    return latitude, longitude, height_m
+
+
+def turned(matrix: np.ndarray, v: ArrayLike) -> np.ndarray:
+    """
+    Return matrix v, (..., 3), for matrices (..., 3, 3) and vectors (..., 3).
+
+    By matrix.swapaxes(-1, -2) it turns them back.
+    """
+    return np.stack(times(matrix, components(v)), axis=-1)
+
+
+def _ut1(unix_ns):
+    return _julian_date(np.asarray(unix_ns, np.int64))
+
+
+def _julian_date(ns):
+    days, rest_ns = np.divmod(ns, _DAY_NS)
+    return _UNIX_EPOCH_JD + days, rest_ns / _DAY_NS

@@ -63,9 +63,7 @@ class OblateOrbit(OrbitSource):
     @cached_property
     def stretches(self) -> tuple[Stretch, ...]:
         """One, from tick 0 in both directions."""
-        a, e = self.start.semi_major_axis, self.start.eccentricity
-        fastest = np.sqrt(self.start.mu * (1.0 + e) / (a * (1.0 - e)) ** 3)
-        return (Stretch(0.0, float(PIECE_TURN / fastest)),)
+        return (Stretch(0.0, float(PIECE_TURN / self.start.fastest_rate)),)
 
     def acceleration(self, r_i: np.ndarray) -> np.ndarray:
         """Return r'' [m/s^2] at positions [m], both (N, 3)."""

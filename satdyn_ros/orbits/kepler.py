@@ -138,6 +138,12 @@ class KeplerOrbit:
         """Return a (1 - e^2) [m]."""
         return self.semi_major_axis * (1.0 - self.eccentricity**2)
 
+    @property
+    def fastest_rate(self) -> float:
+        """Return df/dt at the pericentre [rad/s]."""
+        nearest = self.semi_major_axis * (1.0 - self.eccentricity)
+        return np.sqrt(self.mu * (1.0 + self.eccentricity) / nearest) / nearest
+
     @cached_property
     def perifocal(self) -> np.ndarray:
         """

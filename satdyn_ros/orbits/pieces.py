@@ -55,7 +55,10 @@ class Stretch(NamedTuple):
         """Return which piece a time is in; the end of the stretch is in its last."""
         k = math.floor((t_s - self.origin_s) / self.length_s)
         # The quotient is rounded, and the edges are.
-        k += (t_s >= self.edge_s(k + 1)) - (t_s < self.edge_s(k))
+        if t_s >= self.edge_s(k + 1):
+            k += 1
+        elif t_s < self.edge_s(k):
+            k -= 1
         return min(k, self.last)
 
 
@@ -126,8 +129,8 @@ class Pieces:
         self._table = lru_cache(_KEPT)(self._made)
 
     def _made(self, piece: Piece) -> Table:
-        grid = np.array([piece.begin_s, piece.stretch.length_s])
-        return Table(grid, np.ascontiguousarray(self._make(piece)[None]))
+        grid = np.array([piece.begin_s, piece.stretch.length_s], float)
+        return Table(grid, np.ascontiguousarray(self._make(piece)[None], float))
 
     def piece_at(self, t_s: float) -> Piece:
         """Return the piece that a time is in; ValueError: there is none."""
@@ -179,19 +182,17 @@ class Pieces:
 
         By the very code of the equations.  Row i depends on t_s[i] alone.
         """
-        t_s = np.ascontiguousarray(t_s, float)
-        out = np.empty((len(t_s), len(columns)))
-        rest = np.arange(len(t_s))
-        while len(rest):
-            piece = self.piece_at(t_s[rest[0]])
-            # Times of a run ascend: most often this piece has all of them.
-            inside = (t_s[rest] >= piece.begin_s) & (t_s[rest] < piece.end_s)
-            inside[0] = True
-            rows, rest = rest[inside], rest[~inside]
-            part = np.empty((len(rows), out.shape[1]))
-            _evaluate(part, t_s[rows], *self._table(piece), columns)
-            out[rows] = part
-        return out
+        order = np.argsort(t_s, kind='stable')
+        t_s = np.asarray(t_s, float)[order]
+        found, begin = np.empty((len(t_s), len(columns))), 0
+        while begin < len(t_s):
+            piece = self.piece_at(t_s[begin])
+            end = max(begin + 1, int(np.searchsorted(t_s, piece.end_s)))
+            _evaluate(found[begin:end], t_s[begin:end], *self._table(piece), columns)
+            begin = end
+        values = np.empty_like(found)
+        values[order] = found
+        return values
 
 
 @compiled

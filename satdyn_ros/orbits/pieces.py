@@ -24,7 +24,7 @@ from ..kernel.time_table import Table, interpolate
 # The nearest singularity of a parabola in complex time is 4/3 over the rate at its pericentre
 # away, that of an ellipse no nearer: 16 terms of a Chebyshev series leave 1e-16.
 PIECE_TURN = 0.5
-# Some hours of a low orbit, in a megabyte.
+# Eight hours of a low orbit, 0.1 MB.
 _KEPT = 64
 
 
@@ -76,7 +76,8 @@ class Piece(NamedTuple):
     @property
     def end_s(self) -> float:
         """When it ends and the next begins [s from tick 0]."""
-        return self.stretch.edge_s(self.number + 1)
+        is_last = self.number == self.stretch.last
+        return self.stretch.end_s if is_last else self.stretch.edge_s(self.number + 1)
 
 
 def fitted(
@@ -124,7 +125,6 @@ class Pieces:
     ):
         self._make, self._outside = make, outside
         self.stretches = tuple(stretches)
-        self._ends_s = [stretch.end_s for stretch in stretches]
         # Two threads that ask for the same piece may both make it: it is the same.
         self._table = lru_cache(_KEPT)(self._made)
 

@@ -109,7 +109,7 @@ class TwoLineOrbit(OrbitSource):
         satellite = _satellite(self.text)
         e = satellite.ecco
         fastest = satellite.no_kozai / 60.0 * np.sqrt(1.0 + e) / (1.0 - e) ** 1.5
-        pieces = np.ceil(_SGP4_STEP_S * fastest / PIECE_TURN)
+        pieces = max(1.0, np.ceil(_SGP4_STEP_S * fastest / PIECE_TURN))
         return (Stretch(self._elements_s, float(_SGP4_STEP_S / pieces)),)
 
     @property
@@ -205,6 +205,9 @@ def _mean_elements(text):
         found = [(each.tag, each.text or '') for each in root.iter()]
     else:
         found = [line.split('=', 1) for line in text.splitlines() if '=' in line]
+    count = sum(keyword.strip() == 'EPOCH' for keyword, _ in found)
+    if count > 1:
+        raise ValueError(f'it holds {count} element sets')
     elements = _MAY_LACK | {keyword.strip(): value.strip() for keyword, value in found}
     for keyword, allowed in _SGP4_MEANS.items():
         value = elements.get(keyword, allowed[0]).upper()

@@ -203,6 +203,7 @@ def test_what_is_wrong_with_the_lines_is_said(lines, reason):
         ('= SGP4', '= DSST', 'MEAN_ELEMENT_THEORY is DSST'),
         ('BSTAR = 0.000035940\n', '', 'it has no BSTAR'),
         ('= 98.4283', '= steep', 'steep'),
+        ('ECCENTRICITY', 'EPOCH = 2026-01-01T00:00:00\nECCENTRICITY', 'it holds 2 element sets'),
     ],
 )
 def test_what_is_wrong_with_an_omm_is_said(old, new, reason):

@@ -24,15 +24,29 @@ def terrestrial_time(unix_ns: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     TT = UTC + leap seconds + 32.184 s, with the leap seconds of pyerfa's table: what is announced
     after its release is missing.  Before 1972, when UTC drifted, it is off by up to 6 s.
     """
+    unix_ns = np.asarray(unix_ns, np.int64)
+    return _julian_date(unix_ns + tai_from_utc_ns(unix_ns) + _TT_FROM_TAI_NS)
+
+
+def tai_from_utc_ns(unix_ns: ArrayLike) -> np.ndarray:
+    """Return TAI - UTC at stamps (...) [ns], from pyerfa's table of leap seconds."""
     with brought_by('environment', 'pyerfa'):
         import erfa
-    unix_ns = np.asarray(unix_ns, np.int64)
     table = erfa.leap_seconds.get()
     months = 12 * (table['year'] - 1970) + table['month'] - 1
     begins_ns = months.astype('datetime64[M]').astype('datetime64[ns]').astype(np.int64)
-    entry = np.maximum(np.searchsorted(begins_ns, unix_ns, side='right') - 1, 0)
-    leap_ns = np.rint(table['tai_utc'][entry] * SECOND_NS).astype(np.int64)
-    return _julian_date(unix_ns + leap_ns + _TT_FROM_TAI_NS)
+    entry = np.searchsorted(begins_ns, unix_ns, side='right') - 1
+    return np.rint(table['tai_utc'][np.maximum(entry, 0)] * SECOND_NS).astype(np.int64)
+
+
+def utc_from_tai_ns(tai_ns: np.ndarray) -> np.ndarray:
+    """Return the stamps (N,) of instants in TAI, counted as UTC is from 1970 on [ns]."""
+    return tai_ns - tai_from_utc_ns(tai_ns - tai_from_utc_ns(tai_ns))
+
+
+def utc_from_tt_ns(tt_ns: np.ndarray) -> np.ndarray:
+    """Return the stamps (N,) of instants in TT, counted as UTC is from 1970 on [ns]."""
+    return utc_from_tai_ns(tt_ns - _TT_FROM_TAI_NS)
 
 
 def gcrs_to_itrs(unix_ns: ArrayLike) -> np.ndarray:

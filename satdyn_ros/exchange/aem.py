@@ -13,6 +13,7 @@ from typing import TextIO
 
 import numpy as np
 
+from ..base.kvn import kvn_rows
 from ..base.nanoseconds import epoch, stamp_ns
 from ..base.regular_file import regular_file
 from ..kernel import rotation
@@ -154,31 +155,12 @@ class _Segment:
 
 def _rows(lines: Iterable[str]) -> Iterator[tuple[_Segment, list[str]]]:
     """Yield each row of a message, split into its words, with its segment."""
-    version: str | None = None
-    metadata: dict[str, str] = {}
-    segment: _Segment | None = None
-    for line in lines:
-        words = line.split()
-        if not words or words[0] == 'COMMENT':
-            continue
-        keyword, is_assignment, value = (part.strip() for part in line.partition('='))
-        if version is None:
-            version = value
-            if keyword != 'CCSDS_AEM_VERS' or version not in _VERSIONS:
-                raise ValueError(
-                    'this is not an Attitude Ephemeris Message in keyword = value notation, '
-                    f'whose first line is CCSDS_AEM_VERS = {" or ".join(_VERSIONS)}'
-                )
-        elif keyword == 'META_START':
-            metadata = {}
-        elif is_assignment:
-            metadata[keyword] = value
-        elif keyword == 'DATA_START':
-            segment = _Segment(metadata, version)
-        elif keyword == 'DATA_STOP':
-            segment = None
-        elif segment is not None:
-            yield segment, words
+    metadata: dict[str, str] | None = None
+    for row in kvn_rows(lines, 'Attitude Ephemeris Message', 'CCSDS_AEM_VERS', _VERSIONS):
+        if row.metadata is not metadata:
+            metadata = row.metadata
+            segment = _Segment(metadata, row.version)
+        yield segment, row.words
 
 
 def _is_inertial(frame: str) -> bool:

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..base.sentences import told_apart
 from ..kernel import rotation
 from ..kernel.compile import vectorized
 from ..kernel.rows import components
@@ -13,6 +14,8 @@ from ..kernel.rows import components
 EARTH_MU = 3.986004418e14
 # Equatorial, WGS 84.
 EARTH_RADIUS_M = 6_378_137.0
+# What the eccentricity of a circle comes to by rounding, and a little more.
+_CIRCLE = 1e-14
 
 
 @vectorized
@@ -71,23 +74,41 @@ class KeplerOrbit:
 
     @classmethod
     def from_state(cls, r_i: ArrayLike, v_i: ArrayLike, mu: float = EARTH_MU) -> 'KeplerOrbit':
-        """Return the ellipse through r_i [m] with v_i [m/s], both (3,)."""
+        """
+        Return the ellipse through r_i [m] with v_i [m/s], both (3,).
+
+        On the equator the node, on a circle the pericentre has no place of its own; what lies on
+        them still adds up to the state.  ValueError: the orbit is no ellipse.
+        """
         r_i, v_i = np.asarray(r_i, float), np.asarray(v_i, float)
-        r = np.linalg.norm(r_i)
+        r, v = float(np.linalg.norm(r_i)), float(np.linalg.norm(v_i))
+        if not r > 0.0:
+            raise ValueError('orbit.position is the attracting centre itself')
+        escape = float(np.sqrt(2.0 * mu / r))
+        if not v < escape:
+            numbers = told_apart(v, escape)
+            raise ValueError(
+                f'orbit.velocity is {numbers[0]} m/s, and from {numbers[1]} m/s on the satellite '
+                'leaves: the orbit is no ellipse'
+            )
         momentum = np.cross(r_i, v_i)
-        normal = momentum / np.linalg.norm(momentum)
-        radial = r_i / r
-        along = np.cross(normal, radial)
         e_cos = momentum @ momentum / (mu * r) - 1.0
-        e_sin = np.linalg.norm(momentum) * (radial @ v_i) / mu
+        e_sin = np.linalg.norm(momentum) * (r_i @ v_i) / (mu * r)
+        eccentricity = np.hypot(e_cos, e_sin)
+        if not eccentricity < 1.0:
+            raise ValueError(
+                'orbit.velocity is along orbit.position: the satellite falls into the centre'
+            )
+        normal, radial = momentum / np.linalg.norm(momentum), r_i / r
+        along = np.cross(normal, radial)
         true_anomaly = np.arctan2(e_sin, e_cos)
         raan = np.arctan2(normal[0], -normal[1])
         node = np.array([np.cos(raan), np.sin(raan), 0.0])
         latitude = np.arctan2(-along @ node, radial @ node)
         return cls(
             mu=mu,
-            semi_major_axis=1.0 / (2.0 / r - v_i @ v_i / mu),
-            eccentricity=np.hypot(e_cos, e_sin),
+            semi_major_axis=1.0 / (2.0 / r - v * v / mu),
+            eccentricity=0.0 if eccentricity < _CIRCLE else eccentricity,
             inclination=np.arctan2(np.hypot(normal[0], normal[1]), normal[2]),
             raan=raan,
             argument_of_periapsis=latitude - true_anomaly,
@@ -116,6 +137,12 @@ class KeplerOrbit:
     def semi_latus_rectum(self) -> float:
         """Return a (1 - e^2) [m]."""
         return self.semi_major_axis * (1.0 - self.eccentricity**2)
+
+    @property
+    def fastest_rate(self) -> float:
+        """Return df/dt at the pericentre [rad/s]."""
+        nearest = self.semi_major_axis * (1.0 - self.eccentricity)
+        return np.sqrt(self.mu * (1.0 + self.eccentricity) / nearest) / nearest
 
     @cached_property
     def perifocal(self) -> np.ndarray:

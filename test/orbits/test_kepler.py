@@ -1,7 +1,9 @@
+import json
 from functools import partial
 
 import numpy as np
 import pytest
+from cases import REFERENCE
 from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mp
@@ -166,6 +168,8 @@ def test_distance_and_gradient_are_those_of_the_position():
     close(orbit.gradient_at(times), 3.0 * orbit.mu / r**3, rtol=1e-13)
     momentum = np.linalg.norm(np.cross(r_i, v_i), axis=-1)
     close(orbit.rate(times), momentum / r**2, rtol=1e-13)
+    pericentre_s = -orbit.mean_anomaly / orbit.mean_motion
+    assert orbit.fastest_rate == pytest.approx(orbit.rate(pericentre_s), rel=1e-14)
 
 
 def test_a_fixed_direction_stays_and_has_no_lvlh():
@@ -177,3 +181,48 @@ def test_a_fixed_direction_stays_and_has_no_lvlh():
     assert not np.any(field.position_velocity(times))
     with pytest.raises(ValueError, match=r'orbit\.type is fixed, which has no LVLH'):
         field.lvlh(times)
+
+
+@pytest.mark.parametrize('inclination', [0.0, 1e-9, 0.7, np.pi])
+@pytest.mark.parametrize('e', [0.0, 1e-9, 0.3])
+def test_circles_and_equators_have_elements_too(e, inclination):
+    """Where node or pericentre have no place of their own, the state is given back too."""
+    orbit = KeplerOrbit(EARTH_MU, 2.0e7, e, inclination, 0.4, 1.1, -2.0)
+    r_i, v_i = orbit.position_velocity(0.0)
+    found = KeplerOrbit.from_state(r_i, v_i)
+    assert found.is_eccentric == (e > 0.0)
+    for given_, again in zip(
+        orbit.position_velocity(1e4), found.position_velocity(1e4), strict=True
+    ):
+        assert np.linalg.norm(again - given_) <= 1e-13 * np.linalg.norm(given_)
+
+
+@pytest.mark.parametrize(
+    ('r_i', 'v_i', 'reason'),
+    [
+        (
+            [7e6, 0, 0],
+            [0, 1.1e4, 0],
+            r'is 11000 m/s, and from 10671.7 m/s on the satellite leaves',
+        ),
+        ([7e6, 0, 0], [1.2e4, 0, 0], 'the satellite leaves: the orbit is no ellipse'),
+        ([7e6, 0, 0], [5e3, 0, 0], 'the satellite falls into the centre'),
+        ([7e6, 0, 0], [0, 0, 0], 'the satellite falls into the centre'),
+        ([0, 0, 0], [1e3, 0, 0], 'is the attracting centre itself'),
+    ],
+)
+def test_a_state_on_no_ellipse_is_refused(r_i, v_i, reason):
+    """Hyperbolas, falls and the centre, each in a sentence."""
+    with pytest.raises(ValueError, match=reason):
+        KeplerOrbit.from_state(r_i, v_i)
+
+
+def test_the_reference_state_vector():
+    """The orbit of the case state_vector, by another program; ten nanometres are its rounding."""
+    cases = json.loads((REFERENCE / 'environment.json').read_text())['cases']
+    (case,) = (case for case in cases if case['name'] == 'state_vector')
+    given_ = case['scenario']['orbit']
+    orbit = KeplerOrbit.from_state(given_['position'], given_['velocity'])
+    r_i, v_i = orbit.position_velocity(np.array([row['t'] for row in case['orbit']]))
+    close(r_i, [row['r_i'] for row in case['orbit']], atol=1e-7)
+    close(v_i, [row['v_i'] for row in case['orbit']], atol=1e-10)

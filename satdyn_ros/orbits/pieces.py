@@ -1,0 +1,203 @@
+"""
+What depends on time alone, piece by piece: polynomials for the equations, and for whoever asks.
+
+Any library may compute such a function at the nodes of a piece.  What a piece holds depends on the
+function and on the piece alone, and each is made by one call of one shape, whatever was asked for
+before: a library's last bit may change with the number of rows.
+"""
+
+import math
+import sys
+import threading
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from ..kernel.compile import compiled
+from ..kernel.time_table import Table, interpolate
+
+# By how much the line from the centre to the body turns in a piece, where it turns fastest [rad].
+# The nearest singularity of a parabola in complex time is 4/3 over the rate at its pericentre
+# away, that of an ellipse no nearer: 16 terms of a Chebyshev series leave 1e-16.
+PIECE_TURN = 0.5
+# Eight hours of a low orbit, 0.1 MB.
+_KEPT = 64
+
+
+class Stretch(NamedTuple):
+    """
+    A time that is cut into pieces of one length, where the function is smooth [s from tick 0].
+
+    Piece k begins at origin_s + k length_s.  begin_s and end_s, each infinite or where a piece
+    begins or ends: the time for which there are pieces.
+    """
+
+    origin_s: float
+    length_s: float
+    begin_s: float = -math.inf
+    end_s: float = math.inf
+
+    def edge_s(self, k: int) -> float:
+        """Return when piece k begins."""
+        return self.origin_s + k * self.length_s
+
+    @property
+    def last(self) -> int:
+        """The number of the last piece, where there is one; else one that no run comes to."""
+        pieces = (self.end_s - self.origin_s) / self.length_s
+        return round(pieces) - 1 if math.isfinite(pieces) else sys.maxsize
+
+    def number(self, t_s: float) -> int:
+        """Return which piece a time is in; the end of the stretch is in its last."""
+        k = math.floor((t_s - self.origin_s) / self.length_s)
+        # The quotient is rounded, and the edges are.
+        if t_s >= self.edge_s(k + 1):
+            k += 1
+        elif t_s < self.edge_s(k):
+            k -= 1
+        return min(k, self.last)
+
+
+class Piece(NamedTuple):
+    """One piece: the number k in a stretch."""
+
+    stretch: Stretch
+    number: int
+
+    @property
+    def begin_s(self) -> float:
+        """When it begins [s from tick 0]."""
+        return self.stretch.edge_s(self.number)
+
+    @property
+    def end_s(self) -> float:
+        """When it ends and the next begins [s from tick 0]."""
+        is_last = self.number == self.stretch.last
+        return self.stretch.end_s if is_last else self.stretch.edge_s(self.number + 1)
+
+
+def fitted(
+    function: Callable[[np.ndarray], np.ndarray], terms: int = 16
+) -> Callable[[Piece], np.ndarray]:
+    """Return how to make pieces of function(t_s (terms,)) -> (terms, C), by its values there."""
+    nodes, to_terms = _nodes(terms)
+
+    def make(piece):
+        t_s = piece.begin_s + piece.stretch.length_s * (nodes + 1.0) / 2.0
+        return (to_terms @ function(t_s)).T
+
+    return make
+
+
+@lru_cache
+def _nodes(terms):
+    """Return the nodes of a piece from -1 to 1, and what takes values there to coefficients."""
+    nodes = chebyshev.chebpts1(terms)
+    return nodes, np.linalg.inv(chebyshev.chebvander(nodes, terms - 1))
+
+
+@lru_cache
+def derivatives(terms: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the matrices that take coefficients (C, terms) to those of d/dx and d^2/dx^2."""
+    first = np.zeros((terms, terms))
+    first[:, :-1] = chebyshev.chebder(np.eye(terms)).T
+    return first, first @ first
+
+
+class Pieces:
+    """
+    Functions of time in pieces, made when they are asked for and kept for a while.
+
+    make(piece) -> (C, terms): the Chebyshev coefficients of C functions over the piece, in
+    ascending order.  stretches: in their order of time; where two meet, a function may jump.
+    outside: the sentence of the refusal of a time [s from tick 0] that is in none.
+    """
+
+    def __init__(
+        self,
+        make: Callable[[Piece], np.ndarray],
+        stretches: Sequence[Stretch],
+        outside: Callable[[float], str] = '{:g} s from tick 0 is in no piece'.format,
+    ):
+        self._make, self._outside = make, outside
+        self.stretches = tuple(stretches)
+        # Two threads that ask for the same piece may both make it: it is the same.
+        self._table = lru_cache(_KEPT)(self._made)
+
+    def _made(self, piece: Piece) -> Table:
+        grid = np.array([piece.begin_s, piece.stretch.length_s], float)
+        return Table(grid, np.ascontiguousarray(self._make(piece)[None], float))
+
+    def piece_at(self, t_s: float) -> Piece:
+        """Return the piece that a time is in; ValueError: there is none."""
+        for stretch in reversed(self.stretches):
+            if stretch.begin_s <= t_s <= stretch.end_s:
+                return Piece(stretch, stretch.number(float(t_s)))
+        raise ValueError(self._outside(t_s))
+
+    def covered_until(self, t_s: float) -> float:
+        """Return up to when [s] there are pieces without a gap from a time on."""
+        end_s = self.piece_at(t_s).stretch.end_s
+        for stretch in self.stretches:
+            if stretch.begin_s <= end_s:
+                end_s = max(end_s, stretch.end_s)
+        return end_s
+
+    def table_at(self, t_s: float) -> Table:
+        """
+        Return the table of the one piece that a time is in, and let a thread make the next.
+
+        ValueError: there is none, or it cannot be made.
+        """
+        piece = self.piece_at(t_s)
+        table = self._table(piece)
+        if piece.number < piece.stretch.last:
+            following = Piece(piece.stretch, piece.number + 1)
+            threading.Thread(target=self._make_ahead, args=(following,)).start()
+        return table
+
+    def _make_ahead(self, piece):
+        # Who comes to that piece meets the error again.
+        with suppress(ValueError):
+            self._table(piece)
+
+    def table_between(self, begin_s: float, end_s: float) -> Table:
+        """Return the table of all pieces between two times, which must be in one stretch."""
+        first, last = self.piece_at(begin_s), self.piece_at(end_s)
+        if first.stretch != last.stretch:
+            raise ValueError(
+                f'between {begin_s:g} and {end_s:g} s from tick 0 what depends on time alone '
+                f'jumps, at {first.stretch.end_s:g} s'
+            )
+        made = [self._make(Piece(first.stretch, k)) for k in range(first.number, last.number + 1)]
+        return Table(np.array([first.begin_s, first.stretch.length_s]), np.array(made))
+
+    def values(self, t_s: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        """
+        Return the functions of these numbers (C,) at times (N,), (N, C).
+
+        By the very code of the equations.  Row i depends on t_s[i] alone.
+        """
+        order = np.argsort(t_s, kind='stable')
+        t_s = np.asarray(t_s, float)[order]
+        found, begin = np.empty((len(t_s), len(columns))), 0
+        while begin < len(t_s):
+            piece = self.piece_at(t_s[begin])
+            end = max(begin + 1, int(np.searchsorted(t_s, piece.end_s)))
+            _evaluate(found[begin:end], t_s[begin:end], *self._table(piece), columns)
+            begin = end
+        values = np.empty_like(found)
+        values[order] = found
+        return values
+
+
+@compiled
+def _evaluate(out, t_s, grid, coefficients, columns):
+    table = Table(grid, coefficients)
+    for n in range(out.shape[0]):
+        for i in range(out.shape[1]):
+            out[n, i] = interpolate(table, columns[i], t_s[n])

@@ -1,0 +1,222 @@
+"""
+The orbit of a two-line element set, or of a CCSDS Orbit Mean-Elements Message, by SGP4.
+
+SGP4 with the constants of WGS 72 (Hoots and Roehrich 1980, as corrected by Vallado, Crawford,
+Hujsak and Kelso 2006), by the package sgp4.  Its velocity is not quite the slope of its position.
+"""
+
+import re
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..base.extras import brought_by
+from ..base.nanoseconds import SECOND_NS, epoch, stamp_ns
+from ..kernel.rows import components, times
+from .pieces import PIECE_TURN, Piece, Stretch, fitted
+from .tabled import OrbitSource
+from .teme import tabled_teme_to_gcrs
+
+# How far from its epoch an element set is taken without a warning.
+GOOD_FOR_DAYS = 14
+_DAY_S = 86_400
+_DAY_NS = _DAY_S * SECOND_NS
+# The Julian date of 1 January 1970, 00:00.
+_UNIX_EPOCH_JD = 2_440_587.5
+# Of a deep-space orbit SGP4 sums up the resonances in steps of 720 min from the epoch; the slope
+# of the position jumps by 1e-4 m/s where one ends.  Pieces end there too.
+_SGP4_STEP_S = 43_200.0
+_LENGTH = 69
+_LAYOUT = (
+    # Number, class, designator, epoch, half of n', a sixth of n'', drag, type, set.
+    r'1 [ \dA-Z][ \d]{4}[A-Z ] .{8} \d\d[ \d]{3}\.\d{8} [-+ ]\.\d{8} [-+ ]\d{5}[-+ ]\d '
+    r'[-+ ]\d{5}[-+ ]\d [\d ] [\d ]{4}\d',
+    # Number, inclination, node, eccentricity, argument, anomaly, mean motion, revolutions.
+    r'2 [ \dA-Z][ \d]{4} [ \d]{3}\.[ \d]{4} [ \d]{3}\.[ \d]{4} [ \d]{7} [ \d]{3}\.[ \d]{4} '
+    r'[ \d]{3}\.[ \d]{4} [ \d]{2}\.\d{8}[ \d]{5}\d',
+)
+# What an OMM must say, where it says it, for its elements to be those of SGP4.
+_SGP4_MEANS = {
+    'CENTER_NAME': ('EARTH',),
+    'REF_FRAME': ('TEME',),
+    'TIME_SYSTEM': ('UTC',),
+    'MEAN_ELEMENT_THEORY': ('SGP4', 'SGP', 'SGP/SGP4'),
+}
+_ELEMENTS = (
+    'EPOCH',
+    'MEAN_MOTION',
+    'ECCENTRICITY',
+    'INCLINATION',
+    'RA_OF_ASC_NODE',
+    'ARG_OF_PERICENTER',
+    'MEAN_ANOMALY',
+    'BSTAR',
+)
+_MAY_LACK = {
+    'MEAN_MOTION_DOT': '0',
+    'MEAN_MOTION_DDOT': '0',
+    'CLASSIFICATION_TYPE': 'U',
+    'OBJECT_ID': '',
+    'EPHEMERIS_TYPE': '0',
+    'ELEMENT_SET_NO': '0',
+    'REV_AT_EPOCH': '0',
+}
+
+
+@dataclass(frozen=True)
+class TwoLineOrbit(OrbitSource):
+    """
+    The orbit of a text from tick 0 on, which is at epoch_ns.
+
+    text: a two-line element set, with or without a line of the satellite's name above, or an OMM
+    in keyword = value notation or in XML.  ValueError: it is neither, with what is wrong.
+    """
+
+    text: str
+    epoch_ns: int
+
+    def __post_init__(self) -> None:
+        _satellite(self.text)
+
+    def __repr__(self) -> str:
+        return f'elements of {epoch(self.elements_ns)} by SGP4'
+
+    @cached_property
+    def elements_ns(self) -> int:
+        """The epoch of the elements, as a stamp."""
+        satellite = _satellite(self.text)
+        days = round((satellite.jdsatepoch - _UNIX_EPOCH_JD) * _DAY_NS)
+        return days + round(satellite.jdsatepochF * _DAY_NS)
+
+    @property
+    def warning(self) -> str | None:
+        """What to say of elements that are far from tick 0."""
+        days = abs(self.epoch_ns - self.elements_ns) / _DAY_NS
+        if days <= GOOD_FOR_DAYS:
+            return None
+        return (
+            f'the epoch of orbit.tle, {epoch(self.elements_ns)[:19]}, is {days:.0f} days from '
+            f'tick 0: an element set is good for days, and beyond {GOOD_FOR_DAYS} it may be off '
+            'by hundreds of kilometres'
+        )
+
+    @cached_property
+    def stretches(self) -> tuple[Stretch, ...]:
+        """One, from the epoch of the elements in both directions."""
+        satellite = _satellite(self.text)
+        e = satellite.ecco
+        fastest = satellite.no_kozai / 60.0 * np.sqrt(1.0 + e) / (1.0 - e) ** 1.5
+        pieces = max(1.0, np.ceil(_SGP4_STEP_S * fastest / PIECE_TURN))
+        return (Stretch(self._elements_s, float(_SGP4_STEP_S / pieces)),)
+
+    @property
+    def _elements_s(self):
+        return (self.elements_ns - self.epoch_ns) / SECOND_NS
+
+    def coefficients(self, piece: Piece) -> np.ndarray:
+        """Return those of r_i and v_i over a piece, (6, terms)."""
+        return fitted(lambda t_s: np.hstack(self.position_velocity(t_s)))(piece)
+
+    def position_velocity(self, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """
+        Return r_i [m] and v_i [m/s] at times (N,), each (N, 3), as SGP4 gives them.
+
+        ValueError: the satellite has decayed, or what else SGP4 says.
+        """
+        with brought_by('environment', 'sgp4'):
+            from sgp4.api import SGP4_ERRORS
+        # It keeps what it summed up, and several threads may ask: each has its own.
+        satellite = _satellite(self.text)
+        since_days = (t_s - self._elements_s) / _DAY_S
+        day = np.full(len(t_s), satellite.jdsatepoch)
+        errors, r_km, v_km_s = satellite.sgp4_array(day, satellite.jdsatepochF + since_days)
+        if np.any(errors):
+            first = np.flatnonzero(errors)[0]
+            at = epoch(self.epoch_ns + round(t_s[first] * SECOND_NS))[:19]
+            raise ValueError(
+                f'SGP4 has no place for orbit.tle at {at}: {SGP4_ERRORS[errors[first]]}'
+            )
+        to_gcrs = tabled_teme_to_gcrs(self.epoch_ns / SECOND_NS + t_s)
+        r_i, v_i = (1e3 * np.stack(times(to_gcrs, components(v)), axis=-1) for v in (r_km, v_km_s))
+        return r_i, v_i
+
+
+def _satellite(text: str) -> Any:
+    """Return the satellite of the package sgp4; ValueError: what is wrong with the text."""
+    with brought_by('environment', 'sgp4'):
+        from sgp4 import omm
+        from sgp4.api import WGS72, Satrec
+    if '<' in text or 'CCSDS_OMM_VERS' in text:
+        satellite = Satrec()
+        try:
+            omm.initialize(satellite, _mean_elements(text), WGS72)
+        except ValueError as error:
+            raise ValueError(f'orbit.tle holds an OMM that cannot be read: {error}') from None
+        return satellite
+    lines = [line.rstrip() for line in text.splitlines() if line.strip()]
+    if len(lines) == 3 and not lines[0].startswith('1 '):
+        lines = lines[1:]
+    _check(lines)
+    return Satrec.twoline2rv(*lines, WGS72)
+
+
+def _check(lines):
+    """ValueError: these are not the two lines of an element set."""
+    if len(lines) != 2:
+        raise ValueError(
+            f'orbit.tle has {len(lines)} lines; it must be two, or a file of one element set'
+        )
+    if lines[0].startswith('2 ') and lines[1].startswith('1 '):
+        raise ValueError('orbit.tle has its second line first')
+    for number, (line, layout) in enumerate(zip(lines, _LAYOUT, strict=True), 1):
+        if not line.startswith(f'{number} '):
+            raise ValueError(
+                f'line {number} of orbit.tle begins with {line[:2]!r}; it must begin with '
+                f"'{number} '"
+            )
+        if len(line) != _LENGTH:
+            raise ValueError(
+                f'line {number} of orbit.tle has {len(line)} characters; it must have {_LENGTH}'
+            )
+        tally = sum(int(c) if c.isdigit() else c == '-' for c in line[:-1]) % 10
+        if line[-1] != str(tally):
+            raise ValueError(
+                f'line {number} of orbit.tle ends with the checksum {line[-1]}, and its '
+                f'characters make {tally}: it is not as it was issued'
+            )
+        if not re.fullmatch(layout, line):
+            raise ValueError(f'line {number} of orbit.tle has its numbers in other columns')
+    if lines[0][2:7] != lines[1][2:7]:
+        raise ValueError(
+            f'the lines of orbit.tle are of two satellites, {lines[0][2:7]} and {lines[1][2:7]}'
+        )
+
+
+def _mean_elements(text):
+    """Return the keywords of an OMM, as the package sgp4 wants them."""
+    if '<' in text:
+        try:
+            root = ET.fromstring(text.strip())
+        except ET.ParseError as error:
+            raise ValueError(f'its XML ends early or is damaged, {error}') from None
+        found = [(each.tag, each.text or '') for each in root.iter()]
+    else:
+        found = [line.split('=', 1) for line in text.splitlines() if '=' in line]
+    count = sum(keyword.strip() == 'EPOCH' for keyword, _ in found)
+    if count > 1:
+        raise ValueError(f'it holds {count} element sets')
+    elements = _MAY_LACK | {keyword.strip(): value.strip() for keyword, value in found}
+    for keyword, allowed in _SGP4_MEANS.items():
+        value = elements.get(keyword, allowed[0]).upper()
+        if value not in allowed:
+            raise ValueError(f'{keyword} is {value}; it must be {" or ".join(allowed)}')
+    missing = [keyword for keyword in _ELEMENTS if not elements.get(keyword)]
+    if missing:
+        raise ValueError(f'it has no {missing[0]}')
+    # Units may follow in brackets.
+    elements |= {keyword: elements[keyword].split('[')[0].strip() for keyword in _ELEMENTS}
+    # The package wants a point in the epoch, and knows numbers of five digits and a letter alone.
+    return elements | {'EPOCH': epoch(stamp_ns(elements['EPOCH']))[:26], 'NORAD_CAT_ID': '0'}

@@ -1,0 +1,131 @@
+"""Pieces hold their function, whatever is asked for and in which order."""
+
+import threading
+import weakref
+
+import numpy as np
+import pytest
+
+from satdyn_ros.kernel.time_table import interpolate
+from satdyn_ros.orbits import KeplerOrbit
+from satdyn_ros.orbits.pieces import PIECE_TURN, Piece, Pieces, Stretch, fitted
+
+COLUMNS = np.arange(3)
+
+
+def waves(t_s):
+    return np.stack([np.sin(1e-3 * t_s), np.cos(2e-3 * t_s), 1e-3 * t_s], axis=-1)
+
+
+def pieces():
+    return Pieces(fitted(waves), [Stretch(12.3, 70.1)])
+
+
+def test_pieces_are_their_function_before_and_after_tick_0():
+    """To 1e-10 of its largest value, at times drawn at random."""
+    t_s = np.random.default_rng(1).uniform(-5000.0, 5000.0, 300)
+    np.testing.assert_allclose(pieces().values(t_s, COLUMNS), waves(t_s), rtol=0.0, atol=1e-13)
+
+
+@pytest.mark.parametrize('e', [0.0, 0.1, 0.73, 0.9, 0.99])
+def test_the_turn_of_a_piece_is_short_enough_for_any_ellipse(e):
+    """A position is within 1e-10 of the largest, around the pericentre too."""
+    orbit = KeplerOrbit(semi_major_axis=7e6 / (1.0 - e), eccentricity=e, inclination=0.9)
+    length_s = PIECE_TURN / float(orbit.rate(0.0))
+    table = Pieces(fitted(lambda t_s: orbit.position_velocity(t_s)[0]), [Stretch(0.0, length_s)])
+    t_s = np.random.default_rng(1).uniform(-5000.0, 5000.0, 300)
+    true, _ = orbit.position_velocity(t_s)
+    worst = np.max(np.abs(table.values(t_s, COLUMNS) - true))
+    assert worst < min(1e-3, 1e-10 * np.max(np.abs(true)))
+
+
+def test_the_bits_are_the_same_in_any_order_and_company():
+    """Of one time alone, of many, in any order, of a table that was asked before or not."""
+    t_s = np.random.default_rng(3).uniform(-2000.0, 20000.0, 400)
+    right = pieces().values(t_s, COLUMNS)
+    asked = pieces()
+    for i in np.random.default_rng(4).permutation(len(t_s)):
+        np.testing.assert_array_equal(asked.values(t_s[i : i + 1], COLUMNS)[0], right[i])
+    order = np.argsort(t_s)
+    np.testing.assert_array_equal(asked.values(t_s[order], COLUMNS), right[order])
+
+
+def test_the_equations_see_the_same_bits():
+    """What the compiled look-up says of the one piece, and to rounding of a table of several."""
+    table, t_s = pieces(), np.random.default_rng(5).uniform(0.0, 3000.0, 30)
+    right = table.values(t_s, COLUMNS)
+    alone = [[interpolate(table.table_at(t), i, t) for i in range(3)] for t in t_s]
+    np.testing.assert_array_equal(alone, right)
+    together = table.table_between(0.0, 3000.0)
+    found = [[interpolate(together, i, t) for i in range(3)] for t in t_s]
+    # The place in a piece is rounded otherwise.
+    np.testing.assert_allclose(found, right, rtol=0.0, atol=1e-14)
+
+
+def test_a_time_belongs_to_the_piece_that_begins_there():
+    """However the edges are rounded."""
+    stretch = Stretch(0.1, 1.0 / 3.0)
+    for k in range(-50, 50):
+        edge_s = stretch.edge_s(k)
+        assert stretch.number(edge_s) == k
+        assert stretch.number(np.nextafter(edge_s, -np.inf)) == k - 1
+
+
+def test_a_thread_makes_the_next_piece_ahead():
+    """It is there without having been asked for, and one that cannot be made disturbs nobody."""
+    made, ahead = [], threading.Event()
+
+    def make(piece):
+        made.append((piece.number, threading.current_thread() is threading.main_thread()))
+        if piece.number == 1:
+            ahead.set()
+            raise ValueError('not this one')
+        return np.zeros((1, 2))
+
+    table = Pieces(make, [Stretch(0.0, 1.0)])
+    table.table_at(0.5)
+    assert ahead.wait(60.0)
+    assert made == [(0, True), (1, False)]
+    with pytest.raises(ValueError, match='not this one'):
+        table.table_at(1.5)
+
+
+def test_memory_does_not_grow_with_time():
+    """Of a thousand pieces that were used, some dozens are kept."""
+    kept: weakref.WeakSet[np.ndarray] = weakref.WeakSet()
+
+    class Coefficients(np.ndarray):
+        pass
+
+    def make(piece):
+        coefficients = np.zeros((1, 2)).view(Coefficients)
+        kept.add(coefficients)
+        return coefficients
+
+    # A view of an array keeps it alive; np.ndarray cannot be hashed, this one is by its identity.
+    Coefficients.__hash__ = lambda self: id(self)  # type: ignore[assignment]
+    table = Pieces(make, [Stretch(0.0, 1.0)])
+    table.values(np.arange(1000.0), COLUMNS[:1])
+    assert len(kept) < 100
+
+
+def test_where_stretches_meet_the_function_may_jump():
+    """A time there belongs to the later one, a gap and what is beyond are refused."""
+
+    def make(piece):
+        return np.array([[piece.stretch.origin_s, 0.0]])
+
+    table = Pieces(
+        make,
+        [Stretch(0.0, 5.0, 0.0, 10.0), Stretch(10.0, 2.0, 10.0, 14.0), Stretch(20, 2, 20, 22)],
+        'not at {:g} s'.format,
+    )
+    t_s = np.array([0.0, 9.9, 10.0, 14.0, 20.0, 22.0])
+    assert table.values(t_s, COLUMNS[:1])[:, 0].tolist() == [0, 0, 10, 10, 20, 20]
+    assert table.piece_at(14.0) == Piece(table.stretches[1], 1)
+    assert (table.covered_until(3.0), table.covered_until(20.0)) == (14.0, 22.0)
+    for t in (-0.1, 15.0, 22.1):
+        with pytest.raises(ValueError, match=f'not at {t:g} s'):
+            table.table_at(t)
+    with pytest.raises(ValueError, match='jumps, at 10 s'):
+        table.table_between(1.0, 13.0)

@@ -9,8 +9,8 @@ import yaml
 
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.run.events import Event, from_yaml_text
-from satdyn_ros.run.keys import STATE_TOPICS
 from satdyn_ros.run.scenario import Scenario
+from satdyn_ros.run.topics import STATE_TOPICS
 
 EPOCH_NS = 1_700_000_000 * 10**9
 RATES_HZ = (29.97, 33.3, 7.77, 3.0, 0.5, 1000 / 3, 100 / 7, 10.0, 50.0, 100.0)

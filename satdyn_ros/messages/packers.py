@@ -11,11 +11,11 @@ import numpy as np
 
 from ..run.samples import Measured, Samples
 from ..run.scenario import Scenario
+from ..run.topics import TOPICS
 from ..sensors import Gyro, StarTracker
 from ..sensors.suite import Sensor
 from . import cdr, contents
 from .sparse import Rows, SparseMessages
-from .topics import TOPICS, Packer
 
 # REP-145: a covariance that begins with -1 marks what a message does not have.
 _ABSENT = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
@@ -35,7 +35,7 @@ class SensorPacker:
         self.is_at_every_tick = isinstance(sensor, Gyro) and sensor.divisor == 1
         header = contents.header(scenario[f'sensors.{name}.frame_id'])
         content = {'header': header, **_content(sensor)}
-        self._message = cdr.Message(TOPICS[name].type, content)
+        self._message = cdr.Message(scenario.topic_table[name].type, content)
         self.dtype = self._message.dtype
 
     def rows(self, count: int) -> np.ndarray:
@@ -80,17 +80,33 @@ def _diagonal(variances: Sequence[float]) -> list[float]:
     return np.diag(variances).ravel().tolist()
 
 
-def packer(name: str, scenario: Scenario) -> Packer | SensorPacker:
+Packer = cdr.Message | SensorPacker
+
+
+def packer(name: str, scenario: Scenario) -> Packer:
     """
     Return what packs samples for a topic: pack(samples) -> its messages as rows.
 
-    name: as in TOPICS.  ValueError: the scenario has no such topic.
+    name: as in the scenario.  ValueError: it has no such topic.
     """
     if name in scenario.sensors:
         return SensorPacker(name, scenario)
-    return TOPICS[name].packer(scenario.frames, scenario.system)
+    return contents.message(scenario.topic_table[name], scenario.frames, scenario.system)
 
 
-def is_at_every_tick(topic: Packer | SensorPacker) -> bool:
+def tf_with_sensors(scenario: Scenario) -> Packer:
+    """Return what packs /tf as it is in bags of the rules 0 and 1."""
+    content = contents.tf_with_sensors(scenario.frames, scenario.system)
+    return cdr.Message(TOPICS['tf'].type, content)
+
+
+def pack_tf_static(scenario: Scenario) -> bytes:
+    """Return the message of /tf_static, stamped by the scenario's epoch."""
+    stamp = contents.Inputs(np.array([scenario.epoch_ns]), np.empty((1, 0)))
+    packed = contents.message(TOPICS['tf_static'], scenario.frames, scenario.system)
+    return packed.pack(stamp).tobytes()
+
+
+def is_at_every_tick(topic: Packer) -> bool:
     """Whether a topic has a message at every tick; others are packed as SparseMessages."""
     return not isinstance(topic, SensorPacker) or topic.is_at_every_tick

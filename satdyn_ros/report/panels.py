@@ -102,12 +102,17 @@ def rates(axes: 'Axes', history: History) -> None:
     axes.set_ylabel('body rate [deg/s]')
 
 
+def shown(axes: 'Axes', history: History, topic: str) -> None:
+    """Draw what a topic shows, such as a torque in body axes."""
+    values, (title, unit) = history.shown[topic], history.panels[topic]
+    scale, prefix = _prefixed(values)
+    _lines(axes, history, values.T / scale, 'xyz'[: values.shape[1]], topic, 1.0 / scale)
+    axes.set_ylabel(f'{title} [{prefix}{unit}]')
+
+
 def torque(axes: 'Axes', history: History) -> None:
     """Draw the gravity-gradient torque in body axes."""
-    scale, prefix = _prefixed(history.torque_b)
-    names = ('$T_x$', '$T_y$', '$T_z$')
-    _lines(axes, history, history.torque_b.T / scale, names, 'torque', 1.0 / scale)
-    axes.set_ylabel(f'gravity gradient [{prefix}N m]')
+    shown(axes, history, 'gravity_gradient')
 
 
 def _prefixed(values):

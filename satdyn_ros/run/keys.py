@@ -1,6 +1,6 @@
 """The table of a scenario's keys: type, unit, range, default and meaning of each."""
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import replace
 from math import pi
 
@@ -8,18 +8,7 @@ from ..base.key import Key
 from ..dynamics.rotor import MODES
 from ..torques.body_torque import BodyTorque
 from .ticks import LAST_STAMP_NS
-
-STATE_TOPICS = (
-    'attitude',
-    'angular_velocity',
-    'imu',
-    'odometry',
-    'attitude_lvlh',
-    'gravity_gradient',
-    'rotor',
-    'markers',
-    'tf',
-)
+from .topics import STATE_TOPICS, TOPICS, topics_with
 
 SENSORS = ('gyro', 'star_tracker')
 
@@ -525,12 +514,13 @@ _OF_A_ROTOR = tuple(
 
 
 def keys_of(
-    rotor_names: tuple[str, ...], torques: Iterable[type[BodyTorque]] = ()
+    rotor_names: tuple[str, ...], torques: Sequence[type[BodyTorque]] = ()
 ) -> dict[str, Key]:
     """
     Return the keys of a scenario with rotors of these names and these torques, by their names.
 
-    ValueError: a name is not an identifier, or is itself a key.
+    ValueError: a name is not an identifier, or is itself a key; a torque has a key or a topic of
+    another's name.
     """
     for name in rotor_names:
         if not (name.isidentifier() and name.isascii()) or name in (*_OF_A_ROTOR, 'names'):
@@ -546,4 +536,7 @@ def keys_of(
     of_torques = {key.name: key for torque in torques for key in torque.keys}
     if known := of_torques.keys() & {*KEYS, *named}:
         raise ValueError(f'{min(known)} is a key of a torque; a scenario has a key of this name')
+    if added := topics_with(torques).keys() - TOPICS.keys():
+        topics = KEYS['publish.topics']
+        of_torques[topics.name] = replace(topics, choices=(*topics.choices, *sorted(added)))
     return KEYS | named | of_torques if named or of_torques else KEYS

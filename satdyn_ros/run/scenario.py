@@ -30,6 +30,7 @@ from .parameter_file import (
     without_rclpys,
     yaml_of_parameters,
 )
+from .topics import Topic, topics_with
 
 
 @dataclass(frozen=True)
@@ -222,6 +223,11 @@ class Scenario:
     def topics(self) -> tuple[str, ...]:
         """The published topics."""
         return self['publish.topics']
+
+    @cached_property
+    def topic_table(self) -> dict[str, Topic]:
+        """The topics that it may have, by their names in publish.topics and sensors.names."""
+        return topics_with(self.torques)
 
     @cached_property
     def sensors(self) -> dict[str, Sensor]:

@@ -18,10 +18,11 @@ from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.qos import QoSProfile
 from std_srvs.srv import SetBool, Trigger
 
-from satdyn_ros.messages.topics import TOPICS
+from satdyn_ros.messages.contents import message
 from satdyn_ros.ros.publishing import message_class
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
+from satdyn_ros.run.topics import TOPICS
 
 ROOT = Path(__file__).parents[2]
 DEFAULT = ROOT / 'config' / 'default.yaml'
@@ -180,7 +181,7 @@ def raw_stamp_ns(data):
 def expected(scenario, topic, count, events=()):
     """Return the serialised messages of the first ticks, from stamps to bytes."""
     simulation = Simulation(scenario, events)
-    packer = TOPICS[topic].packer(scenario.frames, scenario.system)
+    packer = message(TOPICS[topic], scenario.frames, scenario.system)
     packed = {}
     while simulation.next_tick < count:
         _, samples = simulation.advance(count - simulation.next_tick)

@@ -1,7 +1,7 @@
 """
 What packs the samples of a scenario into the messages of any of its topics.
 
-Those of the sensors are sensor_msgs/Imu in their own axes, at ticks of their own.
+Those of the sensors are in their own axes, at ticks of their own.
 """
 
 from collections.abc import Sequence
@@ -12,9 +12,8 @@ import numpy as np
 from ..run.samples import Measured, Samples
 from ..run.scenario import Scenario
 from ..run.topics import TOPICS
-from ..sensors import Gyro, StarTracker
-from ..sensors.suite import Sensor
-from . import cdr, contents
+from ..sensors import Sensor
+from . import cdr, contents, schemas
 from .sparse import Rows, SparseMessages
 
 # REP-145: a covariance that begins with -1 marks what a message does not have.
@@ -32,10 +31,10 @@ class SensorPacker:
     def __init__(self, name: str, scenario: Scenario):
         sensor = scenario.sensors[name]
         self._name = name
-        self.is_at_every_tick = isinstance(sensor, Gyro) and sensor.divisor == 1
+        self.is_at_every_tick = sensor.is_at_every_tick
         header = contents.header(scenario[f'sensors.{name}.frame_id'])
         content = {'header': header, **_content(sensor)}
-        self._message = cdr.Message(scenario.topic_table[name].type, content)
+        self._message = cdr.Message(sensor.message, content)
         self.dtype = self._message.dtype
 
     def rows(self, count: int) -> np.ndarray:
@@ -55,21 +54,14 @@ class SensorPacker:
 
 
 def _content(sensor: Sensor) -> dict[str, Any]:
-    match sensor:
-        case Gyro():
-            return {
-                'orientation_covariance': _ABSENT,
-                'angular_velocity': _values,
-                'angular_velocity_covariance': _diagonal(sensor.variances),
-                'linear_acceleration_covariance': _ABSENT,
-            }
-        case StarTracker():
-            return {
-                'orientation': _values,
-                'orientation_covariance': _diagonal(sensor.variances),
-                'angular_velocity_covariance': _ABSENT,
-                'linear_acceleration_covariance': _ABSENT,
-            }
+    """Return the values, their covariance, and of all else that has one that it is absent."""
+    content: dict[str, Any] = {sensor.measures: _values}
+    for field in schemas.fields(sensor.message):
+        if field.name == f'{sensor.measures}_covariance':
+            content[field.name] = _diagonal(sensor.variances)
+        elif field.name.endswith('_covariance'):
+            content[field.name] = _ABSENT
+    return content
 
 
 def _values(measured: Measured) -> np.ndarray:

@@ -27,7 +27,7 @@ def shown(topics: Iterable[Topic], samples: Samples) -> dict[str, np.ndarray]:
     return {topic.name: topic.shows[0].of(samples) for topic in topics}
 
 
-def curves(samples: Samples, topics: Iterable[Topic] = ()) -> dict[str, np.ndarray]:
+def curves(samples: Samples, topics: Iterable[Topic]) -> dict[str, np.ndarray]:
     """
     Return what is drawn over time of samples, (N, k) each.
 
@@ -57,7 +57,7 @@ class Bounds:
     """
 
     def __init__(
-        self, first_tick: int, rows: int, every: int, tick_s: float, topics: Iterable[Topic] = ()
+        self, first_tick: int, rows: int, every: int, tick_s: float, topics: Iterable[Topic]
     ):
         self._first_tick, self._rows, self._every, self._tick_s = first_tick, rows, every, tick_s
         self._topics = tuple(topics)

@@ -36,8 +36,9 @@ def plot(
     """
     allowed = PANELS
     if unknown := [name for name in what if name not in allowed]:
-        topics = topics_with_panels(RecordedRun(bag).scenario)
-        allowed += tuple(topic.name for topic in topics)
+        scenario = RecordedRun(bag).scenario
+        topics = topics_with_panels(scenario)
+        allowed += (*(topic.name for topic in topics), *scenario.sensors)
         unknown = [name for name in unknown if name not in allowed]
     if unknown:
         raise ValueError(f'the panel is {unknown[0]}; allowed: {", ".join(allowed)}')
@@ -66,6 +67,8 @@ def draw(run: History, what: Sequence[str] = (), unwrap: bool = False) -> 'Figur
             panels.unwrapped_attitude(axes, run)
         elif name in run.shown:
             panels.shown(axes, run, name)
+        elif name in run.sensors:
+            panels.sensor(axes, run, name)
         else:
             panels.TIME_PANELS[name](axes, run)
         panels.events(axes, run)

@@ -19,10 +19,10 @@ from ..dynamics.system import State, System
 from ..integrate.propagation import Propagation
 from ..kernel import rotation
 from ..orbits import FixedDirection, KeplerOrbit
-from ..sensors.suite import Sensor
+from ..sensors import Sensor
 from ..torques.body_torque import BodyTorque
 from . import checks, in_place, rotors, sensors, unlikely_values
-from .keys import KEYS, SENSORS, keys_of
+from .keys import KEYS, keys_of
 from .parameter_file import (
     ParameterFile,
     flattened,
@@ -68,15 +68,17 @@ class Scenario:
     ):
         given, self.torques, warnings = dict(given or {}), tuple(torques), list(warnings)
         rotor_names = KEYS['rotor.names'].checked(given.get('rotor.names', ()))
-        keys: dict[str, Key] = keys_of(rotor_names, self.torques)
+        keys: dict[str, Key] = keys_of(rotor_names, self.torques, sensors.given_types(given))
         unknown = [name for name in given if name not in keys]
         if unknown:
-            raise ValueError(_unknown(unknown[0], given.get('rotor.names', ())))
+            raise ValueError(_unknown(unknown[0], given))
         checked = {name: keys[name].checked(value) for name, value in given.items()}
         values = {name: key.default for name, key in keys.items()} | checked
         if values['orbit.type'] == 'fixed' and 'initial.frame' not in given:
             values['initial.frame'] = 'inertial'
-        mountings = [f'sensors.{sensor}.mounting' for sensor in SENSORS]
+        mountings = [
+            name for name in keys if name.startswith('sensors.') and name.endswith('.mounting')
+        ]
         for name in ('initial.attitude', *mountings):
             values[name], warning = checks.normalised(values, name)
             warnings += warning
@@ -227,7 +229,7 @@ class Scenario:
     @cached_property
     def topic_table(self) -> dict[str, Topic]:
         """The topics that it may have, by their names in publish.topics and sensors.names."""
-        return topics_with(self.torques)
+        return topics_with(self.torques, sensors.kinds(self.values))
 
     @cached_property
     def sensors(self) -> dict[str, Sensor]:
@@ -331,9 +333,10 @@ class Scenario:
         )
 
 
-def _unknown(name: str, rotor_names: Iterable[str]) -> str:
-    _, _, rest = name.partition('rotor.')
-    rotor, _, leaf = rest.partition('.')
-    if name.startswith('rotor.') and leaf and rotor not in rotor_names:
-        return f'{name} is given, but rotor.names has no {rotor}'
+def _unknown(name: str, given: Mapping[str, Any]) -> str:
+    what, _, rest = name.partition('.')
+    named, _, leaf = rest.partition('.')
+    names = f'{what}.names'
+    if names in KEYS and leaf and named not in (given.get(names) or ()):
+        return f'{name} is given, but {names} has no {named}'
     return f'{name} is not a parameter of a scenario'

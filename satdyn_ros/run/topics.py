@@ -5,15 +5,16 @@ From the one entry of a topic of the state follow the check of publish.topics, i
 columns in tables and its panel.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..dynamics import torque
 from ..dynamics.system import System
+from ..dynamics.torque import gravity_gradient, own_torque
 from ..kernel import rotation
+from ..sensors import KINDS, Sensor
 from ..torques.body_torque import BodyTorque
 
 
@@ -110,7 +111,7 @@ def _torque(name, title, of, lacking=_always):
 def _gravity_gradient(samples):
     states = samples.states
     gradient = states.orbit.gradient_at(states.orbit_s)
-    return torque.gravity_gradient(samples.system.inertia, states.c_b, gradient)
+    return gravity_gradient(samples.system.inertia, states.c_b, gradient)
 
 
 def _of_kind(kind: type[BodyTorque]) -> Topic:
@@ -125,9 +126,13 @@ def _of_kind(kind: type[BodyTorque]) -> Topic:
         )
 
     def of(samples):
-        return torque.own_torque(acting(samples.system), samples.states)
+        return own_torque(acting(samples.system), samples.states)
 
     return _torque(kind.topic, kind.title, of, lacking)
+
+
+def _of_sensor(name: str, kind: type[Sensor]) -> Topic:
+    return Topic(name, kind.message, 'sensor', '', kind.says)
 
 
 _TABLE = (
@@ -204,22 +209,7 @@ _TABLE = (
         'body to each sensor: its mounting, once, stamped by tick 0, for whoever comes later too; '
         'only with sensors',
     ),
-    Topic(
-        'gyro',
-        'sensor_msgs/msg/Imu',
-        'sensor',
-        '',
-        'body rate [rad/s] as the gyro measures it, in its axes, with its covariance; all else is '
-        'marked absent',
-    ),
-    Topic(
-        'star_tracker',
-        'sensor_msgs/msg/Imu',
-        'sensor',
-        '',
-        'attitude, sensor to inertial, as the star tracker measures it, with its covariance in '
-        'sensor axes, stamped by its exposure; everything else is marked absent',
-    ),
+    *(_of_sensor(name, kind) for name, kind in KINDS.items()),
     Topic(
         '/clock',
         'rosgraph_msgs/msg/Clock',
@@ -257,15 +247,21 @@ TOPICS: dict[str, Topic] = {topic.name.lstrip('/'): topic for topic in _TABLE}
 STATE_TOPICS = tuple(name for name, topic in TOPICS.items() if topic.role == 'state')
 
 
-def topics_with(torques: Iterable[type[BodyTorque]]) -> dict[str, Topic]:
+def topics_with(
+    torques: Iterable[type[BodyTorque]], sensors: Mapping[str, type[Sensor]]
+) -> dict[str, Topic]:
     """
-    Return the topics of scenarios that have torques of these kinds, by their names.
+    Return the topics of scenarios with torques and sensors of these kinds, by their names.
 
-    ValueError: a topic of a torque has the name of another topic.
+    ValueError: a topic of a torque, or a sensor, has the name of another topic.
     """
     table = dict(TOPICS)
     for kind in torques:
         if kind.topic in table:
             raise ValueError(f'{kind.topic} is the topic of the torque {kind.name} and of another')
         table[kind.topic] = _of_kind(kind)
+    for name, sensor in sensors.items():
+        if name in table and table[name].role != 'sensor':
+            raise ValueError(f'sensors.names has {name}, which is a topic; give another name')
+        table[name] = _of_sensor(name, sensor)
     return table

@@ -175,7 +175,7 @@ def test_a_part_is_drawn(bag):
 def test_help_lists_the_panels(bag):
     """`satdyn plot --help` names every panel, those of the figure as it comes first."""
     named = re.findall(r'^  (\w+)   +', command_line._PANELS, re.MULTILINE)
-    assert tuple(named) == (*PANELS, 'NAME_torque')
+    assert tuple(named) == (*PANELS, 'NAME_torque', 'SENSOR')
     run = history(bag, 100)
     first, as_it_comes = (
         [axes.get_ylabel() for axes in draw(run, what).axes] for what in (PANELS[:4], ())

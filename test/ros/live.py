@@ -111,12 +111,13 @@ class Participant:
         while (left_s := end_s - time.monotonic()) > 0.0:
             self.executor.spin_once(timeout_sec=left_s)
 
-    def listen(self, topic, raw=False, depth=20000):
+    def listen(self, name, raw=False, depth=20000, table=TOPICS):
         """Return a list that fills with the messages on a topic, by its name in the scenario."""
         messages: list = []
+        topic = table[name]
         self.node.create_subscription(
-            message_class(TOPICS[topic].type),
-            TOPICS[topic].name,
+            message_class(topic.type),
+            topic.name,
             messages.append,
             QoSProfile(depth=depth),
             raw=raw,

@@ -47,17 +47,13 @@ function panelsOf(description) {
   return panels;
 }
 
-const SENSOR_LOOKS = {
-  gyro: { title: 'gyro error, 3 σ about the bias', unit: 'rad/s', scale: 1, isScaled: true },
-  star_tracker: { title: 'star tracker error, 3 σ', unit: 'arcsec', scale: DEGREES * 3600 },
-};
-
 // A chart of each sensor's errors, by the sensors' names as in html.playable.
 function sensorPanels(sensors) {
-  return Object.entries(sensors).map(([name, { table, sigma }]) => {
+  return Object.entries(sensors).map(([name, { table, sigma, unit, per_si: scale }]) => {
     const errors = new Errors(table, sigma);
     return {
-      name, ...SENSOR_LOOKS[name], lines: ['x', 'y', 'z'], colours: ['--x', '--y', '--z'], errors,
+      name, title: `${name.replaceAll('_', ' ')} error, 3 σ`, unit, scale, isScaled: scale === 1,
+      lines: ['x', 'y', 'z'], colours: ['--x', '--y', '--z'], errors,
       values: (rows, i) => errors.at(i),
     };
   });

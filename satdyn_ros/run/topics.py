@@ -36,7 +36,7 @@ class Panel(NamedTuple):
     unit: str
 
 
-def _always(system: System) -> str:
+def _nothing(system: System) -> str:
     return ''
 
 
@@ -61,7 +61,7 @@ class Topic:
     says: str
     shows: tuple[Shown, ...] = ()
     panel: Panel | None = None
-    lacking: Callable[[System], str] = _always
+    lacking: Callable[[System], str] = _nothing
 
 
 Q_IB = Shown(
@@ -94,7 +94,7 @@ def _lvlh_lacking(system):
     return 'orbit.type is fixed, which has no LVLH; use circular or kepler, or leave the topic out'
 
 
-def _torque(name, title, of, lacking=_always):
+def _torque(name, title, of, lacking=_nothing):
     """Return the topic of a torque on the body [N m], in body axes."""
     return Topic(
         name,

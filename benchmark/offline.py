@@ -12,15 +12,16 @@ from common import QUICK, Claim, medians, milliseconds, printed_mb, show
 from copies import SENSORS, copying
 
 from satdyn_ros.bag.simulate import BLOCK_TICKS, simulate
+from satdyn_ros.messages import contents
 from satdyn_ros.messages.packers import packer
 from satdyn_ros.messages.schemas import schema_text
-from satdyn_ros.messages.topics import TOPICS
 from satdyn_ros.rosbag2.chunk_builder import ChunkBuilder
 from satdyn_ros.rosbag2.compression import compressor
 from satdyn_ros.rosbag2.records import message_indexes
 from satdyn_ros.rosbag2.tick_table import TickTable
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
+from satdyn_ros.run.topics import TOPICS
 
 RATE_HZ, DAY_S = 10.0, 3600.0 if QUICK else 86400.0
 # The peers are so slow that they get a twelfth of a day; their time is taken twelve times.
@@ -158,7 +159,7 @@ def ready(duration_s):
     _, samples = Simulation(SCENARIO).advance(int(duration_s * RATE_HZ))
     rows = {}
     for topic in TYPES:
-        table = TOPICS[topic].packer(SCENARIO.frames, SCENARIO.system).pack(samples)
+        table = contents.message(TOPICS[topic], SCENARIO.frames, SCENARIO.system).pack(samples)
         data, size = table.tobytes(), table.dtype.itemsize
         rows[topic] = [data[i : i + size] for i in range(0, len(data), size)]
     return samples.stamps_ns.tolist(), rows

@@ -12,7 +12,8 @@ import os
 import sys
 from pathlib import Path
 
-from satdyn_ros.messages import schemas, topics
+from satdyn_ros.messages import incoming, schemas
+from satdyn_ros.run.topics import TOPICS
 
 TARGET = Path(schemas.__file__).with_name('definitions.json')
 
@@ -41,8 +42,8 @@ def installed(type_name: str) -> dict[str, str]:
 def collect() -> dict[str, dict[str, str]]:
     """Return the data of definitions.json."""
     found: dict[str, dict[str, str]] = {}
-    wanted = {topic.type for topic in topics.TOPICS.values() if topic.content}
-    wanted |= {topics.TOPICS['rotor_command'].type, topics.ROTOR_TORQUE.type}
+    wanted = {topic.type for topic in TOPICS.values() if topic.role != 'diagnostics'}
+    wanted.add(incoming.ROTOR_TORQUE.type)
     while wanted:
         name = wanted.pop()
         try:

@@ -13,10 +13,10 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from satdyn_ros.cli.command_line import parser
-from satdyn_ros.messages.topics import TOPICS
 from satdyn_ros.run import shipped
 from satdyn_ros.run.keys import KEYS
 from satdyn_ros.run.scenario import Frames, Scenario
+from satdyn_ros.run.topics import TOPICS
 from satdyn_ros.sweep import quantities, sweep_keys, variation
 from satdyn_ros.sweep.table import OUTCOMES
 

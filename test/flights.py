@@ -10,12 +10,13 @@ from mcap.summary import Summary
 
 from satdyn_ros.bag.comparison import Difference
 from satdyn_ros.bag.write_run import Recording
-from satdyn_ros.messages.topics import TOPICS
+from satdyn_ros.messages.contents import message
 from satdyn_ros.rosbag2.mcap_file import McapFile
 from satdyn_ros.rosbag2.scan import Block
 from satdyn_ros.run.events import Request, Reset, RotorCommand, Topics, Torque
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
+from satdyn_ros.run.topics import TOPICS
 
 EPOCH_NS = 1_700_000_000_000_000_000
 TOPIC_NAMES = tuple(name for name, topic in TOPICS.items() if topic.role == 'state')
@@ -62,7 +63,7 @@ def written(recording, simulation, ticks, block=64):
             recording.event(event, int(samples.stamps_ns[0]))
         for name in simulation.topics:
             if name not in packers:
-                packers[name] = TOPICS[name].packer(scenario.frames, scenario.system)
+                packers[name] = message(TOPICS[name], scenario.frames, scenario.system)
         rows = {name: packers[name].pack(samples) for name in simulation.topics}
         first = samples.first_tick
         recording.samples(

@@ -9,8 +9,8 @@ import yaml
 
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.run.events import Event, from_yaml_text
-from satdyn_ros.run.keys import STATE_TOPICS
 from satdyn_ros.run.scenario import Scenario
+from satdyn_ros.run.topics import STATE_TOPICS
 
 EPOCH_NS = 1_700_000_000 * 10**9
 RATES_HZ = (29.97, 33.3, 7.77, 3.0, 0.5, 1000 / 3, 100 / 7, 10.0, 50.0, 100.0)
@@ -242,31 +242,40 @@ class Draw(Random):
 
     def sensors(self, is_fixed):
         """Return the values of sensors."""
-        names = self.choice(([], [], ['gyro'], ['star_tracker'], ['gyro', 'star_tracker']))
+        two = ['gyro', 'star_tracker']
+        names = self.choice(([], [], ['gyro'], ['star_tracker'], two, ['st2', *two, 'gyro2']))
         if not names:
             return {}
         drawn: dict[str, Any] = {'sensors.names': names, 'sensors.seed': self.randint(1, 10**9)}
-        if 'gyro' in names:
-            drawn |= {
-                'sensors.gyro.divisor': self.choice((1, 1, 2, 3, 7)),
-                'sensors.gyro.noise_density': self.choice((0.0, 1e-5)),
-                'sensors.gyro.bias_random_walk': self.choice((0.0, 1e-6)),
-                'sensors.gyro.initial_bias': self.vector(1e-4),
-                'sensors.gyro.resolution': self.choice((0.0, 1e-6)),
-                'sensors.gyro.integrating': self.one_in(2),
-            }
-        if 'star_tracker' in names:
-            drawn |= {
-                'sensors.star_tracker.divisor': self.choice((1, 2, 5)),
-                'sensors.star_tracker.cross_boresight': self.choice((0.0, 1e-5)),
-                'sensors.star_tracker.roll': self.choice((0.0, 1e-4)),
-                'sensors.star_tracker.latency': self.choice((0, 1, 4, 20)),
-                'sensors.star_tracker.max_rate': self.choice((0.0, 0.05)),
-                'sensors.star_tracker.mounting': self.attitude(),
-            }
-            if not is_fixed:
-                drawn['sensors.star_tracker.earth_exclusion'] = self.choice((0.0, 1.2))
+        types = {'gyro2': 'gyro', 'st2': 'star_tracker'}
+        for name in names:
+            of = self.gyro() if 'gyro' in name else self.star_tracker(is_fixed)
+            of |= {'type': types[name]} if name in types else {}
+            drawn |= {f'sensors.{name}.{leaf}': value for leaf, value in of.items()}
         return drawn
+
+    def gyro(self):
+        """Return the values of a gyro, by their last words."""
+        return {
+            'divisor': self.choice((1, 1, 2, 3, 7)),
+            'noise_density': self.choice((0.0, 1e-5)),
+            'bias_random_walk': self.choice((0.0, 1e-6)),
+            'initial_bias': self.vector(1e-4),
+            'resolution': self.choice((0.0, 1e-6)),
+            'integrating': self.one_in(2),
+        }
+
+    def star_tracker(self, is_fixed):
+        """Return the values of a star tracker, by their last words."""
+        drawn = {
+            'divisor': self.choice((1, 2, 5)),
+            'cross_boresight': self.choice((0.0, 1e-5)),
+            'roll': self.choice((0.0, 1e-4)),
+            'latency': self.choice((0, 1, 4, 20)),
+            'max_rate': self.choice((0.0, 0.05)),
+            'mounting': self.attitude(),
+        }
+        return drawn if is_fixed else drawn | {'earth_exclusion': self.choice((0.0, 1.2))}
 
     def recording(self, rate_hz):
         """Return how the bag is compressed and where it continues in a new file."""

@@ -12,8 +12,8 @@ import pytest
 import yaml
 from rosbags.typesys import Stores, get_typestore
 
-from satdyn_ros.messages.topics import TOPICS
 from satdyn_ros.ros.launching import constellation, one_satellite
+from satdyn_ros.run.topics import TOPICS
 
 ROOT = Path(__file__).parent.parent
 CONFIG = ROOT / 'config'

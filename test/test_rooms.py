@@ -154,8 +154,7 @@ def test_classes_and_constants_have_names_of_their_own():
     for file, node in tops(ast.ClassDef, ast.Assign, ast.AnnAssign):
         targets = getattr(node, 'targets', [getattr(node, 'target', node)])
         for name in (getattr(target, 'id', getattr(target, 'name', '_')) for target in targets):
-            # each sensor's file has the number of its STREAM
-            if not name.startswith('_') and name != 'STREAM':
+            if not name.startswith('_'):
                 places[name].append(file)
     assert {name: files for name, files in places.items() if len(files) > 1} == {}
 

@@ -10,16 +10,18 @@ from mcap.records import Metadata
 
 from ..dynamics import inertia
 from ..kernel import rotation
+from ..messages.contents import fields
 from ..rosbag2.errors import Incomplete
 from ..rosbag2.reader import Messages, TopicBlock
 from ..rosbag2.summary import read_summary
+from ..run import topics
+from ..run.topics import Topic
 from . import run_metadata
 from .read_run import RecordedRun
 
 Columns = dict[str, np.ndarray]
 
-Q_IB = ('q_ib_x', 'q_ib_y', 'q_ib_z', 'q_ib_w')
-OMEGA_BI_B = ('omega_bi_b_x_rad_s', 'omega_bi_b_y_rad_s', 'omega_bi_b_z_rad_s')
+Q_IB, OMEGA_BI_B = topics.Q_IB.columns, topics.OMEGA_BI_B.columns
 _TIMES = ('tick', 't_s', 'stamp_ns')
 _LVLH_ANGLES = ('roll_rad', 'pitch_rad', 'yaw_rad', 'nadir_angle_rad')
 
@@ -27,32 +29,15 @@ _LVLH_ANGLES = ('roll_rad', 'pitch_rad', 'yaw_rad', 'nadir_angle_rad')
 _BLOCK_ROWS = 32768
 
 
-def columns_of_topics(rotors: Iterable[str] = ('rotor',)) -> dict[str, dict[str, tuple[str, ...]]]:
+def columns_of_topics(
+    topics: Iterable[Topic], rotors: Iterable[str] = ()
+) -> dict[str, dict[str, tuple[str, ...]]]:
     """
-    Return for each topic its fields and the columns they fill, with the rotors' names.
+    Return for each state topic its fields and the columns they fill, with the rotors' names.
 
     Where two topics hold the same quantity, the first one's values are used.
     """
-    columns: dict[str, dict[str, tuple[str, ...]]] = {
-        'attitude': {'quaternion': Q_IB},
-        'angular_velocity': {'velocity.angular': OMEGA_BI_B},
-        'imu': {'orientation': Q_IB, 'angular_velocity': OMEGA_BI_B},
-        'odometry': {
-            'pose.pose.orientation': Q_IB,
-            'twist.twist.angular': OMEGA_BI_B,
-            'pose.pose.position': ('r_i_x_m', 'r_i_y_m', 'r_i_z_m'),
-            'twist.twist.linear': ('v_b_x_m_s', 'v_b_y_m_s', 'v_b_z_m_s'),
-        },
-        'attitude_lvlh': {'quaternion': ('q_lb_x', 'q_lb_y', 'q_lb_z', 'q_lb_w')},
-        'gravity_gradient': {
-            'wrench.torque': (
-                'gravity_gradient_b_x_n_m',
-                'gravity_gradient_b_y_n_m',
-                'gravity_gradient_b_z_n_m',
-            )
-        },
-        'rotor': {},
-    }
+    columns = {topic.name: fields(topic) for topic in topics if topic.role == 'state'}
     for i, rotor in enumerate(rotors):
         columns['rotor'] |= {
             f'position[{i}]': (f'{rotor}_angle_rad',),
@@ -92,13 +77,14 @@ class StateTable:
         self.ticks_read = 0
         self._stride = 1 if step_s is None else _stride(step_s, run.scenario.rate)
         rotors = [rotor.label for rotor in run.scenario.system.rotors]
+        table = run.scenario.topic_table.values()
         self._fields = {
             topic: {
                 field: names
-                for field, names in fields.items()
+                for field, names in columns.items()
                 if field in (run.layout(topic).names or ())
             }
-            for topic, fields in columns_of_topics(rotors).items()
+            for topic, columns in columns_of_topics(table, rotors).items()
             if topic in run.names and run.names[topic] in run.bag.topics
         }
         recorded = [name for f in self._fields.values() for names in f.values() for name in names]

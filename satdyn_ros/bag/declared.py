@@ -3,11 +3,9 @@
 from mcap.records import Schema
 
 from ..messages import schemas
-from ..messages.topics import ROTOR_TORQUE, TOPICS
+from ..messages.incoming import ROTOR_TORQUE
 from ..rosbag2.errors import Damaged
 from .read_run import RecordedRun
-
-_TYPES = {name: topic.type for name, topic in TOPICS.items()} | {'rotor_torque': ROTOR_TORQUE.type}
 
 
 def check_declarations(run: RecordedRun) -> None:
@@ -17,10 +15,12 @@ def check_declarations(run: RecordedRun) -> None:
     Damaged: with what a file declares, readers would take the messages for something else.
     """
     names = {topic: name for name, topic in run.names.items()}
+    known = {name: topic.type for name, topic in run.scenario.topic_table.items()}
+    known['rotor_torque'] = ROTOR_TORQUE.type
     for path, (types, channels) in zip(run.bag.files, run.bag.declarations, strict=True):
         for channel_id, channel in channels.items():
             topic = channel.topic
-            type_name = _TYPES.get(names.get(topic, ''))
+            type_name = known.get(names.get(topic, ''))
             if type_name is None:
                 continue
             schema = types.get(channel.schema_id)

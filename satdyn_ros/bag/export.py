@@ -122,7 +122,8 @@ def _message_columns(run, kind, options):
     recorded = StateTable(run).names
     for what, columns in wanted.items():
         if not {*columns} <= {*recorded}:
-            topics = [t for t, fields in columns_of_topics().items() if columns in fields.values()]
+            shown = columns_of_topics(run.scenario.topic_table.values())
+            topics = [topic for topic, fields in shown.items() if columns in fields.values()]
             raise ValueError(
                 f'{run.bag.path} has not recorded the {what}; record one of the topics '
                 f'{", ".join(topics)}'

@@ -11,14 +11,8 @@ from typing import Any
 import numpy as np
 from mcap.records import Metadata
 
-from ..messages.packers import SensorPacker, packer
-from ..messages.topics import (
-    ROTOR_TORQUE,
-    Packer,
-    pack_tf_static,
-    rotor_command_of,
-    tf_with_sensors,
-)
+from ..messages.incoming import ROTOR_TORQUE, rotor_command_of
+from ..messages.packers import Packer, pack_tf_static, packer, tf_with_sensors
 from ..rosbag2.errors import BagError, Damaged
 from ..rosbag2.reader import Bag, Messages, TopicBlock
 from ..run.events import Event, Halt, Request, Reset, RotorCommand, Torque
@@ -65,7 +59,8 @@ class RecordedRun:
         self.snapshot: dict[str, Any] | None = None
         if run_metadata.SNAPSHOT in begin:
             with self.reading(run_metadata.SNAPSHOT):
-                self.snapshot = run_metadata.snapshot_from_record(begin[run_metadata.SNAPSHOT])
+                record = begin[run_metadata.SNAPSHOT]
+                self.snapshot = run_metadata.snapshot_from_record(record, self.scenario.keys)
         self.ticks = Ticks(self.scenario.rate, self.scenario.epoch_ns)
         self._layouts: dict[str, np.dtype] = {}
 
@@ -160,10 +155,10 @@ class RecordedRun:
             self._layouts[name] = self.packer(name).dtype
         return self._layouts[name]
 
-    def packer(self, name: str) -> Packer | SensorPacker:
+    def packer(self, name: str) -> Packer:
         """Return what packs samples for a topic, by its name in the scenario."""
         if name == 'tf' and self.rules < 2:
-            return tf_with_sensors(self.scenario.frames, self.scenario.system)
+            return tf_with_sensors(self.scenario)
         return packer(name, self.scenario)
 
     @property
@@ -171,7 +166,7 @@ class RecordedRun:
         """What each file has ahead of its first tick, by names in the scenario."""
         if self.rules < 2 or not self.scenario.sensors:
             return {}
-        return {'tf_static': pack_tf_static(self.scenario.epoch_ns, self.scenario.frames)}
+        return {'tf_static': pack_tf_static(self.scenario)}
 
     def rows(self, name: str, messages: Messages) -> np.ndarray:
         """
@@ -286,15 +281,17 @@ class Happened:
             self._last_ns = max(self._last_ns or 0, item.contents.span_ns[1])
 
     def _take_record(self, record: Metadata) -> None:
+        keys = self._run.scenario.keys
         with self._run.reading(record.name):
             match record.name:
                 case run_metadata.EVENT:
-                    self._events.append(run_metadata.event_from_record(record.metadata))
+                    self._events.append(run_metadata.event_from_record(record.metadata, keys))
                 case run_metadata.HELD:
                     self._held = run_metadata.held_from_record(record.metadata)
                 case run_metadata.SNAPSHOT:
                     self._held = self._timeout
-                    self.begins.append(run_metadata.snapshot_from_record(record.metadata)['tick'])
+                    snapshot = run_metadata.snapshot_from_record(record.metadata, keys)
+                    self.begins.append(snapshot['tick'])
 
     def _held_as_told(self, event: Torque | RotorCommand) -> Event:
         return event if self._held is None else replace(event, until_tick=event.tick + self._held)

@@ -7,9 +7,9 @@ import numpy as np
 
 from ..dynamics.system import State
 from ..kernel import rotation
-from ..messages.packers import SensorPacker
+from ..messages.incoming import pack_rotor_command, pack_rotor_torque, pack_torque
+from ..messages.packers import Packer
 from ..messages.sparse import dense_and_sparse
-from ..messages.topics import Packer, pack_rotor_command, pack_rotor_torque, pack_torque
 from ..rosbag2.chunk_builder import ChunkBuilder
 from ..rosbag2.tick_table import TickTable
 from ..run.events import Event, Request, Reset, RotorCommand, Torque
@@ -46,7 +46,7 @@ def rerun(
     starts_anew = True
     already_applied = run.events_at_begin
     chunk = ChunkBuilder()
-    packers: dict[str, Packer | SensorPacker] = {}
+    packers: dict[str, Packer] = {}
     ends = sorted({*run.happened.begins, run.end_tick}) if run.latched else [run.end_tick]
     while simulation.next_tick < run.end_tick:
         next_tick = simulation.next_tick

@@ -10,6 +10,7 @@ import numpy
 import scipy
 
 from .. import __version__
+from ..base.key import Key
 from ..kernel.compile import compiler
 from ..rosbag2.errors import Damaged
 from ..run import events
@@ -139,8 +140,14 @@ def held_from_record(record: Mapping[str, str]) -> int | None:
     return ticks
 
 
-def snapshot_from_record(record: Mapping[str, str]) -> dict[str, Any]:
-    """Return the snapshot of a metadata record, as Simulation.snapshot; Damaged: it is not one."""
+def snapshot_from_record(
+    record: Mapping[str, str], keys: Mapping[str, Key] = KEYS
+) -> dict[str, Any]:
+    """
+    Return the snapshot of a metadata record, as Simulation.snapshot.
+
+    keys: those of the scenario.  Damaged: it is not one.
+    """
     snapshot = from_record(record)
     begin, tick = snapshot.get('begin_tick'), snapshot.get('tick')
     if type(snapshot.get('is_start', False)) is not bool:
@@ -160,7 +167,7 @@ def snapshot_from_record(record: Mapping[str, str]) -> dict[str, Any]:
     until = snapshot.get('until')
     if not isinstance(until, dict) or not all(type(tick) is int for tick in until.values()):
         raise Damaged('its until does not hold ticks')
-    KEYS['publish.topics'].checked(snapshot.get('topics'))
+    keys['publish.topics'].checked(snapshot.get('topics'))
     return snapshot
 
 
@@ -174,8 +181,8 @@ def event_record(event: Event) -> dict[str, str]:
     return {'event': type(event).__name__} | to_record(dataclasses.asdict(event))
 
 
-def event_from_record(record: Mapping[str, str]) -> Event:
-    """Return the event of a metadata record; Damaged: it is not one."""
+def event_from_record(record: Mapping[str, str], keys: Mapping[str, Key] = KEYS) -> Event:
+    """Return the event of a metadata record; keys: those of the scenario.  Damaged: it is none."""
     kind = _EVENTS.get(record.get('event', ''))
     if kind is None:
         raise Damaged(f'its event is {record.get("event")!r}; allowed: {", ".join(_EVENTS)}')
@@ -188,7 +195,7 @@ def event_from_record(record: Mapping[str, str]) -> Event:
     ):
         raise Damaged(f'it does not describe a {record["event"]}')
     if kind is events.Topics:
-        values['names'] = KEYS['publish.topics'].checked(values['names'])
+        values['names'] = keys['publish.topics'].checked(values['names'])
     if kind is events.Request and not isinstance(values['values'], dict):
         raise Damaged('its request is not keys and values')
     return kind(**values)

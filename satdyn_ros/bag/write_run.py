@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from ..messages import qos, schemas
+from ..messages.incoming import pack_rotor_command, pack_torque
+from ..messages.packers import pack_tf_static
 from ..messages.sparse import Rows, SparseMessages
-from ..messages.topics import TOPICS, pack_rotor_command, pack_tf_static, pack_torque
 from ..rosbag2.metadata import TopicMetadata
 from ..rosbag2.reader import Bag
 from ..rosbag2.tick_table import TickTable
@@ -21,7 +22,6 @@ from . import run_metadata
 
 # The events that are recorded as messages, on these topics.
 RECORDED_AS = {Torque: 'torque', RotorCommand: 'rotor_command'}
-_RECORDED = tuple(name for name, topic in TOPICS.items() if topic.role in ('state', 'input'))
 
 
 class Recording:
@@ -45,10 +45,10 @@ class Recording:
         self._scenario = scenario
         self._offered = offered or {}
         sensors = tuple(scenario.sensors)
-        self._latched = (
-            {'tf_static': pack_tf_static(scenario.epoch_ns, scenario.frames)} if sensors else {}
-        )
-        self._names = {name: resolve(name) for name in (*_RECORDED, *sensors, *self._latched)}
+        self._latched = {'tf_static': pack_tf_static(scenario)} if sensors else {}
+        table = scenario.topic_table
+        recorded = (name for name, topic in table.items() if topic.role in ('state', 'input'))
+        self._names = {name: resolve(name) for name in (*recorded, *sensors, *self._latched)}
         ticks = Ticks(scenario.rate, scenario.epoch_ns)
         self._timeout = self._held = ticks.timeout(0, scenario['torque.timeout'])
         added = *topics, *sensors, *self._latched, *RECORDED_AS.values()
@@ -171,7 +171,7 @@ class Recording:
         return {self._names[name]: value for name, value in by_name.items()}
 
     def _metadata(self, name):
-        topic = TOPICS[name]
+        topic = self._scenario.topic_table[name]
         match topic.role:
             case 'input':
                 usual = qos.INPUTS

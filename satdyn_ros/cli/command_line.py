@@ -189,17 +189,18 @@ def _add_replay(command):
 
 
 _PANELS = """\
-The panels of a bag; by default the first four and those of its sensors are drawn:
+The panels of a bag; by default the first four, those of its own torques and of its sensors are
+drawn:
 
   attitude       roll, pitch and yaw to LVLH, or to inertial axes without an orbit
   rates          body rate in body axes
   torque         gravity-gradient torque in body axes
   drift          relative drift of the first integrals
   rotor          speed of each rotor relative to the body
-  gyro           measured minus true rate in sensor axes, with three sigma about its bias
-  star_tracker   small angles from the true to the measured sensor axes, with three sigma
   polhode        body rate on the ellipsoids of energy and momentum
   phase          pitch and pitch rate in LVLH, with the separatrix of planar libration
+  NAME_torque    a torque of your own that acts, in body axes: the name of its topic
+  SENSOR         measured minus true values of a sensor, by its name, in its axes, with three sigma
 
 Applied torques are shaded; requests and resets are marked by a line.  Where the body turns more
 than a quarter turn between two points, a band from least to most replaces the line."""

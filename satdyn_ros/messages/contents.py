@@ -5,18 +5,17 @@ Each reads like its message: constants stand as they are, and what changes from 
 function of the samples.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..dynamics.system import System
-from ..kernel import rotation
 from ..run.samples import Stamped
 from ..run.scenario import Frames
-from ..torques.gravity_gradient import gravity_gradient as gradient_torque
-from . import markers
+from ..run.topics import Topic
+from . import cdr, markers
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,58 +26,78 @@ class Inputs(Stamped):
     torques: np.ndarray
 
 
-def attitude(frames: Frames, system: System) -> dict[str, Any]:
-    """Return geometry_msgs/QuaternionStamped: q_ib."""
-    return {'header': header(frames.inertial), 'quaternion': _q_ib}
+class _Layout(NamedTuple):
+    """
+    What is alike in the messages of a type.
+
+    fields: those of the quantities that a topic shows, in its order.  constants: what else differs
+    from the message's defaults, given the frames.
+    """
+
+    fields: tuple[str, ...]
+    constants: Callable[[Frames], dict[str, Any]] = lambda frames: {}
 
 
-def angular_velocity(frames: Frames, system: System) -> dict[str, Any]:
-    """Return geometry_msgs/VelocityStamped: omega_bi_b; the linear part is left at zero."""
-    return {
-        'header': header(frames.body),
-        'body_frame_id': frames.body,
-        'reference_frame_id': frames.inertial,
-        'velocity': {'angular': _omega_bi_b},
-    }
-
-
-def imu(frames: Frames, system: System) -> dict[str, Any]:
-    """Return sensor_msgs/Imu: q_ib and omega_bi_b, without acceleration."""
+_LAYOUTS = {
+    'geometry_msgs/msg/QuaternionStamped': _Layout(('quaternion',)),
+    'geometry_msgs/msg/VelocityStamped': _Layout(
+        ('velocity.angular',),
+        lambda frames: {'body_frame_id': frames.body, 'reference_frame_id': frames.inertial},
+    ),
+    'geometry_msgs/msg/WrenchStamped': _Layout(('wrench.torque',)),
+    'nav_msgs/msg/Odometry': _Layout(
+        (
+            'pose.pose.orientation',
+            'twist.twist.angular',
+            'pose.pose.position',
+            'twist.twist.linear',
+        ),
+        lambda frames: {'child_frame_id': frames.body},
+    ),
     # REP-145: a covariance of zeros is unknown, one that begins with -1 marks an absent quantity.
-    return {
-        'header': header(frames.body),
-        'orientation': _q_ib,
-        'angular_velocity': _omega_bi_b,
-        'linear_acceleration_covariance': [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-    }
+    'sensor_msgs/msg/Imu': _Layout(
+        ('orientation', 'angular_velocity'),
+        lambda frames: {'linear_acceleration_covariance': [-1.0, *[0.0] * 8]},
+    ),
+}
 
 
-def odometry(frames: Frames, system: System) -> dict[str, Any]:
-    """Return nav_msgs/Odometry: r_i and q_ib; v and omega_bi_b in body axes."""
-    return {
-        'header': header(frames.inertial),
-        'child_frame_id': frames.body,
-        'pose': {'pose': {'position': _r_i, 'orientation': _q_ib}},
-        'twist': {'twist': {'linear': _v_b, 'angular': _omega_bi_b}},
-    }
+def fields(topic: Topic) -> dict[str, tuple[str, ...]]:
+    """Return the fields of a topic's messages that hold what it shows, and their columns."""
+    if not topic.shows:
+        return {}
+    columns = (quantity.columns for quantity in topic.shows)
+    return dict(zip(_LAYOUTS[topic.type].fields, columns, strict=True))
 
 
-def attitude_lvlh(frames: Frames, system: System) -> dict[str, Any]:
-    """Return geometry_msgs/QuaternionStamped: q_lb.  ValueError: there is no LVLH."""
-    if not system.orbit.has_lvlh:
-        raise ValueError(
-            'publish.topics has attitude_lvlh and orbit.type is fixed, which has no LVLH; '
-            'use circular or kepler, or leave the topic out'
-        )
-    return {'header': header(frames.orbital), 'quaternion': _q_lb}
+def message(topic: Topic, frames: Frames, system: System) -> cdr.Message:
+    """
+    Return what packs samples of a system for a topic: pack(samples) -> rows (N,), each a message.
+
+    The inputs pack Inputs.  ValueError: the system has no such topic, or the topic no constant
+    layout.
+    """
+    if why := topic.lacking(system):
+        raise ValueError(f'publish.topics has {topic.name} and {why}')
+    if topic.name in _OF_THEIR_OWN:
+        return cdr.Message(topic.type, _OF_THEIR_OWN[topic.name](frames, system))
+    if not topic.shows:
+        raise ValueError(f'{topic.name} has no constant layout; publish {topic.type} objects')
+    layout = _LAYOUTS[topic.type]
+    content = {'header': header(getattr(frames, topic.frame)), **layout.constants(frames)}
+    for path, quantity in zip(layout.fields, topic.shows, strict=True):
+        _fill(content, path.split('.'), quantity.of)
+    return cdr.Message(topic.type, content)
 
 
-def gravity_gradient(frames: Frames, system: System) -> dict[str, Any]:
-    """Return geometry_msgs/WrenchStamped: the torque on the body."""
-    return {'header': header(frames.body), 'wrench': {'torque': _gravity_gradient}}
+def _fill(content, path, column):
+    *outer, last = path
+    for name in outer:
+        content = content.setdefault(name, {})
+    content[last] = column
 
 
-def rotor(frames: Frames, system: System) -> dict[str, Any]:
+def _rotor(frames: Frames, system: System) -> dict[str, Any]:
     """Return sensor_msgs/JointState: all rotors; an array is empty where none has its values."""
     rotors = system.rotors
     turns = any(rotor.turns_freely for rotor in rotors)
@@ -92,19 +111,18 @@ def rotor(frames: Frames, system: System) -> dict[str, Any]:
     }
 
 
-def marker_array(frames: Frames, system: System) -> dict[str, Any]:
-    """Return visualization_msgs/MarkerArray."""
+def _markers(frames: Frames, system: System) -> dict[str, Any]:
     return markers.content(header(frames.body), system)
 
 
-def tf(frames: Frames, system: System) -> dict[str, Any]:
+def _tf(frames: Frames, system: System) -> dict[str, Any]:
     """Return tf2_msgs/TFMessage: inertial to LVLH, where there is an orbit; inertial to body."""
     orbital = [_transform(frames.inertial, frames.orbital, _q_il, _r_i)]
     body = _transform(frames.inertial, frames.body, _q_ib, _r_i)
     return {'transforms': [*(orbital if system.orbit.has_lvlh else []), body]}
 
 
-def tf_static(frames: Frames, system: System) -> dict[str, Any]:
+def _tf_static(frames: Frames, system: System) -> dict[str, Any]:
     """Return tf2_msgs/TFMessage: body to each sensor."""
     mounted = [_transform(frames.body, frame_id, q_bs) for frame_id, q_bs in frames.sensors]
     return {'transforms': mounted}
@@ -112,18 +130,13 @@ def tf_static(frames: Frames, system: System) -> dict[str, Any]:
 
 def tf_with_sensors(frames: Frames, system: System) -> dict[str, Any]:
     """Return tf2_msgs/TFMessage as in bags of the rules 0 and 1, whose tf has the sensors."""
-    parts = tf(frames, system), tf_static(frames, system)
+    parts = _tf(frames, system), _tf_static(frames, system)
     return {'transforms': [transform for part in parts for transform in part['transforms']]}
 
 
-def clock(frames: Frames, system: System) -> dict[str, Any]:
+def _clock(frames: Frames, system: System) -> dict[str, Any]:
     """Return rosgraph_msgs/Clock: the stamp."""
     return {'clock': _STAMP}
-
-
-def torque_input(frames: Frames, system: System) -> dict[str, Any]:
-    """Return geometry_msgs/WrenchStamped of Inputs."""
-    return {'header': header(frames.body), 'wrench': {'torque': _torques}}
 
 
 def rotor_torque_input() -> dict[str, Any]:
@@ -165,30 +178,12 @@ def _q_ib(samples):
     return samples.states.q_ib
 
 
-def _q_lb(samples):
-    return samples.states.q_lb
-
-
 def _q_il(samples):
     return samples.states.orbit.lvlh(samples.states.orbit_s)
 
 
-def _omega_bi_b(samples):
-    return samples.states.omega_bi_b
-
-
 def _r_i(samples):
     return samples.states.r_i
-
-
-def _v_b(samples):
-    return rotation.rotate(rotation.conjugate(samples.states.q_ib), samples.states.v_i)
-
-
-def _gravity_gradient(samples):
-    states = samples.states
-    gradient = states.orbit.gradient_at(states.orbit_s)
-    return gradient_torque(samples.system.inertia, states.c_b, gradient)
 
 
 def _rotor_angle(i):
@@ -213,3 +208,13 @@ def _torques(inputs):
 
 def _torque_of(i):
     return lambda inputs: inputs.torques[:, i]
+
+
+# Of topics whose messages hold more, or other, than quantities.
+_OF_THEIR_OWN: dict[str, Callable[[Frames, System], dict[str, Any]]] = {
+    'rotor': _rotor,
+    'markers': _markers,
+    '/tf': _tf,
+    '/tf_static': _tf_static,
+    '/clock': _clock,
+}

@@ -1,7 +1,7 @@
 """
 What packs the samples of a scenario into the messages of any of its topics.
 
-Those of the sensors are sensor_msgs/Imu in their own axes, at ticks of their own.
+Those of the sensors are in their own axes, at ticks of their own.
 """
 
 from collections.abc import Sequence
@@ -11,11 +11,10 @@ import numpy as np
 
 from ..run.samples import Measured, Samples
 from ..run.scenario import Scenario
-from ..sensors import Gyro, StarTracker
-from ..sensors.suite import Sensor
-from . import cdr, contents
+from ..run.topics import TOPICS
+from ..sensors import Sensor
+from . import cdr, contents, schemas
 from .sparse import Rows, SparseMessages
-from .topics import TOPICS, Packer
 
 # REP-145: a covariance that begins with -1 marks what a message does not have.
 _ABSENT = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
@@ -32,10 +31,10 @@ class SensorPacker:
     def __init__(self, name: str, scenario: Scenario):
         sensor = scenario.sensors[name]
         self._name = name
-        self.is_at_every_tick = isinstance(sensor, Gyro) and sensor.divisor == 1
+        self.is_at_every_tick = sensor.is_at_every_tick
         header = contents.header(scenario[f'sensors.{name}.frame_id'])
         content = {'header': header, **_content(sensor)}
-        self._message = cdr.Message(TOPICS[name].type, content)
+        self._message = cdr.Message(sensor.message, content)
         self.dtype = self._message.dtype
 
     def rows(self, count: int) -> np.ndarray:
@@ -55,21 +54,14 @@ class SensorPacker:
 
 
 def _content(sensor: Sensor) -> dict[str, Any]:
-    match sensor:
-        case Gyro():
-            return {
-                'orientation_covariance': _ABSENT,
-                'angular_velocity': _values,
-                'angular_velocity_covariance': _diagonal(sensor.variances),
-                'linear_acceleration_covariance': _ABSENT,
-            }
-        case StarTracker():
-            return {
-                'orientation': _values,
-                'orientation_covariance': _diagonal(sensor.variances),
-                'angular_velocity_covariance': _ABSENT,
-                'linear_acceleration_covariance': _ABSENT,
-            }
+    """Return the values, their covariance, and of all else that has one that it is absent."""
+    content: dict[str, Any] = {sensor.measures: _values}
+    for field in schemas.fields(sensor.message):
+        if field.name == f'{sensor.measures}_covariance':
+            content[field.name] = _diagonal(sensor.variances)
+        elif field.name.endswith('_covariance'):
+            content[field.name] = _ABSENT
+    return content
 
 
 def _values(measured: Measured) -> np.ndarray:
@@ -80,17 +72,33 @@ def _diagonal(variances: Sequence[float]) -> list[float]:
     return np.diag(variances).ravel().tolist()
 
 
-def packer(name: str, scenario: Scenario) -> Packer | SensorPacker:
+Packer = cdr.Message | SensorPacker
+
+
+def packer(name: str, scenario: Scenario) -> Packer:
     """
     Return what packs samples for a topic: pack(samples) -> its messages as rows.
 
-    name: as in TOPICS.  ValueError: the scenario has no such topic.
+    name: as in the scenario.  ValueError: it has no such topic.
     """
     if name in scenario.sensors:
         return SensorPacker(name, scenario)
-    return TOPICS[name].packer(scenario.frames, scenario.system)
+    return contents.message(scenario.topic_table[name], scenario.frames, scenario.system)
 
 
-def is_at_every_tick(topic: Packer | SensorPacker) -> bool:
+def tf_with_sensors(scenario: Scenario) -> Packer:
+    """Return what packs /tf as it is in bags of the rules 0 and 1."""
+    content = contents.tf_with_sensors(scenario.frames, scenario.system)
+    return cdr.Message(TOPICS['tf'].type, content)
+
+
+def pack_tf_static(scenario: Scenario) -> bytes:
+    """Return the message of /tf_static, stamped by the scenario's epoch."""
+    stamp = contents.Inputs(np.array([scenario.epoch_ns]), np.empty((1, 0)))
+    packed = contents.message(TOPICS['tf_static'], scenario.frames, scenario.system)
+    return packed.pack(stamp).tobytes()
+
+
+def is_at_every_tick(topic: Packer) -> bool:
     """Whether a topic has a message at every tick; others are packed as SparseMessages."""
     return not isinstance(topic, SensorPacker) or topic.is_at_every_tick

@@ -1,28 +1,45 @@
 """What is drawn over time, and its bounds in each row."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from ..kernel import rotation
 from ..run.samples import Samples, merged
-from ..torques.gravity_gradient import gravity_gradient
+from ..run.scenario import Scenario
+from ..run.topics import Topic
 
 # Samples that are held at a time, with what is drawn of them: a few megabytes.
 HELD_TICKS = 4096
 
 
-def curves(samples: Samples) -> dict[str, np.ndarray]:
+def topics_with_panels(scenario: Scenario) -> list[Topic]:
+    """Return the topics of a scenario that have a panel of their own."""
+    return [
+        topic
+        for topic in scenario.topic_table.values()
+        if topic.panel is not None and not topic.lacking(scenario.system)
+    ]
+
+
+def shown(topics: Iterable[Topic], samples: Samples) -> dict[str, np.ndarray]:
+    """Return what topics show of samples, (N, k) each, by their names."""
+    return {topic.name: topic.shows[0].of(samples) for topic in topics}
+
+
+def curves(samples: Samples, topics: Iterable[Topic]) -> dict[str, np.ndarray]:
     """
     Return what is drawn over time of samples, (N, k) each.
 
     attitude: roll, pitch and yaw to LVLH, or to inertial axes without an orbit [rad]; rate: body
-    rate in body axes [rad/s]; torque: gravity gradient in body axes [N m]; rotor_speed [rad/s].
+    rate in body axes [rad/s]; rotor_speed [rad/s]; and what topics show, by their names.
     """
     states = samples.states
     q = states.q_lb if states.orbit.has_lvlh else states.q_ib
     return {
         'attitude': rotation.roll_pitch_yaw(q),
         'rate': states.omega_bi_b,
-        'torque': field_torque(samples),
+        **shown(topics, samples),
         'rotor_speed': rotor_columns(states.rotor_speed),
     }
 
@@ -32,18 +49,18 @@ def rotor_columns(values: np.ndarray) -> np.ndarray:
     return np.reshape(values, (len(values), -1))
 
 
-def field_torque(samples: Samples) -> np.ndarray:
-    """Return the gravity-gradient torque in body axes [N m], (N, 3)."""
-    states = samples.states
-    gradient = states.orbit.gradient_at(states.orbit_s)
-    return gravity_gradient(samples.system.inertia, states.c_b, gradient)
-
-
 class Bounds:
-    """The least and the most of every curve, and the angle turned, over all ticks of each row."""
+    """
+    The least and the most of every curve, and the angle turned, over all ticks of each row.
 
-    def __init__(self, first_tick: int, rows: int, every: int, tick_s: float):
+    topics: those whose quantities are among the curves.
+    """
+
+    def __init__(
+        self, first_tick: int, rows: int, every: int, tick_s: float, topics: Iterable[Topic]
+    ):
         self._first_tick, self._rows, self._every, self._tick_s = first_tick, rows, every, tick_s
+        self._topics = tuple(topics)
         self.turned = np.zeros(rows)
         self.least: dict[str, np.ndarray] = {}
         self.most: dict[str, np.ndarray] = {}
@@ -64,7 +81,7 @@ class Bounds:
         row, begins = np.unique(tick // self._every, return_index=True)
         rate = np.linalg.norm(samples.states.omega_bi_b, axis=-1)
         self.turned[row] += np.add.reduceat(rate, begins) * self._tick_s
-        for name, values in curves(samples).items():
+        for name, values in curves(samples, self._topics).items():
             if name not in self.least:
                 self.least[name] = np.full((self._rows, values.shape[1]), np.inf)
                 self.most[name] = np.full((self._rows, values.shape[1]), -np.inf)

@@ -17,7 +17,8 @@ from ..run.events import Event
 from ..run.samples import Samples, merged
 from ..run.scenario import Scenario
 from ..run.simulation import Simulation
-from .curves import HELD_TICKS, Bounds, field_torque
+from ..run.topics import Panel
+from .curves import HELD_TICKS, Bounds, shown, topics_with_panels
 from .sensor_errors import ErrorsOfSensors, SensorErrors
 
 # A controller may begin one at each tick.
@@ -34,9 +35,10 @@ class History:
 
     ticks: how many there are in all; row i stands for those from its own up to the next row's.
     t_s (N,): seconds from tick 0.  states: their table, which refers to the orbit; q_lb (N, 4) is
-    None without LVLH.  torque_b (N, 3): gravity gradient [N m]; applied_b (N, 3): applied torque
-    [N m]; momentum_b (N, 3): H [N m s].  turned (N,): the angle that the body turns within a row
-    [rad].  least, most: by the name of a curve, see curves.py, its bounds over all ticks of a row.
+    None without LVLH.  shown: by their names what the topics with a panel show, (N, k) each, and
+    panels: their titles and units.  applied_b (N, 3): applied torque [N m]; momentum_b (N, 3): H
+    [N m s].  turned (N,): the angle that the body turns within a row [rad].  least, most: by the
+    name of a curve, see curves.py, its bounds over all ticks of a row.
     drift: by first integral its largest relative change since the last event so far, of all ticks,
     (N,), nan where it is not one.  largest_drift: the same over the whole run.  motions: the first
     MOST_MOTIONS of the run, by the tick where they begin.  events: what happened, with the time of
@@ -49,7 +51,8 @@ class History:
     t_s: np.ndarray
     states: States
     q_lb: np.ndarray | None
-    torque_b: np.ndarray
+    shown: dict[str, np.ndarray]
+    panels: dict[str, Panel]
     applied_b: np.ndarray
     momentum_b: np.ndarray
     turned: np.ndarray
@@ -95,9 +98,11 @@ def history(
     simulation = run.simulation()
     first, end = _window(run, simulation.next_tick, run.last_tick() + 1, begin_s, end_s)
     every = -(-(end - first) // rows)
-    bounds = Bounds(first, -(-(end - first) // every), every, 1.0 / float(run.ticks.rate))
+    topics = topics_with_panels(run.scenario)
+    tick_s = 1.0 / float(run.ticks.rate)
+    bounds = Bounds(first, -(-(end - first) // every), every, tick_s, topics)
     sensors = ErrorsOfSensors(simulation.sensors, run.ticks, range(first, end), rows)
-    tables, torques, applied_torques, momenta, drifts = [], [], [], [], []
+    tables, quantities, applied_torques, momenta, drifts = [], [], [], [], []
     events: list[tuple[float, Event]] = []
     driven: list[tuple[float, float]] = []
     largest: dict[str, float] = {}
@@ -130,7 +135,9 @@ def history(
             continue
         table = states.rows(chosen)
         tables.append(table)
-        torques.append(field_torque(samples)[chosen])
+        quantities.append(
+            {name: values[chosen] for name, values in shown(topics, samples).items()}
+        )
         applied_torques.append(np.broadcast_to(samples.system.torque_b, (len(table), 3)))
         momenta.append(angular_momentum(samples.system, table.omega_bi_b, table.rotor_speed))
         drifts.append({name: values[chosen] for name, values in drift.items()})
@@ -142,7 +149,11 @@ def history(
         t_s=states.orbit_s,
         states=states,
         q_lb=None if run.scenario.is_fixed else states.q_lb,
-        torque_b=np.concatenate(torques),
+        shown={
+            topic.name: np.concatenate([part[topic.name] for part in quantities])
+            for topic in topics
+        },
+        panels={topic.name: topic.panel for topic in topics if topic.panel},
         applied_b=np.concatenate(applied_torques),
         momentum_b=np.concatenate(momenta),
         turned=bounds.turned,

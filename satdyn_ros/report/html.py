@@ -95,7 +95,7 @@ def playable(run: History) -> dict[str, Any]:
     line, and tables of the least and the most there; null where there are none.  marks: events
     (t_s, kind 'restart' or 'change') and driven intervals (from, to) [s].  notice: what the
     3-D view cannot show, or ''.  sensors: by their names a table of t_s, error and systematic, and
-    sigma, see sensor_errors.py.
+    sigma, see sensor_errors.py, with unit and per_si of the chart, see Sensor.
     """
     description, rows = of_history(run)
     far = np.flatnonzero(run.turns_too_far)
@@ -113,7 +113,12 @@ def playable(run: History) -> dict[str, Any]:
 
 def _errors(errors):
     columns = {name: getattr(errors, name) for name in ('t_s', 'error', 'systematic')}
-    return {'table': table(columns), 'sigma': errors.sigma.tolist()}
+    return {
+        'table': table(columns),
+        'sigma': errors.sigma.tolist(),
+        'unit': errors.sensor.unit,
+        'per_si': errors.sensor.per_si,
+    }
 
 
 def summary(run: History) -> str:

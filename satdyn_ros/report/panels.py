@@ -102,12 +102,17 @@ def rates(axes: 'Axes', history: History) -> None:
     axes.set_ylabel('body rate [deg/s]')
 
 
+def shown(axes: 'Axes', history: History, topic: str) -> None:
+    """Draw what a topic shows, such as a torque in body axes."""
+    values, (title, unit) = history.shown[topic], history.panels[topic]
+    scale, prefix = _prefixed(values)
+    _lines(axes, history, values.T / scale, 'xyz'[: values.shape[1]], topic, 1.0 / scale)
+    axes.set_ylabel(f'{title} [{prefix}{unit}]')
+
+
 def torque(axes: 'Axes', history: History) -> None:
     """Draw the gravity-gradient torque in body axes."""
-    scale, prefix = _prefixed(history.torque_b)
-    names = ('$T_x$', '$T_y$', '$T_z$')
-    _lines(axes, history, history.torque_b.T / scale, names, 'torque', 1.0 / scale)
-    axes.set_ylabel(f'gravity gradient [{prefix}N m]')
+    shown(axes, history, 'gravity_gradient')
 
 
 def _prefixed(values):
@@ -135,24 +140,13 @@ def rotor(axes: 'Axes', history: History) -> None:
     axes.set_ylabel('rotor speed [rad/s]')
 
 
-def gyro(axes: 'Axes', history: History) -> None:
-    """Draw measured minus true rate in sensor axes, and three sigma about its bias."""
-    errors = _errors(history, 'gyro')
-    scale, prefix = _prefixed(errors.error)
+def sensor(axes: 'Axes', history: History, name: str) -> None:
+    """Draw measured minus true values in sensor axes, and three sigma of the noise."""
+    errors = history.sensors[name]
+    unit, per_si = errors.sensor.unit, errors.sensor.per_si
+    scale, prefix = _prefixed(errors.error) if per_si == 1.0 else (1.0 / per_si, '')
     _measured(axes, history, errors, scale)
-    axes.set_ylabel(f'gyro minus truth\n[{prefix}rad/s]')
-
-
-def star_tracker(axes: 'Axes', history: History) -> None:
-    """Draw the small angles from the true to the measured sensor axes, and three sigma."""
-    _measured(axes, history, _errors(history, 'star_tracker'), np.radians(1.0 / 3600.0))
-    axes.set_ylabel('star tracker minus\ntruth [arcsec]')
-
-
-def _errors(history, name):
-    if name not in history.sensors:
-        raise ValueError(f'the panel {name} needs measurements, and the run has none of a {name}')
-    return history.sensors[name]
+    axes.set_ylabel(f'{name.replace("_", " ")} minus\ntruth [{prefix}{unit}]')
 
 
 def _measured(axes, history, errors, scale):
@@ -177,8 +171,6 @@ TIME_PANELS = {
     'torque': torque,
     'drift': drift,
     'rotor': rotor,
-    'gyro': gyro,
-    'star_tracker': star_tracker,
 }
 
 

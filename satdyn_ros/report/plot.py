@@ -4,14 +4,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..bag.read_run import RecordedRun
 from . import panels
+from .curves import topics_with_panels
 from .history import History, history
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-DEFAULT = ('attitude', 'rates', 'torque', 'drift')
-PANELS = (*panels.TIME_PANELS, 'polhode', 'phase')
+_SQUARE = ('polhode', 'phase')
+PANELS = (*panels.TIME_PANELS, *_SQUARE)
 
 
 def plot(
@@ -25,16 +27,21 @@ def plot(
     """
     Draw the chosen panels of a bag into an image; the suffix of its name selects the format.
 
-    what: of PANELS; without any: DEFAULT, and those of the run's sensors.  begin_s, end_s: only
-    the ticks between these times [s from tick 0].  unwrap: roll, pitch and yaw go on past half a
-    turn.
+    what: without any: attitude, rates, torques, drift, and those of the run's sensors.  begin_s,
+    end_s: only the ticks between these times [s from tick 0].  unwrap: roll, pitch and yaw go on
+    past half a turn.
 
     ValueError: a panel is unknown or the run has none, the bag was not written by satdyn_ros
     or has no such ticks, or matplotlib does not write such images.  ImportError: there is none.
     """
-    unknown = [name for name in what if name not in PANELS]
+    allowed = PANELS
+    if unknown := [name for name in what if name not in allowed]:
+        scenario = RecordedRun(bag).scenario
+        topics = topics_with_panels(scenario)
+        allowed += (*(topic.name for topic in topics), *scenario.sensors)
+        unknown = [name for name in unknown if name not in allowed]
     if unknown:
-        raise ValueError(f'the panel is {unknown[0]}; allowed: {", ".join(PANELS)}')
+        raise ValueError(f'the panel is {unknown[0]}; allowed: {", ".join(allowed)}')
     figure = draw(history(bag, begin_s=begin_s, end_s=end_s), what, unwrap)
     try:
         figure.savefig(output, dpi=150)
@@ -46,9 +53,9 @@ def draw(run: History, what: Sequence[str] = (), unwrap: bool = False) -> 'Figur
     """Return the matplotlib figure of a history's panels, those over time on one time axis."""
     from matplotlib.figure import Figure
 
-    what = what or (*DEFAULT, *run.sensors)
-    over_time = [name for name in what if name in panels.TIME_PANELS]
-    square = [name for name in what if name not in panels.TIME_PANELS]
+    what = what or ('attitude', 'rates', *run.shown, 'drift', *run.sensors)
+    over_time = [name for name in what if name not in _SQUARE]
+    square = [name for name in what if name in _SQUARE]
     figure = Figure(figsize=(8.0, 1.9 * len(over_time) + 5.5 * len(square) + 0.4))
     figure.set_layout_engine('constrained')
     ratios = [1.0] * len(over_time) + [2.8] * len(square)
@@ -58,6 +65,10 @@ def draw(run: History, what: Sequence[str] = (), unwrap: bool = False) -> 'Figur
         first = axes = figure.add_subplot(grid[row], sharex=first)
         if unwrap and name == 'attitude':
             panels.unwrapped_attitude(axes, run)
+        elif name in run.shown:
+            panels.shown(axes, run, name)
+        elif name in run.sensors:
+            panels.sensor(axes, run, name)
         else:
             panels.TIME_PANELS[name](axes, run)
         panels.events(axes, run)

@@ -13,6 +13,8 @@ A description is plain data:
     planet      its radius [m], or null where it is unknown; then radius_m is not used has_lvlh
     whether there is an orbit, with q_il and radius_m in the table
     integrals   the names of the columns of drift
+    panels      the name, title and unit of each column that has a panel of its own, such as a
+                torque's, three numbers in body axes
 
 A table has N rows: {'rows': N, 'columns': {name: {'width': k, 'float32': base64}}}, the numbers
 row by row, little endian, t_s as float64.  Its columns, of which some may be missing:
@@ -22,7 +24,8 @@ row by row, little endian, t_s as float64.  Its columns, of which some may be mi
     radius_m               distance from the centre of the planet [m]
     omega_bi_b             body rate, body axes [rad/s]
     momentum_b             angular momentum, body axes [N m s]
-    torque_b, applied_b    gravity gradient and applied torque, body axes [N m]
+    gravity_gradient       and the other panels, by their names
+    applied_b              applied torque, body axes [N m]
     rotor_speed            relative to the body, one number per rotor [rad/s] rotor_angle
     within a turn [rad]
     drift                  largest relative drift since the last event, one number per integral
@@ -40,7 +43,7 @@ from ..messages.markers import box
 from ..orbits import KeplerOrbit
 from ..orbits.kepler import EARTH_MU, EARTH_RADIUS_M
 from ..run.scenario import Scenario
-from .curves import rotor_columns
+from .curves import rotor_columns, topics_with_panels
 from .history import History
 
 _TURN = 2.0 * np.pi
@@ -58,13 +61,18 @@ def description(scenario: Scenario, integrals: list[str]) -> dict[str, Any]:
         'planet': EARTH_RADIUS_M if is_earth else None,
         'has_lvlh': orbit.has_lvlh,
         'integrals': integrals,
+        'panels': [
+            {'name': topic.name, 'title': topic.panel.title, 'unit': topic.panel.unit}
+            for topic in topics_with_panels(scenario)
+            if topic.panel
+        ],
     }
 
 
 def rows(
     states: States,
     momentum_b: np.ndarray,
-    torque_b: np.ndarray,
+    shown: Mapping[str, np.ndarray],
     applied_b: np.ndarray | None = None,
 ) -> dict[str, np.ndarray]:
     """Return the columns of states, (N, k) each; those without information are missing."""
@@ -73,7 +81,7 @@ def rows(
         'q_ib': states.q_ib,
         'omega_bi_b': states.omega_bi_b,
         'momentum_b': momentum_b,
-        'torque_b': torque_b,
+        **shown,
     }
     if isinstance(states.orbit, KeplerOrbit):
         columns['q_il'] = states.orbit.lvlh(states.orbit_s)
@@ -97,7 +105,7 @@ def table(columns: Mapping[str, np.ndarray]) -> dict[str, Any]:
 
 def of_history(run: History) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the description and the table of a history."""
-    columns = rows(run.states, run.momentum_b, run.torque_b, run.applied_b)
+    columns = rows(run.states, run.momentum_b, run.shown, run.applied_b)
     if run.drift:
         columns['drift'] = np.stack(list(run.drift.values()), axis=-1)
     return description(run.scenario, list(run.drift)), table(columns)

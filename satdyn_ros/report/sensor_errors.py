@@ -11,12 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..kernel import rotation
 from ..run.events import Event, Request, Reset
 from ..run.samples import Samples
 from ..run.ticks import Ticks
-from ..sensors import Gyro, Suite
-from ..sensors.suite import Sensor
+from ..sensors import Sensor, Suite
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,12 +22,12 @@ class SensorErrors:
     """
     The errors of M measurements of a sensor, about its axes.
 
-    t_s (M,): of the exposures [s from tick 0].  error (M, 3): measurement minus truth, of a gyro
-    [rad/s], of a star tracker the rotation vector from its true to its measured axes [rad].
-    systematic (M, 3): the part of it that is not noise.  sigma (3,): the standard deviation of
-    the noise, as in the messages' covariance.
+    t_s (M,): of the exposures [s from tick 0].  error (M, 3): measurement minus truth, see
+    Sensor.error.  systematic (M, 3): the part of it that is not noise.  sigma (3,): the standard
+    deviation of the noise, as in the messages' covariance.
     """
 
+    sensor: Sensor
     t_s: np.ndarray
     error: np.ndarray
     systematic: np.ndarray
@@ -80,15 +78,9 @@ class ErrorsOfSensors:
         )
         first_ns = self._ticks.stamp_ns(0)
         return SensorErrors(
+            sensor=sensor,
             t_s=(self._ticks.stamps_of(exposed) - first_ns) * 1e-9,
-            error=_difference(sensor, values, true),
-            systematic=_difference(sensor, noiseless, true),
+            error=sensor.error(values, true),
+            systematic=sensor.error(noiseless, true),
             sigma=np.sqrt(sensor.variances),
         )
-
-
-def _difference(sensor: Sensor, values: np.ndarray, true: np.ndarray) -> np.ndarray:
-    """Return measurements minus their truth, (M, 3)."""
-    if isinstance(sensor, Gyro):
-        return values - true
-    return rotation.to_vector(rotation.multiply(rotation.conjugate(true), values))

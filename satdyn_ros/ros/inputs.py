@@ -13,10 +13,10 @@ from rclpy.subscription import Subscription
 from ..base.sentences import one_sentence
 from ..dynamics.system import System
 from ..messages import qos
-from ..messages.topics import TOPICS
 from ..run.events import Event, RotorCommand, Torque, rotor_torques
 from ..run.scenario import Scenario
 from ..run.ticks import Ticks
+from ..run.topics import TOPICS
 from .pacing import Pacing
 from .publishing import message_class, qos_profile
 

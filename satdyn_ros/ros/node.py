@@ -14,7 +14,6 @@ from ..base.interruption import uninterrupted
 from ..base.nanoseconds import SECOND_NS
 from ..base.sentences import one_sentence
 from ..integrate.propagation import Propagation
-from ..messages.topics import TOPICS
 from ..run.events import Event, Halt, Topics, TorquesDropped
 from ..run.parameter_file import without_rclpys
 from ..run.requests import try_out
@@ -106,7 +105,7 @@ class SatdynNode(rclpy.node.Node):
         # One moment by both clocks, the wall clock's first: no message comes before its stamp.
         wall_ns, first_tick_ns = time.time_ns() + _LEAD_NS, time.monotonic_ns() + _LEAD_NS
         scenario = scenario.with_epoch(wall_ns)
-        self._publishing.latch(scenario.epoch_ns)
+        self._publishing.latch(scenario)
         parameters = NodeParameters(self, scenario, self._prepare_change, self._change)
         ParameterService(self, parameters.lock)
         self._simulation = Simulation(scenario)
@@ -270,10 +269,11 @@ class SatdynNode(rclpy.node.Node):
         return False, 'the node ends'
 
     def _open_recorder(self):
+        scenario = self._simulation.scenario
         return _recorder_class()(
-            self._simulation.scenario,
+            scenario,
             self._simulation.topics,
-            lambda name: self.resolve_topic_name(TOPICS[name].name),
+            lambda name: self.resolve_topic_name(scenario.topic_table[name].name),
             self._lose_recording,
             self._publishing.offered,
         )

@@ -13,9 +13,8 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPo
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from ..messages import qos
-from ..messages.packers import SensorPacker, packer
+from ..messages.packers import Packer, pack_tf_static, packer
 from ..messages.sparse import Rows, SparseMessages
-from ..messages.topics import TOPICS, Packer, pack_tf_static
 from ..run.samples import Samples
 from ..run.scenario import Scenario
 
@@ -64,7 +63,7 @@ class Publishing:
     def __init__(self, node: Node, scenario: Scenario):
         self._node = node
         self._scenario = scenario
-        self._packers: dict[str, Packer | SensorPacker] = {}
+        self._packers: dict[str, Packer] = {}
         self.publishers: dict[str, Publisher] = {}
         self.offered: dict[str, qos.Qos] = {}
         self._left_out: set[str] = set()
@@ -73,7 +72,7 @@ class Publishing:
             self._clock = node.create_publisher(
                 message_class('rosgraph_msgs/msg/Clock'), '/clock', qos_profile(qos.CLOCK)
             )
-            self._clock_packer = TOPICS['clock'].packer(scenario.frames, scenario.system)
+            self._clock_packer = packer('clock', scenario)
             self._timer = node.create_timer(1.0, self._watch_clock, clock=STEADY)
         self.open(scenario.sensors)
 
@@ -81,11 +80,11 @@ class Publishing:
         """Make the publishers of topics that have none yet; return those that can be published."""
         return tuple(name for name in names if name in self.publishers or self._add(name))
 
-    def latch(self, epoch_ns: int) -> None:
-        """Publish, where there are sensors, how they are mounted."""
-        if not self._scenario.sensors:
+    def latch(self, scenario: Scenario) -> None:
+        """Publish, where there are sensors, how they are mounted; scenario: with its epoch."""
+        if not scenario.sensors:
             return
-        topic = TOPICS['tf_static']
+        topic = scenario.topic_table['tf_static']
         try:
             message = message_class(topic.type)
         except ImportError as error:
@@ -93,7 +92,7 @@ class Publishing:
             return
         latched = qos_profile(qos.LATCHED)
         publisher = self._node.create_publisher(message, topic.name, latched)
-        publisher.publish(pack_tf_static(epoch_ns, self._scenario.frames))
+        publisher.publish(pack_tf_static(scenario))
 
     def close_others(self, names: Iterable[str]) -> None:
         """
@@ -126,7 +125,7 @@ class Publishing:
             self._node.destroy_timer(self._timer)
 
     def _add(self, name):
-        topic = TOPICS[name]
+        topic = self._scenario.topic_table[name]
         try:
             topic_packer = packer(name, self._scenario)
             message = message_class(topic.type)

@@ -6,6 +6,7 @@ values: every key by its dotted name, each allowed by itself; of many, what diff
 """
 
 import math
+import re
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
@@ -16,7 +17,6 @@ from ..base.sentences import Rules, told_apart, written
 from ..dynamics import inertia
 from ..kernel.rows import length
 from . import rotors, sensors
-from .keys import SENSORS
 from .ticks import LAST_STAMP_NS, Ticks, rate_of
 
 # What moves by more than this between two ticks [rad] takes more steps than a tick may.
@@ -25,7 +25,6 @@ _MOST_RAD_PER_TICK = 1e6
 _LONGEST_TICK_S = 1e9
 # What a quaternion of four digits may be off; less than the second is not worth a word.
 _UNIT_TO, _UNIT_TO_ROUNDING = 1e-4, 1e-6
-_QUATERNIONS = 'initial.attitude', *(f'sensors.{sensor}.mounting' for sensor in SENSORS)
 
 # A key that belongs to some choices only: key, the choosing key, the choices.
 BELONGS = (
@@ -64,7 +63,7 @@ def as_units(values: Mapping[str, Any]) -> dict[str, Any]:
 
 def divided(values: Mapping[str, Any]) -> Iterator[str]:
     """Yield a sentence on each quaternion that is not quite a unit one."""
-    for name in _QUATERNIONS:
+    for name in _quaternions(values):
         norm = math.hypot(*values[name])
         if abs(norm - 1.0) > _UNIT_TO_ROUNDING:
             given = f'{name} is {list(values[name])}, of norm {told_apart(norm, 1.0)[0]}'
@@ -74,7 +73,13 @@ def divided(values: Mapping[str, Any]) -> Iterator[str]:
 def _units_of(values):
     """Return the names of quaternions and axes, with what the norm of each may be off."""
     axes = (f'{prefix}.axis' for prefix in rotors.prefixes(values['rotor.names']))
-    return [*((name, _UNIT_TO) for name in _QUATERNIONS), *((name, np.inf) for name in axes)]
+    quaternions = ((name, _UNIT_TO) for name in _quaternions(values))
+    return [*quaternions, *((name, np.inf) for name in axes)]
+
+
+def _quaternions(values):
+    mountings = (name for name in values if re.fullmatch(r'sensors\.\w+\.mounting', name))
+    return ['initial.attitude', *mountings]
 
 
 def _unit(vector):

@@ -26,7 +26,6 @@ import yaml
 
 from ..base import ros_yaml
 from ..base.key import Key, listed
-from .keys import KEYS
 from .parameter_file import flattened
 from .scenario import Scenario
 from .ticks import Ticks
@@ -222,7 +221,7 @@ def _event(entry, scenario) -> Event:
                 raise ValueError(f'request is {value}; it must be keys and values')
             return Request(tick, dict(flattened(value)))
         case 'topics':
-            return Topics(tick, KEYS['publish.topics'].checked(value))
+            return Topics(tick, scenario.keys['publish.topics'].checked(value))
         case 'rotor_limited':
             if not (isinstance(value, Mapping) and set(value) == {'rotor', 'limit'}):
                 raise ValueError(f'rotor_limited is {value}; it must be a rotor and a limit')

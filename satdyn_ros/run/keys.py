@@ -1,50 +1,23 @@
 """The table of a scenario's keys: type, unit, range, default and meaning of each."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import pi
+from types import MappingProxyType
 
 from ..base.key import Key
 from ..dynamics.rotor import MODES
+from ..sensors import COMMON, KINDS
 from ..torques.body_torque import BodyTorque
 from .ticks import LAST_STAMP_NS
-
-STATE_TOPICS = (
-    'attitude',
-    'angular_velocity',
-    'imu',
-    'odometry',
-    'attitude_lvlh',
-    'gravity_gradient',
-    'rotor',
-    'markers',
-    'tf',
-)
-
-SENSORS = ('gyro', 'star_tracker')
+from .topics import STATE_TOPICS, topics_with
 
 
-def _common_sensor_keys(name: str) -> tuple[Key, ...]:
-    return (
-        Key(
-            f'sensors.{name}.mounting',
-            'double_array',
-            (0.0, 0.0, 0.0, 1.0),
-            '',
-            'unit quaternion x, y, z, w from sensor to body axes',
-            lengths=(4,),
-        ),
-        Key(f'sensors.{name}.frame_id', 'string', name, '', 'frame id of the sensor'),
-        Key(
-            f'sensors.{name}.divisor',
-            'integer',
-            1,
-            '',
-            'ticks from one sample to the next, counted from tick 0',
-            low=1,
-            high=10**9,
-        ),
-    )
+def _of_sensor(name: str, keys: Iterable[Key]) -> Iterator[Key]:
+    """Yield the keys of a sensor of a name; its frame has the same unless it is given."""
+    for key in keys:
+        default = name if key.name == 'frame_id' else key.default
+        yield replace(key, name=f'sensors.{name}.{key.name}', default=default)
 
 
 # 5 deg of roll and 10 deg of pitch to LVLH.
@@ -362,8 +335,9 @@ KEYS = {
             'string_array',
             (),
             '',
-            'the sensors that measure; each publishes on the topic of its name',
-            choices=SENSORS,
+            'the sensors that measure, each described by sensors.NAME.type and so on; one called '
+            f'{" or ".join(KINDS)} is of the type of its name; each publishes on the topic of its '
+            'name',
         ),
         Key(
             'sensors.seed',
@@ -374,114 +348,8 @@ KEYS = {
             low=0,
             high=_INT64,
         ),
-        *(key for name in SENSORS for key in _common_sensor_keys(name)),
-        Key(
-            'sensors.gyro.noise_density',
-            'double',
-            0.0,
-            'rad/s/sqrt(Hz)',
-            'angle random walk N: white noise of standard deviation N / sqrt(dt)',
-            low=0.0,
-        ),
-        Key(
-            'sensors.gyro.bias_random_walk',
-            'double',
-            0.0,
-            'rad/s^2/sqrt(Hz)',
-            'rate random walk K: the bias changes by steps of standard deviation K sqrt(dt)',
-            low=0.0,
-        ),
-        Key(
-            'sensors.gyro.initial_bias',
-            'double_array',
-            (0.0, 0.0, 0.0),
-            'rad/s',
-            'bias of the first sample, sensor axes',
-            lengths=(3,),
-        ),
-        Key(
-            'sensors.gyro.scale_factor',
-            'double_array',
-            (0.0, 0.0, 0.0),
-            '',
-            'relative errors of the scale factors, sensor axes',
-            lengths=(3,),
-        ),
-        Key(
-            'sensors.gyro.misalignment',
-            'double_array',
-            (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-            'rad',
-            'xy xz yx yz zx zy: what an axis (first letter) reads of the rate about another',
-            lengths=(6,),
-        ),
-        Key(
-            'sensors.gyro.resolution',
-            'double',
-            0.0,
-            'rad/s',
-            'samples are rounded to multiples of this; 0: not rounded',
-            low=0.0,
-        ),
-        Key(
-            'sensors.gyro.max_rate',
-            'double',
-            0.0,
-            'rad/s',
-            'samples saturate at this rate, axis by axis; 0: never',
-            low=0.0,
-        ),
-        Key(
-            'sensors.gyro.integrating',
-            'bool',
-            False,
-            '',
-            'a sample is the mean rate since the last one, not the rate at its tick',
-        ),
-        Key(
-            'sensors.star_tracker.cross_boresight',
-            'double',
-            0.0,
-            'rad',
-            'standard deviation about each of the two axes across the boresight',
-            low=0.0,
-            high=1.0,
-        ),
-        Key(
-            'sensors.star_tracker.roll',
-            'double',
-            0.0,
-            'rad',
-            'standard deviation about the boresight, the z axis of the sensor',
-            low=0.0,
-            high=1.0,
-        ),
-        Key(
-            'sensors.star_tracker.latency',
-            'integer',
-            0,
-            '',
-            'ticks from exposure to publication; the message has the stamp of the exposure',
-            low=0,
-            high=100_000,
-        ),
-        Key(
-            'sensors.star_tracker.max_rate',
-            'double',
-            0.0,
-            'rad/s',
-            'no sample while the body turns faster; 0: no limit',
-            low=0.0,
-        ),
-        Key(
-            'sensors.star_tracker.earth_exclusion',
-            'double',
-            0.0,
-            'rad',
-            'no sample with the attracting centre within this angle of the boresight; 0: no limit',
-            low=0.0,
-            high=3.141592653589793,
-        ),
+        *(key for name in KINDS for key in _of_sensor(name, COMMON)),
+        *(key for name, kind in KINDS.items() for key in _of_sensor(name, kind.keys)),
         Key('record.enabled', 'bool', False, '', 'record from the first tick'),
         Key('record.directory', 'string', '.', '', 'directory for bags'),
         Key(
@@ -516,6 +384,7 @@ KEYS = {
 }
 
 
+_NONE: Mapping[str, str] = MappingProxyType({})
 # What describes one rotor.
 _OF_A_ROTOR = tuple(
     name.removeprefix('rotor.')
@@ -525,12 +394,15 @@ _OF_A_ROTOR = tuple(
 
 
 def keys_of(
-    rotor_names: tuple[str, ...], torques: Iterable[type[BodyTorque]] = ()
+    rotor_names: tuple[str, ...],
+    torques: Sequence[type[BodyTorque]] = (),
+    sensors: Mapping[str, str] = _NONE,
 ) -> dict[str, Key]:
     """
     Return the keys of a scenario with rotors of these names and these torques, by their names.
 
-    ValueError: a name is not an identifier, or is itself a key.
+    sensors: by name, for those of which it is given, the type.  ValueError: a name is not an
+    identifier, or is itself a key; a torque or a sensor has a key or a topic of another's name.
     """
     for name in rotor_names:
         if not (name.isidentifier() and name.isascii()) or name in (*_OF_A_ROTOR, 'names'):
@@ -546,4 +418,21 @@ def keys_of(
     of_torques = {key.name: key for torque in torques for key in torque.keys}
     if known := of_torques.keys() & {*KEYS, *named}:
         raise ValueError(f'{min(known)} is a key of a torque; a scenario has a key of this name')
+    table = topics_with(torques, {name: KINDS[kind] for name, kind in sensors.items()})
+    if torques:
+        states = tuple(name for name, topic in table.items() if topic.role == 'state')
+        of_torques['publish.topics'] = replace(KEYS['publish.topics'], choices=states)
+    for name, kind in sensors.items():
+        of_sensor = [type_of_sensor(name, kind)]
+        if name not in KINDS:
+            of_sensor += _of_sensor(name, (*COMMON, *KINDS[kind].keys))
+        named |= {key.name: key for key in of_sensor}
     return KEYS | named | of_torques if named or of_torques else KEYS
+
+
+def type_of_sensor(name: str, default: str = '') -> Key:
+    """Return the key of the type of a sensor; one that has the name of a type is of this type."""
+    choices = (name,) if name in KINDS else tuple(KINDS)
+    return Key(
+        f'sensors.{name}.type', 'string', default, '', 'type of the sensor', choices=choices
+    )

@@ -19,7 +19,7 @@ from ..dynamics.system import State, System
 from ..integrate.propagation import Propagation
 from ..kernel import rotation
 from ..orbits import FixedDirection, KeplerOrbit
-from ..sensors.suite import Sensor
+from ..sensors import Sensor
 from ..torques.body_torque import BodyTorque
 from . import checks, in_place, rotors, sensors, unlikely_values
 from .keys import KEYS, keys_of
@@ -31,6 +31,7 @@ from .parameter_file import (
     yaml_of_parameters,
 )
 from .ticks import rate_of
+from .topics import Topic, topics_with
 
 
 @dataclass(frozen=True)
@@ -68,10 +69,10 @@ class Scenario:
     ):
         given, self.torques = dict(given or {}), tuple(torques)
         rotor_names = KEYS['rotor.names'].checked(given.get('rotor.names', ()))
-        keys: dict[str, Key] = keys_of(rotor_names, self.torques)
+        keys: dict[str, Key] = keys_of(rotor_names, self.torques, sensors.given_types(given))
         unknown = [name for name in given if name not in keys]
         if unknown:
-            raise ValueError(_unknown(unknown[0], given.get('rotor.names', ())))
+            raise ValueError(_unknown(unknown[0], given))
         checked = {name: keys[name].checked(value) for name, value in given.items()}
         values = {name: key.default for name, key in keys.items()} | checked
         if values['orbit.type'] == 'fixed' and 'initial.frame' not in given:
@@ -215,6 +216,11 @@ class Scenario:
         return self['publish.topics']
 
     @cached_property
+    def topic_table(self) -> dict[str, Topic]:
+        """The topics that it may have, by their names in publish.topics and sensors.names."""
+        return topics_with(self.torques, sensors.kinds(self.values))
+
+    @cached_property
     def sensors(self) -> dict[str, Sensor]:
         """The sensors by name, in the order in which they publish."""
         return sensors.of(self.values, float(self.rate))
@@ -314,9 +320,10 @@ class Scenario:
         )
 
 
-def _unknown(name: str, rotor_names: Iterable[str]) -> str:
-    _, _, rest = name.partition('rotor.')
-    rotor, _, leaf = rest.partition('.')
-    if name.startswith('rotor.') and leaf and rotor not in rotor_names:
-        return f'{name} is given, but rotor.names has no {rotor}'
+def _unknown(name: str, given: Mapping[str, Any]) -> str:
+    what, _, rest = name.partition('.')
+    named, _, leaf = rest.partition('.')
+    names = f'{what}.names'
+    if names in KEYS and leaf and named not in (given.get(names) or ()):
+        return f'{name} is given, but {names} has no {named}'
     return f'{name} is not a parameter of a scenario'

@@ -1,38 +1,80 @@
 """The sensors that a scenario describes."""
 
 import secrets
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from ..base.sentences import Rules
-from ..sensors import Gyro, StarTracker
-from ..sensors.suite import Sensor
-from .keys import KEYS, SENSORS
+from ..sensors import COMMON, KINDS, Sensor
+from ..sensors.noise import stream_of
+from .keys import KEYS, type_of_sensor
+
+
+def given_types(given: Mapping[str, Any]) -> dict[str, str]:
+    """
+    Return the types of the sensors by name, where they are given.
+
+    ValueError, in one sentence: a name is not allowed, or has no type.
+    """
+    types = {}
+    for name in KEYS['sensors.names'].checked(given.get('sensors.names', ())):
+        if not (name.isidentifier() and name.isascii()) or name in ('names', 'seed'):
+            raise ValueError(
+                f'sensors.names has {name!r}; a name has letters, digits and _, does not begin '
+                'with a digit and is neither names nor seed'
+            )
+        key = type_of_sensor(name)
+        if key.name in given:
+            types[name] = key.checked(given[key.name])
+        elif name not in KINDS:
+            raise ValueError(
+                f'sensors.names has {name}, which is not a type; {key.name} must be one of '
+                f'{", ".join(KINDS)}'
+            )
+    return types
+
+
+def kinds(values: Mapping[str, Any]) -> dict[str, type[Sensor]]:
+    """Return the kinds of the sensors of a scenario by name, in the order of KINDS."""
+    names = values['sensors.names']
+    types = {name: values.get(f'sensors.{name}.type', name) for name in names}
+    return {
+        name: kind
+        for type_name, kind in KINDS.items()
+        for name in names
+        if types[name] == type_name
+    }
 
 
 def of(values: Mapping[str, Any], rate_hz: float) -> dict[str, Sensor]:
-    """Return the sensors of a scenario's values by name, in the order of SENSORS."""
-    chosen = (name for name in SENSORS if name in values['sensors.names'])
-    return {name: _BUILDERS[name](_options(values, name), rate_hz) for name in chosen}
+    """Return the sensors of a scenario's values by name, in the order in which they publish."""
+    return {
+        name: kind.of(_options(values, name, kind), values[f'sensors.{name}.divisor'] / rate_hz)
+        for name, kind in kinds(values).items()
+    }
 
 
 def rules(values: Mapping[str, Any]) -> Rules:
     """Check what is said of sensors that are not there, and what the orbit does not allow."""
-    for sensor in SENSORS:
-        for name in () if sensor in values['sensors.names'] else _names(sensor):
-            if (yield values[name] != KEYS[name].default):
+    for sensor in [kind for kind in KINDS if kind not in values['sensors.names']]:
+        for name, key in KEYS.items():
+            if name.startswith(f'sensors.{sensor}.') and (yield values[name] != key.default):
                 raise ValueError(
                     f'{name} is given, and sensors.names has no {sensor}; add it there or leave '
                     f'{name} out'
                 )
-    exclusion = values['sensors.star_tracker.earth_exclusion']
-    if (yield exclusion and values['orbit.type'] == 'fixed'):
-        raise ValueError(
-            f'sensors.star_tracker.earth_exclusion is {exclusion:g}; with orbit.type fixed there '
-            'is no Earth to look away from, so it must be 0'
-        )
+    if values['orbit.type'] != 'fixed':
+        return
+    for sensor, kind in kinds(values).items():
+        for leaf in kind.with_orbit:
+            value = values[f'sensors.{sensor}.{leaf}']
+            if (yield value != 0.0):
+                raise ValueError(
+                    f'sensors.{sensor}.{leaf} is {value:g}; with orbit.type fixed there is no '
+                    'Earth to look away from, so it must be 0'
+                )
 
 
 def drawn_seed() -> int:
@@ -40,25 +82,11 @@ def drawn_seed() -> int:
     return secrets.randbelow(int(KEYS['sensors.seed'].high)) + 1
 
 
-def _names(sensor: str) -> list[str]:
-    return [name for name in KEYS if name.startswith(f'sensors.{sensor}.')]
-
-
-def _options(values: Mapping[str, Any], sensor: str) -> dict[str, Any]:
-    options = {name.rpartition('.')[2]: values[name] for name in _names(sensor)}
-    del options['frame_id']
-    return options | {'seed': values['sensors.seed'], 'mounting': np.array(options['mounting'])}
-
-
-def _gyro(options: dict[str, Any], rate_hz: float) -> Gyro:
-    return Gyro(interval_s=options['divisor'] / rate_hz, **options)
-
-
-def _star_tracker(options: dict[str, Any], rate_hz: float) -> StarTracker:
-    return StarTracker(**options)
-
-
-_BUILDERS: dict[str, Callable[[dict[str, Any], float], Sensor]] = {
-    'gyro': _gyro,
-    'star_tracker': _star_tracker,
-}
+def _options(values: Mapping[str, Any], name: str, kind: type[Sensor]) -> dict[str, Any]:
+    leaves = (key.name for key in (*COMMON, *kind.keys) if key.name != 'frame_id')
+    options = {leaf: values[f'sensors.{name}.{leaf}'] for leaf in leaves}
+    return options | {
+        'seed': values['sensors.seed'],
+        'stream': stream_of(name),
+        'mounting': np.array(options['mounting']),
+    }

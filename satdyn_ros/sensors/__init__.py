@@ -1,8 +1,16 @@
 """Measurements of the true states, with noise that is a function of seed, sensor and tick."""
 
+from importlib import import_module
+from pkgutil import iter_modules
+
 from .gyro import Gyro
 from .measurements import Measurements
+from .sensor import COMMON, KINDS, Sensor
 from .star_tracker import StarTracker
 from .suite import Suite
 
-__all__ = ['Gyro', 'Measurements', 'StarTracker', 'Suite']
+# A kind of sensors is a file here, which nothing else needs to name.
+for _found in iter_modules(__path__):
+    import_module(f'{__name__}.{_found.name}')
+
+__all__ = ['COMMON', 'KINDS', 'Gyro', 'Measurements', 'Sensor', 'StarTracker', 'Suite']

@@ -17,12 +17,13 @@ from typing import Any
 
 import numpy as np
 
+from ..base.key import Key
 from ..dynamics.motion import States
 from ..kernel import rotation
 from .measurements import Measurements, as_array, sampled
 from .noise import normals
+from .sensor import Sensor
 
-STREAM = 0
 # Three of white noise, three of the bias.
 _DEVIATES = 6
 _CARRIED = ('bias', 'q_ib')
@@ -64,7 +65,7 @@ class GyroMemory:
 
 
 @dataclass(frozen=True, eq=False)
-class Gyro:
+class Gyro(Sensor):
     """
     A three-axis gyro.
 
@@ -74,6 +75,79 @@ class Gyro:
     misalignment (6,): xy, xz, yx, yz, zx, zy of M [rad].  resolution, max_rate [rad/s]: 0 for
     none.  integrating: whether a sample is the mean rate since the previous one.
     """
+
+    kind = 'gyro'
+    keys = (
+        Key(
+            'noise_density',
+            'double',
+            0.0,
+            'rad/s/sqrt(Hz)',
+            'angle random walk N: white noise of standard deviation N / sqrt(dt)',
+            low=0.0,
+        ),
+        Key(
+            'bias_random_walk',
+            'double',
+            0.0,
+            'rad/s^2/sqrt(Hz)',
+            'rate random walk K: the bias changes by steps of standard deviation K sqrt(dt)',
+            low=0.0,
+        ),
+        Key(
+            'initial_bias',
+            'double_array',
+            (0.0, 0.0, 0.0),
+            'rad/s',
+            'bias of the first sample, sensor axes',
+            lengths=(3,),
+        ),
+        Key(
+            'scale_factor',
+            'double_array',
+            (0.0, 0.0, 0.0),
+            '',
+            'relative errors of the scale factors, sensor axes',
+            lengths=(3,),
+        ),
+        Key(
+            'misalignment',
+            'double_array',
+            (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+            'rad',
+            'xy xz yx yz zx zy: what an axis (first letter) reads of the rate about another',
+            lengths=(6,),
+        ),
+        Key(
+            'resolution',
+            'double',
+            0.0,
+            'rad/s',
+            'samples are rounded to multiples of this; 0: not rounded',
+            low=0.0,
+        ),
+        Key(
+            'max_rate',
+            'double',
+            0.0,
+            'rad/s',
+            'samples saturate at this rate, axis by axis; 0: never',
+            low=0.0,
+        ),
+        Key(
+            'integrating',
+            'bool',
+            False,
+            '',
+            'a sample is the mean rate since the last one, not the rate at its tick',
+        ),
+    )
+    message, measures = 'sensor_msgs/msg/Imu', 'angular_velocity'
+    says = (
+        'body rate [rad/s] as the gyro measures it, in its axes, with its covariance; all else is '
+        'marked absent'
+    )
+    unit = 'rad/s'
 
     seed: int
     interval_s: float
@@ -87,8 +161,19 @@ class Gyro:
     resolution: float = 0.0
     max_rate: float = 0.0
     integrating: bool = False
+    stream: int = 0
 
     memory = GyroMemory()
+
+    @classmethod
+    def of(cls, options: Mapping[str, Any], interval_s: float) -> 'Gyro':
+        """Return the gyro of its fields by name."""
+        return cls(interval_s=interval_s, **options)
+
+    @property
+    def is_at_every_tick(self) -> bool:
+        """Whether it has a message at every tick."""
+        return self.divisor == 1
 
     @property
     def variances(self) -> tuple[float, float, float]:
@@ -118,7 +203,7 @@ class Gyro:
         q_ib = states.q_ib[rows]
         if len(samples) == 0:
             return _measurements(samples, np.empty((0, 3))), memory
-        deviates = normals(self.seed, STREAM, samples, _DEVIATES)
+        deviates = normals(self.seed, self.stream, samples, _DEVIATES)
         rate_b = states.omega_bi_b[rows]
         if self.integrating:
             rate_b = self._mean_rate(q_ib, rate_b, memory.q_ib)

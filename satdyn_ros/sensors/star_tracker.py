@@ -11,12 +11,13 @@ from typing import Any
 
 import numpy as np
 
+from ..base.key import Key
 from ..dynamics.motion import States
 from ..kernel import rotation
 from .measurements import Measurements, as_array, sampled
 from .noise import normals
+from .sensor import Sensor
 
-STREAM = 1
 _BORESIGHT = np.array([0.0, 0.0, 1.0])
 
 
@@ -49,7 +50,7 @@ class StarTrackerMemory:
 
 
 @dataclass(frozen=True, eq=False)
-class StarTracker:
+class StarTracker(Sensor):
     """
     A star tracker.
 
@@ -60,6 +61,61 @@ class StarTracker:
     0: no limit.
     """
 
+    kind = 'star_tracker'
+    keys = (
+        Key(
+            'cross_boresight',
+            'double',
+            0.0,
+            'rad',
+            'standard deviation about each of the two axes across the boresight',
+            low=0.0,
+            high=1.0,
+        ),
+        Key(
+            'roll',
+            'double',
+            0.0,
+            'rad',
+            'standard deviation about the boresight, the z axis of the sensor',
+            low=0.0,
+            high=1.0,
+        ),
+        Key(
+            'latency',
+            'integer',
+            0,
+            '',
+            'ticks from exposure to publication; the message has the stamp of the exposure',
+            low=0,
+            high=100_000,
+        ),
+        Key(
+            'max_rate',
+            'double',
+            0.0,
+            'rad/s',
+            'no sample while the body turns faster; 0: no limit',
+            low=0.0,
+        ),
+        Key(
+            'earth_exclusion',
+            'double',
+            0.0,
+            'rad',
+            'no sample with the attracting centre within this angle of the boresight; 0: no limit',
+            low=0.0,
+            high=3.141592653589793,
+        ),
+    )
+    with_orbit = ('earth_exclusion',)
+    message, measures = 'sensor_msgs/msg/Imu', 'orientation'
+    says = (
+        'attitude, sensor to inertial, as the star tracker measures it, with its covariance in '
+        'sensor axes, stamped by its exposure; everything else is marked absent'
+    )
+    unit, per_si = 'arcsec', float(np.degrees(3600.0))
+
     seed: int
     divisor: int = 1
     mounting: np.ndarray = field(default_factory=lambda: rotation.IDENTITY)
@@ -68,15 +124,18 @@ class StarTracker:
     latency: int = 0
     max_rate: float = 0.0
     earth_exclusion: float = 0.0
+    stream: int = 1
 
-    # Samples are not rounded.
-    resolution = 0.0
     memory = StarTrackerMemory(np.empty(0, np.int64), np.empty((0, 4)))
 
     @property
     def variances(self) -> tuple[float, float, float]:
         """Return the variances of the small rotation about the sensor's axes [rad^2]."""
         return self.cross_boresight**2, self.cross_boresight**2, self.roll**2
+
+    def error(self, values: np.ndarray, true: np.ndarray) -> np.ndarray:
+        """Return the rotation vectors from the true to the measured axes [rad], (M, 3)."""
+        return rotation.to_vector(rotation.multiply(rotation.conjugate(true), values))
 
     def without_noise(self) -> 'StarTracker':
         """Return the star tracker without noise."""
@@ -106,7 +165,7 @@ class StarTracker:
     def _expose(self, samples, first_row, states):
         """Return those of the samples at which stars are seen, and the attitudes measured."""
         rows = slice(first_row, None, self.divisor)
-        small = normals(self.seed, STREAM, samples, 3) * np.sqrt(self.variances)
+        small = normals(self.seed, self.stream, samples, 3) * np.sqrt(self.variances)
         q_bs = rotation.multiply(self.mounting, rotation.from_vector(small))
         q_is = rotation.multiply(states.q_ib[rows], q_bs)
         sees = self._sees_stars(states, rows)

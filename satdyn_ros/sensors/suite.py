@@ -6,11 +6,8 @@ from importlib import import_module
 from typing import Any
 
 from ..dynamics.motion import States
-from .gyro import Gyro
 from .measurements import Measurements
-from .star_tracker import StarTracker
-
-Sensor = Gyro | StarTracker
+from .sensor import Sensor
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,6 +15,7 @@ class Suite:
     """
     Sensors by name, with the memory of each after some tick; it never changes.
 
+    >>> from satdyn_ros.sensors import Gyro
     >>> suite = Suite.of({'gyro': Gyro(seed=1, interval_s=0.01)})
     >>> suite.to_plain()
     {'gyro': {'bias': None, 'q_ib': None}}

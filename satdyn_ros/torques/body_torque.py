@@ -18,10 +18,11 @@ class BodyTorque:
     """
     A torque on the body; each kind is a subclass.
 
-    name: the beginning of its keys, of its topic and of its columns.  keys: what a scenario says
-    of it.  Constants: a NamedTuple of floats, tuples of floats and arrays, from which the torque
-    is computed.  is_steady: whether it depends on attitude and rate alone, as seen from axes that
-    turn with a circular orbit.
+    name: the beginning of its keys.  keys: what a scenario says of it.  topic: on which it is
+    published where it acts and publish.topics says so, NAME_torque unless it is given.  title:
+    that of its panel, the words of the topic unless it is given.  Constants: a NamedTuple of
+    floats, tuples of floats and arrays, from which the torque is computed.  is_steady: whether it
+    depends on attitude and rate alone, as seen from axes that turn with a circular orbit.
 
     torque(t_s, r_i, v_i, q_ib, omega_bi_b, constants) -> (x, y, z) [N m], body axes, is compiled:
     t_s are seconds from tick 0, r_i [m] and v_i [m/s] the place on the orbit, zero without one.
@@ -47,6 +48,8 @@ class BodyTorque:
 
     name: ClassVar[str]
     keys: ClassVar[tuple[Key, ...]] = ()
+    topic: ClassVar[str]
+    title: ClassVar[str]
     is_steady: ClassVar[bool] = False
     Constants: ClassVar[Any]
     signs: ClassVar[Callable[..., tuple[float, ...]] | None] = None
@@ -56,13 +59,21 @@ class BodyTorque:
         self.constants = _as_floats(constants)
 
     def __init_subclass__(cls) -> None:
-        """Let the equations call the function of a new torque; TypeError: a key is not its own."""
+        """
+        Let the equations call the function of a new torque.
+
+        TypeError: a key is not its own, or its topic has no name that ROS takes.
+        """
         if not hasattr(cls, 'Constants'):
             return
         is_ours = cls.__module__.startswith('satdyn_ros.')
         foreign = [key.name for key in cls.keys if not key.name.startswith(f'{cls.name}.')]
         if foreign and not is_ours:
             raise TypeError(f'{foreign[0]} is a key of {cls.name}; it must begin with {cls.name}.')
+        cls.topic = vars(cls).get('topic', f'{cls.name}_torque')
+        cls.title = vars(cls).get('title', cls.topic.replace('_', ' '))
+        if not (cls.topic.isidentifier() and cls.topic.isascii()):
+            raise TypeError(f'the topic {cls.topic} must have letters, digits and _ alone')
         # numba tells compiled code that is kept apart by the names of types.
         source = '' if is_ours else cls.source()
         told = sha256(f'{cls.full_name()} {source}'.encode()).hexdigest()[:16]

@@ -11,7 +11,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import Imu, JointState
 
-from ..messages.topics import TOPICS
+from ..run.topics import TOPICS
 
 _SERVICE = '/set_initial_conditions'
 _SERVICE_TYPE = 'rcl_interfaces/srv/SetParametersAtomically'

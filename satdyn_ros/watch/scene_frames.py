@@ -7,8 +7,9 @@ import numpy as np
 from ..dynamics.motion import States
 from ..dynamics.torque import angular_momentum
 from ..report import scene
+from ..report.curves import shown, topics_with_panels
+from ..run.samples import Samples
 from ..run.scenario import Scenario
-from ..torques.gravity_gradient import gravity_gradient
 from .listener import Listener, Sample
 
 _KEPT_ROWS = 9000
@@ -73,11 +74,11 @@ class SceneFrames:
             orbit=system.orbit,
             orbit_s=at_s,
         )
-        gradient = states.orbit.gradient_at(at_s)
+        samples = Samples(0, np.array([sample.stamp_ns]), states, system)
         return scene.rows(
             states,
             momentum_b=angular_momentum(system, states.omega_bi_b, states.rotor_speed),
-            torque_b=gravity_gradient(system.inertia, states.c_b, gradient),
+            shown=shown(topics_with_panels(scenario), samples),
             applied_b=self._applied_torque(scenario, t_s),
         )
 

@@ -15,8 +15,8 @@ from programs import Draw
 from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.cli.main import main
-from satdyn_ros.run.keys import STATE_TOPICS
 from satdyn_ros.run.simulation import RunHalted
+from satdyn_ros.run.topics import STATE_TOPICS
 
 # Code for several rotors is compiled by the long ones.
 SHORT = [

@@ -140,7 +140,7 @@ def test_noise_goes_on_through_a_restart(tmp_path):
 def test_a_changed_measurement_is_found(tmp_path, monkeypatch):
     """A bag whose gyro had other noise than its seed gives is rejected, by the gyro."""
     with monkeypatch.context() as patch:
-        patch.setattr('satdyn_ros.sensors.gyro.STREAM', 77)
+        patch.setattr('satdyn_ros.run.sensors.stream_of', lambda name: 77)
         recorded(tmp_path / 'bag')
     difference = flights.difference(verify(tmp_path / 'bag'))
     assert (difference.topic, difference.tick) == ('/gyro', 0)

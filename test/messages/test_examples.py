@@ -6,9 +6,10 @@ from messages import examples
 from messages.drawn_samples import SYSTEMS, samples
 from messages.readers import TYPESTORE, message_class, plain
 
-from satdyn_ros.messages.topics import TOPICS
+from satdyn_ros.messages.contents import message
 from satdyn_ros.run.scenario import Frames, Scenario
 from satdyn_ros.run.simulation import Simulation
+from satdyn_ros.run.topics import TOPICS
 
 SERVICES = {
     'set_initial_conditions': 'rcl_interfaces/srv/SetParametersAtomically',
@@ -48,7 +49,7 @@ def test_an_example_says_what_the_node_says(name):
     """Frames, names, lengths and which fields are not zero are those of a real message."""
     topic = TOPICS[name]
     system = replace(SYSTEMS['ellipse, motor'], inertia=np.diag([800.0, 900.0, 600.0]))
-    data = topic.packer(Frames(), system).pack(samples('ellipse, motor'))[1].tobytes()
+    data = message(topic, Frames(), system).pack(samples('ellipse, motor'))[1].tobytes()
     packed = plain(TYPESTORE.deserialize_cdr(data, topic.type))
     assert_alike(examples.load(examples.ROOT / 'topics' / f'{name}.yaml').values, packed)
 

@@ -4,13 +4,13 @@ from messages.drawn_samples import AXIS, FRAMES, SYSTEMS, samples
 from messages.readers import read
 from scipy.spatial.transform import Rotation
 
-from satdyn_ros.messages import markers
-from satdyn_ros.messages.topics import TOPICS
+from satdyn_ros.messages import contents, markers
+from satdyn_ros.run.topics import TOPICS
 
 
 def drawn(flight, of, row):
     """Return the markers of a sample by name, as rclpy reads them."""
-    packed = TOPICS['markers'].packer(FRAMES[flight], SYSTEMS[flight]).pack(of)
+    packed = contents.message(TOPICS['markers'], FRAMES[flight], SYSTEMS[flight]).pack(of)
     message = read('visualization_msgs/msg/MarkerArray', packed[row].tobytes())['rclpy']
     return {marker['ns']: marker for marker in message['markers']}
 

@@ -3,11 +3,12 @@ from messages import examples
 from messages.readers import TYPESTORE, plain
 from messages.test_examples import assert_alike
 
-from satdyn_ros.messages.packers import packer
+from satdyn_ros.messages.contents import message
+from satdyn_ros.messages.packers import pack_tf_static, packer
 from satdyn_ros.messages.sparse import SparseMessages
-from satdyn_ros.messages.topics import TOPICS, pack_tf_static
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
+from satdyn_ros.run.topics import TOPICS
 
 SCENARIO = Scenario(
     {
@@ -81,7 +82,7 @@ def test_the_examples_say_what_the_node_says():
         assert_alike(example.values, messages(name)[2][1])
     mounting = (-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5))
     scenario = SCENARIO.with_values({'sensors.star_tracker.mounting': mounting})
-    data = pack_tf_static(scenario.epoch_ns, scenario.frames)
+    data = pack_tf_static(scenario)
     example = examples.load(examples.ROOT / 'topics' / 'tf_static.yaml')
     assert_alike(example.values, plain(TYPESTORE.deserialize_cdr(data, TOPICS['tf_static'].type)))
 
@@ -90,7 +91,7 @@ def test_the_mountings_are_static_transforms_from_the_body():
     """One for each sensor, as another program reads them; /tf, at every tick, has none of them."""
     mounting = (0.0, 0.6, 0.0, 0.8)
     scenario = SCENARIO.with_values({'sensors.star_tracker.mounting': mounting})
-    data = pack_tf_static(scenario.epoch_ns, scenario.frames)
+    data = pack_tf_static(scenario)
     gyro, tracker = plain(TYPESTORE.deserialize_cdr(data, TOPICS['tf_static'].type))['transforms']
     for transform, name in ((gyro, 'gyro'), (tracker, 'star_tracker')):
         stamp = {'sec': 3, 'nanosec': 0}
@@ -100,6 +101,6 @@ def test_the_mountings_are_static_transforms_from_the_body():
     assert list(tracker['transform']['rotation'].values()) == list(mounting)
     assert list(gyro['transform']['rotation'].values()) == [0.0, 0.0, 0.0, 1.0]
     _, samples = Simulation(scenario).advance(1)
-    (row,) = TOPICS['tf'].packer(scenario.frames, scenario.system).pack(samples)
+    (row,) = message(TOPICS['tf'], scenario.frames, scenario.system).pack(samples)
     read = plain(TYPESTORE.deserialize_cdr(row.tobytes(), TOPICS['tf'].type))['transforms']
     assert [transform['child_frame_id'] for transform in read] == ['lvlh', 'base_link']

@@ -4,10 +4,10 @@ import pytest
 from messages.readers import TYPESTORE, message_class
 
 from satdyn_ros.messages import schemas
-from satdyn_ros.messages.topics import TOPICS
+from satdyn_ros.run.topics import TOPICS
 from scripts import collect_definitions
 
-TYPES = sorted({topic.type for topic in TOPICS.values() if topic.content})
+TYPES = sorted({topic.type for topic in TOPICS.values() if topic.role != 'diagnostics'})
 
 # Computed with rosbags' implementation of REP-2011, which is checked against ROS 2's own tests.
 HASHES = {

@@ -11,7 +11,7 @@ from satdyn_ros.cli import command_line
 from satdyn_ros.kernel import rotation
 from satdyn_ros.report import panels
 from satdyn_ros.report.history import history
-from satdyn_ros.report.plot import DEFAULT, PANELS, draw, plot
+from satdyn_ros.report.plot import PANELS, draw, plot
 from satdyn_ros.run.events import Request, Reset, Torque
 from satdyn_ros.run.scenario import Scenario
 
@@ -109,7 +109,7 @@ def test_angles_have_gaps_where_they_wrap(bag):
 def test_bounds_hold_all_ticks(bag):
     """A row stands for the least and the most of every tick up to the next row."""
     every, tenth = history(bag, 12000), history(bag, 1200)
-    for name in ('attitude', 'rate', 'torque', 'rotor_speed'):
+    for name in ('attitude', 'rate', 'gravity_gradient', 'rotor_speed'):
         ticks = every.least[name].reshape(1200, 10, -1)
         np.testing.assert_array_equal(tenth.least[name], ticks.min(axis=1))
         np.testing.assert_array_equal(tenth.most[name], ticks.max(axis=1))
@@ -172,11 +172,15 @@ def test_a_part_is_drawn(bag):
         history(bag, begin_s=20000.0)
 
 
-def test_help_lists_the_panels():
+def test_help_lists_the_panels(bag):
     """`satdyn plot --help` names every panel, those of the figure as it comes first."""
     named = re.findall(r'^  (\w+)   +', command_line._PANELS, re.MULTILINE)
-    assert tuple(named) == PANELS
-    assert PANELS[:4] == DEFAULT
+    assert tuple(named) == (*PANELS, 'NAME_torque', 'SENSOR')
+    run = history(bag, 100)
+    first, as_it_comes = (
+        [axes.get_ylabel() for axes in draw(run, what).axes] for what in (PANELS[:4], ())
+    )
+    assert first == as_it_comes[:4]
 
 
 @pytest.mark.parametrize(

@@ -18,10 +18,11 @@ from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.qos import QoSProfile
 from std_srvs.srv import SetBool, Trigger
 
-from satdyn_ros.messages.topics import TOPICS
+from satdyn_ros.messages.contents import message
 from satdyn_ros.ros.publishing import message_class
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
+from satdyn_ros.run.topics import TOPICS
 
 ROOT = Path(__file__).parents[2]
 DEFAULT = ROOT / 'config' / 'default.yaml'
@@ -110,12 +111,13 @@ class Participant:
         while (left_s := end_s - time.monotonic()) > 0.0:
             self.executor.spin_once(timeout_sec=left_s)
 
-    def listen(self, topic, raw=False, depth=20000):
+    def listen(self, name, raw=False, depth=20000, table=TOPICS):
         """Return a list that fills with the messages on a topic, by its name in the scenario."""
         messages: list = []
+        topic = table[name]
         self.node.create_subscription(
-            message_class(TOPICS[topic].type),
-            TOPICS[topic].name,
+            message_class(topic.type),
+            topic.name,
             messages.append,
             QoSProfile(depth=depth),
             raw=raw,
@@ -180,7 +182,7 @@ def raw_stamp_ns(data):
 def expected(scenario, topic, count, events=()):
     """Return the serialised messages of the first ticks, from stamps to bytes."""
     simulation = Simulation(scenario, events)
-    packer = TOPICS[topic].packer(scenario.frames, scenario.system)
+    packer = message(TOPICS[topic], scenario.frames, scenario.system)
     packed = {}
     while simulation.next_tick < count:
         _, samples = simulation.advance(count - simulation.next_tick)

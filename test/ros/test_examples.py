@@ -5,7 +5,7 @@ from messages import examples
 from rclpy.serialization import deserialize_message, serialize_message
 from ros.live import EPOCH_NS, stamp_ns
 
-from satdyn_ros.messages.topics import TOPICS
+from satdyn_ros.run.topics import TOPICS
 
 MOTOR = {'rotor.mode': 'motor', 'rotor.inertia': 2.0, 'rotor.axis': [0.0, 0.0, 1.0]}
 

@@ -20,9 +20,9 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
 from satdyn_ros.bag.verify import verify
-from satdyn_ros.messages.topics import TOPICS
 from satdyn_ros.rosbag2.reader import Bag
 from satdyn_ros.run.scenario import Scenario
+from satdyn_ros.run.topics import TOPICS
 
 CLIENTS = 4
 RATE_HZ = 200.0

@@ -24,9 +24,9 @@ from std_msgs.msg import String
 
 from satdyn_ros.bag.playback import offered
 from satdyn_ros.bag.simulate import simulate
-from satdyn_ros.messages.topics import TOPICS
 from satdyn_ros.ros.publishing import message_class
 from satdyn_ros.run.scenario import Scenario
+from satdyn_ros.run.topics import TOPICS
 
 NAMES = ('attitude', 'imu', 'odometry')
 

@@ -5,15 +5,19 @@ from satdyn_ros.messages.packers import packer
 from satdyn_ros.messages.sparse import SparseMessages
 from satdyn_ros.run.simulation import Simulation
 
+NAMES = ['gyro', 'star_tracker', 'st2']
 VALUES = {
     'publish.topics': ['attitude'],
-    'sensors.names': ['gyro', 'star_tracker'],
+    'sensors.names': NAMES,
     'sensors.seed': 3,
     'sensors.gyro.noise_density': 1e-4,
     'sensors.gyro.bias_random_walk': 1e-5,
     'sensors.star_tracker.cross_boresight': 1e-5,
     'sensors.star_tracker.divisor': 10,
     'sensors.star_tracker.latency': 3,
+    'sensors.st2.type': 'star_tracker',
+    'sensors.st2.roll': 1e-4,
+    'sensors.st2.divisor': 5,
     'record.enabled': True,
 }
 
@@ -21,7 +25,8 @@ VALUES = {
 def test_sensors_publish_what_the_engine_measures(live, tmp_path):
     """Requests, pauses and resets change no noise: the bytes are those of a run without them."""
     node, participant = live(VALUES | {'initial.angular_velocity': [0.0, 0.0, 0.0]})
-    heard = {name: participant.listen(name, raw=True) for name in ('gyro', 'star_tracker')}
+    table = node.scenario.topic_table
+    heard = {name: participant.listen(name, raw=True, table=table) for name in NAMES}
     participant.hear(heard['star_tracker'], 3)
     participant.switch('pause', True)
     participant.switch('pause', False)
@@ -35,6 +40,7 @@ def test_sensors_publish_what_the_engine_measures(live, tmp_path):
         rows = rows.rows if isinstance(rows, SparseMessages) else rows
         packed |= {row.tobytes() for row in rows}
     assert first in packed
+    assert all(heard.values())
     assert all(set(map(bytes, messages)) <= packed for messages in heard.values())
     assert participant.trigger('reset')[0]
     participant.hear(heard['star_tracker'], 3)

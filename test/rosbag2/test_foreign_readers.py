@@ -17,7 +17,7 @@ from rosbags.interfaces import ConnectionExtRosbag2
 from rosbags.rosbag2 import Reader
 
 from satdyn_ros.kernel import rotation
-from satdyn_ros.messages.topics import TOPICS
+from satdyn_ros.run.topics import TOPICS
 
 TICKS = 90
 FOXGLOVE = Path(__file__).parent / 'foxglove'

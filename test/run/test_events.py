@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 
 from satdyn_ros.run import events
 from satdyn_ros.run.events import Request, Reset, RotorCommand, Timeout, Topics, Torque
-from satdyn_ros.run.keys import STATE_TOPICS
 from satdyn_ros.run.scenario import Scenario
+from satdyn_ros.run.topics import STATE_TOPICS
 
 MOTOR = Scenario(
     {

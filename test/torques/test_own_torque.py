@@ -5,21 +5,28 @@ import subprocess
 import sys
 from itertools import pairwise
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 import plain_equations
 import pyarrow.parquet as pq
 import pytest
+from rosbags.highlevel import AnyReader
 from scipy.integrate import solve_ivp
 
 from satdyn_ros import Scenario
+from satdyn_ros.bag.export import export
 from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.dynamics.motion import States
 from satdyn_ros.integrate.batch import propagate_all
 from satdyn_ros.integrate.propagation import Propagation
 from satdyn_ros.kernel import rotation
-from satdyn_ros.torques.body_torque import named
+from satdyn_ros.messages.packers import packer
+from satdyn_ros.report.history import history
+from satdyn_ros.report.html import playable
+from satdyn_ros.report.plot import draw, plot
+from satdyn_ros.torques.body_torque import BodyTorque, named
 
 FILE = Path(__file__).with_name('gust.py')
 VALUES = {
@@ -108,6 +115,89 @@ def test_a_bag_of_it_verifies_and_says_what_it_needs(scenario, tmp_path):
     untold = satdyn('verify', tmp_path / 'bag')
     assert untold.returncode == 2
     assert 'has the torque gust:Gust; name it by --torque gust:Gust' in untold.stderr
+
+
+@pytest.fixture(scope='module')
+def published(scenario, tmp_path_factory):
+    """Return a bag of a run that publishes its topic."""
+    bag = tmp_path_factory.mktemp('published') / 'bag'
+    given = scenario.with_values({'publish.topics': ['attitude', 'gust_torque']})
+    for _ in simulate(given, '60', bag):
+        pass
+    return bag
+
+
+def test_its_topic_is_the_torque_that_acts(published, scenario):
+    """In messages that another program reads: the function itself, in plain Python, at each."""
+    (torque,) = scenario.system.torques
+    states = scenario.motion().at(np.arange(600) * 0.1)
+    expected = [
+        torque.torque(t, np.zeros(3), np.zeros(3), q, omega, torque.constants)
+        for t, q, omega in zip(states.t_s, states.q_ib, states.omega_bi_b, strict=True)
+    ]
+    with AnyReader([published]) as reader:
+        found: list[Any] = [
+            reader.deserialize(data, connection.msgtype)
+            for connection, _, data in reader.messages()
+            if connection.topic == '/gust_torque'
+        ]
+    assert {message.header.frame_id for message in found} == {'base_link'}
+    axes = 'x', 'y', 'z'
+    told = [[getattr(message.wrench.torque, axis) for axis in axes] for message in found]
+    # The compiled function may fuse a product and a sum: a rounding of values up to 2e-3.
+    assert np.max(np.abs(np.array(told) - np.array(expected))) < 1e-18
+    assert np.abs(told).max() > 1e-3
+
+
+def test_its_topic_verifies_and_has_columns_and_a_panel(published, tmp_path):
+    """Title and unit are the class's, and its bounds are there for the bands of dense curves."""
+    assert verify(published).same_bytes
+    export(published, tmp_path / 'table.npz')
+    table = np.load(tmp_path / 'table.npz')
+    columns = np.stack([table[f'gust_torque_b_{axis}_n_m'] for axis in 'xyz'], axis=-1)
+    run = history(published, 100)
+    assert run.panels['gust_torque'] == ('gust torque', 'N m')
+    assert np.array_equal(run.shown['gust_torque'], columns[::6])
+    assert np.array_equal(run.most['gust_torque'].max(axis=0), columns.max(axis=0))
+    labels = [axes.get_ylabel() for axes in draw(run).axes]
+    assert 'gust torque [mN m]' in labels
+    page = playable(run)
+    assert page['description']['panels'][-1] == {
+        'name': 'gust_torque',
+        'title': 'gust torque',
+        'unit': 'N m',
+    }
+    assert page['table']['columns']['gust_torque']['width'] == 3
+    plot(published, tmp_path / 'gust.svg', ['gust_torque'])
+
+
+def test_its_topic_is_offered_where_it_acts(gust):
+    """Not without the torque, and not where the torque does not act; names stay one topic's."""
+
+    class Idle(BodyTorque):
+        name = 'idle'
+
+        class Constants(NamedTuple):
+            pass
+
+        @classmethod
+        def of(cls, values):
+            return None
+
+    class Tf(Idle):
+        name, topic = 'tf', 'tf'
+
+        class Constants(NamedTuple):
+            pass
+
+    changes = {'publish.topics': ['idle_torque']}
+    with pytest.raises(ValueError, match=r'publish\.topics is .*; it must be a list of attitude'):
+        Scenario(changes, [gust])
+    scenario = Scenario(changes, [gust, Idle])
+    with pytest.raises(ValueError, match='idle_torque and the torque idle does not act'):
+        packer('idle_torque', scenario)
+    with pytest.raises(ValueError, match='tf is the topic of the torque tf and of another'):
+        Scenario({}, [Tf])
 
 
 def test_a_bag_says_that_the_source_has_changed(scenario, tmp_path, monkeypatch):

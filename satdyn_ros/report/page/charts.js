@@ -13,7 +13,7 @@ const DASHES = [[], [7, 3], [2, 2], [9, 3, 2, 3]];
 
 // The charts of a description, each with its lines by name; values(rows, i) in SI units.
 function panelsOf(description) {
-  const { has_lvlh: hasLvlh, rotors, integrals } = description;
+  const { has_lvlh: hasLvlh, rotors, integrals, panels: shown } = description;
   const attitude = (rows, i) => Rotation.rollPitchYaw(hasLvlh
     ? Rotation.multiply(Rotation.conjugate(rows.get('q_il', i)), rows.get('q_ib', i)) : rows.get('q_ib', i));
   const panels = [
@@ -25,10 +25,10 @@ function panelsOf(description) {
       name: 'rate', title: 'body rate', lines: ['ω x', 'ω y', 'ω z'], colours: ['--x', '--y', '--z'],
       unit: 'deg/s', scale: DEGREES, isScaled: true, values: (rows, i) => rows.get('omega_bi_b', i),
     },
-    {
-      name: 'torque', title: 'gravity gradient', lines: ['x', 'y', 'z'], colours: ['--x', '--y', '--z'],
-      unit: 'N m', scale: 1, isScaled: true, values: (rows, i) => rows.get('torque_b', i),
-    },
+    ...shown.map(({ name, title, unit }) => ({
+      name, title, unit, lines: ['x', 'y', 'z'], colours: ['--x', '--y', '--z'], scale: 1, isScaled: true,
+      values: (rows, i) => rows.get(name, i),
+    })),
   ];
   if (rotors.some(({ mode }) => mode !== 'constant_momentum')) {
     panels.push({
@@ -47,17 +47,13 @@ function panelsOf(description) {
   return panels;
 }
 
-const SENSOR_LOOKS = {
-  gyro: { title: 'gyro error, 3 σ about the bias', unit: 'rad/s', scale: 1, isScaled: true },
-  star_tracker: { title: 'star tracker error, 3 σ', unit: 'arcsec', scale: DEGREES * 3600 },
-};
-
 // A chart of each sensor's errors, by the sensors' names as in html.playable.
 function sensorPanels(sensors) {
-  return Object.entries(sensors).map(([name, { table, sigma }]) => {
+  return Object.entries(sensors).map(([name, { table, sigma, unit, per_si: scale }]) => {
     const errors = new Errors(table, sigma);
     return {
-      name, ...SENSOR_LOOKS[name], lines: ['x', 'y', 'z'], colours: ['--x', '--y', '--z'], errors,
+      name, title: `${name.replaceAll('_', ' ')} error, 3 σ`, unit, scale, isScaled: scale === 1,
+      lines: ['x', 'y', 'z'], colours: ['--x', '--y', '--z'], errors,
       values: (rows, i) => errors.at(i),
     };
   });

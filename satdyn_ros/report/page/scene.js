@@ -158,7 +158,7 @@ class Scene {
 
   // -- showing a row -----------------------------------------------------------------------------
 
-  _measureRow({ omega_bi_b: omega, torque_b: torque }) {
+  _measureRow({ omega_bi_b: omega, gravity_gradient: torque }) {
     this.longest.rate = Math.max(this.longest.rate, Math.hypot(...omega));
     if (torque) this.longest.torque = Math.max(this.longest.torque, Math.hypot(...torque));
   }
@@ -201,7 +201,7 @@ class Scene {
     point('rate', isOn ? inView(row.omega_bi_b, longest.rate) : none);
     const H = row.momentum_b;
     point('momentum', isOn && H ? along(inView(H, Math.hypot(...H)), 1.1) : none);
-    point('torque', isOn && row.torque_b ? inView(row.torque_b, longest.torque) : none);
+    point('torque', isOn && row.gravity_gradient ? inView(row.gravity_gradient, longest.torque) : none);
     const applied = row.applied_b;
     point('applied', isOn && applied && applied.every(Number.isFinite) ? inView(applied, Math.hypot(...applied)) : none);
   }

@@ -1,0 +1,268 @@
+"""
+The table of topics: the name, message type and purpose of each, and what it shows of a run.
+
+From the one entry of a topic of the state follow the check of publish.topics, its messages, its
+columns in tables and its panel.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..dynamics.system import System
+from ..dynamics.torque import own_torque
+from ..kernel import rotation
+from ..sensors import KINDS, Sensor
+from ..torques.body_torque import BodyTorque
+from ..torques.gravity_gradient import gravity_gradient
+
+
+class Shown(NamedTuple):
+    """
+    What is shown of samples.
+
+    columns: its names in tables, one for each component.  of(samples): its values, (N, k).
+    """
+
+    columns: tuple[str, ...]
+    of: Callable[[Any], np.ndarray]
+
+
+class Panel(NamedTuple):
+    """The chart of what a topic shows."""
+
+    title: str
+    unit: str
+
+
+def _nothing(system: System) -> str:
+    return ''
+
+
+@dataclass(frozen=True)
+class Topic:
+    """
+    A topic.
+
+    name: as ROS resolves it in the node's namespace, absolute for /tf, /clock and /diagnostics.
+    role: 'state' (one message per tick, chosen by publish.topics), 'sensor' (chosen by
+    sensors.names), 'latched' (one message), 'clock', 'input' or 'diagnostics'.
+    frame: which of the scenario's frames its header names ('inertial', 'orbital', 'body'), or ''.
+    says: its content in words, with units.  shows: what its messages hold, in the order of
+    messages/contents.py; empty where it is no such quantity.  panel: None: it has none of its own.
+    lacking(system): why a system has no such topic, '' where it has.
+    """
+
+    name: str
+    type: str
+    role: str
+    frame: str
+    says: str
+    shows: tuple[Shown, ...] = ()
+    panel: Panel | None = None
+    lacking: Callable[[System], str] = _nothing
+
+
+Q_IB = Shown(
+    ('q_ib_x', 'q_ib_y', 'q_ib_z', 'q_ib_w'),
+    lambda samples: samples.states.q_ib,
+)
+OMEGA_BI_B = Shown(
+    ('omega_bi_b_x_rad_s', 'omega_bi_b_y_rad_s', 'omega_bi_b_z_rad_s'),
+    lambda samples: samples.states.omega_bi_b,
+)
+_R_I = Shown(
+    ('r_i_x_m', 'r_i_y_m', 'r_i_z_m'),
+    lambda samples: samples.states.r_i,
+)
+_V_B = Shown(
+    ('v_b_x_m_s', 'v_b_y_m_s', 'v_b_z_m_s'),
+    lambda samples: rotation.rotate(rotation.conjugate(samples.states.q_ib), samples.states.v_i),
+)
+_Q_LB = Shown(
+    ('q_lb_x', 'q_lb_y', 'q_lb_z', 'q_lb_w'),
+    lambda samples: samples.states.q_lb,
+)
+# Of an input, which is in no table.
+_TORQUES = Shown((), lambda inputs: inputs.torques)
+
+
+def _lvlh_lacking(system):
+    if system.orbit.has_lvlh:
+        return ''
+    return 'orbit.type is fixed, which has no LVLH; use circular or kepler, or leave the topic out'
+
+
+def _torque(name, title, of, lacking=_nothing):
+    """Return the topic of a torque on the body [N m], in body axes."""
+    return Topic(
+        name,
+        'geometry_msgs/msg/WrenchStamped',
+        'state',
+        'body',
+        f'torque on the body in body axes [N m]: {title}; the force is zero',
+        (Shown(tuple(f'{name}_b_{axis}_n_m' for axis in 'xyz'), of),),
+        Panel(title, 'N m'),
+        lacking,
+    )
+
+
+def _gravity_gradient(samples):
+    states = samples.states
+    gradient = states.orbit.gradient_at(states.orbit_s)
+    return gravity_gradient(samples.system.inertia, states.c_b, gradient)
+
+
+def _of_kind(kind: type[BodyTorque]) -> Topic:
+    """Return the topic of a kind of torques, which a system has where such a torque acts."""
+
+    def acting(system):
+        return [torque for torque in system.torques if type(torque) is kind]
+
+    def lacking(system):
+        return (
+            '' if acting(system) else f'the torque {kind.name} does not act; leave the topic out'
+        )
+
+    def of(samples):
+        return own_torque(acting(samples.system), samples.states)
+
+    return _torque(kind.topic, kind.title, of, lacking)
+
+
+def _of_sensor(name: str, kind: type[Sensor]) -> Topic:
+    return Topic(name, kind.message, 'sensor', '', kind.says)
+
+
+_TABLE = (
+    Topic(
+        'attitude',
+        'geometry_msgs/msg/QuaternionStamped',
+        'state',
+        'inertial',
+        'attitude, body to inertial',
+        shows=(Q_IB,),
+    ),
+    Topic(
+        'angular_velocity',
+        'geometry_msgs/msg/VelocityStamped',
+        'state',
+        'body',
+        'rate of the body relative to inertial in body axes [rad/s]; the linear part is zero',
+        shows=(OMEGA_BI_B,),
+    ),
+    Topic(
+        'imu',
+        'sensor_msgs/msg/Imu',
+        'state',
+        'body',
+        'attitude, body to inertial; body rate [rad/s]; the acceleration is marked absent',
+        shows=(Q_IB, OMEGA_BI_B),
+    ),
+    Topic(
+        'odometry',
+        'nav_msgs/msg/Odometry',
+        'state',
+        'inertial',
+        'position [m] and attitude in inertial; orbital velocity [m/s] and body rate [rad/s] in '
+        'body axes',
+        shows=(Q_IB, OMEGA_BI_B, _R_I, _V_B),
+    ),
+    Topic(
+        'attitude_lvlh',
+        'geometry_msgs/msg/QuaternionStamped',
+        'state',
+        'orbital',
+        'attitude, body to LVLH; not for orbit.type fixed',
+        shows=(_Q_LB,),
+        lacking=_lvlh_lacking,
+    ),
+    _torque('gravity_gradient', 'gravity gradient', _gravity_gradient),
+    Topic(
+        'rotor',
+        'sensor_msgs/msg/JointState',
+        'state',
+        'body',
+        'angle [rad], speed relative to the body [rad/s] and motor torque after its limits [N m] '
+        'of all rotors; arrays are empty where no rotor has such a value',
+    ),
+    Topic(
+        'markers',
+        'visualization_msgs/msg/MarkerArray',
+        'state',
+        'body',
+        'body and body axes, and the directions of nadir, rate and momentum',
+    ),
+    Topic(
+        '/tf',
+        'tf2_msgs/msg/TFMessage',
+        'state',
+        'inertial',
+        'inertial to LVLH, where there is an orbit; inertial to body',
+    ),
+    Topic(
+        '/tf_static',
+        'tf2_msgs/msg/TFMessage',
+        'latched',
+        'body',
+        'body to each sensor: its mounting, once, stamped by tick 0, for whoever comes later too; '
+        'only with sensors',
+    ),
+    *(_of_sensor(name, kind) for name, kind in KINDS.items()),
+    Topic(
+        '/clock',
+        'rosgraph_msgs/msg/Clock',
+        'clock',
+        '',
+        'the stamp of the samples that follow',
+    ),
+    Topic(
+        '/diagnostics',
+        'diagnostic_msgs/msg/DiagnosticArray',
+        'diagnostics',
+        '',
+        'drift of the first integrals, pacing, recorder, inputs and connections, once per second',
+    ),
+    Topic(
+        'torque',
+        'geometry_msgs/msg/WrenchStamped',
+        'input',
+        'body',
+        'torque on the body in body axes [N m], held until the next one or the timeout',
+        shows=(_TORQUES,),
+    ),
+    Topic(
+        'rotor_command',
+        'sensor_msgs/msg/JointState',
+        'input',
+        'body',
+        'motor torques by name (effort [N m]), held until the next one or the timeout; rotors '
+        'not named keep theirs',
+    ),
+)
+
+# By the names in publish.topics: without a slash.
+TOPICS: dict[str, Topic] = {topic.name.lstrip('/'): topic for topic in _TABLE}
+STATE_TOPICS = tuple(name for name, topic in TOPICS.items() if topic.role == 'state')
+
+
+def topics_with(
+    torques: Iterable[type[BodyTorque]], sensors: Mapping[str, type[Sensor]]
+) -> dict[str, Topic]:
+    """
+    Return the topics of scenarios with torques and sensors of these kinds, by their names.
+
+    ValueError: a topic of a torque, or a sensor, has the name of another topic.
+    """
+    table = dict(TOPICS)
+    for kind in torques:
+        if kind.topic in table:
+            raise ValueError(f'{kind.topic} is the topic of the torque {kind.name} and of another')
+        table[kind.topic] = _of_kind(kind)
+    for name, sensor in sensors.items():
+        if name in table and table[name].role != 'sensor':
+            raise ValueError(f'sensors.names has {name}, which is a topic; give another name')
+        table[name] = _of_sensor(name, sensor)
+    return table

@@ -1,0 +1,133 @@
+"""What a sensor is: one class, from which all else follows."""
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ..base.key import Key
+from ..dynamics.motion import States
+from .measurements import Measurements
+
+# What a scenario says of any sensor.
+COMMON = (
+    Key(
+        'mounting',
+        'double_array',
+        (0.0, 0.0, 0.0, 1.0),
+        '',
+        'unit quaternion x, y, z, w from sensor to body axes',
+        lengths=(4,),
+    ),
+    Key('frame_id', 'string', '', '', 'frame id of the sensor'),
+    Key(
+        'divisor',
+        'integer',
+        1,
+        '',
+        'ticks from one sample to the next, counted from tick 0',
+        low=1,
+        high=10**9,
+    ),
+)
+
+
+class NoMemory:
+    """What a sensor remembers that takes each sample anew."""
+
+    @classmethod
+    def from_plain(cls, plain: Mapping[str, Any]) -> 'NoMemory':
+        """Return the memory that to_plain gave."""
+        return cls()
+
+    def to_plain(self) -> dict[str, Any]:
+        """Return the memory as plain data."""
+        return {}
+
+    def without_noise(self) -> 'NoMemory':
+        """Return the memory without what is noise."""
+        return self
+
+    def perfect(self) -> 'NoMemory':
+        """Return the memory without errors."""
+        return self
+
+    def restarted(self) -> 'NoMemory':
+        """Return the memory after the motion has restarted."""
+        return self
+
+
+class Sensor:
+    """
+    A sensor; each kind is a subclass, a frozen dataclass in a file of its own.
+
+    kind: as in sensors.NAME.type.  keys: what a scenario says of one beside COMMON, by their last
+    words, which are the names of its fields.  with_orbit: those keys that need an orbit.
+    message: the type of its messages.  measures: the field of them that its values fill, whose
+    covariance, where there is one, has the variances; what else has a covariance is absent.  says:
+    the content of its topic.  unit: that of its panel, of which there are per_si in the SI unit.
+    resolution: that of its values, 0: they are not rounded.  memory: what it remembers before the
+    first sample.
+
+    seed, stream: of its noise.  divisor: ticks from sample to sample.  mounting (4,): quaternion
+    from sensor to body axes.
+    """
+
+    kind: ClassVar[str]
+    keys: ClassVar[tuple[Key, ...]] = ()
+    with_orbit: ClassVar[tuple[str, ...]] = ()
+    message: ClassVar[str]
+    measures: ClassVar[str]
+    says: ClassVar[str]
+    unit: ClassVar[str]
+    per_si: ClassVar[float] = 1.0
+    memory: ClassVar[Any] = NoMemory()
+
+    seed: int
+    stream: int
+    divisor: int
+    mounting: np.ndarray
+    resolution: float = 0.0
+
+    def __init_subclass__(cls) -> None:
+        """Let scenarios have the kind."""
+        KINDS[cls.kind] = cls
+
+    @classmethod
+    def of(cls, options: Mapping[str, Any], interval_s: float) -> 'Sensor':
+        """Return the sensor of its fields by name, with interval_s from sample to sample."""
+        return cls(**options)
+
+    @property
+    def is_at_every_tick(self) -> bool:
+        """Whether it has a message at every tick without exception."""
+        return False
+
+    @property
+    def variances(self) -> tuple[float, ...]:
+        """The variances of a sample about or along each axis."""
+        raise NotImplementedError
+
+    def error(self, values: np.ndarray, true: np.ndarray) -> np.ndarray:
+        """Return measurements minus their truth, (M, 3)."""
+        return values - true
+
+    def without_noise(self) -> 'Sensor':
+        """Return the sensor with its systematic errors alone."""
+        raise NotImplementedError
+
+    def perfect(self) -> 'Sensor':
+        """Return the sensor without any error."""
+        raise NotImplementedError
+
+    def measure(self, ticks: range, states: States, memory: Any) -> tuple[Measurements, Any]:
+        """
+        Return what it measures at consecutive ticks, those of the rows of states, and its memory.
+
+        memory: after the tick before them.
+        """
+        raise NotImplementedError
+
+
+# By their names.
+KINDS: dict[str, type[Sensor]] = {}

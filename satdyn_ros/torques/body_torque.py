@@ -147,7 +147,7 @@ def _as_floats(part):
 # Every kind of torque that this process has met, by its full name.
 KNOWN: dict[str, type[BodyTorque]] = {}
 # The same by the class of their constants, which compiled code knows.
-KIND_OF: dict[type, type[BodyTorque]] = {}
+KIND_OF: dict[type, Any] = {}
 
 
 def named(full_name: str) -> type[BodyTorque]:

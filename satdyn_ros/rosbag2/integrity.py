@@ -10,7 +10,7 @@ from mcap.records import Metadata
 from . import metadata
 from .data_section import DataSection
 from .errors import Damaged
-from .metadata import BagContents
+from .metadata import BagMetadata
 from .reader import Bag, TopicBlock
 from .scan import scan
 from .summary import SummaryBuilder
@@ -80,10 +80,10 @@ def check_metadata(path: Path, said: dict[str, Any], files: list[CheckedFile]) -
 
     Damaged: the first contradiction, by its key.
     """
-    contents = BagContents()
+    contents = BagMetadata()
     for file in files:
         contents.add(file.path.name, file.summary)
-    held = metadata.parse(contents.to_yaml(), str(path))
+    held = contents.said()
     reindexed = metadata.as_reindexed(held, [file.summary.statistics for file in files])
     last = files[-1]
     if last.is_ours:

@@ -21,7 +21,7 @@ from .damaged_file import DamagedFile, Loss
 from .errors import BagError, Damaged
 from .integrity import CheckedFile, check_file, check_metadata
 from .mcap_file import McapFile
-from .metadata import BagContents
+from .metadata import BagMetadata
 from .reader import bag_files, has_compressed_messages
 from .records import written
 from .scan import Block, scan
@@ -55,7 +55,7 @@ def recover(path: str | Path, output: str | Path | None = None) -> Recovered:
     if len(empty) == len(files):
         raise BagError(f'{path} is not a bag: its files are empty')
     losses += [Loss(file.name, None, is_empty=True) for file in empty]
-    contents = BagContents(*_first_words(files))
+    contents = BagMetadata(*_first_words(files))
     directory = path if path.is_dir() else path.parent
     if output is not None:
         directory = _new_place(path, Path(output))
@@ -131,7 +131,7 @@ def _new_place(path: Path, output: Path) -> Path:
     return output.parent
 
 
-def _mend(path: Path, target: Path, contents: BagContents) -> Loss | None:
+def _mend(path: Path, target: Path, contents: BagMetadata) -> Loss | None:
     """Rewrite a file with all that can be recovered of it, then replace it."""
     damaged = DamagedFile(path)
     unfinished = target.with_suffix('.recovering')

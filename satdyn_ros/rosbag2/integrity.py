@@ -13,8 +13,7 @@ from .errors import Damaged
 from .metadata import BagMetadata
 from .reader import Bag, TopicBlock
 from .scan import scan
-from .summary import SummaryBuilder
-from .summary_section import SummarySection
+from .summary import SummaryBuilder, read_summary, summary_section
 
 # What metadata.yaml counts in the files of any bag, the last two if there are messages.
 _COUNTED = ('message_count', 'relative_file_paths', 'starting_time', 'duration')
@@ -62,14 +61,52 @@ def check_file(
 ) -> CheckedFile:
     """Check the records of a file against each other; pass_on and errors: as of check."""
     data = DataSection(path, pass_on)
-    found = scan(path)
-    for item in found:
-        if data.take(item):
-            break
-    else:
+    items = scan(path)
+    if not any(data.take(found) for found in items):
         raise Damaged(f'{path} is damaged: its data section has no end')
-    SummarySection(path, data, [item.sound(path) for item in found]).check()
+    for found in items:
+        found.sound(path)
+    check_summary(data)
     return CheckedFile(path, data.summary, data.is_ours, data.crc != 0, data.closing)
+
+
+def check_summary(data: DataSection) -> None:
+    """
+    Check the summary of a file against its data; add to theirs what only the summary declares.
+
+    What satdyn_ros wrote must be what it writes; others leave parts out.  Damaged: it is not.
+    """
+    path, held = data.path, data.summary
+    start, section = summary_section(path)
+    if start != data.end:
+        raise Damaged(f'{path} is damaged: its summary does not follow its data')
+    summary = read_summary(path)
+    # Some writers list channels without messages, and count those that the data declare.
+    counted = [None, held.counted()]
+    declared: list[tuple[dict[int, Any], dict[int, Any]]] = [
+        (held.schemas, summary.schemas),
+        (held.channels, summary.channels),
+    ]
+    agrees = True
+    for own, listed in declared:
+        agrees &= not listed or own.items() <= listed.items()
+        own |= listed
+    if data.has_every_checksum:
+        agrees &= section == held.end_of_file(start)
+    else:
+        indexes: list[tuple[list[Any], list[Any]]] = [
+            (held.chunk_indexes, summary.chunk_indexes),
+            (held.metadata_indexes, summary.metadata_indexes),
+            (held.attachment_indexes, summary.attachment_indexes),
+        ]
+        agrees &= all(not listed or _sorted(own) == _sorted(listed) for own, listed in indexes)
+        agrees &= summary.statistics in [*counted, held.counted()]
+    if not agrees:
+        raise Damaged(f'{path} is damaged: its summary does not say what its data hold')
+
+
+def _sorted(indexes: list[Any]) -> list[Any]:
+    return sorted(indexes, key=lambda i: getattr(i, 'chunk_start_offset', None) or i.offset)
 
 
 def check_metadata(path: Path, said: dict[str, Any], files: list[CheckedFile]) -> None:

@@ -107,7 +107,7 @@ def _is_listed(path: Path, files: list[CheckedFile]) -> bool:
 def _first_words(files: list[Path]) -> tuple[Mapping[str, str], str]:
     """Return custom_data and ros_distro from the first readable rosbag2 record."""
     for file in files:
-        for found in scan(file, with_indexes=False):
+        for found in scan(file):
             item = found.item
             if not (isinstance(item, Metadata) and item.name == metadata.NAME):
                 continue
@@ -143,7 +143,7 @@ def _mend(path: Path, target: Path, contents: BagMetadata) -> Loss | None:
             file.summary.channels |= damaged.summary.channels
             contents.add(target.name, file.summary)
             # A file has two: the first at its start, the second with what is known at its end.
-            for _ in range(file.summary.metadata_names.count(metadata.NAME), 2):
+            for _ in range(_names(file).count(metadata.NAME), 2):
                 file.write_metadata(metadata.NAME, contents.record())
             loss = damaged.loss(file.crc)
             file.finish()
@@ -161,10 +161,10 @@ def _copy(path: Path, file: McapFile, damaged: DamagedFile) -> None:
     """Write what can be recovered of a file; a channel that lost its declaration gets it back."""
     known = damaged.summary
     compression = ''
-    for found in scan(path, with_indexes=False):
+    for found in scan(path):
         match found.item:
             case Metadata(name=name, metadata=mapping):
-                is_last = name == metadata.NAME and name in file.summary.metadata_names
+                is_last = name == metadata.NAME and name in _names(file)
                 if damaged.lost_bytes == 0 or not is_last:
                     file.write_metadata(name, mapping)
             case Block(contents, chunk) if len(contents):
@@ -179,6 +179,11 @@ def _copy(path: Path, file: McapFile, damaged: DamagedFile) -> None:
                 lost = written([*(s for s in schemas.values() if s is not None), *channels])
                 data = np.concatenate([np.frombuffer(lost, np.uint8), contents.data])
                 file.write_chunk(Contents(data), compression, compressor(compression)(data))
+
+
+def _names(file: McapFile) -> list[str]:
+    """Return the names of the metadata records in a file."""
+    return [index.name for index in file.summary.metadata_indexes]
 
 
 def _keep(path: Path) -> None:

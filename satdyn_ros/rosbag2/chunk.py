@@ -17,6 +17,7 @@ from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, Schema
+from numpy.lib.stride_tricks import sliding_window_view
 
 from ..kernel.compile import compiled, inlined
 from .budget import CHUNK, MESSAGE, Budget, objects
@@ -85,7 +86,7 @@ class Contents:
             raise Damaged(
                 f'it holds a record of opcode {min(foreign)}, which does not belong in a chunk'
             )
-        lengths = _gather(contents.data, contents._others, _PREFIX)[:, 1:].copy().view('<u8')
+        lengths = _gathered(contents.data, contents._others, _PREFIX)[:, 1:].copy().view('<u8')
         budget.spend(MESSAGE * len(contents) + objects(len(lengths), int(np.sum(lengths))))
         _ = contents.declarations
         return contents
@@ -126,7 +127,7 @@ class Contents:
     @cached_property
     def heads(self) -> np.ndarray:
         """The heads of the messages (M,), as HEAD."""
-        return _gather(self.data, self.offsets, HEAD.itemsize).view(HEAD)[:, 0]
+        return _gathered(self.data, self.offsets, HEAD.itemsize).view(HEAD)[:, 0]
 
     @cached_property
     def declarations(self) -> tuple[dict[int, Schema], dict[int, Channel]]:
@@ -158,7 +159,7 @@ class Contents:
         begins = self.offsets[places] + HEAD.itemsize
         lengths = self.heads['length'][places].astype(np.int64) + _PREFIX - HEAD.itemsize
         if len(places) and np.all(lengths == lengths[0]):
-            return _gather(self.data, begins, lengths[0])
+            return _gathered(self.data, begins, int(lengths[0]))
         ends = begins + lengths
         return [self.data[i:j].tobytes() for i, j in zip(begins, ends, strict=True)]
 
@@ -236,25 +237,8 @@ def _record_places(data):
     )
 
 
-@partial(
-    compiled,
-    signature='uint8[:, ::1](Array(uint8, 1, "C", readonly=True), int64[::1], int64)',
-    nogil=True,
-)
-def _gather(data, begins, length):
+def _gathered(data, begins, length):
     """Return the rows data[begin : begin + length], shape (N, length)."""
-    rows = np.empty((len(begins), length), np.uint8)
-    for i in range(len(begins)):
-        rows[i] = data[begins[i] : begins[i] + length]
-    return rows
-
-
-@partial(
-    compiled,
-    signature='void(Array(uint8, 1, "C"), int64[::1], Array(uint8, 2, "C", readonly=True))',
-    nogil=True,
-)
-def scatter(data: np.ndarray, begins: np.ndarray, rows: np.ndarray) -> None:
-    """Write the rows (N, length) to data[begin : begin + length]."""
-    for i in range(len(begins)):
-        data[begins[i] : begins[i] + rows.shape[1]] = rows[i]
+    if len(begins) == 0:
+        return np.empty((0, length), np.uint8)
+    return sliding_window_view(data, length)[begins]

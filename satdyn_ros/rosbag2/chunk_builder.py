@@ -9,9 +9,10 @@ from collections.abc import Mapping
 
 import numpy as np
 from mcap.records import Channel, Message, Schema
+from numpy.lib.stride_tricks import sliding_window_view
 
 from ..messages.sparse import SparseMessages
-from .chunk import CHUNK_SIZE, HEAD, scatter
+from .chunk import CHUNK_SIZE, HEAD
 from .records import written
 from .tick_table import TickTable
 
@@ -92,8 +93,11 @@ class ChunkBuilder:
             part.stamp(stamps_ns[fits.places])
             parts.append((fits.places, part))
         for places, part in parts:
-            scatter(block, begins[places], part.records)
-            begins[places] += part.records.shape[1]
+            size = part.records.shape[1]
+            if len(places):
+                rows = sliding_window_view(block, size, writeable=True)
+                rows[begins[places]] = part.records
+            begins[places] += size
         return count
 
     def whole(self, table: TickTable) -> int:

@@ -12,7 +12,6 @@ from typing import Any
 
 from mcap.records import (
     Attachment,
-    Chunk,
     DataEnd,
     Header,
     McapRecord,
@@ -117,7 +116,8 @@ class DataSection:
         if self._chunk is None:
             return
         found, (contents, chunk) = self._chunk, self._chunk.item
-        if len(contents) and _span_ns(chunk) != contents.span_ns:
+        span_ns = chunk.message_start_time, chunk.message_end_time
+        if len(contents) and span_ns != contents.span_ns:
             raise found.damaged(self.path, 'its times are not those of its messages')
         missing = [i for i in contents.counts if i not in self._indexes]
         if missing and (self._indexes or self.is_ours):
@@ -149,7 +149,3 @@ class DataSection:
         _, channels = contents.declarations
         self._topics |= {id_: channel.topic for id_, channel in channels.items()}
         self._pass_on(TopicBlock(contents, self._topics))
-
-
-def _span_ns(chunk: Chunk) -> tuple[int, int]:
-    return chunk.message_start_time, chunk.message_end_time

@@ -74,50 +74,22 @@ class TopicMetadata:
         )
 
 
-@dataclass
-class FileInformation:
-    """A file of a bag: its name, its message count and the log times [ns] it spans."""
-
-    path: str
-    message_count: int = 0
-    first_ns: int = _NO_TIME
-    last_ns: int = -1
-
-    @classmethod
-    def of(cls, name: str, statistics: Statistics) -> 'FileInformation':
-        """Return what the statistics of a file say."""
-        if statistics.message_count == 0:
-            return cls(name)
-        span_ns = statistics.message_start_time, statistics.message_end_time
-        return cls(name, statistics.message_count, *span_ns)
-
-    @property
-    def duration_ns(self) -> int:
-        """Return the time between first and last message."""
-        return max(0, self.last_ns - self.first_ns)
-
-    def said(self) -> dict[str, Any]:
-        """Return what metadata.yaml says of the file."""
-        return {
-            'path': self.path,
-            'starting_time': {'nanoseconds_since_epoch': self.first_ns},
-            'duration': {'nanoseconds': self.duration_ns},
-            'message_count': self.message_count,
-        }
-
-
 class BagMetadata:
-    """What metadata.yaml says of a bag, gathered file by file; counts: messages by topic."""
+    """
+    What metadata.yaml says of a bag, gathered file by file.
+
+    files: their statistics, by name.  counts: messages by topic.
+    """
 
     def __init__(self, custom_data: Mapping[str, str] | None = None, ros_distro: str = 'jazzy'):
-        self.files: list[FileInformation] = []
+        self.files: dict[str, Statistics] = {}
         self.topics: dict[str, TopicMetadata] = {}
         self.counts: dict[str, int] = {}
         self._custom_data, self._ros_distro = custom_data or {}, ros_distro
 
     def add(self, name: str, summary: SummaryBuilder) -> None:
         """Add a file by its summary."""
-        self.files.append(FileInformation.of(name, summary.statistics))
+        self.files[name] = summary.statistics
         counts = summary.statistics.channel_message_counts
         for _, channel in sorted(summary.channels.items()):
             topic = TopicMetadata.from_records(channel, summary.schemas.get(channel.schema_id))
@@ -126,22 +98,18 @@ class BagMetadata:
 
     def said(self) -> dict[str, Any]:
         """Return the map without its outer key."""
-        first_ns = min(file.first_ns for file in self.files)
-        last_ns = max(file.last_ns for file in self.files)
         custom_data = {key: _Quoted(text) for key, text in self._custom_data.items()}
         return {
             'version': 9,
             'storage_identifier': 'mcap',
-            'duration': {'nanoseconds': max(0, last_ns - first_ns)},
-            'starting_time': {'nanoseconds_since_epoch': first_ns},
-            'message_count': sum(file.message_count for file in self.files),
+            **_span(list(self.files.values())),
             'topics_with_message_count': [
                 topic.said(self.counts[name]) for name, topic in self.topics.items()
             ],
             'compression_format': '',
             'compression_mode': '',
-            'relative_file_paths': [file.path for file in self.files],
-            'files': [file.said() for file in self.files],
+            'relative_file_paths': list(self.files),
+            'files': [_file(name, statistics) for name, statistics in self.files.items()],
             'custom_data': custom_data or None,
             'ros_distro': self._ros_distro,
         }
@@ -149,7 +117,7 @@ class BagMetadata:
     def opening_record(self, name: str) -> dict[str, str]:
         """Return the metadata record NAME at the start of a file, whose topics are unknown."""
         opening = BagMetadata(self._custom_data, self._ros_distro)
-        opening.files = [*self.files, FileInformation(name)]
+        opening.files = self.files | {name: SummaryBuilder().statistics}
         return opening.record()
 
     def record(self) -> dict[str, str]:
@@ -225,6 +193,25 @@ def as_reindexed(held: dict[str, Any], files: Sequence[Statistics]) -> dict[str,
         ),
         'files': [],
     }
+
+
+def _span(files: Sequence[Statistics]) -> dict[str, Any]:
+    """Return from when to when files have messages, and how many."""
+    some = [file for file in files if file.message_count]
+    first_ns = min((file.message_start_time for file in some), default=_NO_TIME)
+    last_ns = max((file.message_end_time for file in some), default=first_ns)
+    return {
+        'duration': {'nanoseconds': last_ns - first_ns},
+        'starting_time': {'nanoseconds_since_epoch': first_ns},
+        'message_count': sum(file.message_count for file in some),
+    }
+
+
+def _file(name: str, statistics: Statistics) -> dict[str, Any]:
+    """Return what is said of one file, which begins with its starting time."""
+    span = _span([statistics])
+    keys = 'starting_time', 'duration', 'message_count'
+    return {'path': name, **{key: span[key] for key in keys}}
 
 
 def _profiles(qos: str) -> Any:

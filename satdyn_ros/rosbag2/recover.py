@@ -18,8 +18,9 @@ from . import metadata
 from .chunk import Contents
 from .compression import compressor
 from .damaged_file import DamagedFile, Loss
+from .data_section import DataSection
 from .errors import BagError, Damaged
-from .integrity import CheckedFile, check_file, check_metadata
+from .integrity import check_file, check_metadata
 from .mcap_file import McapFile
 from .metadata import BagMetadata
 from .reader import bag_files, has_compressed_messages
@@ -94,7 +95,7 @@ def _files(path: Path) -> tuple[list[Path], list[Loss]]:
     return files, [Loss(name, None) for name in missing]
 
 
-def _is_listed(path: Path, files: list[CheckedFile]) -> bool:
+def _is_listed(path: Path, files: list[DataSection]) -> bool:
     """Whether metadata.yaml agrees with the files."""
     file = path / metadata.FILE_NAME
     try:

@@ -165,12 +165,13 @@ class _Scanner:
         """Yield what is at a place: a record, messages, or damaged bytes up to the next record."""
         self._spend(RECORD)
         opcode, end = self._head(start)
-        contents = self._messages(start) if opcode == Opcode.MESSAGE else ()
-        if isinstance(contents, Contents) and len(contents):
+        if opcode == Opcode.MESSAGE and len(contents := self._messages(start)):
             yield Found(start, start + len(contents.data), Block(contents))
             return
         record, why = self._record(start)
-        if record is None and (opcode == 0 or not self._is_followed(end)):
+        # The length of one that cannot be read is right where a record follows it.
+        is_there = record is not None or (self._is_record(end) if why else self._may_begin(end))
+        if opcode == 0 or not is_there:
             yield from self._broken(start)
         elif why:
             yield Found(start, end, Flaw(f'is damaged: {_name(opcode, start)}: {why}', opcode))
@@ -285,14 +286,14 @@ class _Scanner:
         if opcode == Opcode.FOOTER:
             return MCAP0_MAGIC.startswith(self._read(end, len(MCAP0_MAGIC)))
         if opcode == Opcode.DATA_END:
-            return 0 < self._head(end)[0] <= _LAST_OPCODE or end == self._size
+            return self._may_begin(end)
         is_bulk = opcode in (Opcode.CHUNK, Opcode.MESSAGE_INDEX)
         self._spend(length if is_bulk else objects(1, length))
         return self._record(start)[0] is not None
 
-    def _is_followed(self, end: int) -> bool:
-        """Whether a record ends the file here, or another one follows."""
-        return end == self._size or self._is_record(end)
+    def _may_begin(self, start: int) -> bool:
+        """Whether the opcode here is one of MCAP, or the file ends."""
+        return start == self._size or 0 < self._head(start)[0] <= _LAST_OPCODE
 
     def _head(self, start: int) -> tuple[int, int]:
         """Return the opcode of the record at a place, and where it ends; 0: there is none."""

@@ -130,20 +130,18 @@ class Timeline:
 
     def _contents(self, place: _Place) -> Contents:
         """Return the messages at a place."""
+        length = place.end - place.start - PREFIX.size
         with open(self._path, 'rb') as file:
             file.seek(min(place.start, self._path.stat().st_size))
-            if not place.is_chunk:
-                data = file.read(place.end - place.start)
-                return Contents(np.frombuffer(data, np.uint8))
-            opcode, length = PREFIX.unpack(file.read(PREFIX.size).ljust(PREFIX.size, b'\0'))
-            what = f'{self._path} is damaged: the Chunk record at byte {place.start}'
-            if opcode != Opcode.CHUNK or place.start + PREFIX.size + length != place.end:
-                raise Damaged(f'{what} is not where the summary places it')
-            if length > CEILING:
-                raise Damaged(f'{what} has {length} bytes; the limit is {CEILING}')
-            try:
-                chunk = read(opcode, file.read(length))
-                assert isinstance(chunk, Chunk)  # by its opcode
-                return Contents.of(chunk, self._budget)
-            except Damaged as error:
-                raise Damaged(f'{what}: {error}') from None
+            data = file.read(PREFIX.size + max(0, min(length, CEILING)))
+        if not place.is_chunk:
+            return Contents(np.frombuffer(data, np.uint8))
+        what = f'{self._path} is damaged: the Chunk record at byte {place.start}'
+        if PREFIX.unpack(data[: PREFIX.size].ljust(PREFIX.size)) != (Opcode.CHUNK, length):
+            raise Damaged(f'{what} is not where the summary places it')
+        try:
+            chunk = read(Opcode.CHUNK, data[PREFIX.size :])
+            assert isinstance(chunk, Chunk)  # by its opcode
+            return Contents.of(chunk, self._budget)
+        except Damaged as error:
+            raise Damaged(f'{what}: {error}') from None

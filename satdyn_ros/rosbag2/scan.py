@@ -7,7 +7,6 @@ record.  What it costs is bounded by the file's Budget, however hostile the file
 
 import io
 import os
-import struct
 import zlib
 from collections.abc import Iterator
 from pathlib import Path
@@ -44,6 +43,15 @@ _RESUMED: dict[int, int] = {
     Opcode.MESSAGE_INDEX: 6,
     Opcode.METADATA: 8,
     Opcode.DATA_END: 4,
+}
+# Of those that have inner lengths, the bytes before each and its own; what it counts follows it.
+_INNER: dict[int, tuple[tuple[int, int], ...]] = {
+    Opcode.HEADER: ((0, 4), (0, 4)),
+    Opcode.SCHEMA: ((2, 4), (0, 4), (0, 4)),
+    Opcode.CHANNEL: ((4, 4), (0, 4), (0, 4)),
+    Opcode.CHUNK: ((28, 4), (0, 8)),
+    Opcode.MESSAGE_INDEX: ((2, 4),),
+    Opcode.METADATA: ((0, 4), (0, 4)),
 }
 _LEAST = np.array([_RESUMED.get(opcode, 2**32) for opcode in range(_LAST_OPCODE + 1)])
 
@@ -237,16 +245,24 @@ class _Scanner:
     def _cut_off_chunk(self, start: int) -> Chunk | None:
         """Return the chunk that begins at a place and in which the file ends, if there is one."""
         opcode, end = self._head(start)
-        if opcode != Opcode.CHUNK or end <= self._size:
+        if opcode != Opcode.CHUNK or end <= self._size or not self._adds_up(start):
             return None
         content = self._read(start + PREFIX.size, self._size)
         try:
-            chunk = Chunk.read(ReadDataStream(io.BytesIO(content)))
-        except (McapError, struct.error, UnicodeError, OverflowError):
+            return Chunk.read(ReadDataStream(io.BytesIO(content)))
+        except (McapError, UnicodeError, OverflowError):
             return None
-        begin = _RESUMED[Opcode.CHUNK] + len(chunk.compression.encode())
-        (size,) = struct.unpack_from('<Q', content, begin - 8)
-        return chunk if start + PREFIX.size + begin + size == end else None
+
+    def _adds_up(self, start: int) -> bool:
+        """Whether the inner lengths of the record at a place fill its length."""
+        opcode, end = self._head(start)
+        place = start + PREFIX.size
+        for gap, size in _INNER[opcode]:
+            number = self._read(place + gap, size)
+            if len(number) < size or place > end:
+                return False
+            place += gap + size + int.from_bytes(number, 'little')
+        return place == end
 
     def _next_record(self, start: int) -> int:
         """Return where the next whole record begins, or the end of the file if there is none."""
@@ -287,6 +303,8 @@ class _Scanner:
             return MCAP0_MAGIC.startswith(self._read(end, len(MCAP0_MAGIC)))
         if opcode == Opcode.DATA_END:
             return self._may_begin(end)
+        if not self._adds_up(start):
+            return False
         is_bulk = opcode in (Opcode.CHUNK, Opcode.MESSAGE_INDEX)
         self._spend(length if is_bulk else objects(1, length))
         return self._record(start)[0] is not None

@@ -69,11 +69,17 @@ def turned(path, bit):
 
 
 def named(path):
-    """Return by byte how an error message names the chunk there, or what else it is in."""
+    """
+    Return by byte how an error message names the chunk there, or what else it is in.
+
+    Some bits of a compressed chunk change none of its contents, but the data section.
+    """
     patterns = [NAMED] * path.stat().st_size
     for start, end, item in scan(path):
         if isinstance(item, Block):
-            here = re.compile(rf'_[01]\.mcap is damaged: .*(record at byte {start}\b)')
+            here = re.compile(
+                rf'_[01]\.mcap is damaged: .*(record at byte {start}\b|data section)'
+            )
             patterns[start:end] = [here] * (end - start)
     return patterns
 

@@ -39,6 +39,11 @@ def used_names():
                 yield node.arg
             elif isinstance(node, ast.ImportFrom) and (node.module or '').startswith('numba.core'):
                 yield from (alias.name for alias in node.names)
+            elif isinstance(node, ast.BinOp) and isinstance(node.right, ast.Constant):
+                # A folder of a path that leads into another package.
+                folder = node.right.value
+                if isinstance(folder, str) and is_private(folder) and folder.isidentifier():
+                    yield folder
 
 
 def overridden_names():

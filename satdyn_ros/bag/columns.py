@@ -98,7 +98,7 @@ class StateTable:
     def tick_count(self) -> int | None:
         """How many ticks the bag spans; None: its last file is empty or was not completed."""
         try:
-            statistics = read_summary(self.run.bag.files[-1], with_chunks=False).statistics
+            statistics = read_summary(self.run.bag.files[-1]).statistics
         except Incomplete:
             return None
         if statistics is None or not statistics.message_count:

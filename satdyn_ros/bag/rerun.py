@@ -61,7 +61,7 @@ def rerun(
         for event in [*already_applied, *applied]:
             _add_input(chunk, run, event)
         if simulation.halted:
-            yield Records(chunk.take().data, starts_anew)
+            yield Records(chunk.take(), starts_anew)
             return
         already_applied = []
         if samples.first_tick in run.happened.begins:
@@ -80,10 +80,10 @@ def rerun(
         while rows and done < len(samples):
             rest = {channel_id: messages[done:] for channel_id, messages in some.items()}
             done += chunk.add_ticks(samples.stamps_ns[done:], table[done:], rest)
-            yield Records(chunk.take().data, starts_anew)
+            yield Records(chunk.take(), starts_anew)
             starts_anew = False
         if not rows:
-            yield Records(chunk.take().data, starts_anew)
+            yield Records(chunk.take(), starts_anew)
             starts_anew = False
 
 

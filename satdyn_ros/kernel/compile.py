@@ -36,7 +36,7 @@ _SOURCES = (
     'dynamics/*.py',
     'integrate/*.py',
     'exact/*.py',
-    'rosbag2/*.py',
+    'rosbag2/chunk.py',
     'sweep/extrema_pass.py',
 )
 

@@ -7,18 +7,21 @@ as tables, so that a message costs no more than copying it.
 
 import io
 import struct
+import zlib
 from functools import cached_property, partial
 from itertools import pairwise
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Channel, Schema
+from mcap.records import Channel, Chunk, Schema
+from numpy.lib.stride_tricks import sliding_window_view
 
 from ..kernel.compile import compiled, inlined
-from .compression import ResourceBudget
+from .budget import CHUNK, MESSAGE, Budget, objects
+from .compression import decompress
 from .errors import Damaged
 
 CHUNK_SIZE = 786432
@@ -37,30 +40,6 @@ HEAD = np.dtype(
 _PREFIX = 9
 _MESSAGE = int(Opcode.MESSAGE)
 _HEAD_SIZE = HEAD.itemsize
-
-
-class Indexed(Protocol):
-    """
-    What a file tells of a chunk: parsed from its bytes, as Contents, or known from its making.
-
-    data (N,) uint8; counts: the number of messages of each channel that has any; span_ns: the
-    first and the last log time, zeros if there is no message; declarations: schemas and channels
-    by their ids.
-    """
-
-    @property
-    def data(self) -> np.ndarray: ...  # noqa: D102
-    @property
-    def counts(self) -> dict[int, int]: ...  # noqa: D102
-    @property
-    def span_ns(self) -> tuple[int, int]: ...  # noqa: D102
-    @property
-    def declarations(self) -> tuple[dict[int, Schema], dict[int, Channel]]: ...  # noqa: D102
-
-    def __len__(self) -> int: ...
-
-    def index_of(self, channel_id: int) -> np.ndarray:
-        """Return log time [ns] and offset of each message of a channel, (n, 2) uint64."""
 
 
 class Contents:
@@ -82,33 +61,47 @@ class Contents:
         self.span_ns: tuple[int, int] = span_ns
         self._others = others
         self.data = data[:size]
-        self._given_size = len(data)
 
     def __len__(self) -> int:
         return len(self.offsets)
 
-    def check(self, budget: ResourceBudget) -> None:
+    @classmethod
+    def of(cls, chunk: Chunk, budget: Budget) -> 'Contents':
         """
-        Raise Damaged unless there are only schemas, channels and messages, all whole.
+        Return what a chunk holds; budget: what its file may still cost.
 
-        budget: what the chunks of the file may still hold and declare.
+        Damaged: it is not what was written, or too much, or there is more than schemas, channels
+        and messages, all whole.
         """
-        if len(self.data) != self._given_size:
-            raise Damaged(f'its messages are broken off at byte {len(self.data)} of its contents')
-        budget.hold(len(self))
-        if len(self._others) == 0:
-            return
-        foreign = set(np.unique(self.data[self._others]).tolist()) - {
-            Opcode.SCHEMA,
-            Opcode.CHANNEL,
-        }
-        if foreign:
+        budget.spend(max(CHUNK, chunk.uncompressed_size))
+        data = decompress(chunk.compression, chunk.data, chunk.uncompressed_size)
+        if chunk.uncompressed_crc not in (0, zlib.crc32(data)):
+            raise Damaged('its checksum is wrong')
+        contents = cls(np.frombuffer(data, np.uint8))
+        size = len(contents.data)
+        if size != len(data):
+            raise Damaged(f'its messages are broken off at byte {size} of its contents')
+        kinds = set(np.unique(contents.data[contents._others]).tolist())
+        if foreign := kinds - {Opcode.SCHEMA, Opcode.CHANNEL}:
             raise Damaged(
                 f'it holds a record of opcode {min(foreign)}, which does not belong in a chunk'
             )
-        lengths = _gather(self.data, self._others, _PREFIX)[:, 1:].copy().view('<u8')
-        budget.declare(len(lengths), int(np.sum(lengths)))
-        _ = self.declarations
+        lengths = _gathered(contents.data, contents._others, _PREFIX)[:, 1:].copy().view('<u8')
+        budget.spend(MESSAGE * len(contents) + objects(len(lengths), int(np.sum(lengths))))
+        _ = contents.declarations
+        return contents
+
+    @classmethod
+    def of_messages(cls, data: bytes) -> 'Contents':
+        """Return the messages with which data begin, those that a record follows in them."""
+        contents = cls(np.frombuffer(data, np.uint8))
+        last, end = len(contents), len(contents.data)
+        if len(contents._others):
+            end = int(contents._others[0])
+            last = int(np.searchsorted(contents.offsets, end))
+        if last and (end == len(contents.data) or not 0 < contents.data[end] <= max(Opcode)):
+            end = int(contents.offsets[last - 1])
+        return cls(contents.data[:end])
 
     @cached_property
     def counts(self) -> dict[int, int]:
@@ -134,7 +127,7 @@ class Contents:
     @cached_property
     def heads(self) -> np.ndarray:
         """The heads of the messages (M,), as HEAD."""
-        return _gather(self.data, self.offsets, HEAD.itemsize).view(HEAD)[:, 0]
+        return _gathered(self.data, self.offsets, HEAD.itemsize).view(HEAD)[:, 0]
 
     @cached_property
     def declarations(self) -> tuple[dict[int, Schema], dict[int, Channel]]:
@@ -166,7 +159,7 @@ class Contents:
         begins = self.offsets[places] + HEAD.itemsize
         lengths = self.heads['length'][places].astype(np.int64) + _PREFIX - HEAD.itemsize
         if len(places) and np.all(lengths == lengths[0]):
-            return _gather(self.data, begins, lengths[0])
+            return _gathered(self.data, begins, int(lengths[0]))
         ends = begins + lengths
         return [self.data[i:j].tobytes() for i, j in zip(begins, ends, strict=True)]
 
@@ -198,25 +191,6 @@ def _number(data, start, size):
     for i in range(size):
         number |= np.uint64(data[start + i]) << np.uint64(8 * i)
     return number
-
-
-@partial(
-    compiled,
-    signature='int64(Array(uint8, 1, "C", readonly=True), int64)',
-    nogil=True,
-)
-def messages_end(data: np.ndarray, last_opcode: int) -> int:
-    """Return where those messages end with which data (N,) begins and which a record follows."""
-    start = 0
-    while start + _PREFIX <= len(data) and data[start] == _MESSAGE:
-        length = _number(data, start + 1, 8)
-        if length > np.uint64(len(data)) or length < np.uint64(_HEAD_SIZE - _PREFIX):
-            break
-        end = start + _PREFIX + np.int64(length)
-        if end + _PREFIX > len(data) or not 0 < data[end] <= last_opcode:
-            break
-        start = end
-    return start
 
 
 @partial(
@@ -263,25 +237,8 @@ def _record_places(data):
     )
 
 
-@partial(
-    compiled,
-    signature='uint8[:, ::1](Array(uint8, 1, "C", readonly=True), int64[::1], int64)',
-    nogil=True,
-)
-def _gather(data, begins, length):
+def _gathered(data, begins, length):
     """Return the rows data[begin : begin + length], shape (N, length)."""
-    rows = np.empty((len(begins), length), np.uint8)
-    for i in range(len(begins)):
-        rows[i] = data[begins[i] : begins[i] + length]
-    return rows
-
-
-@partial(
-    compiled,
-    signature='void(Array(uint8, 1, "C"), int64[::1], Array(uint8, 2, "C", readonly=True))',
-    nogil=True,
-)
-def scatter(data: np.ndarray, begins: np.ndarray, rows: np.ndarray) -> None:
-    """Write the rows (N, length) to data[begin : begin + length]."""
-    for i in range(len(begins)):
-        data[begins[i] : begins[i] + rows.shape[1]] = rows[i]
+    if len(begins) == 0:
+        return np.empty((0, length), np.uint8)
+    return sliding_window_view(data, length)[begins]

@@ -142,7 +142,7 @@ class DamagedFile:
         if flaw.opcode == Opcode.DATA_END and not flaw.is_end:
             self._is_doubtful = True
         first, last = self._indexes
-        is_index = first <= found.start and found.end <= last
+        is_index = first <= found.start and found.end <= last and flaw.opcode != Opcode.CHUNK
         if not self._is_data or is_index or flaw.opcode in _MADE_ANEW or found.start == 0:
             return
         self.lost_bytes += found.end - found.start

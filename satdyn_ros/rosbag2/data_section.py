@@ -12,15 +12,10 @@ from typing import Any
 
 from mcap.records import (
     Attachment,
-    AttachmentIndex,
-    ChunkIndex,
     DataEnd,
-    Footer,
     Header,
+    McapRecord,
     Metadata,
-    MetadataIndex,
-    Statistics,
-    SummaryOffset,
 )
 
 from . import metadata
@@ -62,6 +57,11 @@ class DataSection:
         return self._version is not None
 
     @property
+    def has_every_checksum(self) -> bool:
+        """Whether the file is of a writer that leaves none out."""
+        return (self._version or (0, 0)) >= _SUMS_DATA_SINCE
+
+    @property
     def _version(self) -> tuple[int, ...] | None:
         found = _OURS.match(self.header.library) if self.header else None
         return tuple(map(int, found.groups())) if found else None
@@ -94,19 +94,12 @@ class DataSection:
                 self._pass_on(item)
             case DataEnd():
                 self.crc, self.end = item.data_section_crc, found.end
-                if self.crc == 0 and (self._version or (0, 0)) >= _SUMS_DATA_SINCE:
+                if self.crc == 0 and self.has_every_checksum:
                     raise found.damaged(self.path, 'the checksum of the data is missing')
                 return True
             case Attachment():
                 self.summary.add_attachment(found.start, found.end - found.start, item)
-            case (
-                Statistics()
-                | ChunkIndex()
-                | MetadataIndex()
-                | AttachmentIndex()
-                | SummaryOffset()
-                | Footer()
-            ):
+            case McapRecord():
                 raise found.damaged(self.path, 'it stands among the data')
         return False
 
@@ -123,7 +116,8 @@ class DataSection:
         if self._chunk is None:
             return
         found, (contents, chunk) = self._chunk, self._chunk.item
-        if len(contents) and (chunk.first_ns, chunk.last_ns) != contents.span_ns:
+        span_ns = chunk.message_start_time, chunk.message_end_time
+        if len(contents) and span_ns != contents.span_ns:
             raise found.damaged(self.path, 'its times are not those of its messages')
         missing = [i for i in contents.counts if i not in self._indexes]
         if missing and (self._indexes or self.is_ours):

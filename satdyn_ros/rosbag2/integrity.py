@@ -1,7 +1,6 @@
 """Whether all parts of a bag agree: its data, their indexes, the summaries, metadata.yaml."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -10,32 +9,14 @@ from mcap.records import Metadata
 from . import metadata
 from .data_section import DataSection
 from .errors import Damaged
-from .metadata import BagContents
+from .metadata import BagMetadata
 from .reader import Bag, TopicBlock
 from .scan import scan
-from .summary import SummaryBuilder
-from .summary_section import SummarySection
+from .summary import read_summary, summary_section
 
 # What metadata.yaml counts in the files of any bag, the last two if there are messages.
 _COUNTED = ('message_count', 'relative_file_paths', 'starting_time', 'duration')
 _ONLY_IN_CLOSING = ('custom_data', 'ros_distro')
-
-
-@dataclass(frozen=True)
-class CheckedFile:
-    """
-    A file whose parts agree.
-
-    summary: what its data hold; its schemas and channels are those of the summary.  is_ours:
-    satdyn_ros wrote it.  has_checksum: its data have one.  closing: rosbag2's metadata at its end,
-    '': none.
-    """
-
-    path: Path
-    summary: SummaryBuilder
-    is_ours: bool
-    has_checksum: bool
-    closing: str
 
 
 def _ignore(item: TopicBlock | Metadata) -> None:
@@ -52,27 +33,67 @@ def check(bag: Bag, pass_on: Callable[[TopicBlock | Metadata], None] = _ignore) 
     files = [check_file(path, pass_on) for path in bag.files]
     if bag.information is not None:
         check_metadata(bag.path / metadata.FILE_NAME, bag.information, files)
-    return [
-        f'{file.path.name} has no checksum of its data' for file in files if not file.has_checksum
-    ]
+    return [f'{file.path.name} has no checksum of its data' for file in files if not file.crc]
 
 
 def check_file(
     path: Path, pass_on: Callable[[TopicBlock | Metadata], None] = _ignore
-) -> CheckedFile:
-    """Check the records of a file against each other; pass_on and errors: as of check."""
+) -> DataSection:
+    """
+    Check the records of a file against each other; return its data.
+
+    Their summary has what the summary of the file declares besides.  pass_on and errors: as of
+    check.
+    """
     data = DataSection(path, pass_on)
-    found = scan(path)
-    for item in found:
-        if data.take(item):
-            break
-    else:
+    items = scan(path)
+    if not any(data.take(found) for found in items):
         raise Damaged(f'{path} is damaged: its data section has no end')
-    SummarySection(path, data, [item.sound(path) for item in found]).check()
-    return CheckedFile(path, data.summary, data.is_ours, data.crc != 0, data.closing)
+    for found in items:
+        found.sound(path)
+    check_summary(data)
+    return data
 
 
-def check_metadata(path: Path, said: dict[str, Any], files: list[CheckedFile]) -> None:
+def check_summary(data: DataSection) -> None:
+    """
+    Check the summary of a file against its data; add to theirs what only the summary declares.
+
+    What satdyn_ros wrote must be what it writes; others leave parts out.  Damaged: it is not.
+    """
+    path, held = data.path, data.summary
+    start, section = summary_section(path)
+    if start != data.end:
+        raise Damaged(f'{path} is damaged: its summary does not follow its data')
+    summary = read_summary(path)
+    # Some writers list channels without messages, and count those that the data declare.
+    counted = [None, held.counted()]
+    pairs: list[tuple[dict[int, Any], dict[int, Any]]] = [
+        (held.schemas, summary.schemas),
+        (held.channels, summary.channels),
+    ]
+    agrees = all(not listed or own.items() <= listed.items() for own, listed in pairs)
+    for own, listed in pairs:
+        own |= listed
+    if data.has_every_checksum:
+        agrees &= section == held.end_of_file(start)
+    else:
+        indexes: list[tuple[list[Any], list[Any]]] = [
+            (held.chunk_indexes, summary.chunk_indexes),
+            (held.metadata_indexes, summary.metadata_indexes),
+            (held.attachment_indexes, summary.attachment_indexes),
+        ]
+        agrees &= all(not listed or _sorted(own) == _sorted(listed) for own, listed in indexes)
+        agrees &= summary.statistics in [*counted, held.counted()]
+    if not agrees:
+        raise Damaged(f'{path} is damaged: its summary does not say what its data hold')
+
+
+def _sorted(indexes: list[Any]) -> list[Any]:
+    return sorted(indexes, key=lambda i: getattr(i, 'chunk_start_offset', None) or i.offset)
+
+
+def check_metadata(path: Path, said: dict[str, Any], files: list[DataSection]) -> None:
     """
     Check metadata.yaml against the files; for satdyn_ros also against their closing records.
 
@@ -80,10 +101,10 @@ def check_metadata(path: Path, said: dict[str, Any], files: list[CheckedFile]) -
 
     Damaged: the first contradiction, by its key.
     """
-    contents = BagContents()
+    contents = BagMetadata()
     for file in files:
         contents.add(file.path.name, file.summary)
-    held = metadata.parse(contents.to_yaml(), str(path))
+    held = contents.said()
     reindexed = metadata.as_reindexed(held, [file.summary.statistics for file in files])
     last = files[-1]
     if last.is_ours:

@@ -5,11 +5,11 @@ import zlib
 from collections.abc import Mapping
 from pathlib import Path
 
-from mcap.records import DataEnd, Header, McapRecord, Metadata
+from mcap.records import Chunk, DataEnd, Header, McapRecord, Metadata
 from mcap.writer import MCAP0_MAGIC
 
-from .chunk import Indexed
-from .records import ChunkRecord, message_indexes, written
+from .chunk import Contents
+from .records import message_indexes, written
 from .summary import SummaryBuilder
 
 
@@ -36,19 +36,22 @@ class McapFile:
         self._write_record(Metadata(name, dict(mapping)))
         self.summary.add_metadata(start, self.size - start, name)
 
-    def write_chunk(self, contents: Indexed, compression: str, compressed: bytes) -> None:
+    def write_chunk(self, contents: Contents, compression: str, compressed: bytes) -> None:
         """
         Write a chunk and the index of its messages.
 
         compressed: the contents by compression, 'zstd', 'lz4' or '' for none.
         """
-        data = contents.data
-        crc = zlib.crc32(data.data)
-        chunk = ChunkRecord(*contents.span_ns, len(data), crc, compression, compressed)
+        chunk = Chunk(
+            compression=compression,
+            data=compressed,
+            message_start_time=contents.span_ns[0],
+            message_end_time=contents.span_ns[1],
+            uncompressed_crc=zlib.crc32(contents.data.data),
+            uncompressed_size=len(contents.data),
+        )
         start = self.size
-        # A record builder of mcap would copy the compressed bytes twice.
-        self._write(chunk.prefix())
-        self._write(compressed)
+        self._write_record(chunk)
         end = self.size
         indexes, index_offsets = message_indexes(contents, end)
         self._write(indexes)

@@ -1,14 +1,13 @@
 """What rosbag2 says of a bag: metadata.yaml, version 9, and the same in each file's records."""
 
-import json
 import os
 import re
-import textwrap
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import yaml
 from mcap.records import Channel, Schema, Statistics
 
 from ..base import ros_yaml
@@ -18,6 +17,9 @@ from .summary import SummaryBuilder
 
 NAME = 'rosbag2'
 FILE_NAME = 'metadata.yaml'
+_KEY = 'rosbag2_bagfile_information'
+# A text that is no other YAML for want of quotes.
+_PLAIN = re.compile(r'[A-Za-z_/][\w./-]*', re.ASCII)
 # What rosbag2 says of a bag without messages: the latest of its times.
 _NO_TIME = 2**63 - 1
 
@@ -47,6 +49,19 @@ class TopicMetadata:
         metadata = {'offered_qos_profiles': self.qos, 'topic_type_hash': self.type_hash}
         return Channel(channel_id, self.name, 'cdr', metadata, schema_id)
 
+    def said(self, count: int) -> dict[str, Any]:
+        """Return what metadata.yaml says of the topic, which has so many messages."""
+        return {
+            'topic_metadata': {
+                'name': self.name,
+                'type': self.type,
+                'serialization_format': 'cdr',
+                'offered_qos_profiles': _profiles(self.qos),
+                'type_description_hash': self.type_hash,
+            },
+            'message_count': count,
+        }
+
     @classmethod
     def from_records(cls, channel: Channel, schema: Schema | None) -> 'TopicMetadata':
         """Return the topic that a channel and its schema, if it has one, describe."""
@@ -59,113 +74,64 @@ class TopicMetadata:
         )
 
 
-@dataclass
-class FileInformation:
-    """A file of a bag: its name, its message count and the log times [ns] it spans."""
-
-    path: str
-    message_count: int = 0
-    first_ns: int = _NO_TIME
-    last_ns: int = -1
-
-    @classmethod
-    def of(cls, name: str, statistics: Statistics) -> 'FileInformation':
-        """Return what the statistics of a file say."""
-        if statistics.message_count == 0:
-            return cls(name)
-        span_ns = statistics.message_start_time, statistics.message_end_time
-        return cls(name, statistics.message_count, *span_ns)
-
-    def add(self, count: int, first_ns: int, last_ns: int) -> None:
-        """Count messages that lie between two log times."""
-        self.message_count += count
-        self.first_ns = min(self.first_ns, first_ns)
-        self.last_ns = max(self.last_ns, last_ns)
-
-    @property
-    def duration_ns(self) -> int:
-        """Return the time between first and last message."""
-        return max(0, self.last_ns - self.first_ns)
-
-
-@dataclass
 class BagMetadata:
-    """What metadata.yaml says of a bag besides its topics."""
+    """
+    What metadata.yaml says of a bag, gathered file by file.
 
-    files: list[FileInformation]
-    custom_data: Mapping[str, str] = field(default_factory=dict)
-    ros_distro: str = 'jazzy'
+    files: their statistics, by name.  counts: messages by topic.
+    """
 
-    def to_yaml(self, topics: Sequence[TopicMetadata], counts: Mapping[str, int]) -> str:
-        """Return the map without its outer key; counts: messages by the topic's name."""
-        first_ns = min(file.first_ns for file in self.files)
-        last_ns = max(file.last_ns for file in self.files)
-        return '\n'.join(
-            [
-                'version: 9',
-                'storage_identifier: mcap',
-                'duration:',
-                f'  nanoseconds: {max(0, last_ns - first_ns)}',
-                'starting_time:',
-                f'  nanoseconds_since_epoch: {first_ns}',
-                f'message_count: {sum(file.message_count for file in self.files)}',
-                _list('topics_with_message_count', [_topic(t, counts) for t in topics]),
-                'compression_format: ""',
-                'compression_mode: ""',
-                _list('relative_file_paths', [_scalar(file.path) for file in self.files]),
-                _list('files', [_file(file) for file in self.files]),
-                _map('custom_data', self.custom_data),
-                f'ros_distro: {_scalar(self.ros_distro)}',
-            ]
-        )
-
-    def record(
-        self, topics: Sequence[TopicMetadata] = (), counts: Mapping[str, int] | None = None
-    ) -> dict[str, str]:
-        """Return the content of the metadata record NAME; at the start, topics are unknown."""
-        return {'serialized_metadata': self.to_yaml(topics, counts or {})}
-
-    def write(
-        self, directory: Path, topics: Sequence[TopicMetadata], counts: Mapping[str, int]
-    ) -> None:
-        """Write metadata.yaml atomically and sync it to disk, which completes the bag."""
-        text = f'rosbag2_bagfile_information:\n{_indent(self.to_yaml(topics, counts), 2)}'
-        unfinished = directory / f'.{FILE_NAME}'
-        with open(unfinished, 'w', encoding='utf-8') as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(unfinished, directory / FILE_NAME)
-
-
-class BagContents:
-    """What metadata.yaml says of a bag, gathered file by file."""
-
-    def __init__(self, custom_data: Mapping[str, str] | None = None, ros_distro: str = ''):
-        self.bag = BagMetadata([], custom_data or {}, ros_distro)
+    def __init__(self, custom_data: Mapping[str, str] | None = None, ros_distro: str = 'jazzy'):
+        self.files: dict[str, Statistics] = {}
         self.topics: dict[str, TopicMetadata] = {}
         self.counts: dict[str, int] = {}
+        self._custom_data, self._ros_distro = custom_data or {}, ros_distro
 
     def add(self, name: str, summary: SummaryBuilder) -> None:
         """Add a file by its summary."""
-        self.bag.files.append(FileInformation.of(name, summary.statistics))
+        self.files[name] = summary.statistics
         counts = summary.statistics.channel_message_counts
         for _, channel in sorted(summary.channels.items()):
             topic = TopicMetadata.from_records(channel, summary.schemas.get(channel.schema_id))
             self.topics[topic.name] = topic
             self.counts[topic.name] = self.counts.get(topic.name, 0) + counts.get(channel.id, 0)
 
-    def to_yaml(self) -> str:
+    def said(self) -> dict[str, Any]:
         """Return the map without its outer key."""
-        return self.bag.to_yaml(tuple(self.topics.values()), self.counts)
+        custom_data = {key: _Quoted(text) for key, text in self._custom_data.items()}
+        return {
+            'version': 9,
+            'storage_identifier': 'mcap',
+            **_span(list(self.files.values())),
+            'topics_with_message_count': [
+                topic.said(self.counts[name]) for name, topic in self.topics.items()
+            ],
+            'compression_format': '',
+            'compression_mode': '',
+            'relative_file_paths': list(self.files),
+            'files': [_file(name, statistics) for name, statistics in self.files.items()],
+            'custom_data': custom_data or None,
+            'ros_distro': self._ros_distro,
+        }
+
+    def opening_record(self, name: str) -> dict[str, str]:
+        """Return the metadata record NAME at the start of a file, whose topics are unknown."""
+        opening = BagMetadata(self._custom_data, self._ros_distro)
+        opening.files = self.files | {name: SummaryBuilder().statistics}
+        return opening.record()
 
     def record(self) -> dict[str, str]:
-        """Return the content of the metadata record that closes a file."""
-        return self.bag.record(tuple(self.topics.values()), self.counts)
+        """Return the metadata record NAME that closes the last file."""
+        return {'serialized_metadata': _to_yaml(self.said())}
 
     def write(self, directory: Path) -> None:
-        """Write metadata.yaml."""
-        self.bag.write(directory, tuple(self.topics.values()), self.counts)
+        """Write metadata.yaml atomically and sync it to disk, which completes the bag."""
+        unfinished = directory / f'.{FILE_NAME}'
+        with open(unfinished, 'w', encoding='utf-8') as file:
+            file.write(_to_yaml({_KEY: self.said()}))
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(unfinished, directory / FILE_NAME)
 
 
 def read(path: Path) -> dict[str, Any]:
@@ -181,9 +147,9 @@ def read(path: Path) -> dict[str, Any]:
     except UnicodeDecodeError:
         raise Damaged(f'{path} is damaged: it is not text') from None
     outer = parse(text, str(path))
-    said = outer.get('rosbag2_bagfile_information')
+    said = outer.get(_KEY)
     if not isinstance(said, dict):
-        raise Damaged(f'{path} is damaged: it has no rosbag2_bagfile_information')
+        raise Damaged(f'{path} is damaged: it has no {_KEY}')
     storage = said.get('storage_identifier')
     if storage != 'mcap':
         raise BagError(f'{path.parent} is stored as {storage}; only mcap is supported')
@@ -233,58 +199,59 @@ def as_reindexed(held: dict[str, Any], files: Sequence[Statistics]) -> dict[str,
     }
 
 
-def _topic(topic, counts):
-    profiles = f'offered_qos_profiles:\n{_indent(topic.qos, 2)}'
-    return '\n'.join(
-        [
-            'topic_metadata:',
-            f'  name: {_scalar(topic.name)}',
-            f'  type: {_scalar(topic.type)}',
-            '  serialization_format: cdr',
-            _indent(profiles if topic.qos else 'offered_qos_profiles: []', 2),
-            f'  type_description_hash: {_scalar(topic.type_hash)}',
-            f'message_count: {counts.get(topic.name, 0)}',
-        ]
-    )
+def _span(files: Sequence[Statistics]) -> dict[str, Any]:
+    """Return from when to when files have messages, and how many."""
+    some = [file for file in files if file.message_count]
+    first_ns = min((file.message_start_time for file in some), default=_NO_TIME)
+    last_ns = max((file.message_end_time for file in some), default=first_ns)
+    return {
+        'duration': {'nanoseconds': last_ns - first_ns},
+        'starting_time': {'nanoseconds_since_epoch': first_ns},
+        'message_count': sum(file.message_count for file in some),
+    }
 
 
-def _file(file):
-    return '\n'.join(
-        [
-            f'path: {_scalar(file.path)}',
-            'starting_time:',
-            f'  nanoseconds_since_epoch: {file.first_ns}',
-            'duration:',
-            f'  nanoseconds: {file.duration_ns}',
-            f'message_count: {file.message_count}',
-        ]
-    )
+def _file(name: str, statistics: Statistics) -> dict[str, Any]:
+    """Return what is said of one file, which begins with its starting time."""
+    span = _span([statistics])
+    keys = 'starting_time', 'duration', 'message_count'
+    return {'path': name, **{key: span[key] for key in keys}}
 
 
-def _list(key, items):
-    """Return a YAML list of texts; the lines after an item's first one are indented."""
-    if not items:
-        return f'{key}: []'
-    return '\n'.join([f'{key}:', *('  - ' + _indent(item, 4).lstrip() for item in items)])
+def _profiles(qos: str) -> Any:
+    """Return a list of profiles; as rosbag2 before version 9, the text itself if it is none."""
+    try:
+        return ros_yaml.load(qos, 'offered_qos_profiles') or []
+    except ValueError:
+        return qos
 
 
-def _map(key, mapping):
-    if not mapping:
-        return f'{key}: ~'
-    return '\n'.join(
-        [f'{key}:', *(f'  {_scalar(name)}: {_quoted(mapping[name])}' for name in mapping)]
-    )
+class _Quoted(str):
+    """A text in quotes, whatever it is."""
 
 
-def _scalar(text):
-    """Return a string as a YAML scalar, plain where it cannot be misread."""
-    return text if re.fullmatch(r'[A-Za-z_/][\w./-]*', text, re.ASCII) else _quoted(text)
+class _Dumper(yaml.SafeDumper):
+    """YAML as rosbag2 lays it out: lists indented, no aliases, double quotes where any."""
+
+    def increase_indent(self, flow=False, indentless=False):
+        return super().increase_indent(flow, indentless=False)
+
+    def ignore_aliases(self, data):
+        return True
+
+    def represent_text(self, text):
+        is_plain = _PLAIN.fullmatch(text) and not isinstance(text, _Quoted)
+        return self.represent_scalar('tag:yaml.org,2002:str', text, None if is_plain else '"')
+
+    def represent_nothing(self, nothing):
+        return self.represent_scalar('tag:yaml.org,2002:null', '~')
 
 
-def _quoted(text):
-    """Return a double-quoted scalar of YAML, which a JSON string is."""
-    return json.dumps(text, ensure_ascii=False)
+_Dumper.add_representer(str, _Dumper.represent_text)
+_Dumper.add_representer(_Quoted, _Dumper.represent_text)
+_Dumper.add_representer(type(None), _Dumper.represent_nothing)
 
 
-def _indent(text, columns):
-    return textwrap.indent(text, ' ' * columns)
+def _to_yaml(said: dict[str, Any]) -> str:
+    text = yaml.dump(said, None, _Dumper, sort_keys=False, allow_unicode=True, width=float('inf'))
+    return text.rstrip('\n')

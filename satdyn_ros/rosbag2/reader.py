@@ -13,7 +13,6 @@ from mcap.records import Channel, Metadata, Schema
 from ..base.regular_file import regular_file
 from . import metadata
 from .chunk import Contents
-from .compression import CEILING
 from .errors import BagError, Damaged, Incomplete
 from .metadata import TopicMetadata
 from .scan import Block, Flaw, scan
@@ -58,25 +57,23 @@ class Bag:
     files: its .mcap files in order.  information: what its metadata.yaml says, None: it has none.
     has_compressed_messages: rosbag2 compressed each message separately, with zstd; they are read
     as they are stored.
-    problem: what cut reading short, known after everything was read.  ceiling [bytes]: no chunk is
-    read that holds more.
+    problem: what cut reading short, known after everything was read.
 
     BagError, here and while reading: path is not a bag of MCAP files, or the bag is damaged.
     """
 
-    def __init__(self, path: str | Path, ceiling: int = CEILING):
+    def __init__(self, path: str | Path):
         self.path = Path(path)
         self.information = _information(self.path)
         self.has_compressed_messages = has_compressed_messages(self.path, self.information)
         self.files = bag_files(self.path, self.information)
         self.problem: str | None = None
-        self._ceiling = ceiling
 
     def items(self) -> Iterator[TopicBlock | Metadata]:
         """Yield messages in blocks, and metadata records, in the order of the bag."""
         for path in self.files:
             topics: dict[int, str] = {}
-            for found in scan(path, self._ceiling, with_indexes=False):
+            for found in scan(path):
                 match found.item:
                     case Flaw(what=what, is_end=is_end):
                         self.problem = f'{path} {what}'
@@ -122,7 +119,7 @@ class Bag:
         """How many messages each topic has, from the summaries; BagError: a file has none."""
         counts: Counter[str] = Counter()
         for path in self.files:
-            summary = read_summary(path, with_chunks=False)
+            summary = read_summary(path)
             if summary.statistics is None:
                 raise BagError(f'{path} has no statistics; satdyn recover makes them')
             for i, count in summary.statistics.channel_message_counts.items():
@@ -131,11 +128,11 @@ class Bag:
 
     def _declared(self, path: Path) -> tuple[dict[int, Schema], dict[int, Channel]]:
         try:
-            summary = read_summary(path, with_chunks=False)
+            summary = read_summary(path)
             return summary.schemas, summary.channels
         except Incomplete:
             found_in_data = SummaryBuilder()
-        for found in scan(path, self._ceiling):
+        for found in scan(path):
             if isinstance(found.item, Block):
                 found_in_data.add_messages(found.item.contents)
         return found_in_data.schemas, found_in_data.channels

@@ -1,103 +1,24 @@
-"""The records of MCAP one by one: parsed strictly, and distinguished from other bytes."""
+"""The records of MCAP as the mcap package has them, read strictly; message indexes as arrays."""
 
 import io
 import struct
-import zlib
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
+import mcap.records
 import numpy as np
 from mcap.data_stream import ReadDataStream, RecordBuilder
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import (
-    Attachment,
-    AttachmentIndex,
-    Channel,
-    ChunkIndex,
-    DataEnd,
-    Footer,
-    Header,
-    McapRecord,
-    Metadata,
-    MetadataIndex,
-    Schema,
-    Statistics,
-    SummaryOffset,
-)
+from mcap.records import McapRecord
 
-from .chunk import Contents, Indexed
-from .compression import CEILING, ResourceBudget, decompress
+from .chunk import Contents
 from .errors import Damaged
 
 # Opcode and length of the content.
 PREFIX = struct.Struct('<BQ')
-_CHUNK = struct.Struct('<QQQII')
 _INDEX = struct.Struct('<HI')
-_KINDS: dict[int, Any] = {
-    Opcode.HEADER: Header,
-    Opcode.FOOTER: Footer,
-    Opcode.SCHEMA: Schema,
-    Opcode.CHANNEL: Channel,
-    Opcode.CHUNK_INDEX: ChunkIndex,
-    Opcode.ATTACHMENT: Attachment,
-    Opcode.ATTACHMENT_INDEX: AttachmentIndex,
-    Opcode.STATISTICS: Statistics,
-    Opcode.METADATA: Metadata,
-    Opcode.METADATA_INDEX: MetadataIndex,
-    Opcode.SUMMARY_OFFSET: SummaryOffset,
-    Opcode.DATA_END: DataEnd,
-}
 _ENTRIES = np.dtype([('log_time', '<u8'), ('offset', '<u8')])
-
-
-class ChunkRecord(NamedTuple):
-    """A chunk as it is in a file; data: the messages, compressed."""
-
-    first_ns: int
-    last_ns: int
-    size: int
-    crc: int
-    compression: str
-    data: bytes
-
-    @classmethod
-    def read(cls, content: bytes) -> 'ChunkRecord':
-        """Return the chunk of a record's content, which may be cut off; Damaged: it is not one."""
-        try:
-            first_ns, last_ns, size, crc, length = _CHUNK.unpack_from(content)
-            compression = content[_CHUNK.size : _CHUNK.size + length].decode()
-            begin = _CHUNK.size + length + 8
-            (data_size,) = struct.unpack_from('<Q', content, begin - 8)
-        except (struct.error, UnicodeDecodeError):
-            raise Damaged('it cannot be read') from None
-        data = content[begin : begin + data_size]
-        return cls(first_ns, last_ns, size, crc, compression, data)
-
-    def prefix(self) -> bytes:
-        """Return the part of the record that precedes data."""
-        name = self.compression.encode()
-        fields = _CHUNK.pack(self.first_ns, self.last_ns, self.size, self.crc, len(name))
-        length = len(fields) + len(name) + 8 + len(self.data)
-        return b''.join(
-            [
-                PREFIX.pack(Opcode.CHUNK, length),
-                fields,
-                name,
-                struct.pack('<Q', len(self.data)),
-            ]
-        )
-
-    def contents(self, budget: ResourceBudget, ceiling: int = CEILING) -> Contents:
-        """Return the messages; Damaged: they are not what was written, or too large."""
-        if self.size <= ceiling:
-            budget.spend(self.size)
-        data = decompress(self.compression, self.data, self.size, ceiling)
-        if self.crc not in (0, zlib.crc32(data)):
-            raise Damaged('its checksum is wrong')
-        contents = Contents(np.frombuffer(data, np.uint8))
-        contents.check(budget)
-        return contents
 
 
 class IndexRecord(NamedTuple):
@@ -125,7 +46,7 @@ class IndexRecord(NamedTuple):
         return in_order.tobytes() == expected.tobytes()
 
 
-def message_indexes(contents: Indexed, start: int) -> tuple[bytes, dict[int, int]]:
+def message_indexes(contents: Contents, start: int) -> tuple[bytes, dict[int, int]]:
     """Return the index records of a chunk's messages and where in the file each channel's is."""
     parts: list[bytes | memoryview] = []
     offsets, end = {}, start
@@ -140,14 +61,12 @@ def message_indexes(contents: Indexed, start: int) -> tuple[bytes, dict[int, int
     return b''.join(parts), offsets
 
 
-def read(opcode: int, content: bytes) -> McapRecord | ChunkRecord | IndexRecord | None:
+def read(opcode: int, content: bytes) -> McapRecord | IndexRecord | None:
     """
-    Return the record of a content; None: a kind that this version of MCAP does not define.
+    Return the record of a content; None: a message, or a kind that MCAP does not define.
 
     Damaged: it is not what a writer writes.
     """
-    if opcode == Opcode.CHUNK:
-        return ChunkRecord.read(content)
     if opcode == Opcode.MESSAGE_INDEX:
         return IndexRecord.read(content)
     if opcode not in _KINDS:
@@ -181,3 +100,9 @@ def name_of(opcode: int) -> str:
         return Opcode(opcode).name.title().replace('_', '')
     except ValueError:
         return f'unknown (opcode {opcode})'
+
+
+# A message's content has no length of its own to be read by.
+_KINDS: dict[int, Any] = {
+    opcode: getattr(mcap.records, name_of(opcode)) for opcode in Opcode if opcode != Opcode.MESSAGE
+}

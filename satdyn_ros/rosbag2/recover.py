@@ -18,10 +18,11 @@ from . import metadata
 from .chunk import Contents
 from .compression import compressor
 from .damaged_file import DamagedFile, Loss
+from .data_section import DataSection
 from .errors import BagError, Damaged
-from .integrity import CheckedFile, check_file, check_metadata
+from .integrity import check_file, check_metadata
 from .mcap_file import McapFile
-from .metadata import BagContents
+from .metadata import BagMetadata
 from .reader import bag_files, has_compressed_messages
 from .records import written
 from .scan import Block, scan
@@ -60,7 +61,7 @@ def recover(path: str | Path, output: str | Path | None = None) -> Recovered:
     if len(empty) == len(files):
         raise BagError(f'{path} is not a bag: its files are empty')
     losses += [Loss(file.name, None, is_empty=True) for file in empty]
-    contents = BagContents(*_first_words(files))
+    contents = BagMetadata(*_first_words(files))
     directory = path if path.is_dir() else path.parent
     if output is not None:
         directory = _new_place(path, Path(output))
@@ -101,7 +102,7 @@ def _files(path: Path) -> tuple[list[Path], list[Loss]]:
     return files, [Loss(name, None) for name in missing]
 
 
-def _is_listed(path: Path, files: list[CheckedFile]) -> bool:
+def _is_listed(path: Path, files: list[DataSection]) -> bool:
     """Whether metadata.yaml agrees with the files."""
     file = path / metadata.FILE_NAME
     try:
@@ -114,7 +115,7 @@ def _is_listed(path: Path, files: list[CheckedFile]) -> bool:
 def _first_words(files: list[Path]) -> tuple[Mapping[str, str], str]:
     """Return custom_data and ros_distro from the first readable rosbag2 record."""
     for file in files:
-        for found in scan(file, with_indexes=False):
+        for found in scan(file):
             item = found.item
             if not (isinstance(item, Metadata) and item.name == metadata.NAME):
                 continue
@@ -138,7 +139,7 @@ def _new_place(path: Path, output: Path) -> Path:
     return output.parent
 
 
-def _mend(path: Path, target: Path, contents: BagContents) -> Loss | None:
+def _mend(path: Path, target: Path, contents: BagMetadata) -> Loss | None:
     """Rewrite a file with all that can be recovered of it, then replace it."""
     damaged = DamagedFile(path)
     unfinished = target.with_suffix('.recovering')
@@ -150,7 +151,7 @@ def _mend(path: Path, target: Path, contents: BagContents) -> Loss | None:
             file.summary.channels |= damaged.summary.channels
             contents.add(target.name, file.summary)
             # A file has two: the first at its start, the second with what is known at its end.
-            for _ in range(file.summary.metadata_names.count(metadata.NAME), 2):
+            for _ in range(_names(file).count(metadata.NAME), 2):
                 file.write_metadata(metadata.NAME, contents.record())
             loss = damaged.loss(file.crc)
             file.finish()
@@ -168,10 +169,10 @@ def _copy(path: Path, file: McapFile, damaged: DamagedFile) -> None:
     """Write what can be recovered of a file; a channel that lost its declaration gets it back."""
     known = damaged.summary
     compression = ''
-    for found in scan(path, with_indexes=False):
+    for found in scan(path):
         match found.item:
             case Metadata(name=name, metadata=mapping):
-                is_last = name == metadata.NAME and name in file.summary.metadata_names
+                is_last = name == metadata.NAME and name in _names(file)
                 if damaged.lost_bytes == 0 or not is_last:
                     file.write_metadata(name, mapping)
             case Block(contents, chunk) if len(contents):
@@ -186,6 +187,11 @@ def _copy(path: Path, file: McapFile, damaged: DamagedFile) -> None:
                 lost = written([*(s for s in schemas.values() if s is not None), *channels])
                 data = np.concatenate([np.frombuffer(lost, np.uint8), contents.data])
                 file.write_chunk(Contents(data), compression, compressor(compression)(data))
+
+
+def _names(file: McapFile) -> list[str]:
+    """Return the names of the metadata records in a file."""
+    return [index.name for index in file.summary.metadata_indexes]
 
 
 def _keep(path: Path) -> None:

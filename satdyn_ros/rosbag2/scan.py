@@ -2,46 +2,65 @@
 The records of an MCAP file from start to end, past any damage.
 
 What cannot be read is reported as a flaw, and the scan continues at the next bytes that are a
-record.  Each byte is read a bounded number of times, however hostile the file.
+record.  What it costs is bounded by the file's Budget, however hostile the file.
 """
 
+import io
+import os
 import zlib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import DataEnd
+from mcap.records import Attachment, Chunk, DataEnd, Footer
 from mcap.writer import MCAP0_MAGIC
 
 from ..base.regular_file import regular_file
-from .chunk import CHUNK_SIZE, Contents
+from .budget import CHUNK, DAMAGE, RECORD, Budget, objects
+from .chunk import CHUNK_SIZE, HEAD, Contents
 from .compression import CEILING, decompress_begin
 from .errors import BagError, Damaged, Incomplete
-from .frames import Frame, FrameReader
-from .records import PREFIX, ChunkRecord, IndexRecord, read
+from .records import PREFIX, IndexRecord, name_of, read
 
-_KNOWN = frozenset(Opcode)
-_IN_CHUNKS = (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE)
-# What says where the rest is, and how much of it there is.
-_INDEXES = frozenset(
-    {
-        Opcode.MESSAGE_INDEX,
-        Opcode.CHUNK_INDEX,
-        Opcode.METADATA_INDEX,
-        Opcode.ATTACHMENT_INDEX,
-        Opcode.STATISTICS,
-        Opcode.SUMMARY_OFFSET,
-    }
-)
+_LAST_OPCODE = max(Opcode)
+_BUFFER = 2**14
+# A search begins with little, as the next record is mostly near.
+_FIRST_WINDOW, _LAST_WINDOW = 2**11, 2**20
+# This many messages do not follow each other by chance.
+_CHAIN = 3
+# Where bytes are damaged, reading goes on at a record of these kinds; the least length of each.
+_RESUMED: dict[int, int] = {
+    Opcode.HEADER: 8,
+    Opcode.FOOTER: 20,
+    Opcode.SCHEMA: 14,
+    Opcode.CHANNEL: 16,
+    Opcode.MESSAGE: HEAD.itemsize - PREFIX.size,
+    Opcode.CHUNK: 40,
+    Opcode.MESSAGE_INDEX: 6,
+    Opcode.METADATA: 8,
+    Opcode.DATA_END: 4,
+}
+# Of those that have inner lengths, the bytes before each and its own; what it counts follows it.
+_INNER: dict[int, tuple[tuple[int, int], ...]] = {
+    Opcode.HEADER: ((0, 4), (0, 4)),
+    Opcode.SCHEMA: ((2, 4), (0, 4), (0, 4)),
+    Opcode.CHANNEL: ((4, 4), (0, 4), (0, 4)),
+    Opcode.CHUNK: ((28, 4), (0, 8)),
+    Opcode.MESSAGE_INDEX: ((2, 4),),
+    Opcode.METADATA: ((0, 4), (0, 4)),
+}
+_LEAST = np.array([_RESUMED.get(opcode, 2**32) for opcode in range(_LAST_OPCODE + 1)])
 
 
 class Block(NamedTuple):
     """Consecutive messages; chunk: the one they are in, None: they are not in a whole chunk."""
 
     contents: Contents
-    chunk: ChunkRecord | None = None
+    chunk: Chunk | None = None
 
 
 class Flaw(NamedTuple):
@@ -86,145 +105,242 @@ class Found(NamedTuple):
         return Damaged(f'{path} is damaged: the {name} record at byte {self.start}: {why}')
 
 
-def scan(path: Path, ceiling: int = CEILING, with_indexes: bool = True) -> Iterator[Found]:
+def scan(path: Path) -> Iterator[Found]:
     """
     Yield what a file holds, in order.
 
-    Messages come in blocks: a whole chunk, the beginning of one that is cut off, or a chunk's size
-    of those outside chunks.  ceiling [bytes]: no larger record or chunk contents is read, and all
-    chunks together are no more than a ResourceBudget.  with_indexes: with the records that say
-    where the others are; without them, only their places are checked.  BagError: it is not an MCAP
-    file.
+    Messages come in blocks: a whole chunk, the beginning of one that is cut off, or at most a
+    chunk's size of those outside chunks; so do schemas and channels outside chunks.  BagError: it
+    is not an MCAP file.  Damaged: to read it takes more than its Budget.
     """
-    skipped = frozenset() if with_indexes else _INDEXES
     with open(regular_file(path), 'rb') as file:
-        reader = FrameReader(file, ceiling)
-        yield from _magic_at_begin(path, reader)
-        yield from _data(reader, skipped)
-        yield from _summary(reader, skipped)
-        yield from _magic_at_end(reader)
+        yield from _Scanner(path, file).found()
 
 
-def _data(reader: FrameReader, skipped: frozenset[int]) -> Iterator[Found]:
-    """Yield the data section; the record that ends it has the checksum of all before it."""
-    crc: int | None = zlib.crc32(MCAP0_MAGIC)
-    loose: list[Frame] = []
-    before: Frame | None = None
-    for frame in reader.frames():
-        is_loose = frame.is_whole and frame.opcode in _IN_CHUNKS and _is_readable(frame)
-        if loose and not (is_loose and frame.end - loose[0].start < CHUNK_SIZE):
-            yield _loose_block(loose)
-            loose = []
-        if is_loose:
-            loose.append(frame)
-        elif not frame.is_whole:
-            yield from _broken(reader, frame, before.name if before else 'the magic at its start')
-            crc = None
-        elif frame.opcode not in skipped:
-            found = _found(frame, reader)
-            yield found
-            if isinstance(found.item, DataEnd):
-                if crc is not None and found.item.data_section_crc not in (0, crc):
-                    yield _changed(reader, frame, crc ^ found.item.data_section_crc)
-                return
-        if crc is not None:
-            crc = zlib.crc32(frame.content, zlib.crc32(frame.prefix, crc))
-        before = frame
-    if loose:
-        yield _loose_block(loose)
+class _Scanner:
+    def __init__(self, path: Path, file: BinaryIO):
+        self._path = path
+        self._file = file
+        self._size = os.fstat(file.fileno()).st_size
+        self._budget = Budget(self._size)
+        self._begin, self._buffer = 0, b''
+        self._before = 'the magic at its start'
+        # Until their end is found.
+        self._is_data = True
 
+    def found(self) -> Iterator[Found]:
+        """Yield what the file holds."""
+        yield from self._magic_at_begin()
+        place, crc = len(MCAP0_MAGIC), zlib.crc32(MCAP0_MAGIC)
+        is_whole, is_broken = True, False
+        item: Any = None
+        while place < self._size and not isinstance(item, Footer):
+            for found in self._next(place):
+                item, place = found.item, found.end
+                is_broken = isinstance(item, Flaw) and (item.is_end or not item.opcode)
+                is_whole &= not is_broken
+                if isinstance(item, DataEnd):
+                    self._is_data = False
+                    if is_whole and item.data_section_crc not in (0, crc):
+                        what = 'is damaged: the checksum of its data section is wrong'
+                        yield Found(found.start, found.start, Flaw(what, Opcode.DATA_END))
+                elif self._is_data:
+                    crc = zlib.crc32(self._read(found.start, place - found.start), crc)
+                yield found
+        if not (is_broken and place == self._size):
+            yield from self._magic_at_end(place)
 
-def _changed(reader: FrameReader, end: Frame, difference: int) -> Found:
-    """
-    Return the flaw of data in which something was changed.
-
-    end: the record with their checksum, from which the right one differs by difference.
-    """
-    what = (
-        f'{end.name}: the checksum of all data before it is wrong; a record without one of its '
-        'own was changed, such as the Header or a Metadata record'
-    )
-    if changed := reader.changed_record(0, end.start, difference):
-        what = f'{changed}, as the checksum of the data shows'
-    return Found(end.end, end.end, Flaw(f'is damaged: {what}', end.opcode))
-
-
-def _summary(reader: FrameReader, skipped: frozenset[int]) -> Iterator[Found]:
-    """Yield what follows the data."""
-    before: Frame | None = None
-    for frame in reader.frames():
-        if not frame.is_whole:
-            yield from _broken(reader, frame, before.name if before else 'the end of the data')
-        elif frame.opcode not in skipped:
-            yield _found(frame, reader)
-        before = frame
-
-
-def _magic_at_begin(path: Path, reader: FrameReader) -> Iterator[Found]:
-    magic = reader.read(0, len(MCAP0_MAGIC))
-    if MCAP0_MAGIC.startswith(magic):
-        return
-    if not (reader.is_finished or reader.is_record(len(MCAP0_MAGIC))):
-        raise BagError(f'{path} is not an MCAP file')
-    yield Found(0, len(MCAP0_MAGIC), Flaw('is damaged: the magic at its start is wrong'))
-
-
-def _magic_at_end(reader: FrameReader) -> Iterator[Found]:
-    if reader.is_broken_off:
-        return
-    magic = reader.read(reader.place, reader.size)
-    if magic == MCAP0_MAGIC:
-        return
-    flaw = _CUT_OFF if MCAP0_MAGIC.startswith(magic) else _WRONG_END
-    yield Found(reader.place, reader.size, flaw)
-
-
-def _found(frame: Frame, reader: FrameReader) -> Found:
-    """Return what a record holds, or why it cannot be read."""
-    try:
-        record = read(frame.opcode, frame.content)
-        if isinstance(record, ChunkRecord):
-            contents = record.contents(reader.budget, reader.ceiling)
-            return Found(frame.start, frame.end, Block(contents, record))
-    except Damaged as error:
-        return _flaw(frame, str(error))
-    return Found(frame.start, frame.end, record)
-
-
-def _is_readable(frame: Frame) -> bool:
-    try:
-        read(frame.opcode, frame.content)
-    except Damaged:
-        return False
-    return True
-
-
-def _flaw(frame: Frame, why: str) -> Found:
-    flaw = Flaw(f'is damaged: {frame.name}: {why}', frame.opcode)
-    return Found(frame.start, frame.end, flaw)
-
-
-def _broken(reader: FrameReader, frame: Frame, before: str) -> Iterator[Found]:
-    """Yield what is readable where no whole record is; before: what precedes it."""
-    if frame.end < reader.size or reader.is_finished:
-        what = f'there is no record at byte {frame.start}, after {before}'
-        if frame.opcode in _KNOWN:
-            what = f'{frame.name}: it cannot be read'
-        yield Found(frame.start, frame.end, Flaw(f'is damaged: {what}'))
-        return
-    if frame.opcode == Opcode.CHUNK and reader.is_cut_off(frame.start):
-        chunk = ChunkRecord.read(reader.read(frame.start + PREFIX.size, reader.size))
-        data = decompress_begin(chunk.compression, chunk.data, reader.ceiling)
-        contents = Contents(np.frombuffer(data, np.uint8))
-        if len(contents):
-            kept = 0 if chunk.compression else len(chunk.prefix()) + len(contents.data)
-            yield Found(frame.start, frame.start + kept, Block(contents))
-            yield Found(frame.start + kept, frame.end, _CUT_OFF)
+    def _magic_at_begin(self) -> Iterator[Found]:
+        magic, end = self._read(0, len(MCAP0_MAGIC)), len(MCAP0_MAGIC)
+        if MCAP0_MAGIC.startswith(magic):
             return
-    yield Found(frame.start, frame.end, _CUT_OFF._replace(opcode=frame.opcode))
+        if not (self._is_finished or self._is_record(end)):
+            raise BagError(f'{self._path} is not an MCAP file')
+        yield Found(0, end, Flaw('is damaged: the magic at its start is wrong'))
+
+    def _magic_at_end(self, place: int) -> Iterator[Found]:
+        magic = self._read(place, self._size)
+        if magic != MCAP0_MAGIC:
+            flaw = _CUT_OFF if MCAP0_MAGIC.startswith(magic) else _WRONG_END
+            yield Found(place, self._size, flaw)
+
+    @property
+    def _is_finished(self) -> bool:
+        """Whether the file ends as a writer ends it."""
+        return self._read(self._size - len(MCAP0_MAGIC), self._size) == MCAP0_MAGIC
+
+    def _next(self, start: int) -> Iterator[Found]:
+        """Yield what is at a place: a record, messages, or damaged bytes up to the next record."""
+        self._spend(RECORD)
+        opcode, end = self._head(start)
+        if opcode == Opcode.MESSAGE and len(contents := self._messages(start)):
+            yield Found(start, start + len(contents.data), Block(contents))
+            return
+        record, why = self._record(start)
+        # The length of one that cannot be read is right where a record follows it.
+        is_there = record is not None or (self._is_record(end) if why else self._may_begin(end))
+        if opcode == 0 or not is_there:
+            yield from self._broken(start)
+        elif why:
+            yield Found(start, end, Flaw(f'is damaged: {_name(opcode, start)}: {why}', opcode))
+        else:
+            yield Found(start, end, self._item(start, record))
+        self._before = _name(opcode, start)
+
+    def _record(self, start: int) -> tuple[Any, str]:
+        """Return the record at a place, or None, as read does; and why, '': it can be read."""
+        opcode, end = self._head(start)
+        begin = start + PREFIX.size
+        if opcode == 0 or end > self._size or end - begin > CEILING:
+            return None, 'it cannot be read'
+        try:
+            return read(opcode, self._read(begin, end - begin)), ''
+        except Damaged as error:
+            return None, str(error)
+
+    def _item(self, start: int, record: Any) -> Any:
+        """Return what the record at a place holds, or the flaw that it has."""
+        opcode, end = self._head(start)
+        if isinstance(record, Attachment):
+            self._spend(CHUNK)
+        if self._is_data and opcode in (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE):
+            return Block(_contents(self._read(start, end - start)))
+        if not isinstance(record, Chunk):
+            return record
+        try:
+            return Block(Contents.of(record, self._budget), record)
+        except Damaged as error:
+            return Flaw(f'is damaged: {_name(opcode, start)}: {error}', opcode)
+
+    def _messages(self, start: int) -> Contents:
+        """Return messages outside chunks that begin at a place, at most a chunk's size of them."""
+        contents = Contents.of_messages(self._read(start, _BUFFER))
+        if len(contents.data) > _BUFFER // 2:
+            contents = Contents.of_messages(self._read(start, CHUNK_SIZE))
+        return contents
+
+    def _broken(self, start: int) -> Iterator[Found]:
+        """Yield what is readable where no whole record is."""
+        self._spend(DAMAGE)
+        opcode, _ = self._head(start)
+        chunk = self._cut_off_chunk(start)
+        end = self._size if chunk else self._next_record(start + 1)
+        if end < self._size or self._is_finished:
+            what = f'there is no record at byte {start}, after {self._before}'
+            if opcode in tuple(Opcode):
+                what = f'{_name(opcode, start)}: it cannot be read'
+            yield Found(start, end, Flaw(f'is damaged: {what}'))
+            return
+        if chunk is not None:
+            size = chunk.uncompressed_size
+            contents = _contents(decompress_begin(chunk.compression, chunk.data, size))
+            if len(contents):
+                head = PREFIX.size + _RESUMED[Opcode.CHUNK]
+                kept = start if chunk.compression else start + head + len(contents.data)
+                yield Found(start, kept, Block(contents))
+                yield Found(kept, end, _CUT_OFF)
+                return
+        yield Found(start, end, _CUT_OFF._replace(opcode=opcode))
+
+    def _cut_off_chunk(self, start: int) -> Chunk | None:
+        """Return the chunk that begins at a place and in which the file ends, if there is one."""
+        opcode, end = self._head(start)
+        if opcode != Opcode.CHUNK or end <= self._size or not self._adds_up(start):
+            return None
+        content = self._read(start + PREFIX.size, self._size)
+        try:
+            return Chunk.read(ReadDataStream(io.BytesIO(content)))
+        except (McapError, UnicodeError, OverflowError):
+            return None
+
+    def _adds_up(self, start: int) -> bool:
+        """Whether the inner lengths of the record at a place fill its length."""
+        opcode, end = self._head(start)
+        place = start + PREFIX.size
+        for gap, size in _INNER[opcode]:
+            number = self._read(place + gap, size)
+            if len(number) < size or place > end:
+                return False
+            place += gap + size + int.from_bytes(number, 'little')
+        return place == end
+
+    def _next_record(self, start: int) -> int:
+        """Return where the next whole record begins, or the end of the file if there is none."""
+        size = _FIRST_WINDOW
+        while start < self._size:
+            for place in self._likely(start, size):
+                if self._is_record(place):
+                    return place
+                self._spend(DAMAGE)
+            start, size = start + size, min(2 * size, _LAST_WINDOW)
+        return self._size
+
+    def _likely(self, start: int, size: int) -> list[int]:
+        """Return the places, of so many, where opcode and length are those of some record."""
+        window = np.frombuffer(self._read(start, size + PREFIX.size - 1), np.uint8)
+        if len(window) < PREFIX.size:
+            return []
+        opcodes = window[: len(window) - PREFIX.size + 1]
+        # No record has 4 GiB: the upper bytes of a length are 0.
+        upper = window[5:-3] | window[6:-2] | window[7:-1] | window[8:]
+        places = np.flatnonzero((opcodes <= _LAST_OPCODE) & (upper == 0))
+        lengths = sum(window[places + 1 + i].astype(np.int64) << 8 * i for i in range(4))
+        most = np.minimum(CEILING, self._size - PREFIX.size - start - places)
+        fits = (lengths >= _LEAST[opcodes[places]]) & (lengths <= most)
+        return (start + places[fits]).tolist()
+
+    def _is_record(self, start: int, chain: int = _CHAIN) -> bool:
+        """Whether bytes are a record to go on at, and not by chance: several messages in a row."""
+        opcode, end = self._head(start)
+        length = end - start - PREFIX.size
+        if end > self._size or length > CEILING or length < _RESUMED.get(opcode, length + 1):
+            return False
+        if opcode == Opcode.MESSAGE:
+            return chain <= 1 or end == self._size or self._is_record(end, chain - 1)
+        if opcode in (Opcode.FOOTER, Opcode.DATA_END) and length != _RESUMED[opcode]:
+            return False
+        if opcode == Opcode.FOOTER:
+            return MCAP0_MAGIC.startswith(self._read(end, len(MCAP0_MAGIC)))
+        if opcode == Opcode.DATA_END:
+            return self._may_begin(end)
+        if not self._adds_up(start):
+            return False
+        is_bulk = opcode in (Opcode.CHUNK, Opcode.MESSAGE_INDEX)
+        self._spend(length if is_bulk else objects(1, length))
+        return self._record(start)[0] is not None
+
+    def _may_begin(self, start: int) -> bool:
+        """Whether the opcode here is one of MCAP, or the file ends."""
+        return start == self._size or 0 < self._head(start)[0] <= _LAST_OPCODE
+
+    def _head(self, start: int) -> tuple[int, int]:
+        """Return the opcode of the record at a place, and where it ends; 0: there is none."""
+        prefix = self._read(start, PREFIX.size)
+        opcode, length = PREFIX.unpack(prefix) if len(prefix) == PREFIX.size else (0, 0)
+        return opcode, start + PREFIX.size + length
+
+    def _read(self, start: int, length: int) -> bytes:
+        """Return bytes, fewer where the file ends."""
+        start = min(max(0, start), self._size)
+        length = min(length, self._size - start)
+        offset = start - self._begin
+        if offset < 0 or offset + length > len(self._buffer):
+            self._file.seek(start)
+            if length > _BUFFER:
+                return self._file.read(length)
+            self._begin, self._buffer, offset = start, self._file.read(_BUFFER), 0
+        return self._buffer[offset : offset + length]
+
+    def _spend(self, cost: int) -> None:
+        try:
+            self._budget.spend(cost)
+        except Damaged as error:
+            raise Damaged(f'{self._path} is damaged: {error}') from None
 
 
-def _loose_block(frames: list[Frame]) -> Found:
-    """Return records outside chunks as a block."""
-    data = b''.join(part for frame in frames for part in (frame.prefix, frame.content))
-    return Found(frames[0].start, frames[-1].end, Block(Contents(np.frombuffer(data, np.uint8))))
+def _contents(data: bytes) -> Contents:
+    return Contents(np.frombuffer(data, np.uint8))
+
+
+def _name(opcode: int, start: int) -> str:
+    return f'the {name_of(opcode)} record at byte {start}'

@@ -5,18 +5,18 @@ Writing a file, and checking one against its data, use the same summary.
 """
 
 import os
-import struct
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import replace
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any
 
 from mcap.opcode import Opcode
 from mcap.records import (
     Attachment,
     AttachmentIndex,
     Channel,
+    Chunk,
     ChunkIndex,
     Footer,
     McapRecord,
@@ -25,16 +25,16 @@ from mcap.records import (
     Statistics,
     SummaryOffset,
 )
+from mcap.summary import Summary
 from mcap.writer import MCAP0_MAGIC
 
 from ..base.regular_file import regular_file
-from .chunk import Indexed
-from .compression import CEILING
+from .chunk import Contents
 from .errors import Damaged, Incomplete
-from .frames import FrameReader
-from .records import PREFIX, ChunkRecord, name_of, read, written
+from .records import PREFIX, IndexRecord, name_of, read, written
 
-FOOTER_SIZE = PREFIX.size + 8 + 8 + 4
+# How a file ends, without a summary.
+_END = written([Footer(0, 0, 0)]) + MCAP0_MAGIC
 _GROUPS = (
     Opcode.SCHEMA,
     Opcode.CHANNEL,
@@ -44,32 +44,23 @@ _GROUPS = (
 )
 
 
-class SummaryBuilder:
-    """
-    What the summary of a file must say, given the records so far.
+class SummaryBuilder(Summary):
+    """What the summary of a file must say, given the records so far."""
 
-    schemas, channels: by id.  chunk_indexes, metadata_indexes, attachment_indexes: by the place of
-    what they index.
-    """
+    statistics: Statistics
 
     def __init__(self) -> None:
-        self.schemas: dict[int, Schema] = {}
-        self.channels: dict[int, Channel] = {}
+        super().__init__()
         self.statistics = Statistics(0, 0, {}, 0, 0, 0, 0, 0, 0)
-        self.chunk_indexes: dict[int, ChunkIndex] = {}
-        self.metadata_indexes: dict[int, MetadataIndex] = {}
-        self.attachment_indexes: dict[int, AttachmentIndex] = {}
-        self.metadata_names: list[str] = []
 
     def add_metadata(self, start: int, length: int, name: str) -> None:
         """Add a metadata record, its place and its whole length."""
-        self.metadata_indexes[start] = MetadataIndex(start, length, name)
-        self.metadata_names.append(name)
+        self.metadata_indexes.append(MetadataIndex(start, length, name))
         self.statistics.metadata_count += 1
 
     def add_attachment(self, start: int, length: int, attachment: Attachment) -> None:
         """Add an attachment, its place and its whole length."""
-        self.attachment_indexes[start] = AttachmentIndex(
+        index = AttachmentIndex(
             offset=start,
             length=length,
             create_time=attachment.create_time,
@@ -78,33 +69,35 @@ class SummaryBuilder:
             name=attachment.name,
             media_type=attachment.media_type,
         )
+        self.attachment_indexes.append(index)
         self.statistics.attachment_count += 1
 
     def add_chunk(
         self,
         start: int,
         end: int,
-        chunk: ChunkRecord,
-        contents: Indexed,
+        chunk: Chunk,
+        contents: Contents,
         index_offsets: dict[int, int],
         index_length: int,
     ) -> None:
         """Add a chunk, from its start to its end, and the message indexes that follow it."""
-        self.chunk_indexes[start] = ChunkIndex(
-            message_start_time=chunk.first_ns,
-            message_end_time=chunk.last_ns,
+        index = ChunkIndex(
+            message_start_time=chunk.message_start_time,
+            message_end_time=chunk.message_end_time,
             chunk_start_offset=start,
             chunk_length=end - start,
             message_index_offsets=index_offsets,
             message_index_length=index_length,
             compression=chunk.compression,
             compressed_size=len(chunk.data),
-            uncompressed_size=chunk.size,
+            uncompressed_size=chunk.uncompressed_size,
         )
+        self.chunk_indexes.append(index)
         self.statistics.chunk_count += 1
         self.add_messages(contents)
 
-    def add_messages(self, contents: Indexed) -> None:
+    def add_messages(self, contents: Contents) -> None:
         """Add what messages declare, and count them."""
         schemas, channels = contents.declarations
         self.schemas |= schemas
@@ -121,20 +114,22 @@ class SummaryBuilder:
         for channel_id, count in contents.counts.items():
             counts[channel_id] = counts.get(channel_id, 0) + count
 
-    def close(self) -> None:
-        """Count the schemas and channels, of which the summary may have more than the data."""
-        self.statistics.schema_count = len(self.schemas)
-        self.statistics.channel_count = len(self.channels)
+    def counted(self) -> Statistics:
+        """Return the statistics, with the schemas and channels that are known by now."""
+        return replace(
+            self.statistics,
+            schema_count=len(self.schemas),
+            channel_count=len(self.channels),
+        )
 
     def end_of_file(self, start: int) -> bytes:
         """Return what follows the data, from `start` to the end of the file."""
-        self.close()
         groups = (
             written(schema for _, schema in sorted(self.schemas.items())),
             written(channel for _, channel in sorted(self.channels.items())),
-            written([self.statistics]),
-            written(self.chunk_indexes.values()),
-            written(self.metadata_indexes.values()),
+            written([self.counted()]),
+            written(self.chunk_indexes),
+            written(self.metadata_indexes),
         )
         offsets, end = [], start
         for opcode, group in zip(_GROUPS, groups, strict=True):
@@ -148,96 +143,83 @@ class SummaryBuilder:
 
 def checksum(summary: bytes, start: int, offset_start: int) -> int:
     """Return the checksum of a summary and of the footer up to the checksum itself."""
-    footer = struct.pack('<BQQQ', Opcode.FOOTER, 8 + 8 + 4, start, offset_start)
-    return zlib.crc32(footer, zlib.crc32(summary))
+    footer = written([Footer(start, offset_start, 0)])
+    return zlib.crc32(footer[:-4], zlib.crc32(summary))
 
 
-@dataclass
-class Summary:
-    """The summary read from a file."""
-
-    footer: Footer
-    schemas: dict[int, Schema] = field(default_factory=dict)
-    channels: dict[int, Channel] = field(default_factory=dict)
-    statistics: Statistics | None = None
-    chunk_indexes: list[ChunkIndex] = field(default_factory=list)
-
-
-def read_summary(path: Path, with_chunks: bool = True) -> Summary:
+def read_summary(path: Path) -> Summary:
     """
     Return the summary of a file, read from its end.
 
-    with_chunks: with the indexes of chunks, of which there are as many as the file is long.
     Incomplete: the file has none because its writer did not finish.  Damaged: it is not what a
     writer writes.
     """
-    footer, data = summary_bytes(path)
-    summary = Summary(footer)
-    for record in _each_record(path, footer.summary_start, data, with_chunks):
+    summary = Summary()
+    pairs: dict[type, dict[int, Any]] = {Schema: summary.schemas, Channel: summary.channels}
+    for record in _records(path):
         match record:
-            case Schema():
-                summary.schemas[record.id] = record
-            case Channel():
-                summary.channels[record.id] = record
+            case Schema() | Channel():
+                if pairs[type(record)].setdefault(record.id, record) != record:
+                    kind = type(record).__name__
+                    raise _damaged(path, f'it lists {kind} {record.id} in two ways')
             case Statistics():
                 summary.statistics = record
             case ChunkIndex():
                 summary.chunk_indexes.append(record)
+            case MetadataIndex():
+                summary.metadata_indexes.append(record)
+            case AttachmentIndex():
+                summary.attachment_indexes.append(record)
+            case SummaryOffset() | None:
+                # Readers skip records that MCAP does not define.
+                pass
+            case _:
+                raise _damaged(path, 'it holds a record that does not belong there')
     return summary
 
 
-def summary_bytes(path: Path) -> tuple[Footer, bytes]:
-    """Return the footer of a file and its summary, whose checksum is right; errors: as above."""
+def summary_section(path: Path) -> tuple[int, bytes]:
+    """
+    Return where the data of a file end and what follows them, its checksum being right.
+
+    Errors: as of read_summary.
+    """
     with open(regular_file(path), 'rb') as file:
         size = file.seek(0, os.SEEK_END)
-        end = size - len(MCAP0_MAGIC) - FOOTER_SIZE
+        end = size - len(_END)
         file.seek(max(0, end))
         tail = file.read()
         if end < len(MCAP0_MAGIC) or not tail.endswith(MCAP0_MAGIC):
             raise Incomplete(f'{path} ends in mid-write; satdyn recover completes it')
-        if tail[: PREFIX.size] != PREFIX.pack(Opcode.FOOTER, FOOTER_SIZE - PREFIX.size):
+        if tail[: PREFIX.size] != _END[: PREFIX.size]:
             raise Damaged(f'{path} is damaged: there is no footer before its end')
-        footer = Footer(*struct.unpack_from('<QQI', tail, PREFIX.size))
-        if footer.summary_start == 0:
-            return footer, b''
-        if not len(MCAP0_MAGIC) <= footer.summary_start <= end:
-            raise Damaged(
-                f'{path} is damaged: its footer places the summary at byte {footer.summary_start}'
-            )
-        file.seek(footer.summary_start)
-        data = file.read(end - footer.summary_start)
-        wanted = checksum(data, footer.summary_start, footer.summary_offset_start)
-        if footer.summary_crc not in (0, wanted):
-            what = _changed(file, footer, end, wanted ^ footer.summary_crc)
-            raise Damaged(f'{path} is damaged: {what}')
-    return footer, data
+        footer: Any = read(Opcode.FOOTER, tail[PREFIX.size : -len(MCAP0_MAGIC)])
+        start = footer.summary_start or end
+        if not len(MCAP0_MAGIC) <= start <= end:
+            raise _damaged(path, f'the footer places it at byte {start}')
+        file.seek(start)
+        section = file.read()
+    wanted = checksum(section[: end - start], footer.summary_start, footer.summary_offset_start)
+    if footer.summary_crc not in (0, wanted):
+        raise _damaged(path, 'its checksum is wrong')
+    return start, section
 
 
-def _changed(file: BinaryIO, footer: Footer, footer_start: int, difference: int) -> str:
-    """Return in words what was changed in a summary whose checksum is wrong."""
-    summed = footer_start + FOOTER_SIZE - 4 - footer.summary_start
-    reader = FrameReader(file, CEILING)
-    if changed := reader.changed_record(footer.summary_start, summed, difference):
-        return f'{changed}, as the checksum of the summary shows'
-    return 'the checksum of its summary is wrong'
-
-
-def _each_record(path: Path, start: int, data: bytes, with_chunks: bool) -> Iterator[McapRecord]:
-    end = 0
-    while end < len(data):
-        place = end
-        rest = len(data) - place - PREFIX.size
-        opcode, length = PREFIX.unpack_from(data, place) if rest >= 0 else (0, 0)
-        if length > rest:
-            raise Damaged(f'{path} is damaged: its summary is cut off at byte {start + place}')
-        end = place + PREFIX.size + length
-        if opcode == Opcode.CHUNK_INDEX and not with_chunks:
-            continue
+def _records(path: Path) -> Iterator[McapRecord | IndexRecord | None]:
+    """Yield the records of the summary of a file."""
+    _, section = summary_section(path)
+    place, end = 0, len(section) - len(_END)
+    while place < end:
+        begin = place + PREFIX.size
+        opcode, length = PREFIX.unpack_from(section, place)
+        place = begin + length
+        if place > end:
+            raise _damaged(path, 'it is cut off')
         try:
-            record = read(opcode, data[place + PREFIX.size : end])
+            yield read(opcode, section[begin:place])
         except Damaged as error:
-            raise Damaged(
-                f'{path} is damaged: the {name_of(opcode)} record at byte {start + place}: {error}'
-            ) from None
-        if isinstance(record, McapRecord):
-            yield record
+            raise _damaged(path, f'its {name_of(opcode)} record: {error}') from None
+
+
+def _damaged(path: Path, why: str) -> Damaged:
+    return Damaged(f'{path} is damaged: in its summary, {why}')

@@ -8,14 +8,15 @@ from typing import NamedTuple
 
 import numpy as np
 from mcap.opcode import Opcode
+from mcap.records import Chunk
+from mcap.summary import Summary
 
+from .budget import Budget
 from .chunk import Contents
-from .compression import CEILING, ResourceBudget
+from .compression import CEILING
 from .errors import Damaged
-from .frames import FrameReader
-from .records import PREFIX, ChunkRecord
-from .scan import Block, Flaw, scan
-from .summary import Summary
+from .records import PREFIX, read
+from .scan import Block, scan
 
 # If this much of a file covers the same log times, its chunks do not give an order to play in.
 _MOST_AT_ONCE = 2**30
@@ -47,13 +48,11 @@ class Timeline:
     """
     A complete file to play; summary: that at its end.
 
-    ceiling [bytes]: no chunk is read that holds more.  Damaged, here and while reading: the file
-    is not as it was written.
+    Damaged, here and while reading: the file is not as it was written.
     """
 
-    def __init__(self, path: Path, summary: Summary, ceiling: int = CEILING):
+    def __init__(self, path: Path, summary: Summary):
         self._path = path
-        self._ceiling = ceiling
         self._topics = {i: channel.topic for i, channel in summary.channels.items()}
         self._places = [
             _Place(
@@ -73,50 +72,42 @@ class Timeline:
                 raise Damaged(
                     f'{path} is damaged: its summary has two chunks at byte {place.start}'
                 )
-        self._places.sort()
 
     def messages(self, topics: list[str], from_ns: int) -> Iterator[LoggedMessage]:
         """Yield the messages of topics whose log time is not before from_ns."""
         is_wanted = np.zeros(_CHANNEL_IDS, bool)
         is_wanted[[i for i, topic in self._topics.items() if topic in topics]] = True
-        coming = [place for place in reversed(self._places) if place.last_ns >= from_ns]
-        budget = ResourceBudget(self._path.stat().st_size)
-        at_once = 0
-        # Open places by the log time of their next message; of equal ones the first in the file.
-        is_open: list[tuple[int, int, int, Iterator[LoggedMessage], LoggedMessage]] = []
-        while coming or is_open:
-            while coming and (not is_open or coming[-1].first_ns <= is_open[0][0]):
-                place = coming.pop()
-                contents = self._contents(place, budget)
-                at_once += len(contents.data)
-                if at_once > _MOST_AT_ONCE:
-                    raise Damaged(
-                        f'{self._path} has more than {_MOST_AT_ONCE} bytes of messages at the '
-                        'same log times'
-                    )
-                following = self._in_order(contents, is_wanted, from_ns)
-                size = len(contents.data)
-                first = next(following, None)
-                if first is None:
-                    at_once -= size
-                else:
-                    entry = (first.log_time_ns, place.start, size, following, first)
-                    heapq.heappush(is_open, entry)
-            if not is_open:
-                continue
-            _, start, size, following, message = is_open[0]
-            yield message
+        self._budget = Budget(self._path.stat().st_size)
+        self._at_once = 0
+        # Places by the log time of their next message, which those that were not read yet have not
+        # before their first; of equal ones the first in the file.
+        waiting: list[tuple[int, int, Iterator[LoggedMessage], LoggedMessage | None]] = [
+            (place.first_ns, place.start, self._in_order(place, is_wanted, from_ns), None)
+            for place in self._places
+            if place.last_ns >= from_ns
+        ]
+        heapq.heapify(waiting)
+        while waiting:
+            _, start, following, message = waiting[0]
+            if message is not None:
+                yield message
             after = next(following, None)
             if after is None:
-                heapq.heappop(is_open)
-                at_once -= size
+                heapq.heappop(waiting)
             else:
-                heapq.heapreplace(is_open, (after.log_time_ns, start, size, following, after))
+                heapq.heapreplace(waiting, (after.log_time_ns, start, following, after))
 
     def _in_order(
-        self, contents: Contents, is_wanted: np.ndarray, from_ns: int
+        self, place: _Place, is_wanted: np.ndarray, from_ns: int
     ) -> Iterator[LoggedMessage]:
-        """Yield the messages in a chunk of the channels that are wanted."""
+        """Yield the messages at a place of the channels that are wanted."""
+        contents = self._contents(place)
+        self._at_once += len(contents.data)
+        if self._at_once > _MOST_AT_ONCE:
+            raise Damaged(
+                f'{self._path} has more than {_MOST_AT_ONCE} bytes of messages at the same log '
+                'times'
+            )
         wanted = is_wanted[contents.channel_ids] & (contents.log_times >= from_ns)
         places = np.flatnonzero(wanted)
         places = places[np.argsort(contents.log_times[places], kind='stable')]
@@ -127,34 +118,30 @@ class Timeline:
                 log_times, ids, contents.data_at(some), strict=True
             ):
                 yield LoggedMessage(log_time_ns, self._topics[channel_id], bytes(data))
+        self._at_once -= len(contents.data)
 
     def _loose_places(self) -> Iterator[_Place]:
         """Yield the places of messages in a file without chunks."""
-        for found in scan(self._path, self._ceiling):
-            if isinstance(found.item, Flaw):
-                raise Damaged(f'{self._path} {found.item.what}')
-            if isinstance(found.item, Block) and len(found.item.contents):
-                span_ns = found.item.contents.span_ns
-                is_chunk = found.item.chunk is not None
-                yield _Place(*span_ns, found.start, found.end, is_chunk)
+        for found in scan(self._path):
+            item = found.sound(self._path).item
+            if isinstance(item, Block) and len(item.contents):
+                is_chunk = item.chunk is not None
+                yield _Place(*item.contents.span_ns, found.start, found.end, is_chunk)
 
-    def _contents(self, place: _Place, budget: ResourceBudget) -> Contents:
+    def _contents(self, place: _Place) -> Contents:
+        """Return the messages at a place."""
+        length = place.end - place.start - PREFIX.size
         with open(self._path, 'rb') as file:
-            reader = FrameReader(file, self._ceiling)
-            if not place.is_chunk:
-                return Contents(np.frombuffer(reader.read(*_range(place)), np.uint8))
-            opcode, length = PREFIX.unpack(reader.read(place.start, PREFIX.size).ljust(9, b'\0'))
-            what = f'{self._path} is damaged: the Chunk record at byte {place.start}'
-            if opcode != Opcode.CHUNK or place.start + PREFIX.size + length != place.end:
-                raise Damaged(f'{what} is not where the summary places it')
-            if length > self._ceiling:
-                raise Damaged(f'{what} has {length} bytes; the limit is {self._ceiling}')
-            try:
-                content = reader.read(place.start + PREFIX.size, length)
-                return ChunkRecord.read(content).contents(budget, self._ceiling)
-            except Damaged as error:
-                raise Damaged(f'{what}: {error}') from None
-
-
-def _range(place: _Place) -> tuple[int, int]:
-    return place.start, place.end - place.start
+            file.seek(min(place.start, self._path.stat().st_size))
+            data = file.read(PREFIX.size + max(0, min(length, CEILING)))
+        if not place.is_chunk:
+            return Contents(np.frombuffer(data, np.uint8))
+        what = f'{self._path} is damaged: the Chunk record at byte {place.start}'
+        if PREFIX.unpack(data[: PREFIX.size].ljust(PREFIX.size)) != (Opcode.CHUNK, length):
+            raise Damaged(f'{what} is not where the summary places it')
+        try:
+            chunk = read(Opcode.CHUNK, data[PREFIX.size :])
+            assert isinstance(chunk, Chunk)  # by its opcode
+            return Contents.of(chunk, self._budget)
+        except Damaged as error:
+            raise Damaged(f'{what}: {error}') from None

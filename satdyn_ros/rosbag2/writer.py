@@ -11,10 +11,11 @@ from mcap.records import Channel, Header, Schema
 from .. import __version__
 from ..messages.sparse import Rows, SparseMessages, dense_and_sparse
 from . import metadata
+from .chunk import Contents
 from .chunk_builder import ChunkBuilder
 from .compression import COMPRESSIONS, compressor
 from .mcap_file import McapFile
-from .metadata import BagMetadata, FileInformation, TopicMetadata
+from .metadata import BagMetadata, TopicMetadata
 from .tick_table import TickTable
 
 _HEADER = Header('ros2', f'satdyn_ros {__version__}; mcap-python {mcap.__version__}')
@@ -30,6 +31,8 @@ class BagWriter:
     more than this time; 0: never.  preamble: metadata records, by name, with which every
     file begins; metadata.yaml carries their content too.  latched: messages, by topic, that each
     file has ahead of its first tick.
+
+    file_count: how many files were begun.
 
     For use by one thread.  Writes reach the system at flush(), and the bag is complete after
     close().  OSError: the directory exists or cannot be written; nothing more is then written to
@@ -61,22 +64,18 @@ class BagWriter:
         self._preamble = dict(preamble or {})
         self._latched = dict(latched or {})
         custom_data = {k: v for record in self._preamble.values() for k, v in record.items()}
-        self._metadata = BagMetadata([], custom_data)
-        self._counts: dict[str, int] = {}
+        self._metadata = BagMetadata(custom_data)
+        self._first_ns = _NEVER_NS
         self._chunk = ChunkBuilder()
         self._in_file: set[str] = set()
         self._wants_snapshot = True
         self._failure: str | None = None
+        self.file_count = 0
         self._make_directory()
         with self._telling():
             self._begin_file()
         for topic in topics:
             self.add_topic(topic)
-
-    @property
-    def file_count(self) -> int:
-        """How many files were begun."""
-        return len(self._metadata.files)
 
     def add_topic(self, topic: TopicMetadata) -> None:
         """Add a topic; one already added stays as it is."""
@@ -87,7 +86,6 @@ class BagWriter:
         channel = topic.channel_record(len(self._channels) + 1, schema.id)
         self._topics[topic.name] = topic
         self._channels[topic.name] = channel
-        self._counts[topic.name] = 0
         self._file.summary.schemas[schema.id] = schema
         self._file.summary.channels[channel.id] = channel
 
@@ -138,7 +136,7 @@ class BagWriter:
                     self._end_file()
                     self._begin_file()
                 self._write_snapshot(snapshot, done, int(stamps_ns[done]))
-                last_ns = self._first_ns(int(stamps_ns[done])) + self._max_duration_ns
+                last_ns = min(self._first_ns, int(stamps_ns[done])) + self._max_duration_ns
                 fits = slice(done, np.searchsorted(stamps_ns, last_ns, side='right'))
                 between = {topic: row[fits] for topic, row in some.items()}
                 done += self._add_ticks(stamps_ns[fits], table[fits], between)
@@ -148,7 +146,7 @@ class BagWriter:
         """Write one message, such as an input ahead of the messages of its tick."""
         with self._telling():
             self._chunk.add_message(self._declared(topic), stamp_ns, data)
-            self._count(topic, [stamp_ns])
+            self._first_ns = min(self._first_ns, stamp_ns)
             if self._chunk.is_full:
                 self._end_chunk()
 
@@ -177,7 +175,7 @@ class BagWriter:
             return
         with self._telling():
             self._end_file()
-            self._metadata.write(self.directory, tuple(self._topics.values()), self._counts)
+            self._metadata.write(self.directory)
 
     def __enter__(self) -> 'BagWriter':
         return self
@@ -221,36 +219,33 @@ class BagWriter:
                 self.write_message(topic, stamp_ns, data)
 
     def _begin_file(self):
-        name = f'{self.directory.resolve().name}_{len(self._metadata.files)}.mcap'
-        self._metadata.files.append(FileInformation(name))
+        name = f'{self.directory.resolve().name}_{self.file_count}.mcap'
+        self.file_count += 1
         self._file = McapFile(self.directory / name, _HEADER)
         self._file.summary.schemas |= {schema.id: schema for schema in self._schemas.values()}
         self._file.summary.channels |= {channel.id: channel for channel in self._channels.values()}
         self._in_file = set()
+        self._first_ns = _NEVER_NS
         self._wants_snapshot = True
-        self._file.write_metadata(metadata.NAME, self._metadata.record())
+        self._file.write_metadata(metadata.NAME, self._metadata.opening_record(name))
         for name, record in self._preamble.items():
             self._file.write_metadata(name, record)
 
     def _end_file(self):
         self._end_chunk()
-        record = self._metadata.record(tuple(self._topics.values()), self._counts)
-        self._file.write_metadata(metadata.NAME, record)
+        self._metadata.add(self._file.path.name, self._file.summary)
+        self._file.write_metadata(metadata.NAME, self._metadata.record())
         self._file.finish()
 
     def _file_is_full(self, stamp_ns):
-        if self._metadata.files[-1].message_count == 0:
+        if self._first_ns == _NEVER_NS:
             return False
-        spans_ns = stamp_ns - self._first_ns(stamp_ns)
+        spans_ns = stamp_ns - min(self._first_ns, stamp_ns)
         return self._file_is_too_large or spans_ns > self._max_duration_ns
 
     @property
     def _file_is_too_large(self):
         return 0 < self._max_size_bytes <= self._file.size
-
-    def _first_ns(self, stamp_ns):
-        """Return the first log time of the current file, or stamp_ns if it has none yet."""
-        return min(stamp_ns, self._metadata.files[-1].first_ns)
 
     def _add_ticks(self, stamps_ns, table, some):
         """Write the ticks until the file is too large; return how many."""
@@ -265,10 +260,9 @@ class BagWriter:
             done += self._chunk.add_ticks(stamps_ns[done:], table[done:], rest)
             if self._chunk.is_full:
                 self._end_chunk()
-        for topic in topics:
-            self._count(topic, stamps_ns[:done])
-        for topic, rows in some.items():
-            self._count(topic, stamps_ns[rows[:done].places])
+        firsts = [*stamps_ns[: 1 if topics else 0]]
+        firsts += [stamps_ns[p] for rows in some.values() for p in rows[:done].places[:1]]
+        self._first_ns = min([self._first_ns, *map(int, firsts)])
         return done
 
     def _declared(self, topic):
@@ -276,17 +270,11 @@ class BagWriter:
         channel, schema = self._channels[topic], self._schemas[self._topics[topic].type]
         for key, record in ((schema.name, schema), (topic, channel)):
             if key not in self._in_file:
-                self._chunk.add_declaration(record)
+                self._chunk.add(record)
                 self._in_file.add(key)
         return channel.id
 
-    def _count(self, topic, log_times_ns):
-        if len(log_times_ns):
-            self._counts[topic] += len(log_times_ns)
-            span_ns = int(log_times_ns[0]), int(log_times_ns[-1])
-            self._metadata.files[-1].add(len(log_times_ns), *span_ns)
-
     def _end_chunk(self):
         if not self._chunk.is_empty:
-            contents = self._chunk.take()
+            contents = Contents(self._chunk.take())
             self._file.write_chunk(contents, self._compression, self._compress(contents.data))

@@ -120,7 +120,7 @@ def test_a_chunk_that_is_listed_twice_is_refused(tmp_path):
     path = flights.record(tmp_path / 'bag', ticks=20, events=()) / 'bag_0.mcap'
     (index,) = flights.summary(path).chunk_indexes
     file = flights.rewritten([found.item for found in scan(path)], tmp_path / 'twice.mcap')
-    file.summary.chunk_indexes[-1] = index
+    file.summary.chunk_indexes.append(index)
     file.finish()
     with pytest.raises(Damaged, match=f'two chunks at byte {index.chunk_start_offset}'):
         played(file.path)

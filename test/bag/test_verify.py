@@ -548,7 +548,7 @@ def test_files_that_swap_their_topics_are_refused(tmp_path):
             ]
             contents = Contents(np.frombuffer(b''.join(parts), np.uint8))
             assert record.chunk is not None
-            chunk = record.chunk._replace(compression='', data=bytes(contents.data))
+            chunk = replace(record.chunk, compression='', data=bytes(contents.data))
             records[i] = Block(contents, chunk)
     first.unlink()
     flights.rewritten(records, first).finish()

@@ -9,6 +9,7 @@ from contextlib import suppress
 
 import pytest
 
+from satdyn_ros.base import interruption
 from satdyn_ros.base.interruption import Terminated, interruptible, uninterrupted
 
 
@@ -49,6 +50,23 @@ def test_what_a_callback_has_lost_comes_again(capfd, number, raised):
         while True:
             time.sleep(0.01)
     assert capfd.readouterr().err == ''
+
+
+def test_what_a_callback_has_lost_does_not_come_after_the_end(monkeypatch):
+    """Who hears the signal then has not been interrupted."""
+    monkeypatch.setattr(interruption, '_AGAIN_S', 0.1)
+    callback = ctypes.CFUNCTYPE(None)(lambda: signal.raise_signal(signal.SIGINT))
+    later: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, frame: later.append(number))
+    try:
+        with interruptible():
+            callback()
+        for thread in threading.enumerate():
+            if isinstance(thread, threading.Timer):
+                thread.join()
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert later == []
 
 
 @pytest.mark.parametrize(

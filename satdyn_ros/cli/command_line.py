@@ -135,10 +135,18 @@ def _add_simulate(command):
         'satdyn simulate config/default.yaml --duration 6000 -o orbit\n'
         'satdyn simulate config/default.yaml --duration 86400 --rate 10 -o day\n'
         'satdyn simulate config/default.yaml --duration 60 --events events.yaml -o pushed\n'
-        'satdyn simulate config/default.yaml --duration 60 --from orbit --at 3000 -o onward',
+        'satdyn simulate config/default.yaml --duration 60 --from orbit --at 3000 -o onward\n'
+        'satdyn simulate constellation --satellite /sat4 --satellite /sat5 --duration 60 -o pair',
     )
     added.add_argument('file', metavar='FILE', help=_SCENARIO)
-    _add_satellite(added)
+    added.add_argument(
+        '--satellite',
+        action='append',
+        default=[],
+        metavar='NAME',
+        help='which satellite, where the scenario has several: /sat4/satdyn, or /sat4; of '
+        'several, one after another, the bags are BAG/sat4, BAG/sat5 ...',
+    )
     added.add_argument(
         '--duration', required=True, metavar='S', help='simulate the ticks k with k / rate < S'
     )

@@ -97,10 +97,17 @@ class Charts {
   // Make the charts of a description; bands: {rows: [i ...], least, most}, Rows of the same curves;
   // sensors: as in html.playable.
   describe(description, bands = null, sensors = {}) {
-    this.box.replaceChildren();
+    this.clear();
     this.bands = bands;
     this.charts = [...panelsOf(description), ...sensorPanels(sensors)].map((panel) => ({ panel, ...this._header(panel) }));
     this.charts.forEach((chart, k) => { chart.isLast = k === this.charts.length - 1; });
+  }
+
+  // Remove all charts until the next description.
+  clear() {
+    this.charts.forEach(({ plot, sized }) => { sized?.disconnect(); plot?.destroy(); });
+    this.box.replaceChildren();
+    this.charts = [];
   }
 
   // Draw all rows.
@@ -248,7 +255,8 @@ class Charts {
     chart.chosen.className = 'now';
     chart.plot.over.append(chart.chosen);
     this._listen(chart.plot);
-    new ResizeObserver(() => chart.plot.setSize(this._size(chart))).observe(chart.figure);
+    chart.sized = new ResizeObserver(() => chart.plot.setSize(this._size(chart)));
+    chart.sized.observe(chart.figure);
   }
 
   _size({ figure, place, isLast }) {

@@ -44,9 +44,9 @@ class Scene {
   }
 
   describe(description) {
+    this.clear();
     this.description = description;
     this.inBody.remove(this.solid, ...this.wheels);
-    this.labels.clear();
     this.solid = bodySolid(description.body.edges);
     this.solid.quaternion.set(...description.body.q_bp);
     this.wheels = description.rotors.map((rotor, k) => this._wheel(rotor, k));
@@ -60,6 +60,13 @@ class Scene {
     if (this.view === 'space' && description.has_lvlh) this.setView('orbit');
     this._paint();
     this.longest = { rate: 0, torque: 0 };
+  }
+
+  // Show nothing until the next row: a body where it is not would be a lie.
+  clear() {
+    this.row = null;
+    this.labels.clear();
+    this.redraw();
   }
 
   get framesPerSecond() {
@@ -295,7 +302,10 @@ class Scene {
     this._keepPace(now);
   }
 
-  _render() { this.renderer.render(this.world, this.camera); }
+  _render() {
+    this.world.visible = Boolean(this.row);
+    this.renderer.render(this.world, this.camera);
+  }
 
   // Whether the body is between the camera and a point: does the line of sight cross the box?
   _isBehindBody(point) {

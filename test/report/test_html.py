@@ -146,9 +146,23 @@ def test_what_happens_at_one_instant_has_one_mark(folder):
     assert '<td>800 more</td>' in text
 
 
+def test_pixels_are_sharp_where_they_are_slow(page, browser):
+    """Drawn in software, each pixel of the picture is one of the screen, and edges are smooth."""
+    pages.resize(browser, 1280, 720)
+    opened(browser, page)
+    browser.find_element('class name', 'play').click()
+    pages.wait(browser, 'satdyn.stage.scene.frames.length > 5')
+    width, box, is_smooth = browser.execute_script(
+        'const { canvas, width, renderer } = satdyn.stage.scene;'
+        'return [canvas.width, width, renderer.getContext().getContextAttributes().antialias]'
+    )
+    assert width == int(box)
+    assert is_smooth
+
+
 @pytest.mark.parametrize('size', [(1280, 720), (390, 844)])
 @pytest.mark.parametrize('view', ['orbit', 'body', 'space'])
-def test_labels_never_lie_on_one_another(page, browser, size, view):
+def test_labels_lie_neither_on_one_another_nor_on_the_body(page, browser, size, view):
     """On a screen and on a phone, in every view and all along the run."""
     pages.resize(browser, *size)
     opened(browser, page)
@@ -159,6 +173,7 @@ def test_labels_never_lie_on_one_another(page, browser, size, view):
         pages.wait(browser, f'{drawn} !== {count}')
         found = browser.execute_script(pages.OVERLAPS)
         assert found['overlaps'] == []
+        assert found['on_body'] == []
         assert found['count'] >= 5
     width = browser.execute_script('return document.documentElement.scrollWidth')
     assert width == size[0]

@@ -3,6 +3,7 @@
 
 const KEPT_ROWS = 9000;
 const CHARTS_EACH = 400; // [ms]; the scene follows every frame
+const CLOCK_EACH = 200; // [ms]; without a graphics processor painting it costs as much as the scene
 
 const element = (id) => document.getElementById(id);
 const stage = new Stage(element('stage'));
@@ -50,6 +51,7 @@ function takeHistory({ start, table }) {
   rows.append(table);
   stage.scene?.measure(rows);
   show();
+  tick();
   drawCharts();
 }
 
@@ -69,11 +71,18 @@ function show() {
   const row = rows.at(rows.time(last));
   const [[begin, from] = [], [end, to] = []] = [live.heard[0], live.heard[live.heard.length - 1]];
   stage.show(row, rows, end > begin ? (to - from) / (end - begin) : 1);
-  element('clock').textContent = timeText(row.t_s[0], row.t_s[0]);
+  live.clock ??= setTimeout(tick, CLOCK_EACH);
   if (performance.now() - (live.drawn ?? 0) > CHARTS_EACH) drawCharts();
   // Between two frames no more than a quarter turn, or the eye is deceived.
   const turn = last > 0 ? rows.turned[last] - rows.turned[last - 1] : 0;
   live.isFast = turn > Math.PI / 2 && turn < 1e3;
+}
+
+function tick() {
+  live.clock = undefined;
+  if (!rows.length) return;
+  const time = rows.time(rows.length - 1);
+  element('clock').textContent = timeText(time, time);
 }
 
 function drawCharts() {

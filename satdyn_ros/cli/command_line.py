@@ -199,18 +199,22 @@ def _add_replay(command):
 _PANELS = """\
 The panels of a bag; by default the first four and those of its sensors are drawn:
 
-  attitude       roll, pitch and yaw to LVLH, or to inertial axes without an orbit
-  rates          body rate in body axes
+  attitude       roll, pitch and yaw to LVLH, or to inertial axes without an orbit, and the angle
+                 of the axis of least inertia to nadir
+  rates          body rate in body axes, and its length
   torque         gravity-gradient torque in body axes
   drift          relative drift of the first integrals
+  nadir          that angle, counted from the nearer end of the axis, and its parts along track and
+                 to the orbit normal: in place of roll, pitch and yaw where pitch is near 90 deg
   rotor          speed of each rotor relative to the body
   gyro           measured minus true rate in sensor axes, with three sigma about its bias
   star_tracker   small angles from the true to the measured sensor axes, with three sigma
   polhode        body rate on the ellipsoids of energy and momentum
   phase          pitch and pitch rate in LVLH, with the separatrix of planar libration
 
-Applied torques are shaded; requests and resets are marked by a line.  Where the body turns more
-than a quarter turn between two points, a band from least to most replaces the line."""
+Applied torques are shaded; requests and resets are marked by a line.  Where a curve goes up and
+down within a few pixels, or the body turns more than a quarter turn between two points, a band
+from least to most and the mean replace the line."""
 
 
 def _add_bag_commands(command):

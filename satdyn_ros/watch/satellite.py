@@ -2,11 +2,10 @@
 
 import asyncio
 import json
-import math
 import os
 import threading
 import time
-from collections import defaultdict, deque
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
@@ -26,13 +25,13 @@ from ..run.scenario import Scenario
 from ..torques.body_torque import BodyTorque
 from .hub import Hub
 from .listener import Listener, parts, satellites
+from .reports import Reports
 from .request_form import checked, initial_conditions
 from .scenario_reader import ScenarioReader
 from .scene_frames import SceneFrames
 
 _FRAME_S = 1.0 / 30.0
 _LOOK_S = 1.0
-_SILENT_S = 3.5
 # The page goes on while a node on a busy machine takes its time.
 _ANSWER_S = 20.0
 _ACTIONS: dict[str, Callable[[Client], Answer]] = {
@@ -77,11 +76,7 @@ class Satellite:
         self._starts = 0
         self._endpoints: set[bytes] = set()
         self._found: list[str] = []
-        # The reports that came last, two of them: the nodes of one name report in turn.
-        self._reports: deque[dict[str, Any]] = deque(maxlen=2)
-        self._diagnostics: dict[str, Any] = {}
-        self._is_paused = False
-        self._heard_s = -_SILENT_S
+        self._reports = Reports()
         self._topics: dict[str, str] = {}
         self._fault = ''
 
@@ -132,7 +127,7 @@ class Satellite:
         answer = await loop.run_in_executor(self._asking[name], self._ask, name, act, end_s)
         if answer.success and what in ('pause', 'resume') and name == self._name:
             # The answer is newer than the last diagnostics, which come once a second.
-            self._is_paused = what == 'pause'
+            self._reports.is_paused = what == 'pause'
             self._tell_status()
         return {'success': answer.success, 'text': answer.text}
 
@@ -220,8 +215,7 @@ class Satellite:
         """Show another satellite."""
         self._name, self._scenario, self._fault = name, None, ''
         self._endpoints, self._topics = set(), {}
-        self._reports.clear()
-        self._diagnostics, self._heard_s, self._is_paused = {}, -_SILENT_S, False
+        self._reports = Reports()
         self._frames.clear()
 
     def _take_endpoints(self, name: str, endpoints: set[bytes]) -> None:
@@ -240,23 +234,22 @@ class Satellite:
 
     def _of_namesakes(self) -> str:
         return (
-            f'{len(self._endpoints)} nodes are named {self._name}: what one is asked, all would '
-            'do, so nothing is. One of them is shown; end the others, or start them with '
-            '--ros-args -r __ns:=/sat2. One that was killed counts for 20 s'
+            f'{len(self._endpoints)} nodes are named {self._name}. One of them is shown; none is '
+            'asked anything, since all would do it. End the others, or start them with --ros-args '
+            '-r __ns:=/sat2; one that was killed counts for 20 s'
         )
 
     def _tell_status(self) -> None:
-        is_there = time.monotonic() - self._heard_s < _SILENT_S
-        recorder = dict(self._diagnostics.get('recorder', {}).get('values', []))
+        reports = self._reports
         status = {
             'node': self._name,
             'nodes': self._found,
-            'is_there': is_there,
-            'is_paused': self._is_paused,
+            'is_there': reports.is_there,
+            'is_paused': reports.is_paused,
             'has_namesakes': self._has_namesakes,
-            'bag': recorder.get('bag'),
+            'bag': reports.bag,
             'missing': self._missing(),
-            'diagnostics': self._diagnostics if is_there else {},
+            'diagnostics': reports.parts,
         }
         self._tell('status', status, True)
 
@@ -268,7 +261,7 @@ class Satellite:
         missing = [self._fault] if self._fault else []
         if self._has_namesakes:
             missing.append(self._of_namesakes())
-        if self._is_paused and self._scenario is not None and self._frames.is_empty:
+        if self._reports.is_paused and self._scenario is not None and self._frames.is_empty:
             missing.append(
                 'paused since before this page: a node publishes at its ticks alone, so Step or '
                 'Resume shows its state'
@@ -319,16 +312,7 @@ class Satellite:
     def _take_diagnostics(self, message: DiagnosticArray) -> None:
         told = parts(message, self._name) if self._name else {}
         if told:
-            self._reports.append(told)
-            if self._has_namesakes:
-                told = min(self._reports, key=self._ticks_away)
-            self._diagnostics, self._heard_s = told, time.monotonic()
-            self._is_paused = told.get('pacing', {}).get('text', '').startswith('paused')
-
-    def _ticks_away(self, report: dict[str, Any]) -> float:
-        """Return how far a report of the pacing is from the sample that is shown."""
-        tick = dict(report.get('pacing', {}).get('values', [])).get('tick')
-        return abs(int(tick) - self._frames.tick) if tick is not None else math.inf
+            self._reports.take(told, self._frames.tick if self._has_namesakes else None)
 
     def _frame(self) -> None:
         if self._scenario is None:

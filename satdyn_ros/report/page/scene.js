@@ -352,6 +352,7 @@ class Scene {
     if (this.slow < 10 || this.share < 0.6) return;
     this.slow = 0;
     this.share *= 0.8;
+    this.box.classList.add('smaller');
     this.box.style.inset = `${50 * (1 - this.share)}%`; // the observer of its size does the rest
   }
 

@@ -29,6 +29,7 @@ def envelope(
     steps: int,
     is_far: np.ndarray,
     bounds: tuple[np.ndarray, np.ndarray, np.ndarray],
+    noise: float = 0.0,
     turns: bool = False,
 ) -> Envelope:
     """
@@ -36,7 +37,8 @@ def envelope(
 
     A step is a band where the curve goes to and fro at least once within it, or one of its rows
     is_far (N,): there least, most and mean are the bounds (N,), of values that no row has.
-    turns: the values are angles [deg] whose mean is that of directions.
+    noise: what goes to and fro by less goes nowhere.  turns: the values are angles [deg] whose
+    mean is that of directions.
     """
     steps = max(1, min(steps, len(values) // _FEWEST_ROWS))
     begins = np.arange(steps) * len(values) // steps
@@ -44,7 +46,8 @@ def envelope(
     least, most, mean = (np.where(is_far, bound, values) for bound in bounds)
     least, most = np.fmin.reduceat(least, begins), np.fmax.reduceat(most, begins)
     way = np.add.reduceat(np.nan_to_num(np.abs(np.diff(values, prepend=values[:1]))), begins)
-    to_and_fro = (way >= 2.0 * (most - least)) & (most > least)
+    span = most - least
+    to_and_fro = (span > noise) & (way >= 2.0 * span)
     votes, voters = (
         np.convolve(them, np.ones(_NEIGHBOURS))[_NEIGHBOURS // 2 : -(_NEIGHBOURS // 2)]
         for them in (to_and_fro, np.ones(len(begins)))

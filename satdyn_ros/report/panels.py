@@ -21,6 +21,8 @@ COLOURS = ('#0072B2', '#D55E00', '#009E73', '#CC79A7', '#E69F00', '#56B4E9')
 STYLES = ('-', '--', '-.', ':')
 # Zero on a logarithmic axis: the rounding of a number near one.
 _LEAST_SHOWN = 2e-16
+# Of the largest value of a panel: more than what computing leaves of a zero.
+_ROUNDING = 1e-9
 # Along the time: a line that goes up and down within 8 of some 1050 pixels fills them.
 _STEPS = 130
 _ABOVE = {
@@ -50,13 +52,14 @@ def _lines(axes, history, columns, names, bounds=None, scale=1.0, turn=np.inf):
     seconds, _ = time_unit(history)
     t = history.t_s / seconds
     far = history.turns_too_far if bounds else np.zeros(len(t), bool)
+    noise = _ROUNDING * np.nanmax(np.abs(columns), initial=0.0)
     for i, (column, name) in enumerate(zip(columns, names, strict=True)):
         style, colour = STYLES[i % len(STYLES)], COLOURS[i % len(COLOURS)]
         edges = (column, column, column)
         if bounds:
             parts = history.least, history.most, history.mean
             edges = tuple(scale * part[bounds][:, i] for part in parts)
-        band = envelope(column, _STEPS, far, edges, turns=turn == 360.0)
+        band = envelope(column, _STEPS, far, edges, noise, turns=turn == 360.0)
         jumps = np.abs(np.diff(column, prepend=column[:1])) > turn / 2.0
         line = np.where(band.is_band | jumps, np.nan, column)
         axes.plot(t, line, style, color=colour, label=name, lw=1.4)

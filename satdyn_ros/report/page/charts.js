@@ -9,6 +9,7 @@ const TIME_INCREMENTS = [
 ];
 const ANGLE_INCREMENTS = [-4, -3, -2, -1, 0].flatMap((power) => [1, 2, 5].map((k) => k * 10 ** power)).concat([10, 15, 30, 45, 90, 180]);
 const READ_EACH = 200; // [ms]
+const ROUNDING = 1e-6; // of float32, with room
 const DASHES = [[], [7, 3], [2, 2], [9, 3, 2, 3]];
 const XYZ = ['--x', '--y', '--z', '--text'];
 
@@ -238,6 +239,7 @@ class Charts {
     chart.unit.textContent = `[${chart.says.unit}]`;
     const scaled = (lines) => lines.map((line) => line.map((y) => (y === null ? null : y * chart.says.scale)));
     [chart.curves, chart.edges] = [scaled(curves), scaled(edges)];
+    chart.noise = ROUNDING * largest * chart.says.scale;
     const scale = panel.scale * chart.says.scale;
     chart.far = panel.lines.map((_, k) => isFar && {
       rows: this.bands.rows, of: (i) => bounds.map((bound) => bound[i * count + k] * scale),
@@ -249,7 +251,7 @@ class Charts {
     const { panel } = chart;
     if (panel.errors) return this._within(this.times, [Array.from(panel.errors.t_s), ...chart.curves, ...chart.edges]);
     const pixels = chart.place.clientWidth;
-    const drawn = chart.curves.map((curve, k) => envelopeOf(curve, ...this.seen, pixels, chart.far[k], panel.isCircular ? panel.wraps : 0));
+    const drawn = chart.curves.map((curve, k) => envelopeOf(curve, ...this.seen, pixels, chart.far[k], chart.noise, panel.isCircular ? panel.wraps : 0));
     if (panel.wraps) drawn.forEach(({ line, mean }) => [line, mean].forEach((curve) => openWraps(curve, panel.wraps)));
     return [
       this.times, ...drawn.map(({ line }) => line), ...drawn.flatMap(({ least, most }) => [least, most]), ...drawn.map(({ mean }) => mean),

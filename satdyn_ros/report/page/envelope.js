@@ -9,12 +9,12 @@ const LEAST_RESULTANT = 0.5;
 
 // Return {line, least, most, mean} of a curve of numbers and nulls, each null where the others are
 // drawn.  The rows from first to before end are seen, over so many pixels.  far: null, or {rows, of}:
-// in a Set of rows, of(i) is [least, most, mean], of values that no row has.  turn: what leads back
-// to the same angle, 0: it is none.
-function envelopeOf(curve, first, end, pixels, far, turn) {
+// in a Set of rows, of(i) is [least, most, mean], of values that no row has.  noise: what goes up and
+// down by less goes nowhere.  turn: what leads back to the same angle, 0: it is none.
+function envelopeOf(curve, first, end, pixels, far, noise, turn) {
   const count = Math.max(1, Math.floor(Math.min(pixels / STEP_PIXELS, (end - first) / FEWEST_ROWS)));
   const beginOf = (k) => first + Math.floor((k * (end - first)) / count);
-  const steps = Array.from({ length: count }, (_, k) => stepOf(curve, beginOf(k), beginOf(k + 1), far, turn));
+  const steps = Array.from({ length: count }, (_, k) => stepOf(curve, beginOf(k), beginOf(k + 1), far, noise, turn));
   const half = (NEIGHBOURS - 1) / 2;
   const isBand = steps.map(({ isFar }, k) => {
     const voters = steps.slice(Math.max(0, k - half), k + half + 1);
@@ -33,7 +33,7 @@ function envelopeOf(curve, first, end, pixels, far, turn) {
   return drawn;
 }
 
-function stepOf(curve, begin, end, far, turn) {
+function stepOf(curve, begin, end, far, noise, turn) {
   let [least, most, way, isFar] = [Infinity, -Infinity, 0, false];
   const sum = [0, 0, 0];
   for (let i = begin; i < end; i += 1) {
@@ -48,7 +48,7 @@ function stepOf(curve, begin, end, far, turn) {
     sum[2] += 1;
   }
   const average = sum[2] ? [sum[0] / sum[2], sum[1] / sum[2]] : [NaN, NaN];
-  return { begin, end, middle: (begin + end - 1) / 2, least, most, average, isFar, isToAndFro: most > least && way >= 2 * (most - least) };
+  return { begin, end, middle: (begin + end - 1) / 2, least, most, average, isFar, isToAndFro: most - least > noise && way >= 2 * (most - least) };
 }
 
 // The mean goes from the middle of one step to that of the next; null: it goes all ways.

@@ -232,8 +232,10 @@ class Charts {
     const edges = panel.errors ? this._sigmas(panel) : [];
     for (const edge of edges) for (const value of edge) largest = Math.max(largest, Math.abs(value));
     const bounds = ['least', 'most', 'mean'].map((name) => this.bands?.[name][panel.name]);
-    const isFar = this.bands && bounds[0];
-    if (isFar) for (const i of this.bands.rows) for (let k = 0; k < count; k += 1) for (const bound of bounds.slice(0, 2)) largest = Math.max(largest, Math.abs(bound[i * count + k] * panel.scale));
+    const far = bounds[0] ? this.bands.rows : new Set();
+    for (const i of far) {
+      for (let k = i * count; k < (i + 1) * count; k += 1) largest = Math.max(largest, Math.abs(bounds[0][k] * panel.scale), Math.abs(bounds[1][k] * panel.scale));
+    }
     chart.says = panel.isScaled ? prefixed(largest, panel.unit) : { scale: 1, unit: panel.unit };
     chart.says.digits = digitsOf(largest * chart.says.scale);
     chart.unit.textContent = `[${chart.says.unit}]`;
@@ -241,9 +243,7 @@ class Charts {
     [chart.curves, chart.edges] = [scaled(curves), scaled(edges)];
     chart.noise = ROUNDING * largest * chart.says.scale;
     const scale = panel.scale * chart.says.scale;
-    chart.far = panel.lines.map((_, k) => isFar && {
-      rows: this.bands.rows, of: (i) => bounds.map((bound) => bound[i * count + k] * scale),
-    });
+    chart.far = panel.lines.map((_, k) => ({ rows: far, of: (i) => bounds.map((bound) => bound[i * count + k] * scale) }));
   }
 
   // What a chart draws: its lines, the edges of its bands, least and most, and its means.

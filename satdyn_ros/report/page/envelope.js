@@ -8,8 +8,8 @@ const FEWEST_ROWS = 4;
 const LEAST_RESULTANT = 0.5;
 
 // Return {line, least, most, mean} of a curve of numbers and nulls, each null where the others are
-// drawn.  The rows from first to before end are seen, over so many pixels.  far: null, or {rows, of}:
-// in a Set of rows, of(i) is [least, most, mean], of values that no row has.  noise: what goes up and
+// drawn.  The rows from first to before end are seen, over so many pixels.  far: {rows, of}: in a
+// Set of rows, of(i) is [least, most, mean], of values that no row has.  noise: what goes up and
 // down by less goes nowhere.  turn: what leads back to the same angle, 0: it is none.
 function envelopeOf(curve, first, end, pixels, far, noise, turn) {
   const count = Math.max(1, Math.floor(Math.min(pixels / STEP_PIXELS, (end - first) / FEWEST_ROWS)));
@@ -23,7 +23,7 @@ function envelopeOf(curve, first, end, pixels, far, noise, turn) {
   const none = () => new Array(curve.length).fill(null);
   const drawn = { line: curve.slice(), least: none(), most: none(), mean: none() };
   steps.forEach((step, k) => {
-    if (!isBand[k]) return;
+    if (!isBand[k] || step.most < step.least) return; // a gap has no band
     for (let i = step.begin; i < step.end; i += 1) {
       drawn.line[i] = null;
       [drawn.least[i], drawn.most[i]] = [step.least, step.most];
@@ -38,7 +38,7 @@ function stepOf(curve, begin, end, far, noise, turn) {
   const sum = [0, 0, 0];
   for (let i = begin; i < end; i += 1) {
     let [low, high, mean] = [curve[i], curve[i], curve[i]];
-    if (far?.rows.has(i)) [[low, high, mean], isFar] = [far.of(i), true];
+    if (far.rows.has(i)) [[low, high, mean], isFar] = [far.of(i), true];
     if (low !== null) [least, most] = [Math.min(least, low), Math.max(most, high)];
     if (i > 0 && curve[i] !== null && curve[i - 1] !== null) way += Math.abs(curve[i] - curve[i - 1]);
     if (!Number.isFinite(mean) || mean === null) continue;

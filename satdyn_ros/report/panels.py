@@ -60,17 +60,22 @@ def _lines(axes, history, columns, names, bounds=None, scale=1.0, turn=np.inf):
             parts = history.least, history.most, history.mean
             edges = tuple(scale * part[bounds][:, i] for part in parts)
         band = envelope(column, _STEPS, far, edges, noise, turns=turn == 360.0)
-        jumps = np.abs(np.diff(column, prepend=column[:1])) > turn / 2.0
-        line = np.where(band.is_band | jumps, np.nan, column)
+        line = np.where(band.is_band, np.nan, _open(column, turn))
         axes.plot(t, line, style, color=colour, label=name, lw=1.4)
         if np.any(band.is_band):
             axes.fill_between(
                 t, band.least, band.most, where=band.is_band, color=colour, alpha=0.2, lw=0.0
             )
-            mean = np.where(band.is_band, band.mean, np.nan)
+            mean = np.where(band.is_band, _open(band.mean, turn), np.nan)
             axes.plot(t, mean, style, color=colour, lw=1.4)
     if names:
         axes.legend(**_ABOVE, ncols=len(names))
+
+
+def _open(angles, turn):
+    """Return angles (N,) with a gap, nan, where they go on at the other end of a turn."""
+    jumps = np.abs(np.diff(angles, prepend=angles[:1])) > turn / 2.0
+    return np.where(jumps, np.nan, angles)
 
 
 def attitude(axes: 'Axes', history: History) -> None:

@@ -224,9 +224,10 @@ class Satellite:
         if self._endpoints - before:
             self._scenario = None
         elif self._endpoints < before:
-            if self._frames.left_out:
-                self._scenario = None
             self._reader.read(name)
+        if self._frames.left_out and not self._has_namesakes:
+            # One that was ending gave the parameters, or it was the one that was shown.
+            self._scenario = None
 
     @property
     def _has_namesakes(self) -> bool:

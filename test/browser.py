@@ -62,6 +62,8 @@ def errors(browser):
     return [entry for entry in browser.get_log('browser') if entry['level'] == 'SEVERE']
 
 
+# Labels that are seen, those that lie on one another, and those through which a line of sight (one
+# of a few over each) meets the body.
 OVERLAPS = """
 const boxes = [...document.querySelectorAll('.label')]
   .filter((label) => label.style.visibility === 'visible')
@@ -71,5 +73,14 @@ boxes.forEach((a, i) => boxes.slice(i + 1).forEach((b) => {
   if (a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom)
     overlaps.push([a.text, b.text]);
 }));
-return { count: boxes.length, overlaps };
+const { scene } = satdyn.stage;
+const picture = scene.canvas.getBoundingClientRect();
+const meetsBody = (x, y) => {
+  const [right, down] = [(x - picture.left) / picture.width, (y - picture.top) / picture.height];
+  const far = new THREE.Vector3(2 * right - 1, 1 - 2 * down, 0.9999);
+  return scene._isBehindBody(far.unproject(scene.camera));
+};
+const isOnBody = ({ left, top, width, height }) => [0, 0.25, 0.5, 0.75, 1].some((i) => (
+  [0, 0.5, 1].some((j) => meetsBody(left + i * width, top + j * height))));
+return { count: boxes.length, overlaps, on_body: boxes.filter(isOnBody).map(({ text }) => text) };
 """

@@ -135,10 +135,18 @@ def _add_simulate(command):
         'satdyn simulate config/default.yaml --duration 6000 -o orbit\n'
         'satdyn simulate config/default.yaml --duration 86400 --rate 10 -o day\n'
         'satdyn simulate config/default.yaml --duration 60 --events events.yaml -o pushed\n'
-        'satdyn simulate config/default.yaml --duration 60 --from orbit --at 3000 -o onward',
+        'satdyn simulate config/default.yaml --duration 60 --from orbit --at 3000 -o onward\n'
+        'satdyn simulate constellation --satellite /sat4 --satellite /sat5 --duration 60 -o pair',
     )
     added.add_argument('file', metavar='FILE', help=_SCENARIO)
-    _add_satellite(added)
+    added.add_argument(
+        '--satellite',
+        action='append',
+        default=[],
+        metavar='NAME',
+        help='which satellite, where the scenario has several: /sat4/satdyn, or /sat4; of '
+        'several, one after another, the bags are BAG/sat4, BAG/sat5 ...',
+    )
     added.add_argument(
         '--duration', required=True, metavar='S', help='simulate the ticks k with k / rate < S'
     )
@@ -192,18 +200,22 @@ _PANELS = """\
 The panels of a bag; by default the first four, those of its own torques and of its sensors are
 drawn:
 
-  attitude       roll, pitch and yaw to LVLH, or to inertial axes without an orbit
-  rates          body rate in body axes
+  attitude       roll, pitch and yaw to LVLH, or to inertial axes without an orbit, and the angle
+                 of the axis of least inertia to nadir
+  rates          body rate in body axes, and its length
   torque         gravity-gradient torque in body axes
   drift          relative drift of the first integrals
+  nadir          that angle, counted from the nearer end of the axis, and its parts along track and
+                 to the orbit normal: in place of roll, pitch and yaw where pitch is near 90 deg
   rotor          speed of each rotor relative to the body
   polhode        body rate on the ellipsoids of energy and momentum
   phase          pitch and pitch rate in LVLH, with the separatrix of planar libration
   NAME_torque    a torque of your own that acts, in body axes: the name of its topic
   SENSOR         measured minus true values of a sensor, by its name, in its axes, with three sigma
 
-Applied torques are shaded; requests and resets are marked by a line.  Where the body turns more
-than a quarter turn between two points, a band from least to most replaces the line."""
+Applied torques are shaded; requests and resets are marked by a line.  Where a curve goes up and
+down within a few pixels, or the body turns more than a quarter turn between two points, a band
+from least to most and the mean replace the line."""
 
 
 def _add_bag_commands(command):

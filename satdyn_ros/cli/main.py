@@ -140,12 +140,43 @@ def _request(given):
 
 
 def _simulate(given):
+    from ..bag.simulate import simulate
+
+    # All are read before the first is written.
+    runs = {out: _run_of(given, name) for name, out in _bags(given).items()}
+    for out, (scenario, happening, begin, count) in runs.items():
+        done = 0
+        try:
+            with progress('simulating', 'ticks') as show:
+                for done in simulate(scenario, given.duration, out, happening, begin):
+                    show(done, count)
+        finally:
+            if done:
+                print(f'{out}: {done} ticks, {done / float(scenario.rate):g} s')
+    return DONE
+
+
+def _bags(given):
+    """Return the bag of each satellite that --satellite names: of several BAG/sat4, BAG/sat5."""
+    from ..run.parameter_file import ParameterFile
+
+    if len(given.satellite) < 2:
+        return {given.satellite[0] if given.satellite else None: given.out}
+    if given.origin is not None:
+        raise ValueError('--from begins one run; --satellite names several')
+    file = ParameterFile.read([given.file])
+    names = [file.full_name(name) for name in given.satellite]
+    return {name: Path(given.out, name.removesuffix('/satdyn').lstrip('/')) for name in names}
+
+
+def _run_of(given, satellite):
+    """Return scenario, events, begin and number of ticks of what is to be simulated."""
     from ..bag.continuation import begun_in_aem, begun_in_bag
-    from ..bag.simulate import simulate, tick_count
+    from ..bag.simulate import tick_count
     from ..run import events
     from ..run.scenario import Scenario
 
-    scenario = Scenario.from_yaml(given.file, given.satellite, given.torque)
+    scenario = Scenario.from_yaml(given.file, satellite, given.torque)
     if given.rate is not None:
         scenario = scenario.with_values({'publish.rate': given.rate})
     if (given.origin is None) != (given.at is None):
@@ -164,15 +195,7 @@ def _simulate(given):
     count = tick_count(scenario, given.duration, first)
     for warning in events.warnings(happening, first + count, scenario):
         print(f'satdyn simulate: {warning}', file=sys.stderr)
-    done = 0
-    try:
-        with progress('simulating', 'ticks') as show:
-            for done in simulate(scenario, given.duration, given.out, happening, begin):
-                show(done, count)
-    finally:
-        if done:
-            print(f'{given.out}: {done} ticks, {done / float(scenario.rate):g} s')
-    return DONE
+    return scenario, happening, begin, count
 
 
 def _replay(given):

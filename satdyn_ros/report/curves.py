@@ -1,9 +1,10 @@
-"""What is drawn over time, and its bounds in each row."""
+"""What is drawn over time, and its bounds and its mean in each row."""
 
 from collections.abc import Iterable
 
 import numpy as np
 
+from ..dynamics.inertia import ROUNDING, principal_axes
 from ..kernel import rotation
 from ..run.samples import Samples, merged
 from ..run.scenario import Scenario
@@ -11,6 +12,8 @@ from ..run.topics import Topic
 
 # Samples that are held at a time, with what is drawn of them: a few megabytes.
 HELD_TICKS = 4096
+# Angles that are spread evenly over 220 deg have a mean of this length.
+_LEAST_RESULTANT = 0.5
 
 
 def topics_with_panels(scenario: Scenario) -> list[Topic]:
@@ -31,17 +34,45 @@ def curves(samples: Samples, topics: Iterable[Topic]) -> dict[str, np.ndarray]:
     """
     Return what is drawn over time of samples, (N, k) each.
 
-    attitude: roll, pitch and yaw to LVLH, or to inertial axes without an orbit [rad]; rate: body
-    rate in body axes [rad/s]; rotor_speed [rad/s]; and what topics show, by their names.
+    attitude: roll, pitch and yaw to LVLH, or to inertial axes without an orbit, and the angle of
+    the axis of least inertia to nadir where there are both [rad]; nadir: that angle and its parts,
+    see nadir_angles; rate: body rate in body axes and its length [rad/s]; rotor_speed [rad/s]; and
+    what topics show, by their names.
     """
     states = samples.states
-    q = states.q_lb if states.orbit.has_lvlh else states.q_ib
-    return {
-        'attitude': rotation.roll_pitch_yaw(q),
-        'rate': states.omega_bi_b,
+    omega = states.omega_bi_b
+    found = {
+        'attitude': rotation.roll_pitch_yaw(states.q_lb if states.orbit.has_lvlh else states.q_ib),
+        'rate': np.column_stack([omega, np.linalg.norm(omega, axis=-1)]),
         **shown(topics, samples),
         'rotor_speed': rotor_columns(states.rotor_speed),
     }
+    axis_b = least_axis(samples.system.inertia)
+    if states.orbit.has_lvlh and axis_b is not None:
+        found['nadir'] = nadir_angles(states.q_lb, axis_b)
+        found['attitude'] = np.column_stack([found['attitude'], found['nadir'][:, 0]])
+    return found
+
+
+def least_axis(inertia: np.ndarray) -> np.ndarray | None:
+    """Return the axis of least inertia (3,), body axes; None: the least two moments are equal."""
+    moments, R_bp = principal_axes(inertia)
+    least, middle, largest = np.sort(moments)
+    return R_bp[:, np.argmin(moments)] if middle - least > ROUNDING * largest else None
+
+
+def nadir_angles(q_lb: np.ndarray, axis_b: np.ndarray) -> np.ndarray:
+    """
+    Return the angle of an axis of the body, its nearer end, to nadir and its parts (N, 3) [rad].
+
+    The parts are by how much that end leans along track and towards the orbit normal: the squares
+    of their sines add up to that of the angle's.
+    """
+    axis_l = rotation.rotate(q_lb, axis_b)
+    # Nadir is z of LVLH, and y is minus the orbit normal.
+    x, y, z = np.moveaxis(axis_l * np.where(axis_l[:, 2:] < 0.0, -1.0, 1.0), -1, 0)
+    across = np.hypot(x, y)
+    return np.column_stack([np.arctan2(across, z), np.arcsin(np.clip([x, -y], -1.0, 1.0)).T])
 
 
 def rotor_columns(values: np.ndarray) -> np.ndarray:
@@ -51,7 +82,9 @@ def rotor_columns(values: np.ndarray) -> np.ndarray:
 
 class Bounds:
     """
-    The least and the most of every curve, and the angle turned, over all ticks of each row.
+    Least, most and mean of every curve, and the angle turned, over all ticks of each row.
+
+    The mean of roll, pitch and yaw is that of directions; nan: there are too many.
 
     topics: those whose quantities are among the curves.
     """
@@ -64,6 +97,8 @@ class Bounds:
         self.turned = np.zeros(rows)
         self.least: dict[str, np.ndarray] = {}
         self.most: dict[str, np.ndarray] = {}
+        self._sums: dict[str, np.ndarray] = {}
+        self._counts = np.zeros(rows)
         self._waiting: list[Samples] = []
 
     def take(self, samples: Samples) -> None:
@@ -81,10 +116,26 @@ class Bounds:
         row, begins = np.unique(tick // self._every, return_index=True)
         rate = np.linalg.norm(samples.states.omega_bi_b, axis=-1)
         self.turned[row] += np.add.reduceat(rate, begins) * self._tick_s
+        self._counts[row] += np.diff(begins, append=len(samples))
         for name, values in curves(samples, self._topics).items():
             if name not in self.least:
                 self.least[name] = np.full((self._rows, values.shape[1]), np.inf)
                 self.most[name] = np.full((self._rows, values.shape[1]), -np.inf)
+                kind = complex if name == 'attitude' else float
+                self._sums[name] = np.zeros((self._rows, values.shape[1]), kind)
             least, most = self.least[name], self.most[name]
             least[row] = np.minimum(least[row], np.minimum.reduceat(values, begins))
             most[row] = np.maximum(most[row], np.maximum.reduceat(values, begins))
+            added = np.exp(1j * values) if name == 'attitude' else values
+            self._sums[name][row] += np.add.reduceat(added, begins)
+
+    @property
+    def mean(self) -> dict[str, np.ndarray]:
+        """By the name of a curve its mean over all ticks of a row."""
+        means = {name: sums / self._counts[:, None] for name, sums in self._sums.items()}
+        return means | {'attitude': direction(means['attitude'])}
+
+
+def direction(mean: np.ndarray) -> np.ndarray:
+    """Return the angle [rad] of means of unit numbers; nan: they go all ways."""
+    return np.where(np.abs(mean) > _LEAST_RESULTANT, np.angle(mean), np.nan)

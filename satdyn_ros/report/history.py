@@ -37,8 +37,8 @@ class History:
     t_s (N,): seconds from tick 0.  states: their table, which refers to the orbit; q_lb (N, 4) is
     None without LVLH.  shown: by their names what the topics with a panel show, (N, k) each, and
     panels: their titles and units.  applied_b (N, 3): applied torque [N m]; momentum_b (N, 3): H
-    [N m s].  turned (N,): the angle that the body turns within a row [rad].  least, most: by the
-    name of a curve, see curves.py, its bounds over all ticks of a row.
+    [N m s].  turned (N,): the angle that the body turns within a row [rad].  least, most, mean: of
+    a curve by its name, see curves.py, over all ticks of a row.
     drift: by first integral its largest relative change since the last event so far, of all ticks,
     (N,), nan where it is not one.  largest_drift: the same over the whole run.  motions: the first
     MOST_MOTIONS of the run, by the tick where they begin.  events: what happened, with the time of
@@ -58,6 +58,7 @@ class History:
     turned: np.ndarray
     least: dict[str, np.ndarray]
     most: dict[str, np.ndarray]
+    mean: dict[str, np.ndarray]
     drift: dict[str, np.ndarray]
     largest_drift: dict[str, float]
     motions: dict[int, Motion]
@@ -69,6 +70,11 @@ class History:
     def turns_too_far(self) -> np.ndarray:
         """Return the rows (N,) in which the body turns too far for a line to the next row."""
         return self.turned > LARGEST_TURN
+
+    @property
+    def span_s(self) -> float:
+        """Return the time [s] from the first tick to the last, perhaps after the last row."""
+        return (self.ticks - 1) / float(self.scenario.rate)
 
     @property
     def window_s(self) -> float:
@@ -159,6 +165,7 @@ def history(
         turned=bounds.turned,
         least=bounds.least,
         most=bounds.most,
+        mean=bounds.mean,
         drift={
             name: np.concatenate(
                 [

@@ -34,6 +34,7 @@ SCENE_SCRIPTS = (
     'page/labels.js',
     'page/scene.js',
     'page/stage.js',
+    'page/envelope.js',
     'page/charts.js',
 )
 PLAYER_SCRIPTS = (*SCENE_SCRIPTS, 'page/timeline.js', 'page/player.js')
@@ -92,7 +93,7 @@ def playable(run: History) -> dict[str, Any]:
     Return what the page plays, plain data.
 
     description and table: see scene.py.  bands: the rows in which the body turns too far for a
-    line, and tables of the least and the most there; null where there are none.  marks: events
+    line, and tables of least, most and mean; null where there are none.  marks: events
     (t_s, kind 'restart' or 'change') and driven intervals (from, to) [s].  notice: what the
     3-D view cannot show, or ''.  sensors: by their names a table of t_s, error and systematic, and
     sigma, see sensor_errors.py, with unit and per_si of the chart, see Sensor.
@@ -102,7 +103,8 @@ def playable(run: History) -> dict[str, Any]:
     return {
         'description': description,
         'table': rows,
-        'bands': {'rows': far.tolist(), 'least': table(run.least), 'most': table(run.most)}
+        'bands': {'rows': far.tolist()}
+        | {name: table(getattr(run, name)) for name in ('least', 'most', 'mean')}
         if len(far)
         else None,
         'marks': {'events': _marks(run), 'driven': run.driven},
@@ -123,10 +125,9 @@ def _errors(errors):
 
 def summary(run: History) -> str:
     """Return in one sentence what is drawn."""
-    span_s = run.t_s[-1] - run.t_s[0]
     drawn = 'each is drawn' if len(run.t_s) == run.ticks else f'{len(run.t_s)} of them are drawn'
     return (
-        f'{run.ticks} ticks at {float(run.scenario.rate):g} Hz, {span_s:g} s; '
+        f'{run.ticks} ticks at {float(run.scenario.rate):g} Hz, {run.span_s:.9g} s; '
         f'{drawn}, all are checked'
     )
 

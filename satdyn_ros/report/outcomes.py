@@ -18,6 +18,8 @@ _OWN = b'outcome'
 _CAPTURE = 'captured'
 _MAPPED = (_CAPTURE, 'nadir_angle_max_rad', 'lvlh_angle_max_rad')
 _COUNTED = ('rate_max_rad_s', 'nadir_angle_max_rad', 'capture_s')
+# Numbers that are the same but for this would be one bar of a histogram.
+_ROUNDING = 1e-9
 _CAPTURED, _TUMBLING, _GREY = '#0072B2', '#E69F00', '#999999'
 
 
@@ -115,6 +117,14 @@ def _histogram(axes: Axes, columns: pa.Table, name: str) -> None:
         for label, (colour, rows) in parts.items()
     }
     drawn = {label: part for label, part in found.items() if len(part[0])}
+    axes.set(xlabel=name, ylabel='runs')
+    every = np.concatenate([part for part, _ in drawn.values()])
+    if np.ptp(every) <= _ROUNDING * np.abs(every).max():
+        counts = ', '.join(f'{len(part)} {label}' for label, (part, _) in drawn.items())
+        says = f'{every[0]:.9g}\nin all {len(every)} runs\n({counts})'
+        axes.text(0.5, 0.5, says, ha='center', va='center', transform=axes.transAxes)
+        axes.set(xticks=[], yticks=[])
+        return
     axes.hist(
         [part for part, _ in drawn.values()],
         bins=40,
@@ -122,6 +132,5 @@ def _histogram(axes: Axes, columns: pa.Table, name: str) -> None:
         color=[colour for _, colour in drawn.values()],
         label=list(drawn),
     )
-    axes.set(xlabel=name, ylabel='runs')
     axes.locator_params(axis='x', nbins=5)
     axes.legend(fontsize=8)

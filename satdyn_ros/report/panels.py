@@ -8,7 +8,8 @@ from ..dynamics.inertia import principal_axes
 from ..kernel import rotation
 from ..orbits import FixedDirection
 from ..run.events import Request, Reset
-from .curves import rotor_columns
+from .curves import least_axis, nadir_angles, rotor_columns
+from .envelope import envelope
 from .history import History
 from .scene import rotor_names
 
@@ -20,6 +21,10 @@ COLOURS = ('#0072B2', '#D55E00', '#009E73', '#CC79A7', '#E69F00', '#56B4E9')
 STYLES = ('-', '--', '-.', ':')
 # Zero on a logarithmic axis: the rounding of a number near one.
 _LEAST_SHOWN = 2e-16
+# Of the largest value of a panel: more than what computing leaves of a zero.
+_ROUNDING = 1e-9
+# Along the time: a line that goes up and down within 8 of some 1050 pixels fills them.
+_STEPS = 130
 _ABOVE = {
     'loc': 'lower right',
     'bbox_to_anchor': (1.0, 0.97),
@@ -37,35 +42,50 @@ def time_unit(history: History) -> tuple[float, str]:
     return 1.0, 's'
 
 
-def _lines(axes, history, columns, names, bounds=None, scale=1.0):
+def _lines(axes, history, columns, names, bounds=None, scale=1.0, turn=np.inf):
     """
-    Draw one line per column.
+    Draw one line per column, and a band with its mean where it is denser than the pixels.
 
-    bounds: the name of these curves in history.least and history.most, whose band, times scale,
-    takes the place of a line where the body turns too far between rows.
+    bounds: the name of these curves in history.least, most and mean, which, times scale, are the
+    band where the body turns too far between rows.  turn: what leads back to the same angle.
     """
     seconds, _ = time_unit(history)
     t = history.t_s / seconds
     far = history.turns_too_far if bounds else np.zeros(len(t), bool)
+    noise = _ROUNDING * np.nanmax(np.abs(columns), initial=0.0)
     for i, (column, name) in enumerate(zip(columns, names, strict=True)):
         style, colour = STYLES[i % len(STYLES)], COLOURS[i % len(COLOURS)]
-        axes.plot(t, np.where(far, np.nan, column), style, color=colour, label=name, lw=1.4)
-        if np.any(far):
-            least, most = (scale * part[bounds][:, i] for part in (history.least, history.most))
-            axes.fill_between(t, least, most, where=far, color=colour, alpha=0.35, lw=0.0)
+        edges = (column, column, column)
+        if bounds:
+            parts = history.least, history.most, history.mean
+            edges = tuple(scale * part[bounds][:, i] for part in parts)
+        band = envelope(column, _STEPS, far, edges, noise, turns=turn == 360.0)
+        line = np.where(band.is_band, np.nan, _open(column, turn))
+        axes.plot(t, line, style, color=colour, label=name, lw=1.4)
+        if np.any(band.is_band):
+            axes.fill_between(
+                t, band.least, band.most, where=band.is_band, color=colour, alpha=0.2, lw=0.0
+            )
+            mean = np.where(band.is_band, _open(band.mean, turn), np.nan)
+            axes.plot(t, mean, style, color=colour, lw=1.4)
     if names:
         axes.legend(**_ABOVE, ncols=len(names))
+
+
+def _open(angles, turn):
+    """Return angles (N,) with a gap, nan, where they go on at the other end of a turn."""
+    jumps = np.abs(np.diff(angles, prepend=angles[:1])) > turn / 2.0
+    return np.where(jumps, np.nan, angles)
 
 
 def attitude(axes: 'Axes', history: History) -> None:
     """
     Draw roll, pitch and yaw of the body to LVLH, or to inertial axes without an orbit.
 
-    Roll and yaw go from -180 to 180 deg: a line has a gap where it goes through the end.
+    With them, where there is one, the angle of the axis of least inertia to nadir.  Roll and yaw
+    go from -180 to 180 deg: a line has a gap where it goes through the end.
     """
-    angles = np.degrees(_angles(history))
-    jumps = np.abs(np.diff(angles, axis=0, prepend=angles[:1])) > 180.0
-    _attitude(axes, history, np.where(jumps, np.nan, angles), 'attitude')
+    _attitude(axes, history, np.degrees(_angles(history)), 'attitude', 360.0)
 
 
 def unwrapped_attitude(axes: 'Axes', history: History) -> None:
@@ -81,24 +101,45 @@ def unwrapped_attitude(axes: 'Axes', history: History) -> None:
             f'rows; a part of {history.window_s:.4g} s can be followed, such as --begin '
             f'{begin_s:.0f} --end {begin_s + history.window_s:.0f}'
         )
-    _attitude(axes, history, np.degrees(np.unwrap(_angles(history), axis=0)), None)
+    _attitude(axes, history, np.degrees(np.unwrap(_angles(history), axis=0)))
 
 
 def _angles(history):
     return rotation.roll_pitch_yaw(history.states.q_ib if history.q_lb is None else history.q_lb)
 
 
-def _attitude(axes, history, angles, bounds):
-    _lines(axes, history, angles.T, ('roll', 'pitch', 'yaw'), bounds, np.degrees(1.0))
+def _attitude(axes, history, angles, bounds=None, turn=np.inf):
+    names, columns = ['roll', 'pitch', 'yaw'], [*angles.T]
+    axis_b = least_axis(history.scenario.system.inertia)
+    if axis_b is not None and history.q_lb is not None:
+        names.append('axis to nadir')
+        columns.append(np.degrees(nadir_angles(history.q_lb, axis_b)[:, 0]))
+    _lines(axes, history, columns, names, bounds, np.degrees(1.0), turn)
     frame = 'inertial axes' if history.q_lb is None else 'LVLH'
     axes.set_ylabel(f'body to {frame} [deg]')
 
 
+def nadir(axes: 'Axes', history: History) -> None:
+    """
+    Draw the angle of the axis of least inertia, its nearer end, to nadir and its parts.
+
+    ValueError: there is no LVLH, or no such axis.
+    """
+    axis_b = least_axis(history.scenario.system.inertia)
+    if axis_b is None or history.q_lb is None:
+        raise ValueError('the panel nadir needs LVLH and an axis of least inertia')
+    angles = np.degrees(nadir_angles(history.q_lb, axis_b))
+    names = ('axis to nadir', 'along track', 'to the orbit normal')
+    _lines(axes, history, angles.T, names, 'nadir', np.degrees(1.0), 180.0)
+    axes.set_ylabel('axis of least\ninertia [deg]')
+
+
 def rates(axes: 'Axes', history: History) -> None:
-    """Draw the body rate relative to inertial axes, in body axes."""
-    names = (r'$\omega_x$', r'$\omega_y$', r'$\omega_z$')
-    omega = np.degrees(history.states.omega_bi_b)
-    _lines(axes, history, omega.T, names, 'rate', np.degrees(1.0))
+    """Draw the body rate relative to inertial axes, in body axes, and its length."""
+    names = (r'$\omega_x$', r'$\omega_y$', r'$\omega_z$', r'$|\omega|$')
+    omega = history.states.omega_bi_b
+    rates = np.degrees([*omega.T, np.linalg.norm(omega, axis=-1)])
+    _lines(axes, history, rates, names, 'rate', np.degrees(1.0))
     axes.set_ylabel('body rate [deg/s]')
 
 
@@ -170,6 +211,7 @@ TIME_PANELS = {
     'rates': rates,
     'torque': torque,
     'drift': drift,
+    'nadir': nadir,
     'rotor': rotor,
 }
 

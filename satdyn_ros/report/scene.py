@@ -9,6 +9,7 @@ A description is plain data:
     body        edges (3,) of the homogeneous box with these moments, the longest 1, and q_bp (4,)
                 from its principal axes to body axes
     axis        the unit vector, body axes, whose path is drawn: of symmetry, or the third axis
+    least_axis  that of least inertia, whose angle to nadir is drawn; null: none, or no LVLH
     rotors      a list of name, axis (3,) in body axes, mode and momentum [N m s]
     planet      its radius [m], or null where it is unknown; then radius_m is not used has_lvlh
     whether there is an orbit, with q_il and radius_m in the table
@@ -43,7 +44,7 @@ from ..messages.markers import box
 from ..orbits import KeplerOrbit
 from ..orbits.kepler import EARTH_MU, EARTH_RADIUS_M
 from ..run.scenario import Scenario
-from .curves import rotor_columns, topics_with_panels
+from .curves import least_axis, rotor_columns, topics_with_panels
 from .history import History
 
 _TURN = 2.0 * np.pi
@@ -52,11 +53,12 @@ _TURN = 2.0 * np.pi
 def description(scenario: Scenario, integrals: list[str]) -> dict[str, Any]:
     """Return what the scene of a scenario shows, see above."""
     edges, q_bp = box(scenario.system.inertia)
-    orbit = scenario.system.orbit
+    orbit, least = scenario.system.orbit, least_axis(scenario.system.inertia)
     is_earth = isinstance(orbit, KeplerOrbit) and abs(orbit.mu / EARTH_MU - 1.0) < 1e-3
     return {
         'body': {'edges': edges.tolist(), 'q_bp': q_bp.tolist()},
         'axis': _followed_axis(scenario.system.inertia).tolist(),
+        'least_axis': least.tolist() if least is not None and orbit.has_lvlh else None,
         'rotors': _rotors(scenario),
         'planet': EARTH_RADIUS_M if is_earth else None,
         'has_lvlh': orbit.has_lvlh,

@@ -13,28 +13,25 @@ from typing import Any
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
-from rcl_interfaces.msg import ParameterEvent, ParameterValue
+from rcl_interfaces.msg import ParameterEvent
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.parameter import parameter_value_to_python
-from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import qos_profile_parameter_events
 from rclpy.signals import SignalHandlerOptions
-from rclpy.task import Future
 
 from ..report import html, scene
 from ..ros.client import Answer, Client
-from ..run.parameter_file import RCLPY_PARAMETERS
 from ..run.scenario import Scenario
 from ..torques.body_torque import BodyTorque
 from .hub import Hub
 from .listener import Listener, parts, satellites
+from .reports import Reports
 from .request_form import checked, initial_conditions
+from .scenario_reader import ScenarioReader
 from .scene_frames import SceneFrames
 
 _FRAME_S = 1.0 / 30.0
 _LOOK_S = 1.0
-_SILENT_S = 3.5
 # The page goes on while a node on a busy machine takes its time.
 _ANSWER_S = 20.0
 _ACTIONS: dict[str, Callable[[Client], Answer]] = {
@@ -51,7 +48,9 @@ class Satellite:
     """
     A running node: its samples at most thirty times a second, its diagnostics, its services.
 
-    node_name: '/sat1/satdyn'; None: the first that is there.  torques: of one's own that it has.
+    node_name: '/sat1/satdyn'; None: the first that is there.  A browser may choose another one,
+    for all browsers.  torques: of one's own that it has.  Of nodes of one name the one is shown
+    whose parameters were read, by its ticks; none is asked anything, as all would do it.
     """
 
     page = 'page/live.html'
@@ -77,10 +76,7 @@ class Satellite:
         self._starts = 0
         self._endpoints: set[bytes] = set()
         self._found: list[str] = []
-        self._diagnostics: dict[str, Any] = {}
-        self._is_paused = False
-        self._heard_s = -_SILENT_S
-        self._parameters: AsyncParameterClient | None = None
+        self._reports = Reports()
         self._topics: dict[str, str] = {}
         self._fault = ''
 
@@ -118,18 +114,28 @@ class Satellite:
             act = partial(Client.set_initial_conditions, values=values)
         elif isinstance(what, str) and what in _ACTIONS:
             act = _ACTIONS[what]
+        elif what == 'choose':
+            return self._choose(request.get('node'))
         else:
-            raise ValueError(f'do takes request, {", ".join(_ACTIONS)}')
+            raise ValueError(f'do takes request, choose, {", ".join(_ACTIONS)}')
         name, end_s = self._name, time.monotonic() + _ANSWER_S
         if name is None:
             return {'success': False, 'text': 'no satellite is there'}
+        if self._has_namesakes:
+            return {'success': False, 'text': self._of_namesakes()}
         loop = asyncio.get_running_loop()
         answer = await loop.run_in_executor(self._asking[name], self._ask, name, act, end_s)
         if answer.success and what in ('pause', 'resume') and name == self._name:
             # The answer is newer than the last diagnostics, which come once a second.
-            self._is_paused = what == 'pause'
+            self._reports.is_paused = what == 'pause'
             self._tell_status()
         return {'success': answer.success, 'text': answer.text}
+
+    def _choose(self, name: Any) -> dict[str, Any]:
+        if name not in self._found:
+            raise ValueError(f'node takes {", ".join(self._found)}')
+        self._wanted = name
+        return {'success': True, 'text': f'the page shows {name}'}
 
     def _ask(self, name: str, act: Callable[[Client], Answer], end_s: float) -> Answer:
         """Return a node's answer; after end_s, while others asked, it is not asked any more."""
@@ -146,10 +152,13 @@ class Satellite:
             return Answer(False, str(error))
 
     def _history(self) -> dict[str, str]:
+        # First the start: rows of a later one are then not taken for its own.
+        start = self._starts
         columns = self._frames.history()
         if columns is None:
             return {}
-        return {'history': json.dumps({'type': 'history', 'table': scene.table(columns)})}
+        message = {'type': 'history', 'start': start, 'table': scene.table(columns)}
+        return {'history': json.dumps(message)}
 
     # -- the node's side, in a thread of its own --------------------------------------------------
 
@@ -169,11 +178,12 @@ class Satellite:
             ParameterEvent, '/parameter_events', self._take_event, qos_profile_parameter_events
         )
         self._asker, self._listener = asker, Listener(poller)
+        self._reader = ScenarioReader(asker, self._torques, self._take_scenario)
         look_s = frame_s = 0.0
         try:
             while not self._ended.is_set():
                 now_s = time.monotonic()
-                if now_s >= look_s:
+                if now_s >= look_s or self._wanted not in (None, self._name):
                     look_s = now_s + _LOOK_S
                     self._look()
                 if now_s >= frame_s:
@@ -190,29 +200,57 @@ class Satellite:
     def _look(self) -> None:
         """See who is there, which topics there are, and whether the node is another one by now."""
         self._found = found = satellites(self._asker)
-        if self._wanted is None and self._name not in found and found:
-            self._name = '/satdyn' if '/satdyn' in found else found[0]
+        if self._wanted not in (None, self._name):
+            self._turn_to(self._wanted)
+        elif self._wanted is None and self._name not in found and found:
+            self._turn_to('/satdyn' if '/satdyn' in found else found[0])
         if self._name is not None and self._name in found:
             self._topics = self._listener.look(self._name)
-            endpoints = self._listener.endpoints(self._name)
-            if endpoints - self._endpoints:
-                self._endpoints = endpoints
-                self._scenario = None
+            self._take_endpoints(self._name, self._listener.endpoints(self._name))
             if self._scenario is None:
-                self._read_parameters(self._name)
+                self._reader.read(self._name)
         self._tell_status()
 
+    def _turn_to(self, name: str) -> None:
+        """Show another satellite."""
+        self._name, self._scenario, self._fault = name, None, ''
+        self._endpoints, self._topics = set(), {}
+        self._reports = Reports()
+        self._frames.clear()
+
+    def _take_endpoints(self, name: str, endpoints: set[bytes]) -> None:
+        """See whether another node has taken the name, or one of several has left it."""
+        before, self._endpoints = self._endpoints, endpoints or self._endpoints
+        if self._endpoints - before:
+            self._scenario = None
+        elif self._endpoints < before:
+            self._reader.read(name)
+        if self._frames.left_out and not self._has_namesakes:
+            # One that was ending gave the parameters, or it was the one that was shown.
+            self._scenario = None
+
+    @property
+    def _has_namesakes(self) -> bool:
+        return len(self._endpoints) > 1
+
+    def _of_namesakes(self) -> str:
+        return (
+            f'{len(self._endpoints)} nodes are named {self._name}. One of them is shown; none is '
+            'asked anything, since all would do it. End the others, or start them with --ros-args '
+            '-r __ns:=/sat2; one that was killed counts for 20 s'
+        )
+
     def _tell_status(self) -> None:
-        is_there = time.monotonic() - self._heard_s < _SILENT_S
-        recorder = dict(self._diagnostics.get('recorder', {}).get('values', []))
+        reports = self._reports
         status = {
             'node': self._name,
             'nodes': self._found,
-            'is_there': is_there,
-            'is_paused': self._is_paused,
-            'bag': recorder.get('bag'),
+            'is_there': reports.is_there,
+            'is_paused': reports.is_paused,
+            'has_namesakes': self._has_namesakes,
+            'bag': reports.bag,
             'missing': self._missing(),
-            'diagnostics': self._diagnostics if is_there else {},
+            'diagnostics': reports.parts,
         }
         self._tell('status', status, True)
 
@@ -222,6 +260,13 @@ class Satellite:
             wanted = self._wanted or 'with the service set_initial_conditions'
             return [f'there is no node {wanted}; satdyn node starts one']
         missing = [self._fault] if self._fault else []
+        if self._has_namesakes:
+            missing.append(self._of_namesakes())
+        if self._reports.is_paused and self._scenario is not None and self._frames.is_empty:
+            missing.append(
+                'paused since before this page: a node publishes at its ticks alone, so Step or '
+                'Resume shows its state'
+            )
         topics = self._topics
         if not ('odometry' in topics or 'imu' in topics):
             lacking = [name for name in ('attitude', 'angular_velocity') if name not in topics]
@@ -239,44 +284,21 @@ class Satellite:
             )
         return missing
 
-    def _read_parameters(self, node_name: str) -> None:
-        if self._parameters is None or self._parameters.remote_node_name != node_name:
-            self._parameters = AsyncParameterClient(self._asker, node_name)
-        client = self._parameters
-
-        def listed(future: Future) -> None:
-            names = [
-                name
-                for name in future.result().result.names
-                if name.split('.')[0] not in RCLPY_PARAMETERS
-            ]
-            client.get_parameters(
-                names, callback=lambda got: self._take_parameters(names, got.result().values)
-            )
-
-        if client.services_are_ready():
-            client.list_parameters([], 0, callback=listed)
-
-    def _take_parameters(self, names: list[str], values: list[ParameterValue]) -> None:
-        given = {
-            name: value
-            for name, message in zip(names, values, strict=False)
-            if (value := parameter_value_to_python(message)) is not None
-        }
-        try:
-            plain = {name: _plain(value) for name, value in given.items()}
-            scenario = Scenario(plain, self._torques)
-        except ValueError as error:
-            self._fault = f'the parameters of {self._name} are not understood: {error}'
+    def _take_scenario(self, name: str, scenario: Scenario | str) -> None:
+        if name != self._name:
             return
-        if self._scenario is None:
-            self._starts += 1
+        if isinstance(scenario, str):
+            self._fault = scenario
+            return
+        if self._scenario is None or scenario.epoch_ns != self._scenario.epoch_ns:
             self._frames.clear()
+            self._starts += 1
             self._listener.forget()
         if scenario != self._scenario:
             self._fault = ''
             self._scenario = scenario
             message = {
+                'node': name,
                 'start': self._starts,
                 'description': scene.description(scenario, []),
                 'values': initial_conditions(scenario),
@@ -285,14 +307,13 @@ class Satellite:
 
     def _take_event(self, event: ParameterEvent) -> None:
         """Read the parameters again when one changed: initial conditions do by requests."""
-        if self._name is not None and event.node == self._name and self._scenario is not None:
-            self._read_parameters(self._name)
+        if event.node == self._name and self._scenario is not None and not self._has_namesakes:
+            self._reader.read(event.node)
 
     def _take_diagnostics(self, message: DiagnosticArray) -> None:
         told = parts(message, self._name) if self._name else {}
         if told:
-            self._diagnostics, self._heard_s = told, time.monotonic()
-            self._is_paused = told.get('pacing', {}).get('text', '').startswith('paused')
+            self._reports.take(told, self._frames.tick if self._has_namesakes else None)
 
     def _frame(self) -> None:
         if self._scenario is None:
@@ -300,7 +321,3 @@ class Satellite:
         row = self._frames.take(self._listener, self._scenario)
         if row is not None:
             self._tell('rows', {'start': self._starts, 'table': scene.table(row)}, False)
-
-
-def _plain(value: Any) -> Any:
-    return value.tolist() if hasattr(value, 'tolist') else value

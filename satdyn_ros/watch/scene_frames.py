@@ -10,6 +10,7 @@ from ..report import scene
 from ..report.curves import shown, topics_with_panels
 from ..run.samples import Samples
 from ..run.scenario import Scenario
+from ..run.ticks import Ticks
 from .listener import Listener, Sample
 
 _KEPT_ROWS = 9000
@@ -22,6 +23,8 @@ class SceneFrames:
 
     def __init__(self) -> None:
         self._rows: deque[Row] = deque(maxlen=_KEPT_ROWS)
+        # The tick that is shown; how many samples were left out.
+        self.tick, self.left_out = -1, 0
         # A torque [N m] since the last sample; the one before, and the time [s] of its sample.
         self._came_in: np.ndarray | None = None
         self._applied: tuple[float, np.ndarray] | None = None
@@ -29,17 +32,34 @@ class SceneFrames:
     def clear(self) -> None:
         """Forget everything so far: another node has taken the name."""
         self._rows.clear()
+        self.tick, self.left_out = -1, 0
         self._came_in = self._applied = None
 
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing was shown yet."""
+        return not self._rows
+
     def take(self, listener: Listener, scenario: Scenario) -> Row | None:
-        """Return the row of the newest sample, or None where there is no new one."""
+        """
+        Return the row of the newest sample, or None where there is no new one.
+
+        A sample is left out whose stamp is no tick of the scenario after the last: a node of the
+        same name has published it.
+        """
         torque_b = listener.torque_b()
         if torque_b is not None:
             self._came_in = torque_b
         sample = listener.sample()
         if sample is None:
             return None
-        t_s = (sample.stamp_ns - scenario.epoch_ns) * 1e-9
+        ticks = Ticks(scenario.rate, scenario.epoch_ns)
+        tick = ticks.tick_of(sample.stamp_ns)
+        if ticks.stamp_ns(tick) != sample.stamp_ns or tick <= self.tick:
+            self.left_out += 1
+            return None
+        self.tick = tick
+        t_s = ticks.seconds(tick)
         if self._came_in is not None:
             self._applied, self._came_in = (t_s, self._came_in), None
         row = self._row(scenario, sample, t_s, *_rotors(listener, scenario))

@@ -105,6 +105,13 @@ def test_help_loads_nothing_heavy():
         (['simulate', DEFAULT, '--duration', '1', '-o', DEFAULT], 'already exists'),
         (['simulate', DEFAULT, '--duration', '1', '-o', '/proc/x'], '/proc/x cannot be created'),
         (['simulate', 'constellation', '--duration', '1', '-o', 'x'], 'has 8 satellites, of whi'),
+        (
+            [
+                *('simulate', 'constellation', '--duration', '1', '-o', 'x', '--from', 'b'),
+                *('--at', '1', '--satellite', '/sat1', '--satellite', '/sat2'),
+            ],
+            '--from begins one run; --satellite names several',
+        ),
         (['describe', 'constellation'], ': /sat1/satdyn, /sat2/satdyn, '),
         (
             ['describe', 'constellation', '--satellite', '/sat9'],
@@ -209,6 +216,23 @@ def test_one_satellite_of_several(tmp_path, capsys):
     assert main(['simulate', path, *chosen, '--duration', '1', '-o', str(bag)]) == 0
     assert 'satdyn simulate: ' in capsys.readouterr().err
     assert RecordedRun(bag).scenario['orbit.true_anomaly'] == scenario['orbit.true_anomaly']
+
+
+def test_several_satellites_of_one_file(tmp_path, capsys):
+    """Each flies by its own section into a bag of its name; a name that is none stops them all."""
+    command = ['simulate', 'constellation', '--duration', '1', '-o', str(tmp_path / 'pair')]
+    pair = ['--satellite', '/sat4', '--satellite', '/sat5/satdyn']
+    assert main([*command, *pair, '--satellite', '/sat9']) == 2
+    assert 'has no satellite /sat9' in capsys.readouterr().err
+    assert not (tmp_path / 'pair').exists()
+    assert main([*command, *pair]) == 0
+    for name in ('sat4', 'sat5'):
+        scenario = RecordedRun(tmp_path / 'pair' / name).scenario
+        expected = Scenario.from_yaml('constellation', f'/{name}')
+        assert scenario['orbit.true_anomaly'] == expected['orbit.true_anomaly']
+        assert scenario['rotor.mode'] == expected['rotor.mode']
+    told = [line.split(': ')[0] for line in capsys.readouterr().out.splitlines()]
+    assert told == [str(tmp_path / 'pair' / name) for name in ('sat4', 'sat5')]
 
 
 def test_simulate_and_verify(bag, capsys):

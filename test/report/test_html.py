@@ -69,7 +69,8 @@ def test_page_needs_nothing_else(page):
     """A bag of a million messages gives less than 10 MB that loads nothing from anywhere."""
     text = page.read_text()
     assert page.stat().st_size < 10e6
-    assert '500000 ticks at 50 Hz' in text
+    # From the first tick to the last, whichever rows are drawn.
+    assert '500000 ticks at 50 Hz, 9999.98 s; 15625 of them are drawn' in text
     assert not re.findall(r'<(?:script|link|img)[^>]+(?:src|href)="(?!data:)', text)
     assert 'jacobi' in text
     assert 'no closed form' in text
@@ -102,7 +103,9 @@ def test_shows_the_motion(long_bag, page, browser):
         truth = rotation.roll_pitch_yaw(
             rotation.multiply(rotation.conjugate(orbit), states.q_ib[0])
         )
-        np.testing.assert_allclose(angles, np.degrees(truth), atol=0.06)
+        z_l = rotation.rotate(states.q_lb[0], [0.0, 0.0, 1.0])
+        nadir = np.arccos(abs(z_l[2]))
+        np.testing.assert_allclose(angles, np.degrees([*truth, nadir]), atol=0.06)
 
 
 def test_play_and_scrub(page, browser):
@@ -146,9 +149,23 @@ def test_what_happens_at_one_instant_has_one_mark(folder):
     assert '<td>800 more</td>' in text
 
 
+def test_pixels_are_sharp_where_they_are_slow(page, browser):
+    """Drawn in software, each pixel of the picture is one of the screen, and edges are smooth."""
+    pages.resize(browser, 1280, 720)
+    opened(browser, page)
+    browser.find_element('class name', 'play').click()
+    pages.wait(browser, 'satdyn.stage.scene.frames.length > 5')
+    width, box, is_smooth = browser.execute_script(
+        'const { canvas, width, renderer } = satdyn.stage.scene;'
+        'return [canvas.width, width, renderer.getContext().getContextAttributes().antialias]'
+    )
+    assert width == int(box)
+    assert is_smooth
+
+
 @pytest.mark.parametrize('size', [(1280, 720), (390, 844)])
 @pytest.mark.parametrize('view', ['orbit', 'body', 'space'])
-def test_labels_never_lie_on_one_another(page, browser, size, view):
+def test_labels_lie_neither_on_one_another_nor_on_the_body(page, browser, size, view):
     """On a screen and on a phone, in every view and all along the run."""
     pages.resize(browser, *size)
     opened(browser, page)
@@ -159,6 +176,7 @@ def test_labels_never_lie_on_one_another(page, browser, size, view):
         pages.wait(browser, f'{drawn} !== {count}')
         found = browser.execute_script(pages.OVERLAPS)
         assert found['overlaps'] == []
+        assert found['on_body'] == []
         assert found['count'] >= 5
     width = browser.execute_script('return document.documentElement.scrollWidth')
     assert width == size[0]
@@ -184,6 +202,57 @@ def test_follows_the_colours_of_the_system(page, browser):
         pages.wait(browser, f'{colour} !== "{before}"')
 
 
+def test_what_is_denser_than_the_pixels_is_a_band(folder, browser):
+    """Hundreds of turns are a band with a mean, a part of them lines; |omega| is there."""
+    path = bag(
+        folder / 'tumbling',
+        20000,
+        {
+            'publish': {'rate': 1.0, 'topics': ['attitude']},
+            'body': {'inertia': [100.0, 200.0, 250.0]},
+            'initial': {'frame': 'inertial', 'angular_velocity': [0.06, 0.06, 0.06]},
+        },
+    )
+    report(path, folder / 'tumbling.html')
+    pages.resize(browser, 1280, 720)
+    opened(browser, folder / 'tumbling.html')
+    rates = 'satdyn.charts.charts[1].plot.data'
+    seen = f'{rates}.slice(1, 4).map((line) => line.filter((y) => y !== null).length)'
+    assert browser.execute_script(f'return {seen}') == [0, 0, 0]
+    run = history(path, TABLE_ROWS)
+    speed = np.degrees(np.linalg.norm(run.states.omega_bi_b, axis=-1))
+    # After the times four lines, the edges of four bands, four means.
+    means = np.array(browser.execute_script(f'return {rates}[12]'), float)
+    assert np.all((speed.min() <= means) & (means <= speed.max()))
+    edges = np.array(browser.execute_script(f'return {rates}.slice(5, 7)'), float)
+    x = np.degrees(run.states.omega_bi_b[:, 0])
+    # float32
+    assert np.all((edges[0] <= x + 1e-6) & (x - 1e-6 <= edges[1]))
+    assert (edges[0].min(), edges[1].max()) == pytest.approx((x.min(), x.max()), rel=1e-6)
+    browser.execute_script("satdyn.charts.charts[1].plot.setScale('x', {min: 5000, max: 6000})")
+    # A row in two.
+    pages.wait(browser, f'{seen}.every((count) => count > 450)')
+
+
+def test_the_angles_are_a_choice(page, browser):
+    """In place of roll, pitch and yaw the chart has the angle of the least axis and its parts."""
+    opened(browser, page)
+    chart = '.chart:first-child'
+    choice = browser.find_element('css selector', f'{chart} select')
+    assert 'roll' in browser.find_element('css selector', f'{chart} .keys').text
+    choice.send_keys('axis to nadir')
+    pages.wait(
+        browser, f"document.querySelector('{chart} .keys').textContent.includes('along track')"
+    )
+    shown = browser.find_element('css selector', f'{chart} .keys').text.replace('−', '-')
+    angles = [float(x) for x in re.findall(r'(-?\d+\.\d+)', shown)]
+    # The default scenario: its third axis leans as LVLH is turned by 5 deg about x, 10 about y.
+    lean = np.sin(np.radians(10.0)) * np.cos(np.radians(5.0))
+    normal = np.sin(np.radians(5.0))
+    truth = np.degrees([np.arcsin(np.hypot(lean, normal)), np.arcsin(lean), np.arcsin(normal)])
+    np.testing.assert_allclose(angles, truth, atol=0.06)
+
+
 @pytest.mark.long
 def test_fast_body_is_a_band(folder, browser):
     """Where a row spans more than a quarter turn there are bands, and a window to choose."""
@@ -202,7 +271,7 @@ def test_fast_body_is_a_band(folder, browser):
     ((begin_s, end_s),) = re.findall(r'--begin (\d+) --end (\d+)', notice)
     lines = 'satdyn.charts.charts[0].plot.data'
     assert browser.execute_script(f'return {lines}[1].every((y) => y === null)')
-    most = browser.execute_script(f'return Math.max(...{lines}[5])')
+    most = browser.execute_script(f'return Math.max(...{lines}[6])')
     run = history(path, TABLE_ROWS)
     assert most == pytest.approx(np.degrees(run.most['attitude'][:, 0].max()), rel=1e-6)
 
@@ -210,7 +279,9 @@ def test_fast_body_is_a_band(folder, browser):
     opened(browser, folder / 'window.html')
     assert not browser.find_element('class name', 'notice').is_displayed()
     assert browser.execute_script('return satdyn.rows.time(0)') >= float(begin_s)
-    assert browser.execute_script(f'return {lines}[1].some((y) => y !== null)')
+    part = f'{{min: {begin_s}, max: {float(begin_s) + 10.0}}}'
+    browser.execute_script(f"satdyn.charts.charts[0].plot.setScale('x', {part})")
+    pages.wait(browser, f'{lines}[1].some((y) => y !== null)')
 
 
 @pytest.mark.long

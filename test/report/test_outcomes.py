@@ -26,6 +26,17 @@ def test_draws_become_histograms(tmp_path):
     assert sum(heights) == len(pq.read_table(table)) == 30
 
 
+def test_one_bar_is_said_in_words(tmp_path):
+    """A column of one value has no histogram: its panel says which, and of how many runs."""
+    table = tmp_path / 'table.parquet'
+    rows = {'run': [0, 1, 2], 'rate_max_rad_s': [0.25] * 3, 'captured': [True, False, True]}
+    pq.write_table(pa.table(rows), table)
+    (axes,) = draw_sweep(table, ['rate_max_rad_s']).axes
+    assert not axes.patches
+    (says,) = axes.texts
+    assert says.get_text() == '0.25\nin all 3 runs\n(2 captured, 1 not captured)'
+
+
 def test_a_grid_becomes_a_map(tmp_path):
     """The result of a run of the grid is the colour at its two numbers."""
     vary = {

@@ -10,6 +10,7 @@ from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.cli import command_line
 from satdyn_ros.kernel import rotation
 from satdyn_ros.report import panels
+from satdyn_ros.report.envelope import envelope
 from satdyn_ros.report.history import history
 from satdyn_ros.report.plot import PANELS, draw, plot
 from satdyn_ros.run.events import Request, Reset, Torque
@@ -117,6 +118,62 @@ def test_bounds_hold_all_ticks(bag):
     np.testing.assert_allclose(tenth.turned, omega.sum(axis=1), rtol=1e-12)
 
 
+def test_mean_is_that_of_all_ticks(bag):
+    """Each row has the mean of every tick up to the next; of angles, of their directions."""
+    every, tenth = history(bag, 12000), history(bag, 1200)
+    for name in ('rate', 'torque', 'rotor_speed', 'nadir'):
+        ticks = every.mean[name].reshape(1200, 10, -1)
+        np.testing.assert_allclose(tenth.mean[name], ticks.mean(axis=1), rtol=1e-12, atol=1e-15)
+    directions = np.exp(1j * every.mean['attitude']).reshape(1200, 10, -1).mean(axis=1)
+    np.testing.assert_allclose(tenth.mean['attitude'], np.angle(directions), atol=1e-12)
+
+
+def test_what_is_denser_than_the_pixels_is_a_band():
+    """A curve of 400 waves has a band and its mean in 130 steps; one of three is a line."""
+    x = np.linspace(0.0, 1.0, 4000)
+    is_far = np.zeros(4000, bool)
+    curve = 3.0 + 2.0 * np.sin(2 * np.pi * 400 * x)
+    band = envelope(curve, 130, is_far, (curve, curve, curve))
+    assert np.all(band.is_band)
+    # Ten rows a wave: a crest is missed by at most half a row.
+    np.testing.assert_allclose(band.least, 1.0, atol=2.0 * (1.0 - np.cos(np.pi / 10)))
+    np.testing.assert_allclose(band.most, 5.0, atol=2.0 * (1.0 - np.cos(np.pi / 10)))
+    # A step has three waves and a part of one, at most half a one, whose integral is 1 / pi.
+    np.testing.assert_allclose(band.mean, 3.0, atol=2.0 / np.pi / 3.0)
+    slow = 3.0 + 2.0 * np.sin(2 * np.pi * 3 * x)
+    assert not np.any(envelope(slow, 130, is_far, (slow, slow, slow)).is_band)
+    spun = (360.0 * 400 * x + 180.0) % 360.0 - 180.0
+    mean = envelope(spun, 130, is_far, (spun, spun, spun), turns=True).mean
+    # It points all ways; what nods about 180 deg has that as its mean, whatever its sign.
+    assert np.all(np.isnan(mean))
+    nods = 180.0 + 20.0 * np.sin(2 * np.pi * 400 * x)
+    nods -= 360.0 * (nods > 180.0)
+    mean = envelope(nods, 130, is_far, (nods, nods, nods), turns=True).mean
+    np.testing.assert_allclose(np.abs(mean), 180.0, atol=20.0 / np.pi / 3.0)
+
+
+def test_the_angles_of_the_axis_are_a_choice(bag):
+    """The panel nadir has the angle of the least axis, attitude too, and rates |omega|."""
+    run = history(bag, 1200)
+    attitude, nadir, rates = draw(run, ['attitude', 'nadir', 'rates']).axes
+    # The body's axis of least inertia is z.
+    assert run.q_lb is not None
+    z_l = rotation.rotate(run.q_lb, np.array([0.0, 0.0, 1.0]))
+    truth = np.degrees(np.arccos(np.abs(z_l[:, 2])))
+    for axes in (attitude, nadir):
+        lines = {line.get_label(): np.asarray(line.get_ydata()) for line in axes.get_lines()}
+        # An arc cosine near one.
+        np.testing.assert_allclose(lines['axis to nadir'], truth, atol=1e-6)
+    parts = np.sin(np.radians([lines['along track'], lines['to the orbit normal']]))
+    np.testing.assert_allclose(parts, [z_l[:, 0], -z_l[:, 1]] * np.sign(z_l[:, 2]), atol=1e-12)
+    speed = np.asarray(rates.get_lines()[3].get_ydata())
+    omega = np.linalg.norm(run.states.omega_bi_b, axis=-1)
+    np.testing.assert_allclose(np.radians(speed), omega, rtol=1e-12)
+    free = replace(run, q_lb=None)
+    with pytest.raises(ValueError, match='the panel nadir needs LVLH'):
+        draw(free, ['nadir'])
+
+
 def test_fast_body_is_a_band(bag):
     """Where the body turns too far between two rows there is no line; turns are not counted."""
     fast = SCENARIO.with_values({'initial.angular_velocity': [0.0, 0.0, 0.5]})
@@ -125,8 +182,9 @@ def test_fast_body_is_a_band(bag):
         pass
     run = history(path, 100)
     axes = draw(run, ['attitude']).axes[0]
-    assert all(np.all(np.isnan(line.get_ydata())) for line in axes.get_lines()[:3])
-    assert len(axes.collections) == 3
+    lines = {line.get_label(): line.get_ydata() for line in axes.get_lines()}
+    assert all(np.all(np.isnan(lines[name])) for name in ('roll', 'pitch', 'yaw'))
+    assert len(axes.collections) == 4
     with pytest.raises(ValueError, match='unwrap cannot count the turns'):
         draw(run, ['attitude'], unwrap=True)
     assert not np.any(history(path, 100, 0.0, run.window_s - 1.0).turns_too_far)

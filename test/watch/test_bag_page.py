@@ -32,6 +32,8 @@ def test_any_part_is_there_as_it_was_recorded(page):
     """The whole has a row in ten, with bands; a part chosen in a chart has every tick."""
     every = 'satdyn.rows.time(1) - satdyn.rows.time(0)'
     assert page.execute_script(f'return {every}') == pytest.approx(1.0)
+    # From the first tick to the last, which is none of the rows.
+    assert '80000 ticks at 10 Hz, 7999.9 s; ' in page.find_element('id', 'summary').text
     assert 'cannot play' in page.find_element('class name', 'notice').text
     page.execute_script("satdyn.charts.charts[1].plot.setScale('x', {min: 5000.02, max: 5400})")
     pages.wait(page, f'{every} < 0.11')

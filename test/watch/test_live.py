@@ -6,8 +6,9 @@ import browser as pages
 import numpy as np
 import pytest
 import rclpy
-from ros.live import LiveNode, Participant
+from ros.live import EPOCH_NS, LiveNode, Participant
 
+from satdyn_ros.kernel import rotation
 from satdyn_ros.run.scenario import Scenario
 
 VALUES = {
@@ -104,6 +105,41 @@ def test_body_turns_as_the_node_says(page, participant):
     press(page, 'pause', 'running')
 
 
+def labels(browser):
+    return browser.execute_script(pages.OVERLAPS)['count']
+
+
+def test_reloaded_while_paused(page):
+    """The page shows body, clock and labels of the state that is held, as before."""
+    press(page, 'pause', 'paused')
+    seen = 'return [satdyn.stage.scene.row, document.getElementById("clock").textContent]'
+    pages.wait(page, lambda: 'paused after tick' in text(page, 'diagnostics'))
+    before = page.execute_script(seen)
+    page.refresh()
+    pages.wait(page, 'window.satdyn && satdyn.rows.length > 5 && satdyn.stage.scene.frames.length')
+    assert page.execute_script(seen) == before
+    assert labels(page) >= 5
+    press(page, 'pause', 'running')
+
+
+@pytest.mark.long
+def test_nothing_is_drawn_that_is_not_known(page, watch, browser):
+    """A page whose server came after the pause says so, and shows no body; a step shows it."""
+    press(page, 'pause', 'paused')
+    first = page.current_url
+    page.get(watch('--node', f'{NAMESPACE}/satdyn'))
+    pages.wait(page, lambda: 'paused since before this page' in text(page, 'stage'))
+    pages.wait(page, 'satdyn.live.description')
+    assert not page.execute_script('return satdyn.stage.scene.world.visible')
+    assert (labels(page), text(page, 'clock')) == (0, '')
+    press(page, 'step', 'paused')
+    pages.wait(page, 'satdyn.rows.length === 1 && satdyn.stage.scene.world.visible')
+    assert labels(page) >= 5
+    press(page, 'pause', 'running')
+    page.get(first)
+    pages.wait(page, 'window.satdyn && satdyn.rows.length > 5')
+
+
 @pytest.mark.long
 def test_older_diagnostics_do_not_take_a_state_back(page):
     """From the answer on the page says the new state, though diagnostics come once a second."""
@@ -132,11 +168,12 @@ def test_request_by_the_form(page, participant):
     field.send_keys('0.1 0.2')
     page.find_element('id', 'send').click()
     pages.wait(page, lambda: text(page, 'refusal'))
-    assert text(page, 'refusal') == participant.request({'initial.angular_velocity': [0.1, 0.2]})[
-        1
-    ].replace('\n', ' ')
+    rates = [x / (180.0 / np.pi) for x in (0.1, 0.2)]
+    refusal = participant.request({'initial.angular_velocity': rates})[1]
+    assert text(page, 'refusal') == refusal.replace('\n', ' ')
     field.clear()
-    field.send_keys('0, 0, 0.25')
+    # In degrees: 0.25 rad/s.
+    field.send_keys('0, 0, 14.3239449')
     frame = page.find_element('name', 'initial.frame')
     frame.send_keys('inertial')
     page.find_element('id', 'send').click()
@@ -147,6 +184,28 @@ def test_request_by_the_form(page, participant):
     pages.wait(page, lambda: not page.find_element('id', 'start').is_displayed())
     assert participant.get('initial.frame') == 'inertial'
     pages.wait(page, "satdyn.live.values['initial.frame'] === 'inertial'")
+
+
+def test_form_is_in_degrees(page):
+    """Angles come first, rates are in deg/s, the quaternion is last; exact values stay exact."""
+    press(page, 'begin', 'running')
+    fields = page.execute_script(
+        "return [...document.querySelectorAll('#start label')].map((label) => label.textContent)"
+    )
+    assert [name.strip() for name in fields[:3]] == ['roll [deg]', 'pitch [deg]', 'yaw [deg]']
+    assert 'initial.angular_velocity [deg/s]' in fields
+    assert fields[-1].startswith('initial.attitude')
+    page.find_element('id', 'yaw').clear()
+    page.find_element('id', 'yaw').send_keys('40')
+    shown = page.find_element('name', 'initial.attitude').get_attribute('value').split(', ')
+    assert all(len(x.partition('.')[2]) <= 6 for x in shown)
+    sent = np.array(page.execute_script("return form._value('initial.attitude')"))
+    assert np.linalg.norm(sent) == pytest.approx(1.0, abs=1e-15)
+    np.testing.assert_allclose([float(x) for x in shown], sent, atol=5.1e-7)
+    assert np.degrees(rotation.roll_pitch_yaw(sent))[2] == pytest.approx(40.0)
+    rate = page.execute_script("return form._value('initial.angular_velocity')")
+    assert rate == page.execute_script("return satdyn.live.values['initial.angular_velocity']")
+    page.find_element('id', 'cancel').click()
 
 
 def test_record(page, participant):
@@ -165,7 +224,58 @@ def test_diagnostics_and_no_errors(page):
     shown = text(page, 'diagnostics').lower()
     assert all(part in shown for part in ('propagation', 'pacing', 'recorder', 'inputs'))
     assert 'relative drift of' in shown
+    # Folded: its text is not seen.
+    assert 'lateness of the ticks' in shown
+    assert 'largest lateness' not in shown
+    page.find_element('css selector', '#diagnostics summary').click()
+    pages.wait(page, lambda: 'largest lateness' in text(page, 'diagnostics'))
+    heard = text(page, 'diagnostics')
+    # It stays so with the next diagnostics.
+    pages.wait(page, lambda: text(page, 'diagnostics') != heard)
+    assert 'largest lateness' in text(page, 'diagnostics')
     assert pages.errors(page) == []
+
+
+def test_two_nodes_of_one_name(page, nodes, tmp_path):
+    """The page says so, shows one alone and asks neither, until one has ended."""
+    other = {'time.epoch_ns': EPOCH_NS + 1000, 'initial.angular_velocity': [0.0, 0.0, 0.7]}
+    twin = LiveNode(tmp_path, VALUES | other, namespace=NAMESPACE)
+    pages.wait(page, lambda: f'2 nodes are named {NAMESPACE}/satdyn' in text(page, 'stage'))
+    for name in ('pause', 'step', 'reset', 'record', 'begin'):
+        assert not page.find_element('id', name).is_enabled()
+    answer = page.execute_script("return connection.ask({do: 'pause'})")
+    assert (answer['success'], '2 nodes are named' in answer['text']) == (False, True)
+    pages.wait(page, 'satdyn.rows.length > 30')
+    rates = "(_, i) => satdyn.rows.get('omega_bi_b', i)"
+    rates = page.execute_script(f'return Array.from({{length: satdyn.rows.length}}, {rates})')
+    are_fast = {rate[2] > 0.5 for rate in rates}
+    assert len(are_fast) == 1
+    twin.end()
+    pages.wait(page, lambda: page.find_element('id', 'pause').is_enabled())
+    pages.wait(page, lambda: not page.find_element('class name', 'notice').is_displayed())
+    pages.wait(page, 'satdyn.rows.length > 5 && satdyn.stage.scene.row.omega_bi_b[2] < 0.5')
+
+
+def test_another_satellite_is_chosen(page, tmp_path):
+    """Of two satellites the page shows the one that is chosen, with nothing of the other."""
+    assert not page.find_element('id', 'nodes').is_displayed()
+    values = {'publish.rate': 50.0, 'initial.angular_velocity': [0.0, 0.0, 0.7]}
+    other = LiveNode(tmp_path, values, namespace='/other')
+    try:
+        choice = page.find_element('id', 'nodes')
+        pages.wait(page, choice.is_displayed)
+        choice.send_keys('/other/satdyn')
+        pages.wait(page, "satdyn.live.node === '/other/satdyn' && satdyn.rows.length > 5")
+        assert page.execute_script('return satdyn.rows.get("omega_bi_b", 0)')[2] > 0.69
+        assert page.execute_script('return satdyn.stage.scene.wheels.length') == 0
+        press(page, 'pause', 'paused')
+        choice.send_keys(f'{NAMESPACE}/satdyn')
+        pages.wait(page, f"satdyn.live.node === '{NAMESPACE}/satdyn' && satdyn.rows.length > 5")
+        pages.wait(page, lambda: text(page, 'state') == 'running')
+        assert page.execute_script('return satdyn.stage.scene.wheels.length') == 3
+    finally:
+        other.end()
+    pages.wait(page, lambda: not choice.is_displayed())
 
 
 @pytest.mark.long

@@ -1,5 +1,5 @@
 'use strict';
-// Charts over one time axis, synchronised with the scene: lines, or bands where a line would mislead.
+// Charts over one time axis, synchronised with the scene: lines, or bands where lines would be a slab.
 
 const DEGREES = 180 / Math.PI;
 const TIME_STEPS = [1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 10800, 21600, 43200, 86400];
@@ -9,21 +9,39 @@ const TIME_INCREMENTS = [
 ];
 const ANGLE_INCREMENTS = [-4, -3, -2, -1, 0].flatMap((power) => [1, 2, 5].map((k) => k * 10 ** power)).concat([10, 15, 30, 45, 90, 180]);
 const READ_EACH = 200; // [ms]
+const ROUNDING = 1e-6; // of float32, with room
 const DASHES = [[], [7, 3], [2, 2], [9, 3, 2, 3]];
+const XYZ = ['--x', '--y', '--z', '--text'];
 
-// The charts of a description, each with its lines by name; values(rows, i) in SI units.
-function panelsOf(description) {
-  const { has_lvlh: hasLvlh, rotors, integrals, panels: shown } = description;
-  const attitude = (rows, i) => Rotation.rollPitchYaw(hasLvlh
-    ? Rotation.multiply(Rotation.conjugate(rows.get('q_il', i)), rows.get('q_ib', i)) : rows.get('q_ib', i));
-  const panels = [
-    {
-      name: 'attitude', title: `attitude to ${hasLvlh ? 'LVLH' : 'inertial axes'}`, lines: ['roll', 'pitch', 'yaw'],
-      colours: ['--x', '--y', '--z'], unit: 'deg', scale: DEGREES, values: attitude, wraps: 360,
+// The two ways to say how a body is turned to LVLH.
+const ANGLES = { attitude: 'roll, pitch, yaw', nadir: 'axis to nadir' };
+
+// The charts of a description, each with its lines by name; values(rows, i) in SI units.  angles: of
+// ANGLES.
+function panelsOf(description, angles) {
+  const { has_lvlh: hasLvlh, least_axis: axis, rotors, integrals, panels: shown } = description;
+  const toLvlh = (rows, i) => Rotation.multiply(Rotation.conjugate(rows.get('q_il', i)), rows.get('q_ib', i));
+  const nadir = (rows, i) => nadirAngles(toLvlh(rows, i), axis);
+  const attitude = (rows, i) => Rotation.rollPitchYaw(hasLvlh ? toLvlh(rows, i) : rows.get('q_ib', i));
+  const ways = {
+    attitude: {
+      title: `attitude to ${hasLvlh ? 'LVLH' : 'inertial axes'}`, wraps: 360, isCircular: true,
+      lines: ['roll', 'pitch', 'yaw', ...(axis ? ['nadir'] : [])],
+      values: axis ? (rows, i) => [...attitude(rows, i), nadir(rows, i)[0]] : attitude,
     },
+    nadir: {
+      title: 'axis of least inertia', wraps: 180, lines: ['to nadir', 'along track', 'to orbit normal'], values: nadir,
+    },
+  };
+  const way = axis ? angles : 'attitude';
+  const panels = [
+    { name: way, ...ways[way], colours: XYZ, unit: 'deg', scale: DEGREES, ways: axis ? ANGLES : null },
     {
-      name: 'rate', title: 'body rate', lines: ['ω x', 'ω y', 'ω z'], colours: ['--x', '--y', '--z'],
-      unit: 'deg/s', scale: DEGREES, isScaled: true, values: (rows, i) => rows.get('omega_bi_b', i),
+      name: 'rate', title: 'body rate', lines: ['x', 'y', 'z', '|ω|'], colours: XYZ,
+      unit: 'deg/s', scale: DEGREES, isScaled: true, values: (rows, i) => {
+        const omega = rows.get('omega_bi_b', i);
+        return [...omega, Math.hypot(...omega)];
+      },
     },
     ...shown.map(({ name, title, unit }) => ({
       name, title, unit, lines: ['x', 'y', 'z'], colours: ['--x', '--y', '--z'], scale: 1, isScaled: true,
@@ -45,6 +63,14 @@ function panelsOf(description) {
     });
   }
   return panels;
+}
+
+// The angle of an axis of the body, its nearer end, to nadir and its parts; see nadir_angles in curves.py.
+function nadirAngles(q_lb, axis) {
+  const [x, y, z] = Rotation.rotate(q_lb, axis);
+  const end = z < 0 ? -1 : 1;
+  const lean = (part) => Math.asin(Math.max(-1, Math.min(1, part)));
+  return [Math.atan2(Math.hypot(x, y), end * z), lean(end * x), lean(-end * y)];
 }
 
 // A chart of each sensor's errors, by the sensors' names as in html.playable.
@@ -84,28 +110,37 @@ class Charts {
   // seek(time): called where a chart is clicked.  marks: {events: [{t_s, kind}], driven: [[a, b]]}.
   // zoomed(from, to), where set: called when another part of the time is chosen.
   constructor(box, seek) {
-    Object.assign(this, { box, seek, marks: { events: [], driven: [] }, charts: [] });
+    Object.assign(this, { box, seek, marks: { events: [], driven: [] }, charts: [], angles: 'attitude' });
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => {
       this.charts.forEach(({ plot }) => plot.redraw(false));
     });
   }
 
-  // Make the charts of a description; bands: {rows: [i ...], least, most}, Rows of the same curves;
-  // sensors: as in html.playable.
+  // Make the charts of a description; bands: {rows: a Set, least, most, mean}, numbers of each curve
+  // by its name; sensors: as in html.playable.
   describe(description, bands = null, sensors = {}) {
-    this.box.replaceChildren();
+    this.clear();
+    this.described = [description, bands, sensors];
     this.bands = bands;
-    this.charts = [...panelsOf(description), ...sensorPanels(sensors)].map((panel) => ({ panel, ...this._header(panel) }));
+    this.charts = [...panelsOf(description, this.angles), ...sensorPanels(sensors)].map((panel) => ({ panel, ...this._header(panel) }));
     this.charts.forEach((chart, k) => { chart.isLast = k === this.charts.length - 1; });
+  }
+
+  // Remove all charts until the next description.
+  clear() {
+    this.charts.forEach(({ plot, sized }) => { sized?.disconnect(); plot?.destroy(); });
+    this.box.replaceChildren();
+    this.charts = [];
   }
 
   // Draw all rows.
   draw(rows) {
-    const times = rows.has('t_s') ? Array.from(rows.columns.t_s.values.subarray(0, rows.length)) : [];
+    this.rows = rows;
+    this.times = rows.has('t_s') ? Array.from(rows.columns.t_s.values.subarray(0, rows.length)) : [];
+    this.seen = [0, rows.length];
     for (const chart of this.charts) {
-      const { errors } = chart.panel;
-      const data = errors ? this._within(times, [Array.from(errors.t_s), ...this._curves(chart, errors)])
-        : [times, ...this._curves(chart, rows)];
+      this._read(chart, chart.panel.errors ?? rows);
+      const data = this._data(chart);
       if (chart.plot) chart.plot.setData(data);
       else this._plot(chart, data);
     }
@@ -113,6 +148,7 @@ class Charts {
 
   // Move the cursor to a time, and show the values there.
   point(time, row, isMoving = false) {
+    this.pointed = [time, row];
     const single = { get: (name) => row[name] };
     // The line moves at every frame, the numbers change a few times a second.
     const reads = performance.now() - (this.readAt ?? 0) > READ_EACH || !isMoving;
@@ -144,44 +180,96 @@ class Charts {
       const key = document.createElement('span');
       key.className = 'key';
       key.style.setProperty('--colour', `var(${panel.colours[k % panel.colours.length]})`);
-      key.innerHTML = '<svg width="22" height="8" aria-hidden="true"><line x1="1" x2="21" y1="4" y2="4"/></svg><span></span> <output></output>';
+      key.innerHTML = '<svg width="18" height="8" aria-hidden="true"><line x1="0" x2="16" y1="4" y2="4"/></svg><span></span> <output></output>';
       key.querySelector('line').setAttribute('stroke-dasharray', dashOf(panel, k).join(' '));
       key.querySelector('span').textContent = name;
       keys.append(key);
       return key.querySelector('output');
     });
+    if (panel.ways) caption.querySelector('.keys').before(this._choice(panel));
     const place = document.createElement('div');
     figure.append(caption, place);
     this.box.append(figure);
     return { figure, place, values, unit: caption.querySelector('i') };
   }
 
-  // One array per line and, where there are bands, two more for its least and most.
-  _curves(chart, rows) {
+  // A choice between the ways to say how the body is turned.
+  _choice({ name, ways }) {
+    const choice = document.createElement('select');
+    choice.setAttribute('aria-label', 'angles');
+    for (const [way, text] of Object.entries(ways)) choice.add(new Option(text, way));
+    choice.value = name;
+    choice.addEventListener('change', () => {
+      const { min, max } = this.charts[0].plot?.scales.x ?? {};
+      this.angles = choice.value;
+      this.describe(...this.described);
+      if (!this.rows?.length) return;
+      this.draw(this.rows);
+      this.charts[0].plot.setScale('x', { min, max });
+      this.point(...this.pointed);
+    });
+    return choice;
+  }
+
+  // Read the curves of a chart, in its unit, and the bounds of the rows that no line can follow.
+  _read(chart, rows) {
     const { panel } = chart;
     const count = panel.lines.length;
-    const lines = panel.lines.map(() => new Array(rows.length));
+    const curves = panel.lines.map(() => new Array(rows.length));
     let largest = 0;
     for (let i = 0; i < rows.length; i += 1) {
       const values = panel.values(rows, i) ?? [];
       for (let k = 0; k < count; k += 1) {
         const value = values[k];
-        const isNumber = Number.isFinite(value);
-        lines[k][i] = isNumber ? (panel.isLog && value <= 0 ? null : value * panel.scale) : null;
-        if (lines[k][i] !== null) largest = Math.max(largest, Math.abs(lines[k][i]));
+        curves[k][i] = Number.isFinite(value) && !(panel.isLog && value <= 0) ? value * panel.scale : null;
+        if (curves[k][i] !== null) largest = Math.max(largest, Math.abs(curves[k][i]));
       }
     }
-    const isBanded = this.bands && panel.name in this.bands.least;
-    const edges = panel.errors ? this._sigmas(panel) : isBanded ? this._edges(panel) : [];
-    for (const edge of edges) for (const value of edge) if (value !== null) largest = Math.max(largest, Math.abs(value));
+    const edges = panel.errors ? this._sigmas(panel) : [];
+    for (const edge of edges) for (const value of edge) largest = Math.max(largest, Math.abs(value));
+    const bounds = ['least', 'most', 'mean'].map((name) => this.bands?.[name][panel.name]);
+    const far = bounds[0] ? this.bands.rows : new Set();
+    for (const i of far) {
+      for (let k = i * count; k < (i + 1) * count; k += 1) largest = Math.max(largest, Math.abs(bounds[0][k] * panel.scale), Math.abs(bounds[1][k] * panel.scale));
+    }
     chart.says = panel.isScaled ? prefixed(largest, panel.unit) : { scale: 1, unit: panel.unit };
     chart.says.digits = digitsOf(largest * chart.says.scale);
     chart.unit.textContent = `[${chart.says.unit}]`;
-    if (isBanded) for (const line of lines) for (const i of this.bands.rows) line[i] = null;
-    const all = [...lines, ...edges];
-    if (chart.says.scale !== 1) for (const line of all) line.forEach((y, i) => { if (y !== null) line[i] = y * chart.says.scale; });
-    if (panel.wraps) lines.forEach((line) => openWraps(line, panel.wraps));
-    return all;
+    const scaled = (lines) => lines.map((line) => line.map((y) => (y === null ? null : y * chart.says.scale)));
+    [chart.curves, chart.edges] = [scaled(curves), scaled(edges)];
+    chart.noise = ROUNDING * largest * chart.says.scale;
+    const scale = panel.scale * chart.says.scale;
+    chart.far = panel.lines.map((_, k) => ({ rows: far, of: (i) => bounds.map((bound) => bound[i * count + k] * scale) }));
+  }
+
+  // What a chart draws: its lines, the edges of its bands, least and most, and its means.
+  _data(chart) {
+    const { panel } = chart;
+    if (panel.errors) return this._within(this.times, [Array.from(panel.errors.t_s), ...chart.curves, ...chart.edges]);
+    const pixels = chart.place.clientWidth;
+    const drawn = chart.curves.map((curve, k) => envelopeOf(curve, ...this.seen, pixels, chart.far[k], chart.noise, panel.isCircular ? panel.wraps : 0));
+    if (panel.wraps) drawn.forEach(({ line, mean }) => [line, mean].forEach((curve) => openWraps(curve, panel.wraps)));
+    return [
+      this.times, ...drawn.map(({ line }) => line), ...drawn.flatMap(({ least, most }) => [least, most]), ...drawn.map(({ mean }) => mean),
+    ];
+  }
+
+  // Bands where the rows that are seen need them.
+  _refine({ min, max }) {
+    const { rows } = this;
+    const seen = [rows.indexAt(min), Math.min(rows.indexAt(max) + 2, rows.length)];
+    if (seen.every((i, k) => i === this.seen[k])) return;
+    this.seen = seen;
+    requestAnimationFrame(() => {
+      this.following = true;
+      for (const chart of this.charts) {
+        chart.plot?.batch(() => {
+          chart.plot.setData(this._data(chart), false);
+          chart.plot.setScale('x', { min, max });
+        });
+      }
+      this.following = false;
+    });
   }
 
   // Curves with times of their own, over the time axis of all.
@@ -194,15 +282,6 @@ class Charts {
     return panel.lines.flatMap((_, k) => panel.errors.edges(k).map((edge) => edge.map((y) => y * panel.scale)));
   }
 
-  _edges(panel) {
-    const count = panel.lines.length;
-    return panel.lines.flatMap((_, k) => [this.bands.least, this.bands.most].map((bounds) => {
-      const edge = new Array(this.bands.length).fill(null);
-      for (const i of this.bands.rows) edge[i] = bounds[panel.name][i * count + k] * panel.scale;
-      return edge;
-    }));
-  }
-
   _plot(chart, data) {
     const { panel } = chart;
     const style = getComputedStyle(this.box);
@@ -211,14 +290,15 @@ class Charts {
     const lines = panel.lines.map((_, k) => ({
       stroke: of(k), width: panel.errors ? 0.8 : 1.6, dash: dashOf(panel, k), points: { show: false }, spanGaps: false,
     }));
-    const edges = new Array(data.length - 1 - lines.length).fill(null).map(() => ({ points: { show: false }, stroke: null }));
+    const edges = new Array(2 * lines.length).fill(null).map(() => ({ points: { show: false }, stroke: null }));
+    const means = panel.errors ? [] : lines;
     const axis = { stroke: colour('--text-quiet'), grid: { stroke: colour('--grid'), width: 1 }, ticks: { show: false }, font: '11px system-ui, sans-serif' };
     chart.plot = new uPlot({
       ...this._size(chart),
-      series: [{}, ...lines, ...edges],
+      series: [{}, ...lines, ...edges, ...means.map((line) => ({ ...line }))],
       bands: edges.filter((_, k) => k % 2).map((_, k) => ({
         series: [lines.length + 2 + 2 * k, lines.length + 1 + 2 * k],
-        fill: () => `color-mix(in srgb, ${of(k)()} 35%, transparent)`,
+        fill: () => `color-mix(in srgb, ${of(k)()} ${panel.errors ? 35 : 22}%, transparent)`,
       })),
       scales: { x: { time: false }, y: panel.isLog ? { distr: 3 } : { range: paddedRange } },
       axes: [
@@ -244,7 +324,8 @@ class Charts {
     chart.chosen.className = 'now';
     chart.plot.over.append(chart.chosen);
     this._listen(chart.plot);
-    new ResizeObserver(() => chart.plot.setSize(this._size(chart))).observe(chart.figure);
+    chart.sized = new ResizeObserver(() => chart.plot.setSize(this._size(chart)));
+    chart.sized.observe(chart.figure);
   }
 
   _size({ figure, place, isLast }) {
@@ -269,6 +350,7 @@ class Charts {
       if (plot && (plot.scales.x.min !== x.min || plot.scales.x.max !== x.max)) plot.setScale('x', { min: x.min, max: x.max });
     }
     this.following = false;
+    this._refine(x);
     this.zoomed?.(x.min, x.max);
   }
 

@@ -9,10 +9,9 @@ class Planet {
       deep: { value: new THREE.Color() }, shallow: { value: new THREE.Color() }, air: { value: new THREE.Color() },
       line: { value: new THREE.Color() }, centre: { value: new THREE.Vector3() }, size: { value: 1 },
     };
-    // One triangle fills the picture: its rays hit the ball, the air above it, or nothing.
-    const picture = new THREE.BufferGeometry();
-    picture.setAttribute('position', new THREE.Float32BufferAttribute([-1, -1, 0, 3, -1, 0, -1, 3, 0], 3));
-    this.ball = new THREE.Mesh(picture, this._material(Planet.BALL));
+    // A cap of rays around the direction to the centre, as wide as the air: they hit the ball, the
+    // air above it, or nothing.  Rays that could hit nothing are not drawn at all.
+    this.ball = new THREE.Mesh(new THREE.CylinderGeometry(1, 1, 1, 48, 12, true), this._material(Planet.BALL));
     this.ball.renderOrder = -3;
     this.graticule = new THREE.LineSegments(graticule(), this._material(Planet.GRATICULE));
     this.graticule.renderOrder = -2;
@@ -39,7 +38,7 @@ class Planet {
     return new THREE.ShaderMaterial({
       vertexShader: vertex, fragmentShader: fragment, uniforms: this.uniforms,
       // Blended, but drawn first, with the opaque objects.
-      depthTest: false, depthWrite: false, blending: THREE.CustomBlending,
+      depthTest: false, depthWrite: false, blending: THREE.CustomBlending, side: THREE.DoubleSide,
     });
   }
 }
@@ -48,11 +47,21 @@ Planet.DISTANCE = 400; // far beyond the camera's range
 
 Planet.BALL = {
   vertex: `
+    uniform vec3 centre;
+    uniform float size;
     varying vec3 ray;
     void main() {
-      vec4 far = inverse(projectionMatrix) * vec4(position.xy, 1.0, 1.0);
-      ray = (inverse(viewMatrix) * vec4(far.xyz / far.w, 0.0)).xyz;
-      gl_Position = vec4(position.xy, 1.0, 1.0);
+      vec3 down = centre - cameraPosition;
+      float sine = 1.036 * size / length(down);
+      // A little wider, because the sides of the cap are straight; all around from within the air.
+      float widest = sine < 0.98 ? 1.01 * asin(sine) : 3.1416;
+      vec3 along = normalize(down);
+      vec3 across = normalize(cross(along, abs(along.x) < 0.7 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0)));
+      float angle = widest * uv.y;
+      float turn = 6.2831853 * uv.x;
+      ray = cos(angle) * along + sin(angle) * (cos(turn) * across + sin(turn) * cross(along, across));
+      vec4 seen = projectionMatrix * vec4(mat3(viewMatrix) * ray, 1.0);
+      gl_Position = vec4(seen.xy, 0.0, seen.w);
     }`,
   fragment: `
     uniform vec3 deep, shallow, air, centre;

@@ -25,7 +25,7 @@ class Player {
     if (this.stage.scene) this.stage.say(notice);
     this.charts.marks = marks;
     this.charts.describe(description, bands && {
-      rows: bands.rows, length: this.rows.length, least: decoded(bands.least), most: decoded(bands.most),
+      rows: new Set(bands.rows), ...Object.fromEntries(['least', 'most', 'mean'].map((name) => [name, decoded(bands[name])])),
     }, sensors);
     this.charts.draw(this.rows);
     this.timeline.take(this.rows.time(0), this.rows.time(this.rows.length - 1), marks);

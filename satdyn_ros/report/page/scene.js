@@ -10,14 +10,16 @@ const AXIS_LENGTH = 1.0;
 const SPHERE_RADIUS = 1.35;
 const PATH_POINTS = 400; // without a graphics processor these cost more than anything else in the scene
 const PATH_TURN = 14 * Math.PI; // the length of a path, as the angle that the body turned
+const SLOWEST_DRAW = 90; // [ms]
+const LONGEST_REST = 250; // [ms]; the first draw, which compiles, takes a second
 const FASTEST_WHEEL = 7; // [rad/s] on the screen; a faster one cannot be followed
 
 class Scene {
   // box: an element that the scene fills.  Error: the browser has no WebGL.
   constructor(box) {
     this.box = box;
-    const antialias = !drawsInSoftware();
-    this.renderer = new THREE.WebGLRenderer({ antialias, powerPreference: 'high-performance' });
+    this.isSoftware = drawsInSoftware();
+    this.renderer = new THREE.WebGLRenderer({ antialias: true, powerPreference: 'high-performance' });
     this.canvas = this.renderer.domElement;
     this.canvas.setAttribute('aria-hidden', 'true');
     box.append(this.canvas);
@@ -33,7 +35,7 @@ class Scene {
     this.controls.addEventListener('change', () => this.redraw());
     this.shown = { axis: true, polhode: false, herpolhode: false, arrows: true };
     this.frames = []; // when the last ones were drawn [ms]
-    this.sharpness = 1;
+    this.sharpness = this.share = 1;
     this._build();
     this._paint();
     this.view = 'space';
@@ -44,9 +46,9 @@ class Scene {
   }
 
   describe(description) {
+    this.clear();
     this.description = description;
     this.inBody.remove(this.solid, ...this.wheels);
-    this.labels.clear();
     this.solid = bodySolid(description.body.edges);
     this.solid.quaternion.set(...description.body.q_bp);
     this.wheels = description.rotors.map((rotor, k) => this._wheel(rotor, k));
@@ -60,6 +62,13 @@ class Scene {
     if (this.view === 'space' && description.has_lvlh) this.setView('orbit');
     this._paint();
     this.longest = { rate: 0, torque: 0 };
+  }
+
+  // Show nothing until the next row: a body where it is not would be a lie.
+  clear() {
+    this.row = null;
+    this.labels.clear();
+    this.redraw();
   }
 
   get framesPerSecond() {
@@ -95,7 +104,9 @@ class Scene {
   redraw() {
     if (this.asked) return;
     this.asked = true;
-    requestAnimationFrame((now) => { this.asked = false; this._draw(now); });
+    const draw = () => requestAnimationFrame((now) => { this.asked = false; this._draw(now); });
+    const early = (this.restUntil ?? 0) - performance.now();
+    if (early > 0) setTimeout(draw, early); else draw();
   }
 
   // -- building ------------------------------------------------------------------------------------
@@ -268,8 +279,10 @@ class Scene {
 
   _draw(now) {
     if (!this.width) return;
+    const begin = performance.now();
     this._render();
     if (!this.row) return;
+    if (this.isSoftware) this._rest(begin);
     this._labelTexts();
     const points = new Map();
     const at = new THREE.Vector3();
@@ -277,8 +290,8 @@ class Scene {
       const isHidden = isShown && this._isBehindBody(at);
       if (isShown) at.project(this.camera);
       this.labels.dim(key, isHidden);
-      points.set(key, isShown && at.z < 1
-        ? { x: ((at.x + 1) / 2) * this.width, y: ((1 - at.y) / 2) * this.height, room } : null);
+      const [x, y] = this._pixels(at);
+      points.set(key, isShown && at.z < 1 ? { x, y, room } : null);
     };
     const pixels = this.height / (2 * Math.tan((this.camera.fov * Math.PI) / 360) * this.camera.position.length());
     for (const [name, made] of Object.entries(this.arrows)) {
@@ -289,13 +302,29 @@ class Scene {
       at.copy(made.position).applyQuaternion(this.inBody.quaternion);
       project(`rotor ${k}`, true, 0.24 * pixels);
     });
-    this.labels.place(points, this.width, this.height);
+    this.labels.place(points, this._corners(), this.width, this.height);
     this.frames.push(now);
     if (this.frames.length > 600) this.frames.splice(0, 300);
-    this._keepPace(now);
+    if (!this.isSoftware) this._keepPace(now);
   }
 
-  _render() { this.renderer.render(this.world, this.camera); }
+  _render() {
+    this.world.visible = Boolean(this.row);
+    this.renderer.render(this.world, this.camera);
+  }
+
+  // Where a projected point is [px].
+  _pixels({ x, y }) { return [((x + 1) / 2) * this.width, ((1 - y) / 2) * this.height]; }
+
+  // The corners of the body [px].
+  _corners() {
+    const [a, b, c] = this.description.body.edges.map((edge) => edge / 2);
+    this.solid.updateWorldMatrix(true, false);
+    const signs = [-1, 1];
+    return signs.flatMap((i) => signs.flatMap((j) => signs.map((k) => this._pixels(
+      new THREE.Vector3(i * a, j * b, k * c).applyMatrix4(this.solid.matrixWorld).project(this.camera),
+    ))));
+  }
 
   // Whether the body is between the camera and a point: does the line of sight cross the box?
   _isBehindBody(point) {
@@ -312,7 +341,22 @@ class Scene {
     return enter < leave;
   }
 
-  // A slow machine draws fewer pixels, not fewer frames.
+  // Without a graphics processor every pixel stays sharp: the scene is drawn less often, for two
+  // thirds of the time the processor is free, and in a smaller picture where that is too seldom.
+  _rest(begin) {
+    const context = this.renderer.getContext();
+    context.readPixels(0, 0, 1, 1, context.RGBA, context.UNSIGNED_BYTE, new Uint8Array(4)); // waits for the picture
+    const end = performance.now();
+    this.restUntil = end + Math.min(2 * (end - begin), LONGEST_REST);
+    this.slow = end - begin > SLOWEST_DRAW ? (this.slow ?? 0) + 1 : 0;
+    if (this.slow < 10 || this.share < 0.6) return;
+    this.slow = 0;
+    this.share *= 0.8;
+    this.box.classList.add('smaller');
+    this.box.style.inset = `${50 * (1 - this.share)}%`; // the observer of its size does the rest
+  }
+
+  // A slow graphics processor draws fewer pixels, not fewer frames.
   _keepPace(now) {
     const recent = this.frames.slice(-30);
     if (recent.length < 30 || now - (this.paceSet ?? 0) < 2500) return;
@@ -327,7 +371,7 @@ class Scene {
     const { width, height } = this.box.getBoundingClientRect();
     if (!width || !height) return;
     [this.width, this.height] = [width, height];
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2) * this.sharpness);
+    this.renderer.setPixelRatio(this.isSoftware ? 1 : Math.min(devicePixelRatio, 2) * this.sharpness);
     this.renderer.setSize(width, height);
     this.camera.aspect = width / height;
     // A narrow picture is seen from further away, so that it shows as much.
@@ -352,7 +396,7 @@ class Scene {
 Scene.Z_DOWN = [Math.SQRT1_2, 0, 0, Math.SQRT1_2];
 Scene.Z_UP = [-Math.SQRT1_2, 0, 0, Math.SQRT1_2];
 
-// Whether there is no graphics processor: smooth edges are then not worth their cost.
+// Whether there is no graphics processor.
 function drawsInSoftware() {
   const context = document.createElement('canvas').getContext('webgl2');
   const info = context?.getExtension('WEBGL_debug_renderer_info');

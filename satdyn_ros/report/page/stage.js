@@ -39,6 +39,9 @@ class Stage {
     this._press(this.scene.view);
   }
 
+  // Show nothing until the next row.
+  clear() { this.scene?.clear(); }
+
   show(row, rows, factor) { this.scene?.show(row, rows, factor); }
 
   say(text) {

@@ -1,5 +1,5 @@
 'use strict';
-// The form of new initial conditions: the node's keys with the values in force.
+// The form of new initial conditions: the node's keys with the values in force, angles in degrees.
 
 class StartForm {
   // ask(values) resolves to the node's answer {success, text}.
@@ -7,7 +7,6 @@ class StartForm {
     const find = (id) => document.getElementById(id);
     [this.dialog, this.fields, this.refusal, this.send] = ['start', 'fields', 'refusal', 'send'].map(find);
     this.angles = ['roll', 'pitch', 'yaw'].map(find);
-    this.inputs = new Map();
     Object.assign(this, { ask, done });
     this.angles.forEach((input) => input.addEventListener('input', () => this._fromAngles()));
     find('cancel').addEventListener('click', () => this.dialog.close());
@@ -18,31 +17,47 @@ class StartForm {
   open(values) {
     this.values = values;
     this.refusal.textContent = '';
-    this.inputs = new Map(Object.keys(values).map((name) => [name, this._field(name, values[name])]));
+    // The angles stand above; whoever wants the quaternion finds it at the end.
+    const names = Object.keys(values).sort((a, b) => a.endsWith('.attitude') - b.endsWith('.attitude'));
+    this.inputs = new Map(names.map((name) => [name, this._field(name)]));
+    // By their names the values that the texts stand for: a text has fewer digits.
+    this.exact = new Map();
+    names.forEach((name) => this._set(name, values[name]));
     this.fields.replaceChildren(...[...this.inputs.values()].map((input) => input.parentElement));
     this._showAngles();
     this.inputs.get('initial.attitude')?.addEventListener('input', () => this._showAngles());
     this.dialog.showModal();
   }
 
-  _field(name, value) {
+  _field(name) {
     const label = document.createElement('label');
     label.append(`${name}${StartForm.UNITS[name.split('.').pop()] ?? ''}`);
     const input = document.createElement(name === 'initial.frame' ? 'select' : 'input');
     if (input.tagName === 'SELECT') ['inertial', 'lvlh'].forEach((frame) => input.add(new Option(frame, frame)));
     else Object.assign(input, { type: 'text', spellcheck: false, autocomplete: 'off' });
     input.name = name;
-    input.value = StartForm.text(value);
     label.append(input);
     return input;
   }
 
+  _set(name, value) {
+    const text = StartForm.text(name, value);
+    this.inputs.get(name).value = text;
+    this.exact.set(name, { text, value });
+  }
+
+  _value(name) {
+    const { text, value } = this.exact.get(name);
+    const now = this.inputs.get(name).value;
+    return now.trim() === text ? value : StartForm.value(name, now, this.values[name]);
+  }
+
   // Numbers are sent as numbers; anything else is sent as typed, and the node says what is allowed.
   async _submit() {
-    const changed = [...this.inputs].filter(([name, input]) => input.value.trim() !== StartForm.text(this.values[name]));
+    const given = [...this.inputs.keys()].map((name) => [name, this._value(name)]);
+    const changed = given.filter(([name, value]) => String(value) !== String(this.values[name]));
     // Nothing changed: restart with the same values.
-    const given = changed.length ? changed : [...this.inputs].filter(([name]) => name === 'initial.attitude');
-    const values = Object.fromEntries(given.map(([name, input]) => [name, StartForm.value(input.value, this.values[name])]));
+    const values = Object.fromEntries(changed.length ? changed : given.filter(([name]) => name === 'initial.attitude'));
     this.send.disabled = true;
     const answer = await this.ask(values);
     this.send.disabled = false;
@@ -54,11 +69,11 @@ class StartForm {
 
   _fromAngles() {
     const angles = this.angles.map(({ value }) => (Number(value) * Math.PI) / 180);
-    if (angles.every(Number.isFinite)) this.inputs.get('initial.attitude').value = StartForm.text(StartForm.quaternion(...angles));
+    if (angles.every(Number.isFinite)) this._set('initial.attitude', StartForm.quaternion(...angles));
   }
 
   _showAngles() {
-    const q = StartForm.value(this.inputs.get('initial.attitude').value, []);
+    const q = this._value('initial.attitude');
     const isOne = Array.isArray(q) && q.length === 4 && q.every(Number.isFinite);
     if (!isOne || this.angles.includes(document.activeElement)) return;
     Rotation.rollPitchYaw(q).forEach((angle, k) => { this.angles[k].value = String(Number(((angle * 180) / Math.PI).toFixed(4))); });
@@ -69,13 +84,19 @@ class StartForm {
     return Rotation.multiply(about(2, yaw), Rotation.multiply(about(1, pitch), about(0, roll)));
   }
 
-  static text(value) { return Array.isArray(value) ? value.join(', ') : String(value); }
+  static scale(name) { return name === 'initial.angular_velocity' ? 180 / Math.PI : 1; }
 
-  static value(text, before) {
+  static text(name, value) {
+    const digits = name === 'initial.attitude' ? (x) => String(Number(x.toFixed(6))) : (x) => String(Number((x * StartForm.scale(name)).toPrecision(9)));
+    return Array.isArray(value) ? value.map(digits).join(', ') : typeof value === 'number' ? digits(value) : String(value);
+  }
+
+  static value(name, text, before) {
     const numbers = text.split(/[\s,;]+/).filter(Boolean).map(Number);
     if (!numbers.length || !numbers.every(Number.isFinite)) return text;
-    return Array.isArray(before) || numbers.length > 1 ? numbers : numbers[0];
+    const values = numbers.map((x) => x / StartForm.scale(name));
+    return Array.isArray(before) || values.length > 1 ? values : values[0];
   }
 }
 
-StartForm.UNITS = { attitude: ' (x, y, z, w)', angular_velocity: ' [rad/s]', momentum: ' [N m s]', speed: ' [rad/s]' };
+StartForm.UNITS = { attitude: ' (x, y, z, w)', angular_velocity: ' [deg/s]', momentum: ' [N m s]', speed: ' [rad/s]' };

@@ -3,12 +3,13 @@
 
 const KEPT_ROWS = 9000;
 const CHARTS_EACH = 400; // [ms]; the scene follows every frame
+const CLOCK_EACH = 200; // [ms]; without a graphics processor painting it costs as much as the scene
 
 const element = (id) => document.getElementById(id);
 const stage = new Stage(element('stage'));
 const charts = new Charts(element('charts'), () => {});
 const rows = new Rows(KEPT_ROWS);
-const live = { start: 0, values: {}, status: {}, heard: [] };
+const live = { node: '', start: 0, values: {}, status: {}, heard: [] };
 
 function say(text, isGood = true) {
   element('answer').textContent = text;
@@ -22,20 +23,35 @@ async function ask(request) {
 
 // -- what the server tells -------------------------------------------------------------------------
 
-function takeScene({ start, description, values }) {
-  if (start !== live.start) rows.clear();
-  Object.assign(live, { start, values });
+// Another satellite, or another run: nothing that is on the page is its own.
+function forget() {
+  rows.clear();
+  live.heard.length = 0;
+  live.description = '';
+  live.isFast = false;
+  stage.clear();
+  charts.clear();
+  element('clock').textContent = '';
+}
+
+function takeScene({ node, start, description, values }) {
+  if (node !== live.node || start !== live.start) forget();
+  Object.assign(live, { node, start, values });
   const text = JSON.stringify(description);
   if (text === live.description) return;
   live.description = text;
   stage.describe(description);
   charts.describe(description);
+  if (rows.length) show();
 }
 
-function takeHistory({ table }) {
+function takeHistory({ start, table }) {
+  if (start !== live.start || !live.description) return;
   rows.clear();
   rows.append(table);
   stage.scene?.measure(rows);
+  show();
+  tick();
   drawCharts();
 }
 
@@ -53,13 +69,20 @@ function takeRows({ start, table }) {
 function show() {
   const last = rows.length - 1;
   const row = rows.at(rows.time(last));
-  const [[begin, from], [end, to]] = [live.heard[0], live.heard[live.heard.length - 1]];
+  const [[begin, from] = [], [end, to] = []] = [live.heard[0], live.heard[live.heard.length - 1]];
   stage.show(row, rows, end > begin ? (to - from) / (end - begin) : 1);
-  element('clock').textContent = timeText(row.t_s[0], row.t_s[0]);
+  live.clock ??= setTimeout(tick, CLOCK_EACH);
   if (performance.now() - (live.drawn ?? 0) > CHARTS_EACH) drawCharts();
   // Between two frames no more than a quarter turn, or the eye is deceived.
   const turn = last > 0 ? rows.turned[last] - rows.turned[last - 1] : 0;
   live.isFast = turn > Math.PI / 2 && turn < 1e3;
+}
+
+function tick() {
+  live.clock = undefined;
+  if (!rows.length) return;
+  const time = rows.time(rows.length - 1);
+  element('clock').textContent = timeText(time, time);
 }
 
 function drawCharts() {
@@ -72,7 +95,12 @@ function drawCharts() {
 
 function takeStatus(status) {
   live.status = status;
+  if ((status.node ?? '') !== live.node) {
+    forget();
+    live.node = status.node ?? '';
+  }
   element('node').textContent = document.title = status.node ?? 'satdyn watch';
+  showNodes(status);
   const state = !status.is_there ? 'not there' : status.is_paused ? 'paused' : 'running';
   element('state').textContent = state;
   element('state').className = `pill ${status.is_there ? status.is_paused ? '' : 'good' : 'bad'}`;
@@ -80,22 +108,45 @@ function takeStatus(status) {
   element('recording').textContent = `● recording ${status.bag?.split('/').pop()}`;
   element('pause').textContent = status.is_paused ? 'Resume' : 'Pause';
   element('record').textContent = status.bag ? 'Stop recording' : 'Record';
-  for (const name of ['pause', 'reset', 'record', 'begin']) element(name).disabled = !status.is_there;
-  element('step').disabled = !(status.is_there && status.is_paused);
+  const canAsk = status.is_there && !status.has_namesakes;
+  for (const name of ['pause', 'reset', 'record', 'begin']) element(name).disabled = !canAsk;
+  element('step').disabled = !(canAsk && status.is_paused);
   const fast = live.isFast ? ['the body turns more than a quarter turn between two frames: the scene cannot show how'] : [];
   stage.say([...status.missing, ...fast].join('. '));
   showDiagnostics(status.diagnostics);
 }
 
+// Of several satellites a choice takes the place of the name; it is left alone while it is the same.
+function showNodes({ node, nodes }) {
+  const names = [...new Set([node, ...nodes])].filter(Boolean).sort();
+  const choice = element('nodes');
+  if (names.join() !== [...choice.options].map(({ value }) => value).join()) {
+    choice.replaceChildren(...names.map((name) => new Option(name, name)));
+  }
+  choice.value = node;
+  choice.hidden = names.length < 2;
+  element('node').hidden = !choice.hidden;
+}
+
 function showDiagnostics(diagnostics) {
   const made = Stage.made;
+  const listOf = (values) => {
+    const list = made('dl');
+    values.forEach(([name, value]) => list.append(made('dt', '', name), made('dd', '', value)));
+    return list;
+  };
+  // How late ticks came is for whoever looks for it.
+  const isLateness = ([name]) => /lateness|^ticks late/.test(name);
   element('diagnostics').replaceChildren(...Object.entries(diagnostics).map(([part, { level, text, values }]) => {
     const section = made('section');
     const head = made('h3', '', part);
     head.append(made('span', `pill ${['good', '', 'bad'][level] ?? 'bad'}`, text));
-    const list = made('dl');
-    values.forEach(([name, value]) => list.append(made('dt', '', name), made('dd', '', value)));
-    section.append(head, list);
+    section.append(head, listOf(values.filter((value) => !isLateness(value))));
+    const lateness = values.filter(isLateness);
+    if (lateness.length) {
+      live.folded.lastElementChild.replaceWith(listOf(lateness));
+      section.append(live.folded);
+    }
     return section;
   }));
 }
@@ -117,6 +168,7 @@ element('step').addEventListener('click', () => ask({ do: 'step' }));
 element('reset').addEventListener('click', () => ask({ do: 'reset' }));
 element('record').addEventListener('click', () => ask({ do: live.status.bag ? 'stop' : 'record' }));
 element('begin').addEventListener('click', () => form.open(live.values));
+element('nodes').addEventListener('change', ({ target }) => ask({ do: 'choose', node: target.value }));
 addEventListener('keydown', (event) => {
   if (event.target.closest?.('input, select, button, dialog, summary')) return;
   if (event.key === ' ') element('pause').click();
@@ -124,5 +176,8 @@ addEventListener('keydown', (event) => {
   else return;
   event.preventDefault();
 });
+
+live.folded = Stage.made('details');
+live.folded.append(Stage.made('summary', '', 'lateness of the ticks'), Stage.made('dl'));
 
 window.satdyn = { rows, stage, charts, live, get framesPerSecond() { return stage.scene?.framesPerSecond; } };

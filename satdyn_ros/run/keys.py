@@ -9,6 +9,7 @@ from ..base.key import Key
 from ..dynamics.rotor import MODES
 from ..sensors import COMMON, KINDS
 from ..torques.body_torque import BodyTorque
+from ..torques.weight import Weight
 from .ticks import LAST_STAMP_NS
 from .topics import STATE_TOPICS, topics_with
 
@@ -43,15 +44,7 @@ KEYS = {
             'is a weight moment',
             lengths=(3, 6, 9),
         ),
-        Key(
-            'body.weight_moment',
-            'double_array',
-            (0.0, 0.0, 0.0),
-            'N m',
-            "weight times the mass centre's position from the fixed point, body axes; "
-            'orbit.type fixed only',
-            lengths=(3,),
-        ),
+        *Weight.keys,
         Key(
             'rotor.names',
             'string_array',

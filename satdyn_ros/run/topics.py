@@ -16,7 +16,7 @@ from ..dynamics.torque import own_torque
 from ..kernel import rotation
 from ..sensors import KINDS, Sensor
 from ..torques.body_torque import BodyTorque
-from ..torques.gravity_gradient import gravity_gradient
+from ..torques.gravity_gradient import GravityGradient, gravity_gradient
 
 
 class Shown(NamedTuple):
@@ -179,7 +179,7 @@ _TABLE = (
         shows=(_Q_LB,),
         lacking=_lvlh_lacking,
     ),
-    _torque('gravity_gradient', 'gravity gradient', _gravity_gradient),
+    _torque(GravityGradient.topic, GravityGradient.title, _gravity_gradient),
     Topic(
         'rotor',
         'sensor_msgs/msg/JointState',

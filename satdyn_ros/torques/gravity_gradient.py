@@ -16,7 +16,8 @@ class GravityGradient(CentralTorque):
     Its potential is V = (3 mu / 2 r^3) c . I c.
     """
 
-    name = 'gravity_gradient'
+    name = topic = 'gravity_gradient'
+    title = 'gravity gradient'
 
     class Constants(NamedTuple):
         """inertia [kg m^2]: I, three rows or, where it has no more, the diagonal."""

@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+from ..base.key import Key
 from ..kernel.simd import broadcast
 from .central_torque import CentralTorque
 
@@ -10,6 +11,17 @@ class Weight(CentralTorque):
     """The torque -m x c of the weight moment m; its potential is m . c (Beletsky 1957, eq. 2)."""
 
     name = 'weight'
+    keys = (
+        Key(
+            'body.weight_moment',
+            'double_array',
+            (0.0, 0.0, 0.0),
+            'N m',
+            "weight times the mass centre's position from the fixed point, body axes; "
+            'orbit.type fixed only',
+            lengths=(3,),
+        ),
+    )
 
     class Constants(NamedTuple):
         """moment (3,) [N m]: m, the weight times the mass centre's place from the fixed point."""

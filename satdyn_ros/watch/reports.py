@@ -5,7 +5,7 @@ import time
 from collections import deque
 from typing import Any
 
-Report = dict[str, dict[str, Any]]
+Parts = dict[str, dict[str, Any]]
 
 _SILENT_S = 3.5
 
@@ -14,9 +14,9 @@ class Reports:
     """The newest report of a node: its parts (see listener.parts), and what they say of it."""
 
     def __init__(self) -> None:
-        self._newest: Report = {}
+        self._newest: Parts = {}
         # The two that came last: nodes of one name report in turn.
-        self._last: deque[Report] = deque(maxlen=2)
+        self._last: deque[Parts] = deque(maxlen=2)
         self._heard_s = -math.inf
         self.is_paused = False
 
@@ -26,7 +26,7 @@ class Reports:
         return time.monotonic() - self._heard_s < _SILENT_S
 
     @property
-    def parts(self) -> Report:
+    def parts(self) -> Parts:
         """The parts of the newest report; none if it is old."""
         return self._newest if self.is_there else {}
 
@@ -35,7 +35,7 @@ class Reports:
         """The bag that is being recorded."""
         return dict(self._newest.get('recorder', {}).get('values', [])).get('bag')
 
-    def take(self, report: Report, tick: int | None = None) -> None:
+    def take(self, report: Parts, tick: int | None = None) -> None:
         """Take the next report; tick: of several nodes the one that is nearest to it is meant."""
         self._last.append(report)
         if tick is not None:
@@ -44,6 +44,6 @@ class Reports:
         self.is_paused = report.get('pacing', {}).get('text', '').startswith('paused')
 
 
-def _ticks_away(report: Report, tick: int) -> float:
+def _ticks_away(report: Parts, tick: int) -> float:
     values = dict(report.get('pacing', {}).get('values', []))
     return abs(int(values['tick']) - tick) if 'tick' in values else math.inf

@@ -40,7 +40,8 @@ def describe(scenario: Scenario) -> dict[str, Any]:
     momenta of the start the axis (body axes; on an orbit the direction up), rate_rad_s, on an
     orbit the attitude q_lb, stability, argument, periods_s of small motion, and
     attitude_drift_rad, by which the attitude of a stable rotation drifts in a day for a change of
-    1e-6 of its rate; an equilibrium in LVLH or at rest has none.  rotation_class:
+    1e-6 of its rate; an equilibrium in LVLH or at rest has none; empty where a torque of one's own
+    acts, which theory does not know.  rotation_class:
     on a circle and without friction whether the motion is a rotation about a body-fixed axis,
     whether uniform, and why; else None.  regular_precession: None, or that of the start: the axis
     of the spin in the body and that of the precession in space, both rates, the nutation, the
@@ -62,7 +63,10 @@ def describe(scenario: Scenario) -> dict[str, Any]:
         'motion': None if motion is None else _motion(motion),
         'why_not': exact.explain(system, state),
         'first_integrals': _first_integrals(scenario, motion),
-        'steady_motions': [_steady(scenario, steady) for steady in steady_motions(system, state)],
+        'steady_motions': [
+            _steady(scenario, steady)
+            for steady in (() if system.torques else steady_motions(system, state))
+        ],
         'rotation_class': _rotation_class(scenario),
         'regular_precession': _regular_precession(scenario),
         'elliptic_orbit': _elliptic_orbit(scenario),

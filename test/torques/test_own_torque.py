@@ -26,6 +26,7 @@ from satdyn_ros.messages.packers import packer
 from satdyn_ros.report.history import history
 from satdyn_ros.report.html import playable
 from satdyn_ros.report.plot import draw, plot
+from satdyn_ros.run.describe import describe
 from satdyn_ros.torques.body_torque import BodyTorque, named
 
 FILE = Path(__file__).with_name('gust.py')
@@ -89,6 +90,13 @@ def test_beside_others_it_is_as_alone(scenario, gust):
         assert isinstance(states, States)
         alone = other.motion().at(TIMES)
         assert np.max(rotation.angle_between(states.q_ib, alone.q_ib)) < 1e-9
+
+
+def test_theory_does_not_speak_of_it(scenario):
+    """What is said of equilibria would be of the body without the torque."""
+    described = describe(scenario)
+    assert described['steady_motions'] == []
+    assert described['why_not'] == 'closed forms do not know the torque gust'
 
 
 def test_no_closed_form_is_taken_for_it(gust):

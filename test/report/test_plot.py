@@ -121,7 +121,7 @@ def test_bounds_hold_all_ticks(bag):
 def test_mean_is_that_of_all_ticks(bag):
     """Each row has the mean of every tick up to the next; of angles, of their directions."""
     every, tenth = history(bag, 12000), history(bag, 1200)
-    for name in ('rate', 'torque', 'rotor_speed', 'nadir'):
+    for name in ('rate', 'gravity_gradient', 'rotor_speed', 'nadir'):
         ticks = every.mean[name].reshape(1200, 10, -1)
         np.testing.assert_allclose(tenth.mean[name], ticks.mean(axis=1), rtol=1e-12, atol=1e-15)
     directions = np.exp(1j * every.mean['attitude']).reshape(1200, 10, -1).mean(axis=1)

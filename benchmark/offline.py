@@ -15,6 +15,7 @@ from satdyn_ros.bag.simulate import BLOCK_TICKS, simulate
 from satdyn_ros.messages import contents
 from satdyn_ros.messages.packers import packer
 from satdyn_ros.messages.schemas import schema_text
+from satdyn_ros.rosbag2.chunk import Contents
 from satdyn_ros.rosbag2.chunk_builder import ChunkBuilder
 from satdyn_ros.rosbag2.compression import compressor
 from satdyn_ros.rosbag2.records import message_indexes
@@ -217,7 +218,7 @@ def parts() -> str:
                 rest = samples.stamps_ns[done:], table[done:]
                 done += timed('laying out in chunks', chunk.add_ticks, *rest)
                 if chunk.is_full:
-                    contents = timed('index', chunk.take)
+                    contents = timed('index', Contents, chunk.take())
                     compressed = timed('compression', compress, contents.data)
                     index, _ = timed('index', message_indexes, contents, 0)
                     for part in (contents.data.data, compressed, index):

@@ -70,20 +70,23 @@ def fold_by_type(function_of: Callable[[type], Any]) -> Any:
     Return a compiled function of (total, a, ...) that returns the last total.
 
     a is a tuple of named tuples, perhaps unlike ones.  For each of them, function_of its class is
-    the compiled function that goes on: it takes (total, ..., the named tuple).
+    the compiled function that goes on, which takes (total, ..., the named tuple); None: the total
+    stays as it is.
     """
 
     def to_the_last(typing, *given):
         total, kinds, *rest = given
-        bodies = [function_of(kind.instance_class) for kind in kinds]
         steps = []
-        for kind, body in zip(kinds, bodies, strict=True):
-            steps.append(_typed(body, typing, (total, *rest, kind)))
-            total = steps[-1].return_type
+        for i, kind in enumerate(kinds):
+            body = function_of(kind.instance_class)
+            if body is not None:
+                step = _typed(body, typing, (total, *rest, kind))
+                steps.append((i, body, step))
+                total = step.return_type
 
         def generate(context, builder, signature, values):
             total, parts, *rest = cgutils.unpack_tuple(builder, values[0])
-            for i, (body, step) in enumerate(zip(bodies, steps, strict=True)):
+            for i, body, step in steps:
                 part = builder.extract_value(parts, i)
                 total = _call(context, builder, body, step, [total, *rest, part])
             return total

@@ -16,15 +16,10 @@ from .body_torque import KIND_OF
 from .central_torque import CentralTorque
 
 
-@inlined
-def _unchanged(total, seen, constants):
-    return total
-
-
 @cache
 def _adding_field(kind):
     if not issubclass(kind, CentralTorque):
-        return _without_field
+        return None
     field = inlined(kind.field)
 
     @inlined
@@ -34,15 +29,10 @@ def _adding_field(kind):
     return added
 
 
-@inlined
-def _without_field(total, c_b, gradient, constants):
-    return total
-
-
 @cache
 def _adding_orbit_power(kind):
     if not issubclass(kind, CentralTorque):
-        return _without_orbit_power
+        return None
     power = inlined(kind.orbit_power)
 
     @inlined
@@ -52,15 +42,10 @@ def _adding_orbit_power(kind):
     return added
 
 
-@inlined
-def _without_orbit_power(total, c_b, along_b, gradient, turn_rate, growth_rate, constants):
-    return total
-
-
 @cache
 def _adding_torque(kind):
     if issubclass(kind, CentralTorque):
-        return _unchanged
+        return None
     torque = inlined(kind.torque)
 
     @inlined
@@ -74,7 +59,7 @@ def _adding_torque(kind):
 @cache
 def _adding_potential(kind):
     if kind.potential is None:
-        return _unchanged
+        return None
     potential = inlined(kind.potential)
 
     @inlined
@@ -88,7 +73,7 @@ def _adding_potential(kind):
 @cache
 def _cutting(kind):
     if kind.signs is None:
-        return _no_cut
+        return None
     signs = inlined(kind.signs)
 
     @inlined
@@ -102,11 +87,6 @@ def _cutting(kind):
         )
 
     return cut
-
-
-@inlined
-def _no_cut(part, begin, soon, share, end, constants):
-    return part
 
 
 @unrolled_fold

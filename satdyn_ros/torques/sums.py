@@ -31,7 +31,7 @@ def _adding_field(kind):
 
 @cache
 def _adding_orbit_power(kind):
-    if not issubclass(kind, CentralTorque):
+    if not issubclass(kind, CentralTorque) or kind.orbit_power is None:
         return None
     power = inlined(kind.orbit_power)
 

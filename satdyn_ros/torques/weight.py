@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 from ..base.key import Key
-from ..kernel.simd import broadcast
 from .central_torque import CentralTorque
 
 
@@ -34,15 +33,3 @@ class Weight(CentralTorque):
     ) -> tuple[float, float, float]:
         """Return m."""
         return constants.moment
-
-    @staticmethod
-    def orbit_power(
-        c_b: tuple[float, ...],
-        along_b: tuple[float, ...],
-        gradient: float,
-        turn_rate: float,
-        growth_rate: float,
-        constants: Constants,
-    ) -> float:
-        """Return zero: a body with a fixed point has no orbit."""
-        return broadcast(0.0, gradient)

@@ -45,6 +45,13 @@ def wait(browser, condition, timeout_s=60):
     return WebDriverWait(browser, timeout_s, poll_frequency=0.1).until(met)
 
 
+def choose(element, text):
+    """Choose the option of a select that has this text."""
+    from selenium.webdriver.support.ui import Select
+
+    Select(element).select_by_visible_text(text)
+
+
 def resize(browser, width, height, colours='dark'):
     """Show the page in a window of this size [px], with the system's colours 'dark' or 'light'."""
     browser.execute_cdp_cmd(

@@ -240,7 +240,7 @@ def test_the_angles_are_a_choice(page, browser):
     chart = '.chart:first-child'
     choice = browser.find_element('css selector', f'{chart} select')
     assert 'roll' in browser.find_element('css selector', f'{chart} .keys').text
-    choice.send_keys('axis to nadir')
+    pages.choose(choice, 'axis to nadir')
     pages.wait(
         browser, f"document.querySelector('{chart} .keys').textContent.includes('along track')"
     )

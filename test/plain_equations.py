@@ -79,8 +79,9 @@ def power_of_orbit(system: System, t_s: float, q_ib: np.ndarray) -> float:
     if isinstance(orbit, FixedDirection):
         return 0.0
     c = to_body(q_ib, orbit.direction(t_s))
-    along = to_body(q_ib, np.cross(orbit.normal, orbit.direction(t_s)))
     r_i, v_i = orbit.position_velocity(t_s)
+    normal = np.cross(r_i, v_i) / np.linalg.norm(np.cross(r_i, v_i))
+    along = to_body(q_ib, np.cross(normal, orbit.direction(t_s)))
     r_dot_over_r = r_i @ v_i / (r_i @ r_i)
     gradient, V = orbit.gradient_at(t_s), orbit.gradient_at(t_s) / 2.0 * (c @ I @ c)
     return gradient * orbit.rate(t_s) * (c @ I @ along) - 3.0 * r_dot_over_r * V

@@ -1,12 +1,15 @@
 """The constants of the equations of motion of equations.py, made from one system or from many."""
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from ..kernel.rows import components, from_components
-from ..orbits import FixedDirection
+from ..kernel.time_table import Table
+from ..orbits import FixedDirection, TabledOrbit
+from ..orbits.pieces import Pieces
 from ..torques.applied import Applied
 from ..torques.gravity_gradient import GravityGradient
 from ..torques.weight import Weight
@@ -33,6 +36,13 @@ class RotorConstants(NamedTuple):
     inertia_inverse: float
 
 
+class OrbitTable(NamedTuple):
+    """A piece of an orbit that is known as a table; pull [m^3/s^2]: 3 mu."""
+
+    pull: float
+    table: Table
+
+
 class Constants(NamedTuple):
     """
     The constants of one motion as plain numbers.
@@ -46,9 +56,10 @@ class Constants(NamedTuple):
     root of mu / l: of the orbit, zero without one.  slow_rate [rad/s]: far below the rates at
     which the field swings the body, for a body at rest.  rotors: those that turn, whose number is
     part of the type.  zeros: one per such rotor.  place: where the place on the orbit is
-    integrated two zeros, one for cos f and one for sin f, else none.  torques: the constants of
-    each, whose type says which torque it is: of the weight, the gravity gradient and the applied
-    torque, then those of the system.
+    integrated two zeros, one for cos f and one for sin f, else none.  table: of the orbit, where
+    it is known as one, in place of all that says where it is; else none.  torques: the constants
+    of each, whose type says which torque it is: of the weight, the gravity gradient and the
+    applied torque, then those of the system.
     """
 
     carrier_inertia: Matrix
@@ -70,6 +81,7 @@ class Constants(NamedTuple):
     rotors: tuple[RotorConstants, ...]
     zeros: tuple[float, ...]
     place: tuple[float, ...]
+    table: tuple[OrbitTable, ...]
     torques: tuple[Any, ...]
 
 
@@ -90,6 +102,17 @@ def constants_of(system: System, start_s: float = 0.0) -> Constants:
         ),
         torques=(*field, Applied.Constants(tuple(_applied(system).tolist())), *own),
     )
+
+
+def with_tables(
+    constants: Constants, system: System, table_of: Callable[[Pieces], Table]
+) -> Constants:
+    """Return constants with the tables of some time, which table_of takes from pieces."""
+    orbit, table = system.orbit, constants.table
+    if isinstance(orbit, TabledOrbit):
+        table = (OrbitTable(3.0 * float(orbit.mu), table_of(orbit.pieces)),)
+    own = (torque.constants_with(table_of) for torque in system.torques)
+    return constants._replace(table=table, torques=(*constants.torques[:_SHIPPED], *own))
 
 
 # A controller drives the same system anew at every tick.
@@ -148,6 +171,10 @@ def _constants(system):
     if isinstance(orbit, FixedDirection):
         gradient = orbit.gradient
         outward, ahead, normal = orbit.direction(0.0), np.zeros(3), np.zeros(3)
+    elif isinstance(orbit, TabledOrbit):
+        # How fast the field and the line to the centre are, by which steps are judged.
+        anomaly_rate, gradient = orbit.mean_motion, 3.0 * orbit.mean_motion**2
+        outward, ahead, normal = np.zeros((3, 3))
     else:
         eccentricity = orbit.eccentricity
         anomaly_rate = np.sqrt(orbit.mu / orbit.semi_latus_rectum) / orbit.semi_latus_rectum
@@ -191,6 +218,7 @@ def _constants(system):
         ),
         zeros=(0.0,) * len(system.turning_rotors),
         place=(0.0, 0.0) if system.integrates_place else (),
+        table=(),
         torques=(
             Weight.Constants(system.weight_moment),
             GravityGradient.Constants(system.inertia),

@@ -18,23 +18,29 @@ they do not turn, Omega = 0.  With f in these axes, c = cos f P + sin f Q and 1 
     v = sqrt(mu / l^3) rho^2,    3 mu / r^3 = (3 mu / l^3) rho^3,    l the semi-latus rectum,
 
 where v is the rate at which c turns.  On an ellipse f is the true anomaly, f' = v; on a circle
-f = 0; a fixed direction has v = 0 too.  Two quadratures go with them: each rotor's angle, and the
+f = 0; a fixed direction has v = 0 too.  Where the orbit is a table, c, t, v and r' / r come from
+the tabled r and r'.  Two quadratures go with them: each rotor's angle, and the
 work W by which the energy omega . K omega / 2 + V + m . c changes, V = (3 mu / 2 r^3) c . I c:
 that of the applied torques and of the rotors, and with t = -sin f P + cos f Q, the unit vector
 along track, that of the orbit, v (3 mu / r^3) t . I c - 3 (r' / r) V.
 """
 
+import math
 from typing import Any
 
 import numpy as np
 
 from ..kernel.compile import inlined
 from ..kernel.simd import broadcast
+from ..kernel.time_table import interpolate_vector
 from ..kernel.unroll import unrolled_fold, unrolled_map
-from ..kernel.vector import add, add_cross, apply, attitude_rate, dot, scale, to_body
+from ..kernel.vector import add, add_cross, apply, attitude_rate, dot, scale, subtract, to_body
+from ..orbits.tabled import POSITION, SLOPE, VELOCITY
 from ..torques.sums import add_fields, add_orbit_powers, add_torques
 from .constants import Constants
 from .system import State, System
+
+_POSITION, _SLOPE, _VELOCITY = int(POSITION[0]), int(SLOPE[0]), int(VELOCITY[0])
 
 # The variables of the integration: q (4), omega_bi_b (3), then p of every turning rotor, the angle
 # of every one, the work, and on an ellipse cos f and sin f.
@@ -108,7 +114,45 @@ def seen_by_torques(t_s: float, y: tuple[float, ...], constants: Constants) -> t
     distance = constants.semi_latus_rectum / (1.0 + constants.eccentricity * cos_f)
     r = scale(distance, add(scale(cos_f, P), scale(sin_f, Q_)))
     along = add(scale(-sin_f, P), scale(constants.eccentricity + cos_f, Q_))
-    return t_s, r, scale(constants.speed, along), y[0:4], y[4:7]
+    r, v = _in_table((r, scale(constants.speed, along)), constants.table, t_s)
+    return t_s, r, v, y[0:4], y[4:7]
+
+
+@unrolled_fold
+def _in_table(_, i, tables, t_s):
+    """Return r and v of a table in place of those of an ellipse."""
+    table = tables[i].table
+    return interpolate_vector(table, _POSITION, t_s), interpolate_vector(table, _VELOCITY, t_s)
+
+
+@inlined
+def seen_centre(t_s: float, y: tuple[float, ...], constants: Constants) -> tuple[Any, ...]:
+    """Return c, the direction t along track, 3 mu / r^3, v and r' / r, in the equations' axes."""
+    cos_f, sin_f = place_in_orbit(y, constants)
+    rho = 1.0 + constants.eccentricity * cos_f
+    v = constants.anomaly_rate * rho * rho
+    gradient = constants.gradient * rho * rho * rho
+    P, Q_ = constants.outward, constants.ahead
+    c = add(scale(cos_f, P), scale(sin_f, Q_))
+    t = add(scale(-sin_f, P), scale(cos_f, Q_))
+    growth_rate = constants.eccentricity * sin_f * v / rho
+    return _centre_in_table((c, t, gradient, v, growth_rate), constants.table, t_s)
+
+
+@unrolled_fold
+def _centre_in_table(_, i, tables, t_s):
+    """Return what seen_centre returns of a table in place of that of an ellipse."""
+    r, slope = (
+        interpolate_vector(tables[i].table, _POSITION, t_s),
+        interpolate_vector(tables[i].table, _SLOPE, t_s),
+    )
+    distance = math.sqrt(dot(r, r))
+    c = scale(1.0 / distance, r)
+    climb = dot(c, slope)
+    across = subtract(slope, scale(climb, c))
+    speed = math.sqrt(dot(across, across))
+    gradient = tables[i].pull / (distance * distance * distance)
+    return c, scale(1.0 / speed, across), gradient, speed / distance, climb / distance
 
 
 @inlined
@@ -122,13 +166,8 @@ def place_in_orbit(y: tuple[float, ...], constants: Constants) -> tuple[float, f
 def rates(t_s: float, y: tuple[float, ...], constants: Constants) -> tuple[float, ...]:
     """Return dy/dt of the variables y, both tuples of the same size; t_s: from tick 0."""
     q, omega = y[0:4], y[4:7]
-    cos_f, sin_f = place_in_orbit(y, constants)
-
-    rho = 1.0 + constants.eccentricity * cos_f
-    v = constants.anomaly_rate * rho * rho
-    gradient = constants.gradient * rho * rho * rho
-    P, Q_ = constants.outward, constants.ahead
-    c = to_body(q, add(scale(cos_f, P), scale(sin_f, Q_)))
+    c_i, t_i, gradient, v, growth_rate = seen_centre(t_s, y, constants)
+    c = to_body(q, c_i)
 
     s = _speeds(constants.rotors, y)
     p_dot = _momentum_rates(constants.rotors, s)
@@ -144,10 +183,10 @@ def rates(t_s: float, y: tuple[float, ...], constants: Constants) -> tuple[float
 
     power = nothing
     if constants.does_work:
-        t = to_body(q, add(scale(-sin_f, P), scale(cos_f, Q_)))
-        growth_rate = constants.eccentricity * sin_f * v / rho
+        t = to_body(q, t_i)
         power = dot(applied, omega)
         power = add_orbit_powers(power, constants.torques, c, t, gradient, v, growth_rate)
     q_dot = attitude_rate(q, omega, scale(constants.axes_rate, constants.normal))
+    cos_f, sin_f = place_in_orbit(y, constants)
     place_dot = _place_rates(constants.place, v, cos_f, sin_f)
     return q_dot + omega_dot + p_dot + s + (power,) + place_dot

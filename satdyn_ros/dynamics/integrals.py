@@ -26,6 +26,7 @@ import numpy as np
 
 from ..kernel import rotation
 from ..kernel.rows import components, dot, from_components, length, times
+from ..orbits import KeplerOrbit
 from .inertia import ROUNDING, principal_axes, symmetry_axes
 from .motion import States
 from .rotor import Rotor
@@ -188,7 +189,7 @@ def _largest_gradient(states):
     """Return the largest |3 mu / r^3| [1/s^2], (N,), since the row before."""
     orbit = states.orbit
     gradient = np.abs(orbit.gradient_at(states.orbit_s))
-    if not orbit.is_eccentric:
+    if not (orbit.is_eccentric and isinstance(orbit, KeplerOrbit)):
         return gradient
     # Only a pericentre between two rows is nearer than both.
     turn = np.floor(orbit.anomaly(states.orbit_s) / (2.0 * np.pi))

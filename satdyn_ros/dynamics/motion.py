@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..kernel import rotation
-from ..orbits import FixedDirection, KeplerOrbit
+from ..orbits import FixedDirection, KeplerOrbit, TabledOrbit
 from .system import State, System
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ class States:
     rotor_speed: np.ndarray
     rotor_angle: np.ndarray
     work: np.ndarray
-    orbit: FixedDirection | KeplerOrbit
+    orbit: FixedDirection | KeplerOrbit | TabledOrbit
     orbit_s: np.ndarray
 
     def __repr__(self) -> str:

@@ -7,7 +7,8 @@ from math import isnan
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..orbits import FixedDirection, KeplerOrbit
+from ..orbits import FixedDirection, KeplerOrbit, TabledOrbit
+from ..orbits.pieces import Pieces
 from ..torques.body_torque import BodyTorque
 from .rotor import Rotor
 
@@ -29,7 +30,7 @@ class System:
 
     inertia: np.ndarray
     rotors: tuple[Rotor, ...] = (Rotor(),)
-    orbit: FixedDirection | KeplerOrbit = FixedDirection()
+    orbit: FixedDirection | KeplerOrbit | TabledOrbit = FixedDirection()
     weight_moment: np.ndarray = field(default_factory=lambda: _ZERO)
     torque_b: np.ndarray = field(default_factory=lambda: _ZERO)
     rotor_torque: np.ndarray = field(default_factory=lambda: np.zeros(()))
@@ -87,7 +88,14 @@ class System:
     @property
     def integrates_place(self) -> bool:
         """Whether the place on the orbit is integrated with the attitude."""
-        return self.orbit.has_lvlh and not self.has_turning_axes
+        return isinstance(self.orbit, KeplerOrbit) and not self.has_turning_axes
+
+    @cached_property
+    def pieces(self) -> Pieces | None:
+        """Return the pieces of time of all tables; None: there is no table."""
+        if isinstance(self.orbit, TabledOrbit):
+            return self.orbit.pieces
+        return next((p for torque in self.torques for p in torque.pieces.values()), None)
 
     @cached_property
     def turning_rotors(self) -> tuple[tuple[int, Rotor], ...]:

@@ -17,7 +17,7 @@ import numpy as np
 from ..dynamics.inertia import ROUNDING, are_parallel
 from ..dynamics.system import State, System
 from ..kernel import rotation
-from ..orbits import KeplerOrbit
+from ..orbits import KeplerOrbit, TabledOrbit
 from . import attitude
 from .axes import is_principal, principal_axes_about
 from .exact_motion import ExactMotion, Fact
@@ -65,6 +65,8 @@ class Planar(ExactMotion):
     @classmethod
     def _why_not(cls, system: System, state: State, start_s: float = 0.0) -> str | None:
         """Return one sentence that says why this closed form does not apply, or None."""
+        if isinstance(system.orbit, TabledOrbit):
+            return 'the orbit is no circle'
         orbit, omega, normal = system.orbit, state.omega_bi_b, _normal(system, state)
         if isinstance(orbit, KeplerOrbit):
             if orbit.is_eccentric:

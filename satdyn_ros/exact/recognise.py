@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..dynamics.system import State, System
-from ..orbits import KeplerOrbit
+from ..orbits import FixedDirection
 from .exact_motion import ExactMotion
 from .free import Free
 from .planar import Planar
@@ -47,7 +47,7 @@ def explain(system: System, state: State, start_s: float = 0.0) -> str | None:
         return None
     if not system.is_newtonian:
         return reasons[Planar]
-    if isinstance(system.orbit, KeplerOrbit):
+    if not isinstance(system.orbit, FixedDirection):
         return f'{reasons[Planar]}{_ON_AN_ELLIPSE if system.orbit.is_eccentric else ""}'
     has_field = system.orbit.gradient != 0.0 or np.any(system.weight_moment)
     of_the_field = (Planar, Symmetric, Stationary) if has_field else (Free, Symmetric)

@@ -80,10 +80,19 @@ def propagate_all(motions: Sequence[Propagation], t_s: ArrayLike) -> list[States
     t_s, found = np.asarray(t_s, float), {}
     alike = defaultdict(list)
     flat = {motion: flatten(motion.constants) for motion in motions}
+    end_s = t_s[-1] if len(t_s) else 0.0
     for motion in motions:
-        shared = shared_by(motion.constants), motion.stops_s.tobytes()
-        alike[motion.wanted, len(flat[motion]), shared].append(motion)
-    for some in alike.values():
+        try:
+            constants, stops_s = motion.constants_until(end_s)
+        except ValueError:
+            # A table that ends or jumps before: step by step it comes as far as it can.
+            found[motion] = _alone(motion, t_s)
+            continue
+        shared = shared_by(constants), stops_s.tobytes()
+        alike[motion.wanted, len(flat[motion]), shared].append((motion, constants, stops_s))
+    for group in alike.values():
+        some = [motion for motion, _, _ in group]
+        _, constants, stops_s = group[0]
         problem = _problem(
             begin=np.array([initial_values(motion.system, motion.state) for motion in some]),
             flat_constants=np.array([flat[motion] for motion in some]),
@@ -92,12 +101,19 @@ def propagate_all(motions: Sequence[Propagation], t_s: ArrayLike) -> list[States
             steps_allowed=np.array([motion.steps_allowed for motion in some]),
             shape=(some[0].wanted, len(t_s)),
         )
-        _integrate_all(problem, some[0].constants, some[0].stops_s, t_s)
+        _integrate_all(problem, constants, stops_s, t_s)
         for motion, rows, outcome, reached_s, count in zip(some, *problem[-4:], strict=True):
             states = motion.states_of(t_s[:count], rows[:, :count])
             halted = outcome != REACHED
             found[motion] = motion.halted(outcome, float(reached_s), states) if halted else states
     return [found[motion] for motion in motions]
+
+
+def _alone(motion, t_s):
+    try:
+        return motion.at(t_s)
+    except Halted as error:
+        return error
 
 
 def propagate_many(

@@ -41,14 +41,14 @@ def flatten(part: tuple) -> list[float]:
 
 
 def shared_by(constants: Constants) -> tuple:
-    """Return what motions of one batch have in common: the kinds of torques, and their arrays."""
+    """Return what motions of one batch have in common: the kinds of torques, and all arrays."""
 
     def shared(part):
         if isinstance(part, np.ndarray):
             return part.shape, part.tobytes()
         return (type(part), *map(shared, part)) if isinstance(part, tuple) else None
 
-    return shared(constants.torques)
+    return shared((constants.table, constants.torques))
 
 
 class BatchState(NamedTuple):

@@ -38,8 +38,8 @@ from .tableau import COLUMNS, ENTRIES, ERROR_3, ERROR_5, LENGTHS, NODES
 # The places of the clock.
 BEGIN, END, NEXT, STEPS, DENSE_OF, FURTHEST, SINCE, PASSED, FROM_S, UNTIL_S = range(10)
 # How a walk ends: it goes on in another slice, all rows are reached, no step meets the tolerance,
-# or too many steps are needed.
-UNFINISHED, REACHED, STEP_UNDERFLOW, TOO_MANY_STEPS = range(4)
+# too many steps are needed, or the constants hold no further.
+UNFINISHED, REACHED, STEP_UNDERFLOW, TOO_MANY_STEPS, PIECE_ENDS = range(5)
 
 # The place on an ellipse, integrated with the rest, is corrected every so many steps.
 STEPS_PER_FIX = 8

@@ -5,20 +5,25 @@ The steps do not depend on the times that are asked for.  The compiled walk work
 few milliseconds, between which Ctrl-C and other threads get their turn.
 """
 
+from functools import partial
+
 import numpy as np
 
-from ..dynamics.constants import constants_of
+from ..dynamics.constants import Constants, constants_of, with_tables
 from ..dynamics.equations import MOMENTUM, OMEGA, Q, initial_values
 from ..dynamics.motion import Halted, Motion, States
 from ..dynamics.system import State, System
 from ..kernel.compile import compiled
-from ..orbits import FixedDirection
+from ..orbits import KeplerOrbit
+from ..orbits.pieces import Pieces
 from .dense_output import interpolate, make_dense
 from .dop853 import (
     BEGIN,
     DENSE_OF,
     END,
     FURTHEST,
+    PASSED,
+    PIECE_ENDS,
     REACHED,
     SINCE,
     STEP_UNDERFLOW,
@@ -48,7 +53,8 @@ class Propagation(Motion):
 
     constants, anomaly: those of the equations, and mean anomaly at the start [rad], mean motion
     [rad/s] and eccentricity; stops_s: the times from tick 0 at which steps end; wanted: how many
-    of the variables are interpolated, the first.
+    of the variables are interpolated, the first.  Where there are tables, constants and stops are
+    those of one piece of time after the other.
 
     >>> Propagation(system, state).at([10.0, 20.0]).q_ib  # doctest: +SKIP
     """
@@ -71,6 +77,7 @@ class Propagation(Motion):
         self.wanted = wanted_count(system, self.constants.does_work)
         self.stops_s = stops_of(system)
         self._clock, self._steps_to_halt = new_clock(), 0.0
+        self._all_stops_s, self._until_s = self.stops_s, np.inf
         self._begin()
 
     @property
@@ -85,6 +92,19 @@ class Propagation(Motion):
         furthest = self._clock[FURTHEST]
         self._clock[:] = new_clock()
         self._clock[FURTHEST] = furthest
+        pieces = self.system.pieces
+        if pieces:
+            self._enter(pieces, pieces.piece_at(self.start_s))
+
+    def _enter(self, pieces, piece):
+        """Go on by the tables of a piece of time."""
+        table_of = partial(Pieces.table_in, piece=piece)
+        self.constants = with_tables(self.constants, self.system, table_of)
+        begin_s, end_s, stops_s = piece.begin_s, piece.end_s, self._all_stops_s
+        inside = stops_s[(begin_s < stops_s) & (stops_s < end_s)]
+        self.stops_s = np.array([begin_s, *inside, end_s])
+        self._next, self._until_s = partial(pieces.piece_after, piece), end_s - self.start_s
+        self._clock[PASSED] = 0.0
 
     def _states(self, t_s):
         order = None if (t_s[1:] >= t_s[:-1]).all() else np.argsort(t_s, kind='stable')
@@ -92,7 +112,7 @@ class Propagation(Motion):
         if len(t_s) and sorted_s[0] < self._clock[BEGIN]:
             self._begin()
         out = np.empty((self.wanted, len(t_s)))
-        rows, outcome = 0, UNFINISHED
+        rows, outcome, why = 0, UNFINISHED, ''
         while outcome == UNFINISHED:
             rows, outcome = _integrate(
                 sorted_s,
@@ -103,27 +123,52 @@ class Propagation(Motion):
                 self._dense,
                 self.anomaly,
                 self.stops_s,
+                self._until_s,
                 self.constants,
                 self.tolerance,
                 self.steps_allowed,
             )
+            if outcome == PIECE_ENDS:
+                try:
+                    self._enter(self.system.pieces, self._next())
+                    outcome = UNFINISHED
+                except ValueError as error:
+                    why = str(error)
         if outcome != REACHED:
             reached_s = float(self._clock[END])
             self._steps_to_halt = self._clock[STEPS] - self._clock[SINCE]
             self._begin()
-            raise self.halted(outcome, reached_s, self.states_of(sorted_s[:rows], out[:, :rows]))
+            states = self.states_of(sorted_s[:rows], out[:, :rows])
+            raise self.halted(outcome, reached_s, states, why)
         if order is not None:
             out[:, order] = out.copy()
         return self._columns(out)
+
+    def constants_until(self, end_s: float) -> tuple[Constants, np.ndarray]:
+        """
+        Return the constants and the stops of the whole motion from its start to end_s.
+
+        ValueError: a table ends before, or jumps.
+        """
+        if not self.system.pieces:
+            return self.constants, self.stops_s
+        begin_s = self.start_s
+
+        def table_of(pieces):
+            return pieces.table_between(begin_s, begin_s + end_s)
+
+        edges_s = table_of(self.system.pieces).ends_s
+        constants = with_tables(self.constants, self.system, table_of)
+        return constants, np.union1d(self._all_stops_s, edges_s)
 
     @property
     def steps_allowed(self) -> float:
         """Return most_steps as a number: infinite for any number."""
         return np.inf if self.most_steps is None else float(self.most_steps)
 
-    def halted(self, outcome: int, reached_s: float, states: States) -> Halted:
+    def halted(self, outcome: int, reached_s: float, states: States, why: str = '') -> Halted:
         """Return the error of a propagation that gets no further than reached_s."""
-        why = f'no step meets the tolerance {self.tolerance:g}'
+        why = why or f'no step meets the tolerance {self.tolerance:g}'
         if outcome == TOO_MANY_STEPS:
             why = f'more than {self.most_steps} steps are needed to the next sample'
         return Halted(
@@ -173,7 +218,7 @@ def wanted_count(system: System, does_work: bool) -> int:
 def mean_anomaly(system: System, start_s: float) -> tuple[float | np.ndarray, ...]:
     """Return mean anomaly at start_s, mean motion and eccentricity; zeros: no orbit."""
     orbit = system.orbit
-    if isinstance(orbit, FixedDirection):
+    if not isinstance(orbit, KeplerOrbit):
         return 0.0, 0.0, 0.0
     mean_motion = orbit.mean_motion
     return orbit.mean_anomaly + mean_motion * start_s, mean_motion, orbit.eccentricity
@@ -194,6 +239,7 @@ def _integrate(
     dense,
     anomaly,
     stops_s,
+    until_s,
     constants,
     tolerance,
     steps_allowed,
@@ -202,7 +248,7 @@ def _integrate(
     Fill out (V, N) with the wanted variables at the ascending times t_s (N,), from row `rows` on.
 
     Return how many rows are filled when the slice ends, and how it ends.  clock, stages, dense:
-    the current step, as in dop853.py.
+    the current step, as in dop853.py.  until_s: up to where the constants hold.
     """
     count = min(len(t_s), rows + _SLICE_ROWS)
     for _ in range(_SLICE_STEPS):
@@ -218,6 +264,8 @@ def _integrate(
                 clock[FURTHEST], clock[SINCE] = t_s[rows - 1], 0.0
         if rows == count:
             break
+        if clock[END] >= until_s:
+            return rows, PIECE_ENDS
         if clock[SINCE] >= steps_allowed:
             return rows, TOO_MANY_STEPS
         if not step(clock, stages, anomaly, stops_s, constants, tolerance):

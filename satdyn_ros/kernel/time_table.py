@@ -76,6 +76,16 @@ def interpolate(table: Table, i: int, t_s: float) -> float:
     return look_up(table.coefficients, first) + x * b_1 - b_2
 
 
+@inlined
+def interpolate_vector(table: Table, i: int, t_s: float) -> tuple[float, float, float]:
+    """Return the functions i, i + 1 and i + 2 of a table at t_s."""
+    return (
+        interpolate(table, i, t_s),
+        interpolate(table, i + 1, t_s),
+        interpolate(table, i + 2, t_s),
+    )
+
+
 def whole(x: float) -> float:
     """
     Return the largest whole number that is not above x, as a float.

@@ -9,7 +9,7 @@ before: a library's last bit may change with the number of rows.
 import math
 import sys
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from functools import lru_cache
 from typing import NamedTuple
@@ -127,6 +127,7 @@ class Pieces:
         self.stretches = tuple(stretches)
         # Two threads that ask for the same piece may both make it: it is the same.
         self._table = lru_cache(_KEPT)(self._made)
+        self._last_asked: Piece | None = None
 
     def _made(self, piece: Piece) -> Table:
         grid = np.array([piece.begin_s, piece.stretch.length_s], float)
@@ -139,6 +140,13 @@ class Pieces:
                 return Piece(stretch, stretch.number(float(t_s)))
         raise ValueError(self._outside(t_s))
 
+    def piece_after(self, piece: Piece) -> Piece:
+        """Return the piece that begins where one ends; ValueError: there is none."""
+        following = self.piece_at(piece.end_s)
+        if following.end_s <= piece.end_s:
+            raise ValueError(self._outside(piece.end_s))
+        return following
+
     def covered_until(self, t_s: float) -> float:
         """Return up to when [s] there are pieces without a gap from a time on."""
         end_s = self.piece_at(t_s).stretch.end_s
@@ -147,15 +155,15 @@ class Pieces:
                 end_s = max(end_s, stretch.end_s)
         return end_s
 
-    def table_at(self, t_s: float) -> Table:
+    def table_in(self, piece: Piece) -> Table:
         """
-        Return the table of the one piece that a time is in, and let a thread make the next.
+        Return the table of one piece, and let a thread make the next, unless it has been told to.
 
-        ValueError: there is none, or it cannot be made.
+        ValueError: it cannot be made.
         """
-        piece = self.piece_at(t_s)
         table = self._table(piece)
-        if piece.number < piece.stretch.last:
+        if piece != self._last_asked and piece.number < piece.stretch.last:
+            self._last_asked = piece
             following = Piece(piece.stretch, piece.number + 1)
             threading.Thread(target=self._make_ahead, args=(following,)).start()
         return table
@@ -182,17 +190,23 @@ class Pieces:
 
         By the very code of the equations.  Row i depends on t_s[i] alone.
         """
-        order = np.argsort(t_s, kind='stable')
-        t_s = np.asarray(t_s, float)[order]
-        found, begin = np.empty((len(t_s), len(columns))), 0
-        while begin < len(t_s):
-            piece = self.piece_at(t_s[begin])
-            end = max(begin + 1, int(np.searchsorted(t_s, piece.end_s)))
-            _evaluate(found[begin:end], t_s[begin:end], *self._table(piece), columns)
-            begin = end
-        values = np.empty_like(found)
-        values[order] = found
+        t_s = np.asarray(t_s, float)
+        values = np.empty((len(t_s), len(columns)))
+        for rows, piece in self.by_piece(t_s):
+            some = np.empty((len(rows), len(columns)))
+            _evaluate(some, t_s[rows], *self._table(piece), columns)
+            values[rows] = some
         return values
+
+    def by_piece(self, t_s: np.ndarray) -> Iterator[tuple[np.ndarray, Piece]]:
+        """Yield the rows of times (N,) that are in one piece, and the piece."""
+        order, begin = np.argsort(t_s, kind='stable'), 0
+        ascending_s = t_s[order]
+        while begin < len(t_s):
+            piece = self.piece_at(ascending_s[begin])
+            end = max(begin + 1, int(np.searchsorted(ascending_s, piece.end_s)))
+            yield order[begin:end], piece
+            begin = end
 
 
 @compiled

@@ -41,7 +41,7 @@ import numpy as np
 from ..dynamics.inertia import principal_axes
 from ..dynamics.motion import States
 from ..messages.markers import box
-from ..orbits import KeplerOrbit
+from ..orbits import FixedDirection
 from ..orbits.kepler import EARTH_MU, EARTH_RADIUS_M
 from ..run.scenario import Scenario
 from .curves import least_axis, rotor_columns, topics_with_panels
@@ -54,7 +54,7 @@ def description(scenario: Scenario, integrals: list[str]) -> dict[str, Any]:
     """Return what the scene of a scenario shows, see above."""
     edges, q_bp = box(scenario.system.inertia)
     orbit, least = scenario.system.orbit, least_axis(scenario.system.inertia)
-    is_earth = isinstance(orbit, KeplerOrbit) and abs(orbit.mu / EARTH_MU - 1.0) < 1e-3
+    is_earth = not isinstance(orbit, FixedDirection) and abs(orbit.mu / EARTH_MU - 1.0) < 1e-3
     return {
         'body': {'edges': edges.tolist(), 'q_bp': q_bp.tolist()},
         'axis': _followed_axis(scenario.system.inertia).tolist(),
@@ -85,7 +85,7 @@ def rows(
         'momentum_b': momentum_b,
         **shown,
     }
-    if isinstance(states.orbit, KeplerOrbit):
+    if not isinstance(states.orbit, FixedDirection):
         columns['q_il'] = states.orbit.lvlh(states.orbit_s)
         columns['radius_m'] = states.orbit.radius(states.orbit_s)
     if applied_b is not None and np.any(applied_b):

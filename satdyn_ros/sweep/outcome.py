@@ -16,7 +16,6 @@ from ..dynamics.motion import States
 from ..dynamics.system import System
 from ..integrate.batch import propagate_many
 from ..kernel.rows import length
-from ..orbits import KeplerOrbit
 from ..run.many import many, part_of
 from .capture import capture_times, judged_axis
 from .extrema import angles, extrema_of
@@ -159,7 +158,7 @@ def outcome(plan: Plan, system: System, states: States, runs: Sequence[int]) -> 
     for name, drift in relative_drift(system, states).items():
         if name.partition('.')[0] in NAMES:
             found[f'drift_{name.replace(".", "_")}'] = np.abs(drift).max(axis=-1)
-    if isinstance(states.orbit, KeplerOrbit):
+    if states.orbit.has_lvlh:
         found |= _angles_and_capture(plan, system, states, runs)
     if plan.keeps_samples:
         found |= samples(states)

@@ -12,6 +12,7 @@ from ..base.key import Key
 from ..base.lazy import own_module
 from ..kernel.compile import add_source
 from ..kernel.time_table import Table
+from ..orbits.pieces import Pieces
 
 
 class BodyTorque:
@@ -29,6 +30,9 @@ class BodyTorque:
     It is computed for many motions side by side as well, where its arguments are SIMD vectors: it
     may use arithmetic, comparisons, min, max and the functions of math, and chooses by
     kernel.simd.select where another function would by if.
+
+    pieces: by the name of a field of Constants, a Table, what makes it for one piece of time after
+    the other: what depends on time alone, such as the magnetic field along the orbit.
 
     Two more functions of the same arguments, where a torque has them.  signs(...) -> (x, ...): one
     of these numbers changes its sign where the torque has a corner, and steps end there.
@@ -55,8 +59,8 @@ class BodyTorque:
     signs: ClassVar[Callable[..., tuple[float, ...]] | None] = None
     potential: ClassVar[Callable[..., float] | None] = None
 
-    def __init__(self, constants: Any):
-        self.constants = _as_floats(constants)
+    def __init__(self, constants: Any, pieces: Mapping[str, Pieces] | None = None):
+        self.constants, self.pieces = _as_floats(constants), dict(pieces or {})
 
     def __init_subclass__(cls) -> None:
         """
@@ -125,6 +129,11 @@ class BodyTorque:
     ) -> tuple[float, ...]:
         """Return the torque [N m] in body axes."""
         raise NotImplementedError
+
+    def constants_with(self, table_of: Callable[[Pieces], Table]) -> Any:
+        """Return the constants with the tables of some time, which table_of takes from pieces."""
+        tables = {name: table_of(pieces) for name, pieces in self.pieces.items()}
+        return self.constants._replace(**tables) if tables else self.constants
 
     def stops(self) -> np.ndarray:
         """

@@ -54,7 +54,7 @@ def test_the_equations_see_the_same_bits():
     """What the compiled look-up says of the one piece, and to rounding of a table of several."""
     table, t_s = pieces(), np.random.default_rng(5).uniform(0.0, 3000.0, 30)
     right = table.values(t_s, COLUMNS)
-    alone = [[interpolate(table.table_at(t), i, t) for i in range(3)] for t in t_s]
+    alone = [[interpolate(table.table_in(table.piece_at(t)), i, t) for i in range(3)] for t in t_s]
     np.testing.assert_array_equal(alone, right)
     together = table.table_between(0.0, 3000.0)
     found = [[interpolate(together, i, t) for i in range(3)] for t in t_s]
@@ -83,11 +83,11 @@ def test_a_thread_makes_the_next_piece_ahead():
         return np.zeros((1, 2))
 
     table = Pieces(make, [Stretch(0.0, 1.0)])
-    table.table_at(0.5)
+    table.table_in(table.piece_at(0.5))
     assert ahead.wait(60.0)
     assert made == [(0, True), (1, False)]
     with pytest.raises(ValueError, match='not this one'):
-        table.table_at(1.5)
+        table.table_in(table.piece_at(1.5))
 
 
 def test_memory_does_not_grow_with_time():
@@ -126,6 +126,6 @@ def test_where_stretches_meet_the_function_may_jump():
     assert (table.covered_until(3.0), table.covered_until(20.0)) == (14.0, 22.0)
     for t in (-0.1, 15.0, 22.1):
         with pytest.raises(ValueError, match=f'not at {t:g} s'):
-            table.table_at(t)
+            table.table_in(table.piece_at(t))
     with pytest.raises(ValueError, match='jumps, at 10 s'):
         table.table_between(1.0, 13.0)

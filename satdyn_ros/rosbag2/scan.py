@@ -114,10 +114,12 @@ def scan(path: Path) -> Iterator[Found]:
     is not an MCAP file.  Damaged: to read it takes more than its Budget.
     """
     with open(regular_file(path), 'rb') as file:
-        yield from _Scanner(path, file).found()
+        yield from Scanner(path, file).found()
 
 
-class _Scanner:
+class Scanner:
+    """What a file holds, read at any place; all that is read is paid from one Budget."""
+
     def __init__(self, path: Path, file: BinaryIO):
         self._path = path
         self._file = file
@@ -135,7 +137,7 @@ class _Scanner:
         is_whole, is_broken = True, False
         item: Any = None
         while place < self._size and not isinstance(item, Footer):
-            for found in self._next(place):
+            for found in self.at(place):
                 item, place = found.item, found.end
                 is_broken = isinstance(item, Flaw) and (item.is_end or not item.opcode)
                 is_whole &= not is_broken
@@ -169,7 +171,7 @@ class _Scanner:
         """Whether the file ends as a writer ends it."""
         return self._read(self._size - len(MCAP0_MAGIC), self._size) == MCAP0_MAGIC
 
-    def _next(self, start: int) -> Iterator[Found]:
+    def at(self, start: int) -> Iterator[Found]:
         """Yield what is at a place: a record, messages, or damaged bytes up to the next record."""
         self._spend(RECORD)
         opcode, end = self._head(start)

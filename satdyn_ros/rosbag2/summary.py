@@ -6,7 +6,6 @@ Writing a file, and checking one against its data, use the same summary.
 
 import os
 import zlib
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,7 +18,6 @@ from mcap.records import (
     Chunk,
     ChunkIndex,
     Footer,
-    McapRecord,
     MetadataIndex,
     Schema,
     Statistics,
@@ -31,7 +29,7 @@ from mcap.writer import MCAP0_MAGIC
 from ..base.regular_file import regular_file
 from .chunk import Contents
 from .errors import Damaged, Incomplete
-from .records import PREFIX, IndexRecord, name_of, read, written
+from .records import PREFIX, name_of, read, written
 
 # How a file ends, without a summary.
 _END = written([Footer(0, 0, 0)]) + MCAP0_MAGIC
@@ -155,26 +153,35 @@ def read_summary(path: Path) -> Summary:
     writer writes.
     """
     summary = Summary()
-    pairs: dict[type, dict[int, Any]] = {Schema: summary.schemas, Channel: summary.channels}
-    for record in _records(path):
-        match record:
-            case Schema() | Channel():
-                if pairs[type(record)].setdefault(record.id, record) != record:
-                    kind = type(record).__name__
-                    raise _damaged(path, f'it lists {kind} {record.id} in two ways')
-            case Statistics():
-                summary.statistics = record
-            case ChunkIndex():
-                summary.chunk_indexes.append(record)
-            case MetadataIndex():
-                summary.metadata_indexes.append(record)
-            case AttachmentIndex():
-                summary.attachment_indexes.append(record)
-            case SummaryOffset() | None:
-                # Readers skip records that MCAP does not define.
-                pass
-            case _:
-                raise _damaged(path, 'it holds a record that does not belong there')
+    by_id: dict[type, dict[int, Any]] = {Schema: summary.schemas, Channel: summary.channels}
+    listed: dict[type, list[Any]] = {
+        ChunkIndex: summary.chunk_indexes,
+        MetadataIndex: summary.metadata_indexes,
+        AttachmentIndex: summary.attachment_indexes,
+    }
+    _, section = summary_section(path)
+    place, end = 0, len(section) - len(_END)
+    while place < end:
+        opcode, length = PREFIX.unpack_from(section, place)
+        begin = place + PREFIX.size
+        place = begin + length
+        if place > end:
+            raise _damaged(path, 'it is cut off')
+        try:
+            record: Any = read(opcode, section[begin:place])
+        except Damaged as error:
+            raise _damaged(path, f'its {name_of(opcode)} record: {error}') from None
+        kind = type(record)
+        if kind in by_id:
+            if by_id[kind].setdefault(record.id, record) != record:
+                raise _damaged(path, f'it lists {kind.__name__} {record.id} in two ways')
+        elif kind in listed:
+            listed[kind].append(record)
+        elif kind is Statistics:
+            summary.statistics = record
+        # Readers skip records that MCAP does not define.
+        elif record is not None and kind is not SummaryOffset:
+            raise _damaged(path, 'it holds a record that does not belong there')
     return summary
 
 
@@ -203,22 +210,6 @@ def summary_section(path: Path) -> tuple[int, bytes]:
     if footer.summary_crc not in (0, wanted):
         raise _damaged(path, 'its checksum is wrong')
     return start, section
-
-
-def _records(path: Path) -> Iterator[McapRecord | IndexRecord | None]:
-    """Yield the records of the summary of a file."""
-    _, section = summary_section(path)
-    place, end = 0, len(section) - len(_END)
-    while place < end:
-        begin = place + PREFIX.size
-        opcode, length = PREFIX.unpack_from(section, place)
-        place = begin + length
-        if place > end:
-            raise _damaged(path, 'it is cut off')
-        try:
-            yield read(opcode, section[begin:place])
-        except Damaged as error:
-            raise _damaged(path, f'its {name_of(opcode)} record: {error}') from None
 
 
 def _damaged(path: Path, why: str) -> Damaged:

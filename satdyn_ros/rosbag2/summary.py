@@ -6,6 +6,7 @@ Writing a file, and checking one against its data, use the same summary.
 
 import os
 import zlib
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ from mcap.records import (
     Chunk,
     ChunkIndex,
     Footer,
+    McapRecord,
     MetadataIndex,
     Schema,
     Statistics,
@@ -33,13 +35,6 @@ from .records import PREFIX, name_of, read, written
 
 # How a file ends, without a summary.
 _END = written([Footer(0, 0, 0)]) + MCAP0_MAGIC
-_GROUPS = (
-    Opcode.SCHEMA,
-    Opcode.CHANNEL,
-    Opcode.STATISTICS,
-    Opcode.CHUNK_INDEX,
-    Opcode.METADATA_INDEX,
-)
 
 
 class SummaryBuilder(Summary):
@@ -122,19 +117,20 @@ class SummaryBuilder(Summary):
 
     def end_of_file(self, start: int) -> bytes:
         """Return what follows the data, from `start` to the end of the file."""
-        groups = (
-            written(schema for _, schema in sorted(self.schemas.items())),
-            written(channel for _, channel in sorted(self.channels.items())),
-            written([self.counted()]),
-            written(self.chunk_indexes),
-            written(self.metadata_indexes),
-        )
-        offsets, end = [], start
-        for opcode, group in zip(_GROUPS, groups, strict=True):
-            if group:
-                offsets.append(SummaryOffset(opcode, end, len(group)))
-                end += len(group)
-        summary = b''.join([*groups, written(offsets)])
+        groups: dict[int, Iterable[McapRecord]] = {
+            Opcode.SCHEMA: [schema for _, schema in sorted(self.schemas.items())],
+            Opcode.CHANNEL: [channel for _, channel in sorted(self.channels.items())],
+            Opcode.STATISTICS: [self.counted()],
+            Opcode.CHUNK_INDEX: self.chunk_indexes,
+            Opcode.METADATA_INDEX: self.metadata_indexes,
+        }
+        summary, offsets = b'', []
+        for opcode, records in groups.items():
+            if group := written(records):
+                offsets.append(SummaryOffset(opcode, start + len(summary), len(group)))
+                summary += group
+        end = start + len(summary)
+        summary += written(offsets)
         crc = checksum(summary, start, end)
         return summary + written([Footer(start, end, crc)]) + MCAP0_MAGIC
 

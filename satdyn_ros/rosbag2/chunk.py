@@ -40,6 +40,7 @@ HEAD = np.dtype(
 _PREFIX = 9
 _MESSAGE = int(Opcode.MESSAGE)
 _HEAD_SIZE = HEAD.itemsize
+_DECLARES: dict[int, Any] = {Opcode.SCHEMA: Schema, Opcode.CHANNEL: Channel}
 
 
 class Contents:
@@ -132,18 +133,25 @@ class Contents:
     @cached_property
     def declarations(self) -> tuple[dict[int, Schema], dict[int, Channel]]:
         """The schemas and the channels by their ids; Damaged: one cannot be read."""
-        if len(self._others) == 0:
-            return {}, {}
-        return self._declared(Schema), self._declared(Channel)
+        declared: dict[Any, dict[int, Any]] = {Schema: {}, Channel: {}}
+        for start in self._others.tolist():
+            kind = _DECLARES.get(int(self.data[start]))
+            if kind is None:
+                continue
+            content = self.data[start + _PREFIX : start + self._length(start)]
+            try:
+                record = kind.read(ReadDataStream(io.BytesIO(content.data)))
+            except (McapError, struct.error, UnicodeError):
+                raise Damaged(f'a {kind.__name__} in it cannot be read') from None
+            if declared[kind].setdefault(record.id, record) != record:
+                raise Damaged(f'it declares {kind.__name__} {record.id} in two ways')
+        return declared[Schema], declared[Channel]
 
     def message_records(self) -> np.ndarray:
         """Return the records of the messages alone, (n,) uint8."""
-        if len(self._others) == 0:
-            return self.data
-        kept = np.ones(len(self.data), bool)
-        for start in self._others:
-            kept[start : start + self._length(start)] = False
-        return self.data[kept]
+        ends = [start + self._length(start) for start in self._others.tolist()]
+        spans = zip([0, *ends], [*self._others.tolist(), len(self.data)], strict=True)
+        return np.concatenate([self.data[begin:end] for begin, end in spans])
 
     def messages(self, channel_id: int) -> tuple[np.ndarray, np.ndarray | list[bytes]]:
         """Return log times [ns] (n,) and data_at of the messages on a channel, in order."""
@@ -162,22 +170,6 @@ class Contents:
             return _gathered(self.data, begins, int(lengths[0]))
         ends = begins + lengths
         return [self.data[i:j].tobytes() for i, j in zip(begins, ends, strict=True)]
-
-    def _declared(self, kind):
-        declared: dict[int, Any] = {}
-        for record in self._records(kind):
-            if declared.setdefault(record.id, record) != record:
-                raise Damaged(f'it declares {kind.__name__} {record.id} in two ways')
-        return declared
-
-    def _records(self, kind):
-        opcode = int(Opcode.SCHEMA if kind is Schema else Opcode.CHANNEL)
-        for start in self._others[self.data[self._others] == opcode].tolist():
-            content = self.data[start + _PREFIX : start + self._length(start)]
-            try:
-                yield kind.read(ReadDataStream(io.BytesIO(content.data)))
-            except (McapError, struct.error, UnicodeError):
-                raise Damaged(f'a {kind.__name__} in it cannot be read') from None
 
     def _length(self, start):
         """Return the length of a record, its opcode and length included."""

@@ -22,9 +22,6 @@ class ChunkBuilder:
 
     def __init__(self):
         self._buffer = np.empty(2 * CHUNK_SIZE, np.uint8)
-        self._begin()
-
-    def _begin(self):
         self._data, self._size = self._buffer, 0
 
     @property
@@ -114,7 +111,7 @@ class ChunkBuilder:
     def take(self) -> np.ndarray:
         """Return the contents, valid until the next record is added, and start a new chunk."""
         data = self._data[: self._size]
-        self._begin()
+        self._data, self._size = self._buffer, 0
         return data
 
     def _take(self, size):

@@ -8,15 +8,8 @@ out; so did version 0.1, which wrote no checksum of the data.
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
-from mcap.records import (
-    Attachment,
-    DataEnd,
-    Header,
-    McapRecord,
-    Metadata,
-)
+from mcap.records import Attachment, Channel, DataEnd, Header, McapRecord, Metadata, Schema
 
 from . import metadata
 from .chunk import Contents
@@ -35,7 +28,8 @@ class DataSection:
 
     pass_on: called with messages and metadata in order, once they are checked.  summary: what the
     data hold.  crc: their checksum, 0: none.  end: where they end.  closing: rosbag2's metadata at
-    the end of the file, '': none.
+    the end of the file, '': none.  is_ours: satdyn_ros wrote the file; has_every_checksum: a
+    version of it that leaves none out did.
     """
 
     def __init__(self, path: Path, pass_on: Callable[[TopicBlock | Metadata], None]):
@@ -43,28 +37,14 @@ class DataSection:
         self._pass_on = pass_on
         self._topics: dict[int, str] = {}
         self.summary = SummaryBuilder()
-        self.header: Header | None = None
+        self.is_ours = self.has_every_checksum = False
         self.crc = 0
         self.end = 0
         self.closing = ''
+        self._has_begun = False
         self._chunk: Found | None = None
         self._indexes: dict[int, int] = {}
         self._chunk_end = 0
-
-    @property
-    def is_ours(self) -> bool:
-        """Whether satdyn_ros wrote the file."""
-        return self._version is not None
-
-    @property
-    def has_every_checksum(self) -> bool:
-        """Whether the file is of a writer that leaves none out."""
-        return (self._version or (0, 0)) >= _SUMS_DATA_SINCE
-
-    @property
-    def _version(self) -> tuple[int, ...] | None:
-        found = _OURS.match(self.header.library) if self.header else None
-        return tuple(map(int, found.groups())) if found else None
 
     def take(self, found: Found) -> bool:
         """Process the next item; return whether it ends the data.  Errors: as integrity.check."""
@@ -75,11 +55,14 @@ class DataSection:
         if item is None and self.is_ours:
             raise found.damaged(self.path, 'satdyn_ros writes none of its kind')
         self._end_chunk()
-        if isinstance(item, Header) != (self.header is None):
+        if isinstance(item, Header) == self._has_begun:
             raise found.damaged(self.path, 'the data must have one Header, at their start')
         match item:
             case Header():
-                self.header = item
+                self._has_begun = True
+                if version := _OURS.match(item.library):
+                    self.is_ours = True
+                    self.has_every_checksum = (*map(int, version.groups()),) >= _SUMS_DATA_SINCE
             case Block(contents, chunk):
                 self._check_declarations(found, contents)
                 if chunk is None:
@@ -128,18 +111,14 @@ class DataSection:
         self._chunk = None
 
     def _check_declarations(self, found: Found, contents: Contents) -> None:
-        (schemas, channels), summary = contents.declarations, self.summary
-        pairs: list[tuple[dict[int, Any], dict[int, Any]]] = [
-            (schemas, summary.schemas),
-            (channels, summary.channels),
-        ]
-        for declared, before in pairs:
-            for id_, record in declared.items():
-                if before.get(id_, record) != record:
-                    kind = type(record).__name__
-                    raise found.damaged(
-                        self.path, f'{kind} {id_} was declared before, in another way'
-                    )
+        schemas, channels = contents.declarations
+        declared: list[Schema | Channel] = [*schemas.values(), *channels.values()]
+        for record in declared:
+            is_schema = isinstance(record, Schema)
+            before = self.summary.schemas if is_schema else self.summary.channels
+            if before.get(record.id, record) != record:
+                what = f'{type(record).__name__} {record.id} was declared before, in another way'
+                raise found.damaged(self.path, what)
 
     def _pass_messages_on(self, found: Found, contents: Contents) -> None:
         """Pass on messages whose channels are all declared."""

@@ -19,11 +19,9 @@ _COUNTED = ('message_count', 'relative_file_paths', 'starting_time', 'duration')
 _ONLY_IN_CLOSING = ('custom_data', 'ros_distro')
 
 
-def _ignore(item: TopicBlock | Metadata) -> None:
-    pass
-
-
-def check(bag: Bag, pass_on: Callable[[TopicBlock | Metadata], None] = _ignore) -> list[str]:
+def check(
+    bag: Bag, pass_on: Callable[[TopicBlock | Metadata], None] = lambda _: None
+) -> list[str]:
     """
     Check everything in a bag against everything else; return in words what cannot be checked.
 
@@ -37,7 +35,7 @@ def check(bag: Bag, pass_on: Callable[[TopicBlock | Metadata], None] = _ignore) 
 
 
 def check_file(
-    path: Path, pass_on: Callable[[TopicBlock | Metadata], None] = _ignore
+    path: Path, pass_on: Callable[[TopicBlock | Metadata], None] = lambda _: None
 ) -> DataSection:
     """
     Check the records of a file against each other; return its data.
@@ -66,24 +64,19 @@ def check_summary(data: DataSection) -> None:
     if start != data.end:
         raise Damaged(f'{path} is damaged: its summary does not follow its data')
     summary = read_summary(path)
+    agrees = True
     # Some writers list channels without messages, and count those that the data declare.
     counted = [None, held.counted()]
-    pairs: list[tuple[dict[int, Any], dict[int, Any]]] = [
-        (held.schemas, summary.schemas),
-        (held.channels, summary.channels),
-    ]
-    agrees = all(not listed or own.items() <= listed.items() for own, listed in pairs)
-    for own, listed in pairs:
+    for name in ('schemas', 'channels'):
+        own, listed = getattr(held, name), getattr(summary, name)
+        agrees &= not listed or own.items() <= listed.items()
         own |= listed
     if data.has_every_checksum:
         agrees &= section == held.end_of_file(start)
     else:
-        indexes: list[tuple[list[Any], list[Any]]] = [
-            (held.chunk_indexes, summary.chunk_indexes),
-            (held.metadata_indexes, summary.metadata_indexes),
-            (held.attachment_indexes, summary.attachment_indexes),
-        ]
-        agrees &= all(not listed or _sorted(own) == _sorted(listed) for own, listed in indexes)
+        for name in ('chunk_indexes', 'metadata_indexes', 'attachment_indexes'):
+            own, listed = _sorted(getattr(held, name)), _sorted(getattr(summary, name))
+            agrees &= not listed or own == listed
         agrees &= summary.statistics in [*counted, held.counted()]
     if not agrees:
         raise Damaged(f'{path} is damaged: its summary does not say what its data hold')

@@ -64,7 +64,8 @@ class Bag:
 
     def __init__(self, path: str | Path):
         self.path = Path(path)
-        self.information = _information(self.path)
+        said = self.path / metadata.FILE_NAME
+        self.information = metadata.read(said) if said.exists() else None
         self.has_compressed_messages = has_compressed_messages(self.path, self.information)
         self.files = bag_files(self.path, self.information)
         self.problem: str | None = None
@@ -112,7 +113,17 @@ class Bag:
     @cached_property
     def declarations(self) -> list[tuple[dict[int, Schema], dict[int, Channel]]]:
         """The schemas and channels of each file by id, from its summary if it has one."""
-        return [self._declared(path) for path in self.files]
+        declared = []
+        for path in self.files:
+            try:
+                summary = read_summary(path)
+            except Incomplete:
+                summary = in_data = SummaryBuilder()
+                for found in scan(path):
+                    if isinstance(found.item, Block):
+                        in_data.add_messages(found.item.contents)
+            declared.append((summary.schemas, summary.channels))
+        return declared
 
     @property
     def message_counts(self) -> Counter[str]:
@@ -125,17 +136,6 @@ class Bag:
             for i, count in summary.statistics.channel_message_counts.items():
                 counts[summary.channels[i].topic] += count
         return counts
-
-    def _declared(self, path: Path) -> tuple[dict[int, Schema], dict[int, Channel]]:
-        try:
-            summary = read_summary(path)
-            return summary.schemas, summary.channels
-        except Incomplete:
-            found_in_data = SummaryBuilder()
-        for found in scan(path):
-            if isinstance(found.item, Block):
-                found_in_data.add_messages(found.item.contents)
-        return found_in_data.schemas, found_in_data.channels
 
 
 def bag_files(path: Path, information: dict[str, Any] | None) -> list[Path]:
@@ -162,11 +162,6 @@ def bag_files(path: Path, information: dict[str, Any] | None) -> list[Path]:
             what = 'a bag' if file == path else 'a file of a bag'
             raise BagError(f'{file} is not {what}: {error.strerror}') from None
     return files
-
-
-def _information(path: Path) -> dict[str, Any] | None:
-    file = path / metadata.FILE_NAME
-    return metadata.read(file) if path.is_dir() and file.exists() else None
 
 
 def has_compressed_messages(path: Path, information: dict[str, Any] | None) -> bool:

@@ -18,6 +18,7 @@ from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Chunk, DataEnd, Footer
 from mcap.writer import MCAP0_MAGIC
+from numpy.lib.stride_tricks import sliding_window_view
 
 from ..base.regular_file import regular_file
 from .budget import CHUNK, DAMAGE, RECORD, Budget, objects
@@ -32,28 +33,22 @@ _BUFFER = 2**14
 _FIRST_WINDOW, _LAST_WINDOW = 2**11, 2**20
 # This many messages do not follow each other by chance.
 _CHAIN = 3
-# Where bytes are damaged, reading goes on at a record of these kinds; the least length of each.
-_RESUMED: dict[int, int] = {
-    Opcode.HEADER: 8,
-    Opcode.FOOTER: 20,
-    Opcode.SCHEMA: 14,
-    Opcode.CHANNEL: 16,
-    Opcode.MESSAGE: HEAD.itemsize - PREFIX.size,
-    Opcode.CHUNK: 40,
-    Opcode.MESSAGE_INDEX: 6,
-    Opcode.METADATA: 8,
-    Opcode.DATA_END: 4,
-}
-# Of those that have inner lengths, the bytes before each and its own; what it counts follows it.
+# Where bytes are damaged, reading goes on at a record of these kinds.  For each of their inner
+# lengths the bytes before it and its own, which what it counts follows; 0: there is none.
 _INNER: dict[int, tuple[tuple[int, int], ...]] = {
     Opcode.HEADER: ((0, 4), (0, 4)),
+    Opcode.FOOTER: ((20, 0),),
     Opcode.SCHEMA: ((2, 4), (0, 4), (0, 4)),
     Opcode.CHANNEL: ((4, 4), (0, 4), (0, 4)),
+    Opcode.MESSAGE: ((HEAD.itemsize - PREFIX.size, 0),),
     Opcode.CHUNK: ((28, 4), (0, 8)),
     Opcode.MESSAGE_INDEX: ((2, 4),),
     Opcode.METADATA: ((0, 4), (0, 4)),
+    Opcode.DATA_END: ((4, 0),),
 }
-_LEAST = np.array([_RESUMED.get(opcode, 2**32) for opcode in range(_LAST_OPCODE + 1)])
+# The least length of each; of other kinds more than any record has.
+_LEAST = np.full(256, 2**32, np.uint64)
+_LEAST[list(_INNER)] = [sum(map(sum, inner)) for inner in _INNER.values()]
 
 
 class Block(NamedTuple):
@@ -113,17 +108,18 @@ def scan(path: Path) -> Iterator[Found]:
     chunk's size of those outside chunks; so do schemas and channels outside chunks.  BagError: it
     is not an MCAP file.  Damaged: to read it takes more than its Budget.
     """
-    with open(regular_file(path), 'rb') as file:
-        yield from _Scanner(path, file).found()
+    with open(regular_file(path), 'rb', _BUFFER) as file:
+        yield from Scanner(path, file).found()
 
 
-class _Scanner:
+class Scanner:
+    """What a file holds, read at any place; all that is read is paid from one Budget."""
+
     def __init__(self, path: Path, file: BinaryIO):
         self._path = path
         self._file = file
         self._size = os.fstat(file.fileno()).st_size
         self._budget = Budget(self._size)
-        self._begin, self._buffer = 0, b''
         self._before = 'the magic at its start'
         # Until their end is found.
         self._is_data = True
@@ -135,7 +131,7 @@ class _Scanner:
         is_whole, is_broken = True, False
         item: Any = None
         while place < self._size and not isinstance(item, Footer):
-            for found in self._next(place):
+            for found in self.at(place):
                 item, place = found.item, found.end
                 is_broken = isinstance(item, Flaw) and (item.is_end or not item.opcode)
                 is_whole &= not is_broken
@@ -169,7 +165,7 @@ class _Scanner:
         """Whether the file ends as a writer ends it."""
         return self._read(self._size - len(MCAP0_MAGIC), self._size) == MCAP0_MAGIC
 
-    def _next(self, start: int) -> Iterator[Found]:
+    def at(self, start: int) -> Iterator[Found]:
         """Yield what is at a place: a record, messages, or damaged bytes up to the next record."""
         self._spend(RECORD)
         opcode, end = self._head(start)
@@ -235,7 +231,7 @@ class _Scanner:
             size = chunk.uncompressed_size
             contents = _contents(decompress_begin(chunk.compression, chunk.data, size))
             if len(contents):
-                head = PREFIX.size + _RESUMED[Opcode.CHUNK]
+                head = PREFIX.size + int(_LEAST[Opcode.CHUNK])
                 kept = start if chunk.compression else start + head + len(contents.data)
                 yield Found(start, kept, Block(contents))
                 yield Found(kept, end, _CUT_OFF)
@@ -280,31 +276,27 @@ class _Scanner:
         window = np.frombuffer(self._read(start, size + PREFIX.size - 1), np.uint8)
         if len(window) < PREFIX.size:
             return []
-        opcodes = window[: len(window) - PREFIX.size + 1]
-        # No record has 4 GiB: the upper bytes of a length are 0.
-        upper = window[5:-3] | window[6:-2] | window[7:-1] | window[8:]
-        places = np.flatnonzero((opcodes <= _LAST_OPCODE) & (upper == 0))
-        lengths = sum(window[places + 1 + i].astype(np.int64) << 8 * i for i in range(4))
-        most = np.minimum(CEILING, self._size - PREFIX.size - start - places)
-        fits = (lengths >= _LEAST[opcodes[places]]) & (lengths <= most)
-        return (start + places[fits]).tolist()
+        heads = sliding_window_view(window, PREFIX.size)
+        lengths = heads[:, 1:].copy().view('<u8')[:, 0]
+        rest = self._size - PREFIX.size - start - np.arange(len(heads))
+        most = np.minimum(CEILING, rest).astype(np.uint64)
+        places = np.flatnonzero((lengths >= _LEAST[heads[:, 0]]) & (lengths <= most))
+        return (start + places).tolist()
 
     def _is_record(self, start: int, chain: int = _CHAIN) -> bool:
         """Whether bytes are a record to go on at, and not by chance: several messages in a row."""
         opcode, end = self._head(start)
         length = end - start - PREFIX.size
-        if end > self._size or length > CEILING or length < _RESUMED.get(opcode, length + 1):
+        if end > self._size or not int(_LEAST[opcode]) <= length <= CEILING:
             return False
         if opcode == Opcode.MESSAGE:
             return chain <= 1 or end == self._size or self._is_record(end, chain - 1)
-        if opcode in (Opcode.FOOTER, Opcode.DATA_END) and length != _RESUMED[opcode]:
+        if not self._adds_up(start):
             return False
         if opcode == Opcode.FOOTER:
             return MCAP0_MAGIC.startswith(self._read(end, len(MCAP0_MAGIC)))
         if opcode == Opcode.DATA_END:
             return self._may_begin(end)
-        if not self._adds_up(start):
-            return False
         is_bulk = opcode in (Opcode.CHUNK, Opcode.MESSAGE_INDEX)
         self._spend(length if is_bulk else objects(1, length))
         return self._record(start)[0] is not None
@@ -322,14 +314,8 @@ class _Scanner:
     def _read(self, start: int, length: int) -> bytes:
         """Return bytes, fewer where the file ends."""
         start = min(max(0, start), self._size)
-        length = min(length, self._size - start)
-        offset = start - self._begin
-        if offset < 0 or offset + length > len(self._buffer):
-            self._file.seek(start)
-            if length > _BUFFER:
-                return self._file.read(length)
-            self._begin, self._buffer, offset = start, self._file.read(_BUFFER), 0
-        return self._buffer[offset : offset + length]
+        self._file.seek(start)
+        return self._file.read(min(length, self._size - start))
 
     def _spend(self, cost: int) -> None:
         try:

@@ -6,7 +6,7 @@ Writing a file, and checking one against its data, use the same summary.
 
 import os
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -31,17 +31,10 @@ from mcap.writer import MCAP0_MAGIC
 from ..base.regular_file import regular_file
 from .chunk import Contents
 from .errors import Damaged, Incomplete
-from .records import PREFIX, IndexRecord, name_of, read, written
+from .records import PREFIX, name_of, read, written
 
 # How a file ends, without a summary.
 _END = written([Footer(0, 0, 0)]) + MCAP0_MAGIC
-_GROUPS = (
-    Opcode.SCHEMA,
-    Opcode.CHANNEL,
-    Opcode.STATISTICS,
-    Opcode.CHUNK_INDEX,
-    Opcode.METADATA_INDEX,
-)
 
 
 class SummaryBuilder(Summary):
@@ -124,19 +117,20 @@ class SummaryBuilder(Summary):
 
     def end_of_file(self, start: int) -> bytes:
         """Return what follows the data, from `start` to the end of the file."""
-        groups = (
-            written(schema for _, schema in sorted(self.schemas.items())),
-            written(channel for _, channel in sorted(self.channels.items())),
-            written([self.counted()]),
-            written(self.chunk_indexes),
-            written(self.metadata_indexes),
-        )
-        offsets, end = [], start
-        for opcode, group in zip(_GROUPS, groups, strict=True):
-            if group:
-                offsets.append(SummaryOffset(opcode, end, len(group)))
-                end += len(group)
-        summary = b''.join([*groups, written(offsets)])
+        groups: dict[int, Iterable[McapRecord]] = {
+            Opcode.SCHEMA: [schema for _, schema in sorted(self.schemas.items())],
+            Opcode.CHANNEL: [channel for _, channel in sorted(self.channels.items())],
+            Opcode.STATISTICS: [self.counted()],
+            Opcode.CHUNK_INDEX: self.chunk_indexes,
+            Opcode.METADATA_INDEX: self.metadata_indexes,
+        }
+        summary, offsets = b'', []
+        for opcode, records in groups.items():
+            if group := written(records):
+                offsets.append(SummaryOffset(opcode, start + len(summary), len(group)))
+                summary += group
+        end = start + len(summary)
+        summary += written(offsets)
         crc = checksum(summary, start, end)
         return summary + written([Footer(start, end, crc)]) + MCAP0_MAGIC
 
@@ -155,26 +149,35 @@ def read_summary(path: Path) -> Summary:
     writer writes.
     """
     summary = Summary()
-    pairs: dict[type, dict[int, Any]] = {Schema: summary.schemas, Channel: summary.channels}
-    for record in _records(path):
-        match record:
-            case Schema() | Channel():
-                if pairs[type(record)].setdefault(record.id, record) != record:
-                    kind = type(record).__name__
-                    raise _damaged(path, f'it lists {kind} {record.id} in two ways')
-            case Statistics():
-                summary.statistics = record
-            case ChunkIndex():
-                summary.chunk_indexes.append(record)
-            case MetadataIndex():
-                summary.metadata_indexes.append(record)
-            case AttachmentIndex():
-                summary.attachment_indexes.append(record)
-            case SummaryOffset() | None:
-                # Readers skip records that MCAP does not define.
-                pass
-            case _:
-                raise _damaged(path, 'it holds a record that does not belong there')
+    by_id: dict[type, dict[int, Any]] = {Schema: summary.schemas, Channel: summary.channels}
+    listed: dict[type, list[Any]] = {
+        ChunkIndex: summary.chunk_indexes,
+        MetadataIndex: summary.metadata_indexes,
+        AttachmentIndex: summary.attachment_indexes,
+    }
+    _, section = summary_section(path)
+    place, end = 0, len(section) - len(_END)
+    while place < end:
+        opcode, length = PREFIX.unpack_from(section, place)
+        begin = place + PREFIX.size
+        place = begin + length
+        if place > end:
+            raise _damaged(path, 'it is cut off')
+        try:
+            record: Any = read(opcode, section[begin:place])
+        except Damaged as error:
+            raise _damaged(path, f'its {name_of(opcode)} record: {error}') from None
+        kind = type(record)
+        if kind in by_id:
+            if by_id[kind].setdefault(record.id, record) != record:
+                raise _damaged(path, f'it lists {kind.__name__} {record.id} in two ways')
+        elif kind in listed:
+            listed[kind].append(record)
+        elif kind is Statistics:
+            summary.statistics = record
+        # Readers skip records that MCAP does not define.
+        elif record is not None and kind is not SummaryOffset:
+            raise _damaged(path, 'it holds a record that does not belong there')
     return summary
 
 
@@ -203,22 +206,6 @@ def summary_section(path: Path) -> tuple[int, bytes]:
     if footer.summary_crc not in (0, wanted):
         raise _damaged(path, 'its checksum is wrong')
     return start, section
-
-
-def _records(path: Path) -> Iterator[McapRecord | IndexRecord | None]:
-    """Yield the records of the summary of a file."""
-    _, section = summary_section(path)
-    place, end = 0, len(section) - len(_END)
-    while place < end:
-        begin = place + PREFIX.size
-        opcode, length = PREFIX.unpack_from(section, place)
-        place = begin + length
-        if place > end:
-            raise _damaged(path, 'it is cut off')
-        try:
-            yield read(opcode, section[begin:place])
-        except Damaged as error:
-            raise _damaged(path, f'its {name_of(opcode)} record: {error}') from None
 
 
 def _damaged(path: Path, why: str) -> Damaged:

@@ -3,20 +3,15 @@
 import heapq
 from collections.abc import Iterator
 from itertools import pairwise
+from operator import itemgetter
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from mcap.opcode import Opcode
-from mcap.records import Chunk
 from mcap.summary import Summary
 
-from .budget import Budget
-from .chunk import Contents
-from .compression import CEILING
 from .errors import Damaged
-from .records import PREFIX, read
-from .scan import Block, scan
+from .scan import Block, Flaw, Scanner, scan
 
 # If this much of a file covers the same log times, its chunks do not give an order to play in.
 _MOST_AT_ONCE = 2**30
@@ -41,7 +36,6 @@ class _Place(NamedTuple):
     last_ns: int
     start: int
     end: int
-    is_chunk: bool
 
 
 class Timeline:
@@ -60,7 +54,6 @@ class Timeline:
                 index.message_end_time,
                 index.chunk_start_offset,
                 index.chunk_start_offset + index.chunk_length,
-                is_chunk=True,
             )
             for index in summary.chunk_indexes
         ]
@@ -77,31 +70,32 @@ class Timeline:
         """Yield the messages of topics whose log time is not before from_ns."""
         is_wanted = np.zeros(_CHANNEL_IDS, bool)
         is_wanted[[i for i, topic in self._topics.items() if topic in topics]] = True
-        self._budget = Budget(self._path.stat().st_size)
         self._at_once = 0
-        # Places by the log time of their next message, which those that were not read yet have not
-        # before their first; of equal ones the first in the file.
-        waiting: list[tuple[int, int, Iterator[LoggedMessage], LoggedMessage | None]] = [
-            (place.first_ns, place.start, self._in_order(place, is_wanted, from_ns), None)
-            for place in self._places
-            if place.last_ns >= from_ns
-        ]
-        heapq.heapify(waiting)
-        while waiting:
-            _, start, following, message = waiting[0]
-            if message is not None:
-                yield message
-            after = next(following, None)
-            if after is None:
-                heapq.heappop(waiting)
-            else:
-                heapq.heapreplace(waiting, (after.log_time_ns, start, following, after))
+        with open(self._path, 'rb') as file:
+            scanner = Scanner(self._path, file)
+            in_order = [
+                self._in_order(place, scanner, is_wanted, from_ns)
+                for place in self._places
+                if place.last_ns >= from_ns
+            ]
+            # Of equal log times the first in the file.
+            for _, message in heapq.merge(*in_order, key=itemgetter(0)):
+                if message is not None:
+                    yield message
 
     def _in_order(
-        self, place: _Place, is_wanted: np.ndarray, from_ns: int
-    ) -> Iterator[LoggedMessage]:
-        """Yield the messages at a place of the channels that are wanted."""
-        contents = self._contents(place)
+        self, place: _Place, scanner: Scanner, is_wanted: np.ndarray, from_ns: int
+    ) -> Iterator[tuple[int, LoggedMessage | None]]:
+        """Yield the messages at a place that are wanted, with their log times, after None."""
+        # Nothing is read before its time has come.
+        yield place.first_ns, None
+        found = next(scanner.at(place.start))
+        if found.end != place.end or not isinstance(found.item, Block | Flaw):
+            raise Damaged(
+                f'{self._path} is damaged: the Chunk record at byte {place.start} is not where '
+                'the summary places it'
+            )
+        contents = found.sound(self._path).item.contents
         self._at_once += len(contents.data)
         if self._at_once > _MOST_AT_ONCE:
             raise Damaged(
@@ -117,7 +111,8 @@ class Timeline:
             for log_time_ns, channel_id, data in zip(
                 log_times, ids, contents.data_at(some), strict=True
             ):
-                yield LoggedMessage(log_time_ns, self._topics[channel_id], bytes(data))
+                topic = self._topics[channel_id]
+                yield log_time_ns, LoggedMessage(log_time_ns, topic, bytes(data))
         self._at_once -= len(contents.data)
 
     def _loose_places(self) -> Iterator[_Place]:
@@ -125,23 +120,4 @@ class Timeline:
         for found in scan(self._path):
             item = found.sound(self._path).item
             if isinstance(item, Block) and len(item.contents):
-                is_chunk = item.chunk is not None
-                yield _Place(*item.contents.span_ns, found.start, found.end, is_chunk)
-
-    def _contents(self, place: _Place) -> Contents:
-        """Return the messages at a place."""
-        length = place.end - place.start - PREFIX.size
-        with open(self._path, 'rb') as file:
-            file.seek(min(place.start, self._path.stat().st_size))
-            data = file.read(PREFIX.size + max(0, min(length, CEILING)))
-        if not place.is_chunk:
-            return Contents(np.frombuffer(data, np.uint8))
-        what = f'{self._path} is damaged: the Chunk record at byte {place.start}'
-        if PREFIX.unpack(data[: PREFIX.size].ljust(PREFIX.size)) != (Opcode.CHUNK, length):
-            raise Damaged(f'{what} is not where the summary places it')
-        try:
-            chunk = read(Opcode.CHUNK, data[PREFIX.size :])
-            assert isinstance(chunk, Chunk)  # by its opcode
-            return Contents.of(chunk, self._budget)
-        except Damaged as error:
-            raise Damaged(f'{what}: {error}') from None
+                yield _Place(*item.contents.span_ns, found.start, found.end)

@@ -15,7 +15,7 @@ from satdyn_ros.rosbag2.errors import BagError, Damaged
 from satdyn_ros.rosbag2.mcap_file import McapFile
 from satdyn_ros.rosbag2.records import PREFIX, written
 from satdyn_ros.rosbag2.recover import recover
-from satdyn_ros.rosbag2.scan import Block, Flaw, _Scanner, scan
+from satdyn_ros.rosbag2.scan import Block, Flaw, Scanner, scan
 
 METADATA = written([Metadata('', {})])
 MESSAGE = PREFIX.pack(Opcode.MESSAGE, 22) + bytes(22)
@@ -36,7 +36,7 @@ PATTERNS = {
 }
 
 
-class Counting(_Scanner):
+class Counting(Scanner):
     """A scanner that counts the bytes that it has read, and where it has looked for a record."""
 
     def __init__(self, path, file):

@@ -13,16 +13,18 @@ from .nanoseconds import stamp_ns
 _LONGEST_GIVEN = 100
 _QUOTE = "; a text that ROS takes for a truth or a number must be quoted, as 'y' or '1'"
 
+_OF_TEXTS = 'string', 'string_array', 'text', 'texts'
+
 
 @dataclass(frozen=True)
 class Key:
     """
     One key of a scenario.
 
-    kind: 'double', 'double_array', 'string', 'string_array', 'epoch' (a string too), 'bool' or
-    'integer'.  low and high bound numbers inclusively, above and below exclusively; lengths are
-    those an array may have.  changes: 'never', 'running' (a parameter set) or 'service'
-    (~/set_initial_conditions).
+    kind: 'double', 'double_array', 'string', 'string_array', 'epoch', 'text', 'texts' (strings of
+    any content, empty: not given), 'bool' or 'integer'.  low and high bound numbers inclusively,
+    above and below exclusively; lengths are those an array may have.  changes: 'never', 'running'
+    (a parameter set) or 'service' (~/set_initial_conditions).
     """
 
     name: str
@@ -49,6 +51,8 @@ class Key:
             return 'true or false'
         if self.kind == 'epoch':
             return 'empty or an epoch in UTC, such as 2026-03-01T00:00:00Z'
+        if self.kind in ('text', 'texts'):
+            return 'a text' if self.kind == 'text' else 'a list of texts'
         if self.kind == 'string_array':
             return f'a list of {", ".join(self.choices) or "different names"}'
         if self.choices:
@@ -89,7 +93,11 @@ class Key:
                 given = f'{given[:_LONGEST_GIVEN]}...'
             items = value if isinstance(value, list | tuple) else [value]
             numbers = [x for x in items if isinstance(x, Real)]
-            hint = _QUOTE if numbers and self.kind in ('string', 'string_array') else ''
+            hint = (
+                _QUOTE
+                if numbers and self.kind in ('string', 'string_array', 'text', 'texts')
+                else ''
+            )
             raise ValueError(
                 f'{self.name} is {given}; it must be {self._allowed(numbers)}{hint}'
             ) from None
@@ -151,9 +159,7 @@ def _text(key: Key, value: Any) -> str:
 
 
 def _epoch(key: Key, value: Any) -> str:
-    if not isinstance(value, str):
-        raise TypeError
-    if value:
+    if _any_text(key, value):
         stamp_ns(value)
     return value
 
@@ -170,6 +176,20 @@ def _texts(key: Key, value: Any) -> tuple[str, ...]:
     return texts
 
 
+def _any_text(key: Key, value: Any) -> str:
+    if not isinstance(value, str):
+        raise TypeError
+    return value
+
+
+def _any_texts(key: Key, value: Any) -> tuple[str, ...]:
+    # ROS cannot carry an empty list: it arrives as not set.
+    items = () if value is None else value
+    if isinstance(items, str):
+        raise TypeError
+    return tuple(_any_text(key, x) for x in items)
+
+
 def _truth(key: Key, value: Any) -> bool:
     if not isinstance(value, bool):
         raise TypeError
@@ -183,5 +203,7 @@ _READERS: dict[str, Callable[[Key, Any], Any]] = {
     'string': _text,
     'string_array': _texts,
     'epoch': _epoch,
+    'text': _any_text,
+    'texts': _any_texts,
     'bool': _truth,
 }

@@ -9,7 +9,7 @@ twice as values of two kinds, of which it keeps one by their kinds.
 
 import math
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, ClassVar, NoReturn
 
 import yaml
@@ -79,16 +79,20 @@ def matches(section: str, full_name: str) -> bool:
     return len(names) in reached
 
 
-def sections(files: Iterable[tuple[str, str]]) -> dict[str, dict[str, Any]]:
+def sections(
+    files: Iterable[tuple[str, str]],
+    value_of: Callable[[str, Any, str], Any] = lambda key, value, origin: value,
+) -> dict[str, dict[str, Any]]:
     """
     Return the parameters, dotted, of each section of files, merged.
 
     files: text and name, for the errors, of each.  A section has the place where its name first
-    stands, and of a parameter the value that stands last.  ValueError: rcl does not read it.
+    stands, and of a parameter the value that stands last.  value_of: what a parameter of a file,
+    by its name, comes to.  ValueError: rcl does not read it.
     """
     found: dict[str, dict[str, Any]] = {}
     for text, origin in files:
-        _Reader(origin).read(ros_yaml.compose(text, origin, _Loader), found)
+        _Reader(origin, value_of).read(ros_yaml.compose(text, origin, _Loader), found)
     return found
 
 
@@ -102,8 +106,8 @@ class _Loader(ros_yaml.SafeLoader):  # type: ignore[misc, valid-type]
 class _Reader:
     """Reads one file; origin: its name in the errors."""
 
-    def __init__(self, origin: str):
-        self._origin = origin
+    def __init__(self, origin: str, value_of: Callable[[str, Any, str], Any]):
+        self._origin, self._value_of = origin, value_of
 
     def read(self, node: yaml.Node | None, found: dict[str, dict[str, Any]]) -> None:
         """Add the sections of a file to those found."""
@@ -114,7 +118,7 @@ class _Reader:
         for name, value in self._sections(node, ''):
             section = found.setdefault(name, {})
             for key, parameter in self._parameters(value, ''):
-                new = self._value(key, parameter)
+                new = self._value_of(key, self._value(key, parameter), self._origin)
                 kinds = sorted({_kind(new), _kind(section.get(key, new))})
                 if len(kinds) > 1:
                     self._refuse(

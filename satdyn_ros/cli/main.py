@@ -3,6 +3,7 @@
 import gc
 import signal
 import sys
+import time
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -189,6 +190,8 @@ def _run_of(given, satellite):
             scenario = begun_in_aem(scenario, given.origin, given.at)
         else:
             scenario, begin = begun_in_bag(scenario, given.origin, given.at)
+    # Whether an element set is old is told of the instant of tick 0.
+    scenario = scenario.with_epoch(time.time_ns())
     _warn(given, scenario)
     happening = events.from_yaml(given.events, scenario) if given.events else []
     first = begin['tick'] if begin else 0

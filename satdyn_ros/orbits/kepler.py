@@ -6,10 +6,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.sentences import told_apart
+from ..base.sentences import Rules, refuse, told_apart
 from ..kernel import rotation
 from ..kernel.compile import vectorized
-from ..kernel.rows import components
+from ..kernel.rows import components, dot, from_components, length
 
 EARTH_MU = 3.986004418e14
 # Equatorial, WGS 84.
@@ -75,41 +75,30 @@ class KeplerOrbit:
     @classmethod
     def from_state(cls, r_i: ArrayLike, v_i: ArrayLike, mu: float = EARTH_MU) -> 'KeplerOrbit':
         """
-        Return the ellipse through r_i [m] with v_i [m/s], both (3,).
+        Return the ellipse through r_i [m] with v_i [m/s], both (3,), or many, checked, (M, 1, 3).
 
         On the equator the node, on a circle the pericentre has no place of its own; what lies on
         them still adds up to the state.  ValueError: the orbit is no ellipse.
         """
         r_i, v_i = np.asarray(r_i, float), np.asarray(v_i, float)
-        r, v = float(np.linalg.norm(r_i)), float(np.linalg.norm(v_i))
-        if not r > 0.0:
-            raise ValueError('orbit.position is the attracting centre itself')
-        escape = float(np.sqrt(2.0 * mu / r))
-        if not v < escape:
-            numbers = told_apart(v, escape)
-            raise ValueError(
-                f'orbit.velocity is {numbers[0]} m/s, and from {numbers[1]} m/s on the satellite '
-                'leaves: the orbit is no ellipse'
-            )
-        momentum = np.cross(r_i, v_i)
-        e_cos = momentum @ momentum / (mu * r) - 1.0
-        e_sin = np.linalg.norm(momentum) * (r_i @ v_i) / (mu * r)
+        if r_i.ndim == v_i.ndim == 1 and np.ndim(mu) == 0:
+            refuse(state_rules(r_i, v_i, mu))
+        r, v = length(r_i), length(v_i)
+        momentum, e_cos, e_sin = _momentum_and_eccentricity(r_i, v_i, mu)
         eccentricity = np.hypot(e_cos, e_sin)
-        if not eccentricity < 1.0:
-            raise ValueError(
-                'orbit.velocity is along orbit.position: the satellite falls into the centre'
-            )
-        normal, radial = momentum / np.linalg.norm(momentum), r_i / r
+        normal = momentum / length(momentum)[..., None]
+        radial = r_i / r[..., None]
         along = np.cross(normal, radial)
         true_anomaly = np.arctan2(e_sin, e_cos)
-        raan = np.arctan2(normal[0], -normal[1])
-        node = np.array([np.cos(raan), np.sin(raan), 0.0])
-        latitude = np.arctan2(-along @ node, radial @ node)
+        n_x, n_y, n_z = components(normal)
+        raan = np.arctan2(n_x, -n_y)
+        node = from_components([np.cos(raan), np.sin(raan), np.zeros_like(raan)])
+        latitude = np.arctan2(-dot(along, node), dot(radial, node))
         return cls(
             mu=mu,
             semi_major_axis=1.0 / (2.0 / r - v * v / mu),
-            eccentricity=0.0 if eccentricity < _CIRCLE else eccentricity,
-            inclination=np.arctan2(np.hypot(normal[0], normal[1]), normal[2]),
+            eccentricity=eccentricity * (eccentricity >= _CIRCLE),
+            inclination=np.arctan2(np.hypot(n_x, n_y), n_z),
             raan=raan,
             argument_of_periapsis=latitude - true_anomaly,
             true_anomaly=true_anomaly,
@@ -215,3 +204,30 @@ class KeplerOrbit:
     def lvlh_rate(self, t_s: ArrayLike) -> np.ndarray:
         """Return the angular velocity of LVLH in inertial axes [rad/s], shape (..., 3)."""
         return self.rate(t_s)[..., None] * self.normal
+
+
+def state_rules(r_i: np.ndarray, v_i: np.ndarray, mu: float | np.ndarray) -> Rules:
+    """Check that a position [m] and a velocity [m/s], (..., 3), are on an ellipse."""
+    r, v = length(r_i), length(v_i)
+    if (yield ~(r > 0.0)):
+        raise ValueError('orbit.position is the attracting centre itself')
+    escape = np.sqrt(2.0 * mu / r)
+    if (yield ~(v < escape)):
+        numbers = told_apart(float(v), float(escape))
+        raise ValueError(
+            f'orbit.velocity is {numbers[0]} m/s, and from {numbers[1]} m/s on the satellite '
+            'leaves: the orbit is no ellipse'
+        )
+    _, e_cos, e_sin = _momentum_and_eccentricity(r_i, v_i, mu)
+    if (yield ~(np.hypot(e_cos, e_sin) < 1.0)):
+        raise ValueError(
+            'orbit.velocity is along orbit.position: the satellite falls into the centre'
+        )
+
+
+def _momentum_and_eccentricity(r_i, v_i, mu):
+    """Return r x v, and e times the cosine and the sine of the true anomaly."""
+    momentum = np.cross(r_i, v_i)
+    pull = mu * length(r_i)
+    e_cos = dot(momentum, momentum) / pull - 1.0
+    return momentum, e_cos, length(momentum) * dot(r_i, v_i) / pull

@@ -4,6 +4,7 @@ import socket
 import sys
 from collections.abc import Callable
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 from ..run.parameter_file import ParameterFile, scenario_text, without_rclpys
@@ -137,7 +138,8 @@ def _read(params_file):
         text = scenario_text(path)
     except ValueError as error:
         raise ValueError(f'params_file: {error}') from None
-    return path, ParameterFile.of_texts([(text, f'params_file: {path}')])
+    origin = f'params_file: {path}'
+    return path, ParameterFile.of_texts([(text, origin)], {origin: Path(path).parent})
 
 
 def _number(text):

@@ -15,7 +15,7 @@ from ..base.nanoseconds import SECOND_NS
 from ..base.sentences import one_sentence
 from ..integrate.propagation import Propagation
 from ..run.events import Event, Halt, Topics, TorquesDropped
-from ..run.parameter_file import without_rclpys
+from ..run.parameter_file import with_texts, without_rclpys
 from ..run.requests import try_out
 from ..run.samples import Samples
 from ..run.scenario import Scenario
@@ -82,7 +82,8 @@ class SatdynNode(rclpy.node.Node):
                 values = values(self.get_fully_qualified_name())
             values = values or {}
             give_rclpy_its_own(self, values)
-            self._build(Scenario({**without_rclpys(values), **given_parameters(self)}, torques))
+            given = {**without_rclpys(values), **with_texts(given_parameters(self))}
+            self._build(Scenario(given, torques))
         except BaseException:
             with uninterrupted():
                 self.destroy_node()
@@ -94,9 +95,11 @@ class SatdynNode(rclpy.node.Node):
                 'time.publish_clock and use_sim_time are both true; a node that publishes /clock '
                 'cannot follow it'
             )
-        self._publishing = Publishing(self, scenario)
-        topics = self._publishing.open(scenario.topics)
-        _try_out(scenario)
+        # Some orbits need an instant, and tick 0 has none before all this is done.
+        soon = scenario.with_epoch(time.time_ns())
+        self._publishing = Publishing(self, soon)
+        topics = self._publishing.open(soon.topics)
+        _try_out(soon)
         # What they import and compile takes longer than tick 0 is ahead.
         Suite.of(scenario.sensors)
         if scenario['record.enabled']:

@@ -26,6 +26,8 @@ _TYPES = {
     'string': Parameter.Type.STRING,
     'epoch': Parameter.Type.STRING,
     'string_array': Parameter.Type.STRING_ARRAY,
+    'text': Parameter.Type.STRING,
+    'texts': Parameter.Type.STRING_ARRAY,
     'bool': Parameter.Type.BOOL,
 }
 
@@ -60,7 +62,7 @@ def descriptor(key: Key) -> ParameterDescriptor:
         additional_constraints=_constraints(key),
         read_only=key.changes == 'never',
         # Lists of integers are taken as floats, whole numbers as doubles.
-        dynamic_typing=key.kind in ('double', 'double_array', 'string_array'),
+        dynamic_typing=key.kind in ('double', 'double_array', 'string_array', 'texts'),
     )
     low, high = max(key.low, key.above), min(key.high, key.below)
     if (low, high) != (-float('inf'), float('inf')):

@@ -16,7 +16,7 @@ from ..base.key import listed
 from ..base.sentences import Rules, told_apart, written
 from ..dynamics import inertia
 from ..kernel.rows import length
-from . import rotors, sensors
+from . import orbits, rotors, sensors
 from .ticks import LAST_STAMP_NS, Ticks, rate_of
 
 # What moves by more than this between two ticks [rad] takes more steps than a tick may.
@@ -30,7 +30,7 @@ _UNIT_TO, _UNIT_TO_ROUNDING = 1e-4, 1e-6
 BELONGS = (
     ('body.weight_moment', 'orbit.type', ('fixed',)),
     ('orbit.gradient', 'orbit.type', ('fixed',)),
-    ('orbit.mu', 'orbit.type', ('circular', 'kepler')),
+    ('orbit.mu', 'orbit.type', ('circular', 'kepler', 'state', 'tle', 'oem')),
     ('orbit.altitude', 'orbit.type', ('circular',)),
     ('orbit.semi_major_axis', 'orbit.type', ('circular', 'kepler')),
     ('orbit.eccentricity', 'orbit.type', ('kepler',)),
@@ -38,6 +38,12 @@ BELONGS = (
     ('orbit.raan', 'orbit.type', ('circular', 'kepler')),
     ('orbit.argument_of_periapsis', 'orbit.type', ('circular', 'kepler')),
     ('orbit.true_anomaly', 'orbit.type', ('circular', 'kepler')),
+    ('orbit.position', 'orbit.type', ('state',)),
+    ('orbit.velocity', 'orbit.type', ('state',)),
+    ('orbit.tle', 'orbit.type', ('tle',)),
+    ('orbit.file', 'orbit.type', ('oem',)),
+    ('orbit.j2', 'orbit.type', ('circular', 'kepler', 'state')),
+    ('orbit.reference_radius', 'orbit.type', ('circular', 'kepler', 'state')),
 )
 
 
@@ -107,9 +113,14 @@ def belongs(values: Mapping[str, Any]) -> Rules:
     for name, chooser, choices in (*BELONGS, *rotors.belongs(names)):
         if values[chooser] not in choices and (yield _is_given(values, name)):
             raise ValueError(
-                f'{name} is {listed(values[name])}; with {chooser} {values[chooser]} only its '
+                f'{name} is {_shown(values, name)}; with {chooser} {values[chooser]} only its '
                 f'default is allowed: it belongs to {" and ".join(choices)}'
             )
+
+
+def _shown(values, name):
+    """Return a value as a sentence shows it, a text of many lines not at all."""
+    return 'given' if name in orbits.OF_A_TEXT.values() else listed(values[name])
 
 
 def _is_given(values, name):
@@ -153,15 +164,15 @@ def frame(values: Mapping[str, Any]) -> Rules:
 def turns_a_tick(values: Mapping[str, Any]) -> Rules:
     """Check how far the orbit and the body turn between two ticks."""
     most_rad_s = _MOST_RAD_PER_TICK * values['publish.rate']
-    if values['orbit.type'] != 'fixed':
-        mu, a, e = (values[f'orbit.{name}'] for name in ('mu', 'semi_major_axis', 'eccentricity'))
+    if values['orbit.type'] in orbits.OF_AN_ELLIPSE:
+        mu, a, e = orbits.ellipse(values)
         at_pericentre = np.sqrt(mu / a) / a * np.sqrt((1.0 + e) / (1.0 - e)) / (1.0 - e)
         if (yield ~(at_pericentre <= most_rad_s)):
             found, most = told_apart(at_pericentre, most_rad_s)
             raise ValueError(
-                f'orbit.semi_major_axis is {written(a)} and orbit.mu {written(mu)}; the orbital '
-                f'rate at pericentre is then {found} rad/s; it must be at most {most} (1e6 rad '
-                'per tick)'
+                f'{orbits.name_of_axis(values)} is {written(a)} and orbit.mu {written(mu)}; the '
+                f'orbital rate at pericentre is then {found} rad/s; it must be at most {most} '
+                '(1e6 rad per tick)'
             )
     rate = np.asarray(values['initial.angular_velocity'])
     if (yield ~(length(rate) <= most_rad_s)):
@@ -174,6 +185,7 @@ def turns_a_tick(values: Mapping[str, Any]) -> Rules:
 # In this order, of values as_units.
 ALL_RULES: tuple[Callable[[Mapping[str, Any]], Rules], ...] = (
     belongs,
+    orbits.rules,
     sensors.rules,
     body,
     rotors.rules,

@@ -7,6 +7,7 @@ from types import MappingProxyType
 
 from ..base.key import Key
 from ..dynamics.rotor import MODES
+from ..orbits.kepler import EARTH_RADIUS_M
 from ..sensors import COMMON, KINDS
 from ..torques.body_torque import BodyTorque
 from ..torques.weight import Weight
@@ -123,8 +124,9 @@ KEYS = {
             'string',
             'circular',
             '',
-            'position of the attracting centre: fixed direction, circular orbit or Kepler ellipse',
-            choices=('fixed', 'circular', 'kepler'),
+            'position of the attracting centre: fixed direction, circular orbit, Kepler ellipse '
+            'by its elements or by the state at tick 0, element set by SGP4, ephemeris message',
+            choices=('fixed', 'circular', 'kepler', 'state', 'tle', 'oem'),
         ),
         Key(
             'orbit.mu',
@@ -180,6 +182,57 @@ KEYS = {
             'true anomaly at tick 0',
             low=-_TWO_TURNS,
             high=_TWO_TURNS,
+        ),
+        Key(
+            'orbit.position',
+            'double_array',
+            (0.0, 0.0, 0.0),
+            'm',
+            'position at tick 0, inertial axes; orbit.type state only',
+            lengths=(3,),
+        ),
+        Key(
+            'orbit.velocity',
+            'double_array',
+            (0.0, 0.0, 0.0),
+            'm/s',
+            'velocity at tick 0, inertial axes; orbit.type state only',
+            lengths=(3,),
+        ),
+        Key(
+            'orbit.tle',
+            'texts',
+            (),
+            '',
+            'the two lines of an element set, or the name of a file of one, or of a CCSDS OMM, as '
+            'seen from the parameter file, whose text is then the value; orbit.type tle only',
+        ),
+        Key(
+            'orbit.file',
+            'text',
+            '',
+            '',
+            'the name of a file with a CCSDS OEM, as seen from the parameter file, whose text is '
+            'then the value; orbit.type oem only',
+        ),
+        Key(
+            'orbit.j2',
+            'double',
+            0.0,
+            '',
+            "oblateness of the attracting centre about Z, the Earth's 1.08262668e-3: the elements "
+            'are then those at tick 0, and the orbit is integrated; orbit.type circular, kepler '
+            'and state only',
+            low=0.0,
+            below=1.0,
+        ),
+        Key(
+            'orbit.reference_radius',
+            'double',
+            EARTH_RADIUS_M,
+            'm',
+            'equatorial radius that orbit.j2 belongs to',
+            above=0.0,
         ),
         Key(
             'orbit.gradient',

@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import yaml
@@ -16,7 +17,13 @@ from .keys import KEYS
 # rclpy's own parameters, which it adds to every node's.
 RCLPY_PARAMETERS = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
 _GROUPS = {name.split('.')[0] for name in KEYS}
+_NONE: Mapping[str, Path] = MappingProxyType({})
 _FULL_NAME = re.compile(r'(/[A-Za-z_][A-Za-z0-9_]*)+')
+# What may be the name of a file, whose text is then the value: a text without a line break, a list
+# of one such.
+_NAME_FILES = ('orbit.tle', 'orbit.file')
+# A scenario has the text in its own, which is indented and may have 2 MB.
+_LARGEST_FILE = 1_500_000
 # The longest list of names that a sentence repeats.
 _MOST_NAMES = 10
 
@@ -42,14 +49,27 @@ class ParameterFile:
     @classmethod
     def read(cls, paths: Iterable[str | Path]) -> 'ParameterFile':
         """Return what files say, each given by its path or by its name if it is shipped."""
-        return cls.of_texts([(scenario_text(path), str(path)) for path in paths])
+        paths = list(paths)
+        directories = {str(path): shipped.scenario_path(path).parent for path in paths}
+        return cls.of_texts([(scenario_text(path), str(path)) for path in paths], directories)
 
     @classmethod
-    def of_texts(cls, texts: Iterable[tuple[str, str]]) -> 'ParameterFile':
-        """Return what texts, each with its name, say; ValueError: rcl would not read one."""
+    def of_texts(
+        cls, texts: Iterable[tuple[str, str]], directories: Mapping[str, Path] = _NONE
+    ) -> 'ParameterFile':
+        """
+        Return what texts, each with its name, say; ValueError: rcl would not read one.
+
+        directories: by the name of a text the one from which it names files, if not the working
+        directory.
+        """
         texts = list(texts)
         origin = ' and '.join(name for _, name in texts)
-        return cls(origin, rcl_yaml.sections(texts))
+
+        def value_of(key, value, name):
+            return _text_of_named(key, value, directories.get(name, Path()))
+
+        return cls(origin, rcl_yaml.sections(texts, value_of))
 
     @property
     def satellites(self) -> list[str]:
@@ -124,6 +144,26 @@ def without_rclpys(parameters: Mapping[str, Any]) -> dict[str, Any]:
     return {k: v for k, v in parameters.items() if k.split('.')[0] not in RCLPY_PARAMETERS}
 
 
+def with_texts(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """Return parameters with the texts of the files that they name, from the working directory."""
+    return {key: _text_of_named(key, value, Path()) for key, value in parameters.items()}
+
+
+def _text_of_named(key, value, directory):
+    """Return a value, the text of a file in place of its name; ValueError: it cannot be read."""
+    if key not in _NAME_FILES:
+        return value
+    if isinstance(value, list):
+        return [_text_of_named(key, value[0], directory)] if len(value) == 1 else value
+    if not isinstance(value, str) or not value or '\n' in value:
+        return value
+    text = ros_yaml.read_text(directory / value, key)
+    if len(text) > _LARGEST_FILE:
+        raise ValueError(f'{key} {value} is larger than the {_LARGEST_FILE} bytes allowed')
+    # A line break at its end tells a text of one line from a name.
+    return ''.join(f'{line.rstrip()}\n' for line in text.splitlines())
+
+
 def flattened(nested: Mapping[str, Any], prefix: str = '') -> Iterator[tuple[str, Any]]:
     """Yield the dotted names and values of nested dictionaries."""
     for name, value in nested.items():
@@ -163,7 +203,7 @@ class _Dumper(yaml.SafeDumper):
 
 
 def _represent_text(dumper, text):
-    style = None if rcl_yaml.word(text) == text else "'"
+    style = '|' if '\n' in text else None if rcl_yaml.word(text) == text else "'"
     return dumper.represent_scalar('tag:yaml.org,2002:str', text, style=style)
 
 

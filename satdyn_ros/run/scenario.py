@@ -18,15 +18,14 @@ from ..dynamics.motion import Motion, States
 from ..dynamics.system import State, System
 from ..integrate.propagation import Propagation
 from ..kernel import rotation
-from ..orbits import FixedDirection, KeplerOrbit
+from ..orbits import TabledOrbit
 from ..sensors import Sensor
 from ..torques.body_torque import BodyTorque
-from . import checks, in_place, rotors, sensors, unlikely_values
+from . import checks, in_place, orbits, rotors, sensors, unlikely_values
 from .keys import KEYS, keys_of
 from .parameter_file import (
     ParameterFile,
     flattened,
-    scenario_text,
     without_rclpys,
     yaml_of_parameters,
 )
@@ -114,7 +113,7 @@ class Scenario:
         satellite: which one, where the file has several, such as /sat4/satdyn or /sat4.
         ValueError: see the class; or the file has several, or not this one.
         """
-        return cls.from_yaml_text(scenario_text(path), str(path), satellite, torques)
+        return cls._of_file(ParameterFile.read([path]), satellite, torques)
 
     @classmethod
     def from_yaml_text(
@@ -125,7 +124,10 @@ class Scenario:
         torques: Iterable[type[BodyTorque]] = (),
     ) -> 'Scenario':
         """Return the scenario of a ROS 2 parameter file's text; origin names it in errors."""
-        file = ParameterFile.of_texts([(text, origin)])
+        return cls._of_file(ParameterFile.of_texts([(text, origin)]), satellite, torques)
+
+    @classmethod
+    def _of_file(cls, file, satellite, torques):
         full_name = file.full_name(satellite)
         values = without_rclpys(file.parameters(full_name))
         return cls(values, torques, file.unused(full_name))
@@ -133,6 +135,9 @@ class Scenario:
     def to_yaml(self) -> str:
         """Return the text of a ROS 2 parameter file with every key that has a value of its own."""
         own = {name: x for name, x in self.values.items() if name not in in_place.IN_PLACE}
+        for name in orbits.OPTIONAL:
+            if own[name] == KEYS[name].default:
+                del own[name]
         return yaml_of_parameters(own)
 
     @classmethod
@@ -175,7 +180,10 @@ class Scenario:
 
     def __repr__(self) -> str:
         method, frame = self['motion.method'], self['initial.frame']
-        return f'<Scenario: {self.system}, {method}, from {frame}, {float(self.rate):g} Hz>'
+        what = f'{float(self.rate):g} Hz'
+        if self['orbit.type'] in orbits.OF_A_TEXT and not self.epoch_ns:
+            return f'<Scenario: orbit.type {self["orbit.type"]}, {method}, from {frame}, {what}>'
+        return f'<Scenario: {self.system}, {method}, from {frame}, {what}>'
 
     def __eq__(self, other: object) -> bool:
         return (
@@ -198,6 +206,11 @@ class Scenario:
     def is_fixed(self) -> bool:
         """Whether the attracting centre is in a fixed direction: no orbit, no LVLH."""
         return self['orbit.type'] == 'fixed'
+
+    @property
+    def is_of_one_orbit(self) -> bool:
+        """Whether the orbit is a table, which many runs can only share."""
+        return isinstance(self.system.orbit, TabledOrbit)
 
     @property
     def frames(self) -> Frames:
@@ -255,7 +268,7 @@ class Scenario:
         return System(
             inertia=inertia.entries(self['body.inertia']),
             rotors=rotors.rotors_of(self.values),
-            orbit=self._orbit,
+            orbit=orbits.orbit_of(self.values),
             weight_moment=np.array(self['body.weight_moment']),
             torques=tuple(t for kind in self.torques if (t := kind.of(self.values)) is not None),
         )
@@ -303,21 +316,6 @@ class Scenario:
     def integrals(self, states: States) -> dict[str, np.ndarray]:
         """Return the first integrals that this scenario conserves, name to values (N,)."""
         return first_integrals(self.system, states)
-
-    @property
-    def _orbit(self) -> FixedDirection | KeplerOrbit:
-        if self.is_fixed:
-            return FixedDirection(self['orbit.gradient'])
-        periapsis, anomaly = self['orbit.argument_of_periapsis'], self['orbit.true_anomaly']
-        return KeplerOrbit(
-            mu=self['orbit.mu'],
-            semi_major_axis=self['orbit.semi_major_axis'],
-            eccentricity=self['orbit.eccentricity'],
-            inclination=self['orbit.inclination'],
-            raan=self['orbit.raan'],
-            argument_of_periapsis=periapsis,
-            true_anomaly=anomaly,
-        )
 
 
 def _unknown(name: str, given: Mapping[str, Any]) -> str:

@@ -11,6 +11,7 @@ from typing import Any
 
 from ..base.nanoseconds import SECOND_NS, epoch, stamp_ns
 from ..orbits.kepler import EARTH_MU, EARTH_RADIUS_M
+from . import orbits
 from .keys import KEYS
 
 # Gravitational parameter [m^3/s^2] and equatorial radius [m]: EGM96, DE440, IAU 2015.
@@ -73,10 +74,16 @@ def _attitudes(values) -> Iterator[str]:
 
 
 def _orbit(values) -> Iterator[str]:
-    if values['orbit.type'] == 'fixed':
+    if values['orbit.type'] in orbits.OF_A_TEXT:
+        source = orbits.text_source(values)
+        if values['time.epoch_ns'] and (sentence := getattr(source, 'warning', None)):
+            yield sentence
+    if values['orbit.reference_radius'] != EARTH_RADIUS_M and not values['orbit.j2']:
+        yield 'orbit.reference_radius is given, and without orbit.j2 it does nothing'
+    if values['orbit.type'] not in orbits.OF_AN_ELLIPSE:
         return
-    mu, a_m = values['orbit.mu'], values['orbit.semi_major_axis']
-    lowest_m = a_m * (1.0 - values['orbit.eccentricity'])
+    mu, a_m, e = orbits.ellipse(values)
+    lowest_m = a_m * (1.0 - e)
     for centre, (centre_mu, radius_m) in _CENTRES.items():
         in_km = abs(mu * 1e9 / centre_mu - 1.0) < _SAME_MU
         if in_km:
@@ -90,8 +97,9 @@ def _orbit(values) -> Iterator[str]:
                 if a_m < _LEAST_ALTITUDE_M
                 else 'from the centre; orbit.altitude is from the surface'
             )
+            hint = '' if values['orbit.type'] == 'state' else f' ({meant})'
             yield (
-                f'orbit.semi_major_axis is {a_m:g} m ({meant}); the orbit then goes '
+                f'{orbits.name_of_axis(values)} is {a_m:g} m{hint}; the orbit then goes '
                 f'{(radius_m - lowest_m) / 1e3:.4g} km below the surface of {centre}'
             )
 

@@ -102,9 +102,18 @@ class Plan:
     @classmethod
     def _checked(cls, scenario, given, outcomes):
         duration_s = checked(given, 'duration_s')
+        vary = _varied(given['vary'], scenario.keys)
+        for each in vary:
+            if each.quantity.key.name.startswith('orbit.') and scenario.is_of_one_orbit:
+                raise ValueError(
+                    f'{each.name} varies; an orbit that is integrated, or of an element set or an '
+                    'ephemeris, is the same in all runs of a sweep'
+                )
+            if each.quantity.key.name in ('orbit.j2', 'orbit.reference_radius'):
+                raise ValueError(f'{each.name} varies; it must be the same in all runs of a sweep')
         plan = cls(
             scenario=scenario,
-            vary=_varied(given['vary'], scenario.keys),
+            vary=vary,
             duration_s=duration_s,
             interval_s=checked({'interval_s': min(60.0, duration_s)} | given, 'interval_s'),
             draws_per_point=checked(given, 'runs'),

@@ -14,7 +14,8 @@ import pytest
 from satdyn_ros.dynamics import inertia
 from satdyn_ros.dynamics.rotor import MODES
 from satdyn_ros.kernel import rotation
-from satdyn_ros.run import checks, rotors, sensors
+from satdyn_ros.orbits.kepler import EARTH_MU
+from satdyn_ros.run import checks, orbits, rotors, sensors
 from satdyn_ros.run.keys import KEYS, keys_of
 from satdyn_ros.run.many import many
 from satdyn_ros.run.scenario import Scenario
@@ -25,6 +26,25 @@ BASES: dict[str, dict[str, Any]] = {
     'kepler': {'orbit.type': 'kepler', 'rotor.mode': 'motor', 'rotor.inertia': 0.5},
     'fixed': {'orbit.type': 'fixed', 'initial.frame': 'inertial', 'rotor.mode': 'none'},
 }
+
+# Four rows, a minute apart.
+EPHEMERIS = '\n'.join(
+    [
+        'CCSDS_OEM_VERS = 2.0',
+        'CREATION_DATE = 2026-01-01T00:00:00',
+        'ORIGINATOR = TEST',
+        'META_START',
+        'OBJECT_NAME = TEST',
+        'CENTER_NAME = EARTH',
+        'REF_FRAME = EME2000',
+        'TIME_SYSTEM = UTC',
+        'INTERPOLATION = HERMITE',
+        'INTERPOLATION_DEGREE = 3',
+        'META_STOP',
+        *(f'2026-03-01T12:0{minute}:00 7000 {450 * minute} 0 0 7.5 0' for minute in range(4)),
+        '',
+    ]
+)
 
 
 def judged(common, varied):
@@ -116,6 +136,19 @@ def of_sensors(draw):
     return common, {'initial.angular_velocity': vectors(draw)}
 
 
+def orbit(draw):
+    if draw.random() < 0.5:
+        mu = EARTH_MU * near(draw, 1.0 + draw.choice([-1e-4, 1e-4]), smallest=1e-9)
+        return {'orbit.type': 'oem', 'orbit.file': EPHEMERIS}, {'orbit.mu': mu}
+    r_i = 7e6 * vectors(draw)
+    escape = np.sqrt(2.0 * EARTH_MU / np.linalg.norm(r_i, axis=1))
+    v_i = rotation.normalise(vectors(draw)) * (escape * near(draw, 1.0))[:, None]
+    # Towards the centre, and at it.
+    v_i[:3] = 1e-4 * r_i[:3]
+    r_i[:1] = 0.0
+    return {'orbit.type': 'state'}, {'orbit.position': r_i, 'orbit.velocity': v_i}
+
+
 def body(draw):
     moments = 10.0 ** draw.uniform(-1.0, 3.0, (RUNS, 3))
     large = near(draw, 1.0, smallest=1e-15)
@@ -199,6 +232,7 @@ def turns(draw):
 DRAWS = {
     checks.units: units,
     checks.belongs: belongs,
+    orbits.rules: orbit,
     sensors.rules: of_sensors,
     checks.body: body,
     rotors.rules: of_rotors,

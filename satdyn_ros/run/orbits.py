@@ -1,0 +1,122 @@
+"""The orbit of a scenario, and what its values may not be together."""
+
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from ..base.sentences import Rules, written
+from ..orbits import FixedDirection, KeplerOrbit, TabledOrbit
+from ..orbits.kepler import EARTH_MU, state_rules
+from ..orbits.tabled import OrbitSource
+
+OF_AN_ELLIPSE = ('circular', 'kepler', 'state')
+# Those of the Earth, with an instant of their own, and the key of each.
+OF_A_TEXT = {'tle': 'orbit.tle', 'oem': 'orbit.file'}
+# What is left out of a text where it is not given.
+OPTIONAL = (
+    'orbit.position',
+    'orbit.velocity',
+    'orbit.tle',
+    'orbit.file',
+    'orbit.j2',
+    'orbit.reference_radius',
+)
+_ELEMENTS = (
+    'mu',
+    'semi_major_axis',
+    'eccentricity',
+    'inclination',
+    'raan',
+    'argument_of_periapsis',
+    'true_anomaly',
+)
+# Values of mu in use differ by less.
+_EARTH_TO = 1e-4
+
+
+def rules(values: Mapping[str, Any]) -> Rules:
+    """Check that a state is on an ellipse, and what a text says."""
+    kind, mu = values['orbit.type'], values['orbit.mu']
+    if kind == 'state':
+        yield from state_rules(*_state(values))
+    if kind in OF_A_TEXT:
+        if (yield abs(mu / EARTH_MU - 1.0) > _EARTH_TO):
+            raise ValueError(
+                f'orbit.mu is {written(mu)}; with orbit.type {kind} the centre is the Earth, so '
+                f'it must be within {_EARTH_TO:g} of {EARTH_MU:.10g}'
+            )
+        text_source(values)
+
+
+def orbit_of(values: Mapping[str, Any]) -> FixedDirection | KeplerOrbit | TabledOrbit:
+    """Return the orbit; ValueError: it needs the instant of tick 0, which has none yet."""
+    kind, mu = values['orbit.type'], values['orbit.mu']
+    if kind == 'fixed':
+        return FixedDirection(values['orbit.gradient'])
+    if kind in OF_A_TEXT:
+        if not values['time.epoch_ns']:
+            raise ValueError(
+                f'time.epoch_ns is 0, the wall clock at the first tick; orbit.type {kind} needs '
+                'the instant of tick 0: give time.epoch'
+            )
+        return TabledOrbit(text_source(values), mu)
+    if kind == 'state':
+        ellipse = KeplerOrbit.from_state(*_state(values))
+    else:
+        ellipse = KeplerOrbit(**{name: values[f'orbit.{name}'] for name in _ELEMENTS})
+    if not values['orbit.j2']:
+        return ellipse
+    from ..orbits.j2 import OblateOrbit
+
+    source = OblateOrbit(ellipse, values['orbit.j2'], values['orbit.reference_radius'])
+    return TabledOrbit(source, mu)
+
+
+def ellipse(values: Mapping[str, Any]) -> tuple[Any, Any, Any]:
+    """Return mu [m^3/s^2], semi-major axis [m] and eccentricity of the ellipse at tick 0."""
+    mu = values['orbit.mu']
+    if values['orbit.type'] == 'state':
+        orbit = KeplerOrbit.from_state(*_state(values))
+        return mu, orbit.semi_major_axis, orbit.eccentricity
+    return mu, values['orbit.semi_major_axis'], values['orbit.eccentricity']
+
+
+def name_of_axis(values: Mapping[str, Any]) -> str:
+    """Return by what the semi-major axis is given."""
+    if values['orbit.type'] == 'state':
+        return 'the semi-major axis of orbit.position and orbit.velocity'
+    return 'orbit.semi_major_axis'
+
+
+def text_source(values: Mapping[str, Any]) -> OrbitSource:
+    """Return what the text of orbit.tle or orbit.file says; ValueError: what is wrong with it."""
+    kind = values['orbit.type']
+    given = values[OF_A_TEXT[kind]]
+    if not given:
+        raise ValueError(f'orbit.type is {kind}, and {OF_A_TEXT[kind]} is not given')
+    return _source(kind, given, values['time.epoch_ns'])
+
+
+# A long ephemeris takes longer to read than all the rest of a scenario.
+@lru_cache(maxsize=4)
+def _source(kind, given, epoch_ns):
+    try:
+        if kind == 'tle':
+            from ..orbits.tle import TwoLineOrbit
+
+            return TwoLineOrbit('\n'.join(given), epoch_ns)
+        from ..orbits.ephemeris import EphemerisOrbit
+
+        return EphemerisOrbit(given, epoch_ns)
+    except ValueError as error:
+        if isinstance(error.__cause__, ImportError):
+            raise ValueError(f'orbit.type is {kind}: {error}') from error.__cause__
+        raise
+
+
+def _state(values):
+    """Return r_i, v_i and mu."""
+    r_i, v_i = np.asarray(values['orbit.position']), np.asarray(values['orbit.velocity'])
+    return r_i, v_i, values['orbit.mu']

@@ -74,6 +74,11 @@ def orbit_of(values: Mapping[str, Any]) -> FixedDirection | KeplerOrbit | Tabled
     return TabledOrbit(source, mu)
 
 
+def is_tabled(values: Mapping[str, Any]) -> bool:
+    """Return whether the orbit is a table, which many runs can only share."""
+    return values['orbit.type'] in OF_A_TEXT or values['orbit.j2'] != 0.0
+
+
 def ellipse(values: Mapping[str, Any]) -> tuple[Any, Any, Any]:
     """Return mu [m^3/s^2], semi-major axis [m] and eccentricity of the ellipse at tick 0."""
     mu = values['orbit.mu']

@@ -18,7 +18,6 @@ from ..dynamics.motion import Motion, States
 from ..dynamics.system import State, System
 from ..integrate.propagation import Propagation
 from ..kernel import rotation
-from ..orbits import TabledOrbit
 from ..sensors import Sensor
 from ..torques.body_torque import BodyTorque
 from . import checks, in_place, orbits, rotors, sensors, unlikely_values
@@ -206,11 +205,6 @@ class Scenario:
     def is_fixed(self) -> bool:
         """Whether the attracting centre is in a fixed direction: no orbit, no LVLH."""
         return self['orbit.type'] == 'fixed'
-
-    @property
-    def is_of_one_orbit(self) -> bool:
-        """Whether the orbit is a table, which many runs can only share."""
-        return isinstance(self.system.orbit, TabledOrbit)
 
     @property
     def frames(self) -> Frames:

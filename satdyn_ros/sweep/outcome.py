@@ -17,6 +17,7 @@ from ..dynamics.system import System
 from ..integrate.batch import propagate_many
 from ..kernel.rows import length
 from ..run.many import many, part_of
+from ..run.orbits import is_tabled
 from .capture import capture_times, judged_axis
 from .extrema import angles, extrema_of
 from .own_outcome import Wrong
@@ -89,7 +90,9 @@ def _propagate_together(plan, runs, values, rows, first, table):
     """Fly rows of values together and return which of them that was possible for, (M,)."""
     done = np.zeros(len(rows), bool)
     changed = _changed(plan, values, rows)
-    if changed is None or changed['motion.method'] != 'numeric' or plan.scenario.torques:
+    if changed is None or changed['motion.method'] != 'numeric':
+        return done
+    if plan.scenario.torques or is_tabled(changed):
         return done
     scenario, valid = many(changed, len(rows))
     count = int(valid.sum())

@@ -13,6 +13,7 @@ import numpy as np
 from ..base import ros_yaml
 from ..base.key import Key
 from ..run import in_place
+from ..run.orbits import is_tabled
 from ..run.scenario import Scenario
 from ..torques.body_torque import BodyTorque, named
 from .capture import LEAST
@@ -104,7 +105,7 @@ class Plan:
         duration_s = checked(given, 'duration_s')
         vary = _varied(given['vary'], scenario.keys)
         for each in vary:
-            if each.quantity.key.name.startswith('orbit.') and scenario.is_of_one_orbit:
+            if each.quantity.key.name.startswith('orbit.') and is_tabled(scenario.values):
                 raise ValueError(
                     f'{each.name} varies; an orbit that is integrated, or of an element set or an '
                     'ephemeris, is the same in all runs of a sweep'

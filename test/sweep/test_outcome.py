@@ -60,6 +60,9 @@ SWEEPS = {
         'orbit.true_anomaly': {'uniform': [0.0, 6.0]},
         'orbit.argument_of_periapsis': {'uniform': [0.0, 6.0]},
     },
+    'oblate': {
+        'initial.angular_velocity.y': {'values': [0.0, 1e-3]},
+    },
     'methods': {
         'motion.method': {'values': ['numeric', 'auto']},
         'motion.tolerance': {'values': [1e-13, 1e-11]},
@@ -88,6 +91,8 @@ def test_together_as_alone(tmp_path, monkeypatch, name):
         'rotor': {'mode': mode, 'momentum': 0.0},
         'initial': {'frame': 'lvlh', 'attitude': UPRIGHT},
     }
+    if name == 'oblate':
+        parameters['orbit'] = {'inclination': 0.9, 'j2': 1e-3}
     if name == 'modes':
         parameters['rotor'] = {}
     if name == 'wheels':
@@ -175,7 +180,7 @@ def names_alone(scenario):
         for name, key in scenario.keys.items()
         if name.split('.')[0] in ('body', 'rotor', 'orbit', 'initial', 'motion')
         and key.kind in ('double', 'double_array')
-        and name not in (*chosen_elsewhere, *OF_THE_ONE)
+        and name not in (*chosen_elsewhere, *OF_THE_ONE, 'orbit.j2', 'orbit.reference_radius')
     ]
     components = [f'{key.name}.{c}' for key in keys if 3 in key.lengths for c in 'xyz']
     others = 'initial.roll', 'initial.pitch', 'initial.yaw', 'smelt.k_R', 'smelt.k_Y'

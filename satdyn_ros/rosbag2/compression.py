@@ -1,5 +1,6 @@
 """Compression of chunk contents, and decompression within memory limits."""
 
+import threading
 from collections.abc import Callable
 
 import lz4.frame
@@ -44,10 +45,10 @@ def decompress(compression: str, data: bytes, size: int) -> bytes:
     if size > CEILING:
         raise Damaged(f'it claims to hold {size} bytes; the limit is {CEILING}')
     try:
-        contents = _EXPAND[compression](data, size + 1)
+        contents = _DECOMPRESS[compression](data, size)
     except KeyError:
         raise Damaged(f'its compression is {compression!r}; lz4 and zstd are supported') from None
-    except _ERRORS as error:
+    except (zstandard.ZstdError, RuntimeError, MemoryError) as error:
         raise Damaged(f'it cannot be decompressed: {error}') from None
     if len(contents) != size:
         raise Damaged(f'it does not hold the {size} bytes that it claims')
@@ -56,10 +57,15 @@ def decompress(compression: str, data: bytes, size: int) -> bytes:
 
 def decompress_begin(compression: str, data: bytes, size: int) -> bytes:
     """Return as much of the contents, `size` bytes, as is left in data that are cut off."""
+    size = min(size, CEILING)
     try:
-        return _EXPAND[compression](data, min(size, CEILING))
-    except (KeyError, *_ERRORS):
+        if compression == 'zstd':
+            return zstandard.ZstdDecompressor().stream_reader(data).read(size)
+        if compression == 'lz4':
+            return lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size)
+    except (zstandard.ZstdError, RuntimeError, MemoryError):
         return b''
+    return data[:size] if compression == '' else b''
 
 
 def zstd_size(data: bytes) -> int:
@@ -73,10 +79,25 @@ def zstd_size(data: bytes) -> int:
     return size
 
 
-_ERRORS = (zstandard.ZstdError, RuntimeError, MemoryError)
-# Each expands no more bytes than it is told.
-_EXPAND: dict[str, Callable[[bytes, int], bytes]] = {
-    'zstd': lambda data, most: zstandard.ZstdDecompressor().stream_reader(data).read(most),
-    'lz4': lambda data, most: lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=most),
-    '': lambda data, most: data[:most],
-}
+class _PerThread(threading.local):
+    def __init__(self):
+        # To make one takes ten times as long as decompressing a message.
+        self.zstd = zstandard.ZstdDecompressor()
+
+
+_PER_THREAD = _PerThread()
+
+
+def _decompress_zstd(data, size):
+    # Where a frame gives its size, zstandard uses that and not max_output_size.
+    claimed = zstandard.get_frame_parameters(data).content_size
+    if claimed not in (size, zstandard.CONTENTSIZE_UNKNOWN):
+        raise Damaged(f'its zstd frame holds {claimed} bytes, not {size}')
+    return _PER_THREAD.zstd.decompress(data, max_output_size=size)
+
+
+def _decompress_lz4(data, size):
+    return lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size + 1)
+
+
+_DECOMPRESS = {'zstd': _decompress_zstd, 'lz4': _decompress_lz4, '': lambda data, size: data}

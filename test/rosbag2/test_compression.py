@@ -40,6 +40,15 @@ def test_another_size_than_claimed_is_refused(compression, claimed):
         decompress(compression, data, claimed)
 
 
+@pytest.mark.parametrize('cut', [1, 3])
+def test_a_frame_that_is_cut_off_is_refused(cut):
+    """Also where only its checksum lacks bytes, and all contents are there."""
+    frame = zstandard.ZstdCompressor(write_checksum=True).compress(TEXT)
+    assert decompress('zstd', frame, len(TEXT)) == TEXT
+    with pytest.raises(Damaged, match='full frame'):
+        decompress('zstd', frame[:-cut], len(TEXT))
+
+
 def test_another_compression_is_named():
     """Only the compressions of MCAP, lz4 and zstd, are supported."""
     with pytest.raises(Damaged, match="its compression is 'br'; lz4 and zstd are supported"):

@@ -9,7 +9,6 @@ import shutil
 from collections.abc import Mapping
 from contextlib import closing
 from dataclasses import dataclass
-from itertools import chain, count
 from pathlib import Path
 
 import numpy as np
@@ -197,8 +196,10 @@ def _names(file: McapFile) -> list[str]:
 
 def _keep(path: Path) -> None:
     """Keep a copy of a file beside it under an unused name."""
-    names = chain([f'{path.name}.damaged'], (f'{path.name}.damaged.{i}' for i in count(2)))
-    kept = next(kept for kept in map(path.with_name, names) if not kept.exists())
+    number, kept = 1, path.with_name(f'{path.name}.damaged')
+    while kept.exists():
+        number += 1
+        kept = path.with_name(f'{path.name}.damaged.{number}')
     try:
         os.link(path, kept)
     except OSError:

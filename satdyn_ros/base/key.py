@@ -12,7 +12,6 @@ from .nanoseconds import stamp_ns
 # The longest part of a given value that a sentence repeats.
 _LONGEST_GIVEN = 100
 _QUOTE = "; a text that ROS takes for a truth or a number must be quoted, as 'y' or '1'"
-
 _OF_TEXTS = 'string', 'string_array', 'text', 'texts'
 
 
@@ -93,11 +92,7 @@ class Key:
                 given = f'{given[:_LONGEST_GIVEN]}...'
             items = value if isinstance(value, list | tuple) else [value]
             numbers = [x for x in items if isinstance(x, Real)]
-            hint = (
-                _QUOTE
-                if numbers and self.kind in ('string', 'string_array', 'text', 'texts')
-                else ''
-            )
+            hint = _QUOTE if numbers and self.kind in _OF_TEXTS else ''
             raise ValueError(
                 f'{self.name} is {given}; it must be {self._allowed(numbers)}{hint}'
             ) from None

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..orbits import FixedDirection, KeplerOrbit, TabledOrbit
 from ..orbits.pieces import Pieces
-from ..torques.body_torque import BodyTorque
+from ..torques.body_torque import BodyTorque, pieces_of
 from .rotor import Rotor
 
 _ZERO = np.zeros(3)
@@ -95,7 +95,7 @@ class System:
         """Return the pieces of time of all tables; None: there is no table."""
         if isinstance(self.orbit, TabledOrbit):
             return self.orbit.pieces
-        return next((p for torque in self.torques for p in torque.pieces.values()), None)
+        return pieces_of(self.torques)
 
     @cached_property
     def turning_rotors(self) -> tuple[tuple[int, Rotor], ...]:

@@ -9,7 +9,7 @@ from ..kernel.compile import compiled, inlined
 from ..kernel.rows import components, from_components, times
 from ..kernel.vector import quaternion, vector
 from ..orbits.pieces import Pieces
-from ..torques.body_torque import BodyTorque
+from ..torques.body_torque import BodyTorque, pieces_of
 from ..torques.sums import add_potentials, add_torques
 from .motion import States
 from .system import System
@@ -32,33 +32,24 @@ def _on_rows(write, torques, states, *width):
     def flat(table, *width):
         return np.ascontiguousarray(np.broadcast_to(table, (*rows, *width))).reshape(-1, *width)
 
-    _in_pieces(
-        write,
-        found.reshape(-1, *width),
+    seen = (
         flat(states.orbit_s),
         flat(states.r_i, 3),
         flat(states.v_i, 3),
         flat(states.q_ib, 4),
         flat(states.omega_bi_b, 3),
-        torques,
     )
-    return found
-
-
-def _in_pieces(write, found, t_s, *rows_and_torques):
-    """Write rows of one piece of time after the other."""
-    *columns, torques = rows_and_torques
-    pieces = next((p for torque in torques for p in torque.pieces.values()), None)
+    flat_found, pieces = found.reshape(-1, *width), pieces_of(torques)
     if pieces is None:
-        write(found, t_s, *columns, tuple(torque.constants for torque in torques))
-        return
-    for rows, piece in pieces.by_piece(t_s):
-        some = np.zeros((len(rows), *found.shape[1:]))
-        constants = (
-            each.constants_with(partial(Pieces.table_in, piece=piece)) for each in torques
-        )
-        write(some, t_s[rows], *(column[rows] for column in columns), tuple(constants))
-        found[rows] = some
+        write(flat_found, *seen, tuple(torque.constants for torque in torques))
+        return found
+    for chosen, piece in pieces.by_piece(seen[0]):
+        table_of = partial(Pieces.table_in, piece=piece)
+        some = np.zeros((len(chosen), *width))
+        constants = tuple(torque.constants_with(table_of) for torque in torques)
+        write(some, *(column[chosen] for column in seen), constants)
+        flat_found[chosen] = some
+    return found
 
 
 @compiled

@@ -103,7 +103,7 @@ class Propagation(Motion):
         begin_s, end_s, stops_s = piece.begin_s, piece.end_s, self._all_stops_s
         inside = stops_s[(begin_s < stops_s) & (stops_s < end_s)]
         self.stops_s = np.array([begin_s, *inside, end_s])
-        self._next, self._until_s = partial(pieces.piece_after, piece), end_s - self.start_s
+        self._piece, self._until_s = piece, end_s - self.start_s
         self._clock[PASSED] = 0.0
 
     def _states(self, t_s):
@@ -112,7 +112,7 @@ class Propagation(Motion):
         if len(t_s) and sorted_s[0] < self._clock[BEGIN]:
             self._begin()
         out = np.empty((self.wanted, len(t_s)))
-        rows, outcome, why = 0, UNFINISHED, ''
+        rows, outcome, why, pieces = 0, UNFINISHED, '', self.system.pieces
         while outcome == UNFINISHED:
             rows, outcome = _integrate(
                 sorted_s,
@@ -128,9 +128,9 @@ class Propagation(Motion):
                 self.tolerance,
                 self.steps_allowed,
             )
-            if outcome == PIECE_ENDS:
+            if pieces and outcome == PIECE_ENDS:
                 try:
-                    self._enter(self.system.pieces, self._next())
+                    self._enter(pieces, pieces.piece_after(self._piece))
                     outcome = UNFINISHED
                 except ValueError as error:
                     why = str(error)
@@ -150,16 +150,15 @@ class Propagation(Motion):
 
         ValueError: a table ends before, or jumps.
         """
-        if not self.system.pieces:
+        pieces = self.system.pieces
+        if not pieces:
             return self.constants, self.stops_s
-        begin_s = self.start_s
-
-        def table_of(pieces):
-            return pieces.table_between(begin_s, begin_s + end_s)
-
-        edges_s = table_of(self.system.pieces).ends_s
-        constants = with_tables(self.constants, self.system, table_of)
-        return constants, np.union1d(self._all_stops_s, edges_s)
+        span = self.start_s, self.start_s + end_s
+        constants = with_tables(
+            self.constants, self.system, lambda each: each.table_between(*span)
+        )
+        _, *later = pieces.pieces_between(*span)
+        return constants, np.union1d(self._all_stops_s, [piece.begin_s for piece in later])
 
     @property
     def steps_allowed(self) -> float:

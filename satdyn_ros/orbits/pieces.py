@@ -175,14 +175,19 @@ class Pieces:
 
     def table_between(self, begin_s: float, end_s: float) -> Table:
         """Return the table of all pieces between two times, which must be in one stretch."""
+        pieces = self.pieces_between(begin_s, end_s)
+        made = [self._make(piece) for piece in pieces]
+        return Table(np.array([pieces[0].begin_s, pieces[0].stretch.length_s]), np.array(made))
+
+    def pieces_between(self, begin_s: float, end_s: float) -> list[Piece]:
+        """Return all pieces between two times; ValueError: they are not in one stretch."""
         first, last = self.piece_at(begin_s), self.piece_at(end_s)
         if first.stretch != last.stretch:
             raise ValueError(
                 f'between {begin_s:g} and {end_s:g} s from tick 0 what depends on time alone '
                 f'jumps, at {first.stretch.end_s:g} s'
             )
-        made = [self._make(Piece(first.stretch, k)) for k in range(first.number, last.number + 1)]
-        return Table(np.array([first.begin_s, first.stretch.length_s]), np.array(made))
+        return [Piece(first.stretch, k) for k in range(first.number, last.number + 1)]
 
     def values(self, t_s: np.ndarray, columns: np.ndarray) -> np.ndarray:
         """

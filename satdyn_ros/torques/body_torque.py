@@ -2,7 +2,7 @@
 
 import inspect
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from hashlib import sha256
 from typing import Any, ClassVar
 
@@ -143,6 +143,11 @@ class BodyTorque:
         """
         tables = [part for part in self.constants if isinstance(part, Table)]
         return np.concatenate([np.zeros(0), *(table.ends_s for table in tables)])
+
+
+def pieces_of(torques: Iterable[BodyTorque]) -> Pieces | None:
+    """Return the pieces of time in which torques have tables, alike in all; None: none has any."""
+    return next((pieces for torque in torques for pieces in torque.pieces.values()), None)
 
 
 def _as_floats(part):

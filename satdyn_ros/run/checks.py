@@ -16,7 +16,7 @@ from ..base.key import listed
 from ..base.sentences import Rules, told_apart, written
 from ..dynamics import inertia
 from ..kernel.rows import length
-from . import orbits, rotors, sensors
+from . import environment, orbits, rotors, sensors
 from .ticks import LAST_STAMP_NS, Ticks, rate_of
 
 # What moves by more than this between two ticks [rad] takes more steps than a tick may.
@@ -186,6 +186,7 @@ def turns_a_tick(values: Mapping[str, Any]) -> Rules:
 ALL_RULES: tuple[Callable[[Mapping[str, Any]], Rules], ...] = (
     belongs,
     orbits.rules,
+    environment.rules,
     sensors.rules,
     body,
     rotors.rules,

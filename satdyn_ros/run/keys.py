@@ -10,6 +10,7 @@ from ..dynamics.rotor import MODES
 from ..orbits.kepler import EARTH_RADIUS_M
 from ..sensors import COMMON, KINDS
 from ..torques.body_torque import BodyTorque
+from ..torques.magnetic import Magnetic
 from ..torques.weight import Weight
 from .ticks import LAST_STAMP_NS
 from .topics import STATE_TOPICS, topics_with
@@ -46,6 +47,7 @@ KEYS = {
             lengths=(3, 6, 9),
         ),
         *Weight.keys,
+        *Magnetic.keys,
         Key(
             'rotor.names',
             'string_array',
@@ -233,6 +235,14 @@ KEYS = {
             'm',
             'equatorial radius that orbit.j2 belongs to',
             above=0.0,
+        ),
+        Key(
+            'environment.magnetic_field',
+            'string',
+            'none',
+            '',
+            "model of the Earth's magnetic field: none, the dipole of the IGRF, or the IGRF",
+            choices=('none', 'dipole', 'igrf'),
         ),
         Key(
             'orbit.gradient',

@@ -20,7 +20,7 @@ from ..integrate.propagation import Propagation
 from ..kernel import rotation
 from ..sensors import Sensor
 from ..torques.body_torque import BodyTorque
-from . import checks, in_place, orbits, rotors, sensors, unlikely_values
+from . import checks, environment, in_place, orbits, rotors, sensors, unlikely_values
 from .keys import KEYS, keys_of
 from .parameter_file import (
     ParameterFile,
@@ -134,7 +134,7 @@ class Scenario:
     def to_yaml(self) -> str:
         """Return the text of a ROS 2 parameter file with every key that has a value of its own."""
         own = {name: x for name, x in self.values.items() if name not in in_place.IN_PLACE}
-        for name in orbits.OPTIONAL:
+        for name in (*orbits.OPTIONAL, *environment.OPTIONAL):
             if own[name] == KEYS[name].default:
                 del own[name]
         return yaml_of_parameters(own)
@@ -180,8 +180,8 @@ class Scenario:
     def __repr__(self) -> str:
         method, frame = self['motion.method'], self['initial.frame']
         what = f'{float(self.rate):g} Hz'
-        if self['orbit.type'] in orbits.OF_A_TEXT and not self.epoch_ns:
-            return f'<Scenario: orbit.type {self["orbit.type"]}, {method}, from {frame}, {what}>'
+        if (key := environment.needs_epoch(self.values)) and not self.epoch_ns:
+            return f'<Scenario: {key} {self[key]}, {method}, from {frame}, {what}>'
         return f'<Scenario: {self.system}, {method}, from {frame}, {what}>'
 
     def __eq__(self, other: object) -> bool:
@@ -259,12 +259,19 @@ class Scenario:
     @cached_property
     def system(self) -> System:
         """What moves, with no torque applied but those that are its own."""
+        if (key := environment.needs_epoch(self.values)) and not self.epoch_ns:
+            raise ValueError(
+                f'time.epoch_ns is 0, the wall clock at the first tick; {key} {self[key]} needs '
+                'the instant of tick 0: give time.epoch'
+            )
+        orbit = orbits.orbit_of(self.values)
+        own = (torque for kind in self.torques if (torque := kind.of(self.values)) is not None)
         return System(
             inertia=inertia.entries(self['body.inertia']),
             rotors=rotors.rotors_of(self.values),
-            orbit=orbits.orbit_of(self.values),
+            orbit=orbit,
             weight_moment=np.array(self['body.weight_moment']),
-            torques=tuple(t for kind in self.torques if (t := kind.of(self.values)) is not None),
+            torques=(*environment.torques_of(self.values, orbit), *own),
         )
 
     @cached_property

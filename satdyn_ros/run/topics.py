@@ -17,6 +17,7 @@ from ..kernel import rotation
 from ..sensors import KINDS, Sensor
 from ..torques.body_torque import BodyTorque
 from ..torques.gravity_gradient import GravityGradient, gravity_gradient
+from ..torques.magnetic import Magnetic
 
 
 class Shown(NamedTuple):
@@ -180,6 +181,7 @@ _TABLE = (
         lacking=_lvlh_lacking,
     ),
     _torque(GravityGradient.topic, GravityGradient.title, _gravity_gradient),
+    _of_kind(Magnetic),
     Topic(
         'rotor',
         'sensor_msgs/msg/JointState',

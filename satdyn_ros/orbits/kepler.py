@@ -130,7 +130,7 @@ class KeplerOrbit:
 
     @property
     def stretches(self) -> tuple[Stretch, ...]:
-        """The times that are cut into pieces of one length: one, from tick 0 in both directions."""
+        """All times, cut into pieces of one length from tick 0 on, for what is tabled."""
         return (Stretch(0.0, float(PIECE_TURN / self.fastest_rate)),)
 
     @property

@@ -20,7 +20,7 @@ class Magnetic(BodyTorque):
             'double_array',
             (0.0, 0.0, 0.0),
             'A m^2',
-            'residual magnetic dipole, body axes; it acts where there is environment.magnetic_field',
+            'residual magnetic dipole, body axes; with environment.magnetic_field it is turned',
             lengths=(3,),
         ),
     )

@@ -44,6 +44,7 @@ BELONGS = (
     ('orbit.file', 'orbit.type', ('oem',)),
     ('orbit.j2', 'orbit.type', ('circular', 'kepler', 'state')),
     ('orbit.reference_radius', 'orbit.type', ('circular', 'kepler', 'state')),
+    *environment.OF_THE_AIR,
 )
 
 
@@ -78,7 +79,8 @@ def divided(values: Mapping[str, Any]) -> Iterator[str]:
 
 def _units_of(values):
     """Return the names of quaternions and axes, with what the norm of each may be off."""
-    axes = (f'{prefix}.axis' for prefix in rotors.prefixes(values['rotor.names']))
+    axes = [f'{prefix}.axis' for prefix in rotors.prefixes(values['rotor.names'])]
+    axes += [f'surface.{name}.normal' for name in values['surface.names']]
     quaternions = ((name, _UNIT_TO) for name in _quaternions(values))
     return [*quaternions, *((name, np.inf) for name in axes)]
 

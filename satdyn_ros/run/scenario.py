@@ -21,7 +21,7 @@ from ..kernel import rotation
 from ..sensors import Sensor
 from ..torques.body_torque import BodyTorque
 from . import checks, environment, in_place, orbits, rotors, sensors, unlikely_values
-from .keys import KEYS, keys_of
+from .keys import KEYS, OPTIONAL, keys_of
 from .parameter_file import (
     ParameterFile,
     flattened,
@@ -35,14 +35,17 @@ from .topics import Topic, topics_with
 @dataclass(frozen=True)
 class Frames:
     """
-    The frame ids of the inertial, orbital and body axes.
+    The frame ids of the inertial, orbital and body axes, and of those that turn with the Earth.
 
-    sensors: frame ids of the sensors' axes, each with its mounting, a quaternion to body axes.
+    has_earth: whether /tf has the last.  sensors: frame ids of the sensors' axes, each with its
+    mounting, a quaternion to body axes.
     """
 
     inertial: str = 'inertial'
     orbital: str = 'lvlh'
     body: str = 'base_link'
+    earth: str = 'earth'
+    has_earth: bool = False
     sensors: tuple[tuple[str, tuple[float, ...]], ...] = ()
 
 
@@ -66,8 +69,12 @@ class Scenario:
         warnings: Iterable[str] = (),
     ):
         given, self.torques = dict(given or {}), tuple(torques)
-        rotor_names = KEYS['rotor.names'].checked(given.get('rotor.names', ()))
-        keys: dict[str, Key] = keys_of(rotor_names, self.torques, sensors.given_types(given))
+        rotor_names, plate_names = (
+            KEYS[name].checked(given.get(name, ())) for name in ('rotor.names', 'surface.names')
+        )
+        keys: dict[str, Key] = keys_of(
+            rotor_names, plate_names, self.torques, sensors.given_types(given)
+        )
         unknown = [name for name in given if name not in keys]
         if unknown:
             raise ValueError(_unknown(unknown[0], given))
@@ -134,7 +141,7 @@ class Scenario:
     def to_yaml(self) -> str:
         """Return the text of a ROS 2 parameter file with every key that has a value of its own."""
         own = {name: x for name, x in self.values.items() if name not in in_place.IN_PLACE}
-        for name in (*orbits.OPTIONAL, *environment.OPTIONAL):
+        for name in OPTIONAL:
             if own[name] == KEYS[name].default:
                 del own[name]
         return yaml_of_parameters(own)
@@ -147,7 +154,9 @@ class Scenario:
         values: of every key, known to be valid, by many.py; what differs as (M, 1) or (M, 1, k).
         """
         many = object.__new__(cls)
-        many.values, many.keys, many.torques = MappingProxyType(dict(values)), KEYS, ()
+        # Without an instant of tick 0 there is no environment, which many do not fly in together.
+        timeless = MappingProxyType({**values, 'time.epoch_ns': 0})
+        many.values, many.keys, many.torques = timeless, KEYS, ()
         return many
 
     def with_values(self, changes: Mapping[str, Any]) -> 'Scenario':
@@ -214,7 +223,12 @@ class Scenario:
             for name in self.sensors
         )
         return Frames(
-            self['frames.inertial'], self['frames.orbital'], self['frames.body'], mounted
+            self['frames.inertial'],
+            self['frames.orbital'],
+            self['frames.body'],
+            self['frames.earth'],
+            'geodetic' in self.topics,
+            mounted,
         )
 
     @property
@@ -265,13 +279,15 @@ class Scenario:
                 'the instant of tick 0: give time.epoch'
             )
         orbit = orbits.orbit_of(self.values)
+        along_orbit = environment.along(self.values, orbit)
         own = (torque for kind in self.torques if (torque := kind.of(self.values)) is not None)
         return System(
             inertia=inertia.entries(self['body.inertia']),
             rotors=rotors.rotors_of(self.values),
             orbit=orbit,
             weight_moment=np.array(self['body.weight_moment']),
-            torques=(*environment.torques_of(self.values, orbit), *own),
+            environment=along_orbit,
+            torques=(*environment.torques_of(self.values, along_orbit), *own),
         )
 
     @cached_property

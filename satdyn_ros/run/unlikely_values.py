@@ -11,7 +11,7 @@ from typing import Any
 
 from ..base.nanoseconds import SECOND_NS, epoch, stamp_ns
 from ..orbits.kepler import EARTH_MU, EARTH_RADIUS_M
-from . import orbits
+from . import environment, orbits
 from .keys import KEYS
 
 # Gravitational parameter [m^3/s^2] and equatorial radius [m]: EGM96, DE440, IAU 2015.
@@ -105,8 +105,7 @@ def _orbit(values) -> Iterator[str]:
 
 
 def _environment(values) -> Iterator[str]:
-    if any(values['body.dipole']) and values['environment.magnetic_field'] == 'none':
-        yield 'body.dipole is given, and without environment.magnetic_field it does nothing'
+    yield from environment.without_effect(values)
     if values['environment.magnetic_field'] != 'none' and values['time.epoch_ns']:
         from ..environment import igrf_warning
 

@@ -93,7 +93,7 @@ def _propagate_together(plan, runs, values, rows, first, table):
     changed = _changed(plan, values, rows)
     if changed is None or changed['motion.method'] != 'numeric':
         return done
-    if plan.scenario.torques or is_tabled(changed) or environment.acts(changed):
+    if plan.scenario.torques or is_tabled(changed) or environment.asked(changed):
         return done
     scenario, valid = many(changed, len(rows))
     count = int(valid.sum())

@@ -377,6 +377,14 @@ KEYS = {
             changes='running',
         ),
         Key(
+            'torque.names',
+            'string_array',
+            (),
+            '',
+            'names of several applied torques, each commanded on torque/NAME, held and timed out '
+            'by itself, all summed; without names there is the one torque',
+        ),
+        Key(
             'sensors.names',
             'string_array',
             (),

@@ -27,11 +27,20 @@ from .events import (
     rotor_torques,
 )
 from .requests import requested
-from .run_state import NO_TORQUE, RULES, RunState, has_max_speed, is_too_fast, total
+from .run_state import (
+    NO_TORQUE,
+    RULES,
+    RunState,
+    has_max_speed,
+    is_too_fast,
+    rotor_of,
+    total,
+)
 from .samples import Measured, Samples
 from .scenario import Scenario
 from .segment import MOST_STEPS_A_TICK, Segment
 from .ticks import Ticks
+from .topics import is_torque
 
 
 class RunHalted(RuntimeError):  # noqa: N818
@@ -335,9 +344,8 @@ class Simulation:
             # Version 0.1 had no sensors.
             suite=run.suite.with_memories(snapshot.get('sensors', {})),
             torques_b=torques_b,
-            # Version 0.1 had one rotor, whose topic was rotor_torque.
             until={
-                'rotor_command.rotor' if topic == 'rotor_torque' else topic: until
+                topic if is_torque(topic) else f'rotor_command.{rotor_of(topic)}': until
                 for topic, until in snapshot['until'].items()
             },
         )

@@ -315,6 +315,9 @@ def test_torques_with_names_go_on_from_a_bag(tmp_path):
     assert sequence(again) == [m for m in sequence(bag) if m[1] >= begin_ns]
     assert all(verify(path).same_bytes for path in (bag, again))
 
+    with pytest.raises(ValueError, match='topic is torque; allowed: torque/control, torque/drag'):
+        recorded(scenario, 4, tmp_path / 'none', [Torque(3, (0.1, 0.0, 0.0))])
+
     other = scenario.with_values({'torque.names': ['drag', 'jet']})
     onward, begin = continuation.begun_in_bag(other, bag, '1.6')
     simulation = Simulation.from_snapshot(onward, begin)

@@ -133,6 +133,16 @@ def _is_given(values, name):
     return value != default
 
 
+def torques(values: Mapping[str, Any]) -> Rules:
+    """Check that the names of applied torques may stand in topics."""
+    for name in values['torque.names']:
+        if (yield not (name.isidentifier() and name.isascii())):
+            raise ValueError(
+                f'torque.names has {name!r}; a name has letters, digits and _ and does not begin '
+                'with a digit'
+            )
+
+
 def body(values: Mapping[str, Any]) -> Rules:
     """Check that the inertia is that of a body."""
     return inertia.rules(values['body.inertia'])
@@ -190,6 +200,7 @@ ALL_RULES: tuple[Callable[[Mapping[str, Any]], Rules], ...] = (
     orbits.rules,
     environment.rules,
     sensors.rules,
+    torques,
     body,
     rotors.rules,
     ticks,

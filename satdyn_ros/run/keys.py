@@ -461,6 +461,14 @@ KEYS = {
             changes='running',
         ),
         Key(
+            'torque.names',
+            'string_array',
+            (),
+            '',
+            'names of several applied torques, each commanded on torque/NAME, held and timed out '
+            'by itself, all summed; without names there is the one torque',
+        ),
+        Key(
             'sensors.names',
             'string_array',
             (),
@@ -532,6 +540,7 @@ OPTIONAL = tuple(
         'orbit.file',
         'orbit.j2',
         'orbit.reference_radius',
+        'torque.names',
     )
 )
 _NONE: Mapping[str, str] = MappingProxyType({})

@@ -29,7 +29,7 @@ from .parameter_file import (
     yaml_of_parameters,
 )
 from .ticks import rate_of
-from .topics import Topic, topics_with
+from .topics import Topic, topics_with, torque_topics
 
 
 @dataclass(frozen=True)
@@ -239,7 +239,13 @@ class Scenario:
     @cached_property
     def topic_table(self) -> dict[str, Topic]:
         """The topics that it may have, by their names in publish.topics and sensors.names."""
-        return topics_with(self.torques, sensors.kinds(self.values))
+        kinds = sensors.kinds(self.values)
+        return topics_with(self.torques, kinds, self['torque.names'])
+
+    @property
+    def torque_topics(self) -> tuple[str, ...]:
+        """The topics of the applied torques, in the order in which they are summed."""
+        return torque_topics(self['torque.names'])
 
     @cached_property
     def sensors(self) -> dict[str, Sensor]:

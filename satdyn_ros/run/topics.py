@@ -6,7 +6,7 @@ columns in tables and its panel.
 """
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -354,7 +354,8 @@ _TABLE = (
         'geometry_msgs/msg/WrenchStamped',
         'input',
         'body',
-        'torque on the body in body axes [N m], held until the next one or the timeout',
+        'torque on the body in body axes [N m], held until the next one or the timeout; with '
+        'torque.names in its place torque/NAME, each held by itself, all summed',
         shows=(_TORQUES,),
     ),
     Topic(
@@ -372,13 +373,26 @@ TOPICS: dict[str, Topic] = {topic.name.lstrip('/'): topic for topic in _TABLE}
 STATE_TOPICS = tuple(name for name, topic in TOPICS.items() if topic.role == 'state')
 
 
+def torque_topics(names: Iterable[str]) -> tuple[str, ...]:
+    """Return the topics of the applied torques of these names; without names, of the one."""
+    return tuple(f'torque/{name}' for name in names) or ('torque',)
+
+
+def is_torque(topic: str) -> bool:
+    """Whether a topic is that of an applied torque."""
+    return topic.partition('/')[0] == 'torque'
+
+
 def topics_with(
-    torques: Iterable[type[BodyTorque]], sensors: Mapping[str, type[Sensor]]
+    torques: Iterable[type[BodyTorque]],
+    sensors: Mapping[str, type[Sensor]],
+    torque_names: tuple[str, ...] = (),
 ) -> dict[str, Topic]:
     """
     Return the topics of scenarios with torques and sensors of these kinds, by their names.
 
-    ValueError: a topic of a torque, or a sensor, has the name of another topic.
+    torque_names: of the applied torques.  ValueError: a topic of a torque, or a sensor, has the
+    name of another topic.
     """
     table = dict(TOPICS)
     for kind in torques:
@@ -389,4 +403,7 @@ def topics_with(
         if name in table and table[name].role != 'sensor':
             raise ValueError(f'sensors.names has {name}, which is a topic; give another name')
         table[name] = _of_sensor(name, sensor)
+    if torque_names:
+        one = table.pop('torque')
+        table |= {topic: replace(one, name=topic) for topic in torque_topics(torque_names)}
     return table

@@ -137,6 +137,11 @@ def of_sensors(draw):
     return common, {'initial.angular_velocity': vectors(draw)}
 
 
+def of_torques(draw):
+    common = {'torque.names': ('control', str(draw.choice(['drag', '2nd'])))}
+    return common, {'initial.angular_velocity': vectors(draw)}
+
+
 def orbit(draw):
     if draw.random() < 0.5:
         mu = EARTH_MU * near(draw, 1.0 + draw.choice([-1e-4, 1e-4]), smallest=1e-9)
@@ -257,6 +262,7 @@ DRAWS = {
     orbits.rules: orbit,
     environment.rules: of_environment,
     sensors.rules: of_sensors,
+    checks.torques: of_torques,
     checks.body: body,
     rotors.rules: of_rotors,
     checks.ticks: ticks,

@@ -18,6 +18,7 @@ from satdyn_ros.integrate.propagation import Propagation
 from satdyn_ros.kernel import rotation
 from satdyn_ros.orbits import FixedDirection
 from satdyn_ros.orbits.pieces import Pieces, Stretch
+from satdyn_ros.run.describe import describe
 from satdyn_ros.run.events import from_yaml_text
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
@@ -157,3 +158,20 @@ def test_without_an_instant_there_is_no_field():
         Scenario(given | {'time.epoch_ns': 2_100_000_000 * 10**9}).motion()
     (warning,) = Scenario({'body.dipole': [0.0, 0.0, 1.0]}).warnings
     assert warning.startswith('body.dipole is given')
+
+
+def test_describe_tells_the_size_of_each_torque():
+    """Over an orbit: the largest is that of the rows, the mean lies below, and all are named."""
+    scenario, _ = flown('igrf_sso')
+    rows = {row['topic']: row for row in describe(scenario)['torques']}
+    assert list(rows) == ['gravity_gradient', 'magnetic_torque']
+    period_s = 2.0 * np.pi / scenario.system.orbit.mean_motion
+    states = scenario.motion().at(np.linspace(0.0, period_s, 721))
+    size = np.linalg.norm(own_torque(scenario.system.torques, states), axis=1)
+    magnetic = rows['magnetic_torque']
+    assert_allclose(magnetic['largest_n_m'], size.max(), rtol=1e-12)
+    assert_allclose(magnetic['mean_n_m'], size.mean(), rtol=1e-12)
+    # The body gains what the torques give, but for the error of a sum over a few hundred rows.
+    H_i = rotation.rotate(states.q_ib, states.omega_bi_b @ scenario.system.inertia)
+    gathered = np.sum([row['momentum_n_m_s'] for row in rows.values()], axis=0)
+    assert_allclose(H_i[-1] - H_i[0], gathered, rtol=0.0, atol=1e-3 * np.max(np.abs(gathered)))

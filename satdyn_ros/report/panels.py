@@ -146,10 +146,10 @@ def rates(axes: 'Axes', history: History) -> None:
 def shown(axes: 'Axes', history: History, topic: str) -> None:
     """Draw what a topic shows, such as a torque in body axes."""
     values, (title, unit) = history.shown[topic], history.panels[topic]
-    scale, prefix = (1.0, '') if unit == '1' else _prefixed(values)
+    scale, prefix = _prefixed(values) if unit else (1.0, '')
     names = component_names(values.shape[1])
     _lines(axes, history, values.T / scale, names, topic, 1.0 / scale)
-    axes.set_ylabel(f'{title} [{prefix}{unit}]')
+    axes.set_ylabel(f'{title} [{prefix}{unit or 1}]')
 
 
 def torque(axes: 'Axes', history: History) -> None:

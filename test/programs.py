@@ -305,7 +305,21 @@ class Draw(Random):
         refused = None
         if self.one_in(8):
             refused = {'tick': self.choice(moments), 'request': self.bad_request(conditions)}
-        return Program(scenario, ticks, entries, refused)
+        return self.with_names(Program(scenario, ticks, entries, refused))
+
+    def with_names(self, program: Program) -> Program:
+        """Return a program, at times with its torques given to one or both of two names."""
+        if self.one_in(2):
+            return program
+        names = ['control', 'drag']
+        entries = [
+            entry | {'torque': {name: entry['torque'] for name in self.some(names)}}
+            if 'torque' in entry
+            else entry
+            for entry in program.entries
+        ]
+        scenario = program.scenario.with_values({'torque.names': names})
+        return program._replace(scenario=scenario, entries=entries)
 
     def at(self, tick, scenario):
         """Return a tick as an entry has it, at times by a time that is rounded up to it."""

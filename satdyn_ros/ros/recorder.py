@@ -11,7 +11,7 @@ from queue import Empty, Queue
 from threading import Lock, Thread
 from typing import Any
 
-from ..bag.write_run import RECORDED_AS, Recording
+from ..bag.write_run import Recording, recorded_as
 from ..messages.qos import Qos
 from ..messages.sparse import Rows, SparseMessages
 from ..run.events import Event
@@ -42,7 +42,7 @@ class _Block:
 
     @cached_property
     def message_counts(self) -> Counter[str]:
-        counts = Counter(RECORDED_AS[type(e)] for e in self.happened if type(e) in RECORDED_AS)
+        counts = Counter(filter(None, map(recorded_as, self.happened)))
         for name, table in self.rows.items():
             counts[name] += len(table.rows) if isinstance(table, SparseMessages) else self.count
         return counts

@@ -212,6 +212,8 @@ drawn:
   phase          pitch and pitch rate in LVLH, with the separatrix of planar libration
   NAME_torque    a torque of your own that acts, in body axes: the name of its topic
   SENSOR         measured minus true values of a sensor, by its name, in its axes, with three sigma
+  geodetic       the ground track on a map, drawn too where geodetic is published, with UTC below
+                 the time; dashed in the umbra where environment.sun is given
 
 Applied torques are shaded; requests and resets are marked by a line.  Where a curve goes up and
 down within a few pixels, or the body turns more than a quarter turn between two points, a band

@@ -8,6 +8,7 @@ from ..dynamics.motion import States
 from ..dynamics.torque import angular_momentum
 from ..report import scene
 from ..report.curves import shown, topics_with_panels
+from ..report.place import place_topics
 from ..run.samples import Samples
 from ..run.scenario import Scenario
 from ..run.ticks import Ticks
@@ -98,7 +99,7 @@ class SceneFrames:
         return scene.rows(
             states,
             momentum_b=angular_momentum(system, states.omega_bi_b, states.rotor_speed),
-            shown=shown(topics_with_panels(scenario), samples),
+            shown=shown([*topics_with_panels(scenario), *place_topics(scenario)], samples),
             applied_b=self._applied_torque(scenario, t_s),
         )
 

@@ -6,6 +6,7 @@ import browser as pages
 import numpy as np
 import pytest
 
+from satdyn_ros import environment
 from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.kernel import rotation
 from satdyn_ros.report.history import history
@@ -296,3 +297,27 @@ def test_without_webgl(page):
         assert '.' in browser.find_element('css selector', '.chart output').text
     finally:
         browser.quit()
+
+
+def test_the_page_knows_how_the_earth_is_turned_and_where_the_sun_is(page, browser):
+    """From UTC alone, as ERFA has both."""
+    pytest.importorskip('erfa')
+    opened(browser, page)
+    unix_s = np.array([0, 946728000, 1234567890, 1782000000, 2147000000])
+    turned, suns = browser.execute_script(
+        'const earth = new Earth({ epoch_s: 0, period_s: 1, coast: { lines: [] } });'
+        'const at = (what) => arguments[0].map((time) => earth[what](time));'
+        "return [at('attitude'), at('sun')]",
+        unix_s.tolist(),
+    )
+    stamps_ns = unix_s * 10**9
+    to_itrs = environment.gcrs_to_itrs(stamps_ns)
+    for axis in np.eye(3):
+        axis_e = environment.turned(to_itrs, rotation.rotate(np.array(turned), axis))
+        # Nutation, of 9 arcsec, is left out.
+        np.testing.assert_allclose(axis_e, np.broadcast_to(axis, (5, 3)), atol=np.radians(0.003))
+    sun_e = environment.turned(to_itrs, environment.sun_position(stamps_ns))
+    sun_e /= np.linalg.norm(sun_e, axis=-1, keepdims=True)
+    apart = np.degrees(np.linalg.norm(sun_e - suns, axis=-1))
+    # What the Almanac says of its formulas.
+    assert apart.max() < 0.01

@@ -32,6 +32,7 @@ _WITH_TORQUES = (
 _SCENARIO = 'a ROS 2 parameter file, or the name of a shipped scenario'
 _NODE_EXAMPLES = """\
 satdyn node --params-file config/default.yaml
+satdyn node --params-file constellation --satellite /sat4 --satellite /sat5
 satdyn node --params-file config/default.yaml --ros-args -r __ns:=/sat1 -p publish.rate:=50.0"""
 
 
@@ -60,7 +61,13 @@ satdyn check"""
         metavar='FILE',
         help=f'{_SCENARIO}; of several the later prevail, as in ROS',
     )
-    _add_satellite(added)
+    added.add_argument(
+        '--satellite',
+        action='append',
+        metavar='NAME',
+        help='which satellite, where the scenario has several: /sat4/satdyn, or /sat4; may be '
+        'repeated; default: all, each a node of its own',
+    )
     _add_torque(added)
     added.add_argument(
         '--ros-args', nargs='...', metavar='', help='the usual arguments of ROS 2 nodes'

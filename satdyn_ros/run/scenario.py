@@ -135,7 +135,7 @@ class Scenario:
     @classmethod
     def _of_file(cls, file, satellite, torques):
         full_name = file.full_name(satellite)
-        values = without_rclpys(file.parameters(full_name))
+        values = without_rclpys(file.flown(full_name))
         return cls(values, torques, file.unused(full_name))
 
     def to_yaml(self) -> str:

@@ -175,7 +175,12 @@ def test_labels_lie_neither_on_one_another_nor_on_the_body(page, browser, size, 
         drawn = 'satdyn.stage.scene.frames.length'
         count = browser.execute_script(f'const n = {drawn}; satdyn.timeline.seek({t_s}); return n')
         pages.wait(browser, f'{drawn} !== {count}')
-        found = browser.execute_script(pages.OVERLAPS)
+        # The frame in which they are placed anew may come after the one that was waited for.
+        for _ in range(50):
+            found = browser.execute_script(pages.OVERLAPS)
+            if not found['overlaps'] and not found['on_body']:
+                break
+            browser.execute_async_script('requestAnimationFrame(arguments[0])')
         assert found['overlaps'] == []
         assert found['on_body'] == []
         assert found['count'] >= 5

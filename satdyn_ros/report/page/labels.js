@@ -40,8 +40,8 @@ class Labels {
   }
 
   // Put each label beside its point [px], or hide it: points is a map of keys to null or {x, y, room,
-  // place}: room is kept free around it, place, where given, is that of PLACES to begin with; corners [px] are those of the body, covered the rooms of what
-  // lies over the scene.
+  // place}: room is kept free around it, place, where given, is that of PLACES to begin with; corners
+  // [px] are those of the body, covered the rooms of what lies over the scene.
   place(points, corners, covered, width, height) {
     const outline = hull(corners);
     const taken = [...covered];

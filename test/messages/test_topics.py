@@ -287,7 +287,7 @@ def test_published_quaternions_are_unit():
     motion = Propagation(system, State(np.array([0.5, 0.5, 0.5, 0.5]), np.full(3, 0.1), 0.0, 0.0))
     states = motion.at(np.arange(500) * 0.7)
     of = Samples(0, np.arange(500) * 700_000_000, states, system)
-    for topic in PACKED:
+    for topic in (name for name in PACKED if not TOPICS[name].lacking(system)):
         rows = packer('ellipse, motor', topic).pack(of)
         for name in rows.dtype.names:
             if rows[name].shape == (500, 4) and 'color' not in name:

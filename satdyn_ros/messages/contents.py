@@ -15,7 +15,7 @@ from ..dynamics.system import System
 from ..kernel import rotation
 from ..run.samples import Stamped
 from ..run.scenario import Frames
-from ..run.topics import Topic, to_itrs
+from ..run.topics import Topic
 from . import cdr, markers
 
 
@@ -198,7 +198,7 @@ def _q_il(samples):
 
 
 def _q_ie(samples):
-    return rotation.from_matrix(to_itrs(samples).swapaxes(-1, -2))
+    return rotation.from_matrix(samples.to_itrs.swapaxes(-1, -2))
 
 
 def _r_i(samples):

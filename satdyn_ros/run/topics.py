@@ -13,7 +13,7 @@ import numpy as np
 
 from ..dynamics.system import System
 from ..dynamics.torque import own_torque
-from ..environment import geodetic, lit_fraction, sun_direction, turned
+from ..environment import lit_fraction, sun_direction
 from ..environment.sun import AU_M
 from ..kernel import rotation
 from ..orbits import FixedDirection
@@ -129,39 +129,23 @@ def _in_body_axes(samples, v_i):
 
 
 def _magnetic_field(samples):
-    field = samples.system.environment.magnetic_field
-    return _in_body_axes(samples, field.values(samples.states.orbit_s, np.arange(3)))
-
-
-def _sun(samples):
-    """Return r_i, and the place of the Sun [m]."""
-    states = samples.states
-    return states.r_i, samples.system.environment.sun.values(states.orbit_s, np.arange(3))
+    return _in_body_axes(samples, samples.magnetic_field_i)
 
 
 def _sun_direction(samples):
-    s_i, _ = sun_direction(*_sun(samples))
+    s_i, _ = sun_direction(samples.states.r_i, samples.sun_i)
     return _in_body_axes(samples, s_i)
 
 
 def _sunlight(samples):
-    _, distance_m = sun_direction(*_sun(samples))
+    r_i, sun_i = samples.states.r_i, samples.sun_i
+    _, distance_m = sun_direction(r_i, sun_i)
     nearness = AU_M / distance_m
-    return (lit_fraction(*_sun(samples)) * ILLUMINANCE_LX * nearness**2)[..., None]
-
-
-def to_itrs(samples: Any) -> np.ndarray:
-    """Return the matrices (N, 3, 3) that turn components in inertial axes into ITRS."""
-    table = samples.system.environment.to_itrs
-    return table.values(samples.states.orbit_s, np.arange(9)).reshape(-1, 3, 3)
+    return (lit_fraction(r_i, sun_i) * ILLUMINANCE_LX * nearness**2)[..., None]
 
 
 def _geodetic(part, factor):
-    def of(samples):
-        place = geodetic(turned(to_itrs(samples), samples.states.r_i))
-        return factor * place[part][..., None]
-
-    return of
+    return lambda samples: factor * samples.geodetic[part][..., None]
 
 
 def _lacking(key: str, has: Callable[[Any], bool]) -> Callable[[System], str]:

@@ -7,11 +7,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..kernel.time_table import NO_TABLE, Table, interpolate, interpolate_vector
-from ..kernel.unroll import unrolled_fold, unrolled_map
+from ..kernel.unroll import unrolled_fold
 from ..kernel.vector import add, cross, dot, scale, to_body
 from ..orbits.pieces import Pieces
 from .body_torque import BodyTorque
-from .plates import Plate
+from .plates import Plate, along_normals
 
 
 class PlateInAir(NamedTuple):
@@ -26,12 +26,6 @@ def _plus_arms(total, i, plates, w):
     """Add C_D A (n . w)+ p."""
     into_flow = dot(plates[i].normal, w)
     return add(total, scale(max(into_flow, 0.0), plates[i].arm))
-
-
-@unrolled_map
-def _into_flow(i, plates, w):
-    """Return n . w."""
-    return dot(plates[i].normal, w)
 
 
 class Aerodynamic(BodyTorque):
@@ -88,4 +82,4 @@ class Aerodynamic(BodyTorque):
     ) -> tuple[float, ...]:
         """Return n . w of each plate."""
         w = to_body(q_ib, interpolate_vector(constants.velocity, 0, t_s))
-        return _into_flow(constants.plates, w)
+        return along_normals(constants.plates, w)

@@ -2,11 +2,13 @@
 
 from collections.abc import Sequence
 from itertools import product
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..base.key import Key
+from ..kernel.unroll import unrolled_map
+from ..kernel.vector import dot
 
 # What is the same of a plate and of all sides of the box.
 COEFFICIENTS = (
@@ -71,6 +73,12 @@ class Plate(NamedTuple):
     drag_coefficient: float = 2.2
     specular: float = 0.0
     diffuse: float = 0.0
+
+
+@unrolled_map
+def along_normals(i: int, plates: tuple[Any, ...], v: tuple[float, ...]) -> tuple[float, ...]:
+    """Return n . v of each plate; compiled, where plates have a normal each."""
+    return dot(plates[i].normal, v)
 
 
 def box(edges: Sequence[float], centre: Sequence[float], *coefficients: float) -> list[Plate]:

@@ -9,11 +9,11 @@ import numpy as np
 from ..environment.sun import AU_M, lit_part
 from ..kernel.compile import inlined
 from ..kernel.time_table import NO_TABLE, Table, interpolate_vector
-from ..kernel.unroll import unrolled_fold, unrolled_map
+from ..kernel.unroll import unrolled_fold
 from ..kernel.vector import add, cross, dot, scale, subtract, to_body
 from ..orbits.pieces import Pieces
 from .body_torque import BodyTorque
-from .plates import Plate
+from .plates import Plate, along_normals
 
 # Of sunlight at 1 au: 1361 W/m^2 over the speed of light.
 PRESSURE_PA = 1361.0 / 299_792_458.0
@@ -40,12 +40,6 @@ def _plus_torques(total, i, plates, s):
     cosine = max(dot(plate.normal, s), 0.0)
     along_n = add(scale(cosine, plate.mirrored), plate.scattered)
     return add(total, scale(cosine, add(cross(plate.absorbed, s), along_n)))
-
-
-@unrolled_map
-def _cosines(i, plates, s):
-    """Return n . s."""
-    return dot(plates[i].normal, s)
 
 
 class Solar(BodyTorque):
@@ -97,7 +91,7 @@ class Solar(BodyTorque):
         """Return n . s of each plate."""
         sun_i = interpolate_vector(constants.sun, 0, t_s)
         s, _ = _sun_in_body_axes(q_ib, r_i, sun_i)
-        return _cosines(constants.plates, s)
+        return along_normals(constants.plates, s)
 
 
 @inlined

@@ -126,7 +126,7 @@ class Propagation(Motion):
                 self.tolerance,
                 self.steps_allowed,
             )
-            if outcome == PIECE_ENDS and self.system.pieces:
+            if outcome == PIECE_ENDS:
                 try:
                     self._enter(
                         {each: each.piece_from(self._end_s) for each in self.system.pieces}

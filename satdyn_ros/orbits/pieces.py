@@ -129,8 +129,9 @@ def within_days(stretches: Iterable[Stretch], epoch_ns: int) -> list[Stretch]:
             pieces = math.ceil(_DAY_S / stretch.length_s)
             found.append(Stretch(midnight_s, _DAY_S / pieces))
             continue
-        days = range(*(math.ceil((s - midnight_s) / _DAY_S) for s in stretch[2:]))
-        edges = sorted({*stretch[2:], *(midnight_s + _DAY_S * day for day in days)})
+        ends_s = stretch.begin_s, stretch.end_s
+        days = range(*(math.ceil((end_s - midnight_s) / _DAY_S) for end_s in ends_s))
+        edges = sorted({*ends_s, *(midnight_s + _DAY_S * day for day in days)})
         for begin_s, end_s in pairwise(edges):
             length_s = (end_s - begin_s) / math.ceil((end_s - begin_s) / stretch.length_s)
             found.append(Stretch(begin_s, length_s, begin_s, end_s))

@@ -4,14 +4,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..base.nanoseconds import SECOND_NS
+from ..base.nanoseconds import DAY_NS, SECOND_NS
 from .history import History
 from .place import GEODETIC, coast_lines
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-_DAY_NS = 86_400 * SECOND_NS
 
 
 def ground_track(axes: 'Axes', history: History) -> None:
@@ -75,7 +73,7 @@ def utc_axis(axes: 'Axes', history: History, unit_s: float) -> None:
     """Write UTC below axes over time, whose unit has unit_s seconds."""
     from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 
-    begin_d, unit_d = _utc_ns(history, 0.0) / _DAY_NS, unit_s / 86400.0
+    begin_d, unit_d = _utc_ns(history, 0.0) / DAY_NS, unit_s / 86400.0
     functions = (
         lambda t: begin_d + unit_d * np.asarray(t),
         lambda days: (np.asarray(days) - begin_d) / unit_d,

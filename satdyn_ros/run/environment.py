@@ -128,9 +128,9 @@ def torques_of(
     values: Mapping[str, Any], along_orbit: AlongOrbit | None
 ) -> tuple[BodyTorque, ...]:
     """Return the torques of the environment, those whose ingredients are given."""
-    torques: list[BodyTorque] = []
     if along_orbit is None:
         return ()
+    torques: list[BodyTorque] = []
     names, surface = asked(values), plates(values)
     if 'environment.magnetic_field' in names and np.any(values['body.dipole']):
         torques.append(Magnetic(values['body.dipole'], along_orbit.magnetic_field))

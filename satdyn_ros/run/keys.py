@@ -567,16 +567,8 @@ def keys_of(
     _check_names('rotor', rotor_names, _OF_A_ROTOR)
     _check_names('surface', plate_names, tuple(key.name for key in COEFFICIENTS))
     named = {
-        key.name: key
-        for name in rotor_names
-        for leaf in _OF_A_ROTOR
-        for key in [replace(KEYS[f'rotor.{leaf}'], name=f'rotor.{name}.{leaf}')]
-    }
-    named |= {
-        key.name: key
-        for name in plate_names
-        for of_a_plate in KEYS_OF_A_PLATE
-        for key in [replace(of_a_plate, name=f'surface.{name}.{of_a_plate.name}')]
+        **_of_each('rotor', rotor_names, [KEYS[f'rotor.{leaf}'] for leaf in _OF_A_ROTOR]),
+        **_of_each('surface', plate_names, KEYS_OF_A_PLATE),
     }
     of_torques = {key.name: key for torque in torques for key in torque.keys}
     if known := of_torques.keys() & {*KEYS, *named}:
@@ -591,6 +583,14 @@ def keys_of(
             of_sensor += _of_sensor(name, (*COMMON, *KINDS[kind].keys))
         named |= {key.name: key for key in of_sensor}
     return KEYS | named | of_torques if named or of_torques else KEYS
+
+
+def _of_each(group, names, keys):
+    """Return the keys of each of some rotors or plates by their names."""
+    full_names = (
+        (f'{group}.{name}.{key.name.rpartition(".")[2]}', key) for name in names for key in keys
+    )
+    return {full_name: replace(key, name=full_name) for full_name, key in full_names}
 
 
 def _check_names(group, names, taken):

@@ -10,6 +10,7 @@ from ..dynamics.system import State
 from ..exchange.aem import attitude_at
 from ..kernel import rotation
 from ..run.events import Timeout
+from ..run.rules import EVENTS_FOLLOW
 from ..run.run_state import within_max_torque
 from ..run.scenario import Scenario
 from ..run.simulation import Simulation, state_record
@@ -40,7 +41,7 @@ def begun_in_bag(
     if not scenario['sensors.seed'] and scenario['sensors.names']:
         scenario = scenario.with_values({'sensors.seed': run.scenario['sensors.seed']}).with_seed()
     snapshot = simulation.snapshot(simulation.tick)
-    if run.rules == 0:
+    if run.rules < EVENTS_FOLLOW:
         snapshot['until'] = _told_ends(run, simulation.tick)
     before = run.scenario.values
     kept = {key for key, value in scenario.values.items() if before.get(key) == value}

@@ -20,13 +20,10 @@ from .events import (
     Torque,
     TorquesDropped,
 )
+from .rules import EVENTS_FOLLOW, RULES
 from .scenario import Scenario
 from .segment import MOST_STEPS_A_TICK, Segment
 from .ticks import Ticks
-
-# Raised by every change of what a run computes or records.  0: versions 0.1 and 0.2; 1: /tf has
-# the mountings of the sensors, which since then are on /tf_static.
-RULES = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +74,7 @@ class RunState:
         whether the tick is reached is decided where something needs it.
         """
         happening = _Happening(self, tick)
-        if rules >= 1:
+        if rules >= EVENTS_FOLLOW:
             happening.drop_torques_or_halt()
         happening.time_out()
         for event in acting:

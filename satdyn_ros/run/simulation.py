@@ -25,7 +25,8 @@ from .events import (
     rotor_torques,
 )
 from .requests import requested
-from .run_state import RULES, RunState, has_max_speed, is_too_fast, rotor_of
+from .rules import EVENTS_FOLLOW, RULES
+from .run_state import RunState, has_max_speed, is_too_fast, rotor_of
 from .samples import Measured, Samples
 from .scenario import Scenario
 from .segment import MOST_STEPS_A_TICK, Segment
@@ -52,7 +53,7 @@ class Simulation:
         self.scenario = scenario.with_seed()
         self.ticks = Ticks(scenario.rate, scenario.epoch_ns)
         self.next_tick = 0
-        follows = Derived if rules >= 1 else RotorLimited
+        follows = Derived if rules >= EVENTS_FOLLOW else RotorLimited
         given = (event for event in events if not isinstance(event, follows))
         self._pending = deque(sorted(given, key=_tick_of))
         self._rules, self._is_whole = rules, True

@@ -47,6 +47,7 @@ def begun_in_bag(
     kept = {key for key, value in scenario.values.items() if before.get(key) == value}
     if {key for key in scenario.values if key.startswith(_OF_MOTION)} - kept:
         snapshot |= _motion_anew(scenario, simulation, snapshot['until'])
+        snapshot['sensors'] = simulation.sensors_of_a_new_motion.to_plain()
     snapshot['conditions'] = {
         key: value for key, value in snapshot['conditions'].items() if key in kept
     }

@@ -9,5 +9,7 @@ here is the first of the rules by which something is as it is now.
 EVENTS_FOLLOW = 1
 # Before, the mountings of the sensors were on /tf.
 MOUNTINGS_ARE_LATCHED = 2
+# Before, an integrating gyro gave the rotation vector between its samples, divided by their time.
+TURNS_ARE_COUNTED = 3
 
-RULES = 2
+RULES = 3

@@ -30,6 +30,7 @@ from .run_state import RunState, has_max_speed, is_too_fast, rotor_of
 from .samples import Measured, Samples
 from .scenario import Scenario
 from .segment import MOST_STEPS_A_TICK, Segment
+from .sensors import by_rules
 from .ticks import Ticks
 
 
@@ -59,13 +60,14 @@ class Simulation:
         self._rules, self._is_whole = rules, True
         state = scenario.initial_state
         motion = scenario.motion_from(scenario.system, state, 0.0, MOST_STEPS_A_TICK)
+        suite = Suite.of(by_rules(self.scenario.sensors, rules))
         self._run = RunState(
             ticks=self.ticks,
-            segment=Segment(self.ticks, 0, motion),
+            segment=Segment(self.ticks, 0, motion, suite.counts_turns),
             system=scenario.system,
             conditions=self.scenario,
             topics=scenario.topics,
-            suite=Suite.of(self.scenario.sensors),
+            suite=suite,
         )
         self._begin_block()
         self._torque_of_step = False
@@ -173,6 +175,12 @@ class Simulation:
     def sensors(self) -> Suite:
         """The sensors before the next tick."""
         return self._run.suite
+
+    @property
+    def sensors_of_a_new_motion(self) -> Suite:
+        """The sensors ahead of the last tick's sample, if a new motion is to begin there."""
+        run = replace(self._begun, suite=self._suite_at(self.tick))
+        return run.turned_to(self.tick).suite
 
     @property
     def motion(self) -> Motion:

@@ -5,8 +5,6 @@ The steps do not depend on the times that are asked for.  The compiled walk work
 few milliseconds, between which Ctrl-C and other threads get their turn.
 """
 
-from functools import partial
-
 import numpy as np
 
 from ..dynamics.constants import Constants, constants_of, with_tables
@@ -15,7 +13,7 @@ from ..dynamics.motion import Halted, Motion, States
 from ..dynamics.system import State, System
 from ..kernel.compile import compiled
 from ..orbits import KeplerOrbit
-from ..orbits.pieces import Pieces
+from ..orbits.pieces import tables_of
 from .dense_output import add_turn, interpolate, make_dense
 from .dop853 import (
     BEGIN,
@@ -93,18 +91,18 @@ class Propagation(Motion):
         furthest = self._clock[FURTHEST]
         self._clock[:] = new_clock()
         self._clock[FURTHEST] = furthest
-        pieces = self.system.pieces
-        if pieces:
-            self._enter(pieces, pieces.piece_at(self.start_s))
+        if self.system.pieces:
+            self._enter({each: each.piece_at(self.start_s) for each in self.system.pieces})
 
-    def _enter(self, pieces, piece):
-        """Go on by the tables of a piece of time."""
-        table_of = partial(Pieces.table_in, piece=piece)
-        self.constants = with_tables(self.constants, self.system, table_of)
-        begin_s, end_s, stops_s = piece.begin_s, piece.end_s, self._all_stops_s
-        inside = stops_s[(begin_s < stops_s) & (stops_s < end_s)]
-        self.stops_s = np.array([begin_s, *inside, end_s])
-        self._piece, self._until_s = piece, end_s - self.start_s
+    def _enter(self, current):
+        """Go on by the tables of these pieces of time, as long as all of them last."""
+        self.constants = with_tables(self.constants, self.system, tables_of(current))
+        begin_s = max(piece.begin_s for piece in current.values())
+        self._end_s = min(piece.end_s for piece in current.values())
+        stops_s = _with_corners(self._all_stops_s, current.items())
+        inside = stops_s[(begin_s < stops_s) & (stops_s < self._end_s)]
+        self.stops_s = np.array([begin_s, *inside, self._end_s])
+        self._until_s = self._end_s - self.start_s
         self._clock[PASSED] = 0.0
 
     def _states(self, t_s, turn_b=_NOT_WANTED):
@@ -113,7 +111,7 @@ class Propagation(Motion):
         if len(t_s) and sorted_s[0] < self._clock[BEGIN]:
             self._begin()
         out = np.empty((self.wanted, len(t_s)))
-        rows, outcome, why, pieces = 0, UNFINISHED, '', self.system.pieces
+        rows, outcome, why = 0, UNFINISHED, ''
         while outcome == UNFINISHED:
             rows, outcome = _integrate(
                 sorted_s,
@@ -130,9 +128,11 @@ class Propagation(Motion):
                 self.tolerance,
                 self.steps_allowed,
             )
-            if pieces and outcome == PIECE_ENDS:
+            if outcome == PIECE_ENDS and self.system.pieces:
                 try:
-                    self._enter(pieces, pieces.piece_after(self._piece))
+                    self._enter(
+                        {each: each.piece_from(self._end_s) for each in self.system.pieces}
+                    )
                     outcome = UNFINISHED
                 except ValueError as error:
                     why = str(error)
@@ -153,15 +153,17 @@ class Propagation(Motion):
 
         ValueError: a table ends before, or jumps.
         """
-        pieces = self.system.pieces
-        if not pieces:
+        if not self.system.pieces:
             return self.constants, self.stops_s
         span = self.start_s, self.start_s + end_s
         constants = with_tables(
             self.constants, self.system, lambda each: each.table_between(*span)
         )
-        _, *later = pieces.pieces_between(*span)
-        return constants, np.union1d(self._all_stops_s, [piece.begin_s for piece in later])
+        parts = [
+            (each, piece) for each in self.system.pieces for piece in each.pieces_between(*span)
+        ]
+        stops_s = _with_corners(self._all_stops_s, parts)
+        return constants, np.union1d(stops_s, [piece.begin_s for _, piece in parts])
 
     @property
     def steps_allowed(self) -> float:
@@ -229,6 +231,11 @@ def mean_anomaly(system: System, start_s: float) -> tuple[float | np.ndarray, ..
 def stops_of(system: System) -> np.ndarray:
     """Return the times [s] from tick 0 at which steps end, ascending."""
     return np.unique(np.concatenate([np.zeros(0), *(t.stops() for t in system.torques)]))
+
+
+def _with_corners(stops_s, parts):
+    """Return stops and the corners in some pieces [s from tick 0], ascending."""
+    return np.unique(np.concatenate([stops_s, *(each.corners_in(piece) for each, piece in parts)]))
 
 
 @compiled

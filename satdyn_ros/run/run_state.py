@@ -2,6 +2,8 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import reduce
+from operator import add
 
 import numpy as np
 
@@ -18,12 +20,16 @@ from .events import (
     Timeout,
     Topics,
     Torque,
+    TorqueB,
     TorquesDropped,
 )
 from .rules import EVENTS_FOLLOW, RULES
 from .scenario import Scenario
 from .segment import MOST_STEPS_A_TICK, Segment
 from .ticks import Ticks
+from .topics import is_torque
+
+NO_TORQUE: TorqueB = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,8 +39,9 @@ class RunState:
 
     segment: the motion in force.  system: what moves, with the torques that act.  conditions: the
     scenario, with the initial conditions in force.  topics: those published.  suite: the sensors
-    before the tick's samples.  until: by held torque ('torque', 'rotor_command.NAME') the tick
-    where it ends.  halted: why no tick follows, in one sentence, None: one can.
+    before the tick's samples.  torques_b: by topic the applied torques, whose sum acts.  until: by
+    held torque (its topic, 'rotor_command.NAME') the tick where it ends.  halted: why no tick
+    follows, in one sentence, None: one can.
     """
 
     ticks: Ticks
@@ -43,6 +50,7 @@ class RunState:
     conditions: Scenario
     topics: tuple[str, ...]
     suite: Suite
+    torques_b: Mapping[str, TorqueB]
     until: Mapping[str, int] = field(default_factory=dict)
     halted: str | None = None
 
@@ -107,7 +115,7 @@ class _Happening:
                 return
             if drops:
                 free = run.system.driven(np.zeros(3), np.zeros(len(run.system.rotors)))
-                run = replace(run, until={})
+                run = replace(run, torques_b=dict.fromkeys(run.torques_b, NO_TORQUE), until={})
                 self.run = run.restarted(before, run.segment.state_at(before), free)
             else:
                 self.run = replace(run, halted=run.segment.why_no_further)
@@ -133,11 +141,9 @@ class _Happening:
             case Reset():
                 self._restart_from_conditions()
             case Torque():
-                self._hold(['torque'], event.until_tick)
-                self._drive(torque_b=np.array(event.torque_b, float))
-            case Timeout(topic='torque'):
-                self._hold(['torque'], None)
-                self._drive(torque_b=np.zeros(3))
+                self._apply(event.topic, event.torque_b, event.until_tick)
+            case Timeout() if is_torque(event.topic):
+                self._apply(event.topic, NO_TORQUE, None)
             case RotorCommand():
                 cut = self._command(event.torques, event.until_tick)
             case Timeout():
@@ -156,6 +162,14 @@ class _Happening:
         dropped = [system.rotors[i].label for i in np.flatnonzero(too_fast)]
         self._command(dict.fromkeys(dropped, 0.0), None)
         self.events += [RotorLimited(self.tick, name, 'max_speed') for name in dropped]
+
+    def _apply(self, topic: str, torque_b: TorqueB, until_tick: int | None) -> None:
+        """Let a body torque act, beside those of other topics."""
+        self._hold([topic], until_tick)
+        if self.run.torques_b.get(topic) != torque_b:
+            torques_b = {**self.run.torques_b, topic: torque_b}
+            self._drive(torque_b=total(torques_b))
+            self.run = replace(self.run, torques_b=torques_b)
 
     def _command(self, torques: Mapping[str, float], until_tick: int | None) -> list[str]:
         """Let motor torques act, by rotor; return the rotors where they are cut."""
@@ -196,6 +210,12 @@ class _Happening:
             segment = Segment(run.ticks, self.tick, Propagation(system, state, start_s))
             segment.halt(self.tick, str(error))
             self.run = replace(run, segment=segment, system=system, halted=None)
+
+
+def total(torques_b: Mapping[str, TorqueB]) -> np.ndarray:
+    """Return the sum (3,) of body torques by topic, added in their order."""
+    # Not by NumPy, which would warn of a sum beyond its range: such torques are dropped.
+    return np.array([reduce(add, parts) for parts in zip(*torques_b.values(), strict=True)])
 
 
 def rotor_of(topic: str) -> str:

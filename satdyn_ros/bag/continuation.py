@@ -10,6 +10,7 @@ from ..dynamics.system import State
 from ..exchange.aem import attitude_at
 from ..kernel import rotation
 from ..run.events import Timeout, as_given
+from ..run.rules import EVENTS_FOLLOW
 from ..run.run_state import NO_TORQUE, within_max_torque
 from ..run.scenario import Scenario
 from ..run.simulation import Simulation, state_record
@@ -40,12 +41,13 @@ def begun_in_bag(
     if not scenario['sensors.seed'] and scenario['sensors.names']:
         scenario = scenario.with_values({'sensors.seed': run.scenario['sensors.seed']}).with_seed()
     snapshot = simulation.snapshot(simulation.tick)
-    if run.rules == 0:
+    if run.rules < EVENTS_FOLLOW:
         snapshot['until'] = _told_ends(run, simulation.tick)
     before = run.scenario.values
     kept = {key for key, value in scenario.values.items() if before.get(key) == value}
     if {key for key in scenario.values if key.startswith(_OF_MOTION)} - kept:
         snapshot |= _motion_anew(scenario, simulation, snapshot['until'])
+        snapshot['sensors'] = simulation.sensors_of_a_new_motion.to_plain()
     snapshot['conditions'] = {
         key: value for key, value in snapshot['conditions'].items() if key in kept
     }

@@ -17,6 +17,7 @@ from ..rosbag2.errors import BagError, Damaged
 from ..rosbag2.reader import Bag, Messages, TopicBlock
 from ..run.events import Event, Halt, Request, Reset, RotorCommand, Torque
 from ..run.parameter_file import parameters_of_record
+from ..run.rules import EVENTS_FOLLOW, MOUNTINGS_ARE_LATCHED
 from ..run.scenario import Scenario
 from ..run.simulation import Simulation
 from ..run.ticks import Ticks
@@ -161,14 +162,14 @@ class RecordedRun:
 
     def packer(self, name: str) -> Packer:
         """Return what packs samples for a topic, by its name in the scenario."""
-        if name == 'tf' and self.rules < 2:
+        if name == 'tf' and self.rules < MOUNTINGS_ARE_LATCHED:
             return tf_with_sensors(self.scenario)
         return packer(name, self.scenario)
 
     @property
     def latched(self) -> dict[str, bytes]:
         """What each file has ahead of its first tick, by names in the scenario."""
-        if self.rules < 2 or not self.scenario.sensors:
+        if self.rules < MOUNTINGS_ARE_LATCHED or not self.scenario.sensors:
             return {}
         return {'tf_static': pack_tf_static(self.scenario)}
 
@@ -267,9 +268,8 @@ class Happened:
         self._last_ns: int | None = None
         self._error: ValueError | None = None
         # By rules 0 a torque is held until the bag tells that it has timed out.
-        self._timeout = (
-            run.ticks.timeout(0, run.scenario['torque.timeout']) if run.rules >= 1 else None
-        )
+        timeout = run.ticks.timeout(0, run.scenario['torque.timeout'])
+        self._timeout = timeout if run.rules >= EVENTS_FOLLOW else None
         self._held = self._timeout
         # The first ticks of the files.
         self.begins: list[int] = []

@@ -16,7 +16,7 @@ from ..rosbag2.errors import Damaged
 from ..run import events
 from ..run.events import Event
 from ..run.keys import KEYS
-from ..run.run_state import RULES
+from ..run.rules import RULES
 from ..run.scenario import Scenario
 from ..torques.body_torque import KNOWN, BodyTorque
 

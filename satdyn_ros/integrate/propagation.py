@@ -14,7 +14,7 @@ from ..dynamics.system import State, System
 from ..kernel.compile import compiled
 from ..orbits import KeplerOrbit
 from ..orbits.pieces import tables_of
-from .dense_output import interpolate, make_dense
+from .dense_output import add_turn, interpolate, make_dense
 from .dop853 import (
     BEGIN,
     DENSE_OF,
@@ -37,6 +37,7 @@ from .dop853 import (
 DEFAULT_TOLERANCE = 1e-13
 # The most steps and rows of a slice.
 _SLICE_STEPS, _SLICE_ROWS = 5000, 200_000
+_NOT_WANTED = np.empty((0, 3))
 
 
 class Propagation(Motion):
@@ -104,7 +105,7 @@ class Propagation(Motion):
         self._until_s = self._end_s - self.start_s
         self._clock[PASSED] = 0.0
 
-    def _states(self, t_s):
+    def _states(self, t_s, turn_b=_NOT_WANTED):
         order = None if (t_s[1:] >= t_s[:-1]).all() else np.argsort(t_s, kind='stable')
         sorted_s = t_s if order is None else t_s[order]
         if len(t_s) and sorted_s[0] < self._clock[BEGIN]:
@@ -116,6 +117,7 @@ class Propagation(Motion):
                 sorted_s,
                 rows,
                 out,
+                turn_b,
                 self._clock,
                 self._stages,
                 self._dense,
@@ -138,7 +140,8 @@ class Propagation(Motion):
             reached_s = float(self._clock[END])
             self._steps_to_halt = self._clock[STEPS] - self._clock[SINCE]
             self._begin()
-            states = self.states_of(sorted_s[:rows], out[:, :rows])
+            turned = turn_b[:rows] if len(turn_b) else None
+            states = self._table(sorted_s[:rows], turned, *self._columns(out[:, :rows]))
             raise self.halted(outcome, reached_s, states, why)
         if order is not None:
             out[:, order] = out.copy()
@@ -178,7 +181,7 @@ class Propagation(Motion):
 
     def states_of(self, t_s: np.ndarray, out: np.ndarray) -> States:
         """Return the states at t_s (N,) of the wanted variables (V, N)."""
-        return self._table(t_s, *self._columns(out))
+        return self._table(t_s, None, *self._columns(out))
 
     def _columns(self, out):
         return columns(self.system, out)
@@ -240,6 +243,7 @@ def _integrate(
     t_s,
     rows,
     out,
+    turn_b,
     clock,
     stages,
     dense,
@@ -253,18 +257,24 @@ def _integrate(
     """
     Fill out (V, N) with the wanted variables at the ascending times t_s (N,), from row `rows` on.
 
-    Return how many rows are filled when the slice ends, and how it ends.  clock, stages, dense:
-    the current step, as in dop853.py.  until_s: up to where the constants hold.
+    Return how many rows are filled when the slice ends, and how it ends.  turn_b (N, 3): as of
+    States, added to; without rows: it is not wanted.  clock, stages, dense: the current step, as
+    in dop853.py.  until_s: up to where the constants hold.
     """
     count = min(len(t_s), rows + _SLICE_ROWS)
     for _ in range(_SLICE_STEPS):
         last = rows
         while last < count and t_s[last] <= clock[END]:
             last += 1
+        counts = len(turn_b) > 0 and last > 0
+        if (last > rows or counts) and clock[DENSE_OF] != clock[STEPS]:
+            make_dense(clock, stages, dense, constants)
         if last > rows:
-            if clock[DENSE_OF] != clock[STEPS]:
-                make_dense(clock, stages, dense, constants)
             interpolate(t_s, out, rows, last, clock, dense, constants)
+            if counts:
+                for i in range(max(rows, 1), last):
+                    from_s = max(t_s[i - 1], clock[BEGIN])
+                    add_turn(turn_b[i], from_s, t_s[i], clock, dense)
             rows = last
             if t_s[rows - 1] > clock[FURTHEST]:
                 clock[FURTHEST], clock[SINCE] = t_s[rows - 1], 0.0
@@ -274,6 +284,9 @@ def _integrate(
             return rows, PIECE_ENDS
         if clock[SINCE] >= steps_allowed:
             return rows, TOO_MANY_STEPS
+        if counts:
+            from_s = max(t_s[rows - 1], clock[BEGIN])
+            add_turn(turn_b[rows], from_s, clock[END], clock, dense)
         if not step(clock, stages, anomaly, stops_s, constants, tolerance):
             return rows, STEP_UNDERFLOW
         if clock[BEGIN] >= clock[FURTHEST]:

@@ -120,7 +120,7 @@ def history(
     last_motion = None
     for motion, applied, samples, changes in _measured(_stretches(simulation, first, end)):
         start = samples.first_tick
-        sensors.take(applied, samples)
+        sensors.take(motion, applied, samples)
         states = samples.states
         if motion is not last_motion:
             last_motion, so_far = motion, {}

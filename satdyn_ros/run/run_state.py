@@ -23,14 +23,12 @@ from .events import (
     TorqueB,
     TorquesDropped,
 )
+from .rules import EVENTS_FOLLOW, RULES
 from .scenario import Scenario
 from .segment import MOST_STEPS_A_TICK, Segment
 from .ticks import Ticks
 from .topics import is_torque
 
-# Raised by every change of what a run computes or records.  0: versions 0.1 and 0.2; 1: /tf has
-# the mountings of the sensors, which since then are on /tf_static.
-RULES = 2
 NO_TORQUE: TorqueB = (0.0, 0.0, 0.0)
 
 
@@ -69,7 +67,13 @@ class RunState:
         """
         start_s = self.ticks.seconds(tick)
         motion = self.conditions.motion_from(system, state, start_s, MOST_STEPS_A_TICK)
-        return replace(self, segment=Segment(self.ticks, tick, motion), system=system, halted=None)
+        segment = Segment(self.ticks, tick, motion, self.suite.counts_turns)
+        return replace(self, segment=segment, system=system, halted=None)
+
+    def turned_to(self, tick: int) -> 'RunState':
+        """Return the run whose sensors have counted the turn to a tick, where its motion ends."""
+        turn_b = self.segment.states(tick, tick + 1).turn_b
+        return self if turn_b is None else replace(self, suite=self.suite.turned(turn_b[0]))
 
     def after(
         self, tick: int, acting: Sequence[Event], rules: int = RULES
@@ -84,7 +88,7 @@ class RunState:
         whether the tick is reached is decided where something needs it.
         """
         happening = _Happening(self, tick)
-        if rules >= 1:
+        if rules >= EVENTS_FOLLOW:
             happening.drop_torques_or_halt()
         happening.time_out()
         for event in acting:
@@ -190,7 +194,8 @@ class _Happening:
         if self.run.halted:
             self.run = replace(self.run, system=system)
         else:
-            self.run = self.run.restarted(self.tick, self.run.segment.state_at(self.tick), system)
+            run = self.run.turned_to(self.tick)
+            self.run = run.restarted(self.tick, run.segment.state_at(self.tick), system)
 
     def _restart_from_conditions(self) -> None:
         run, acting = self.run, self.run.system

@@ -27,9 +27,9 @@ from .events import (
     rotor_torques,
 )
 from .requests import requested
+from .rules import EVENTS_FOLLOW, RULES
 from .run_state import (
     NO_TORQUE,
-    RULES,
     RunState,
     has_max_speed,
     is_too_fast,
@@ -39,6 +39,7 @@ from .run_state import (
 from .samples import Measured, Samples
 from .scenario import Scenario
 from .segment import MOST_STEPS_A_TICK, Segment
+from .sensors import by_rules
 from .ticks import Ticks
 from .topics import is_torque
 
@@ -63,19 +64,20 @@ class Simulation:
         self.scenario = scenario.with_seed()
         self.ticks = Ticks(scenario.rate, scenario.epoch_ns)
         self.next_tick = 0
-        follows = Derived if rules >= 1 else RotorLimited
+        follows = Derived if rules >= EVENTS_FOLLOW else RotorLimited
         given = (event for event in events if not isinstance(event, follows))
         self._pending = deque(sorted(given, key=_tick_of))
         self._rules, self._is_whole = rules, True
         state = scenario.initial_state
         motion = scenario.motion_from(scenario.system, state, 0.0, MOST_STEPS_A_TICK)
+        suite = Suite.of(by_rules(self.scenario.sensors, rules))
         self._run = RunState(
             ticks=self.ticks,
-            segment=Segment(self.ticks, 0, motion),
+            segment=Segment(self.ticks, 0, motion, suite.counts_turns),
             system=scenario.system,
             conditions=self.scenario,
             topics=scenario.topics,
-            suite=Suite.of(self.scenario.sensors),
+            suite=suite,
             torques_b=dict.fromkeys(scenario.torque_topics, NO_TORQUE),
         )
         self._begin_block()
@@ -189,6 +191,12 @@ class Simulation:
     def sensors(self) -> Suite:
         """The sensors before the next tick."""
         return self._run.suite
+
+    @property
+    def sensors_of_a_new_motion(self) -> Suite:
+        """The sensors ahead of the last tick's sample, if a new motion is to begin there."""
+        run = replace(self._begun, suite=self._suite_at(self.tick))
+        return run.turned_to(self.tick).suite
 
     @property
     def motion(self) -> Motion:

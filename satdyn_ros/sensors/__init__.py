@@ -4,6 +4,7 @@ from importlib import import_module
 from pkgutil import iter_modules
 
 from .gyro import Gyro
+from .magnetometer import Magnetometer
 from .measurements import Measurements
 from .sensor import COMMON, KINDS, Sensor
 from .star_tracker import StarTracker
@@ -13,4 +14,13 @@ from .suite import Suite
 for _found in iter_modules(__path__):
     import_module(f'{__name__}.{_found.name}')
 
-__all__ = ['COMMON', 'KINDS', 'Gyro', 'Measurements', 'Sensor', 'StarTracker', 'Suite']
+__all__ = [
+    'COMMON',
+    'KINDS',
+    'Gyro',
+    'Magnetometer',
+    'Measurements',
+    'Sensor',
+    'StarTracker',
+    'Suite',
+]

@@ -26,11 +26,11 @@ from .turns import FlownAgain
 @dataclass(frozen=True, eq=False)
 class SensorErrors:
     """
-    The errors of M measurements of a sensor, about its axes.
+    The errors of M measurements of a sensor, about its axes, or the one, z.
 
-    t_s (M,): of the exposures [s from tick 0].  error (M, 3): measurement minus truth, see
-    Sensor.error.  systematic (M, 3): the part of it that is not noise.  sigma (3,): the standard
-    deviation of the noise, as in the messages' covariance.
+    t_s (M,): of the exposures [s from tick 0].  error (M, 3) or (M, 1): measurement minus truth,
+    see Sensor.error.  systematic: the part of it that is not noise.  sigma (3,) or (1,): the
+    standard deviation of the noise, as in the messages' covariance.
     """
 
     sensor: Sensor

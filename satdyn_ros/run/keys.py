@@ -544,6 +544,7 @@ OPTIONAL = tuple(
         'orbit.file',
         'orbit.j2',
         'orbit.reference_radius',
+        'sensors.star_tracker.sun_exclusion',
         'torque.names',
     )
 )

@@ -32,7 +32,7 @@ class Measured(Stamped):
     What a sensor gives at some of consecutive ticks.
 
     places (M,): their ticks, counted from the first; stamps_ns (M,) int64: of the exposures;
-    values (M, 3) or (M, 4), as of the sensor.
+    values (M, 3), (M, 4) or (M,), as of the sensor.
     """
 
     places: np.ndarray

@@ -220,7 +220,8 @@ class Gyro(Sensor):
         if self.counts_turns:
             turns_b, rest_b = self._counted(samples, states.turn_b, first_row, memory.turn_b)
         if len(samples) == 0:
-            return _measurements(samples, np.empty((0, 3))), replace(memory, turn_b=rest_b)
+            nothing = Measurements.prompt(as_array(samples), np.empty((0, 3)))
+            return nothing, replace(memory, turn_b=rest_b)
         rows = slice(first_row, None, self.divisor)
         q_ib, rate_b = states.q_ib[rows], states.omega_bi_b[rows]
         deviates = normals(self.seed, self.stream, samples, DEVIATES)
@@ -232,7 +233,8 @@ class Gyro(Sensor):
             rate_b = np.concatenate([rate_b[:first], turns_b / self.interval_s])
         true = rotation.rotate(rotation.conjugate(self.mounting), rate_b)
         rate, biases = self._axes.read(true, deviates, memory.bias)
-        return _measurements(samples, rate), GyroMemory(biases[-1], q_ib[-1], rest_b)
+        after = GyroMemory(biases[-1], q_ib[-1], rest_b)
+        return Measurements.prompt(as_array(samples), rate), after
 
     @property
     def _axes(self):
@@ -269,8 +271,3 @@ def _rotation_vectors(q_ib, before):
     previous = q_ib[:-1] if before is None else np.concatenate([before[None], q_ib[:-1]])
     turned = q_ib[len(q_ib) - len(previous) :]
     return rotation.to_vector(rotation.multiply(rotation.conjugate(previous), turned))
-
-
-def _measurements(samples, rate):
-    ticks = as_array(samples)
-    return Measurements(ticks, ticks, rate)

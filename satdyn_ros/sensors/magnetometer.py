@@ -146,14 +146,12 @@ class Magnetometer(Sensor):
         ticks: consecutive, those of the rows of states.  memory: after the tick before them.
         """
         samples = sampled(ticks, self.divisor)
-        if len(samples) == 0:
-            nothing = as_array(samples)
-            return Measurements(nothing, nothing, np.empty((0, 3))), memory
+        if not samples:
+            return Measurements.prompt(as_array(samples), np.empty((0, 3))), memory
         true = self.truth(states, slice(samples.start - ticks.start, None, self.divisor))
         deviates = normals(self.seed, self.stream, samples, DEVIATES)
         values, biases = self._axes.read(true, deviates, memory.bias)
-        measured = as_array(samples)
-        return Measurements(measured, measured, values), BiasMemory(biases[-1])
+        return Measurements.prompt(as_array(samples), values), BiasMemory(biases[-1])
 
     @property
     def _axes(self):

@@ -122,7 +122,7 @@ class Sensor:
         raise NotImplementedError
 
     def error(self, values: np.ndarray, true: np.ndarray) -> np.ndarray:
-        """Return measurements minus their truth, (M, 3)."""
+        """Return measurements minus their truth, (M, 3), or (M, 1) of what has a z axis alone."""
         return values - true
 
     def without_noise(self) -> 'Sensor':

@@ -5,7 +5,7 @@ from environment import truth
 from numpy.testing import assert_allclose
 from scipy import stats
 from scipy.spatial.transform import Rotation
-from sensors.truth import everywhere, turning
+from sensors.truth import at_tick_0, everywhere, turning
 
 from satdyn_ros.kernel import rotation
 from satdyn_ros.run.scenario import Scenario
@@ -112,7 +112,7 @@ def test_the_field_is_the_references(name):
     mounting = [0.0, 0.6, 0.0, 0.8]
     of_sensor = {'names': ['mag'], 'mag': {'type': 'magnetometer', 'mounting': mounting}}
     scenario = Scenario.from_dict({**case['scenario'], 'sensors': of_sensor})
-    states = scenario.motion().at(0.0)
+    states = at_tick_0(scenario)
     found, _ = scenario.sensors['mag'].measure(range(1), states, Magnetometer.memory)
     expected = Rotation.from_quat(mounting).inv().apply(case['fields'][0]['B_b'])
     assert_allclose(found.values[0], expected, rtol=0.0, atol=1e-9 * np.linalg.norm(expected))

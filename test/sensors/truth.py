@@ -39,3 +39,9 @@ def turning(count, rate_b, interval_s, orbit=None, q_ib=rotation.IDENTITY, envir
         turn_b=turn_b,
         environment=environment,
     )
+
+
+def at_tick_0(scenario):
+    """Return the state of a scenario at tick 0 as a table, without the code that flies it."""
+    system, state = scenario.system, scenario.initial_state
+    return turning(1, np.zeros(3), 1.0, system.orbit, state.q_ib, system.environment)

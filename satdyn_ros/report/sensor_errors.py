@@ -77,7 +77,7 @@ class ErrorsOfSensors:
             values = measured.values[len(measured) - len(exposed) :]
             kept = (exposed % self._every[name] == 0) & (exposed >= self._window.start)
             truth = true[name].values[kept]
-            if self._sensors[name].needs:
+            if self._sensors[name].needs and np.any(kept):
                 rows = exposed[kept] - samples.first_tick
                 truth = self._sensors[name].truth(_modelled(samples.states.rows(rows)))
             self._found[name].append(

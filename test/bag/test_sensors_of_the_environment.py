@@ -151,10 +151,13 @@ def test_the_truth_is_not_taken_from_the_tables(tmp_path, monkeypatch):
 
 
 def test_each_has_a_panel(bag):
-    """In the unit of its kind; a cell's has the one axis along which it looks."""
+    """In the unit of its kind; a cell's has the one axis along which it looks, in the dark too."""
     run = history(bag, 500)
     names = ['magnetometer', 'sun_sensor', 'coarse_sun_sensor']
     labels = [axes.get_ylabel().split('\n')[1] for axes in draw(run, names).axes]
     assert labels == ['truth [nT]', 'truth [deg]', 'truth [lx]']
     sensors = playable(run)['sensors']
     assert [len(sensors[name]['sigma']) for name in names] == [3, 3, 1]
+    dark = history(bag, 500, 2000.0, 2500.0)
+    assert len(dark.sensors['sun_sensor'].error) == 0
+    draw(dark, names)

@@ -12,7 +12,16 @@ import numpy as np
 from ..base.interruption import uninterrupted
 from ..messages.packers import is_at_every_tick, packer
 from ..rosbag2.tick_table import TickTable
-from ..run.events import Derived, Event, Request, RotorCommand, Topics, Torque
+from ..run.events import (
+    Derived,
+    DipoleCommand,
+    Event,
+    Request,
+    RotorCommand,
+    Topics,
+    Torque,
+    dipole,
+)
 from ..run.requests import requested, try_out
 from ..run.scenario import Scenario
 from ..run.simulation import RunHalted, Simulation
@@ -144,6 +153,8 @@ def _check(events, scenario, first):
                 case Torque() if event.topic not in scenario.torque_topics:
                     allowed = ', '.join(scenario.torque_topics)
                     raise ValueError(f'its topic is {event.topic}; allowed: {allowed}')
+                case DipoleCommand():
+                    dipole(event.dipole_b, scenario)
                 case Torque() | RotorCommand():
                     torques = (
                         tuple(event.torques.values())

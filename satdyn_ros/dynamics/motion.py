@@ -153,6 +153,7 @@ def joined(tables: Sequence[States]) -> States:
     def column(name):
         return np.concatenate([getattr(table, name) for table in tables])
 
+    counts_turns = all(table.turn_b is not None for table in tables)
     return States(
         t_s=column('t_s'),
         q_ib=column('q_ib'),
@@ -162,6 +163,7 @@ def joined(tables: Sequence[States]) -> States:
         work=column('work'),
         orbit=tables[0].orbit,
         orbit_s=column('orbit_s'),
+        turn_b=column('turn_b') if counts_turns else None,
     )
 
 

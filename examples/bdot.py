@@ -18,8 +18,9 @@ from rclpy.node import Node
 from sensor_msgs.msg import MagneticField
 from stepping import Stepping
 
-# So many samples in a row have to be slow: the body may turn about the field, which none shows.
-SLOW_SAMPLES = 600
+# So many samples in a row have to be slow, at 1 Hz those of half an orbit: a body that turns about
+# the field shows it when the orbit has turned the field.
+SLOW_SAMPLES = 2400
 
 
 class BDot(Node):

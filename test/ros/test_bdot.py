@@ -9,6 +9,7 @@ import pytest
 from ros.live import PATIENCE_S, ROOT
 
 from satdyn_ros.run.parameter_file import ParameterFile
+from satdyn_ros.run.scenario import Scenario
 
 PAGE = (ROOT / 'docs' / 'how-to' / 'detumble.md').read_text()
 (FILE,) = re.findall(r'^```yaml detumble\.yaml\n(.*?)^```$', PAGE, re.MULTILINE | re.DOTALL)
@@ -20,10 +21,14 @@ def test_a_cubesat_is_detumbled_within_an_orbit(live):
     """
     From 10 deg/s to less than 0.2, at 1 Hz in lockstep: the same flight on every machine.
 
-    The loop ends when the field has been slow for 600 s; that the body is slow, it cannot know.
+    The loop ends when the field has been slow for half an orbit: the body then is, about any axis.
     """
     values = ParameterFile.of_texts([(FILE, 'detumble.yaml')]).parameters('/satdyn')
-    node, participant = live(values | {'time.factor': 1e-6})
+    scenario = Scenario(values)
+    # A node is not to spend the patience of the loop on its compiler.
+    scenario.motion().at(0.0)
+    at_tick_0 = {'time.epoch': '', 'time.epoch_ns': scenario.epoch_ns, 'time.factor': 1e-6}
+    node, participant = live(values | at_tick_0)
     rates = participant.listen('angular_velocity')
     command = [sys.executable, 'examples/bdot.py', '--lockstep']
     done = subprocess.run(

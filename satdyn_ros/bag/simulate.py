@@ -13,7 +13,16 @@ from ..base.interruption import uninterrupted
 from ..messages.packers import is_at_every_tick, packer
 from ..orbits import TabledOrbit
 from ..rosbag2.tick_table import TickTable
-from ..run.events import Derived, Event, Request, RotorCommand, Topics, Torque
+from ..run.events import (
+    Derived,
+    DipoleCommand,
+    Event,
+    Request,
+    RotorCommand,
+    Topics,
+    Torque,
+    dipole,
+)
 from ..run.orbits import known_until
 from ..run.requests import requested, try_out
 from ..run.scenario import Scenario
@@ -151,6 +160,8 @@ def _check(events, scenario, first):
                 case Torque() if event.topic not in scenario.torque_topics:
                     allowed = ', '.join(scenario.torque_topics)
                     raise ValueError(f'its topic is {event.topic}; allowed: {allowed}')
+                case DipoleCommand():
+                    dipole(event.dipole_b, scenario)
                 case Torque() | RotorCommand():
                     torques = (
                         tuple(event.torques.values())

@@ -188,6 +188,7 @@ def joined(tables: Sequence[States]) -> States:
     def column(name):
         return np.concatenate([getattr(table, name) for table in tables])
 
+    counts_turns = all(table.turn_b is not None for table in tables)
     return States(
         t_s=column('t_s'),
         q_ib=column('q_ib'),
@@ -198,6 +199,7 @@ def joined(tables: Sequence[States]) -> States:
         orbit=tables[0].orbit,
         orbit_s=column('orbit_s'),
         environment=tables[0].environment,
+        turn_b=column('turn_b') if counts_turns else None,
     )
 
 

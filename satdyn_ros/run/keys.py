@@ -537,6 +537,7 @@ OPTIONAL = tuple(
     or name
     in (
         'body.dipole',
+        'magnetorquer.max_dipole',
         'frames.earth',
         'orbit.position',
         'orbit.velocity',

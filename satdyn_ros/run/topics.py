@@ -22,6 +22,9 @@ from ..torques.gravity_gradient import GravityGradient, gravity_gradient
 from ..torques.magnetic import Magnetic
 from ..torques.solar import Solar
 
+# The topic of what the magnetorquers are commanded.
+MAGNETORQUERS = 'magnetorquer_command'
+
 
 class Shown(NamedTuple):
     """
@@ -90,7 +93,7 @@ _Q_LB = Shown(
     lambda samples: samples.states.q_lb,
 )
 # Of an input, which is in no table.
-_TORQUES = Shown((), lambda inputs: inputs.torques)
+_COMMANDED = Shown((), lambda inputs: inputs.values)
 
 
 def _lvlh_lacking(system):
@@ -320,7 +323,7 @@ _TABLE = (
         'body',
         'torque on the body in body axes [N m], held until the next one or the timeout; with '
         'torque.names in its place torque/NAME, each held by itself, all summed',
-        shows=(_TORQUES,),
+        shows=(_COMMANDED,),
     ),
     Topic(
         'rotor_command',
@@ -329,6 +332,15 @@ _TABLE = (
         'body',
         'motor torques by name (effort [N m]), held until the next one or the timeout; rotors '
         'not named keep theirs',
+    ),
+    Topic(
+        MAGNETORQUERS,
+        'geometry_msgs/msg/Vector3Stamped',
+        'input',
+        'body',
+        'dipole of the magnetorquers in body axes [A m^2], cut to magnetorquer.max_dipole along '
+        'each axis, held until the next one or the timeout; only with magnetorquers',
+        shows=(_COMMANDED,),
     ),
 )
 

@@ -5,12 +5,13 @@ import zlib
 from collections.abc import Mapping
 from pathlib import Path
 
+from mcap.opcode import Opcode
 from mcap.records import Chunk, DataEnd, Header, McapRecord, Metadata
 from mcap.writer import MCAP0_MAGIC
 
 from .chunk import Contents
-from .records import message_indexes, written
-from .summary import SummaryBuilder
+from .records import PREFIX, written
+from .summary import INDEX_HEAD, SummaryBuilder
 
 
 class McapFile:
@@ -52,10 +53,8 @@ class McapFile:
         )
         start = self.size
         self._write_record(chunk)
-        end = self.size
-        indexes, index_offsets = message_indexes(contents, end)
-        self._write(indexes)
-        self.summary.add_chunk(start, end, chunk, contents, index_offsets, len(indexes))
+        self.summary.add_chunk(start, self.size, chunk, contents)
+        self._write(message_indexes(contents))
 
     def finish(self) -> None:
         """Write the summary, sync the file to disk and close it."""
@@ -83,3 +82,15 @@ class McapFile:
             count = self._file.write(rest)
             self.size += count
             rest = rest[count:]
+
+
+def message_indexes(contents: Contents) -> bytes:
+    """Return the records that index a chunk; mcap would make an object of each message."""
+    parts: list[bytes | memoryview] = []
+    for channel_id in contents.counts:
+        # This machine is little endian, as the file is.
+        entries = contents.index_of(channel_id).data
+        length = INDEX_HEAD.size - PREFIX.size + entries.nbytes
+        head = INDEX_HEAD.pack(Opcode.MESSAGE_INDEX, length, channel_id, entries.nbytes)
+        parts += [head, entries]
+    return b''.join(parts)

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from mcap.records import Channel, Metadata, Schema
+from mcap.summary import Summary
 
 from ..base.regular_file import regular_file
 from . import metadata
@@ -116,7 +117,7 @@ class Bag:
         declared = []
         for path in self.files:
             try:
-                summary = read_summary(path)
+                summary: Summary = read_summary(path)
             except Incomplete:
                 summary = in_data = SummaryBuilder()
                 for found in scan(path):

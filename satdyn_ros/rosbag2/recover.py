@@ -18,9 +18,8 @@ from mcap.records import Attachment, Channel, DataEnd, Header, Metadata, Schema
 from . import metadata
 from .chunk import Contents
 from .compression import compressor
-from .data_section import DataSection
 from .errors import BagError, Damaged
-from .integrity import check_file, check_metadata
+from .integrity import CheckedFile, check_metadata
 from .mcap_file import McapFile
 from .metadata import BagMetadata
 from .reader import bag_files, has_compressed_messages
@@ -71,7 +70,7 @@ def recover(path: str | Path, output: str | Path | None = None) -> Recovered:
     for file in files:
         target = directory / file.name if output is None or path.is_dir() else Path(output)
         try:
-            checked.append(check_file(file))
+            checked.append(CheckedFile(file))
             contents.add(target.name, checked[-1].summary)
             if target != file:
                 shutil.copyfile(file, target)
@@ -79,7 +78,7 @@ def recover(path: str | Path, output: str | Path | None = None) -> Recovered:
             loss = _mend(file, target, contents)
             losses += [loss] if loss else []
             rewritten.append(file.name)
-            checked.append(check_file(target))
+            checked.append(CheckedFile(target))
     if path.is_dir() and (output is not None or rewritten or not _is_listed(path, checked)):
         contents.write(directory)
         if output is None and not rewritten:
@@ -104,7 +103,7 @@ def _files(path: Path) -> tuple[list[Path], list[str]]:
     return files, [f'{name}: the file is missing' for name in missing]
 
 
-def _is_listed(path: Path, files: list[DataSection]) -> bool:
+def _is_listed(path: Path, files: list[CheckedFile]) -> bool:
     """Whether metadata.yaml agrees with the files."""
     file = path / metadata.FILE_NAME
     try:

@@ -25,7 +25,7 @@ from .budget import CHUNK, DAMAGE, RECORD, Budget, objects
 from .chunk import CHUNK_SIZE, HEAD, Contents
 from .compression import CEILING, decompress_begin
 from .errors import BagError, Damaged, Incomplete
-from .records import PREFIX, IndexRecord, name_of, read
+from .records import PREFIX, name_of, read
 
 _LAST_OPCODE = max(Opcode)
 _BUFFER = 2**14
@@ -79,7 +79,7 @@ class Found(NamedTuple):
     """
     What a file holds from byte `start` to `end`.
 
-    item: a McapRecord, IndexRecord, Block or Flaw; None: a kind of record that is not known.
+    item: a McapRecord, Block or Flaw; None: a kind of record that is not known.
     """
 
     start: int
@@ -94,9 +94,8 @@ class Found(NamedTuple):
 
     def damaged(self, path: Path, why: str) -> Damaged:
         """Return the error for a record of the file at path that contradicts others."""
-        kind = type(self.item)
-        names = {Block: 'Chunk', IndexRecord: 'MessageIndex', type(None): 'unknown'}
-        name = names.get(kind, kind.__name__)
+        names = {Block: 'Chunk', type(None): 'unknown'}
+        name = names.get(type(self.item), type(self.item).__name__)
         return Damaged(f'{path} is damaged: the {name} record at byte {self.start}: {why}')
 
 

@@ -20,7 +20,7 @@ from mcap.records import Channel, Chunk, Schema
 from numpy.lib.stride_tricks import sliding_window_view
 
 from ..kernel.compile import compiled, inlined
-from .budget import CHUNK, MESSAGE, Budget, objects
+from .budget import MESSAGE, objects
 from .compression import decompress
 from .errors import Damaged
 
@@ -67,42 +67,28 @@ class Contents:
         return len(self.offsets)
 
     @classmethod
-    def of(cls, chunk: Chunk, budget: Budget) -> 'Contents':
-        """
-        Return what a chunk holds; budget: what its file may still cost.
-
-        Damaged: it is not what was written, or too much, or there is more than schemas, channels
-        and messages, all whole.
-        """
-        budget.spend(max(CHUNK, chunk.uncompressed_size))
+    def of(cls, chunk: Chunk) -> 'Contents':
+        """Return what a chunk holds; Damaged: it is not what was written, or too much."""
         data = decompress(chunk.compression, chunk.data, chunk.uncompressed_size)
         if chunk.uncompressed_crc not in (0, zlib.crc32(data)):
             raise Damaged('its checksum is wrong')
         contents = cls(np.frombuffer(data, np.uint8))
-        size = len(contents.data)
-        if size != len(data):
-            raise Damaged(f'its messages are broken off at byte {size} of its contents')
-        kinds = set(np.unique(contents.data[contents._others]).tolist())
-        if foreign := kinds - {Opcode.SCHEMA, Opcode.CHANNEL}:
-            raise Damaged(
-                f'it holds a record of opcode {min(foreign)}, which does not belong in a chunk'
-            )
-        lengths = _gathered(contents.data, contents._others, _PREFIX)[:, 1:].copy().view('<u8')
-        budget.spend(MESSAGE * len(contents) + objects(len(lengths), int(np.sum(lengths))))
-        _ = contents.declarations
+        if len(contents.data) != len(data):
+            raise Damaged(f'its messages are broken off at byte {len(contents.data)}')
         return contents
 
     @classmethod
     def of_messages(cls, data: bytes) -> 'Contents':
-        """Return the messages with which data begin, those that a record follows in them."""
+        """Return the whole messages with which data begin."""
         contents = cls(np.frombuffer(data, np.uint8))
-        last, end = len(contents), len(contents.data)
-        if len(contents._others):
-            end = int(contents._others[0])
-            last = int(np.searchsorted(contents.offsets, end))
-        if last and (end == len(contents.data) or not 0 < contents.data[end] <= max(Opcode)):
-            end = int(contents.offsets[last - 1])
-        return cls(contents.data[:end])
+        others = contents._others
+        return cls(contents.data[: others[0]]) if len(others) else contents
+
+    @property
+    def cost(self) -> int:
+        """What a reader pays of its Budget for what is in here, beside its bytes."""
+        lengths = _gathered(self.data, self._others, _PREFIX)[:, 1:].copy().view('<u8')
+        return MESSAGE * len(self) + objects(len(lengths), int(np.sum(lengths)))
 
     @cached_property
     def counts(self) -> dict[int, int]:
@@ -135,9 +121,10 @@ class Contents:
         """The schemas and the channels by their ids; Damaged: one cannot be read."""
         declared: dict[Any, dict[int, Any]] = {Schema: {}, Channel: {}}
         for start in self._others.tolist():
-            kind = _DECLARES.get(int(self.data[start]))
+            opcode = int(self.data[start])
+            kind = _DECLARES.get(opcode)
             if kind is None:
-                continue
+                raise Damaged(f'a record of opcode {opcode} in it does not belong in a chunk')
             content = self.data[start + _PREFIX : start + self._length(start)]
             try:
                 record = kind.read(ReadDataStream(io.BytesIO(content.data)))

@@ -49,8 +49,8 @@ def recover(path: str | Path, output: str | Path | None = None) -> Recovered:
     """
     Repair a bag: a directory, or a bare .mcap file.
 
-    Everything readable is kept, before and after any damage; from a chunk that is cut off, its
-    complete messages.  A file is replaced when the new one is complete, and where anything was
+    Everything readable is kept, before and after any damage; a chunk is kept or lost as a whole.
+    A file is replaced when the new one is complete, and where anything was
     lost the old one stays beside it as NAME.damaged.  Complete files are left as they are.
 
     output: the new bag, which must not exist; the old one stays as it is.  BagError: path is not

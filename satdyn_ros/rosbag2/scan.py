@@ -5,7 +5,6 @@ What cannot be read is reported as a flaw, and the scan continues at the next by
 record.  What it costs is bounded by the file's Budget, however hostile the file.
 """
 
-import io
 import os
 import zlib
 from collections.abc import Iterator
@@ -13,22 +12,19 @@ from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
-from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Chunk, DataEnd, Footer
+from mcap.records import Chunk, DataEnd, Footer
 from mcap.writer import MCAP0_MAGIC
 from numpy.lib.stride_tricks import sliding_window_view
 
 from ..base.regular_file import regular_file
 from .budget import CHUNK, DAMAGE, RECORD, Budget, objects
 from .chunk import CHUNK_SIZE, HEAD, Contents
-from .compression import CEILING, decompress_begin
+from .compression import CEILING
 from .errors import BagError, Damaged, Incomplete
 from .records import PREFIX, name_of, read
 
 _LAST_OPCODE = max(Opcode)
-_BUFFER = 2**14
 # A search begins with little, as the next record is mostly near.
 _FIRST_WINDOW, _LAST_WINDOW = 2**11, 2**20
 # This many messages do not follow each other by chance.
@@ -52,7 +48,7 @@ _LEAST[list(_INNER)] = [sum(map(sum, inner)) for inner in _INNER.values()]
 
 
 class Block(NamedTuple):
-    """Consecutive messages; chunk: the one they are in, None: they are not in a whole chunk."""
+    """Consecutive messages; chunk: the one they are in, None: they are outside chunks."""
 
     contents: Contents
     chunk: Chunk | None = None
@@ -103,11 +99,11 @@ def scan(path: Path) -> Iterator[Found]:
     """
     Yield what a file holds, in order.
 
-    Messages come in blocks: a whole chunk, the beginning of one that is cut off, or at most a
-    chunk's size of those outside chunks; so do schemas and channels outside chunks.  BagError: it
-    is not an MCAP file.  Damaged: to read it takes more than its Budget.
+    Messages come in blocks: a chunk, or at most a chunk's size of those outside chunks; so do
+    schemas and channels outside chunks.  BagError: it is not an MCAP file.  Damaged: to read it
+    takes more than its Budget.
     """
-    with open(regular_file(path), 'rb', _BUFFER) as file:
+    with open(regular_file(path), 'rb') as file:
         yield from Scanner(path, file).found()
 
 
@@ -130,18 +126,18 @@ class Scanner:
         is_whole, is_broken = True, False
         item: Any = None
         while place < self._size and not isinstance(item, Footer):
-            for found in self.at(place):
-                item, place = found.item, found.end
-                is_broken = isinstance(item, Flaw) and (item.is_end or not item.opcode)
-                is_whole &= not is_broken
-                if isinstance(item, DataEnd):
-                    self._is_data = False
-                    if is_whole and item.data_section_crc not in (0, crc):
-                        what = 'is damaged: the checksum of its data section is wrong'
-                        yield Found(found.start, found.start, Flaw(what, Opcode.DATA_END))
-                elif self._is_data:
-                    crc = zlib.crc32(self._read(found.start, place - found.start), crc)
-                yield found
+            found = self.at(place)
+            item, place = found.item, found.end
+            is_broken = isinstance(item, Flaw) and (item.is_end or not item.opcode)
+            is_whole &= not is_broken
+            if isinstance(item, DataEnd):
+                self._is_data = False
+                if is_whole and item.data_section_crc not in (0, crc):
+                    what = 'is damaged: the checksum of its data section is wrong'
+                    yield Found(found.start, found.start, Flaw(what, Opcode.DATA_END))
+            elif self._is_data:
+                crc = zlib.crc32(self._read(found.start, place - found.start), crc)
+            yield found
         if not (is_broken and place == self._size):
             yield from self._magic_at_end(place)
 
@@ -164,23 +160,25 @@ class Scanner:
         """Whether the file ends as a writer ends it."""
         return self._read(self._size - len(MCAP0_MAGIC), self._size) == MCAP0_MAGIC
 
-    def at(self, start: int) -> Iterator[Found]:
-        """Yield what is at a place: a record, messages, or damaged bytes up to the next record."""
+    def at(self, start: int) -> Found:
+        """Return what is at a place: a record, messages, or damage up to the next record."""
         self._spend(RECORD)
         opcode, end = self._head(start)
+        name, self._before = self._before, _name(opcode, start)
         if opcode == Opcode.MESSAGE and len(contents := self._messages(start)):
-            yield Found(start, start + len(contents.data), Block(contents))
-            return
+            return Found(start, start + len(contents.data), Block(contents))
         record, why = self._record(start)
         # The length of one that cannot be read is right where a record follows it.
         is_there = record is not None or (self._is_record(end) if why else self._may_begin(end))
         if opcode == 0 or not is_there:
-            yield from self._broken(start)
-        elif why:
-            yield Found(start, end, Flaw(f'is damaged: {_name(opcode, start)}: {why}', opcode))
-        else:
-            yield Found(start, end, self._item(start, record))
-        self._before = _name(opcode, start)
+            return self._broken(start, name)
+        if why:
+            return Found(start, end, Flaw(f'is damaged: {_name(opcode, start)}: {why}', opcode))
+        if isinstance(record, Chunk):
+            return Found(start, end, self._block(start, record))
+        if self._is_data and opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+            record = Block(Contents(np.frombuffer(self._read(start, end - start), np.uint8)))
+        return Found(start, end, record)
 
     def _record(self, start: int) -> tuple[Any, str]:
         """Return the record at a place, or None, as read does; and why, '': it can be read."""
@@ -193,60 +191,35 @@ class Scanner:
         except Damaged as error:
             return None, str(error)
 
-    def _item(self, start: int, record: Any) -> Any:
-        """Return what the record at a place holds, or the flaw that it has."""
-        opcode, end = self._head(start)
-        if isinstance(record, Attachment):
-            self._spend(CHUNK)
-        if self._is_data and opcode in (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE):
-            return Block(_contents(self._read(start, end - start)))
-        if not isinstance(record, Chunk):
-            return record
+    def _block(self, start: int, chunk: Chunk) -> Block | Flaw:
+        """Return what the chunk at a place holds, or the flaw that it has."""
         try:
-            return Block(Contents.of(record, self._budget), record)
+            self._budget.spend(max(CHUNK, chunk.uncompressed_size))
+            contents = Contents.of(chunk)
+            self._budget.spend(contents.cost)
+            _ = contents.declarations
+            return Block(contents, chunk)
         except Damaged as error:
-            return Flaw(f'is damaged: {_name(opcode, start)}: {error}', opcode)
+            return Flaw(f'is damaged: {_name(Opcode.CHUNK, start)}: {error}', Opcode.CHUNK)
 
     def _messages(self, start: int) -> Contents:
-        """Return messages outside chunks that begin at a place, at most a chunk's size of them."""
-        contents = Contents.of_messages(self._read(start, _BUFFER))
-        if len(contents.data) > _BUFFER // 2:
-            contents = Contents.of_messages(self._read(start, CHUNK_SIZE))
-        return contents
+        """Return the messages outside chunks that begin at a place, as many as a chunk."""
+        _, end = self._head(start)
+        data = self._read(start, min(max(CHUNK_SIZE, end - start), CEILING))
+        self._spend(len(data))
+        return Contents.of_messages(data)
 
-    def _broken(self, start: int) -> Iterator[Found]:
-        """Yield what is readable where no whole record is."""
+    def _broken(self, start: int, before: str) -> Found:
+        """Return the bytes up to the next record where no whole one is; before: what precedes."""
         self._spend(DAMAGE)
         opcode, _ = self._head(start)
-        chunk = self._cut_off_chunk(start)
-        end = self._size if chunk else self._next_record(start + 1)
-        if end < self._size or self._is_finished:
-            what = f'there is no record at byte {start}, after {self._before}'
-            if opcode in tuple(Opcode):
-                what = f'{_name(opcode, start)}: it cannot be read'
-            yield Found(start, end, Flaw(f'is damaged: {what}'))
-            return
-        if chunk is not None:
-            size = chunk.uncompressed_size
-            contents = _contents(decompress_begin(chunk.compression, chunk.data, size))
-            if len(contents):
-                head = PREFIX.size + int(_LEAST[Opcode.CHUNK])
-                kept = start if chunk.compression else start + head + len(contents.data)
-                yield Found(start, kept, Block(contents))
-                yield Found(kept, end, _CUT_OFF)
-                return
-        yield Found(start, end, _CUT_OFF._replace(opcode=opcode))
-
-    def _cut_off_chunk(self, start: int) -> Chunk | None:
-        """Return the chunk that begins at a place and in which the file ends, if there is one."""
-        opcode, end = self._head(start)
-        if opcode != Opcode.CHUNK or end <= self._size or not self._adds_up(start):
-            return None
-        content = self._read(start + PREFIX.size, self._size)
-        try:
-            return Chunk.read(ReadDataStream(io.BytesIO(content)))
-        except (McapError, UnicodeError, OverflowError):
-            return None
+        end = self._next_record(start + 1)
+        if end == self._size and not self._is_finished:
+            return Found(start, end, _CUT_OFF._replace(opcode=opcode))
+        what = f'there is no record at byte {start}, after {before}'
+        if opcode in tuple(Opcode):
+            what = f'{_name(opcode, start)}: it cannot be read'
+        return Found(start, end, Flaw(f'is damaged: {what}'))
 
     def _adds_up(self, start: int) -> bool:
         """Whether the inner lengths of the record at a place fill its length."""
@@ -321,10 +294,6 @@ class Scanner:
             self._budget.spend(cost)
         except Damaged as error:
             raise Damaged(f'{self._path} is damaged: {error}') from None
-
-
-def _contents(data: bytes) -> Contents:
-    return Contents(np.frombuffer(data, np.uint8))
 
 
 def _name(opcode: int, start: int) -> str:

@@ -89,7 +89,7 @@ class Timeline:
         """Yield the messages at a place that are wanted, with their log times, after None."""
         # Nothing is read before its time has come.
         yield place.first_ns, None
-        found = next(scanner.at(place.start))
+        found = scanner.at(place.start)
         if found.end != place.end or not isinstance(found.item, Block | Flaw):
             raise Damaged(
                 f'{self._path} is damaged: the Chunk record at byte {place.start} is not where '

@@ -120,21 +120,6 @@ def test_an_empty_file_among_others(tmp_path):
     assert recover(path).losses == ()
 
 
-def test_whole_messages_of_a_cut_chunk_are_kept(tmp_path):
-    """Of an uncompressed chunk every message that has all its bytes comes back."""
-    scenario = SCENARIO.with_values({'record.compression': 'none'})
-    path = flights.record(tmp_path / 'bag', scenario, 100, events=())
-    messages = flights.sequence(path)
-    data = (path / 'bag_0.mcap').read_bytes()
-    for number in (1, 50, 51, 199):
-        last = messages[number - 1][2]
-        end = data.index(last) + len(last)
-        for length, count in ((end - 1, number - 1), (end, number)):
-            bag = cut(path, tmp_path / f'{length}', length)
-            recover(bag)
-            assert flights.sequence(bag) == messages[:count]
-
-
 def test_what_is_recovered_whole_is_the_file_itself(whole, tmp_path):
     """Killed between the last chunk and the end: recovering writes what the writer would have."""
     path, _ = whole

@@ -21,8 +21,6 @@ from .summary import SummaryBuilder, read_summary
 
 _OURS = re.compile(r'satdyn_ros (\d+)\.(\d+)')
 _SUMS_DATA_SINCE = (0, 2)
-# What metadata.yaml counts in the files of any bag, the last two if there are messages.
-_COUNTED = ('message_count', 'relative_file_paths', 'starting_time', 'duration')
 _ONLY_IN_CLOSING = ('custom_data', 'ros_distro')
 
 
@@ -122,25 +120,23 @@ class CheckedFile:
 
 def check_metadata(path: Path, said: dict[str, Any], files: list[CheckedFile]) -> None:
     """
-    Check metadata.yaml against the files; for satdyn_ros also against their closing records.
+    Check metadata.yaml of a bag of satdyn_ros against its files and what the last closes with.
 
     Each key may say what its writer wrote, or what `ros2 bag reindex` does.
 
     Damaged: the first contradiction, by its key.
     """
+    last = files[-1]
+    if not last.is_ours:
+        return
     contents = BagMetadata()
     for file in files:
         contents.add(file.path.name, file.summary)
     held = contents.said()
     reindexed = metadata.as_reindexed(held, [file.summary.statistics for file in files])
-    last = files[-1]
-    if last.is_ours:
-        closing = metadata.parse(last.closing, f'the last Metadata record of {last.path}')
-        held = closing | {key: held[key] for key in held if key not in _ONLY_IN_CLOSING}
-    else:
-        keys = _COUNTED if held['message_count'] else _COUNTED[:2]
-        held = {key: held[key] for key in keys}
+    closing = metadata.parse(last.closing, f'the last Metadata record of {last.path}')
+    held = closing | {key: held[key] for key in held if key not in _ONLY_IN_CLOSING}
     for key in [*held, *said]:
         allowed = held.get(key), reindexed.get(key, held.get(key))
-        if (key in held or last.is_ours) and said.get(key) not in allowed:
+        if said.get(key) not in allowed:
             raise Damaged(f'{path} is damaged: its {key} is not what the files say')

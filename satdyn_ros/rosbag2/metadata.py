@@ -2,6 +2,7 @@
 
 import os
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -84,7 +85,7 @@ class BagMetadata:
     def __init__(self, custom_data: Mapping[str, str] | None = None, ros_distro: str = 'jazzy'):
         self.files: dict[str, Statistics] = {}
         self.topics: dict[str, TopicMetadata] = {}
-        self.counts: dict[str, int] = {}
+        self.counts: Counter[str] = Counter()
         self._custom_data, self._ros_distro = custom_data or {}, ros_distro
 
     def add(self, name: str, summary: SummaryBuilder) -> None:
@@ -94,7 +95,7 @@ class BagMetadata:
         for _, channel in sorted(summary.channels.items()):
             topic = TopicMetadata.from_records(channel, summary.schemas.get(channel.schema_id))
             self.topics[topic.name] = topic
-            self.counts[topic.name] = self.counts.get(topic.name, 0) + counts.get(channel.id, 0)
+            self.counts[topic.name] += counts.get(channel.id, 0)
 
     def said(self) -> dict[str, Any]:
         """Return the map without its outer key."""

@@ -1,7 +1,6 @@
 """Reads a bag from any writer, complete or truncated because its writer died."""
 
 import re
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -125,18 +124,6 @@ class Bag:
                         in_data.add_messages(found.item.contents)
             declared.append((summary.schemas, summary.channels))
         return declared
-
-    @property
-    def message_counts(self) -> Counter[str]:
-        """How many messages each topic has, from the summaries; BagError: a file has none."""
-        counts: Counter[str] = Counter()
-        for path in self.files:
-            summary = read_summary(path)
-            if summary.statistics is None:
-                raise BagError(f'{path} has no statistics; satdyn recover makes them')
-            for i, count in summary.statistics.channel_message_counts.items():
-                counts[summary.channels[i].topic] += count
-        return counts
 
 
 def bag_files(path: Path, information: dict[str, Any] | None) -> list[Path]:

@@ -115,7 +115,6 @@ class Scanner:
         self._file = file
         self._size = os.fstat(file.fileno()).st_size
         self._budget = Budget(self._size)
-        self._before = 'the magic at its start'
         # Until their end is found.
         self._is_data = True
 
@@ -123,23 +122,22 @@ class Scanner:
         """Yield what the file holds."""
         yield from self._magic_at_begin()
         place, crc = len(MCAP0_MAGIC), zlib.crc32(MCAP0_MAGIC)
-        is_whole, is_broken = True, False
         item: Any = None
         while place < self._size and not isinstance(item, Footer):
             found = self.at(place)
             item, place = found.item, found.end
-            is_broken = isinstance(item, Flaw) and (item.is_end or not item.opcode)
-            is_whole &= not is_broken
             if isinstance(item, DataEnd):
                 self._is_data = False
-                if is_whole and item.data_section_crc not in (0, crc):
+                if item.data_section_crc not in (0, crc):
                     what = 'is damaged: the checksum of its data section is wrong'
                     yield Found(found.start, found.start, Flaw(what, Opcode.DATA_END))
             elif self._is_data:
                 crc = zlib.crc32(self._read(found.start, place - found.start), crc)
             yield found
-        if not (is_broken and place == self._size):
-            yield from self._magic_at_end(place)
+        magic = self._read(place, self._size)
+        if magic != MCAP0_MAGIC:
+            flaw = _CUT_OFF if MCAP0_MAGIC.startswith(magic) else _WRONG_END
+            yield Found(place, self._size, flaw)
 
     def _magic_at_begin(self) -> Iterator[Found]:
         magic, end = self._read(0, len(MCAP0_MAGIC)), len(MCAP0_MAGIC)
@@ -148,12 +146,6 @@ class Scanner:
         if not (self._is_finished or self._is_record(end)):
             raise BagError(f'{self._path} is not an MCAP file')
         yield Found(0, end, Flaw('is damaged: the magic at its start is wrong'))
-
-    def _magic_at_end(self, place: int) -> Iterator[Found]:
-        magic = self._read(place, self._size)
-        if magic != MCAP0_MAGIC:
-            flaw = _CUT_OFF if MCAP0_MAGIC.startswith(magic) else _WRONG_END
-            yield Found(place, self._size, flaw)
 
     @property
     def _is_finished(self) -> bool:
@@ -164,14 +156,13 @@ class Scanner:
         """Return what is at a place: a record, messages, or damage up to the next record."""
         self._spend(RECORD)
         opcode, end = self._head(start)
-        name, self._before = self._before, _name(opcode, start)
         if opcode == Opcode.MESSAGE and len(contents := self._messages(start)):
             return Found(start, start + len(contents.data), Block(contents))
         record, why = self._record(start)
         # The length of one that cannot be read is right where a record follows it.
         is_there = record is not None or (self._is_record(end) if why else self._may_begin(end))
         if opcode == 0 or not is_there:
-            return self._broken(start, name)
+            return self._broken(start)
         if why:
             return Found(start, end, Flaw(f'is damaged: {_name(opcode, start)}: {why}', opcode))
         if isinstance(record, Chunk):
@@ -209,17 +200,14 @@ class Scanner:
         self._spend(len(data))
         return Contents.of_messages(data)
 
-    def _broken(self, start: int, before: str) -> Found:
-        """Return the bytes up to the next record where no whole one is; before: what precedes."""
+    def _broken(self, start: int) -> Found:
+        """Return the bytes up to the next record where no whole one is."""
         self._spend(DAMAGE)
-        opcode, _ = self._head(start)
         end = self._next_record(start + 1)
         if end == self._size and not self._is_finished:
+            opcode, _ = self._head(start)
             return Found(start, end, _CUT_OFF._replace(opcode=opcode))
-        what = f'there is no record at byte {start}, after {before}'
-        if opcode in tuple(Opcode):
-            what = f'{_name(opcode, start)}: it cannot be read'
-        return Found(start, end, Flaw(f'is damaged: {what}'))
+        return Found(start, end, Flaw(f'is damaged: there is no whole record at byte {start}'))
 
     def _adds_up(self, start: int) -> bool:
         """Whether the inner lengths of the record at a place fill its length."""

@@ -19,7 +19,7 @@ from .metadata import BagMetadata, TopicMetadata
 from .tick_table import TickTable
 
 _HEADER = Header('ros2', f'satdyn_ros {__version__}; mcap-python {mcap.__version__}')
-_NEVER_NS = 2**62
+_NEVER = 2**62
 
 
 class BagWriter:
@@ -32,7 +32,7 @@ class BagWriter:
     file begins; metadata.yaml carries their content too.  latched: messages, by topic, that each
     file has ahead of its first tick.
 
-    file_count: how many files were begun.
+    file_count: how many files were begun.  message_counts: of complete files, by topic.
 
     For use by one thread.  Writes reach the system at flush(), and the bag is complete after
     close().  OSError: the directory exists or cannot be written; nothing more is then written to
@@ -54,18 +54,18 @@ class BagWriter:
             known = ', '.join(COMPRESSIONS)
             raise ValueError(f'record.compression is {compression!r}; allowed: {known}')
         self.directory = Path(directory)
-        self._topics: dict[str, TopicMetadata] = {}
         self._schemas: dict[str, Schema] = {}
         self._channels: dict[str, Channel] = {}
         self._compression = '' if compression == 'none' else compression
         self._compress = compressor(self._compression)
-        self._max_size_bytes = max_size_bytes
-        self._max_duration_ns = round(max_duration_s * 1e9) or _NEVER_NS
+        self._max_size_bytes = max_size_bytes or _NEVER
+        self._max_duration_ns = round(max_duration_s * 1e9) or _NEVER
         self._preamble = dict(preamble or {})
         self._latched = dict(latched or {})
         custom_data = {k: v for record in self._preamble.values() for k, v in record.items()}
         self._metadata = BagMetadata(custom_data)
-        self._first_ns = _NEVER_NS
+        self.message_counts = self._metadata.counts
+        self._first_ns = _NEVER
         self._chunk = ChunkBuilder()
         self._in_file: set[str] = set()
         self._wants_snapshot = True
@@ -79,12 +79,11 @@ class BagWriter:
 
     def add_topic(self, topic: TopicMetadata) -> None:
         """Add a topic; one already added stays as it is."""
-        if topic.name in self._topics:
+        if topic.name in self._channels:
             return
         schema_id = len(self._schemas) + 1
         schema = self._schemas.setdefault(topic.type, topic.schema_record(schema_id))
         channel = topic.channel_record(len(self._channels) + 1, schema.id)
-        self._topics[topic.name] = topic
         self._channels[topic.name] = channel
         self._file.summary.schemas[schema.id] = schema
         self._file.summary.channels[channel.id] = channel
@@ -225,7 +224,7 @@ class BagWriter:
         self._file.summary.schemas |= {schema.id: schema for schema in self._schemas.values()}
         self._file.summary.channels |= {channel.id: channel for channel in self._channels.values()}
         self._in_file = set()
-        self._first_ns = _NEVER_NS
+        self._first_ns = _NEVER
         self._wants_snapshot = True
         self._file.write_metadata(metadata.NAME, self._metadata.opening_record(name))
         for name, record in self._preamble.items():
@@ -238,14 +237,13 @@ class BagWriter:
         self._file.finish()
 
     def _file_is_full(self, stamp_ns):
-        if self._first_ns == _NEVER_NS:
-            return False
-        spans_ns = stamp_ns - min(self._first_ns, stamp_ns)
-        return self._file_is_too_large or spans_ns > self._max_duration_ns
+        has_messages = self._first_ns != _NEVER
+        spans_ns = stamp_ns - self._first_ns
+        return has_messages and (self._file_is_too_large or spans_ns > self._max_duration_ns)
 
     @property
     def _file_is_too_large(self):
-        return 0 < self._max_size_bytes <= self._file.size
+        return self._file.size >= self._max_size_bytes
 
     def _add_ticks(self, stamps_ns, table, some):
         """Write the ticks until the file is too large; return how many."""
@@ -267,7 +265,8 @@ class BagWriter:
 
     def _declared(self, topic):
         """Return a topic's channel; a file declares it before its first message."""
-        channel, schema = self._channels[topic], self._schemas[self._topics[topic].type]
+        channel = self._channels[topic]
+        schema = self._file.summary.schemas[channel.schema_id]
         for key, record in ((schema.name, schema), (topic, channel)):
             if key not in self._in_file:
                 self._chunk.add(record)

@@ -19,6 +19,7 @@ SCRIPTS = (
     'offline',
     'export',
     'live',
+    'fleet',
     'page',
     'start',
 )

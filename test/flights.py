@@ -4,13 +4,16 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 from mcap.reader import make_reader
 from mcap.records import Channel, Message, Metadata
 from mcap.summary import Summary
 
 from satdyn_ros.bag.comparison import Difference
 from satdyn_ros.bag.write_run import Recording
+from satdyn_ros.dynamics.system import System
 from satdyn_ros.messages.contents import message
+from satdyn_ros.orbits import KeplerOrbit
 from satdyn_ros.rosbag2.mcap_file import McapFile
 from satdyn_ros.rosbag2.scan import Block
 from satdyn_ros.run.events import Request, Reset, RotorCommand, Topics, Torque
@@ -19,7 +22,18 @@ from satdyn_ros.run.simulation import Simulation
 from satdyn_ros.run.topics import TOPICS
 
 EPOCH_NS = 1_700_000_000_000_000_000
-TOPIC_NAMES = tuple(name for name, topic in TOPICS.items() if topic.role == 'state')
+
+
+def offered(system):
+    """Return the names of the topics of the state that a system has."""
+    return tuple(
+        name
+        for name, topic in TOPICS.items()
+        if topic.role == 'state' and not topic.lacking(system)
+    )
+
+
+TOPIC_NAMES = offered(System(np.eye(3), orbit=KeplerOrbit()))
 
 # Every state topic has values, and the period of a tick is no whole number of nanoseconds.
 GYROSTAT = Scenario.from_dict(

@@ -5,12 +5,14 @@ from fractions import Fraction
 from random import Random
 from typing import Any, NamedTuple
 
+import numpy as np
 import yaml
+from flights import TOPIC_NAMES, offered
 
 from satdyn_ros.dynamics.rotor import Rotor
+from satdyn_ros.dynamics.system import System
 from satdyn_ros.run.events import Event, from_yaml_text
 from satdyn_ros.run.scenario import Scenario
-from satdyn_ros.run.topics import STATE_TOPICS
 
 EPOCH_NS = 1_700_000_000 * 10**9
 RATES_HZ = (29.97, 33.3, 7.77, 3.0, 0.5, 1000 / 3, 100 / 7, 10.0, 50.0, 100.0)
@@ -18,7 +20,7 @@ RATES_HZ = (29.97, 33.3, 7.77, 3.0, 0.5, 1000 / 3, 100 / 7, 10.0, 50.0, 100.0)
 CLOSED_FORMS = ('agostinelli', 'balli_grioli', 'beletsky', 'euler_poinsot', 'paladini')
 NAMES = ('rw_x', 'rw_y', 'rw_z', 'ring')
 # What can be published without an orbit.
-WITHOUT_ORBIT = tuple(name for name in STATE_TOPICS if name != 'attitude_lvlh')
+WITHOUT_ORBIT = offered(System(np.eye(3)))
 
 
 class Program(NamedTuple):
@@ -238,7 +240,7 @@ class Draw(Random):
         """Return topics to publish, none at times."""
         if self.one_in(8):
             return []
-        return self.some(WITHOUT_ORBIT if is_fixed else STATE_TOPICS)
+        return self.some(WITHOUT_ORBIT if is_fixed else TOPIC_NAMES)
 
     def sensors(self, is_fixed):
         """Return the values of sensors."""
@@ -305,7 +307,21 @@ class Draw(Random):
         refused = None
         if self.one_in(8):
             refused = {'tick': self.choice(moments), 'request': self.bad_request(conditions)}
-        return Program(scenario, ticks, entries, refused)
+        return self.with_names(Program(scenario, ticks, entries, refused))
+
+    def with_names(self, program: Program) -> Program:
+        """Return a program, at times with its torques given to one or both of two names."""
+        if self.one_in(2):
+            return program
+        names = ['control', 'drag']
+        entries = [
+            entry | {'torque': {name: entry['torque'] for name in self.some(names)}}
+            if 'torque' in entry
+            else entry
+            for entry in program.entries
+        ]
+        scenario = program.scenario.with_values({'torque.names': names})
+        return program._replace(scenario=scenario, entries=entries)
 
     def at(self, tick, scenario):
         """Return a tick as an entry has it, at times by a time that is rounded up to it."""

@@ -67,9 +67,13 @@ def test_first_line_says_what_one_sees(path):
 
 @pytest.mark.parametrize(
     'path',
-    # Code of its own is compiled for four wheels.
+    # Code of its own is compiled for four wheels, and for all torques of the environment.
     [
-        pytest.param(path, marks=[pytest.mark.long] * (path.stem == 'pyramid'), id=path.stem)
+        pytest.param(
+            path,
+            marks=[pytest.mark.long] * (path.stem in ('cubesat_leo', 'pyramid')),
+            id=path.stem,
+        )
         for path in SCENARIOS
     ],
 )

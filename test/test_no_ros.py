@@ -86,7 +86,7 @@ for call in (
     lambda: environment.sun_position(0),
     lambda: environment.igrf_field(0, place),
     lambda: environment.dipole_vector(0),
-    lambda: environment.log_msis(0, 0.0, 0.0, 4e5, 150.0, 150.0, 4.0),
+    lambda: environment.Msis().log_density(0, 0.0, 0.0, 4e5),
 ):
     try:
         call()

@@ -9,8 +9,9 @@ import numpy as np
 from ..dynamics.system import State
 from ..exchange.aem import attitude_at
 from ..kernel import rotation
-from ..run.events import Timeout
-from ..run.run_state import within_max_torque
+from ..run.events import Timeout, as_given
+from ..run.rules import EVENTS_FOLLOW
+from ..run.run_state import NO_TORQUE, within_max_torque
 from ..run.scenario import Scenario
 from ..run.simulation import Simulation, state_record
 from ..sensors import Suite
@@ -18,7 +19,7 @@ from .read_run import RecordedRun
 from .simulate import BLOCK_TICKS
 
 # What a motion follows from, besides its state.
-_OF_MOTION = ('body.', 'rotor.', 'orbit.', 'motion.')
+_OF_MOTION = ('body.', 'rotor.', 'orbit.', 'motion.', 'torque.names')
 
 
 def begun_in_bag(
@@ -28,10 +29,10 @@ def begun_in_bag(
     Return the scenario with the ticks of a bag's run, and where it goes on: a snapshot.
 
     That is at the first tick at or after at_s seconds from tick 0.  The motion in force goes on;
-    where body, rotors, orbit or motion of the scenario differ from the bag's, one begins anew from
-    the state.  Initial conditions, topics and sensors go on as they are in the bag, those that the
-    scenario changes are as it says.  ValueError: the bag has no such tick, or another rate or
-    epoch is asked for.
+    where body, rotors, orbit, motion or torque.names of the scenario differ from the bag's, one
+    begins anew from the state.  Initial conditions, topics and sensors go on as they are in the
+    bag, those that the scenario changes are as it says.  ValueError: the bag has no such tick, or
+    another rate or epoch is asked for.
     """
     run = RecordedRun(bag)
     _check_ticks(scenario, run)
@@ -40,12 +41,13 @@ def begun_in_bag(
     if not scenario['sensors.seed'] and scenario['sensors.names']:
         scenario = scenario.with_values({'sensors.seed': run.scenario['sensors.seed']}).with_seed()
     snapshot = simulation.snapshot(simulation.tick)
-    if run.rules == 0:
+    if run.rules < EVENTS_FOLLOW:
         snapshot['until'] = _told_ends(run, simulation.tick)
     before = run.scenario.values
     kept = {key for key, value in scenario.values.items() if before.get(key) == value}
     if {key for key in scenario.values if key.startswith(_OF_MOTION)} - kept:
         snapshot |= _motion_anew(scenario, simulation, snapshot['until'])
+        snapshot['sensors'] = simulation.sensors_of_a_new_motion.to_plain()
     snapshot['conditions'] = {
         key: value for key, value in snapshot['conditions'].items() if key in kept
     }
@@ -138,12 +140,16 @@ def _motion_anew(
         speeds[i], angles[i] = state.rotor_speed[k], state.rotor_angle[k]
         if rotor.mode == 'motor':
             torques[rotor.label] = float(simulation.system.rotor_torque[k])
-    held = {'torque', *(f'rotor_command.{name}' for name in torques)}
+    torques_b = {
+        topic: simulation.torques_b.get(topic, NO_TORQUE) for topic in scenario.torque_topics
+    }
+    held = {*torques_b, *(f'rotor_command.{name}' for name in torques)}
     record = state_record(State(state.q_ib, state.omega_bi_b, speeds, angles))
     return {
         'begin_tick': simulation.tick,
         'begin_state': record,
         'state': record,
+        'torque_b': as_given(torques_b),
         'rotor_torque': within_max_torque(scenario.system, torques)[0].tolist(),
         'until': {topic: tick for topic, tick in until.items() if topic in held},
     }

@@ -17,9 +17,11 @@ from ..rosbag2.errors import BagError, Damaged
 from ..rosbag2.reader import Bag, Messages, TopicBlock
 from ..run.events import Event, Halt, Request, Reset, RotorCommand, Torque
 from ..run.parameter_file import parameters_of_record
+from ..run.rules import EVENTS_FOLLOW, MOUNTINGS_ARE_LATCHED
 from ..run.scenario import Scenario
 from ..run.simulation import Simulation
 from ..run.ticks import Ticks
+from ..run.topics import is_torque
 from . import run_metadata
 
 # A tick with a message takes two bytes at least; topics may be switched off for so many ticks.
@@ -27,7 +29,7 @@ _TICKS_WITHOUT_MESSAGES = 5_000_000
 # Where the last of these at a tick is a halt, the run does not reach it.
 _ENDS = Halt | Request | Reset
 # rotor_torque is that of version 0.1.
-_INPUTS = ('torque', 'rotor_command', 'rotor_torque')
+_ROTOR_INPUTS = ('rotor_command', 'rotor_torque')
 
 
 class RecordedRun:
@@ -56,6 +58,9 @@ class RecordedRun:
         with self.reading(run_metadata.SCENARIO):
             text = begin[run_metadata.SCENARIO]['scenario']
             self.scenario = Scenario(parameters_of_record(text, 'its scenario'), torques)
+            if {*filter(is_torque, self.names)} != {*self.scenario.torque_topics}:
+                needed = ', '.join(self.scenario.torque_topics)
+                raise Damaged(f'its inputs are not {needed}, as torque.names says')
         self.snapshot: dict[str, Any] | None = None
         if run_metadata.SNAPSHOT in begin:
             with self.reading(run_metadata.SNAPSHOT):
@@ -157,14 +162,14 @@ class RecordedRun:
 
     def packer(self, name: str) -> Packer:
         """Return what packs samples for a topic, by its name in the scenario."""
-        if name == 'tf' and self.rules < 2:
+        if name == 'tf' and self.rules < MOUNTINGS_ARE_LATCHED:
             return tf_with_sensors(self.scenario)
         return packer(name, self.scenario)
 
     @property
     def latched(self) -> dict[str, bytes]:
         """What each file has ahead of its first tick, by names in the scenario."""
-        if self.rules < 2 or not self.scenario.sensors:
+        if self.rules < MOUNTINGS_ARE_LATCHED or not self.scenario.sensors:
             return {}
         return {'tf_static': pack_tf_static(self.scenario)}
 
@@ -218,7 +223,11 @@ class RecordedRun:
         with self.reading(run_metadata.SCENARIO):
             self.rules = run_metadata.rules_of(record)
             self.names, self.machine = run_metadata.names_and_machine(record)
-        self._inputs_by_topic = {self.names[name]: name for name in _INPUTS if name in self.names}
+        self._inputs_by_topic = {
+            topic: name
+            for name, topic in self.names.items()
+            if is_torque(name) or name in _ROTOR_INPUTS
+        }
 
     def inputs_of(self, block: TopicBlock) -> list[Torque | RotorCommand]:
         """Return the torques of a block in their recorded order, held until the next one."""
@@ -238,8 +247,8 @@ class RecordedRun:
         return [event for _, event in sorted(events, key=itemgetter(0))]
 
     def _input(self, name: str, tick: int, row: np.ndarray) -> Torque | RotorCommand:
-        if name == 'torque':
-            return Torque(tick, tuple(row['wrench.torque'].tolist()))
+        if is_torque(name):
+            return Torque(tick, tuple(row['wrench.torque'].tolist()), topic=name)
         if name == 'rotor_torque':
             return RotorCommand(tick, {'rotor': float(row['data'])})
         return RotorCommand(tick, rotor_command_of(bytes(row)))
@@ -259,9 +268,8 @@ class Happened:
         self._last_ns: int | None = None
         self._error: ValueError | None = None
         # By rules 0 a torque is held until the bag tells that it has timed out.
-        self._timeout = (
-            run.ticks.timeout(0, run.scenario['torque.timeout']) if run.rules >= 1 else None
-        )
+        timeout = run.ticks.timeout(0, run.scenario['torque.timeout'])
+        self._timeout = timeout if run.rules >= EVENTS_FOLLOW else None
         self._held = self._timeout
         # The first ticks of the files.
         self.begins: list[int] = []

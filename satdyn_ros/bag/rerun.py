@@ -91,7 +91,7 @@ def _add_input(chunk, run, event):
     stamp_ns = run.ticks.stamp_ns(event.tick)
     if isinstance(event, Torque):
         data = pack_torque(stamp_ns, event.torque_b, run.scenario.frames)
-        chunk.add_message(run.channel_id('torque'), stamp_ns, data)
+        chunk.add_message(run.channel_id(event.topic), stamp_ns, data)
     elif isinstance(event, RotorCommand):
         if 'rotor_torque' in run.names:
             name, data = 'rotor_torque', pack_rotor_torque(event.torques['rotor'])

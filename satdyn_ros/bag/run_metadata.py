@@ -16,7 +16,7 @@ from ..rosbag2.errors import Damaged
 from ..run import events
 from ..run.events import Event
 from ..run.keys import KEYS
-from ..run.run_state import RULES
+from ..run.rules import RULES
 from ..run.scenario import Scenario
 from ..torques.body_torque import KNOWN, BodyTorque
 
@@ -91,10 +91,8 @@ def names_and_machine(record: Mapping[str, str]) -> tuple[dict[str, str], dict[s
         if not isinstance(texts, dict) or not all(isinstance(t, str) for t in texts.values()):
             raise Damaged(f'its {name} does not map names to texts')
     # Version 0.1 had rotor_torque in place of rotor_command.
-    if 'torque' not in plain['topics'] or not {'rotor_command', 'rotor_torque'} & {
-        *plain['topics']
-    }:
-        raise Damaged('its topics have no torque, or no rotor_command')
+    if not {'rotor_command', 'rotor_torque'} & plain['topics'].keys():
+        raise Damaged('its topics have no rotor_command')
     return plain['topics'], plain['machine']
 
 
@@ -156,7 +154,10 @@ def snapshot_from_record(
         raise Damaged('its ticks are not tick numbers')
     if not isinstance(state := snapshot.get('begin_state'), dict):
         raise Damaged('it has no begin_state')
-    for name, vector in (*state.items(), ('torque_b', snapshot.get('torque_b'))):
+    torque_b = snapshot.get('torque_b')
+    # With torque.names it is by name.
+    torques = torque_b.values() if isinstance(torque_b, dict) else [torque_b]
+    for name, vector in (*state.items(), *(('torque_b', torque) for torque in torques)):
         length = _LENGTHS.get(name)
         if length and not (
             isinstance(vector, list)

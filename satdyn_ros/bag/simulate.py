@@ -141,6 +141,9 @@ def _check(events, scenario, first):
             match event:
                 case Request():
                     scenario = requested(scenario, event.values)
+                case Torque() if event.topic not in scenario.torque_topics:
+                    allowed = ', '.join(scenario.torque_topics)
+                    raise ValueError(f'its topic is {event.topic}; allowed: {allowed}')
                 case Torque() | RotorCommand():
                     torques = (
                         tuple(event.torques.values())

@@ -17,6 +17,7 @@ from ..rosbag2.reader import Bag, TopicBlock
 from ..rosbag2.scan import scan
 from ..run.drift import Drift, MeasuredDrift
 from ..run.events import Derived, Event, Halt, RotorLimited, TorquesDropped
+from ..run.rules import EVENTS_FOLLOW
 from ..run.samples import Samples
 from ..run.simulation import Simulation
 from . import run_metadata
@@ -231,7 +232,8 @@ class _Derived:
     def __init__(self, recorded: RecordedRun):
         self._ticks = recorded.ticks
         # By rules 0 the bag's timeouts are what acts.
-        self._kinds = Derived if recorded.rules >= 1 else RotorLimited | TorquesDropped | Halt
+        follow = recorded.rules >= EVENTS_FOLLOW
+        self._kinds = Derived if follow else RotorLimited | TorquesDropped | Halt
         self._told = self._derived(recorded.events)
         self._found = self._derived(recorded.events_at_begin)
         self._end_tick = 0

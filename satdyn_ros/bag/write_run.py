@@ -19,8 +19,16 @@ from ..run.scenario import Scenario
 from ..run.ticks import Ticks
 from . import run_metadata
 
-# The events that are recorded as messages, on these topics.
-RECORDED_AS = {Torque: 'torque', RotorCommand: 'rotor_command'}
+
+def recorded_as(event: Event) -> str | None:
+    """Return the topic of an event that is recorded as a message; None: it is not."""
+    match event:
+        case Torque():
+            return event.topic
+        case RotorCommand():
+            return 'rotor_command'
+        case _:
+            return None
 
 
 class Recording:
@@ -50,7 +58,7 @@ class Recording:
         self._names = {name: resolve(name) for name in (*recorded, *sensors, *self._latched)}
         ticks = Ticks(scenario.rate, scenario.epoch_ns)
         self._timeout = self._held = ticks.timeout(0, scenario['torque.timeout'])
-        added = *topics, *sensors, *self._latched, *RECORDED_AS.values()
+        added = *topics, *sensors, *self._latched, *scenario.torque_topics, 'rotor_command'
         self._added = set(added)
         self._writer = BagWriter(
             directory,
@@ -73,7 +81,7 @@ class Recording:
             case Torque():
                 self._tell_held(event)
                 data = pack_torque(stamp_ns, event.torque_b, self._scenario.frames)
-                self._writer.write_message(self._names['torque'], stamp_ns, data)
+                self._writer.write_message(self._names[event.topic], stamp_ns, data)
             case RotorCommand():
                 self._tell_held(event)
                 data = pack_rotor_command(stamp_ns, event.torques, self._scenario.frames)

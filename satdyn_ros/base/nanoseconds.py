@@ -9,6 +9,7 @@ import numpy as np
 
 _UNIX_EPOCH = datetime(1970, 1, 1, tzinfo=timezone.utc)
 SECOND_NS = 10**9
+DAY_NS = 86_400 * SECOND_NS
 
 # The two forms of CCSDS 301.0-B-4, section 3.5: calendar date, and day of the year.
 _EPOCH = re.compile(

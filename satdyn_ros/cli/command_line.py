@@ -32,6 +32,7 @@ _WITH_TORQUES = (
 _SCENARIO = 'a ROS 2 parameter file, or the name of a shipped scenario'
 _NODE_EXAMPLES = """\
 satdyn node --params-file config/default.yaml
+satdyn node --params-file constellation --satellite /sat4 --satellite /sat5
 satdyn node --params-file config/default.yaml --ros-args -r __ns:=/sat1 -p publish.rate:=50.0"""
 
 
@@ -60,7 +61,13 @@ satdyn check"""
         metavar='FILE',
         help=f'{_SCENARIO}; of several the later prevail, as in ROS',
     )
-    _add_satellite(added)
+    added.add_argument(
+        '--satellite',
+        action='append',
+        metavar='NAME',
+        help='which satellite, where the scenario has several: /sat4/satdyn, or /sat4; may be '
+        'repeated; default: all, each a node of its own',
+    )
     _add_torque(added)
     added.add_argument(
         '--ros-args', nargs='...', metavar='', help='the usual arguments of ROS 2 nodes'
@@ -212,6 +219,8 @@ drawn:
   phase          pitch and pitch rate in LVLH, with the separatrix of planar libration
   NAME_torque    a torque of your own that acts, in body axes: the name of its topic
   SENSOR         measured minus true values of a sensor, by its name, in its axes, with three sigma
+  geodetic       the ground track on a map, drawn too where geodetic is published, with UTC below
+                 the time; dashed in the umbra where environment.sun is given
 
 Applied torques are shaded; requests and resets are marked by a line.  Where a curve goes up and
 down within a few pixels, or the body turns more than a quarter turn between two points, a band

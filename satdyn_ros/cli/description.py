@@ -36,6 +36,18 @@ def print_description(scenario: Scenario) -> None:
         _print_precession(precession)
     if described['elliptic_orbit'] is not None:
         _print_elliptic_orbit(described['elliptic_orbit'])
+    if described['torques']:
+        _print_torques(described['torques'])
+
+
+def _print_torques(torques: list[dict[str, Any]]) -> None:
+    """Print the size of each torque over a turn of the orbit, the table of an attitude budget."""
+    print('torques over one orbit, as it flies')
+    print(f'  {"":20}  {"largest":>11}  {"mean":>11}  momentum gathered in inertial axes')
+    for torque in torques:
+        largest, mean = (f'{torque[name]:.3g} N m' for name in ('largest_n_m', 'mean_n_m'))
+        gathered = ', '.join(f'{x:.2g}' for x in torque['momentum_n_m_s'])
+        print(f'  {torque["topic"]:20}  {largest:>11}  {mean:>11}  [{gathered}] N m s')
 
 
 def _print_precession(precession: dict[str, Any]) -> None:

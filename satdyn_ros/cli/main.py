@@ -159,15 +159,14 @@ def _simulate(given):
 
 def _bags(given):
     """Return the bag of each satellite that --satellite names: of several BAG/sat4, BAG/sat5."""
-    from ..run.parameter_file import ParameterFile
+    from ..run.parameter_file import ParameterFile, folder_of
 
     if len(given.satellite) < 2:
         return {given.satellite[0] if given.satellite else None: given.out}
     if given.origin is not None:
         raise ValueError('--from begins one run; --satellite names several')
-    file = ParameterFile.read([given.file])
-    names = [file.full_name(name) for name in given.satellite]
-    return {name: Path(given.out, name.removesuffix('/satdyn').lstrip('/')) for name in names}
+    names = ParameterFile.read([given.file]).full_names(given.satellite)
+    return {name: Path(given.out, folder_of(name)) for name in names}
 
 
 def _run_of(given, satellite):

@@ -26,6 +26,7 @@ class States:
     [rad/s] and rotor_angle [rad] (N, R), nan where a rotor has none.  work [J] (N,): what the
     applied torques and the orbit's ellipticity added to the energy since the motion began.
     orbit_s (N,): the same instants in seconds from tick 0, where the orbit counts from.
+    turn_b (N, 3) [rad]: the integral of omega_bi_b since the row before, where it was asked for.
 
     Of many motions at the same times, the tables have one more axis in front.
     """
@@ -38,6 +39,7 @@ class States:
     work: np.ndarray
     orbit: FixedDirection | KeplerOrbit | TabledOrbit
     orbit_s: np.ndarray
+    turn_b: np.ndarray | None = None
 
     def __repr__(self) -> str:
         many = f'{len(self.q_ib)} motions, ' if self.q_ib.ndim > 2 else ''
@@ -67,6 +69,7 @@ class States:
             self.work[..., chosen],
             self.orbit,
             self.orbit_s[chosen],
+            None if self.turn_b is None else self.turn_b[chosen],
         )
 
     @cached_property
@@ -203,18 +206,28 @@ class Motion(ABC):
         Row i depends on t_s[i] alone.  ValueError: a time is negative or not finite.  Halted: the
         motion cannot be propagated that far; it still answers the times before.
         """
-        # A copy has the one memory layout for which there is compiled code.
-        t_s = np.array(t_s, float, ndmin=1)
-        if len(t_s) and not (t_s.min() >= 0.0 and t_s.max() < np.inf):
-            bad = t_s[~(np.isfinite(t_s) & (t_s >= 0.0))][0]
-            raise ValueError(f't_s is {bad:g}; it must be finite and at least 0 s')
-        return self._table(t_s, *self._states(t_s))
+        t_s = _checked(t_s)
+        return self._table(t_s, None, *self._states(t_s))
+
+    def counting_at(self, t_s: ArrayLike) -> States:
+        """
+        Return the states as at() does, t_s ascending, with turn_b: zero in the first row.
+
+        The turn to a row depends on its time and on that of the row before alone.
+        """
+        t_s = _checked(t_s)
+        turn_b = np.zeros((len(t_s), 3))
+        return self._table(t_s, turn_b, *self._states(t_s, turn_b))
 
     @abstractmethod
-    def _states(self, t_s) -> tuple:
-        """Return q_ib (N, 4), omega_bi_b (N, 3), rotor_speed and _angle (N, R), and work (N,)."""
+    def _states(self, t_s, turn_b=None) -> tuple:
+        """
+        Return q_ib (N, 4), omega_bi_b (N, 3), rotor_speed and _angle (N, R), and work (N,).
 
-    def _table(self, t_s, q_ib, omega_bi_b, rotor_speed, rotor_angle, work):
+        turn_b: as of States, zeros that are added to; None: it is not wanted.
+        """
+
+    def _table(self, t_s, turn_b, q_ib, omega_bi_b, rotor_speed, rotor_angle, work):
         return States(
             t_s=t_s,
             q_ib=q_ib,
@@ -224,4 +237,15 @@ class Motion(ABC):
             work=work,
             orbit=self.system.orbit,
             orbit_s=self.start_s + t_s,
+            turn_b=turn_b,
         )
+
+
+def _checked(t_s: ArrayLike) -> np.ndarray:
+    """Return times (N,) for which a motion has states."""
+    # A copy has the one memory layout for which there is compiled code.
+    t_s = np.array(t_s, float, ndmin=1)
+    if len(t_s) and not (t_s.min() >= 0.0 and t_s.max() < np.inf):
+        bad = t_s[~(np.isfinite(t_s) & (t_s >= 0.0))][0]
+        raise ValueError(f't_s is {bad:g}; it must be finite and at least 0 s')
+    return t_s

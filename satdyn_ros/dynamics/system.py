@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..orbits import FixedDirection, KeplerOrbit, TabledOrbit
+from ..orbits.along_orbit import AlongOrbit
 from ..orbits.pieces import Pieces
 from ..torques.body_torque import BodyTorque, pieces_of
 from .rotor import Rotor
@@ -25,7 +26,8 @@ class System:
     inertia [kg m^2] (3, 3): body axes, locked rotors included, about the mass centre, or about the
     fixed point where weight_moment [N m] (3,), the weight times the position of the mass centre,
     is not zero.  torque_b [N m] (3,) acts on the body, rotor_torque [N m] (R,), or one for all,
-    from the body on the rotors.  torques: what else acts on the body.
+    from the body on the rotors.  torques: what else acts on the body.  environment: what there is
+    along the orbit beside the attracting field, None: nothing.
     """
 
     inertia: np.ndarray
@@ -35,6 +37,7 @@ class System:
     torque_b: np.ndarray = field(default_factory=lambda: _ZERO)
     rotor_torque: np.ndarray = field(default_factory=lambda: np.zeros(()))
     torques: tuple[BodyTorque, ...] = ()
+    environment: AlongOrbit | None = None
 
     def __post_init__(self) -> None:
         torques = np.asarray(self.rotor_torque, float)
@@ -91,11 +94,10 @@ class System:
         return isinstance(self.orbit, KeplerOrbit) and not self.has_turning_axes
 
     @cached_property
-    def pieces(self) -> Pieces | None:
-        """Return the pieces of time of all tables; None: there is no table."""
-        if isinstance(self.orbit, TabledOrbit):
-            return self.orbit.pieces
-        return pieces_of(self.torques)
+    def pieces(self) -> tuple[Pieces, ...]:
+        """Return the tables of what depends on time alone: of the orbit and of the torques."""
+        of_orbit = (self.orbit.pieces,) if isinstance(self.orbit, TabledOrbit) else ()
+        return of_orbit + pieces_of(self.torques)
 
     @cached_property
     def turning_rotors(self) -> tuple[tuple[int, Rotor], ...]:

@@ -1,14 +1,13 @@
 """Tables of torques, of the angular momentum, and of the forms of the inertia."""
 
 from collections.abc import Sequence
-from functools import partial
 
 import numpy as np
 
 from ..kernel.compile import compiled, inlined
 from ..kernel.rows import components, from_components, times
 from ..kernel.vector import quaternion, vector
-from ..orbits.pieces import Pieces
+from ..orbits.pieces import by_piece, tables_of
 from ..torques.body_torque import BodyTorque, pieces_of
 from ..torques.sums import add_potentials, add_torques
 from .motion import States
@@ -39,13 +38,9 @@ def _on_rows(write, torques, states, *width):
         flat(states.q_ib, 4),
         flat(states.omega_bi_b, 3),
     )
-    flat_found, pieces = found.reshape(-1, *width), pieces_of(torques)
-    if pieces is None:
-        write(flat_found, *seen, tuple(torque.constants for torque in torques))
-        return found
-    for chosen, piece in pieces.by_piece(seen[0]):
-        table_of = partial(Pieces.table_in, piece=piece)
-        some = np.zeros((len(chosen), *width))
+    flat_found = found.reshape(-1, *width)
+    for chosen, current in by_piece(pieces_of(torques), seen[0]):
+        some, table_of = np.zeros((len(chosen), *width)), tables_of(current)
         constants = tuple(torque.constants_with(table_of) for torque in torques)
         write(some, *(column[chosen] for column in seen), constants)
         flat_found[chosen] = some

@@ -6,12 +6,14 @@ GCRS, which is the inertial frame, r_t in ITRS, which turns with the Earth.  A r
 bits alone and among many, as far as the libraries keep that.
 """
 
-from .atmosphere import air_velocity, log_exponential, log_msis
+from .atmosphere import Exponential, Msis, air_velocity
 from .earth import gcrs_to_itrs, geodetic, teme_to_gcrs, terrestrial_time, turned
 from .magnetic_field import dipole_field, dipole_vector, igrf_field, igrf_warning
 from .sun import lit_fraction, shadow_margins, sun_direction, sun_position
 
 __all__ = [
+    'Exponential',
+    'Msis',
     'air_velocity',
     'dipole_field',
     'dipole_vector',
@@ -20,8 +22,6 @@ __all__ = [
     'igrf_field',
     'igrf_warning',
     'lit_fraction',
-    'log_exponential',
-    'log_msis',
     'shadow_margins',
     'sun_direction',
     'sun_position',

@@ -4,60 +4,76 @@ The air: the logarithm of its density, and the velocity of a body through it.
 The logarithm, since a polynomial in time follows it where it does not follow the density.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base.extras import brought_by
-from ..base.nanoseconds import SECOND_NS
 from ..kernel.rows import components
 from .earth import EARTH_RATE_RAD_S
 
 
-def log_exponential(
-    height_m: ArrayLike, density: float, density_height_m: float, scale_height_m: float
-) -> np.ndarray:
-    """Return ln of rho = rho_0 exp(-(h - h_0) / H) [kg/m^3] at geodetic heights (...)."""
-    return np.log(density) - (np.asarray(height_m, float) - density_height_m) / scale_height_m
-
-
-def log_msis(
-    unix_ns: ArrayLike,
-    latitude: ArrayLike,
-    longitude: ArrayLike,
-    height_m: ArrayLike,
-    f107: float,
-    f107_average: float,
-    ap: float,
-) -> np.ndarray:
+class Exponential(NamedTuple):
     """
-    Return ln rho [kg/m^3] of NRLMSIS 2.1 at times and geodetic places, (...) each; angles in rad.
+    Air of the density rho_0 exp(-(h - h_0) / H), h the geodetic height.
+
+    density [kg/m^3]: rho_0; density_height [m]: h_0; scale_height [m]: H.
+    """
+
+    density: float
+    density_height: float
+    scale_height: float
+
+    def log_density(self, height_m: ArrayLike) -> np.ndarray:
+        """Return ln rho [kg/m^3] at geodetic heights (...)."""
+        above_m = np.asarray(height_m, float) - self.density_height
+        return np.log(self.density) - above_m / self.scale_height
+
+
+class Msis(NamedTuple):
+    """
+    Air of NRLMSIS 2.1.
 
     f107, f107_average [1e-22 W/m^2/Hz] and ap are the activity of the Sun and of the Earth's
-    field, as constants.  The result has single precision, and it jumps at 00:00 UTC, where the
-    model takes the next day of the year.  ValueError: a time is no whole second; the model would
-    cut it to one.
+    field, as constants.
     """
-    with brought_by('environment', 'pymsis'):
-        import pymsis
-    unix_ns = np.asarray(unix_ns, np.int64)
-    if np.any(unix_ns % SECOND_NS):
-        raise ValueError('MSIS knows whole seconds of UTC only')
-    unix_ns, latitude, longitude, height_m = np.broadcast_arrays(
-        unix_ns, latitude, longitude, height_m
-    )
-    rows = unix_ns.size
-    result = pymsis.calculate(
-        unix_ns.ravel().view('datetime64[ns]'),
-        np.degrees(longitude.ravel()),
-        np.degrees(latitude.ravel()),
-        1e-3 * height_m.ravel(),
-        np.full(rows, f107),
-        np.full(rows, f107_average),
-        np.full((rows, 7), ap),
-        version=2.1,
-    )
-    density = result.reshape(rows, -1)[:, pymsis.Variable.MASS_DENSITY]
-    return np.log(density.astype(float)).reshape(unix_ns.shape)
+
+    f107: float = 150.0
+    f107_average: float = 150.0
+    ap: float = 4.0
+
+    def log_density(
+        self,
+        unix_s: ArrayLike,
+        latitude: ArrayLike,
+        longitude: ArrayLike,
+        height_m: ArrayLike,
+    ) -> np.ndarray:
+        """
+        Return ln rho [kg/m^3] at whole seconds and geodetic places, (...) each; angles in rad.
+
+        The model cuts times to whole seconds of UTC.  The result has single precision, and it
+        jumps at 00:00 UTC, where the model takes the next day of the year.
+        """
+        with brought_by('environment', 'pymsis'):
+            import pymsis
+        unix_s, latitude, longitude, height_m = np.broadcast_arrays(
+            np.asarray(unix_s, np.int64), latitude, longitude, height_m
+        )
+        rows = unix_s.size
+        result = pymsis.calculate(
+            unix_s.ravel().view('datetime64[s]'),
+            np.degrees(longitude.ravel()),
+            np.degrees(latitude.ravel()),
+            1e-3 * height_m.ravel(),
+            np.full(rows, self.f107),
+            np.full(rows, self.f107_average),
+            np.full((rows, 7), self.ap),
+            version=2.1,
+        )
+        density = result.reshape(rows, -1)[:, pymsis.Variable.MASS_DENSITY]
+        return np.log(density.astype(float)).reshape(unix_s.shape)
 
 
 def air_velocity(r_i: ArrayLike, v_i: ArrayLike, pole_i: ArrayLike) -> np.ndarray:

@@ -4,13 +4,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base.extras import brought_by
-from ..base.nanoseconds import SECOND_NS
+from ..base.nanoseconds import DAY_NS, SECOND_NS
 from ..kernel.rows import components, times
 
 # Of WGS 84.
 EARTH_RATE_RAD_S = 7.292115e-5
 
-_DAY_NS = 86_400 * SECOND_NS
 # The Julian date of 1 January 1970, 00:00.
 _UNIX_EPOCH_JD = 2_440_587.5
 _TT_FROM_TAI_NS = 32_184_000_000
@@ -98,5 +97,5 @@ def _ut1(unix_ns):
 
 
 def _julian_date(ns):
-    days, rest_ns = np.divmod(ns, _DAY_NS)
-    return _UNIX_EPOCH_JD + days, rest_ns / _DAY_NS
+    days, rest_ns = np.divmod(ns, DAY_NS)
+    return _UNIX_EPOCH_JD + days, rest_ns / DAY_NS

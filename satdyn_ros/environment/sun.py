@@ -1,10 +1,16 @@
 """The Sun: where it is, its direction from the body, and how much of it the Earth leaves."""
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base.extras import brought_by
+from ..kernel.compile import compiled, inlined
+from ..kernel.rows import dot as dot_rows
 from ..kernel.rows import length
+from ..kernel.simd import select
+from ..kernel.vector import add, dot, scale, subtract, vector
 from .earth import terrestrial_time
 
 AU_M = 149_597_870_700.0
@@ -12,6 +18,8 @@ SUN_RADIUS_M = 6.957e8
 
 # The Earth that hides the Sun is a sphere with the radius of the equator.
 _HIDING_RADIUS_M = 6_378_137.0
+# What a denominator is at least.
+_TINY = 1e-300
 
 
 def sun_position(unix_ns: ArrayLike) -> np.ndarray:
@@ -39,45 +47,65 @@ def lit_fraction(r_i: ArrayLike, sun_i: ArrayLike) -> np.ndarray:
     """
     Return nu, the part of the Sun's disc (...) that the Earth's leaves free, seen from r_i.
 
+    As lit_part says.
+    """
+    r_i, sun_i = (np.array(x, float) for x in np.broadcast_arrays(r_i, sun_i))
+    nu = np.empty(r_i.shape[:-1])
+    _write_lit_parts(nu.reshape(-1), r_i.reshape(-1, 3), sun_i.reshape(-1, 3))
+    return nu
+
+
+@compiled
+def _write_lit_parts(nu, r_i, sun_i):
+    for n in range(len(nu)):
+        nu[n] = lit_part(vector(r_i[n]), vector(sun_i[n]))
+
+
+@inlined
+def lit_part(r_i: tuple[float, ...], sun_i: tuple[float, ...]) -> float:
+    """
+    Return nu, the part of the Sun's disc that the Earth's leaves free, in compiled code.
+
     Discs of the radii a and b whose centres are c apart, as if on a plane: Montenbruck and Gill,
     Satellite Orbits, section 3.4.2.
     """
-    a, b, c = _discs(r_i, sun_i)
-    cross = (c < a + b) & (c > abs(a - b))
-    # Of discs that do not cross, numbers that cause no warning.
-    between = np.where(cross, c, np.hypot(a, b))
+    to_sun = subtract(sun_i, r_i)
+    r, distance = math.sqrt(dot(r_i, r_i)), math.sqrt(dot(to_sun, to_sun))
+    s, down = scale(1.0 / distance, to_sun), scale(-1.0 / r, r_i)
+    # From within the sphere half of the sky is Earth.
+    a, b = math.asin(SUN_RADIUS_M / distance), math.asin(min(_HIDING_RADIUS_M / r, 1.0))
+    # From the chord: an arc cosine would lose half of the digits of a small angle.
+    chord, bisector = subtract(s, down), add(s, down)
+    c = 2.0 * math.atan(math.sqrt(dot(chord, chord) / max(dot(bisector, bisector), _TINY)))
+    # Where the discs do not cross, as if they just did.
+    between = min(max(c, abs(a - b)), a + b)
     # The chord that the discs have in common: x from the centre of the Sun's, 2 y long.
-    x = ((between - b) * (between + b) + a * a) / (2.0 * between)
-    y = np.sqrt((a - x) * (a + x))
-    hidden = (_segment(a, x, y) + _segment(b, between - x, y)) / (np.pi * a * a)
-    covered = np.where(c < a + b, np.minimum(b / a, 1.0) ** 2, 0.0)
-    return 1.0 - np.where(cross, hidden, covered)
+    x = ((between - b) * (between + b) + a * a) / (2.0 * max(between, _TINY))
+    y = math.sqrt(max((a - x) * (a + x), 0.0))
+    hidden = (_segment(a, x, y) + _segment(b, between - x, y)) / (math.pi * a * a)
+    share = min(b / a, 1.0)
+    hidden = select(c <= abs(a - b), share * share, hidden)
+    return 1.0 - select(c >= a + b, 0.0, hidden)
+
+
+@inlined
+def _segment(radius, x, y):
+    """Return the area that a chord cuts from a disc: x from its centre, 2 y long."""
+    return radius * radius * 2.0 * math.atan(y / max(radius + x, _TINY)) - x * y
 
 
 def shadow_margins(r_i: ArrayLike, sun_i: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """
-    Return the angles [rad] (...) by which the discs are clear of the penumbra and of the umbra.
+    Return how far (...) the discs are clear of the penumbra and of the umbra, smooth in time.
 
     Each changes its sign at a contact: the first is positive where all of the Sun is seen, the
-    second negative where none is, or, from beyond the umbra's tip, where it is a ring.
+    second negative where none is, or, from beyond the umbra's tip, where it is a ring.  They are
+    cos(a + b) - cos c and cos(a - b) - cos c of the discs of lit_part.
     """
-    a, b, c = _discs(r_i, sun_i)
-    return c - (a + b), c - abs(a - b)
-
-
-def _discs(r_i, sun_i):
-    """Return the radii of the Sun and the Earth and the angle between them [rad], (...) each."""
     r_i = np.asarray(r_i, float)
     s_i, distance_m = sun_direction(r_i, sun_i)
     r = length(r_i)
-    down = -r_i / r[..., None]
-    # From the chord: arccos would lose half of the digits of a small angle.
-    between = 2.0 * np.arctan2(length(s_i - down), length(s_i + down))
-    # From within the sphere half of the sky is Earth.
-    earth = np.arcsin(np.minimum(_HIDING_RADIUS_M / r, 1.0))
-    return np.arcsin(SUN_RADIUS_M / distance_m), earth, between
-
-
-def _segment(radius, x, y):
-    """Return the area that a chord cuts from a disc: x from its centre, 2 y long."""
-    return radius * radius * np.arctan2(y, x) - x * y
+    sin_a, sin_b = SUN_RADIUS_M / distance_m, np.minimum(_HIDING_RADIUS_M / r, 1.0)
+    cosines = np.sqrt((1.0 - sin_a**2) * (1.0 - sin_b**2))
+    cos_c = -dot_rows(s_i, r_i) / r
+    return cosines - sin_a * sin_b - cos_c, cosines + sin_a * sin_b - cos_c

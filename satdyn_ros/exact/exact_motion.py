@@ -2,16 +2,22 @@
 
 from abc import abstractmethod
 from dataclasses import replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..dynamics.motion import Motion
 from ..dynamics.system import State, System
+from ..orbits import KeplerOrbit
 from ..theory.equilibria import direction
 
 # Times evaluated at once: what is computed from them stays in the processor's cache.
 _BLOCK = 4096
+# Gauss and Legendre's rule, for parts of this length in the inverse of a motion's sharpness; how
+# many parts are evaluated at once.
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
+_SMOOTH, _PARTS = 0.5, _BLOCK // 8
 
 
 class Fact(NamedTuple):
@@ -82,7 +88,9 @@ class ExactMotion(Motion):
     def axial_turn(self, t_s: np.ndarray, axis: np.ndarray) -> np.ndarray:
         """Return the integral of axis . omega from 0 to t_s [rad], (N,), for a rotor's axis."""
 
-    def _states(self, t_s):
+    def _states(self, t_s, turn_b=None):
+        if turn_b is not None:
+            self._add_turns(t_s, turn_b)
         q_ib, omega_bi_b = np.empty((len(t_s), 4)), np.empty((len(t_s), 3))
         for i in range(0, len(t_s), _BLOCK):
             rows = slice(i, i + _BLOCK)
@@ -100,6 +108,40 @@ class ExactMotion(Motion):
                 speeds[:, i] = rotor.speed(p, omega_bi_b)
                 angles[:, i] = start.rotor_angle[i] + turned
         return q_ib, omega_bi_b, speeds, angles, self._work(t_s)
+
+    def _add_turns(self, t_s, turn_b):
+        """Add to row i the integral of omega from row i - 1 on, by parts in which it is smooth."""
+        interval_s = np.diff(t_s)
+        counts = np.maximum(np.ceil(interval_s * self._sharpness / _SMOOTH), 1.0).astype(int)
+        ends = np.cumsum(counts)
+        for first in range(0, ends[-1] if len(ends) else 0, _PARTS):
+            part = np.arange(first, min(first + _PARTS, ends[-1]))
+            row = np.searchsorted(ends, part, 'right')
+            half = interval_s[row] / counts[row] / 2.0
+            middle = t_s[row] + half * (2 * (part - ends[row] + counts[row]) + 1)
+            _, omega_bi_b = self.attitude((middle[:, None] + half[:, None] * _NODES).ravel())
+            omega_bi_b = omega_bi_b.reshape(len(part), len(_NODES), 3)
+            # One addition after the other, so that blocks do not show in the bits.
+            mean = sum(w * omega_bi_b[:, n] for n, w in enumerate(_WEIGHTS)) / 2.0
+            np.add.at(turn_b, row + 1, 2.0 * half[:, None] * mean)
+
+    @cached_property
+    def _sharpness(self):
+        """
+        Return how fast omega may change [1/s]: in the inverse of it, by its own size.
+
+        The energy bounds the rate, from which Euler's equations give that of its change.
+        """
+        system, state, orbit = self.system, self.state, self.system.orbit
+        least, _, largest = np.linalg.eigvalsh(system.carrier_inertia)
+        rate = np.linalg.norm(state.omega_bi_b) * np.sqrt(largest / least)
+        if isinstance(orbit, KeplerOrbit):
+            gradient = 3.0 * orbit.fastest_rate**2
+        else:
+            gradient = float(abs(orbit.gradient_at(self.start_s)))
+        torque = np.linalg.norm(system.weight_moment) + np.linalg.norm(system.torque_b)
+        swing = np.sqrt((gradient * largest + torque) / least)
+        return rate + 3.0 * swing + np.linalg.norm(system.rotor_momentum(state)) / least
 
     def _work(self, t_s):
         """

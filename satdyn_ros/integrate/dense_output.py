@@ -27,6 +27,11 @@ from .dop853 import (
 )
 from .tableau import DENSE
 
+# Gauss and Legendre's rule of four nodes is exact for polynomials of degree 7, which these are.
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
+_INNER, _OUTER = map(float, _NODES[2:])
+_OF_INNER, _OF_OUTER = map(float, _WEIGHTS[2:])
+
 
 @inlined
 def make_dense(clock: np.ndarray, stages: Stages, dense: np.ndarray, constants: Constants) -> None:
@@ -88,6 +93,22 @@ def interpolate(
         row, d_0 = out[j][first:last], _terms(dense, j)
         for n in range(len(t_s)):
             row[n] = _polynomial(d_0, (t_s[n] - begin) * per_step)
+
+
+@inlined
+def add_turn(
+    turn_b: np.ndarray, from_s: float, to_s: float, clock: np.ndarray, dense: np.ndarray
+) -> None:
+    """Add to turn_b (3,) the integral of omega over a part of the step, from from_s to to_s."""
+    begin, h = clock[BEGIN], clock[END] - clock[BEGIN]
+    per_step = 1.0 / h if h > 0.0 else 0.0
+    half = 0.5 * (to_s - from_s)
+    middle, reach = (from_s - begin + half) * per_step, half * per_step
+    for j in range(3):
+        d = _terms(dense, OMEGA + j)
+        inner = _polynomial(d, middle - _INNER * reach) + _polynomial(d, middle + _INNER * reach)
+        outer = _polynomial(d, middle - _OUTER * reach) + _polynomial(d, middle + _OUTER * reach)
+        turn_b[j] += half * (_OF_INNER * inner + _OF_OUTER * outer)
 
 
 @inlined

@@ -5,8 +5,6 @@ The steps do not depend on the times that are asked for.  The compiled walk work
 few milliseconds, between which Ctrl-C and other threads get their turn.
 """
 
-from functools import partial
-
 import numpy as np
 
 from ..dynamics.constants import Constants, constants_of, with_tables
@@ -15,8 +13,8 @@ from ..dynamics.motion import Halted, Motion, States
 from ..dynamics.system import State, System
 from ..kernel.compile import compiled
 from ..orbits import KeplerOrbit
-from ..orbits.pieces import Pieces
-from .dense_output import interpolate, make_dense
+from ..orbits.pieces import tables_of
+from .dense_output import add_turn, interpolate, make_dense
 from .dop853 import (
     BEGIN,
     DENSE_OF,
@@ -39,6 +37,7 @@ from .dop853 import (
 DEFAULT_TOLERANCE = 1e-13
 # The most steps and rows of a slice.
 _SLICE_STEPS, _SLICE_ROWS = 5000, 200_000
+_NOT_WANTED = np.empty((0, 3))
 
 
 class Propagation(Motion):
@@ -92,32 +91,33 @@ class Propagation(Motion):
         furthest = self._clock[FURTHEST]
         self._clock[:] = new_clock()
         self._clock[FURTHEST] = furthest
-        pieces = self.system.pieces
-        if pieces:
-            self._enter(pieces, pieces.piece_at(self.start_s))
+        if self.system.pieces:
+            self._enter({each: each.piece_at(self.start_s) for each in self.system.pieces})
 
-    def _enter(self, pieces, piece):
-        """Go on by the tables of a piece of time."""
-        table_of = partial(Pieces.table_in, piece=piece)
-        self.constants = with_tables(self.constants, self.system, table_of)
-        begin_s, end_s, stops_s = piece.begin_s, piece.end_s, self._all_stops_s
-        inside = stops_s[(begin_s < stops_s) & (stops_s < end_s)]
-        self.stops_s = np.array([begin_s, *inside, end_s])
-        self._piece, self._until_s = piece, end_s - self.start_s
+    def _enter(self, current):
+        """Go on by the tables of these pieces of time, as long as all of them last."""
+        self.constants = with_tables(self.constants, self.system, tables_of(current))
+        begin_s = max(piece.begin_s for piece in current.values())
+        self._end_s = min(piece.end_s for piece in current.values())
+        stops_s = _with_corners(self._all_stops_s, current.items())
+        inside = stops_s[(begin_s < stops_s) & (stops_s < self._end_s)]
+        self.stops_s = np.array([begin_s, *inside, self._end_s])
+        self._until_s = self._end_s - self.start_s
         self._clock[PASSED] = 0.0
 
-    def _states(self, t_s):
+    def _states(self, t_s, turn_b=_NOT_WANTED):
         order = None if (t_s[1:] >= t_s[:-1]).all() else np.argsort(t_s, kind='stable')
         sorted_s = t_s if order is None else t_s[order]
         if len(t_s) and sorted_s[0] < self._clock[BEGIN]:
             self._begin()
         out = np.empty((self.wanted, len(t_s)))
-        rows, outcome, why, pieces = 0, UNFINISHED, '', self.system.pieces
+        rows, outcome, why = 0, UNFINISHED, ''
         while outcome == UNFINISHED:
             rows, outcome = _integrate(
                 sorted_s,
                 rows,
                 out,
+                turn_b,
                 self._clock,
                 self._stages,
                 self._dense,
@@ -128,9 +128,11 @@ class Propagation(Motion):
                 self.tolerance,
                 self.steps_allowed,
             )
-            if pieces and outcome == PIECE_ENDS:
+            if outcome == PIECE_ENDS:
                 try:
-                    self._enter(pieces, pieces.piece_after(self._piece))
+                    self._enter(
+                        {each: each.piece_from(self._end_s) for each in self.system.pieces}
+                    )
                     outcome = UNFINISHED
                 except ValueError as error:
                     why = str(error)
@@ -138,7 +140,8 @@ class Propagation(Motion):
             reached_s = float(self._clock[END])
             self._steps_to_halt = self._clock[STEPS] - self._clock[SINCE]
             self._begin()
-            states = self.states_of(sorted_s[:rows], out[:, :rows])
+            turned = turn_b[:rows] if len(turn_b) else None
+            states = self._table(sorted_s[:rows], turned, *self._columns(out[:, :rows]))
             raise self.halted(outcome, reached_s, states, why)
         if order is not None:
             out[:, order] = out.copy()
@@ -150,15 +153,17 @@ class Propagation(Motion):
 
         ValueError: a table ends before, or jumps.
         """
-        pieces = self.system.pieces
-        if not pieces:
+        if not self.system.pieces:
             return self.constants, self.stops_s
         span = self.start_s, self.start_s + end_s
         constants = with_tables(
             self.constants, self.system, lambda each: each.table_between(*span)
         )
-        _, *later = pieces.pieces_between(*span)
-        return constants, np.union1d(self._all_stops_s, [piece.begin_s for piece in later])
+        parts = [
+            (each, piece) for each in self.system.pieces for piece in each.pieces_between(*span)
+        ]
+        stops_s = _with_corners(self._all_stops_s, parts)
+        return constants, np.union1d(stops_s, [piece.begin_s for _, piece in parts])
 
     @property
     def steps_allowed(self) -> float:
@@ -176,7 +181,7 @@ class Propagation(Motion):
 
     def states_of(self, t_s: np.ndarray, out: np.ndarray) -> States:
         """Return the states at t_s (N,) of the wanted variables (V, N)."""
-        return self._table(t_s, *self._columns(out))
+        return self._table(t_s, None, *self._columns(out))
 
     def _columns(self, out):
         return columns(self.system, out)
@@ -228,11 +233,17 @@ def stops_of(system: System) -> np.ndarray:
     return np.unique(np.concatenate([np.zeros(0), *(t.stops() for t in system.torques)]))
 
 
+def _with_corners(stops_s, parts):
+    """Return stops and the corners in some pieces [s from tick 0], ascending."""
+    return np.unique(np.concatenate([stops_s, *(each.corners_in(piece) for each, piece in parts)]))
+
+
 @compiled
 def _integrate(
     t_s,
     rows,
     out,
+    turn_b,
     clock,
     stages,
     dense,
@@ -246,18 +257,24 @@ def _integrate(
     """
     Fill out (V, N) with the wanted variables at the ascending times t_s (N,), from row `rows` on.
 
-    Return how many rows are filled when the slice ends, and how it ends.  clock, stages, dense:
-    the current step, as in dop853.py.  until_s: up to where the constants hold.
+    Return how many rows are filled when the slice ends, and how it ends.  turn_b (N, 3): as of
+    States, added to; without rows: it is not wanted.  clock, stages, dense: the current step, as
+    in dop853.py.  until_s: up to where the constants hold.
     """
     count = min(len(t_s), rows + _SLICE_ROWS)
     for _ in range(_SLICE_STEPS):
         last = rows
         while last < count and t_s[last] <= clock[END]:
             last += 1
+        counts = len(turn_b) > 0 and last > 0
+        if (last > rows or counts) and clock[DENSE_OF] != clock[STEPS]:
+            make_dense(clock, stages, dense, constants)
         if last > rows:
-            if clock[DENSE_OF] != clock[STEPS]:
-                make_dense(clock, stages, dense, constants)
             interpolate(t_s, out, rows, last, clock, dense, constants)
+            if counts:
+                for i in range(max(rows, 1), last):
+                    from_s = max(t_s[i - 1], clock[BEGIN])
+                    add_turn(turn_b[i], from_s, t_s[i], clock, dense)
             rows = last
             if t_s[rows - 1] > clock[FURTHEST]:
                 clock[FURTHEST], clock[SINCE] = t_s[rows - 1], 0.0
@@ -267,6 +284,9 @@ def _integrate(
             return rows, PIECE_ENDS
         if clock[SINCE] >= steps_allowed:
             return rows, TOO_MANY_STEPS
+        if counts:
+            from_s = max(t_s[rows - 1], clock[BEGIN])
+            add_turn(turn_b[rows], from_s, clock[END], clock, dense)
         if not step(clock, stages, anomaly, stops_s, constants, tolerance):
             return rows, STEP_UNDERFLOW
         if clock[BEGIN] >= clock[FURTHEST]:

@@ -38,6 +38,10 @@ class Table(NamedTuple):
         return begin_s + piece_s * np.arange(1.0, len(self.coefficients))
 
 
+# Of no functions, until there is one.
+NO_TABLE = Table(np.array([0.0, 1.0]), np.zeros((1, 0, 1)))
+
+
 def table_of(
     function: Callable[[np.ndarray], np.ndarray],
     begin_s: float,

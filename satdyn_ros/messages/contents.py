@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..dynamics.system import System
+from ..kernel import rotation
 from ..run.samples import Stamped
 from ..run.scenario import Frames
 from ..run.topics import Topic
@@ -54,6 +55,10 @@ _LAYOUTS = {
         ),
         lambda frames: {'child_frame_id': frames.body},
     ),
+    'geometry_msgs/msg/Vector3Stamped': _Layout(('vector',)),
+    'sensor_msgs/msg/Illuminance': _Layout(('illuminance',)),
+    'sensor_msgs/msg/MagneticField': _Layout(('magnetic_field',)),
+    'sensor_msgs/msg/NavSatFix': _Layout(('latitude', 'longitude', 'altitude')),
     # REP-145: a covariance of zeros is unknown, one that begins with -1 marks an absent quantity.
     'sensor_msgs/msg/Imu': _Layout(
         ('orientation', 'angular_velocity'),
@@ -86,8 +91,14 @@ def message(topic: Topic, frames: Frames, system: System) -> cdr.Message:
     layout = _LAYOUTS[topic.type]
     content = {'header': header(getattr(frames, topic.frame)), **layout.constants(frames)}
     for path, quantity in zip(layout.fields, topic.shows, strict=True):
-        _fill(content, path.split('.'), quantity.of)
+        _fill(content, path.split('.'), _column(quantity))
     return cdr.Message(topic.type, content)
+
+
+def _column(quantity):
+    if len(quantity.columns) != 1:
+        return quantity.of
+    return lambda samples: quantity.of(samples)[:, 0]
 
 
 def _fill(content, path, column):
@@ -116,10 +127,14 @@ def _markers(frames: Frames, system: System) -> dict[str, Any]:
 
 
 def _tf(frames: Frames, system: System) -> dict[str, Any]:
-    """Return tf2_msgs/TFMessage: inertial to LVLH, where there is an orbit; inertial to body."""
-    orbital = [_transform(frames.inertial, frames.orbital, _q_il, _r_i)]
-    body = _transform(frames.inertial, frames.body, _q_ib, _r_i)
-    return {'transforms': [*(orbital if system.orbit.has_lvlh else []), body]}
+    """Return tf2_msgs/TFMessage: inertial to LVLH and Earth, where they are, and to body."""
+    transforms = []
+    if system.orbit.has_lvlh:
+        transforms.append(_transform(frames.inertial, frames.orbital, _q_il, _r_i))
+    if frames.has_earth and system.environment is not None:
+        transforms.append(_transform(frames.inertial, frames.earth, _q_ie))
+    transforms.append(_transform(frames.inertial, frames.body, _q_ib, _r_i))
+    return {'transforms': transforms}
 
 
 def _tf_static(frames: Frames, system: System) -> dict[str, Any]:
@@ -180,6 +195,10 @@ def _q_ib(samples):
 
 def _q_il(samples):
     return samples.states.orbit.lvlh(samples.states.orbit_s)
+
+
+def _q_ie(samples):
+    return rotation.from_matrix(samples.to_itrs.swapaxes(-1, -2))
 
 
 def _r_i(samples):

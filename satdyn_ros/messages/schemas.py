@@ -80,7 +80,10 @@ def parse(type_name: str, definition: str) -> tuple[MessageField, ...]:
     """Return the fields in the definition (.msg text) of a type."""
     package = type_name.split('/')[0]
     lines = (line.split('#')[0].split() for line in definition.splitlines())
-    return tuple(_field(package, *words) for words in lines if words and '=' not in words[1])
+    is_constant = re.compile(r'\S+ \S+ ?=').match
+    return tuple(
+        _field(package, *words) for words in lines if words and not is_constant(' '.join(words))
+    )
 
 
 def _field(package, declared, name, default=None):

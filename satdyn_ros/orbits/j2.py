@@ -15,7 +15,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from .kepler import EARTH_RADIUS_M, KeplerOrbit
-from .pieces import PIECE_TURN, Piece, Stretch
+from .pieces import Piece, Stretch
 from .tabled import OrbitSource
 
 EARTH_J2 = 1.08262668e-3
@@ -62,8 +62,8 @@ class OblateOrbit(OrbitSource):
 
     @cached_property
     def stretches(self) -> tuple[Stretch, ...]:
-        """One, from tick 0 in both directions."""
-        return (Stretch(0.0, float(PIECE_TURN / self.start.fastest_rate)),)
+        """Those of the ellipse at tick 0."""
+        return self.start.stretches
 
     def acceleration(self, r_i: np.ndarray) -> np.ndarray:
         """Return r'' [m/s^2] at positions [m], both (N, 3)."""

@@ -10,6 +10,7 @@ from ..base.sentences import Rules, refuse, told_apart
 from ..kernel import rotation
 from ..kernel.compile import vectorized
 from ..kernel.rows import components, dot, from_components, length
+from .pieces import PIECE_TURN, Stretch
 
 EARTH_MU = 3.986004418e14
 # Equatorial, WGS 84.
@@ -126,6 +127,11 @@ class KeplerOrbit:
     def semi_latus_rectum(self) -> float:
         """Return a (1 - e^2) [m]."""
         return self.semi_major_axis * (1.0 - self.eccentricity**2)
+
+    @property
+    def stretches(self) -> tuple[Stretch, ...]:
+        """All times, cut into pieces of one length from tick 0 on, for what is tabled."""
+        return (Stretch(0.0, float(PIECE_TURN / self.fastest_rate)),)
 
     @property
     def fastest_rate(self) -> float:

@@ -9,14 +9,16 @@ before: a library's last bit may change with the number of rows.
 import math
 import sys
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import lru_cache
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
 
+from ..base.nanoseconds import DAY_NS, SECOND_NS
 from ..kernel.compile import compiled
 from ..kernel.time_table import Table, interpolate
 
@@ -24,8 +26,10 @@ from ..kernel.time_table import Table, interpolate
 # The nearest singularity of a parabola in complex time is 4/3 over the rate at its pericentre
 # away, that of an ellipse no nearer: 16 terms of a Chebyshev series leave 1e-16.
 PIECE_TURN = 0.5
-# Eight hours of a low orbit, 0.1 MB.
-_KEPT = 64
+_TERMS = 16
+_DAY_S = 86_400.0
+# More than a day of a low orbit, 0.4 MB: runs that share the orbit share them.
+_KEPT = 256
 
 
 class Stretch(NamedTuple):
@@ -81,7 +85,7 @@ class Piece(NamedTuple):
 
 
 def fitted(
-    function: Callable[[np.ndarray], np.ndarray], terms: int = 16
+    function: Callable[[np.ndarray], np.ndarray], terms: int = _TERMS
 ) -> Callable[[Piece], np.ndarray]:
     """Return how to make pieces of function(t_s (terms,)) -> (terms, C), by its values there."""
     nodes, to_terms = _nodes(terms)
@@ -91,6 +95,60 @@ def fitted(
         return (to_terms @ function(t_s)).T
 
     return make
+
+
+def whole_seconds(
+    function: Callable[[np.ndarray], np.ndarray], epoch_ns: int, most: int = 32
+) -> Callable[[Piece], np.ndarray]:
+    """
+    Return how to make pieces of a function that is known at whole seconds of UTC, and not exactly.
+
+    By least squares on at most so many of them, which takes out most of what it scatters.
+    """
+    first_s = (-epoch_ns % SECOND_NS) / SECOND_NS
+    nodes, _ = _nodes(most)
+
+    def make(piece):
+        begin_s, end_s = np.ceil(piece.begin_s - first_s), np.floor(piece.end_s - first_s)
+        at_s = piece.begin_s + piece.stretch.length_s * (nodes + 1.0) / 2.0 - first_s
+        t_s = np.unique(np.clip(np.rint(at_s), begin_s, max(begin_s, end_s))) + first_s
+        x = 2.0 * (t_s - piece.begin_s) / piece.stretch.length_s - 1.0
+        terms = min(_TERMS, len(x))
+        series, *_ = np.linalg.lstsq(chebyshev.chebvander(x, terms - 1), function(t_s))
+        return np.pad(series.T, ((0, 0), (0, _TERMS - terms)))
+
+    return make
+
+
+def within_days(stretches: Iterable[Stretch], epoch_ns: int) -> list[Stretch]:
+    """Return stretches whose pieces, none longer than before, end where a day of UTC does."""
+    midnight_s = -(epoch_ns % DAY_NS) / SECOND_NS
+    found = []
+    for stretch in stretches:
+        if math.isinf(stretch.begin_s) and math.isinf(stretch.end_s):
+            pieces = math.ceil(_DAY_S / stretch.length_s)
+            found.append(Stretch(midnight_s, _DAY_S / pieces))
+            continue
+        ends_s = stretch.begin_s, stretch.end_s
+        days = range(*(math.ceil((end_s - midnight_s) / _DAY_S) for end_s in ends_s))
+        edges = sorted({*ends_s, *(midnight_s + _DAY_S * day for day in days)})
+        for begin_s, end_s in pairwise(edges):
+            length_s = (end_s - begin_s) / math.ceil((end_s - begin_s) / stretch.length_s)
+            found.append(Stretch(begin_s, length_s, begin_s, end_s))
+    return found
+
+
+def roots(function: Callable[[np.ndarray], np.ndarray]) -> Callable[[Piece], np.ndarray]:
+    """Return what finds the times in a piece at which one of function(t_s (N,)) -> (N, C) is 0."""
+    series_in = fitted(function)
+
+    def find(piece):
+        found = [chebyshev.chebroots(series) for series in series_in(piece)]
+        x = np.concatenate(found)
+        x = np.sort(x[(x.imag == 0.0) & (abs(x) < 1.0)].real)
+        return piece.begin_s + piece.stretch.length_s * (x + 1.0) / 2.0
+
+    return find
 
 
 @lru_cache
@@ -115,6 +173,8 @@ class Pieces:
     make(piece) -> (C, terms): the Chebyshev coefficients of C functions over the piece, in
     ascending order.  stretches: in their order of time; where two meet, a function may jump.
     outside: the sentence of the refusal of a time [s from tick 0] that is in none.
+    corners(piece) -> (K,): the times [s from tick 0] in a piece at which what is made of the
+    functions is not smooth.
     """
 
     def __init__(
@@ -122,16 +182,25 @@ class Pieces:
         make: Callable[[Piece], np.ndarray],
         stretches: Sequence[Stretch],
         outside: Callable[[float], str] = '{:g} s from tick 0 is in no piece'.format,
+        corners: Callable[[Piece], np.ndarray] | None = None,
     ):
-        self._make, self._outside = make, outside
+        self._make, self._outside, self._corners = make, outside, corners
         self.stretches = tuple(stretches)
         # Two threads that ask for the same piece may both make it: it is the same.
-        self._table = lru_cache(_KEPT)(self._made)
+        self._kept = lru_cache(_KEPT)(self._made)
         self._last_asked: Piece | None = None
 
-    def _made(self, piece: Piece) -> Table:
+    def _made(self, piece: Piece) -> tuple[Table, np.ndarray]:
         grid = np.array([piece.begin_s, piece.stretch.length_s], float)
-        return Table(grid, np.ascontiguousarray(self._make(piece)[None], float))
+        table = Table(grid, np.ascontiguousarray(self._make(piece)[None], float))
+        return table, np.zeros(0) if self._corners is None else self._corners(piece)
+
+    def _table(self, piece):
+        return self._kept(piece)[0]
+
+    def corners_in(self, piece: Piece) -> np.ndarray:
+        """Return the times in a piece at which what is made of the functions is not smooth."""
+        return self._kept(piece)[1]
 
     def piece_at(self, t_s: float) -> Piece:
         """Return the piece that a time is in; ValueError: there is none."""
@@ -140,12 +209,12 @@ class Pieces:
                 return Piece(stretch, stretch.number(float(t_s)))
         raise ValueError(self._outside(t_s))
 
-    def piece_after(self, piece: Piece) -> Piece:
-        """Return the piece that begins where one ends; ValueError: there is none."""
-        following = self.piece_at(piece.end_s)
-        if following.end_s <= piece.end_s:
-            raise ValueError(self._outside(piece.end_s))
-        return following
+    def piece_from(self, t_s: float) -> Piece:
+        """Return the piece that is in force from a time on; ValueError: there is none."""
+        piece = self.piece_at(t_s)
+        if piece.end_s <= t_s:
+            raise ValueError(self._outside(t_s))
+        return piece
 
     def covered_until(self, t_s: float) -> float:
         """Return up to when [s] there are pieces without a gap from a time on."""
@@ -171,13 +240,13 @@ class Pieces:
     def _make_ahead(self, piece):
         # Who comes to that piece meets the error again.
         with suppress(ValueError):
-            self._table(piece)
+            self._kept(piece)
 
     def table_between(self, begin_s: float, end_s: float) -> Table:
         """Return the table of all pieces between two times, which must be in one stretch."""
         pieces = self.pieces_between(begin_s, end_s)
-        made = [self._make(piece) for piece in pieces]
-        return Table(np.array([pieces[0].begin_s, pieces[0].stretch.length_s]), np.array(made))
+        made = [self._table(piece) for piece in pieces]
+        return Table(made[0].grid, np.concatenate([table.coefficients for table in made]))
 
     def pieces_between(self, begin_s: float, end_s: float) -> list[Piece]:
         """Return all pieces between two times; ValueError: they are not in one stretch."""
@@ -197,21 +266,30 @@ class Pieces:
         """
         t_s = np.asarray(t_s, float)
         values = np.empty((len(t_s), len(columns)))
-        for rows, piece in self.by_piece(t_s):
+        for rows, current in by_piece((self,), t_s):
             some = np.empty((len(rows), len(columns)))
-            _evaluate(some, t_s[rows], *self._table(piece), columns)
+            _evaluate(some, t_s[rows], *self._table(current[self]), columns)
             values[rows] = some
         return values
 
-    def by_piece(self, t_s: np.ndarray) -> Iterator[tuple[np.ndarray, Piece]]:
-        """Yield the rows of times (N,) that are in one piece, and the piece."""
-        order, begin = np.argsort(t_s, kind='stable'), 0
-        ascending_s = t_s[order]
-        while begin < len(t_s):
-            piece = self.piece_at(ascending_s[begin])
-            end = max(begin + 1, int(np.searchsorted(ascending_s, piece.end_s)))
-            yield order[begin:end], piece
-            begin = end
+
+def by_piece(
+    tables: Iterable[Pieces], t_s: np.ndarray
+) -> Iterator[tuple[np.ndarray, dict[Pieces, Piece]]]:
+    """Yield the rows of times (N,) that are in one piece of each table, and these pieces."""
+    order, begin = np.argsort(t_s, kind='stable'), 0
+    ascending_s = t_s[order]
+    while begin < len(t_s):
+        current = {each: each.piece_at(ascending_s[begin]) for each in tables}
+        end_s = min((piece.end_s for piece in current.values()), default=math.inf)
+        end = max(begin + 1, int(np.searchsorted(ascending_s, end_s)))
+        yield order[begin:end], current
+        begin = end
+
+
+def tables_of(current: Mapping[Pieces, Piece]) -> Callable[[Pieces], Table]:
+    """Return what gives the table of each of these pieces, and makes the next ahead of time."""
+    return lambda each: each.table_in(current[each])
 
 
 @compiled

@@ -59,6 +59,11 @@ class TabledOrbit:
         """The table, whose columns are POSITION, VELOCITY, SLOPE and CURVATURE."""
         return Pieces(self._coefficients, self.source.stretches, self.source.outside)
 
+    @property
+    def stretches(self) -> tuple[Stretch, ...]:
+        """The times that are cut into pieces of one length."""
+        return self.source.stretches
+
     def _coefficients(self, piece: Piece) -> np.ndarray:
         given = self.source.coefficients(piece)
         per_s = 2.0 / piece.stretch.length_s

@@ -25,9 +25,16 @@ def topics_with_panels(scenario: Scenario) -> list[Topic]:
     ]
 
 
+def component_names(count: int) -> list[str]:
+    """Return how the components of what a topic shows are named: those of a vector, or one ''."""
+    return [*'xyz'] if count == 3 else [''] * count
+
+
 def shown(topics: Iterable[Topic], samples: Samples) -> dict[str, np.ndarray]:
     """Return what topics show of samples, (N, k) each, by their names."""
-    return {topic.name: topic.shows[0].of(samples) for topic in topics}
+    return {
+        topic.name: np.column_stack([part.of(samples) for part in topic.shows]) for topic in topics
+    }
 
 
 def curves(samples: Samples, topics: Iterable[Topic]) -> dict[str, np.ndarray]:

@@ -19,6 +19,7 @@ from ..run.scenario import Scenario
 from ..run.simulation import Simulation
 from ..run.topics import Panel
 from .curves import HELD_TICKS, Bounds, shown, topics_with_panels
+from .place import place_topics
 from .sensor_errors import ErrorsOfSensors, SensorErrors
 
 # A controller may begin one at each tick.
@@ -35,10 +36,11 @@ class History:
 
     ticks: how many there are in all; row i stands for those from its own up to the next row's.
     t_s (N,): seconds from tick 0.  states: their table, which refers to the orbit; q_lb (N, 4) is
-    None without LVLH.  shown: by their names what the topics with a panel show, (N, k) each, and
-    panels: their titles and units.  applied_b (N, 3): applied torque [N m]; momentum_b (N, 3): H
-    [N m s].  turned (N,): the angle that the body turns within a row [rad].  least, most, mean: of
-    a curve by its name, see curves.py, over all ticks of a row.
+    None without LVLH.  shown: by their names what the topics with a panel show, and geodetic where
+    it is published, (N, k) each.  panels: titles and units of the former.  applied_b (N, 3):
+    applied torque [N m]; momentum_b (N, 3): H [N m s].  turned (N,): the angle that the body turns
+    within a row [rad].  least, most, mean: of a curve by its name, see curves.py, over all ticks
+    of a row.
     drift: by first integral its largest relative change since the last event so far, of all ticks,
     (N,), nan where it is not one.  largest_drift: the same over the whole run.  motions: the first
     MOST_MOTIONS of the run, by the tick where they begin.  events: what happened, with the time of
@@ -104,9 +106,10 @@ def history(
     simulation = run.simulation()
     first, end = _window(run, simulation.next_tick, run.last_tick() + 1, begin_s, end_s)
     every = -(-(end - first) // rows)
-    topics = topics_with_panels(run.scenario)
+    with_panels = topics_with_panels(run.scenario)
+    topics = [*with_panels, *place_topics(run.scenario)]
     tick_s = 1.0 / float(run.ticks.rate)
-    bounds = Bounds(first, -(-(end - first) // every), every, tick_s, topics)
+    bounds = Bounds(first, -(-(end - first) // every), every, tick_s, with_panels)
     sensors = ErrorsOfSensors(simulation.sensors, run.ticks, range(first, end), rows)
     tables, quantities, applied_torques, momenta, drifts = [], [], [], [], []
     events: list[tuple[float, Event]] = []
@@ -117,7 +120,7 @@ def history(
     last_motion = None
     for motion, applied, samples, changes in _measured(_stretches(simulation, first, end)):
         start = samples.first_tick
-        sensors.take(applied, samples)
+        sensors.take(motion, applied, samples)
         states = samples.states
         if motion is not last_motion:
             last_motion, so_far = motion, {}
@@ -159,7 +162,7 @@ def history(
             topic.name: np.concatenate([part[topic.name] for part in quantities])
             for topic in topics
         },
-        panels={topic.name: topic.panel for topic in topics if topic.panel},
+        panels={topic.name: topic.panel for topic in with_panels if topic.panel},
         applied_b=np.concatenate(applied_torques),
         momentum_b=np.concatenate(momenta),
         turned=bounds.turned,

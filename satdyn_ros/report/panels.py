@@ -8,7 +8,7 @@ from ..dynamics.inertia import principal_axes
 from ..kernel import rotation
 from ..orbits import FixedDirection
 from ..run.events import Request, Reset
-from .curves import least_axis, nadir_angles, rotor_columns
+from .curves import component_names, least_axis, nadir_angles, rotor_columns
 from .envelope import envelope
 from .history import History
 from .scene import rotor_names
@@ -68,7 +68,7 @@ def _lines(axes, history, columns, names, bounds=None, scale=1.0, turn=np.inf):
             )
             mean = np.where(band.is_band, _open(band.mean, turn), np.nan)
             axes.plot(t, mean, style, color=colour, lw=1.4)
-    if names:
+    if any(names):
         axes.legend(**_ABOVE, ncols=len(names))
 
 
@@ -146,9 +146,10 @@ def rates(axes: 'Axes', history: History) -> None:
 def shown(axes: 'Axes', history: History, topic: str) -> None:
     """Draw what a topic shows, such as a torque in body axes."""
     values, (title, unit) = history.shown[topic], history.panels[topic]
-    scale, prefix = _prefixed(values)
-    _lines(axes, history, values.T / scale, 'xyz'[: values.shape[1]], topic, 1.0 / scale)
-    axes.set_ylabel(f'{title} [{prefix}{unit}]')
+    scale, prefix = _prefixed(values) if unit else (1.0, '')
+    names = component_names(values.shape[1])
+    _lines(axes, history, values.T / scale, names, topic, 1.0 / scale)
+    axes.set_ylabel(f'{title} [{prefix}{unit or 1}]')
 
 
 def torque(axes: 'Axes', history: History) -> None:

@@ -11,11 +11,12 @@ A description is plain data:
     axis        the unit vector, body axes, whose path is drawn: of symmetry, or the third axis
     least_axis  that of least inertia, whose angle to nadir is drawn; null: none, or no LVLH
     rotors      a list of name, axis (3,) in body axes, mode and momentum [N m s]
-    planet      its radius [m], or null where it is unknown; then radius_m is not used has_lvlh
-    whether there is an orbit, with q_il and radius_m in the table
+    planet      its radius [m], or null where it is unknown; then radius_m is not used
+    has_lvlh    whether there is an orbit, with q_il and radius_m in the table
     integrals   the names of the columns of drift
+    earth       where the place is published what draws the Earth, see place.py, or null
     panels      the name, title and unit of each column that has a panel of its own, such as a
-                torque's, three numbers in body axes
+                torque's, and lines, the names of its numbers: x, y, z in body axes, or one ''
 
 A table has N rows: {'rows': N, 'columns': {name: {'width': k, 'float32': base64}}}, the numbers
 row by row, little endian, t_s as float64.  Its columns, of which some may be missing:
@@ -27,8 +28,9 @@ row by row, little endian, t_s as float64.  Its columns, of which some may be mi
     momentum_b             angular momentum, body axes [N m s]
     gravity_gradient       and the other panels, by their names
     applied_b              applied torque, body axes [N m]
-    rotor_speed            relative to the body, one number per rotor [rad/s] rotor_angle
-    within a turn [rad]
+    geodetic               latitude, longitude [deg] and height [m]
+    rotor_speed            relative to the body, one number per rotor [rad/s]
+    rotor_angle            within a turn [rad]
     drift                  largest relative drift since the last event, one number per integral
 """
 
@@ -44,7 +46,8 @@ from ..messages.markers import box
 from ..orbits import FixedDirection
 from ..orbits.kepler import EARTH_MU, EARTH_RADIUS_M
 from ..run.scenario import Scenario
-from .curves import least_axis, rotor_columns, topics_with_panels
+from . import place
+from .curves import component_names, least_axis, rotor_columns, topics_with_panels
 from .history import History
 
 _TURN = 2.0 * np.pi
@@ -63,8 +66,14 @@ def description(scenario: Scenario, integrals: list[str]) -> dict[str, Any]:
         'planet': EARTH_RADIUS_M if is_earth else None,
         'has_lvlh': orbit.has_lvlh,
         'integrals': integrals,
+        'earth': place.description(scenario),
         'panels': [
-            {'name': topic.name, 'title': topic.panel.title, 'unit': topic.panel.unit}
+            {
+                'name': topic.name,
+                'title': topic.panel.title,
+                'unit': topic.panel.unit or '1',
+                'lines': component_names(len(topic.shows[0].columns)),
+            }
             for topic in topics_with_panels(scenario)
             if topic.panel
         ],

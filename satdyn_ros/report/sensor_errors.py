@@ -3,18 +3,21 @@ Measurement minus truth, for each sensor of a run.
 
 The truth is what the sensor would give without any error, with the same mounting and sampling.
 Without noise it would differ from that by its systematic errors: the bias with its random walk,
-the scale factor, the misalignment.
+the scale factor, the misalignment.  What it counts from sample to sample is taken from the
+attitudes (turns.py): no error of its own counting cancels out.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..dynamics.motion import Motion
 from ..run.events import Event, Request, Reset
 from ..run.samples import Samples
 from ..run.ticks import Ticks
 from ..sensors import Sensor, Suite
+from .turns import FlownAgain
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,15 +53,21 @@ class ErrorsOfSensors:
             name: sensor.divisor * -(-len(window) // (sensor.divisor * rows))
             for name, sensor in self._sensors.items()
         }
+        # The motion of the last samples, and the last one that was flown again.
+        self._motion: Motion | None = None
+        self._flown: FlownAgain | None = None
         self._found: dict[str, list[tuple[np.ndarray, ...]]] = {name: [] for name in self._sensors}
 
-    def take(self, events: Iterable[Event], samples: Samples) -> None:
-        """Process the next samples, and what happened at their first tick."""
+    def take(self, motion: Motion, events: Iterable[Event], samples: Samples) -> None:
+        """Process the next samples, of a motion, and what happened at their first tick."""
         if any(isinstance(event, Request | Reset) for event in events):
             self._true, self._noiseless = self._true.restarted(), self._noiseless.restarted()
         ticks = range(samples.first_tick, samples.first_tick + len(samples))
-        true, self._true = self._true.measure(ticks, samples.states)
-        noiseless, self._noiseless = self._noiseless.measure(ticks, samples.states)
+        states = samples.states
+        if states.turn_b is not None:
+            states = replace(states, turn_b=self._turns(motion, samples))
+        true, self._true = self._true.measure(ticks, states)
+        noiseless, self._noiseless = self._noiseless.measure(ticks, states)
         for name, measured in samples.measured.items():
             exposed = true[name].exposed
             # What was exposed before the first samples has no truth here.
@@ -66,6 +75,27 @@ class ErrorsOfSensors:
             kept = (exposed % self._every[name] == 0) & (exposed >= self._window.start)
             parts = (values, true[name].values, noiseless[name].values)
             self._found[name].append((exposed[kept], *(part[kept] for part in parts)))
+
+    def _turns(self, motion: Motion, samples: Samples) -> np.ndarray:
+        """Return the turns (N, 3) [rad] from the ticks before, zero where none is wanted."""
+        ticks, rate = samples.first_tick + np.arange(len(samples)), float(self._ticks.rate)
+        wanted = np.zeros(len(ticks), bool)
+        for name, sensor in self._sensors.items():
+            if sensor.counts_turns:
+                sample = -(-ticks // sensor.divisor) * sensor.divisor
+                wanted |= (sample % self._every[name] == 0) & (sample >= self._window.start)
+        fastest = float(np.linalg.norm(samples.states.omega_bi_b, axis=1).max())
+        turn_b, begins = np.zeros((len(ticks), 3)), ticks > round(motion.start_s * rate)
+        # At its first tick, a motion has not yet turned.
+        for flown, rows in ((self._motion, wanted & ~begins), (motion, wanted & begins)):
+            if flown is None or not np.any(rows):
+                continue
+            if self._flown is None or self._flown.motion is not flown:
+                self._flown = FlownAgain(flown)
+            begin_s = (ticks[rows] - 1) / rate - flown.start_s
+            turn_b[rows] = self._flown.turns(np.maximum(begin_s, 0.0), 1.0 / rate, fastest)
+        self._motion = motion
+        return turn_b
 
     def result(self) -> dict[str, SensorErrors]:
         """Return the errors of all samples that were taken, by the sensors' names."""

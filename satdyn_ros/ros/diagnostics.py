@@ -202,8 +202,11 @@ class InputsReport:
     def __call__(self) -> Report:
         """Return the state of the inputs."""
         counts, system = self._counts, self._simulation.system
-        values = {
-            'torque that acts [N m]': tuple(system.torque_b.tolist()),
+        applied = {'torque': tuple(system.torque_b.tolist()), **self._simulation.torques_b}
+        values: dict[str, Any] = {
+            f'{name} that acts [N m]': torque_b for name, torque_b in applied.items()
+        }
+        values |= {
             'rotor torques that act [N m]': tuple(system.rotor_torque.tolist()),
             'cut to max_torque': self._limited['max_torque'],
             'dropped at max_speed': self._limited['max_speed'],

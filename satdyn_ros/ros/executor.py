@@ -1,10 +1,10 @@
-"""The executor of the node, which survives any message."""
+"""The executor of a node, which survives any message."""
 
 from collections.abc import Callable
 from typing import Any
 
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
-from rclpy.logging import get_logger
+from rclpy.node import Node
 
 from ..base.sentences import one_sentence
 
@@ -14,10 +14,15 @@ _QUIET_S = 10.0
 
 class Executor(SingleThreadedExecutor):
     """
-    An executor that logs an exception and continues.
+    An executor of one node that logs an exception and continues.
 
     A message that rclpy cannot deserialise, or that makes a callback fail, is dropped.
     """
+
+    def __init__(self, node: Node):
+        super().__init__()
+        self._log = node.get_logger()
+        self.add_node(node)
 
     def spin_once(self, timeout_sec: float | None = None) -> None:
         """Wait for one callback and execute it."""
@@ -28,24 +33,22 @@ class Executor(SingleThreadedExecutor):
         except Exception as error:
             if not self.context.ok():
                 raise
-            _tell(f'a callback failed: {one_sentence(repr(error))}')
+            self._tell(f'a callback failed: {one_sentence(repr(error))}')
 
     # An exception where rclpy takes a message would leave its callback group locked for good.
 
     def _take_service(self, service: Any) -> Any:
-        return _taken(super()._take_service, service)
+        return self._taken(super()._take_service, service)
 
     def _take_subscription(self, subscription: Any) -> Any:
-        return _taken(super()._take_subscription, subscription)
+        return self._taken(super()._take_subscription, subscription)
 
+    def _taken(self, take: Callable[[Any], Any], entity: Any) -> Any:
+        try:
+            return take(entity)
+        except Exception as error:
+            self._tell(f'a message cannot be read: {one_sentence(repr(error))}')
+            return None
 
-def _taken(take: Callable[[Any], Any], entity: Any) -> Any:
-    try:
-        return take(entity)
-    except Exception as error:
-        _tell(f'a message cannot be read: {one_sentence(repr(error))}')
-        return None
-
-
-def _tell(sentence: str) -> None:
-    get_logger('satdyn').error(sentence, throttle_duration_sec=_QUIET_S)
+    def _tell(self, sentence: str) -> None:
+        self._log.error(sentence, throttle_duration_sec=_QUIET_S)

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from math import isfinite
 
 import numpy as np
@@ -16,7 +17,6 @@ from ..messages import qos
 from ..run.events import Event, RotorCommand, Torque, rotor_torques
 from ..run.scenario import Scenario
 from ..run.ticks import Ticks
-from ..run.topics import TOPICS
 from .pacing import Pacing
 from .publishing import message_class, qos_profile
 
@@ -36,7 +36,7 @@ class InputCounts:
 
 class TorqueInputs:
     """
-    The subscriptions `torque` and, where a rotor is a motor, `rotor_command`.
+    The subscriptions of applied torques and, where a rotor is a motor, of `rotor_command`.
 
     A message is refused in another frame than the body's, with a force or a speed, with a number
     that is not finite, or where motion.method is exact and there is no closed form with it; of
@@ -52,12 +52,13 @@ class TorqueInputs:
         self.timeout_s: float = scenario['torque.timeout']
         self._node, self._scenario = node, scenario
         self._ticks, self._pacing = ticks, pacing
-        self._subscribe('torque', self._take_torque)
+        for topic in scenario.torque_topics:
+            self._subscribe(topic, partial(self._take_torque, topic))
         if any(rotor.mode == 'motor' for rotor in scenario.system.rotors):
             self._subscribe('rotor_command', self._take_rotor_command)
 
     def _subscribe(self, name: str, callback: Callable):
-        topic = TOPICS[name]
+        topic = self._scenario.topic_table[name]
         self.subscriptions[name] = self._node.create_subscription(
             message_class(topic.type),
             topic.name,
@@ -69,26 +70,26 @@ class TorqueInputs:
     def _count_lost(self, lost):
         self.counts.lost += lost.total_count_change
 
-    def _take_torque(self, message):
+    def _take_torque(self, topic, message):
         x, y, z = message.wrench.torque.x, message.wrench.torque.y, message.wrench.torque.z
         frame, body = message.header.frame_id, self._scenario.frames.body
         if frame not in ('', body):
             return self._refuse(
-                'frame', f'torque is given in the frame {frame}; it must be {body} or empty'
+                'frame', f'{topic} is given in the frame {frame}; it must be {body} or empty'
             )
         force = message.wrench.force
         if (force.x, force.y, force.z) != (0.0, 0.0, 0.0):
             return self._refuse(
                 'force',
-                f'torque has a force of {force.x:g}, {force.y:g}, {force.z:g}; the force must be '
-                'zero',
+                f'{topic} has a force of {force.x:g}, {force.y:g}, {force.z:g}; the force must '
+                'be zero',
             )
 
         def event_at(tick: int) -> Event:
-            return Torque(tick, (x, y, z), self._until(tick))
+            return Torque(tick, (x, y, z), self._until(tick), topic)
 
-        if self._is_taken('torque', (x, y, z), torque_b=np.array([x, y, z])):
-            self._pacing.put(event_at, 'torque')
+        if self._is_taken(topic, (x, y, z), torque_b=np.array([x, y, z])):
+            self._pacing.put(event_at, topic)
 
     def _take_rotor_command(self, message):
         names, efforts = list(message.name), list(message.effort)

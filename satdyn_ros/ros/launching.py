@@ -52,7 +52,7 @@ def one_satellite(
     path, file = _read(params_file)
     parts = [part for part in namespace.split('/') if part]
     full_name = '/'.join(['', *parts, 'satdyn']) if parts else file.full_name()
-    scenario = Scenario({**without_rclpys(file.parameters(full_name)), **overrides})
+    scenario = Scenario({**without_rclpys(file.flown(full_name)), **overrides})
     if 'true' in (rviz, foxglove):
         overrides['publish.topics'] = list(dict.fromkeys([*scenario.topics, 'markers', 'tf']))
 
@@ -102,21 +102,13 @@ def constellation(params_file: str) -> list[dict[str, Any]]:
         )
     for name in file.satellites:
         try:
-            Scenario(without_rclpys(file.parameters(name)))
+            Scenario(without_rclpys(file.flown(name)))
         except ValueError as error:
             raise ValueError(f'{file.origin}, {name}: {error}') from None
-    return [_node(name, path, _frames(name, file)) for name in file.satellites]
+    return [_node(name, path) for name in file.satellites]
 
 
-def _frames(full_name, file):
-    """Return the frames of a satellite that its own section does not have."""
-    own = file.own_parameters(full_name)
-    namespace = full_name.rpartition('/')[0].removeprefix('/')
-    frames = {'frames.orbital': f'{namespace}/lvlh', 'frames.body': f'{namespace}/base_link'}
-    return {key: frame for key, frame in frames.items() if namespace and key not in own}
-
-
-def _node(full_name, path, overrides):
+def _node(full_name, path, overrides=None):
     namespace, _, name = full_name.rpartition('/')
     node = {
         'package': 'satdyn_ros',

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from datetime import datetime, timezone
 from importlib.util import find_spec
 from threading import Lock
@@ -42,8 +43,23 @@ from .services import Services
 if TYPE_CHECKING:
     from .recorder import Recorder
 
-# What is built once the epoch is known takes less, or the first ticks catch up.
+# What a node builds once the epoch is known takes less, or the first ticks catch up.
 _LEAD_NS = 100_000_000
+
+
+@dataclass(frozen=True)
+class Moment:
+    """One moment by two clocks."""
+
+    wall_ns: int
+    monotonic_ns: int
+
+    @classmethod
+    def soon(cls, node_count: int = 1) -> 'Moment':
+        """Return when so many nodes, one begun after the other, can have their first tick."""
+        lead_ns = node_count * _LEAD_NS
+        # The wall clock's first: no message comes before its stamp.
+        return cls(time.time_ns() + lead_ns, time.monotonic_ns() + lead_ns)
 
 
 class SatdynNode(rclpy.node.Node):
@@ -51,9 +67,10 @@ class SatdynNode(rclpy.node.Node):
     A satellite: it propagates, publishes at a fixed rate, answers requests and records.
 
     values: parameters by name, which those that ROS gives it (files, command line,
-    parameter_overrides) override; or what returns them for the node's full name.  The ticks begin
-    at once, in a thread; spin the node for its services.  destroy_node() ends the ticks and
-    completes the bag.  ValueError: a parameter is not allowed.  OSError: no bag can be made.
+    parameter_overrides) override; or what returns them for the node's full name.  folder: where in
+    record.directory its bags go.  The ticks begin at once, in a thread, or with begin(); spin the
+    node for its services.  destroy_node() ends the ticks and completes the bag.  ValueError: a
+    parameter is not allowed.  OSError: no bag can be made.
 
     >>> node = SatdynNode({'publish.rate': 10.0}, namespace='sat1')  # doctest: +SKIP
     """
@@ -62,12 +79,17 @@ class SatdynNode(rclpy.node.Node):
         self,
         values: Mapping[str, Any] | Callable[[str], Mapping[str, Any]] | None = None,
         torques: Iterable[type[BodyTorque]] = (),
+        folder: str = '',
+        begins: bool = True,
         **kwargs: Any,
     ):
         name = kwargs.pop('node_name', 'satdyn')
         super().__init__(name, start_parameter_services=False, **kwargs)
         # Why the exit code is 1: the ticks have ended, or a bag does not hold what it should.
         self.failure: str | None = None
+        # Whether the ticks have ended by an error; nothing is left to spin for.
+        self.has_ended = False
+        self._folder = folder
         self._own_services: Services | None = None
         self._pacing: Pacing | None = None
         self._recorder: Recorder | None = None
@@ -83,13 +105,16 @@ class SatdynNode(rclpy.node.Node):
             values = values or {}
             give_rclpy_its_own(self, values)
             given = {**without_rclpys(values), **with_texts(given_parameters(self))}
-            self._build(Scenario(given, torques))
+            self._prepare(Scenario(given, torques))
+            if begins:
+                self.begin()
         except BaseException:
             with uninterrupted():
                 self.destroy_node()
             raise
 
-    def _build(self, scenario):
+    def _prepare(self, scenario):
+        """Build, compile and try out what needs no instant of tick 0."""
         if scenario['time.publish_clock'] and self.get_parameter('use_sim_time').value:
             raise ValueError(
                 'time.publish_clock and use_sim_time are both true; a node that publishes /clock '
@@ -104,10 +129,16 @@ class SatdynNode(rclpy.node.Node):
         Suite.of(scenario.sensors)
         if scenario['record.enabled']:
             _recorder_class()
-        scenario = scenario.with_seed().with_values({'publish.topics': topics})
-        # One moment by both clocks, the wall clock's first: no message comes before its stamp.
-        wall_ns, first_tick_ns = time.time_ns() + _LEAD_NS, time.monotonic_ns() + _LEAD_NS
-        scenario = scenario.with_epoch(wall_ns)
+        self._scenario = scenario.with_seed().with_values({'publish.topics': topics})
+
+    def begin(self, moment: Moment | None = None) -> None:
+        """
+        Let the ticks begin, and the node answer; moment: that of tick 0, if not as soon as can be.
+
+        ValueError and OSError: as of the node, which is then to be destroyed.
+        """
+        moment = moment or Moment.soon()
+        scenario = self._scenario.with_epoch(moment.wall_ns)
         self._publishing.latch(scenario)
         parameters = NodeParameters(self, scenario, self._prepare_change, self._change)
         ParameterService(self, parameters.lock)
@@ -120,7 +151,7 @@ class SatdynNode(rclpy.node.Node):
             scenario['time.factor'],
             self._fail,
             lambda: realtime.raise_priority(scenario, warn),
-            first_tick_ns,
+            moment.monotonic_ns,
         )
         self._inputs = TorqueInputs(self, scenario, self._simulation.ticks, self._pacing)
         self._own_services = Services(self, parameters, self._pacing, self._record)
@@ -279,6 +310,7 @@ class SatdynNode(rclpy.node.Node):
             lambda name: self.resolve_topic_name(scenario.topic_table[name].name),
             self._lose_recording,
             self._publishing.offered,
+            self._folder,
         )
 
     def _lose_recording(self, sentence):
@@ -292,7 +324,9 @@ class SatdynNode(rclpy.node.Node):
             return
         self.failure = str(error)
         self.get_logger().fatal(f'the ticks have ended: {self.failure}')
-        self.context.try_shutdown()
+        self.has_ended = True
+        if self.executor is not None:
+            self.executor.wake()
 
 
 def _recorder_class():

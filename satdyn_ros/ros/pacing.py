@@ -12,7 +12,7 @@ from ..run.events import Event
 from ..run.samples import Samples
 from ..run.simulation import Simulation
 from .lateness import Lateness
-from .realtime import GarbageCollection
+from .realtime import GARBAGE
 
 # Ticks are computed ahead for this time at most: what was published reaches the recorder soon.
 _AHEAD_S = 0.25
@@ -85,7 +85,6 @@ class Pacing:
         self._begin = begin
         self.lateness = Lateness()
         self._lags_ns: list[float] = []
-        self._garbage = GarbageCollection()
         self._lock = RLock()
         self._changed = Condition(self._lock)
         self._attention = False
@@ -147,7 +146,7 @@ class Pacing:
 
     def start(self) -> None:
         """Begin with the next tick."""
-        self._garbage.begin()
+        GARBAGE.begin()
         self._thread.start()
 
     def stop(self) -> None:
@@ -276,7 +275,7 @@ class Pacing:
 
     def _play(self, count):
         simulation = self._simulation
-        self._garbage.collect_at_last(has_deadlines=bool(self._period_ns))
+        GARBAGE.collect_at_last(has_deadlines=bool(self._period_ns))
         begin_s, self._computing = time.monotonic(), True
         happened, samples = simulation.advance(count)
         took_s, self._computing = time.monotonic() - begin_s, False
@@ -340,7 +339,7 @@ class Pacing:
     def _sleep_to(self, deadline_ns):
         """Sleep, unless something comes up; return how long after the deadline it is then."""
         left_ns = deadline_ns - time.monotonic_ns()
-        if self._garbage.collect_within(left_ns):
+        if GARBAGE.collect_within(left_ns):
             left_ns = deadline_ns - time.monotonic_ns()
         while left_ns > _SHORT_NS:
             with self._changed:

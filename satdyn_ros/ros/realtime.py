@@ -5,6 +5,7 @@ import gc
 import os
 import time
 from collections.abc import Callable
+from threading import Lock
 
 from ..run.scenario import Scenario
 
@@ -56,10 +57,11 @@ class GarbageCollection:
     """
     Garbage collection at chosen moments, once a second, where Python's own is disabled.
 
-    It takes about as long as the last time.
+    It takes about as long as the last time.  Threads may share one.
     """
 
     def __init__(self) -> None:
+        self._collecting = Lock()
         self._due_ns = 0
         self._cost_ns = 0
 
@@ -82,7 +84,14 @@ class GarbageCollection:
             self._collect()
 
     def _collect(self):
+        if not self._collecting.acquire(blocking=False):
+            return
         begin_ns = time.monotonic_ns()
         gc.collect()
         end_ns = time.monotonic_ns()
         self._cost_ns, self._due_ns = end_ns - begin_ns, end_ns + _PERIOD_NS
+        self._collecting.release()
+
+
+# Of all nodes of the process.
+GARBAGE = GarbageCollection()

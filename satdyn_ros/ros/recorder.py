@@ -11,7 +11,7 @@ from queue import Empty, Queue
 from threading import Lock, Thread
 from typing import Any
 
-from ..bag.write_run import RECORDED_AS, Recording
+from ..bag.write_run import Recording, recorded_as
 from ..messages.qos import Qos
 from ..messages.sparse import Rows, SparseMessages
 from ..run.events import Event
@@ -42,7 +42,7 @@ class _Block:
 
     @cached_property
     def message_counts(self) -> Counter[str]:
-        counts = Counter(RECORDED_AS[type(e)] for e in self.happened if type(e) in RECORDED_AS)
+        counts = Counter(filter(None, map(recorded_as, self.happened)))
         for name, table in self.rows.items():
             counts[name] += len(table.rows) if isinstance(table, SparseMessages) else self.count
         return counts
@@ -57,8 +57,8 @@ class Recorder:
 
     topics: those recorded from the start.  resolve: a topic's full name in the node's namespace.
     tell(sentence): called once, by any thread, if the bag does not hold all that it was given.
-    offered: as of Recording.  failure: that sentence, None: it does.  OSError: it cannot be
-    created.
+    offered: as of Recording.  folder: where in record.directory.  failure: that sentence, None: it
+    does.  OSError: it cannot be created.
     """
 
     def __init__(
@@ -68,12 +68,13 @@ class Recorder:
         resolve: Callable[[str], str],
         tell: Callable[[str], object],
         offered: Mapping[str, Qos] | None = None,
+        folder: str = '',
     ):
         self.failure: str | None = None
         self.message_count = 0
         self._tell = tell
         self._given: Counter[str] = Counter()
-        self._recording = _open(scenario, topics, resolve, offered)
+        self._recording = _open(scenario, topics, resolve, offered, folder)
         self._queue: Queue[_Block | None] = Queue(_WAITING)
         self._closing = Lock()
         self._is_closed = False
@@ -175,14 +176,14 @@ class Recorder:
                 )
 
 
-def _open(scenario, topics, resolve, offered):
+def _open(scenario, topics, resolve, offered, folder):
     """Return a new bag, its name numbered where another node has taken it."""
     stem = datetime.now().strftime('satdyn_%Y_%m_%d-%H_%M_%S')
     number = 1
     while True:
         name = stem if number == 1 else f'{stem}_{number}'
         try:
-            directory = Path(scenario['record.directory'], name)
+            directory = Path(scenario['record.directory'], folder, name)
             return Recording(directory, scenario, topics, resolve, offered)
         except FileExistsError:
             number += 1

@@ -1,4 +1,4 @@
-"""The command `satdyn_node`, which is `satdyn node`: one node, until it is told to end."""
+"""The command `satdyn_node`, which is `satdyn node`: one node or a fleet, until told to end."""
 
 import argparse
 import gc
@@ -8,7 +8,8 @@ import signal
 import sys
 import warnings
 from collections.abc import Sequence
-from functools import partial
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 
 import rclpy
@@ -18,14 +19,14 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.signals import SignalHandlerOptions, install_signal_handlers
 
-from ..base.interruption import interruptible
+from ..base.interruption import interruptible, uninterrupted
 from ..base.regular_file import regular_file
 from ..base.sentences import one_sentence
 from ..kernel.compile import load_numba_without_blas
-from ..run.parameter_file import ParameterFile
+from ..run.parameter_file import ParameterFile, folder_of
 from ..torques.body_torque import named
 from .executor import Executor
-from .node import SatdynNode
+from .node import Moment, SatdynNode
 
 # The pacing thread waits at most this long for another thread of Python.
 _SWITCH_INTERVAL_S = 0.0005
@@ -46,16 +47,16 @@ UnknownROSArgsError = rclpy_implementation.UnknownROSArgsError
 
 def main(argv: Sequence[str] | None = None) -> int:
     """
-    Run the node and return the exit code: 0 ended as told, 1 it failed, 2 the input is wrong.
+    Run the nodes and return the exit code: 0 ended as told, 1 one failed, 2 the input is wrong.
 
-    argv: [--params-file FILE ...] [--satellite NAME] [--torque MODULE:CLASS ...]
+    argv: [--params-file FILE ...] [--satellite NAME ...] [--torque MODULE:CLASS ...]
     [--ros-args ...]; without it that of the process.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     at = arguments.index('--ros-args') if '--ros-args' in arguments else len(arguments)
     parser = argparse.ArgumentParser('satdyn node', description='A satellite as a ROS 2 node.')
     parser.add_argument('--params-file', action='append', metavar='FILE', help='the scenario')
-    parser.add_argument('--satellite', metavar='NAME', help='which satellite of the scenario')
+    parser.add_argument('--satellite', action='append', default=[], metavar='NAME')
     parser.add_argument('--torque', action='append', default=[], metavar='MODULE:CLASS')
     own = parser.parse_args(arguments[:at])
     try:
@@ -64,8 +65,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         is_named = any(_NAMES_THE_NODE.match(argument) for argument in arguments[at:])
         if is_named and own.satellite:
             raise ValueError('--satellite and --ros-args both name the node; one of them must')
-        satellite = '/satdyn' if is_named else file.full_name(own.satellite)
-        values = partial(_values, file) if own.params_file else None
+        names = ['/satdyn'] if is_named else file.full_names(own.satellite)
         for option, path in zip(arguments[at:], arguments[at + 1 :], strict=False):
             if option in _FILE_OPTIONS and Path(path).exists():
                 regular_file(path)
@@ -83,7 +83,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 0
     sys.setswitchinterval(_SWITCH_INTERVAL_S)
     try:
-        return _run(values, satellite, torques)
+        return _run(names, file, torques)
     except (ValueError, OSError, NameValidationException) as error:
         return _refuse(error)
     except KeyboardInterrupt:
@@ -98,31 +98,76 @@ def main(argv: Sequence[str] | None = None) -> int:
         rclpy.try_shutdown()
 
 
-def _run(values, satellite, torques):
+def _run(names, file, torques):
     # Nothing may tear what a running or ending node does, such as completing its bag: the handlers
     # of rclpy, which call these, let a spinning executor end.
     told: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda number, frame: told.append(number))
+    nodes: list[SatdynNode] = []
     # A node is built, and its equations compiled, under handlers that interrupt at once.
     with interruptible() as heard:
         _show_notices()
         load_numba_without_blas()
         # Garbage is collected between ticks.
         gc.disable()
-        namespace, _, name = satellite.rpartition('/')
-        node = SatdynNode(values, torques, node_name=name, namespace=namespace)
+        try:
+            _build(nodes, names, file, torques)
+        except BaseException:
+            with uninterrupted():
+                for node in nodes:
+                    node.destroy_node()
+            raise
     install_signal_handlers()
-    executor = Executor()
+    if heard or told:
+        rclpy.try_shutdown()
+    with ThreadPoolExecutor(len(nodes), 'executor') as pool:
+        list(pool.map(_spin, nodes))
+    return 0 if all(node.failure is None for node in nodes) else 1
+
+
+def _build(nodes, names, file, torques):
+    """Add the nodes of satellites, and let them begin, all with one tick 0, once all are there."""
+    folders = [folder_of(name) if names[1:] else '' for name in names]
+    values = file.flown if file.origin else None
+    for full_name, folder in zip(names, folders, strict=True):
+        namespace, _, name = full_name.rpartition('/')
+        with _told_of(full_name, names):
+            nodes.append(
+                SatdynNode(values, torques, folder, False, node_name=name, namespace=namespace)
+            )
+    for sentence in file.unused(*(node.get_fully_qualified_name() for node in nodes)):
+        logging.getLogger('satdyn_ros').warning(sentence)
+    moment = Moment.soon(len(nodes))
+    for full_name, node in zip(names, nodes, strict=True):
+        with _told_of(full_name, names):
+            node.begin(moment)
+
+
+@contextmanager
+def _told_of(name, names):
+    """Let a refusal say which of several satellites it is about."""
     try:
-        executor.add_node(node)
-        if not (heard or told):
-            executor.spin()
+        yield
+    except (ValueError, OSError) as error:
+        if names[1:]:
+            raise ValueError(f'{name}: {one_sentence(error)}') from error
+        raise
+
+
+def _spin(node):
+    """Serve a node until ROS or its ticks end, and end it."""
+    try:
+        executor = Executor(node)
+        while not node.has_ended and node.context.ok():
+            executor.spin_once()
     except ExternalShutdownException:
         pass
+    except (RCLError, NotInitializedException):
+        if node.context.ok():
+            raise
     finally:
         node.destroy_node()
-    return 0 if node.failure is None else 1
 
 
 class _ToRosLog(logging.Handler):
@@ -150,14 +195,6 @@ def _show_notices():
 def _refuse(error):
     print(f'satdyn node: {one_sentence(error)}', file=sys.stderr)
     return 2
-
-
-def _values(file, full_name):
-    """Return the parameters that a file has for a node, and tell what is left."""
-    parameters = file.parameters(full_name)
-    for sentence in file.unused(full_name):
-        logging.getLogger('satdyn_ros').warning(sentence)
-    return parameters
 
 
 if __name__ == '__main__':

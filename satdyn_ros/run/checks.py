@@ -16,7 +16,7 @@ from ..base.key import listed
 from ..base.sentences import Rules, told_apart, written
 from ..dynamics import inertia
 from ..kernel.rows import length
-from . import orbits, rotors, sensors
+from . import environment, orbits, rotors, sensors
 from .ticks import LAST_STAMP_NS, Ticks, rate_of
 
 # What moves by more than this between two ticks [rad] takes more steps than a tick may.
@@ -44,6 +44,7 @@ BELONGS = (
     ('orbit.file', 'orbit.type', ('oem',)),
     ('orbit.j2', 'orbit.type', ('circular', 'kepler', 'state')),
     ('orbit.reference_radius', 'orbit.type', ('circular', 'kepler', 'state')),
+    *environment.OF_THE_AIR,
 )
 
 
@@ -78,7 +79,8 @@ def divided(values: Mapping[str, Any]) -> Iterator[str]:
 
 def _units_of(values):
     """Return the names of quaternions and axes, with what the norm of each may be off."""
-    axes = (f'{prefix}.axis' for prefix in rotors.prefixes(values['rotor.names']))
+    axes = [f'{prefix}.axis' for prefix in rotors.prefixes(values['rotor.names'])]
+    axes += [f'surface.{name}.normal' for name in values['surface.names']]
     quaternions = ((name, _UNIT_TO) for name in _quaternions(values))
     return [*quaternions, *((name, np.inf) for name in axes)]
 
@@ -129,6 +131,16 @@ def _is_given(values, name):
     if isinstance(value, np.ndarray) and isinstance(default, tuple):
         return np.any(value != np.array(default), axis=-1)
     return value != default
+
+
+def torques(values: Mapping[str, Any]) -> Rules:
+    """Check that the names of applied torques may stand in topics."""
+    for name in values['torque.names']:
+        if (yield not (name.isidentifier() and name.isascii())):
+            raise ValueError(
+                f'torque.names has {name!r}; a name has letters, digits and _ and does not begin '
+                'with a digit'
+            )
 
 
 def body(values: Mapping[str, Any]) -> Rules:
@@ -186,7 +198,9 @@ def turns_a_tick(values: Mapping[str, Any]) -> Rules:
 ALL_RULES: tuple[Callable[[Mapping[str, Any]], Rules], ...] = (
     belongs,
     orbits.rules,
+    environment.rules,
     sensors.rules,
+    torques,
     body,
     rotors.rules,
     ticks,

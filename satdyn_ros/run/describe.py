@@ -3,19 +3,24 @@
 from typing import Any
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 from .. import exact
 from ..dynamics.inertia import principal_axes
-from ..dynamics.motion import Motion
+from ..dynamics.motion import Halted, Motion
 from ..integrate.propagation import Propagation
 from ..kernel import rotation
-from ..orbits import KeplerOrbit
+from ..kernel.rows import length
+from ..orbits import FixedDirection, KeplerOrbit
 from ..theory.elliptic_libration import elliptic_librations
 from ..theory.precession import regular_precession
 from ..theory.stability import attitude_drift
 from ..theory.steady_motions import SteadyMotion, steady_motions
+from .samples import Samples
 from .scenario import Scenario
 
+# Of the table of torques: one in half a degree.
+_TIMES_A_TURN = 721
 # Units of the first integrals (dynamics/integrals.py).
 _UNITS = {
     'energy': 'J',
@@ -48,7 +53,10 @@ def describe(scenario: Scenario) -> dict[str, Any]:
     sense, and how the cones of the instantaneous axis lie, with their half-angles.
     elliptic_orbit: None, or on an ellipse, where no attitude rests in LVLH and steady_motions is
     empty, its eccentricity, period_s and planar librations: the body axis that is the normal, p
-    of Beletsky's equation and forced_amplitude_rad, None where it is not small.  What is infinite
+    of Beletsky's equation and forced_amplitude_rad, None where it is not small.  torques: of each
+    torque on the body, where others act than that of the attracting centre, as the body flies for
+    a turn of the orbit: topic, largest_n_m, mean_n_m and momentum_n_m_s, what it gives to the body
+    meanwhile, inertial axes; else empty.  What is infinite
     or does not exist is None.
 
     >>> describe(Scenario.from_yaml('config/euler_poinsot.yaml'))['motion']['name']
@@ -70,6 +78,7 @@ def describe(scenario: Scenario) -> dict[str, Any]:
         'rotation_class': _rotation_class(scenario),
         'regular_precession': _regular_precession(scenario),
         'elliptic_orbit': _elliptic_orbit(scenario),
+        'torques': _torques(scenario),
     }
 
 
@@ -139,7 +148,8 @@ def _regular_precession(scenario: Scenario) -> dict[str, Any] | None:
 
 def _elliptic_orbit(scenario: Scenario) -> dict[str, Any] | None:
     orbit = scenario.system.orbit
-    if not isinstance(orbit, KeplerOrbit) or not orbit.is_eccentric:
+    # Its librations are those under the attracting field alone.
+    if not isinstance(orbit, KeplerOrbit) or not orbit.is_eccentric or scenario.system.torques:
         return None
     return {
         'eccentricity': _as_json(orbit.eccentricity),
@@ -153,6 +163,37 @@ def _elliptic_orbit(scenario: Scenario) -> dict[str, Any] | None:
             for found in elliptic_librations(scenario.system, scenario.initial_state)
         ],
     }
+
+
+def _torques(scenario: Scenario) -> list[dict[str, Any]]:
+    system = scenario.system
+    if isinstance(system.orbit, FixedDirection) or not system.torques:
+        return []
+    period_s = 2.0 * np.pi / system.orbit.mean_motion
+    t_s = np.linspace(0.0, period_s, _TIMES_A_TURN)
+    try:
+        states = Propagation(system, scenario.initial_state).at(t_s)
+    except Halted as error:
+        states = error.states
+    flown = Samples(0, np.zeros(len(states.t_s), np.int64), states, system)
+    found = []
+    for topic in scenario.topic_table.values():
+        if topic.type != 'geometry_msgs/msg/WrenchStamped' or topic.role != 'state':
+            continue
+        if topic.lacking(system):
+            continue
+        torque_b = topic.shows[0].of(flown)
+        size = length(torque_b)
+        torque_i = rotation.rotate(states.q_ib, torque_b)
+        found.append(
+            {
+                'topic': topic.name,
+                'largest_n_m': _as_json(size.max()),
+                'mean_n_m': _as_json(size.mean()),
+                'momentum_n_m_s': _as_json(trapezoid(torque_i, states.t_s, axis=0)),
+            }
+        )
+    return found
 
 
 def _as_json(value: Any) -> Any:

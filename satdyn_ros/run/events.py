@@ -13,10 +13,11 @@ tick; torques leave it and act from then on.  In a file, events are a YAML list:
 Each acts at a tick, or at the first tick at or after at_s seconds from tick 0.  A torque
 ends after torque.timeout, as in the node, unless until_s or until_tick says when; null: it holds
 until the next one.  With rotor.names a rotor_torque is given by name,
-{rw_x: 0.001, rw_z: -0.002}; rotors that it does not name keep theirs.
+{rw_x: 0.001, rw_z: -0.002}; rotors that it does not name keep theirs.  With torque.names so is a
+torque, {drag: [0.0, 0.0, 0.01]}.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -29,6 +30,9 @@ from ..base.key import Key, listed
 from .parameter_file import flattened
 from .scenario import Scenario
 from .ticks import Ticks
+
+# In body axes [N m].
+TorqueB = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -48,11 +52,16 @@ class Reset:
 
 @dataclass(frozen=True)
 class Torque:
-    """A body torque [N m] in body axes, held until the next one or, if given, until a tick."""
+    """
+    A body torque [N m] in body axes, held until the next one or, if given, until a tick.
+
+    topic: 'torque' or, with torque.names, 'torque/NAME': the next one is the next of its topic.
+    """
 
     tick: int
-    torque_b: tuple[float, float, float]
+    torque_b: TorqueB
     until_tick: int | None = None
+    topic: str = 'torque'
 
 
 @dataclass(frozen=True)
@@ -67,7 +76,7 @@ class RotorCommand:
 @dataclass(frozen=True)
 class Timeout:
     """
-    The end of a held torque, which drops to zero: 'torque', or 'rotor_command.NAME' of a rotor.
+    The end of a held torque, which drops to zero: its topic, or 'rotor_command.NAME' of a rotor.
 
     Version 0.1 wrote 'rotor_torque' for the one rotor that it had.
     """
@@ -153,10 +162,10 @@ def from_yaml_text(text: str, scenario: Scenario, origin: str = 'events') -> lis
     entries = ros_yaml.load(text, origin) or []
     if not isinstance(entries, list):
         raise ValueError(f'{origin} must be a list of events')
-    events = []
+    events: list[Event] = []
     for number, entry in enumerate(entries, 1):
         try:
-            events.append(_event(entry, scenario))
+            events += _events(entry, scenario)
         except ValueError as error:
             raise ValueError(f'{origin}, event {number}: {error}') from None
     return sorted(events, key=lambda event: event.tick)
@@ -196,7 +205,8 @@ def to_yaml(events: Iterable[Event]) -> str:
     )
 
 
-def _event(entry, scenario) -> Event:
+def _events(entry, scenario) -> Iterator[Event]:
+    """Yield the events of an entry: one, or of body torques one each."""
     if not isinstance(entry, Mapping):
         raise ValueError(f'it is {entry}; it must be keys and values')
     unknown = [name for name in entry if name not in (*_AT, *_WHAT, *_UNTIL)]
@@ -212,34 +222,64 @@ def _event(entry, scenario) -> Event:
     value = entry[what]
     match what:
         case 'torque':
-            return Torque(tick, body_torque(value), _until(entry, tick, ticks, scenario))
+            until_tick = _until(entry, tick, ticks, scenario)
+            for topic, torque_b in body_torques(value, scenario).items():
+                yield Torque(tick, torque_b, until_tick, topic)
         case 'rotor_torque':
             until_tick = _until(entry, tick, ticks, scenario)
-            return RotorCommand(tick, rotor_torques(value, scenario), until_tick)
+            yield RotorCommand(tick, rotor_torques(value, scenario), until_tick)
         case 'request':
             if not isinstance(value, Mapping):
                 raise ValueError(f'request is {value}; it must be keys and values')
-            return Request(tick, dict(flattened(value)))
+            yield Request(tick, dict(flattened(value)))
         case 'topics':
-            return Topics(tick, scenario.keys['publish.topics'].checked(value))
+            yield Topics(tick, scenario.keys['publish.topics'].checked(value))
         case 'rotor_limited':
             if not (isinstance(value, Mapping) and set(value) == {'rotor', 'limit'}):
                 raise ValueError(f'rotor_limited is {value}; it must be a rotor and a limit')
-            return RotorLimited(tick, str(value['rotor']), str(value['limit']))
+            yield RotorLimited(tick, str(value['rotor']), str(value['limit']))
         case 'timeout':
             held = [f'rotor_command.{rotor.label}' for rotor in scenario.system.rotors]
-            choices = ('torque', *held, 'rotor_torque')
+            choices = (*scenario.torque_topics, *held, 'rotor_torque')
             key = Key('timeout', 'string', None, '', '', choices=choices)
-            return Timeout(tick, key.checked(value))
+            yield Timeout(tick, key.checked(value))
         case _:
             if not Key(what, 'bool', None, '', '').checked(value):
                 raise ValueError(f'{what} is false; it must be true')
-            return _FLAGS[what](tick)
+            yield _FLAGS[what](tick)
 
 
-def body_torque(given: Any) -> tuple[float, float, float]:
-    """Return a body torque [N m] in body axes; ValueError: it is not three finite numbers."""
-    return _TORQUE.checked(given)
+def body_torques(given: Any, scenario: Scenario) -> dict[str, TorqueB]:
+    """
+    Return body torques [N m] by topic from what is given: by name, or the one without names.
+
+    ValueError, in one sentence: there is no such torque, or one is not three finite numbers.
+    """
+    names = scenario['torque.names']
+    if isinstance(given, Mapping) != bool(names):
+        allowed = (
+            f'with torque.names torques are given by name, such as {{{names[0]}: [0, 0, 0.01]}}'
+            if names
+            else f'without torque.names it must be {_TORQUE.allowed}'
+        )
+        raise ValueError(f'torque is {given}; {allowed}')
+    for name in given if names else ():
+        if name not in names:
+            raise ValueError(f'there is no torque {name}; torque.names has {", ".join(names)}')
+    torques = {f'torque/{name}': x for name, x in given.items()} if names else {'torque': given}
+    return {topic: replace(_TORQUE, name=topic).checked(x) for topic, x in torques.items()}
+
+
+def as_given(torques_b: Mapping[str, TorqueB]) -> Any:
+    """
+    Return body torques by topic as body_torques takes them.
+
+    >>> as_given({'torque/drag': (0.0, 0.0, 0.01)})
+    {'drag': [0.0, 0.0, 0.01]}
+    """
+    if 'torque' in torques_b:
+        return list(torques_b['torque'])
+    return {topic.removeprefix('torque/'): list(x) for topic, x in torques_b.items()}
 
 
 def rotor_torques(given: Any, scenario: Scenario) -> dict[str, float]:
@@ -303,7 +343,8 @@ def _entry(event) -> dict[str, Any]:
     what: dict[str, Any]
     match event:
         case Torque():
-            what = {'torque': list(event.torque_b), 'until_tick': event.until_tick}
+            torque = as_given({event.topic: event.torque_b})
+            what = {'torque': torque, 'until_tick': event.until_tick}
         case RotorCommand():
             what = {'rotor_torque': dict(event.torques), 'until_tick': event.until_tick}
         case RotorLimited():

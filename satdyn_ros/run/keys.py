@@ -10,6 +10,8 @@ from ..dynamics.rotor import MODES
 from ..orbits.kepler import EARTH_RADIUS_M
 from ..sensors import COMMON, KINDS
 from ..torques.body_torque import BodyTorque
+from ..torques.magnetic import Magnetic
+from ..torques.plates import COEFFICIENTS, KEYS_OF_A_BOX, KEYS_OF_A_PLATE
 from ..torques.weight import Weight
 from .ticks import LAST_STAMP_NS
 from .topics import STATE_TOPICS, topics_with
@@ -46,6 +48,17 @@ KEYS = {
             lengths=(3, 6, 9),
         ),
         *Weight.keys,
+        *Magnetic.keys,
+        *KEYS_OF_A_BOX,
+        Key(
+            'surface.names',
+            'string_array',
+            (),
+            '',
+            'names of flat plates, each described by surface.NAME.area and so on; coefficients '
+            'without a name are those of the sides of body.box',
+        ),
+        *(replace(key, name=f'surface.{key.name}') for key in COEFFICIENTS),
         Key(
             'rotor.names',
             'string_array',
@@ -235,6 +248,77 @@ KEYS = {
             above=0.0,
         ),
         Key(
+            'environment.magnetic_field',
+            'string',
+            'none',
+            '',
+            "model of the Earth's magnetic field: none, the dipole of the IGRF, or the IGRF",
+            choices=('none', 'dipole', 'igrf'),
+        ),
+        Key(
+            'environment.atmosphere',
+            'string',
+            'none',
+            '',
+            'model of the air: none, an exponential one, or NRLMSIS 2.1',
+            choices=('none', 'exponential', 'msis'),
+        ),
+        Key(
+            'environment.density',
+            'double',
+            0.0,
+            'kg/m^3',
+            'density at environment.density_height (exponential)',
+            low=0.0,
+        ),
+        Key(
+            'environment.density_height',
+            'double',
+            0.0,
+            'm',
+            'geodetic height at which the air has environment.density (exponential)',
+        ),
+        Key(
+            'environment.scale_height',
+            'double',
+            0.0,
+            'm',
+            'height in which the density falls to 1/e (exponential)',
+            low=0.0,
+        ),
+        Key(
+            'environment.f107',
+            'double',
+            150.0,
+            '1e-22 W/m^2/Hz',
+            'radio flux of the Sun at 10.7 cm, of the day before (msis)',
+            low=0.0,
+        ),
+        Key(
+            'environment.f107_average',
+            'double',
+            150.0,
+            '1e-22 W/m^2/Hz',
+            'mean of that flux over 81 days (msis)',
+            low=0.0,
+        ),
+        Key(
+            'environment.ap',
+            'double',
+            4.0,
+            '',
+            'daily index of the disturbance of the magnetic field of the Earth (msis)',
+            low=0.0,
+        ),
+        Key(
+            'environment.sun',
+            'string',
+            'none',
+            '',
+            'where the Sun is: none, or by an ephemeris',
+            choices=('none', 'ephemeris'),
+        ),
+        Key(
             'orbit.gradient',
             'double',
             0.0,
@@ -377,6 +461,14 @@ KEYS = {
             changes='running',
         ),
         Key(
+            'torque.names',
+            'string_array',
+            (),
+            '',
+            'names of several applied torques, each commanded on torque/NAME, held and timed out '
+            'by itself, all summed; without names there is the one torque',
+        ),
+        Key(
             'sensors.names',
             'string_array',
             (),
@@ -426,10 +518,31 @@ KEYS = {
         Key('frames.inertial', 'string', 'inertial', '', 'frame id of the inertial axes'),
         Key('frames.orbital', 'string', 'lvlh', '', 'frame id of LVLH'),
         Key('frames.body', 'string', 'base_link', '', 'frame id of the body axes'),
+        Key(
+            'frames.earth', 'string', 'earth', '', 'frame id of the axes that turn with the Earth'
+        ),
     )
 }
 
 
+# What is left out of a text where it is not given: most scenarios have none of it.
+OPTIONAL = tuple(
+    name
+    for name in KEYS
+    if name.startswith(('environment.', 'surface.', 'body.box'))
+    or name
+    in (
+        'body.dipole',
+        'frames.earth',
+        'orbit.position',
+        'orbit.velocity',
+        'orbit.tle',
+        'orbit.file',
+        'orbit.j2',
+        'orbit.reference_radius',
+        'torque.names',
+    )
+)
 _NONE: Mapping[str, str] = MappingProxyType({})
 # What describes one rotor.
 _OF_A_ROTOR = tuple(
@@ -441,25 +554,21 @@ _OF_A_ROTOR = tuple(
 
 def keys_of(
     rotor_names: tuple[str, ...],
+    plate_names: tuple[str, ...] = (),
     torques: Sequence[type[BodyTorque]] = (),
     sensors: Mapping[str, str] = _NONE,
 ) -> dict[str, Key]:
     """
-    Return the keys of a scenario with rotors of these names and these torques, by their names.
+    Return the keys of a scenario with rotors and plates of these names and these torques, by name.
 
     sensors: by name, for those of which it is given, the type.  ValueError: a name is not an
     identifier, or is itself a key; a torque or a sensor has a key or a topic of another's name.
     """
-    for name in rotor_names:
-        if not (name.isidentifier() and name.isascii()) or name in (*_OF_A_ROTOR, 'names'):
-            raise ValueError(
-                f'rotor.names has {name!r}; a name has letters, digits and _, does not '
-                f'begin with a digit and is none of {", ".join(("names", *_OF_A_ROTOR))}'
-            )
+    _check_names('rotor', rotor_names, _OF_A_ROTOR)
+    _check_names('surface', plate_names, tuple(key.name for key in COEFFICIENTS))
     named = {
-        f'rotor.{name}.{leaf}': replace(KEYS[f'rotor.{leaf}'], name=f'rotor.{name}.{leaf}')
-        for name in rotor_names
-        for leaf in _OF_A_ROTOR
+        **_of_each('rotor', rotor_names, [KEYS[f'rotor.{leaf}'] for leaf in _OF_A_ROTOR]),
+        **_of_each('surface', plate_names, KEYS_OF_A_PLATE),
     }
     of_torques = {key.name: key for torque in torques for key in torque.keys}
     if known := of_torques.keys() & {*KEYS, *named}:
@@ -474,6 +583,23 @@ def keys_of(
             of_sensor += _of_sensor(name, (*COMMON, *KINDS[kind].keys))
         named |= {key.name: key for key in of_sensor}
     return KEYS | named | of_torques if named or of_torques else KEYS
+
+
+def _of_each(group, names, keys):
+    """Return the keys of each of some rotors or plates by their names."""
+    full_names = (
+        (f'{group}.{name}.{key.name.rpartition(".")[2]}', key) for name in names for key in keys
+    )
+    return {full_name: replace(key, name=full_name) for full_name, key in full_names}
+
+
+def _check_names(group, names, taken):
+    for name in names:
+        if not (name.isidentifier() and name.isascii()) or name in (*taken, 'names'):
+            raise ValueError(
+                f'{group}.names has {name!r}; a name has letters, digits and _, does not '
+                f'begin with a digit and is none of {", ".join(("names", *taken))}'
+            )
 
 
 def type_of_sensor(name: str, default: str = '') -> Key:

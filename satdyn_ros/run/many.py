@@ -47,7 +47,7 @@ def _allowed(all_rules, values, rows):
 
 def _within(values):
     """Check arrays as their keys check one value."""
-    keys = keys_of(values['rotor.names'])
+    keys = keys_of(values['rotor.names'], values['surface.names'])
     for name, x in values.items():
         if isinstance(x, np.ndarray):
             lengths, within = keys[name].lengths, keys[name].is_within(x)

@@ -14,15 +14,6 @@ from ..orbits.tabled import OrbitSource
 OF_AN_ELLIPSE = ('circular', 'kepler', 'state')
 # Those of the Earth, with an instant of their own, and the key of each.
 OF_A_TEXT = {'tle': 'orbit.tle', 'oem': 'orbit.file'}
-# What is left out of a text where it is not given.
-OPTIONAL = (
-    'orbit.position',
-    'orbit.velocity',
-    'orbit.tle',
-    'orbit.file',
-    'orbit.j2',
-    'orbit.reference_radius',
-)
 _ELEMENTS = (
     'mu',
     'semi_major_axis',
@@ -33,7 +24,7 @@ _ELEMENTS = (
     'true_anomaly',
 )
 # Values of mu in use differ by less.
-_EARTH_TO = 1e-4
+EARTH_TO = 1e-4
 
 
 def rules(values: Mapping[str, Any]) -> Rules:
@@ -42,10 +33,10 @@ def rules(values: Mapping[str, Any]) -> Rules:
     if kind == 'state':
         yield from state_rules(*_state(values))
     if kind in OF_A_TEXT:
-        if (yield abs(mu / EARTH_MU - 1.0) > _EARTH_TO):
+        if (yield abs(mu / EARTH_MU - 1.0) > EARTH_TO):
             raise ValueError(
                 f'orbit.mu is {written(mu)}; with orbit.type {kind} the centre is the Earth, so '
-                f'it must be within {_EARTH_TO:g} of {EARTH_MU:.10g}'
+                f'it must be within {EARTH_TO:g} of {EARTH_MU:.10g}'
             )
         text_source(values)
 
@@ -56,22 +47,25 @@ def orbit_of(values: Mapping[str, Any]) -> FixedDirection | KeplerOrbit | Tabled
     if kind == 'fixed':
         return FixedDirection(values['orbit.gradient'])
     if kind in OF_A_TEXT:
-        if not values['time.epoch_ns']:
-            raise ValueError(
-                f'time.epoch_ns is 0, the wall clock at the first tick; orbit.type {kind} needs '
-                'the instant of tick 0: give time.epoch'
-            )
-        return TabledOrbit(text_source(values), mu)
+        return _tabled(text_source(values), mu)
     if kind == 'state':
         ellipse = KeplerOrbit.from_state(*_state(values))
     else:
         ellipse = KeplerOrbit(**{name: values[f'orbit.{name}'] for name in _ELEMENTS})
     if not values['orbit.j2']:
         return ellipse
+    return _tabled(_oblate(ellipse, values['orbit.j2'], values['orbit.reference_radius']), mu)
+
+
+@lru_cache(maxsize=4)
+def _oblate(ellipse, j2, reference_radius):
     from ..orbits.j2 import OblateOrbit
 
-    source = OblateOrbit(ellipse, values['orbit.j2'], values['orbit.reference_radius'])
-    return TabledOrbit(source, mu)
+    return OblateOrbit(ellipse, j2, reference_radius)
+
+
+# Runs that share the orbit share its table.
+_tabled = lru_cache(maxsize=4)(TabledOrbit)
 
 
 def is_tabled(values: Mapping[str, Any]) -> bool:

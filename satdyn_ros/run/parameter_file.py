@@ -1,7 +1,7 @@
 """A scenario as a ROS 2 parameter file: its satellites, and its keys from and to dotted names."""
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -108,6 +108,16 @@ class ParameterFile:
             )
         return given if given.endswith('/satdyn') else f'{given}/satdyn'
 
+    def full_names(self, satellites: Sequence[str] = ()) -> list[str]:
+        """
+        Return the full names of satellites, each once.
+
+        satellites: as of full_name; none: all of the file, or /satdyn where it has none.
+        """
+        return list(
+            dict.fromkeys(map(self.full_name, satellites or self.satellites or ['/satdyn']))
+        )
+
     def parameters(self, full_name: str) -> dict[str, Any]:
         """
         Return the parameters of a node: those of all sections that match its full name, in order.
@@ -125,18 +135,41 @@ class ParameterFile:
             parameters.update(self.sections[name])
         return parameters
 
-    def own_parameters(self, full_name: str) -> dict[str, Any]:
-        """Return the parameters of the sections that are named as a satellite is."""
-        own = [section for name, section in self.sections.items() if _full(name) == full_name]
-        return {key: value for section in own for key, value in section.items()}
+    def flown(self, full_name: str) -> dict[str, Any]:
+        """
+        Return the parameters of a node with the frames of a satellite.
 
-    def unused(self, full_name: str) -> list[str]:
-        """Return, in a sentence, the sections that do not match the full name of a node."""
-        unused = [name for name in self.sections if not rcl_yaml.matches(name, full_name)]
+        One of the file that has a namespace has it before those frames that its own section does
+        not give, as in sat4/base_link.  ValueError: as of parameters.
+        """
+        parameters = self.parameters(full_name)
+        namespace = full_name.rpartition('/')[0].removeprefix('/')
+        if namespace and full_name in self.satellites:
+            own = [keys for name, keys in self.sections.items() if _full(name) == full_name]
+            for key, default in _frames_of_one(parameters):
+                frame = parameters.get(key, default)
+                # What is no text is refused as it was given.
+                if isinstance(frame, str) and not any(key in section for section in own):
+                    parameters[key] = f'{namespace}/{frame}'
+        return parameters
+
+    def unused(self, *full_names: str) -> list[str]:
+        """Return, in a sentence, the sections that match the full name of none of some nodes."""
+        unused = [
+            section
+            for section in self.sections
+            if not any(rcl_yaml.matches(section, name) for name in full_names)
+        ]
         if not unused:
             return []
         sections = f'the sections {_names(unused)}' if unused[1:] else f'the section {unused[0]}'
-        return [f'{self.origin}: {full_name} does not use {sections}']
+        use = 'do not use' if full_names[1:] else 'does not use'
+        return [f'{self.origin}: {_names(full_names)} {use} {sections}']
+
+
+def folder_of(full_name: str) -> str:
+    """Return where the bags of one of several satellites go: sat4 for /sat4/satdyn."""
+    return full_name.removesuffix('/satdyn').lstrip('/')
 
 
 def without_rclpys(parameters: Mapping[str, Any]) -> dict[str, Any]:
@@ -208,6 +241,15 @@ def _represent_text(dumper, text):
 
 
 _Dumper.add_representer(str, _represent_text)
+
+
+def _frames_of_one(parameters):
+    """Yield the keys, with their defaults, of the frames that no two satellites share."""
+    for key in ('frames.orbital', 'frames.body'):
+        yield key, KEYS[key].default
+    sensors = parameters.get('sensors.names')
+    for name in sensors if isinstance(sensors, list) else []:
+        yield f'sensors.{name}.frame_id', name
 
 
 def _is_satellite(name: str, own: Iterable[str]) -> bool:

@@ -2,6 +2,8 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import reduce
+from operator import add
 
 import numpy as np
 
@@ -18,15 +20,16 @@ from .events import (
     Timeout,
     Topics,
     Torque,
+    TorqueB,
     TorquesDropped,
 )
+from .rules import EVENTS_FOLLOW, RULES
 from .scenario import Scenario
 from .segment import MOST_STEPS_A_TICK, Segment
 from .ticks import Ticks
+from .topics import is_torque
 
-# Raised by every change of what a run computes or records.  0: versions 0.1 and 0.2; 1: /tf has
-# the mountings of the sensors, which since then are on /tf_static.
-RULES = 2
+NO_TORQUE: TorqueB = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,8 +39,9 @@ class RunState:
 
     segment: the motion in force.  system: what moves, with the torques that act.  conditions: the
     scenario, with the initial conditions in force.  topics: those published.  suite: the sensors
-    before the tick's samples.  until: by held torque ('torque', 'rotor_command.NAME') the tick
-    where it ends.  halted: why no tick follows, in one sentence, None: one can.
+    before the tick's samples.  torques_b: by topic the applied torques, whose sum acts.  until: by
+    held torque (its topic, 'rotor_command.NAME') the tick where it ends.  halted: why no tick
+    follows, in one sentence, None: one can.
     """
 
     ticks: Ticks
@@ -46,6 +50,7 @@ class RunState:
     conditions: Scenario
     topics: tuple[str, ...]
     suite: Suite
+    torques_b: Mapping[str, TorqueB]
     until: Mapping[str, int] = field(default_factory=dict)
     halted: str | None = None
 
@@ -62,7 +67,13 @@ class RunState:
         """
         start_s = self.ticks.seconds(tick)
         motion = self.conditions.motion_from(system, state, start_s, MOST_STEPS_A_TICK)
-        return replace(self, segment=Segment(self.ticks, tick, motion), system=system, halted=None)
+        segment = Segment(self.ticks, tick, motion, self.suite.counts_turns)
+        return replace(self, segment=segment, system=system, halted=None)
+
+    def turned_to(self, tick: int) -> 'RunState':
+        """Return the run whose sensors have counted the turn to a tick, where its motion ends."""
+        turn_b = self.segment.states(tick, tick + 1).turn_b
+        return self if turn_b is None else replace(self, suite=self.suite.turned(turn_b[0]))
 
     def after(
         self, tick: int, acting: Sequence[Event], rules: int = RULES
@@ -77,7 +88,7 @@ class RunState:
         whether the tick is reached is decided where something needs it.
         """
         happening = _Happening(self, tick)
-        if rules >= 1:
+        if rules >= EVENTS_FOLLOW:
             happening.drop_torques_or_halt()
         happening.time_out()
         for event in acting:
@@ -104,7 +115,7 @@ class _Happening:
                 return
             if drops:
                 free = run.system.driven(np.zeros(3), np.zeros(len(run.system.rotors)))
-                run = replace(run, until={})
+                run = replace(run, torques_b=dict.fromkeys(run.torques_b, NO_TORQUE), until={})
                 self.run = run.restarted(before, run.segment.state_at(before), free)
             else:
                 self.run = replace(run, halted=run.segment.why_no_further)
@@ -130,11 +141,9 @@ class _Happening:
             case Reset():
                 self._restart_from_conditions()
             case Torque():
-                self._hold(['torque'], event.until_tick)
-                self._drive(torque_b=np.array(event.torque_b, float))
-            case Timeout(topic='torque'):
-                self._hold(['torque'], None)
-                self._drive(torque_b=np.zeros(3))
+                self._apply(event.topic, event.torque_b, event.until_tick)
+            case Timeout() if is_torque(event.topic):
+                self._apply(event.topic, NO_TORQUE, None)
             case RotorCommand():
                 cut = self._command(event.torques, event.until_tick)
             case Timeout():
@@ -153,6 +162,14 @@ class _Happening:
         dropped = [system.rotors[i].label for i in np.flatnonzero(too_fast)]
         self._command(dict.fromkeys(dropped, 0.0), None)
         self.events += [RotorLimited(self.tick, name, 'max_speed') for name in dropped]
+
+    def _apply(self, topic: str, torque_b: TorqueB, until_tick: int | None) -> None:
+        """Let a body torque act, beside those of other topics."""
+        self._hold([topic], until_tick)
+        if self.run.torques_b.get(topic) != torque_b:
+            torques_b = {**self.run.torques_b, topic: torque_b}
+            self._drive(torque_b=total(torques_b))
+            self.run = replace(self.run, torques_b=torques_b)
 
     def _command(self, torques: Mapping[str, float], until_tick: int | None) -> list[str]:
         """Let motor torques act, by rotor; return the rotors where they are cut."""
@@ -177,7 +194,8 @@ class _Happening:
         if self.run.halted:
             self.run = replace(self.run, system=system)
         else:
-            self.run = self.run.restarted(self.tick, self.run.segment.state_at(self.tick), system)
+            run = self.run.turned_to(self.tick)
+            self.run = run.restarted(self.tick, run.segment.state_at(self.tick), system)
 
     def _restart_from_conditions(self) -> None:
         run, acting = self.run, self.run.system
@@ -192,6 +210,12 @@ class _Happening:
             segment = Segment(run.ticks, self.tick, Propagation(system, state, start_s))
             segment.halt(self.tick, str(error))
             self.run = replace(run, segment=segment, system=system, halted=None)
+
+
+def total(torques_b: Mapping[str, TorqueB]) -> np.ndarray:
+    """Return the sum (3,) of body torques by topic, added in their order."""
+    # Not by NumPy, which would warn of a sum beyond its range: such torques are dropped.
+    return np.array([reduce(add, parts) for parts in zip(*torques_b.values(), strict=True)])
 
 
 def rotor_of(topic: str) -> str:

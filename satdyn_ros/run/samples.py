@@ -8,6 +8,7 @@ import numpy as np
 
 from ..dynamics.motion import States, joined
 from ..dynamics.system import System
+from ..environment import geodetic, turned
 
 
 class Stamped:
@@ -53,6 +54,32 @@ class Samples(Stamped):
     states: States
     system: System
     measured: Mapping[str, Measured] = field(default_factory=dict)
+
+    @cached_property
+    def to_itrs(self) -> np.ndarray:
+        """The matrices (N, 3, 3) that turn components in inertial axes into ITRS."""
+        return self._along('to_itrs', 9).reshape(-1, 3, 3)
+
+    @cached_property
+    def geodetic(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Latitude and longitude [rad] and height [m] on WGS 84, (N,) each."""
+        return geodetic(turned(self.to_itrs, self.states.r_i))
+
+    @cached_property
+    def sun_i(self) -> np.ndarray:
+        """The place of the Sun from the Earth's centre [m], inertial axes, (N, 3)."""
+        return self._along('sun', 3)
+
+    @cached_property
+    def magnetic_field_i(self) -> np.ndarray:
+        """The Earth's magnetic field [T], inertial axes, (N, 3)."""
+        return self._along('magnetic_field', 3)
+
+    def _along(self, table, functions):
+        """Return the functions of a table of the environment."""
+        return getattr(self.system.environment, table).values(
+            self.states.orbit_s, np.arange(functions)
+        )
 
 
 def merged(parts: Sequence[Samples]) -> Samples:

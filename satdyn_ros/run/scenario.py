@@ -20,8 +20,8 @@ from ..integrate.propagation import Propagation
 from ..kernel import rotation
 from ..sensors import Sensor
 from ..torques.body_torque import BodyTorque
-from . import checks, in_place, orbits, rotors, sensors, unlikely_values
-from .keys import KEYS, keys_of
+from . import checks, environment, in_place, orbits, rotors, sensors, unlikely_values
+from .keys import KEYS, OPTIONAL, keys_of
 from .parameter_file import (
     ParameterFile,
     flattened,
@@ -29,20 +29,23 @@ from .parameter_file import (
     yaml_of_parameters,
 )
 from .ticks import rate_of
-from .topics import Topic, topics_with
+from .topics import Topic, topics_with, torque_topics
 
 
 @dataclass(frozen=True)
 class Frames:
     """
-    The frame ids of the inertial, orbital and body axes.
+    The frame ids of the inertial, orbital and body axes, and of those that turn with the Earth.
 
-    sensors: frame ids of the sensors' axes, each with its mounting, a quaternion to body axes.
+    has_earth: whether /tf has the last.  sensors: frame ids of the sensors' axes, each with its
+    mounting, a quaternion to body axes.
     """
 
     inertial: str = 'inertial'
     orbital: str = 'lvlh'
     body: str = 'base_link'
+    earth: str = 'earth'
+    has_earth: bool = False
     sensors: tuple[tuple[str, tuple[float, ...]], ...] = ()
 
 
@@ -66,8 +69,12 @@ class Scenario:
         warnings: Iterable[str] = (),
     ):
         given, self.torques = dict(given or {}), tuple(torques)
-        rotor_names = KEYS['rotor.names'].checked(given.get('rotor.names', ()))
-        keys: dict[str, Key] = keys_of(rotor_names, self.torques, sensors.given_types(given))
+        rotor_names, plate_names = (
+            KEYS[name].checked(given.get(name, ())) for name in ('rotor.names', 'surface.names')
+        )
+        keys: dict[str, Key] = keys_of(
+            rotor_names, plate_names, self.torques, sensors.given_types(given)
+        )
         unknown = [name for name in given if name not in keys]
         if unknown:
             raise ValueError(_unknown(unknown[0], given))
@@ -128,13 +135,13 @@ class Scenario:
     @classmethod
     def _of_file(cls, file, satellite, torques):
         full_name = file.full_name(satellite)
-        values = without_rclpys(file.parameters(full_name))
+        values = without_rclpys(file.flown(full_name))
         return cls(values, torques, file.unused(full_name))
 
     def to_yaml(self) -> str:
         """Return the text of a ROS 2 parameter file with every key that has a value of its own."""
         own = {name: x for name, x in self.values.items() if name not in in_place.IN_PLACE}
-        for name in orbits.OPTIONAL:
+        for name in OPTIONAL:
             if own[name] == KEYS[name].default:
                 del own[name]
         return yaml_of_parameters(own)
@@ -147,7 +154,9 @@ class Scenario:
         values: of every key, known to be valid, by many.py; what differs as (M, 1) or (M, 1, k).
         """
         many = object.__new__(cls)
-        many.values, many.keys, many.torques = MappingProxyType(dict(values)), KEYS, ()
+        # Without an instant of tick 0 there is no environment, which many do not fly in together.
+        timeless = MappingProxyType({**values, 'time.epoch_ns': 0})
+        many.values, many.keys, many.torques = timeless, KEYS, ()
         return many
 
     def with_values(self, changes: Mapping[str, Any]) -> 'Scenario':
@@ -180,8 +189,8 @@ class Scenario:
     def __repr__(self) -> str:
         method, frame = self['motion.method'], self['initial.frame']
         what = f'{float(self.rate):g} Hz'
-        if self['orbit.type'] in orbits.OF_A_TEXT and not self.epoch_ns:
-            return f'<Scenario: orbit.type {self["orbit.type"]}, {method}, from {frame}, {what}>'
+        if (key := environment.needs_epoch(self.values)) and not self.epoch_ns:
+            return f'<Scenario: {key} {self[key]}, {method}, from {frame}, {what}>'
         return f'<Scenario: {self.system}, {method}, from {frame}, {what}>'
 
     def __eq__(self, other: object) -> bool:
@@ -214,7 +223,12 @@ class Scenario:
             for name in self.sensors
         )
         return Frames(
-            self['frames.inertial'], self['frames.orbital'], self['frames.body'], mounted
+            self['frames.inertial'],
+            self['frames.orbital'],
+            self['frames.body'],
+            self['frames.earth'],
+            'geodetic' in self.topics,
+            mounted,
         )
 
     @property
@@ -225,7 +239,13 @@ class Scenario:
     @cached_property
     def topic_table(self) -> dict[str, Topic]:
         """The topics that it may have, by their names in publish.topics and sensors.names."""
-        return topics_with(self.torques, sensors.kinds(self.values))
+        kinds = sensors.kinds(self.values)
+        return topics_with(self.torques, kinds, self['torque.names'])
+
+    @property
+    def torque_topics(self) -> tuple[str, ...]:
+        """The topics of the applied torques, in the order in which they are summed."""
+        return torque_topics(self['torque.names'])
 
     @cached_property
     def sensors(self) -> dict[str, Sensor]:
@@ -259,12 +279,21 @@ class Scenario:
     @cached_property
     def system(self) -> System:
         """What moves, with no torque applied but those that are its own."""
+        if (key := environment.needs_epoch(self.values)) and not self.epoch_ns:
+            raise ValueError(
+                f'time.epoch_ns is 0, the wall clock at the first tick; {key} {self[key]} needs '
+                'the instant of tick 0: give time.epoch'
+            )
+        orbit = orbits.orbit_of(self.values)
+        along_orbit = environment.along(self.values, orbit)
+        own = (torque for kind in self.torques if (torque := kind.of(self.values)) is not None)
         return System(
             inertia=inertia.entries(self['body.inertia']),
             rotors=rotors.rotors_of(self.values),
-            orbit=orbits.orbit_of(self.values),
+            orbit=orbit,
             weight_moment=np.array(self['body.weight_moment']),
-            torques=tuple(t for kind in self.torques if (t := kind.of(self.values)) is not None),
+            environment=along_orbit,
+            torques=(*environment.torques_of(self.values, along_orbit), *own),
         )
 
     @cached_property

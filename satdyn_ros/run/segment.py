@@ -16,13 +16,14 @@ class Segment:
     """
     A motion that begins at a tick, asked for its states at ticks.
 
+    counts_turns: whether its states have turn_b, from tick to tick, zero at the first.
     why_no_further: why it does not go on after the last tick that it reaches, one sentence.
     """
 
-    def __init__(self, ticks: Ticks, begin_tick: int, motion: Motion):
+    def __init__(self, ticks: Ticks, begin_tick: int, motion: Motion, counts_turns: bool = False):
         self.motion, self.begin_tick = motion, begin_tick
         self.why_no_further = NO_STAMP
-        self._ticks = ticks
+        self._ticks, self._counts_turns = ticks, counts_turns
         # The first tick that the motion is known not to reach.
         self._end_tick = ticks.last + 1
         # States that were computed, from a tick on.
@@ -64,7 +65,8 @@ class Segment:
         """Go to a tick that the motion reached before, however many steps that takes."""
         if isinstance(self.motion, Propagation):
             most_steps, self.motion.most_steps = self.motion.most_steps, None
-            self.state_at(tick)
+            # From the tick before, its turn can yet be counted.
+            self.state_at(max(tick - self._counts_turns, self.begin_tick))
             self.motion.most_steps = most_steps
 
     def _has(self, tick):
@@ -72,11 +74,15 @@ class Segment:
         return self._ahead is not None and 0 <= tick - self._ahead[0] < len(self._ahead[1])
 
     def _computed(self, first, last):
-        t_s = self._ticks.seconds_between(self.begin_tick, first, last)
+        # A turn is counted from the tick before.
+        begin = max(first - self._counts_turns, self.begin_tick)
+        t_s = self._ticks.seconds_between(self.begin_tick, begin, last)
         try:
-            states = self.motion.at(t_s)
+            states = self.motion.counting_at(t_s) if self._counts_turns else self.motion.at(t_s)
         except Halted as halted:
             states = halted.states
-            self.halt(first + len(states), str(halted))
+            self.halt(begin + len(states), str(halted))
+        if begin < first:
+            states = states.rows(slice(first - begin, None))
         orbit_s = self._ticks.seconds_between(0, first, first + len(states))
         return replace(states, orbit_s=orbit_s)

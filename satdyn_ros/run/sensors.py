@@ -2,14 +2,16 @@
 
 import secrets
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ..base.sentences import Rules
-from ..sensors import COMMON, KINDS, Sensor
+from ..sensors import COMMON, KINDS, Gyro, Sensor
 from ..sensors.noise import stream_of
 from .keys import KEYS, type_of_sensor
+from .rules import TURNS_ARE_COUNTED
 
 
 def given_types(given: Mapping[str, Any]) -> dict[str, str]:
@@ -53,6 +55,16 @@ def of(values: Mapping[str, Any], rate_hz: float) -> dict[str, Sensor]:
     return {
         name: kind.of(_options(values, name, kind), values[f'sensors.{name}.divisor'] / rate_hz)
         for name, kind in kinds(values).items()
+    }
+
+
+def by_rules(sensors: Mapping[str, Sensor], rules: int) -> dict[str, Sensor]:
+    """Return sensors that measure as runs of these rules do."""
+    if rules >= TURNS_ARE_COUNTED:
+        return dict(sensors)
+    return {
+        name: replace(sensor, folds=True) if isinstance(sensor, Gyro) else sensor
+        for name, sensor in sensors.items()
     }
 
 

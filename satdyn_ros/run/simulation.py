@@ -21,15 +21,27 @@ from .events import (
     RotorCommand,
     RotorLimited,
     Torque,
-    body_torque,
+    TorqueB,
+    as_given,
+    body_torques,
     rotor_torques,
 )
 from .requests import requested
-from .run_state import RULES, RunState, has_max_speed, is_too_fast, rotor_of
+from .rules import EVENTS_FOLLOW, RULES
+from .run_state import (
+    NO_TORQUE,
+    RunState,
+    has_max_speed,
+    is_too_fast,
+    rotor_of,
+    total,
+)
 from .samples import Measured, Samples
 from .scenario import Scenario
 from .segment import MOST_STEPS_A_TICK, Segment
+from .sensors import by_rules
 from .ticks import Ticks
+from .topics import is_torque
 
 
 class RunHalted(RuntimeError):  # noqa: N818
@@ -52,22 +64,24 @@ class Simulation:
         self.scenario = scenario.with_seed()
         self.ticks = Ticks(scenario.rate, scenario.epoch_ns)
         self.next_tick = 0
-        follows = Derived if rules >= 1 else RotorLimited
+        follows = Derived if rules >= EVENTS_FOLLOW else RotorLimited
         given = (event for event in events if not isinstance(event, follows))
         self._pending = deque(sorted(given, key=_tick_of))
         self._rules, self._is_whole = rules, True
         state = scenario.initial_state
         motion = scenario.motion_from(scenario.system, state, 0.0, MOST_STEPS_A_TICK)
+        suite = Suite.of(by_rules(self.scenario.sensors, rules))
         self._run = RunState(
             ticks=self.ticks,
-            segment=Segment(self.ticks, 0, motion),
+            segment=Segment(self.ticks, 0, motion, suite.counts_turns),
             system=scenario.system,
             conditions=self.scenario,
             topics=scenario.topics,
-            suite=Suite.of(self.scenario.sensors),
+            suite=suite,
+            torques_b=dict.fromkeys(scenario.torque_topics, NO_TORQUE),
         )
         self._begin_block()
-        self._torque_of_step = False
+        self._torques_of_step: Iterable[str] = ()
         self._rotors_of_step: frozenset[str] = frozenset()
 
     def __repr__(self) -> str:
@@ -159,6 +173,11 @@ class Simulation:
         return self._run.system
 
     @property
+    def torques_b(self) -> Mapping[str, TorqueB]:
+        """The applied torques [N m] by topic, whose sum acts."""
+        return self._run.torques_b
+
+    @property
     def topics(self) -> tuple[str, ...]:
         """The published topics."""
         return self._run.topics
@@ -172,6 +191,12 @@ class Simulation:
     def sensors(self) -> Suite:
         """The sensors before the next tick."""
         return self._run.suite
+
+    @property
+    def sensors_of_a_new_motion(self) -> Suite:
+        """The sensors ahead of the last tick's sample, if a new motion is to begin there."""
+        run = replace(self._begun, suite=self._suite_at(self.tick))
+        return run.turned_to(self.tick).suite
 
     @property
     def motion(self) -> Motion:
@@ -189,19 +214,19 @@ class Simulation:
 
     def step(
         self,
-        torque_b: Sequence[float] | np.ndarray | None = None,
+        torque_b: Sequence[float] | np.ndarray | Mapping[str, Sequence[float]] | None = None,
         rotor_torque: Mapping[str, float] | None = None,
     ) -> State:
         """
         Advance by one tick and return the state there.
 
-        torque_b [N m] (3,), body axes, and rotor_torque [N m], by rotor, hold during this step
-        alone; without them, and for rotors not named, what is in force continues.  The first step
-        is from tick 0 to tick 1.  ValueError: there is no such motor, or a torque is not finite.
-        RunHalted: the run goes no further.
+        torque_b [N m] (3,), body axes, with torque.names by name, and rotor_torque [N m], by
+        rotor, hold during this step alone; without them, and for what is not named, what is in
+        force continues.  The first step is from tick 0 to tick 1.  ValueError: there is no such
+        torque or motor, or a torque is not finite.  RunHalted: the run goes no further.
         """
         torques = rotor_torques(rotor_torque or {}, self.scenario)
-        torque = (0.0, 0.0, 0.0) if torque_b is None else body_torque(torque_b)
+        torques_b = {} if torque_b is None else body_torques(torque_b, self.scenario)
         if self.next_tick == 0:
             self.advance(1)
         ended = {name: 0.0 for name in self._rotors_of_step - torques.keys()}
@@ -209,10 +234,11 @@ class Simulation:
         new: list[Event] = []
         if ended or torques:
             new.append(RotorCommand(self.tick, ended | torques))
-        if torque_b is not None or self._torque_of_step:
-            self._torque_of_step = torque_b is not None
-            if torque != tuple(self.system.torque_b):
-                new.append(Torque(self.tick, torque))
+        over_b = dict.fromkeys(self._torques_of_step, NO_TORQUE)
+        self._torques_of_step = tuple(torques_b)
+        for topic, torque in (over_b | torques_b).items():
+            if torque != self.torques_b[topic]:
+                new.append(Torque(self.tick, torque, topic=topic))
         if new:
             self.rewind(self.tick)
             for event in new:
@@ -286,7 +312,7 @@ class Simulation:
             'state': state_record(run.segment.state_at(tick)),
             'begin_tick': run.segment.begin_tick,
             'begin_state': state_record(run.segment.motion.state),
-            'torque_b': [float(x) for x in run.system.torque_b],
+            'torque_b': as_given(run.torques_b),
             'rotor_torque': run.system.rotor_torque.tolist(),
             'until': dict(run.until),
             'conditions': {
@@ -310,9 +336,8 @@ class Simulation:
         simulation = cls(scenario, events, rules)
         run = simulation._run
         conditions = simulation.scenario.with_values(snapshot['conditions'])
-        system = conditions.system.driven(
-            np.array(snapshot['torque_b']), np.array(snapshot['rotor_torque'])
-        )
+        torques_b = {**run.torques_b, **body_torques(snapshot['torque_b'], scenario)}
+        system = conditions.system.driven(total(torques_b), np.array(snapshot['rotor_torque']))
         begin = snapshot['begin_state']
         state = State(
             np.array(begin['q_ib']),
@@ -326,8 +351,9 @@ class Simulation:
             topics=tuple(snapshot['topics']),
             # Version 0.1 had no sensors.
             suite=run.suite.with_memories(snapshot.get('sensors', {})),
+            torques_b=torques_b,
             until={
-                topic if topic == 'torque' else f'rotor_command.{rotor_of(topic)}': until
+                topic if is_torque(topic) else f'rotor_command.{rotor_of(topic)}': until
                 for topic, until in snapshot['until'].items()
             },
         )

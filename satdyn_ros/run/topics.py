@@ -6,17 +6,26 @@ columns in tables and its panel.
 """
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..dynamics.system import System
 from ..dynamics.torque import own_torque
+from ..environment import lit_fraction, sun_direction
+from ..environment.sun import AU_M
 from ..kernel import rotation
+from ..orbits import FixedDirection
 from ..sensors import KINDS, Sensor
+from ..torques.aerodynamic import Aerodynamic
 from ..torques.body_torque import BodyTorque
 from ..torques.gravity_gradient import GravityGradient, gravity_gradient
+from ..torques.magnetic import Magnetic
+from ..torques.solar import Solar
+
+# Of sunlight at 1 au [lx].
+ILLUMINANCE_LX = 128_000.0
 
 
 class Shown(NamedTuple):
@@ -115,6 +124,52 @@ def _gravity_gradient(samples):
     return gravity_gradient(samples.system.inertia, states.c_b, gradient)
 
 
+def _in_body_axes(samples, v_i):
+    return rotation.rotate(rotation.conjugate(samples.states.q_ib), v_i)
+
+
+def _magnetic_field(samples):
+    return _in_body_axes(samples, samples.magnetic_field_i)
+
+
+def _sun_direction(samples):
+    s_i, _ = sun_direction(samples.states.r_i, samples.sun_i)
+    return _in_body_axes(samples, s_i)
+
+
+def _sunlight(samples):
+    r_i, sun_i = samples.states.r_i, samples.sun_i
+    _, distance_m = sun_direction(r_i, sun_i)
+    nearness = AU_M / distance_m
+    return (lit_fraction(r_i, sun_i) * ILLUMINANCE_LX * nearness**2)[..., None]
+
+
+def _geodetic(part, factor):
+    return lambda samples: factor * samples.geodetic[part][..., None]
+
+
+def _lacking(key: str, has: Callable[[Any], bool]) -> Callable[[System], str]:
+    """Return what says why a system has no such part of the environment, by the key of it."""
+
+    def lacking(system):
+        if system.environment is not None and has(system.environment):
+            return ''
+        return f'{key} is none, so that there is nothing to show; give {key}, or leave it out'
+
+    return lacking
+
+
+def _earth_lacking(system):
+    if system.environment is not None:
+        return ''
+    if isinstance(system.orbit, FixedDirection):
+        return 'orbit.type is fixed, which has no place above the Earth; leave the topic out'
+    return (
+        'the place above the Earth is not known; orbit.mu must be that of the Earth, and '
+        'time.epoch be given'
+    )
+
+
 def _of_kind(kind: type[BodyTorque]) -> Topic:
     """Return the topic of a kind of torques, which a system has where such a torque acts."""
 
@@ -180,6 +235,58 @@ _TABLE = (
         lacking=_lvlh_lacking,
     ),
     _torque(GravityGradient.topic, GravityGradient.title, _gravity_gradient),
+    _of_kind(Magnetic),
+    _of_kind(Aerodynamic),
+    _of_kind(Solar),
+    Topic(
+        'magnetic_field',
+        'sensor_msgs/msg/MagneticField',
+        'state',
+        'body',
+        'true magnetic field of the Earth in body axes [T]; with environment.magnetic_field',
+        (
+            Shown(
+                ('magnetic_field_b_x_t', 'magnetic_field_b_y_t', 'magnetic_field_b_z_t'),
+                _magnetic_field,
+            ),
+        ),
+        Panel('magnetic field', 'T'),
+        _lacking('environment.magnetic_field', lambda along: along.field_model != 'none'),
+    ),
+    Topic(
+        'sun_direction',
+        'geometry_msgs/msg/Vector3Stamped',
+        'state',
+        'body',
+        'unit vector to the Sun in body axes, in the shadow too; with environment.sun',
+        (Shown(('sun_direction_b_x', 'sun_direction_b_y', 'sun_direction_b_z'), _sun_direction),),
+        Panel('direction of the Sun', ''),
+        _lacking('environment.sun', lambda along: along.has_sun),
+    ),
+    Topic(
+        'sunlight',
+        'sensor_msgs/msg/Illuminance',
+        'state',
+        'body',
+        'illuminance of a plate that faces the Sun [lx], 0 in the umbra; with environment.sun',
+        (Shown(('sunlight_lx',), _sunlight),),
+        Panel('sunlight', 'lx'),
+        _lacking('environment.sun', lambda along: along.has_sun),
+    ),
+    Topic(
+        'geodetic',
+        'sensor_msgs/msg/NavSatFix',
+        'state',
+        'earth',
+        'latitude, longitude [deg] and height [m] on WGS 84; where it is among publish.topics at '
+        'the start, /tf has inertial to earth',
+        (
+            Shown(('latitude_deg',), _geodetic(0, np.degrees(1.0))),
+            Shown(('longitude_deg',), _geodetic(1, np.degrees(1.0))),
+            Shown(('height_m',), _geodetic(2, 1.0)),
+        ),
+        lacking=_earth_lacking,
+    ),
     Topic(
         'rotor',
         'sensor_msgs/msg/JointState',
@@ -200,7 +307,8 @@ _TABLE = (
         'tf2_msgs/msg/TFMessage',
         'state',
         'inertial',
-        'inertial to LVLH, where there is an orbit; inertial to body',
+        'inertial to LVLH, where there is an orbit; inertial to earth, where geodetic is '
+        'published; inertial to body',
     ),
     Topic(
         '/tf_static',
@@ -230,7 +338,8 @@ _TABLE = (
         'geometry_msgs/msg/WrenchStamped',
         'input',
         'body',
-        'torque on the body in body axes [N m], held until the next one or the timeout',
+        'torque on the body in body axes [N m], held until the next one or the timeout; with '
+        'torque.names in its place torque/NAME, each held by itself, all summed',
         shows=(_TORQUES,),
     ),
     Topic(
@@ -248,13 +357,26 @@ TOPICS: dict[str, Topic] = {topic.name.lstrip('/'): topic for topic in _TABLE}
 STATE_TOPICS = tuple(name for name, topic in TOPICS.items() if topic.role == 'state')
 
 
+def torque_topics(names: Iterable[str]) -> tuple[str, ...]:
+    """Return the topics of the applied torques of these names; without names, of the one."""
+    return tuple(f'torque/{name}' for name in names) or ('torque',)
+
+
+def is_torque(topic: str) -> bool:
+    """Whether a topic is that of an applied torque."""
+    return topic.partition('/')[0] == 'torque'
+
+
 def topics_with(
-    torques: Iterable[type[BodyTorque]], sensors: Mapping[str, type[Sensor]]
+    torques: Iterable[type[BodyTorque]],
+    sensors: Mapping[str, type[Sensor]],
+    torque_names: tuple[str, ...] = (),
 ) -> dict[str, Topic]:
     """
     Return the topics of scenarios with torques and sensors of these kinds, by their names.
 
-    ValueError: a topic of a torque, or a sensor, has the name of another topic.
+    torque_names: of the applied torques.  ValueError: a topic of a torque, or a sensor, has the
+    name of another topic.
     """
     table = dict(TOPICS)
     for kind in torques:
@@ -265,4 +387,7 @@ def topics_with(
         if name in table and table[name].role != 'sensor':
             raise ValueError(f'sensors.names has {name}, which is a topic; give another name')
         table[name] = _of_sensor(name, sensor)
+    if torque_names:
+        one = table.pop('torque')
+        table |= {topic: replace(one, name=topic) for topic in torque_topics(torque_names)}
     return table

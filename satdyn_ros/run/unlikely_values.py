@@ -11,7 +11,7 @@ from typing import Any
 
 from ..base.nanoseconds import SECOND_NS, epoch, stamp_ns
 from ..orbits.kepler import EARTH_MU, EARTH_RADIUS_M
-from . import orbits
+from . import environment, orbits
 from .keys import KEYS
 
 # Gravitational parameter [m^3/s^2] and equatorial radius [m]: EGM96, DE440, IAU 2015.
@@ -35,7 +35,7 @@ _FIRST_NS, _LAST_NS = stamp_ns('2000-01-01T00:00:00'), stamp_ns('2100-01-01T00:0
 
 def warnings(values: Mapping[str, Any]) -> tuple[str, ...]:
     """Return what is doubtful about the values of a scenario."""
-    checks = (_rate, _angles, _attitudes, _orbit, _epoch)
+    checks = (_rate, _angles, _attitudes, _orbit, _environment, _epoch)
     return tuple(sentence for check in checks for sentence in check(values))
 
 
@@ -102,6 +102,15 @@ def _orbit(values) -> Iterator[str]:
                 f'{orbits.name_of_axis(values)} is {a_m:g} m{hint}; the orbit then goes '
                 f'{(radius_m - lowest_m) / 1e3:.4g} km below the surface of {centre}'
             )
+
+
+def _environment(values) -> Iterator[str]:
+    yield from environment.without_effect(values)
+    if values['environment.magnetic_field'] != 'none' and values['time.epoch_ns']:
+        from ..environment import igrf_warning
+
+        if sentence := igrf_warning(values['time.epoch_ns']):
+            yield f'environment.magnetic_field: {sentence}'
 
 
 def _epoch(values) -> Iterator[str]:

@@ -26,7 +26,7 @@ from .sensor import Sensor
 
 # Three of white noise, three of the bias.
 _DEVIATES = 6
-_CARRIED = ('bias', 'q_ib')
+_CARRIED = ('bias', 'q_ib', 'turn_b')
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,20 +35,25 @@ class GyroMemory:
     What a gyro remembers from sample to sample.
 
     bias (3,) [rad/s] of the last sample, None before the first; q_ib (4,): the attitude at the
-    last sample, None before the first and after a restart of the motion.
+    last sample, None before the first and after a restart of the motion; turn_b (3,) [rad], where
+    it is counted: that since the last sample, None where q_ib is.
     """
 
     bias: np.ndarray | None = None
     q_ib: np.ndarray | None = None
+    turn_b: np.ndarray | None = None
 
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any]) -> 'GyroMemory':
         """Return the memory that to_plain gave."""
-        return cls(*(None if plain[name] is None else np.array(plain[name]) for name in _CARRIED))
+        carried = (plain.get(name) for name in _CARRIED)
+        return cls(*(None if x is None else np.array(x) for x in carried))
 
     def to_plain(self) -> dict[str, Any]:
         """Return the memory as plain data."""
         carried = {name: getattr(self, name) for name in _CARRIED}
+        if self.turn_b is None:
+            del carried['turn_b']
         return {name: None if x is None else x.tolist() for name, x in carried.items()}
 
     def without_noise(self) -> 'GyroMemory':
@@ -61,7 +66,11 @@ class GyroMemory:
 
     def restarted(self) -> 'GyroMemory':
         """Return the memory after the motion has restarted: the bias goes on drifting."""
-        return replace(self, q_ib=None)
+        return replace(self, q_ib=None, turn_b=None)
+
+    def turned(self, turn_b: np.ndarray) -> 'GyroMemory':
+        """Return the memory after a turn (3,) [rad]."""
+        return self if self.turn_b is None else replace(self, turn_b=self.turn_b + turn_b)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +82,9 @@ class Gyro(Sensor):
     from sensor to body axes.  noise_density: N [rad/s/sqrt(Hz)].  bias_random_walk: K
     [rad/s^2/sqrt(Hz)].  initial_bias (3,) [rad/s].  scale_factor (3,): relative errors S.
     misalignment (6,): xy, xz, yx, yz, zx, zy of M [rad].  resolution, max_rate [rad/s]: 0 for
-    none.  integrating: whether a sample is the mean rate since the previous one.
+    none.  integrating: whether a sample is the mean rate since the previous one, the integral of
+    the rate over dt.  folds: whether it is the rotation vector over dt instead, which is less than
+    half a turn, as by rules before 3.
     """
 
     kind = 'gyro'
@@ -161,6 +172,7 @@ class Gyro(Sensor):
     resolution: float = 0.0
     max_rate: float = 0.0
     integrating: bool = False
+    folds: bool = False
     stream: int = 0
 
     memory = GyroMemory()
@@ -174,6 +186,11 @@ class Gyro(Sensor):
     def is_at_every_tick(self) -> bool:
         """Whether it has a message at every tick."""
         return self.divisor == 1
+
+    @property
+    def counts_turns(self) -> bool:
+        """Whether it needs turn_b of the states."""
+        return self.integrating and not self.folds
 
     @property
     def variances(self) -> tuple[float, float, float]:
@@ -199,14 +216,21 @@ class Gyro(Sensor):
         ticks: consecutive, those of the rows of states.  memory: after the tick before them.
         """
         samples = sampled(ticks, self.divisor)
-        rows = slice(samples.start - ticks.start, None, self.divisor)
-        q_ib = states.q_ib[rows]
+        first_row = samples.start - ticks.start
+        turns_b = rest_b = None
+        if self.counts_turns:
+            turns_b, rest_b = self._counted(samples, states.turn_b, first_row, memory.turn_b)
         if len(samples) == 0:
-            return _measurements(samples, np.empty((0, 3))), memory
+            return _measurements(samples, np.empty((0, 3))), replace(memory, turn_b=rest_b)
+        rows = slice(first_row, None, self.divisor)
+        q_ib, rate_b = states.q_ib[rows], states.omega_bi_b[rows]
         deviates = normals(self.seed, self.stream, samples, _DEVIATES)
-        rate_b = states.omega_bi_b[rows]
-        if self.integrating:
-            rate_b = self._mean_rate(q_ib, rate_b, memory.q_ib)
+        if self.integrating and self.folds:
+            turns_b = _rotation_vectors(q_ib, memory.q_ib)
+        if turns_b is not None:
+            # Of a first sample, for which there is no turn, it stays the rate at its tick.
+            first = len(rate_b) - len(turns_b)
+            rate_b = np.concatenate([rate_b[:first], turns_b / self.interval_s])
         bias = self._bias(deviates[:, 3:], memory.bias)
         rate = self._misread(rotation.rotate(rotation.conjugate(self.mounting), rate_b))
         rate = rate + bias + self.noise_density / np.sqrt(self.interval_s) * deviates[:, :3]
@@ -214,15 +238,24 @@ class Gyro(Sensor):
             rate = np.round(rate / self.resolution) * self.resolution
         if self.max_rate:
             rate = np.clip(rate, -self.max_rate, self.max_rate)
-        return _measurements(samples, rate), GyroMemory(bias[-1], q_ib[-1])
+        return _measurements(samples, rate), GyroMemory(bias[-1], q_ib[-1], rest_b)
 
-    def _mean_rate(self, q_ib, rate_b, before):
-        """Return the mean rates (M, 3) since the previous sample, where there is one."""
-        first = rate_b[:1] if before is None else None
-        previous = np.concatenate([q_ib[:1] if before is None else before[None], q_ib[:-1]])
-        turned = rotation.multiply(rotation.conjugate(previous), q_ib)
-        mean = rotation.to_vector(turned) / self.interval_s
-        return mean if first is None else np.concatenate([first, mean[1:]])
+    def _counted(self, samples, turn_b, first_row, before):
+        """
+        Return the turns (M, 3) from sample to sample and that since the last one, None: none was.
+
+        turn_b (N, 3): since the row before.  first_row: of the first sample.  before (3,): the
+        turn from the sample before the rows to them; None: there is none, nor a turn from it.
+        """
+        next_sample = (np.arange(len(turn_b)) - first_row + self.divisor - 1) // self.divisor
+        rows = np.concatenate([np.zeros((1, 3)) if before is None else before[None], turn_b])
+        places = np.concatenate([[0], next_sample])
+        # One addition after the other, so that blocks do not show in the bits.
+        sums = [np.bincount(places, of_axis, len(samples) + 1) for of_axis in rows.T]
+        turns = np.stack(sums, axis=-1)
+        if before is None:
+            return turns[1:-1], turns[-1] if samples else None
+        return turns[:-1], turns[-1]
 
     def _bias(self, deviates, before):
         steps = self.bias_random_walk * np.sqrt(self.interval_s) * deviates
@@ -245,6 +278,13 @@ class Gyro(Sensor):
             ],
             axis=-1,
         )
+
+
+def _rotation_vectors(q_ib, before):
+    """Return the rotation vectors from row to row of q_ib, to the first from before if it is."""
+    previous = q_ib[:-1] if before is None else np.concatenate([before[None], q_ib[:-1]])
+    turned = q_ib[len(q_ib) - len(previous) :]
+    return rotation.to_vector(rotation.multiply(rotation.conjugate(previous), turned))
 
 
 def _measurements(samples, rate):

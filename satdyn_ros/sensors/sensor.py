@@ -104,6 +104,11 @@ class Sensor:
         return False
 
     @property
+    def counts_turns(self) -> bool:
+        """Whether it needs turn_b of the states."""
+        return False
+
+    @property
     def variances(self) -> tuple[float, ...]:
         """The variances of a sample about or along each axis."""
         raise NotImplementedError

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
+import numpy as np
+
 from ..dynamics.motion import States
 from .measurements import Measurements
 from .sensor import Sensor
@@ -31,6 +33,11 @@ class Suite:
             import_module('scipy.special')  # Before the first tick, for which noise.py needs it.
         return cls(sensors, {name: sensor.memory for name, sensor in sensors.items()})
 
+    @property
+    def counts_turns(self) -> bool:
+        """Whether any of the sensors needs turn_b of the states."""
+        return any(sensor.counts_turns for sensor in self.sensors.values())
+
     def measure(self, ticks: range, states: States) -> tuple[dict[str, Measurements], 'Suite']:
         """
         Return what each sensor gives at consecutive ticks, and the suite after them.
@@ -47,6 +54,14 @@ class Suite:
     def restarted(self) -> 'Suite':
         """Return the suite after the motion has restarted at a request or a reset."""
         return Suite(self.sensors, {name: m.restarted() for name, m in self.memories.items()})
+
+    def turned(self, turn_b: np.ndarray) -> 'Suite':
+        """Return the suite after a turn (3,) [rad], body axes, without a tick at its end."""
+        memories = {
+            name: memory.turned(turn_b) if self.sensors[name].counts_turns else memory
+            for name, memory in self.memories.items()
+        }
+        return Suite(self.sensors, memories)
 
     def without_noise(self) -> 'Suite':
         """Return the suite with the systematic errors alone, without waiting exposures."""

@@ -16,6 +16,7 @@ from ..dynamics.motion import States
 from ..dynamics.system import System
 from ..integrate.batch import propagate_many
 from ..kernel.rows import length
+from ..run import environment
 from ..run.many import many, part_of
 from ..run.orbits import is_tabled
 from .capture import capture_times, judged_axis
@@ -92,7 +93,7 @@ def _propagate_together(plan, runs, values, rows, first, table):
     changed = _changed(plan, values, rows)
     if changed is None or changed['motion.method'] != 'numeric':
         return done
-    if plan.scenario.torques or is_tabled(changed):
+    if plan.scenario.torques or is_tabled(changed) or environment.asked(changed):
         return done
     scenario, valid = many(changed, len(rows))
     count = int(valid.sum())

@@ -145,9 +145,9 @@ class BodyTorque:
         return np.concatenate([np.zeros(0), *(table.ends_s for table in tables)])
 
 
-def pieces_of(torques: Iterable[BodyTorque]) -> Pieces | None:
-    """Return the pieces of time in which torques have tables, alike in all; None: none has any."""
-    return next((pieces for torque in torques for pieces in torque.pieces.values()), None)
+def pieces_of(torques: Iterable[BodyTorque]) -> tuple[Pieces, ...]:
+    """Return the tables that some torques have, each once."""
+    return tuple(dict.fromkeys(each for torque in torques for each in torque.pieces.values()))
 
 
 def _as_floats(part):

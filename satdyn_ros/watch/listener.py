@@ -11,7 +11,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import Imu, JointState
 
-from ..run.topics import TOPICS
+from ..run.topics import TOPICS, is_torque
 
 _SERVICE = '/set_initial_conditions'
 _SERVICE_TYPE = 'rcl_interfaces/srv/SetParametersAtomically'
@@ -64,12 +64,14 @@ class Listener:
             for key in _CLASSES
             if (topic := _topic(key, taken if key == 'torque' else out)) is not None
         }
+        if 'torque' not in found:
+            found |= _named_torques(taken)
         for key, topic in found.items():
             old = self._subscriptions.get(key)
             if old is None or old.topic_name != topic:
                 self._leave(key)
                 self._subscriptions[key] = self._node.create_subscription(
-                    _CLASSES[key], topic, lambda message: None, _NEWEST
+                    _CLASSES[key.partition('/')[0]], topic, lambda message: None, _NEWEST
                 )
         for key in self._subscriptions.keys() - found.keys():
             self._leave(key)
@@ -109,13 +111,11 @@ class Listener:
         self._latest['rotor'] = self._take('rotor') or self._latest.get('rotor')
         return self._latest['rotor']
 
-    def torque_b(self) -> np.ndarray | None:
-        """Return a torque (3,) [N m] that came in since the last call, or None."""
-        message = self._take('torque')
-        if message is None:
-            return None
-        torque = message.wrench.torque
-        return np.array([torque.x, torque.y, torque.z])
+    def torques_b(self) -> dict[str, np.ndarray]:
+        """Return by topic the applied torques (3,) [N m] that came in since the last call."""
+        came_in = {key: self._take(key) for key in self._subscriptions if is_torque(key)}
+        torques = {key: x.wrench.torque for key, x in came_in.items() if x is not None}
+        return {key: np.array([torque.x, torque.y, torque.z]) for key, torque in torques.items()}
 
     def forget(self) -> None:
         """Forget what came before: another node has taken the name."""
@@ -168,6 +168,13 @@ def _topic(key, topics):
     # A type of several topics, such as those of the sensors, is taken by its name alone.
     is_alone = sum(topic.type == wanted.type for topic in TOPICS.values()) == 1
     return next(iter(own or (names if is_alone else [])), None)
+
+
+def _named_torques(taken):
+    """Return the topics of applied torques that have names, by their names in the scenario."""
+    names = [name for name, types in taken if TOPICS['torque'].type in types]
+    own = {'/'.join(name.split('/')[-2:]): name for name in names}
+    return {key: name for key, name in own.items() if is_torque(key)}
 
 
 def _sample(message, q, omega):

@@ -8,6 +8,7 @@ from ..dynamics.motion import States
 from ..dynamics.torque import angular_momentum
 from ..report import scene
 from ..report.curves import shown, topics_with_panels
+from ..report.place import place_topics
 from ..run.samples import Samples
 from ..run.scenario import Scenario
 from ..run.ticks import Ticks
@@ -25,15 +26,17 @@ class SceneFrames:
         self._rows: deque[Row] = deque(maxlen=_KEPT_ROWS)
         # The tick that is shown; how many samples were left out.
         self.tick, self.left_out = -1, 0
-        # A torque [N m] since the last sample; the one before, and the time [s] of its sample.
-        self._came_in: np.ndarray | None = None
-        self._applied: tuple[float, np.ndarray] | None = None
+        # By topic the torques [N m] since the last sample; those before, each with the time [s] of
+        # its sample.
+        self._came_in: dict[str, np.ndarray] = {}
+        self._applied: dict[str, tuple[float, np.ndarray]] = {}
 
     def clear(self) -> None:
         """Forget everything so far: another node has taken the name."""
         self._rows.clear()
         self.tick, self.left_out = -1, 0
-        self._came_in = self._applied = None
+        self._came_in.clear()
+        self._applied.clear()
 
     @property
     def is_empty(self) -> bool:
@@ -47,9 +50,7 @@ class SceneFrames:
         A sample is left out whose stamp is no tick of the scenario after the last: a node of the
         same name has published it.
         """
-        torque_b = listener.torque_b()
-        if torque_b is not None:
-            self._came_in = torque_b
+        self._came_in |= listener.torques_b()
         sample = listener.sample()
         if sample is None:
             return None
@@ -60,8 +61,8 @@ class SceneFrames:
             return None
         self.tick = tick
         t_s = ticks.seconds(tick)
-        if self._came_in is not None:
-            self._applied, self._came_in = (t_s, self._came_in), None
+        self._applied |= {topic: (t_s, torque_b) for topic, torque_b in self._came_in.items()}
+        self._came_in.clear()
         row = self._row(scenario, sample, t_s, *_rotors(listener, scenario))
         self._rows.append(row)
         return row
@@ -98,17 +99,19 @@ class SceneFrames:
         return scene.rows(
             states,
             momentum_b=angular_momentum(system, states.omega_bi_b, states.rotor_speed),
-            shown=shown(topics_with_panels(scenario), samples),
+            shown=shown([*topics_with_panels(scenario), *place_topics(scenario)], samples),
             applied_b=self._applied_torque(scenario, t_s),
         )
 
     def _applied_torque(self, scenario: Scenario, t_s: float) -> np.ndarray | None:
-        """Return the last torque received (1, 3) [N m], until its timeout, or None."""
-        if self._applied is None:
-            return None
-        since_s, torque_b = self._applied
+        """Return the sum (1, 3) [N m] of the last torques received, until their timeouts."""
         timeout_s = scenario['torque.timeout']
-        return torque_b[None] if not timeout_s or t_s - since_s <= timeout_s else None
+        held = [
+            torque_b
+            for since_s, torque_b in self._applied.values()
+            if not timeout_s or t_s - since_s <= timeout_s
+        ]
+        return np.sum(held, axis=0)[None] if held else None
 
 
 def _rotors(listener: Listener, scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:

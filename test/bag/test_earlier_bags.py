@@ -35,3 +35,12 @@ def test_a_bag_of_rules_1_verifies():
     assert verify(bag).is_true
     for file in Bag(bag).files:
         assert verify(file).is_true
+
+
+def test_a_bag_of_rules_2_verifies():
+    """Its gyro gives the rotation vector between samples, which folds at half a turn."""
+    bag = REFERENCE / 'bags_rules_2' / 'integrating_gyro'
+    assert RecordedRun(bag).rules == 2
+    assert verify(bag).is_true
+    for file in Bag(bag).files:
+        assert verify(file).is_true

@@ -73,12 +73,25 @@ def assert_complete(bag, program, ticks):
     for topic in (f'/{name}' for name in STATE_TOPICS):
         assert found[topic] == expected[topic], f'{topic}\n{program}'
     given = [(program.tick(entry), entry) for entry in program.entries]
-    for topic, kind in (('/torque', 'torque'), ('/rotor_command', 'rotor_torque')):
-        before = [tick for tick, entry in given if kind in entry and tick < ticks]
+    for topic in (*scenario.torque_topics, 'rotor_command'):
+        at = [tick for tick, entry in given if topic in recorded_on(entry)]
+        before = [tick for tick in at if tick < ticks]
         # What comes at the tick that a halted run does not reach may be told.
-        at_end = [tick for tick, entry in given if kind in entry and tick == ticks]
+        at_end = [tick for tick in at if tick == ticks]
         most = len(before) + (len(at_end) if ticks < program.ticks else 0)
-        assert len(before) <= len(found[topic]) <= most, f'{topic}\n{program}'
+        assert len(before) <= len(found[f'/{topic}']) <= most, f'{topic}\n{program}'
+
+
+def recorded_on(entry):
+    """Return the topics of the messages that an entry of an events file becomes."""
+    match entry:
+        case {'torque': dict() as named}:
+            return [f'torque/{name}' for name in named]
+        case {'torque': _}:
+            return ['torque']
+        case {'rotor_torque': _}:
+            return ['rotor_command']
+    return []
 
 
 def assert_refused(program, directory):

@@ -63,6 +63,7 @@ SNAPSHOT = Simulation(flights.GYROSTAT).snapshot(0)
         {'begin_state': SNAPSHOT['begin_state'] | {'q_ib': [1.0, 0.0]}},
         {'begin_state': SNAPSHOT['begin_state'] | {'omega_bi_b': 'abc'}},
         {'torque_b': [[0.0], [0.0], [0.0]]},
+        {'torque_b': {'drag': [0.0, 0.0]}},
         {'until': {'torque': 'soon'}},
         {'topics': ['none']},
     ],
@@ -80,7 +81,12 @@ def test_what_is_no_snapshot_is_refused(change):
     [
         ('scenario', '{"a', 'satdyn_ros/scenario: its scenario is not YAML'),
         ('topics', '{"attitude"', 'satdyn_ros/scenario: its values are not JSON'),
-        ('topics', '{}', 'satdyn_ros/scenario: its topics have no torque, or no rotor_command'),
+        ('topics', '{}', 'satdyn_ros/scenario: its topics have no rotor_command'),
+        (
+            'topics',
+            '{"rotor_command": "/rotor_command", "torque/drag": "/torque/drag"}',
+            'satdyn_ros/scenario: its inputs are not torque, as torque.names says',
+        ),
         ('machine', None, 'satdyn_ros/scenario: it has no machine'),
     ],
 )

@@ -1,6 +1,7 @@
 """A run with sensors, recorded, split, joined in the middle and run again."""
 
 import copy
+from pathlib import Path
 
 import flights
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from mcap.records import Metadata
 
 from satdyn_ros.bag import run_metadata
+from satdyn_ros.bag.continuation import begun_in_bag
 from satdyn_ros.bag.playback import Playback, offered
 from satdyn_ros.bag.read_run import RecordedRun
 from satdyn_ros.bag.simulate import simulate
@@ -135,6 +137,32 @@ def test_noise_goes_on_through_a_restart(tmp_path):
     still |= {'initial.frame': 'inertial'}
     calm = read(recorded(tmp_path / 'calm', still, []))
     assert read(recorded(tmp_path / 'reset', still, [Reset(77)])) == calm
+
+
+def test_a_gyro_that_integrates_goes_on_from_a_bag(tmp_path):
+    """
+    Its first sample is the bag's, also where another body begins there, or a torque had begun.
+
+    A bag of rules 2 knows no turn: the sample is the rate at its tick.
+    """
+    fast = {'initial.angular_velocity': [0.3, -0.2, 40.0], 'motion.method': 'numeric'}
+    bag = recorded(tmp_path / 'bag', fast, [Torque(29, (0.0, 500.0, 0.0), 55)], 4)
+    whole = dict(read(bag)['gyro'])
+    for changes in ({}, {'body.inertia': [810.0, 900.0, 600.0]}):
+        scenario, begin = begun_in_bag(Scenario(VALUES | fast | changes), bag, 1.5)
+        for _ in simulate(scenario, 1, tmp_path / f'on{len(changes)}', begin=begin):
+            pass
+        onward = read(tmp_path / f'on{len(changes)}')['gyro']
+        same = [data == whole[stamp_ns] for stamp_ns, data in onward]
+        assert same[0]
+        assert all(same) == (not changes)
+    old = Path(__file__).parents[1] / 'reference' / 'bags_rules_2' / 'integrating_gyro'
+    scenario, begin = begun_in_bag(RecordedRun(old).scenario, old, 4)
+    simulation = Simulation.from_snapshot(scenario, begin)
+    _, samples = simulation.advance(1)
+    np.testing.assert_allclose(
+        samples.measured['gyro'].values, samples.states.omega_bi_b, rtol=0.0, atol=1e-3
+    )
 
 
 def test_a_changed_measurement_is_found(tmp_path, monkeypatch):

@@ -292,6 +292,40 @@ def test_another_body_goes_on_in_the_state_of_the_bag(tmp_path):
     assert (happened, simulation.advance(1)[0]) == ([], [Timeout(70, 'torque')])
 
 
+def test_torques_with_names_go_on_from_a_bag(tmp_path):
+    """
+    Each to its own end, in files of the bag as in a continuation; verify runs them again.
+
+    Where the file has other names, those that it has too go on, in a motion that begins anew.
+    """
+    scenario = GYROSTAT.with_values(
+        {'torque.names': ['control', 'drag'], 'record.max_duration_s': 1.0}
+    )
+    happening = [
+        Torque(15, (0.0, 0.1, 0.0), 30, 'torque/control'),
+        Torque(25, (0.2, 0.0, 0.0), 75, 'torque/drag'),
+        Torque(45, (0.0, 0.1, 0.0), 70, 'torque/control'),
+    ]
+    bag = recorded(scenario, 4, tmp_path / 'bag', happening)
+    assert {'/torque/control', '/torque/drag'} <= {topic for topic, _, _ in sequence(bag)}
+    assert RecordedRun(bag).snapshot is not None
+    onward, begin = continuation.begun_in_bag(scenario, bag, '1.6')
+    again = recorded(onward, 2.4, tmp_path / 'onward', begin=begin)
+    begin_ns = scenario.epoch_ns + 16 * 10**8
+    assert sequence(again) == [m for m in sequence(bag) if m[1] >= begin_ns]
+    assert all(verify(path).same_bytes for path in (bag, again))
+
+    with pytest.raises(ValueError, match='topic is torque; allowed: torque/control, torque/drag'):
+        recorded(scenario, 4, tmp_path / 'none', [Torque(3, (0.1, 0.0, 0.0))])
+
+    other = scenario.with_values({'torque.names': ['drag', 'jet']})
+    onward, begin = continuation.begun_in_bag(other, bag, '1.6')
+    simulation = Simulation.from_snapshot(onward, begin)
+    _, samples = simulation.advance(27)
+    np.testing.assert_array_equal(samples.system.torque_b, [0.2, 0.0, 0.0])
+    assert simulation.advance(1)[0] == [Timeout(75, 'torque/drag')]
+
+
 @pytest.mark.parametrize(
     ('changes', 'sentence'),
     [

@@ -1,16 +1,23 @@
-"""Samples of four systems with arbitrary states, for all that messages say and leave out."""
+"""Samples of five systems with arbitrary states, for all that messages say and leave out."""
 
 from dataclasses import replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from satdyn_ros.base.nanoseconds import stamp_ns
 from satdyn_ros.dynamics.motion import States
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import System
+from satdyn_ros.environment import Exponential
 from satdyn_ros.orbits import FixedDirection, KeplerOrbit
+from satdyn_ros.orbits.along_orbit import AlongOrbit
 from satdyn_ros.run.samples import Samples
 from satdyn_ros.run.scenario import Frames
+from satdyn_ros.torques.aerodynamic import Aerodynamic
+from satdyn_ros.torques.magnetic import Magnetic
+from satdyn_ros.torques.plates import Plate
+from satdyn_ros.torques.solar import Solar
 
 AXIS = np.array([0.48, 0.6, 0.64])
 TENSOR = np.array([[800.0, 20.0, -30.0], [20.0, 900.0, 10.0], [-30.0, 10.0, 600.0]])
@@ -21,6 +28,9 @@ ELLIPSE = KeplerOrbit(
     argument_of_periapsis=1.0,
     true_anomaly=0.3,
 )
+EARTHLY, EPOCH_NS = KeplerOrbit(inclination=1.7), stamp_ns('2026-03-01T12:00:00')
+ALONG = AlongOrbit(EARTHLY, EPOCH_NS, 'dipole', Exponential(1e-12, 4e5, 6e4), has_sun=True)
+PLATE = Plate(0.5, (0.6, 0.0, 0.8), (0.1, 0.2, 0.3), specular=0.2, diffuse=0.3)
 SYSTEMS = {
     'ellipse, motor': System(
         TENSOR, (Rotor('motor', AXIS, inertia=2.0),), ELLIPSE, rotor_torque=np.array(0.02)
@@ -35,12 +45,23 @@ SYSTEMS = {
         FixedDirection(gradient=3e-6),
         weight_moment=np.array([0.1, 0.2, 0.3]),
     ),
+    'above the Earth': System(
+        TENSOR,
+        orbit=EARTHLY,
+        torques=(
+            Magnetic([0.1, -0.2, 0.3], ALONG.magnetic_field),
+            Aerodynamic([PLATE], ALONG.air_velocity, ALONG.log_density),
+            Solar([PLATE], ALONG.sun),
+        ),
+        environment=ALONG,
+    ),
 }
 FRAMES = {
     'ellipse, motor': Frames('sat1/inertial', 'sat1/lvlh', 'sat1/base_link'),
     'circle, no rotor': Frames(),
     'circle, free rotor': Frames('eci', 'o', 'bo'),
     'fixed, constant momentum': Frames('wörld', '', 'b'),
+    'above the Earth': Frames(earth='itrs', has_earth=True),
 }
 PERIOD_NS = 333_333_333
 

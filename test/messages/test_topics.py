@@ -3,10 +3,11 @@ import sys
 
 import numpy as np
 import pytest
-from messages.drawn_samples import FRAMES, SYSTEMS, part, samples
+from messages.drawn_samples import EPOCH_NS, FRAMES, SYSTEMS, part, samples
 from messages.readers import canonical, default, read
 from scipy.spatial.transform import Rotation
 
+from satdyn_ros import environment
 from satdyn_ros.dynamics.system import State
 from satdyn_ros.integrate.propagation import Propagation
 from satdyn_ros.kernel import rotation
@@ -20,7 +21,7 @@ CASES = [
     (flight, topic)
     for flight, system in SYSTEMS.items()
     for topic in PACKED
-    if topic != 'attitude_lvlh' or system.orbit.has_lvlh
+    if not TOPICS[topic].lacking(system)
 ]
 
 
@@ -163,9 +164,61 @@ def expected_tf(of, i, frames):
     body = transform(frames.body, xyzw(of.states.q_ib[i]))
     if not of.system.orbit.has_lvlh:
         return {'transforms': [body]}
+    earth = []
+    if frames.has_earth:
+        turn = earth_rotation(of, i)
+        like = rotation.from_matrix(turn.as_matrix())
+        earth = [transform(frames.earth, quaternion(turn, like))]
+        earth[0]['transform']['translation'] = xyz((0.0, 0.0, 0.0))
     q_il = rotation.multiply(of.states.q_ib[i], rotation.conjugate(of.states.q_lb[i]))
     lvlh = transform(frames.orbital, quaternion(lvlh_rotation(of, i), q_il))
-    return {'transforms': [lvlh, body]}
+    return {'transforms': [lvlh, *earth, body]}
+
+
+def place_and_time(of, i):
+    return of.states.r_i[i], EPOCH_NS + round(1e9 * of.states.orbit_s[i])
+
+
+def earth_rotation(of, i):
+    """Return ITRS to inertial, from the functions that the tables are made of."""
+    _, unix_ns = place_and_time(of, i)
+    return Rotation.from_matrix(environment.gcrs_to_itrs(unix_ns).T)
+
+
+def expected_magnetic_field(of, i, frames):
+    r_i, _ = place_and_time(of, i)
+    to_inertial = earth_rotation(of, i)
+    g_t = environment.dipole_vector(EPOCH_NS)
+    B_i = to_inertial.apply(environment.dipole_field(g_t, to_inertial.inv().apply(r_i)))
+    B_b = body_rotation(of, i).inv().apply(B_i)
+    return {'header': header(of, i, frames.body), 'magnetic_field': xyz(near(B_b, 1e-4))}
+
+
+def expected_sun_direction(of, i, frames):
+    r_i, unix_ns = place_and_time(of, i)
+    s_i, _ = environment.sun_direction(r_i, environment.sun_position(unix_ns))
+    s_b = body_rotation(of, i).inv().apply(s_i)
+    return {'header': header(of, i, frames.body), 'vector': xyz(near(s_b, 1.0))}
+
+
+def expected_sunlight(of, i, frames):
+    r_i, unix_ns = place_and_time(of, i)
+    sun_i = environment.sun_position(unix_ns)
+    nearness = 149_597_870_700.0 / np.linalg.norm(sun_i - r_i)
+    lux = 128_000.0 * nearness**2 * environment.lit_fraction(r_i, sun_i)
+    return {'header': header(of, i, frames.body), 'illuminance': near([lux], 1e5)[0]}
+
+
+def expected_geodetic(of, i, frames):
+    r_i, _ = place_and_time(of, i)
+    *angles, height_m = environment.geodetic(earth_rotation(of, i).inv().apply(r_i))
+    latitude, longitude = near(np.degrees(angles), 1e3)
+    return {
+        'header': header(of, i, frames.earth),
+        'latitude': latitude,
+        'longitude': longitude,
+        'altitude': near([height_m], 1e7)[0],
+    }
 
 
 def expected_clock(of, i, frames):
@@ -179,6 +232,10 @@ EXPECTED = {
     'odometry': expected_odometry,
     'attitude_lvlh': expected_attitude_lvlh,
     'gravity_gradient': expected_gravity_gradient,
+    'magnetic_field': expected_magnetic_field,
+    'sun_direction': expected_sun_direction,
+    'sunlight': expected_sunlight,
+    'geodetic': expected_geodetic,
     'rotor': expected_rotor,
     'tf': expected_tf,
     'clock': expected_clock,
@@ -230,7 +287,7 @@ def test_published_quaternions_are_unit():
     motion = Propagation(system, State(np.array([0.5, 0.5, 0.5, 0.5]), np.full(3, 0.1), 0.0, 0.0))
     states = motion.at(np.arange(500) * 0.7)
     of = Samples(0, np.arange(500) * 700_000_000, states, system)
-    for topic in PACKED:
+    for topic in (name for name in PACKED if not TOPICS[name].lacking(system)):
         rows = packer('ellipse, motor', topic).pack(of)
         for name in rows.dtype.names:
             if rows[name].shape == (500, 4) and 'color' not in name:

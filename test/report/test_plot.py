@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from satdyn_ros import environment
 from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.cli import command_line
 from satdyn_ros.kernel import rotation
@@ -233,7 +234,7 @@ def test_a_part_is_drawn(bag):
 def test_help_lists_the_panels(bag):
     """`satdyn plot --help` names every panel, those of the figure as it comes first."""
     named = re.findall(r'^  (\w+)   +', command_line._PANELS, re.MULTILINE)
-    assert tuple(named) == (*PANELS, 'NAME_torque', 'SENSOR')
+    assert tuple(named) == (*PANELS, 'NAME_torque', 'SENSOR', 'geodetic')
     run = history(bag, 100)
     first, as_it_comes = (
         [axes.get_ylabel() for axes in draw(run, what).axes] for what in (PANELS[:4], ())
@@ -259,3 +260,40 @@ def test_refused(bag, tmp_path):
         plot(bag, tmp_path / 'figure.xyz')
     with pytest.raises(ValueError, match='is not a bag'):
         plot(tmp_path / 'none', tmp_path / 'figure.png')
+
+
+def test_the_track_is_where_the_body_is(tmp_path):
+    """A line through all places, once around; what is in the umbra is dashed, and UTC is there."""
+    given = {
+        'publish': {'rate': 0.1, 'topics': ['attitude', 'geodetic']},
+        'environment': {'sun': 'ephemeris'},
+        'orbit': {'altitude': 500e3, 'inclination': 1.7},
+        'time': {'epoch': '2026-03-20T06:00:00Z'},
+    }
+    scenario = Scenario.from_dict(given)
+    for _ in simulate(scenario, 8500, tmp_path / 'bag'):
+        pass
+    run = history(tmp_path / 'bag')
+    rates, track = draw(run, ['rates', 'geodetic']).axes
+    stamps_ns = scenario.epoch_ns + np.rint(run.t_s * 1e9).astype(np.int64)
+    r_t = environment.turned(environment.gcrs_to_itrs(stamps_ns), run.states.r_i)
+    truth = np.degrees(environment.geodetic(r_t)[1::-1]).T
+    lines = {line.get_label(): np.array(line.get_data()).T for line in track.get_lines()}
+    is_dark = environment.lit_fraction(run.states.r_i, environment.sun_position(stamps_ns)) == 0.0
+    assert 0.2 < np.mean(is_dark) < 0.5
+    for label, chosen in (('in sunlight', ~is_dark), ('in the umbra', is_dark)):
+        line = lines[label][np.isfinite(lines[label][:, 0])]
+        apart = np.linalg.norm(truth[chosen][:, None] - line, axis=-1).min(axis=1)
+        # The tables of the environment, and a row on the edge of the umbra.
+        assert np.sort(apart)[-4] < 1e-4
+    assert np.nanmax(np.abs(np.diff(lines['in sunlight'][:, 0]))) < 100.0
+    assert lines['from 2026-03-20 06:00:00 UTC'] == pytest.approx(truth[:1], abs=1e-4)
+    (utc,) = rates.child_axes
+    assert utc.get_xlabel() == 'UTC'
+
+
+def test_there_is_no_map_without_a_place(bag):
+    """It is not drawn, and asking for it says what there is."""
+    assert len(draw(history(bag)).axes) == 6
+    with pytest.raises(ValueError, match='the panel is geodetic; allowed: '):
+        plot(bag, bag.parent / 'map.png', ['geodetic'])

@@ -1,5 +1,7 @@
 """Measurement minus truth: what plot and report show of sensors is what the messages say."""
 
+from dataclasses import replace
+
 import browser as pages
 import numpy as np
 import pytest
@@ -11,8 +13,9 @@ from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.report.history import history
 from satdyn_ros.report.html import report
 from satdyn_ros.report.plot import draw, plot
-from satdyn_ros.run.events import Request
+from satdyn_ros.run.events import Event, Request, Torque
 from satdyn_ros.run.scenario import Scenario
+from satdyn_ros.run.segment import Segment
 
 RATE_HZ, LATENCY, RESTART = 20.0, 5, 1001
 MOUNTING = [0.0, 0.7071067811865476, 0.0, 0.7071067811865476]
@@ -135,14 +138,61 @@ def test_any_part_has_the_same_errors(bag):
     assert part['star_tracker'].t_s[0] >= part['gyro'].t_s[0]
 
 
-def test_integrating_gyro_begins_anew_at_a_restart(tmp_path):
-    """Without noise an integrating gyro has no error, neither at the start nor at a restart."""
-    ideal = {'sensors.names': ['gyro'], 'sensors.gyro.integrating': True}
-    values = {'publish.rate': 10.0, 'time.epoch_ns': 10**9, **ideal}
-    restart = Request(25, {'initial.angular_velocity': [0.1, 0.0, 0.0]})
-    for _ in simulate(Scenario(values), 5, tmp_path / 'bag', [restart]):
+@pytest.mark.parametrize('method', ['numeric', 'exact'])
+@pytest.mark.parametrize('divisor', [1, 3])
+def test_an_integrating_gyro_against_the_attitudes(tmp_path, method, divisor):
+    """
+    Without noise an integrating gyro has no error: at a start, a restart, under torques, fast.
+
+    Attitudes are off by the tolerance of 1e-13, in the time of a tick.
+    """
+    values = {
+        'publish.rate': 2.0,
+        'time.epoch_ns': 10**9,
+        'orbit.type': 'fixed',
+        'initial.frame': 'inertial',
+        'initial.angular_velocity': [0.5, -0.3, 9.0],
+        'motion.method': 'auto' if method == 'exact' else method,
+        'sensors.names': ['gyro'],
+        'sensors.gyro.integrating': True,
+        'sensors.gyro.divisor': divisor,
+        'record.max_duration_s': 11.0,
+    }
+    events: list[Event] = [
+        Torque(5, (100.0, 0.0, 0.0), 11),
+        Torque(23, (0.0, 50.0, -80.0), 24),
+        Request(37, {'initial.angular_velocity': [8.0, 0.0, 0.1]}),
+    ]
+    for _ in simulate(Scenario(values), 25, tmp_path / 'bag', events):
         pass
-    assert np.all(history(tmp_path / 'bag').sensors['gyro'].error == 0.0)
+    for path in (tmp_path / 'bag', tmp_path / 'bag' / 'bag_1.mcap'):
+        errors = history(path).sensors['gyro'].error
+        np.testing.assert_allclose(errors, np.zeros_like(errors), atol=1e-11)
+
+
+def test_a_gyro_that_counts_wrong_has_errors(tmp_path, monkeypatch):
+    """The reference does not follow the gyro: where it misses a turn, the error is that turn."""
+    values = {
+        'publish.rate': 1.0,
+        'time.epoch_ns': 10**9,
+        'orbit.type': 'fixed',
+        'initial.frame': 'inertial',
+        'initial.angular_velocity': [0.0, 0.0, 4.0],
+        'sensors.names': ['gyro'],
+        'sensors.gyro.integrating': True,
+    }
+    for _ in simulate(Scenario(values), 5, tmp_path / 'bag'):
+        pass
+    counted = Segment.states
+
+    def folded(*given, **more):
+        states = counted(*given, **more)
+        assert states.turn_b is not None
+        return replace(states, turn_b=states.turn_b - [0.0, 0.0, 2.0 * np.pi])
+
+    monkeypatch.setattr(Segment, 'states', folded)
+    errors = history(tmp_path / 'bag').sensors['gyro'].error
+    np.testing.assert_allclose(errors[1:], [[0.0, 0.0, -2.0 * np.pi]] * 4, atol=1e-11)
 
 
 def test_panels(bag):

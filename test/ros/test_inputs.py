@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from geometry_msgs.msg import WrenchStamped
 from mcap.records import Metadata
-from ros.live import EPOCH_NS, stamp_ns
+from ros.live import EPOCH_NS, Participant, stamp_ns
 from ros.test_diagnostics import health, values
 from scipy.integrate import solve_ivp
 from sensor_msgs.msg import JointState
@@ -15,7 +15,8 @@ from satdyn_ros.bag.read_run import RecordedRun
 from satdyn_ros.bag.run_metadata import EVENT, event_from_record
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.rosbag2.reader import Bag
-from satdyn_ros.run.events import RotorLimited, Torque
+from satdyn_ros.run.events import RotorLimited, Timeout, Torque
+from satdyn_ros.watch.listener import Listener
 
 FREE = {
     'orbit.type': 'fixed',
@@ -94,6 +95,57 @@ def test_a_torque_acts_from_a_tick_on_until_the_next_or_the_timeout(live, tmp_pa
             # SciPy's relative tolerance over a few dozen steps.
             np.testing.assert_allclose([rate.x, rate.y, rate.z], omega, rtol=1e-10)
     assert max(rates) in rates
+
+
+def test_a_controller_and_a_disturbance_act_together(live, tmp_path):
+    """
+    Two publishers on topics of their own: what acts is the sum, and each ends by itself.
+
+    Diagnostics and bag tell them apart, the live page hears both, and the bag verifies.
+    """
+    node, participant = live(
+        FREE
+        | {'publish.topics': ['angular_velocity'], 'record.enabled': True}
+        | {'torque.names': ['control', 'drag'], 'torque.timeout': 2.0}
+    )
+    # The page polls: its node is in no executor.
+    page = Participant(node.namespace)
+    listener, came_in = Listener(page.node), {}
+    topics = {'torque/control', 'torque/drag'}
+    participant.wait_until(lambda: topics <= listener.look(f'{node.namespace}/satdyn').keys())
+    control, drag = (
+        participant.node.create_publisher(WrenchStamped, topic, 10) for topic in sorted(topics)
+    )
+    for publisher in (control, drag):
+        participant.wait_until(lambda p=publisher: p.get_subscription_count() == 2)
+    until, heard = health(participant), participant.listen('angular_velocity')
+    control.publish(wrench((5.0, 0.0, 0.0)))
+    participant.hear(heard, 20)
+    drag.publish(wrench((0.0, -8.0, 3.0)))
+    participant.wait_until(
+        lambda: came_in.update(listener.torques_b()) or came_in.keys() == topics
+    )
+    assert {name: x.tolist() for name, x in came_in.items()} == {
+        'torque/control': [5.0, 0.0, 0.0],
+        'torque/drag': [0.0, -8.0, 3.0],
+    }
+    page.close()
+
+    def told(report):
+        texts = values(report['inputs'])
+        return [texts[f'{name} that acts [N m]'] for name in ('torque', *sorted(topics))]
+
+    both = ['(5.0, -8.0, 3.0)', '(5.0, 0.0, 0.0)', '(0.0, -8.0, 3.0)']
+    until(node.namespace, lambda report: told(report) == both)
+    until(node.namespace, lambda report: told(report) == 3 * ['(0.0, 0.0, 0.0)'])
+    assert node.end()[0] == 0
+
+    (directory,) = tmp_path.glob('satdyn_*_*')
+    assert verify(directory).same_bytes
+    acted = RecordedRun(directory).events
+    begins = {event.topic: event.tick for event in acted if isinstance(event, Torque)}
+    assert list(begins) == ['torque/control', 'torque/drag']
+    assert acted[2:] == [Timeout(tick + 200, topic) for topic, tick in begins.items()]
 
 
 @pytest.mark.long

@@ -250,7 +250,7 @@ def test_a_shipped_scenario_is_given_by_its_path(name):
 
 
 def test_the_constellation():
-    """Eight nodes, each with its full name and with frames of its own under those of its file."""
+    """Eight nodes, each with its full name."""
     path = str(CONFIG / 'constellation.yaml')
     nodes = constellation(path)
     assert nodes == [
@@ -260,9 +260,6 @@ def test_the_constellation():
             'namespace': f'/sat{k}',
             'name': 'satdyn',
             'arguments': ['--params-file', path],
-            'parameters': [
-                {'frames.orbital': f'sat{k}/lvlh', 'frames.body': f'sat{k}/base_link'},
-            ],
             'output': 'screen',
         }
         for k in range(1, 9)
@@ -271,7 +268,7 @@ def test_the_constellation():
 
 
 def test_each_satellite_gets_what_is_its_own():
-    """What the node reads under its full name is what rcl would, what is added aside."""
+    """What the node reads under its full name is what rcl would, and frames of its own."""
     for node in constellation('constellation'):
         option, path = node['arguments']
         listener = rclpy.create_node(
@@ -280,7 +277,15 @@ def test_each_satellite_gets_what_is_its_own():
         given = given_parameters(listener)
         full_name = listener.get_fully_qualified_name()
         listener.destroy_node()
-        assert given == ParameterFile.read([path]).parameters(full_name)
+        file = ParameterFile.read([path])
+        assert given == file.parameters(full_name)
+        own = {
+            'frames.orbital': 'lvlh',
+            'frames.body': 'base_link',
+            'sensors.gyro.frame_id': 'gyro',
+        }
+        given |= {key: f'{full_name[1:5]}/{frame}' for key, frame in own.items()}
+        assert file.flown(full_name) == given
         assert given['sensors.seed'] == int(full_name[4])
 
 
@@ -312,15 +317,6 @@ def test_the_one_satellite_of_a_file_is_started_under_its_name(file):
         started(params_file=path, namespace='sat2')
 
 
-def test_frames_that_a_section_has_stay(file):
-    """Those that it does not have are added."""
-    (node,) = constellation(file('/a/sat: {ros__parameters: {frames: {body: b}}}'))
-    assert node['parameters'] == [{'frames.orbital': 'a/lvlh'}]
-    path = file('/a/sat: {ros__parameters: {frames: {body: b, orbital: o}}}')
-    (node,) = constellation(path)
-    assert 'parameters' not in node
-
-
 def test_patterns_name_no_satellite(file):
     """What is for many nodes is for those that other sections name."""
     path = file(
@@ -331,7 +327,6 @@ def test_patterns_name_no_satellite(file):
     )
     (node,) = constellation(path)
     assert (node['namespace'], node['name']) == ('/a/b', 'sat')
-    assert node['parameters'][0]['frames.body'] == 'a/b/base_link'
 
 
 @pytest.mark.parametrize('text', ['{}', '/**: {ros__parameters: {}}', '/*/satdyn: {}'])
@@ -346,12 +341,11 @@ def test_a_file_without_a_satellite_is_refused(file, text):
     )
 
 
-def test_a_satellite_without_a_namespace_has_the_frames_of_the_file(file):
-    """None of its frames begins with a slash; /satdyn and satdyn are one node, as for rcl."""
+def test_a_satellite_without_a_namespace(file):
+    """/satdyn and satdyn are one node, as for rcl."""
     path = file('satdyn: {ros__parameters: {}}\n/satdyn: {}\nsat1/satdyn: {}')
     alone, other = constellation(path)
     assert (alone['namespace'], alone['name']) == ('', 'satdyn')
-    assert 'parameters' not in alone
     assert (other['namespace'], other['name']) == ('/sat1', 'satdyn')
 
 

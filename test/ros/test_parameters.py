@@ -32,7 +32,7 @@ def test_every_key_is_described_with_unit_and_range_and_none_is_forgotten(live):
         assert key.allowed in descriptor.additional_constraints
         assert descriptor.read_only == (key.changes == 'never')
     types = {d.name: d.type for d in answer.descriptors}
-    for name in ('rotor.names', 'sensors.names', 'publish.topics'):
+    for name in ('rotor.names', 'torque.names', 'sensors.names', 'publish.topics'):
         assert types[name] == ParameterType.PARAMETER_STRING_ARRAY
     ranges = {d.name: d.floating_point_range for d in answer.descriptors}
     assert (ranges['publish.rate'][0].from_value, ranges['publish.rate'][0].to_value) == (0, 1e4)

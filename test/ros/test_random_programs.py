@@ -52,13 +52,17 @@ class Pilot:
             }
             for each in self.participants
         ]
-        self.torque = participant.node.create_publisher(WrenchStamped, 'torque', 10)
+        self.torque = {
+            topic: participant.node.create_publisher(WrenchStamped, topic, 10)
+            for topic in node.scenario.torque_topics
+        }
         self.command = participant.node.create_publisher(JointState, 'rotor_command', 10)
         self.heard = participant.listen('attitude', raw=True)
         for each, clients in zip(self.participants, self.clients, strict=True):
             for name, client in clients.items():
                 each.wait_until(client.service_is_ready, name, PATIENCE_S)
-        participant.wait_until(self.torque.get_subscription_count, 'the node')
+        for torque in self.torque.values():
+            participant.wait_until(torque.get_subscription_count, 'the node')
 
     def __str__(self):
         """Return the scenario that was given and what was done."""
@@ -126,8 +130,9 @@ class Pilot:
             # By the end of a program as fast as any body of these.
             torque = self.draw.torque(self.conditions, 3.0 * self.conditions['time.factor'])
             message.wrench.torque.x, message.wrench.torque.y, message.wrench.torque.z = torque
-            self.tell(f'torque {torque}')
-            self.torque.publish(message)
+            topic = self.draw.choice(list(self.torque))
+            self.tell(f'{topic} {torque}')
+            self.torque[topic].publish(message)
 
     def commands(self):
         """Publish commands to motors, one after the other at once."""
@@ -237,6 +242,7 @@ def fly(seed, live, tmp_path):
     values = dict(scenario.values) | {
         'time.factor': draw.power(1.0, 2.7) / float(scenario.rate),
         'record.enabled': draw.one_in(2),
+        'torque.names': draw.choice(((), ('control', 'drag'))),
     }
     node, participant = live(values)
     pilot = Pilot(draw, node, participant)

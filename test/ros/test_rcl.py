@@ -328,10 +328,6 @@ def test_a_file_with_one_satellite_names_the_node(tmp_path):
 @pytest.mark.parametrize(
     ('arguments', 'sentence'),
     [
-        (
-            [],
-            r'two\.yaml has 2 satellites, of which --satellite must choose one .*: /a/satdyn, /b$',
-        ),
         (['--satellite', '/c'], r'two\.yaml has no satellite /c; it has /a/satdyn, /b$'),
         (['--ros-args', '-r', '__ns:=/c'], r'no section for this node, /c/satdyn; it has /a/satd'),
         (['--satellite', '/a', '--ros-args', '-r', '__node:=b'], 'both name the node; one of the'),
@@ -340,7 +336,7 @@ def test_a_file_with_one_satellite_names_the_node(tmp_path):
             r'Sequence should be of same type.*; in a list every number must have a point, as in ',
         ),
     ],
-    ids=['none', 'no such', 'no section', 'two', 'mixed'],
+    ids=['no such', 'no section', 'two', 'mixed'],
 )
 def test_a_node_that_is_not_named_well_is_refused(tmp_path, arguments, sentence):
     """Exit code 2 and a sentence."""

@@ -17,6 +17,8 @@ MOTOR = Scenario(
         'torque.timeout': 2.0,
     }
 )
+# With names torques superpose.
+NAMED = MOTOR.with_values({'torque.names': ['control', 'drag']})
 
 
 def test_the_documented_file_is_read():
@@ -55,6 +57,18 @@ def test_a_torque_ends_as_in_the_node_unless_told(until, timeout_s, tick):
     scenario = MOTOR.with_values({'torque.timeout': timeout_s})
     text = f'- {{at_s: 1, torque: [1, 0, 0]{until}}}'
     assert events.from_yaml_text(text, scenario) == [Torque(10, (1.0, 0.0, 0.0), tick)]
+
+
+def test_a_torque_with_a_name_is_an_event_of_its_own():
+    """Each of an entry ends as the entry says, and is written as it is read."""
+    text = '- {at_s: 1, torque: {drag: [0, 0, 1], control: [1, 0, 0]}, until_s: 3}'
+    read = events.from_yaml_text(text, NAMED)
+    assert read == [
+        Torque(10, (0.0, 0.0, 1.0), 30, 'torque/drag'),
+        Torque(10, (1.0, 0.0, 0.0), 30, 'torque/control'),
+    ]
+    told = [*read, Timeout(30, 'torque/drag')]
+    assert events.from_yaml_text(events.to_yaml(told), NAMED) == told
 
 
 def test_nested_keys_of_a_request_are_dotted():
@@ -114,6 +128,32 @@ def test_refused(text, sentence):
     """What is wrong is stated in one sentence that names the event and what is allowed."""
     with pytest.raises(ValueError) as refusal:
         events.from_yaml_text(text, MOTOR)
+    assert sentence in str(refusal.value)
+    assert '\n' not in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ('scenario', 'text', 'sentence'),
+    [
+        (
+            NAMED,
+            '[0, 0, 1]',
+            'torque is [0, 0, 1]; with torque.names torques are given by name, such as {control:',
+        ),
+        (
+            MOTOR,
+            '{1: a, 2: b, 3: c}',
+            "torque is {1: 'a', 2: 'b', 3: 'c'}; without torque.names it must be a list of 3 num",
+        ),
+        (NAMED, '{rw: [0, 0, 1]}', 'there is no torque rw; torque.names has control, drag'),
+        (NAMED, '{drag: [0, 1]}', 'torque/drag is [0, 1]; it must be a list of 3 numbers N m'),
+        (NAMED, '{drag: [0, 0, 1], drag: [0, 0, 2]}', 'events gives drag twice, again'),
+    ],
+)
+def test_a_torque_is_given_by_name_where_there_are_names(scenario, text, sentence):
+    """And only there; the sentence says what was given and what is allowed."""
+    with pytest.raises(ValueError) as refusal:
+        events.from_yaml_text(f'- {{tick: 3, torque: {text}}}', scenario)
     assert sentence in str(refusal.value)
     assert '\n' not in str(refusal.value)
 

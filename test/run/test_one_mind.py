@@ -15,7 +15,7 @@ from satdyn_ros.dynamics import inertia
 from satdyn_ros.dynamics.rotor import MODES
 from satdyn_ros.kernel import rotation
 from satdyn_ros.orbits.kepler import EARTH_MU
-from satdyn_ros.run import checks, orbits, rotors, sensors
+from satdyn_ros.run import checks, environment, orbits, rotors, sensors
 from satdyn_ros.run.keys import KEYS, keys_of
 from satdyn_ros.run.many import many
 from satdyn_ros.run.scenario import Scenario
@@ -53,7 +53,7 @@ def judged(common, varied):
 
     common: values of all runs, beside the defaults; varied: a list of values, one for each.
     """
-    keys = keys_of(common.get('rotor.names', ()))
+    keys = keys_of(*(common.get(name, ()) for name in ('rotor.names', 'surface.names')))
     values = {name: key.default for name, key in keys.items()} | common
     arrays = {name: np.array(some, float) for name, some in varied.items()}
     rows = [
@@ -116,7 +116,8 @@ def belongs(draw):
     varied = {}
     for name in draw.choice(choosing, 3, replace=False):
         default = rotors.default(name)
-        if name not in (*common, 'orbit.altitude') and not isinstance(default, str):
+        is_number = isinstance(default, float | int) or (default and isinstance(default[0], float))
+        if name not in (*common, 'orbit.altitude') and is_number:
             some = draw.random(RUNS) < 0.3
             varied[str(name)] = [
                 (np.array(default) * 1.01 + 0.01 if is_given else default) for is_given in some
@@ -136,6 +137,11 @@ def of_sensors(draw):
     return common, {'initial.angular_velocity': vectors(draw)}
 
 
+def of_torques(draw):
+    common = {'torque.names': ('control', str(draw.choice(['drag', '2nd'])))}
+    return common, {'initial.angular_velocity': vectors(draw)}
+
+
 def orbit(draw):
     if draw.random() < 0.5:
         mu = EARTH_MU * near(draw, 1.0 + draw.choice([-1e-4, 1e-4]), smallest=1e-9)
@@ -147,6 +153,27 @@ def orbit(draw):
     v_i[:3] = 1e-4 * r_i[:3]
     r_i[:1] = 0.0
     return {'orbit.type': 'state'}, {'orbit.position': r_i, 'orbit.velocity': v_i}
+
+
+def of_environment(draw):
+    common = {
+        'orbit.type': str(draw.choice(['fixed', 'circular'], p=[0.2, 0.8])),
+        'initial.frame': 'inertial',
+        'environment.magnetic_field': str(draw.choice(['none', 'dipole'])),
+        'surface.names': ('tail',)[: draw.integers(2)],
+    }
+    prefix = 'surface.tail' if common['surface.names'] else 'surface'
+    mirrored = draw.uniform(0.0, 1.0, RUNS)
+    scattered = np.minimum((1.0 - mirrored) * near(draw, 1.0), 1.0)
+    varied = {f'{prefix}.specular': mirrored, f'{prefix}.diffuse': np.maximum(scattered, 0.0)}
+    if draw.random() < 0.5:
+        common['environment.atmosphere'] = 'exponential'
+        varied['environment.density'] = draw.choice([0.0, 1e-12], RUNS, p=[0.1, 0.9])
+        varied['environment.scale_height'] = draw.choice([0.0, 6e4], RUNS, p=[0.1, 0.9])
+    if common['orbit.type'] == 'circular':
+        off = draw.choice([-1e-4, 1e-4])
+        varied['orbit.mu'] = EARTH_MU * (1.0 + off * near(draw, 1.0, smallest=1e-9))
+    return common, varied
 
 
 def body(draw):
@@ -233,7 +260,9 @@ DRAWS = {
     checks.units: units,
     checks.belongs: belongs,
     orbits.rules: orbit,
+    environment.rules: of_environment,
     sensors.rules: of_sensors,
+    checks.torques: of_torques,
     checks.body: body,
     rotors.rules: of_rotors,
     checks.ticks: ticks,

@@ -100,6 +100,29 @@ def test_the_satellites_of_a_file():
             Scenario.from_yaml_text(text, 'f', satellite=given)
 
 
+def test_satellites_in_namespaces_have_frames_of_their_own():
+    """Under theirs, unless their own section gives them; what all have in common is inertial."""
+    text = """
+    /**: {ros__parameters: {frames: {inertial: i, orbital: o}, sensors.names: [gyro]}}
+    /a/b/mysat: {}
+    /sat4/satdyn: {ros__parameters: {frames: {body: own}}}
+    /satdyn: {}
+    """
+    keys = 'frames.inertial', 'frames.orbital', 'frames.body', 'sensors.gyro.frame_id'
+    for satellite, *frames in (
+        ('/a/b/mysat', 'i', 'a/b/o', 'a/b/base_link', 'a/b/gyro'),
+        ('/sat4', 'i', 'sat4/o', 'own', 'sat4/gyro'),
+        ('/satdyn', 'i', 'o', 'base_link', 'gyro'),
+    ):
+        scenario = Scenario.from_yaml_text(text, satellite=satellite)
+        assert [scenario[key] for key in keys] == frames
+    # Nobody's section: the node is one that a file is for, not one of the file.
+    unnamed = Scenario.from_yaml_text('/**: {}', satellite='/sat4')
+    assert unnamed.frames.body == 'base_link'
+    with pytest.raises(ValueError, match=r'frames\.body is 5; it must be a non-empty string'):
+        Scenario.from_yaml_text('/**: {ros__parameters: {frames.body: 5}}\n/a/b: {}')
+
+
 def test_a_section_of_another_node_is_no_satellite():
     """One with none of our groups of keys; a misspelt key is told, not ignored."""
     text = """

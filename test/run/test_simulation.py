@@ -5,10 +5,21 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from satdyn_ros.integrate.propagation import Propagation
 from satdyn_ros.kernel import rotation
-from satdyn_ros.run.events import Event, Request, Reset, RotorCommand, Timeout, Topics, Torque
+from satdyn_ros.run.events import (
+    Event,
+    Request,
+    Reset,
+    RotorCommand,
+    Timeout,
+    Topics,
+    Torque,
+    TorquesDropped,
+)
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 
@@ -213,3 +224,87 @@ def test_stamps_are_exact(rate):
         truth = [10**18 + round(k * 10**9 / exact) for k in range(first, first + 5)]
         assert stamps.tolist() == truth
         assert [ticks.tick_of(stamp) for stamp in truth] == list(range(first, first + 5))
+
+
+NAMED = GYROSTAT.with_values({'torque.names': ['c', 'a', 'b']})
+
+
+def named(tick, name, torque_b, until_tick=None):
+    return Torque(tick, torque_b, until_tick, f'torque/{name}')
+
+
+def test_torques_with_names_are_held_each_by_itself_and_summed():
+    """The same as one torque that somebody adds up, at each tick where one begins or ends."""
+    happening = [
+        named(10, 'a', (0.1, 0.0, 0.2), until_tick=70),
+        named(30, 'b', (0.3, -0.2, 0.0)),
+        named(50, 'a', (0.2, 0.0, 0.0), until_tick=90),
+        Reset(60),
+        named(100, 'b', (0.0, 0.0, 0.0)),
+    ]
+    applied, table = run(NAMED, happening)
+    assert [event for event in applied if isinstance(event, Timeout)] == [Timeout(90, 'torque/a')]
+    added = [
+        Torque(10, (0.1, 0.0, 0.2)),
+        Torque(30, (0.1 + 0.3, -0.2, 0.2)),
+        Torque(50, (0.2 + 0.3, -0.2, 0.0)),
+        Reset(60),
+        Torque(90, (0.3, -0.2, 0.0)),
+        Torque(100, (0.0, 0.0, 0.0)),
+    ]
+    _, truth = run(GYROSTAT, added)
+    for name, column in truth.items():
+        np.testing.assert_array_equal(table[name], column)
+
+
+@given(st.tuples(*3 * [st.floats(-1.0, 1.0)]), st.sampled_from('abc'))
+@settings(max_examples=20, deadline=None)
+def test_one_of_several_torques_is_the_one_torque(torque_b, name):
+    """Bit for bit, whichever is commanded alone: what is not commanded adds nothing."""
+    _, alone = run(GYROSTAT, [Torque(3, torque_b, 9)], ticks=12)
+    _, table = run(NAMED, [named(3, name, torque_b, 9)], ticks=12)
+    assert {k: x.tobytes() for k, x in table.items()} == {k: x.tobytes() for k, x in alone.items()}
+
+
+def test_torques_are_added_in_the_order_of_their_names():
+    """Not in that of their coming: 0.1 + (0.2 + 0.3) has other last digits."""
+    torques = {'a': 0.2, 'b': 0.3, 'c': 0.1}
+    happening = [named(1, name, (0.0, 0.0, z)) for name, z in torques.items()]
+    simulation = Simulation(NAMED, happening)
+    simulation.advance(1), simulation.advance(1)
+    assert simulation.system.torque_b[2] == (0.1 + 0.2) + 0.3 != 0.1 + (0.2 + 0.3)
+
+
+def test_torques_that_are_too_large_together_are_dropped():
+    """Each is a number, their sum is none; all of them end, and the run goes on."""
+    happening = [named(5, name, (1.5e308, 0.0, 0.0), until_tick=20) for name in 'ab']
+    applied, _ = run(NAMED, happening, ticks=30)
+    assert TorquesDropped(6) in applied
+    assert not any(isinstance(event, Timeout) for event in applied)
+
+
+def test_a_step_gives_torques_by_name():
+    """What it names holds during it alone, what it does not name goes on."""
+    scenario = NAMED.with_values({'torque.names': ['a', 'b']})
+    simulation = Simulation(scenario, [named(2, 'b', (0.0, 0.3, 0.0))])
+    for k in range(8):
+        state = simulation.step(torque_b={'a': (0.1, 0.0, 0.0)} if 3 <= k < 6 else None)
+    _, table = run(
+        GYROSTAT,
+        [
+            Torque(2, (0.0, 0.3, 0.0)),
+            Torque(3, (0.1, 0.3, 0.0)),
+            Torque(6, (0.0, 0.3, 0.0)),
+        ],
+        ticks=9,
+    )
+    np.testing.assert_array_equal(state.omega_bi_b, table['omega_bi_b'][8])
+    for torque_b, sentence in (
+        ((0.0, 0.0, 1.0), 'with torque.names torques are given by name'),
+        ({'c': (0.0, 0.0, 1.0)}, 'there is no torque c; torque.names has a, b'),
+        ({'a': (0.0, 0.0, np.nan)}, 'torque/a is .*; it must be a list of 3 numbers N m'),
+    ):
+        with pytest.raises(ValueError, match=sentence):
+            simulation.step(torque_b=torque_b)
+    with pytest.raises(ValueError, match=r'without torque\.names it must be a list of 3 numbers'):
+        Simulation(GYROSTAT).step(torque_b={'a': (0.0, 0.0, 1.0)})

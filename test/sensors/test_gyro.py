@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import allantools
 import numpy as np
 import pytest
@@ -85,15 +87,26 @@ def test_each_error_is_what_its_definition_says(errors, expected):
 
 
 def test_a_gyro_that_integrates_gives_the_mean_rate():
-    """The rotation vector between samples over their interval; the first is the rate itself."""
+    """The turns of the ticks since the sample before over their time; the first is the rate."""
     states = turning(20, [0.3, -0.2, 0.1], INTERVAL_S)
     gyro = Gyro(1, 5 * INTERVAL_S, divisor=5, integrating=True)
     assert_allclose(measured(gyro, states), [[0.3, -0.2, 0.1]] * 4, rtol=0.0, atol=1e-14)
-    turned = turning(20, [2.0, 0.0, 0.0], INTERVAL_S).q_ib
-    swinging = type(states)(**{**vars(states), 'q_ib': turned})
-    samples = measured(gyro, swinging)
+    turn_b = np.outer(np.arange(20.0), [1.0, 0.0, -2.0])
+    samples = measured(gyro, replace(states, turn_b=turn_b))
     assert_allclose(samples[0], [0.3, -0.2, 0.1])
-    assert_allclose(samples[1:], [[2.0, 0.0, 0.0]] * 3, rtol=0.0, atol=1e-14)
+    sums = [np.sum(turn_b[first : first + 5], axis=0) for first in (1, 6, 11)]
+    assert_allclose(samples[1:], np.divide(sums, 5 * INTERVAL_S), rtol=1e-15)
+
+
+def test_a_gyro_of_earlier_rules_folds():
+    """The rotation vector between samples over their time, whatever the rate was."""
+    states = replace(turning(20, [2.0, 0.0, 0.0], INTERVAL_S), turn_b=None)
+    gyro = Gyro(1, 5 * INTERVAL_S, divisor=5, integrating=True, folds=True)
+    assert_allclose(measured(gyro, states), [[2.0, 0.0, 0.0]] * 4, rtol=0.0, atol=1e-14)
+    fast = turning(20, [50.0, 0.0, 0.0], INTERVAL_S)
+    samples = measured(gyro, fast)
+    folded = 50.0 - 2.0 * np.pi / 0.05 * round(50.0 * 0.05 / (2.0 * np.pi))
+    assert_allclose(samples[1:], [[folded, 0.0, 0.0]] * 3, rtol=0.0, atol=1e-12)
 
 
 def test_blocks_do_not_show():
@@ -112,6 +125,16 @@ def test_blocks_do_not_show():
     assert len(whole) == 34
     assert np.array_equal(measured(gyro, states, range(1, 101)), whole)
     assert np.array_equal(measured(gyro, states, (2, 31, 32, None)), whole)
+
+
+def test_turns_are_added_in_their_order_whatever_the_blocks():
+    """Turns of any size: a sum in another order would have other bits."""
+    turn_b = np.random.default_rng(1).normal(size=(200, 3)) ** 5
+    states = replace(turning(200, STILL, INTERVAL_S), turn_b=turn_b)
+    gyro = Gyro(9, 7 * INTERVAL_S, divisor=7, integrating=True)
+    whole = measured(gyro, states)
+    assert np.array_equal(measured(gyro, states, range(1, 201)), whole)
+    assert np.array_equal(measured(gyro, states, (2, 11, 100, None)), whole)
 
 
 def test_a_restart_keeps_the_bias_and_forgets_the_attitude():

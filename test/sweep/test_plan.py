@@ -150,7 +150,9 @@ def test_a_satellite_of_several(tmp_path):
     alone, scenario = Plan.from_yaml(path).scenario, tmp_path / SWEEP['scenario']
     own = yaml.safe_load(scenario.read_text())['/**']
     scenario.write_text(yaml.safe_dump({'/a/satdyn': own, '/b/satdyn': {}}))
-    assert Plan.from_yaml(path, '/a').scenario == alone
+    # In a namespace it has frames of its own.
+    frames = {'frames.orbital': 'a/lvlh', 'frames.body': 'a/base_link'}
+    assert Plan.from_yaml(path, '/a').scenario == alone.with_values(frames)
     with pytest.raises(ValueError, match='has 2 satellites, of which --satellite must choose'):
         Plan.from_yaml(path)
 

@@ -174,6 +174,7 @@ def test_its_topic_verifies_and_has_columns_and_a_panel(published, tmp_path):
         'name': 'gust_torque',
         'title': 'gust torque',
         'unit': 'N m',
+        'lines': ['x', 'y', 'z'],
     }
     assert page['table']['columns']['gust_torque']['width'] == 3
     plot(published, tmp_path / 'gust.svg', ['gust_torque'])

@@ -13,7 +13,7 @@ from satdyn_ros.run.scenario import Scenario
 
 VALUES = {
     'publish.rate': 50.0,
-    'publish.topics': ['attitude', 'imu', 'rotor'],
+    'publish.topics': ['attitude', 'imu', 'rotor', 'geodetic'],
     'initial.angular_velocity': [0.0, 0.1, 0.05],
     'rotor.names': ['wheel', 'ring', 'bias'],
     'rotor.wheel.mode': 'free',
@@ -102,6 +102,24 @@ def test_body_turns_as_the_node_says(page, participant):
     press(page, 'step', 'paused')
     pages.wait(page, f'Math.abs({time} - {(tick + 1) / 50.0}) < 1e-6')
     participant.hear(messages, 1)
+    press(page, 'pause', 'running')
+
+
+def test_the_place_is_that_of_the_topic(page, participant):
+    """Where the page is paused it has the place of the last message, and says its time in UTC."""
+    messages = participant.listen('geodetic')
+    participant.hear(messages, 1)
+    press(page, 'pause', 'paused')
+    participant.spin(0.5)
+    last = messages[-1]
+    time_s = last.header.stamp.sec + last.header.stamp.nanosec / 1e9 - EPOCH_NS / 1e9
+    pages.wait(page, f'Math.abs(satdyn.stage.scene.row.t_s[0] - {time_s}) < 1e-6')
+    row = page.execute_script('return satdyn.stage.scene.row')
+    place = np.array([last.latitude, last.longitude, last.altitude], np.float32)
+    np.testing.assert_array_equal(np.array(row['geodetic'], np.float32), place)
+    utc = str(np.datetime64(last.header.stamp.sec, 's')).replace('T', ' ')
+    pages.wait(page, f"document.querySelector('.ground time').textContent === '{utc} UTC'")
+    pages.wait(page, lambda: text(page, 'clock').endswith(f'{utc} UTC'))
     press(page, 'pause', 'running')
 
 

@@ -43,8 +43,8 @@ function panelsOf(description, angles) {
         return [...omega, Math.hypot(...omega)];
       },
     },
-    ...shown.map(({ name, title, unit }) => ({
-      name, title, unit, lines: ['x', 'y', 'z'], colours: ['--x', '--y', '--z'], scale: 1, isScaled: true,
+    ...shown.map(({ name, title, unit, lines }) => ({
+      name, title, unit, lines, colours: ['--x', '--y', '--z'], scale: 1, isScaled: unit !== '1',
       values: (rows, i) => rows.get(name, i),
     })),
   ];

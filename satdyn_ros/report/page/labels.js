@@ -39,11 +39,12 @@ class Labels {
     this.labels.clear();
   }
 
-  // Put each label beside its point [px], or hide it: points is a map of keys to null or {x, y,
-  // room}, which is kept free around it; corners [px] are those of the body.
-  place(points, corners, width, height) {
+  // Put each label beside its point [px], or hide it: points is a map of keys to null or {x, y, room,
+  // place}: room is kept free around it, place, where given, is that of PLACES to begin with; corners
+  // [px] are those of the body, covered the rooms of what lies over the scene.
+  place(points, corners, covered, width, height) {
     const outline = hull(corners);
-    const taken = [];
+    const taken = [...covered];
     for (const [key, label] of this.labels) {
       const point = points.get(key);
       const free = point && this._freePlace(label, point, taken, outline, width, height);
@@ -56,7 +57,7 @@ class Labels {
     }
   }
 
-  _freePlace(label, { x, y, room: away }, taken, outline, width, height) {
+  _freePlace(label, { x, y, room: away, place: first = label.place }, taken, outline, width, height) {
     const isFree = (room) => room.left >= 4 && room.top >= 4 && room.right <= width - 4 && room.bottom <= height - 4
       && taken.every((other) => room.left > other.right + 4 || room.right < other.left - 4
         || room.top > other.bottom + 1 || room.bottom < other.top - 1) && !touches(outline, room);
@@ -64,7 +65,7 @@ class Labels {
     const count = Labels.PLACES.length;
     for (let k = 0; k < count; k += 1) {
       // Its previous place comes first, so that labels do not jump.
-      const place = (label.place + k) % count;
+      const place = (first + k) % count;
       const [right, down] = Labels.PLACES[place];
       const room = roomAt(
         x + right * (label.width / 2 + away) - label.width / 2, y + down * (label.height / 2 + away) - label.height / 2,

@@ -2,12 +2,13 @@
 // The planet: correct in direction and apparent size, drawn behind everything else.
 
 class Planet {
-  // radius [m]
-  constructor(radius) {
+  // radius [m]; earth: an Earth, or null: without coasts and night.
+  constructor(radius, earth) {
     this.radius = radius;
     this.uniforms = {
       deep: { value: new THREE.Color() }, shallow: { value: new THREE.Color() }, air: { value: new THREE.Color() },
       line: { value: new THREE.Color() }, centre: { value: new THREE.Vector3() }, size: { value: 1 },
+      night: { value: new THREE.Color() }, sun: { value: new THREE.Vector3() }, isLit: { value: 0 },
     };
     // A cap of rays around the direction to the centre, as wide as the air: they hit the ball, the
     // air above it, or nothing.  Rays that could hit nothing are not drawn at all.
@@ -17,26 +18,42 @@ class Planet {
     this.graticule.renderOrder = -2;
     this.group = new THREE.Group();
     this.group.add(this.ball, this.graticule);
-    for (const part of this.group.children) part.frustumCulled = false;
+    if (earth) this.graticule.add(this._coasts(earth));
+    this.group.traverse((part) => { part.frustumCulled = false; });
   }
 
-  // Turn with the inertial axes, at the body's distance [m] from the planet.
-  show(q_vi, down_v, distance) {
+  // Turn with the axes of its graticule, at the body's distance [m] from the planet; sun_v: the
+  // direction of the Sun, null: lit from everywhere.
+  show(q_vg, down_v, distance, sun_v) {
     const { centre, size } = this.uniforms;
     centre.value.set(...down_v).multiplyScalar(Planet.DISTANCE);
     size.value = Planet.DISTANCE * Math.min(this.radius / distance, 0.9999);
     this.graticule.position.copy(centre.value);
-    this.graticule.quaternion.copy(q_vi);
+    this.graticule.quaternion.set(...q_vg);
     this.graticule.scale.setScalar(size.value);
+    this.uniforms.isLit.value = sun_v ? 1 : 0;
+    if (sun_v) this.uniforms.sun.value.set(...sun_v);
   }
 
   paint(colourOf) {
-    for (const name of ['deep', 'shallow', 'line', 'air']) this.uniforms[name].value.set(colourOf(`--planet-${name}`));
+    for (const name of ['deep', 'shallow', 'line', 'air', 'night']) this.uniforms[name].value.set(colourOf(`--planet-${name}`));
+    this.coastLine?.value.set(colourOf('--planet-coast'));
   }
 
-  _material({ vertex, fragment }) {
+  _coasts(earth) {
+    const places = earth.coast.flatMap((line) => line.slice(1).flatMap((to, k) => [...Earth.direction(line[k]), ...Earth.direction(to)]));
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute('position', new THREE.Float32BufferAttribute(places, 3));
+    geometry.setAttribute('weight', new THREE.Float32BufferAttribute(new Array(places.length / 3).fill(1), 1));
+    this.coastLine = { value: new THREE.Color() };
+    const coasts = new THREE.LineSegments(geometry, this._material(Planet.GRATICULE, { line: this.coastLine }));
+    coasts.renderOrder = -2;
+    return coasts;
+  }
+
+  _material({ vertex, fragment }, own = {}) {
     return new THREE.ShaderMaterial({
-      vertexShader: vertex, fragmentShader: fragment, uniforms: this.uniforms,
+      vertexShader: vertex, fragmentShader: fragment, uniforms: { ...this.uniforms, ...own },
       // Blended, but drawn first, with the opaque objects.
       depthTest: false, depthWrite: false, blending: THREE.CustomBlending, side: THREE.DoubleSide,
     });
@@ -64,9 +81,11 @@ Planet.BALL = {
       gl_Position = vec4(seen.xy, 0.0, seen.w);
     }`,
   fragment: `
-    uniform vec3 deep, shallow, air, centre;
-    uniform float size;
+    uniform vec3 deep, shallow, air, centre, night, sun;
+    uniform float size, isLit;
     varying vec3 ray;
+    // The part of daylight on a vertical: dusk is as wide as the Sun is low.
+    float daylight(vec3 vertical) { return 1.0 - isLit * (1.0 - smoothstep(-0.12, 0.06, dot(vertical, sun))); }
     void main() {
       vec3 along = normalize(ray);
       vec3 from = cameraPosition - centre;
@@ -75,13 +94,14 @@ Planet.BALL = {
       float above = length(nearest) / size - 1.0;
       if (ahead < 0.0 || above > 0.035) discard;
       if (above > 0.0) {
-        gl_FragColor = vec4(air, 0.8 * exp(-above / 0.006));
+        gl_FragColor = vec4(air, 0.8 * exp(-above / 0.006) * mix(0.25, 1.0, daylight(nearest / length(nearest))));
       } else {
         // The cosine between the ray and the vertical where it hits.
         float up = sqrt(max(1.0 - (above + 1.0) * (above + 1.0), 0.0));
         float haze = 1.0 - up;
         haze *= haze * haze;
-        gl_FragColor = vec4(mix(mix(shallow, deep, min(up / 0.7, 1.0)), air, 0.8 * haze * haze), 1.0);
+        vec3 day = mix(mix(shallow, deep, min(up / 0.7, 1.0)), air, 0.8 * haze * haze);
+        gl_FragColor = vec4(mix(night, day, daylight(nearest / size - up * along)), 1.0);
       }
       #include <colorspace_fragment>
     }`,

@@ -28,6 +28,7 @@ class Player {
       rows: new Set(bands.rows), ...Object.fromEntries(['least', 'most', 'mean'].map((name) => [name, decoded(bands[name])])),
     }, sensors);
     this.charts.draw(this.rows);
+    this.timeline.epoch = description.earth?.epoch_s;
     this.timeline.take(this.rows.time(0), this.rows.time(this.rows.length - 1), marks);
   }
 

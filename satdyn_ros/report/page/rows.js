@@ -112,6 +112,7 @@ class Rows {
     for (const name of Object.keys(here)) {
       if (name.startsWith('q_')) row[name] = Rotation.between(here[name], next[name], part);
       else if (name === 'rotor_angle') row[name] = here[name];
+      else if (name === 'geodetic') row[name] = Earth.between(here[name], next[name], part);
       else row[name] = here[name].map((x, k) => (1 - part) * x + part * next[name][k]);
     }
     row.t_s = [time];

@@ -3,7 +3,7 @@
 
 const ARROWS = {
   nadir: '--nadir', rate: '--rate', momentum: '--momentum', torque: '--torque', applied: '--applied',
-  x: '--x', y: '--y', z: '--z', along: '--quiet', normal: '--quiet',
+  x: '--x', y: '--y', z: '--z', along: '--quiet', normal: '--quiet', sun: '--sun', field: '--field',
 };
 const PATHS = { axis: '--axis-path', polhode: '--polhode', herpolhode: '--herpolhode' };
 const AXIS_LENGTH = 1.0;
@@ -18,6 +18,7 @@ class Scene {
   // box: an element that the scene fills.  Error: the browser has no WebGL.
   constructor(box) {
     this.box = box;
+    this.over = []; // elements over it that labels keep off
     this.isSoftware = drawsInSoftware();
     this.renderer = new THREE.WebGLRenderer({ antialias: true, powerPreference: 'high-performance' });
     this.canvas = this.renderer.domElement;
@@ -33,7 +34,7 @@ class Scene {
     this.controls = new THREE.OrbitControls(this.camera, this.canvas);
     Object.assign(this.controls, { enablePan: false, minDistance: 2, maxDistance: 14, enableDamping: false });
     this.controls.addEventListener('change', () => this.redraw());
-    this.shown = { axis: true, polhode: false, herpolhode: false, arrows: true };
+    this.shown = { axis: true, polhode: false, herpolhode: false, arrows: true, place: true };
     this.frames = []; // when the last ones were drawn [ms]
     this.sharpness = this.share = 1;
     this._build();
@@ -45,9 +46,10 @@ class Scene {
     dark.addEventListener('change', () => { this._paint(); this.redraw(); });
   }
 
-  describe(description) {
+  // earth: an Earth, or null: of a planet that is not known by its coasts.
+  describe(description, earth = null) {
     this.clear();
-    this.description = description;
+    Object.assign(this, { description, earth });
     this.inBody.remove(this.solid, ...this.wheels);
     this.solid = bodySolid(description.body.edges);
     this.solid.quaternion.set(...description.body.q_bp);
@@ -57,11 +59,12 @@ class Scene {
     this.arrows.y.point(0, AXIS_LENGTH, 0);
     this.arrows.z.point(0, 0, AXIS_LENGTH);
     if (this.planet) this.world.remove(this.planet.group);
-    this.planet = description.planet ? new Planet(description.planet) : null;
+    this.planet = description.planet ? new Planet(description.planet, earth) : null;
     if (this.planet) this.world.add(this.planet.group);
     if (this.view === 'space' && description.has_lvlh) this.setView('orbit');
     this._paint();
     this.longest = { rate: 0, torque: 0 };
+    this._measureCover();
   }
 
   // Show nothing until the next row: a body where it is not would be a lie.
@@ -113,9 +116,8 @@ class Scene {
 
   _build() {
     this.world.add(new THREE.HemisphereLight(0xffffff, 0x8fa6c8, 1.5));
-    const sun = new THREE.DirectionalLight(0xffffff, 2.4);
-    sun.position.set(3, 4, 5);
-    this.world.add(sun);
+    this.sunlight = new THREE.DirectionalLight(0xffffff, 2.4);
+    this.world.add(this.sunlight);
     [this.inertial, this.inLvlh, this.inBody] = [0, 1, 2].map(() => new THREE.Group());
     this.world.add(this.inertial, this.inLvlh, this.inBody);
     this.stars = starField();
@@ -188,14 +190,27 @@ class Scene {
     this.inBody.quaternion.set(...q_vb);
     if (q_vl) this.inLvlh.quaternion.set(...q_vl);
     const nadir_v = q_vl ? Rotation.rotate(q_vl, [0, 0, 1]) : Rotation.rotate(q_vi, [0, 0, -1]);
-    if (this.planet) this.planet.show(this.inertial.quaternion, nadir_v, row.radius_m[0]);
-    this._placeArrows(q_vb, q_vl, nadir_v);
+    const q_ve = this.earth && Rotation.multiply(q_vi, this.earth.attitude(row.t_s[0]));
+    const sun_v = this._sun(q_vb, q_ve);
+    this.sunlight.position.set(...(sun_v ?? Scene.LAMP));
+    this.sunlight.intensity = this._isInUmbra ? 0.4 : 2.4;
+    if (this.planet) this.planet.show(q_ve ?? q_vi, nadir_v, row.radius_m[0], sun_v);
+    this._placeArrows(q_vb, q_vl, nadir_v, sun_v);
     this._placeWheels();
     this._placePaths(q_vi, q_vb, q_vl);
     this.redraw();
   }
 
-  _placeArrows(q_vb, q_vl, nadir_v) {
+  get _isInUmbra() { return this.row.sunlight?.[0] === 0; }
+
+  // The direction of the Sun: as published, or by the time; null: not known.
+  _sun(q_vb, q_ve) {
+    const published = this.row.sun_direction;
+    if (published) return Rotation.rotate(q_vb, published);
+    return q_ve && Rotation.rotate(q_ve, this.earth.sun(this.row.t_s[0]));
+  }
+
+  _placeArrows(q_vb, q_vl, nadir_v, sun_v) {
     const { row, longest } = this;
     const none = [0, 0, 0];
     const along = (v, length) => v.map((x) => x * length);
@@ -214,6 +229,9 @@ class Scene {
     point('momentum', isOn && H ? along(inView(H, Math.hypot(...H)), 1.1) : none);
     point('torque', isOn && row.gravity_gradient ? inView(row.gravity_gradient, longest.torque) : none);
     const applied = row.applied_b;
+    const field = this.shown.place && row.magnetic_field;
+    point('sun', this.shown.place && sun_v ? along(sun_v, 1.75) : none);
+    point('field', field ? along(Rotation.rotate(q_vb, field), 1.5 / Math.hypot(...field)) : none);
     point('applied', isOn && applied && applied.every(Number.isFinite) ? inView(applied, Math.hypot(...applied)) : none);
   }
 
@@ -263,11 +281,17 @@ class Scene {
 
   // -- drawing -------------------------------------------------------------------------------------
 
+  _fieldText() {
+    const { magnetic_field: field } = this.row;
+    return field ? `B ${quantity(1e6 * Math.hypot(...field))} µT` : 'B';
+  }
+
   _labelTexts() {
     const { row, description } = this;
     const texts = {
       nadir: description.has_lvlh ? 'nadir' : 'to the centre', rate: 'ω', momentum: 'H', torque: 'gravity gradient',
       applied: 'applied torque', x: 'x', y: 'y', z: 'z', along: 'along track', normal: 'orbit normal',
+      sun: this._isInUmbra ? 'Sun, behind the Earth' : 'Sun', field: this._fieldText(),
     };
     Object.entries(texts).forEach(([name, text]) => this.labels.set(name, text, ARROWS[name]));
     description.rotors.forEach(({ name, momentum }, k) => {
@@ -286,23 +310,24 @@ class Scene {
     this._labelTexts();
     const points = new Map();
     const at = new THREE.Vector3();
-    const project = (key, isShown, room) => {
+    const project = (key, isShown, room, isOutside = false) => {
       const isHidden = isShown && this._isBehindBody(at);
       if (isShown) at.project(this.camera);
       this.labels.dim(key, isHidden);
       const [x, y] = this._pixels(at);
-      points.set(key, isShown && at.z < 1 ? { x, y, room } : null);
+      const place = isOutside ? this._sideOf(x, y) : undefined;
+      points.set(key, isShown && at.z < 1 ? { x, y, room, place } : null);
     };
     const pixels = this.height / (2 * Math.tan((this.camera.fov * Math.PI) / 360) * this.camera.position.length());
     for (const [name, made] of Object.entries(this.arrows)) {
       at.copy(made.tip).applyQuaternion(made.parent.quaternion);
-      project(name, made.visible, 7);
+      project(name, made.visible, 7, name === 'sun' || name === 'field');
     }
     this.wheels.forEach((made, k) => {
       at.copy(made.position).applyQuaternion(this.inBody.quaternion);
       project(`rotor ${k}`, true, 0.24 * pixels);
     });
-    this.labels.place(points, this._corners(), this.width, this.height);
+    this.labels.place(points, this._corners(), this.covered, this.width, this.height);
     this.frames.push(now);
     if (this.frames.length > 600) this.frames.splice(0, 300);
     if (!this.isSoftware) this._keepPace(now);
@@ -315,6 +340,12 @@ class Scene {
 
   // Where a projected point is [px].
   _pixels({ x, y }) { return [((x + 1) / 2) * this.width, ((1 - y) / 2) * this.height]; }
+
+  // The place beside a point that is furthest from the middle, where its arrow does not lie.
+  _sideOf(x, y) {
+    const [right, down] = [x - this.width / 2, y - this.height / 2];
+    return Math.abs(right) > Math.abs(down) ? Number(right < 0) : 2 + Number(down > 0);
+  }
 
   // The corners of the body [px].
   _corners() {
@@ -371,6 +402,7 @@ class Scene {
     const { width, height } = this.box.getBoundingClientRect();
     if (!width || !height) return;
     [this.width, this.height] = [width, height];
+    this._measureCover();
     this.renderer.setPixelRatio(this.isSoftware ? 1 : Math.min(devicePixelRatio, 2) * this.sharpness);
     this.renderer.setSize(width, height);
     this.camera.aspect = width / height;
@@ -380,6 +412,13 @@ class Scene {
     // At once, because a resized canvas is empty; the labels follow with the next frame.
     this._render();
     this.redraw();
+  }
+
+  // Measured here, not with every frame, because measuring is slow.
+  _measureCover() {
+    const { left, top } = this.box.getBoundingClientRect();
+    this.covered = this.over.map((element) => element.getBoundingClientRect()).map((room) => (
+      { left: room.left - left, top: room.top - top, right: room.right - left, bottom: room.bottom - top }));
   }
 
   _resetCamera() {
@@ -395,6 +434,7 @@ class Scene {
 // WebGL looks along -Z with Y up: z of LVLH and body goes down, Z of inertial axes goes up.
 Scene.Z_DOWN = [Math.SQRT1_2, 0, 0, Math.SQRT1_2];
 Scene.Z_UP = [-Math.SQRT1_2, 0, 0, Math.SQRT1_2];
+Scene.LAMP = [3, 4, 5]; // where the light comes from if not from the Sun
 
 // Whether there is no graphics processor.
 function drawsInSoftware() {

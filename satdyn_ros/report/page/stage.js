@@ -7,6 +7,7 @@ const SWITCHES = {
   polhode: ['polhode', 'path of the rate in the body', '--polhode'],
   herpolhode: ['herpolhode', 'path of the rate in space', '--herpolhode'],
   arrows: ['ω, H, torque', 'arrows of rate, momentum and torque', '--rate'],
+  place: ['Sun, B', 'arrows to the Sun and along the magnetic field', '--sun'],
 };
 
 class Stage {
@@ -18,6 +19,8 @@ class Stage {
     this.notice = Stage.made('p', 'notice');
     this.notice.setAttribute('role', 'status');
     box.append(this.sceneBox, this.notice);
+    this.ground = new Ground();
+    box.after(this.ground.box);
     try {
       this.scene = new Scene(this.sceneBox);
     } catch (error) {
@@ -30,8 +33,14 @@ class Stage {
   }
 
   describe(description) {
+    const earth = description.earth && new Earth(description.earth);
+    this.ground.describe(earth);
     if (!this.scene) return;
-    this.scene.describe(description);
+    this.scene.over = earth ? [this.ground.box, this.switches] : [];
+    this.scene.describe(description, earth);
+    const hasPlace = earth || description.panels.some(({ name }) => name === 'sun_direction' || name === 'magnetic_field');
+    if (hasPlace) this.switches.append(this.placeSwitch);
+    else this.placeSwitch.remove();
     this.views.orbit.disabled = !description.has_lvlh;
     this.views.orbit.title = description.has_lvlh ? '' : 'there is no orbit';
     const names = description.rotors.map(({ name }) => name).join(', ');
@@ -40,9 +49,15 @@ class Stage {
   }
 
   // Show nothing until the next row.
-  clear() { this.scene?.clear(); }
+  clear() {
+    this.ground.clear();
+    this.scene?.clear();
+  }
 
-  show(row, rows, factor) { this.scene?.show(row, rows, factor); }
+  show(row, rows, factor) {
+    this.ground.show(row, rows);
+    this.scene?.show(row, rows, factor);
+  }
 
   say(text) {
     this.notice.textContent = text;
@@ -70,7 +85,7 @@ class Stage {
   }
 
   _addSwitches() {
-    const group = Stage.made('fieldset', 'switches');
+    const group = this.switches = Stage.made('fieldset', 'switches');
     group.append(Stage.made('legend', 'unseen', 'show'));
     for (const [name, [text, meaning, colour]] of Object.entries(SWITCHES)) {
       const label = Stage.made('label');
@@ -80,7 +95,8 @@ class Stage {
       Object.assign(input, { type: 'checkbox', checked: this.scene.shown[name], name });
       input.addEventListener('change', () => this.scene.toggle(name, input.checked));
       label.append(input, Stage.made('span', '', text));
-      group.append(label);
+      if (name === 'place') this.placeSwitch = label; // only where there is what it shows
+      else group.append(label);
     }
     this.box.append(group);
   }

@@ -1,5 +1,5 @@
 'use strict';
-// The time of a recorded run: play, speed, slider and the marks of events.
+// The time of a recorded run: play, speed, slider and the marks of events; UTC where epoch [s] is set.
 
 const SPEEDS = [0.1, 1, 10, 30, 100, 300, 1000, 3000, 10000, 100000];
 
@@ -13,10 +13,10 @@ class Timeline {
       <button type="button" class="play" aria-label="play"></button>
       <div class="track"><div class="marks" aria-hidden="true"></div>
         <input type="range" min="0" max="1000000" value="0" step="1" aria-label="time"></div>
-      <output class="clock"></output>
+      <output class="clock"></output><output class="utc"></output>
       <label class="speed"><span class="unseen">speed</span><select aria-label="speed"></select></label>`;
-    [this.button, this.marks, this.slider, this.clock, this.speed] =
-      ['.play', '.marks', 'input', '.clock', 'select'].map((name) => box.querySelector(name));
+    [this.button, this.marks, this.slider, this.clock, this.utc, this.speed] =
+      ['.play', '.marks', 'input', '.clock', '.utc', 'select'].map((name) => box.querySelector(name));
     SPEEDS.forEach((factor) => this.speed.add(new Option(`× ${factor}`, factor)));
     this.button.addEventListener('click', () => this.play(!this.isPlaying));
     this.slider.addEventListener('input', () => this.seek(this.begin + (this.slider.value / 1e6) * this.span));
@@ -73,6 +73,7 @@ class Timeline {
     this.slider.value = Math.round(((this.time - this.begin) / this.span) * 1e6);
     const text = timeText(this.time, this.span);
     this.clock.textContent = text;
+    if (this.epoch !== undefined) this.utc.textContent = utcText(this.epoch + this.time);
     this.slider.setAttribute('aria-valuetext', text);
   }
 

@@ -39,3 +39,6 @@ function prefixed(largest, unit) {
   const prefix = { '-4': 'p', '-3': 'n', '-2': 'µ', '-1': 'm', 0: '', 1: 'k' }[power];
   return { scale: 10 ** (-3 * power), unit: prefix + unit };
 }
+
+// A Unix time [s] as a reader writes it.
+function utcText(time) { return `${new Date(1000 * time).toISOString().slice(0, 19).replace('T', ' ')} UTC`; }

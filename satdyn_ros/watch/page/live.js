@@ -82,7 +82,8 @@ function tick() {
   live.clock = undefined;
   if (!rows.length) return;
   const time = rows.time(rows.length - 1);
-  element('clock').textContent = timeText(time, time);
+  const { earth } = stage.ground;
+  element('clock').textContent = [timeText(time, time), ...(earth ? [utcText(earth.utc(time))] : [])].join(' · ');
 }
 
 function drawCharts() {

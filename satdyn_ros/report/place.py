@@ -1,0 +1,49 @@
+"""What a map of the Earth needs: coast lines, and the place over which the body is."""
+
+import json
+from collections.abc import Iterator
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+
+from ..base.nanoseconds import SECOND_NS
+from ..orbits import FixedDirection
+from ..run.scenario import Scenario
+from ..run.topics import Topic
+
+# The topic of the place: latitude and longitude [deg] and height [m] on WGS 84.
+GEODETIC = 'geodetic'
+
+
+def place_topics(scenario: Scenario) -> list[Topic]:
+    """Return the topic of the place, where the scenario publishes it."""
+    return [scenario.topic_table[GEODETIC]] if GEODETIC in scenario.topics else []
+
+
+def description(scenario: Scenario) -> dict[str, Any] | None:
+    """
+    Return what a page needs to draw the Earth, plain data; None: no place is published.
+
+    epoch_s: Unix time of tick 0 [s].  period_s: of the orbit [s], so long is the track.  coast: as
+    in coast.json.
+    """
+    orbit = scenario.system.orbit
+    if GEODETIC not in scenario.topics or isinstance(orbit, FixedDirection):
+        return None
+    return {
+        'epoch_s': scenario.epoch_ns / SECOND_NS,
+        'period_s': 2.0 * np.pi / orbit.mean_motion,
+        'coast': _coast(),
+    }
+
+
+def coast_lines() -> Iterator[np.ndarray]:
+    """Yield the coast lines, (N, 2) each: longitude and latitude [deg]."""
+    coast = _coast()
+    for line in coast['lines']:
+        yield np.multiply(coast['unit_deg'], line).reshape(-1, 2)
+
+
+def _coast():
+    return json.loads(files(__package__).joinpath('bundled/coast.json').read_text())

@@ -1,0 +1,141 @@
+"""The environment of a scenario: what acts by it, and what its values may not be together."""
+
+from collections.abc import Iterator, Mapping
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from ..base.sentences import Rules, written
+from ..environment import Exponential, Msis
+from ..orbits import FixedDirection, KeplerOrbit, TabledOrbit
+from ..orbits.along_orbit import AlongOrbit
+from ..orbits.kepler import EARTH_MU
+from ..torques.aerodynamic import Aerodynamic
+from ..torques.body_torque import BodyTorque
+from ..torques.magnetic import Magnetic
+from ..torques.plates import COEFFICIENTS, KEYS_OF_A_PLATE, Plate, box
+from ..torques.solar import Solar
+from .orbits import EARTH_TO
+
+# The models of what there is, none by default.
+MODELS = ('environment.magnetic_field', 'environment.atmosphere', 'environment.sun')
+_AIR: dict[str, Any] = {'exponential': Exponential, 'msis': Msis}
+# Keys that belong to one model of the air: key, the choosing key, the choice.
+OF_THE_AIR = tuple(
+    (f'environment.{leaf}', 'environment.atmosphere', (model,))
+    for model, kind in _AIR.items()
+    for leaf in kind._fields
+)
+
+
+def asked(values: Mapping[str, Any]) -> list[str]:
+    """Return the keys of the models that are asked for."""
+    return [name for name in MODELS if values[name] != 'none']
+
+
+def needs_epoch(values: Mapping[str, Any]) -> str:
+    """Return the key by which the scenario needs the instant of tick 0, '' if it needs none."""
+    if values['orbit.type'] in ('tle', 'oem'):
+        return 'orbit.type'
+    return next(iter(asked(values)), '')
+
+
+def rules(values: Mapping[str, Any]) -> Rules:
+    """Check that the centre is the Earth where its environment is asked for, and the plates."""
+    for key in asked(values):
+        model, mu = values[key], values['orbit.mu']
+        if (yield values['orbit.type'] == 'fixed'):
+            raise ValueError(
+                f'{key} is {model}; with orbit.type fixed the body has no place in it, so it must '
+                'be none'
+            )
+        if (yield abs(mu / EARTH_MU - 1.0) > EARTH_TO):
+            raise ValueError(
+                f'{key} is {model}, of the Earth, and orbit.mu {written(mu)}; it must be within '
+                f'{EARTH_TO:g} of {EARTH_MU:.10g}'
+            )
+    if values['environment.atmosphere'] == 'exponential':
+        for leaf in ('density', 'scale_height'):
+            name = f'environment.{leaf}'
+            if (yield values[name] == 0.0):
+                raise ValueError(
+                    f'{name} is 0; with environment.atmosphere exponential it must be above 0'
+                )
+    for prefix in ('surface', *(f'surface.{name}' for name in values['surface.names'])):
+        mirrored, scattered = values[f'{prefix}.specular'], values[f'{prefix}.diffuse']
+        if (yield mirrored + scattered > 1.0):
+            raise ValueError(
+                f'{prefix}.specular is {written(mirrored)} and {prefix}.diffuse '
+                f'{written(scattered)}; together they must be at most 1'
+            )
+
+
+def plates(values: Mapping[str, Any]) -> list[Plate]:
+    """Return the plates that a scenario describes, the sides of its box first."""
+    found = []
+    if np.any(values['body.box']):
+        coefficients = (values[f'surface.{key.name}'] for key in COEFFICIENTS)
+        found = box(values['body.box'], values['body.box_centre'], *coefficients)
+    for name in values['surface.names']:
+        found.append(Plate(*(values[f'surface.{name}.{key.name}'] for key in KEYS_OF_A_PLATE)))
+    return [plate for plate in found if plate.area]
+
+
+def without_effect(values: Mapping[str, Any]) -> Iterator[str]:
+    """Yield a sentence on each thing that is described and that nothing acts on."""
+    if any(values['body.dipole']) and values['environment.magnetic_field'] == 'none':
+        yield 'body.dipole is given, and without environment.magnetic_field it does nothing'
+    if 'none' == values['environment.atmosphere'] == values['environment.sun'] and plates(values):
+        name = 'body.box' if any(values['body.box']) else 'surface.names'
+        yield (
+            f'{name} is given, and without environment.atmosphere or environment.sun it does '
+            'nothing'
+        )
+
+
+def along(
+    values: Mapping[str, Any], orbit: FixedDirection | KeplerOrbit | TabledOrbit
+) -> AlongOrbit | None:
+    """
+    Return the environment along an orbit, the same for scenarios that share orbit and models.
+
+    None: the centre is not the Earth, or tick 0 has no instant.  ValueError: a model does not know
+    the time of tick 0.
+    """
+    if isinstance(orbit, FixedDirection) or not (
+        values['time.epoch_ns'] and abs(values['orbit.mu'] / EARTH_MU - 1.0) <= EARTH_TO
+    ):
+        return None
+    model = values['environment.atmosphere']
+    air = None
+    if model != 'none':
+        air = _AIR[model](*(values[f'environment.{leaf}'] for leaf in _AIR[model]._fields))
+    return _along(
+        orbit,
+        values['time.epoch_ns'],
+        values['environment.magnetic_field'],
+        air,
+        values['environment.sun'] != 'none',
+    )
+
+
+# Runs that share them share the tables.
+_along = lru_cache(maxsize=4)(AlongOrbit)
+
+
+def torques_of(
+    values: Mapping[str, Any], along_orbit: AlongOrbit | None
+) -> tuple[BodyTorque, ...]:
+    """Return the torques of the environment, those whose ingredients are given."""
+    if along_orbit is None:
+        return ()
+    torques: list[BodyTorque] = []
+    names, surface = asked(values), plates(values)
+    if 'environment.magnetic_field' in names and np.any(values['body.dipole']):
+        torques.append(Magnetic(values['body.dipole'], along_orbit.magnetic_field))
+    if 'environment.atmosphere' in names and surface:
+        torques.append(Aerodynamic(surface, along_orbit.air_velocity, along_orbit.log_density))
+    if 'environment.sun' in names and surface:
+        torques.append(Solar(surface, along_orbit.sun))
+    return tuple(torques)

@@ -1,0 +1,15 @@
+"""
+The rules of runs, raised by every change of what a run computes or records.
+
+A bag names those of its run, by which it is run again whatever the version that reads it.  A name
+here is the first of the rules by which something is as it is now.
+"""
+
+# By rules 0, of versions 0.1 and 0.2, timeouts, drops and halts act where the bag tells them.
+EVENTS_FOLLOW = 1
+# Before, the mountings of the sensors were on /tf.
+MOUNTINGS_ARE_LATCHED = 2
+# Before, an integrating gyro gave the rotation vector between its samples, divided by their time.
+TURNS_ARE_COUNTED = 3
+
+RULES = 3

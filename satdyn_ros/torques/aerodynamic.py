@@ -1,0 +1,85 @@
+"""The torque of the air on the plates of a body."""
+
+import math
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..kernel.time_table import NO_TABLE, Table, interpolate, interpolate_vector
+from ..kernel.unroll import unrolled_fold
+from ..kernel.vector import add, cross, dot, scale, to_body
+from ..orbits.pieces import Pieces
+from .body_torque import BodyTorque
+from .plates import Plate, along_normals
+
+
+class PlateInAir(NamedTuple):
+    """normal: n; arm [m^3]: C_D A p, p its place from the mass centre; both in body axes."""
+
+    normal: tuple[float, ...]
+    arm: tuple[float, ...]
+
+
+@unrolled_fold
+def _plus_arms(total, i, plates, w):
+    """Add C_D A (n . w)+ p."""
+    into_flow = dot(plates[i].normal, w)
+    return add(total, scale(max(into_flow, 0.0), plates[i].arm))
+
+
+class Aerodynamic(BodyTorque):
+    """
+    The torque of the air: p x F on each plate, F = -1/2 rho C_D A (n . w)+ w.
+
+    w is the velocity relative to the air, n the outward normal of the plate.  No plate shades
+    another, and there is no lift.
+    """
+
+    name = 'aerodynamic'
+
+    class Constants(NamedTuple):
+        """velocity [m/s]: w along the orbit, inertial axes; log_density: ln rho [kg/m^3]."""
+
+        plates: tuple[PlateInAir, ...]
+        velocity: Table
+        log_density: Table
+
+    def __init__(self, plates: Iterable[Plate], velocity: Pieces, log_density: Pieces):
+        in_air = tuple(
+            PlateInAir(p.normal, tuple(p.drag_coefficient * p.area * np.asarray(p.position)))
+            for p in plates
+        )
+        super().__init__(
+            self.Constants(in_air, NO_TABLE, NO_TABLE),
+            {'velocity': velocity, 'log_density': log_density},
+        )
+
+    @staticmethod
+    def torque(
+        t_s: float,
+        r_i: tuple[float, ...],
+        v_i: tuple[float, ...],
+        q_ib: tuple[float, ...],
+        omega_bi_b: tuple[float, ...],
+        constants: Any,
+    ) -> tuple[float, float, float]:
+        """Return -1/2 rho (sum C_D A (n . w)+ p) x w."""
+        w = to_body(q_ib, interpolate_vector(constants.velocity, 0, t_s))
+        nothing = 0.0 * w[0]
+        arm = _plus_arms((nothing, nothing, nothing), constants.plates, w)
+        rho = math.exp(interpolate(constants.log_density, 0, t_s))
+        return scale(-0.5 * rho, cross(arm, w))
+
+    @staticmethod
+    def signs(
+        t_s: float,
+        r_i: tuple[float, ...],
+        v_i: tuple[float, ...],
+        q_ib: tuple[float, ...],
+        omega_bi_b: tuple[float, ...],
+        constants: Any,
+    ) -> tuple[float, ...]:
+        """Return n . w of each plate."""
+        w = to_body(q_ib, interpolate_vector(constants.velocity, 0, t_s))
+        return along_normals(constants.plates, w)

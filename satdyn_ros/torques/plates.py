@@ -1,0 +1,96 @@
+"""Flat plates, of which the surface of a body is made for what blows and shines on it."""
+
+from collections.abc import Sequence
+from itertools import product
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..base.key import Key
+from ..kernel.unroll import unrolled_map
+from ..kernel.vector import dot
+
+# What is the same of a plate and of all sides of the box.
+COEFFICIENTS = (
+    Key('drag_coefficient', 'double', 2.2, '', 'C_D in the flow of the air', low=0.0),
+    Key('specular', 'double', 0.0, '', 'part of the sunlight that it mirrors', low=0.0, high=1.0),
+    Key('diffuse', 'double', 0.0, '', 'part of the sunlight that it scatters', low=0.0, high=1.0),
+)
+# Of a plate; they follow its name.
+KEYS_OF_A_PLATE = (
+    Key('area', 'double', 0.0, 'm^2', 'area of the plate, which has one side', low=0.0),
+    Key(
+        'normal',
+        'double_array',
+        (0.0, 0.0, 1.0),
+        '',
+        'outward normal of the plate, body axes; only its direction counts',
+        lengths=(3,),
+    ),
+    Key(
+        'position',
+        'double_array',
+        (0.0, 0.0, 0.0),
+        'm',
+        'centre of pressure of the plate from the mass centre, body axes',
+        lengths=(3,),
+    ),
+    *COEFFICIENTS,
+)
+# Of the box.
+KEYS_OF_A_BOX = (
+    Key(
+        'body.box',
+        'double_array',
+        (0.0, 0.0, 0.0),
+        'm',
+        'edges of a box along the body axes, whose sides are plates; zero: there is none',
+        lengths=(3,),
+        low=0.0,
+    ),
+    Key(
+        'body.box_centre',
+        'double_array',
+        (0.0, 0.0, 0.0),
+        'm',
+        'centre of the box from the mass centre, body axes',
+        lengths=(3,),
+    ),
+)
+
+
+class Plate(NamedTuple):
+    """
+    A flat plate with one side.
+
+    area [m^2]; normal: outward unit vector, position [m]: of the centre of pressure from the mass
+    centre, both in body axes; drag_coefficient: C_D; specular, diffuse: reflectances.
+    """
+
+    area: float
+    normal: tuple[float, ...]
+    position: tuple[float, ...]
+    drag_coefficient: float = 2.2
+    specular: float = 0.0
+    diffuse: float = 0.0
+
+
+@unrolled_map
+def along_normals(i: int, plates: tuple[Any, ...], v: tuple[float, ...]) -> tuple[float, ...]:
+    """Return n . v of each plate; compiled, where plates have a normal each."""
+    return dot(plates[i].normal, v)
+
+
+def box(edges: Sequence[float], centre: Sequence[float], *coefficients: float) -> list[Plate]:
+    """
+    Return the six sides of a box along the body axes, +x, -x, +y and so on.
+
+    edges and centre, from the mass centre, in m; coefficients: as of a Plate.
+    """
+    plates = []
+    for axis, side in product(range(3), (1.0, -1.0)):
+        normal = side * np.eye(3)[axis]
+        area = np.prod(np.delete(edges, axis))
+        position = np.asarray(centre) + 0.5 * np.asarray(edges) * normal
+        plates.append(Plate(area, tuple(normal), tuple(position), *coefficients))
+    return plates

@@ -12,6 +12,7 @@ from ..messages.incoming import pack_rotor_command, pack_torque
 from ..messages.packers import pack_tf_static
 from ..messages.sparse import Rows, SparseMessages
 from ..rosbag2.metadata import TopicMetadata
+from ..rosbag2.reader import Bag
 from ..rosbag2.tick_table import TickTable
 from ..rosbag2.writer import BagWriter
 from ..run.events import Event, RotorCommand, RotorLimited, Topics, Torque
@@ -158,7 +159,7 @@ class Recording:
 
     def message_counts(self) -> Counter[str]:
         """Return how many messages written here the closed bag holds, by names in the scenario."""
-        counts = self._writer.message_counts
+        counts = Bag(self.directory).message_counts
         names = self._names.keys() - self._latched.keys()
         return Counter({name: counts[self._names[name]] for name in names})
 

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from mcap.records import Attachment, DataEnd, Header, Metadata, Schema
+from mcap.records import DataEnd, Header, Metadata
 
 from . import metadata
 from .errors import Damaged
@@ -66,11 +66,9 @@ class CheckedFile:
         for found in scan(self.path):
             item, length = found.sound(self.path).item, found.end - found.start
             match item:
-                case Header(library=library):
-                    if version := _OURS.match(library):
-                        self.is_ours = True
-                        written_by = (*map(int, version.groups()),)
-                        self._has_every_checksum = written_by >= _SUMS_DATA_SINCE
+                case Header(library=library) if version := _OURS.match(library):
+                    self.is_ours = True
+                    self._has_every_checksum = (*map(int, version.groups()),) >= _SUMS_DATA_SINCE
                 case Block():
                     self._check_block(found)
                 case Metadata(name=name):
@@ -78,8 +76,6 @@ class CheckedFile:
                     if name == metadata.NAME:
                         self.closing = item.metadata.get('serialized_metadata', '')
                     self._pass_on(item)
-                case Attachment():
-                    self.summary.statistics.attachment_count += 1
                 case DataEnd(data_section_crc=crc):
                     if crc == 0 and self._has_every_checksum:
                         raise found.damaged(self.path, 'the checksum of the data is missing')
@@ -92,20 +88,18 @@ class CheckedFile:
     def _check_block(self, found: Found) -> None:
         """Check what messages declare, count them, and pass them on."""
         contents, chunk = found.item
-        schemas, channels = contents.declarations
-        for record in (*schemas.values(), *channels.values()):
-            is_schema = isinstance(record, Schema)
-            before: Any = self.summary.schemas if is_schema else self.summary.channels
-            if before.setdefault(record.id, record) != record:
-                what = f'{type(record).__name__} {record.id} was declared before, in another way'
-                raise found.damaged(self.path, what)
-        # Not as a difference of sets, which takes as long as there are channels.
-        if unknown := [i for i in contents.counts if i not in self.summary.channels]:
-            raise found.damaged(self.path, f'channel {min(unknown)} in it is not declared')
+        known: tuple[dict[int, Any], ...] = self.summary.schemas, self.summary.channels
+        for before, declared in zip(known, contents.declarations, strict=True):
+            if any(before.get(i, record) != record for i, record in declared.items()):
+                raise found.damaged(self.path, 'what it declares was declared in another way')
         if chunk is None:
             self.summary.add_messages(contents)
         else:
             self.summary.add_chunk(found.start, found.end, chunk, contents)
+        # Not as a difference of sets, which takes as long as there are channels.
+        if unknown := [i for i in contents.counts if i not in self.summary.channels]:
+            raise found.damaged(self.path, f'channel {min(unknown)} in it is not declared')
+        _, channels = contents.declarations
         self._topics |= {id_: channel.topic for id_, channel in channels.items()}
         self._pass_on(TopicBlock(contents, self._topics))
 
@@ -114,8 +108,11 @@ class CheckedFile:
         said, held = read_summary(self.path), self.summary
         held.schemas = said.schemas | held.schemas
         held.channels = said.channels | held.channels
-        if self._has_every_checksum and said.section != held.end_of_file(start):
-            raise Damaged(f'{self.path} is damaged: its summary does not say what its data hold')
+        with open(self.path, 'rb') as file:
+            file.seek(start)
+            if self._has_every_checksum and file.read() != held.end_of_file(start):
+                what = 'its summary does not say what its data hold'
+                raise Damaged(f'{self.path} is damaged: {what}')
 
 
 def check_metadata(path: Path, said: dict[str, Any], files: list[CheckedFile]) -> None:

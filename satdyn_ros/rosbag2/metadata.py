@@ -232,13 +232,10 @@ class _Quoted(str):
 
 
 class _Dumper(yaml.SafeDumper):
-    """YAML as rosbag2 lays it out: lists indented, no aliases, double quotes where any."""
+    """YAML as rosbag2 lays it out: lists indented, double quotes where any."""
 
     def increase_indent(self, flow=False, indentless=False):
         return super().increase_indent(flow, indentless=False)
-
-    def ignore_aliases(self, data):
-        return True
 
     def represent_text(self, text):
         is_plain = _PLAIN.fullmatch(text) and not isinstance(text, _Quoted)

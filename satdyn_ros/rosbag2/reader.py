@@ -1,6 +1,7 @@
 """Reads a bag from any writer, complete or truncated because its writer died."""
 
 import re
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -46,8 +47,12 @@ class TopicBlock(NamedTuple):
 
     def by_topic(self) -> dict[str, Messages]:
         """Return the messages of each topic that has any."""
-        contents = self.contents
-        return {self.topics[i]: Messages(*contents.messages(i)) for i in contents.places}
+        return {self.topics[i]: self.messages(i) for i in self.contents.places}
+
+    def messages(self, channel_id: int) -> Messages:
+        """Return the messages on a channel that has any."""
+        places = self.contents.places[channel_id]
+        return Messages(self.contents.log_times[places], self.contents.data_at(places))
 
 
 class Bag:
@@ -97,12 +102,11 @@ class Bag:
     @cached_property
     def topics(self) -> dict[str, TopicMetadata]:
         """The recorded topics by name; of an unfinished file, those that have messages."""
-        topics = {}
-        for schemas, channels in self.declarations:
-            for channel in channels.values():
-                schema = schemas.get(channel.schema_id)
-                topics[channel.topic] = TopicMetadata.from_records(channel, schema)
-        return topics
+        return {
+            channel.topic: TopicMetadata.from_records(channel, schemas.get(channel.schema_id))
+            for schemas, channels in self.declarations
+            for channel in channels.values()
+        }
 
     @cached_property
     def channel_ids(self) -> dict[str, int]:
@@ -124,6 +128,16 @@ class Bag:
                         in_data.add_messages(found.item.contents)
             declared.append((summary.schemas, summary.channels))
         return declared
+
+    @property
+    def message_counts(self) -> Counter[str]:
+        """How many messages each topic has, from the summaries; BagError: a file has none."""
+        counts: Counter[str] = Counter()
+        for summary in map(read_summary, self.files):
+            held = summary.statistics.channel_message_counts if summary.statistics else {}
+            for i, count in held.items():
+                counts[summary.channels[i].topic] += count
+        return counts
 
 
 def bag_files(path: Path, information: dict[str, Any] | None) -> list[Path]:

@@ -17,6 +17,12 @@ from .errors import Damaged
 PREFIX = struct.Struct('<BQ')
 # What mcap raises for bytes that are no record.
 UNREADABLE = (McapError, struct.error, UnicodeError, OverflowError)
+# A message's content has no length of its own to be read by.
+_KINDS: dict[int, Any] = {
+    opcode: getattr(mcap.records, opcode.name.title().replace('_', ''))
+    for opcode in Opcode
+    if opcode != Opcode.MESSAGE
+}
 
 
 def read(opcode: int, content: bytes) -> McapRecord | None:
@@ -49,22 +55,3 @@ def written(records: Iterable[McapRecord]) -> bytes:
     for record in records:
         record.write(builder)
     return builder.end()
-
-
-def name_of(opcode: int) -> str:
-    """
-    Return the name of a kind of record.
-
-    >>> name_of(7)
-    'MessageIndex'
-    """
-    try:
-        return Opcode(opcode).name.title().replace('_', '')
-    except ValueError:
-        return f'unknown (opcode {opcode})'
-
-
-# A message's content has no length of its own to be read by.
-_KINDS: dict[int, Any] = {
-    opcode: getattr(mcap.records, name_of(opcode)) for opcode in Opcode if opcode != Opcode.MESSAGE
-}

@@ -7,7 +7,7 @@ Indexes, statistics, summaries and metadata.yaml are rebuilt from the data.
 import os
 import shutil
 from collections.abc import Mapping
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -78,7 +78,6 @@ def recover(path: str | Path, output: str | Path | None = None) -> Recovered:
             loss = _mend(file, target, contents)
             losses += [loss] if loss else []
             rewritten.append(file.name)
-            checked.append(CheckedFile(target))
     if path.is_dir() and (output is not None or rewritten or not _is_listed(path, checked)):
         contents.write(directory)
         if output is None and not rewritten:
@@ -95,11 +94,10 @@ def _files(path: Path) -> tuple[list[Path], list[str]]:
     if has_compressed_messages(path, said):
         raise BagError(f'{path} has messages compressed by rosbag2, which recover does not keep')
     names = said['relative_file_paths']
-    present = [path / name for name in names if (path / name).is_file()]
-    if len(present) == len(names):
-        return bag_files(path, said), []
-    files = bag_files(path, None)
-    missing = [name for name in names if not (path / name).is_file()][: len(names) - len(files)]
+    missing = [name for name in names if not (path / name).is_file()]
+    files = bag_files(path, None if missing else said)
+    # Others may be there under other names.
+    missing = missing[: len(names) - len(files)]
     return files, [f'{name}: the file is missing' for name in missing]
 
 
@@ -117,16 +115,14 @@ def _first_words(files: list[Path]) -> tuple[Mapping[str, str], str]:
     """Return custom_data and ros_distro from the first readable rosbag2 record."""
     for file in files:
         for found in scan(file):
-            item = found.item
-            if not (isinstance(item, Metadata) and item.name == metadata.NAME):
-                continue
-            try:
-                said = metadata.parse(item.metadata.get('serialized_metadata', ''), file.name)
-            except Damaged:
-                continue
-            custom, distro = said.get('custom_data'), said.get('ros_distro')
-            custom = custom if isinstance(custom, dict) else {}
-            return {str(k): str(v) for k, v in custom.items()}, str(distro or '')
+            match found.item:
+                case Metadata(metadata.NAME, {'serialized_metadata': text}):
+                    with suppress(Damaged):
+                        said = metadata.parse(text, file.name)
+                        custom = said.get('custom_data')
+                        custom = custom if isinstance(custom, dict) else {}
+                        words = {str(key): str(value) for key, value in custom.items()}
+                        return words, str(said.get('ros_distro') or '')
     return {}, ''
 
 
@@ -229,10 +225,9 @@ def _copy(path: Path, file: McapFile, remains: _Remains) -> None:
                     file.write_metadata(name, mapping)
             case Block(contents, chunk) if len(contents):
                 declared = contents.declarations[1], file.summary.channels
-                lost_ids = [i for i in contents.counts if not any(i in some for some in declared)]
-                if lost := [known.channels[i] for i in lost_ids]:
-                    schemas = {c.schema_id: known.schemas.get(c.schema_id) for c in lost}
-                    data = written([*filter(None, schemas.values()), *lost])
+                if not all(any(i in some for some in declared) for i in contents.counts):
+                    # The chunk that declared them is lost.
+                    data = written([*known.schemas.values(), *known.channels.values()])
                     file.write_chunk(Contents(np.frombuffer(data, np.uint8)), '', data)
                 if chunk is not None:
                     file.write_chunk(contents, chunk.compression, chunk.data)

@@ -22,7 +22,7 @@ from .budget import CHUNK, DAMAGE, RECORD, Budget, objects
 from .chunk import CHUNK_SIZE, HEAD, Contents
 from .compression import CEILING
 from .errors import BagError, Damaged, Incomplete
-from .records import PREFIX, name_of, read
+from .records import PREFIX, read
 
 _LAST_OPCODE = max(Opcode)
 # A search begins with little, as the next record is mostly near.
@@ -89,10 +89,8 @@ class Found(NamedTuple):
         return self
 
     def damaged(self, path: Path, why: str) -> Damaged:
-        """Return the error for a record of the file at path that contradicts others."""
-        names = {Block: 'Chunk', type(None): 'unknown'}
-        name = names.get(type(self.item), type(self.item).__name__)
-        return Damaged(f'{path} is damaged: the {name} record at byte {self.start}: {why}')
+        """Return the error for what contradicts the rest of the file at path."""
+        return Damaged(f'{path} is damaged: the record at byte {self.start}: {why}')
 
 
 def scan(path: Path) -> Iterator[Found]:
@@ -164,7 +162,8 @@ class Scanner:
         if opcode == 0 or not is_there:
             return self._broken(start)
         if why:
-            return Found(start, end, Flaw(f'is damaged: {_name(opcode, start)}: {why}', opcode))
+            what = f'is damaged: the record at byte {start}: {why}'
+            return Found(start, end, Flaw(what, opcode))
         if isinstance(record, Chunk):
             return Found(start, end, self._block(start, record))
         if self._is_data and opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
@@ -191,7 +190,8 @@ class Scanner:
             _ = contents.declarations
             return Block(contents, chunk)
         except Damaged as error:
-            return Flaw(f'is damaged: {_name(Opcode.CHUNK, start)}: {error}', Opcode.CHUNK)
+            what = f'is damaged: the Chunk record at byte {start}: {error}'
+            return Flaw(what, Opcode.CHUNK)
 
     def _messages(self, start: int) -> Contents:
         """Return the messages outside chunks that begin at a place, as many as a chunk."""
@@ -282,7 +282,3 @@ class Scanner:
             self._budget.spend(cost)
         except Damaged as error:
             raise Damaged(f'{self._path} is damaged: {error}') from None
-
-
-def _name(opcode: int, start: int) -> str:
-    return f'the {name_of(opcode)} record at byte {start}'

@@ -9,7 +9,6 @@ import os
 import struct
 import zlib
 from collections.abc import Iterable
-from dataclasses import replace
 from pathlib import Path
 
 from mcap.data_stream import ReadDataStream
@@ -93,20 +92,14 @@ class SummaryBuilder(Summary):
         for channel_id, count in contents.counts.items():
             counts[channel_id] = counts.get(channel_id, 0) + count
 
-    def counted(self) -> Statistics:
-        """Return the statistics, with the schemas and channels that are known by now."""
-        return replace(
-            self.statistics,
-            schema_count=len(self.schemas),
-            channel_count=len(self.channels),
-        )
-
     def end_of_file(self, start: int) -> bytes:
         """Return what follows the data, from `start` to the end of the file."""
+        self.statistics.schema_count = len(self.schemas)
+        self.statistics.channel_count = len(self.channels)
         groups: dict[int, Iterable[McapRecord]] = {
             Opcode.SCHEMA: [schema for _, schema in sorted(self.schemas.items())],
             Opcode.CHANNEL: [channel for _, channel in sorted(self.channels.items())],
-            Opcode.STATISTICS: [self.counted()],
+            Opcode.STATISTICS: [self.statistics],
             Opcode.CHUNK_INDEX: self.chunk_indexes,
             Opcode.METADATA_INDEX: self.metadata_indexes,
         }
@@ -127,15 +120,7 @@ def checksum(summary: bytes, start: int, offset_start: int) -> int:
     return zlib.crc32(footer[:-4], zlib.crc32(summary))
 
 
-class FileSummary(Summary):
-    """What a file says at its end; section: its bytes, all that follow the data."""
-
-    def __init__(self, section: bytes):
-        super().__init__()
-        self.section = section
-
-
-def read_summary(path: Path) -> FileSummary:
+def read_summary(path: Path) -> Summary:
     """
     Return the summary of a file, read from its end: schemas, channels, statistics and chunks.
 
@@ -157,7 +142,7 @@ def read_summary(path: Path) -> FileSummary:
     wanted = checksum(section[: -len(_END)], footer.summary_start, footer.summary_offset_start)
     if footer.summary_crc not in (0, wanted):
         raise Damaged(f'{path} is damaged: in its summary, its checksum is wrong')
-    summary = FileSummary(section)
+    summary = Summary()
     try:
         for record in StreamReader(io.BytesIO(section), skip_magic=True, emit_chunks=True).records:
             match record:

@@ -13,10 +13,6 @@ from mcap.summary import Summary
 from .errors import Damaged
 from .scan import Block, Flaw, Scanner, scan
 
-# If this much of a file covers the same log times, its chunks do not give an order to play in.
-_MOST_AT_ONCE = 2**30
-# Messages of a chunk that are Python objects at a time: a chunk may hold millions of small ones.
-_MOST_LISTED = 8192
 # A channel has a number of two bytes.
 _CHANNEL_IDS = 2**16
 
@@ -70,7 +66,6 @@ class Timeline:
         """Yield the messages of topics whose log time is not before from_ns."""
         is_wanted = np.zeros(_CHANNEL_IDS, bool)
         is_wanted[[i for i, topic in self._topics.items() if topic in topics]] = True
-        self._at_once = 0
         with open(self._path, 'rb') as file:
             scanner = Scanner(self._path, file)
             in_order = [
@@ -96,24 +91,15 @@ class Timeline:
                 'the summary places it'
             )
         contents = found.sound(self._path).item.contents
-        self._at_once += len(contents.data)
-        if self._at_once > _MOST_AT_ONCE:
-            raise Damaged(
-                f'{self._path} has more than {_MOST_AT_ONCE} bytes of messages at the same log '
-                'times'
-            )
         wanted = is_wanted[contents.channel_ids] & (contents.log_times >= from_ns)
         places = np.flatnonzero(wanted)
         places = places[np.argsort(contents.log_times[places], kind='stable')]
-        for begin in range(0, len(places), _MOST_LISTED):
-            some = places[begin : begin + _MOST_LISTED]
-            log_times, ids = contents.log_times[some].tolist(), contents.channel_ids[some].tolist()
-            for log_time_ns, channel_id, data in zip(
-                log_times, ids, contents.data_at(some), strict=True
-            ):
-                topic = self._topics[channel_id]
-                yield log_time_ns, LoggedMessage(log_time_ns, topic, bytes(data))
-        self._at_once -= len(contents.data)
+        log_times, ids = contents.log_times[places].tolist(), contents.channel_ids[places].tolist()
+        for log_time_ns, channel_id, data in zip(
+            log_times, ids, contents.data_at(places), strict=True
+        ):
+            topic = self._topics[channel_id]
+            yield log_time_ns, LoggedMessage(log_time_ns, topic, bytes(data))
 
     def _loose_places(self) -> Iterator[_Place]:
         """Yield the places of messages in a file without chunks."""

@@ -208,7 +208,7 @@ def test_a_channel_is_declared_in_one_way(bag, tmp_path):
     for data in held:
         file.write_chunk(Contents(np.frombuffer(data, np.uint8)), '', data)
     file.finish()
-    with pytest.raises(Damaged, match='Channel 1 was declared before, in another way'):
+    with pytest.raises(Damaged, match='what it declares was declared in another way'):
         CheckedFile(file.path)
     with pytest.raises(Damaged, match='Channel 1 in two ways'):
         _ = Contents(np.frombuffer(b''.join(held[:2]), np.uint8)).declarations
@@ -223,7 +223,7 @@ def test_attachments_and_unknown_records_of_other_writers_are_sound(tmp_path):
         for name in ('a', 'b'):
             writer.add_attachment(1, 2, name, 'text/plain', b'content')
         writer.finish()
-    assert CheckedFile(path).summary.statistics.attachment_count == 2
+    assert check(Bag(path)) == ['other.mcap has no checksum of its data']
     (tmp_path / 'bag_0.mcap').write_bytes(path.read_bytes())
     CheckedFile(with_in_summary(tmp_path, tmp_path, PREFIX.pack(0x80, 1) + b'x'))
 

@@ -2,7 +2,7 @@
 
 import os
 import zlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from mcap.opcode import Opcode
@@ -18,18 +18,24 @@ class McapFile:
     """
     A file that is complete after finish(); each write is handed to the system at once.
 
-    summary: what the summary will say; schemas and channels that are added to it are listed there.
-    size [bytes], crc: of what was written so far.  OSError: the file exists, or cannot be written.
+    opening: metadata records with which it begins.  summary: what the summary will say; schemas
+    and channels that are added to it are listed there.  size [bytes], crc: of what was written so
+    far.  OSError: the file exists, or cannot be written.
     """
 
-    def __init__(self, path: Path, header: Header):
+    def __init__(self, path: Path, header: Header, opening: Sequence[Metadata] = ()):
         self.path = path
         self.size = 0
         self.summary = SummaryBuilder()
         self.crc = 0
+        begin = MCAP0_MAGIC + written([header])
+        for record in opening:
+            data = written([record])
+            self.summary.add_metadata(len(begin), len(data), record.name)
+            begin += data
         self._file = open(path, 'xb', buffering=0)  # noqa: SIM115
-        self._write(MCAP0_MAGIC)
-        self._write_record(header)
+        # At once: a killed writer leaves an empty file, or one that says what it is.
+        self._write(begin)
 
     def write_metadata(self, name: str, mapping: Mapping[str, str]) -> None:
         """Write a metadata record."""

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import mcap
 import numpy as np
-from mcap.records import Channel, Header, Schema
+from mcap.records import Channel, Header, Metadata, Schema
 
 from .. import __version__
 from ..messages.sparse import Rows, SparseMessages, dense_and_sparse
@@ -32,7 +32,7 @@ class BagWriter:
     file begins; metadata.yaml carries their content too.  latched: messages, by topic, that each
     file has ahead of its first tick.
 
-    file_count: how many files were begun.  message_counts: of complete files, by topic.
+    file_count: how many files were begun.
 
     For use by one thread.  Writes reach the system at flush(), and the bag is complete after
     close().  OSError: the directory exists or cannot be written; nothing more is then written to
@@ -64,7 +64,6 @@ class BagWriter:
         self._latched = dict(latched or {})
         custom_data = {k: v for record in self._preamble.values() for k, v in record.items()}
         self._metadata = BagMetadata(custom_data)
-        self.message_counts = self._metadata.counts
         self._first_ns = _NEVER
         self._chunk = ChunkBuilder()
         self._in_file: set[str] = set()
@@ -220,15 +219,14 @@ class BagWriter:
     def _begin_file(self):
         name = f'{self.directory.resolve().name}_{self.file_count}.mcap'
         self.file_count += 1
-        self._file = McapFile(self.directory / name, _HEADER)
+        opening = {metadata.NAME: self._metadata.opening_record(name), **self._preamble}
+        records = [Metadata(name, dict(mapping)) for name, mapping in opening.items()]
+        self._file = McapFile(self.directory / name, _HEADER, records)
         self._file.summary.schemas |= {schema.id: schema for schema in self._schemas.values()}
         self._file.summary.channels |= {channel.id: channel for channel in self._channels.values()}
         self._in_file = set()
         self._first_ns = _NEVER
         self._wants_snapshot = True
-        self._file.write_metadata(metadata.NAME, self._metadata.opening_record(name))
-        for name, record in self._preamble.items():
-            self._file.write_metadata(name, record)
 
     def _end_file(self):
         self._end_chunk()

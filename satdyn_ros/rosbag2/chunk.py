@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, Schema
-from numpy.lib.stride_tricks import sliding_window_view
 
 from ..kernel.compile import compiled
 from .budget import MESSAGE, objects
@@ -175,6 +174,8 @@ def _record_places(data):
 
 def _gathered(data, begins, length):
     """Return the rows data[begin : begin + length], shape (N, length)."""
-    if len(begins) == 0:
-        return np.empty((0, length), np.uint8)
-    return sliding_window_view(data, length)[begins]
+    if length == 0 or len(begins) == 0:
+        return np.empty((len(begins), length), np.uint8)
+    # A row is copied as one item: in half the time that its bytes take.
+    rows = np.ndarray(len(data) - length + 1, f'V{length}', data, strides=(1,))
+    return rows[begins].view(np.uint8).reshape(-1, length)

@@ -64,7 +64,7 @@ class CheckedFile:
     def _check_data(self) -> int:
         """Check the records of the data; return where they end."""
         for found in scan(self.path):
-            item, length = found.sound(self.path).item, found.end - found.start
+            item, length = found.sound().item, found.end - found.start
             match item:
                 case Header(library=library) if version := _OURS.match(library):
                     self.is_ours = True

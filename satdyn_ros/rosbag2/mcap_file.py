@@ -69,11 +69,6 @@ class McapFile:
         os.fsync(self._file.fileno())
         self.close()
 
-    @property
-    def is_closed(self) -> bool:
-        """Whether the file is closed."""
-        return self._file.closed
-
     def close(self) -> None:
         """Close the file as it is."""
         self._file.close()

@@ -81,10 +81,10 @@ class Bag:
             topics: dict[int, str] = {}
             for found in scan(path):
                 match found.item:
-                    case Flaw(what=what, is_end=is_end):
-                        self.problem = f'{path} {what}'
-                        if not is_end:
-                            raise Damaged(self.problem)
+                    case Flaw(Incomplete() as error):
+                        self.problem = str(error)
+                    case Flaw(error):
+                        raise error
                     case Block(contents):
                         _, channels = contents.declarations
                         topics |= {i: channel.topic for i, channel in channels.items()}
@@ -111,8 +111,11 @@ class Bag:
     @cached_property
     def channel_ids(self) -> dict[str, int]:
         """Channel ids by topic name, from the last file that has the topic."""
-        declared = (channels for _, channels in self.declarations)
-        return {channel.topic: i for channels in declared for i, channel in channels.items()}
+        return {
+            channel.topic: i
+            for _, channels in self.declarations
+            for i, channel in channels.items()
+        }
 
     @cached_property
     def declarations(self) -> list[tuple[dict[int, Schema], dict[int, Channel]]]:

@@ -18,7 +18,7 @@ from mcap.records import Attachment, Channel, DataEnd, Header, Metadata, Schema
 from . import metadata
 from .chunk import Contents
 from .compression import compressor
-from .errors import BagError, Damaged
+from .errors import BagError, Damaged, Incomplete
 from .integrity import CheckedFile, check_metadata
 from .mcap_file import McapFile
 from .metadata import BagMetadata
@@ -63,12 +63,9 @@ def recover(path: str | Path, output: str | Path | None = None) -> Recovered:
         raise BagError(f'{path} is not a bag: its files are empty')
     losses += [f'{file.name}: the file holds nothing' for file in empty]
     contents = BagMetadata(*_first_words(files))
-    directory = path if path.is_dir() else path.parent
-    if output is not None:
-        directory = _new_place(path, Path(output))
+    targets = files if output is None else _new_places(path, files, Path(output))
     rewritten, checked = [], []
-    for file in files:
-        target = directory / file.name if output is None or path.is_dir() else Path(output)
+    for file, target in zip(files, targets, strict=True):
         try:
             checked.append(CheckedFile(file))
             contents.add(target.name, checked[-1].summary)
@@ -79,7 +76,7 @@ def recover(path: str | Path, output: str | Path | None = None) -> Recovered:
             losses += [loss] if loss else []
             rewritten.append(file.name)
     if path.is_dir() and (output is not None or rewritten or not _is_listed(path, checked)):
-        contents.write(directory)
+        contents.write(targets[0].parent)
         if output is None and not rewritten:
             rewritten.append(metadata.FILE_NAME)
     return Recovered(tuple(rewritten), sum(contents.counts.values()), tuple(losses))
@@ -126,14 +123,14 @@ def _first_words(files: list[Path]) -> tuple[Mapping[str, str], str]:
     return {}, ''
 
 
-def _new_place(path: Path, output: Path) -> Path:
-    """Return the directory of the repaired bag, created if the bag is a directory."""
+def _new_places(path: Path, files: list[Path], output: Path) -> list[Path]:
+    """Return the files of the repaired bag; its directory is made if the bag is one."""
     if output.exists():
         raise FileExistsError(f'{output} already exists; a recovered bag needs a new place')
-    if path.is_dir():
-        output.mkdir(parents=True)
-        return output
-    return output.parent
+    if not path.is_dir():
+        return [output]
+    output.mkdir(parents=True)
+    return [output / file.name for file in files]
 
 
 def _mend(path: Path, target: Path, contents: BagMetadata) -> str | None:
@@ -191,8 +188,9 @@ class _Remains:
                     self._crc = found.item.data_section_crc
                 case Attachment():
                     raise BagError(f'{path.name} has attachments, which rosbag2 does not support')
-                case Flaw(opcode=opcode, is_end=is_end) if self._crc is None and found.start:
-                    self._is_doubtful |= opcode == Opcode.DATA_END and not is_end
+                case Flaw(error, opcode) if self._crc is None and found.start:
+                    if opcode == Opcode.DATA_END:
+                        self._is_doubtful = not isinstance(error, Incomplete)
                     if opcode not in _MADE_ANEW and found.end > found.start:
                         self.lost.append(found)
         for id_ in self.known.statistics.channel_message_counts:

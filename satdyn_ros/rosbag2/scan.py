@@ -56,19 +56,14 @@ class Block(NamedTuple):
 
 class Flaw(NamedTuple):
     """
-    A defect of the file; what: its description, the predicate of a sentence about the file.
+    A defect of the file; error: Incomplete if the file ends here, in mid-write.
 
     opcode: of the record whose length is right but whose content is wrong or cut off; 0: there is
-    no record.  is_end: the file ends here, in mid-write.
+    no record.
     """
 
-    what: str
+    error: Damaged
     opcode: int = 0
-    is_end: bool = False
-
-
-_CUT_OFF = Flaw('ends in mid-write; satdyn recover completes it', is_end=True)
-_WRONG_END = Flaw('is damaged: the magic at its end is wrong')
 
 
 class Found(NamedTuple):
@@ -82,10 +77,10 @@ class Found(NamedTuple):
     end: int
     item: Any
 
-    def sound(self, path: Path) -> 'Found':
-        """Return this of the file at path; Damaged or Incomplete: it is a flaw."""
+    def sound(self) -> 'Found':
+        """Return this; Damaged or Incomplete: it is a flaw."""
         if isinstance(self.item, Flaw):
-            raise (Incomplete if self.item.is_end else Damaged)(f'{path} {self.item.what}')
+            raise self.item.error
         return self
 
     def damaged(self, path: Path, why: str) -> Damaged:
@@ -118,8 +113,11 @@ class Scanner:
 
     def found(self) -> Iterator[Found]:
         """Yield what the file holds."""
-        yield from self._magic_at_begin()
         place, crc = len(MCAP0_MAGIC), zlib.crc32(MCAP0_MAGIC)
+        if not MCAP0_MAGIC.startswith(self._read(0, place)):
+            if not (self._is_finished or self._is_record(place)):
+                raise BagError(f'{self._path} is not an MCAP file')
+            yield self._flaw(0, place, 'the magic at its start is wrong')
         item: Any = None
         while place < self._size and not isinstance(item, Footer):
             found = self.at(place)
@@ -127,23 +125,19 @@ class Scanner:
             if isinstance(item, DataEnd):
                 self._is_data = False
                 if item.data_section_crc not in (0, crc):
-                    what = 'is damaged: the checksum of its data section is wrong'
-                    yield Found(found.start, found.start, Flaw(what, Opcode.DATA_END))
+                    what = 'the checksum of its data section is wrong'
+                    yield self._flaw(found.start, found.start, what, Opcode.DATA_END)
             elif self._is_data:
                 crc = zlib.crc32(self._read(found.start, place - found.start), crc)
             yield found
         magic = self._read(place, self._size)
-        if magic != MCAP0_MAGIC:
-            flaw = _CUT_OFF if MCAP0_MAGIC.startswith(magic) else _WRONG_END
-            yield Found(place, self._size, flaw)
+        if magic != MCAP0_MAGIC and MCAP0_MAGIC.startswith(magic):
+            yield Found(place, self._size, Flaw(Incomplete(self._path)))
+        elif magic != MCAP0_MAGIC:
+            yield self._flaw(place, self._size, 'the magic at its end is wrong')
 
-    def _magic_at_begin(self) -> Iterator[Found]:
-        magic, end = self._read(0, len(MCAP0_MAGIC)), len(MCAP0_MAGIC)
-        if MCAP0_MAGIC.startswith(magic):
-            return
-        if not (self._is_finished or self._is_record(end)):
-            raise BagError(f'{self._path} is not an MCAP file')
-        yield Found(0, end, Flaw('is damaged: the magic at its start is wrong'))
+    def _flaw(self, start: int, end: int, what: str, opcode: int = 0) -> Found:
+        return Found(start, end, Flaw(Damaged(f'{self._path} is damaged: {what}'), opcode))
 
     @property
     def _is_finished(self) -> bool:
@@ -162,10 +156,9 @@ class Scanner:
         if opcode == 0 or not is_there:
             return self._broken(start)
         if why:
-            what = f'is damaged: the record at byte {start}: {why}'
-            return Found(start, end, Flaw(what, opcode))
+            return self._flaw(start, end, f'the record at byte {start}: {why}', opcode)
         if isinstance(record, Chunk):
-            return Found(start, end, self._block(start, record))
+            return self._block(start, end, record)
         if self._is_data and opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
             record = Block(Contents(np.frombuffer(self._read(start, end - start), np.uint8)))
         return Found(start, end, record)
@@ -181,17 +174,17 @@ class Scanner:
         except Damaged as error:
             return None, str(error)
 
-    def _block(self, start: int, chunk: Chunk) -> Block | Flaw:
+    def _block(self, start: int, end: int, chunk: Chunk) -> Found:
         """Return what the chunk at a place holds, or the flaw that it has."""
         try:
             self._budget.spend(max(CHUNK, chunk.uncompressed_size))
             contents = Contents.of(chunk)
             self._budget.spend(contents.cost)
             _ = contents.declarations
-            return Block(contents, chunk)
         except Damaged as error:
-            what = f'is damaged: the Chunk record at byte {start}: {error}'
-            return Flaw(what, Opcode.CHUNK)
+            what = f'the Chunk record at byte {start}: {error}'
+            return self._flaw(start, end, what, Opcode.CHUNK)
+        return Found(start, end, Block(contents, chunk))
 
     def _messages(self, start: int) -> Contents:
         """Return the messages outside chunks that begin at a place, as many as a chunk."""
@@ -206,8 +199,8 @@ class Scanner:
         end = self._next_record(start + 1)
         if end == self._size and not self._is_finished:
             opcode, _ = self._head(start)
-            return Found(start, end, _CUT_OFF._replace(opcode=opcode))
-        return Found(start, end, Flaw(f'is damaged: there is no whole record at byte {start}'))
+            return Found(start, end, Flaw(Incomplete(self._path), opcode))
+        return self._flaw(start, end, f'there is no whole record at byte {start}')
 
     def _adds_up(self, start: int) -> bool:
         """Whether the inner lengths of the record at a place fill its length."""

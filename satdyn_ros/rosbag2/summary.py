@@ -83,9 +83,8 @@ class SummaryBuilder(Summary):
         if len(contents) == 0:
             return
         statistics, (first_ns, last_ns) = self.statistics, contents.span_ns
-        if statistics.message_count == 0:
-            statistics.message_start_time = first_ns
-        statistics.message_start_time = min(statistics.message_start_time, first_ns)
+        before_ns = statistics.message_start_time if statistics.message_count else first_ns
+        statistics.message_start_time = min(before_ns, first_ns)
         statistics.message_end_time = max(statistics.message_end_time, last_ns)
         statistics.message_count += len(contents)
         counts = statistics.channel_message_counts
@@ -133,7 +132,7 @@ def read_summary(path: Path) -> Summary:
         tail = file.read()
         has_footer, has_magic = tail.startswith(_END[: PREFIX.size]), tail.endswith(MCAP0_MAGIC)
         if end < len(MCAP0_MAGIC) or not (has_footer or has_magic):
-            raise Incomplete(f'{path} ends in mid-write; satdyn recover completes it')
+            raise Incomplete(path)
         if not (has_footer and has_magic):
             raise Damaged(f'{path} is damaged: it does not end with a footer and the magic')
         footer = Footer.read(ReadDataStream(io.BytesIO(tail[PREFIX.size :])))

@@ -68,7 +68,7 @@ class BagWriter:
         self._chunk = ChunkBuilder()
         self._in_file: set[str] = set()
         self._wants_snapshot = True
-        self._failure: str | None = None
+        self._why_ended: str | None = None
         self.file_count = 0
         self._make_directory()
         with self._telling():
@@ -169,17 +169,12 @@ class BagWriter:
 
     def close(self) -> None:
         """Complete the bag; after a write error, do nothing."""
-        if self._failure or self._file.is_closed:
+        if self._why_ended:
             return
         with self._telling():
             self._end_file()
             self._metadata.write(self.directory)
-
-    def __enter__(self) -> 'BagWriter':
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        self.close()
+        self._why_ended = f'the bag {self.directory} is closed'
 
     def _make_directory(self):
         try:
@@ -196,16 +191,16 @@ class BagWriter:
     @contextmanager
     def _telling(self):
         """Turn an error of the system into one sentence; nothing more is written after it."""
-        if self._failure:
-            raise OSError(self._failure)
+        if self._why_ended:
+            raise OSError(self._why_ended)
         try:
             yield
         except OSError as error:
-            self._failure = (
+            self._why_ended = (
                 f'the bag {self.directory} can no longer be written: {error.strerror}; '
                 'satdyn recover completes it'
             )
-            raise OSError(self._failure) from error
+            raise OSError(self._why_ended) from error
 
     def _write_snapshot(self, snapshot, row, stamp_ns):
         """Write the snapshot of the first tick of a file, and what is latched."""

@@ -24,9 +24,8 @@ from .compression import CEILING
 from .errors import BagError, Damaged, Incomplete
 from .records import PREFIX, read
 
-_LAST_OPCODE = max(Opcode)
-# A search begins with little, as the next record is mostly near.
-_FIRST_WINDOW, _LAST_WINDOW = 2**11, 2**20
+# A search reads so much at a time, as the next record is mostly near.
+_WINDOW = 2**14
 # This many messages do not follow each other by chance.
 _CHAIN = 3
 # Where bytes are damaged, reading goes on at a record of these kinds.  For each of their inner
@@ -215,18 +214,16 @@ class Scanner:
 
     def _next_record(self, start: int) -> int:
         """Return where the next whole record begins, or the end of the file if there is none."""
-        size = _FIRST_WINDOW
-        while start < self._size:
-            for place in self._likely(start, size):
+        for begin in range(start, self._size, _WINDOW):
+            for place in self._likely(begin):
                 if self._is_record(place):
                     return place
                 self._spend(DAMAGE)
-            start, size = start + size, min(2 * size, _LAST_WINDOW)
         return self._size
 
-    def _likely(self, start: int, size: int) -> list[int]:
-        """Return the places, of so many, where opcode and length are those of some record."""
-        window = np.frombuffer(self._read(start, size + PREFIX.size - 1), np.uint8)
+    def _likely(self, start: int) -> list[int]:
+        """Return the places in a window where opcode and length are those of some record."""
+        window = np.frombuffer(self._read(start, _WINDOW + PREFIX.size - 1), np.uint8)
         if len(window) < PREFIX.size:
             return []
         heads = sliding_window_view(window, PREFIX.size)
@@ -256,7 +253,7 @@ class Scanner:
 
     def _may_begin(self, start: int) -> bool:
         """Whether the opcode here is one of MCAP, or the file ends."""
-        return start == self._size or 0 < self._head(start)[0] <= _LAST_OPCODE
+        return start == self._size or 0 < self._head(start)[0] <= max(Opcode)
 
     def _head(self, start: int) -> tuple[int, int]:
         """Return the opcode of the record at a place, and where it ends; 0: there is none."""

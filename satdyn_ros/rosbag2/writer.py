@@ -66,7 +66,6 @@ class BagWriter:
         self._metadata = BagMetadata(custom_data)
         self._first_ns = _NEVER
         self._chunk = ChunkBuilder()
-        self._in_file: set[str] = set()
         self._wants_snapshot = True
         self._why_ended: str | None = None
         self.file_count = 0
@@ -211,7 +210,7 @@ class BagWriter:
             for topic, data in self._latched.items():
                 self.write_message(topic, stamp_ns, data)
 
-    def _begin_file(self):
+    def _begin_file(self) -> None:
         name = f'{self.directory.resolve().name}_{self.file_count}.mcap'
         self.file_count += 1
         opening = {metadata.NAME: self._metadata.opening_record(name), **self._preamble}
@@ -219,7 +218,7 @@ class BagWriter:
         self._file = McapFile(self.directory / name, _HEADER, records)
         self._file.summary.schemas |= {schema.id: schema for schema in self._schemas.values()}
         self._file.summary.channels |= {channel.id: channel for channel in self._channels.values()}
-        self._in_file = set()
+        self._in_file: set[str] = set()
         self._first_ns = _NEVER
         self._wants_snapshot = True
 

@@ -75,7 +75,7 @@ class States:
             self.orbit,
             self.orbit_s[chosen],
             None if self.turn_b is None else self.turn_b[chosen],
-            self.environment,
+            environment=self.environment,
         )
 
     @cached_property

@@ -1,7 +1,8 @@
 """What the environment is along an orbit: tables of what depends on time alone."""
 
+import threading
 from collections.abc import Callable
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -66,7 +67,7 @@ class AlongOrbit:
         """The velocity w of the body through air that turns with the Earth [m/s], three."""
 
         def velocity(t_s):
-            pole_i = gcrs_to_itrs(self.unix_ns(t_s))[..., 2, :]
+            pole_i = self._to_itrs_at(t_s)[..., 2, :]
             return air_velocity(*self.orbit.position_velocity(t_s), pole_i)
 
         return self._fitted(velocity)
@@ -96,14 +97,12 @@ class AlongOrbit:
     @cached_property
     def sun(self) -> Pieces:
         """The place of the Sun [m], three functions; steps end at the edges of the shadow."""
-        return self._fitted(
-            lambda t_s: sun_position(self.unix_ns(t_s)), corners=roots(self._shadow_margins)
-        )
+        return self._fitted(self._sun_at, corners=roots(self._shadow_margins))
 
     @cached_property
     def to_itrs(self) -> Pieces:
         """What turns components in GCRS into those in ITRS: nine functions, row by row."""
-        return self._fitted(lambda t_s: gcrs_to_itrs(self.unix_ns(t_s)).reshape(-1, 9))
+        return self._fitted(lambda t_s: self._to_itrs_at(t_s).reshape(-1, 9))
 
     def unix_ns(self, t_s: np.ndarray) -> np.ndarray:
         """Return times from tick 0 as Unix times."""
@@ -114,9 +113,31 @@ class AlongOrbit:
 
     def _place(self, t_s):
         unix_ns, (r_i, _) = self.unix_ns(t_s), self.orbit.position_velocity(t_s)
-        to_itrs = gcrs_to_itrs(unix_ns)
+        to_itrs = self._to_itrs_at(t_s)
         return unix_ns, to_itrs, turned(to_itrs, r_i)
 
     def _shadow_margins(self, t_s):
         r_i, _ = self.orbit.position_velocity(t_s)
-        return np.stack(shadow_margins(r_i, sun_position(self.unix_ns(t_s))), axis=-1)
+        return np.stack(shadow_margins(r_i, self._sun_at(t_s)), axis=-1)
+
+    # Half of what the tables cost is these two, and several tables have the same nodes.
+    @cached_property
+    def _to_itrs_at(self):
+        return _kept(lambda t_s: gcrs_to_itrs(self.unix_ns(t_s)))
+
+    @cached_property
+    def _sun_at(self):
+        return _kept(lambda t_s: sun_position(self.unix_ns(t_s)))
+
+
+def _kept(function):
+    """Return a function of times (N,) that is kept for those that it was last asked for."""
+    at = lru_cache(8)(lambda times: function(np.frombuffer(times)))
+    # Two threads that ask for the same at once would both make it.
+    lock = threading.Lock()
+
+    def kept(t_s):
+        with lock:
+            return at(t_s.tobytes())
+
+    return kept

@@ -19,6 +19,7 @@ SCRIPTS = (
     'offline',
     'export',
     'live',
+    'beside_basilisk',
     'fleet',
     'page',
     'start',

@@ -19,6 +19,7 @@ SCRIPTS = (
     'offline',
     'export',
     'live',
+    'environment',
     'beside_basilisk',
     'fleet',
     'page',

@@ -1,6 +1,5 @@
 """What the environment is along an orbit: tables of what depends on time alone."""
 
-import threading
 from collections.abc import Callable
 from functools import cached_property, lru_cache
 
@@ -23,6 +22,9 @@ from ..environment import (
 from .kepler import KeplerOrbit
 from .pieces import Piece, Pieces, fitted, roots, whole_seconds, within_days
 from .tabled import TabledOrbit
+
+# Of how many times a library is asked in a call, which no other thread of Python interrupts.
+_ROWS = 16
 
 
 class AlongOrbit:
@@ -132,12 +134,10 @@ class AlongOrbit:
 
 def _kept(function):
     """Return a function of times (N,) that is kept for those that it was last asked for."""
-    at = lru_cache(8)(lambda times: function(np.frombuffer(times)))
-    # Two threads that ask for the same at once would both make it.
-    lock = threading.Lock()
+    at = lru_cache(8)(lambda times: _by_parts(function, np.frombuffer(times)))
+    return lambda t_s: at(t_s.tobytes())
 
-    def kept(t_s):
-        with lock:
-            return at(t_s.tobytes())
 
-    return kept
+def _by_parts(function, t_s):
+    parts = np.split(t_s, range(_ROWS, len(t_s), _ROWS))
+    return np.concatenate([function(part) for part in parts])

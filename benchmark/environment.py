@@ -81,6 +81,7 @@ def lag_at_edge(flight, directory) -> float:
 
     There pieces of the tables end, and a thread makes those after the next.
     """
+    assert CUBESAT.system.environment is not None
     edge_s = CUBESAT.system.environment.magnetic_field.piece_at(60.0).end_s
     flight = at(flight, edge_s - EDGE_S)
     arguments = flight.epoch_ns, EDGE_S, AFTER_EDGE, RATE_HZ
@@ -129,34 +130,34 @@ def offline(rounds):
 def live(rounds):
     """Return the claims about the node."""
     with tempfile.TemporaryDirectory() as directory:
-        cost = medians(
+        gradient, environment = medians(
             {
-                flight: (lambda flight=flight: cpu_of_a_tick(lambda: node(flight, directory)))
-                for flight in (GRADIENT, CUBESAT)
+                'gradient': lambda: cpu_of_a_tick(lambda: node(GRADIENT, directory)),
+                'environment': lambda: cpu_of_a_tick(lambda: node(CUBESAT, directory)),
             },
             rounds,
-        )
-        lag = medians(
+        ).values()
+        lag_s, lag_environment_s = medians(
             {
-                flight: (lambda flight=flight: lag_at_edge(flight, directory))
-                for flight in (GRADIENT, CUBESAT)
+                'gradient': lambda: lag_at_edge(GRADIENT, directory),
+                'environment': lambda: lag_at_edge(CUBESAT, directory),
             },
             rounds,
-        )
+        ).values()
     return [
         Claim(
             f'CPU of a tick at {RATE_HZ} Hz beyond that with gravity gradient alone, over 15 us',
-            f'{cost[CUBESAT]:.0f} us',
-            f'{cost[GRADIENT]:.0f} us',
-            (cost[CUBESAT] - cost[GRADIENT]) / 15.0,
+            f'{environment:.0f} us',
+            f'{gradient:.0f} us',
+            (environment - gradient) / 15.0,
             1.0,
             at_most=True,
         ),
         Claim(
-            f'lag of the latest of {AFTER_EDGE} ticks while tables are made, over a period',
-            milliseconds(lag[CUBESAT]),
-            milliseconds(lag[GRADIENT]),
-            lag[CUBESAT] * RATE_HZ,
+            f'lag of the latest of {AFTER_EDGE} ticks as tables are made, beyond that, over 1 ms',
+            milliseconds(lag_environment_s),
+            milliseconds(lag_s),
+            (lag_environment_s - lag_s) * RATE_HZ,
             1.0,
             at_most=True,
         ),

@@ -95,7 +95,6 @@ class Basilisk:
         from Basilisk.simulation import GravityGradientEffector, spacecraft
         from Basilisk.utilities import SimulationBaseClass, macros, simIncludeGravBody
 
-        self.duration_ns = macros.sec2nano(DURATION_S)
         self.simulation = SimulationBaseClass.SimBaseClass()
         task = self.simulation.CreateNewTask('task', macros.sec2nano(step_s))
         self.simulation.CreateNewProcess('dynamics').addTask(task)
@@ -126,7 +125,7 @@ class Basilisk:
         self.recorder = body.scStateOutMsg.recorder(macros.sec2nano(10.0))
         self.add(self.recorder)
         self.simulation.InitializeSimulation()
-        self.simulation.ConfigureStopTime(self.duration_ns)
+        self.simulation.ConfigureStopTime(macros.sec2nano(DURATION_S))
 
     def add(self, model):
         """Let a model take part."""
@@ -247,8 +246,7 @@ def extrapolated(found: list[np.ndarray]) -> np.ndarray:
 
 def table() -> str:
     """Return a table of the largest differences by torques and steps."""
-    shown = range(0, len(STEPS_S), 2), len(STEPS_S) - 1
-    columns = sorted({*shown[0], shown[1]})
+    columns = sorted({*range(0, len(STEPS_S), 2), len(STEPS_S) - 1})
     heads = ' | '.join(f'step {STEPS_S[i]:g} s' for i in columns)
     lines = [f'| torques | {heads} | step 0 |', '| --- |' + ' --- |' * (len(columns) + 1)]
     for what, *torques in (
@@ -289,7 +287,7 @@ def main(rounds=7):
             50.0,
         )
     ]
-    text = table()
+    text = f'The largest angle between the two attitudes [rad]:\n\n{table()}'
     print(text)
     return 'Beside Basilisk', show(claims), text
 

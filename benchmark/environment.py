@@ -21,7 +21,13 @@ EDGE_S, AFTER_EDGE = 3, 100
 LATER = itertools.count(1)
 
 STATE = 'attitude', 'imu'
-CUBESAT = Scenario.from_yaml('cubesat_leo').with_values({'publish.topics': STATE})
+# Its sensors are left out: what they cost is not the environment's.
+BODY = {
+    name: value
+    for name, value in Scenario.from_yaml('cubesat_leo').values.items()
+    if not name.startswith('sensors.')
+}
+CUBESAT = Scenario({**BODY, 'publish.topics': STATE})
 GRADIENT = CUBESAT.with_values(
     {name: KEYS[name].default for name in CUBESAT.values if name.startswith('environment.')}
 )

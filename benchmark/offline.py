@@ -18,7 +18,7 @@ from satdyn_ros.messages.schemas import schema_text
 from satdyn_ros.rosbag2.chunk import Contents
 from satdyn_ros.rosbag2.chunk_builder import ChunkBuilder
 from satdyn_ros.rosbag2.compression import compressor
-from satdyn_ros.rosbag2.records import message_indexes
+from satdyn_ros.rosbag2.mcap_file import message_indexes
 from satdyn_ros.rosbag2.tick_table import TickTable
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
@@ -220,7 +220,7 @@ def parts() -> str:
                 if chunk.is_full:
                     contents = timed('index', Contents, chunk.take())
                     compressed = timed('compression', compress, contents.data)
-                    index, _ = timed('index', message_indexes, contents, 0)
+                    index = timed('index', message_indexes, contents)
                     for part in (contents.data.data, compressed, index):
                         timed('checksums', zlib.crc32, part)
                     for part in (compressed, index):

@@ -12,7 +12,7 @@ from ..dynamics import inertia
 from ..kernel import rotation
 from ..messages.contents import fields
 from ..rosbag2.errors import Incomplete
-from ..rosbag2.reader import Messages, TopicBlock
+from ..rosbag2.reader import TopicBlock
 from ..rosbag2.summary import read_summary
 from ..run import topics
 from ..run.topics import Topic
@@ -171,7 +171,7 @@ class StateTable:
             }
             if not missing:
                 continue
-            messages = Messages(*contents.messages(channel_id))
+            messages = block.messages(channel_id)
             rows = self.run.rows(topic, messages)
             places = np.searchsorted(stamps_ns, messages.log_times_ns)
             for field, names in missing.items():

@@ -133,7 +133,7 @@ class Comparison:
         contents, moved = Contents(expected.data), Contents(perturbed.data)
         for channel_id in contents.places.keys() & self._layouts.keys():
             layout = self._layouts[channel_id]
-            rows, turned = (c.messages(channel_id)[1] for c in (contents, moved))
+            rows, turned = (c.data_at(c.places[channel_id]) for c in (contents, moved))
             for field in _numbers(layout):
                 size = float(np.max(_distance(rows, np.zeros_like(rows), layout, field)))
                 grown = float(np.max(_distance(rows, turned, layout, field))) / PERTURBATION_RAD

@@ -249,7 +249,7 @@ class RecordedRun:
             if name is None:
                 continue
             places = contents.places[channel_id]
-            messages = Messages(*contents.messages(channel_id))
+            messages = block.messages(channel_id)
             # Commands name any of the rotors: they differ in length.
             rows = messages.data if name == 'rotor_command' else self.rows(name, messages)
             stamps_ns = contents.log_times[places].tolist()

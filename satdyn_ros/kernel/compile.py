@@ -174,7 +174,7 @@ def _compile_aside(dispatcher, signature):
     """
     Let a child process compile a function for a signature, unless another process just did.
 
-    A failure there is left to the compilation in this process, which reports it.
+    A failure there, as of a file system without locks, is left to the compilation in this process.
     """
     with suppress(OSError), _lock(dispatcher):
         if _is_kept(dispatcher, signature):
@@ -219,9 +219,7 @@ def _end_with_parent():
 def _lock(function) -> Iterator[None]:
     """Let one process at a time compile a function: the others find the code at their turn."""
     with open(_FOLDER / f'{function.__module__}.{function.__name__}.lock', 'wb') as file:
-        # Some network file systems have no locks; then each compiles.
-        with suppress(OSError):
-            fcntl.flock(file, fcntl.LOCK_EX)
+        fcntl.flock(file, fcntl.LOCK_EX)
         yield
 
 

@@ -52,14 +52,7 @@ class AlongOrbit:
     @cached_property
     def magnetic_field(self) -> Pieces:
         """The Earth's field B [T], three functions."""
-
-        def field(t_s):
-            unix_ns, to_itrs, r_t = self._place(t_s)
-            is_dipole = self.field_model == 'dipole'
-            B_t = dipole_field(self._g_t, r_t) if is_dipole else igrf_field(unix_ns, r_t)
-            return turned(to_itrs.swapaxes(-1, -2), B_t)
-
-        return self._fitted(field)
+        return self._fitted(self.modelled_field)
 
     @cached_property
     def air_velocity(self) -> Pieces:
@@ -96,14 +89,23 @@ class AlongOrbit:
     @cached_property
     def sun(self) -> Pieces:
         """The place of the Sun [m], three functions; steps end at the edges of the shadow."""
-        return self._fitted(
-            lambda t_s: sun_position(self.unix_ns(t_s)), corners=roots(self._shadow_margins)
-        )
+        return self._fitted(self.modelled_sun, corners=roots(self._shadow_margins))
 
     @cached_property
     def to_itrs(self) -> Pieces:
         """What turns components in GCRS into those in ITRS: nine functions, row by row."""
         return self._fitted(lambda t_s: gcrs_to_itrs(self.unix_ns(t_s)).reshape(-1, 9))
+
+    def modelled_field(self, t_s: np.ndarray) -> np.ndarray:
+        """Return the Earth's field B [T] (N, 3) as its model, not its table, has it."""
+        unix_ns, to_itrs, r_t = self._place(t_s)
+        is_dipole = self.field_model == 'dipole'
+        B_t = dipole_field(self._g_t, r_t) if is_dipole else igrf_field(unix_ns, r_t)
+        return turned(to_itrs.swapaxes(-1, -2), B_t)
+
+    def modelled_sun(self, t_s: np.ndarray) -> np.ndarray:
+        """Return the place of the Sun [m] (N, 3) as the ephemeris, not its table, has it."""
+        return sun_position(self.unix_ns(t_s))
 
     def unix_ns(self, t_s: np.ndarray) -> np.ndarray:
         """Return times from tick 0 as Unix times."""

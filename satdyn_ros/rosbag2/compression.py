@@ -55,19 +55,6 @@ def decompress(compression: str, data: bytes, size: int) -> bytes:
     return contents
 
 
-def decompress_begin(compression: str, data: bytes, size: int) -> bytes:
-    """Return as much of the contents, `size` bytes, as is left in data that are cut off."""
-    size = min(size, CEILING)
-    try:
-        if compression == 'zstd':
-            return zstandard.ZstdDecompressor().stream_reader(data).read(size)
-        if compression == 'lz4':
-            return lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size)
-    except (zstandard.ZstdError, RuntimeError, MemoryError):
-        return b''
-    return data[:size] if compression == '' else b''
-
-
 def zstd_size(data: bytes) -> int:
     """Return the size of the contents that a zstd frame claims; Damaged: it claims none."""
     try:

@@ -1,5 +1,7 @@
 """What can be wrong with a bag, each stated in one sentence."""
 
+from pathlib import Path
+
 
 class BagError(ValueError):
     """A path that is not a bag, or a bag that cannot be read."""
@@ -11,3 +13,6 @@ class Damaged(BagError):  # noqa: N818
 
 class Incomplete(Damaged):
     """A file whose writer did not finish it."""
+
+    def __init__(self, path: Path):
+        super().__init__(f'{path} ends in mid-write; satdyn recover completes it')

@@ -1,21 +1,26 @@
-"""Whether all parts of a bag agree: its data, their indexes, the summaries, metadata.yaml."""
+"""
+Whether all parts of a bag agree: its data, the summaries of its files, metadata.yaml.
 
+Bags written by satdyn_ros have every checksum of the format, and summaries that follow from their
+data.  Other writers leave some out; so did version 0.1, which wrote no checksum of the data.
+"""
+
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from mcap.records import Metadata
+from mcap.records import DataEnd, Header, Metadata
 
 from . import metadata
-from .data_section import DataSection
 from .errors import Damaged
 from .metadata import BagMetadata
 from .reader import Bag, TopicBlock
-from .scan import scan
-from .summary import read_summary, summary_section
+from .scan import Block, Found, scan
+from .summary import SummaryBuilder, read_summary
 
-# What metadata.yaml counts in the files of any bag, the last two if there are messages.
-_COUNTED = ('message_count', 'relative_file_paths', 'starting_time', 'duration')
+_OURS = re.compile(r'satdyn_ros (\d+)\.(\d+)')
+_SUMS_DATA_SINCE = (0, 2)
 _ONLY_IN_CLOSING = ('custom_data', 'ros_distro')
 
 
@@ -28,85 +33,107 @@ def check(
     pass_on: called with each item of the bag, as Bag.items yields them, once it is checked.
     Damaged: the first contradiction, by file and record.  Incomplete: a file is cut off.
     """
-    files = [check_file(path, pass_on) for path in bag.files]
+    files = [CheckedFile(path, pass_on) for path in bag.files]
     if bag.information is not None:
         check_metadata(bag.path / metadata.FILE_NAME, bag.information, files)
     return [f'{file.path.name} has no checksum of its data' for file in files if not file.crc]
 
 
-def check_file(
-    path: Path, pass_on: Callable[[TopicBlock | Metadata], None] = lambda _: None
-) -> DataSection:
+class CheckedFile:
     """
-    Check the records of a file against each other; return its data.
+    A file whose parts agree; pass_on and errors: as of check.
 
-    Their summary has what the summary of the file declares besides.  pass_on and errors: as of
-    check.
+    summary: what its data hold, with what the file's own summary declares besides.  crc: the
+    checksum of the data, 0: none.  closing: rosbag2's metadata at the end of the file, '': none.
+    is_ours: satdyn_ros wrote it.
     """
-    data = DataSection(path, pass_on)
-    items = scan(path)
-    if not any(data.take(found) for found in items):
-        raise Damaged(f'{path} is damaged: its data section has no end')
-    for found in items:
-        found.sound(path)
-    check_summary(data)
-    return data
+
+    def __init__(
+        self, path: Path, pass_on: Callable[[TopicBlock | Metadata], None] = lambda _: None
+    ):
+        self.path = path
+        self.summary = SummaryBuilder()
+        self.crc = 0
+        self.closing = ''
+        self.is_ours = False
+        self._has_every_checksum = False
+        self._pass_on = pass_on
+        self._topics: dict[int, str] = {}
+        self._check_summary(self._check_data())
+
+    def _check_data(self) -> int:
+        """Check the records of the data; return where they end."""
+        for found in scan(self.path):
+            item, length = found.sound().item, found.end - found.start
+            match item:
+                case Header(library=library) if version := _OURS.match(library):
+                    self.is_ours = True
+                    self._has_every_checksum = (*map(int, version.groups()),) >= _SUMS_DATA_SINCE
+                case Block():
+                    self._check_block(found)
+                case Metadata(name=name):
+                    self.summary.add_metadata(found.start, length, name)
+                    if name == metadata.NAME:
+                        self.closing = item.metadata.get('serialized_metadata', '')
+                    self._pass_on(item)
+                case DataEnd(data_section_crc=crc):
+                    if crc == 0 and self._has_every_checksum:
+                        raise found.damaged(self.path, 'the checksum of the data is missing')
+                    self.crc = crc
+                    return found.end
+                case None if self.is_ours:
+                    raise found.damaged(self.path, 'satdyn_ros writes none of its kind')
+        raise Damaged(f'{self.path} is damaged: its data section has no end')
+
+    def _check_block(self, found: Found) -> None:
+        """Check what messages declare, count them, and pass them on."""
+        contents, chunk = found.item
+        known: tuple[dict[int, Any], ...] = self.summary.schemas, self.summary.channels
+        for before, declared in zip(known, contents.declarations, strict=True):
+            if any(before.get(i, record) != record for i, record in declared.items()):
+                raise found.damaged(self.path, 'what it declares was declared in another way')
+        if chunk is None:
+            self.summary.add_messages(contents)
+        else:
+            self.summary.add_chunk(found.start, found.end, chunk, contents)
+        # Not as a difference of sets, which takes as long as there are channels.
+        if unknown := [i for i in contents.counts if i not in self.summary.channels]:
+            raise found.damaged(self.path, f'channel {min(unknown)} in it is not declared')
+        _, channels = contents.declarations
+        self._topics |= {id_: channel.topic for id_, channel in channels.items()}
+        self._pass_on(TopicBlock(contents, self._topics))
+
+    def _check_summary(self, start: int) -> None:
+        """Check the summary that begins at `start`, as far as it follows from the data."""
+        said, held = read_summary(self.path), self.summary
+        held.schemas = said.schemas | held.schemas
+        held.channels = said.channels | held.channels
+        with open(self.path, 'rb') as file:
+            file.seek(start)
+            if self._has_every_checksum and file.read() != held.end_of_file(start):
+                what = 'its summary does not say what its data hold'
+                raise Damaged(f'{self.path} is damaged: {what}')
 
 
-def check_summary(data: DataSection) -> None:
+def check_metadata(path: Path, said: dict[str, Any], files: list[CheckedFile]) -> None:
     """
-    Check the summary of a file against its data; add to theirs what only the summary declares.
-
-    What satdyn_ros wrote must be what it writes; others leave parts out.  Damaged: it is not.
-    """
-    path, held = data.path, data.summary
-    start, section = summary_section(path)
-    if start != data.end:
-        raise Damaged(f'{path} is damaged: its summary does not follow its data')
-    summary = read_summary(path)
-    agrees = True
-    # Some writers list channels without messages, and count those that the data declare.
-    counted = [None, held.counted()]
-    for name in ('schemas', 'channels'):
-        own, listed = getattr(held, name), getattr(summary, name)
-        agrees &= not listed or own.items() <= listed.items()
-        own |= listed
-    if data.has_every_checksum:
-        agrees &= section == held.end_of_file(start)
-    else:
-        for name in ('chunk_indexes', 'metadata_indexes', 'attachment_indexes'):
-            own, listed = _sorted(getattr(held, name)), _sorted(getattr(summary, name))
-            agrees &= not listed or own == listed
-        agrees &= summary.statistics in [*counted, held.counted()]
-    if not agrees:
-        raise Damaged(f'{path} is damaged: its summary does not say what its data hold')
-
-
-def _sorted(indexes: list[Any]) -> list[Any]:
-    return sorted(indexes, key=lambda i: getattr(i, 'chunk_start_offset', None) or i.offset)
-
-
-def check_metadata(path: Path, said: dict[str, Any], files: list[DataSection]) -> None:
-    """
-    Check metadata.yaml against the files; for satdyn_ros also against their closing records.
+    Check metadata.yaml of a bag of satdyn_ros against its files and what the last closes with.
 
     Each key may say what its writer wrote, or what `ros2 bag reindex` does.
 
     Damaged: the first contradiction, by its key.
     """
+    last = files[-1]
+    if not last.is_ours:
+        return
     contents = BagMetadata()
     for file in files:
         contents.add(file.path.name, file.summary)
     held = contents.said()
     reindexed = metadata.as_reindexed(held, [file.summary.statistics for file in files])
-    last = files[-1]
-    if last.is_ours:
-        closing = metadata.parse(last.closing, f'the last Metadata record of {last.path}')
-        held = closing | {key: held[key] for key in held if key not in _ONLY_IN_CLOSING}
-    else:
-        keys = _COUNTED if held['message_count'] else _COUNTED[:2]
-        held = {key: held[key] for key in keys}
+    closing = metadata.parse(last.closing, f'the last Metadata record of {last.path}')
+    held = closing | {key: held[key] for key in held if key not in _ONLY_IN_CLOSING}
     for key in [*held, *said]:
         allowed = held.get(key), reindexed.get(key, held.get(key))
-        if (key in held or last.is_ours) and said.get(key) not in allowed:
+        if said.get(key) not in allowed:
             raise Damaged(f'{path} is damaged: its {key} is not what the files say')

@@ -2,33 +2,40 @@
 
 import os
 import zlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from mcap.opcode import Opcode
 from mcap.records import Chunk, DataEnd, Header, McapRecord, Metadata
 from mcap.writer import MCAP0_MAGIC
 
 from .chunk import Contents
-from .records import message_indexes, written
-from .summary import SummaryBuilder
+from .records import PREFIX, written
+from .summary import INDEX_HEAD, SummaryBuilder
 
 
 class McapFile:
     """
     A file that is complete after finish(); each write is handed to the system at once.
 
-    summary: what the summary will say; schemas and channels that are added to it are listed there.
-    size [bytes], crc: of what was written so far.  OSError: the file exists, or cannot be written.
+    opening: metadata records with which it begins.  summary: what the summary will say; schemas
+    and channels that are added to it are listed there.  size [bytes], crc: of what was written so
+    far.  OSError: the file exists, or cannot be written.
     """
 
-    def __init__(self, path: Path, header: Header):
+    def __init__(self, path: Path, header: Header, opening: Sequence[Metadata] = ()):
         self.path = path
         self.size = 0
         self.summary = SummaryBuilder()
         self.crc = 0
+        begin = MCAP0_MAGIC + written([header])
+        for record in opening:
+            data = written([record])
+            self.summary.add_metadata(len(begin), len(data), record.name)
+            begin += data
         self._file = open(path, 'xb', buffering=0)  # noqa: SIM115
-        self._write(MCAP0_MAGIC)
-        self._write_record(header)
+        # At once: a killed writer leaves an empty file, or one that says what it is.
+        self._write(begin)
 
     def write_metadata(self, name: str, mapping: Mapping[str, str]) -> None:
         """Write a metadata record."""
@@ -52,10 +59,8 @@ class McapFile:
         )
         start = self.size
         self._write_record(chunk)
-        end = self.size
-        indexes, index_offsets = message_indexes(contents, end)
-        self._write(indexes)
-        self.summary.add_chunk(start, end, chunk, contents, index_offsets, len(indexes))
+        self.summary.add_chunk(start, self.size, chunk, contents)
+        self._write(message_indexes(contents))
 
     def finish(self) -> None:
         """Write the summary, sync the file to disk and close it."""
@@ -63,11 +68,6 @@ class McapFile:
         self._write(self.summary.end_of_file(self.size))
         os.fsync(self._file.fileno())
         self.close()
-
-    @property
-    def is_closed(self) -> bool:
-        """Whether the file is closed."""
-        return self._file.closed
 
     def close(self) -> None:
         """Close the file as it is."""
@@ -83,3 +83,15 @@ class McapFile:
             count = self._file.write(rest)
             self.size += count
             rest = rest[count:]
+
+
+def message_indexes(contents: Contents) -> bytes:
+    """Return the records that index a chunk; mcap would make an object of each message."""
+    parts: list[bytes | memoryview] = []
+    for channel_id in contents.counts:
+        # This machine is little endian, as the file is.
+        entries = contents.index_of(channel_id).data
+        length = INDEX_HEAD.size - PREFIX.size + entries.nbytes
+        head = INDEX_HEAD.pack(Opcode.MESSAGE_INDEX, length, channel_id, entries.nbytes)
+        parts += [head, entries]
+    return b''.join(parts)

@@ -2,6 +2,7 @@
 
 import os
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -84,7 +85,7 @@ class BagMetadata:
     def __init__(self, custom_data: Mapping[str, str] | None = None, ros_distro: str = 'jazzy'):
         self.files: dict[str, Statistics] = {}
         self.topics: dict[str, TopicMetadata] = {}
-        self.counts: dict[str, int] = {}
+        self.counts: Counter[str] = Counter()
         self._custom_data, self._ros_distro = custom_data or {}, ros_distro
 
     def add(self, name: str, summary: SummaryBuilder) -> None:
@@ -94,7 +95,7 @@ class BagMetadata:
         for _, channel in sorted(summary.channels.items()):
             topic = TopicMetadata.from_records(channel, summary.schemas.get(channel.schema_id))
             self.topics[topic.name] = topic
-            self.counts[topic.name] = self.counts.get(topic.name, 0) + counts.get(channel.id, 0)
+            self.counts[topic.name] += counts.get(channel.id, 0)
 
     def said(self) -> dict[str, Any]:
         """Return the map without its outer key."""
@@ -153,14 +154,13 @@ def read(path: Path) -> dict[str, Any]:
     storage = said.get('storage_identifier')
     if storage != 'mcap':
         raise BagError(f'{path.parent} is stored as {storage}; only mcap is supported')
-    names = said.get('relative_file_paths')
-    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise Damaged(f'{path} is damaged: its relative_file_paths are not a list of names')
+    names: Any = said.get('relative_file_paths')
+    are_names = isinstance(names, list) and all(isinstance(name, str) for name in names)
+    if not are_names or len(set(names)) < len(names):
+        raise Damaged(f'{path} is damaged: its relative_file_paths are not a list of files')
     outside = [name for name in names if Path(name).name != name or name == '..' or '\0' in name]
     if outside:
         raise BagError(f'{path} lists {outside[0]!r}, which is not a file of the bag')
-    if len(set(names)) < len(names):
-        raise Damaged(f'{path} is damaged: its relative_file_paths list a file twice')
     if isinstance(custom := said.get('custom_data'), dict):
         # To rosbag2 they are texts, which it writes without quotes: rules: 2
         said['custom_data'] = {key: str(value) for key, value in custom.items()}
@@ -231,25 +231,19 @@ class _Quoted(str):
 
 
 class _Dumper(yaml.SafeDumper):
-    """YAML as rosbag2 lays it out: lists indented, no aliases, double quotes where any."""
+    """YAML as rosbag2 lays it out: lists indented, double quotes where any."""
 
     def increase_indent(self, flow=False, indentless=False):
         return super().increase_indent(flow, indentless=False)
-
-    def ignore_aliases(self, data):
-        return True
 
     def represent_text(self, text):
         is_plain = _PLAIN.fullmatch(text) and not isinstance(text, _Quoted)
         return self.represent_scalar('tag:yaml.org,2002:str', text, None if is_plain else '"')
 
-    def represent_nothing(self, nothing):
-        return self.represent_scalar('tag:yaml.org,2002:null', '~')
-
 
 _Dumper.add_representer(str, _Dumper.represent_text)
 _Dumper.add_representer(_Quoted, _Dumper.represent_text)
-_Dumper.add_representer(type(None), _Dumper.represent_nothing)
+_Dumper.add_representer(type(None), lambda d, _: d.represent_scalar('tag:yaml.org,2002:null', '~'))
 
 
 def _to_yaml(said: dict[str, Any]) -> str:

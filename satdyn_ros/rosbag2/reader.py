@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from mcap.records import Channel, Metadata, Schema
+from mcap.summary import Summary
 
 from ..base.regular_file import regular_file
 from . import metadata
@@ -46,8 +47,12 @@ class TopicBlock(NamedTuple):
 
     def by_topic(self) -> dict[str, Messages]:
         """Return the messages of each topic that has any."""
-        contents = self.contents
-        return {self.topics[i]: Messages(*contents.messages(i)) for i in contents.places}
+        return {self.topics[i]: self.messages(i) for i in self.contents.places}
+
+    def messages(self, channel_id: int) -> Messages:
+        """Return the messages on a channel that has any."""
+        places = self.contents.places[channel_id]
+        return Messages(self.contents.log_times[places], self.contents.data_at(places))
 
 
 class Bag:
@@ -76,10 +81,10 @@ class Bag:
             topics: dict[int, str] = {}
             for found in scan(path):
                 match found.item:
-                    case Flaw(what=what, is_end=is_end):
-                        self.problem = f'{path} {what}'
-                        if not is_end:
-                            raise Damaged(self.problem)
+                    case Flaw(Incomplete() as error):
+                        self.problem = str(error)
+                    case Flaw(error):
+                        raise error
                     case Block(contents):
                         _, channels = contents.declarations
                         topics |= {i: channel.topic for i, channel in channels.items()}
@@ -97,18 +102,20 @@ class Bag:
     @cached_property
     def topics(self) -> dict[str, TopicMetadata]:
         """The recorded topics by name; of an unfinished file, those that have messages."""
-        topics = {}
-        for schemas, channels in self.declarations:
-            for channel in channels.values():
-                schema = schemas.get(channel.schema_id)
-                topics[channel.topic] = TopicMetadata.from_records(channel, schema)
-        return topics
+        return {
+            channel.topic: TopicMetadata.from_records(channel, schemas.get(channel.schema_id))
+            for schemas, channels in self.declarations
+            for channel in channels.values()
+        }
 
     @cached_property
     def channel_ids(self) -> dict[str, int]:
         """Channel ids by topic name, from the last file that has the topic."""
-        declared = (channels for _, channels in self.declarations)
-        return {channel.topic: i for channels in declared for i, channel in channels.items()}
+        return {
+            channel.topic: i
+            for _, channels in self.declarations
+            for i, channel in channels.items()
+        }
 
     @cached_property
     def declarations(self) -> list[tuple[dict[int, Schema], dict[int, Channel]]]:
@@ -116,7 +123,7 @@ class Bag:
         declared = []
         for path in self.files:
             try:
-                summary = read_summary(path)
+                summary: Summary = read_summary(path)
             except Incomplete:
                 summary = in_data = SummaryBuilder()
                 for found in scan(path):
@@ -129,11 +136,9 @@ class Bag:
     def message_counts(self) -> Counter[str]:
         """How many messages each topic has, from the summaries; BagError: a file has none."""
         counts: Counter[str] = Counter()
-        for path in self.files:
-            summary = read_summary(path)
-            if summary.statistics is None:
-                raise BagError(f'{path} has no statistics; satdyn recover makes them')
-            for i, count in summary.statistics.channel_message_counts.items():
+        for summary in map(read_summary, self.files):
+            held = summary.statistics.channel_message_counts if summary.statistics else {}
+            for i, count in held.items():
                 counts[summary.channels[i].topic] += count
         return counts
 

@@ -5,7 +5,6 @@ What cannot be read is reported as a flaw, and the scan continues at the next by
 record.  What it costs is bounded by the file's Budget, however hostile the file.
 """
 
-import io
 import os
 import zlib
 from collections.abc import Iterator
@@ -13,24 +12,20 @@ from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
-from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Chunk, DataEnd, Footer
+from mcap.records import Chunk, DataEnd, Footer
 from mcap.writer import MCAP0_MAGIC
 from numpy.lib.stride_tricks import sliding_window_view
 
 from ..base.regular_file import regular_file
 from .budget import CHUNK, DAMAGE, RECORD, Budget, objects
 from .chunk import CHUNK_SIZE, HEAD, Contents
-from .compression import CEILING, decompress_begin
+from .compression import CEILING
 from .errors import BagError, Damaged, Incomplete
-from .records import PREFIX, IndexRecord, name_of, read
+from .records import PREFIX, read
 
-_LAST_OPCODE = max(Opcode)
-_BUFFER = 2**14
-# A search begins with little, as the next record is mostly near.
-_FIRST_WINDOW, _LAST_WINDOW = 2**11, 2**20
+# A search reads so much at a time, as the next record is mostly near.
+_WINDOW = 2**14
 # This many messages do not follow each other by chance.
 _CHAIN = 3
 # Where bytes are damaged, reading goes on at a record of these kinds.  For each of their inner
@@ -52,7 +47,7 @@ _LEAST[list(_INNER)] = [sum(map(sum, inner)) for inner in _INNER.values()]
 
 
 class Block(NamedTuple):
-    """Consecutive messages; chunk: the one they are in, None: they are not in a whole chunk."""
+    """Consecutive messages; chunk: the one they are in, None: they are outside chunks."""
 
     contents: Contents
     chunk: Chunk | None = None
@@ -60,55 +55,47 @@ class Block(NamedTuple):
 
 class Flaw(NamedTuple):
     """
-    A defect of the file; what: its description, the predicate of a sentence about the file.
+    A defect of the file; error: Incomplete if the file ends here, in mid-write.
 
     opcode: of the record whose length is right but whose content is wrong or cut off; 0: there is
-    no record.  is_end: the file ends here, in mid-write.
+    no record.
     """
 
-    what: str
+    error: Damaged
     opcode: int = 0
-    is_end: bool = False
-
-
-_CUT_OFF = Flaw('ends in mid-write; satdyn recover completes it', is_end=True)
-_WRONG_END = Flaw('is damaged: the magic at its end is wrong')
 
 
 class Found(NamedTuple):
     """
     What a file holds from byte `start` to `end`.
 
-    item: a McapRecord, IndexRecord, Block or Flaw; None: a kind of record that is not known.
+    item: a McapRecord, Block or Flaw; None: a kind of record that is not known.
     """
 
     start: int
     end: int
     item: Any
 
-    def sound(self, path: Path) -> 'Found':
-        """Return this of the file at path; Damaged or Incomplete: it is a flaw."""
+    def sound(self) -> 'Found':
+        """Return this; Damaged or Incomplete: it is a flaw."""
         if isinstance(self.item, Flaw):
-            raise (Incomplete if self.item.is_end else Damaged)(f'{path} {self.item.what}')
+            raise self.item.error
         return self
 
     def damaged(self, path: Path, why: str) -> Damaged:
-        """Return the error for a record of the file at path that contradicts others."""
-        kind = type(self.item)
-        names = {Block: 'Chunk', IndexRecord: 'MessageIndex', type(None): 'unknown'}
-        name = names.get(kind, kind.__name__)
-        return Damaged(f'{path} is damaged: the {name} record at byte {self.start}: {why}')
+        """Return the error for what contradicts the rest of the file at path."""
+        return Damaged(f'{path} is damaged: the record at byte {self.start}: {why}')
 
 
 def scan(path: Path) -> Iterator[Found]:
     """
     Yield what a file holds, in order.
 
-    Messages come in blocks: a whole chunk, the beginning of one that is cut off, or at most a
-    chunk's size of those outside chunks; so do schemas and channels outside chunks.  BagError: it
-    is not an MCAP file.  Damaged: to read it takes more than its Budget.
+    Messages come in blocks: a chunk, or at most a chunk's size of those outside chunks; so do
+    schemas and channels outside chunks.  BagError: it is not an MCAP file.  Damaged: to read it
+    takes more than its Budget.
     """
-    with open(regular_file(path), 'rb', _BUFFER) as file:
+    with open(regular_file(path), 'rb') as file:
         yield from Scanner(path, file).found()
 
 
@@ -120,68 +107,60 @@ class Scanner:
         self._file = file
         self._size = os.fstat(file.fileno()).st_size
         self._budget = Budget(self._size)
-        self._before = 'the magic at its start'
         # Until their end is found.
         self._is_data = True
 
     def found(self) -> Iterator[Found]:
         """Yield what the file holds."""
-        yield from self._magic_at_begin()
         place, crc = len(MCAP0_MAGIC), zlib.crc32(MCAP0_MAGIC)
-        is_whole, is_broken = True, False
+        if not MCAP0_MAGIC.startswith(self._read(0, place)):
+            if not (self._is_finished or self._is_record(place)):
+                raise BagError(f'{self._path} is not an MCAP file')
+            yield self._flaw(0, place, 'the magic at its start is wrong')
         item: Any = None
         while place < self._size and not isinstance(item, Footer):
-            for found in self.at(place):
-                item, place = found.item, found.end
-                is_broken = isinstance(item, Flaw) and (item.is_end or not item.opcode)
-                is_whole &= not is_broken
-                if isinstance(item, DataEnd):
-                    self._is_data = False
-                    if is_whole and item.data_section_crc not in (0, crc):
-                        what = 'is damaged: the checksum of its data section is wrong'
-                        yield Found(found.start, found.start, Flaw(what, Opcode.DATA_END))
-                elif self._is_data:
-                    crc = zlib.crc32(self._read(found.start, place - found.start), crc)
-                yield found
-        if not (is_broken and place == self._size):
-            yield from self._magic_at_end(place)
-
-    def _magic_at_begin(self) -> Iterator[Found]:
-        magic, end = self._read(0, len(MCAP0_MAGIC)), len(MCAP0_MAGIC)
-        if MCAP0_MAGIC.startswith(magic):
-            return
-        if not (self._is_finished or self._is_record(end)):
-            raise BagError(f'{self._path} is not an MCAP file')
-        yield Found(0, end, Flaw('is damaged: the magic at its start is wrong'))
-
-    def _magic_at_end(self, place: int) -> Iterator[Found]:
+            found = self.at(place)
+            item, place = found.item, found.end
+            if isinstance(item, DataEnd):
+                self._is_data = False
+                if item.data_section_crc not in (0, crc):
+                    what = 'the checksum of its data section is wrong'
+                    yield self._flaw(found.start, found.start, what, Opcode.DATA_END)
+            elif self._is_data:
+                crc = zlib.crc32(self._read(found.start, place - found.start), crc)
+            yield found
         magic = self._read(place, self._size)
-        if magic != MCAP0_MAGIC:
-            flaw = _CUT_OFF if MCAP0_MAGIC.startswith(magic) else _WRONG_END
-            yield Found(place, self._size, flaw)
+        if magic != MCAP0_MAGIC and MCAP0_MAGIC.startswith(magic):
+            yield Found(place, self._size, Flaw(Incomplete(self._path)))
+        elif magic != MCAP0_MAGIC:
+            yield self._flaw(place, self._size, 'the magic at its end is wrong')
+
+    def _flaw(self, start: int, end: int, what: str, opcode: int = 0) -> Found:
+        return Found(start, end, Flaw(Damaged(f'{self._path} is damaged: {what}'), opcode))
 
     @property
     def _is_finished(self) -> bool:
         """Whether the file ends as a writer ends it."""
         return self._read(self._size - len(MCAP0_MAGIC), self._size) == MCAP0_MAGIC
 
-    def at(self, start: int) -> Iterator[Found]:
-        """Yield what is at a place: a record, messages, or damaged bytes up to the next record."""
+    def at(self, start: int) -> Found:
+        """Return what is at a place: a record, messages, or damage up to the next record."""
         self._spend(RECORD)
         opcode, end = self._head(start)
         if opcode == Opcode.MESSAGE and len(contents := self._messages(start)):
-            yield Found(start, start + len(contents.data), Block(contents))
-            return
+            return Found(start, start + len(contents.data), Block(contents))
         record, why = self._record(start)
         # The length of one that cannot be read is right where a record follows it.
         is_there = record is not None or (self._is_record(end) if why else self._may_begin(end))
         if opcode == 0 or not is_there:
-            yield from self._broken(start)
-        elif why:
-            yield Found(start, end, Flaw(f'is damaged: {_name(opcode, start)}: {why}', opcode))
-        else:
-            yield Found(start, end, self._item(start, record))
-        self._before = _name(opcode, start)
+            return self._broken(start)
+        if why:
+            return self._flaw(start, end, f'the record at byte {start}: {why}', opcode)
+        if isinstance(record, Chunk):
+            return self._block(start, end, record)
+        if self._is_data and opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+            record = Block(Contents(np.frombuffer(self._read(start, end - start), np.uint8)))
+        return Found(start, end, record)
 
     def _record(self, start: int) -> tuple[Any, str]:
         """Return the record at a place, or None, as read does; and why, '': it can be read."""
@@ -194,60 +173,33 @@ class Scanner:
         except Damaged as error:
             return None, str(error)
 
-    def _item(self, start: int, record: Any) -> Any:
-        """Return what the record at a place holds, or the flaw that it has."""
-        opcode, end = self._head(start)
-        if isinstance(record, Attachment):
-            self._spend(CHUNK)
-        if self._is_data and opcode in (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE):
-            return Block(_contents(self._read(start, end - start)))
-        if not isinstance(record, Chunk):
-            return record
+    def _block(self, start: int, end: int, chunk: Chunk) -> Found:
+        """Return what the chunk at a place holds, or the flaw that it has."""
         try:
-            return Block(Contents.of(record, self._budget), record)
+            self._budget.spend(max(CHUNK, chunk.uncompressed_size))
+            contents = Contents.of(chunk)
+            self._budget.spend(contents.cost)
+            _ = contents.declarations
         except Damaged as error:
-            return Flaw(f'is damaged: {_name(opcode, start)}: {error}', opcode)
+            what = f'the Chunk record at byte {start}: {error}'
+            return self._flaw(start, end, what, Opcode.CHUNK)
+        return Found(start, end, Block(contents, chunk))
 
     def _messages(self, start: int) -> Contents:
-        """Return messages outside chunks that begin at a place, at most a chunk's size of them."""
-        contents = Contents.of_messages(self._read(start, _BUFFER))
-        if len(contents.data) > _BUFFER // 2:
-            contents = Contents.of_messages(self._read(start, CHUNK_SIZE))
-        return contents
+        """Return the messages outside chunks that begin at a place, as many as a chunk."""
+        _, end = self._head(start)
+        data = self._read(start, min(max(CHUNK_SIZE, end - start), CEILING))
+        self._spend(len(data))
+        return Contents.of_messages(data)
 
-    def _broken(self, start: int) -> Iterator[Found]:
-        """Yield what is readable where no whole record is."""
+    def _broken(self, start: int) -> Found:
+        """Return the bytes up to the next record where no whole one is."""
         self._spend(DAMAGE)
-        opcode, _ = self._head(start)
-        chunk = self._cut_off_chunk(start)
-        end = self._size if chunk else self._next_record(start + 1)
-        if end < self._size or self._is_finished:
-            what = f'there is no record at byte {start}, after {self._before}'
-            if opcode in tuple(Opcode):
-                what = f'{_name(opcode, start)}: it cannot be read'
-            yield Found(start, end, Flaw(f'is damaged: {what}'))
-            return
-        if chunk is not None:
-            size = chunk.uncompressed_size
-            contents = _contents(decompress_begin(chunk.compression, chunk.data, size))
-            if len(contents):
-                head = PREFIX.size + int(_LEAST[Opcode.CHUNK])
-                kept = start if chunk.compression else start + head + len(contents.data)
-                yield Found(start, kept, Block(contents))
-                yield Found(kept, end, _CUT_OFF)
-                return
-        yield Found(start, end, _CUT_OFF._replace(opcode=opcode))
-
-    def _cut_off_chunk(self, start: int) -> Chunk | None:
-        """Return the chunk that begins at a place and in which the file ends, if there is one."""
-        opcode, end = self._head(start)
-        if opcode != Opcode.CHUNK or end <= self._size or not self._adds_up(start):
-            return None
-        content = self._read(start + PREFIX.size, self._size)
-        try:
-            return Chunk.read(ReadDataStream(io.BytesIO(content)))
-        except (McapError, UnicodeError, OverflowError):
-            return None
+        end = self._next_record(start + 1)
+        if end == self._size and not self._is_finished:
+            opcode, _ = self._head(start)
+            return Found(start, end, Flaw(Incomplete(self._path), opcode))
+        return self._flaw(start, end, f'there is no whole record at byte {start}')
 
     def _adds_up(self, start: int) -> bool:
         """Whether the inner lengths of the record at a place fill its length."""
@@ -262,18 +214,16 @@ class Scanner:
 
     def _next_record(self, start: int) -> int:
         """Return where the next whole record begins, or the end of the file if there is none."""
-        size = _FIRST_WINDOW
-        while start < self._size:
-            for place in self._likely(start, size):
+        for begin in range(start, self._size, _WINDOW):
+            for place in self._likely(begin):
                 if self._is_record(place):
                     return place
                 self._spend(DAMAGE)
-            start, size = start + size, min(2 * size, _LAST_WINDOW)
         return self._size
 
-    def _likely(self, start: int, size: int) -> list[int]:
-        """Return the places, of so many, where opcode and length are those of some record."""
-        window = np.frombuffer(self._read(start, size + PREFIX.size - 1), np.uint8)
+    def _likely(self, start: int) -> list[int]:
+        """Return the places in a window where opcode and length are those of some record."""
+        window = np.frombuffer(self._read(start, _WINDOW + PREFIX.size - 1), np.uint8)
         if len(window) < PREFIX.size:
             return []
         heads = sliding_window_view(window, PREFIX.size)
@@ -303,7 +253,7 @@ class Scanner:
 
     def _may_begin(self, start: int) -> bool:
         """Whether the opcode here is one of MCAP, or the file ends."""
-        return start == self._size or 0 < self._head(start)[0] <= _LAST_OPCODE
+        return start == self._size or 0 < self._head(start)[0] <= max(Opcode)
 
     def _head(self, start: int) -> tuple[int, int]:
         """Return the opcode of the record at a place, and where it ends; 0: there is none."""
@@ -322,11 +272,3 @@ class Scanner:
             self._budget.spend(cost)
         except Damaged as error:
             raise Damaged(f'{self._path} is damaged: {error}') from None
-
-
-def _contents(data: bytes) -> Contents:
-    return Contents(np.frombuffer(data, np.uint8))
-
-
-def _name(opcode: int, start: int) -> str:
-    return f'the {name_of(opcode)} record at byte {start}'

@@ -35,7 +35,8 @@ class TickTable:
             size += HEAD.itemsize + some.itemsize
         table = cls(np.empty((count, size), np.uint8), places)
         for channel_id, some in messages.items():
-            table.heads(channel_id)[:] = _head(channel_id, some.itemsize)
+            length = HEAD.itemsize - PREFIX.size + some.itemsize
+            table.heads(channel_id)[:] = Opcode.MESSAGE, length, channel_id, 0, 0, 0
             begin, _ = places[channel_id]
             table.records[:, begin : begin + some.itemsize] = some.view(np.uint8).reshape(
                 len(some), some.itemsize
@@ -65,11 +66,3 @@ class TickTable:
 
     def _view(self, begin, dtype):
         return self.records[:, begin : begin + dtype.itemsize].view(dtype)[:, 0]
-
-
-def _head(channel_id, length):
-    head = np.zeros((), HEAD)
-    head['opcode'] = Opcode.MESSAGE
-    head['length'] = HEAD.itemsize - PREFIX.size + length
-    head['channel_id'] = channel_id
-    return head

@@ -2,7 +2,6 @@
 
 import heapq
 from collections.abc import Iterator
-from itertools import pairwise
 from operator import itemgetter
 from pathlib import Path
 from typing import NamedTuple
@@ -12,13 +11,6 @@ from mcap.summary import Summary
 
 from .errors import Damaged
 from .scan import Block, Flaw, Scanner, scan
-
-# If this much of a file covers the same log times, its chunks do not give an order to play in.
-_MOST_AT_ONCE = 2**30
-# Messages of a chunk that are Python objects at a time: a chunk may hold millions of small ones.
-_MOST_LISTED = 8192
-# A channel has a number of two bytes.
-_CHANNEL_IDS = 2**16
 
 
 class LoggedMessage(NamedTuple):
@@ -48,7 +40,7 @@ class Timeline:
     def __init__(self, path: Path, summary: Summary):
         self._path = path
         self._topics = {i: channel.topic for i, channel in summary.channels.items()}
-        self._places = [
+        places = {
             _Place(
                 index.message_start_time,
                 index.message_end_time,
@@ -56,25 +48,16 @@ class Timeline:
                 index.chunk_start_offset + index.chunk_length,
             )
             for index in summary.chunk_indexes
-        ]
-        if not self._places:
-            self._places = list(self._loose_places())
-        self._places.sort(key=lambda place: place.start)
-        for before, place in pairwise(self._places):
-            if place.start < before.end:
-                raise Damaged(
-                    f'{path} is damaged: its summary has two chunks at byte {place.start}'
-                )
+        }
+        self._places = sorted(places or self._loose_places(), key=lambda place: place.start)
 
     def messages(self, topics: list[str], from_ns: int) -> Iterator[LoggedMessage]:
         """Yield the messages of topics whose log time is not before from_ns."""
-        is_wanted = np.zeros(_CHANNEL_IDS, bool)
-        is_wanted[[i for i, topic in self._topics.items() if topic in topics]] = True
-        self._at_once = 0
+        channel_ids = [i for i, topic in self._topics.items() if topic in topics]
         with open(self._path, 'rb') as file:
             scanner = Scanner(self._path, file)
             in_order = [
-                self._in_order(place, scanner, is_wanted, from_ns)
+                self._in_order(place, scanner, channel_ids, from_ns)
                 for place in self._places
                 if place.last_ns >= from_ns
             ]
@@ -84,40 +67,31 @@ class Timeline:
                     yield message
 
     def _in_order(
-        self, place: _Place, scanner: Scanner, is_wanted: np.ndarray, from_ns: int
+        self, place: _Place, scanner: Scanner, channel_ids: list[int], from_ns: int
     ) -> Iterator[tuple[int, LoggedMessage | None]]:
         """Yield the messages at a place that are wanted, with their log times, after None."""
         # Nothing is read before its time has come.
         yield place.first_ns, None
-        found = next(scanner.at(place.start))
+        found = scanner.at(place.start)
         if found.end != place.end or not isinstance(found.item, Block | Flaw):
             raise Damaged(
                 f'{self._path} is damaged: the Chunk record at byte {place.start} is not where '
                 'the summary places it'
             )
-        contents = found.sound(self._path).item.contents
-        self._at_once += len(contents.data)
-        if self._at_once > _MOST_AT_ONCE:
-            raise Damaged(
-                f'{self._path} has more than {_MOST_AT_ONCE} bytes of messages at the same log '
-                'times'
-            )
-        wanted = is_wanted[contents.channel_ids] & (contents.log_times >= from_ns)
+        contents = found.sound().item.contents
+        wanted = np.isin(contents.channel_ids, channel_ids) & (contents.log_times >= from_ns)
         places = np.flatnonzero(wanted)
         places = places[np.argsort(contents.log_times[places], kind='stable')]
-        for begin in range(0, len(places), _MOST_LISTED):
-            some = places[begin : begin + _MOST_LISTED]
-            log_times, ids = contents.log_times[some].tolist(), contents.channel_ids[some].tolist()
-            for log_time_ns, channel_id, data in zip(
-                log_times, ids, contents.data_at(some), strict=True
-            ):
-                topic = self._topics[channel_id]
-                yield log_time_ns, LoggedMessage(log_time_ns, topic, bytes(data))
-        self._at_once -= len(contents.data)
+        log_times, ids = contents.log_times[places].tolist(), contents.channel_ids[places].tolist()
+        for log_time_ns, channel_id, data in zip(
+            log_times, ids, contents.data_at(places), strict=True
+        ):
+            topic = self._topics[channel_id]
+            yield log_time_ns, LoggedMessage(log_time_ns, topic, bytes(data))
 
     def _loose_places(self) -> Iterator[_Place]:
         """Yield the places of messages in a file without chunks."""
         for found in scan(self._path):
-            item = found.sound(self._path).item
+            item = found.sound().item
             if isinstance(item, Block) and len(item.contents):
                 yield _Place(*item.contents.span_ns, found.start, found.end)

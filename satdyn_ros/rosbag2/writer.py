@@ -6,7 +6,7 @@ from pathlib import Path
 
 import mcap
 import numpy as np
-from mcap.records import Channel, Header, Schema
+from mcap.records import Channel, Header, Metadata, Schema
 
 from .. import __version__
 from ..messages.sparse import Rows, SparseMessages, dense_and_sparse
@@ -19,7 +19,7 @@ from .metadata import BagMetadata, TopicMetadata
 from .tick_table import TickTable
 
 _HEADER = Header('ros2', f'satdyn_ros {__version__}; mcap-python {mcap.__version__}')
-_NEVER_NS = 2**62
+_NEVER = 2**62
 
 
 class BagWriter:
@@ -54,22 +54,20 @@ class BagWriter:
             known = ', '.join(COMPRESSIONS)
             raise ValueError(f'record.compression is {compression!r}; allowed: {known}')
         self.directory = Path(directory)
-        self._topics: dict[str, TopicMetadata] = {}
         self._schemas: dict[str, Schema] = {}
         self._channels: dict[str, Channel] = {}
         self._compression = '' if compression == 'none' else compression
         self._compress = compressor(self._compression)
-        self._max_size_bytes = max_size_bytes
-        self._max_duration_ns = round(max_duration_s * 1e9) or _NEVER_NS
+        self._max_size_bytes = max_size_bytes or _NEVER
+        self._max_duration_ns = round(max_duration_s * 1e9) or _NEVER
         self._preamble = dict(preamble or {})
         self._latched = dict(latched or {})
         custom_data = {k: v for record in self._preamble.values() for k, v in record.items()}
         self._metadata = BagMetadata(custom_data)
-        self._first_ns = _NEVER_NS
+        self._first_ns = _NEVER
         self._chunk = ChunkBuilder()
-        self._in_file: set[str] = set()
         self._wants_snapshot = True
-        self._failure: str | None = None
+        self._why_ended: str | None = None
         self.file_count = 0
         self._make_directory()
         with self._telling():
@@ -79,12 +77,11 @@ class BagWriter:
 
     def add_topic(self, topic: TopicMetadata) -> None:
         """Add a topic; one already added stays as it is."""
-        if topic.name in self._topics:
+        if topic.name in self._channels:
             return
         schema_id = len(self._schemas) + 1
         schema = self._schemas.setdefault(topic.type, topic.schema_record(schema_id))
         channel = topic.channel_record(len(self._channels) + 1, schema.id)
-        self._topics[topic.name] = topic
         self._channels[topic.name] = channel
         self._file.summary.schemas[schema.id] = schema
         self._file.summary.channels[channel.id] = channel
@@ -171,17 +168,12 @@ class BagWriter:
 
     def close(self) -> None:
         """Complete the bag; after a write error, do nothing."""
-        if self._failure or self._file.is_closed:
+        if self._why_ended:
             return
         with self._telling():
             self._end_file()
             self._metadata.write(self.directory)
-
-    def __enter__(self) -> 'BagWriter':
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        self.close()
+        self._why_ended = f'the bag {self.directory} is closed'
 
     def _make_directory(self):
         try:
@@ -198,16 +190,16 @@ class BagWriter:
     @contextmanager
     def _telling(self):
         """Turn an error of the system into one sentence; nothing more is written after it."""
-        if self._failure:
-            raise OSError(self._failure)
+        if self._why_ended:
+            raise OSError(self._why_ended)
         try:
             yield
         except OSError as error:
-            self._failure = (
+            self._why_ended = (
                 f'the bag {self.directory} can no longer be written: {error.strerror}; '
                 'satdyn recover completes it'
             )
-            raise OSError(self._failure) from error
+            raise OSError(self._why_ended) from error
 
     def _write_snapshot(self, snapshot, row, stamp_ns):
         """Write the snapshot of the first tick of a file, and what is latched."""
@@ -218,18 +210,17 @@ class BagWriter:
             for topic, data in self._latched.items():
                 self.write_message(topic, stamp_ns, data)
 
-    def _begin_file(self):
+    def _begin_file(self) -> None:
         name = f'{self.directory.resolve().name}_{self.file_count}.mcap'
         self.file_count += 1
-        self._file = McapFile(self.directory / name, _HEADER)
+        opening = {metadata.NAME: self._metadata.opening_record(name), **self._preamble}
+        records = [Metadata(name, dict(mapping)) for name, mapping in opening.items()]
+        self._file = McapFile(self.directory / name, _HEADER, records)
         self._file.summary.schemas |= {schema.id: schema for schema in self._schemas.values()}
         self._file.summary.channels |= {channel.id: channel for channel in self._channels.values()}
-        self._in_file = set()
-        self._first_ns = _NEVER_NS
+        self._in_file: set[str] = set()
+        self._first_ns = _NEVER
         self._wants_snapshot = True
-        self._file.write_metadata(metadata.NAME, self._metadata.opening_record(name))
-        for name, record in self._preamble.items():
-            self._file.write_metadata(name, record)
 
     def _end_file(self):
         self._end_chunk()
@@ -238,14 +229,13 @@ class BagWriter:
         self._file.finish()
 
     def _file_is_full(self, stamp_ns):
-        if self._first_ns == _NEVER_NS:
-            return False
-        spans_ns = stamp_ns - min(self._first_ns, stamp_ns)
-        return self._file_is_too_large or spans_ns > self._max_duration_ns
+        has_messages = self._first_ns != _NEVER
+        spans_ns = stamp_ns - self._first_ns
+        return has_messages and (self._file_is_too_large or spans_ns > self._max_duration_ns)
 
     @property
     def _file_is_too_large(self):
-        return 0 < self._max_size_bytes <= self._file.size
+        return self._file.size >= self._max_size_bytes
 
     def _add_ticks(self, stamps_ns, table, some):
         """Write the ticks until the file is too large; return how many."""
@@ -267,7 +257,8 @@ class BagWriter:
 
     def _declared(self, topic):
         """Return a topic's channel; a file declares it before its first message."""
-        channel, schema = self._channels[topic], self._schemas[self._topics[topic].type]
+        channel = self._channels[topic]
+        schema = self._file.summary.schemas[channel.schema_id]
         for key, record in ((schema.name, schema), (topic, channel)):
             if key not in self._in_file:
                 self._chunk.add(record)

@@ -12,6 +12,7 @@ import pytest
 from flights import GYROSTAT, sequence
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
+from run.test_one_mind import EPHEMERIS
 
 from satdyn_ros.bag import continuation, simulate
 from satdyn_ros.bag.export import Options, export
@@ -116,6 +117,23 @@ def test_a_bag_ends_before_the_stamps_do():
     simulate.tick_count(ORBITING, last_s)
     with pytest.raises(ValueError, match='the last stamp of ROS'):
         simulate.tick_count(ORBITING, last_s + 1)
+
+
+def test_a_bag_ends_before_its_ephemeris_does():
+    """A run longer than what is known of the orbit is refused before it begins."""
+    scenario = Scenario(
+        {
+            'orbit.type': 'oem',
+            'orbit.file': EPHEMERIS,
+            'time.epoch': '2026-03-01T12:00:00',
+            'publish.rate': 1.0,
+        }
+    )
+    assert simulate.tick_count(scenario, 181) == 181
+    with pytest.raises(
+        ValueError, match=r'182 s, and orbit\.file has no position after 2026-03-01T12:03:00: '
+    ):
+        simulate.tick_count(scenario, 182)
 
 
 def test_the_bag_holds_the_motion(tmp_path):

@@ -45,6 +45,16 @@ logging.basicConfig(stream=sys.stdout, format='%(message)s', level=logging.INFO)
 system = System(np.eye(3))
 Propagation(system, State(np.array([0.0, 0.0, 0.0, 1.0]), np.zeros(3))).at(0.0)
 """
+# Another process, of newer sources, removes the folder for the code of these.
+VANISHING = """
+import shutil
+from ..kernel import compile
+from ..kernel.vector import dot
+
+square = compile.compiled(lambda a: dot(a, a))
+shutil.rmtree(compile._FOLDER)
+print(square((1.0, 2.0, 3.0)))
+"""
 NOTICE = 'compiling the equations of motion: once, for some seconds'
 # A user without name or home.
 NOBODY = 12345
@@ -111,6 +121,7 @@ def package(tmp_path):
     (copy / 'dynamics' / 'user.py').write_text(USER)
     (copy / 'dynamics' / 'other_type.py').write_text(OTHER_TYPE)
     (copy / 'dynamics' / 'long.py').write_text(LONG)
+    (copy / 'dynamics' / 'vanishing.py').write_text(VANISHING)
     return copy
 
 
@@ -163,6 +174,11 @@ def test_many_processes_compile_once(package):
     assert sorted(line for each in processes for line in said(each)) == ['14.0'] * 4 + [NOTICE]
 
 
+def test_a_folder_for_code_that_is_gone_is_no_error(package):
+    """As where another process, of newer sources, has removed that of older ones."""
+    assert said(start(package, module='vanishing')) == ['14.0']
+
+
 def test_a_start_does_not_load_linear_algebra():
     """Of SciPy no more than its name; what needs its linear algebra later still gets it."""
     program = """
@@ -197,13 +213,26 @@ def test_a_signal_ends_the_compilation(package, number):
     assert list((package / '__pycache__').rglob('*._walk-*.nbi')) == []
 
 
+def test_a_compiler_that_heard_ctrl_c_is_not_followed_by_another(package):
+    """A terminal sends it to all; who ignores it, as a worker of a sweep, ends all the same."""
+    process = start(package, module='long')
+    assert process.stdout.readline() == f'{NOTICE}\n'
+    while not (compiler := compilers(package)):
+        time.sleep(0.01)
+    os.kill(*compiler, signal.SIGINT)
+    output, _ = process.communicate()
+    assert output.endswith('KeyboardInterrupt\n')
+    assert list((package / '__pycache__').rglob('*._walk-*.nbi')) == []
+
+
 def compilers(package):
     """Return the processes that compile code of a package."""
-    commands = []
+    found = []
     for path in Path('/proc').glob('[0-9]*/cmdline'):
         with suppress(OSError):
-            commands.append(path.read_bytes().decode().split('\0'))
-    return [each for each in commands if str(package.parent) in each]
+            if str(package.parent) in path.read_bytes().decode().split('\0'):
+                found.append(int(path.parent.name))
+    return found
 
 
 @pytest.fixture(scope='module')

@@ -17,13 +17,13 @@ from satdyn_ros.rosbag2.recover import recover
 
 
 def kill(directory, after_s):
-    """Kill a recording a while after its file is there; return the ticks that it had flushed."""
+    """Kill a recording a while after its file is begun; return the ticks that it had flushed."""
     context = multiprocessing.get_context('forkserver')
     context.set_forkserver_preload(['satdyn_ros.bag.write_run'])
     receiver, sender = context.Pipe(duplex=False)
     process = context.Process(target=flights.fly, args=(directory, sender), daemon=True)
     process.start()
-    while not any(directory.glob('*.mcap')):
+    while not any(path.stat().st_size for path in directory.glob('*.mcap')):
         assert process.is_alive()
         time.sleep(0.001)
     time.sleep(after_s)
@@ -51,6 +51,11 @@ def assert_nothing_lost(directory, seconds):
     stamps_ns = Bag(directory).messages('/attitude').log_times_ns
     assert len(stamps_ns) >= flushed
     assert Bag(directory).problem is None
+
+
+def test_a_recording_killed_as_soon_as_it_has_begun_is_a_bag(tmp_path):
+    """A file that holds anything holds its scenario: it is the bag of a run without a tick."""
+    assert_nothing_lost(tmp_path / 'bag', 0.0)
 
 
 @pytest.mark.parametrize(

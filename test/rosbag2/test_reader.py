@@ -1,5 +1,7 @@
 """Reading bags, complete or unfinished, from satdyn_ros or another program; the run in them."""
 
+from contextlib import closing
+
 import flights
 import numpy as np
 import pytest
@@ -98,7 +100,7 @@ def test_a_bag_stored_otherwise_is_refused(tmp_path):
 def test_an_unfinished_bag_is_read_as_far_as_it_goes(tmp_path):
     """While its writer is still at work, too."""
     topic = TopicMetadata('/a', 'std_msgs/msg/Int8', 'int8 data', '', '')
-    with BagWriter(tmp_path / 'bag', [topic]) as writer:
+    with closing(BagWriter(tmp_path / 'bag', [topic])) as writer:
         writer.write(np.arange(5), {'/a': np.zeros(5, 'V5')})
         writer.flush()
         bag = Bag(tmp_path / 'bag')

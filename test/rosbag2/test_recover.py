@@ -2,6 +2,7 @@
 
 import itertools
 import random
+import re
 import subprocess
 import sys
 
@@ -114,24 +115,9 @@ def test_an_empty_file_among_others(tmp_path):
     (path / 'bag_1.mcap').write_bytes(b'')
     recovered = recover(path)
     assert recovered.files == ('bag_1.mcap',)
-    assert [str(loss) for loss in recovered.losses] == ['bag_1.mcap: the file holds nothing']
+    assert list(recovered.losses) == ['bag_1.mcap: the file holds nothing']
     assert flights.sequence(path) == messages[: counts[0]] + messages[sum(counts[:2]) :]
     assert recover(path).losses == ()
-
-
-def test_whole_messages_of_a_cut_chunk_are_kept(tmp_path):
-    """Of an uncompressed chunk every message that has all its bytes comes back."""
-    scenario = SCENARIO.with_values({'record.compression': 'none'})
-    path = flights.record(tmp_path / 'bag', scenario, 100, events=())
-    messages = flights.sequence(path)
-    data = (path / 'bag_0.mcap').read_bytes()
-    for number in (1, 50, 51, 199):
-        last = messages[number - 1][2]
-        end = data.index(last) + len(last)
-        for length, count in ((end - 1, number - 1), (end, number)):
-            bag = cut(path, tmp_path / f'{length}', length)
-            recover(bag)
-            assert flights.sequence(bag) == messages[:count]
 
 
 def test_what_is_recovered_whole_is_the_file_itself(whole, tmp_path):
@@ -181,11 +167,11 @@ def test_a_damaged_chunk_is_lost_alone(whole, tmp_path, has_end):
     recovered = recover(bag)
     assert flights.sequence(bag) == messages[:kept] + messages[count:]
     (loss,) = recovered.losses
-    assert loss.message_count == count - kept
-    assert loss.span_ns is not None
-    assert loss.span_ns[0] <= messages[kept][1] <= messages[count - 1][1] <= loss.span_ns[1]
-    assert loss.byte_count is not None
-    assert 0 < loss.byte_count < size / 5
+    found = re.fullmatch(r'bag_0\.mcap: ([0-9]+) bytes lost, the first at byte ([0-9]+)', loss)
+    assert found is not None
+    byte_count, first = map(int, found.groups())
+    assert 0 < byte_count < size / 5
+    assert first == end - byte_count
     assert (bag / 'bag_0.mcap.damaged').read_bytes() == data
     assert recover(bag).losses == ()
     assert check(Bag(bag)) == []
@@ -256,7 +242,7 @@ def test_a_changed_event_is_told_as_what_it_is(whole, tmp_path):
     damaged = data[:place] + bytes([data[place] ^ 1]) + data[place + 1 :]
     (bag / 'bag_0.mcap').write_bytes(damaged)
     (loss,) = recover(bag).losses
-    assert str(loss) == (
+    assert loss == (
         'bag_0.mcap: a Header or Metadata record is not as it was written; '
         'all are kept as they are'
     )

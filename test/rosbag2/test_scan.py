@@ -5,7 +5,7 @@ import struct
 import numpy as np
 import pytest
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Channel, Header, Metadata
+from mcap.records import Channel, Header, Metadata
 from mcap.writer import MCAP0_MAGIC
 
 from satdyn_ros.rosbag2 import budget
@@ -91,15 +91,6 @@ def test_a_file_has_no_more_records_than_its_size_allows(tmp_path, monkeypatch):
     assert read_all(tmp_path / 'b.mcap', 20_000 * large)[1] == ''
 
 
-def test_attachments_are_bounded(tmp_path, monkeypatch):
-    """They cost as much as chunks, and rosbag2 writes none."""
-    monkeypatch.setattr(budget, '_LEAST', 10 * 2**20)
-    attachment = written([Attachment(0, 0, 'a', 'b', b'')])
-    most = 10 * 2**20 // (budget.RECORD + budget.CHUNK)
-    assert 'the limit for a file' in read_all(tmp_path / 'a.mcap', (most + 1) * attachment)[1]
-    assert read_all(tmp_path / 'b.mcap', most * attachment)[1] == ''
-
-
 def test_messages_outside_chunks_are_read_together(tmp_path):
     """As many blocks as chunks would be, and not a message less."""
     path = tmp_path / 'a.mcap'
@@ -133,4 +124,4 @@ def test_what_all_chunks_declare_is_bounded(tmp_path, name, count):
     first, second = [found for found in scan(file.path) if isinstance(found.item, Block | Flaw)]
     assert isinstance(first.item, Block)
     with pytest.raises(Damaged, match=r'Chunk record .* takes more than the work of'):
-        second.sound(file.path)
+        second.sound()

@@ -219,7 +219,7 @@ def test_a_compiler_that_heard_ctrl_c_is_not_followed_by_another(package):
     assert process.stdout.readline() == f'{NOTICE}\n'
     while not (compiler := compilers(package)):
         time.sleep(0.01)
-    os.kill(*compiler, signal.SIGINT)
+    os.kill(compiler[0], signal.SIGINT)
     output, _ = process.communicate()
     assert output.endswith('KeyboardInterrupt\n')
     assert list((package / '__pycache__').rglob('*._walk-*.nbi')) == []

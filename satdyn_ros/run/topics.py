@@ -283,7 +283,8 @@ _TABLE = (
         'visualization_msgs/msg/MarkerArray',
         'state',
         'body',
-        'body and body axes, and the directions of nadir, rate and momentum',
+        'body and body axes, and the directions of nadir, rate, momentum and, where the magnetic '
+        'field turns one, the dipole',
     ),
     Topic(
         '/tf',

@@ -36,6 +36,28 @@ class RotorConstants(NamedTuple):
     inertia_inverse: float
 
 
+class Watch(NamedTuple):
+    """
+    What of a rotor ends a step, see drives.py: its speed [rad/s] or, where held, p' [N m].
+
+    held_inertia: J of a rotor that is held at its speed, else zero.  low, high: between which what
+    is watched stays.  effort: the motor's torque [N m], less gain times the speed; of one that is
+    held, less p'.
+    """
+
+    held_inertia: float
+    low: float
+    high: float
+    effort: float
+    gain: float
+
+
+class DriveConstants(NamedTuple):
+    """watches: of every turning rotor."""
+
+    watches: tuple[Watch, ...]
+
+
 class OrbitTable(NamedTuple):
     """A piece of an orbit that is known as a table; pull [m^3/s^2]: 3 mu."""
 
@@ -55,7 +77,8 @@ class Constants(NamedTuple):
     STEP_TURN.  start_s: of the motion, from tick 0.  semi_latus_rectum [m] and speed [m/s], the
     root of mu / l: of the orbit, zero without one.  slow_rate [rad/s]: far below the rates at
     which the field swings the body, for a body at rest.  rotors: those that turn, whose number is
-    part of the type.  zeros: one per such rotor.  place: where the place on the orbit is
+    part of the type.  drives: of their motors, where one has a limit of its speed; else none.
+    zeros: one per such rotor.  place: where the place on the orbit is
     integrated two zeros, one for cos f and one for sin f, else none.  table: of the orbit, where
     it is known as one, in place of all that says where it is; else none.  torques: the constants
     of each, whose type says which torque it is: of the weight, the gravity gradient and the
@@ -79,6 +102,7 @@ class Constants(NamedTuple):
     speed: float
     does_work: bool
     rotors: tuple[RotorConstants, ...]
+    drives: tuple[DriveConstants, ...]
     zeros: tuple[float, ...]
     place: tuple[float, ...]
     table: tuple[OrbitTable, ...]
@@ -123,7 +147,11 @@ def _undriven_constants(system):
     if system not in _known:
         constants = _constants(system)
         torques = constants.torques
-        plain = _as_tuples(_without_zeros(constants._replace(torques=torques[:_SHIPPED])))
+        plain = constants._replace(torques=torques[:_SHIPPED])
+        # One that is held turns with the body.
+        if _are_diagonal(plain, [np.outer(r.axis, r.axis) for r in system.limited_rotors]):
+            plain = _without_zeros(plain)
+        plain = _as_tuples(plain)
         _known[system] = plain._replace(
             does_work=bool(constants.does_work), torques=plain.torques + torques[_SHIPPED:]
         )
@@ -216,6 +244,7 @@ def _constants(system):
             )
             for i, rotor in system.turning_rotors
         ),
+        drives=(),
         zeros=(0.0,) * len(system.turning_rotors),
         place=(0.0, 0.0) if system.integrates_place else (),
         table=(),
@@ -242,10 +271,10 @@ def _matrices(constants):
     return constants.carrier_inertia, constants.carrier_inverse, constants.torques[1].inertia
 
 
-def _are_diagonal(constants):
+def _are_diagonal(constants, others=()):
     """Return whether the matrices of constants that are arrays have zeros beside the diagonal."""
     beside = ~np.eye(3, dtype=bool)
-    return not any(matrix[..., beside].any() for matrix in _matrices(constants))
+    return not any(matrix[..., beside].any() for matrix in (*_matrices(constants), *others))
 
 
 def _without_zeros(constants):

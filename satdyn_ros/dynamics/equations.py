@@ -5,6 +5,7 @@ The equations of motion of a gyrostat in a Newtonian field, as on the textbook p
     K omega' = (K omega + sum p a + h) x omega + (3 mu / r^3) c x I c - m x c
                + torque - sum p' a
     p' = tau - b s,   s = p / J - a . omega                            for every turning rotor
+    p' = J a . omega'                                        of one that is held (drives.py)
 
 I is the inertia, K that of what turns with the body (carrier_inertia of system.py), p, a, tau, b,
 s and J are the momentum, axis, motor torque, friction, speed and inertia of a rotor with a speed
@@ -100,6 +101,29 @@ def _momentum_rates(i, rotors, s):
     return rotors[i].torque - rotors[i].friction * s[i]
 
 
+@unrolled_fold
+def _with_held(p_dot, i, drives, rotors, omega_dot):
+    """Return p' with that of the rotors that are held at their speed, J a . omega'."""
+    return _plus_held(drives[i].watches, rotors, p_dot, omega_dot)
+
+
+@unrolled_map
+def _plus_held(i, watches, rotors, p_dot, omega_dot):
+    return p_dot[i] + watches[i].held_inertia * dot(rotors[i].axis, omega_dot)
+
+
+@unrolled_fold
+def _less_held_powers(power, i, drives, rotors, omega, omega_dot):
+    """Subtract the work that these rotors take."""
+    return _less_held_power(power, drives[i].watches, rotors, omega, omega_dot)
+
+
+@unrolled_fold
+def _less_held_power(power, i, watches, rotors, omega, omega_dot):
+    a = rotors[i].axis
+    return power - watches[i].held_inertia * dot(a, omega_dot) * dot(a, omega)
+
+
 @inlined
 def place_at(constants: Constants) -> int:
     """Return where among the variables cos f is, on an ellipse."""
@@ -180,11 +204,13 @@ def rates(t_s: float, y: tuple[float, ...], constants: Constants) -> tuple[float
     field = add_fields(none, constants.torques, c, gradient)
     torque = add_cross(add_cross(applied, H, omega), c, field)
     omega_dot = apply(constants.carrier_inverse, torque)
+    p_dot = _with_held(p_dot, constants.drives, constants.rotors, omega_dot)
 
     power = nothing
     if constants.does_work:
         t = to_body(q, t_i)
         power = dot(applied, omega)
+        power = _less_held_powers(power, constants.drives, constants.rotors, omega, omega_dot)
         power = add_orbit_powers(power, constants.torques, c, t, gradient, v, growth_rate)
     q_dot = attitude_rate(q, omega, scale(constants.axes_rate, constants.normal))
     cos_f, sin_f = place_in_orbit(y, constants)

@@ -27,6 +27,8 @@ class States:
     applied torques and the orbit's ellipticity added to the energy since the motion began.
     orbit_s (N,): the same instants in seconds from tick 0, where the orbit counts from.
     turn_b (N, 3) [rad]: the integral of omega_bi_b since the row before, where it was asked for.
+    rotor_torque (N, R) [N m]: the torques of the motors, and met_limit (N, R): whether a rotor
+    came to its limit of speed since the row before, where a rotor has one.
 
     Of many motions at the same times, the tables have one more axis in front.
     """
@@ -40,6 +42,8 @@ class States:
     orbit: FixedDirection | KeplerOrbit | TabledOrbit
     orbit_s: np.ndarray
     turn_b: np.ndarray | None = None
+    rotor_torque: np.ndarray | None = None
+    met_limit: np.ndarray | None = None
 
     def __repr__(self) -> str:
         many = f'{len(self.q_ib)} motions, ' if self.q_ib.ndim > 2 else ''
@@ -69,7 +73,10 @@ class States:
             self.work[..., chosen],
             self.orbit,
             self.orbit_s[chosen],
-            None if self.turn_b is None else self.turn_b[chosen],
+            *(
+                None if table is None else table[chosen]
+                for table in (self.turn_b, self.rotor_torque, self.met_limit)
+            ),
         )
 
     @cached_property
@@ -224,10 +231,22 @@ class Motion(ABC):
         """
         Return q_ib (N, 4), omega_bi_b (N, 3), rotor_speed and _angle (N, R), and work (N,).
 
-        turn_b: as of States, zeros that are added to; None: it is not wanted.
+        Where they are known, rotor_torque and met_limit (N, R) too.  turn_b: as of States, zeros
+        that are added to; None: it is not wanted.
         """
 
-    def _table(self, t_s, turn_b, q_ib, omega_bi_b, rotor_speed, rotor_angle, work):
+    def _table(
+        self,
+        t_s,
+        turn_b,
+        q_ib,
+        omega_bi_b,
+        rotor_speed,
+        rotor_angle,
+        work,
+        rotor_torque=None,
+        met_limit=None,
+    ):
         return States(
             t_s=t_s,
             q_ib=q_ib,
@@ -238,6 +257,8 @@ class Motion(ABC):
             orbit=self.system.orbit,
             orbit_s=self.start_s + t_s,
             turn_b=turn_b,
+            rotor_torque=rotor_torque,
+            met_limit=met_limit,
         )
 
 

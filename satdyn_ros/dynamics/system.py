@@ -15,7 +15,14 @@ from .rotor import Rotor
 
 _ZERO = np.zeros(3)
 # What another torque on the same body does not change.
-_KEPT = 'turning_rotors', 'carrier_inertia', 'carrier_inverse', 'undriven', 'has_turning_axes'
+_KEPT = (
+    'turning_rotors',
+    'limited_rotors',
+    'carrier_inertia',
+    'carrier_inverse',
+    'undriven',
+    'has_turning_axes',
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +110,11 @@ class System:
     def turning_rotors(self) -> tuple[tuple[int, Rotor], ...]:
         """Return the rotors that have a speed of their own, with their places among all."""
         return tuple((i, rotor) for i, rotor in enumerate(self.rotors) if rotor.turns_freely)
+
+    @cached_property
+    def limited_rotors(self) -> tuple[Rotor, ...]:
+        """Return the motors that have a limit of their speed."""
+        return tuple(rotor for rotor in self.rotors if np.any(rotor.max_speed))
 
     @property
     def has_turning_rotor(self) -> bool:

@@ -215,6 +215,9 @@ def _rotor_speed(i):
 
 def _rotor_torque(i):
     def effort(samples):
+        torques = samples.states.rotor_torque
+        if torques is not None:
+            return torques[:, i]
         is_motor = samples.system.rotors[i].mode == 'motor'
         return samples.system.rotor_torque[i] if is_motor else np.nan
 

@@ -31,6 +31,8 @@ from .parameter_file import flattened
 from .scenario import Scenario
 from .ticks import Ticks
 
+# The largest command [N m] to a motor without max_torque.
+MOST_TORQUE = 1e12
 # In body axes [N m].
 TorqueB = tuple[float, float, float]
 
@@ -87,7 +89,11 @@ class Timeout:
 
 @dataclass(frozen=True)
 class RotorLimited:
-    """A limit of a rotor: 'max_torque' cuts a command, 'max_speed' drops it until the next one."""
+    """
+    A limit of a rotor: 'max_torque' cuts a command, 'max_speed' was reached since the tick before.
+
+    By rules below 3 'max_speed' drops the command until the next one.
+    """
 
     tick: int
     rotor: str
@@ -305,10 +311,20 @@ def rotor_torques(given: Any, scenario: Scenario) -> dict[str, float]:
                 f'a torque on the rotor {name} is given and {key} is {rotors[name].mode}; '
                 'it must be motor'
             )
-    return {
-        name: replace(_ROTOR_TORQUE, name=f'torque on the rotor {name}').checked(torque)
-        for name, torque in given.items()
-    }
+    return {name: _motor_torque(torque, rotors[name]) for name, torque in given.items()}
+
+
+def _motor_torque(given, rotor):
+    """Return the torque that a motor is commanded; ValueError: it is not one that a motor has."""
+    name = f'torque on the rotor {rotor.label}'
+    torque = replace(_ROTOR_TORQUE, name=name).checked(given)
+    if abs(torque) > MOST_TORQUE and not rotor.max_torque:
+        key = f'rotor.{rotor.name}.max_torque' if rotor.name else 'rotor.max_torque'
+        raise ValueError(
+            f'{name} is {torque:g}; without {key} it must be at most {MOST_TORQUE:g} N m, either '
+            'way'
+        )
+    return torque
 
 
 def _only(entry, names):

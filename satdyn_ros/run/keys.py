@@ -128,8 +128,8 @@ KEYS = {
             'double',
             0.0,
             'rad/s',
-            'a rotor at this speed at a tick gets no torque that makes it faster; 0: no limit; '
-            'rotor.mode motor only',
+            'a rotor at this speed gets no torque that makes it faster; 0: no limit; rotor.mode '
+            'motor only',
             low=0.0,
         ),
         Key(

@@ -7,6 +7,8 @@ from operator import add
 
 import numpy as np
 
+from ..dynamics.drives import AT_LIMIT
+from ..dynamics.motion import States
 from ..dynamics.system import State, System
 from ..integrate.propagation import Propagation
 from ..sensors import Suite
@@ -41,7 +43,8 @@ class RunState:
     scenario, with the initial conditions in force.  topics: those published.  suite: the sensors
     before the tick's samples.  torques_b: by topic the applied torques, whose sum acts.  until: by
     held torque (its topic, 'rotor_command.NAME') the tick where it ends.  halted: why no tick
-    follows, in one sentence, None: one can.
+    follows, in one sentence, None: one can.  told: the last tick of a snapshot from which the run
+    goes on, whose limits have been told.
     """
 
     ticks: Ticks
@@ -53,6 +56,7 @@ class RunState:
     torques_b: Mapping[str, TorqueB]
     until: Mapping[str, int] = field(default_factory=dict)
     halted: str | None = None
+    told: int = -1
 
     @property
     def has_torque(self) -> bool:
@@ -83,9 +87,10 @@ class RunState:
 
         First it is decided whether the motion reaches the tick: if it does not, the torques are
         dropped, and if it still does not, the run halts.  Then torques time out, what acts does so
-        in its order, and the limits of the rotors follow.  acting: requests, resets, torques,
-        commands and topics; by rules 0 also drops, halts and timeouts, as a bag tells them, and
-        whether the tick is reached is decided where something needs it.
+        in its order, and it is told which rotors have come to their limits of speed.  acting:
+        requests, resets, torques, commands and topics; by rules below 3 also where these limits
+        drop torques, and by rules 0 drops, halts and timeouts, as a bag tells them, and whether
+        the tick is reached is decided where something needs it.
         """
         happening = _Happening(self, tick)
         if rules >= EVENTS_FOLLOW:
@@ -93,7 +98,7 @@ class RunState:
         happening.time_out()
         for event in acting:
             happening.act(event)
-        happening.limit_speeds()
+        happening.tell_limits(self)
         happening.drop_torques_or_halt()
         return happening.events, happening.run
 
@@ -150,18 +155,31 @@ class _Happening:
                 self._command({rotor_of(event.topic): 0.0}, None)
             case Topics():
                 self.run = replace(self.run, topics=event.names)
+            case RotorLimited():
+                # Of a bag of rules below 3.
+                self._command({event.rotor: 0.0}, None)
         self.events.append(event)
         self.events += [RotorLimited(self.tick, name, 'max_torque') for name in cut]
 
-    def limit_speeds(self) -> None:
-        """Drop torques that make a rotor at its limit faster."""
-        system, segment = self.run.system, self.run.segment
-        if not has_max_speed(system) or self.run.halted or not segment.reaches(self.tick):
+    def tell_limits(self, before: RunState) -> None:
+        """Tell of rotors at their limits of speed, of the run before or of the motion of now."""
+        rotors = self.run.system.rotors
+        if not self.run.system.limited_rotors or self.tick <= self.run.told:
             return
-        too_fast = is_too_fast(system, segment.state_at(self.tick).rotor_speed)
-        dropped = [system.rotors[i].label for i in np.flatnonzero(too_fast)]
-        self._command(dict.fromkeys(dropped, 0.0), None)
-        self.events += [RotorLimited(self.tick, name, 'max_speed') for name in dropped]
+        met = np.zeros(len(rotors), bool)
+        if before.segment.reaches(self.tick):
+            found = before.segment.states(self.tick, self.tick + 1).met_limit
+            # A closed form has none.
+            met |= found[0] if found is not None else False
+        if self.run.segment is not before.segment:
+            met |= self._is_at_limit(self.run) & ~self._is_at_limit(before)
+        labels = [rotors[i].label for i in np.flatnonzero(met)]
+        self.events += [RotorLimited(self.tick, name, 'max_speed') for name in labels]
+
+    def _is_at_limit(self, run):
+        if run.halted or not run.segment.reaches(self.tick):
+            return np.zeros(len(run.system.rotors), bool)
+        return is_at_limit(run.system, run.segment.state_at(self.tick).rotor_speed)
 
     def _apply(self, topic: str, torque_b: TorqueB, until_tick: int | None) -> None:
         """Let a body torque act, beside those of other topics."""
@@ -212,6 +230,13 @@ class _Happening:
             self.run = replace(run, segment=segment, system=system, halted=None)
 
 
+def met_limit(states: States) -> np.ndarray:
+    """Return at which rows of states a rotor came to its limit since the row before, (N,)."""
+    if states.met_limit is None:
+        return np.zeros(len(states), bool)
+    return np.any(states.met_limit, axis=1)
+
+
 def total(torques_b: Mapping[str, TorqueB]) -> np.ndarray:
     """Return the sum (3,) of body torques by topic, added in their order."""
     # Not by NumPy, which would warn of a sum beyond its range: such torques are dropped.
@@ -243,13 +268,9 @@ def within_max_torque(
     return acting, cut
 
 
-def has_max_speed(system: System) -> bool:
-    """Whether any rotor has a limit of its speed."""
-    return any(rotor.max_speed for rotor in system.rotors)
-
-
-def is_too_fast(system: System, speeds: np.ndarray) -> np.ndarray:
-    """Return of speeds (..., R) [rad/s] which are at their limit while a torque adds to it."""
+def is_at_limit(system: System, speeds: np.ndarray) -> np.ndarray:
+    """Return of speeds (R,) [rad/s] which are at their limit while the command adds to it."""
     most = np.array([rotor.max_speed or np.inf for rotor in system.rotors])
     with np.errstate(invalid='ignore'):
-        return (np.abs(speeds) >= most) & (speeds * system.rotor_torque > 0.0)
+        is_fast = np.abs(speeds) >= most * (1.0 - AT_LIMIT)
+    return is_fast & (np.sign(speeds) * np.sign(system.rotor_torque) > 0.0)

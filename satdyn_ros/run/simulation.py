@@ -27,12 +27,11 @@ from .events import (
     rotor_torques,
 )
 from .requests import requested
-from .rules import EVENTS_FOLLOW, RULES
+from .rules import EVENTS_FOLLOW, LIMITS_AT_THEIR_INSTANT, RULES
 from .run_state import (
     NO_TORQUE,
     RunState,
-    has_max_speed,
-    is_too_fast,
+    met_limit,
     rotor_of,
     total,
 )
@@ -61,12 +60,15 @@ class Simulation:
     """
 
     def __init__(self, scenario: Scenario, events: Iterable[Event] = (), rules: int = RULES):
+        if rules < LIMITS_AT_THEIR_INSTANT:
+            scenario = without_limits_of_speed(scenario)
         self.scenario = scenario.with_seed()
         self.ticks = Ticks(scenario.rate, scenario.epoch_ns)
         self.next_tick = 0
-        follows = Derived if rules >= EVENTS_FOLLOW else RotorLimited
-        given = (event for event in events if not isinstance(event, follows))
-        self._pending = deque(sorted(given, key=_tick_of))
+        given = (event for event in events if not follows(event, rules))
+        # By rules that have it act, a limit does so after all else at its tick.
+        order = sorted(given, key=lambda event: (event.tick, isinstance(event, RotorLimited)))
+        self._pending = deque(order)
         self._rules, self._is_whole = rules, True
         state = scenario.initial_state
         motion = scenario.motion_from(scenario.system, state, 0.0, MOST_STEPS_A_TICK)
@@ -100,8 +102,8 @@ class Simulation:
         """
         Return the events of the next tick, now applied, and the samples from it on.
 
-        At most count ticks, none beyond the next event or where a rotor reaches its limit, and
-        none at all of a halted run.
+        At most count ticks, none beyond the next event or where it is told that a rotor has come
+        to its limit, and none at all of a halted run.
         """
         first = self.next_tick
         self._before, self._acting = self._run, self._due(first)
@@ -110,10 +112,8 @@ class Simulation:
             self._before.segment.states(first, *self._end(self._before, first, count))
         happened, run = self._before.after(first, self._acting, self._rules)
         states = run.segment.states(first, *self._end(run, first, count if not run.halted else 0))
-        if has_max_speed(run.system):
-            too_fast = np.any(is_too_fast(run.system, states.rotor_speed), axis=-1)
-            if np.any(too_fast):
-                states = states.rows(slice(int(np.argmax(too_fast))))
+        if np.any(told := met_limit(states)[1:]):
+            states = states.rows(slice(int(np.argmax(told)) + 1))
         last = first + len(states)
         self._run = self._begun = run
         measured = {}
@@ -171,6 +171,14 @@ class Simulation:
     def system(self) -> System:
         """What moves, with the torques that act."""
         return self._run.system
+
+    @property
+    def rotor_torque(self) -> np.ndarray:
+        """The torques of the motors at the last tick [N m] (R,); before the first, none."""
+        block = self._block
+        if block is None or self.tick < block.first_tick:
+            return self.system.rotor_torque
+        return block.rotor_torque[self.tick - block.first_tick]
 
     @property
     def torques_b(self) -> Mapping[str, TorqueB]:
@@ -352,6 +360,7 @@ class Simulation:
             # Version 0.1 had no sensors.
             suite=run.suite.with_memories(snapshot.get('sensors', {})),
             torques_b=torques_b,
+            told=snapshot['tick'],
             until={
                 topic if is_torque(topic) else f'rotor_command.{rotor_of(topic)}': until
                 for topic, until in snapshot['until'].items()
@@ -362,6 +371,19 @@ class Simulation:
         simulation.next_tick, simulation._is_whole = snapshot['tick'], False
         simulation._run.segment.catch_up(simulation.next_tick)
         return simulation
+
+
+def follows(event: Event, rules: int) -> bool:
+    """Whether an event follows from the run, so that what is told of it is compared alone."""
+    if isinstance(event, RotorLimited):
+        return event.limit == 'max_torque' or rules >= LIMITS_AT_THEIR_INSTANT
+    return isinstance(event, Derived) and rules >= EVENTS_FOLLOW
+
+
+def without_limits_of_speed(scenario: Scenario) -> Scenario:
+    """Return a scenario whose rotors may be as fast as they get."""
+    limits = [key for key in scenario.values if key.rpartition('.')[2] == 'max_speed']
+    return scenario.with_values(dict.fromkeys(limits, 0.0))
 
 
 def _tick_of(event):

@@ -251,7 +251,7 @@ class RecordedRun:
             return Torque(tick, tuple(row['wrench.torque'].tolist()), topic=name)
         if name == 'rotor_torque':
             return RotorCommand(tick, {'rotor': float(row['data'])})
-        return RotorCommand(tick, rotor_command_of(bytes(row)))
+        return rotor_command_of(tick, bytes(row))
 
 
 class Happened:

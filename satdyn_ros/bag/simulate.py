@@ -146,7 +146,7 @@ def _check(events, scenario, first):
                     raise ValueError(f'its topic is {event.topic}; allowed: {allowed}')
                 case Torque() | RotorCommand():
                     torques = (
-                        tuple(event.torques.values())
+                        (*event.torques.values(), bool(event.speeds))
                         if isinstance(event, RotorCommand)
                         else event.torque_b
                     )

@@ -1,7 +1,8 @@
 """
 The motors' drives: where on its law of torque and speed each one is, and when it leaves there.
 
-A law is made of straight lines, tau = torque - gain s.  At max_speed a torque that makes the
+A law is made of straight lines, tau = torque - gain s.  That of a commanded speed has the slope of
+the loop in the drive, and is level where max_torque cuts it.  At max_speed a torque that makes the
 rotor faster ends: the law jumps to zero.  There a rotor is held at its speed as long as the torque
 that holds it, p' and the friction, is between those on both sides of the jump.  It turns with the
 body then: J a a^T counts with the inertia of the carrier, and p' = J a . omega'.
@@ -36,14 +37,32 @@ class Line(NamedTuple):
         return self.torque - self.gain * speed
 
 
-def law_of(rotor: Rotor, torque: float) -> tuple[Line, ...]:
-    """Return the law of a rotor under a commanded torque, by ascending speed."""
+def law_of(rotor: Rotor, torque: float, target: float) -> tuple[Line, ...]:
+    """
+    Return the law of a rotor under a commanded torque, or speed, by ascending speed.
+
+    The loop for the speed gives J k (target - s), at most max_torque.
+    """
     lines = [Line(-np.inf, np.inf, torque)]
-    most = rotor.max_speed or np.inf
-    if lines[-1].at(most) > 0.0:
-        lines[-1:] = [lines[-1]._replace(high=most), Line(most, np.inf, 0.0)]
-    if lines[0].at(-most) < 0.0:
-        lines[:1] = [Line(-np.inf, -most, 0.0), lines[0]._replace(low=-most)]
+    if np.isfinite(target):
+        gain, most = rotor.inertia * rotor.speed_gain, rotor.max_torque
+        lines = [Line(-np.inf, np.inf, gain * target, gain)]
+        if most:
+            begin, end = target - most / gain, target + most / gain
+            lines = [
+                Line(-np.inf, begin, most),
+                lines[0]._replace(low=begin, high=end),
+                Line(end, np.inf, -most),
+            ]
+    if rotor.max_speed:
+        upward = [line for line in lines if line.low < rotor.max_speed]
+        if upward[-1].at(rotor.max_speed) > 0.0:
+            last = upward[-1]._replace(high=rotor.max_speed)
+            lines = [*upward[:-1], last, Line(rotor.max_speed, np.inf, 0.0)]
+        downward = [line for line in lines if line.high > -rotor.max_speed]
+        if downward[0].at(-rotor.max_speed) < 0.0:
+            first = downward[0]._replace(low=-rotor.max_speed)
+            lines = [Line(-np.inf, -rotor.max_speed, 0.0), first, *downward[1:]]
     return tuple(lines)
 
 
@@ -57,7 +76,10 @@ class Drives:
 
     def __init__(self, system: System, state: State):
         self._system = system
-        self._laws = [law_of(rotor, system.rotor_torque[i]) for i, rotor in system.turning_rotors]
+        self._laws = [
+            law_of(rotor, float(system.rotor_torque[i]), float(system.rotor_target[i]))
+            for i, rotor in system.turning_rotors
+        ]
         # Twice the number of a line, or one more: at the jump to the next.
         self._places = [
             _place(law, state.rotor_speed[i])
@@ -96,6 +118,10 @@ class Drives:
             is_diagonal = not isinstance(constants.carrier_inverse[0], tuple)
             rows = inverse.diagonal().tolist() if is_diagonal else map(tuple, inverse.tolist())
             constants = constants._replace(carrier_inverse=tuple(rows))
+        for coulomb in constants.coulomb:
+            pairs = zip(watches, coulomb.torque, strict=True)
+            dry = tuple(0.0 if watch.held_inertia else C for watch, C in pairs)
+            constants = constants._replace(coulomb=(coulomb._replace(torque=dry),))
         return constants._replace(rotors=tuple(rotors), drives=(DriveConstants(tuple(watches)),))
 
     def leave(self, which: int, t_s: float) -> None:
@@ -111,7 +137,7 @@ class Drives:
             self._places[n] = place - 1 if up else place + 1
             return
         first = place // 2 if up else place // 2 - 1
-        jumps = law[first].at(law[first].high) > law[first + 1].at(law[first].high)
+        jumps = _jumps(law, first)
         self._places[n] = 2 * first + 1 if jumps else 2 * first + (2 if up else 0)
         if jumps:
             self.met.append((t_s, self._system.turning_rotors[n][0]))
@@ -121,9 +147,14 @@ class Drives:
         self.met = [(t_s, i) for t_s, i in self.met if t_s >= before_s]
 
 
+def _jumps(law, k):
+    """Return whether a law jumps after line k: at a limit of speed, beyond which it is zero."""
+    return any(line.torque == 0.0 and line.gain == 0.0 for line in law[k : k + 2])
+
+
 def _place(law, speed):
     for k, line in enumerate(law[:-1]):
-        if abs(speed - line.high) <= AT_LIMIT * abs(line.high):
+        if _jumps(law, k) and abs(speed - line.high) <= AT_LIMIT * abs(line.high):
             return 2 * k + 1
         if speed < line.high:
             return 2 * k
@@ -143,7 +174,8 @@ def _on_line(line, speed):
 
 def _at_jump(rotor, before, after):
     speed = before.high
-    friction, low, high = rotor.friction * speed, after.at(speed), before.at(speed)
+    friction = float(rotor.friction_torque(speed))
+    low, high = after.at(speed), before.at(speed)
     beyond = _TORQUE_BEYOND * (high - low)
     return Watch(
         held_inertia=rotor.inertia,

@@ -13,11 +13,11 @@ from ..orbits.pieces import Pieces
 from ..torques.body_torque import BodyTorque, pieces_of
 from .rotor import Rotor
 
-_ZERO = np.zeros(3)
+_ZERO, _NAN = np.zeros(3), np.full((), np.nan)
 # What another torque on the same body does not change.
 _KEPT = (
     'turning_rotors',
-    'limited_rotors',
+    'switching_rotors',
     'carrier_inertia',
     'carrier_inverse',
     'undriven',
@@ -33,8 +33,9 @@ class System:
     inertia [kg m^2] (3, 3): body axes, locked rotors included, about the mass centre, or about the
     fixed point where weight_moment [N m] (3,), the weight times the position of the mass centre,
     is not zero.  torque_b [N m] (3,) acts on the body, rotor_torque [N m] (R,), or one for all,
-    from the body on the rotors.  torques: what else acts on the body.  environment: what there is
-    along the orbit beside the attracting field, None: nothing.
+    from the body on the rotors.  rotor_target [rad/s] (R,): the speeds that the drives are
+    commanded in place of a torque, nan: of none.  torques: what else acts on the body.
+    environment: what there is along the orbit beside the attracting field, None: nothing.
     """
 
     inertia: np.ndarray
@@ -45,12 +46,14 @@ class System:
     rotor_torque: np.ndarray = field(default_factory=lambda: np.zeros(()))
     torques: tuple[BodyTorque, ...] = ()
     environment: AlongOrbit | None = None
+    rotor_target: np.ndarray = field(default_factory=lambda: _NAN)
 
     def __post_init__(self) -> None:
-        torques = np.asarray(self.rotor_torque, float)
-        if torques.shape != (len(self.rotors),):
-            torques = np.broadcast_to(torques, len(self.rotors))
-        object.__setattr__(self, 'rotor_torque', torques)
+        for name in ('rotor_torque', 'rotor_target'):
+            commands = np.asarray(getattr(self, name), float)
+            if commands.shape != (len(self.rotors),):
+                commands = np.broadcast_to(commands, len(self.rotors))
+            object.__setattr__(self, name, commands)
 
     def __repr__(self) -> str:
         if self.inertia.ndim > 2:
@@ -77,7 +80,8 @@ class System:
         return bool(
             self.torque_b.any()
             or self.rotor_torque.any()
-            or any(rotor.is_damped for rotor in self.rotors)
+            or np.isfinite(self.rotor_target).any()
+            or any(rotor.is_damped or rotor.is_unbalanced for rotor in self.rotors)
         )
 
     def _has_potential(self, torque):
@@ -112,9 +116,9 @@ class System:
         return tuple((i, rotor) for i, rotor in enumerate(self.rotors) if rotor.turns_freely)
 
     @cached_property
-    def limited_rotors(self) -> tuple[Rotor, ...]:
-        """Return the motors that have a limit of their speed."""
-        return tuple(rotor for rotor in self.rotors if np.any(rotor.max_speed))
+    def switching_rotors(self) -> tuple[Rotor, ...]:
+        """Return the motors whose torque may depend on their speed."""
+        return tuple(rotor for rotor in self.rotors if rotor.switches)
 
     @property
     def has_turning_rotor(self) -> bool:
@@ -142,15 +146,21 @@ class System:
     @cached_property
     def undriven(self) -> 'System':
         """Return the system without torques, the same one for all that driven() gives."""
-        return replace(self, torque_b=_ZERO, rotor_torque=np.zeros(()))
+        return replace(self, torque_b=_ZERO, rotor_torque=np.zeros(()), rotor_target=_NAN)
 
     def driven(
-        self, torque_b: np.ndarray | None = None, rotor_torque: np.ndarray | None = None
+        self,
+        torque_b: np.ndarray | None = None,
+        rotor_torque: np.ndarray | None = None,
+        rotor_target: np.ndarray | None = None,
     ) -> 'System':
         """Return the system under other torques, of the same inertias; None: under the same."""
         torque_b = self.torque_b if torque_b is None else torque_b
         rotor_torque = self.rotor_torque if rotor_torque is None else rotor_torque
-        driven = replace(self, torque_b=torque_b, rotor_torque=rotor_torque)
+        rotor_target = self.rotor_target if rotor_target is None else rotor_target
+        driven = replace(
+            self, torque_b=torque_b, rotor_torque=rotor_torque, rotor_target=rotor_target
+        )
         # A controller drives the body anew at every tick.
         for name in _KEPT:
             vars(driven)[name] = getattr(self, name)

@@ -97,7 +97,7 @@ class Propagation(Motion):
         y = initial_values(self.system, self.state)
         self._stages, self._dense = step_arrays(len(y))
         self._stages.y[: len(y)] = self._dense[0, : len(y)] = y
-        if self.system.limited_rotors:
+        if self.system.switching_rotors:
             self._drives = Drives(self.system, self.state)
             self._drive(self._drives)
         furthest = self._clock[FURTHEST]

@@ -159,10 +159,10 @@ def rotor_torque_input() -> dict[str, Any]:
     return {'data': _torques}
 
 
-def rotor_command(frames: Frames, names: Sequence[str]) -> dict[str, Any]:
-    """Return sensor_msgs/JointState of Inputs (N, R): motor torques of the rotors of names."""
-    efforts = [_torque_of(i) for i in range(len(names))]
-    return {'header': header(frames.body), 'name': list(names), 'effort': efforts}
+def rotor_command(frames: Frames, names: Sequence[str], what: str) -> dict[str, Any]:
+    """Return sensor_msgs/JointState of Inputs (N, R): effort or velocity of rotors of names."""
+    commands = [_torque_of(i) for i in range(len(names))]
+    return {'header': header(frames.body), 'name': list(names), what: commands}
 
 
 def _seconds(samples):

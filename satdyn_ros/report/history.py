@@ -134,7 +134,9 @@ def history(
         if start < first:
             continue
         events += [(run.ticks.seconds(event.tick), event) for event in applied]
-        if np.any(samples.system.torque_b) or np.any(samples.system.rotor_torque):
+        system = samples.system
+        commands = system.torque_b, system.rotor_torque, np.isfinite(system.rotor_target)
+        if any(map(np.any, commands)):
             _extend(driven, run.ticks.seconds(start), run.ticks.seconds(start + len(samples)))
         largest |= {name: max(largest.get(name, 0.0), value) for name, value in so_far.items()}
         bounds.take(samples)

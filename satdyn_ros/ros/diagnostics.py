@@ -208,6 +208,7 @@ class InputsReport:
         }
         values |= {
             'rotor torques that act [N m]': tuple(self._simulation.rotor_torque.tolist()),
+            'rotor speeds that are commanded [rad/s]': tuple(system.rotor_target.tolist()),
             'cut to max_torque': self._limited['max_torque'],
             'limited at max_speed': self._limited['max_speed'],
             'accepted': counts.accepted,

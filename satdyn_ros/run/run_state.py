@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import reduce
 from operator import add
+from types import MappingProxyType
 
 import numpy as np
 
@@ -31,6 +32,7 @@ from .segment import MOST_STEPS_A_TICK, Segment
 from .ticks import Ticks
 from .topics import is_torque
 
+_NONE: Mapping[str, float] = MappingProxyType({})
 NO_TORQUE: TorqueB = (0.0, 0.0, 0.0)
 
 
@@ -61,7 +63,9 @@ class RunState:
     @property
     def has_torque(self) -> bool:
         """Whether any torque acts."""
-        return bool(np.any(self.system.torque_b) or np.any(self.system.rotor_torque))
+        system = self.system
+        commands = system.torque_b, system.rotor_torque, np.isfinite(system.rotor_target)
+        return any(map(np.any, commands))
 
     def restarted(self, tick: int, state: State, system: System) -> 'RunState':
         """
@@ -119,7 +123,8 @@ class _Happening:
             if not isinstance(event, kinds):
                 return
             if drops:
-                free = run.system.driven(np.zeros(3), np.zeros(len(run.system.rotors)))
+                none = np.zeros(len(run.system.rotors))
+                free = run.system.driven(np.zeros(3), none, none + np.nan)
                 run = replace(run, torques_b=dict.fromkeys(run.torques_b, NO_TORQUE), until={})
                 self.run = run.restarted(before, run.segment.state_at(before), free)
             else:
@@ -150,7 +155,7 @@ class _Happening:
             case Timeout() if is_torque(event.topic):
                 self._apply(event.topic, NO_TORQUE, None)
             case RotorCommand():
-                cut = self._command(event.torques, event.until_tick)
+                cut = self._command(event.torques, event.until_tick, event.speeds)
             case Timeout():
                 self._command({rotor_of(event.topic): 0.0}, None)
             case Topics():
@@ -164,7 +169,7 @@ class _Happening:
     def tell_limits(self, before: RunState) -> None:
         """Tell of rotors at their limits of speed, of the run before or of the motion of now."""
         rotors = self.run.system.rotors
-        if not self.run.system.limited_rotors or self.tick <= self.run.told:
+        if not self.run.system.switching_rotors or self.tick <= self.run.told:
             return
         met = np.zeros(len(rotors), bool)
         if before.segment.reaches(self.tick):
@@ -189,11 +194,18 @@ class _Happening:
             self._drive(torque_b=total(torques_b))
             self.run = replace(self.run, torques_b=torques_b)
 
-    def _command(self, torques: Mapping[str, float], until_tick: int | None) -> list[str]:
-        """Let motor torques act, by rotor; return the rotors where they are cut."""
-        self._hold([f'rotor_command.{name}' for name in torques], until_tick)
-        acting, cut = within_max_torque(self.run.system, torques)
-        self._drive(rotor_torque=acting)
+    def _command(
+        self,
+        torques: Mapping[str, float],
+        until_tick: int | None,
+        speeds: Mapping[str, float] = _NONE,
+    ) -> list[str]:
+        """Let motor torques act, or speeds, by rotor; return the rotors where torques are cut."""
+        self._hold([f'rotor_command.{name}' for name in (*torques, *speeds)], until_tick)
+        system = self.run.system
+        acting, cut = within_max_torque(system, {**torques, **dict.fromkeys(speeds, 0.0)})
+        targets = with_speeds(system, {**dict.fromkeys(torques, np.nan), **speeds})
+        self._drive(rotor_torque=acting, rotor_target=targets)
         return cut
 
     def _hold(self, topics: Iterable[str], until_tick: int | None) -> None:
@@ -205,7 +217,7 @@ class _Happening:
     def _drive(self, **torques: np.ndarray) -> None:
         """Let torques act from the tick on; torques that already act change nothing."""
         acting = vars(self.run.system)
-        if all(np.array_equal(acting[name], torque) for name, torque in torques.items()):
+        if all(np.array_equal(acting[name], x, equal_nan=True) for name, x in torques.items()):
             return
         self.drop_torques_or_halt()
         system = self.run.system.driven(**torques)
@@ -217,7 +229,9 @@ class _Happening:
 
     def _restart_from_conditions(self) -> None:
         run, acting = self.run, self.run.system
-        system = run.conditions.system.driven(acting.torque_b, acting.rotor_torque)
+        system = run.conditions.system.driven(
+            acting.torque_b, acting.rotor_torque, acting.rotor_target
+        )
         run = replace(run, suite=run.suite.restarted())
         start_s = run.ticks.seconds(self.tick)
         state = run.conditions.state_at(start_s)
@@ -268,9 +282,21 @@ def within_max_torque(
     return acting, cut
 
 
+def with_speeds(system: System, speeds: Mapping[str, float]) -> np.ndarray:
+    """Return the commanded speeds [rad/s] (R,) with some new, by rotor; nan: a torque is."""
+    targets = system.rotor_target.copy()
+    for i, rotor in enumerate(system.rotors):
+        targets[i] = speeds.get(rotor.label, targets[i])
+    return targets
+
+
 def is_at_limit(system: System, speeds: np.ndarray) -> np.ndarray:
     """Return of speeds (R,) [rad/s] which are at their limit while the command adds to it."""
     most = np.array([rotor.max_speed or np.inf for rotor in system.rotors])
+    targets = system.rotor_target
     with np.errstate(invalid='ignore'):
         is_fast = np.abs(speeds) >= most * (1.0 - AT_LIMIT)
-    return is_fast & (np.sign(speeds) * np.sign(system.rotor_torque) > 0.0)
+        commanded = np.where(np.isnan(targets), system.rotor_torque, targets - speeds)
+        # The limit in its last digits is no faster than itself.
+        is_faster = np.isnan(targets) | (np.abs(targets) > most)
+    return is_fast & is_faster & (np.sign(speeds) * np.sign(commanded) > 0.0)

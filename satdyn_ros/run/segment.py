@@ -26,7 +26,7 @@ class Segment:
         self.why_no_further = NO_STAMP
         self._ticks, self._counts_turns = ticks, counts_turns
         # Both are counted from the tick before.
-        self._looks_back = counts_turns or bool(motion.system.limited_rotors)
+        self._looks_back = counts_turns or bool(motion.system.switching_rotors)
         # The first tick that the motion is known not to reach.
         self._end_tick = ticks.last + 1
         # States that were computed, from a tick on.

@@ -5,6 +5,7 @@ from bisect import insort
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from math import isnan
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ from .events import (
     TorqueB,
     as_given,
     body_torques,
+    rotor_speeds,
     rotor_torques,
 )
 from .requests import requested
@@ -34,6 +36,7 @@ from .run_state import (
     met_limit,
     rotor_of,
     total,
+    with_speeds,
 )
 from .samples import Measured, Samples
 from .scenario import Scenario
@@ -224,24 +227,32 @@ class Simulation:
         self,
         torque_b: Sequence[float] | np.ndarray | Mapping[str, Sequence[float]] | None = None,
         rotor_torque: Mapping[str, float] | None = None,
+        rotor_speed: Mapping[str, float] | None = None,
     ) -> State:
         """
         Advance by one tick and return the state there.
 
-        torque_b [N m] (3,), body axes, with torque.names by name, and rotor_torque [N m], by
-        rotor, hold during this step alone; without them, and for what is not named, what is in
-        force continues.  The first step is from tick 0 to tick 1.  ValueError: there is no such
-        torque or motor, or a torque is not finite.  RunHalted: the run goes no further.
+        torque_b [N m] (3,), body axes, with torque.names by name, and rotor_torque [N m] or
+        rotor_speed [rad/s], by rotor, hold during this step alone; without them, and for what is
+        not named, what is in force continues.  The first step is from tick 0 to tick 1.
+        ValueError: there is no such torque or motor, or a torque is not finite.  RunHalted: the
+        run goes no further.
         """
         torques = rotor_torques(rotor_torque or {}, self.scenario)
+        speeds = rotor_speeds(rotor_speed or {}, self.scenario)
+        if both := torques.keys() & speeds.keys():
+            raise ValueError(f'the rotor {min(both)} is given a torque and a speed; give one')
         torques_b = {} if torque_b is None else body_torques(torque_b, self.scenario)
         if self.next_tick == 0:
             self.advance(1)
-        ended = {name: 0.0 for name in self._rotors_of_step - torques.keys()}
-        self._rotors_of_step = frozenset(torques)
+        now = frozenset({**torques, **speeds})
+        ended = {name: 0.0 for name in self._rotors_of_step - now}
+        self._rotors_of_step = now
         new: list[Event] = []
         if ended or torques:
             new.append(RotorCommand(self.tick, ended | torques))
+        if speeds:
+            new.append(RotorCommand(self.tick, speeds=speeds))
         over_b = dict.fromkeys(self._torques_of_step, NO_TORQUE)
         self._torques_of_step = tuple(torques_b)
         for topic, torque in (over_b | torques_b).items():
@@ -322,6 +333,7 @@ class Simulation:
             'begin_state': state_record(run.segment.motion.state),
             'torque_b': as_given(run.torques_b),
             'rotor_torque': run.system.rotor_torque.tolist(),
+            **_speeds_record(run.system),
             'until': dict(run.until),
             'conditions': {
                 name: listed(value)
@@ -345,7 +357,10 @@ class Simulation:
         run = simulation._run
         conditions = simulation.scenario.with_values(snapshot['conditions'])
         torques_b = {**run.torques_b, **body_torques(snapshot['torque_b'], scenario)}
-        system = conditions.system.driven(total(torques_b), np.array(snapshot['rotor_torque']))
+        system = conditions.system
+        # Only where speeds are commanded are there any.
+        targets = with_speeds(system, snapshot.get('rotor_speed', {}))
+        system = system.driven(total(torques_b), np.array(snapshot['rotor_torque']), targets)
         begin = snapshot['begin_state']
         state = State(
             np.array(begin['q_ib']),
@@ -388,6 +403,13 @@ def without_limits_of_speed(scenario: Scenario) -> Scenario:
 
 def _tick_of(event):
     return event.tick
+
+
+def _speeds_record(system: System) -> dict[str, dict[str, float]]:
+    """Return the commanded speeds as plain data by rotor, if there are any."""
+    pairs = zip(system.rotors, system.rotor_target.tolist(), strict=True)
+    speeds = {rotor.label: speed for rotor, speed in pairs if not isnan(speed)}
+    return {'rotor_speed': speeds} if speeds else {}
 
 
 def state_record(state: State) -> dict[str, list[float]]:

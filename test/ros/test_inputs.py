@@ -207,7 +207,8 @@ def test_a_speed_cannot_be_commanded(live):
     found = until(node.namespace, lambda r: values(r['inputs'])['refused'] == '2')
     assert values(found['inputs'])['accepted'] == '0'
     _, errors = node.end()
-    assert 'rotor_command has velocities; a speed cannot be commanded, so that velocity' in errors
+    assert 'rotor_command has efforts and velocities; one of both must be empty' in errors
+    assert 'a speed of the rotor rotor is given and rotor.speed_gain is 0; it must be' in errors
 
 
 @pytest.mark.long

@@ -18,6 +18,7 @@ commands speeds in place of torques.  With torque.names so is a
 torque, {drag: [0.0, 0.0, 0.01]}.
 """
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -28,6 +29,7 @@ import yaml
 
 from ..base import ros_yaml
 from ..base.key import Key, listed
+from ..base.sentences import told_apart
 from ..dynamics.rotor import Rotor
 from .parameter_file import flattened
 from .scenario import Scenario
@@ -357,9 +359,10 @@ def _motor_torque(given, rotor):
     name = f'torque on the rotor {rotor.label}'
     torque = replace(_ROTOR_TORQUE, name=name).checked(given)
     if abs(torque) > MOST_TORQUE and not rotor.max_torque:
+        given, most = told_apart(torque, math.copysign(MOST_TORQUE, torque))
         raise ValueError(
-            f'{name} is {torque:g}; without {_key_of(rotor, "max_torque")} it must be at most '
-            f'{MOST_TORQUE:g} N m, either way'
+            f'{name} is {given}; without {_key_of(rotor, "max_torque")} it must be at most '
+            f'{most.removeprefix("-")} N m, either way'
         )
     return torque
 

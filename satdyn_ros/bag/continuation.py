@@ -1,6 +1,7 @@
 """Where a run begins, if not with its scenario: in a bag, or at an attitude of another tool."""
 
 from collections.abc import Mapping
+from math import isnan
 from pathlib import Path
 from typing import Any
 
@@ -142,7 +143,7 @@ def _motion_anew(
     state, begin = simulation.state, scenario.initial_state
     speeds, angles = begin.rotor_speed.copy(), begin.rotor_angle.copy()
     before = {rotor.label: i for i, rotor in enumerate(simulation.system.rotors)}
-    torques = {}
+    torques, targets = {}, {}
     for i, rotor in enumerate(scenario.system.rotors):
         k = before.get(rotor.label)
         if k is None or not (rotor.turns_freely and simulation.system.rotors[k].turns_freely):
@@ -150,6 +151,9 @@ def _motion_anew(
         speeds[i], angles[i] = state.rotor_speed[k], state.rotor_angle[k]
         if rotor.mode == 'motor':
             torques[rotor.label] = float(simulation.system.rotor_torque[k])
+            target = float(simulation.system.rotor_target[k])
+            if rotor.speed_gain and not isnan(target):
+                targets[rotor.label] = target
     torques_b = {
         topic: simulation.torques_b.get(topic, NO_TORQUE) for topic in scenario.torque_topics
     }
@@ -164,5 +168,6 @@ def _motion_anew(
         'torque_b': as_given(torques_b),
         'rotor_torque': within_max_torque(scenario.system, torques)[0].tolist(),
         'dipole_b': dipole_b.tolist(),
+        'rotor_speed': targets,
         'until': {topic: tick for topic, tick in until.items() if topic in held},
     }

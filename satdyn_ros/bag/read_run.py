@@ -264,7 +264,7 @@ class RecordedRun:
             return DipoleCommand(tick, tuple(row['vector'].tolist()))
         if name == 'rotor_torque':
             return RotorCommand(tick, {'rotor': float(row['data'])})
-        return RotorCommand(tick, rotor_command_of(bytes(row)))
+        return rotor_command_of(tick, bytes(row))
 
 
 class Happened:

@@ -106,7 +106,7 @@ def _add_input(chunk, run, event):
             name, data = 'rotor_torque', pack_rotor_torque(event.torques['rotor'])
         else:
             name = 'rotor_command'
-            data = pack_rotor_command(stamp_ns, event.torques, run.scenario.frames)
+            data = pack_rotor_command(stamp_ns, event, run.scenario.frames)
         chunk.add_message(run.channel_id(name), stamp_ns, data)
 
 

@@ -164,7 +164,7 @@ def _check(events, scenario, first):
                     dipole(event.dipole_b, scenario)
                 case Torque() | RotorCommand():
                     torques = (
-                        tuple(event.torques.values())
+                        (*event.torques.values(), bool(event.speeds))
                         if isinstance(event, RotorCommand)
                         else event.torque_b
                     )

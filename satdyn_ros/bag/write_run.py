@@ -97,7 +97,7 @@ class Recording:
                 self._writer.write_message(self._names[event.topic], stamp_ns, data)
             case RotorCommand():
                 self._tell_held(event)
-                data = pack_rotor_command(stamp_ns, event.torques, self._scenario.frames)
+                data = pack_rotor_command(stamp_ns, event, self._scenario.frames)
                 self._writer.write_message(self._names['rotor_command'], stamp_ns, data)
             case DipoleCommand():
                 self._tell_held(event)

@@ -19,6 +19,9 @@ from .system import System
 # The most by which the axes turn in a step [rad].
 STEP_TURN = 0.5
 
+# A viscous friction [N m s] that is none.
+_TINY = 1e-300
+
 # The torques that every system has.
 _SHIPPED = 3
 
@@ -34,6 +37,42 @@ class RotorConstants(NamedTuple):
     torque: float
     friction: float
     inertia_inverse: float
+
+
+class CoulombFriction(NamedTuple):
+    """torque: C, per_speed [s/rad]: 1 / s_c of every turning rotor."""
+
+    torque: Vector
+    per_speed: Vector
+
+
+class Imbalance(NamedTuple):
+    """The torque [N m] of an imbalance on the body is s^2 (cos theta along + sin theta across)."""
+
+    along: Vector
+    across: Vector
+
+
+class Watch(NamedTuple):
+    """
+    What of a rotor ends a step, see drives.py: its speed [rad/s] or, where held, p' [N m].
+
+    held_inertia: J of a rotor that is held at its speed, else zero.  low, high: between which what
+    is watched stays.  effort: the motor's torque [N m], less gain times the speed; of one that is
+    held, less p'.
+    """
+
+    held_inertia: float
+    low: float
+    high: float
+    effort: float
+    gain: float
+
+
+class DriveConstants(NamedTuple):
+    """watches: of every turning rotor."""
+
+    watches: tuple[Watch, ...]
 
 
 class OrbitTable(NamedTuple):
@@ -55,7 +94,9 @@ class Constants(NamedTuple):
     STEP_TURN.  start_s: of the motion, from tick 0.  semi_latus_rectum [m] and speed [m/s], the
     root of mu / l: of the orbit, zero without one.  slow_rate [rad/s]: far below the rates at
     which the field swings the body, for a body at rest.  rotors: those that turn, whose number is
-    part of the type.  zeros: one per such rotor.  place: where the place on the orbit is
+    part of the type.  coulomb: their dry friction, imbalances: of each, drives: of their motors,
+    where one has friction, is out of balance or has a torque that depends on its speed; else none.
+    zeros: one per such rotor.  place: where the place on the orbit is
     integrated two zeros, one for cos f and one for sin f, else none.  table: of the orbit, where
     it is known as one, in place of all that says where it is; else none.  torques: the constants
     of each, whose type says which torque it is: of the weight, the gravity gradient and the
@@ -79,6 +120,9 @@ class Constants(NamedTuple):
     speed: float
     does_work: bool
     rotors: tuple[RotorConstants, ...]
+    coulomb: tuple[CoulombFriction, ...]
+    imbalances: tuple[Imbalance, ...]
+    drives: tuple[DriveConstants, ...]
     zeros: tuple[float, ...]
     place: tuple[float, ...]
     table: tuple[OrbitTable, ...]
@@ -123,7 +167,11 @@ def _undriven_constants(system):
     if system not in _known:
         constants = _constants(system)
         torques = constants.torques
-        plain = _as_tuples(_without_zeros(constants._replace(torques=torques[:_SHIPPED])))
+        plain = constants._replace(torques=torques[:_SHIPPED])
+        # One that is held turns with the body.
+        if _are_diagonal(plain, [np.outer(r.axis, r.axis) for r in system.switching_rotors]):
+            plain = _without_zeros(plain)
+        plain = _as_tuples(plain)
         _known[system] = plain._replace(
             does_work=bool(constants.does_work), torques=plain.torques + torques[_SHIPPED:]
         )
@@ -211,11 +259,15 @@ def _constants(system):
             RotorConstants(
                 axis=rotor.axis,
                 torque=system.rotor_torque[i],
-                friction=rotor.friction,
+                # Where there is any, the error of a step looks at the momentum.
+                friction=rotor.friction + (_TINY if np.any(rotor.coulomb_friction) else 0.0),
                 inertia_inverse=1.0 / rotor.inertia,
             )
             for i, rotor in system.turning_rotors
         ),
+        coulomb=_coulomb_of(system),
+        imbalances=_imbalances_of(system),
+        drives=(),
         zeros=(0.0,) * len(system.turning_rotors),
         place=(0.0, 0.0) if system.integrates_place else (),
         table=(),
@@ -226,6 +278,30 @@ def _constants(system):
             *(torque.constants for torque in system.torques),
         ),
     )
+
+
+def _coulomb_of(system):
+    rotors = [rotor for _, rotor in system.turning_rotors]
+    if not any(np.any(rotor.coulomb_friction) for rotor in rotors):
+        return ()
+    return (
+        CoulombFriction(
+            np.array([rotor.coulomb_friction for rotor in rotors]),
+            np.array([1.0 / rotor.friction_speed for rotor in rotors]),
+        ),
+    )
+
+
+def _imbalances_of(system):
+    rotors = [rotor for _, rotor in system.turning_rotors]
+    if not any(rotor.is_unbalanced for rotor in rotors):
+        return ()
+    imbalances = []
+    for rotor in rotors:
+        U_s, U_d, e_1 = rotor.static_imbalance, rotor.dynamic_imbalance, rotor.zero_direction
+        sides = e_1, np.cross(rotor.axis, e_1)
+        imbalances.append(Imbalance(*(U_d * e + U_s * np.cross(rotor.position, e) for e in sides)))
+    return tuple(imbalances)
 
 
 def _line(system, start_s, P, Q):
@@ -242,10 +318,10 @@ def _matrices(constants):
     return constants.carrier_inertia, constants.carrier_inverse, constants.torques[1].inertia
 
 
-def _are_diagonal(constants):
+def _are_diagonal(constants, others=()):
     """Return whether the matrices of constants that are arrays have zeros beside the diagonal."""
     beside = ~np.eye(3, dtype=bool)
-    return not any(matrix[..., beside].any() for matrix in _matrices(constants))
+    return not any(matrix[..., beside].any() for matrix in (*_matrices(constants), *others))
 
 
 def _without_zeros(constants):

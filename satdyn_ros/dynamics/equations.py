@@ -4,12 +4,13 @@ The equations of motion of a gyrostat in a Newtonian field, as on the textbook p
     q' = q (omega, 0) / 2 - (Omega, 0) q / 2
     K omega' = (K omega + sum p a + h) x omega + (3 mu / r^3) c x I c - m x c
                + torque - sum p' a
-    p' = tau - b s,   s = p / J - a . omega                            for every turning rotor
+    p' = tau - b s - C tanh(s / s_c),   s = p / J - a . omega          for every turning rotor
+    p' = J a . omega'                                        of one that is held (drives.py)
 
 I is the inertia, K that of what turns with the body (carrier_inertia of system.py), p, a, tau, b,
-s and J are the momentum, axis, motor torque, friction, speed and inertia of a rotor with a speed
-of its own (rotor.py), h is the momentum of those of constant momentum, c the unit vector from the
-attracting centre and m the weight moment.
+C, s and J are the momentum, axis, motor torque, friction, speed and inertia of a rotor with a
+speed of its own (rotor.py), h is the momentum of those of constant momentum, c the unit vector
+from the attracting centre and m the weight moment.
 
 q is the attitude in axes that coincide with the inertial ones at the start and turn with a
 circular orbit, at the rate Omega about its normal; in them c stays where it is.  On an ellipse
@@ -100,6 +101,60 @@ def _momentum_rates(i, rotors, s):
     return rotors[i].torque - rotors[i].friction * s[i]
 
 
+@unrolled_fold
+def _with_coulomb(p_dot, i, coulomb, s):
+    """Return p' less Coulomb's friction."""
+    return _less_coulomb(coulomb[i].torque, coulomb[i].per_speed, p_dot, s)
+
+
+@unrolled_map
+def _less_coulomb(i, torque, per_speed, p_dot, s):
+    return p_dot[i] - torque[i] * math.tanh(per_speed[i] * s[i])
+
+
+@unrolled_fold
+def _plus_coulomb(total, i, coulomb, rotors, s):
+    """Add C tanh(s / s_c) a of each rotor."""
+    return _plus_dry(total, coulomb[i].torque, coulomb[i].per_speed, rotors, s)
+
+
+@unrolled_fold
+def _plus_dry(total, i, torque, per_speed, rotors, s):
+    return add(total, scale(torque[i] * math.tanh(per_speed[i] * s[i]), rotors[i].axis))
+
+
+@unrolled_fold
+def _plus_imbalance(total, i, imbalances, s, y):
+    """Add s^2 (cos theta along + sin theta across), which turns with the angle of a rotor."""
+    imbalance, angle = imbalances[i], y[MOMENTUM + len(imbalances) + i]
+    along = scale(math.cos(angle), imbalance.along)
+    across = scale(math.sin(angle), imbalance.across)
+    return add(total, scale(s[i] * s[i], add(along, across)))
+
+
+@unrolled_fold
+def _with_held(p_dot, i, drives, rotors, omega_dot):
+    """Return p' with that of the rotors that are held at their speed, J a . omega'."""
+    return _plus_held(drives[i].watches, rotors, p_dot, omega_dot)
+
+
+@unrolled_map
+def _plus_held(i, watches, rotors, p_dot, omega_dot):
+    return p_dot[i] + watches[i].held_inertia * dot(rotors[i].axis, omega_dot)
+
+
+@unrolled_fold
+def _less_held_powers(power, i, drives, rotors, omega, omega_dot):
+    """Subtract the work that these rotors take."""
+    return _less_held_power(power, drives[i].watches, rotors, omega, omega_dot)
+
+
+@unrolled_fold
+def _less_held_power(power, i, watches, rotors, omega, omega_dot):
+    a = rotors[i].axis
+    return power - watches[i].held_inertia * dot(a, omega_dot) * dot(a, omega)
+
+
 @inlined
 def place_at(constants: Constants) -> int:
     """Return where among the variables cos f is, on an ellipse."""
@@ -170,21 +225,25 @@ def rates(t_s: float, y: tuple[float, ...], constants: Constants) -> tuple[float
     c = to_body(q, c_i)
 
     s = _speeds(constants.rotors, y)
-    p_dot = _momentum_rates(constants.rotors, s)
+    p_dot = _with_coulomb(_momentum_rates(constants.rotors, s), constants.coulomb, s)
     H = add(constants.momentum, apply(constants.carrier_inertia, omega))
     H = _plus_momenta(H, constants.rotors, y)
     nothing = broadcast(0.0, y[0])
     none = nothing, nothing, nothing
     applied = add_torques(none, constants.torques, seen_by_torques(t_s, y, constants))
     applied = _plus_frictions(applied, constants.rotors, s)
+    applied = _plus_coulomb(applied, constants.coulomb, constants.rotors, s)
+    applied = _plus_imbalance(applied, constants.imbalances, s, y)
     field = add_fields(none, constants.torques, c, gradient)
     torque = add_cross(add_cross(applied, H, omega), c, field)
     omega_dot = apply(constants.carrier_inverse, torque)
+    p_dot = _with_held(p_dot, constants.drives, constants.rotors, omega_dot)
 
     power = nothing
     if constants.does_work:
         t = to_body(q, t_i)
         power = dot(applied, omega)
+        power = _less_held_powers(power, constants.drives, constants.rotors, omega, omega_dot)
         power = add_orbit_powers(power, constants.torques, c, t, gradient, v, growth_rate)
     q_dot = attitude_rate(q, omega, scale(constants.axes_rate, constants.normal))
     cos_f, sin_f = place_in_orbit(y, constants)

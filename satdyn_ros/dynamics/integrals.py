@@ -105,12 +105,18 @@ def conserve_alike(one: System, other: System) -> bool:
         and np.array_equal(one.dipole_b, other.dipole_b)
         and one.is_driven == other.is_driven
         and np.array_equal(one.rotor_torque != 0.0, other.rotor_torque != 0.0)
+        and np.array_equal(np.isnan(one.rotor_target), np.isnan(other.rotor_target))
     )
 
 
 def applied_torque(system: System) -> np.ndarray:
     """Return the size of the torque that acts on the body and those of the motors [N m]."""
-    return length(system.torque_b) + np.sum(np.abs(system.rotor_torque))
+    of_motors = np.sum(np.abs(system.rotor_torque))
+    for rotor, target in zip(system.rotors, system.rotor_target, strict=True):
+        if np.isfinite(target):
+            torque = np.abs(rotor.inertia * rotor.speed_gain * target)
+            of_motors = of_motors + np.minimum(torque, rotor.max_torque or np.inf)
+    return length(system.torque_b) + of_motors
 
 
 class _Parts(NamedTuple):
@@ -159,7 +165,10 @@ def _sizes(parts, applied):
     weight = length(system.weight_moment)
     for i, rotor in enumerate(system.rotors):
         if rotor.is_damped:
-            applied = applied + rotor.friction * np.abs(states.rotor_speed[..., i])
+            applied = applied + np.abs(rotor.friction_torque(states.rotor_speed[..., i]))
+        if rotor.is_unbalanced:
+            size = rotor.dynamic_imbalance + length(rotor.position) * rotor.static_imbalance
+            applied = applied + size * states.rotor_speed[..., i] ** 2
     if system.torques:
         applied = applied + length(own_torque(system.torques, states))
     least, _, K_max = np.moveaxis(np.linalg.eigvalsh(system.carrier_inertia), -1, 0)
@@ -243,7 +252,8 @@ def _terms(parts, since=_FROM_ROW_0):
         if not np.all(np.isnan(axis)):
             terms['axial_rate'] = [dot(omega, axis)]
     for i, rotor in enumerate(system.rotors):
-        if rotor.turns_freely and not (rotor.is_damped or system.rotor_torque[i]):
+        is_driven = system.rotor_torque[i] or np.isfinite(system.rotor_target[i])
+        if rotor.turns_freely and not (rotor.is_damped or is_driven):
             terms[momentum_name(rotor)] = [p[i]]
     return terms
 

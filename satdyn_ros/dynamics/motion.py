@@ -30,7 +30,9 @@ class States:
     applied torques and the orbit's ellipticity added to the energy since the motion began.
     orbit_s (N,): the same instants in seconds from tick 0, where the orbit counts from.
     turn_b (N, 3) [rad]: the integral of omega_bi_b since the row before, where it was asked for.
-    environment: along the orbit, None: there is none.
+    rotor_torque (N, R) [N m]: the torques of the motors, and met_limit (N, R): whether a rotor
+    came to its limit of speed since the row before, where a rotor has one.  environment: along
+    the orbit, None: there is none.
 
     Of many motions at the same times, the tables have one more axis in front.
     """
@@ -44,6 +46,8 @@ class States:
     orbit: FixedDirection | KeplerOrbit | TabledOrbit
     orbit_s: np.ndarray
     turn_b: np.ndarray | None = None
+    rotor_torque: np.ndarray | None = None
+    met_limit: np.ndarray | None = None
     environment: AlongOrbit | None = None
 
     def __repr__(self) -> str:
@@ -65,6 +69,10 @@ class States:
 
     def rows(self, chosen: slice | np.ndarray) -> 'States':
         """Return the table of some rows."""
+
+        def some(table):
+            return None if table is None else table[chosen]
+
         return States(
             self.t_s[chosen],
             self.q_ib[..., chosen, :],
@@ -74,7 +82,9 @@ class States:
             self.work[..., chosen],
             self.orbit,
             self.orbit_s[chosen],
-            None if self.turn_b is None else self.turn_b[chosen],
+            turn_b=some(self.turn_b),
+            rotor_torque=some(self.rotor_torque),
+            met_limit=some(self.met_limit),
             environment=self.environment,
         )
 
@@ -186,9 +196,9 @@ def joined(tables: Sequence[States]) -> States:
     """Return tables of one run that follow each other as one."""
 
     def column(name):
-        return np.concatenate([getattr(table, name) for table in tables])
+        columns = [getattr(table, name) for table in tables]
+        return None if any(each is None for each in columns) else np.concatenate(columns)
 
-    counts_turns = all(table.turn_b is not None for table in tables)
     return States(
         t_s=column('t_s'),
         q_ib=column('q_ib'),
@@ -198,8 +208,10 @@ def joined(tables: Sequence[States]) -> States:
         work=column('work'),
         orbit=tables[0].orbit,
         orbit_s=column('orbit_s'),
+        turn_b=column('turn_b'),
+        rotor_torque=column('rotor_torque'),
+        met_limit=column('met_limit'),
         environment=tables[0].environment,
-        turn_b=column('turn_b') if counts_turns else None,
     )
 
 
@@ -262,10 +274,22 @@ class Motion(ABC):
         """
         Return q_ib (N, 4), omega_bi_b (N, 3), rotor_speed and _angle (N, R), and work (N,).
 
-        turn_b: as of States, zeros that are added to; None: it is not wanted.
+        Where they are known, rotor_torque and met_limit (N, R) too.  turn_b: as of States, zeros
+        that are added to; None: it is not wanted.
         """
 
-    def _table(self, t_s, turn_b, q_ib, omega_bi_b, rotor_speed, rotor_angle, work):
+    def _table(
+        self,
+        t_s,
+        turn_b,
+        q_ib,
+        omega_bi_b,
+        rotor_speed,
+        rotor_angle,
+        work,
+        rotor_torque=None,
+        met_limit=None,
+    ):
         return States(
             t_s=t_s,
             q_ib=q_ib,
@@ -276,6 +300,8 @@ class Motion(ABC):
             orbit=self.system.orbit,
             orbit_s=self.start_s + t_s,
             turn_b=turn_b,
+            rotor_torque=rotor_torque,
+            met_limit=met_limit,
             environment=self.system.environment,
         )
 

@@ -2,13 +2,14 @@
 The gyrostat's rotors: symmetric wheels that turn about axes fixed in the body.
 
 With the axial inertia J, the axis a and the speed s relative to the body, a rotor's whole axial
-momentum is p = J (s + a . omega).  A motor torque tau and the viscous friction b give
-p' = tau - b s, and a free rotor without friction conserves p.  The body then moves as one with the
-inertia I - sum J a a^T and the momentum sum p a.  A rotor of constant relative momentum
-(Volterra's gyrostat) adds the constant h = p a to the whole inertia I.
+momentum is p = J (s + a . omega).  A motor torque tau and the friction, viscous and
+Coulomb's, give p' = tau - b s - C tanh(s / s_c), and a free rotor without friction conserves p.
+The body then moves as one with the inertia I - sum J a a^T and the momentum sum p a.  A rotor of
+constant relative momentum (Volterra's gyrostat) adds the constant h = p a to the whole inertia I.
 """
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -21,9 +22,12 @@ class Rotor:
     A rotor by its mode, one of MODES.
 
     axis: unit vector, body axes.  momentum [N m s]: relative momentum, mode constant_momentum.
-    inertia [kg m^2]: axial inertia J, friction [N m s]: viscous, between rotor and body, modes
-    free and motor.  max_torque [N m], max_speed [rad/s]: limits of a motor, 0: none.  name: empty
-    for the one rotor of a scenario without names.
+    inertia [kg m^2]: axial inertia J, friction [N m s]: viscous, and coulomb_friction [N m], whose
+    sign changes within some friction_speed [rad/s], between rotor and body, modes free and motor.
+    max_torque [N m], max_speed [rad/s]: limits of a motor, 0: none; speed_gain [1/s]: of the loop
+    in its drive that follows a commanded speed, 0: there is none.  static_imbalance [kg m],
+    at position [m] (3,) from the mass centre, dynamic_imbalance [kg m^2], modes free and motor.
+    name: empty for the one rotor of a scenario without names.
     """
 
     mode: str = 'none'
@@ -33,6 +37,12 @@ class Rotor:
     friction: float = 0.0
     max_torque: float = 0.0
     max_speed: float = 0.0
+    coulomb_friction: float = 0.0
+    friction_speed: float = 0.1
+    speed_gain: float = 0.0
+    static_imbalance: float = 0.0
+    dynamic_imbalance: float = 0.0
+    position: np.ndarray = field(default_factory=lambda: np.zeros(3))
     name: str = ''
 
     @property
@@ -48,7 +58,39 @@ class Rotor:
     @property
     def is_damped(self) -> bool:
         """Whether friction acts between rotor and body."""
-        return self.turns_freely and bool(np.count_nonzero(self.friction))
+        return self.turns_freely and bool(
+            np.count_nonzero(self.friction) or np.count_nonzero(self.coulomb_friction)
+        )
+
+    @property
+    def is_unbalanced(self) -> bool:
+        """Whether its turning shakes the body."""
+        return self.turns_freely and bool(
+            np.count_nonzero(self.static_imbalance) or np.count_nonzero(self.dynamic_imbalance)
+        )
+
+    @property
+    def zero_direction(self) -> np.ndarray:
+        """
+        Return the unit vector (3,) square to the axis where an imbalance is at the angle zero.
+
+        The body axis with the smallest component along the axis, the first of equals, made square.
+        """
+        body_axis = np.eye(3)[np.argmin(np.abs(self.axis))]
+        square = body_axis - (body_axis @ self.axis) * self.axis
+        return square / np.linalg.norm(square)
+
+    @property
+    def switches(self) -> bool:
+        """Whether it is a motor whose torque may depend on its speed."""
+        return bool(np.count_nonzero(self.max_speed) or np.count_nonzero(self.speed_gain))
+
+    def friction_torque(self, speed: Any) -> Any:
+        """Return b s + C tanh(s / s_c) [N m] at the relative speed s [rad/s]."""
+        viscous = self.friction * speed
+        if not np.any(self.coulomb_friction):
+            return viscous
+        return viscous + self.coulomb_friction * np.tanh(speed / self.friction_speed)
 
     def axial_momentum(
         self, speed: float | np.ndarray, omega_bi_b: np.ndarray

@@ -14,9 +14,16 @@ from ..torques.body_torque import BodyTorque, pieces_of
 from ..torques.magnetic import Magnetic
 from .rotor import Rotor
 
-_ZERO = np.zeros(3)
+_ZERO, _NAN = np.zeros(3), np.full((), np.nan)
 # What another torque on the same body does not change.
-_KEPT = 'turning_rotors', 'carrier_inertia', 'carrier_inverse', 'undriven', 'has_turning_axes'
+_KEPT = (
+    'turning_rotors',
+    'switching_rotors',
+    'carrier_inertia',
+    'carrier_inverse',
+    'undriven',
+    'has_turning_axes',
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,9 +34,10 @@ class System:
     inertia [kg m^2] (3, 3): body axes, locked rotors included, about the mass centre, or about the
     fixed point where weight_moment [N m] (3,), the weight times the position of the mass centre,
     is not zero.  torque_b [N m] (3,) acts on the body, rotor_torque [N m] (R,), or one for all,
-    from the body on the rotors, and the magnetorquers have the dipole_b [A m^2] (3,).  torques:
-    what else acts on the body, by that dipole too.  environment: what there is along the orbit
-    beside the attracting field, None: nothing.
+    from the body on the rotors, and the magnetorquers have the dipole_b [A m^2] (3,).
+    rotor_target [rad/s] (R,): the speeds that the drives are commanded in place of a torque, nan:
+    of none.  torques: what else acts on the body, by that dipole too.  environment: what there is
+    along the orbit beside the attracting field, None: nothing.
     """
 
     inertia: np.ndarray
@@ -41,12 +49,14 @@ class System:
     dipole_b: np.ndarray = field(default_factory=lambda: _ZERO)
     torques: tuple[BodyTorque, ...] = ()
     environment: AlongOrbit | None = None
+    rotor_target: np.ndarray = field(default_factory=lambda: _NAN)
 
     def __post_init__(self) -> None:
-        torques = np.asarray(self.rotor_torque, float)
-        if torques.shape != (len(self.rotors),):
-            torques = np.broadcast_to(torques, len(self.rotors))
-        object.__setattr__(self, 'rotor_torque', torques)
+        for name in ('rotor_torque', 'rotor_target'):
+            commands = np.asarray(getattr(self, name), float)
+            if commands.shape != (len(self.rotors),):
+                commands = np.broadcast_to(commands, len(self.rotors))
+            object.__setattr__(self, name, commands)
 
     def __repr__(self) -> str:
         if self.inertia.ndim > 2:
@@ -70,8 +80,9 @@ class System:
 
     @property
     def is_commanded(self) -> bool:
-        """Whether any torque acts, or any dipole, that is commanded."""
-        return bool(self.torque_b.any() or self.rotor_torque.any() or self.dipole_b.any())
+        """Whether any torque, dipole or speed is commanded."""
+        commands = self.torque_b, self.rotor_torque, self.dipole_b, np.isfinite(self.rotor_target)
+        return any(map(np.any, commands))
 
     @property
     def magnetic_dipole_b(self) -> np.ndarray | None:
@@ -84,7 +95,8 @@ class System:
         return bool(
             self.torque_b.any()
             or self.rotor_torque.any()
-            or any(rotor.is_damped for rotor in self.rotors)
+            or np.isfinite(self.rotor_target).any()
+            or any(rotor.is_damped or rotor.is_unbalanced for rotor in self.rotors)
         )
 
     def _has_potential(self, torque):
@@ -118,6 +130,11 @@ class System:
         """Return the rotors that have a speed of their own, with their places among all."""
         return tuple((i, rotor) for i, rotor in enumerate(self.rotors) if rotor.turns_freely)
 
+    @cached_property
+    def switching_rotors(self) -> tuple[Rotor, ...]:
+        """Return the motors whose torque may depend on their speed."""
+        return tuple(rotor for rotor in self.rotors if rotor.switches)
+
     @property
     def has_turning_rotor(self) -> bool:
         """Whether a rotor has a speed of its own."""
@@ -144,26 +161,28 @@ class System:
     @cached_property
     def undriven(self) -> 'System':
         """Return the system without torques, the same one for all that driven() gives."""
-        return self._with(_ZERO, np.zeros(()), _ZERO)
+        return self._with(_ZERO, np.zeros(()), _ZERO, _NAN)
 
     def driven(
         self,
         torque_b: np.ndarray | None = None,
         rotor_torque: np.ndarray | None = None,
         dipole_b: np.ndarray | None = None,
+        rotor_target: np.ndarray | None = None,
     ) -> 'System':
         """Return the system under other torques, of the same inertias; None: under the same."""
         driven = self._with(
             self.torque_b if torque_b is None else torque_b,
             self.rotor_torque if rotor_torque is None else rotor_torque,
             self.dipole_b if dipole_b is None else dipole_b,
+            self.rotor_target if rotor_target is None else rotor_target,
         )
         # A controller drives the body anew at every tick.
         for name in _KEPT:
             vars(driven)[name] = getattr(self, name)
         return driven
 
-    def _with(self, torque_b, rotor_torque, dipole_b):
+    def _with(self, torque_b, rotor_torque, dipole_b, rotor_target):
         torques = self.torques
         if dipole_b is not self.dipole_b:
             torques = tuple(
@@ -171,7 +190,12 @@ class System:
                 for torque in torques
             )
         return replace(
-            self, torque_b=torque_b, rotor_torque=rotor_torque, dipole_b=dipole_b, torques=torques
+            self,
+            torque_b=torque_b,
+            rotor_torque=rotor_torque,
+            dipole_b=dipole_b,
+            rotor_target=rotor_target,
+            torques=torques,
         )
 
     def rotor_momentum(self, state: 'State') -> np.ndarray:

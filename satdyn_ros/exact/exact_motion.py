@@ -60,9 +60,11 @@ class ExactMotion(Motion):
         state lacks the speed or the angle of a free rotor.
         """
         system.check(state)
-        damped = [f'rotor.{rotor.name}'.rstrip('.') for rotor in system.rotors if rotor.is_damped]
-        if damped:
-            return f'{damped[0]}.friction is not zero: friction drives the body'
+        for rotor in system.rotors:
+            if rotor.is_damped:
+                key = f'rotor.{rotor.name}'.rstrip('.')
+                kind = 'friction' if rotor.friction else 'coulomb_friction'
+                return f'{key}.{kind} is not zero: friction drives the body'
         if system.torques:
             names = ', '.join(torque.name for torque in system.torques)
             return f'closed forms do not know the torque {names}'

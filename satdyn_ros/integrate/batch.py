@@ -83,6 +83,10 @@ def propagate_all(motions: Sequence[Propagation], t_s: ArrayLike) -> list[States
     flat = {motion: flatten(motion.constants) for motion in motions}
     end_s = t_s[-1] if len(t_s) else 0.0
     for motion in motions:
+        if motion.system.switching_rotors:
+            # Their motors switch, which the lanes do not know.
+            found[motion] = _alone(motion, t_s)
+            continue
         try:
             constants, stops_s = motion.constants_until(end_s)
         except ValueError:

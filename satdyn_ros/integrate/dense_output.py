@@ -74,11 +74,11 @@ def interpolate(
     cosine, sine = math.cos(half_rate * begin), math.sin(half_rate * begin)
     q_0, q_1 = out[0][first:last], out[1][first:last]
     q_2, q_3 = out[2][first:last], out[3][first:last]
-    d_0, d_1, d_2, d_3 = _terms(dense, 0), _terms(dense, 1), _terms(dense, 2), _terms(dense, 3)
+    d_0, d_1, d_2, d_3 = terms(dense, 0), terms(dense, 1), terms(dense, 2), terms(dense, 3)
     for n in range(len(t_s)):
         x = (t_s[n] - begin) * per_step
-        a, b = _polynomial(d_0, x), _polynomial(d_1, x)
-        c, d = _polynomial(d_2, x), _polynomial(d_3, x)
+        a, b = polynomial(d_0, x), polynomial(d_1, x)
+        c, d = polynomial(d_2, x), polynomial(d_3, x)
         square = a * a + b * b + c * c + d * d
         # A quaternion that is unit to rounding stays as it is: a requested one is kept exactly.
         unit = 1.0 if abs(square - 1.0) < 1e-15 else 1.0 / math.sqrt(square)
@@ -90,9 +90,9 @@ def interpolate(
         q_0[n], q_1[n], q_2[n] = add_cross(add(scale(w, v), scale(d, u)), u, v)
         q_3[n] = w * d - dot(u, v)
     for j in range(OMEGA, len(out)):
-        row, d_0 = out[j][first:last], _terms(dense, j)
+        row, d_0 = out[j][first:last], terms(dense, j)
         for n in range(len(t_s)):
-            row[n] = _polynomial(d_0, (t_s[n] - begin) * per_step)
+            row[n] = polynomial(d_0, (t_s[n] - begin) * per_step)
 
 
 @inlined
@@ -105,9 +105,9 @@ def add_turn(
     half = 0.5 * (to_s - from_s)
     middle, reach = (from_s - begin + half) * per_step, half * per_step
     for j in range(3):
-        d = _terms(dense, OMEGA + j)
-        inner = _polynomial(d, middle - _INNER * reach) + _polynomial(d, middle + _INNER * reach)
-        outer = _polynomial(d, middle - _OUTER * reach) + _polynomial(d, middle + _OUTER * reach)
+        d = terms(dense, OMEGA + j)
+        inner = polynomial(d, middle - _INNER * reach) + polynomial(d, middle + _INNER * reach)
+        outer = polynomial(d, middle - _OUTER * reach) + polynomial(d, middle + _OUTER * reach)
         turn_b[j] += half * (_OF_INNER * inner + _OF_OUTER * outer)
 
 
@@ -126,7 +126,8 @@ def _cosine_sine(x):
 
 
 @inlined
-def _terms(dense, i):
+def terms(dense: np.ndarray, i: int) -> tuple[float, ...]:
+    """Return the terms of a variable."""
     return (
         dense[0, i],
         dense[1, i],
@@ -140,8 +141,22 @@ def _terms(dense, i):
 
 
 @inlined
-def _polynomial(d, x):
+def polynomial(d: tuple[float, ...], x: float) -> float:
+    """Return the value at a share x of the step of what has the terms d."""
     y = 1.0 - x
     return d[0] + x * (
         d[1] + y * (d[2] + x * (d[3] + y * (d[4] + x * (d[5] + y * (d[6] + x * d[7])))))
     )
+
+
+@inlined
+def slope(d: tuple[float, ...], x: float) -> float:
+    """Return the derivative of polynomial(d, x) by x."""
+    y = 1.0 - x
+    value, rate = d[6] + x * d[7], d[7]
+    value, rate = d[5] + y * value, y * rate - value
+    value, rate = d[4] + x * value, x * rate + value
+    value, rate = d[3] + y * value, y * rate - value
+    value, rate = d[2] + x * value, x * rate + value
+    value, rate = d[1] + y * value, y * rate - value
+    return x * rate + value

@@ -5,10 +5,10 @@ Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, 1993, II.
 
 A step is of one motion, its variables floats, or of many side by side, its variables SIMD vectors.
 
-clock (10,), by the names below: where the current step begins and ends, the proposed length of
+clock (13,), by the names below: where the current step begins and ends, the proposed length of
 the next one, the number of steps taken, the number of the step that the dense output belongs to,
 the furthest row that was ever reached, the number of steps begun since, how many stops are
-passed, and the times from tick 0 between which the torques are smooth.
+passed, the times from tick 0 between which the torques are smooth, and what exits.py tells.
 dense (8, V): the terms of the dense output of one motion's step, the first of them the variables
 at its start.  constants: the Constants of the equations.
 """
@@ -37,9 +37,11 @@ from .tableau import COLUMNS, ENTRIES, ERROR_3, ERROR_5, LENGTHS, NODES
 
 # The places of the clock.
 BEGIN, END, NEXT, STEPS, DENSE_OF, FURTHEST, SINCE, PASSED, FROM_S, UNTIL_S = range(10)
+LEFT, EXIT, EXIT_S = range(10, 13)
 # How a walk ends: it goes on in another slice, all rows are reached, no step meets the tolerance,
-# too many steps are needed, or the constants hold no further.
-UNFINISHED, REACHED, STEP_UNDERFLOW, TOO_MANY_STEPS, PIECE_ENDS = range(5)
+# too many steps are needed, or the constants hold no further: a piece of time ends, a rotor leaves
+# its range.
+UNFINISHED, REACHED, STEP_UNDERFLOW, TOO_MANY_STEPS, PIECE_ENDS, ROTOR_LEAVES = range(6)
 
 # The place on an ellipse, integrated with the rest, is corrected every so many steps.
 STEPS_PER_FIX = 8
@@ -97,8 +99,8 @@ def line_zeros(count: int) -> np.ndarray:
 
 def new_clock() -> np.ndarray:
     """Return the clock of a motion that has not begun."""
-    clock = np.zeros(10)
-    clock[FROM_S], clock[UNTIL_S] = -np.inf, np.inf
+    clock = np.zeros(13)
+    clock[FROM_S], clock[UNTIL_S], clock[EXIT_S] = -np.inf, np.inf, np.inf
     return clock
 
 

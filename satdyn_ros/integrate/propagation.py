@@ -5,24 +5,30 @@ The steps do not depend on the times that are asked for.  The compiled walk work
 few milliseconds, between which Ctrl-C and other threads get their turn.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ..dynamics.constants import Constants, constants_of, with_tables
+from ..dynamics.drives import Drives
 from ..dynamics.equations import MOMENTUM, OMEGA, Q, initial_values
 from ..dynamics.motion import Halted, Motion, States
 from ..dynamics.system import State, System
 from ..kernel.compile import compiled
+from ..kernel.time_table import Table
 from ..orbits import KeplerOrbit
-from ..orbits.pieces import tables_of
+from ..orbits.pieces import Pieces, tables_of
 from .dense_output import add_turn, interpolate, make_dense
 from .dop853 import (
     BEGIN,
     DENSE_OF,
     END,
     FURTHEST,
+    LEFT,
     PASSED,
     PIECE_ENDS,
     REACHED,
+    ROTOR_LEAVES,
     SINCE,
     STEP_UNDERFLOW,
     STEPS,
@@ -32,12 +38,13 @@ from .dop853 import (
     step,
     step_arrays,
 )
+from .exits import stop_at_exit, write_efforts
 
 # A third more steps than at 1e-12, a tenth of the error, and still above the rounding.
 DEFAULT_TOLERANCE = 1e-13
 # The most steps and rows of a slice.
 _SLICE_STEPS, _SLICE_ROWS = 5000, 200_000
-_NOT_WANTED = np.empty((0, 3))
+_NOT_WANTED, _NONE = np.empty((0, 3)), np.empty((0, 0))
 
 
 class Propagation(Motion):
@@ -77,6 +84,8 @@ class Propagation(Motion):
         self.stops_s = stops_of(system)
         self._clock, self._steps_to_halt = new_clock(), 0.0
         self._all_stops_s, self._until_s = self.stops_s, np.inf
+        self._drives: Drives | None = None
+        self._table_of: Callable[[Pieces], Table] | None = None
         self._begin()
 
     @property
@@ -88,15 +97,26 @@ class Propagation(Motion):
         y = initial_values(self.system, self.state)
         self._stages, self._dense = step_arrays(len(y))
         self._stages.y[: len(y)] = self._dense[0, : len(y)] = y
+        if self.system.switching_rotors:
+            self._drives = Drives(self.system, self.state)
+            self._drive(self._drives)
         furthest = self._clock[FURTHEST]
         self._clock[:] = new_clock()
         self._clock[FURTHEST] = furthest
         if self.system.pieces:
             self._enter({each: each.piece_at(self.start_s) for each in self.system.pieces})
 
+    def _drive(self, drives):
+        """Go on by the constants of where the rotors are."""
+        speeds = columns(self.system, self._stages.y[:, None])[2][0]
+        self.constants = drives.constants(self.start_s, speeds)
+        if self._table_of is not None:
+            self.constants = with_tables(self.constants, self.system, self._table_of)
+
     def _enter(self, current):
         """Go on by the tables of these pieces of time, as long as all of them last."""
-        self.constants = with_tables(self.constants, self.system, tables_of(current))
+        self._table_of = tables_of(current)
+        self.constants = with_tables(self.constants, self.system, self._table_of)
         begin_s = max(piece.begin_s for piece in current.values())
         self._end_s = min(piece.end_s for piece in current.values())
         stops_s = _with_corners(self._all_stops_s, current.items())
@@ -110,13 +130,17 @@ class Propagation(Motion):
         sorted_s = t_s if order is None else t_s[order]
         if len(t_s) and sorted_s[0] < self._clock[BEGIN]:
             self._begin()
-        out = np.empty((self.wanted, len(t_s)))
+        out, efforts = np.empty((self.wanted, len(t_s))), _NONE
+        if self._drives is not None:
+            efforts = np.empty((len(self.system.turning_rotors), len(t_s)))
+            self._drives.forget(float(self._clock[BEGIN]))
         rows, outcome, why = 0, UNFINISHED, ''
         while outcome == UNFINISHED:
             rows, outcome = _integrate(
                 sorted_s,
                 rows,
                 out,
+                efforts,
                 turn_b,
                 self._clock,
                 self._stages,
@@ -128,6 +152,11 @@ class Propagation(Motion):
                 self.tolerance,
                 self.steps_allowed,
             )
+            if outcome == ROTOR_LEAVES and self._drives is not None:
+                self._drives.leave(int(self._clock[LEFT]), float(self._clock[END]))
+                self._clock[LEFT] = 0.0
+                self._drive(self._drives)
+                outcome = UNFINISHED
             if outcome == PIECE_ENDS:
                 try:
                     self._enter(
@@ -139,13 +168,33 @@ class Propagation(Motion):
         if outcome != REACHED:
             reached_s = float(self._clock[END])
             self._steps_to_halt = self._clock[STEPS] - self._clock[SINCE]
+            of_drives = self._of_drives(sorted_s[:rows], efforts[:, :rows])
             self._begin()
             turned = turn_b[:rows] if len(turn_b) else None
-            states = self._table(sorted_s[:rows], turned, *self._columns(out[:, :rows]))
+            found = *self._columns(out[:, :rows]), *of_drives
+            states = self._table(sorted_s[:rows], turned, *found)
             raise self.halted(outcome, reached_s, states, why)
+        of_drives = self._of_drives(sorted_s, efforts)
         if order is not None:
             out[:, order] = out.copy()
-        return self._columns(out)
+            for table in of_drives:
+                table[order] = table.copy()
+        return *self._columns(out), *of_drives
+
+    def _of_drives(self, t_s, efforts):
+        """Return rotor_torque and met_limit of States at ascending times, if there are any."""
+        if self._drives is None:
+            return ()
+        shape = len(t_s), len(self.system.rotors)
+        torques, met = np.full(shape, np.nan), np.zeros(shape, bool)
+        for effort, (i, rotor) in zip(efforts, self.system.turning_rotors, strict=True):
+            if rotor.mode == 'motor':
+                torques[:, i] = effort
+        for met_s, i in self._drives.met:
+            row = int(np.searchsorted(t_s, met_s))
+            if 0 < row < len(t_s):
+                met[row, i] = True
+        return torques, met
 
     def constants_until(self, end_s: float) -> tuple[Constants, np.ndarray]:
         """
@@ -243,6 +292,7 @@ def _integrate(
     t_s,
     rows,
     out,
+    efforts,
     turn_b,
     clock,
     stages,
@@ -257,20 +307,24 @@ def _integrate(
     """
     Fill out (V, N) with the wanted variables at the ascending times t_s (N,), from row `rows` on.
 
-    Return how many rows are filled when the slice ends, and how it ends.  turn_b (N, 3): as of
+    Return how many rows are filled when the slice ends, and how it ends.  efforts (R, N): of the
+    turning rotors the motors' torques [N m], where drives act.  turn_b (N, 3): as of
     States, added to; without rows: it is not wanted.  clock, stages, dense: the current step, as
     in dop853.py.  until_s: up to where the constants hold.
     """
-    count = min(len(t_s), rows + _SLICE_ROWS)
+    count, is_stuck = min(len(t_s), rows + _SLICE_ROWS), False
     for _ in range(_SLICE_STEPS):
         last = rows
-        while last < count and t_s[last] <= clock[END]:
+        # The torque that holds a rotor is known when there is a step.
+        waits = len(constants.drives) > 0 and clock[STEPS] == 0.0 and not is_stuck
+        while last < count and t_s[last] <= clock[END] and not waits:
             last += 1
         counts = len(turn_b) > 0 and last > 0
         if (last > rows or counts) and clock[DENSE_OF] != clock[STEPS]:
             make_dense(clock, stages, dense, constants)
         if last > rows:
             interpolate(t_s, out, rows, last, clock, dense, constants)
+            write_efforts(t_s, efforts, rows, last, clock, dense, constants)
             if counts:
                 for i in range(max(rows, 1), last):
                     from_s = max(t_s[i - 1], clock[BEGIN])
@@ -280,6 +334,10 @@ def _integrate(
                 clock[FURTHEST], clock[SINCE] = t_s[rows - 1], 0.0
         if rows == count:
             break
+        if is_stuck:
+            return rows, STEP_UNDERFLOW
+        if clock[LEFT] != 0.0:
+            return rows, ROTOR_LEAVES
         if clock[END] >= until_s:
             return rows, PIECE_ENDS
         if clock[SINCE] >= steps_allowed:
@@ -288,7 +346,9 @@ def _integrate(
             from_s = max(t_s[rows - 1], clock[BEGIN])
             add_turn(turn_b[rows], from_s, clock[END], clock, dense)
         if not step(clock, stages, anomaly, stops_s, constants, tolerance):
-            return rows, STEP_UNDERFLOW
+            is_stuck = True
+            continue
+        stop_at_exit(clock, stages, dense, constants)
         if clock[BEGIN] >= clock[FURTHEST]:
             clock[SINCE] += 1.0
     return rows, REACHED if rows == len(t_s) else UNFINISHED

@@ -163,10 +163,10 @@ def rotor_torque_input() -> dict[str, Any]:
     return {'data': _torques}
 
 
-def rotor_command(frames: Frames, names: Sequence[str]) -> dict[str, Any]:
-    """Return sensor_msgs/JointState of Inputs (N, R): motor torques of the rotors of names."""
-    efforts = [_torque_of(i) for i in range(len(names))]
-    return {'header': header(frames.body), 'name': list(names), 'effort': efforts}
+def rotor_command(frames: Frames, names: Sequence[str], what: str) -> dict[str, Any]:
+    """Return sensor_msgs/JointState of Inputs (N, R): effort or velocity of rotors of names."""
+    commands = [_torque_of(i) for i in range(len(names))]
+    return {'header': header(frames.body), 'name': list(names), what: commands}
 
 
 def _seconds(samples):
@@ -219,6 +219,9 @@ def _rotor_speed(i):
 
 def _rotor_torque(i):
     def effort(samples):
+        torques = samples.states.rotor_torque
+        if torques is not None:
+            return torques[:, i]
         is_motor = samples.system.rotors[i].mode == 'motor'
         return samples.system.rotor_torque[i] if is_motor else np.nan
 

@@ -1,11 +1,12 @@
 """The messages that come in, one by one: torques on body and rotors, dipoles of torquers."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cache
 
 import numpy as np
 
 from ..dynamics.system import System
+from ..run.events import RotorCommand
 from ..run.scenario import Frames
 from ..run.topics import MAGNETORQUERS, TOPICS
 from . import cdr, contents
@@ -32,27 +33,32 @@ def pack_rotor_torque(torque: float) -> bytes:
     return ROTOR_TORQUE.pack(inputs).tobytes()
 
 
-def pack_rotor_command(stamp_ns: int, torques: Mapping[str, float], frames: Frames) -> bytes:
-    """Return the message of the input rotor_command: torques [N m] by rotor."""
-    inputs = contents.Inputs(np.array([stamp_ns]), np.array([list(torques.values())], float))
-    return _command_packer(frames, tuple(torques)).pack(inputs).tobytes()
+def pack_rotor_command(stamp_ns: int, command: RotorCommand, frames: Frames) -> bytes:
+    """Return the message of the input rotor_command: torques [N m] or speeds [rad/s] by rotor."""
+    values, what = command.torques, 'effort'
+    if command.speeds:
+        values, what = command.speeds, 'velocity'
+    inputs = contents.Inputs(np.array([stamp_ns]), np.array([list(values.values())], float))
+    return _command_packer(frames, tuple(values), what).pack(inputs).tobytes()
 
 
-def rotor_command_of(data: bytes) -> dict[str, float]:
-    """Return the torques [N m] by rotor of a message; ValueError: it is not a JointState."""
+def rotor_command_of(tick: int, data: bytes) -> RotorCommand:
+    """Return the command in a message that acts at a tick; ValueError: it is not a JointState."""
     reader = cdr.Reader(data)
     reader.numbers('int32', 2)
     reader.string()
     names = [reader.string() for _ in range(reader.count())]
-    _positions, _velocities, efforts = (
+    _positions, velocities, efforts = (
         reader.numbers('float64', count) if (count := reader.count()) else [] for _ in range(3)
     )
-    return dict(zip(names, efforts, strict=True))
+    if len(velocities):
+        return RotorCommand(tick, speeds=dict(zip(names, velocities, strict=True)))
+    return RotorCommand(tick, dict(zip(names, efforts, strict=True)))
 
 
 @cache
-def _command_packer(frames, names):
-    return cdr.Message(TOPICS['rotor_command'].type, contents.rotor_command(frames, names))
+def _command_packer(frames, names, what):
+    return cdr.Message(TOPICS['rotor_command'].type, contents.rotor_command(frames, names, what))
 
 
 def _pack(name, stamp_ns, vector, frames):

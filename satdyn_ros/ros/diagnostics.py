@@ -215,9 +215,10 @@ class InputsReport:
             f'{name} that acts [N m]': torque_b for name, torque_b in applied.items()
         }
         values |= {
-            'rotor torques that act [N m]': tuple(system.rotor_torque.tolist()),
+            'rotor torques that act [N m]': tuple(self._simulation.rotor_torque.tolist()),
+            'rotor speeds that are commanded [rad/s]': tuple(system.rotor_target.tolist()),
             'cut to max_torque': self._limited['max_torque'],
-            'dropped at max_speed': self._limited['max_speed'],
+            'limited at max_speed': self._limited['max_speed'],
         }
         if simulation.scenario.has_magnetorquers:
             values |= {

@@ -14,7 +14,14 @@ from rclpy.subscription import Subscription
 from ..base.sentences import one_sentence
 from ..dynamics.system import System
 from ..messages import qos
-from ..run.events import DipoleCommand, Event, RotorCommand, Torque, rotor_torques
+from ..run.events import (
+    DipoleCommand,
+    Event,
+    RotorCommand,
+    Torque,
+    rotor_speeds,
+    rotor_torques,
+)
 from ..run.scenario import Scenario
 from ..run.ticks import Ticks
 from ..run.topics import MAGNETORQUERS
@@ -39,7 +46,7 @@ class CommandInputs:
     """
     The subscriptions of applied torques and, where there are such, of motors and magnetorquers.
 
-    A message is refused in another frame than the body's, with a force or a speed, with a number
+    A message is refused in another frame than the body's, with a force, with a number
     that is not finite, or where motion.method is exact and there is no closed form with it; of
     each kind of refusal a warning comes at most every ten seconds.
     timeout_s: simulated time after which a command drops to zero; 0: never.  subscriptions: by the
@@ -104,30 +111,38 @@ class CommandInputs:
 
     def _take_rotor_command(self, message):
         names, efforts = list(message.name), list(message.effort)
-        if len(names) != len(efforts):
-            return self._refuse(
-                'rotors',
-                f'rotor_command has {len(names)} names and {len(efforts)} efforts; it must '
-                'have one effort per name',
-            )
-        if len(message.velocity):
+        velocities = list(message.velocity)
+        if efforts and velocities:
             return self._refuse(
                 'velocity',
-                'rotor_command has velocities; a speed cannot be commanded, so that velocity must '
-                'be empty',
+                'rotor_command has efforts and velocities; one of both must be empty',
+            )
+        what = 'velocity' if velocities else 'effort'
+        commands = velocities or efforts
+        if len(names) != len(commands):
+            return self._refuse(
+                'rotors',
+                f'rotor_command has {len(names)} names and {len(commands)} of {what}; it must '
+                f'have one {what} per name',
             )
         if len(set(names)) != len(names):
             return self._refuse('rotors', f'rotor_command names a rotor twice: {", ".join(names)}')
+        given, scenario = dict(zip(names, commands, strict=True)), self._scenario
         try:
-            torques = rotor_torques(dict(zip(names, efforts, strict=True)), self._scenario)
+            torques = rotor_torques({} if velocities else given, scenario)
+            speeds = rotor_speeds(given if velocities else {}, scenario)
         except ValueError as error:
             return self._refuse('rotors', f'rotor_command is refused: {error}')
 
         def event_at(tick: int) -> Event:
-            return RotorCommand(tick, torques, self._until(tick))
+            return RotorCommand(tick, torques, self._until(tick), speeds)
 
-        acting = [torques.get(rotor.label, 0.0) for rotor in self._scenario.system.rotors]
-        if self._is_taken('rotor_command', efforts, rotor_torque=np.array(acting)):
+        labels = [rotor.label for rotor in scenario.system.rotors]
+        acting = {
+            'rotor_torque': np.array([torques.get(label, 0.0) for label in labels]),
+            'rotor_target': np.array([speeds.get(label, np.nan) for label in labels]),
+        }
+        if self._is_taken('rotor_command', commands, **acting):
             self._pacing.put(event_at, ' '.join(['rotor_command', *sorted(names)]))
 
     def _until(self, tick):

@@ -14,10 +14,12 @@ tick; torques leave it and act from then on.  In a file, events are a YAML list:
 Each acts at a tick, or at the first tick at or after at_s seconds from tick 0.  A torque and
 a dipole end after torque.timeout, as in the node, unless until_s or until_tick says when; null: it
 holds until the next one.  With rotor.names a rotor_torque is given by name,
-{rw_x: 0.001, rw_z: -0.002}; rotors that it does not name keep theirs.  With torque.names so is a
+{rw_x: 0.001, rw_z: -0.002}; rotors that it does not name keep theirs.  So is a rotor_speed, which
+commands speeds in place of torques.  With torque.names so is a
 torque, {drag: [0.0, 0.0, 0.01]}.
 """
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -28,10 +30,14 @@ import yaml
 
 from ..base import ros_yaml
 from ..base.key import Key, listed
+from ..base.sentences import told_apart
+from ..dynamics.rotor import Rotor
 from .parameter_file import flattened
 from .scenario import Scenario
 from .ticks import Ticks
 
+# The largest command [N m] to a motor without max_torque.
+MOST_TORQUE = 1e12
 # In body axes [N m].
 TorqueB = tuple[float, float, float]
 
@@ -67,11 +73,16 @@ class Torque:
 
 @dataclass(frozen=True)
 class RotorCommand:
-    """Motor torques [N m] by rotor, held until the next ones for these or until a tick."""
+    """
+    Motor torques [N m] by rotor, held until the next ones for these or until a tick.
+
+    speeds [rad/s]: in place of torques, what the drives of rotors are to follow.
+    """
 
     tick: int
     torques: dict[str, float] = field(default_factory=dict)
     until_tick: int | None = None
+    speeds: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -105,7 +116,11 @@ class Timeout:
 
 @dataclass(frozen=True)
 class RotorLimited:
-    """A limit of a rotor: 'max_torque' cuts a command, 'max_speed' drops it until the next one."""
+    """
+    A limit of a rotor: 'max_torque' cuts a command, 'max_speed' was reached since the tick before.
+
+    By rules below 3 'max_speed' drops the command until the next one.
+    """
 
     tick: int
     rotor: str
@@ -160,13 +175,14 @@ _UNTIL = {
 _TORQUE = Key('torque', 'double_array', None, 'N m', '', lengths=(3,))
 _DIPOLE = Key('magnetorquer', 'double_array', None, 'A m^2', '', lengths=(3,))
 _ROTOR_TORQUE = Key('rotor_torque', 'double', None, 'N m', '')
+_ROTOR_SPEED = Key('rotor_speed', 'double', None, 'rad/s', '')
 _FLAGS: dict[str, Callable[[int], Event]] = {
     'reset': Reset,
     'torques_dropped': TorquesDropped,
     'halt': Halt,
 }
 # What is held.
-_HELD = ('torque', 'rotor_torque', 'magnetorquer')
+_HELD = ('torque', 'rotor_torque', 'rotor_speed', 'magnetorquer')
 _WHAT = (*_HELD, 'request', 'topics', 'timeout', 'rotor_limited', *_FLAGS)
 
 
@@ -253,6 +269,9 @@ def _events(entry, scenario) -> Iterator[Event]:
         case 'magnetorquer':
             until_tick = _until(entry, tick, ticks, scenario)
             yield DipoleCommand(tick, dipole(value, scenario), until_tick)
+        case 'rotor_speed':
+            until_tick = _until(entry, tick, ticks, scenario)
+            yield RotorCommand(tick, {}, until_tick, rotor_speeds(value, scenario))
         case 'request':
             if not isinstance(value, Mapping):
                 raise ValueError(f'request is {value}; it must be keys and values')
@@ -313,11 +332,34 @@ def rotor_torques(given: Any, scenario: Scenario) -> dict[str, float]:
 
     ValueError, in one sentence: there is no such motor, or a torque is not allowed.
     """
+    by_motor = _by_motor(given, scenario, 'torque')
+    return {rotor.label: _motor_torque(torque, rotor) for rotor, torque in by_motor}
+
+
+def rotor_speeds(given: Any, scenario: Scenario) -> dict[str, float]:
+    """
+    Return commanded speeds [rad/s] by rotor from what is given, as rotor_torques.
+
+    ValueError, in one sentence: a motor follows no speed, or as of rotor_torques.
+    """
+    speeds = {}
+    for rotor, speed in _by_motor(given, scenario, 'speed'):
+        name = f'speed of the rotor {rotor.label}'
+        if not rotor.speed_gain:
+            raise ValueError(
+                f'a {name} is given and {_key_of(rotor, "speed_gain")} is 0; it must be above 0'
+            )
+        speeds[rotor.label] = replace(_ROTOR_SPEED, name=name).checked(speed)
+    return speeds
+
+
+def _by_motor(given, scenario, what) -> list[tuple[Rotor, Any]]:
+    """Return what is given of each of some motors."""
     rotors = {rotor.label: rotor for rotor in scenario.system.rotors}
     if not isinstance(given, Mapping):
         if scenario['rotor.names']:
             raise ValueError(
-                f'rotor_torque is {given}; with rotor.names torques are given by name, such as '
+                f'rotor_{what} is {given}; with rotor.names {what}s are given by name, such as '
                 f'{{{next(iter(rotors))}: 0.001}}'
             )
         given = {'rotor': given}
@@ -325,15 +367,28 @@ def rotor_torques(given: Any, scenario: Scenario) -> dict[str, float]:
         if name not in rotors:
             raise ValueError(f'there is no rotor {name}; there are {", ".join(rotors)}')
         if rotors[name].mode != 'motor':
-            key = f'rotor.{name}.mode' if rotors[name].name else 'rotor.mode'
             raise ValueError(
-                f'a torque on the rotor {name} is given and {key} is {rotors[name].mode}; '
-                'it must be motor'
+                f'a {what} {"on" if what == "torque" else "of"} the rotor {name} is given and '
+                f'{_key_of(rotors[name], "mode")} is {rotors[name].mode}; it must be motor'
             )
-    return {
-        name: replace(_ROTOR_TORQUE, name=f'torque on the rotor {name}').checked(torque)
-        for name, torque in given.items()
-    }
+    return [(rotors[name], value) for name, value in given.items()]
+
+
+def _key_of(rotor, leaf):
+    return f'rotor.{rotor.name}.{leaf}' if rotor.name else f'rotor.{leaf}'
+
+
+def _motor_torque(given, rotor):
+    """Return the torque that a motor is commanded; ValueError: it is not one that a motor has."""
+    name = f'torque on the rotor {rotor.label}'
+    torque = replace(_ROTOR_TORQUE, name=name).checked(given)
+    if abs(torque) > MOST_TORQUE and not rotor.max_torque:
+        given, most = told_apart(torque, math.copysign(MOST_TORQUE, torque))
+        raise ValueError(
+            f'{name} is {given}; without {_key_of(rotor, "max_torque")} it must be at most '
+            f'{most.removeprefix("-")} N m, either way'
+        )
+    return torque
 
 
 def dipole(given: Any, scenario: Scenario) -> tuple[float, float, float]:
@@ -385,7 +440,10 @@ def _entry(event) -> dict[str, Any]:
             torque = as_given({event.topic: event.torque_b})
             what = {'torque': torque, 'until_tick': event.until_tick}
         case RotorCommand():
-            what = {'rotor_torque': dict(event.torques), 'until_tick': event.until_tick}
+            given = (
+                {'rotor_speed': event.speeds} if event.speeds else {'rotor_torque': event.torques}
+            )
+            what = {name: dict(x) for name, x in given.items()} | {'until_tick': event.until_tick}
         case DipoleCommand():
             what = {'magnetorquer': list(event.dipole_b), 'until_tick': event.until_tick}
         case RotorLimited():

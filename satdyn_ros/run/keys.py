@@ -128,9 +128,61 @@ KEYS = {
             'double',
             0.0,
             'rad/s',
-            'a rotor at this speed at a tick gets no torque that makes it faster; 0: no limit; '
-            'rotor.mode motor only',
+            'a rotor at this speed gets no torque that makes it faster; 0: no limit; rotor.mode '
+            'motor only',
             low=0.0,
+        ),
+        Key(
+            'rotor.coulomb_friction',
+            'double',
+            0.0,
+            'N m',
+            'dry friction between rotor and body; rotor.mode free and motor only',
+            low=0.0,
+        ),
+        Key(
+            'rotor.friction_speed',
+            'double',
+            0.1,
+            'rad/s',
+            'speed within which dry friction changes its sign, as tanh; rotor.mode free and motor '
+            'only',
+            above=0.0,
+        ),
+        Key(
+            'rotor.speed_gain',
+            'double',
+            0.0,
+            '1/s',
+            'gain of the loop that follows a commanded speed: 1 / its time constant; 0: no speed '
+            'is commanded; rotor.mode motor only',
+            low=0.0,
+        ),
+        Key(
+            'rotor.static_imbalance',
+            'double',
+            0.0,
+            'kg m',
+            'mass of the rotor times the distance of its mass centre from its axis; rotor.mode '
+            'free and motor only',
+            low=0.0,
+        ),
+        Key(
+            'rotor.dynamic_imbalance',
+            'double',
+            0.0,
+            'kg m^2',
+            'product of inertia of the rotor with its axis; rotor.mode free and motor only',
+            low=0.0,
+        ),
+        Key(
+            'rotor.position',
+            'double_array',
+            (0.0, 0.0, 0.0),
+            'm',
+            'place of the rotor from the mass centre, body axes, the arm of its static imbalance; '
+            'rotor.mode free and motor only',
+            lengths=(3,),
         ),
         Key(
             'orbit.type',
@@ -545,6 +597,12 @@ OPTIONAL = tuple(
         'orbit.file',
         'orbit.j2',
         'orbit.reference_radius',
+        'rotor.coulomb_friction',
+        'rotor.friction_speed',
+        'rotor.speed_gain',
+        'rotor.static_imbalance',
+        'rotor.dynamic_imbalance',
+        'rotor.position',
         'sensors.star_tracker.sun_exclusion',
         'torque.names',
     )

@@ -19,6 +19,12 @@ _MODES_OF = {
     'friction': ('free', 'motor'),
     'max_torque': ('motor',),
     'max_speed': ('motor',),
+    'coulomb_friction': ('free', 'motor'),
+    'friction_speed': ('free', 'motor'),
+    'speed_gain': ('motor',),
+    'static_imbalance': ('free', 'motor'),
+    'dynamic_imbalance': ('free', 'motor'),
+    'position': ('free', 'motor'),
 }
 # The keys of the one rotor, which have no meaning beside rotor.names.
 OF_THE_ONE = tuple(name for name in KEYS if name.startswith('rotor.') and name != 'rotor.names')
@@ -38,9 +44,15 @@ def belongs(names: tuple[str, ...]) -> list[tuple[str, str, tuple[str, ...]]]:
     ]
 
 
+def unnamed(name: str) -> str:
+    """Return a key as it is without names, if it is that of a rotor with a name."""
+    is_named = name not in KEYS and name.startswith('rotor.')
+    return f'rotor.{name.rpartition(".")[2]}' if is_named else name
+
+
 def default(name: str) -> Any:
     """Return the default of a key, of a rotor with a name too."""
-    return KEYS[name if name in KEYS else f'rotor.{name.rpartition(".")[2]}'].default
+    return KEYS[unnamed(name)].default
 
 
 def rotors_of(values: Mapping[str, Any]) -> tuple[Rotor, ...]:
@@ -55,6 +67,12 @@ def rotors_of(values: Mapping[str, Any]) -> tuple[Rotor, ...]:
             friction=values[f'{prefix}.friction'],
             max_torque=values[f'{prefix}.max_torque'],
             max_speed=values[f'{prefix}.max_speed'],
+            coulomb_friction=values[f'{prefix}.coulomb_friction'],
+            friction_speed=values[f'{prefix}.friction_speed'],
+            speed_gain=values[f'{prefix}.speed_gain'],
+            static_imbalance=values[f'{prefix}.static_imbalance'],
+            dynamic_imbalance=values[f'{prefix}.dynamic_imbalance'],
+            position=np.array(values[f'{prefix}.position']),
             name=name,
         )
         for prefix, name in zip(prefixes(names), names or ('',), strict=True)

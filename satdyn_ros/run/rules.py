@@ -11,5 +11,7 @@ EVENTS_FOLLOW = 1
 MOUNTINGS_ARE_LATCHED = 2
 # Before, an integrating gyro gave the rotation vector between its samples, divided by their time.
 TURNS_ARE_COUNTED = 3
+# Before, max_speed acted at ticks: the bag tells where it dropped the torque of a rotor.
+LIMITS_AT_THEIR_INSTANT = 3
 
 RULES = 3

@@ -4,10 +4,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import reduce
 from operator import add
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..dynamics.drives import AT_LIMIT
+from ..dynamics.motion import States
 from ..dynamics.system import State, System
 from ..integrate.propagation import Propagation
 from ..sensors import Suite
@@ -31,6 +34,7 @@ from .segment import MOST_STEPS_A_TICK, Segment
 from .ticks import Ticks
 from .topics import MAGNETORQUERS, is_torque
 
+_NONE: Mapping[str, float] = MappingProxyType({})
 NO_TORQUE: TorqueB = (0.0, 0.0, 0.0)
 NO_DIPOLE = (0.0, 0.0, 0.0)
 
@@ -44,7 +48,8 @@ class RunState:
     scenario, with the initial conditions in force.  topics: those published.  suite: the sensors
     before the tick's samples.  torques_b: by topic the applied torques, whose sum acts.  until: by
     held torque (its topic, 'rotor_command.NAME') the tick where it ends.  halted: why no tick
-    follows, in one sentence, None: one can.
+    follows, in one sentence, None: one can.  told: the last tick of a snapshot from which the run
+    goes on, whose limits have been told.
     """
 
     ticks: Ticks
@@ -56,6 +61,7 @@ class RunState:
     torques_b: Mapping[str, TorqueB]
     until: Mapping[str, int] = field(default_factory=dict)
     halted: str | None = None
+    told: int = -1
 
     @property
     def has_torque(self) -> bool:
@@ -86,9 +92,10 @@ class RunState:
 
         First it is decided whether the motion reaches the tick: if it does not, the torques are
         dropped, and if it still does not, the run halts.  Then torques time out, what acts does so
-        in its order, and the limits of the rotors follow.  acting: requests, resets, torques,
-        commands and topics; by rules 0 also drops, halts and timeouts, as a bag tells them, and
-        whether the tick is reached is decided where something needs it.
+        in its order, and it is told which rotors have come to their limits of speed.  acting:
+        requests, resets, torques, commands and topics; by rules below 3 also where these limits
+        drop torques, and by rules 0 drops, halts and timeouts, as a bag tells them, and whether
+        the tick is reached is decided where something needs it.
         """
         happening = _Happening(self, tick)
         if rules >= EVENTS_FOLLOW:
@@ -96,7 +103,7 @@ class RunState:
         happening.time_out()
         for event in acting:
             happening.act(event)
-        happening.limit_speeds()
+        happening.tell_limits(self)
         happening.drop_torques_or_halt()
         return happening.events, happening.run
 
@@ -117,8 +124,8 @@ class _Happening:
             if not isinstance(event, kinds):
                 return
             if drops:
-                no_motor = np.zeros(len(run.system.rotors))
-                free = run.system.driven(np.zeros(3), no_motor, np.zeros(3))
+                none = np.zeros(len(run.system.rotors))
+                free = run.system.driven(np.zeros(3), none, np.zeros(3), none + np.nan)
                 run = replace(run, torques_b=dict.fromkeys(run.torques_b, NO_TORQUE), until={})
                 self.run = run.restarted(before, run.segment.state_at(before), free)
             else:
@@ -153,23 +160,36 @@ class _Happening:
             case Timeout(topic=topic) if topic == MAGNETORQUERS:
                 self._magnetise(NO_DIPOLE, None)
             case RotorCommand():
-                cut = self._command(event.torques, event.until_tick)
+                cut = self._command(event.torques, event.until_tick, event.speeds)
             case Timeout():
                 self._command({rotor_of(event.topic): 0.0}, None)
             case Topics():
                 self.run = replace(self.run, topics=event.names)
+            case RotorLimited():
+                # Of a bag of rules below 3.
+                self._command({event.rotor: 0.0}, None)
         self.events.append(event)
         self.events += [RotorLimited(self.tick, name, 'max_torque') for name in cut]
 
-    def limit_speeds(self) -> None:
-        """Drop torques that make a rotor at its limit faster."""
-        system, segment = self.run.system, self.run.segment
-        if not has_max_speed(system) or self.run.halted or not segment.reaches(self.tick):
+    def tell_limits(self, before: RunState) -> None:
+        """Tell of rotors at their limits of speed, of the run before or of the motion of now."""
+        rotors = self.run.system.rotors
+        if not self.run.system.switching_rotors or self.tick <= self.run.told:
             return
-        too_fast = is_too_fast(system, segment.state_at(self.tick).rotor_speed)
-        dropped = [system.rotors[i].label for i in np.flatnonzero(too_fast)]
-        self._command(dict.fromkeys(dropped, 0.0), None)
-        self.events += [RotorLimited(self.tick, name, 'max_speed') for name in dropped]
+        met = np.zeros(len(rotors), bool)
+        if before.segment.reaches(self.tick):
+            found = before.segment.states(self.tick, self.tick + 1).met_limit
+            # A closed form has none.
+            met |= found[0] if found is not None else False
+        if self.run.segment is not before.segment:
+            met |= self._is_at_limit(self.run) & ~self._is_at_limit(before)
+        labels = [rotors[i].label for i in np.flatnonzero(met)]
+        self.events += [RotorLimited(self.tick, name, 'max_speed') for name in labels]
+
+    def _is_at_limit(self, run):
+        if run.halted or not run.segment.reaches(self.tick):
+            return np.zeros(len(run.system.rotors), bool)
+        return is_at_limit(run.system, run.segment.state_at(self.tick).rotor_speed)
 
     def _apply(self, topic: str, torque_b: TorqueB, until_tick: int | None) -> None:
         """Let a body torque act, beside those of other topics."""
@@ -179,11 +199,18 @@ class _Happening:
             self._drive(torque_b=total(torques_b))
             self.run = replace(self.run, torques_b=torques_b)
 
-    def _command(self, torques: Mapping[str, float], until_tick: int | None) -> list[str]:
-        """Let motor torques act, by rotor; return the rotors where they are cut."""
-        self._hold([f'rotor_command.{name}' for name in torques], until_tick)
-        acting, cut = within_max_torque(self.run.system, torques)
-        self._drive(rotor_torque=acting)
+    def _command(
+        self,
+        torques: Mapping[str, float],
+        until_tick: int | None,
+        speeds: Mapping[str, float] = _NONE,
+    ) -> list[str]:
+        """Let motor torques act, or speeds, by rotor; return the rotors where torques are cut."""
+        self._hold([f'rotor_command.{name}' for name in (*torques, *speeds)], until_tick)
+        system = self.run.system
+        acting, cut = within_max_torque(system, {**torques, **dict.fromkeys(speeds, 0.0)})
+        targets = with_speeds(system, {**dict.fromkeys(torques, np.nan), **speeds})
+        self._drive(rotor_torque=acting, rotor_target=targets)
         return cut
 
     def _magnetise(self, dipole_b: Sequence[float], until_tick: int | None) -> None:
@@ -200,7 +227,7 @@ class _Happening:
     def _drive(self, **torques: np.ndarray) -> None:
         """Let torques act from the tick on; torques that already act change nothing."""
         acting = vars(self.run.system)
-        if all(np.array_equal(acting[name], torque) for name, torque in torques.items()):
+        if all(np.array_equal(acting[name], x, equal_nan=True) for name, x in torques.items()):
             return
         self.drop_torques_or_halt()
         system = self.run.system.driven(**torques)
@@ -213,7 +240,7 @@ class _Happening:
     def _restart_from_conditions(self) -> None:
         run, acting = self.run, self.run.system
         system = run.conditions.system.driven(
-            acting.torque_b, acting.rotor_torque, acting.dipole_b
+            acting.torque_b, acting.rotor_torque, acting.dipole_b, acting.rotor_target
         )
         run = replace(run, suite=run.suite.restarted())
         start_s = run.ticks.seconds(self.tick)
@@ -225,6 +252,13 @@ class _Happening:
             segment = Segment(run.ticks, self.tick, Propagation(system, state, start_s))
             segment.halt(self.tick, str(error))
             self.run = replace(run, segment=segment, system=system, halted=None)
+
+
+def met_limit(states: States) -> np.ndarray:
+    """Return at which rows of states a rotor came to its limit since the row before, (N,)."""
+    if states.met_limit is None:
+        return np.zeros(len(states), bool)
+    return np.any(states.met_limit, axis=1)
 
 
 def total(torques_b: Mapping[str, TorqueB]) -> np.ndarray:
@@ -265,13 +299,21 @@ def within_max_dipole(scenario: Scenario, dipole_b: ArrayLike) -> np.ndarray:
     return np.clip(np.asarray(dipole_b), -most, most) + 0.0
 
 
-def has_max_speed(system: System) -> bool:
-    """Whether any rotor has a limit of its speed."""
-    return any(rotor.max_speed for rotor in system.rotors)
+def with_speeds(system: System, speeds: Mapping[str, float]) -> np.ndarray:
+    """Return the commanded speeds [rad/s] (R,) with some new, by rotor; nan: a torque is."""
+    targets = system.rotor_target.copy()
+    for i, rotor in enumerate(system.rotors):
+        targets[i] = speeds.get(rotor.label, targets[i])
+    return targets
 
 
-def is_too_fast(system: System, speeds: np.ndarray) -> np.ndarray:
-    """Return of speeds (..., R) [rad/s] which are at their limit while a torque adds to it."""
+def is_at_limit(system: System, speeds: np.ndarray) -> np.ndarray:
+    """Return of speeds (R,) [rad/s] which are at their limit while the command adds to it."""
     most = np.array([rotor.max_speed or np.inf for rotor in system.rotors])
+    targets = system.rotor_target
     with np.errstate(invalid='ignore'):
-        return (np.abs(speeds) >= most) & (speeds * system.rotor_torque > 0.0)
+        is_fast = np.abs(speeds) >= most * (1.0 - AT_LIMIT)
+        commanded = np.where(np.isnan(targets), system.rotor_torque, targets - speeds)
+        # The limit in its last digits is no faster than itself.
+        is_faster = np.isnan(targets) | (np.abs(targets) > most)
+    return is_fast & is_faster & (np.sign(speeds) * np.sign(commanded) > 0.0)

@@ -55,6 +55,14 @@ class Samples(Stamped):
     system: System
     measured: Mapping[str, Measured] = field(default_factory=dict)
 
+    @property
+    def rotor_torque(self) -> np.ndarray:
+        """The torques of the motors [N m], (N, R)."""
+        torque = self.states.rotor_torque
+        if torque is None:
+            torque = self.system.rotor_torque
+        return np.broadcast_to(torque, (len(self), len(self.system.rotors)))
+
     @cached_property
     def to_itrs(self) -> np.ndarray:
         """The matrices (N, 3, 3) that turn components in inertial axes into ITRS."""

@@ -141,9 +141,10 @@ class Scenario:
     def to_yaml(self) -> str:
         """Return the text of a ROS 2 parameter file with every key that has a value of its own."""
         own = {name: x for name, x in self.values.items() if name not in in_place.IN_PLACE}
-        for name in OPTIONAL:
-            if own[name] == KEYS[name].default:
-                del own[name]
+        for name in set(map(rotors.unnamed, own)) & {*OPTIONAL}:
+            for each in [each for each in own if rotors.unnamed(each) == name]:
+                if own[each] == KEYS[name].default:
+                    del own[each]
         return yaml_of_parameters(own)
 
     @classmethod

@@ -16,7 +16,8 @@ class Segment:
     """
     A motion that begins at a tick, asked for its states at ticks.
 
-    counts_turns: whether its states have turn_b, from tick to tick, zero at the first.
+    counts_turns: whether its states have turn_b, from tick to tick, zero at the first; so they
+    have met_limit, where the motors have limits of speed.
     why_no_further: why it does not go on after the last tick that it reaches, one sentence.
     """
 
@@ -24,6 +25,8 @@ class Segment:
         self.motion, self.begin_tick = motion, begin_tick
         self.why_no_further = NO_STAMP
         self._ticks, self._counts_turns = ticks, counts_turns
+        # Both are counted from the tick before.
+        self._looks_back = counts_turns or bool(motion.system.switching_rotors)
         # The first tick that the motion is known not to reach.
         self._end_tick = ticks.last + 1
         # States that were computed, from a tick on.
@@ -65,8 +68,8 @@ class Segment:
         """Go to a tick that the motion reached before, however many steps that takes."""
         if isinstance(self.motion, Propagation):
             most_steps, self.motion.most_steps = self.motion.most_steps, None
-            # From the tick before, its turn can yet be counted.
-            self.state_at(max(tick - self._counts_turns, self.begin_tick))
+            # From the tick before, what is counted from there can yet be.
+            self.state_at(max(tick - self._looks_back, self.begin_tick))
             self.motion.most_steps = most_steps
 
     def _has(self, tick):
@@ -74,8 +77,7 @@ class Segment:
         return self._ahead is not None and 0 <= tick - self._ahead[0] < len(self._ahead[1])
 
     def _computed(self, first, last):
-        # A turn is counted from the tick before.
-        begin = max(first - self._counts_turns, self.begin_tick)
+        begin = max(first - self._looks_back, self.begin_tick)
         t_s = self._ticks.seconds_between(self.begin_tick, begin, last)
         try:
             states = self.motion.counting_at(t_s) if self._counts_turns else self.motion.at(t_s)

@@ -5,6 +5,7 @@ from bisect import insort
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from math import isnan
 from typing import Any
 
 import numpy as np
@@ -26,18 +27,19 @@ from .events import (
     as_given,
     body_torques,
     dipole,
+    rotor_speeds,
     rotor_torques,
 )
 from .requests import requested
-from .rules import EVENTS_FOLLOW, RULES
+from .rules import EVENTS_FOLLOW, LIMITS_AT_THEIR_INSTANT, RULES
 from .run_state import (
     NO_DIPOLE,
     NO_TORQUE,
     RunState,
-    has_max_speed,
-    is_too_fast,
+    met_limit,
     rotor_of,
     total,
+    with_speeds,
 )
 from .samples import Measured, Samples
 from .scenario import Scenario
@@ -64,12 +66,15 @@ class Simulation:
     """
 
     def __init__(self, scenario: Scenario, events: Iterable[Event] = (), rules: int = RULES):
+        if rules < LIMITS_AT_THEIR_INSTANT:
+            scenario = without_limits_of_speed(scenario)
         self.scenario = scenario.with_seed()
         self.ticks = Ticks(scenario.rate, scenario.epoch_ns)
         self.next_tick = 0
-        follows = Derived if rules >= EVENTS_FOLLOW else RotorLimited
-        given = (event for event in events if not isinstance(event, follows))
-        self._pending = deque(sorted(given, key=_tick_of))
+        given = (event for event in events if not follows(event, rules))
+        # By rules that have it act, a limit does so after all else at its tick.
+        order = sorted(given, key=lambda event: (event.tick, isinstance(event, RotorLimited)))
+        self._pending = deque(order)
         self._rules, self._is_whole = rules, True
         state = scenario.initial_state
         motion = scenario.motion_from(scenario.system, state, 0.0, MOST_STEPS_A_TICK)
@@ -104,8 +109,8 @@ class Simulation:
         """
         Return the events of the next tick, now applied, and the samples from it on.
 
-        At most count ticks, none beyond the next event or where a rotor reaches its limit, and
-        none at all of a halted run.
+        At most count ticks, none beyond the next event or where it is told that a rotor has come
+        to its limit, and none at all of a halted run.
         """
         first = self.next_tick
         self._before, self._acting = self._run, self._due(first)
@@ -114,10 +119,8 @@ class Simulation:
             self._before.segment.states(first, *self._end(self._before, first, count))
         happened, run = self._before.after(first, self._acting, self._rules)
         states = run.segment.states(first, *self._end(run, first, count if not run.halted else 0))
-        if has_max_speed(run.system):
-            too_fast = np.any(is_too_fast(run.system, states.rotor_speed), axis=-1)
-            if np.any(too_fast):
-                states = states.rows(slice(int(np.argmax(too_fast))))
+        if np.any(told := met_limit(states)[1:]):
+            states = states.rows(slice(int(np.argmax(told)) + 1))
         last = first + len(states)
         self._run = self._begun = run
         measured = {}
@@ -177,6 +180,14 @@ class Simulation:
         return self._run.system
 
     @property
+    def rotor_torque(self) -> np.ndarray:
+        """The torques of the motors at the last tick [N m] (R,); before the first, none."""
+        block = self._block
+        if block is None or self.tick < block.first_tick:
+            return self.system.rotor_torque
+        return block.rotor_torque[self.tick - block.first_tick]
+
+    @property
     def torques_b(self) -> Mapping[str, TorqueB]:
         """The applied torques [N m] by topic, whose sum acts."""
         return self._run.torques_b
@@ -221,25 +232,32 @@ class Simulation:
         torque_b: Sequence[float] | np.ndarray | Mapping[str, Sequence[float]] | None = None,
         rotor_torque: Mapping[str, float] | None = None,
         dipole_b: Sequence[float] | np.ndarray | None = None,
+        rotor_speed: Mapping[str, float] | None = None,
     ) -> State:
         """
         Advance by one tick and return the state there.
 
-        torque_b [N m] (3,), body axes, with torque.names by name, rotor_torque [N m], by rotor,
-        and dipole_b [A m^2] (3,) of the magnetorquers hold during this step alone; without them,
-        and for what is not named, what is in force continues.  The first step is from tick 0 to
-        tick 1.  ValueError: there is no such torque, motor or magnetorquer, or a number is not
-        finite.  RunHalted: the run goes no further.
+        torque_b [N m] (3,), body axes, with torque.names by name, rotor_torque [N m] or
+        rotor_speed [rad/s], by rotor, and dipole_b [A m^2] (3,) of the magnetorquers hold during
+        this step alone; without them, and for what is not named, what is in force continues.  The
+        first step is from tick 0 to tick 1.  ValueError: there is no such torque, motor or
+        magnetorquer, or a number is not finite.  RunHalted: the run goes no further.
         """
         torques = rotor_torques(rotor_torque or {}, self.scenario)
+        speeds = rotor_speeds(rotor_speed or {}, self.scenario)
+        if both := torques.keys() & speeds.keys():
+            raise ValueError(f'the rotor {min(both)} is given a torque and a speed; give one')
         torques_b = {} if torque_b is None else body_torques(torque_b, self.scenario)
         if self.next_tick == 0:
             self.advance(1)
-        ended = {name: 0.0 for name in self._rotors_of_step - torques.keys()}
-        self._rotors_of_step = frozenset(torques)
+        now = frozenset({**torques, **speeds})
+        ended = {name: 0.0 for name in self._rotors_of_step - now}
+        self._rotors_of_step = now
         new: list[Event] = []
         if ended or torques:
             new.append(RotorCommand(self.tick, ended | torques))
+        if speeds:
+            new.append(RotorCommand(self.tick, speeds=speeds))
         over_b = dict.fromkeys(self._torques_of_step, NO_TORQUE)
         self._torques_of_step = tuple(torques_b)
         for topic, torque in (over_b | torques_b).items():
@@ -326,6 +344,7 @@ class Simulation:
             'torque_b': as_given(run.torques_b),
             'rotor_torque': run.system.rotor_torque.tolist(),
             **self._dipole_of(run),
+            **_speeds_record(run.system),
             'until': dict(run.until),
             'conditions': {
                 name: listed(value)
@@ -355,10 +374,14 @@ class Simulation:
         run = simulation._run
         conditions = simulation.scenario.with_values(snapshot['conditions'])
         torques_b = {**run.torques_b, **body_torques(snapshot['torque_b'], scenario)}
-        system = conditions.system.driven(
+        system = conditions.system
+        # Only where speeds are commanded are there any.
+        targets = with_speeds(system, snapshot.get('rotor_speed', {}))
+        system = system.driven(
             total(torques_b),
             np.array(snapshot['rotor_torque']),
             np.array(snapshot.get('dipole_b', np.zeros(3))),
+            targets,
         )
         begin = snapshot['begin_state']
         state = State(
@@ -374,6 +397,7 @@ class Simulation:
             # Version 0.1 had no sensors.
             suite=run.suite.with_memories(snapshot.get('sensors', {})),
             torques_b=torques_b,
+            told=snapshot['tick'],
             until={_held_as(topic): until for topic, until in snapshot['until'].items()},
         )
         simulation._run = run.restarted(snapshot['begin_tick'], state, system)
@@ -390,8 +414,28 @@ def _held_as(topic):
     return f'rotor_command.{rotor_of(topic)}'
 
 
+def follows(event: Event, rules: int) -> bool:
+    """Whether an event follows from the run, so that what is told of it is compared alone."""
+    if isinstance(event, RotorLimited):
+        return event.limit == 'max_torque' or rules >= LIMITS_AT_THEIR_INSTANT
+    return isinstance(event, Derived) and rules >= EVENTS_FOLLOW
+
+
+def without_limits_of_speed(scenario: Scenario) -> Scenario:
+    """Return a scenario whose rotors may be as fast as they get."""
+    limits = [key for key in scenario.values if key.rpartition('.')[2] == 'max_speed']
+    return scenario.with_values(dict.fromkeys(limits, 0.0))
+
+
 def _tick_of(event):
     return event.tick
+
+
+def _speeds_record(system: System) -> dict[str, dict[str, float]]:
+    """Return the commanded speeds as plain data by rotor, if there are any."""
+    pairs = zip(system.rotors, system.rotor_target.tolist(), strict=True)
+    speeds = {rotor.label: speed for rotor, speed in pairs if not isnan(speed)}
+    return {'rotor_speed': speeds} if speeds else {}
 
 
 def state_record(state: State) -> dict[str, list[float]]:

@@ -331,8 +331,8 @@ _TABLE = (
         'sensor_msgs/msg/JointState',
         'input',
         'body',
-        'motor torques by name (effort [N m]), held until the next one or the timeout; rotors '
-        'not named keep theirs',
+        'motor torques (effort [N m]) or speeds (velocity [rad/s]) by name, held until the next '
+        'one or the timeout; rotors not named keep theirs',
     ),
     Topic(
         MAGNETORQUERS,

@@ -99,6 +99,9 @@ def _propagate_together(plan, runs, values, rows, first, table):
         return done
     if plan.scenario.torques or is_tabled(changed) or environment.asked(changed):
         return done
+    alone = '.coulomb_friction', '.static_imbalance', '.dynamic_imbalance'
+    if any(np.any(x) for key, x in changed.items() if key.endswith(alone)):
+        return done
     scenario, valid = many(changed, len(rows))
     count = int(valid.sum())
     if not count:

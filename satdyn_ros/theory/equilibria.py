@@ -45,9 +45,9 @@ def imbalance(system: System, state: State, orbit_s: float = 0.0) -> np.ndarray:
 
 
 def rotor_torques(system: System, state: State) -> list[tuple[Rotor, float]]:
-    """Return each rotor with p' = tau - b s [N m], the torque of motor and friction on it."""
+    """Return each rotor with p' [N m], the torque of motor and friction on it."""
     return [
-        (rotor, torque - rotor.friction * speed if rotor.is_damped else torque)
+        (rotor, torque - rotor.friction_torque(speed) if rotor.is_damped else torque)
         for rotor, torque, speed in zip(
             system.rotors, system.rotor_torque, system.rotor_speeds(state), strict=True
         )

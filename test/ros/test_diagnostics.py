@@ -74,7 +74,7 @@ def test_a_coarse_propagation_is_warned_of(live):
 
 @pytest.mark.long
 def test_what_the_limits_of_a_motor_take_is_counted(live):
-    """A command of 0.5 N m is cut once, and once dropped when the rotor reaches its speed."""
+    """A command of 0.5 N m is cut once, and once limited when the rotor reaches its speed."""
     node, participant = live(
         {'rotor.mode': 'motor', 'rotor.inertia': 1e-3, 'torque.timeout': 0.0}
         | {'rotor.max_torque': 0.01, 'rotor.max_speed': 1.0, 'publish.rate': 50.0}
@@ -84,10 +84,10 @@ def test_what_the_limits_of_a_motor_take_is_counted(live):
     participant.wait_until(lambda: publisher.get_subscription_count() > 0)
     publisher.publish(JointState(name=['rotor'], effort=[0.5]))
     report = until(
-        node.namespace, lambda r: values(r['inputs'])['dropped at max_speed'] not in ('0', '')
+        node.namespace, lambda r: values(r['inputs'])['limited at max_speed'] not in ('0', '')
     )
     inputs = values(report['inputs'])
-    assert (inputs['cut to max_torque'], inputs['dropped at max_speed']) == ('1', '1')
+    assert (inputs['cut to max_torque'], inputs['limited at max_speed']) == ('1', '1')
     assert float(inputs['rotor torques that act [N m]'].strip('(,)')) == 0.0
 
 

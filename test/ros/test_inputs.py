@@ -253,12 +253,13 @@ def test_a_speed_cannot_be_commanded(live):
     found = until(node.namespace, lambda r: values(r['inputs'])['refused'] == '2')
     assert values(found['inputs'])['accepted'] == '0'
     _, errors = node.end()
-    assert 'rotor_command has velocities; a speed cannot be commanded, so that velocity' in errors
+    assert 'rotor_command has efforts and velocities; one of both must be empty' in errors
+    assert 'a speed of the rotor rotor is given and rotor.speed_gain is 0; it must be' in errors
 
 
 @pytest.mark.long
 def test_limits_in_a_live_bag_verify(live, tmp_path):
-    """A command beyond max_torque is cut and, at max_speed, dropped: a re-run finds both again."""
+    """A command is cut to max_torque and ends at max_speed: a re-run finds both again."""
     wheel = {'mode': 'motor', 'inertia': 1e-3, 'max_torque': 0.01, 'max_speed': 1.0}
     values = {'rotor.names': ['a', 'b'], 'rotor.b.axis': [0.0, 0.0, 1.0], 'torque.timeout': 0.0}
     values |= {f'rotor.{name}.{key}': value for name in 'ab' for key, value in wheel.items()}
@@ -268,7 +269,8 @@ def test_limits_in_a_live_bag_verify(live, tmp_path):
     participant.hear(rotors, 5)
     publisher.publish(JointState(name=['b', 'a'], effort=[-0.002, 0.5]))
     participant.wait_until(
-        lambda: abs(rotors[-1].velocity[1]) >= 1.0 and not any(rotors[-1].effort), 'both dropped'
+        lambda: max(map(abs, rotors[-1].effort)) < 1e-3 and rotors[-1].velocity[1] <= -1.0,
+        'both at their limits',
     )
     assert node.end()[0] == 0
     (directory,) = tmp_path.glob('satdyn_*_*')

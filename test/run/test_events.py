@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 
 from satdyn_ros.run import events
 from satdyn_ros.run.events import (
+    MOST_TORQUE,
     DipoleCommand,
     Request,
     Reset,
@@ -90,13 +91,14 @@ def test_nested_keys_of_a_request_are_dotted():
 
 
 numbers = st.floats(allow_nan=False, allow_infinity=False)
+torques = st.floats(-MOST_TORQUE, MOST_TORQUE)
 ticks = st.integers(0, 10**12)
 later = st.none() | st.integers(10**12 + 1, 10**13)
 some_event = st.one_of(
     st.builds(Request, ticks, st.fixed_dictionaries({'initial.attitude': st.lists(numbers)})),
     st.builds(Reset, ticks),
     st.builds(Torque, ticks, st.tuples(numbers, numbers, numbers), later),
-    st.builds(RotorCommand, ticks, st.dictionaries(st.just('rotor'), numbers, min_size=1), later),
+    st.builds(RotorCommand, ticks, st.dictionaries(st.just('rotor'), torques, min_size=1), later),
     st.builds(Timeout, ticks, st.sampled_from(['torque', 'rotor_torque'])),
     st.builds(Topics, ticks, st.lists(st.sampled_from(STATE_TOPICS), unique=True).map(tuple)),
 )

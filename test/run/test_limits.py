@@ -1,9 +1,11 @@
-"""Limits of motors act at ticks and follow from the run: torques cut, torques dropped."""
+"""Limits of motors follow from the run: torques cut at commands, torques that end at a speed."""
 
 from collections.abc import Callable
 
 import numpy as np
 import pytest
+import yaml
+from environment import truth
 from flights import difference, sequence, summary, written
 
 from satdyn_ros.bag.continuation import begun_in_bag
@@ -11,6 +13,7 @@ from satdyn_ros.bag.read_run import RecordedRun
 from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.bag.write_run import Recording
+from satdyn_ros.kernel import rotation
 from satdyn_ros.rosbag2.recover import recover
 from satdyn_ros.rosbag2.scan import Block, scan
 from satdyn_ros.run.events import (
@@ -22,10 +25,12 @@ from satdyn_ros.run.events import (
     Timeout,
     Topics,
     Torque,
+    from_yaml_text,
 )
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 
+CASES = {case['name']: case for case in truth.cases('gravity_gradient')}
 WHEEL = {
     'mode': 'motor',
     'inertia': 1e-3,
@@ -46,7 +51,7 @@ SCENARIO = Scenario.from_dict(
         'time': {'epoch_ns': 10**18},
     }
 )
-CUT, DROPPED = 'max_torque', 'max_speed'
+CUT, FAST = 'max_torque', 'max_speed'
 
 
 def run(events, ticks=200, block=64):
@@ -56,7 +61,7 @@ def run(events, ticks=200, block=64):
         new, samples = simulation.advance(min(block, ticks - simulation.next_tick))
         applied += new
         speeds.append(samples.states.rotor_speed)
-        torques.append(np.tile(samples.system.rotor_torque, (len(samples), 1)))
+        torques.append(samples.rotor_torque)
     return applied, np.concatenate(speeds), np.concatenate(torques)
 
 
@@ -75,35 +80,95 @@ def test_a_torque_is_cut_to_max_torque():
 
 
 @pytest.mark.parametrize('sign', [1.0, -1.0])
-def test_a_torque_is_dropped_at_max_speed_until_the_next_command(sign):
-    """Once, at the first tick at the limit; friction then slows the wheel and nothing chatters."""
-    applied, speeds, torques = run([RotorCommand(0, {'a': sign * 0.01, 'b': sign * 1e-3})])
+def test_a_rotor_stays_at_max_speed_as_long_as_it_is_commanded(sign):
+    """
+    It reaches the limit between ticks, and stays there by the torque that friction takes.
+
+    That is told once, at the first tick after it; when the torque times out the rotor slows.
+    """
+    applied, speeds, torques = run(
+        [RotorCommand(0, {'a': sign * 0.01, 'b': sign * 1e-3}, until_tick=150)]
+    )
     (limited,) = (event for event in applied if isinstance(event, RotorLimited))
     tick, speeds = limited.tick, sign * speeds[:, 0]
-    assert limited == RotorLimited(tick, 'a', DROPPED)
-    assert speeds[tick - 1] < 5.0 <= speeds[tick]
+    assert limited == RotorLimited(tick, 'a', FAST)
+    assert speeds[tick - 1] < 5.0
+    np.testing.assert_allclose(speeds[tick:150], 5.0, rtol=1e-12)
     assert (sign * torques[:tick, 0] == 0.01).all()
-    assert (torques[tick:, 0] == 0.0).all()
-    assert (sign * torques[:, 1] == 1e-3).all()
-    assert (np.diff(speeds[tick:]) < 0.0).all()
+    # J a . omega', which the reaction on the body by the other wheel gives, is a tenth of it.
+    np.testing.assert_allclose(sign * torques[tick:150, 0], 5e-4, rtol=0.1)
+    assert (torques[150:] == 0.0).all()
+    assert (sign * torques[:150, 1] == 1e-3).all()
+    assert (np.diff(speeds[150:]) < 0.0).all()
 
 
 def test_at_max_speed_a_command_acts_only_where_it_slows():
-    """One that would raise the speed further is dropped at its tick; one that lowers it acts."""
+    """Less than the friction takes, or the other way: the rotor leaves its limit at once."""
     first = RotorCommand(0, {'a': 0.01})
     (limited,) = (event for event in run([first])[0] if isinstance(event, RotorLimited))
-    drop = limited.tick
-    more, less = RotorCommand(drop, {'a': 0.002}), RotorCommand(drop + 1, {'a': -0.002})
-    applied, _, torques = run([first, more, less], ticks=drop + 3)
-    assert applied[1:] == [more, RotorLimited(drop, 'a', DROPPED), less]
-    np.testing.assert_array_equal(torques[-4:, 0], [0.01, 0.0, -0.002, -0.002])
+    tick = limited.tick + 5
+    for torque in (0.0004, -0.002):
+        applied, speeds, torques = run([first, RotorCommand(tick, {'a': torque})], tick + 3)
+        assert applied == [first, limited, RotorCommand(tick, {'a': torque})]
+        assert (torques[tick:, 0] == torque).all()
+        assert (np.diff(speeds[tick - 1 :, 0]) < 1e-15).all()
 
 
-def test_a_dropped_torque_has_no_timeout():
-    """The end of a torque that a limit has dropped is no longer an event."""
-    applied, _, _ = run([RotorCommand(0, {'a': 0.01, 'b': 1e-3}, until_tick=150)])
-    assert Timeout(150, 'rotor_command.b') in applied
-    assert Timeout(150, 'rotor_command.a') not in applied
+def test_states_at_a_limit_are_those_of_the_reference():
+    """To the bound of the case, and the same to rounding at 1, 10 and 100 Hz."""
+    case, flown = CASES['wheel_limit_1hz'], []
+    t_s = truth.column(case['states'], 't')
+    for rate in (1, 10, 100):
+        scenario = Scenario.from_dict(case['scenario'] | {'publish': {'rate': float(rate)}})
+        events = from_yaml_text(yaml.safe_dump(case['events']), scenario)
+        simulation, rows = Simulation(scenario, events), []
+        while simulation.next_tick <= rate * t_s[-1]:
+            _, samples = simulation.advance(int(rate * t_s[-1]) + 1 - simulation.next_tick)
+            states = samples.states
+            rows.append(np.hstack([states.q_ib, states.omega_bi_b, states.rotor_speed]))
+        flown.append(np.concatenate(rows)[(rate * t_s).astype(int)])
+        assert simulation.tick == rate * t_s[-1]
+    q_ib, omega, speed = (
+        truth.column(case['states'], each) for each in ('q_xyzw', 'omega', 'rotor_speed')
+    )
+    for rows in flown:
+        assert np.max(rotation.angle_between(rows[:, :4], q_ib)) < case['bound']
+        np.testing.assert_allclose(rows[:, 4:7], omega, rtol=0.0, atol=case['bound'])
+        np.testing.assert_allclose(rows[:, 7:], speed, rtol=1e-12)
+        np.testing.assert_allclose(rows, flown[0], rtol=1e-12, atol=1e-12)
+
+
+def test_a_body_that_moves_a_rotor_beyond_its_limit_is_not_helped():
+    """
+    A torque slows the body about the axis, so that the rotor turns ever faster relative to it.
+
+    The motor gives nothing meanwhile, and holds the rotor again when it is back at its limit.
+    """
+    command = RotorCommand(0, {'a': 0.01})
+    slower, faster = Torque(100, (-0.05, 0.0, 0.0)), Torque(120, (0.05, 0.0, 0.0))
+    applied, speeds, torques = run([command, slower, faster], ticks=200)
+    beyond = speeds[:, 0] > 5.0 + 1e-9
+    assert beyond[101:121].all()
+    assert not beyond[:101].any()
+    assert (torques[101:120, 0] == 0.0).all()
+    again = [event.tick for event in applied if event == RotorLimited(event.tick, 'a', FAST)]
+    assert len(again) == 2
+    assert not beyond[again[1] :].any()
+
+
+@pytest.mark.parametrize('rules', [0, 1, 2])
+def test_by_earlier_rules_a_limit_of_speed_acts_where_the_bag_tells_it(rules):
+    """It drops the torque at its tick after all else, and nothing else limits the speed."""
+    first, told = RotorCommand(0, {'a': 0.01, 'b': 0.02}), RotorLimited(80, 'a', FAST)
+    events: list[Event] = [first, RotorLimited(0, 'b', CUT), told, RotorCommand(80, {'a': 0.005})]
+    simulation, applied, torques = Simulation(SCENARIO, events, rules), list[Event](), []
+    while simulation.next_tick < 200:
+        happened, samples = simulation.advance(200 - simulation.next_tick)
+        applied += happened
+        torques += [samples.system.rotor_torque] * len(samples)
+    assert applied == [first, RotorLimited(0, 'b', CUT), RotorCommand(80, {'a': 0.005}), told]
+    assert [tuple(torque) for torque in torques] == [(0.01, 0.01)] * 80 + [(0.0, 0.01)] * 120
+    assert min(simulation.state.rotor_speed) > 5.0
 
 
 EVENTS: list[Event] = [
@@ -118,15 +183,15 @@ def test_limits_follow_from_the_run(block):
     """However it is cut into blocks; limits that are given beforehand change nothing."""
     applied, speeds, torques = run(EVENTS)
     given = [event for event in applied if not isinstance(event, Timeout)]
-    again = run([*given, RotorLimited(5, 'b', DROPPED)], block=block)
-    assert {event.limit for event in applied if isinstance(event, RotorLimited)} == {CUT, DROPPED}
+    again = run([*given, RotorLimited(5, 'b', FAST)], block=block)
+    assert {event.limit for event in applied if isinstance(event, RotorLimited)} == {CUT, FAST}
     assert again[0] == applied
     np.testing.assert_array_equal(again[1], speeds)
     np.testing.assert_array_equal(again[2], torques)
 
 
 def recorded(directory, scenario=SCENARIO):
-    """Record four seconds in which two torques are cut and two are dropped."""
+    """Record four seconds in which two torques are cut and two rotors come to their limits."""
     for _ in simulate(scenario, 4.0, directory, EVENTS):
         pass
     return directory
@@ -147,7 +212,7 @@ def test_limits_are_the_same_from_any_tick_on():
     """
     A snapshot holds what limits depend on: resumed anywhere, the run goes on with the same bits.
 
-    Also at and beside the ticks where a torque is cut or dropped.
+    Also at and beside the ticks where a torque is cut or a limit told.
     """
     whole, speeds, torques = run(EVENTS)
     begins = {tick + by for tick in {event.tick for event in limits(whole)} for by in (-1, 0, 1)}
@@ -163,7 +228,7 @@ def test_limits_are_the_same_from_any_tick_on():
             new, samples = resumed.advance(1)
             applied += new
             np.testing.assert_array_equal(samples.states.rotor_speed[0], speeds[tick])
-            np.testing.assert_array_equal(samples.system.rotor_torque, torques[tick])
+            np.testing.assert_array_equal(samples.rotor_torque[0], torques[tick])
         assert applied == [event for event in whole if event.tick > begin]
 
 
@@ -229,7 +294,7 @@ def without(limited, monkeypatch):
     monkeypatch.setattr(Recording, 'event', event)
 
 
-@pytest.mark.parametrize('limit', [CUT, DROPPED])
+@pytest.mark.parametrize('limit', [CUT, FAST])
 def test_a_limit_that_the_bag_does_not_tell_is_a_difference(limit, tmp_path, monkeypatch):
     """The run comes to its limits again, and verify compares them with those of the bag."""
     missing = next(event for event in limits(run(EVENTS)[0]) if event.limit == limit)
@@ -241,13 +306,13 @@ def test_a_limit_that_the_bag_does_not_tell_is_a_difference(limit, tmp_path, mon
 
 def test_a_run_goes_on_from_a_bag_with_limits(tmp_path):
     """
-    Where both torques have been dropped, and where one is just being dropped: the same speeds.
+    Where both rotors are at their limits, and where one has just come there: the same speeds.
 
-    Right after the drop the speed is above its limit, which no initial speed may be.
+    The speed may be above its limit in the last digits, which no initial speed may be.
     """
     bag = recorded(tmp_path / 'bag')
-    dropped = next(event.tick for event in limits(run(EVENTS)[0]) if event.limit == DROPPED)
-    for tick, end in ((60, 90), (dropped, dropped + 5)):
+    fast = next(event.tick for event in limits(run(EVENTS)[0]) if event.limit == FAST)
+    for tick, end in ((60, 90), (fast, fast + 5)):
         scenario, begin = begun_in_bag(SCENARIO, bag, tick / 50.0)
         for _ in simulate(scenario, (end - tick) / 50.0, tmp_path / str(tick), begin=begin):
             pass
@@ -265,19 +330,18 @@ def test_a_run_goes_on_from_a_bag_with_limits(tmp_path):
 
 def test_a_limit_that_was_computed_ahead_is_undone():
     """A command that comes before the tick is published acts there as if nothing had been."""
-    motor = {'mode': 'motor', 'inertia': 2e-5, 'max_speed': 60.0, 'speed': 59.9}
-    scenario = Scenario.from_dict(
-        {'body': {'inertia': [0.02, 0.03, 0.04]}, 'rotor': motor, 'publish': {'rate': 10.0}}
-    )
-    first, second = RotorCommand(0, {'rotor': 1e-3}), RotorCommand(1, {'rotor': -1e-3})
+    scenario = SCENARIO.with_values({'rotor.a.speed': 4.7})
+    first, second = RotorCommand(0, {'a': 0.01}), RotorCommand(1, {'a': -0.01})
     simulation = Simulation(scenario, [first])
-    simulation.advance(1)
-    assert simulation.advance(9)[0] == [RotorLimited(1, 'rotor', DROPPED)]
+    assert len(simulation.advance(9)[1]) == 2
+    assert limits(simulation.advance(9)[0]) == [RotorLimited(2, 'a', FAST)]
+    simulation = Simulation(scenario, [first])
+    simulation.advance(9)
     simulation.rewind(1)
     simulation.schedule(second)
     happened, samples = simulation.advance(9)
     assert happened == [second]
-    assert samples.system.rotor_torque[0] == -1e-3
+    assert samples.rotor_torque[0, 0] == -0.01
     straight = Simulation(scenario, [first, second])
     straight.advance(1)
     _, same = straight.advance(9)

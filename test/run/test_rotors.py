@@ -35,6 +35,8 @@ def test_a_name_that_is_no_identifier_is_refused(name):
         'friction',
         'max_torque',
         'max_speed',
+        'speed_gain',
+        'position',
     ],
 )
 def test_a_name_that_is_a_key_is_refused(name):

@@ -243,8 +243,8 @@ def test_a_motor_turns_the_rotor(live):
     np.testing.assert_allclose(momentum, momentum[0] + 0.5 * t_s, rtol=1e-10, atol=1e-12)
 
 
-def test_a_speed_cannot_be_commanded(live):
-    """It is refused and counted, with a sentence, and no torque acts."""
+def test_a_speed_is_refused_beside_a_torque_and_where_no_drive_follows_it(live):
+    """Both are counted, with a sentence each, and no torque acts."""
     node, participant = live(FREE | {'rotor.mode': 'motor', 'rotor.inertia': 2.0})
     until = health(participant)
     publisher = matched(participant, JointState, 'rotor_command')

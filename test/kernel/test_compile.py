@@ -217,9 +217,9 @@ def test_a_compiler_that_heard_ctrl_c_is_not_followed_by_another(package):
     """A terminal sends it to all; who ignores it, as a worker of a sweep, ends all the same."""
     process = start(package, module='long')
     assert process.stdout.readline() == f'{NOTICE}\n'
-    while not (compiler := compilers(package)):
+    while not (found := compilers(package)):
         time.sleep(0.01)
-    os.kill(*compiler, signal.SIGINT)
+    os.kill(found[0], signal.SIGINT)
     output, _ = process.communicate()
     assert output.endswith('KeyboardInterrupt\n')
     assert list((package / '__pycache__').rglob('*._walk-*.nbi')) == []

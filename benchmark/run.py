@@ -19,6 +19,8 @@ SCRIPTS = (
     'offline',
     'export',
     'live',
+    'environment',
+    'beside_basilisk',
     'fleet',
     'page',
     'start',

@@ -26,7 +26,7 @@ class Controller(Pointing):
     def __init__(self, inertia, bandwidth, source='', name='controller'):
         super().__init__(name, source)
         self._kp, self._kd = inertia * bandwidth**2, 2.0 * inertia * bandwidth
-        self.torque = self.create_publisher(WrenchStamped, 'torque', 1000)
+        self.command = self.create_publisher(WrenchStamped, 'torque', 1000)
 
     def act(self, stamp, error, omega_bi_b):
         """Publish the torque that a state calls for."""
@@ -34,7 +34,7 @@ class Controller(Pointing):
         message.header.stamp, message.header.frame_id = stamp, 'base_link'
         torque_b = message.wrench.torque
         torque_b.x, torque_b.y, torque_b.z = (-self._kp * error - self._kd * omega_bi_b).tolist()
-        self.torque.publish(message)
+        self.command.publish(message)
 
 
 def main():

@@ -307,7 +307,7 @@ class Draw(Random):
         refused = None
         if self.one_in(8):
             refused = {'tick': self.choice(moments), 'request': self.bad_request(conditions)}
-        return self.with_names(Program(scenario, ticks, entries, refused))
+        return self.with_dipoles(self.with_names(Program(scenario, ticks, entries, refused)))
 
     def with_names(self, program: Program) -> Program:
         """Return a program, at times with its torques given to one or both of two names."""
@@ -321,6 +321,24 @@ class Draw(Random):
             for entry in program.entries
         ]
         scenario = program.scenario.with_values({'torque.names': names})
+        return program._replace(scenario=scenario, entries=entries)
+
+    def with_dipoles(self, program: Program) -> Program:
+        """Return a program, at times with magnetorquers, and dipoles for some of its torques."""
+        if self.one_in(2):
+            return program
+        most = [self.choice((0.0, 0.2)), self.choice((0.1, 0.3)), 0.2]
+        entries = [
+            {
+                'magnetorquer' if name == 'torque' and self.one_in(2) else name: value
+                for name, value in entry.items()
+            }
+            for entry in program.entries
+        ]
+        for entry in entries:
+            if 'magnetorquer' in entry:
+                entry['magnetorquer'] = self.vector(self.choice((0.0, 0.1, 0.5)))
+        scenario = program.scenario.with_values({'magnetorquer.max_dipole': most})
         return program._replace(scenario=scenario, entries=entries)
 
     def at(self, tick, scenario):

@@ -11,15 +11,25 @@ from ..exchange.aem import attitude_at
 from ..kernel import rotation
 from ..run.events import Timeout, as_given
 from ..run.rules import EVENTS_FOLLOW
-from ..run.run_state import NO_TORQUE, within_max_torque
+from ..run.run_state import NO_TORQUE, within_max_dipole, within_max_torque
 from ..run.scenario import Scenario
 from ..run.simulation import Simulation, state_record
+from ..run.topics import MAGNETORQUERS
 from ..sensors import Suite
 from .read_run import RecordedRun
 from .simulate import BLOCK_TICKS
 
 # What a motion follows from, besides its state.
-_OF_MOTION = ('body.', 'rotor.', 'orbit.', 'motion.', 'torque.names')
+_OF_MOTION = (
+    'body.',
+    'surface.',
+    'magnetorquer.',
+    'rotor.',
+    'orbit.',
+    'environment.',
+    'motion.',
+    'torque.names',
+)
 
 
 def begun_in_bag(
@@ -29,7 +39,7 @@ def begun_in_bag(
     Return the scenario with the ticks of a bag's run, and where it goes on: a snapshot.
 
     That is at the first tick at or after at_s seconds from tick 0.  The motion in force goes on;
-    where body, rotors, orbit, motion or torque.names of the scenario differ from the bag's, one
+    where the scenario has other keys than the bag's on which a motion depends (_OF_MOTION), one
     begins anew from the state.  Initial conditions, topics and sensors go on as they are in the
     bag, those that the scenario changes are as it says.  ValueError: the bag has no such tick, or
     another rate or epoch is asked for.
@@ -143,7 +153,9 @@ def _motion_anew(
     torques_b = {
         topic: simulation.torques_b.get(topic, NO_TORQUE) for topic in scenario.torque_topics
     }
+    dipole_b = within_max_dipole(scenario, simulation.system.dipole_b)
     held = {*torques_b, *(f'rotor_command.{name}' for name in torques)}
+    held |= {MAGNETORQUERS} if scenario.has_magnetorquers else set()
     record = state_record(State(state.q_ib, state.omega_bi_b, speeds, angles))
     return {
         'begin_tick': simulation.tick,
@@ -151,5 +163,6 @@ def _motion_anew(
         'state': record,
         'torque_b': as_given(torques_b),
         'rotor_torque': within_max_torque(scenario.system, torques)[0].tolist(),
+        'dipole_b': dipole_b.tolist(),
         'until': {topic: tick for topic, tick in until.items() if topic in held},
     }

@@ -15,13 +15,22 @@ from ..messages.incoming import ROTOR_TORQUE, rotor_command_of
 from ..messages.packers import Packer, pack_tf_static, packer, tf_with_sensors
 from ..rosbag2.errors import BagError, Damaged
 from ..rosbag2.reader import Bag, Messages, TopicBlock
-from ..run.events import Event, Halt, Request, Reset, RotorCommand, Torque
+from ..run.events import (
+    Command,
+    DipoleCommand,
+    Event,
+    Halt,
+    Request,
+    Reset,
+    RotorCommand,
+    Torque,
+)
 from ..run.parameter_file import parameters_of_record
 from ..run.rules import EVENTS_FOLLOW, MOUNTINGS_ARE_LATCHED
 from ..run.scenario import Scenario
 from ..run.simulation import Simulation
 from ..run.ticks import Ticks
-from ..run.topics import is_torque
+from ..run.topics import MAGNETORQUERS, is_torque
 from . import run_metadata
 
 # A tick with a message takes two bytes at least; topics may be switched off for so many ticks.
@@ -29,7 +38,7 @@ _TICKS_WITHOUT_MESSAGES = 5_000_000
 # Where the last of these at a tick is a halt, the run does not reach it.
 _ENDS = Halt | Request | Reset
 # rotor_torque is that of version 0.1.
-_ROTOR_INPUTS = ('rotor_command', 'rotor_torque')
+_OTHER_INPUTS = ('rotor_command', 'rotor_torque', MAGNETORQUERS)
 
 
 class RecordedRun:
@@ -61,6 +70,8 @@ class RecordedRun:
             if {*filter(is_torque, self.names)} != {*self.scenario.torque_topics}:
                 needed = ', '.join(self.scenario.torque_topics)
                 raise Damaged(f'its inputs are not {needed}, as torque.names says')
+            if self.scenario.has_magnetorquers and MAGNETORQUERS not in self.names:
+                raise Damaged(f'its topics have no {MAGNETORQUERS}')
         self.snapshot: dict[str, Any] | None = None
         if run_metadata.SNAPSHOT in begin:
             with self.reading(run_metadata.SNAPSHOT):
@@ -226,13 +237,13 @@ class RecordedRun:
         self._inputs_by_topic = {
             topic: name
             for name, topic in self.names.items()
-            if is_torque(name) or name in _ROTOR_INPUTS
+            if is_torque(name) or name in _OTHER_INPUTS
         }
 
-    def inputs_of(self, block: TopicBlock) -> list[Torque | RotorCommand]:
-        """Return the torques of a block in their recorded order, held until the next one."""
+    def inputs_of(self, block: TopicBlock) -> list[Command]:
+        """Return the commands of a block in their recorded order, held until the next one."""
         contents = block.contents
-        events: list[tuple[int, Torque | RotorCommand]] = []
+        events: list[tuple[int, Command]] = []
         for channel_id in contents.counts:
             name = self._inputs_by_topic.get(block.topics[channel_id])
             if name is None:
@@ -246,9 +257,11 @@ class RecordedRun:
                 events.append((place, self._input(name, self.ticks.tick_of(stamp_ns), row)))
         return [event for _, event in sorted(events, key=itemgetter(0))]
 
-    def _input(self, name: str, tick: int, row: np.ndarray) -> Torque | RotorCommand:
+    def _input(self, name: str, tick: int, row: np.ndarray) -> Command:
         if is_torque(name):
             return Torque(tick, tuple(row['wrench.torque'].tolist()), topic=name)
+        if name == MAGNETORQUERS:
+            return DipoleCommand(tick, tuple(row['vector'].tolist()))
         if name == 'rotor_torque':
             return RotorCommand(tick, {'rotor': float(row['data'])})
         return RotorCommand(tick, rotor_command_of(bytes(row)))
@@ -301,7 +314,7 @@ class Happened:
                     snapshot = run_metadata.snapshot_from_record(record.metadata, keys)
                     self.begins.append(snapshot['tick'])
 
-    def _held_as_told(self, event: Torque | RotorCommand) -> Event:
+    def _held_as_told(self, event: Command) -> Event:
         return event if self._held is None else replace(event, until_tick=event.tick + self._held)
 
     @cached_property

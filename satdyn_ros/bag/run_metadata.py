@@ -25,13 +25,9 @@ SNAPSHOT = 'satdyn_ros/snapshot'
 EVENT = 'satdyn_ros/event'
 HELD = 'satdyn_ros/held'
 
-# Torques are recorded as the messages that brought them.
-_EVENTS = {
-    kind.__name__: kind
-    for kind in get_args(Event)
-    if kind not in (events.Torque, events.RotorCommand)
-}
-_LENGTHS = {'q_ib': 4, 'omega_bi_b': 3, 'torque_b': 3}
+# Commands are recorded as the messages that brought them.
+_EVENTS = {kind.__name__: kind for kind in get_args(Event) if kind not in get_args(events.Command)}
+_LENGTHS = {'q_ib': 4, 'omega_bi_b': 3, 'torque_b': 3, 'dipole_b': 3}
 
 
 def provenance(scenario: Scenario, topics: Mapping[str, str]) -> dict[str, str]:
@@ -157,7 +153,10 @@ def snapshot_from_record(
     torque_b = snapshot.get('torque_b')
     # With torque.names it is by name.
     torques = torque_b.values() if isinstance(torque_b, dict) else [torque_b]
-    for name, vector in (*state.items(), *(('torque_b', torque) for torque in torques)):
+    vectors = [*state.items(), *(('torque_b', torque) for torque in torques)]
+    # Without magnetorquers there is none.
+    vectors += [('dipole_b', snapshot['dipole_b'])] if 'dipole_b' in snapshot else []
+    for name, vector in vectors:
         length = _LENGTHS.get(name)
         if length and not (
             isinstance(vector, list)

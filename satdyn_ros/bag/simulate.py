@@ -11,8 +11,19 @@ import numpy as np
 
 from ..base.interruption import uninterrupted
 from ..messages.packers import is_at_every_tick, packer
+from ..orbits import TabledOrbit
 from ..rosbag2.tick_table import TickTable
-from ..run.events import Derived, Event, Request, RotorCommand, Topics, Torque
+from ..run.events import (
+    Derived,
+    DipoleCommand,
+    Event,
+    Request,
+    RotorCommand,
+    Topics,
+    Torque,
+    dipole,
+)
+from ..run.orbits import known_until
 from ..run.requests import requested, try_out
 from ..run.scenario import Scenario
 from ..run.simulation import RunHalted, Simulation
@@ -114,7 +125,7 @@ def tick_count(scenario: Scenario, duration_s: str | float, first: int = 0) -> i
     Return how many ticks k >= 0 have k / rate < duration_s [s], a number or its decimal text.
 
     ValueError: it is not a number above 0, or from tick `first` on ends after the last stamp of
-    ROS.
+    ROS, or after what is known of the orbit.
     """
     try:
         duration = Fraction(str(duration_s))
@@ -123,12 +134,17 @@ def tick_count(scenario: Scenario, duration_s: str | float, first: int = 0) -> i
     if duration <= 0:
         raise ValueError(f'the duration is {duration_s}; it must be a number above 0 s')
     count = math.ceil(duration * scenario.rate)
-    ticks = Ticks(scenario.rate, scenario.epoch_ns)
-    if ticks.stamp_ns(first + count - 1) > LAST_STAMP_NS:
+    ticks, last = Ticks(scenario.rate, scenario.epoch_ns), first + count - 1
+    if ticks.stamp_ns(last) > LAST_STAMP_NS:
         raise ValueError(
             f'the duration is {duration_s} s, which ends after the last stamp of ROS, '
             f'{LAST_STAMP_NS // 10**9} s'
         )
+    orbit = scenario.system.orbit
+    known_until_s = known_until(orbit, ticks.seconds(first))
+    if known_until_s < ticks.seconds(last) and isinstance(orbit, TabledOrbit):
+        sentence = orbit.source.outside(known_until_s)
+        raise ValueError(f'the duration is {duration_s} s, and {sentence}')
     return count
 
 
@@ -144,6 +160,8 @@ def _check(events, scenario, first):
                 case Torque() if event.topic not in scenario.torque_topics:
                     allowed = ', '.join(scenario.torque_topics)
                     raise ValueError(f'its topic is {event.topic}; allowed: {allowed}')
+                case DipoleCommand():
+                    dipole(event.dipole_b, scenario)
                 case Torque() | RotorCommand():
                     torques = (
                         tuple(event.torques.values())

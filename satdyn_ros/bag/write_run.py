@@ -8,16 +8,25 @@ from typing import Any
 import numpy as np
 
 from ..messages import qos, schemas
-from ..messages.incoming import pack_rotor_command, pack_torque
+from ..messages.incoming import pack_dipole, pack_rotor_command, pack_torque
 from ..messages.packers import pack_tf_static
 from ..messages.sparse import Rows, SparseMessages
 from ..rosbag2.metadata import TopicMetadata
 from ..rosbag2.reader import Bag
 from ..rosbag2.tick_table import TickTable
 from ..rosbag2.writer import BagWriter
-from ..run.events import Event, RotorCommand, RotorLimited, Topics, Torque
+from ..run.events import (
+    Command,
+    DipoleCommand,
+    Event,
+    RotorCommand,
+    RotorLimited,
+    Topics,
+    Torque,
+)
 from ..run.scenario import Scenario
 from ..run.ticks import Ticks
+from ..run.topics import MAGNETORQUERS
 from . import run_metadata
 
 
@@ -28,6 +37,8 @@ def recorded_as(event: Event) -> str | None:
             return event.topic
         case RotorCommand():
             return 'rotor_command'
+        case DipoleCommand():
+            return MAGNETORQUERS
         case _:
             return None
 
@@ -55,11 +66,12 @@ class Recording:
         sensors = tuple(scenario.sensors)
         self._latched = {'tf_static': pack_tf_static(scenario)} if sensors else {}
         table = scenario.topic_table
-        recorded = (name for name, topic in table.items() if topic.role in ('state', 'input'))
+        inputs = scenario.inputs
+        recorded = (name for name in table if table[name].role == 'state' or name in inputs)
         self._names = {name: resolve(name) for name in (*recorded, *sensors, *self._latched)}
         ticks = Ticks(scenario.rate, scenario.epoch_ns)
         self._timeout = self._held = ticks.timeout(0, scenario['torque.timeout'])
-        added = *topics, *sensors, *self._latched, *scenario.torque_topics, 'rotor_command'
+        added = *topics, *sensors, *self._latched, *inputs
         self._added = set(added)
         self._writer = BagWriter(
             directory,
@@ -87,6 +99,10 @@ class Recording:
                 self._tell_held(event)
                 data = pack_rotor_command(stamp_ns, event.torques, self._scenario.frames)
                 self._writer.write_message(self._names['rotor_command'], stamp_ns, data)
+            case DipoleCommand():
+                self._tell_held(event)
+                data = pack_dipole(stamp_ns, event.dipole_b, self._scenario.frames)
+                self._writer.write_message(self._names[MAGNETORQUERS], stamp_ns, data)
             case _:
                 # A controller may meet a limit at every tick, and nothing depends on its place.
                 self._writer.write_metadata(
@@ -97,7 +113,7 @@ class Recording:
         if isinstance(event, Topics):
             self._add(event.names)
 
-    def _tell_held(self, event: Torque | RotorCommand) -> None:
+    def _tell_held(self, event: Command) -> None:
         """Tell how long a torque is held, where that is not as told before."""
         held = None if event.until_tick is None else event.until_tick - event.tick
         if held != self._held:

@@ -91,7 +91,7 @@ def constants_of(system: System, start_s: float = 0.0) -> Constants:
     outward, ahead = _line(system, start_s, undriven.outward, undriven.ahead)
     rotors = zip(undriven.rotors, system.turning_rotors, strict=True)
     *field, _ = undriven.torques[:_SHIPPED]
-    own = undriven.torques[_SHIPPED:]
+    own = (torque.constants for torque in system.torques)
     return undriven._replace(
         outward=tuple(map(float, outward)),
         ahead=tuple(map(float, ahead)),

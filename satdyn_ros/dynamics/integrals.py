@@ -102,6 +102,7 @@ def conserve_alike(one: System, other: System) -> bool:
     """Whether two systems are of the same body and field, and conserve the same integrals."""
     return (
         one.undriven is other.undriven
+        and np.array_equal(one.dipole_b, other.dipole_b)
         and one.is_driven == other.is_driven
         and np.array_equal(one.rotor_torque != 0.0, other.rotor_torque != 0.0)
     )

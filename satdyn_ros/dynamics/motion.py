@@ -9,8 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..environment import lit_fraction, sun_direction
+from ..environment.sun import AU_M, ILLUMINANCE_LX
 from ..kernel import rotation
 from ..orbits import FixedDirection, KeplerOrbit, TabledOrbit
+from ..orbits.along_orbit import AlongOrbit
 from .system import State, System
 
 if TYPE_CHECKING:
@@ -27,6 +30,7 @@ class States:
     applied torques and the orbit's ellipticity added to the energy since the motion began.
     orbit_s (N,): the same instants in seconds from tick 0, where the orbit counts from.
     turn_b (N, 3) [rad]: the integral of omega_bi_b since the row before, where it was asked for.
+    environment: along the orbit, None: there is none.
 
     Of many motions at the same times, the tables have one more axis in front.
     """
@@ -40,6 +44,7 @@ class States:
     orbit: FixedDirection | KeplerOrbit | TabledOrbit
     orbit_s: np.ndarray
     turn_b: np.ndarray | None = None
+    environment: AlongOrbit | None = None
 
     def __repr__(self) -> str:
         many = f'{len(self.q_ib)} motions, ' if self.q_ib.ndim > 2 else ''
@@ -70,6 +75,7 @@ class States:
             self.orbit,
             self.orbit_s[chosen],
             None if self.turn_b is None else self.turn_b[chosen],
+            environment=self.environment,
         )
 
     @cached_property
@@ -94,6 +100,35 @@ class States:
     def c_b(self) -> np.ndarray:
         """Return the unit vector from the attracting centre to the body, body axes, (N, 3)."""
         return rotation.rotate(self._q_bi, self.orbit.direction(self.orbit_s))
+
+    @cached_property
+    def sun_i(self) -> np.ndarray:
+        """The place of the Sun from the Earth's centre [m], inertial axes, (N, 3)."""
+        assert self.environment is not None
+        return self.environment.sun.values(self.orbit_s, np.arange(3))
+
+    @cached_property
+    def sun_direction_b(self) -> np.ndarray:
+        """The unit vector to the Sun, body axes, (N, 3)."""
+        return rotation.rotate(self._q_bi, sun_direction(self.r_i, self.sun_i)[0])
+
+    @cached_property
+    def lit_fraction(self) -> np.ndarray:
+        """The part of the Sun's disc that the Earth leaves free, (N,)."""
+        return lit_fraction(self.r_i, self.sun_i)
+
+    @cached_property
+    def illuminance_lx(self) -> np.ndarray:
+        """The illuminance of a plate that faces the Sun [lx], (N,)."""
+        _, distance_m = sun_direction(self.r_i, self.sun_i)
+        return self.lit_fraction * ILLUMINANCE_LX * (AU_M / distance_m) ** 2
+
+    @cached_property
+    def magnetic_field_b(self) -> np.ndarray:
+        """The Earth's magnetic field [T], body axes, (N, 3)."""
+        assert self.environment is not None
+        field_i = self.environment.magnetic_field.values(self.orbit_s, np.arange(3))
+        return rotation.rotate(self._q_bi, field_i)
 
     @cached_property
     def lvlh_rate_b(self) -> np.ndarray:
@@ -153,6 +188,7 @@ def joined(tables: Sequence[States]) -> States:
     def column(name):
         return np.concatenate([getattr(table, name) for table in tables])
 
+    counts_turns = all(table.turn_b is not None for table in tables)
     return States(
         t_s=column('t_s'),
         q_ib=column('q_ib'),
@@ -162,6 +198,8 @@ def joined(tables: Sequence[States]) -> States:
         work=column('work'),
         orbit=tables[0].orbit,
         orbit_s=column('orbit_s'),
+        environment=tables[0].environment,
+        turn_b=column('turn_b') if counts_turns else None,
     )
 
 
@@ -238,6 +276,7 @@ class Motion(ABC):
             orbit=self.system.orbit,
             orbit_s=self.start_s + t_s,
             turn_b=turn_b,
+            environment=self.system.environment,
         )
 
 

@@ -11,6 +11,7 @@ from ..orbits import FixedDirection, KeplerOrbit, TabledOrbit
 from ..orbits.along_orbit import AlongOrbit
 from ..orbits.pieces import Pieces
 from ..torques.body_torque import BodyTorque, pieces_of
+from ..torques.magnetic import Magnetic
 from .rotor import Rotor
 
 _ZERO = np.zeros(3)
@@ -26,8 +27,9 @@ class System:
     inertia [kg m^2] (3, 3): body axes, locked rotors included, about the mass centre, or about the
     fixed point where weight_moment [N m] (3,), the weight times the position of the mass centre,
     is not zero.  torque_b [N m] (3,) acts on the body, rotor_torque [N m] (R,), or one for all,
-    from the body on the rotors.  torques: what else acts on the body.  environment: what there is
-    along the orbit beside the attracting field, None: nothing.
+    from the body on the rotors, and the magnetorquers have the dipole_b [A m^2] (3,).  torques:
+    what else acts on the body, by that dipole too.  environment: what there is along the orbit
+    beside the attracting field, None: nothing.
     """
 
     inertia: np.ndarray
@@ -36,6 +38,7 @@ class System:
     weight_moment: np.ndarray = field(default_factory=lambda: _ZERO)
     torque_b: np.ndarray = field(default_factory=lambda: _ZERO)
     rotor_torque: np.ndarray = field(default_factory=lambda: np.zeros(()))
+    dipole_b: np.ndarray = field(default_factory=lambda: _ZERO)
     torques: tuple[BodyTorque, ...] = ()
     environment: AlongOrbit | None = None
 
@@ -64,6 +67,17 @@ class System:
     def is_newtonian(self) -> bool:
         """Whether nothing acts but the Newtonian field and the weight, as in the papers."""
         return not (self._takes_work or self.torques)
+
+    @property
+    def is_commanded(self) -> bool:
+        """Whether any torque acts, or any dipole, that is commanded."""
+        return bool(self.torque_b.any() or self.rotor_torque.any() or self.dipole_b.any())
+
+    @property
+    def magnetic_dipole_b(self) -> np.ndarray | None:
+        """The dipole (3,) [A m^2] that the field turns, body axes; None: there is none."""
+        found = (torque for torque in self.torques if isinstance(torque, Magnetic))
+        return next((np.array(torque.constants.dipole) for torque in found), None)
 
     @property
     def _takes_work(self):
@@ -130,19 +144,35 @@ class System:
     @cached_property
     def undriven(self) -> 'System':
         """Return the system without torques, the same one for all that driven() gives."""
-        return replace(self, torque_b=_ZERO, rotor_torque=np.zeros(()))
+        return self._with(_ZERO, np.zeros(()), _ZERO)
 
     def driven(
-        self, torque_b: np.ndarray | None = None, rotor_torque: np.ndarray | None = None
+        self,
+        torque_b: np.ndarray | None = None,
+        rotor_torque: np.ndarray | None = None,
+        dipole_b: np.ndarray | None = None,
     ) -> 'System':
         """Return the system under other torques, of the same inertias; None: under the same."""
-        torque_b = self.torque_b if torque_b is None else torque_b
-        rotor_torque = self.rotor_torque if rotor_torque is None else rotor_torque
-        driven = replace(self, torque_b=torque_b, rotor_torque=rotor_torque)
+        driven = self._with(
+            self.torque_b if torque_b is None else torque_b,
+            self.rotor_torque if rotor_torque is None else rotor_torque,
+            self.dipole_b if dipole_b is None else dipole_b,
+        )
         # A controller drives the body anew at every tick.
         for name in _KEPT:
             vars(driven)[name] = getattr(self, name)
         return driven
+
+    def _with(self, torque_b, rotor_torque, dipole_b):
+        torques = self.torques
+        if dipole_b is not self.dipole_b:
+            torques = tuple(
+                torque.commanded(dipole_b) if isinstance(torque, Magnetic) else torque
+                for torque in torques
+            )
+        return replace(
+            self, torque_b=torque_b, rotor_torque=rotor_torque, dipole_b=dipole_b, torques=torques
+        )
 
     def rotor_momentum(self, state: 'State') -> np.ndarray:
         """

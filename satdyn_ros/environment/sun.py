@@ -14,6 +14,8 @@ from ..kernel.vector import add, dot, scale, subtract, vector
 from .earth import terrestrial_time
 
 AU_M = 149_597_870_700.0
+# Of sunlight at 1 au [lx].
+ILLUMINANCE_LX = 128_000.0
 SUN_RADIUS_M = 6.957e8
 
 # The Earth that hides the Sun is a sphere with the radius of the equator.

@@ -38,6 +38,7 @@ from .dop853 import (
     STEP_UNDERFLOW,
     STEPS_PER_FIX,
     TOO_MANY_STEPS,
+    ULP,
     UNFINISHED,
     direction_of_centre,
     first_step,
@@ -182,6 +183,7 @@ def _integrate(t_s, stops_s, problem, batch, single, like):
     y_0, y = batch.stages.y_0, batch.stages.y
     # Variables beyond those are constant, or not wanted.
     changing = problem.out.shape[1] + len(like.place)
+    rounding_s = 4.0 * ULP * max(abs(stops_s[0]), abs(stops_s[-1])) if len(stops_s) > 0 else 0.0
     for _ in range(_SLICE_STEPS):
         idle = 0
         for l in range(LANES):
@@ -210,7 +212,9 @@ def _integrate(t_s, stops_s, problem, batch, single, like):
             if motion[l] >= 0:
                 start_s = unflatten(like, problem.flat_constants[motion[l]], 0.0).start_s
                 found = next_stop(batch.passed[l], t[l], stops_s, start_s)
-                batch.passed[l], batch.from_s[l], batch.until_s[l], batch.stop[l] = found
+                batch.passed[l], from_s, until_s, batch.stop[l] = found
+                # Which piece of a table of several a time is in is told to rounding.
+                batch.from_s[l], batch.until_s[l] = from_s + rounding_s, until_s - rounding_s
 
         if attempt_all(batch, like, changing):
             for l in range(LANES):

@@ -21,10 +21,14 @@ from . import cdr, markers
 
 @dataclass(frozen=True, eq=False)
 class Inputs(Stamped):
-    """What an input topic received: stamps_ns (N,) and torques [N m], (N, 3), (N, R) or (N,)."""
+    """
+    What an input topic received: stamps_ns (N,) and values, (N, 3), (N, R) or (N,).
+
+    These are torques [N m], or dipoles [A m^2].
+    """
 
     stamps_ns: np.ndarray
-    torques: np.ndarray
+    values: np.ndarray
 
 
 class _Layout(NamedTuple):
@@ -222,11 +226,11 @@ def _rotor_torque(i):
 
 
 def _torques(inputs):
-    return inputs.torques
+    return inputs.values
 
 
 def _torque_of(i):
-    return lambda inputs: inputs.torques[:, i]
+    return lambda inputs: inputs.values[:, i]
 
 
 # Of topics whose messages hold more, or other, than quantities.

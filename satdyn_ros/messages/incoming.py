@@ -1,4 +1,4 @@
-"""The messages that come in, one by one: torques on the body and on its rotors."""
+"""The messages that come in, one by one: torques on body and rotors, dipoles of torquers."""
 
 from collections.abc import Mapping, Sequence
 from functools import cache
@@ -7,7 +7,7 @@ import numpy as np
 
 from ..dynamics.system import System
 from ..run.scenario import Frames
-from ..run.topics import TOPICS
+from ..run.topics import MAGNETORQUERS, TOPICS
 from . import cdr, contents
 
 # The input of version 0.1 in place of rotor_command: the motor torque on its one rotor.
@@ -18,8 +18,12 @@ _ANY = System(np.eye(3))
 
 def pack_torque(stamp_ns: int, torque_b: Sequence[float] | np.ndarray, frames: Frames) -> bytes:
     """Return the message of the input torque: torque_b (3,) [N m] in body axes."""
-    inputs = contents.Inputs(np.array([stamp_ns]), np.array([torque_b], float))
-    return _torque_packer(frames).pack(inputs).tobytes()
+    return _pack('torque', stamp_ns, torque_b, frames)
+
+
+def pack_dipole(stamp_ns: int, dipole_b: Sequence[float] | np.ndarray, frames: Frames) -> bytes:
+    """Return the message of magnetorquer_command: dipole_b (3,) [A m^2] in body axes."""
+    return _pack(MAGNETORQUERS, stamp_ns, dipole_b, frames)
 
 
 def pack_rotor_torque(torque: float) -> bytes:
@@ -51,6 +55,11 @@ def _command_packer(frames, names):
     return cdr.Message(TOPICS['rotor_command'].type, contents.rotor_command(frames, names))
 
 
+def _pack(name, stamp_ns, vector, frames):
+    inputs = contents.Inputs(np.array([stamp_ns]), np.array([vector], float))
+    return _packer(name, frames).pack(inputs).tobytes()
+
+
 @cache
-def _torque_packer(frames):
-    return contents.message(TOPICS['torque'], frames, _ANY)
+def _packer(name, frames):
+    return contents.message(TOPICS[name], frames, _ANY)

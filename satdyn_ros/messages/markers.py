@@ -1,5 +1,5 @@
 """
-What RViz and Foxglove draw of a satellite: the body, its axes, nadir, rate and momentum.
+What RViz and Foxglove draw of a satellite: the body, its axes, nadir, rate, momentum and dipole.
 
 Everything is in the body frame, so one TF lookup places it.  Sizes are symbolic: the body's
 longest edge and the axes are 1 m, the arrows show directions and are 1.5 m.
@@ -18,6 +18,7 @@ _CUBE, _ARROW, _LINE_LIST = 1, 0, 5
 _WHITE, _GREY, _ORANGE = (1.0, 1.0, 1.0, 1.0), (0.7, 0.7, 0.75, 0.9), (1.0, 0.6, 0.1, 1.0)
 _CYAN, _MAGENTA = (0.2, 0.8, 0.9, 1.0), (0.9, 0.3, 0.9, 1.0)
 _RED, _GREEN, _BLUE = (1.0, 0.2, 0.2, 1.0), (0.2, 1.0, 0.2, 1.0), (0.3, 0.4, 1.0, 1.0)
+_YELLOW = (0.95, 0.9, 0.2, 1.0)
 _ARROW_LENGTH = 1.5
 
 
@@ -44,6 +45,8 @@ def content(header: dict[str, Any], system: System) -> dict[str, Any]:
         'rate': _arrow(_rate, _CYAN),
         'momentum': _arrow(_momentum, _MAGENTA),
     }
+    if system.magnetic_dipole_b is not None:
+        markers['dipole'] = _arrow(_dipole, _YELLOW)
     return {'markers': [{'header': header, 'ns': ns, **marker} for ns, marker in markers.items()]}
 
 
@@ -80,6 +83,10 @@ def _rate(samples):
 def _momentum(samples):
     states = samples.states
     return _along(torque.angular_momentum(samples.system, states.omega_bi_b, states.rotor_speed))
+
+
+def _dipole(samples):
+    return _along(np.broadcast_to(samples.system.magnetic_dipole_b, (len(samples), 3)))
 
 
 def _along(v_b):

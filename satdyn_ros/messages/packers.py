@@ -59,6 +59,8 @@ def _content(sensor: Sensor) -> dict[str, Any]:
     for field in schemas.fields(sensor.message):
         if field.name == f'{sensor.measures}_covariance':
             content[field.name] = _diagonal(sensor.variances)
+        elif field.name == 'variance':
+            (content[field.name],) = sensor.variances
         elif field.name.endswith('_covariance'):
             content[field.name] = _ABSENT
     return content

@@ -1,7 +1,7 @@
 """What the environment is along an orbit: tables of what depends on time alone."""
 
 from collections.abc import Callable
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -22,6 +22,9 @@ from ..environment import (
 from .kepler import KeplerOrbit
 from .pieces import Piece, Pieces, fitted, roots, whole_seconds, within_days
 from .tabled import TabledOrbit
+
+# Of how many times a library is asked in a call, which no other thread of Python interrupts.
+_ROWS = 16
 
 
 class AlongOrbit:
@@ -52,21 +55,14 @@ class AlongOrbit:
     @cached_property
     def magnetic_field(self) -> Pieces:
         """The Earth's field B [T], three functions."""
-
-        def field(t_s):
-            unix_ns, to_itrs, r_t = self._place(t_s)
-            is_dipole = self.field_model == 'dipole'
-            B_t = dipole_field(self._g_t, r_t) if is_dipole else igrf_field(unix_ns, r_t)
-            return turned(to_itrs.swapaxes(-1, -2), B_t)
-
-        return self._fitted(field)
+        return self._fitted(self.modelled_field)
 
     @cached_property
     def air_velocity(self) -> Pieces:
         """The velocity w of the body through air that turns with the Earth [m/s], three."""
 
         def velocity(t_s):
-            pole_i = gcrs_to_itrs(self.unix_ns(t_s))[..., 2, :]
+            pole_i = self._to_itrs_at(t_s)[..., 2, :]
             return air_velocity(*self.orbit.position_velocity(t_s), pole_i)
 
         return self._fitted(velocity)
@@ -96,14 +92,23 @@ class AlongOrbit:
     @cached_property
     def sun(self) -> Pieces:
         """The place of the Sun [m], three functions; steps end at the edges of the shadow."""
-        return self._fitted(
-            lambda t_s: sun_position(self.unix_ns(t_s)), corners=roots(self._shadow_margins)
-        )
+        return self._fitted(self._sun_at, corners=roots(self._shadow_margins))
 
     @cached_property
     def to_itrs(self) -> Pieces:
         """What turns components in GCRS into those in ITRS: nine functions, row by row."""
-        return self._fitted(lambda t_s: gcrs_to_itrs(self.unix_ns(t_s)).reshape(-1, 9))
+        return self._fitted(lambda t_s: self._to_itrs_at(t_s).reshape(-1, 9))
+
+    def modelled_field(self, t_s: np.ndarray) -> np.ndarray:
+        """Return the Earth's field B [T] (N, 3) as its model, not its table, has it."""
+        unix_ns, to_itrs, r_t = self._place(t_s)
+        is_dipole = self.field_model == 'dipole'
+        B_t = dipole_field(self._g_t, r_t) if is_dipole else igrf_field(unix_ns, r_t)
+        return turned(to_itrs.swapaxes(-1, -2), B_t)
+
+    def modelled_sun(self, t_s: np.ndarray) -> np.ndarray:
+        """Return the place of the Sun [m] (N, 3) as the ephemeris, not its table, has it."""
+        return sun_position(self.unix_ns(t_s))
 
     def unix_ns(self, t_s: np.ndarray) -> np.ndarray:
         """Return times from tick 0 as Unix times."""
@@ -114,9 +119,29 @@ class AlongOrbit:
 
     def _place(self, t_s):
         unix_ns, (r_i, _) = self.unix_ns(t_s), self.orbit.position_velocity(t_s)
-        to_itrs = gcrs_to_itrs(unix_ns)
+        to_itrs = self._to_itrs_at(t_s)
         return unix_ns, to_itrs, turned(to_itrs, r_i)
 
     def _shadow_margins(self, t_s):
         r_i, _ = self.orbit.position_velocity(t_s)
-        return np.stack(shadow_margins(r_i, sun_position(self.unix_ns(t_s))), axis=-1)
+        return np.stack(shadow_margins(r_i, self._sun_at(t_s)), axis=-1)
+
+    # Half of what the tables cost is these two, and several tables have the same nodes.
+    @cached_property
+    def _to_itrs_at(self):
+        return _kept(lambda t_s: gcrs_to_itrs(self.unix_ns(t_s)))
+
+    @cached_property
+    def _sun_at(self):
+        return _kept(lambda t_s: sun_position(self.unix_ns(t_s)))
+
+
+def _kept(function):
+    """Return a function of times (N,) that is kept for those that it was last asked for."""
+    at = lru_cache(8)(lambda times: _by_parts(function, np.frombuffer(times)))
+    return lambda t_s: at(t_s.tobytes())
+
+
+def _by_parts(function, t_s):
+    parts = np.split(t_s, range(_ROWS, len(t_s), _ROWS))
+    return np.concatenate([function(part) for part in parts])

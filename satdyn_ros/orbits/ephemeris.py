@@ -84,13 +84,13 @@ class EphemerisOrbit(OrbitSource):
         return tuple(segment.stretch for segment in self._segments)
 
     def outside(self, t_s: float) -> str:
-        """Return the sentence that refuses a time in no segment."""
+        """Return the sentence that refuses a time in no segment, or what follows on its end."""
         begin, end = map(self._epoch, self._bounds_s)
         is_gap = self._bounds_s[0] < t_s < self._bounds_s[1]
         gap = ', with a gap between two segments there' if is_gap else ''
-        return (
-            f'orbit.file has no position at {self._epoch(t_s)}: it goes from {begin} to {end}{gap}'
-        )
+        is_last = any(t_s == segment.end_s for segment in self._segments)
+        where = f'{"after" if is_last else "at"} {self._epoch(t_s)}'
+        return f'orbit.file has no position {where}: it goes from {begin} to {end}{gap}'
 
     def coefficients(self, piece: Piece) -> np.ndarray:
         """Return those of r_i and v_i over a piece, (6, terms)."""

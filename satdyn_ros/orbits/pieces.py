@@ -8,8 +8,8 @@ before: a library's last bit may change with the number of rows.
 
 import math
 import sys
-import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from functools import lru_cache
 from itertools import pairwise
@@ -30,6 +30,8 @@ _TERMS = 16
 _DAY_S = 86_400.0
 # More than a day of a low orbit, 0.4 MB: runs that share the orbit share them.
 _KEPT = 256
+# One thread, whatever there is to make: each would take its turn before the one that ticks.
+_AHEAD = ThreadPoolExecutor(1, 'tables')
 
 
 class Stretch(NamedTuple):
@@ -234,7 +236,9 @@ class Pieces:
         if piece != self._last_asked and piece.number < piece.stretch.last:
             self._last_asked = piece
             following = Piece(piece.stretch, piece.number + 1)
-            threading.Thread(target=self._make_ahead, args=(following,)).start()
+            # Where Python ends, a thread that still goes on makes its pieces when it needs them.
+            with suppress(RuntimeError):
+                _AHEAD.submit(self._make_ahead, following)
         return table
 
     def _make_ahead(self, piece):

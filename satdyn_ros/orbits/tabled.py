@@ -87,7 +87,7 @@ class TabledOrbit:
         """Return some columns of the table, each (..., 3)."""
         t_s = np.asarray(t_s, float)
         values = self.pieces.values(t_s.ravel(), np.concatenate(wanted))
-        return np.split(values.reshape(*t_s.shape, -1), len(wanted), axis=-1)
+        return np.split(values.reshape(*t_s.shape, values.shape[1]), len(wanted), axis=-1)
 
     def position_velocity(self, t_s: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Return r_i [m] and v_i [m/s], each (..., 3)."""

@@ -44,8 +44,8 @@ class History:
     drift: by first integral its largest relative change since the last event so far, of all ticks,
     (N,), nan where it is not one.  largest_drift: the same over the whole run.  motions: the first
     MOST_MOTIONS of the run, by the tick where they begin.  events: what happened, with the time of
-    each.  driven: the intervals [s] in which an applied torque acts.  sensors: by their names the
-    errors of at most as many measurements as there may be rows.
+    each.  driven: the intervals [s] in which a commanded torque or dipole acts.  sensors: by their
+    names the errors of at most as many measurements as there may be rows.
     """
 
     scenario: Scenario
@@ -134,7 +134,7 @@ def history(
         if start < first:
             continue
         events += [(run.ticks.seconds(event.tick), event) for event in applied]
-        if np.any(samples.system.torque_b) or np.any(samples.system.rotor_torque):
+        if samples.system.is_commanded:
             _extend(driven, run.ticks.seconds(start), run.ticks.seconds(start + len(samples)))
         largest |= {name: max(largest.get(name, 0.0), value) for name, value in so_far.items()}
         bounds.take(samples)

@@ -192,10 +192,10 @@ def sensor(axes: 'Axes', history: History, name: str) -> None:
 
 
 def _measured(axes, history, errors, scale):
-    """Draw errors about the three axes of a sensor, the noisiest behind the others."""
+    """Draw errors about the axes of a sensor, the noisiest behind the others."""
     seconds, _ = time_unit(history)
     t = errors.t_s / seconds
-    for i, name in enumerate('xyz'):
+    for i, name in enumerate('xyz'[-len(errors.sigma) :]):
         colour, order = COLOURS[i], 2.0 - errors.sigma[i] / max(errors.sigma.max(), _LEAST_SHOWN)
         axes.plot(
             t, errors.error[:, i] / scale, color=colour, label=name, lw=0.6, zorder=2.0 + order

@@ -4,15 +4,18 @@ Measurement minus truth, for each sensor of a run.
 The truth is what the sensor would give without any error, with the same mounting and sampling.
 Without noise it would differ from that by its systematic errors: the bias with its random walk,
 the scale factor, the misalignment.  What it counts from sample to sample is taken from the
-attitudes (turns.py): no error of its own counting cancels out.
+attitudes (turns.py), and what it sees of the environment from the models, not from the tables
+that fly: no error of these cancels out.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
-from ..dynamics.motion import Motion
+from ..dynamics.motion import Motion, States
 from ..run.events import Event, Request, Reset
 from ..run.samples import Samples
 from ..run.ticks import Ticks
@@ -23,11 +26,11 @@ from .turns import FlownAgain
 @dataclass(frozen=True, eq=False)
 class SensorErrors:
     """
-    The errors of M measurements of a sensor, about its axes.
+    The errors of M measurements of a sensor, about its axes, or the one, z.
 
-    t_s (M,): of the exposures [s from tick 0].  error (M, 3): measurement minus truth, see
-    Sensor.error.  systematic (M, 3): the part of it that is not noise.  sigma (3,): the standard
-    deviation of the noise, as in the messages' covariance.
+    t_s (M,): of the exposures [s from tick 0].  error (M, 3) or (M, 1): measurement minus truth,
+    see Sensor.error.  systematic: the part of it that is not noise.  sigma (3,) or (1,): the
+    standard deviation of the noise, as in the messages' covariance.
     """
 
     sensor: Sensor
@@ -73,8 +76,13 @@ class ErrorsOfSensors:
             # What was exposed before the first samples has no truth here.
             values = measured.values[len(measured) - len(exposed) :]
             kept = (exposed % self._every[name] == 0) & (exposed >= self._window.start)
-            parts = (values, true[name].values, noiseless[name].values)
-            self._found[name].append((exposed[kept], *(part[kept] for part in parts)))
+            truth = true[name].values[kept]
+            if self._sensors[name].needs and np.any(kept):
+                rows = exposed[kept] - samples.first_tick
+                truth = self._sensors[name].truth(_modelled(samples.states.rows(rows)))
+            self._found[name].append(
+                (exposed[kept], values[kept], truth, noiseless[name].values[kept])
+            )
 
     def _turns(self, motion: Motion, samples: Samples) -> np.ndarray:
         """Return the turns (N, 3) [rad] from the ticks before, zero where none is wanted."""
@@ -114,3 +122,24 @@ class ErrorsOfSensors:
             systematic=sensor.error(noiseless, true),
             sigma=np.sqrt(sensor.variances),
         )
+
+
+def _modelled(states: States) -> States:
+    """Return states whose environment is that of the models."""
+    along = states.environment
+    assert along is not None
+    models: Any = SimpleNamespace(
+        magnetic_field=_Model(along.modelled_field), sun=_Model(along.modelled_sun)
+    )
+    return replace(states, environment=models)
+
+
+@dataclass(frozen=True)
+class _Model:
+    """A model in the place of its table."""
+
+    function: Callable[[np.ndarray], np.ndarray]
+
+    def values(self, t_s: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        """Return what a table of it would give."""
+        return self.function(t_s)[:, columns]

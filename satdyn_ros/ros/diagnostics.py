@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
@@ -15,7 +16,7 @@ from rclpy.subscription import Subscription
 from ..dynamics.integrals import relative_drift
 from ..dynamics.motion import Motion, States, joined
 from ..messages import qos
-from ..run.events import Event, RotorLimited
+from ..run.events import DipoleCommand, Event, RotorLimited
 from ..run.samples import Samples
 from ..run.simulation import Simulation
 from .inputs import InputCounts
@@ -188,21 +189,28 @@ def recorder_report(recorder: 'Recorder | None') -> Report:
 
 
 class InputsReport:
-    """The torques that act, what the rotors' limits cut, and messages refused or lost."""
+    """The torques and the dipole that act, what limits cut, and messages refused or lost."""
 
     def __init__(self, counts: InputCounts, simulation: Simulation):
         self._counts, self._simulation = counts, simulation
         self._refused = self._lost = 0
         self._limited: Counter[str] = Counter()
+        self._max_dipole = np.array(simulation.scenario['magnetorquer.max_dipole'])
 
     def take(self, applied: list[Event]) -> None:
         """Process the events of a tick."""
         self._limited.update(event.limit for event in applied if isinstance(event, RotorLimited))
+        self._limited['max_dipole'] += sum(
+            bool(np.any(np.abs(event.dipole_b) > self._max_dipole))
+            for event in applied
+            if isinstance(event, DipoleCommand)
+        )
 
     def __call__(self) -> Report:
         """Return the state of the inputs."""
-        counts, system = self._counts, self._simulation.system
-        applied = {'torque': tuple(system.torque_b.tolist()), **self._simulation.torques_b}
+        counts, simulation = self._counts, self._simulation
+        system = simulation.system
+        applied = {'torque': tuple(system.torque_b.tolist()), **simulation.torques_b}
         values: dict[str, Any] = {
             f'{name} that acts [N m]': torque_b for name, torque_b in applied.items()
         }
@@ -210,6 +218,13 @@ class InputsReport:
             'rotor torques that act [N m]': tuple(system.rotor_torque.tolist()),
             'cut to max_torque': self._limited['max_torque'],
             'dropped at max_speed': self._limited['max_speed'],
+        }
+        if simulation.scenario.has_magnetorquers:
+            values |= {
+                'dipole that acts [A m^2]': tuple(system.dipole_b.tolist()),
+                'cut to max_dipole': self._limited['max_dipole'],
+            }
+        values |= {
             'accepted': counts.accepted,
             'refused': counts.refused,
             'lost on the way': counts.lost,

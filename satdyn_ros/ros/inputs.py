@@ -1,4 +1,4 @@
-"""The inputs: torques that come in on topics and act at the next tick."""
+"""The inputs: commands that come in on topics and act at the next tick."""
 
 import time
 from collections.abc import Callable
@@ -14,9 +14,10 @@ from rclpy.subscription import Subscription
 from ..base.sentences import one_sentence
 from ..dynamics.system import System
 from ..messages import qos
-from ..run.events import Event, RotorCommand, Torque, rotor_torques
+from ..run.events import DipoleCommand, Event, RotorCommand, Torque, rotor_torques
 from ..run.scenario import Scenario
 from ..run.ticks import Ticks
+from ..run.topics import MAGNETORQUERS
 from .pacing import Pacing
 from .publishing import message_class, qos_profile
 
@@ -34,14 +35,14 @@ class InputCounts:
     reason: str = ''
 
 
-class TorqueInputs:
+class CommandInputs:
     """
-    The subscriptions of applied torques and, where a rotor is a motor, of `rotor_command`.
+    The subscriptions of applied torques and, where there are such, of motors and magnetorquers.
 
     A message is refused in another frame than the body's, with a force or a speed, with a number
     that is not finite, or where motion.method is exact and there is no closed form with it; of
     each kind of refusal a warning comes at most every ten seconds.
-    timeout_s: simulated time after which a torque drops to zero; 0: never.  subscriptions: by the
+    timeout_s: simulated time after which a command drops to zero; 0: never.  subscriptions: by the
     names of their topics.
     """
 
@@ -56,6 +57,8 @@ class TorqueInputs:
             self._subscribe(topic, partial(self._take_torque, topic))
         if any(rotor.mode == 'motor' for rotor in scenario.system.rotors):
             self._subscribe('rotor_command', self._take_rotor_command)
+        if scenario.has_magnetorquers:
+            self._subscribe(MAGNETORQUERS, self._take_dipole)
 
     def _subscribe(self, name: str, callback: Callable):
         topic = self._scenario.topic_table[name]
@@ -72,11 +75,8 @@ class TorqueInputs:
 
     def _take_torque(self, topic, message):
         x, y, z = message.wrench.torque.x, message.wrench.torque.y, message.wrench.torque.z
-        frame, body = message.header.frame_id, self._scenario.frames.body
-        if frame not in ('', body):
-            return self._refuse(
-                'frame', f'{topic} is given in the frame {frame}; it must be {body} or empty'
-            )
+        if not self._is_in_body_axes(topic, message):
+            return
         force = message.wrench.force
         if (force.x, force.y, force.z) != (0.0, 0.0, 0.0):
             return self._refuse(
@@ -90,6 +90,17 @@ class TorqueInputs:
 
         if self._is_taken(topic, (x, y, z), torque_b=np.array([x, y, z])):
             self._pacing.put(event_at, topic)
+
+    def _take_dipole(self, message):
+        x, y, z = message.vector.x, message.vector.y, message.vector.z
+
+        def event_at(tick: int) -> Event:
+            return DipoleCommand(tick, (x, y, z), self._until(tick))
+
+        if self._is_in_body_axes(MAGNETORQUERS, message) and self._is_taken(
+            MAGNETORQUERS, (x, y, z), 'A m^2'
+        ):
+            self._pacing.put(event_at, MAGNETORQUERS)
 
     def _take_rotor_command(self, message):
         names, efforts = list(message.name), list(message.effort)
@@ -122,10 +133,16 @@ class TorqueInputs:
     def _until(self, tick):
         return self._ticks.timeout(tick, self.timeout_s)
 
-    def _is_taken(self, name, numbers, **torques):
+    def _is_in_body_axes(self, name, message):
+        frame, body = message.header.frame_id, self._scenario.frames.body
+        return frame in ('', body) or self._refuse(
+            'frame', f'{name} is given in the frame {frame}; it must be {body} or empty'
+        )
+
+    def _is_taken(self, name, numbers, unit='N m', **torques):
         if not all(isfinite(number) for number in numbers):
             given = ', '.join(f'{number:g}' for number in numbers)
-            return self._refuse(name, f'{name} is {given}; it must be finite [N m]')
+            return self._refuse(name, f'{name} is {given}; it must be finite [{unit}]')
         try:
             self._check_closed_form(replace(self._scenario.system, **torques))
         except ValueError as error:

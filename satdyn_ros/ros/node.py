@@ -32,7 +32,7 @@ from .diagnostics import (
     connections_report,
     recorder_report,
 )
-from .inputs import TorqueInputs
+from .inputs import CommandInputs
 from .lateness import Lateness
 from .pacing import Pacing
 from .parameter_service import ParameterService
@@ -153,7 +153,7 @@ class SatdynNode(rclpy.node.Node):
             lambda: realtime.raise_priority(scenario, warn),
             moment.monotonic_ns,
         )
-        self._inputs = TorqueInputs(self, scenario, self._simulation.ticks, self._pacing)
+        self._inputs = CommandInputs(self, scenario, self._simulation.ticks, self._pacing)
         self._own_services = Services(self, parameters, self._pacing, self._record)
         if find_spec('simulation_interfaces'):
             from .standard_services import StandardServices

@@ -20,6 +20,8 @@ from .orbits import EARTH_TO
 
 # The models of what there is, none by default.
 MODELS = ('environment.magnetic_field', 'environment.atmosphere', 'environment.sun')
+# What the field turns.
+_DIPOLES = tuple(key.name for key in Magnetic.keys)
 _AIR: dict[str, Any] = {'exponential': Exponential, 'msis': Msis}
 # Keys that belong to one model of the air: key, the choosing key, the choice.
 OF_THE_AIR = tuple(
@@ -84,8 +86,9 @@ def plates(values: Mapping[str, Any]) -> list[Plate]:
 
 def without_effect(values: Mapping[str, Any]) -> Iterator[str]:
     """Yield a sentence on each thing that is described and that nothing acts on."""
-    if any(values['body.dipole']) and values['environment.magnetic_field'] == 'none':
-        yield 'body.dipole is given, and without environment.magnetic_field it does nothing'
+    for name in _DIPOLES:
+        if any(values[name]) and values['environment.magnetic_field'] == 'none':
+            yield f'{name} is given, and without environment.magnetic_field it does nothing'
     if 'none' == values['environment.atmosphere'] == values['environment.sun'] and plates(values):
         name = 'body.box' if any(values['body.box']) else 'surface.names'
         yield (
@@ -132,7 +135,7 @@ def torques_of(
         return ()
     torques: list[BodyTorque] = []
     names, surface = asked(values), plates(values)
-    if 'environment.magnetic_field' in names and np.any(values['body.dipole']):
+    if 'environment.magnetic_field' in names and any(np.any(values[name]) for name in _DIPOLES):
         torques.append(Magnetic(values['body.dipole'], along_orbit.magnetic_field))
     if 'environment.atmosphere' in names and surface:
         torques.append(Aerodynamic(surface, along_orbit.air_velocity, along_orbit.log_density))

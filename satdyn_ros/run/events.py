@@ -8,11 +8,12 @@ tick; torques leave it and act from then on.  In a file, events are a YAML list:
     - {at_s: 20, request: {initial.angular_velocity: [0.0, 0.0, 0.1]}}
     - {tick: 3000, reset: true}
     - {at_s: 40, rotor_torque: 0.05, until_s: 45}
+    - {at_s: 50, magnetorquer: [0.0, 0.0, 0.1]}
     - {at_s: 60, topics: [attitude]}
 
-Each acts at a tick, or at the first tick at or after at_s seconds from tick 0.  A torque
-ends after torque.timeout, as in the node, unless until_s or until_tick says when; null: it holds
-until the next one.  With rotor.names a rotor_torque is given by name,
+Each acts at a tick, or at the first tick at or after at_s seconds from tick 0.  A torque and
+a dipole end after torque.timeout, as in the node, unless until_s or until_tick says when; null: it
+holds until the next one.  With rotor.names a rotor_torque is given by name,
 {rw_x: 0.001, rw_z: -0.002}; rotors that it does not name keep theirs.  With torque.names so is a
 torque, {drag: [0.0, 0.0, 0.01]}.
 """
@@ -74,9 +75,26 @@ class RotorCommand:
 
 
 @dataclass(frozen=True)
+class DipoleCommand:
+    """
+    The dipole [A m^2] of the magnetorquers, body axes, held until the next one or until a tick.
+
+    It is as it is given: what acts is cut to their largest.
+    """
+
+    tick: int
+    dipole_b: tuple[float, float, float]
+    until_tick: int | None = None
+
+
+# What is recorded as the message that brings it.
+Command = Torque | RotorCommand | DipoleCommand
+
+
+@dataclass(frozen=True)
 class Timeout:
     """
-    The end of a held torque, which drops to zero: its topic, or 'rotor_command.NAME' of a rotor.
+    The end of a held command, which drops to zero: its topic, or 'rotor_command.NAME' of a rotor.
 
     Version 0.1 wrote 'rotor_torque' for the one rotor that it had.
     """
@@ -121,6 +139,7 @@ Event = (
     | Reset
     | Torque
     | RotorCommand
+    | DipoleCommand
     | Timeout
     | RotorLimited
     | Topics
@@ -139,13 +158,16 @@ _UNTIL = {
     'until_tick': Key('until_tick', 'integer', None, '', '', low=0),
 }
 _TORQUE = Key('torque', 'double_array', None, 'N m', '', lengths=(3,))
+_DIPOLE = Key('magnetorquer', 'double_array', None, 'A m^2', '', lengths=(3,))
 _ROTOR_TORQUE = Key('rotor_torque', 'double', None, 'N m', '')
 _FLAGS: dict[str, Callable[[int], Event]] = {
     'reset': Reset,
     'torques_dropped': TorquesDropped,
     'halt': Halt,
 }
-_WHAT = ('torque', 'rotor_torque', 'request', 'topics', 'timeout', 'rotor_limited', *_FLAGS)
+# What is held.
+_HELD = ('torque', 'rotor_torque', 'magnetorquer')
+_WHAT = (*_HELD, 'request', 'topics', 'timeout', 'rotor_limited', *_FLAGS)
 
 
 def from_yaml(path: str | Path, scenario: Scenario) -> list[Event]:
@@ -217,7 +239,7 @@ def _events(entry, scenario) -> Iterator[Event]:
     at = _only(entry, _AT)
     ticks = Ticks(scenario.rate, scenario.epoch_ns)
     tick = _tick(ticks, at, _AT[at].checked(entry[at]))
-    if what not in ('torque', 'rotor_torque') and any(name in entry for name in _UNTIL):
+    if what not in _HELD and any(name in entry for name in _UNTIL):
         raise ValueError(f'{what} does not end; until_s and until_tick belong to torques')
     value = entry[what]
     match what:
@@ -228,6 +250,9 @@ def _events(entry, scenario) -> Iterator[Event]:
         case 'rotor_torque':
             until_tick = _until(entry, tick, ticks, scenario)
             yield RotorCommand(tick, rotor_torques(value, scenario), until_tick)
+        case 'magnetorquer':
+            until_tick = _until(entry, tick, ticks, scenario)
+            yield DipoleCommand(tick, dipole(value, scenario), until_tick)
         case 'request':
             if not isinstance(value, Mapping):
                 raise ValueError(f'request is {value}; it must be keys and values')
@@ -240,7 +265,7 @@ def _events(entry, scenario) -> Iterator[Event]:
             yield RotorLimited(tick, str(value['rotor']), str(value['limit']))
         case 'timeout':
             held = [f'rotor_command.{rotor.label}' for rotor in scenario.system.rotors]
-            choices = (*scenario.torque_topics, *held, 'rotor_torque')
+            choices = (*scenario.inputs, *held, 'rotor_torque')
             key = Key('timeout', 'string', None, '', '', choices=choices)
             yield Timeout(tick, key.checked(value))
         case _:
@@ -311,6 +336,20 @@ def rotor_torques(given: Any, scenario: Scenario) -> dict[str, float]:
     }
 
 
+def dipole(given: Any, scenario: Scenario) -> tuple[float, float, float]:
+    """
+    Return a dipole [A m^2] from what is given.
+
+    ValueError, in one sentence: there is no magnetorquer, or it is not three finite numbers.
+    """
+    if not scenario.has_magnetorquers:
+        raise ValueError(
+            f'magnetorquer is {given} and magnetorquer.max_dipole is 0 along all axes; it must be '
+            'above 0 along one'
+        )
+    return _DIPOLE.checked(given)
+
+
 def _only(entry, names):
     """Return the one of names that the entry has."""
     given = [name for name in names if name in entry]
@@ -347,6 +386,8 @@ def _entry(event) -> dict[str, Any]:
             what = {'torque': torque, 'until_tick': event.until_tick}
         case RotorCommand():
             what = {'rotor_torque': dict(event.torques), 'until_tick': event.until_tick}
+        case DipoleCommand():
+            what = {'magnetorquer': list(event.dipole_b), 'until_tick': event.until_tick}
         case RotorLimited():
             what = {'rotor_limited': {'rotor': event.rotor, 'limit': event.limit}}
         case Request():

@@ -473,9 +473,9 @@ KEYS = {
             'string_array',
             (),
             '',
-            'the sensors that measure, each described by sensors.NAME.type and so on; one called '
-            f'{" or ".join(KINDS)} is of the type of its name; each publishes on the topic of its '
-            'name',
+            'the sensors that measure, each described by sensors.NAME.type and so on; one with '
+            f'the name of a type, {", ".join(KINDS)}, is of that type; each publishes on the '
+            'topic of its name',
         ),
         Key(
             'sensors.seed',
@@ -525,14 +525,19 @@ KEYS = {
 }
 
 
+# Those that version 0.2 did not have.
+_LATER_SENSORS = tuple(
+    f'sensors.{name}.' for name in KINDS if name not in ('gyro', 'star_tracker')
+)
 # What is left out of a text where it is not given: most scenarios have none of it.
 OPTIONAL = tuple(
     name
     for name in KEYS
-    if name.startswith(('environment.', 'surface.', 'body.box'))
+    if name.startswith(('environment.', 'surface.', 'body.box', *_LATER_SENSORS))
     or name
     in (
         'body.dipole',
+        'magnetorquer.max_dipole',
         'frames.earth',
         'orbit.position',
         'orbit.velocity',
@@ -540,6 +545,7 @@ OPTIONAL = tuple(
         'orbit.file',
         'orbit.j2',
         'orbit.reference_radius',
+        'sensors.star_tracker.sun_exclusion',
         'torque.names',
     )
 )

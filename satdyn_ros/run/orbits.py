@@ -1,5 +1,6 @@
 """The orbit of a scenario, and what its values may not be together."""
 
+import math
 from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
@@ -71,6 +72,11 @@ _tabled = lru_cache(maxsize=4)(TabledOrbit)
 def is_tabled(values: Mapping[str, Any]) -> bool:
     """Return whether the orbit is a table, which many runs can only share."""
     return values['orbit.type'] in OF_A_TEXT or values['orbit.j2'] != 0.0
+
+
+def known_until(orbit: FixedDirection | KeplerOrbit | TabledOrbit, t_s: float) -> float:
+    """Return up to when [s] an orbit is known from a time on; ValueError: it is not there."""
+    return orbit.pieces.covered_until(t_s) if isinstance(orbit, TabledOrbit) else math.inf
 
 
 def ellipse(values: Mapping[str, Any]) -> tuple[Any, Any, Any]:

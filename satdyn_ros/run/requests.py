@@ -5,6 +5,7 @@ from typing import Any
 
 from ..dynamics.motion import Halted
 from ..integrate.propagation import Propagation
+from .orbits import known_until
 from .scenario import Scenario
 from .segment import MOST_STEPS_A_TICK, NO_STAMP
 from .ticks import Ticks
@@ -26,7 +27,8 @@ def try_out(conditions: Scenario, tick: int) -> None:
     """
     Raise ValueError unless a motion can start from the initial conditions at a tick.
 
-    Tried are the ticks that follow, or fewer where these take many steps; no torque acts.
+    Tried are the ticks that follow, or fewer where these take many steps or the orbit ends; no
+    torque acts.
     """
     ticks = Ticks(conditions.rate, conditions.epoch_ns)
     if tick > ticks.last:
@@ -35,9 +37,10 @@ def try_out(conditions: Scenario, tick: int) -> None:
     motion = conditions.motion_from(
         conditions.system, conditions.state_at(start_s), start_s, MOST_STEPS_A_TICK
     )
+    known_s = known_until(conditions.system.orbit, start_s) - start_s
     try:
         for t_s in ticks.seconds_between(0, 1, _TRIED_TICKS + 1):
-            motion.at(t_s)
+            motion.at(min(t_s, known_s))
             if isinstance(motion, Propagation) and motion.steps > _TRIED_STEPS:
                 break
     except Halted as halted:

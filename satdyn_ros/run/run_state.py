@@ -6,11 +6,13 @@ from functools import reduce
 from operator import add
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..dynamics.system import State, System
 from ..integrate.propagation import Propagation
 from ..sensors import Suite
 from .events import (
+    DipoleCommand,
     Event,
     Halt,
     Request,
@@ -27,9 +29,10 @@ from .rules import EVENTS_FOLLOW, RULES
 from .scenario import Scenario
 from .segment import MOST_STEPS_A_TICK, Segment
 from .ticks import Ticks
-from .topics import is_torque
+from .topics import MAGNETORQUERS, is_torque
 
 NO_TORQUE: TorqueB = (0.0, 0.0, 0.0)
+NO_DIPOLE = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +60,7 @@ class RunState:
     @property
     def has_torque(self) -> bool:
         """Whether any torque acts."""
-        return bool(np.any(self.system.torque_b) or np.any(self.system.rotor_torque))
+        return self.system.is_commanded
 
     def restarted(self, tick: int, state: State, system: System) -> 'RunState':
         """
@@ -114,7 +117,8 @@ class _Happening:
             if not isinstance(event, kinds):
                 return
             if drops:
-                free = run.system.driven(np.zeros(3), np.zeros(len(run.system.rotors)))
+                no_motor = np.zeros(len(run.system.rotors))
+                free = run.system.driven(np.zeros(3), no_motor, np.zeros(3))
                 run = replace(run, torques_b=dict.fromkeys(run.torques_b, NO_TORQUE), until={})
                 self.run = run.restarted(before, run.segment.state_at(before), free)
             else:
@@ -144,6 +148,10 @@ class _Happening:
                 self._apply(event.topic, event.torque_b, event.until_tick)
             case Timeout() if is_torque(event.topic):
                 self._apply(event.topic, NO_TORQUE, None)
+            case DipoleCommand():
+                self._magnetise(event.dipole_b, event.until_tick)
+            case Timeout(topic=topic) if topic == MAGNETORQUERS:
+                self._magnetise(NO_DIPOLE, None)
             case RotorCommand():
                 cut = self._command(event.torques, event.until_tick)
             case Timeout():
@@ -178,6 +186,11 @@ class _Happening:
         self._drive(rotor_torque=acting)
         return cut
 
+    def _magnetise(self, dipole_b: Sequence[float], until_tick: int | None) -> None:
+        """Let the magnetorquers have a dipole, as far as they can."""
+        self._hold([MAGNETORQUERS], until_tick)
+        self._drive(dipole_b=within_max_dipole(self.run.conditions, dipole_b))
+
     def _hold(self, topics: Iterable[str], until_tick: int | None) -> None:
         new = dict.fromkeys(topics, until_tick)
         held = {name: until for name, until in self.run.until.items() if name not in new}
@@ -199,7 +212,9 @@ class _Happening:
 
     def _restart_from_conditions(self) -> None:
         run, acting = self.run, self.run.system
-        system = run.conditions.system.driven(acting.torque_b, acting.rotor_torque)
+        system = run.conditions.system.driven(
+            acting.torque_b, acting.rotor_torque, acting.dipole_b
+        )
         run = replace(run, suite=run.suite.restarted())
         start_s = run.ticks.seconds(self.tick)
         state = run.conditions.state_at(start_s)
@@ -241,6 +256,13 @@ def within_max_torque(
             cut.append(rotor.label)
         acting[i] = torque
     return acting, cut
+
+
+def within_max_dipole(scenario: Scenario, dipole_b: ArrayLike) -> np.ndarray:
+    """Return the dipole (3,) [A m^2] that the magnetorquers have when one is asked for."""
+    most = np.array(scenario['magnetorquer.max_dipole'])
+    # A zero has no sign: -0.0 would be another command.
+    return np.clip(np.asarray(dipole_b), -most, most) + 0.0
 
 
 def has_max_speed(system: System) -> bool:

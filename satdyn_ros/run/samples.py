@@ -32,7 +32,7 @@ class Measured(Stamped):
     What a sensor gives at some of consecutive ticks.
 
     places (M,): their ticks, counted from the first; stamps_ns (M,) int64: of the exposures;
-    values (M, 3) or (M, 4), as of the sensor.
+    values (M, 3), (M, 4) or (M,), as of the sensor.
     """
 
     places: np.ndarray
@@ -58,28 +58,14 @@ class Samples(Stamped):
     @cached_property
     def to_itrs(self) -> np.ndarray:
         """The matrices (N, 3, 3) that turn components in inertial axes into ITRS."""
-        return self._along('to_itrs', 9).reshape(-1, 3, 3)
+        environment = self.states.environment
+        assert environment is not None
+        return environment.to_itrs.values(self.states.orbit_s, np.arange(9)).reshape(-1, 3, 3)
 
     @cached_property
     def geodetic(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Latitude and longitude [rad] and height [m] on WGS 84, (N,) each."""
         return geodetic(turned(self.to_itrs, self.states.r_i))
-
-    @cached_property
-    def sun_i(self) -> np.ndarray:
-        """The place of the Sun from the Earth's centre [m], inertial axes, (N, 3)."""
-        return self._along('sun', 3)
-
-    @cached_property
-    def magnetic_field_i(self) -> np.ndarray:
-        """The Earth's magnetic field [T], inertial axes, (N, 3)."""
-        return self._along('magnetic_field', 3)
-
-    def _along(self, table, functions):
-        """Return the functions of a table of the environment."""
-        return getattr(self.system.environment, table).values(
-            self.states.orbit_s, np.arange(functions)
-        )
 
 
 def merged(parts: Sequence[Samples]) -> Samples:

@@ -29,7 +29,7 @@ from .parameter_file import (
     yaml_of_parameters,
 )
 from .ticks import rate_of
-from .topics import Topic, topics_with, torque_topics
+from .topics import MAGNETORQUERS, Topic, topics_with, torque_topics
 
 
 @dataclass(frozen=True)
@@ -246,6 +246,17 @@ class Scenario:
     def torque_topics(self) -> tuple[str, ...]:
         """The topics of the applied torques, in the order in which they are summed."""
         return torque_topics(self['torque.names'])
+
+    @property
+    def has_magnetorquers(self) -> bool:
+        """Whether there is a magnetorquer along any axis."""
+        return any(self['magnetorquer.max_dipole'])
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """The topics of what can be commanded, by their names in the table of topics."""
+        magnetorquers = (MAGNETORQUERS,) if self.has_magnetorquers else ()
+        return (*self.torque_topics, 'rotor_command', *magnetorquers)
 
     @cached_property
     def sensors(self) -> dict[str, Sensor]:

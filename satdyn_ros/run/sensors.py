@@ -69,7 +69,7 @@ def by_rules(sensors: Mapping[str, Sensor], rules: int) -> dict[str, Sensor]:
 
 
 def rules(values: Mapping[str, Any]) -> Rules:
-    """Check what is said of sensors that are not there, and what the orbit does not allow."""
+    """Check what is said of sensors that are not there, and what orbit and environment allow."""
     for sensor in [kind for kind in KINDS if kind not in values['sensors.names']]:
         for name, key in KEYS.items():
             if name.startswith(f'sensors.{sensor}.') and (yield values[name] != key.default):
@@ -77,10 +77,20 @@ def rules(values: Mapping[str, Any]) -> Rules:
                     f'{name} is given, and sensors.names has no {sensor}; add it there or leave '
                     f'{name} out'
                 )
-    if values['orbit.type'] != 'fixed':
-        return
     for sensor, kind in kinds(values).items():
-        for leaf in kind.with_orbit:
+        if kind.needs and (yield values[kind.needs] == 'none'):
+            raise ValueError(
+                f'sensors.names has {sensor}, a {kind.kind}, and {kind.needs} is none; give '
+                f'{kind.needs}, or leave {sensor} out'
+            )
+        for leaf in kind.with_sun if values['environment.sun'] == 'none' else ():
+            value = values[f'sensors.{sensor}.{leaf}']
+            if (yield value != 0.0):
+                raise ValueError(
+                    f'sensors.{sensor}.{leaf} is {value:g}, and environment.sun is none; give '
+                    f'environment.sun, or leave sensors.{sensor}.{leaf} out'
+                )
+        for leaf in kind.with_orbit if values['orbit.type'] == 'fixed' else ():
             value = values[f'sensors.{sensor}.{leaf}']
             if (yield value != 0.0):
                 raise ValueError(

@@ -15,6 +15,7 @@ from ..dynamics.system import State, System
 from ..sensors import Measurements, Suite
 from .events import (
     Derived,
+    DipoleCommand,
     Event,
     Request,
     Reset,
@@ -24,11 +25,13 @@ from .events import (
     TorqueB,
     as_given,
     body_torques,
+    dipole,
     rotor_torques,
 )
 from .requests import requested
 from .rules import EVENTS_FOLLOW, RULES
 from .run_state import (
+    NO_DIPOLE,
     NO_TORQUE,
     RunState,
     has_max_speed,
@@ -41,7 +44,7 @@ from .scenario import Scenario
 from .segment import MOST_STEPS_A_TICK, Segment
 from .sensors import by_rules
 from .ticks import Ticks
-from .topics import is_torque
+from .topics import MAGNETORQUERS, is_torque
 
 
 class RunHalted(RuntimeError):  # noqa: N818
@@ -83,6 +86,7 @@ class Simulation:
         self._begin_block()
         self._torques_of_step: Iterable[str] = ()
         self._rotors_of_step: frozenset[str] = frozenset()
+        self._has_dipole_of_step = False
 
     def __repr__(self) -> str:
         at_s = self.ticks.seconds(self.next_tick)
@@ -216,14 +220,16 @@ class Simulation:
         self,
         torque_b: Sequence[float] | np.ndarray | Mapping[str, Sequence[float]] | None = None,
         rotor_torque: Mapping[str, float] | None = None,
+        dipole_b: Sequence[float] | np.ndarray | None = None,
     ) -> State:
         """
         Advance by one tick and return the state there.
 
-        torque_b [N m] (3,), body axes, with torque.names by name, and rotor_torque [N m], by
-        rotor, hold during this step alone; without them, and for what is not named, what is in
-        force continues.  The first step is from tick 0 to tick 1.  ValueError: there is no such
-        torque or motor, or a torque is not finite.  RunHalted: the run goes no further.
+        torque_b [N m] (3,), body axes, with torque.names by name, rotor_torque [N m], by rotor,
+        and dipole_b [A m^2] (3,) of the magnetorquers hold during this step alone; without them,
+        and for what is not named, what is in force continues.  The first step is from tick 0 to
+        tick 1.  ValueError: there is no such torque, motor or magnetorquer, or a number is not
+        finite.  RunHalted: the run goes no further.
         """
         torques = rotor_torques(rotor_torque or {}, self.scenario)
         torques_b = {} if torque_b is None else body_torques(torque_b, self.scenario)
@@ -239,6 +245,11 @@ class Simulation:
         for topic, torque in (over_b | torques_b).items():
             if torque != self.torques_b[topic]:
                 new.append(Torque(self.tick, torque, topic=topic))
+        if dipole_b is not None:
+            new.append(DipoleCommand(self.tick, dipole(dipole_b, self.scenario)))
+        elif self._has_dipole_of_step:
+            new.append(DipoleCommand(self.tick, NO_DIPOLE))
+        self._has_dipole_of_step = dipole_b is not None
         if new:
             self.rewind(self.tick)
             for event in new:
@@ -314,6 +325,7 @@ class Simulation:
             'begin_state': state_record(run.segment.motion.state),
             'torque_b': as_given(run.torques_b),
             'rotor_torque': run.system.rotor_torque.tolist(),
+            **self._dipole_of(run),
             'until': dict(run.until),
             'conditions': {
                 name: listed(value)
@@ -323,6 +335,12 @@ class Simulation:
             'topics': list(run.topics),
             'sensors': self._suite_at(tick).to_plain(),
         }
+
+    def _dipole_of(self, run):
+        """Return the dipole of a snapshot; bags without magnetorquers have none."""
+        if not self.scenario.has_magnetorquers:
+            return {}
+        return {'dipole_b': run.system.dipole_b.tolist()}
 
     @classmethod
     def from_snapshot(
@@ -337,7 +355,11 @@ class Simulation:
         run = simulation._run
         conditions = simulation.scenario.with_values(snapshot['conditions'])
         torques_b = {**run.torques_b, **body_torques(snapshot['torque_b'], scenario)}
-        system = conditions.system.driven(total(torques_b), np.array(snapshot['rotor_torque']))
+        system = conditions.system.driven(
+            total(torques_b),
+            np.array(snapshot['rotor_torque']),
+            np.array(snapshot.get('dipole_b', np.zeros(3))),
+        )
         begin = snapshot['begin_state']
         state = State(
             np.array(begin['q_ib']),
@@ -352,16 +374,20 @@ class Simulation:
             # Version 0.1 had no sensors.
             suite=run.suite.with_memories(snapshot.get('sensors', {})),
             torques_b=torques_b,
-            until={
-                topic if is_torque(topic) else f'rotor_command.{rotor_of(topic)}': until
-                for topic, until in snapshot['until'].items()
-            },
+            until={_held_as(topic): until for topic, until in snapshot['until'].items()},
         )
         simulation._run = run.restarted(snapshot['begin_tick'], state, system)
         simulation._begin_block()
         simulation.next_tick, simulation._is_whole = snapshot['tick'], False
         simulation._run.segment.catch_up(simulation.next_tick)
         return simulation
+
+
+def _held_as(topic):
+    """Return the name of what is held, which version 0.1 wrote otherwise of a rotor."""
+    if is_torque(topic) or topic == MAGNETORQUERS:
+        return topic
+    return f'rotor_command.{rotor_of(topic)}'
 
 
 def _tick_of(event):

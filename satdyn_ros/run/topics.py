@@ -13,8 +13,6 @@ import numpy as np
 
 from ..dynamics.system import System
 from ..dynamics.torque import own_torque
-from ..environment import lit_fraction, sun_direction
-from ..environment.sun import AU_M
 from ..kernel import rotation
 from ..orbits import FixedDirection
 from ..sensors import KINDS, Sensor
@@ -24,8 +22,8 @@ from ..torques.gravity_gradient import GravityGradient, gravity_gradient
 from ..torques.magnetic import Magnetic
 from ..torques.solar import Solar
 
-# Of sunlight at 1 au [lx].
-ILLUMINANCE_LX = 128_000.0
+# The topic of what the magnetorquers are commanded.
+MAGNETORQUERS = 'magnetorquer_command'
 
 
 class Shown(NamedTuple):
@@ -95,7 +93,7 @@ _Q_LB = Shown(
     lambda samples: samples.states.q_lb,
 )
 # Of an input, which is in no table.
-_TORQUES = Shown((), lambda inputs: inputs.torques)
+_COMMANDED = Shown((), lambda inputs: inputs.values)
 
 
 def _lvlh_lacking(system):
@@ -122,26 +120,6 @@ def _gravity_gradient(samples):
     states = samples.states
     gradient = states.orbit.gradient_at(states.orbit_s)
     return gravity_gradient(samples.system.inertia, states.c_b, gradient)
-
-
-def _in_body_axes(samples, v_i):
-    return rotation.rotate(rotation.conjugate(samples.states.q_ib), v_i)
-
-
-def _magnetic_field(samples):
-    return _in_body_axes(samples, samples.magnetic_field_i)
-
-
-def _sun_direction(samples):
-    s_i, _ = sun_direction(samples.states.r_i, samples.sun_i)
-    return _in_body_axes(samples, s_i)
-
-
-def _sunlight(samples):
-    r_i, sun_i = samples.states.r_i, samples.sun_i
-    _, distance_m = sun_direction(r_i, sun_i)
-    nearness = AU_M / distance_m
-    return (lit_fraction(r_i, sun_i) * ILLUMINANCE_LX * nearness**2)[..., None]
 
 
 def _geodetic(part, factor):
@@ -247,7 +225,7 @@ _TABLE = (
         (
             Shown(
                 ('magnetic_field_b_x_t', 'magnetic_field_b_y_t', 'magnetic_field_b_z_t'),
-                _magnetic_field,
+                lambda samples: samples.states.magnetic_field_b,
             ),
         ),
         Panel('magnetic field', 'T'),
@@ -259,7 +237,12 @@ _TABLE = (
         'state',
         'body',
         'unit vector to the Sun in body axes, in the shadow too; with environment.sun',
-        (Shown(('sun_direction_b_x', 'sun_direction_b_y', 'sun_direction_b_z'), _sun_direction),),
+        (
+            Shown(
+                ('sun_direction_b_x', 'sun_direction_b_y', 'sun_direction_b_z'),
+                lambda samples: samples.states.sun_direction_b,
+            ),
+        ),
         Panel('direction of the Sun', ''),
         _lacking('environment.sun', lambda along: along.has_sun),
     ),
@@ -269,7 +252,7 @@ _TABLE = (
         'state',
         'body',
         'illuminance of a plate that faces the Sun [lx], 0 in the umbra; with environment.sun',
-        (Shown(('sunlight_lx',), _sunlight),),
+        (Shown(('sunlight_lx',), lambda samples: samples.states.illuminance_lx[..., None]),),
         Panel('sunlight', 'lx'),
         _lacking('environment.sun', lambda along: along.has_sun),
     ),
@@ -340,7 +323,7 @@ _TABLE = (
         'body',
         'torque on the body in body axes [N m], held until the next one or the timeout; with '
         'torque.names in its place torque/NAME, each held by itself, all summed',
-        shows=(_TORQUES,),
+        shows=(_COMMANDED,),
     ),
     Topic(
         'rotor_command',
@@ -349,6 +332,15 @@ _TABLE = (
         'body',
         'motor torques by name (effort [N m]), held until the next one or the timeout; rotors '
         'not named keep theirs',
+    ),
+    Topic(
+        MAGNETORQUERS,
+        'geometry_msgs/msg/Vector3Stamped',
+        'input',
+        'body',
+        'dipole of the magnetorquers in body axes [A m^2], cut to magnetorquer.max_dipole along '
+        'each axis, held until the next one or the timeout; only with magnetorquers',
+        shows=(_COMMANDED,),
     ),
 )
 

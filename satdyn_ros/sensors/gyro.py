@@ -7,8 +7,8 @@ variance, sample i reads
     b_i = b_(i-1) + K sqrt(dt) u_i,    b_0 the initial bias
     y_i = (1 + S + M) omega_i + b_i + N / sqrt(dt) w_i,   rounded to a resolution and cut off
 
-N is the angle random walk, K the rate random walk: the Allan deviation of y is N / sqrt(tau) and
-K sqrt(tau / 3) (IEEE Std 952-1997, annex C; Farrenkopf 1978).
+as three_axes.py computes it.  N is the angle random walk, K the rate random walk: the Allan
+deviation of y is N / sqrt(tau) and K sqrt(tau / 3) (IEEE Std 952-1997, annex C; Farrenkopf 1978).
 """
 
 from collections.abc import Mapping
@@ -23,9 +23,8 @@ from ..kernel import rotation
 from .measurements import Measurements, as_array, sampled
 from .noise import normals
 from .sensor import Sensor
+from .three_axes import DEVIATES, ThreeAxes
 
-# Three of white noise, three of the bias.
-_DEVIATES = 6
 _CARRIED = ('bias', 'q_ib', 'turn_b')
 
 
@@ -221,24 +220,33 @@ class Gyro(Sensor):
         if self.counts_turns:
             turns_b, rest_b = self._counted(samples, states.turn_b, first_row, memory.turn_b)
         if len(samples) == 0:
-            return _measurements(samples, np.empty((0, 3))), replace(memory, turn_b=rest_b)
+            nothing = Measurements.prompt(as_array(samples), np.empty((0, 3)))
+            return nothing, replace(memory, turn_b=rest_b)
         rows = slice(first_row, None, self.divisor)
         q_ib, rate_b = states.q_ib[rows], states.omega_bi_b[rows]
-        deviates = normals(self.seed, self.stream, samples, _DEVIATES)
+        deviates = normals(self.seed, self.stream, samples, DEVIATES)
         if self.integrating and self.folds:
             turns_b = _rotation_vectors(q_ib, memory.q_ib)
         if turns_b is not None:
             # Of a first sample, for which there is no turn, it stays the rate at its tick.
             first = len(rate_b) - len(turns_b)
             rate_b = np.concatenate([rate_b[:first], turns_b / self.interval_s])
-        bias = self._bias(deviates[:, 3:], memory.bias)
-        rate = self._misread(rotation.rotate(rotation.conjugate(self.mounting), rate_b))
-        rate = rate + bias + self.noise_density / np.sqrt(self.interval_s) * deviates[:, :3]
-        if self.resolution:
-            rate = np.round(rate / self.resolution) * self.resolution
-        if self.max_rate:
-            rate = np.clip(rate, -self.max_rate, self.max_rate)
-        return _measurements(samples, rate), GyroMemory(bias[-1], q_ib[-1], rest_b)
+        true = rotation.rotate(rotation.conjugate(self.mounting), rate_b)
+        rate, biases = self._axes.read(true, deviates, memory.bias)
+        after = GyroMemory(biases[-1], q_ib[-1], rest_b)
+        return Measurements.prompt(as_array(samples), rate), after
+
+    @property
+    def _axes(self):
+        return ThreeAxes(
+            self.noise_density / np.sqrt(self.interval_s),
+            self.bias_random_walk * np.sqrt(self.interval_s),
+            self.initial_bias,
+            self.scale_factor,
+            self.misalignment,
+            self.resolution,
+            self.max_rate,
+        )
 
     def _counted(self, samples, turn_b, first_row, before):
         """
@@ -257,36 +265,9 @@ class Gyro(Sensor):
             return turns[1:-1], turns[-1] if samples else None
         return turns[:-1], turns[-1]
 
-    def _bias(self, deviates, before):
-        steps = self.bias_random_walk * np.sqrt(self.interval_s) * deviates
-        if before is None:
-            steps[0] = self.initial_bias
-        else:
-            steps[0] += before
-        # One addition after the other, so that blocks do not show in the bits.
-        return np.cumsum(steps, axis=0)
-
-    def _misread(self, rate):
-        """Return (1 + S + M) rate; its sums are written out: a row has the same bits alone."""
-        x, y, z = rate.T
-        s, (xy, xz, yx, yz, zx, zy) = self.scale_factor, self.misalignment
-        return np.stack(
-            [
-                (1.0 + s[0]) * x + xy * y + xz * z,
-                yx * x + (1.0 + s[1]) * y + yz * z,
-                zx * x + zy * y + (1.0 + s[2]) * z,
-            ],
-            axis=-1,
-        )
-
 
 def _rotation_vectors(q_ib, before):
     """Return the rotation vectors from row to row of q_ib, to the first from before if it is."""
     previous = q_ib[:-1] if before is None else np.concatenate([before[None], q_ib[:-1]])
     turned = q_ib[len(q_ib) - len(previous) :]
     return rotation.to_vector(rotation.multiply(rotation.conjugate(previous), turned))
-
-
-def _measurements(samples, rate):
-    ticks = as_array(samples)
-    return Measurements(ticks, ticks, rate)

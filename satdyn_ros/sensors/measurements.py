@@ -11,12 +11,17 @@ class Measurements:
     M measurements of one sensor.
 
     ticks (M,) int64: when each is published, ascending.  exposed (M,) int64: the ticks whose
-    states were measured, and whose stamps the messages have.  values (M, 3) or (M, 4).
+    states were measured, and whose stamps the messages have.  values (M, 3), (M, 4) or (M,).
     """
 
     ticks: np.ndarray
     exposed: np.ndarray
     values: np.ndarray
+
+    @classmethod
+    def prompt(cls, ticks: np.ndarray, values: np.ndarray) -> 'Measurements':
+        """Return measurements that are published at the ticks of which they tell."""
+        return cls(ticks, ticks, values)
 
     def __len__(self) -> int:
         return len(self.ticks)

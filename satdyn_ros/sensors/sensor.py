@@ -62,7 +62,9 @@ class Sensor:
     A sensor; each kind is a subclass, a frozen dataclass in a file of its own.
 
     kind: as in sensors.NAME.type.  keys: what a scenario says of one beside COMMON, by their last
-    words, which are the names of its fields.  with_orbit: those keys that need an orbit.
+    words, which are the names of its fields.  with_orbit: those keys that need an orbit, with_sun:
+    those that need the Sun.  needs: the key of the environment without which there is no such
+    sensor, '' for none; what its truth() gives then comes from there.
     message: the type of its messages.  measures: the field of them that its values fill, whose
     covariance, where there is one, has the variances; what else has a covariance is absent.  says:
     the content of its topic.  unit: that of its panel, of which there are per_si in the SI unit.
@@ -76,6 +78,8 @@ class Sensor:
     kind: ClassVar[str]
     keys: ClassVar[tuple[Key, ...]] = ()
     with_orbit: ClassVar[tuple[str, ...]] = ()
+    with_sun: ClassVar[tuple[str, ...]] = ()
+    needs: ClassVar[str] = ''
     message: ClassVar[str]
     measures: ClassVar[str]
     says: ClassVar[str]
@@ -113,8 +117,12 @@ class Sensor:
         """The variances of a sample about or along each axis."""
         raise NotImplementedError
 
+    def truth(self, states: States, rows: slice = slice(None)) -> np.ndarray:
+        """Return what it would give without any error at rows of states, where it `needs`."""
+        raise NotImplementedError
+
     def error(self, values: np.ndarray, true: np.ndarray) -> np.ndarray:
-        """Return measurements minus their truth, (M, 3)."""
+        """Return measurements minus their truth, (M, 3), or (M, 1) of what has a z axis alone."""
         return values - true
 
     def without_noise(self) -> 'Sensor':

@@ -57,8 +57,8 @@ class StarTracker(Sensor):
     seed: of its noise.  divisor: ticks from sample to sample.  mounting (4,): quaternion from
     sensor to body axes.  cross_boresight, roll: standard deviations [rad].  latency: ticks from
     exposure to message.  max_rate [rad/s]: a body that turns faster gives no sample; 0: no limit.
-    earth_exclusion [rad]: there is no sample with the attracting centre this near the boresight;
-    0: no limit.
+    earth_exclusion, sun_exclusion [rad]: there is no sample with the attracting centre, or the
+    Sun, this near the boresight; 0: no limit.
     """
 
     kind = 'star_tracker'
@@ -107,8 +107,18 @@ class StarTracker(Sensor):
             low=0.0,
             high=3.141592653589793,
         ),
+        Key(
+            'sun_exclusion',
+            'double',
+            0.0,
+            'rad',
+            'no sample with the Sun within this angle of the boresight, in the shadow too; 0: no '
+            'limit; with environment.sun',
+            low=0.0,
+            high=3.141592653589793,
+        ),
     )
-    with_orbit = ('earth_exclusion',)
+    with_orbit, with_sun = ('earth_exclusion',), ('sun_exclusion',)
     message, measures = 'sensor_msgs/msg/Imu', 'orientation'
     says = (
         'attitude, sensor to inertial, as the star tracker measures it, with its covariance in '
@@ -124,6 +134,7 @@ class StarTracker(Sensor):
     latency: int = 0
     max_rate: float = 0.0
     earth_exclusion: float = 0.0
+    sun_exclusion: float = 0.0
     stream: int = 1
 
     memory = StarTrackerMemory(np.empty(0, np.int64), np.empty((0, 4)))
@@ -172,13 +183,16 @@ class StarTracker(Sensor):
         return as_array(samples)[sees], q_is[sees]
 
     def _sees_stars(self, states, rows):
-        """Return whether the body is slow enough and the boresight off the centre, (M,) bool."""
+        """Return whether the body is slow enough, the boresight off centre and Sun, (M,) bool."""
         sees = np.ones(len(states.omega_bi_b[rows]), bool)
         if self.max_rate:
             sees &= np.linalg.norm(states.omega_bi_b[rows], axis=-1) <= self.max_rate
+        boresight_b = rotation.rotate(self.mounting, _BORESIGHT)
         if self.earth_exclusion:
-            boresight_b = rotation.rotate(self.mounting, _BORESIGHT)
             # c_b points from the centre to the body.
             cosine = -np.sum(states.c_b[rows] * boresight_b, axis=-1)
             sees &= cosine < np.cos(self.earth_exclusion)
+        if self.sun_exclusion:
+            cosine = np.sum(states.sun_direction_b[rows] * boresight_b, axis=-1)
+            sees &= cosine < np.cos(self.sun_exclusion)
         return sees

@@ -2,23 +2,27 @@
 Results of runs: the columns of the table.
 
 Runs that differ only in numbers are propagated and measured together, as arrays (M, N) of M runs
-at N times.  A run with a closed form, an invalid value or a propagation that halts is done alone.
+at N times.  Where there is a table, a torque of one's own, an invalid value or a propagation that
+halts, each run is made by itself; a closed form is evaluated by itself.
 """
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 
 from ..dynamics.integrals import NAMES, relative_drift
-from ..dynamics.motion import States
+from ..dynamics.motion import Halted, Motion, States
 from ..dynamics.system import System
-from ..integrate.batch import propagate_many
+from ..integrate.batch import propagate_all, propagate_many
+from ..integrate.propagation import Propagation
 from ..kernel.rows import length
 from ..run import environment
 from ..run.many import many, part_of
 from ..run.orbits import is_tabled
+from ..run.scenario import Scenario
 from .capture import capture_times, judged_axis
 from .extrema import angles, extrema_of
 from .own_outcome import Wrong
@@ -62,8 +66,8 @@ class _Table:
 def _fill(plan, runs, values, first, table):
     for rows in _alike(plan, values):
         done = _propagate_together(plan, runs, values, rows, first, table)
-        for row in rows[~done]:
-            _propagate_alone(plan, runs[row], first + row, table)
+        if not done.all():
+            _propagate_one_by_one(plan, runs, rows[~done], first, table)
 
 
 def _alike(plan, values) -> Iterator[np.ndarray]:
@@ -125,17 +129,34 @@ def _changed(plan, values, rows):
         return None
 
 
-def _propagate_alone(plan, run, row, table):
-    """Fly a run that may fail in any way: then its row says why, and the others go on."""
+def _propagate_one_by_one(plan, runs, rows, first, table):
+    """Make the motion of each run by itself; only the steps are taken side by side."""
+    scenarios: dict[int, Scenario] = {}
+    motions: dict[int, Motion] = {}
+    for row in rows:
+        with _failure_told(table, first + row):
+            scenarios[row] = plan.scenario_of(plan.values(runs[row]))
+            motions[row] = scenarios[row].motion()
+    numeric = {row: each for row, each in motions.items() if isinstance(each, Propagation)}
+    flown = dict(zip(numeric, propagate_all(list(numeric.values()), plan.t_s), strict=True))
+    for row, motion in motions.items():
+        with _failure_told(table, first + row):
+            states = flown[row] if row in flown else motion.at(plan.t_s)
+            if isinstance(states, Halted):
+                raise states
+            system, some = scenarios[row].system, part_of(states, None)
+            table.put([first + row], outcome(plan, system, some, [runs[row]]))
+
+
+@contextmanager
+def _failure_told(table, row):
+    """Let a run fail in any way: then its row says why, and the others go on."""
     try:
-        scenario = plan.scenario_of(plan.values(run))
-        states = scenario.motion().at(plan.t_s)
-        found = outcome(plan, scenario.system, part_of(states, None), [run])
+        yield
     except Wrong:
         raise
     except Exception as error:
-        found = {'failure': [str(error) or type(error).__name__]}
-    table.put([row], found)
+        table.put([row], {'failure': [str(error) or type(error).__name__]})
 
 
 def outcome(plan: Plan, system: System, states: States, runs: Sequence[int]) -> OutcomeColumns:

@@ -1,6 +1,7 @@
 """The torque of the Earth's magnetic field on the body's dipole."""
 
 from collections.abc import Sequence
+from operator import add
 from typing import Any, NamedTuple
 
 from ..base.key import Key
@@ -11,7 +12,12 @@ from .body_torque import BodyTorque
 
 
 class Magnetic(BodyTorque):
-    """The torque m x B on a dipole m that is fixed in the body, in the field B along the orbit."""
+    """
+    The torque m x B in the field B along the orbit.
+
+    m is the residual dipole of the body and that of the magnetorquers, which is constant in body
+    axes from one command to the next.
+    """
 
     name = 'magnetic'
     keys = (
@@ -23,6 +29,16 @@ class Magnetic(BodyTorque):
             'residual magnetic dipole, body axes; with environment.magnetic_field it is turned',
             lengths=(3,),
         ),
+        Key(
+            'magnetorquer.max_dipole',
+            'double_array',
+            (0.0, 0.0, 0.0),
+            'A m^2',
+            'largest dipole of the magnetorquers along each body axis; 0: none along that axis; '
+            'what magnetorquer_command asks for beyond it is cut',
+            lengths=(3,),
+            low=0.0,
+        ),
     )
 
     class Constants(NamedTuple):
@@ -31,8 +47,19 @@ class Magnetic(BodyTorque):
         dipole: tuple[float, ...]
         field: Table
 
-    def __init__(self, dipole: Sequence[float], field: Pieces):
-        super().__init__(self.Constants(tuple(dipole), NO_TABLE), {'field': field})
+    def __init__(
+        self,
+        residual: Sequence[float],
+        field: Pieces,
+        commanded: Sequence[float] = (0.0, 0.0, 0.0),
+    ):
+        dipole = tuple(map(add, residual, commanded))
+        super().__init__(self.Constants(dipole, NO_TABLE), {'field': field})
+        self._residual, self._field = residual, field
+
+    def commanded(self, dipole: Sequence[float]) -> 'Magnetic':
+        """Return the torque while the magnetorquers have a dipole (3,) [A m^2], body axes."""
+        return Magnetic(self._residual, self._field, dipole)
 
     @staticmethod
     def torque(

@@ -4,14 +4,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import QuaternionStamped, VelocityStamped, WrenchStamped
+from geometry_msgs.msg import (
+    QuaternionStamped,
+    Vector3Stamped,
+    VelocityStamped,
+    WrenchStamped,
+)
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import Imu, JointState
 
-from ..run.topics import TOPICS, is_torque
+from ..run.topics import MAGNETORQUERS, TOPICS, is_torque
 
 _SERVICE = '/set_initial_conditions'
 _SERVICE_TYPE = 'rcl_interfaces/srv/SetParametersAtomically'
@@ -26,6 +31,7 @@ _CLASSES = {
     'angular_velocity': VelocityStamped,
     'rotor': JointState,
     'torque': WrenchStamped,
+    MAGNETORQUERS: Vector3Stamped,
 }
 
 
@@ -62,7 +68,7 @@ class Listener:
         found = {
             key: topic
             for key in _CLASSES
-            if (topic := _topic(key, taken if key == 'torque' else out)) is not None
+            if (topic := _topic(key, taken if TOPICS[key].role == 'input' else out)) is not None
         }
         if 'torque' not in found:
             found |= _named_torques(taken)
@@ -111,11 +117,19 @@ class Listener:
         self._latest['rotor'] = self._take('rotor') or self._latest.get('rotor')
         return self._latest['rotor']
 
-    def torques_b(self) -> dict[str, np.ndarray]:
-        """Return by topic the applied torques (3,) [N m] that came in since the last call."""
-        came_in = {key: self._take(key) for key in self._subscriptions if is_torque(key)}
-        torques = {key: x.wrench.torque for key, x in came_in.items() if x is not None}
-        return {key: np.array([torque.x, torque.y, torque.z]) for key, torque in torques.items()}
+    def commands_b(self) -> dict[str, np.ndarray]:
+        """
+        Return by topic what was commanded since the last call, (3,) in body axes.
+
+        That is applied torques [N m] and the dipole of the magnetorquers [A m^2].
+        """
+        inputs = [key for key in self._subscriptions if is_torque(key) or key == MAGNETORQUERS]
+        came_in = {key: message for key in inputs if (message := self._take(key)) is not None}
+        vectors = {
+            key: message.vector if key == MAGNETORQUERS else message.wrench.torque
+            for key, message in came_in.items()
+        }
+        return {key: np.array([vector.x, vector.y, vector.z]) for key, vector in vectors.items()}
 
     def forget(self) -> None:
         """Forget what came before: another node has taken the name."""

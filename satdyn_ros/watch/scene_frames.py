@@ -9,9 +9,11 @@ from ..dynamics.torque import angular_momentum
 from ..report import scene
 from ..report.curves import shown, topics_with_panels
 from ..report.place import place_topics
+from ..run.run_state import NO_DIPOLE, within_max_dipole
 from ..run.samples import Samples
 from ..run.scenario import Scenario
 from ..run.ticks import Ticks
+from ..run.topics import MAGNETORQUERS
 from .listener import Listener, Sample
 
 _KEPT_ROWS = 9000
@@ -26,17 +28,17 @@ class SceneFrames:
         self._rows: deque[Row] = deque(maxlen=_KEPT_ROWS)
         # The tick that is shown; how many samples were left out.
         self.tick, self.left_out = -1, 0
-        # By topic the torques [N m] since the last sample; those before, each with the time [s] of
+        # By topic what was commanded since the last sample; and before, each with the time [s] of
         # its sample.
         self._came_in: dict[str, np.ndarray] = {}
-        self._applied: dict[str, tuple[float, np.ndarray]] = {}
+        self._commanded: dict[str, tuple[float, np.ndarray]] = {}
 
     def clear(self) -> None:
         """Forget everything so far: another node has taken the name."""
         self._rows.clear()
         self.tick, self.left_out = -1, 0
         self._came_in.clear()
-        self._applied.clear()
+        self._commanded.clear()
 
     @property
     def is_empty(self) -> bool:
@@ -50,7 +52,7 @@ class SceneFrames:
         A sample is left out whose stamp is no tick of the scenario after the last: a node of the
         same name has published it.
         """
-        self._came_in |= listener.torques_b()
+        self._came_in |= listener.commands_b()
         sample = listener.sample()
         if sample is None:
             return None
@@ -61,7 +63,7 @@ class SceneFrames:
             return None
         self.tick = tick
         t_s = ticks.seconds(tick)
-        self._applied |= {topic: (t_s, torque_b) for topic, torque_b in self._came_in.items()}
+        self._commanded |= {topic: (t_s, command) for topic, command in self._came_in.items()}
         self._came_in.clear()
         row = self._row(scenario, sample, t_s, *_rotors(listener, scenario))
         self._rows.append(row)
@@ -84,7 +86,9 @@ class SceneFrames:
         rotor_speed: np.ndarray,
         rotor_angle: np.ndarray,
     ) -> Row:
-        system, at_s = scenario.system, np.array([t_s])
+        held_b, at_s = self._held(scenario, t_s), np.array([t_s])
+        dipole_b = within_max_dipole(scenario, held_b.pop(MAGNETORQUERS, NO_DIPOLE))
+        system = scenario.system.driven(dipole_b=dipole_b)
         states = States(
             t_s=at_s,
             q_ib=sample.q_ib[None],
@@ -100,18 +104,17 @@ class SceneFrames:
             states,
             momentum_b=angular_momentum(system, states.omega_bi_b, states.rotor_speed),
             shown=shown([*topics_with_panels(scenario), *place_topics(scenario)], samples),
-            applied_b=self._applied_torque(scenario, t_s),
+            applied_b=np.sum([*held_b.values()], axis=0)[None] if held_b else None,
         )
 
-    def _applied_torque(self, scenario: Scenario, t_s: float) -> np.ndarray | None:
-        """Return the sum (1, 3) [N m] of the last torques received, until their timeouts."""
+    def _held(self, scenario: Scenario, t_s: float) -> dict[str, np.ndarray]:
+        """Return by topic the last commands received, until their timeouts."""
         timeout_s = scenario['torque.timeout']
-        held = [
-            torque_b
-            for since_s, torque_b in self._applied.values()
+        return {
+            topic: command
+            for topic, (since_s, command) in self._commanded.items()
             if not timeout_s or t_s - since_s <= timeout_s
-        ]
-        return np.sum(held, axis=0)[None] if held else None
+        }
 
 
 def _rotors(listener: Listener, scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:

@@ -73,7 +73,7 @@ def assert_complete(bag, program, ticks):
     for topic in (f'/{name}' for name in STATE_TOPICS):
         assert found[topic] == expected[topic], f'{topic}\n{program}'
     given = [(program.tick(entry), entry) for entry in program.entries]
-    for topic in (*scenario.torque_topics, 'rotor_command'):
+    for topic in scenario.inputs:
         at = [tick for tick, entry in given if topic in recorded_on(entry)]
         before = [tick for tick in at if tick < ticks]
         # What comes at the tick that a halted run does not reach may be told.
@@ -91,6 +91,8 @@ def recorded_on(entry):
             return ['torque']
         case {'rotor_torque': _}:
             return ['rotor_command']
+        case {'magnetorquer': _}:
+            return ['magnetorquer_command']
     return []
 
 

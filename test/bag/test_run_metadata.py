@@ -64,6 +64,7 @@ SNAPSHOT = Simulation(flights.GYROSTAT).snapshot(0)
         {'begin_state': SNAPSHOT['begin_state'] | {'omega_bi_b': 'abc'}},
         {'torque_b': [[0.0], [0.0], [0.0]]},
         {'torque_b': {'drag': [0.0, 0.0]}},
+        {'dipole_b': [0.0, 0.0]},
         {'until': {'torque': 'soon'}},
         {'topics': ['none']},
     ],

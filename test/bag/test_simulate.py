@@ -12,6 +12,7 @@ import pytest
 from flights import GYROSTAT, sequence
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
+from run.test_one_mind import EPHEMERIS
 
 from satdyn_ros.bag import continuation, simulate
 from satdyn_ros.bag.export import Options, export
@@ -22,7 +23,15 @@ from satdyn_ros.base import nanoseconds
 from satdyn_ros.base.interruption import Terminated, interruptible
 from satdyn_ros.kernel import rotation
 from satdyn_ros.orbits import KeplerOrbit
-from satdyn_ros.run.events import Request, Reset, RotorCommand, Timeout, Topics, Torque
+from satdyn_ros.run.events import (
+    DipoleCommand,
+    Request,
+    Reset,
+    RotorCommand,
+    Timeout,
+    Topics,
+    Torque,
+)
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 
@@ -34,6 +43,19 @@ ORBITING = Scenario(
         'initial.angular_velocity': [0.01, 0.02, -0.015],
         'publish.rate': 20.0,
         'publish.topics': ['attitude', 'angular_velocity'],
+        'time.epoch_ns': EPOCH_NS,
+    }
+)
+
+# The field needs the instant of tick 0, and turns a body with magnetorquers.
+IN_A_FIELD = Scenario(
+    {
+        'body.inertia': [0.04, 0.04, 0.01],
+        'magnetorquer.max_dipole': [0.2, 0.2, 0.2],
+        'orbit.type': 'circular',
+        'environment.magnetic_field': 'dipole',
+        'publish.rate': 10.0,
+        'publish.topics': ['angular_velocity', 'markers'],
         'time.epoch_ns': EPOCH_NS,
     }
 )
@@ -95,6 +117,23 @@ def test_a_bag_ends_before_the_stamps_do():
     simulate.tick_count(ORBITING, last_s)
     with pytest.raises(ValueError, match='the last stamp of ROS'):
         simulate.tick_count(ORBITING, last_s + 1)
+
+
+def test_a_bag_ends_before_its_ephemeris_does():
+    """A run longer than what is known of the orbit is refused before it begins."""
+    scenario = Scenario(
+        {
+            'orbit.type': 'oem',
+            'orbit.file': EPHEMERIS,
+            'time.epoch': '2026-03-01T12:00:00',
+            'publish.rate': 1.0,
+        }
+    )
+    assert simulate.tick_count(scenario, 181) == 181
+    with pytest.raises(
+        ValueError, match=r'182 s, and orbit\.file has no position after 2026-03-01T12:03:00: '
+    ):
+        simulate.tick_count(scenario, 182)
 
 
 def test_the_bag_holds_the_motion(tmp_path):
@@ -324,6 +363,45 @@ def test_torques_with_names_go_on_from_a_bag(tmp_path):
     _, samples = simulation.advance(27)
     np.testing.assert_array_equal(samples.system.torque_b, [0.2, 0.0, 0.0])
     assert simulation.advance(1)[0] == [Timeout(75, 'torque/drag')]
+
+
+def test_a_dipole_goes_on_from_a_bag(tmp_path):
+    """
+    To its end, in files of the bag, through a reset and in a continuation; verify runs it again.
+
+    Where the file has weaker magnetorquers, they have what they can; where it has none, none acts.
+    """
+    scenario = IN_A_FIELD.with_values({'record.max_duration_s': 1.0})
+    happening = [DipoleCommand(5, (0.5, 0.0, -0.1), until_tick=45), Reset(30)]
+    bag = recorded(scenario, 5, tmp_path / 'bag', happening)
+    run = RecordedRun(bag)
+    assert run.events == [*happening, Timeout(45, 'magnetorquer_command')]
+    onward, begin = continuation.begun_in_bag(scenario, bag, '2.6')
+    again = recorded(onward, 2.4, tmp_path / 'onward', [Reset(30)], begin)
+    begin_ns = scenario.epoch_ns + 26 * 10**8
+    assert sequence(again) == [m for m in sequence(bag) if m[1] >= begin_ns]
+    assert all(verify(path).same_bytes for path in (bag, again))
+
+    weak = scenario.with_values({'magnetorquer.max_dipole': [0.1, 0.1, 0.1]})
+    onward, begin = continuation.begun_in_bag(weak, bag, '2.6')
+    simulation = Simulation.from_snapshot(onward, begin)
+    assert simulation.system.dipole_b.tolist() == [0.1, 0.0, -0.1]
+    simulation.advance(19)
+    assert simulation.advance(1)[0] == [Timeout(45, 'magnetorquer_command')]
+    none = scenario.with_values({'magnetorquer.max_dipole': [0.0, 0.0, 0.0]})
+    onward, begin = continuation.begun_in_bag(none, bag, '2.6')
+    simulation = Simulation.from_snapshot(onward, begin)
+    assert not simulation.system.dipole_b.any()
+    # In another field a motion begins anew, in the state of the bag.
+    still = scenario.with_values({'environment.magnetic_field': 'none'})
+    onward, begin = continuation.begun_in_bag(still, bag, '2.6')
+    simulation, before = Simulation.from_snapshot(onward, begin), run.simulation()
+    simulation.advance(1)
+    while before.tick < 26:
+        before.advance(27 - before.next_tick)
+    np.testing.assert_array_equal(simulation.state.omega_bi_b, before.state.omega_bi_b)
+    with pytest.raises(ValueError, match='DipoleCommand at tick 50: magnetorquer is'):
+        recorded(none, 5, tmp_path / 'none', [DipoleCommand(50, (0.1, 0.0, 0.0))])
 
 
 @pytest.mark.parametrize(

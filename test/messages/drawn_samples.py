@@ -82,6 +82,7 @@ def samples(name, count=40):
         work=np.zeros(count),
         orbit=system.orbit,
         orbit_s=1234.5 + t_s,
+        environment=system.environment,
     )
     stamps_ns = 2_147_483_000 * 10**9 + 999_999_990 + np.arange(count) * PERIOD_NS
     return Samples(5, stamps_ns, states, system)

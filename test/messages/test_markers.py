@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from messages.drawn_samples import AXIS, FRAMES, SYSTEMS, samples
@@ -5,7 +7,9 @@ from messages.readers import read
 from scipy.spatial.transform import Rotation
 
 from satdyn_ros.messages import contents, markers
+from satdyn_ros.orbits.pieces import Pieces
 from satdyn_ros.run.topics import TOPICS
+from satdyn_ros.torques.magnetic import Magnetic
 
 
 def drawn(flight, of, row):
@@ -48,6 +52,21 @@ def test_body_axes_are_red_green_and_blue():
     assert np.array_equal(ends(axes)[1::2], np.eye(3))
     strongest = [max(colour, key=lambda c: (c != 'a') * colour[c]) for colour in axes['colors']]
     assert strongest == list('rrggbb')
+
+
+def test_the_dipole_is_that_of_the_body_and_of_its_magnetorquers():
+    """Where a field turns it, 1.5 m along their sum."""
+    flight, field = 'circle, no rotor', Pieces(lambda piece: np.zeros((3, 16)), [])
+    of = samples(flight)
+    magnetic = Magnetic((0.1, 0.0, 0.0), field)
+    system = replace(of.system, torques=(magnetic,)).driven(dipole_b=np.array([0.2, 0.0, 0.4]))
+    packed = contents.message(TOPICS['markers'], FRAMES[flight], system).pack(
+        replace(of, system=system)
+    )
+    message = read('visualization_msgs/msg/MarkerArray', packed[3].tobytes())['rclpy']
+    *_, dipole = message['markers']
+    assert dipole['ns'] == 'dipole'
+    assert ends(dipole)[1] == pytest.approx([0.9, 0.0, 1.2], abs=1e-15)
 
 
 def test_all_markers_stand_in_the_body_frame_and_are_distinct():

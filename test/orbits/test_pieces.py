@@ -1,5 +1,7 @@
 """Pieces hold their function, whatever is asked for and in which order."""
 
+import subprocess
+import sys
 import threading
 import weakref
 
@@ -88,6 +90,29 @@ def test_a_thread_makes_the_next_piece_ahead():
     assert made == [(0, True), (1, False)]
     with pytest.raises(ValueError, match='not this one'):
         table.table_in(table.piece_at(1.5))
+
+
+END = """
+import threading
+import numpy as np
+from satdyn_ros.orbits.pieces import Piece, Pieces, Stretch
+
+table = Pieces(lambda piece: np.zeros((1, 2)), [Stretch(0.0, 1.0)])
+
+def go_on():
+    threading.main_thread().join()
+    for k in range(5):
+        table.table_in(table.piece_at(k + 0.5))
+    print('done')
+
+threading.Thread(target=go_on).start()
+"""
+
+
+def test_a_thread_goes_on_where_the_program_ends():
+    """Then Python starts no work any more, and there is no piece ahead."""
+    ended = subprocess.run([sys.executable, '-c', END], capture_output=True, text=True)
+    assert (ended.stdout, ended.stderr) == ('done\n', '')
 
 
 def test_memory_does_not_grow_with_time():

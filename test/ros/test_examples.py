@@ -45,18 +45,25 @@ def test_the_requests_are_answered_and_done(live, tmp_path):
 
 
 def test_the_inputs_act(live):
-    """The example torques turn the body and the rotor from a tick on."""
+    """The example torques turn the body and the rotor from a tick on, and the dipole is told."""
     _, participant = live(
         MOTOR
         | {'publish.topics': ['angular_velocity', 'rotor'], 'torque.timeout': 0.0}
-        | {'orbit.type': 'fixed'}
+        | {'orbit.type': 'fixed', 'magnetorquer.max_dipole': [0.2, 0.2, 0.2]}
     )
     rates, rotors = participant.listen('angular_velocity'), participant.listen('rotor')
+    told = participant.listen('diagnostics')
     participant.hear(rates, 5)
     given = examples.load(examples.ROOT / 'topics' / 'rotor_command.yaml').values['effort'][0]
     acts = {
         'torque': lambda: rates[-1].velocity.angular.z != rates[0].velocity.angular.z,
         'rotor_command': lambda: rotors[-1].effort[0] == given,
+        'magnetorquer_command': lambda: any(
+            (pair.key, pair.value) == ('dipole that acts [A m^2]', '(0.0, 0.0, 0.1)')
+            for report in told
+            for status in report.status
+            for pair in status.values
+        ),
     }
     for name, acts_now in acts.items():
         example = examples.load(examples.ROOT / 'topics' / f'{name}.yaml')

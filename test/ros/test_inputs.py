@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from geometry_msgs.msg import WrenchStamped
+from geometry_msgs.msg import Vector3Stamped, WrenchStamped
 from mcap.records import Metadata
 from ros.live import EPOCH_NS, Participant, stamp_ns
 from ros.test_diagnostics import health, values
@@ -15,7 +15,7 @@ from satdyn_ros.bag.read_run import RecordedRun
 from satdyn_ros.bag.run_metadata import EVENT, event_from_record
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.rosbag2.reader import Bag
-from satdyn_ros.run.events import RotorLimited, Timeout, Torque
+from satdyn_ros.run.events import DipoleCommand, RotorLimited, Timeout, Torque
 from satdyn_ros.watch.listener import Listener
 
 FREE = {
@@ -123,7 +123,7 @@ def test_a_controller_and_a_disturbance_act_together(live, tmp_path):
     participant.hear(heard, 20)
     drag.publish(wrench((0.0, -8.0, 3.0)))
     participant.wait_until(
-        lambda: came_in.update(listener.torques_b()) or came_in.keys() == topics
+        lambda: came_in.update(listener.commands_b()) or came_in.keys() == topics
     )
     assert {name: x.tolist() for name, x in came_in.items()} == {
         'torque/control': [5.0, 0.0, 0.0],
@@ -172,6 +172,52 @@ def test_what_cannot_be_a_torque_is_refused_and_changes_nothing(live):
         'torque has a force of 2, 0, 0; the force must be zero',
     ):
         assert errors.count(sentence) == 1
+
+
+def test_a_dipole_is_cut_held_and_recorded(live, tmp_path):
+    """
+    The diagnostics tell what acts and what was cut; the bag has what was sent, and verifies.
+
+    Another frame and a number that is not finite are refused, in one sentence each.
+    """
+    node, participant = live(
+        {'magnetorquer.max_dipole': [0.2, 0.2, 0.0], 'torque.timeout': 2.0}
+        | {'publish.topics': ['angular_velocity'], 'record.enabled': True}
+    )
+    publisher, until = (
+        matched(participant, Vector3Stamped, 'magnetorquer_command'),
+        health(participant),
+    )
+    for frame, dipole in (
+        ('lvlh', (0.1, 0.0, 0.0)),
+        ('', (0.1, math.inf, 0.0)),
+        ('base_link', (0.5, -0.1, 0.3)),
+    ):
+        message = Vector3Stamped()
+        message.header.frame_id = frame
+        message.vector.x, message.vector.y, message.vector.z = dipole
+        publisher.publish(message)
+
+    def told(report):
+        texts = values(report['inputs'])
+        names = 'dipole that acts [A m^2]', 'cut to max_dipole', 'accepted', 'refused'
+        return [texts[name] for name in names]
+
+    until(node.namespace, lambda report: told(report) == ['(0.2, -0.1, 0.0)', '1', '1', '2'])
+    until(node.namespace, lambda report: told(report) == ['(0.0, 0.0, 0.0)', '1', '1', '2'])
+    code, errors = node.end()
+    assert code == 0
+    for sentence in (
+        'magnetorquer_command is given in the frame lvlh; it must be base_link or empty',
+        'magnetorquer_command is 0.1, inf, 0; it must be finite [A m^2]',
+    ):
+        assert errors.count(sentence) == 1
+
+    (directory,) = tmp_path.glob('satdyn_*_*')
+    assert verify(directory).same_bytes
+    command, end = RecordedRun(directory).events
+    assert command == DipoleCommand(command.tick, (0.5, -0.1, 0.3), command.tick + 200)
+    assert end == Timeout(command.tick + 200, 'magnetorquer_command')
 
 
 def test_a_motor_turns_the_rotor(live):

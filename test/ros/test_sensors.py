@@ -5,9 +5,13 @@ from satdyn_ros.messages.packers import packer
 from satdyn_ros.messages.sparse import SparseMessages
 from satdyn_ros.run.simulation import Simulation
 
-NAMES = ['gyro', 'star_tracker', 'st2']
+NAMES = ['gyro', 'star_tracker', 'st2', 'magnetometer', 'sun_sensor', 'coarse_sun_sensor']
 VALUES = {
     'publish.topics': ['attitude'],
+    'environment.magnetic_field': 'dipole',
+    'environment.sun': 'ephemeris',
+    # In the light for more than ten minutes.
+    'orbit.true_anomaly': 3.0,
     'sensors.names': NAMES,
     'sensors.seed': 3,
     'sensors.gyro.noise_density': 1e-4,
@@ -18,6 +22,10 @@ VALUES = {
     'sensors.st2.type': 'star_tracker',
     'sensors.st2.roll': 1e-4,
     'sensors.st2.divisor': 5,
+    'sensors.magnetometer.noise': 1e-7,
+    'sensors.sun_sensor.noise': 1e-3,
+    'sensors.coarse_sun_sensor.divisor': 2,
+    'sensors.coarse_sun_sensor.noise': 100.0,
     'record.enabled': True,
 }
 

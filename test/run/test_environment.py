@@ -125,6 +125,24 @@ def test_a_batch_flies_in_the_same_field():
         assert np.max(rotation.angle_between(states.q_ib, motion.at(t_s).q_ib)) < 1e-11
 
 
+@pytest.mark.long
+def test_a_batch_flies_through_air_that_jumps():
+    """
+    The air of MSIS changes from piece to piece of its table, by 1e-6 of it and less.
+
+    A stage of a step that takes the neighbouring piece's turns the body by up to 1e-8 rad; the
+    rounding of rates that the air drives grows to 1e-11 rad.
+    """
+    scenario = Scenario.from_dict(CASES['drag_msis']['scenario'])
+    system, state, t_s = scenario.system, scenario.initial_state, np.linspace(0.0, 12000.0, 31)
+    motions = [
+        Propagation(system, State(state.q_ib, state.omega_bi_b * k)) for k in np.linspace(5, 10, 8)
+    ]
+    for motion, states in zip(motions, propagate_all(motions, t_s), strict=True):
+        assert isinstance(states, States)
+        assert np.max(rotation.angle_between(states.q_ib, motion.at(t_s).q_ib)) < 1e-10
+
+
 def test_a_dipole_in_a_uniform_field_is_a_heavy_top():
     """M x B is the torque of a weight moment -|B| m, whatever the body."""
     dipole, B = np.array([0.2, -0.1, 0.4]), 3e-5

@@ -5,7 +5,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from satdyn_ros.run import events
-from satdyn_ros.run.events import Request, Reset, RotorCommand, Timeout, Topics, Torque
+from satdyn_ros.run.events import (
+    DipoleCommand,
+    Request,
+    Reset,
+    RotorCommand,
+    Timeout,
+    Topics,
+    Torque,
+)
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.topics import STATE_TOPICS
 
@@ -14,6 +22,7 @@ MOTOR = Scenario(
         'rotor.mode': 'motor',
         'rotor.inertia': 0.5,
         'publish.rate': 10.0,
+        'magnetorquer.max_dipole': [0.2, 0.2, 0.2],
         'torque.timeout': 2.0,
     }
 )
@@ -28,6 +37,7 @@ def test_the_documented_file_is_read():
         Torque(125, (0.0, 0.0, 0.01), until_tick=145),
         Request(200, {'initial.angular_velocity': [0.0, 0.0, 0.1]}),
         RotorCommand(400, {'rotor': 0.05}, until_tick=450),
+        DipoleCommand(500, (0.0, 0.0, 0.1), until_tick=520),
         Topics(600, ('attitude',)),
         Reset(3000),
     ]
@@ -116,6 +126,8 @@ def test_what_is_written_is_read(happened):
         ('- {tick: 3, torque: [0, 0]}', 'torque is [0, 0]; it must be a list of 3 numbers N m'),
         ('- {tick: 3, torque: [0, 0, .inf]}', 'torque is [0, 0, inf]'),
         ('- {tick: 3, torque: [0, 0, 1], until_tick: 3}', 'until_tick is 3; it must be after'),
+        ('- {tick: 3, magnetorquer: [0, 0]}', 'magnetorquer is [0, 0]; it must be a list of 3 nu'),
+        ('- {tick: 3, magnetorquer: [0, 0, .nan]}', 'magnetorquer is [0, 0, nan]'),
         ('- {tick: 3, reset: true, until_tick: 9}', 'reset does not end'),
         ('- {tick: 3, request: 5}', 'request is 5; it must be keys and values'),
         ('- {tick: 3, topics: [altitude]}', 'publish.topics is'),
@@ -162,6 +174,16 @@ def test_a_rotor_torque_takes_a_motor():
     """As the node, a file cannot drive a rotor that has no motor."""
     with pytest.raises(ValueError, match=r'rotor\.mode is none; it must be motor'):
         events.from_yaml_text('- {tick: 3, rotor_torque: 1.0}', Scenario())
+
+
+def test_a_dipole_takes_a_magnetorquer():
+    """What is given is written as it was read, and needs a torquer along one axis at least."""
+    read = events.from_yaml_text('- {at_s: 1, magnetorquer: [0, 0.5, 0], until_s: 3}', MOTOR)
+    assert read == [DipoleCommand(10, (0.0, 0.5, 0.0), 30)]
+    told = [*read, Timeout(30, 'magnetorquer_command')]
+    assert events.from_yaml_text(events.to_yaml(told), MOTOR) == told
+    with pytest.raises(ValueError, match=r'magnetorquer\.max_dipole is 0 along all axes'):
+        events.from_yaml_text('- {tick: 3, magnetorquer: [0, 0, 1]}', Scenario())
 
 
 def test_a_file_that_is_not_there():

@@ -126,11 +126,12 @@ def belongs(draw):
 
 
 def of_sensors(draw):
-    names = ('gyro', 'star_tracker')[: draw.integers(3)]
+    names = ('gyro', 'star_tracker', 'magnetometer')[: draw.choice([1, 2, 2, 2, 3])]
     common = {
         'sensors.names': names,
         'sensors.gyro.noise_density': float(draw.choice([0.0, 1e-3])),
         'sensors.star_tracker.earth_exclusion': float(draw.choice([0.0, 0.5])),
+        'sensors.star_tracker.sun_exclusion': float(draw.choice([0.0, 0.5], p=[0.7, 0.3])),
         'orbit.type': str(draw.choice(['fixed', 'circular'])),
         'initial.frame': 'inertial',
     }
@@ -198,7 +199,7 @@ def body(draw):
 
 
 def of_rotors(draw):
-    names = ('a', 'b', 'c')[: draw.integers(4)]
+    names = ('a', 'b', 'c')[: draw.choice([1, 2, 2, 2, 3])]
     prefixes = rotors.prefixes(names)
     common: dict[str, Any] = {'rotor.names': names}
     varied = {}

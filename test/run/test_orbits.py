@@ -9,7 +9,9 @@ from numpy.testing import assert_allclose
 from run.test_one_mind import EPHEMERIS
 
 from satdyn_ros.orbits import KeplerOrbit, TabledOrbit
+from satdyn_ros.run.requests import try_out
 from satdyn_ros.run.scenario import Scenario
+from satdyn_ros.run.simulation import Simulation
 
 ELEMENTS = KeplerOrbit(eccentricity=0.01, semi_major_axis=7e6, inclination=0.5, true_anomaly=1.0)
 LINES = (
@@ -130,3 +132,15 @@ def test_what_is_not_used_is_not_loaded():
         [sys.executable, '-c', code], capture_output=True, text=True, check=True, timeout=60
     )
     assert found.stdout.strip() == 'set()'
+
+
+def test_a_run_ends_with_its_ephemeris():
+    """It may begin near the end, and comes to a halt after the last tick that has a place."""
+    scenario = Scenario(OEM | {'publish.rate': 1.0, 'time.epoch': '2026-03-01T12:02:50'})
+    try_out(scenario, 0)
+    simulation = Simulation(scenario)
+    _, samples = simulation.advance(100)
+    assert len(samples) == 11
+    _, samples = simulation.advance(1)
+    assert len(samples) == 0 == len(samples.states.r_i)
+    assert 'no position after 2026-03-01T12:03:00' in str(simulation.halted)

@@ -1,4 +1,7 @@
-"""True states for sensors to measure: a body that turns as a test says."""
+"""True states for sensors to measure: a body that turns as a test says, in an environment."""
+
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
@@ -7,7 +10,18 @@ from satdyn_ros.kernel import rotation
 from satdyn_ros.orbits import FixedDirection
 
 
-def turning(count, rate_b, interval_s, orbit=None, q_ib=rotation.IDENTITY):
+def everywhere(**vectors) -> Any:
+    """Return an environment that has the same vector (3,) at all times in each of its tables."""
+
+    def table(vector):
+        return SimpleNamespace(
+            values=lambda t_s, columns: np.tile(np.asarray(vector, float), (len(t_s), 1))
+        )
+
+    return SimpleNamespace(**{name: table(vector) for name, vector in vectors.items()})
+
+
+def turning(count, rate_b, interval_s, orbit=None, q_ib=rotation.IDENTITY, environment=None):
     """Return the states of a body that turns at a constant rate_b (3,) [rad/s] from q_ib on."""
     t_s = np.arange(count) * interval_s
     nothing = np.full((count, 1), np.nan)
@@ -23,4 +37,11 @@ def turning(count, rate_b, interval_s, orbit=None, q_ib=rotation.IDENTITY):
         orbit=orbit or FixedDirection(),
         orbit_s=t_s,
         turn_b=turn_b,
+        environment=environment,
     )
+
+
+def at_tick_0(scenario):
+    """Return the state of a scenario at tick 0 as a table, without the code that flies it."""
+    system, state = scenario.system, scenario.initial_state
+    return turning(1, np.zeros(3), 1.0, system.orbit, state.q_ib, system.environment)

@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 
+from satdyn_ros.dynamics.motion import Halted
 from satdyn_ros.run.checks import BELONGS
 from satdyn_ros.run.rotors import OF_THE_ONE, belongs
 from satdyn_ros.run.scenario import Scenario
@@ -63,6 +64,10 @@ SWEEPS = {
     'oblate': {
         'initial.angular_velocity.y': {'values': [0.0, 1e-3]},
     },
+    'magnets': {
+        'body.dipole': {'values': [[0.0, 0.0, 0.0], [5.0, 0.0, 0.0], [0.0, 2.0, 1.0]]},
+        'initial.angular_velocity.y': {'values': [0.0, 1e-3]},
+    },
     'methods': {
         'motion.method': {'values': ['numeric', 'auto']},
         'motion.tolerance': {'values': [1e-13, 1e-11]},
@@ -78,7 +83,7 @@ SWEEPS = {
 
 
 # The lanes of each of these have to be compiled: full matrices, rotors, ellipses.
-LONG = 'wheels', 'bodies', 'orbits'
+LONG = 'wheels', 'bodies', 'orbits', 'magnets'
 
 
 @pytest.mark.parametrize(
@@ -93,6 +98,9 @@ def test_together_as_alone(tmp_path, monkeypatch, name):
     }
     if name == 'oblate':
         parameters['orbit'] = {'inclination': 0.9, 'j2': 1e-3}
+    if name == 'magnets':
+        parameters |= {'time': {'epoch': '2026-03-01'}, 'orbit': {'inclination': 0.9}}
+        parameters['environment'] = {'magnetic_field': 'dipole'}
     if name == 'modes':
         parameters['rotor'] = {}
     if name == 'wheels':
@@ -106,17 +114,31 @@ def test_together_as_alone(tmp_path, monkeypatch, name):
     plan = Plan.from_yaml(path)
     runs = range(len(plan))
     together = rows_of(plan, runs)
-    monkeypatch.setattr(outcome, '_propagate_together', none_together)
+    fly_alone(monkeypatch)
     assert_same(together, rows_of(plan, runs))
 
 
-def none_together(*given):
-    """Stand for _propagate_together where each run is to go by itself."""
-    return np.zeros(len(given[3]), bool)
+def fly_alone(monkeypatch):
+    """Let each run go by itself."""
+
+    def none_together(*given):
+        return np.zeros(len(given[3]), bool)
+
+    def one_after_the_other(motions, t_s):
+        return [one(motion, t_s) for motion in motions]
+
+    def one(motion, t_s):
+        try:
+            return motion.at(t_s)
+        except Halted as error:
+            return error
+
+    monkeypatch.setattr(outcome, '_propagate_together', none_together)
+    monkeypatch.setattr(outcome, 'propagate_all', one_after_the_other)
 
 
-def alone(*given):
-    """Stand for _propagate_alone where all runs are to go together."""
+def one_by_one(*given):
+    """Stand for _propagate_one_by_one where all runs are to go together."""
     raise AssertionError('a run goes by itself')
 
 
@@ -207,10 +229,10 @@ def test_each_number_alone(tmp_path, monkeypatch, kind):
         path = write(tmp_path, ONE_KEY | {'orbit': orbit}, vary=vary, runs=1, duration_s=6000.0)
         plan = Plan.from_yaml(path)
         with monkeypatch.context() as patched:
-            patched.setattr(outcome, '_propagate_alone', alone)
+            patched.setattr(outcome, '_propagate_one_by_one', one_by_one)
             together = rows_of(plan, range(2))
         with monkeypatch.context() as patched:
-            patched.setattr(outcome, '_propagate_together', none_together)
+            fly_alone(patched)
             assert_same(together, rows_of(plan, range(2)))
 
 
@@ -277,7 +299,7 @@ def test_together_is_what_happens(tmp_path, monkeypatch):
     """Runs that differ only in numbers are propagated together: none alone."""
     plan = Plan.from_yaml(write(tmp_path))
 
-    monkeypatch.setattr(outcome, '_propagate_alone', alone)
+    monkeypatch.setattr(outcome, '_propagate_one_by_one', one_by_one)
     assert len(rows_of(plan, range(12))) == 12
 
 
@@ -298,7 +320,7 @@ def test_rotors_with_names_have_columns_of_their_own(tmp_path, monkeypatch):
     }
     path = write(tmp_path, parameters, vary={'rotor.a.speed': {'values': [100.0, -50.0]}}, runs=1)
 
-    monkeypatch.setattr(outcome, '_propagate_alone', alone)
+    monkeypatch.setattr(outcome, '_propagate_one_by_one', one_by_one)
     first, second = rows_of(Plan.from_yaml(path), range(2))
     assert first['rotor_speed_a'] == pytest.approx(100.0 * np.exp(-1.2), rel=1e-5)
     assert second['rotor_speed_a'] == pytest.approx(-50.0 * np.exp(-1.2), rel=1e-5)

@@ -79,7 +79,7 @@ function sensorPanels(sensors) {
     const errors = new Errors(table, sigma);
     return {
       name, title: `${name.replaceAll('_', ' ')} error, 3 σ`, unit, scale, isScaled: scale === 1,
-      lines: ['x', 'y', 'z'], colours: ['--x', '--y', '--z'], errors,
+      lines: ['x', 'y', 'z'].slice(-sigma.length), colours: ['--x', '--y', '--z'].slice(-sigma.length), errors,
       values: (rows, i) => errors.at(i),
     };
   });
@@ -89,10 +89,10 @@ function sensorPanels(sensors) {
 class Errors {
   constructor({ rows, columns }, sigma) {
     for (const [name, column] of Object.entries(columns)) this[name] = Rows.decoded(column);
-    Object.assign(this, { length: rows, sigma });
+    Object.assign(this, { length: rows, sigma, axes: sigma.length });
   }
 
-  at(i) { return Array.from(this.error.subarray(3 * i, 3 * i + 3)); }
+  at(i) { return Array.from(this.error.subarray(this.axes * i, this.axes * (i + 1))); }
 
   // The last sample not after a time; none before the first.
   before(time) {
@@ -102,7 +102,7 @@ class Errors {
 
   // The edges of the noise about axis k.
   edges(k) {
-    return [-3, 3].map((sign) => Array.from({ length: this.length }, (_, i) => this.systematic[3 * i + k] + sign * this.sigma[k]));
+    return [-3, 3].map((sign) => Array.from({ length: this.length }, (_, i) => this.systematic[this.axes * i + k] + sign * this.sigma[k]));
   }
 }
 

@@ -77,8 +77,7 @@ class Contents:
     def of_messages(cls, data: bytes) -> 'Contents':
         """Return the whole messages with which data begin."""
         contents = cls(np.frombuffer(data, np.uint8))
-        others = contents._others
-        return cls(contents.data[: others[0]]) if len(others) else contents
+        return cls(contents.data[: contents._others[0]]) if len(contents._others) else contents
 
     @property
     def cost(self) -> int:

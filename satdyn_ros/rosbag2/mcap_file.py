@@ -34,7 +34,7 @@ class McapFile:
             self.summary.add_metadata(len(begin), len(data), record.name)
             begin += data
         self._file = open(path, 'xb', buffering=0)  # noqa: SIM115
-        # At once: a killed writer leaves an empty file, or one that says what it is.
+        # At once: a killed writer leaves a file that says what it is, but for an instant.
         self._write(begin)
 
     def write_metadata(self, name: str, mapping: Mapping[str, str]) -> None:

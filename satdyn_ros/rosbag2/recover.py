@@ -94,8 +94,7 @@ def _files(path: Path) -> tuple[list[Path], list[str]]:
     missing = [name for name in names if not (path / name).is_file()]
     files = bag_files(path, None if missing else said)
     # Others may be there under other names.
-    missing = missing[: len(names) - len(files)]
-    return files, [f'{name}: the file is missing' for name in missing]
+    return files, [f'{name}: the file is missing' for name in missing[: len(names) - len(files)]]
 
 
 def _is_listed(path: Path, files: list[CheckedFile]) -> bool:

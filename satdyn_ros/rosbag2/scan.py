@@ -195,9 +195,11 @@ class Scanner:
     def _broken(self, start: int) -> Found:
         """Return the bytes up to the next record where no whole one is."""
         self._spend(DAMAGE)
-        end = self._next_record(start + 1)
+        opcode, end = self._head(start)
+        # The records in a chunk that is cut off are not those of the file.
+        is_cut_off = opcode == Opcode.CHUNK and end > self._size and self._adds_up(start)
+        end = self._size if is_cut_off else self._next_record(start + 1)
         if end == self._size and not self._is_finished:
-            opcode, _ = self._head(start)
             return Found(start, end, Flaw(Incomplete(self._path), opcode))
         return self._flaw(start, end, f'there is no whole record at byte {start}')
 

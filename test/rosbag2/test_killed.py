@@ -53,11 +53,6 @@ def assert_nothing_lost(directory, seconds):
     assert Bag(directory).problem is None
 
 
-def test_a_recording_killed_as_soon_as_it_has_begun_is_a_bag(tmp_path):
-    """A file that holds anything holds its scenario: it is the bag of a run without a tick."""
-    assert_nothing_lost(tmp_path / 'bag', 0.0)
-
-
 @pytest.mark.parametrize(
     'number', [0, 1, *(pytest.param(number, marks=pytest.mark.long) for number in range(2, 10))]
 )

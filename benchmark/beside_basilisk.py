@@ -36,7 +36,7 @@ TO_ITRS = gcrs_to_itrs(EPOCH_NS)
 LATER = itertools.count(1)
 
 
-def standing_pole(unix_ns) -> np.ndarray:
+def standing_pole(unix_ns, _) -> np.ndarray:
     """Return the turns into the axes of an Earth whose pole stays as it is at the epoch."""
     angle = TURN_RAD_S * (np.asarray(unix_ns) - EPOCH_NS) / SECOND_NS
     c, s, zero, one = np.cos(angle), np.sin(angle), np.zeros_like(angle), np.ones_like(angle)

@@ -7,7 +7,14 @@ bits alone and among many, as far as the libraries keep that.
 """
 
 from .atmosphere import Exponential, Msis, air_velocity
-from .earth import gcrs_to_itrs, geodetic, teme_to_gcrs, terrestrial_time, turned
+from .earth import (
+    gcrs_to_intermediate,
+    gcrs_to_itrs,
+    geodetic,
+    teme_to_gcrs,
+    terrestrial_time,
+    turned,
+)
 from .magnetic_field import dipole_field, dipole_vector, igrf_field, igrf_warning
 from .sun import lit_fraction, shadow_margins, sun_direction, sun_position
 
@@ -17,6 +24,7 @@ __all__ = [
     'air_velocity',
     'dipole_field',
     'dipole_vector',
+    'gcrs_to_intermediate',
     'gcrs_to_itrs',
     'geodetic',
     'igrf_field',

@@ -1,5 +1,8 @@
 """The Earth's frames and times: GCRS, ITRS and TEME, UTC and TT, and places on the ellipsoid."""
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -48,17 +51,30 @@ def utc_from_tt_ns(tt_ns: np.ndarray) -> np.ndarray:
     return utc_from_tai_ns(tt_ns - _TT_FROM_TAI_NS)
 
 
-def gcrs_to_itrs(unix_ns: ArrayLike) -> np.ndarray:
+def gcrs_to_intermediate(unix_ns: ArrayLike) -> np.ndarray:
     """
-    Return the matrices (..., 3, 3) that turn components in GCRS into those in ITRS.
+    Return the matrices (..., 3, 3) of frame bias, precession and nutation of IAU 2006/2000A.
 
-    R3(ERA) N: N holds frame bias, precession and nutation of IAU 2006/2000A to the celestial
-    intermediate origin, ERA is the Earth rotation angle at UT1, taken as UTC.  Polar motion is
-    left out, so that the third row is the pole, in GCRS.
+    They turn components in GCRS into those in axes of the pole and the celestial intermediate
+    origin of date.
     """
     with brought_by('environment', 'pyerfa'):
         import erfa
-    return erfa.rz(erfa.era00(*_ut1(unix_ns)), erfa.c2i06a(*terrestrial_time(unix_ns)))
+    return erfa.c2i06a(*terrestrial_time(unix_ns))
+
+
+def gcrs_to_itrs(
+    unix_ns: ArrayLike, to_intermediate: Callable[[Any], np.ndarray] = gcrs_to_intermediate
+) -> np.ndarray:
+    """
+    Return the matrices (..., 3, 3) that turn components in GCRS into those in ITRS.
+
+    R3(ERA) N: N is what to_intermediate gives, ERA the Earth rotation angle at UT1, taken as UTC.
+    Polar motion is left out, so that the third row is the pole, in GCRS.
+    """
+    with brought_by('environment', 'pyerfa'):
+        import erfa
+    return erfa.rz(erfa.era00(*_ut1(unix_ns)), to_intermediate(unix_ns))
 
 
 def teme_to_gcrs(unix_ns: ArrayLike) -> np.ndarray:
@@ -72,7 +88,7 @@ def teme_to_gcrs(unix_ns: ArrayLike) -> np.ndarray:
         import erfa
     ut1 = _ut1(unix_ns)
     ahead = erfa.era00(*ut1) - erfa.gmst82(*ut1)
-    return erfa.tr(erfa.rz(ahead, erfa.c2i06a(*terrestrial_time(unix_ns))))
+    return erfa.tr(erfa.rz(ahead, gcrs_to_intermediate(unix_ns)))
 
 
 def geodetic(r_t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

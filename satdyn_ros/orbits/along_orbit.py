@@ -19,6 +19,7 @@ from ..environment import (
     sun_position,
     turned,
 )
+from .axes_of_date import tabled_gcrs_to_intermediate
 from .kepler import KeplerOrbit
 from .pieces import Piece, Pieces, fitted, roots, whole_seconds, within_days
 from .tabled import TabledOrbit
@@ -126,11 +127,10 @@ class AlongOrbit:
         r_i, _ = self.orbit.position_velocity(t_s)
         return np.stack(shadow_margins(r_i, self._sun_at(t_s)), axis=-1)
 
-    # Half of what the tables cost is these two, and several tables have the same nodes.
-    @cached_property
-    def _to_itrs_at(self):
-        return _kept(lambda t_s: gcrs_to_itrs(self.unix_ns(t_s)))
+    def _to_itrs_at(self, t_s):
+        return gcrs_to_itrs(self.unix_ns(t_s), tabled_gcrs_to_intermediate)
 
+    # Several tables have the same nodes.
     @cached_property
     def _sun_at(self):
         return _kept(lambda t_s: sun_position(self.unix_ns(t_s)))

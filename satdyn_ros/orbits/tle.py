@@ -16,9 +16,9 @@ import numpy as np
 from ..base.extras import brought_by
 from ..base.nanoseconds import SECOND_NS, epoch, stamp_ns
 from ..kernel.rows import components, times
+from .axes_of_date import tabled_teme_to_gcrs
 from .pieces import PIECE_TURN, Piece, Stretch, fitted
 from .tabled import OrbitSource
-from .teme import tabled_teme_to_gcrs
 
 # How far from its epoch an element set is taken without a warning.
 GOOD_FOR_DAYS = 14

@@ -11,8 +11,8 @@ from numpy.testing import assert_allclose
 from satdyn_ros.base.nanoseconds import SECOND_NS, stamp_ns
 from satdyn_ros.environment.earth import teme_to_gcrs
 from satdyn_ros.kernel import rotation
+from satdyn_ros.orbits.axes_of_date import tabled_teme_to_gcrs
 from satdyn_ros.orbits.tabled import TabledOrbit
-from satdyn_ros.orbits.teme import tabled_teme_to_gcrs
 from satdyn_ros.orbits.tle import TwoLineOrbit
 
 api = pytest.importorskip('sgp4.api')

@@ -67,11 +67,11 @@ def test_first_line_says_what_one_sees(path):
 
 @pytest.mark.parametrize(
     'path',
-    # Code of its own is compiled for four wheels, and for all torques of the environment.
+    # Code of its own is compiled for four wheels, all torques of the environment, wheels in a field.
     [
         pytest.param(
             path,
-            marks=[pytest.mark.long] * (path.stem in ('cubesat_leo', 'pyramid')),
+            marks=[pytest.mark.long] * (path.stem in ('cubesat_leo', 'pyramid', 'sun_pointing')),
             id=path.stem,
         )
         for path in SCENARIOS

@@ -67,7 +67,7 @@ def test_first_line_says_what_one_sees(path):
 
 @pytest.mark.parametrize(
     'path',
-    # Code of its own is compiled for four wheels, all torques of the environment, wheels in a field.
+    # Code of its own is compiled for four wheels, for all torques of the environment, for both.
     [
         pytest.param(
             path,

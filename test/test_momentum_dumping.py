@@ -33,7 +33,7 @@ def test_the_wheels_are_slow_once_the_sun_is_held(monkeypatch):
     """
     After 4500 s the momentum of the start, which is 440 rad/s of a wheel, is mostly gone.
 
-    What the Sun sensor's noise of 2 mrad makes of the pointing stays below 2 deg.
+    Off the Sun by up to 1.1 deg: by the friction of the wheels, which the law does not know.
     """
     monkeypatch.setattr(momentum_dumping, 'TOLD_EACH_S', 1500.0)
     scenario = Scenario.from_yaml(ROOT / 'config' / 'sun_pointing.yaml')

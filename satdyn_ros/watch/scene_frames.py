@@ -98,6 +98,7 @@ class SceneFrames:
             work=np.zeros(1),
             orbit=system.orbit,
             orbit_s=at_s,
+            environment=system.environment,
         )
         samples = Samples(0, np.array([sample.stamp_ns]), states, system)
         return scene.rows(

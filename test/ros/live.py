@@ -30,7 +30,8 @@ DEFAULT = ROOT / 'config' / 'default.yaml'
 _PATHS = str(ROOT), str(ROOT / 'test'), os.environ.get('PYTHONPATH')
 ENVIRONMENT = os.environ | {'PYTHONPATH': os.pathsep.join(filter(None, _PATHS))}
 # Long enough for a loaded machine; nothing waits so long where all is well.
-PATIENCE_S = 60.0
+# To compile the equations of a node takes minutes where all cores are busy.
+PATIENCE_S = 300.0
 EPOCH_NS = 1_700_000_000 * 10**9
 
 _numbers = itertools.count(1)

@@ -63,11 +63,6 @@ class RunState:
     halted: str | None = None
     told: int = -1
 
-    @property
-    def has_torque(self) -> bool:
-        """Whether any torque acts."""
-        return self.system.is_commanded
-
     def restarted(self, tick: int, state: State, system: System) -> 'RunState':
         """
         Return the run whose motion begins at a tick, from a state and with the torques of system.
@@ -119,7 +114,7 @@ class _Happening:
         """Drop the torques, or else halt, where the motion does not reach the tick."""
         while self.run.halted is None and not self.run.segment.reaches(self.tick):
             run, before = self.run, self.tick - 1
-            drops = run.has_torque and run.segment.begin_tick <= before
+            drops = run.system.is_commanded and run.segment.begin_tick <= before
             event = TorquesDropped(self.tick) if drops else Halt(self.tick)
             if not isinstance(event, kinds):
                 return

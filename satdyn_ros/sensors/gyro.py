@@ -23,7 +23,7 @@ from ..kernel import rotation
 from .measurements import Measurements, as_array, sampled
 from .noise import normals
 from .sensor import Sensor
-from .three_axes import DEVIATES, ThreeAxes
+from .three_axes import DEVIATES, ThreeAxes, keys_of_errors
 
 _CARRIED = ('bias', 'q_ib', 'turn_b')
 
@@ -104,46 +104,7 @@ class Gyro(Sensor):
             'rate random walk K: the bias changes by steps of standard deviation K sqrt(dt)',
             low=0.0,
         ),
-        Key(
-            'initial_bias',
-            'double_array',
-            (0.0, 0.0, 0.0),
-            'rad/s',
-            'bias of the first sample, sensor axes',
-            lengths=(3,),
-        ),
-        Key(
-            'scale_factor',
-            'double_array',
-            (0.0, 0.0, 0.0),
-            '',
-            'relative errors of the scale factors, sensor axes',
-            lengths=(3,),
-        ),
-        Key(
-            'misalignment',
-            'double_array',
-            (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-            'rad',
-            'xy xz yx yz zx zy: what an axis (first letter) reads of the rate about another',
-            lengths=(6,),
-        ),
-        Key(
-            'resolution',
-            'double',
-            0.0,
-            'rad/s',
-            'samples are rounded to multiples of this; 0: not rounded',
-            low=0.0,
-        ),
-        Key(
-            'max_rate',
-            'double',
-            0.0,
-            'rad/s',
-            'samples saturate at this rate, axis by axis; 0: never',
-            low=0.0,
-        ),
+        *keys_of_errors('rad/s', 'rate', 'rate about another'),
         Key(
             'integrating',
             'bool',

@@ -17,7 +17,7 @@ from ..kernel import rotation
 from .measurements import Measurements, as_array, sampled
 from .noise import normals
 from .sensor import Sensor
-from .three_axes import DEVIATES, BiasMemory, ThreeAxes
+from .three_axes import DEVIATES, BiasMemory, ThreeAxes, keys_of_errors
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,46 +42,7 @@ class Magnetometer(Sensor):
             'the bias changes by steps of standard deviation bias_random_walk sqrt(dt)',
             low=0.0,
         ),
-        Key(
-            'initial_bias',
-            'double_array',
-            (0.0, 0.0, 0.0),
-            'T',
-            'bias of the first sample, sensor axes',
-            lengths=(3,),
-        ),
-        Key(
-            'scale_factor',
-            'double_array',
-            (0.0, 0.0, 0.0),
-            '',
-            'relative errors of the scale factors, sensor axes',
-            lengths=(3,),
-        ),
-        Key(
-            'misalignment',
-            'double_array',
-            (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-            'rad',
-            'xy xz yx yz zx zy: what an axis (first letter) reads of the field along another',
-            lengths=(6,),
-        ),
-        Key(
-            'resolution',
-            'double',
-            0.0,
-            'T',
-            'samples are rounded to multiples of this; 0: not rounded',
-            low=0.0,
-        ),
-        Key(
-            'max_field',
-            'double',
-            0.0,
-            'T',
-            'samples saturate at this field, axis by axis; 0: never',
-            low=0.0,
-        ),
+        *keys_of_errors('T', 'field', 'field along another'),
     )
     needs = 'environment.magnetic_field'
     message, measures = 'sensor_msgs/msg/MagneticField', 'magnetic_field'

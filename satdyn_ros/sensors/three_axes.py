@@ -13,8 +13,60 @@ from typing import Any
 
 import numpy as np
 
+from ..base.key import Key
+
 # Three of white noise, three of the bias.
 DEVIATES = 6
+
+
+def keys_of_errors(unit: str, quantity: str, of_another: str) -> tuple[Key, ...]:
+    """
+    Return what a scenario says of the errors of three axes that measure a quantity.
+
+    of_another: what an axis reads where it is misaligned, such as 'rate about another'.
+    """
+    return (
+        Key(
+            'initial_bias',
+            'double_array',
+            (0.0, 0.0, 0.0),
+            unit,
+            'bias of the first sample, sensor axes',
+            lengths=(3,),
+        ),
+        Key(
+            'scale_factor',
+            'double_array',
+            (0.0, 0.0, 0.0),
+            '',
+            'relative errors of the scale factors, sensor axes',
+            lengths=(3,),
+        ),
+        Key(
+            'misalignment',
+            'double_array',
+            (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+            'rad',
+            f'xy xz yx yz zx zy: what an axis (first letter) reads of the {of_another}',
+            lengths=(6,),
+        ),
+        Key(
+            'resolution',
+            'double',
+            0.0,
+            unit,
+            'samples are rounded to multiples of this; 0: not rounded',
+            low=0.0,
+        ),
+        Key(
+            f'max_{quantity}',
+            'double',
+            0.0,
+            unit,
+            f'samples saturate at this {quantity}, axis by axis; 0: never',
+            low=0.0,
+        ),
+    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,10 +1,10 @@
 from dataclasses import replace
 
-import allantools
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from scipy import stats
+from sensors.three_axes import measured, within_three_sigma
 from sensors.truth import turning
 
 from satdyn_ros.kernel import rotation
@@ -16,44 +16,23 @@ BIAS_RANDOM_WALK = 3e-6
 STILL = np.zeros(3)
 
 
-def measured(gyro, states, blocks=(None,)):
-    """Return the samples (M, 3) of consecutive states, measured in blocks that end at `blocks`."""
-    memory, values, begin = gyro.memory, [], 0
-    for end in [*(len(states) if end is None else end for end in blocks)]:
-        found, memory = gyro.measure(range(begin, end), states.rows(slice(begin, end)), memory)
-        values.append(found.values)
-        begin = end
-    return np.concatenate(values)
-
-
-def within_three_sigma(gyro, deviation, power):
-    """
-    Assert that the theory lies in the confidence of the Allan deviations of 10^6 samples.
-
-    power: the exponent of the noise's spectrum in frequency, by which the freedom is counted.
-    """
-    samples = measured(gyro, turning(10**6, STILL, INTERVAL_S))
-    for axis in range(3):
-        taus, found, _, counts = allantools.oadev(
-            samples[:, axis], rate=1.0 / INTERVAL_S, data_type='freq', taus=[1.0, 10.0, 100.0]
-        )
-        for tau, sigma, n in zip(taus, found, counts, strict=True):
-            m = round(tau / INTERVAL_S)
-            freedom = allantools.edf_simple(n + 2 * m, m, power)
-            low, high = allantools.confidence_interval(sigma, freedom, ci=0.9973)
-            assert low < deviation(tau) < high, (axis, tau, sigma, deviation(tau))
+def noise_of(gyro):
+    """Return 10^6 samples of a gyro at rest."""
+    return measured(gyro, turning(10**6, STILL, INTERVAL_S))
 
 
 def test_the_angle_random_walk_is_that_of_the_data_sheet():
     """White rate noise has the Allan deviation N / sqrt(tau), by another's program."""
     gyro = Gyro(3, INTERVAL_S, noise_density=NOISE_DENSITY)
-    within_three_sigma(gyro, lambda tau: NOISE_DENSITY / np.sqrt(tau), 0)
+    within_three_sigma(noise_of(gyro), INTERVAL_S, lambda tau: NOISE_DENSITY / np.sqrt(tau), 0)
 
 
 def test_the_rate_random_walk_is_that_of_the_data_sheet():
     """A walking bias has the Allan deviation K sqrt(tau / 3), by another's program."""
     gyro = Gyro(3, INTERVAL_S, bias_random_walk=BIAS_RANDOM_WALK)
-    within_three_sigma(gyro, lambda tau: BIAS_RANDOM_WALK * np.sqrt(tau / 3.0), -2)
+    within_three_sigma(
+        noise_of(gyro), INTERVAL_S, lambda tau: BIAS_RANDOM_WALK * np.sqrt(tau / 3.0), -2
+    )
 
 
 def test_samples_scatter_as_the_variance_says():

@@ -1,10 +1,10 @@
-import allantools
 import numpy as np
 import pytest
 from environment import truth
 from numpy.testing import assert_allclose
 from scipy import stats
 from scipy.spatial.transform import Rotation
+from sensors.three_axes import measured, within_three_sigma
 from sensors.truth import at_tick_0, everywhere, turning
 
 from satdyn_ros.kernel import rotation
@@ -20,18 +20,6 @@ def flown(count, field_b=FIELD_B):
     """Return the states of a body at rest in a field (3,) [T]."""
     environment = everywhere(magnetic_field=field_b)
     return turning(count, np.zeros(3), INTERVAL_S, environment=environment)
-
-
-def measured(magnetometer, states, blocks=(None,)):
-    """Return the samples (M, 3) of consecutive states, measured in blocks that end at `blocks`."""
-    memory, values, begin = magnetometer.memory, [], 0
-    for end in [*(len(states) if end is None else end for end in blocks)]:
-        found, memory = magnetometer.measure(
-            range(begin, end), states.rows(slice(begin, end)), memory
-        )
-        values.append(found.values)
-        begin = end
-    return np.concatenate(values)
 
 
 @pytest.mark.parametrize(
@@ -50,15 +38,7 @@ def measured(magnetometer, states, blocks=(None,)):
 def test_noise_is_that_of_the_data_sheet(errors, deviation, power):
     """The Allan deviations of 10^5 samples, by another's program, are the theory's."""
     samples = measured(Magnetometer(3, INTERVAL_S, 7, **errors), flown(10**5))
-    for axis in range(3):
-        taus, found, _, counts = allantools.oadev(
-            samples[:, axis], rate=1.0 / INTERVAL_S, data_type='freq', taus=[1.0, 10.0, 100.0]
-        )
-        for tau, sigma, n in zip(taus, found, counts, strict=True):
-            m = round(tau / INTERVAL_S)
-            freedom = allantools.edf_simple(n + 2 * m, m, power)
-            low, high = allantools.confidence_interval(sigma, freedom, ci=0.9973)
-            assert low < deviation(tau) < high, (axis, tau, sigma, deviation(tau))
+    within_three_sigma(samples, INTERVAL_S, deviation, power)
 
 
 def test_errors_are_chi_square_of_the_covariance():

@@ -2,8 +2,9 @@
 Results of runs: the columns of the table.
 
 Runs that differ only in numbers are propagated and measured together, as arrays (M, N) of M runs
-at N times.  Where there is a table, a torque of one's own, an invalid value or a propagation that
-halts, each run is made by itself; a closed form is evaluated by itself.
+at N times.  Where there is a table, a torque of one's own, a rotor whose turns count, an invalid
+value or a propagation that halts, each run is made and measured by itself, and only the steps are
+taken side by side; a closed form is evaluated by itself.
 """
 
 from collections import defaultdict

@@ -38,8 +38,9 @@ class History:
     t_s (N,): seconds from tick 0.  states: their table, which refers to the orbit; q_lb (N, 4) is
     None without LVLH.  shown: by their names what the topics with a panel show, and geodetic where
     it is published, (N, k) each.  panels: titles and units of the former.  applied_b (N, 3):
-    applied torque [N m]; momentum_b (N, 3): H [N m s].  turned (N,): the angle that the body turns
-    within a row [rad].  least, most, mean: of a curve by its name, see curves.py, over all ticks
+    applied torque [N m]; dipole_b (N, 3): magnetic dipole [A m^2], None where the field turns
+    none; momentum_b (N, 3): H [N m s].  turned (N,): the angle that the body turns within a row
+    [rad].  least, most, mean: of a curve by its name, see curves.py, over all ticks
     of a row.
     drift: by first integral its largest relative change since the last event so far, of all ticks,
     (N,), nan where it is not one.  largest_drift: the same over the whole run.  motions: the first
@@ -56,6 +57,7 @@ class History:
     shown: dict[str, np.ndarray]
     panels: dict[str, Panel]
     applied_b: np.ndarray
+    dipole_b: np.ndarray | None
     momentum_b: np.ndarray
     turned: np.ndarray
     least: dict[str, np.ndarray]
@@ -111,7 +113,7 @@ def history(
     tick_s = 1.0 / float(run.ticks.rate)
     bounds = Bounds(first, -(-(end - first) // every), every, tick_s, with_panels)
     sensors = ErrorsOfSensors(simulation.sensors, run.ticks, range(first, end), rows)
-    tables, quantities, applied_torques, momenta, drifts = [], [], [], [], []
+    tables, quantities, applied_torques, dipoles, momenta, drifts = [], [], [], [], [], []
     events: list[tuple[float, Event]] = []
     driven: list[tuple[float, float]] = []
     largest: dict[str, float] = {}
@@ -148,6 +150,8 @@ def history(
             {name: values[chosen] for name, values in shown(topics, samples).items()}
         )
         applied_torques.append(np.broadcast_to(samples.system.torque_b, (len(table), 3)))
+        if samples.system.magnetic_dipole_b is not None:
+            dipoles.append(np.broadcast_to(samples.system.magnetic_dipole_b, (len(table), 3)))
         momenta.append(angular_momentum(samples.system, table.omega_bi_b, table.rotor_speed))
         drifts.append({name: values[chosen] for name, values in drift.items()})
     bounds.close()
@@ -164,6 +168,7 @@ def history(
         },
         panels={topic.name: topic.panel for topic in with_panels if topic.panel},
         applied_b=np.concatenate(applied_torques),
+        dipole_b=np.concatenate(dipoles) if dipoles else None,
         momentum_b=np.concatenate(momenta),
         turned=bounds.turned,
         least=bounds.least,

@@ -28,6 +28,7 @@ row by row, little endian, t_s as float64.  Its columns, of which some may be mi
     momentum_b             angular momentum, body axes [N m s]
     gravity_gradient       and the other panels, by their names
     applied_b              applied torque, body axes [N m]
+    dipole_b               magnetic dipole of body and magnetorquers, body axes [A m^2]
     geodetic               latitude, longitude [deg] and height [m]
     rotor_speed            relative to the body, one number per rotor [rad/s]
     rotor_angle            within a turn [rad]
@@ -85,6 +86,7 @@ def rows(
     momentum_b: np.ndarray,
     shown: Mapping[str, np.ndarray],
     applied_b: np.ndarray | None = None,
+    dipole_b: np.ndarray | None = None,
 ) -> dict[str, np.ndarray]:
     """Return the columns of states, (N, k) each; those without information are missing."""
     columns = {
@@ -99,6 +101,8 @@ def rows(
         columns['radius_m'] = states.orbit.radius(states.orbit_s)
     if applied_b is not None and np.any(applied_b):
         columns['applied_b'] = applied_b
+    if dipole_b is not None:
+        columns['dipole_b'] = dipole_b
     speed = rotor_columns(states.rotor_speed)
     if not np.all(np.isnan(speed)):
         columns['rotor_speed'] = speed
@@ -116,7 +120,7 @@ def table(columns: Mapping[str, np.ndarray]) -> dict[str, Any]:
 
 def of_history(run: History) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the description and the table of a history."""
-    columns = rows(run.states, run.momentum_b, run.shown, run.applied_b)
+    columns = rows(run.states, run.momentum_b, run.shown, run.applied_b, run.dipole_b)
     if run.drift:
         columns['drift'] = np.stack(list(run.drift.values()), axis=-1)
     return description(run.scenario, list(run.drift)), table(columns)

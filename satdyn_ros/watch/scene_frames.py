@@ -87,8 +87,9 @@ class SceneFrames:
         rotor_angle: np.ndarray,
     ) -> Row:
         held_b, at_s = self._held(scenario, t_s), np.array([t_s])
-        dipole_b = within_max_dipole(scenario, held_b.pop(MAGNETORQUERS, NO_DIPOLE))
-        system = scenario.system.driven(dipole_b=dipole_b)
+        commanded_b = within_max_dipole(scenario, held_b.pop(MAGNETORQUERS, NO_DIPOLE))
+        system = scenario.system.driven(dipole_b=commanded_b)
+        dipole_b = system.magnetic_dipole_b
         states = States(
             t_s=at_s,
             q_ib=sample.q_ib[None],
@@ -106,6 +107,7 @@ class SceneFrames:
             momentum_b=angular_momentum(system, states.omega_bi_b, states.rotor_speed),
             shown=shown([*topics_with_panels(scenario), *place_topics(scenario)], samples),
             applied_b=np.sum([*held_b.values()], axis=0)[None] if held_b else None,
+            dipole_b=None if dipole_b is None else dipole_b[None],
         )
 
     def _held(self, scenario: Scenario, t_s: float) -> dict[str, np.ndarray]:

@@ -4,6 +4,7 @@
 const ARROWS = {
   nadir: '--nadir', rate: '--rate', momentum: '--momentum', torque: '--torque', applied: '--applied',
   x: '--x', y: '--y', z: '--z', along: '--quiet', normal: '--quiet', sun: '--sun', field: '--field',
+  dipole: '--dipole',
 };
 const PATHS = { axis: '--axis-path', polhode: '--polhode', herpolhode: '--herpolhode' };
 const AXIS_LENGTH = 1.0;
@@ -63,7 +64,7 @@ class Scene {
     if (this.planet) this.world.add(this.planet.group);
     if (this.view === 'space' && description.has_lvlh) this.setView('orbit');
     this._paint();
-    this.longest = { rate: 0, torque: 0 };
+    this.longest = { rate: 0, torque: 0, dipole: 0 };
     this._measureCover();
   }
 
@@ -171,9 +172,10 @@ class Scene {
 
   // -- showing a row -----------------------------------------------------------------------------
 
-  _measureRow({ omega_bi_b: omega, gravity_gradient: torque }) {
+  _measureRow({ omega_bi_b: omega, gravity_gradient: torque, dipole_b: dipole }) {
     this.longest.rate = Math.max(this.longest.rate, Math.hypot(...omega));
     if (torque) this.longest.torque = Math.max(this.longest.torque, Math.hypot(...torque));
+    if (dipole) this.longest.dipole = Math.max(this.longest.dipole, Math.hypot(...dipole));
   }
 
   _place() {
@@ -230,8 +232,10 @@ class Scene {
     point('torque', isOn && row.gravity_gradient ? inView(row.gravity_gradient, longest.torque) : none);
     const applied = row.applied_b;
     const field = this.shown.place && row.magnetic_field;
+    const dipole = this.shown.place && row.dipole_b;
     point('sun', this.shown.place && sun_v ? along(sun_v, 1.75) : none);
     point('field', field ? along(Rotation.rotate(q_vb, field), 1.5 / Math.hypot(...field)) : none);
+    point('dipole', dipole ? inView(dipole, longest.dipole) : none);
     point('applied', isOn && applied && applied.every(Number.isFinite) ? inView(applied, Math.hypot(...applied)) : none);
   }
 
@@ -286,12 +290,18 @@ class Scene {
     return field ? `B ${quantity(1e6 * Math.hypot(...field))} µT` : 'B';
   }
 
+  _dipoleText() {
+    const { dipole_b: dipole } = this.row;
+    return dipole ? `m ${quantity(Math.hypot(...dipole))} A m²` : 'm';
+  }
+
   _labelTexts() {
     const { row, description } = this;
     const texts = {
       nadir: description.has_lvlh ? 'nadir' : 'to the centre', rate: 'ω', momentum: 'H', torque: 'gravity gradient',
       applied: 'applied torque', x: 'x', y: 'y', z: 'z', along: 'along track', normal: 'orbit normal',
       sun: this._isInUmbra ? 'Sun, behind the Earth' : 'Sun', field: this._fieldText(),
+      dipole: this._dipoleText(),
     };
     Object.entries(texts).forEach(([name, text]) => this.labels.set(name, text, ARROWS[name]));
     description.rotors.forEach(({ name, momentum }, k) => {

@@ -13,6 +13,7 @@ import yaml
 from rosbags.typesys import Stores, get_typestore
 
 from satdyn_ros.ros.launching import constellation, one_satellite
+from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.topics import TOPICS
 
 ROOT = Path(__file__).parent.parent
@@ -165,9 +166,10 @@ def strings(node):
 
 
 def test_foxglove_layout_shows_published_topics(layout):
-    """Every panel's topic is one the node publishes, and every field a field of its message."""
+    """Every panel's topic is one of the node or its sensors, every field one of its message."""
     store = get_typestore(Stores.ROS2_JAZZY)
-    types = {f'/{topic.name.lstrip("/")}': topic.type for topic in TOPICS.values()}
+    topics = Scenario.from_yaml('cubesat_leo').topic_table.values()
+    types = {f'/{topic.name.lstrip("/")}': topic.type for topic in topics}
     paths = [text for text in strings(layout['configById']) if text.startswith('/')]
     assert len(paths) > 10
     for path in paths:
@@ -179,9 +181,14 @@ def test_foxglove_layout_shows_published_topics(layout):
 
 
 def test_foxglove_layout_places_every_panel(layout):
-    """No panel is configured and not shown, or shown and not configured."""
+    """No panel is configured and not shown, or shown and not configured, on a tab too."""
     places = {'row', 'column', 'direction', 'splitPercentage', 'first', 'second'}
-    assert set(strings(layout['layout'])) - places == set(layout['configById'])
+    panels = layout['configById'].values()
+    shown = [
+        layout['layout'],
+        *(tab['layout'] for panel in panels for tab in panel.get('tabs', [])),
+    ]
+    assert set(strings(shown)) - places == set(layout['configById'])
 
 
 def test_rviz_config_shows_published_topics():

@@ -243,6 +243,40 @@ def test_a_motor_turns_the_rotor(live):
     np.testing.assert_allclose(momentum, momentum[0] + 0.5 * t_s, rtol=1e-10, atol=1e-12)
 
 
+def test_a_speed_is_followed_until_its_timeout_and_recorded(live, tmp_path):
+    """s' = k (s_c - s), the body being heavy: the speed nears the command like exp(-k t)."""
+    gain, wanted = 4.0, 100.0
+    wheel = {'mode': 'motor', 'axis': [0.6, 0.8, 0.0], 'inertia': 1e-3, 'speed': 10.0}
+    # Friction that is not felt, so that the compiled equations are those of test_speed_commands.
+    wheel |= {'speed_gain': gain, 'max_torque': 1.0}
+    wheel |= {'friction': 1e-15, 'coulomb_friction': 1e-15, 'friction_speed': 0.2}
+    node, participant = live(
+        {f'rotor.{name}': value for name, value in wheel.items()}
+        | {'body.inertia': FREE['body.inertia'], 'torque.timeout': 2.0}
+        | {'publish.topics': ['rotor'], 'record.enabled': True}
+    )
+    publisher, until = matched(participant, JointState, 'rotor_command'), health(participant)
+    rotors = participant.listen('rotor')
+    participant.hear(rotors, 5)
+    publisher.publish(JointState(name=['rotor'], velocity=[wanted]))
+    until(node.namespace, lambda report: values(report['inputs'])['accepted'] == '1')
+    participant.wait_until(lambda: rotors[-1].velocity[0] > 99.0, 'the speed')
+    reached = len(rotors)
+    participant.hear(rotors, 300)
+    assert node.end()[0] == 0
+
+    (directory,) = tmp_path.glob('satdyn_*_*')
+    assert verify(directory).same_bytes
+    command, end = RecordedRun(directory).events
+    assert command.speeds == {'rotor': wanted}
+    assert end == Timeout(command.tick + 200, 'rotor_command')
+    t_s = np.array([(stamp_ns(m) - EPOCH_NS) * 1e-9 for m in rotors[:reached]])
+    passed = np.maximum(t_s - command.tick / 100.0, 0.0)
+    speeds = [m.velocity[0] for m in rotors[:reached]]
+    # The body takes up 1e-3 / 800 of it, the gravity gradient less.
+    np.testing.assert_allclose(speeds, wanted - 90.0 * np.exp(-gain * passed), atol=1e-3)
+
+
 def test_a_speed_is_refused_beside_a_torque_and_where_no_drive_follows_it(live):
     """Both are counted, with a sentence each, and no torque acts."""
     node, participant = live(FREE | {'rotor.mode': 'motor', 'rotor.inertia': 2.0})

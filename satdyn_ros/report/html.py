@@ -18,6 +18,7 @@ from ..run.events import Request, Reset, Topics, to_yaml
 from ..run.scenario import Scenario
 from .history import History, history
 from .scene import of_history, table
+from .sensor_errors import largest_of_kind
 
 # Enough for a body that turns a thousand times, and small enough for a page of a few megabytes.
 TABLE_ROWS = 16000
@@ -98,7 +99,8 @@ def playable(run: History) -> dict[str, Any]:
     line, and tables of least, most and mean; null where there are none.  marks: events
     (t_s, kind 'restart' or 'change') and driven intervals (from, to) [s].  notice: what the
     3-D view cannot show, or ''.  sensors: by their names a table of t_s, error and systematic, and
-    sigma, see sensor_errors.py, with unit and per_si of the chart, see Sensor.
+    sigma, see sensor_errors.py, with unit and per_si of the chart, see Sensor, and largest, of the
+    sensors of its kind, or null where it is the only one.
     """
     description, rows = of_history(run)
     far = np.flatnonzero(run.turns_too_far)
@@ -111,17 +113,19 @@ def playable(run: History) -> dict[str, Any]:
         else None,
         'marks': {'events': _marks(run), 'driven': run.driven},
         'notice': _notice(run),
-        'sensors': {name: _errors(errors) for name, errors in run.sensors.items()},
+        'sensors': {name: _errors(name, run.sensors) for name in run.sensors},
     }
 
 
-def _errors(errors):
+def _errors(name, sensors):
+    errors = sensors[name]
     columns = {name: getattr(errors, name) for name in ('t_s', 'error', 'systematic')}
     return {
         'table': table(columns),
         'sigma': errors.sigma.tolist(),
         'unit': errors.sensor.unit,
         'per_si': errors.sensor.per_si,
+        'largest': largest_of_kind(name, sensors),
     }
 
 

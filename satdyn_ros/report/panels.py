@@ -12,6 +12,7 @@ from .curves import component_names, least_axis, nadir_angles, rotor_columns
 from .envelope import envelope
 from .history import History
 from .scene import rotor_names
+from .sensor_errors import largest_of_kind
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,6 +24,8 @@ STYLES = ('-', '--', '-.', ':')
 _LEAST_SHOWN = 2e-16
 # Of the largest value of a panel: more than what computing leaves of a zero.
 _ROUNDING = 1e-9
+# An axis for several sensors is longer than the largest error by so much.
+_ROOM = 1.06
 # Along the time: a line that goes up and down within 8 of some 1050 pixels fills them.
 _STEPS = 130
 _ABOVE = {
@@ -183,11 +186,19 @@ def rotor(axes: 'Axes', history: History) -> None:
 
 
 def sensor(axes: 'Axes', history: History, name: str) -> None:
-    """Draw measured minus true values in sensor axes, and three sigma of the noise."""
+    """
+    Draw measured minus true values in sensor axes, and three sigma of the noise.
+
+    Several sensors of a kind are drawn to one scale.
+    """
     errors = history.sensors[name]
     unit, per_si = errors.sensor.unit, errors.sensor.per_si
-    scale, prefix = _prefixed(errors.error) if per_si == 1.0 else (1.0 / per_si, '')
+    largest = largest_of_kind(name, history.sensors)
+    sizes = errors.error if largest is None else np.array([largest])
+    scale, prefix = _prefixed(sizes) if per_si == 1.0 else (1.0 / per_si, '')
     _measured(axes, history, errors, scale)
+    if largest:
+        axes.set_ylim(-_ROOM * largest / scale, _ROOM * largest / scale)
     axes.set_ylabel(f'{name.replace("_", " ")} minus\ntruth [{prefix}{unit}]')
 
 

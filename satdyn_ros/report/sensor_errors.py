@@ -8,7 +8,7 @@ attitudes (turns.py), and what it sees of the environment from the models, not f
 that fly: no error of these cancels out.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any
@@ -38,6 +38,19 @@ class SensorErrors:
     error: np.ndarray
     systematic: np.ndarray
     sigma: np.ndarray
+
+    @property
+    def largest(self) -> float:
+        """The largest size of an error or of an edge of three sigma; 0.0 without measurements."""
+        edges = np.abs(self.systematic) + 3.0 * self.sigma
+        return float(np.max([np.abs(self.error), edges], initial=0.0))
+
+
+def largest_of_kind(name: str, sensors: Mapping[str, SensorErrors]) -> float | None:
+    """Return the largest of the sensors of one kind, drawn to one scale; None: it is alone."""
+    kind = type(sensors[name].sensor)
+    alike = [errors.largest for errors in sensors.values() if isinstance(errors.sensor, kind)]
+    return max(alike) if len(alike) > 1 else None
 
 
 class ErrorsOfSensors:

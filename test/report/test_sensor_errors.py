@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.report.history import history
-from satdyn_ros.report.html import report
+from satdyn_ros.report.html import playable, report
 from satdyn_ros.report.plot import draw, plot
 from satdyn_ros.run.events import Event, Request, Torque
 from satdyn_ros.run.scenario import Scenario
@@ -213,6 +213,27 @@ def test_panels(bag):
             np.testing.assert_allclose((high + low) / 2, errors.systematic[:, k], atol=1e-12)
     assert 'mrad/s' in figure.axes[4].get_ylabel()
     assert 'arcsec' in figure.axes[5].get_ylabel()
+
+
+def test_sensors_of_a_kind_are_drawn_to_one_scale(tmp_path):
+    """Of two gyros with noise a hundredfold apart: that of the coarser, on plot and page."""
+    pytest.importorskip('matplotlib')
+    names = ['fine', 'coarse', 'star_tracker']
+    gyros = {
+        f'sensors.{name}.{key}': value
+        for name, noise in (('fine', 1e-5), ('coarse', 1e-3))
+        for key, value in (('type', 'gyro'), ('noise_density', noise))
+    }
+    others = {'sensors.names': names, 'sensors.star_tracker.roll': 1e-4, 'time.epoch_ns': 10**9}
+    for _ in simulate(Scenario(gyros | others), 10.0, tmp_path / 'bag'):
+        pass
+    run = history(tmp_path / 'bag')
+    fine, coarse, _ = (axes.get_ylim() for axes in draw(run, names).axes)
+    assert fine == coarse
+    page = playable(run)['sensors']
+    most = np.abs(run.sensors['coarse'].error).max()
+    assert most <= page['fine']['largest'] == page['coarse']['largest'] < 1.5 * most
+    assert page['star_tracker']['largest'] is None
 
 
 def test_a_run_without_sensors_is_refused(tmp_path):

@@ -75,12 +75,12 @@ function nadirAngles(q_lb, axis) {
 
 // A chart of each sensor's errors, by the sensors' names as in html.playable.
 function sensorPanels(sensors) {
-  return Object.entries(sensors).map(([name, { table, sigma, unit, per_si: scale }]) => {
+  return Object.entries(sensors).map(([name, { table, sigma, unit, per_si: scale, largest }]) => {
     const errors = new Errors(table, sigma);
     return {
       name, title: `${name.replaceAll('_', ' ')} error, 3 σ`, unit, scale, isScaled: scale === 1,
       lines: ['x', 'y', 'z'].slice(-sigma.length), colours: ['--x', '--y', '--z'].slice(-sigma.length), errors,
-      values: (rows, i) => errors.at(i),
+      values: (rows, i) => errors.at(i), largest: (largest ?? 0) * scale,
     };
   });
 }
@@ -216,7 +216,7 @@ class Charts {
     const { panel } = chart;
     const count = panel.lines.length;
     const curves = panel.lines.map(() => new Array(rows.length));
-    let largest = 0;
+    let largest = panel.largest ?? 0;
     for (let i = 0; i < rows.length; i += 1) {
       const values = panel.values(rows, i) ?? [];
       for (let k = 0; k < count; k += 1) {
@@ -300,7 +300,7 @@ class Charts {
         series: [lines.length + 2 + 2 * k, lines.length + 1 + 2 * k],
         fill: () => `color-mix(in srgb, ${of(k)()} ${panel.errors ? 35 : 22}%, transparent)`,
       })),
-      scales: { x: { time: false }, y: panel.isLog ? { distr: 3 } : { range: paddedRange } },
+      scales: { x: { time: false }, y: this._scaleOf(chart) },
       axes: [
         {
           ...axis, size: chart.isLast ? 34 : 6, incrs: TIME_INCREMENTS, space: 60, gap: 3,
@@ -326,6 +326,13 @@ class Charts {
     this._listen(chart.plot);
     chart.sized = new ResizeObserver(() => chart.plot.setSize(this._size(chart)));
     chart.sized.observe(chart.figure);
+  }
+
+  // Sensors of a kind are drawn to one scale.
+  _scaleOf({ panel, says }) {
+    if (panel.isLog) return { distr: 3 };
+    const most = 1.06 * (panel.largest ?? 0) * says.scale;
+    return { range: most ? [-most, most] : paddedRange };
   }
 
   _size({ figure, place, isLast }) {

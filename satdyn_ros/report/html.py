@@ -18,7 +18,7 @@ from ..run.events import Request, Reset, Topics, to_yaml
 from ..run.scenario import Scenario
 from .history import History, history
 from .scene import of_history, table
-from .sensor_errors import largest_of_kind
+from .sensor_errors import largest_of_kind, with_gaps
 
 # Enough for a body that turns a thousand times, and small enough for a page of a few megabytes.
 TABLE_ROWS = 16000
@@ -118,7 +118,7 @@ def playable(run: History) -> dict[str, Any]:
 
 
 def _errors(name, sensors):
-    errors = sensors[name]
+    errors = with_gaps(sensors[name])
     columns = {name: getattr(errors, name) for name in ('t_s', 'error', 'systematic')}
     return {
         'table': table(columns),

@@ -12,7 +12,7 @@ from .curves import component_names, least_axis, nadir_angles, rotor_columns
 from .envelope import envelope
 from .history import History
 from .scene import rotor_names
-from .sensor_errors import largest_of_kind
+from .sensor_errors import largest_of_kind, with_gaps
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -196,7 +196,7 @@ def sensor(axes: 'Axes', history: History, name: str) -> None:
     largest = largest_of_kind(name, history.sensors)
     sizes = errors.error if largest is None else np.array([largest])
     scale, prefix = _prefixed(sizes) if per_si == 1.0 else (1.0 / per_si, '')
-    _measured(axes, history, errors, scale)
+    _measured(axes, history, with_gaps(errors), scale)
     if largest:
         axes.set_ylim(-_ROOM * largest / scale, _ROOM * largest / scale)
     axes.set_ylabel(f'{name.replace("_", " ")} minus\ntruth [{prefix}{unit}]')

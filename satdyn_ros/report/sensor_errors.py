@@ -22,6 +22,9 @@ from ..run.ticks import Ticks
 from ..sensors import Sensor, Suite
 from .turns import FlownAgain
 
+# Intervals longer than so many usual ones are pauses: a measurement is missing; some jitter.
+_PAUSE = 1.7
+
 
 @dataclass(frozen=True, eq=False)
 class SensorErrors:
@@ -51,6 +54,19 @@ def largest_of_kind(name: str, sensors: Mapping[str, SensorErrors]) -> float | N
     kind = type(sensors[name].sensor)
     alike = [errors.largest for errors in sensors.values() if isinstance(errors.sensor, kind)]
     return max(alike) if len(alike) > 1 else None
+
+
+def with_gaps(errors: SensorErrors) -> SensorErrors:
+    """Return errors with a row of nan wherever the sensor paused, so that no line goes across."""
+    t_s = errors.t_s
+    usual_s = np.median(np.diff(t_s)) if len(t_s) > 1 else np.inf
+    late = np.flatnonzero(np.diff(t_s) > _PAUSE * usual_s) + 1
+    return replace(
+        errors,
+        t_s=np.insert(t_s, late, t_s[late - 1] + usual_s),
+        error=np.insert(errors.error, late, np.nan, axis=0),
+        systematic=np.insert(errors.systematic, late, np.nan, axis=0),
+    )
 
 
 class ErrorsOfSensors:

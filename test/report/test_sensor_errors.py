@@ -13,6 +13,7 @@ from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.report.history import history
 from satdyn_ros.report.html import playable, report
 from satdyn_ros.report.plot import draw, plot
+from satdyn_ros.report.sensor_errors import with_gaps
 from satdyn_ros.run.events import Event, Request, Torque
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.segment import Segment
@@ -234,6 +235,22 @@ def test_sensors_of_a_kind_are_drawn_to_one_scale(tmp_path):
     most = np.abs(run.sensors['coarse'].error).max()
     assert most <= page['fine']['largest'] == page['coarse']['largest'] < 1.5 * most
     assert page['star_tracker']['largest'] is None
+
+
+def test_no_line_goes_across_a_pause(bag):
+    """Without the measurements of ten seconds: a gap there, and all others as they were."""
+    errors = history(bag).sensors['star_tracker']
+    kept = (errors.t_s < 40.0) | (errors.t_s > 50.0)
+    paused = replace(
+        errors, t_s=errors.t_s[kept], error=errors.error[kept], systematic=errors.systematic[kept]
+    )
+    drawn = with_gaps(paused)
+    measured = np.isfinite(drawn.error[:, 0])
+    np.testing.assert_array_equal(drawn.error[measured], paused.error)
+    np.testing.assert_array_equal(drawn.t_s[measured], paused.t_s)
+    (gap_s,) = drawn.t_s[~measured]
+    assert 39.0 < gap_s < 50.0
+    assert len(with_gaps(errors).t_s) == len(errors.t_s)
 
 
 def test_a_run_without_sensors_is_refused(tmp_path):

@@ -15,7 +15,7 @@ from satdyn_ros.bag.read_run import RecordedRun
 from satdyn_ros.bag.run_metadata import EVENT, event_from_record
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.rosbag2.reader import Bag
-from satdyn_ros.run.events import DipoleCommand, RotorLimited, Timeout, Torque
+from satdyn_ros.run.events import DipoleCommand, RotorCommand, RotorLimited, Timeout, Torque
 from satdyn_ros.watch.listener import Listener
 
 FREE = {
@@ -244,7 +244,7 @@ def test_a_motor_turns_the_rotor(live):
 
 
 def test_a_speed_is_followed_until_its_timeout_and_recorded(live, tmp_path):
-    """s' = k (s_c - s), the body being heavy: the speed nears the command like exp(-k t)."""
+    """It nears the command like exp(-k t), by s' = k (s_c - s), the body being heavy."""
     gain, wanted = 4.0, 100.0
     wheel = {'mode': 'motor', 'axis': [0.6, 0.8, 0.0], 'inertia': 1e-3, 'speed': 10.0}
     # Friction that is not felt, so that the compiled equations are those of test_speed_commands.
@@ -268,7 +268,8 @@ def test_a_speed_is_followed_until_its_timeout_and_recorded(live, tmp_path):
     (directory,) = tmp_path.glob('satdyn_*_*')
     assert verify(directory).same_bytes
     command, end = RecordedRun(directory).events
-    assert command.speeds == {'rotor': wanted}
+    assert isinstance(command, RotorCommand)
+    assert (command.torques, command.speeds) == ({}, {'rotor': wanted})
     assert end == Timeout(command.tick + 200, 'rotor_command')
     t_s = np.array([(stamp_ns(m) - EPOCH_NS) * 1e-9 for m in rotors[:reached]])
     passed = np.maximum(t_s - command.tick / 100.0, 0.0)

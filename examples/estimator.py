@@ -1,146 +1,191 @@
 """
-Estimate attitude and gyro bias from `gyro` and `star_tracker`, by a multiplicative Kalman filter.
+Estimate attitude and biases from a satellite's measurements, by a Kalman filter.
 
 Run it beside a node:  satdyn node --params-file config/cubesat_sensors.yaml
                        python examples/estimator.py config/cubesat_sensors.yaml
                        python examples/controller.py --estimate
-The scenario file serves as the data sheet of the sensors.  The estimates are published on
-`estimate/attitude` and `estimate/angular_velocity`; where the node publishes `attitude`, a line
-every two seconds says how far off they are.
+or with config/cubesat_leo.yaml, which has a magnetometer and sun sensors and no star tracker.  The
+scenario file serves as the data sheet of the sensors, which has to state their noise, and says
+what field and Sun are along the orbit.  The estimates are published on `estimate/attitude` and
+`estimate/angular_velocity`; where the node publishes `attitude`, a line every two seconds says how
+far off they are.
 
-The filter is that of Lefferts, Markley and Shuster, Kalman filtering for spacecraft attitude
-estimation, 1982: the state is a quaternion and a bias, the error a small rotation and a bias.
+The filter itself is in attitude_filter.py.  Here samples become its steps, in their order, and the
+first attitude its beginning.
 """
 
 import argparse
-import copy
 import sys
-from contextlib import suppress
+from bisect import bisect
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
+from operator import attrgetter
 
 import numpy as np
 import rclpy
 import rclpy.utilities
-from geometry_msgs.msg import QuaternionStamped, VelocityStamped
+from attitude_filter import Estimate
+from geometry_msgs.msg import QuaternionStamped, Vector3Stamped, VelocityStamped
 from rclpy.node import Node
-from sensor_msgs.msg import Imu
+from sensor_msgs.msg import Imu, MagneticField
+from triad import is_wide, known_field, known_sun, triad
 
 from satdyn_ros import Scenario
 from satdyn_ros.kernel import rotation
+from satdyn_ros.sensors import Gyro, Magnetometer, StarTracker, SunSensor
 
-# Before the first sample the bias is known to this standard deviation [rad/s].
-BIAS_SIGMA = 0.01
 _NS = 10**9
+# A sample that comes later than this is not used.
+HELD_NS = 10 * _NS
+# The order in which samples of one stamp act.
+_RATE, _BEGIN, _UPDATE = range(3)
 
 
-class Estimator:
+@dataclass(eq=False)
+class Step:
     """
-    Attitude q_ib (4,), gyro bias (3,) [rad/s] and the covariance P (6, 6) of their errors.
+    A sample, and what it makes of an estimate.
 
-    The errors are the rotation vector of q_ib* q_true, in body axes, and the bias.
-    noise_density, bias_random_walk: N and K of the gyro, in rad/s/sqrt(Hz) and rad/s^2/sqrt(Hz).
+    place: stamp [ns], and order among those of one stamp.  after: the estimate after it, None
+    where there is none before.
     """
 
-    def __init__(self, q_ib, covariance, noise_density, bias_random_walk):
-        self.q_ib, self.bias = np.array(q_ib), np.zeros(3)
-        self.P = np.zeros((6, 6))
-        self.P[:3, :3], self.P[3:, 3:] = covariance, BIAS_SIGMA**2 * np.eye(3)
-        self._N, self._K = noise_density, bias_random_walk
-
-    def predict(self, rate_b, dt):
-        """Advance by dt [s] with a rate of the gyro, in body axes."""
-        turned = rotation.from_vector((rate_b - self.bias) * dt)
-        self.q_ib = rotation.normalise(rotation.multiply(self.q_ib, turned))
-        F = np.eye(6)
-        F[:3, :3], F[:3, 3:] = rotation.matrix(turned).T, -dt * np.eye(3)
-        self.P = F @ self.P @ F.T + self._noise(dt)
-
-    def update(self, q_ib, R):
-        """Process a measured attitude whose error has the covariance R (3, 3) in body axes."""
-        error = rotation.to_vector(rotation.multiply(rotation.conjugate(self.q_ib), q_ib))
-        gain = np.linalg.solve(self.P[:3, :3] + R, self.P[:3]).T
-        correction = gain @ error
-        q_ib = rotation.multiply(self.q_ib, rotation.from_vector(correction[:3]))
-        self.q_ib, self.bias = rotation.normalise(q_ib), self.bias + correction[3:]
-        # Joseph's form keeps P symmetric and positive.
-        rest = np.eye(6)
-        rest[:, :3] -= gain
-        self.P = rest @ self.P @ rest.T + gain @ R @ gain.T
-
-    def _noise(self, dt):
-        """Return what dt adds to the covariance (Farrenkopf 1978)."""
-        angle = self._N**2 * dt + self._K**2 * dt**3 / 3.0
-        cross, bias = -(self._K**2) * dt**2 / 2.0, self._K**2 * dt
-        return np.kron([[angle, cross], [cross, bias]], np.eye(3))
+    place: tuple[int, int]
+    act: Callable[[Estimate], Estimate]
+    after: Estimate | None = None
 
 
 class DelayedEstimator:
     """
-    An estimator with late attitudes: past is at the last attitude, now at the last rate.
+    An estimator of samples in any order: each acts at its stamp, and the later ones act again.
 
-    sensors: those of a Scenario.  Stamps are integer nanoseconds; where a rate was lost, the next
-    one covers its interval too.
+    sensors: those of a Scenario, of which it uses one gyro, star tracker and magnetometer, and all
+    sun sensors.  Stamps are integer nanoseconds, the gyro has each; where a rate was lost, the
+    next one covers its interval too.  It begins at the first attitude, be it of the star tracker
+    or, where Sun and field are measured at one stamp, by TRIAD.
     """
 
     def __init__(self, sensors):
-        self.gyro, self.tracker = sensors['gyro'], sensors['star_tracker']
-        self.now: Estimator | None = None
-        self.past: Estimator | None = None
+        self.gyro, self.tracker, self.magnetometer = (
+            next((name for name, sensor in sensors.items() if isinstance(sensor, kind)), None)
+            for kind in (Gyro, StarTracker, Magnetometer)
+        )
         self.rate_b: np.ndarray | None = None
-        self._now_ns = self._past_ns = 0
-        self._rates = []
+        self._sensors = sensors
+        self._walks = [sensors[self.gyro].noise_density, sensors[self.gyro].bias_random_walk]
+        if self.magnetometer is not None:
+            self._walks.append(sensors[self.magnetometer].bias_random_walk)
+        self._steps: list[Step] = []
+        self._vectors: dict[type, tuple[int, np.ndarray, np.ndarray]] = {}
+
+    @property
+    def now(self) -> Estimate | None:
+        """The estimate after the last sample, None before the first attitude."""
+        return self._steps[-1].after if self._steps else None
 
     def take_rate(self, stamp_ns, rate_s):
         """Process a sample of the gyro, in its axes [rad/s]."""
-        rate_b = rotation.rotate(self.gyro.mounting, rate_s)
-        self._rates.append((stamp_ns, rate_b))
+        rate_b = rotation.rotate(self._sensors[self.gyro].mounting, rate_s)
+        walks = self._walks
+        self._take((stamp_ns, _RATE), lambda before: before.predicted(stamp_ns, rate_b, *walks))
         if self.now is not None:
-            self._now_ns = _predict(self.now, self._now_ns, stamp_ns, rate_b)
-            self.rate_b = rate_b - self.now.bias
+            self.rate_b = rate_b - self.now.bias[:3]
 
     def take_attitude(self, stamp_ns, q_is, variances):
         """Process a sample of the star tracker: sensor to inertial, variances (3,) [rad^2]."""
-        q_ib = rotation.multiply(q_is, rotation.conjugate(self.tracker.mounting))
-        to_body = rotation.matrix(self.tracker.mounting)
-        R = to_body @ np.diag(variances) @ to_body.T
-        known = [(t, rate_b) for t, rate_b in self._rates if t <= stamp_ns]
-        self._rates = self._rates[len(known) :]
-        if self.past is None:
-            self.past = Estimator(q_ib, R, self.gyro.noise_density, self.gyro.bias_random_walk)
-            self._past_ns = stamp_ns
-        else:
-            for t, rate_b in known:
-                self._past_ns = _predict(self.past, self._past_ns, t, rate_b)
-            self.past.update(q_ib, R)
-        self.now, self._now_ns = copy.copy(self.past), self._past_ns
-        for t, rate_b in self._rates:
-            self._now_ns = _predict(self.now, self._now_ns, t, rate_b)
+        mounting = self._sensors[self.tracker].mounting
+        q_ib = rotation.multiply(q_is, rotation.conjugate(mounting))
+        R = _in_body_axes(variances, mounting)
+        if self.now is None:
+            self._begin(stamp_ns, q_ib)
+        self._take((stamp_ns, _UPDATE), lambda before: before.updated_by_attitude(q_ib, R))
+
+    def take_field(self, stamp_ns, B_s, B_i):
+        """Process a sample of the magnetometer, in its axes [T], where the field is B_i."""
+        self._take_vector(self.magnetometer, Estimate.updated_by_field, stamp_ns, B_s, B_i)
+
+    def take_sun(self, name, stamp_ns, s_s, s_i):
+        """Process a sample of a sun sensor, in its axes, where the Sun is in direction s_i."""
+        self._take_vector(name, Estimate.updated_by_direction, stamp_ns, s_s, s_i)
+
+    def _take_vector(self, name, update, stamp_ns, v_s, v_i):
+        sensor = self._sensors[name]
+        v_b = rotation.rotate(sensor.mounting, v_s)
+        R = _in_body_axes(sensor.variances, sensor.mounting)
+        self._take((stamp_ns, _UPDATE), lambda before: update(before, v_b, v_i, R))
+        if self.now is None:
+            self._vectors[type(sensor)] = stamp_ns, v_b, v_i
+            self._begin_by_triad()
+
+    def _begin_by_triad(self):
+        if len(self._vectors) < 2:
+            return
+        sun_ns, s_b, s_i = self._vectors[SunSensor]
+        field_ns, B_b, B_i = self._vectors[Magnetometer]
+        if sun_ns == field_ns and is_wide(s_i, B_i):
+            self._begin(sun_ns, triad(s_b, B_b, s_i, B_i))
+
+    def _begin(self, stamp_ns, q_ib):
+        """Begin near an attitude, as if nothing were known of it: its samples are to act yet."""
+        begin = stamp_ns, _BEGIN
+        first = Estimate.near(stamp_ns, q_ib, self.magnetometer is not None)
+        later = [step for step in self._steps if step.place > begin]
+        self._steps = [Step(begin, lambda _: first, first), *later]
+        self._let_act(1)
+
+    def _take(self, place, act):
+        """Put a sample in its place; what is behind acts once more."""
+        i = bisect(self._steps, place, key=attrgetter('place'))
+        if i == 0 and self.now is not None:
+            return
+        self._steps.insert(i, Step(place, act))
+        self._let_act(i)
+        oldest_ns = self._steps[-1].place[0] - HELD_NS
+        del self._steps[: bisect(self._steps, (oldest_ns, _RATE), key=attrgetter('place'))]
+
+    def _let_act(self, i):
+        """Let the steps from number i on act."""
+        for before, step in pairwise(self._steps[max(i - 1, 0) :]):
+            if before.after is not None:
+                step.after = step.act(before.after)
 
 
-def _predict(estimator, since_ns, stamp_ns, rate_b):
-    """Advance an estimator to a stamp, which is returned."""
-    estimator.predict(rate_b, (stamp_ns - since_ns) / _NS)
-    return stamp_ns
+def _in_body_axes(variances, mounting):
+    """Return the covariance (3, 3) in body axes of variances (3,) along those of a sensor."""
+    to_body = rotation.matrix(mounting)
+    return to_body @ np.diag(variances) @ to_body.T
 
 
 class EstimatorNode(Node):
     """The node: measurements in, estimates out."""
 
-    def __init__(self, sensors, frames):
+    def __init__(self, scenario):
         super().__init__('estimator')
         self.error_rad = np.nan
-        self._frames, self._estimator = frames, DelayedEstimator(sensors)
+        self._scenario = scenario
+        self._estimator = estimator = DelayedEstimator(scenario.sensors)
         self._attitude = self.create_publisher(QuaternionStamped, 'estimate/attitude', 10)
         self._rate = self.create_publisher(VelocityStamped, 'estimate/angular_velocity', 10)
         self._truth: tuple[int, np.ndarray] | None = None
         self._estimate: tuple[int, np.ndarray] | None = None
-        self.create_subscription(Imu, 'gyro', self._take_rate, 1000)
-        self.create_subscription(Imu, 'star_tracker', self._take_attitude, 1000)
-        self.create_subscription(QuaternionStamped, 'attitude', self._take_truth, 1000)
+        heard = {
+            'attitude': (QuaternionStamped, self._take_truth),
+            estimator.gyro: (Imu, self._take_rate),
+            estimator.tracker: (Imu, self._take_attitude),
+            estimator.magnetometer: (MagneticField, self._take_field),
+        }
+        for name, sensor in scenario.sensors.items():
+            if isinstance(sensor, SunSensor):
+                heard[name] = Vector3Stamped, partial(self._take_sun, name)
+        for name, (kind, take) in heard.items():
+            if name is not None:
+                self.create_subscription(kind, name, take, 1000)
         self.create_timer(2.0, self._tell)
 
     def _take_rate(self, message):
-        rate = message.angular_velocity
-        self._estimator.take_rate(_stamp_ns(message), np.array([rate.x, rate.y, rate.z]))
+        self._estimator.take_rate(_stamp_ns(message), _vector(message.angular_velocity))
         now, rate_b = self._estimator.now, self._estimator.rate_b
         if now is not None and rate_b is not None:
             self._publish(message.header.stamp, now.q_ib, rate_b)
@@ -152,11 +197,22 @@ class EstimatorNode(Node):
             _stamp_ns(message), np.array([q.x, q.y, q.z, q.w]), variances
         )
 
+    def _take_field(self, message):
+        stamp_ns = _stamp_ns(message)
+        (B_i,) = known_field(self._scenario, np.array([stamp_ns]))
+        self._estimator.take_field(stamp_ns, _vector(message.magnetic_field), B_i)
+
+    def _take_sun(self, name, message):
+        stamp_ns = _stamp_ns(message)
+        (s_i,) = known_sun(self._scenario, np.array([stamp_ns]))
+        self._estimator.take_sun(name, stamp_ns, _vector(message.vector), s_i)
+
     def _publish(self, stamp, q_ib, omega_bi_b):
+        frames = self._scenario.frames
         attitude, rate = QuaternionStamped(), VelocityStamped()
         attitude.header.stamp = rate.header.stamp = stamp
-        attitude.header.frame_id = rate.reference_frame_id = self._frames.inertial
-        rate.header.frame_id = rate.body_frame_id = self._frames.body
+        attitude.header.frame_id = rate.reference_frame_id = frames.inertial
+        rate.header.frame_id = rate.body_frame_id = frames.body
         q, omega = attitude.quaternion, rate.velocity.angular
         q.x, q.y, q.z, q.w = q_ib.tolist()
         omega.x, omega.y, omega.z = omega_bi_b.tolist()
@@ -167,7 +223,10 @@ class EstimatorNode(Node):
 
     def _tell(self):
         error_arcsec = np.degrees(self.error_rad) * 3600.0
-        print(f'attitude error {error_arcsec:7.1f} arcsec', flush=True)
+        if np.isnan(error_arcsec):
+            print('no estimate yet to compare with the attitude', flush=True)
+        else:
+            print(f'attitude error {error_arcsec:7.1f} arcsec', flush=True)
 
     def _take_truth(self, message):
         q = message.quaternion
@@ -187,16 +246,28 @@ def _stamp_ns(message):
     return message.header.stamp.sec * _NS + message.header.stamp.nanosec
 
 
+def _vector(components):
+    return np.array([components.x, components.y, components.z])
+
+
 def main():
     """Estimate until interrupted, and report the error of the estimate."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     parser.add_argument('scenario', help="the node's parameter file, the sensors' data sheet")
     arguments = parser.parse_args(rclpy.utilities.remove_ros_args(sys.argv)[1:])
     scenario = Scenario.from_yaml(arguments.scenario)
+    if not any(isinstance(sensor, Gyro) for sensor in scenario.sensors.values()):
+        parser.error(f'{arguments.scenario}: sensors.names is to name a gyro')
     rclpy.init()
-    node = EstimatorNode(scenario.sensors, scenario.frames)
-    with suppress(KeyboardInterrupt, rclpy.executors.ExternalShutdownException):
+    node = EstimatorNode(scenario)
+    try:
         rclpy.spin(node)
+    except (KeyboardInterrupt, rclpy.executors.ExternalShutdownException):
+        pass
+    except RuntimeError:
+        # Ctrl-C takes the publishers from under a sample that is being processed.
+        if rclpy.ok():
+            raise
     node.destroy_node()
     rclpy.try_shutdown()
 

@@ -47,7 +47,7 @@ def _axes(first, second):
     return np.stack([x, np.cross(z, x), z], axis=-1)
 
 
-def _is_wide(one, other):
+def is_wide(one, other):
     """Return whether two directions determine an attitude."""
     cosine = one @ other / np.linalg.norm(one) / np.linalg.norm(other)
     return abs(cosine) < np.cos(LEAST_ANGLE)
@@ -62,7 +62,7 @@ def attitudes(stamps_ns, field_b, sun_b, rate_b, field_i, sun_i):
     """
     q_ib, found = np.full((len(stamps_ns), 4), np.nan), np.zeros(len(stamps_ns), bool)
     for i, (B_b, s_b) in enumerate(zip(field_b, sun_b, strict=True)):
-        if not np.isnan(s_b[0]) and _is_wide(field_i[i], sun_i[i]):
+        if not np.isnan(s_b[0]) and is_wide(field_i[i], sun_i[i]):
             q_ib[i], found[i] = triad(s_b, B_b, sun_i[i], field_i[i]), True
         elif i:
             dt = (stamps_ns[i] - stamps_ns[i - 1]) / _NS
@@ -72,11 +72,21 @@ def attitudes(stamps_ns, field_b, sun_b, rate_b, field_i, sun_i):
 
 def known(scenario, stamps_ns):
     """Return field and direction of the Sun, (N, 3) each, in inertial axes, where the orbit is."""
+    return known_field(scenario, stamps_ns), known_sun(scenario, stamps_ns)
+
+
+def known_field(scenario, stamps_ns):
+    """Return the magnetic field [T] (N, 3) in inertial axes, where the orbit is at stamps (N,)."""
+    t_s = (stamps_ns - scenario.epoch_ns) / _NS
+    return scenario.system.environment.magnetic_field.values(t_s, np.arange(3))
+
+
+def known_sun(scenario, stamps_ns):
+    """Return the direction of the Sun (N, 3) in inertial axes, where the orbit is."""
     system, t_s = scenario.system, (stamps_ns - scenario.epoch_ns) / _NS
     r_i, _ = system.orbit.position_velocity(t_s)
-    along = system.environment
-    s_i, _ = sun_direction(r_i, along.sun.values(t_s, np.arange(3)))
-    return along.magnetic_field.values(t_s, np.arange(3)), s_i
+    s_i, _ = sun_direction(r_i, system.environment.sun.values(t_s, np.arange(3)))
+    return s_i
 
 
 def read(bag, scenario):

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from ..base.nanoseconds import SECOND_NS
-from ..orbits import FixedDirection
+from ..orbits import FixedDirection, KeplerOrbit, TabledOrbit
+from ..orbits.kepler import EARTH_MU
 from ..run.scenario import Scenario
 from ..run.topics import Topic
 
@@ -19,6 +20,11 @@ GEODETIC = 'geodetic'
 def place_topics(scenario: Scenario) -> list[Topic]:
     """Return the topic of the place, where the scenario publishes it."""
     return [scenario.topic_table[GEODETIC]] if GEODETIC in scenario.topics else []
+
+
+def is_about_earth(orbit: FixedDirection | KeplerOrbit | TabledOrbit) -> bool:
+    """Return whether there is an orbit, and its centre is the Earth, by its mu."""
+    return not isinstance(orbit, FixedDirection) and bool(abs(orbit.mu / EARTH_MU - 1.0) < 1e-3)
 
 
 def description(scenario: Scenario) -> dict[str, Any] | None:
@@ -34,16 +40,19 @@ def description(scenario: Scenario) -> dict[str, Any] | None:
     return {
         'epoch_s': scenario.epoch_ns / SECOND_NS,
         'period_s': 2.0 * np.pi / orbit.mean_motion,
-        'coast': _coast(),
+        'coast': coast(),
     }
 
 
 def coast_lines() -> Iterator[np.ndarray]:
     """Yield the coast lines, (N, 2) each: longitude and latitude [deg]."""
-    coast = _coast()
-    for line in coast['lines']:
-        yield np.multiply(coast['unit_deg'], line).reshape(-1, 2)
+    given = coast()
+    for line in given['lines']:
+        yield np.multiply(given['unit_deg'], line).reshape(-1, 2)
 
 
-def _coast():
-    return json.loads(files(__package__).joinpath('bundled/coast.json').read_text())
+def coast() -> dict[str, Any]:
+    """Return the coast lines as in coast.json."""
+    text = files(__package__).joinpath('bundled/coast.json').read_text()
+    lines: dict[str, Any] = json.loads(text)
+    return lines

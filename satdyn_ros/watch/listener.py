@@ -131,6 +131,11 @@ class Listener:
         }
         return {key: np.array([vector.x, vector.y, vector.z]) for key, vector in vectors.items()}
 
+    def leave(self) -> None:
+        """Listen to no satellite."""
+        for key in list(self._subscriptions):
+            self._leave(key)
+
     def forget(self) -> None:
         """Forget what came before: another node has taken the name."""
         self._latest.clear()

@@ -33,13 +33,14 @@ class Globe:
 
     def look(self, found: Iterable[str]) -> None:
         """See which satellites are there, by name, and ask those whose scenario is not known."""
-        self._flights = {name: self._flight(name) for name in found}
+        endpoints = self._listener.endpoints()
+        self._flights = {name: self._flight(name, endpoints[name]) for name in found}
         for name, flight in self._flights.items():
             if not isinstance(flight.scenario, Scenario):
                 self._reader.read(name)
 
-    def _flight(self, name: str) -> '_Flight':
-        known, endpoints = self._flights.get(name), self._listener.endpoints(name)
+    def _flight(self, name: str, endpoints: set[bytes]) -> '_Flight':
+        known = self._flights.get(name)
         # Others: another node has taken the name.
         return known if known and endpoints in (set(), known.endpoints) else _Flight(endpoints)
 

@@ -217,7 +217,7 @@ class Satellite:
             self._globe.look(found)
         elif self._name is not None and self._name in found:
             self._topics = self._listener.look(self._name)
-            self._take_endpoints(self._name, self._listener.endpoints(self._name))
+            self._take_endpoints(self._name, self._listener.endpoints()[self._name])
             if self._scenario is None:
                 self._reader.read(self._name)
         self._tell_status()

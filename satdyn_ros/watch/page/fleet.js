@@ -1,7 +1,7 @@
 'use strict';
 // All satellites: a list of them beside a globe; a click on one shows it.
 
-const LARGEST_SPREAD = 60; // [s]; in more the Earth turns by what can be seen
+const LARGEST_SPREAD = 600; // [s]; in more the Earth turns by what can be seen
 
 class Fleet {
   // choose(name) shows a satellite.
@@ -44,7 +44,8 @@ class Fleet {
   _says(satellites, spread) {
     if (!this.globe) return 'This browser has no WebGL, which the globe needs.';
     if (!satellites.length) return 'No satellite is there; satdyn node starts one.';
-    if (spread > LARGEST_SPREAD) return `The clocks of the satellites are up to ${timeText(spread, spread)} apart; the Earth is that of the latest.`;
+    const { seconds, name } = timeUnit(spread);
+    if (spread > LARGEST_SPREAD) return `The clocks of the satellites are up to ${quantity(spread / seconds)} ${name} apart; the Earth is that of the latest.`;
     return '';
   }
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..base.nanoseconds import SECOND_NS
 from ..orbits import FixedDirection, KeplerOrbit, TabledOrbit
-from ..orbits.kepler import EARTH_MU
+from ..orbits.kepler import EARTH_MU, EARTH_RADIUS_M
 from ..run.scenario import Scenario
 from ..run.topics import Topic
 
@@ -40,19 +40,21 @@ def description(scenario: Scenario) -> dict[str, Any] | None:
     return {
         'epoch_s': scenario.epoch_ns / SECOND_NS,
         'period_s': 2.0 * np.pi / orbit.mean_motion,
-        'coast': coast(),
+        'coast': _coast(),
     }
 
 
 def coast_lines() -> Iterator[np.ndarray]:
     """Yield the coast lines, (N, 2) each: longitude and latitude [deg]."""
-    given = coast()
-    for line in given['lines']:
-        yield np.multiply(given['unit_deg'], line).reshape(-1, 2)
+    coast = _coast()
+    for line in coast['lines']:
+        yield np.multiply(coast['unit_deg'], line).reshape(-1, 2)
 
 
-def coast() -> dict[str, Any]:
-    """Return the coast lines as in coast.json."""
-    text = files(__package__).joinpath('bundled/coast.json').read_text()
-    lines: dict[str, Any] = json.loads(text)
-    return lines
+def earth() -> dict[str, Any]:
+    """Return what draws the Earth and orbits about it: radius_m, mu [m^3/s^2] and coast."""
+    return {'radius_m': EARTH_RADIUS_M, 'mu': EARTH_MU, 'coast': _coast()}
+
+
+def _coast():
+    return json.loads(files(__package__).joinpath('bundled/coast.json').read_text())

@@ -9,7 +9,6 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 
 from ..base.nanoseconds import SECOND_NS
-from ..orbits.kepler import EARTH_MU, EARTH_RADIUS_M
 from ..report import place
 from ..run.scenario import Scenario
 from .listener import Listener, parts
@@ -55,10 +54,6 @@ class Globe:
             told = parts(message, name)
             if told:
                 flight.take_report(told)
-
-    def earth(self) -> dict[str, Any]:
-        """Return what draws the Earth and the orbits, plain data; coast: as in coast.json."""
-        return {'radius_m': EARTH_RADIUS_M, 'mu': EARTH_MU, 'coast': place.coast()}
 
     def frame(self) -> dict[str, Any]:
         """

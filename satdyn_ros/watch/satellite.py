@@ -19,7 +19,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import qos_profile_parameter_events
 from rclpy.signals import SignalHandlerOptions
 
-from ..report import html, scene
+from ..report import html, place, scene
 from ..ros.client import Answer, Client
 from ..run.scenario import Scenario
 from ..torques.body_torque import BodyTorque
@@ -232,7 +232,7 @@ class Satellite:
         if name == ALL:
             self._listener.leave()
             self._globe = Globe(self._listener, self._reader)
-            self._tell('earth', self._globe.earth(), True)
+            self._tell('earth', place.earth(), True)
 
     def _take_endpoints(self, name: str, endpoints: set[bytes]) -> None:
         """See whether another node has taken the name, or one of several has left it."""

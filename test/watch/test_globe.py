@@ -19,7 +19,8 @@ CIRCLES = {
 }
 NODES = {
     namespace: {f'orbit.{name}': value for name, value in elements.items()}
-    | {'orbit.type': 'circular', 'publish.topics': ['odometry'], 'time.factor': 100.0}
+    | {'orbit.type': 'circular', 'publish.topics': ['odometry'], 'publish.rate': 1.0}
+    | {'time.factor': 100.0}
     for namespace, elements in CIRCLES.items()
 } | {'/still': {'orbit.type': 'fixed', 'orbit.gradient': 0.0, 'initial.frame': 'inertial'}}
 
@@ -121,18 +122,17 @@ def test_a_paused_one_is_where_its_topic_says(url, participant):
     """While it is paused its place is that of its last odometry; nobody is asked anything."""
     messages = participant.listen('odometry')
     participant.hear(messages, 1)
-    assert participant.switch('pause', True)[0]
-    participant.spin(0.5)
-    last = messages[-1]
+    # At 1 Hz a tick is a second.
+    tick = int(participant.switch('pause', True)[1].removeprefix('paused after tick '))
+    last_ns = EPOCH_NS + tick * 10**9
+    participant.wait_until(lambda: stamp_ns(messages[-1]) == last_ns)
     low = frame(
         url,
         lambda now: (
-            'r_i' in now['/low/satdyn']
-            and now['/low/satdyn']['is_paused']
-            and abs(now['/low/satdyn']['utc_s'] - stamp_ns(last) / 1e9) < 1e-6
+            now['/low/satdyn']['is_paused'] and now['/low/satdyn'].get('utc_s') == last_ns / 1e9
         ),
     )['/low/satdyn']
-    place = last.pose.pose.position
+    place = messages[-1].pose.pose.position
     np.testing.assert_allclose(low['r_i'], [place.x, place.y, place.z], rtol=0.0, atol=0.01)
     assert participant.switch('pause', False)[0]
 
@@ -177,26 +177,43 @@ def test_the_page_lists_all_and_shows_the_one_that_is_clicked(page):
 
 def test_dots_and_lines_are_where_the_satellites_are(page):
     """
-    A dot lies where a camera sees the circle at that time, and the line goes all around on it.
+    A line goes all around on the circle; a dot lies on it, where the camera sees it.
 
-    North is up on the screen: of inertial axes x goes to x, y to -z and z to y.
+    North is up in the picture: x of inertial axes is its x, y its -z and z its y.
     """
     for namespace in CIRCLES:
         seen = page.execute_script(
             """const { globe } = satdyn.fleet;
-            const { at, orbit } = globe.satellites.get(arguments[0]);
-            return { at: at.toArray(), line: Array.from(orbit.segments.array) };""",
+            globe._draw();
+            const { at, orbit, dot } = globe.satellites.get(arguments[0]);
+            const { projectionMatrix, matrixWorldInverse } = globe.camera;
+            const box = (element) => element.getBoundingClientRect().toJSON();
+            return { at: at.toArray(), line: Array.from(orbit.segments.array), dot: box(dot),
+              picture: box(globe.canvas), projection: projectionMatrix.elements,
+              view: matrixWorldInverse.elements };""",
             f'{namespace}/satdyn',
         )
         x, y, z = seen['at']
         place = np.array([x, -z, y])
         line = np.reshape(seen['line'], (-1, 3))
         axis = np.cross(*on_circle(namespace, 0.0))
+        axis /= np.linalg.norm(axis)
         radius = CIRCLES[namespace]['semi_major_axis'] / RADIUS_M
         assert np.linalg.norm(place) == pytest.approx(radius, rel=1e-9)
-        assert place @ axis == pytest.approx(0.0, abs=1e-9 * np.linalg.norm(axis))
+        assert place @ axis == pytest.approx(0.0, abs=1e-9)
+        # As single-precision numbers.
         np.testing.assert_allclose(np.linalg.norm(line, axis=1), radius, rtol=1e-6)
-        np.testing.assert_allclose(line @ axis / np.linalg.norm(axis), 0.0, atol=1e-6)
+        np.testing.assert_allclose(line @ axis, 0.0, atol=1e-6)
+        np.testing.assert_allclose([line[0], line[-1]], [place, place], atol=1e-5)
+        projection, view = (np.reshape(seen[name], (4, 4)).T for name in ('projection', 'view'))
+        right, up, _, depth = projection @ view @ [x, y, z, 1.0]
+        picture, dot = seen['picture'], seen['dot']
+        expected = [
+            picture['left'] + (1.0 + right / depth) / 2.0 * picture['width'],
+            picture['top'] + (1.0 - up / depth) / 2.0 * picture['height'],
+        ]
+        middle = [dot['left'] + dot['width'] / 2.0, dot['top'] + dot['height'] / 2.0]
+        np.testing.assert_allclose(middle, expected, atol=0.1)
     assert pages.errors(page) == []
 
 

@@ -52,7 +52,11 @@ def coast_lines() -> Iterator[np.ndarray]:
 
 
 def earth() -> dict[str, Any]:
-    """Return what draws the Earth and orbits about it: radius_m, mu [m^3/s^2] and coast."""
+    """
+    Return what a page needs to draw the Earth and orbits about it, plain data.
+
+    radius_m: of the equator.  mu: [m^3/s^2].  coast: as in coast.json.
+    """
     return {'radius_m': EARTH_RADIUS_M, 'mu': EARTH_MU, 'coast': _coast()}
 
 

@@ -137,6 +137,18 @@ def test_a_paused_one_is_where_its_topic_says(url, participant):
     assert participant.switch('pause', False)[0]
 
 
+@pytest.mark.long
+def test_of_two_nodes_of_one_name_neither_is_drawn(url, tmp_path):
+    """The list says that there are two; once one has left, the other is on its circle again."""
+    twin = LiveNode(tmp_path, NODES['/low'] | {'orbit.true_anomaly': 3.0}, namespace='/low')
+    low = frame(url, lambda now: '2 nodes' in now['/low/satdyn']['note'])['/low/satdyn']
+    assert 'r_i' not in low
+    twin.end()
+    low = frame(url, are_drawn)['/low/satdyn']
+    r_i, _ = on_circle('/low', low['utc_s'] - EPOCH_NS / 1e9)
+    np.testing.assert_allclose(low['r_i'], r_i, rtol=0.0, atol=0.01)
+
+
 @pytest.fixture
 def page(url, browser):
     """Return the browser with the globe, and both on it."""

@@ -4,9 +4,9 @@
 const LARGEST_SPREAD = 600; // [s]; in more the Earth turns by what can be seen
 
 class Fleet {
-  // choose(name) shows a satellite.
-  constructor(box, list, choose) {
-    Object.assign(this, { box, list, choose, entries: new Map(), utc: 0 });
+  // tellChosen(name) shows a satellite.
+  constructor(box, list, tellChosen) {
+    Object.assign(this, { list, tellChosen, entries: new Map(), utc: 0 });
     box.classList.add('stage');
     this.picture = Stage.made('div', 'scene');
     this.notice = Stage.made('p', 'notice');
@@ -14,11 +14,11 @@ class Fleet {
     box.append(this.picture, this.notice);
   }
 
-  // earth: radius_m, mu [m^3/s^2] and coast, as in coast.json; it comes before the first satellites.
+  // earth: as of earth() in place.py; it comes before the first satellites.
   describe(earth) {
     if (this.globe) return;
     try {
-      this.globe = new Globe(this.picture, earth, this.choose, (name) => this.point(name));
+      this.globe = new Globe(this.picture, earth, (name) => this.choose(name), (name) => this.point(name));
     } catch (error) {
       this.picture.classList.add('missing');
     }
@@ -33,6 +33,11 @@ class Fleet {
     this.utc = times.length ? Math.max(...times) : 0;
     this.globe?.show(drawn, this.utc);
     this.notice.textContent = this._says(satellites, this.utc - Math.min(...times));
+  }
+
+  choose(name) {
+    this.point(null);
+    this.tellChosen(name);
   }
 
   // Make one stand out in the list and on the globe; null: none.

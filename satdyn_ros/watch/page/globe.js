@@ -7,8 +7,8 @@ const TRAIL_POINTS = 16; // the brighter end of the line, behind the dot
 const MARGIN = 1.12; // around the widest orbit, for names
 
 class Globe {
-  // box: an element that the globe fills; earth: see Fleet; choose(name) shows a satellite, point(name)
-  // makes one stand out.  Error: the browser has no WebGL.
+  // box: an element that the globe fills; then earth() of place.py; choose(name) shows a satellite,
+  // point(name) makes one stand out, null none.  Error: the browser has no WebGL.
   constructor(box, { radius_m: radius, mu, coast }, choose, point) {
     Object.assign(this, { box, radius, mu, tellChosen: choose, tellPointed: point });
     this.earth = new Earth({ epoch_s: 0, coast });

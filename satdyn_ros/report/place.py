@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from ..base.nanoseconds import SECOND_NS
-from ..orbits import FixedDirection
+from ..orbits import FixedDirection, KeplerOrbit, TabledOrbit
+from ..orbits.kepler import EARTH_MU, EARTH_RADIUS_M
 from ..run.scenario import Scenario
 from ..run.topics import Topic
 
@@ -19,6 +20,11 @@ GEODETIC = 'geodetic'
 def place_topics(scenario: Scenario) -> list[Topic]:
     """Return the topic of the place, where the scenario publishes it."""
     return [scenario.topic_table[GEODETIC]] if GEODETIC in scenario.topics else []
+
+
+def is_about_earth(orbit: FixedDirection | KeplerOrbit | TabledOrbit) -> bool:
+    """Return whether there is an orbit, and its centre is the Earth, by its mu."""
+    return not isinstance(orbit, FixedDirection) and bool(abs(orbit.mu / EARTH_MU - 1.0) < 1e-3)
 
 
 def description(scenario: Scenario) -> dict[str, Any] | None:
@@ -43,6 +49,15 @@ def coast_lines() -> Iterator[np.ndarray]:
     coast = _coast()
     for line in coast['lines']:
         yield np.multiply(coast['unit_deg'], line).reshape(-1, 2)
+
+
+def earth() -> dict[str, Any]:
+    """
+    Return what a page needs to draw the Earth and orbits about it, plain data.
+
+    radius_m: of the equator.  mu: [m^3/s^2].  coast: as in coast.json.
+    """
+    return {'radius_m': EARTH_RADIUS_M, 'mu': EARTH_MU, 'coast': _coast()}
 
 
 def _coast():

@@ -45,7 +45,7 @@ from ..dynamics.inertia import principal_axes
 from ..dynamics.motion import States
 from ..messages.markers import box
 from ..orbits import FixedDirection
-from ..orbits.kepler import EARTH_MU, EARTH_RADIUS_M
+from ..orbits.kepler import EARTH_RADIUS_M
 from ..run.scenario import Scenario
 from . import place
 from .curves import component_names, least_axis, rotor_columns, topics_with_panels
@@ -58,13 +58,12 @@ def description(scenario: Scenario, integrals: list[str]) -> dict[str, Any]:
     """Return what the scene of a scenario shows, see above."""
     edges, q_bp = box(scenario.system.inertia)
     orbit, least = scenario.system.orbit, least_axis(scenario.system.inertia)
-    is_earth = not isinstance(orbit, FixedDirection) and abs(orbit.mu / EARTH_MU - 1.0) < 1e-3
     return {
         'body': {'edges': edges.tolist(), 'q_bp': q_bp.tolist()},
         'axis': _followed_axis(scenario.system.inertia).tolist(),
         'least_axis': least.tolist() if least is not None and orbit.has_lvlh else None,
         'rotors': _rotors(scenario),
-        'planet': EARTH_RADIUS_M if is_earth else None,
+        'planet': EARTH_RADIUS_M if place.is_about_earth(orbit) else None,
         'has_lvlh': orbit.has_lvlh,
         'integrals': integrals,
         'earth': place.description(scenario),

@@ -1,5 +1,6 @@
 """What a running node says: its newest sample, found by asking the graph, and its diagnostics."""
 
+from collections import defaultdict
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -83,14 +84,13 @@ class Listener:
             self._leave(key)
         return found
 
-    def endpoints(self, name: str) -> set[bytes]:
-        """Return the identities of the publishers of a node's diagnostics: new ones each start."""
-        infos = self._node.get_publishers_info_by_topic('/diagnostics')
-        return {
-            bytes(info.endpoint_gid)
-            for info in infos
-            if f'{info.node_namespace.rstrip("/")}/{info.node_name}' == name
-        }
+    def endpoints(self) -> defaultdict[str, set[bytes]]:
+        """Return by node the identities of what publishes its diagnostics: new ones each start."""
+        found: defaultdict[str, set[bytes]] = defaultdict(set)
+        for info in self._node.get_publishers_info_by_topic('/diagnostics'):
+            name = f'{info.node_namespace.rstrip("/")}/{info.node_name}'
+            found[name].add(bytes(info.endpoint_gid))
+        return found
 
     def sample(self) -> Sample | None:
         """Return the newest sample that was not returned before, or None."""
@@ -130,6 +130,11 @@ class Listener:
             for key, message in came_in.items()
         }
         return {key: np.array([vector.x, vector.y, vector.z]) for key, vector in vectors.items()}
+
+    def leave(self) -> None:
+        """Listen to no satellite."""
+        for key in list(self._subscriptions):
+            self._leave(key)
 
     def forget(self) -> None:
         """Forget what came before: another node has taken the name."""

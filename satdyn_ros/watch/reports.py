@@ -31,6 +31,11 @@ class Reports:
         return self._newest if self.is_there else {}
 
     @property
+    def tick(self) -> int | None:
+        """The tick that the newest report tells."""
+        return _tick(self._newest)
+
+    @property
     def bag(self) -> str | None:
         """The bag that is being recorded."""
         return dict(self._newest.get('recorder', {}).get('values', [])).get('bag')
@@ -45,5 +50,10 @@ class Reports:
 
 
 def _ticks_away(report: Parts, tick: int) -> float:
-    values = dict(report.get('pacing', {}).get('values', []))
-    return abs(int(values['tick']) - tick) if 'tick' in values else math.inf
+    told = _tick(report)
+    return math.inf if told is None else abs(told - tick)
+
+
+def _tick(report: Parts) -> int | None:
+    told = dict(report.get('pacing', {}).get('values', [])).get('tick')
+    return None if told is None else int(told)

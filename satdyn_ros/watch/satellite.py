@@ -19,10 +19,11 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import qos_profile_parameter_events
 from rclpy.signals import SignalHandlerOptions
 
-from ..report import html, scene
+from ..report import html, place, scene
 from ..ros.client import Answer, Client
 from ..run.scenario import Scenario
 from ..torques.body_torque import BodyTorque
+from .globe import ALL, Globe
 from .hub import Hub
 from .listener import Listener, parts, satellites
 from .reports import Reports
@@ -30,7 +31,7 @@ from .request_form import checked, initial_conditions
 from .scenario_reader import ScenarioReader
 from .scene_frames import SceneFrames
 
-_FRAME_S = 1.0 / 30.0
+_FRAME_S, _GLOBE_FRAME_S = 1.0 / 30.0, 1.0 / 5.0
 _LOOK_S = 1.0
 # The page goes on while a node on a busy machine takes its time.
 _ANSWER_S = 20.0
@@ -49,8 +50,9 @@ class Satellite:
     A running node: its samples at most thirty times a second, its diagnostics, its services.
 
     node_name: '/sat1/satdyn'; None: the first that is there.  A browser may choose another one,
-    for all browsers.  torques: of one's own that it has.  Of nodes of one name the one is shown
-    whose parameters were read, by its ticks; none is asked anything, as all would do it.
+    or all on a globe, for all browsers.  torques: of one's own that it has.  Of nodes of one name
+    the one is shown whose parameters were read, by its ticks; none is asked anything, as all would
+    do it.
     """
 
     page = 'page/live.html'
@@ -59,6 +61,9 @@ class Satellite:
         'page/live.css',
         'page/connection.js',
         'page/form.js',
+        'page/ellipse.js',
+        'page/globe.js',
+        'page/fleet.js',
         'page/live.js',
     )
 
@@ -79,6 +84,7 @@ class Satellite:
         self._reports = Reports()
         self._topics: dict[str, str] = {}
         self._fault = ''
+        self._globe: Globe | None = None
 
     # -- the server's side ------------------------------------------------------------------------
 
@@ -121,6 +127,8 @@ class Satellite:
         name, end_s = self._name, time.monotonic() + _ANSWER_S
         if name is None:
             return {'success': False, 'text': 'no satellite is there'}
+        if name == ALL:
+            return {'success': False, 'text': 'all satellites are shown; choose the one to ask'}
         if self._has_namesakes:
             return {'success': False, 'text': self._of_namesakes()}
         loop = asyncio.get_running_loop()
@@ -132,8 +140,8 @@ class Satellite:
         return {'success': answer.success, 'text': answer.text}
 
     def _choose(self, name: Any) -> dict[str, Any]:
-        if name not in self._found:
-            raise ValueError(f'node takes {", ".join(self._found)}')
+        if name not in (ALL, *self._found):
+            raise ValueError(f'node takes {", ".join([ALL, *self._found])}')
         self._wanted = name
         return {'success': True, 'text': f'the page shows {name}'}
 
@@ -188,7 +196,8 @@ class Satellite:
                     self._look()
                 if now_s >= frame_s:
                     # Late frames are left out, not made up for.
-                    frame_s = max(frame_s + _FRAME_S, now_s)
+                    each_s = _FRAME_S if self._globe is None else _GLOBE_FRAME_S
+                    frame_s = max(frame_s + each_s, now_s)
                     self._frame()
                 executor.spin_once(max(0.0, min(frame_s, look_s) - time.monotonic()))
         finally:
@@ -204,19 +213,26 @@ class Satellite:
             self._turn_to(self._wanted)
         elif self._wanted is None and self._name not in found and found:
             self._turn_to('/satdyn' if '/satdyn' in found else found[0])
-        if self._name is not None and self._name in found:
+        if self._globe is not None:
+            self._globe.look(found)
+        elif self._name is not None and self._name in found:
             self._topics = self._listener.look(self._name)
-            self._take_endpoints(self._name, self._listener.endpoints(self._name))
+            self._take_endpoints(self._name, self._listener.endpoints()[self._name])
             if self._scenario is None:
                 self._reader.read(self._name)
         self._tell_status()
 
     def _turn_to(self, name: str) -> None:
-        """Show another satellite."""
+        """Show another satellite, or all."""
         self._name, self._scenario, self._fault = name, None, ''
         self._endpoints, self._topics = set(), {}
         self._reports = Reports()
         self._frames.clear()
+        self._globe = None
+        if name == ALL:
+            self._listener.leave()
+            self._globe = Globe(self._listener, self._reader)
+            self._tell('earth', place.earth(), True)
 
     def _take_endpoints(self, name: str, endpoints: set[bytes]) -> None:
         """See whether another node has taken the name, or one of several has left it."""
@@ -244,7 +260,7 @@ class Satellite:
         reports = self._reports
         status = {
             'node': self._name,
-            'nodes': self._found,
+            'nodes': [ALL, *self._found] if len(self._found) > 1 else self._found,
             'is_there': reports.is_there,
             'is_paused': reports.is_paused,
             'has_namesakes': self._has_namesakes,
@@ -256,6 +272,8 @@ class Satellite:
 
     def _missing(self) -> list[str]:
         """Return what the page lacks, a sentence each."""
+        if self._globe is not None:
+            return []
         if self._name is None or self._name not in self._found:
             wanted = self._wanted or 'with the service set_initial_conditions'
             return [f'there is no node {wanted}; satdyn node starts one']
@@ -285,6 +303,8 @@ class Satellite:
         return missing
 
     def _take_scenario(self, name: str, scenario: Scenario | str) -> None:
+        if self._globe is not None:
+            self._globe.take_scenario(name, scenario)
         if name != self._name:
             return
         if isinstance(scenario, str):
@@ -311,11 +331,16 @@ class Satellite:
             self._reader.read(event.node)
 
     def _take_diagnostics(self, message: DiagnosticArray) -> None:
+        if self._globe is not None:
+            self._globe.take_diagnostics(message)
+            return
         told = parts(message, self._name) if self._name else {}
         if told:
             self._reports.take(told, self._frames.tick if self._has_namesakes else None)
 
     def _frame(self) -> None:
+        if self._globe is not None:
+            self._tell('globe', self._globe.frame(), False)
         if self._scenario is None:
             return
         row = self._frames.take(self._listener, self._scenario)

@@ -4,9 +4,10 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from rcl_interfaces.msg import ParameterValue
+from rcl_interfaces.srv import GetParameters, ListParameters
+from rclpy.client import Client
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
-from rclpy.parameter_client import AsyncParameterClient
 from rclpy.task import Future
 
 from ..run.parameter_file import RCLPY_PARAMETERS
@@ -28,13 +29,18 @@ class ScenarioReader:
         take: Callable[[str, Scenario | str], None],
     ):
         self._asker, self._torques, self._take = asker, tuple(torques), take
-        self._clients: dict[str, AsyncParameterClient] = {}
+        # Of each node the two that are needed: an executor looks at all at each turn, and rclpy's
+        # AsyncParameterClient has six.
+        self._clients: dict[str, tuple[Client, Client]] = {}
 
     def read(self, name: str) -> None:
         """Ask a node; one whose services are not there yet is not asked."""
         if name not in self._clients:
-            self._clients[name] = AsyncParameterClient(self._asker, name)
-        client = self._clients[name]
+            self._clients[name] = (
+                self._asker.create_client(ListParameters, f'{name}/list_parameters'),
+                self._asker.create_client(GetParameters, f'{name}/get_parameters'),
+            )
+        lister, getter = self._clients[name]
 
         def listed(future: Future) -> None:
             names = [
@@ -42,12 +48,13 @@ class ScenarioReader:
                 for parameter in future.result().result.names
                 if parameter.split('.')[0] not in RCLPY_PARAMETERS
             ]
-            client.get_parameters(
-                names, callback=lambda got: self._understand(name, names, got.result().values)
+            answer = getter.call_async(GetParameters.Request(names=names))
+            answer.add_done_callback(
+                lambda got: self._understand(name, names, got.result().values)
             )
 
-        if client.services_are_ready():
-            client.list_parameters([], 0, callback=listed)
+        if lister.service_is_ready() and getter.service_is_ready():
+            lister.call_async(ListParameters.Request()).add_done_callback(listed)
 
     def _understand(self, name: str, names: list[str], values: list[ParameterValue]) -> None:
         given = {

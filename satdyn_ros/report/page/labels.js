@@ -34,14 +34,18 @@ class Labels {
     element.style.opacity = leader.style.opacity = isHidden ? 0.5 : 1;
   }
 
-  clear() {
-    this.labels.forEach(({ element, leader }) => { element.remove(); leader.remove(); });
-    this.labels.clear();
+  remove(key) {
+    const { element, leader } = this.labels.get(key);
+    element.remove();
+    leader.remove();
+    this.labels.delete(key);
   }
+
+  clear() { [...this.labels.keys()].forEach((key) => this.remove(key)); }
 
   // Put each label beside its point [px], or hide it: points is a map of keys to null or {x, y, room,
   // place}: room is kept free around it, place, where given, is that of PLACES to begin with; corners
-  // [px] are those of the body, covered the rooms of what lies over the scene.
+  // [px] are those of the body, if there is one, covered the rooms of what lies over the scene.
   place(points, corners, covered, width, height) {
     const outline = hull(corners);
     const taken = [...covered];
@@ -75,6 +79,7 @@ class Labels {
         return room;
       }
     }
+    if (!outline.length) return null;
     // Before or behind the body: beside it, on the side that is nearest, with a line to the point.
     const centre = [0, 1].map((c) => outline.reduce((sum, corner) => sum + corner[c], 0) / outline.length);
     const outward = Math.atan2(y - centre[1], x - centre[0]);

@@ -25,9 +25,14 @@ class Planet {
   // Turn with the axes of its graticule, at the body's distance [m] from the planet; sun_v: the
   // direction of the Sun, null: lit from everywhere.
   show(q_vg, down_v, distance, sun_v) {
+    this.place(q_vg, down_v.map((c) => Planet.DISTANCE * c), Planet.DISTANCE * Math.min(this.radius / distance, 0.9999), sun_v);
+  }
+
+  // The same as a ball of some size about a centre, in the units of the picture.
+  place(q_vg, centre_v, radius, sun_v) {
     const { centre, size } = this.uniforms;
-    centre.value.set(...down_v).multiplyScalar(Planet.DISTANCE);
-    size.value = Planet.DISTANCE * Math.min(this.radius / distance, 0.9999);
+    centre.value.set(...centre_v);
+    size.value = radius;
     this.graticule.position.copy(centre.value);
     this.graticule.quaternion.set(...q_vg);
     this.graticule.scale.setScalar(size.value);

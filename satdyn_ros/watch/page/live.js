@@ -1,6 +1,7 @@
 'use strict';
 // A running node: its rows as they come, its diagnostics, and the controls of its services.
 
+const ALL = 'all'; // the choice in place of a satellite
 const KEPT_ROWS = 9000;
 const CHARTS_EACH = 400; // [ms]; the scene follows every frame
 const CLOCK_EACH = 200; // [ms]; without a graphics processor painting it costs as much as the scene
@@ -9,12 +10,15 @@ const element = (id) => document.getElementById(id);
 const stage = new Stage(element('stage'));
 const charts = new Charts(element('charts'), () => {});
 const rows = new Rows(KEPT_ROWS);
+const fleet = new Fleet(element('globe'), element('satellites'), choose);
 const live = { node: '', start: 0, values: {}, status: {}, heard: [] };
 
 function say(text, isGood = true) {
   element('answer').textContent = text;
   element('answer').className = isGood ? '' : 'bad';
 }
+
+function choose(node) { ask({ do: 'choose', node }); }
 
 async function ask(request) {
   const answer = await connection.ask(request);
@@ -100,6 +104,9 @@ function takeStatus(status) {
     forget();
     live.node = status.node ?? '';
   }
+  const isAll = status.node === ALL;
+  element('one').hidden = document.querySelector('article').hidden = element('state').hidden = isAll;
+  element('all').hidden = !isAll;
   element('node').textContent = document.title = status.node ?? 'satdyn watch';
   showNodes(status);
   const state = !status.is_there ? 'not there' : status.is_paused ? 'paused' : 'running';
@@ -119,7 +126,7 @@ function takeStatus(status) {
 
 // Of several satellites a choice takes the place of the name; it is left alone while it is the same.
 function showNodes({ node, nodes }) {
-  const names = [...new Set([node, ...nodes])].filter(Boolean).sort();
+  const names = [...new Set([...nodes, node])].filter(Boolean);
   const choice = element('nodes');
   if (names.join() !== [...choice.options].map(({ value }) => value).join()) {
     choice.replaceChildren(...names.map((name) => new Option(name, name)));
@@ -152,12 +159,21 @@ function showDiagnostics(diagnostics) {
   }));
 }
 
+function takeEarth(earth) { fleet.describe(earth); }
+
+function takeGlobe({ satellites }) {
+  if (live.node !== ALL) return;
+  fleet.show(satellites);
+  element('clock').textContent = fleet.utc ? utcText(fleet.utc) : '';
+}
+
 // -- what the user does ----------------------------------------------------------------------------
 
 const connection = new Connection(
-  { scene: takeScene, history: takeHistory, rows: takeRows, status: takeStatus },
+  { scene: takeScene, history: takeHistory, rows: takeRows, status: takeStatus, earth: takeEarth, globe: takeGlobe },
   (isOpen) => {
     if (isOpen) return;
+    element('state').hidden = false;
     element('state').textContent = 'satdyn watch has ended';
     element('state').className = 'pill bad';
   },
@@ -169,7 +185,7 @@ element('step').addEventListener('click', () => ask({ do: 'step' }));
 element('reset').addEventListener('click', () => ask({ do: 'reset' }));
 element('record').addEventListener('click', () => ask({ do: live.status.bag ? 'stop' : 'record' }));
 element('begin').addEventListener('click', () => form.open(live.values));
-element('nodes').addEventListener('change', ({ target }) => ask({ do: 'choose', node: target.value }));
+element('nodes').addEventListener('change', ({ target }) => choose(target.value));
 addEventListener('keydown', (event) => {
   if (event.target.closest?.('input, select, button, dialog, summary')) return;
   if (event.key === ' ') element('pause').click();
@@ -181,4 +197,4 @@ addEventListener('keydown', (event) => {
 live.folded = Stage.made('details');
 live.folded.append(Stage.made('summary', '', 'lateness of the ticks'), Stage.made('dl'));
 
-window.satdyn = { rows, stage, charts, live, get framesPerSecond() { return stage.scene?.framesPerSecond; } };
+window.satdyn = { rows, stage, charts, fleet, live, get framesPerSecond() { return stage.scene?.framesPerSecond; } };

@@ -1,0 +1,123 @@
+"""All satellites of the graph on one globe: where each of them is."""
+
+import time
+from collections import deque
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray
+
+from ..base.nanoseconds import SECOND_NS
+from ..report import place
+from ..run.scenario import Scenario
+from .listener import Listener, parts
+from .reports import Parts, Reports
+from .scenario_reader import ScenarioReader
+
+# What is chosen in place of a satellite; names of nodes begin with a slash.
+ALL = 'all'
+
+
+class Globe:
+    """
+    The satellites that fly, each by the orbit of its scenario and the ticks that it reports.
+
+    Their topics are not heard: the diagnostics, once a second, are enough for any number of them.
+    """
+
+    def __init__(self, listener: Listener, reader: ScenarioReader):
+        self._listener, self._reader = listener, reader
+        self._flights: dict[str, _Flight] = {}
+
+    def look(self, found: Iterable[str]) -> None:
+        """See which satellites are there, by name, and ask those whose scenario is not known."""
+        endpoints = self._listener.endpoints()
+        self._flights = {name: self._flight(name, endpoints[name]) for name in found}
+        for name, flight in self._flights.items():
+            if not isinstance(flight.scenario, Scenario):
+                self._reader.read(name)
+
+    def _flight(self, name: str, endpoints: set[bytes]) -> '_Flight':
+        known = self._flights.get(name)
+        # Others: another node has taken the name.
+        return known if known and endpoints in (set(), known.endpoints) else _Flight(endpoints)
+
+    def take_scenario(self, name: str, scenario: Scenario | str) -> None:
+        """Take the scenario of a satellite, or why it is not understood."""
+        if name in self._flights:
+            self._flights[name].scenario = scenario
+
+    def take_diagnostics(self, message: DiagnosticArray) -> None:
+        """Take what satellites report."""
+        for name, flight in self._flights.items():
+            told = parts(message, name)
+            if told:
+                flight.take_report(told)
+
+    def frame(self) -> dict[str, Any]:
+        """
+        Return each satellite, plain data.
+
+        name, is_there, is_paused; where there is a place utc_s, its Unix time [s], r_i [m] and v_i
+        [m/s]; note, why there is none, or ''.
+        """
+        now_s = time.monotonic()
+        return {
+            'satellites': [
+                {
+                    'name': name,
+                    'is_there': flight.reports.is_there,
+                    'is_paused': flight.reports.is_paused,
+                    **flight.place(now_s),
+                }
+                for name, flight in self._flights.items()
+            ]
+        }
+
+
+class _Flight:
+    """What is known of one satellite."""
+
+    def __init__(self, endpoints: set[bytes]) -> None:
+        self.endpoints = endpoints
+        self.scenario: Scenario | str | None = None
+        self.reports = Reports()
+        # When the last two reports came [s], and their ticks.
+        self._heard_s: deque[float] = deque(maxlen=2)
+        self._ticks: deque[int] = deque(maxlen=2)
+
+    def take_report(self, told: Parts) -> None:
+        """Take the next report."""
+        self.reports.take(told)
+        if self.reports.tick is not None:
+            self._heard_s.append(time.monotonic())
+            self._ticks.append(self.reports.tick)
+
+    def place(self, now_s: float) -> dict[str, Any]:
+        """Return where it is, or why that is not known."""
+        if len(self.endpoints) > 1:
+            return {'note': f'not drawn: {len(self.endpoints)} nodes have this name'}
+        if not isinstance(self.scenario, Scenario):
+            return {'note': self.scenario or 'its parameters have not come yet'}
+        if not (self.reports.is_there and self._ticks):
+            return {'note': ''}
+        t_s = self._tick(now_s) / float(self.scenario.rate)
+        try:
+            orbit = self.scenario.system.orbit
+            if not place.is_about_earth(orbit):
+                return {'note': 'not drawn: it has no orbit about the Earth'}
+            r_i, v_i = orbit.position_velocity(t_s)
+        except ValueError as error:
+            return {'note': f'not drawn: {error}'}
+        return {
+            'note': '',
+            'utc_s': self.scenario.epoch_ns / SECOND_NS + t_s,
+            'r_i': r_i.tolist(),
+            'v_i': v_i.tolist(),
+        }
+
+    def _tick(self, now_s: float) -> float:
+        """Return the tick of one report ago: between two of them nothing is guessed."""
+        ago_s = self._heard_s[-1] - self._heard_s[0]
+        return float(np.interp(now_s - ago_s, self._heard_s, self._ticks))

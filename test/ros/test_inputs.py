@@ -270,7 +270,7 @@ def test_a_speed_is_followed_until_its_timeout_and_recorded(live, tmp_path):
     command, end = RecordedRun(directory).events
     assert isinstance(command, RotorCommand)
     assert (command.torques, command.speeds) == ({}, {'rotor': wanted})
-    assert end == Timeout(command.tick + 200, 'rotor_command')
+    assert end == Timeout(command.tick + 200, 'rotor_command.rotor')
     t_s = np.array([(stamp_ns(m) - EPOCH_NS) * 1e-9 for m in rotors[:reached]])
     passed = np.maximum(t_s - command.tick / 100.0, 0.0)
     speeds = [m.velocity[0] for m in rotors[:reached]]

@@ -163,6 +163,7 @@ def entries(page):
     return page.find_elements('css selector', '#satellites button')
 
 
+@pytest.mark.long
 def test_the_page_lists_all_and_shows_the_one_that_is_clicked(page):
     """A click in the list, and one on a dot, leads to that satellite."""
     assert [entry.text.split('\n')[0] for entry in entries(page)] == [
@@ -187,6 +188,7 @@ def test_the_page_lists_all_and_shows_the_one_that_is_clicked(page):
     assert pages.errors(page) == []
 
 
+@pytest.mark.long
 def test_dots_and_lines_are_where_the_satellites_are(page):
     """
     A line goes all around on the circle; a dot lies on it, where the camera sees it.
@@ -229,6 +231,7 @@ def test_dots_and_lines_are_where_the_satellites_are(page):
     assert pages.errors(page) == []
 
 
+@pytest.mark.long
 def test_the_line_of_an_ellipse(page):
     """From a place with its velocity follow the pericentre and the apocentre of the ellipse."""
     a, e, f = 3.0, 0.4, 2.0

@@ -18,7 +18,8 @@ _LARGEST_REQUEST = 4096
 _REQUESTS_PER_S, _REQUESTS_AT_ONCE = 5.0, 20.0
 # Requests of a browser that wait for their answers; further ones are read later.
 _MOST_WAITING = 16
-_HEARTBEAT_S = 15.0
+# For half of it a browser may do nothing but draw: without a graphics processor that is slow.
+_HEARTBEAT_S = 60.0
 
 # Nothing from elsewhere, not inside another page; scripts set the styles of elements.
 _HEADERS = {

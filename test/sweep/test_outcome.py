@@ -174,6 +174,8 @@ ONE_KEY = {
 }
 # Of such rotors only the steps are taken side by side.
 STEPS_ALONE = '.coulomb_friction', '.static_imbalance', '.dynamic_imbalance'
+# Rotors with these have equations of their own, which are compiled for one of the orbits alone.
+OWN_EQUATIONS = (*STEPS_ALONE, '.max_speed', '.speed_gain')
 # What does not vary between 0.1 and 0.3.
 VALUES: dict[str, list] = {
     'body.inertia': [[700.0, 900.0, 600.0], [800.0, 850.0, 600.0]],
@@ -222,7 +224,11 @@ def test_each_number_alone(tmp_path, monkeypatch, kind):
     orbit = {'type': kind} | ({'eccentricity': 0.1} if kind == 'kepler' else {})
     write(tmp_path, ONE_KEY | {'orbit': orbit})
     scenario = Scenario.from_yaml(tmp_path / 'scenario.yaml')
-    names = names_alone(scenario)
+    names = [
+        name
+        for name in names_alone(scenario)
+        if kind == 'circular' or not name.endswith(OWN_EQUATIONS)
+    ]
     assert {'circular': 'orbit.raan', 'kepler': 'orbit.eccentricity', 'fixed': 'orbit.gradient'}[
         kind
     ] in names

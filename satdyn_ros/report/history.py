@@ -150,8 +150,9 @@ def history(
             {name: values[chosen] for name, values in shown(topics, samples).items()}
         )
         applied_torques.append(np.broadcast_to(samples.system.torque_b, (len(table), 3)))
-        if samples.system.magnetic_dipole_b is not None:
-            dipoles.append(np.broadcast_to(samples.system.magnetic_dipole_b, (len(table), 3)))
+        dipole_b = samples.system.magnetic_dipole_b
+        if dipole_b is not None:
+            dipoles.append(np.broadcast_to(dipole_b, (len(table), 3)))
         momenta.append(angular_momentum(samples.system, table.omega_bi_b, table.rotor_speed))
         drifts.append({name: values[chosen] for name, values in drift.items()})
     bounds.close()

@@ -285,23 +285,14 @@ class Scene {
 
   // -- drawing -------------------------------------------------------------------------------------
 
-  _fieldText() {
-    const { magnetic_field: field } = this.row;
-    return field ? `B ${quantity(1e6 * Math.hypot(...field))} µT` : 'B';
-  }
-
-  _dipoleText() {
-    const { dipole_b: dipole } = this.row;
-    return dipole ? `m ${quantity(Math.hypot(...dipole))} A m²` : 'm';
-  }
-
   _labelTexts() {
     const { row, description } = this;
+    const sized = (name, vector, scale, unit) => (vector ? `${name} ${quantity(scale * Math.hypot(...vector))} ${unit}` : name);
     const texts = {
       nadir: description.has_lvlh ? 'nadir' : 'to the centre', rate: 'ω', momentum: 'H', torque: 'gravity gradient',
       applied: 'applied torque', x: 'x', y: 'y', z: 'z', along: 'along track', normal: 'orbit normal',
-      sun: this._isInUmbra ? 'Sun, behind the Earth' : 'Sun', field: this._fieldText(),
-      dipole: this._dipoleText(),
+      sun: this._isInUmbra ? 'Sun, behind the Earth' : 'Sun', field: sized('B', row.magnetic_field, 1e6, 'µT'),
+      dipole: sized('m', row.dipole_b, 1, 'A m²'),
     };
     Object.entries(texts).forEach(([name, text]) => this.labels.set(name, text, ARROWS[name]));
     description.rotors.forEach(({ name, momentum }, k) => {

@@ -62,9 +62,7 @@ class Fleet {
     }
     satellites.forEach((satellite) => {
       const { state, more } = this.entries.get(satellite.name);
-      const { is_there: isThere, is_paused: isPaused } = satellite;
-      state.textContent = !isThere ? 'not there' : isPaused ? 'paused' : 'running';
-      state.className = `pill ${!isThere ? 'bad' : isPaused ? '' : 'good'}`;
+      showState(state, satellite);
       more.textContent = satellite.note || this._altitude(satellite);
     });
   }
@@ -81,6 +79,12 @@ class Fleet {
     onPointed(button, (isPointed) => this.point(isPointed ? name : null));
     return { button, state, more };
   }
+}
+
+// Say in an element whether a satellite runs.
+function showState(element, { is_there: isThere, is_paused: isPaused }) {
+  element.textContent = !isThere ? 'not there' : isPaused ? 'paused' : 'running';
+  element.className = `pill ${!isThere ? 'bad' : isPaused ? '' : 'good'}`;
 }
 
 // Call take(whether it is pointed at) when the mouse or the keyboard comes to an element or leaves it.

@@ -109,9 +109,7 @@ function takeStatus(status) {
   element('all').hidden = !isAll;
   element('node').textContent = document.title = status.node ?? 'satdyn watch';
   showNodes(status);
-  const state = !status.is_there ? 'not there' : status.is_paused ? 'paused' : 'running';
-  element('state').textContent = state;
-  element('state').className = `pill ${status.is_there ? status.is_paused ? '' : 'good' : 'bad'}`;
+  showState(element('state'), status);
   element('recording').hidden = !status.bag;
   element('recording').textContent = `● recording ${status.bag?.split('/').pop()}`;
   element('pause').textContent = status.is_paused ? 'Resume' : 'Pause';

@@ -20,6 +20,8 @@ from .system import State, System
 
 # By so much of its size a speed, or a torque, goes beyond an end of its range before it has left.
 _BEYOND, _TORQUE_BEYOND = 1e-13, 1e-12
+# A speed is the difference of p / J and the body's rate: rounding is of the size of that rate.
+_ROUNDING = 2e-15
 # A rotor within this share of a jump is at it.
 AT_LIMIT = 1e-12
 
@@ -87,16 +89,19 @@ class Drives:
         ]
         self.met: list[tuple[float, int]] = []
 
-    def constants(self, start_s: float, speeds: np.ndarray) -> Constants:
+    def constants(
+        self, start_s: float, omega_bi_b: np.ndarray, speeds: np.ndarray
+    ) -> Constants:
         """
         Return the constants of the equations as long as all rotors are where they are.
 
-        speeds (R,): of now [rad/s].
+        omega_bi_b (3,), speeds (R,): of now [rad/s].
         """
         system, places = self._system, self._places
         torque, rotors = system.rotor_torque.copy(), []
         watches: list[Watch] = []
         inertia = system.carrier_inertia
+        rounding = _ROUNDING * float(np.linalg.norm(omega_bi_b))
         for n, (i, rotor) in enumerate(system.turning_rotors):
             line = self._laws[n][places[n] // 2]
             is_held = places[n] % 2
@@ -105,7 +110,7 @@ class Drives:
                 inertia = inertia + rotor.inertia * np.outer(rotor.axis, rotor.axis)
                 watches.append(_at_jump(rotor, line, self._laws[n][places[n] // 2 + 1]))
             else:
-                watches.append(_on_line(line, float(speeds[i])))
+                watches.append(_on_line(line, float(speeds[i]), rounding))
         constants = constants_of(system, start_s)
         if not np.array_equal(torque, system.rotor_torque):
             driven = constants_of(system.driven(rotor_torque=torque), start_s)
@@ -161,12 +166,12 @@ def _place(law, speed):
     return 2 * (len(law) - 1)
 
 
-def _on_line(line, speed):
+def _on_line(line, speed, rounding):
     low, high = min(line.low, speed), max(line.high, speed)
     return Watch(
         held_inertia=0.0,
-        low=low - _BEYOND * abs(low),
-        high=high + _BEYOND * abs(high),
+        low=low - max(_BEYOND * abs(low), rounding),
+        high=high + max(_BEYOND * abs(high), rounding),
         effort=line.torque,
         gain=line.gain,
     )

@@ -108,8 +108,8 @@ class Propagation(Motion):
 
     def _drive(self, drives):
         """Go on by the constants of where the rotors are."""
-        speeds = columns(self.system, self._stages.y[:, None])[2][0]
-        self.constants = drives.constants(self.start_s, speeds)
+        _, omega_bi_b, speeds, *_ = columns(self.system, self._stages.y[:, None])
+        self.constants = drives.constants(self.start_s, omega_bi_b[0], speeds[0])
         if self._table_of is not None:
             self.constants = with_tables(self.constants, self.system, self._table_of)
 

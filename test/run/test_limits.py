@@ -114,6 +114,14 @@ def test_at_max_speed_a_command_acts_only_where_it_slows():
         assert (np.diff(speeds[tick - 1 :, 0]) < 1e-15).all()
 
 
+@pytest.mark.parametrize('rate', [1e3, -3e3, 1.1e4, -2.3e4])
+def test_a_rotor_leaves_its_limit_on_a_body_that_turns_fast(rate):
+    """Its speed is a difference of large numbers there, whose rounding is no way back."""
+    begin = Request(0, {'initial.angular_velocity': [0.0, 0.0, rate], 'rotor.b.speed': 5.0})
+    _, speeds, _ = run([begin, RotorCommand(0, {'b': 0.0004})], ticks=3)
+    assert (np.diff(speeds[:, 1]) < 0.0).all()
+
+
 def test_states_at_a_limit_are_those_of_the_reference():
     """To the bound of the case, and the same to rounding at 1, 10 and 100 Hz."""
     case, flown = CASES['wheel_limit_1hz'], []

@@ -33,7 +33,7 @@ def start(*more_flags):
     return webdriver.Chrome(options, webdriver.ChromeService(driver))
 
 
-def wait(browser, condition, timeout_s=60):
+def wait(browser, condition, timeout_s=180):
     """Wait until condition(), a function or a text of JavaScript, is true; return its value."""
     from selenium.webdriver.support.ui import WebDriverWait
 
@@ -69,14 +69,15 @@ def errors(browser):
     return [entry for entry in browser.get_log('browser') if entry['level'] == 'SEVERE']
 
 
-# Labels that are seen, those that lie on one another, and those through which a line of sight (one
-# of a few over each) meets the body.
+# Labels that are seen, those that lie on one another or on the map, and those through which a line
+# of sight (one of a few over each) meets the body.
 OVERLAPS = """
 const boxes = [...document.querySelectorAll('.label')]
   .filter((label) => label.style.visibility === 'visible')
   .map((label) => ({ text: label.textContent, ...label.getBoundingClientRect().toJSON() }));
+const map = document.querySelector('.ground').getBoundingClientRect().toJSON();
 const overlaps = [];
-boxes.forEach((a, i) => boxes.slice(i + 1).forEach((b) => {
+boxes.forEach((a, i) => [...boxes.slice(i + 1), { text: 'map', ...map }].forEach((b) => {
   if (a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom)
     overlaps.push([a.text, b.text]);
 }));
@@ -89,5 +90,17 @@ const meetsBody = (x, y) => {
 };
 const isOnBody = ({ left, top, width, height }) => [0, 0.25, 0.5, 0.75, 1].some((i) => (
   [0, 0.5, 1].some((j) => meetsBody(left + i * width, top + j * height))));
-return { count: boxes.length, overlaps, on_body: boxes.filter(isOnBody).map(({ text }) => text) };
+const texts = (those) => those.map(({ text }) => text);
+return { texts: texts(boxes), overlaps, on_body: texts(boxes.filter(isOnBody)) };
 """
+
+
+def wait_for_labels(browser):
+    """Wait until labels lie on nothing that they are to keep off; return their texts."""
+
+    # The frame in which they are placed anew may come after the one with the new row or size.
+    def free():
+        found = browser.execute_script(OVERLAPS)
+        return not found['overlaps'] and not found['on_body'] and found['texts']
+
+    return set(wait(browser, free))

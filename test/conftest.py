@@ -56,6 +56,16 @@ class TestFile(pytest.Module):
             raise
 
 
+@pytest.fixture(scope='session')
+def ros():
+    """Take part in ROS, from the first test of this process that does to its last test."""
+    import rclpy
+
+    rclpy.init(signal_handler_options=rclpy.signals.SignalHandlerOptions.NO)
+    yield
+    rclpy.try_shutdown()
+
+
 def pytest_pycollect_makemodule(module_path, parent):
     """Return the collector of a file of tests."""
     return TestFile.from_parent(parent, path=module_path)

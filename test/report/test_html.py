@@ -175,15 +175,7 @@ def test_labels_lie_neither_on_one_another_nor_on_the_body(page, browser, size, 
         drawn = 'satdyn.stage.scene.frames.length'
         count = browser.execute_script(f'const n = {drawn}; satdyn.timeline.seek({t_s}); return n')
         pages.wait(browser, f'{drawn} !== {count}')
-        # The frame in which they are placed anew may come after the one that was waited for.
-        for _ in range(50):
-            found = browser.execute_script(pages.OVERLAPS)
-            if not found['overlaps'] and not found['on_body']:
-                break
-            browser.execute_async_script('requestAnimationFrame(arguments[0])')
-        assert found['overlaps'] == []
-        assert found['on_body'] == []
-        assert found['count'] >= 5
+        assert len(pages.wait_for_labels(browser)) >= 5
     width = browser.execute_script('return document.documentElement.scrollWidth')
     assert width == size[0]
 
@@ -365,17 +357,7 @@ def test_the_earth_is_shown_at_its_time(earth_bag, browser, folder):
         assert float(east) == pytest.approx(abs(longitude), abs=0.006)
         assert float(height_km) == pytest.approx(height_m / 1000.0, abs=0.06)
         assert ('S' in place, 'W' in place) == (latitude < 0.0, longitude < 0.0)
-        found = browser.execute_script(pages.OVERLAPS)
-        assert found['overlaps'] == found['on_body'] == []
-        said.append({label.text for label in browser.find_elements('class name', 'label')})
-        covered = browser.execute_script(
-            'const room = (element) => element.getBoundingClientRect();'
-            "const map = room(document.querySelector('.ground'));"
-            "return [...document.querySelectorAll('.label')].map(room).filter((label) =>"
-            ' label.left < map.right && label.right > map.left'
-            ' && label.top < map.bottom && label.bottom > map.top).length'
-        )
-        assert covered == 0
+        said.append(pages.wait_for_labels(browser))
         width = browser.execute_script('return document.documentElement.scrollWidth')
         assert width == size[0]
     assert 'Sun' in said[0]

@@ -2,7 +2,6 @@ import os
 from pathlib import Path
 
 import pytest
-import rclpy
 from ros.live import LiveNode, Participant
 
 from satdyn_ros.run.scenario import Scenario
@@ -11,12 +10,9 @@ os.environ['FASTRTPS_DEFAULT_PROFILES_FILE'] = str(Path(__file__).parent / 'disc
 
 
 @pytest.fixture(scope='session', autouse=True)
-def _ros():
+def _ros(ros):
     # A node is not to spend the patience of a test on its compiler.
     Scenario().motion().at(0.0)
-    rclpy.init(signal_handler_options=rclpy.signals.SignalHandlerOptions.NO)
-    yield
-    rclpy.try_shutdown()
 
 
 @pytest.fixture

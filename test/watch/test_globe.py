@@ -8,7 +8,6 @@ import aiohttp
 import browser as pages
 import numpy as np
 import pytest
-import rclpy
 from ros.live import EPOCH_NS, LiveNode, Participant, stamp_ns
 
 MU, RADIUS_M = 3.986004418e14, 6_378_137.0
@@ -24,12 +23,7 @@ NODES = {
     for namespace, elements in CIRCLES.items()
 } | {'/still': {'orbit.type': 'fixed', 'orbit.gradient': 0.0, 'initial.frame': 'inertial'}}
 
-
-@pytest.fixture(scope='module', autouse=True)
-def _ros():
-    rclpy.init(signal_handler_options=rclpy.signals.SignalHandlerOptions.NO)
-    yield
-    rclpy.try_shutdown()
+pytestmark = pytest.mark.usefixtures('ros')
 
 
 @pytest.fixture(scope='module')

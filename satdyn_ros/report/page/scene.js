@@ -19,7 +19,8 @@ class Scene {
   // box: an element that the scene fills.  Error: the browser has no WebGL.
   constructor(box) {
     this.box = box;
-    this.over = []; // elements over it that labels keep off
+    this.over = [];
+    this.overSizes = new ResizeObserver(() => { this._measureCover(); this.redraw(); });
     this.isSoftware = drawsInSoftware();
     this.renderer = new THREE.WebGLRenderer({ antialias: true, powerPreference: 'high-performance' });
     this.canvas = this.renderer.domElement;
@@ -65,6 +66,13 @@ class Scene {
     if (this.view === 'space' && description.has_lvlh) this.setView('orbit');
     this._paint();
     this.longest = { rate: 0, torque: 0, dipole: 0 };
+  }
+
+  // Labels keep off these elements, which lie over the scene and whose size may change.
+  keepOff(elements) {
+    this.over = elements;
+    this.overSizes.disconnect();
+    elements.forEach((element) => this.overSizes.observe(element));
     this._measureCover();
   }
 

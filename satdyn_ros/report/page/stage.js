@@ -36,7 +36,7 @@ class Stage {
     const earth = description.earth && new Earth(description.earth);
     this.ground.describe(earth);
     if (!this.scene) return;
-    this.scene.over = earth ? [this.ground.box, this.switches] : [];
+    this.scene.keepOff(earth ? [this.ground.box, this.switches] : []);
     this.scene.describe(description, earth);
     const hasPlace = earth || description.panels.some(({ name }) => name === 'sun_direction' || name === 'magnetic_field');
     if (hasPlace) this.switches.append(this.placeSwitch);

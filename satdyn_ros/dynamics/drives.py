@@ -89,9 +89,7 @@ class Drives:
         ]
         self.met: list[tuple[float, int]] = []
 
-    def constants(
-        self, start_s: float, omega_bi_b: np.ndarray, speeds: np.ndarray
-    ) -> Constants:
+    def constants(self, start_s: float, omega_bi_b: np.ndarray, speeds: np.ndarray) -> Constants:
         """
         Return the constants of the equations as long as all rotors are where they are.
 

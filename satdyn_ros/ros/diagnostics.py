@@ -195,10 +195,15 @@ class InputsReport:
         self._counts, self._simulation = counts, simulation
         self._refused = self._lost = 0
         self._limited: Counter[str] = Counter()
+        # Those that act at the ticks published last; of the simulation, which is ahead, another
+        # thread could not read them.
+        self._rotor_torque = simulation.system.rotor_torque
         self._max_dipole = np.array(simulation.scenario['magnetorquer.max_dipole'])
 
-    def take(self, applied: list[Event]) -> None:
-        """Process the events of a tick."""
+    def take(self, applied: list[Event], samples: Samples, count: int) -> None:
+        """Process the events of a tick, and how many of the samples from it on were published."""
+        if count:
+            self._rotor_torque = samples.rotor_torque[count - 1]
         self._limited.update(event.limit for event in applied if isinstance(event, RotorLimited))
         self._limited['max_dipole'] += sum(
             bool(np.any(np.abs(event.dipole_b) > self._max_dipole))
@@ -215,7 +220,7 @@ class InputsReport:
             f'{name} that acts [N m]': torque_b for name, torque_b in applied.items()
         }
         values |= {
-            'rotor torques that act [N m]': tuple(self._simulation.rotor_torque.tolist()),
+            'rotor torques that act [N m]': tuple(self._rotor_torque.tolist()),
             'rotor speeds that are commanded [rad/s]': tuple(system.rotor_target.tolist()),
             'cut to max_torque': self._limited['max_torque'],
             'limited at max_speed': self._limited['max_speed'],

@@ -240,7 +240,7 @@ class SatdynNode(rclpy.node.Node):
             self.get_logger().error(
                 f'no tick follows until a request or a reset: {self._simulation.halted}'
             )
-        self._inputs_report.take(happened)
+        self._inputs_report.take(happened, samples, count)
         self._topics_in_force += sum(isinstance(event, Topics) for event in happened)
         if count:
             self._latest = samples, count - 1

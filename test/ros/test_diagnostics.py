@@ -8,6 +8,12 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import QuaternionStamped, WrenchStamped
 from sensor_msgs.msg import JointState
 
+from satdyn_ros.ros.diagnostics import InputsReport
+from satdyn_ros.ros.inputs import InputCounts
+from satdyn_ros.run.events import RotorCommand
+from satdyn_ros.run.scenario import Scenario
+from satdyn_ros.run.simulation import Simulation
+
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 
 
@@ -89,6 +95,21 @@ def test_what_the_limits_of_a_motor_take_is_counted(live):
     inputs = values(report['inputs'])
     assert (inputs['cut to max_torque'], inputs['limited at max_speed']) == ('1', '1')
     assert float(inputs['rotor torques that act [N m]'].strip('(,)')) == 0.0
+
+
+def test_torques_told_are_those_of_the_last_tick_published():
+    """The run is computed ahead of what is published, by another thread than that of reports."""
+    scenario = Scenario.from_dict(
+        {'rotor': {'mode': 'motor', 'inertia': 1e-3, 'speed_gain': 0.5}, 'publish': {'rate': 10.0}}
+    )
+    simulation = Simulation(scenario, [RotorCommand(0, speeds={'rotor': 9.0})])
+    report = InputsReport(InputCounts(), simulation)
+    happened, samples = simulation.advance(50)
+    report.take(happened, samples, 5)
+    simulation.rewind(5)
+    simulation.advance(2)
+    _, _, told = report()
+    assert told['rotor torques that act [N m]'] == tuple(samples.rotor_torque[4])
 
 
 @pytest.mark.long

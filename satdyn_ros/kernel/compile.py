@@ -176,7 +176,7 @@ def _compile_aside(dispatcher, signature):
 
     A failure there, as of a file system without locks, is left to the compilation in this process.
     """
-    with suppress(OSError), _lock(dispatcher):
+    with suppress(OSError), _lock(dispatcher, repr(signature)):
         if _is_kept(dispatcher, signature):
             return
         _tell()
@@ -207,7 +207,16 @@ def compile_for_parent() -> None:
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     module, name, signature = pickle.load(sys.stdin.buffer)
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    getattr(import_module(module), name).compile(signature)
+    dispatcher = getattr(import_module(module), name)
+    save = dispatcher._cache.save_overload
+
+    def save_alone(*code):
+        # numba reads the list of what is kept of a function, adds to it, and writes it.
+        with _lock(dispatcher, 'list'):
+            save(*code)
+
+    dispatcher._cache.save_overload = save_alone
+    dispatcher.compile(signature)
 
 
 def _end_with_parent():
@@ -216,9 +225,10 @@ def _end_with_parent():
 
 
 @contextmanager
-def _lock(function) -> Iterator[None]:
-    """Let one process at a time compile a function: the others find the code at their turn."""
-    with open(_FOLDER / f'{function.__module__}.{function.__name__}.lock', 'wb') as file:
+def _lock(function, what: str) -> Iterator[None]:
+    """Let one process at a time do something with a function, as compile it for a signature."""
+    name = f'{function.__module__}.{function.__name__}-{sha256(what.encode()).hexdigest()[:16]}'
+    with open(_FOLDER / f'{name}.lock', 'wb') as file:
         fcntl.flock(file, fcntl.LOCK_EX)
         yield
 

@@ -33,7 +33,14 @@ from .user import square
 
 print(square((1, 2, 3)))
 """
+# For one of four types more.
+SOME_TYPE = """
+import os
+from .user import square
 
+x, y = ((1, 1.0)[int(digit)] for digit in os.environ['TYPES'])
+print(square((2, x, y)))
+"""
 LONG = """
 import logging
 import sys
@@ -120,6 +127,7 @@ def package(tmp_path):
     shutil.copytree(ROOT / 'satdyn_ros', copy, ignore=shutil.ignore_patterns('__pycache__'))
     (copy / 'dynamics' / 'user.py').write_text(USER)
     (copy / 'dynamics' / 'other_type.py').write_text(OTHER_TYPE)
+    (copy / 'dynamics' / 'some_type.py').write_text(SOME_TYPE)
     (copy / 'dynamics' / 'long.py').write_text(LONG)
     (copy / 'dynamics' / 'vanishing.py').write_text(VANISHING)
     return copy
@@ -172,6 +180,21 @@ def test_many_processes_compile_once(package):
     """Of processes started together one compiles; the others wait and find the code."""
     processes = [start(package) for _ in range(4)]
     assert sorted(line for each in processes for line in said(each)) == ['14.0'] * 4 + [NOTICE]
+
+
+@pytest.mark.long
+def test_code_that_processes_compile_at_once_for_several_types_is_all_kept(package):
+    """None waits for the others, and none takes out what another has put in."""
+    said(start(package))
+
+    def all_say(*lines):
+        types = '00', '01', '10', '11'
+        for process in [start(package, module='some_type', TYPES=each) for each in types]:
+            *before, _ = said(process)
+            assert before == ['14.0', *lines]
+
+    all_say(NOTICE)
+    all_say()
 
 
 def test_a_folder_for_code_that_is_gone_is_no_error(package):

@@ -134,7 +134,7 @@ def test_reloaded_while_paused(page):
         return page.execute_script(seen) == before
 
     pages.wait(page, reloads_as_it_was)
-    assert labels(page) >= 5
+    pages.wait(page, lambda: labels(page) >= 5)
     press(page, 'pause', 'running')
 
 
@@ -150,7 +150,7 @@ def test_nothing_is_drawn_that_is_not_known(page, watch, browser):
     assert (labels(page), text(page, 'clock')) == (0, '')
     press(page, 'step', 'paused')
     pages.wait(page, 'satdyn.rows.length === 1 && satdyn.stage.scene.world.visible')
-    assert labels(page) >= 5
+    pages.wait(page, lambda: labels(page) >= 5)
     press(page, 'pause', 'running')
     page.get(first)
     pages.wait(page, 'window.satdyn && satdyn.rows.length > 5')

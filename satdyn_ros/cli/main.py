@@ -302,9 +302,9 @@ def _watch(given):
 
         source = Recorded(given.bag)
     else:
-        from ..watch.satellite import Satellite
+        from ..watch.graph import Graph
 
-        source = Satellite(given.node, given.torque)
+        source = Graph(given.node, given.torque)
     number = serve(source, given.host, given.port, lambda url: print(f'watch: {url}', flush=True))
     return TERMINATED if number == signal.SIGTERM else DONE
 

@@ -2,7 +2,7 @@
 
 import time
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -14,23 +14,38 @@ from ..run.scenario import Scenario
 from .listener import Listener, parts
 from .reports import Parts, Reports
 from .scenario_reader import ScenarioReader
+from .view import View
 
 # What is chosen in place of a satellite; names of nodes begin with a slash.
 ALL = 'all'
 
 
-class Globe:
+class Globe(View):
     """
     The satellites that fly, each by the orbit of its scenario and the ticks that it reports.
 
     Their topics are not heard: the diagnostics, once a second, are enough for any number of them.
     """
 
-    def __init__(self, listener: Listener, reader: ScenarioReader):
-        self._listener, self._reader = listener, reader
-        self._flights: dict[str, _Flight] = {}
+    name = ALL
+    frame_s = 1.0 / 5.0
 
-    def look(self, found: Iterable[str]) -> None:
+    def __init__(
+        self,
+        listener: Listener,
+        reader: ScenarioReader,
+        tell: Callable[[str, dict[str, Any], bool], None],
+    ):
+        self._listener, self._reader, self._tell = listener, reader, tell
+        self._flights: dict[str, _Flight] = {}
+        tell('earth', place.earth(), True)
+
+    @property
+    def refusal(self) -> str:
+        """Why nothing can be asked."""
+        return 'all satellites are shown; choose the one to ask'
+
+    def look(self, found: list[str]) -> None:
         """See which satellites are there, by name, and ask those whose scenario is not known."""
         endpoints = self._listener.endpoints()
         self._flights = {name: self._flight(name, endpoints[name]) for name in found}
@@ -55,25 +70,24 @@ class Globe:
             if told:
                 flight.take_report(told)
 
-    def frame(self) -> dict[str, Any]:
+    def frame(self) -> None:
         """
-        Return each satellite, plain data.
+        Tell of each satellite, plain data.
 
         name, is_there, is_paused; where there is a place utc_s, its Unix time [s], r_i [m] and v_i
         [m/s]; note, why there is none, or ''.
         """
         now_s = time.monotonic()
-        return {
-            'satellites': [
-                {
-                    'name': name,
-                    'is_there': flight.reports.is_there,
-                    'is_paused': flight.reports.is_paused,
-                    **flight.place(now_s),
-                }
-                for name, flight in self._flights.items()
-            ]
-        }
+        each = [
+            {
+                'name': name,
+                'is_there': flight.reports.is_there,
+                'is_paused': flight.reports.is_paused,
+                **flight.place(now_s),
+            }
+            for name, flight in self._flights.items()
+        ]
+        self._tell('globe', {'satellites': each}, False)
 
 
 class _Flight:

@@ -100,14 +100,14 @@ function drawCharts() {
 
 function takeStatus(status) {
   live.status = status;
-  if ((status.node ?? '') !== live.node) {
+  if (status.node !== live.node) {
     forget();
-    live.node = status.node ?? '';
+    live.node = status.node;
   }
   const isAll = status.node === ALL;
   element('one').hidden = document.querySelector('article').hidden = element('state').hidden = isAll;
   element('all').hidden = !isAll;
-  element('node').textContent = document.title = status.node ?? 'satdyn watch';
+  element('node').textContent = document.title = status.node || 'satdyn watch';
   showNodes(status);
   showState(element('state'), status);
   element('recording').hidden = !status.bag;

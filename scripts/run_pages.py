@@ -40,7 +40,7 @@ FENCE = re.compile(r'^```(\w+)(?: ([^\n]*))?\n(.*?)^```$', re.MULTILINE | re.DOT
 FILE = re.compile(r'[\w-]+\.\w+')
 # What ends a program by Ctrl-C may say so.
 ENDED = (0, 128 + signal.SIGINT, -signal.SIGINT)
-BLOCK_TIMEOUT_S, OUTPUT_TIMEOUT_S, SILENCE_S, END_TIMEOUT_S = 900.0, 120.0, 10.0, 15.0
+BLOCK_TIMEOUT_S, OUTPUT_TIMEOUT_S, SILENCE_S, END_TIMEOUT_S = 900.0, 600.0, 10.0, 60.0
 # A reader's shell has these; what else is set here would be a help that the reader does not have.
 KEPT = ('HOME', 'LANG', 'LC_ALL', 'PATH', 'TERM', 'TMPDIR', 'USER')
 

@@ -232,13 +232,16 @@ def test_a_motor_turns_the_rotor(live):
     rates = participant.listen('angular_velocity')
     participant.hear(rotors, 5)
     publisher.publish(JointState(name=['rotor'], effort=[0.5]))
-    participant.hear(rotors, 60)
-    participant.wait_until(lambda: len(rates) >= 60)
-    axial_rate = {stamp_ns(m): m.velocity.angular.z for m in rates}
-    driven = [m for m in rotors if m.effort[0] == 0.5 and stamp_ns(m) in axial_rate]
-    momentum = [2.0 * (m.velocity[0] + axial_rate[stamp_ns(m)]) for m in driven]
-    t_s = np.array([(stamp_ns(m) - stamp_ns(driven[0])) * 1e-9 for m in driven])
-    assert len(driven) > 40
+
+    def driven():
+        axial_rate = {stamp_ns(m): m.velocity.angular.z for m in rates}
+        at_both = [m for m in rotors if m.effort[0] == 0.5 and stamp_ns(m) in axial_rate]
+        momentum = [2.0 * (m.velocity[0] + axial_rate[stamp_ns(m)]) for m in at_both]
+        return [stamp_ns(m) for m in at_both], momentum
+
+    participant.wait_until(lambda: len(driven()[0]) > 40, 'a driven rotor')
+    stamps_ns, momentum = driven()
+    t_s = (np.array(stamps_ns) - stamps_ns[0]) * 1e-9
     # The momentum is of order 0.1 and the tolerance of a step 1e-12.
     np.testing.assert_allclose(momentum, momentum[0] + 0.5 * t_s, rtol=1e-10, atol=1e-12)
 

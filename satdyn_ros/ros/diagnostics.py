@@ -189,21 +189,25 @@ def recorder_report(recorder: 'Recorder | None') -> Report:
 
 
 class InputsReport:
-    """The torques and the dipole that act, what limits cut, and messages refused or lost."""
+    """
+    The torques and the dipole that act, what limits cut, and messages refused or lost.
 
-    def __init__(self, counts: InputCounts, simulation: Simulation):
-        self._counts, self._simulation = counts, simulation
+    published(): samples and the row of the tick that was published last, None before the first.
+    """
+
+    def __init__(
+        self,
+        counts: InputCounts,
+        simulation: Simulation,
+        published: Callable[[], tuple[Samples, int] | None],
+    ):
+        self._counts, self._simulation, self._published = counts, simulation, published
         self._refused = self._lost = 0
         self._limited: Counter[str] = Counter()
-        # Those that act at the ticks published last; of the simulation, which is ahead, another
-        # thread could not read them.
-        self._rotor_torque = simulation.system.rotor_torque
         self._max_dipole = np.array(simulation.scenario['magnetorquer.max_dipole'])
 
-    def take(self, applied: list[Event], samples: Samples, count: int) -> None:
-        """Process the events of a tick, and how many of the samples from it on were published."""
-        if count:
-            self._rotor_torque = samples.rotor_torque[count - 1]
+    def take(self, applied: list[Event]) -> None:
+        """Process the events of a tick."""
         self._limited.update(event.limit for event in applied if isinstance(event, RotorLimited))
         self._limited['max_dipole'] += sum(
             bool(np.any(np.abs(event.dipole_b) > self._max_dipole))
@@ -220,7 +224,7 @@ class InputsReport:
             f'{name} that acts [N m]': torque_b for name, torque_b in applied.items()
         }
         values |= {
-            'rotor torques that act [N m]': tuple(self._rotor_torque.tolist()),
+            'rotor torques that act [N m]': self._rotor_torques(),
             'rotor speeds that are commanded [rad/s]': tuple(system.rotor_target.tolist()),
             'cut to max_torque': self._limited['max_torque'],
             'limited at max_speed': self._limited['max_speed'],
@@ -242,6 +246,13 @@ class InputsReport:
         if lost:
             return WARN, f'{lost} lost on the way', values
         return OK, f'{counts.accepted} accepted', values
+
+    def _rotor_torques(self):
+        # Not those of the simulation, which another thread takes ahead of what is published.
+        if (published := self._published()) is None:
+            return tuple(self._simulation.system.rotor_torque.tolist())
+        samples, row = published
+        return tuple(samples.rotor_torque[row].tolist())
 
 
 def _text(value):

@@ -161,7 +161,9 @@ class SatdynNode(rclpy.node.Node):
             StandardServices(
                 self, self._own_services, self._pacing, scenario.frames, lambda: self._latest
             )
-        self._inputs_report = InputsReport(self._inputs.counts, self._simulation)
+        self._inputs_report = InputsReport(
+            self._inputs.counts, self._simulation, lambda: self._latest
+        )
         self._propagation = PropagationReport(scenario['motion.tolerance'])
         Diagnostics(
             self,
@@ -240,7 +242,7 @@ class SatdynNode(rclpy.node.Node):
             self.get_logger().error(
                 f'no tick follows until a request or a reset: {self._simulation.halted}'
             )
-        self._inputs_report.take(happened, samples, count)
+        self._inputs_report.take(happened)
         self._topics_in_force += sum(isinstance(event, Topics) for event in happened)
         if count:
             self._latest = samples, count - 1

@@ -2,7 +2,6 @@
 
 import time
 from collections import deque
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,7 @@ from ..run.scenario import Scenario
 from .listener import Listener, parts
 from .reports import Parts, Reports
 from .scenario_reader import ScenarioReader
-from .view import View
+from .view import Tell, View
 
 # What is chosen in place of a satellite; names of nodes begin with a slash.
 ALL = 'all'
@@ -34,7 +33,7 @@ class Globe(View):
         self,
         listener: Listener,
         reader: ScenarioReader,
-        tell: Callable[[str, dict[str, Any], bool], None],
+        tell: Tell,
     ):
         self._listener, self._reader, self._tell = listener, reader, tell
         self._flights: dict[str, _Flight] = {}

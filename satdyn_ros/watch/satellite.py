@@ -1,7 +1,7 @@
 """A running node, as a page shows it: its samples, its diagnostics, and what the page lacks."""
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -13,7 +13,7 @@ from .reports import Reports
 from .request_form import initial_conditions
 from .scenario_reader import ScenarioReader
 from .scene_frames import SceneFrames
-from .view import View
+from .view import Tell, View
 
 
 class Satellite(View):
@@ -31,7 +31,7 @@ class Satellite(View):
         name: str,
         listener: Listener,
         reader: ScenarioReader,
-        tell: Callable[[str, dict[str, Any], bool], None],
+        tell: Tell,
         starts: Iterator[int],
     ):
         self.name = name

@@ -1,10 +1,14 @@
 """What a page of the graph shows."""
 
+from collections.abc import Callable
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 
 from ..run.scenario import Scenario
+
+# Tells pages a message of a kind; whether pages that are opened later get it too.
+Tell = Callable[[str, dict[str, Any], bool], None]
 
 
 class View:

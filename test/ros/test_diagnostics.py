@@ -103,9 +103,8 @@ def test_torques_told_are_those_of_the_last_tick_published():
         {'rotor': {'mode': 'motor', 'inertia': 1e-3, 'speed_gain': 0.5}, 'publish': {'rate': 10.0}}
     )
     simulation = Simulation(scenario, [RotorCommand(0, speeds={'rotor': 9.0})])
-    report = InputsReport(InputCounts(), simulation)
-    happened, samples = simulation.advance(50)
-    report.take(happened, samples, 5)
+    _, samples = simulation.advance(50)
+    report = InputsReport(InputCounts(), simulation, lambda: (samples, 4))
     simulation.rewind(5)
     simulation.advance(2)
     _, _, told = report()

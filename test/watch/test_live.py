@@ -75,7 +75,7 @@ def press(browser, name, state):
 
 
 def paused(page, participant, topic):
-    """Pause; return the row that the page ends with, and the message of its tick."""
+    """Pause; return the row that the page ends with, and the messages up to its tick."""
     messages = participant.listen(topic)
     participant.hear(messages, 1)
     press(page, 'pause', 'paused')
@@ -87,13 +87,13 @@ def paused(page, participant, topic):
 
     shown = 'return satdyn.stage.scene.row'
     pages.wait(page, lambda: is_last(page.execute_script(shown)))
-    return page.execute_script(shown), messages[-1]
+    return page.execute_script(shown), messages
 
 
 def test_body_turns_as_the_node_says(page, participant):
     """Attitude, rate and rotor in the page are those of the topic at the same stamp."""
-    row, before = paused(page, participant, 'imu')
-    q, omega = before.orientation, before.angular_velocity
+    row, messages = paused(page, participant, 'imu')
+    q, omega = messages[-1].orientation, messages[-1].angular_velocity
     np.testing.assert_array_equal(row['q_ib'], np.array([q.x, q.y, q.z, q.w], np.float32))
     rate = np.array([omega.x, omega.y, omega.z], np.float32)
     np.testing.assert_array_equal(row['omega_bi_b'], rate)
@@ -102,12 +102,14 @@ def test_body_turns_as_the_node_says(page, participant):
     assert row['rotor_speed'][2:] in ([None], [pytest.approx(np.nan, nan_ok=True)])
     press(page, 'step', 'paused')
     pages.wait(page, f'Math.abs(satdyn.stage.scene.row.t_s[0] - {row["t_s"][0]} - 0.02) < 1e-6')
+    participant.hear(messages, 1)
     press(page, 'pause', 'running')
 
 
 def test_the_place_is_that_of_the_topic(page, participant):
     """Where the page is paused it has the place of the last message, and says its time in UTC."""
-    row, last = paused(page, participant, 'geodetic')
+    row, messages = paused(page, participant, 'geodetic')
+    last = messages[-1]
     place = np.array([last.latitude, last.longitude, last.altitude], np.float32)
     np.testing.assert_array_equal(np.array(row['geodetic'], np.float32), place)
     utc = str(np.datetime64(last.header.stamp.sec, 's')).replace('T', ' ')

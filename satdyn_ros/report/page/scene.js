@@ -12,7 +12,7 @@ const SPHERE_RADIUS = 1.35;
 const PATH_POINTS = 400; // without a graphics processor these cost more than anything else in the scene
 const PATH_TURN = 14 * Math.PI; // the length of a path, as the angle that the body turned
 const SLOWEST_DRAW = 90; // [ms]
-const LONGEST_REST = 250; // [ms]; the first draw, which compiles, takes a second
+const LONGEST_REST = 1000; // [ms]; the first draw, which compiles, takes seconds on a busy machine
 const FASTEST_WHEEL = 7; // [rad/s] on the screen; a faster one cannot be followed
 
 class Scene {

@@ -158,6 +158,32 @@ def test_nothing_is_drawn_that_is_not_known(page, watch, browser):
     pages.wait(page, 'window.satdyn && satdyn.rows.length > 5')
 
 
+def test_rows_that_come_at_once_are_shown_once(page):
+    """A page that cannot draw as often as rows come shows the newest, once a frame."""
+    came, shown, frames = page.execute_async_script(
+        """const [done] = arguments;
+        const { rows, stage } = satdyn;
+        const show = stage.show.bind(stage);
+        let [shown, frames] = [0, 0];
+        stage.show = (...row) => { shown += 1; show(...row); };
+        let frame = 0;
+        const each = () => { frames += 1; frame = requestAnimationFrame(each); };
+        each();
+        const before = rows.length;
+        const until = performance.now() + 3000; // the page is busy for so long
+        while (performance.now() < until);
+        const look = () => {
+          if (rows.length < before + 40) return setTimeout(look, 10);
+          stage.show = show;
+          cancelAnimationFrame(frame);
+          return done([rows.length - before, shown, frames]);
+        };
+        look();"""
+    )
+    assert came >= 40
+    assert shown <= frames
+
+
 @pytest.mark.long
 def test_older_diagnostics_do_not_take_a_state_back(page):
     """From the answer on the page says the new state, though diagnostics come once a second."""

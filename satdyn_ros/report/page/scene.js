@@ -91,12 +91,12 @@ class Scene {
   setView(name) {
     this.view = name;
     this._resetCamera();
-    this._place();
+    this._placeAnew();
   }
 
   toggle(name, on) {
     this.shown[name] = on;
-    this._place();
+    this._placeAnew();
   }
 
   // Arrows of rate and torque are scaled by the largest values so far.
@@ -110,7 +110,7 @@ class Scene {
     this.rows = rows;
     this.playedFactor = playedFactor;
     this._measureRow(row);
-    this._place();
+    this._placeAnew();
   }
 
   redraw() {
@@ -186,8 +186,14 @@ class Scene {
     if (dipole) this.longest.dipole = Math.max(this.longest.dipole, Math.hypot(...dipole));
   }
 
+  // With the next frame: rows may come more often than the scene is drawn.
+  _placeAnew() {
+    this.isPlaced = false;
+    this.redraw();
+  }
+
   _place() {
-    if (!this.row || !this.description) return;
+    this.isPlaced = true;
     const { row } = this;
     const { q_ib, q_il } = row;
     // The frame that is fixed on the screen, with LVLH's and the body's z downwards.
@@ -208,7 +214,6 @@ class Scene {
     this._placeArrows(q_vb, q_vl, nadir_v, sun_v);
     this._placeWheels();
     this._placePaths(q_vi, q_vb, q_vl);
-    this.redraw();
   }
 
   get _isInUmbra() { return this.row.sunlight?.[0] === 0; }
@@ -313,6 +318,7 @@ class Scene {
   _draw(now) {
     if (!this.width) return;
     const begin = performance.now();
+    if (this.row && this.description && !this.isPlaced) this._place();
     this._render();
     if (!this.row) return;
     if (this.isSoftware) this._rest(begin);

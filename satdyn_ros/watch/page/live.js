@@ -3,7 +3,7 @@
 
 const ALL = 'all'; // the choice in place of a satellite
 const KEPT_ROWS = 9000;
-const CHARTS_EACH = 400; // [ms]; the scene follows every frame
+const CHARTS_EACH = 400; // [ms], or two thirds of the time; the scene follows every frame
 const CLOCK_EACH = 200; // [ms]; without a graphics processor painting it costs as much as the scene
 
 const element = (id) => document.getElementById(id);
@@ -67,7 +67,11 @@ function takeRows({ start, table }) {
   rows.append(table);
   live.heard.push([performance.now() / 1000, time]);
   if (live.heard.length > 30) live.heard.shift();
-  show();
+  // With the next frame: a slow machine draws less often than rows come.
+  live.asked ??= requestAnimationFrame(() => {
+    live.asked = undefined;
+    if (rows.length) show();
+  });
 }
 
 function show() {
@@ -76,7 +80,7 @@ function show() {
   const [[begin, from] = [], [end, to] = []] = [live.heard[0], live.heard[live.heard.length - 1]];
   stage.show(row, rows, end > begin ? (to - from) / (end - begin) : 1);
   live.clock ??= setTimeout(tick, CLOCK_EACH);
-  if (performance.now() - (live.drawn ?? 0) > CHARTS_EACH) drawCharts();
+  if (performance.now() > (live.chartsFrom ?? 0)) drawCharts();
   // Between two frames no more than a quarter turn, or the eye is deceived.
   const turn = last > 0 ? rows.turned[last] - rows.turned[last - 1] : 0;
   live.isFast = turn > Math.PI / 2 && turn < 1e3;
@@ -92,10 +96,12 @@ function tick() {
 
 function drawCharts() {
   if (!rows.length) return;
-  live.drawn = performance.now();
+  const begin = performance.now();
   charts.draw(rows);
   const last = rows.time(rows.length - 1);
   charts.point(last, rows.at(last));
+  const end = performance.now();
+  live.chartsFrom = end + Math.max(CHARTS_EACH, 2 * (end - begin));
 }
 
 function takeStatus(status) {

@@ -44,6 +44,8 @@ from .exits import stop_at_exit, write_efforts
 DEFAULT_TOLERANCE = 1e-13
 # The most steps and rows of a slice.
 _SLICE_STEPS, _SLICE_ROWS = 5000, 200_000
+# What it takes to go on by other constants where a rotor leaves, counted as steps.
+_STEPS_OF_AN_EXIT = 200
 _NOT_WANTED, _NONE = np.empty((0, 3)), np.empty((0, 0))
 
 
@@ -54,8 +56,9 @@ class Propagation(Motion):
     tolerance: relative local error of a step.  The propagation walks forward and keeps only its
     last step, so that memory use stays constant; for an earlier time it starts again.
 
-    most_steps: the most steps from one requested row to the next, None: any number.  Steps up to
-    the furthest row that was ever reached do not count again.
+    most_steps: the most steps from one requested row to the next, None: any number.  A rotor that
+    leaves its range counts as 200.  Steps up to the furthest row that was ever reached do not
+    count again.
 
     constants, anomaly: those of the equations, and mean anomaly at the start [rad], mean motion
     [rad/s] and eccentricity; stops_s: the times from tick 0 at which steps end; wanted: how many
@@ -134,7 +137,7 @@ class Propagation(Motion):
         if self._drives is not None:
             efforts = np.empty((len(self.system.turning_rotors), len(t_s)))
             self._drives.forget(float(self._clock[BEGIN]))
-        rows, outcome, why = 0, UNFINISHED, ''
+        rows, outcome, why, before, exits = 0, UNFINISHED, '', 0, 0
         while outcome == UNFINISHED:
             rows, outcome = _integrate(
                 sorted_s,
@@ -150,12 +153,14 @@ class Propagation(Motion):
                 self._until_s,
                 self.constants,
                 self.tolerance,
-                self.steps_allowed,
+                self.steps_allowed - exits * _STEPS_OF_AN_EXIT,
             )
+            before, exits = rows, exits if rows == before else 0
             if outcome == ROTOR_LEAVES and self._drives is not None:
                 self._drives.leave(int(self._clock[LEFT]), float(self._clock[END]))
                 self._clock[LEFT] = 0.0
                 self._drive(self._drives)
+                exits += self._clock[BEGIN] >= self._clock[FURTHEST]
                 outcome = UNFINISHED
             if outcome == PIECE_ENDS:
                 try:
@@ -167,6 +172,11 @@ class Propagation(Motion):
                     why = str(error)
         if outcome != REACHED:
             reached_s = float(self._clock[END])
+            if outcome == TOO_MANY_STEPS and exits * _STEPS_OF_AN_EXIT > self._clock[SINCE]:
+                why = (
+                    f'its rotors stop, start, or meet and leave limits more than {exits} times '
+                    'before the next sample'
+                )
             self._steps_to_halt = self._clock[STEPS] - self._clock[SINCE]
             of_drives = self._of_drives(sorted_s[:rows], efforts[:, :rows])
             self._begin()
@@ -221,9 +231,9 @@ class Propagation(Motion):
 
     def halted(self, outcome: int, reached_s: float, states: States, why: str = '') -> Halted:
         """Return the error of a propagation that gets no further than reached_s."""
-        why = why or f'no step meets the tolerance {self.tolerance:g}'
-        if outcome == TOO_MANY_STEPS:
+        if not why and outcome == TOO_MANY_STEPS:
             why = f'more than {self.most_steps} steps are needed to the next sample'
+        why = why or f'no step meets the tolerance {self.tolerance:g}'
         return Halted(
             f'the propagation came to a halt at {reached_s:g} s: {why}', reached_s, states
         )

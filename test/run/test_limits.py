@@ -1,5 +1,6 @@
 """Limits of motors follow from the run: torques cut at commands, torques that end at a speed."""
 
+import re
 from collections.abc import Callable
 
 import numpy as np
@@ -13,6 +14,8 @@ from satdyn_ros.bag.read_run import RecordedRun
 from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.bag.write_run import Recording
+from satdyn_ros.dynamics.motion import Halted
+from satdyn_ros.integrate.propagation import Propagation
 from satdyn_ros.kernel import rotation
 from satdyn_ros.rosbag2.recover import recover
 from satdyn_ros.rosbag2.scan import Block, scan
@@ -28,6 +31,7 @@ from satdyn_ros.run.events import (
     from_yaml_text,
 )
 from satdyn_ros.run.scenario import Scenario
+from satdyn_ros.run.segment import MOST_STEPS_A_TICK
 from satdyn_ros.run.simulation import Simulation
 
 CASES = {case['name']: case for case in truth.cases('gravity_gradient')}
@@ -120,6 +124,20 @@ def test_a_rotor_leaves_its_limit_on_a_body_that_turns_fast(rate):
     begin = Request(0, {'initial.angular_velocity': [0.0, 0.0, rate], 'rotor.b.speed': 5.0})
     _, speeds, _ = run([begin, RotorCommand(0, {'b': 0.0004})], ticks=3)
     assert (np.diff(speeds[:, 1]) < 0.0).all()
+
+
+def test_a_rotor_that_meets_its_limit_ever_again_ends_the_motion():
+    """As often as it does in each turn of a body of 3e7 rad/s: it halts after a second's work."""
+    begin = SCENARIO.with_values({'initial.angular_velocity': [0.0, 2.7e7, 2.7e6]})
+    system = begin.system.driven(rotor_torque=np.array([0.0, 0.01]))
+    motion = Propagation(system, begin.initial_state, most_steps=MOST_STEPS_A_TICK)
+    motion.at(0.0)
+    with pytest.raises(
+        Halted, match=r'limits more than \d+ times before the next sample'
+    ) as halted:
+        motion.at(0.02)
+    (times,) = re.findall(r'more than (\d+) times', str(halted.value))
+    assert 0 < int(times) <= MOST_STEPS_A_TICK / 200
 
 
 def test_states_at_a_limit_are_those_of_the_reference():

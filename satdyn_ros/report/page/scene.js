@@ -318,7 +318,6 @@ class Scene {
   _draw(now) {
     if (!this.width) return;
     const begin = performance.now();
-    if (this.row && this.description && !this.isPlaced) this._place();
     this._render();
     if (!this.row) return;
     if (this.isSoftware) this._rest(begin);
@@ -349,6 +348,7 @@ class Scene {
   }
 
   _render() {
+    if (this.row && this.description && !this.isPlaced) this._place();
     this.world.visible = Boolean(this.row);
     this.renderer.render(this.world, this.camera);
   }

@@ -52,7 +52,10 @@ def test_soak(live, tmp_path, capsys, hours, split_s):
     assert gaps == 0
     assert files > hours * 3600 / split_s
     assert growth < ALLOWED_BYTES
-    assert len({descriptors for _, descriptors in half}) == 1
+    # For a moment a file is still being closed while the next is open; what stays open adds up.
+    middle = len(half) // 2
+    third, last = (min(count for _, count in part) for part in (half[:middle], half[middle:]))
+    assert third == last
     verdict = verify(directory)
     assert verdict.is_true, str(verdict)
     assert verdict.same_bytes

@@ -155,7 +155,8 @@ class Propagation(Motion):
                 self.tolerance,
                 self.steps_allowed - exits * _STEPS_OF_AN_EXIT,
             )
-            before, exits = rows, exits if rows == before else 0
+            if rows > before:
+                before, exits = rows, 0
             if outcome == ROTOR_LEAVES and self._drives is not None:
                 self._drives.leave(int(self._clock[LEFT]), float(self._clock[END]))
                 self._clock[LEFT] = 0.0

@@ -54,8 +54,8 @@ def test_soak(live, tmp_path, capsys, hours, split_s):
     assert growth < ALLOWED_BYTES
     # For a moment a file is still being closed while the next is open; what stays open adds up.
     middle = len(half) // 2
-    third, last = (min(count for _, count in part) for part in (half[:middle], half[middle:]))
-    assert third == last
+    earlier, later = (min(count for _, count in part) for part in (half[:middle], half[middle:]))
+    assert earlier == later
     verdict = verify(directory)
     assert verdict.is_true, str(verdict)
     assert verdict.same_bytes

@@ -115,7 +115,7 @@ $(OLD)/.test: setup.py
 $(VENV)/.run: setup.py | $(PY)
 	@echo 'Installing satdyn_ros$(if $(SOURCED), beside the sourced ROS 2, and ROS 2 Jazzy) (a minute)'
 	@$(PIP) install --editable '.$(ROS)'
-	@echo 'Compiling the equations of motion (some seconds)'
+	@echo 'Compiling the equations of motion (half a minute)'
 	@$(PY) -c 'from satdyn_ros import Scenario; Scenario().motion().at(0.0)'
 	@touch $@
 

@@ -268,7 +268,7 @@ def test_compiling_is_told(tmp_path):
         ).stderr
         for name in ('first', 'second')
     ]
-    assert said == ['compiling the equations of motion: once, for some seconds\n', '']
+    assert said == ['compiling the equations of motion: once, for up to a minute\n', '']
 
 
 def test_the_rate_is_overridden(tmp_path):

@@ -5,6 +5,7 @@ from functools import cache
 import mpmath as mp
 import numpy as np
 import pytest
+from numba import njit
 
 from satdyn_ros.dynamics.system import State
 from satdyn_ros.exact.half_angles import (
@@ -193,6 +194,13 @@ def test_a_row_depends_on_its_time_alone(pattern):
         assert np.array_equal(alone.omega_bi_b[0], states.omega_bi_b[i])
 
 
+@njit
+def oscillating(at, lattice, zero):
+    """Return a number and its slope at some times, by the series that oscillates."""
+    return _oscillating(at, lattice, zero)
+
+
+@njit
 def decaying(at, lattice, zero):
     """Return a number and its slope at one time, by the series that decays."""
     decay = np.empty((3, ROWS))
@@ -219,7 +227,7 @@ def test_both_series_are_one_function(share, at_end, imaginary):
         quotients = []
         for r in (-0.41, -0.2, 0.1, 0.33, 0.47):
             at = np.array([r])
-            (a, da), (b, db) = (_oscillating(at, lattice, zero)[:, 0] for zero in zeros)
+            (a, da), (b, db) = (oscillating(at, lattice, zero)[:, 0] for zero in zeros)
             (c, dc), (d, dd) = (decaying(at, lattice, zero) for zero in zeros)
             quotients.append((a / b) / (c / d))
             assert (da * b - a * db) * d**2 / b**2 * quotients[0] ** -1 == pytest.approx(
@@ -234,7 +242,7 @@ def test_theta_function_against_mpmath(share, at_end):
     """Proves the series and its slope against mpmath's theta functions of complex time."""
     lattice, height, r = Lattice(1.3, 1.7, share), 0.23, 0.31
     zero = Zero(1.0, height, share * 1.7 - height, at_end, 0.0)
-    (value, other), (slope, _) = _oscillating(np.array([r, -0.2]), lattice, zero)
+    (value, other), (slope, _) = oscillating(np.array([r, -0.2]), lattice, zero)
     nome = mp.exp(1j * mp.pi * ((0.0 if share == 1.0 else 0.5) + 1j * share * 1.7 / 1.3))
 
     def theta(t):

@@ -11,6 +11,9 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
+from numba import njit
+
+from satdyn_ros.kernel.compile import inlined
 
 ROOT = Path(__file__).parents[2]
 # A small compiled function that calls another file's.
@@ -62,7 +65,7 @@ square = compile.compiled(lambda a: dot(a, a))
 shutil.rmtree(compile._FOLDER)
 print(square((1.0, 2.0, 3.0)))
 """
-NOTICE = 'compiling the equations of motion: once, for some seconds'
+NOTICE = 'compiling the equations of motion: once, for up to a minute'
 # A user without name or home.
 NOBODY = 12345
 # The interpreter and the tests may lie in root's home, which this user shall read all the same.
@@ -173,6 +176,13 @@ def test_every_type_of_arguments_is_compiled_with_the_notice(package):
     assert said(start(package)) == [NOTICE, '14.0']
     assert said(start(package, module='other_type')) == ['14.0', NOTICE, '14']
     assert said(start(package, module='other_type')) == ['14.0', '14']
+
+
+def test_python_runs_an_inlined_function_as_it_is_written():
+    """Also where a compiled function has it; there is no code that Python could jump to."""
+    twice = inlined(lambda a: a + a)
+    assert njit(lambda a: twice(a) + 1.0)(3.0) == 7.0
+    assert (twice(3.0), twice('3')) == (6.0, '33')
 
 
 @pytest.mark.long

@@ -14,7 +14,7 @@ pytest.importorskip('aiohttp')
 
 
 # What the first of them may say.
-COMPILING = 'compiling the equations of motion: once, for some seconds\n'
+COMPILING = 'compiling the equations of motion: once, for up to a minute\n'
 
 
 class Watches:

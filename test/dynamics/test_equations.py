@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import plain_equations
 import pytest
+from numba import njit
 
 from satdyn_ros.dynamics import equations
 from satdyn_ros.dynamics.constants import constants_of
@@ -13,7 +14,6 @@ from satdyn_ros.dynamics.equations import MOMENTUM, initial_values
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
 from satdyn_ros.kernel import rotation
-from satdyn_ros.kernel.compile import inlined
 from satdyn_ros.orbits import FixedDirection, KeplerOrbit
 from satdyn_ros.torques.body_torque import BodyTorque
 
@@ -76,7 +76,7 @@ SYSTEMS = {
     'ellipse with two': System(FULL, orbit=ELLIPSE, torques=(WIND, Steady(Steady.Constants(0.3)))),
 }
 
-kernel = inlined(lambda t_s, y, constants: equations.rates(t_s, y, constants))
+kernel = njit(lambda t_s, y, constants: equations.rates(t_s, y, constants))
 
 
 @pytest.mark.parametrize('name', SYSTEMS)

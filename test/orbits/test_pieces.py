@@ -7,6 +7,7 @@ import weakref
 
 import numpy as np
 import pytest
+from numba import njit
 
 from satdyn_ros.kernel.time_table import interpolate
 from satdyn_ros.orbits import KeplerOrbit
@@ -54,12 +55,13 @@ def test_the_bits_are_the_same_in_any_order_and_company():
 
 def test_the_equations_see_the_same_bits():
     """What the compiled look-up says of the one piece, and to rounding of a table of several."""
+    value = njit(lambda table, i, t_s: interpolate(table, i, t_s))
     table, t_s = pieces(), np.random.default_rng(5).uniform(0.0, 3000.0, 30)
     right = table.values(t_s, COLUMNS)
-    alone = [[interpolate(table.table_in(table.piece_at(t)), i, t) for i in range(3)] for t in t_s]
+    alone = [[value(table.table_in(table.piece_at(t)), i, t) for i in range(3)] for t in t_s]
     np.testing.assert_array_equal(alone, right)
     together = table.table_between(0.0, 3000.0)
-    found = [[interpolate(together, i, t) for i in range(3)] for t in t_s]
+    found = [[value(together, i, t) for i in range(3)] for t in t_s]
     # The place in a piece is rounded otherwise.
     np.testing.assert_allclose(found, right, rtol=0.0, atol=1e-14)
 

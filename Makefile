@@ -23,7 +23,8 @@ OLD_PYTHON = $(shell for python in python3.11 python3.10 $(PYTHON); do \
 # a node.
 OLD_TESTS := test/integrate/test_propagation.py test/integrate/test_batch.py test/kernel/test_simd.py \
 	test/exact/test_elliptic.py \
-	test/exact/test_flow.py test/environment test/run test/messages test/rosbag2 test/bag/test_verify.py \
+	test/exact/test_flow.py test/environment test/run/test_environment.py test/run/test_orbits.py \
+	test/run/test_simulation.py test/messages test/rosbag2 test/bag/test_verify.py \
 	test/report/test_plot.py test/ros/test_stream.py
 
 # Tests run in processes of their own ROS domain, each with some 800 MB of memory.  Half of their

@@ -36,7 +36,7 @@ SIDE_BY_SIDE := --numprocesses 4
 help:
 	@echo 'make demo     a satellite live for 20 s: the node, a subscriber, a request, a bag;'
 	@echo '              with WATCH=1 for 10 min, and a page to watch it'
-	@echo 'make test     the tests that prove an installation and a change (four minutes)'
+	@echo 'make test     the tests that prove an installation and a change (20 minutes)'
 	@echo 'make test-all the longer tests, which make test leaves out'
 	@echo 'make pages    what README, docs and CONTRIBUTING tell to run, in a clone of its own'
 	@echo 'make lint     ruff and mypy'

@@ -23,4 +23,4 @@ def descriptors(pid: int | str = 'self') -> list[str]:
 
 def descriptor_count(pid: int | str = 'self') -> int:
     """Return how many files, sockets and the like a process holds open."""
-    return len(list(Path(f'/proc/{pid}/fd').iterdir()))
+    return len(descriptors(pid))

@@ -66,7 +66,8 @@ class RecordedRun:
         torques = run_metadata.torques_of(begin[run_metadata.SCENARIO])
         with self.reading(run_metadata.SCENARIO):
             text = begin[run_metadata.SCENARIO]['scenario']
-            self.scenario = Scenario(parameters_of_record(text, 'its scenario'), torques)
+            values = parameters_of_record(text, 'its scenario')
+            self.scenario = Scenario(values, torques, rules=self.rules)
             if {*filter(is_torque, self.names)} != {*self.scenario.torque_topics}:
                 needed = ', '.join(self.scenario.torque_topics)
                 raise Damaged(f'its inputs are not {needed}, as torque.names says')

@@ -14,4 +14,4 @@ TURNS_ARE_COUNTED = 3
 # Before, max_speed acted at ticks: the bag tells where it dropped the torque of a rotor.
 LIMITS_AT_THEIR_INSTANT = 3
 
-RULES = 3
+RULES = 4

@@ -28,6 +28,7 @@ from .parameter_file import (
     without_rclpys,
     yaml_of_parameters,
 )
+from .rules import RULES
 from .ticks import rate_of
 from .topics import MAGNETORQUERS, Topic, topics_with, torque_topics
 
@@ -54,7 +55,7 @@ class Scenario:
     A validated run: immutable, every key in `values` by its dotted name, described in `keys`.
 
     torques: kinds of torques of one's own, whose keys it has too.  warnings: of what was
-    given, in one sentence each.
+    given, in one sentence each.  rules: of the bag that it is read from.
 
     ValueError, in one sentence that names the key: a value that is not allowed.
 
@@ -67,8 +68,9 @@ class Scenario:
         given: Mapping[str, Any] | None = None,
         torques: Iterable[type[BodyTorque]] = (),
         warnings: Iterable[str] = (),
+        rules: int = RULES,
     ):
-        given, self.torques = dict(given or {}), tuple(torques)
+        given, self.torques, self.rules = dict(given or {}), tuple(torques), rules
         rotor_names, plate_names = (
             KEYS[name].checked(given.get(name, ())) for name in ('rotor.names', 'surface.names')
         )
@@ -86,8 +88,8 @@ class Scenario:
             refuse(checks.units(values))
             self._warnings = *warnings, *checks.divided(values)
             values |= checks.as_units(values) | in_place.resolved(values, given)
-            for rules in checks.ALL_RULES:
-                refuse(rules(values))
+            for check in checks.ALL_RULES:
+                refuse(check(values))
         values |= in_place.NOT_GIVEN
         self.keys: Mapping[str, Key] = MappingProxyType(keys)
         self.values: Mapping[str, Any] = MappingProxyType(values)
@@ -157,7 +159,7 @@ class Scenario:
         many = object.__new__(cls)
         # Without an instant of tick 0 there is no environment, which many do not fly in together.
         timeless = MappingProxyType({**values, 'time.epoch_ns': 0})
-        many.values, many.keys, many.torques = timeless, KEYS, ()
+        many.values, many.keys, many.torques, many.rules = timeless, KEYS, (), RULES
         return many
 
     def with_values(self, changes: Mapping[str, Any]) -> 'Scenario':
@@ -166,7 +168,7 @@ class Scenario:
         kept = {name: x for name, x in self.values.items() if name not in replaced}
         # A warning begins with the key that it is about.
         stay = [text for text in self._warnings if text.partition(' ')[0] not in changes]
-        changed = Scenario({**kept, **changes}, self.torques, stay)
+        changed = Scenario({**kept, **changes}, self.torques, stay, self.rules)
         if all(name.startswith('initial.') for name in changes):
             # A learning loop starts the same body at every episode: what follows from it stays.
             vars(changed)['system'] = self.system

@@ -44,3 +44,15 @@ def test_a_bag_of_rules_2_verifies():
     assert verify(bag).is_true
     for file in Bag(bag).files:
         assert verify(file).is_true
+
+
+def test_a_bag_of_rules_3_verifies():
+    """
+    Its table of an ephemeris, its plate's coefficients and its geodetic status are those of then.
+
+    The plate has none of its own: they are the defaults, not those of surface.*.
+    """
+    bag = REFERENCE / 'bags_rules_3' / 'ephemeris_plate_geodetic'
+    run = RecordedRun(bag)
+    assert (run.rules, run.scenario['surface.specular']) == (3, 0.3)
+    assert verify(bag).is_true

@@ -23,22 +23,15 @@ from typing import Any
 
 import llvmlite
 import numba
+import numpy
+import scipy
 from llvmlite.binding import get_host_cpu_features, get_host_cpu_name
 from numba import config, njit, vectorize
 
 from . import cache
 
-# The files with compiled functions, and those whose functions these call.
-_SOURCES = (
-    'kernel/*.py',
-    'orbits/*.py',
-    'torques/*.py',
-    'dynamics/*.py',
-    'integrate/*.py',
-    'exact/*.py',
-    'rosbag2/chunk.py',
-    'sweep/extrema_pass.py',
-)
+# What compiles, and whose numbers are compiled into the code, as SciPy's tableau is.
+_LIBRARIES = (numba, llvmlite, numpy, scipy)
 
 _log = logging.getLogger('satdyn_ros')
 _is_child = False
@@ -261,11 +254,14 @@ def _folder():
         return None
     # numba itself looks for changes in a function's own file alone, not in what it calls.
     package = Path(__file__).parents[1]
-    sources = [path for pattern in _SOURCES for path in sorted(package.glob(pattern))]
-    content = b''.join(path.read_bytes() for path in sources) + numba.__version__.encode()
+    content = sha256()
+    for path in sorted(package.rglob('*.py')):
+        content.update(f'{path.relative_to(package)}\n'.encode() + path.read_bytes())
+    for library in _LIBRARIES:
+        content.update(f'{library.__name__} {library.__version__}\n'.encode())
     place = [str(package), sys.version, get_host_cpu_name(), get_host_cpu_features().flatten()]
     begin = sha256('\n'.join(place).encode()).hexdigest()[:8]
-    folder = root / f'{begin}-{sha256(content).hexdigest()[:16]}'
+    folder = root / f'{begin}-{content.hexdigest()[:16]}'
     cache.remove_others(folder, f'{begin}-*')
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     return folder

@@ -30,6 +30,14 @@ def square(a):
 logging.basicConfig(stream=sys.stdout, format='%(message)s', level=logging.INFO)
 print(square((1.0, 2.0, 3.0)))
 """
+# What it calls, in any room.
+CALLED = """
+from ..kernel.compile import inlined
+
+@inlined
+def dot(a, b):
+    return a[0] * b[0]
+"""
 # The same function for another type, as the equations are for another number of rotors.
 OTHER_TYPE = """
 from .user import square
@@ -168,6 +176,45 @@ def test_code_is_kept_until_any_source_changes(package, tmp_path, elsewhere):
     assert said(start(package, **environment)) == [NOTICE, '15.0']
     place = 'cache/satdyn_ros' if elsewhere else 'satdyn_ros/__pycache__/compiled'
     assert [path.is_dir() for path in (tmp_path / place).iterdir()] == [True]
+
+
+# What compiled code reaches, from the rooms of the package.
+ROOMS = (
+    *('base', 'environment', 'orbits', 'torques', 'dynamics', 'integrate', 'theory', 'exact'),
+    *('rosbag2', 'sweep'),
+)
+
+
+@pytest.mark.parametrize(
+    'room',
+    [
+        pytest.param(each, marks=pytest.mark.long if each != 'environment' else ())
+        for each in ROOMS
+    ],
+)
+def test_code_does_not_outlive_a_source_of_any_room(package, room):
+    """Compiled code that calls a function of a room is that of the function as it is now."""
+    called = package / room / 'called.py'
+    called.write_text(CALLED)
+    user = package / 'dynamics' / 'user.py'
+    user.write_text(
+        USER.replace('from ..kernel.vector import dot', f'from ..{room}.called import dot')
+    )
+    assert said(start(package)) == [NOTICE, '1.0']
+    assert said(start(package)) == ['1.0']
+    called.write_text(CALLED.replace('a[0] * b[0]', 'a[1] * b[1]'))
+    assert said(start(package)) == [NOTICE, '4.0']
+
+
+@pytest.mark.long
+@pytest.mark.parametrize('library', ['numba', 'llvmlite', 'numpy', 'scipy'])
+def test_code_does_not_outlive_the_version_of_a_library(package, library):
+    """The tableau of the method is SciPy's, and the others make the code."""
+    (package / 'dynamics' / 'upgraded.py').write_text(
+        f'import {library}\n{library}.__version__ += ".1"\nfrom . import user\n'
+    )
+    assert said(start(package)) == [NOTICE, '14.0']
+    assert said(start(package, module='upgraded')) == [NOTICE, '14.0']
 
 
 @pytest.mark.long

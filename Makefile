@@ -31,13 +31,23 @@ OLD_TESTS := test/integrate/test_propagation.py test/integrate/test_batch.py tes
 # time they wait for a node or a subscriber: four are not too many for two cores.
 SIDE_BY_SIDE := --numprocesses 4
 
-.PHONY: help demo test test-all pages torture reference oldest lint colcon figures docs bench clean
+# What `make test` leaves to the longer proofs, in five parts of like length: .ci/run runs the one
+# that the commit says, `make everything` all.
+PARTS := part-1 part-2 part-3 part-4 part-5
+LONG_TESTS_2 := test/cli test/exact test/exchange test/messages test/report test/sweep test/test_*.py
+LONG_TESTS_3 := test/ros
+LONG_TESTS_4 := test/bag test/kernel test/rosbag2 test/watch
+LONG_TESTS_5 := test/base test/dynamics test/environment test/integrate test/orbits test/run test/sensors \
+	test/theory test/torques
+
+.PHONY: everything $(PARTS) help demo test test-all pages torture reference oldest lint colcon figures docs bench clean
 
 help:
 	@echo 'make demo     a satellite live for 20 s: the node, a subscriber, a request, a bag;'
 	@echo '              with WATCH=1 for 10 min, and a page to watch it'
 	@echo 'make test     the tests that prove an installation and a change (20 minutes)'
 	@echo 'make test-all the longer tests, which make test leaves out'
+	@echo 'make everything  what make test leaves out, colcon, the oldest libraries and short benchmarks'
 	@echo 'make pages    what README, docs and CONTRIBUTING tell to run, in a clone of its own'
 	@echo 'make lint     ruff and mypy'
 	@echo 'make colcon   build the package in a colcon workspace of its own and try what it installs'
@@ -58,7 +68,18 @@ test: $(VENV)/.test
 	@$(PY) -m pytest $(SIDE_BY_SIDE)
 
 test-all: $(VENV)/.test
-	@$(PY) -m pytest $(SIDE_BY_SIDE) -m 'long and not torture'
+	@$(PY) -m pytest $(SIDE_BY_SIDE) -m 'long and not torture' $(TESTS)
+
+everything: $(PARTS)
+
+part-1: oldest
+
+part-2: colcon
+	@$(MAKE) --no-print-directory bench QUICK=1
+	@$(MAKE) --no-print-directory test-all TESTS='$(LONG_TESTS_2)'
+
+part-3 part-4 part-5: part-%:
+	@$(MAKE) --no-print-directory test-all TESTS='$(LONG_TESTS_$*)'
 
 pages:
 	@$(PYTHON) scripts/run_pages.py

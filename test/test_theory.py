@@ -38,12 +38,12 @@ print(json.dumps(unknown))"""
     return json.loads(run.stdout)
 
 
-@pytest.mark.parametrize(('source', 'names', 'test'), ROWS, ids=[row[0] for row in ROWS])
-def test_functions_and_tests_exist(source, names, test, unknown):
+def test_functions_and_tests_exist(unknown):
     """Each name is one after the imports that the page shows, as it stands, each test a file."""
-    assert (ROOT / 'test' / test).is_file()
-    for name in re.findall(r'`([^`]+)`', names):
-        assert name not in unknown, unknown[name]
+    for source, names, test in ROWS:
+        assert (ROOT / 'test' / test).is_file(), source
+        for name in re.findall(r'`([^`]+)`', names):
+            assert name not in unknown, f'{source}: {unknown[name]}'
 
 
 def test_reference_cases_that_are_named_exist():

@@ -65,10 +65,10 @@ demo: $(VENV)/.run $(if $(WATCH),$(VENV)/.watch)
 	@WATCH=$(WATCH) $(PY) examples/demo.py
 
 test: $(VENV)/.test
-	@$(PY) -m pytest $(SIDE_BY_SIDE)
+	@$(PY) -m pytest $(SIDE_BY_SIDE) --costs
 
 test-all: $(VENV)/.test
-	@$(PY) -m pytest $(SIDE_BY_SIDE) -m 'long and not torture' $(TESTS)
+	@$(PY) -m pytest $(SIDE_BY_SIDE) --costs -m 'long and not torture' $(TESTS)
 
 everything: $(PARTS)
 

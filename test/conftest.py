@@ -2,7 +2,8 @@
 Each process that runs tests has its own ROS domain and stays on this machine.
 
 A file of tests that needs a library which package.xml does not declare is skipped where that is
-missing.  At the end it is said which long tests were left out.
+missing.  At the end it is said which long tests were left out and, with --costs, which tests took
+longest and what those of each folder took.
 """
 
 import os
@@ -32,6 +33,9 @@ TESTS = Path(__file__).parent
 # How many long tests of each file were left out.  Of processes side by side each collects all
 # tests; the one that started them collects none and is told by the last that ends.
 LEFT_OUT: Counter[str] = Counter()
+# What each test took: wall and processor seconds, those of processes that it waited for included.
+COSTS: dict[str, list[float]] = {}
+_last_cpu_s = 0.0
 
 # What colcon test may run without.
 UNDECLARED = {
@@ -66,6 +70,35 @@ def ros():
     rclpy.try_shutdown()
 
 
+def pytest_addoption(parser):
+    """Let make test ask for what the tests cost."""
+    parser.addoption('--costs', action='store_true', help='say what tests and folders took')
+
+
+def pytest_collection_finish():
+    """Leave what it took to collect the tests out of what the first one took."""
+    _cpu_s_since()
+
+
+def pytest_runtest_makereport(item):
+    """Count the processor time from the last report of this process to this one."""
+    item.user_properties.append(('cpu_s', _cpu_s_since()))
+
+
+def _cpu_s_since():
+    global _last_cpu_s
+    before, _last_cpu_s = _last_cpu_s, sum(os.times()[:4])
+    return _last_cpu_s - before
+
+
+def pytest_runtest_logreport(report):
+    """Add up what the set-up, the call and the end of a test took."""
+    cost = COSTS.setdefault(report.nodeid, [0.0, 0.0])
+    cost[0] += report.duration
+    if report.when == 'teardown':
+        cost[1] = sum(value for name, value in report.user_properties if name == 'cpu_s')
+
+
 def pytest_pycollect_makemodule(module_path, parent):
     """Return the collector of a file of tests."""
     return TestFile.from_parent(parent, path=module_path)
@@ -94,8 +127,10 @@ def pytest_testnodedown(node):
         LEFT_OUT.update(left_out)
 
 
-def pytest_terminal_summary(terminalreporter):
-    """Say what was left out, and what runs it."""
+def pytest_terminal_summary(terminalreporter, config):
+    """Say what was left out, and what runs it; what the tests took, if it is asked for."""
+    if config.getoption('costs'):
+        tell_costs(terminalreporter.write_line)
     if LEFT_OUT:
         # No line ends between a file and its count.
         files = ', '.join(f'{file}\xa0{count}' for file, count in sorted(LEFT_OUT.items()))
@@ -104,3 +139,19 @@ def pytest_terminal_summary(terminalreporter):
         )
         lines = textwrap.fill(files, 95, break_on_hyphens=False).replace('\xa0', ' ')
         terminalreporter.write_line(lines)
+
+
+def tell_costs(write_line):
+    """Write the 25 slowest tests, and the sum of each folder."""
+    folders = {}
+    for test, cost in COSTS.items():
+        parts = test.partition('::')[0].split('/')
+        total = folders.setdefault('/'.join(parts[:2]), [0, 0.0, 0.0])
+        for i, each in enumerate((1, *cost)):
+            total[i] += each
+    write_line('wall s   CPU s  the slowest tests')
+    for test, (wall_s, cpu_s) in sorted(COSTS.items(), key=lambda item: -item[1][0])[:25]:
+        write_line(f'{wall_s:6.1f}  {cpu_s:6.1f}  {test}')
+    write_line('wall s   CPU s  tests  folder')
+    for folder, (count, wall_s, cpu_s) in sorted(folders.items(), key=lambda item: -item[1][1]):
+        write_line(f'{wall_s:6.0f}  {cpu_s:6.0f}  {count:5}  {folder}')

@@ -11,7 +11,7 @@ from ..orbits.pieces import by_piece, tables_of
 from ..torques.body_torque import BodyTorque, pieces_of
 from ..torques.sums import add_potentials, add_torques
 from .motion import States
-from .system import System
+from .system import State, System
 
 
 def own_torque(torques: Sequence[BodyTorque], states: States) -> np.ndarray:
@@ -22,6 +22,16 @@ def own_torque(torques: Sequence[BodyTorque], states: States) -> np.ndarray:
 def own_potential(torques: Sequence[BodyTorque], states: States) -> np.ndarray:
     """Return the sum of the potentials of some torques [J] on a table of states, (...)."""
     return _on_rows(_write_potentials, torques, states)
+
+
+def without_number(system: System, state: State, t_s: float) -> BodyTorque | None:
+    """Return the first torque of one's own that is no number at t_s from tick 0, or just then."""
+    at_s = np.array([t_s, t_s + 1e-9 * max(1.0, abs(t_s))])
+    rows = np.full((2, len(system.rotors)), np.nan)
+    q_ib, omega_bi_b = (np.tile(x, (2, 1)) for x in (state.q_ib, state.omega_bi_b))
+    states = States(at_s, q_ib, omega_bi_b, rows, rows, np.zeros(2), system.orbit, at_s)
+    own = (torque for torque in system.torques if not torque.is_shipped())
+    return next((t for t in own if not np.isfinite(own_torque((t,), states)).all()), None)
 
 
 def _on_rows(write, torques, states, *width):

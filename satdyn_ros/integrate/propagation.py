@@ -14,6 +14,7 @@ from ..dynamics.drives import Drives
 from ..dynamics.equations import MOMENTUM, OMEGA, Q, initial_values
 from ..dynamics.motion import Halted, Motion, States
 from ..dynamics.system import State, System
+from ..dynamics.torque import without_number
 from ..kernel.compile import compiled
 from ..kernel.time_table import Table
 from ..orbits import KeplerOrbit
@@ -234,6 +235,9 @@ class Propagation(Motion):
         """Return the error of a propagation that gets no further than reached_s."""
         if not why and outcome == TOO_MANY_STEPS:
             why = f'more than {self.most_steps} steps are needed to the next sample'
+        state = states[-1] if len(states) else self.state
+        if not why and (found := without_number(self.system, state, self.start_s + reached_s)):
+            why = f'the torque {found.full_name()} is not a number there'
         why = why or f'no step meets the tolerance {self.tolerance:g}'
         return Halted(
             f'the propagation came to a halt at {reached_s:g} s: {why}', reached_s, states

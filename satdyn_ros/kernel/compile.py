@@ -177,6 +177,11 @@ def _compile_aside(dispatcher, signature):
 
     A failure there, as of a file system without locks, is left to the compilation in this process.
     """
+    try:
+        work = pickle.dumps((dispatcher.__module__, dispatcher.__name__, signature))
+    except (AttributeError, pickle.PicklingError):
+        # A class, such as one in a function, that no other process could import.
+        return
     with suppress(OSError), _lock(dispatcher, repr(signature)):
         if _is_kept(dispatcher, signature):
             return
@@ -189,9 +194,8 @@ def _compile_aside(dispatcher, signature):
         ) as child:
             assert child.stdin is not None  # it is a pipe
             try:
-                work = dispatcher.__module__, dispatcher.__name__, signature
                 # Left open: the child ends when it is closed, as it is when this process ends.
-                child.stdin.write(pickle.dumps(work))
+                child.stdin.write(work)
                 child.stdin.flush()
                 child.wait()
             except BaseException:

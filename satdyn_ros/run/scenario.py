@@ -19,7 +19,7 @@ from ..dynamics.system import State, System
 from ..integrate.propagation import Propagation
 from ..kernel import rotation
 from ..sensors import Sensor
-from ..torques.body_torque import BodyTorque
+from ..torques.body_torque import BodyTorque, checked_kind, torque_of
 from . import checks, environment, in_place, orbits, rotors, sensors, unlikely_values
 from .keys import KEYS, OPTIONAL, keys_of
 from .parameter_file import (
@@ -70,7 +70,8 @@ class Scenario:
         warnings: Iterable[str] = (),
         rules: int = RULES,
     ):
-        given, self.torques, self.rules = dict(given or {}), tuple(torques), rules
+        given, self.rules = dict(given or {}), rules
+        self.torques = tuple(checked_kind(kind) for kind in torques)
         rotor_names, plate_names = (
             KEYS[name].checked(given.get(name, ())) for name in ('rotor.names', 'surface.names')
         )
@@ -95,7 +96,7 @@ class Scenario:
         self.values: Mapping[str, Any] = MappingProxyType(values)
         for kind in self.torques:
             # It may refuse what its keys allow one by one.
-            kind.of(self.values)
+            torque_of(kind, self.values)
         if values['motion.method'] == 'exact':
             self.motion()
 
@@ -300,7 +301,7 @@ class Scenario:
             )
         orbit = orbits.orbit_of(self.values)
         along_orbit = environment.along(self.values, orbit)
-        own = (torque for kind in self.torques if (torque := kind.of(self.values)) is not None)
+        own = (torque for kind in self.torques if (torque := torque_of(kind, self.values)))
         return System(
             inertia=inertia.entries(self['body.inertia']),
             rotors=rotors.rotors_of(self.values),

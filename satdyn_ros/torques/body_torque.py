@@ -4,6 +4,7 @@ import inspect
 import sys
 from collections.abc import Callable, Iterable, Mapping
 from hashlib import sha256
+from numbers import Real
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,6 +14,7 @@ from ..base.lazy import own_module
 from ..kernel.compile import add_source
 from ..kernel.time_table import Table
 from ..orbits.pieces import Pieces
+from .own_source import source_of, values_of
 
 
 class BodyTorque:
@@ -24,6 +26,7 @@ class BodyTorque:
     that of its panel, the words of the topic unless it is given.  Constants: a NamedTuple of
     floats, tuples of floats and arrays, from which the torque is computed.  is_steady: whether it
     depends on attitude and rate alone, as seen from axes that turn with a circular orbit.
+    A class without name or Constants is the base of others, and no torque.
 
     torque(t_s, r_i, v_i, q_ib, omega_bi_b, constants) -> (x, y, z) [N m], body axes, is compiled:
     t_s are seconds from tick 0, r_i [m] and v_i [m/s] the place on the orbit, zero without one.
@@ -60,31 +63,31 @@ class BodyTorque:
     potential: ClassVar[Callable[..., float] | None] = None
 
     def __init__(self, constants: Any, pieces: Mapping[str, Pieces] | None = None):
-        self.constants, self.pieces = _as_floats(constants), dict(pieces or {})
+        fields, own = getattr(constants, '_fields', ()), self.Constants
+        if fields != own._fields:
+            raise TypeError(f'its Constants are {constants!r}; they must have {own._fields}')
+        # By the type of its own the equations know the function.
+        self.constants = own(*map(_as_floats, constants, fields))
+        self.pieces = dict(pieces or {})
 
     def __init_subclass__(cls) -> None:
-        """
-        Let the equations call the function of a new torque.
-
-        TypeError: a key is not its own, or its topic has no name that ROS takes.
-        """
-        if not hasattr(cls, 'Constants'):
+        """Let the equations call the function of a new torque, if it is a whole one."""
+        if isinstance(name := getattr(cls, 'name', None), str):
+            cls.topic = vars(cls).get('topic', f'{name}_torque')
+            cls.title = vars(cls).get('title', cls.topic.replace('_', ' '))
+        if _missing(cls):
             return
-        is_ours = cls.__module__.startswith('satdyn_ros.')
-        foreign = [key.name for key in cls.keys if not key.name.startswith(f'{cls.name}.')]
-        if foreign and not is_ours:
-            raise TypeError(f'{foreign[0]} is a key of {cls.name}; it must begin with {cls.name}.')
-        cls.topic = vars(cls).get('topic', f'{cls.name}_torque')
-        cls.title = vars(cls).get('title', cls.topic.replace('_', ' '))
-        if not (cls.topic.isidentifier() and cls.topic.isascii()):
-            raise TypeError(f'the topic {cls.topic} must have letters, digits and _ alone')
+        if 'Constants' not in vars(cls) or cls.Constants in KIND_OF:
+            # Those of another torque, by which the equations would call its function.
+            names = {'__module__': cls.__module__, '__qualname__': f'{cls.__qualname__}.Constants'}
+            cls.Constants = type('Constants', (cls.Constants,), {'__slots__': (), **names})
         # numba tells compiled code that is kept apart by the names of types.
-        source = '' if is_ours else cls.source()
-        told = sha256(f'{cls.full_name()} {source}'.encode()).hexdigest()[:16]
+        depends_on = '' if cls.is_shipped() else f'{cls.source()} {values_of(cls.functions())}'
+        told = sha256(f'{cls.full_name()} {depends_on}'.encode()).hexdigest()[:16]
         cls.Constants.__name__ = f'{cls.__name__}Constants{told}'
         KIND_OF[cls.Constants] = KNOWN[cls.full_name()] = cls
-        if not is_ours:
-            add_source(cls.source())
+        if depends_on:
+            add_source(depends_on)
 
     @classmethod
     def full_name(cls) -> str:
@@ -92,14 +95,21 @@ class BodyTorque:
         return f'{cls.__module__}:{cls.__qualname__}'
 
     @classmethod
+    def is_shipped(cls) -> bool:
+        """Return whether it comes with the package."""
+        return cls.__module__.startswith('satdyn_ros.')
+
+    @classmethod
+    def functions(cls) -> dict[str, Any]:
+        """Return the functions that the equations may call, by their names."""
+        found = {name: getattr(cls, name, None) for name in _PARAMETERS}
+        return {name: function for name, function in found.items() if function is not None}
+
+    @classmethod
     def source(cls) -> str:
-        """Return the text of the module that it is in, or of itself where there is no module."""
-        try:
-            module = inspect.getmodule(cls)
-            return inspect.getsource(cls if module is None else module)
-        except (OSError, TypeError):
-            # Typed into an interpreter.
-            return cls.torque.__code__.co_code.hex()
+        """Return the texts of the modules that it and the functions it calls are in."""
+        classes = [kind for kind in cls.__mro__ if kind is not object]
+        return source_of([*classes, *cls.functions().values()])
 
     @classmethod
     def version(cls) -> str:
@@ -115,8 +125,13 @@ class BodyTorque:
 
         By default each field of Constants is the key of its name, after the name of the torque.
         """
-        given = (values[f'{cls.name}.{field}'] for field in cls.Constants._fields)
-        return cls(cls.Constants(*given))
+        names = [f'{cls.name}.{field}' for field in cls.Constants._fields]
+        if missing := [name for name in names if name not in values]:
+            raise ValueError(
+                f'it has no key {missing[0]} for this field of its Constants, and no of(values) '
+                'of its own'
+            )
+        return cls(cls.Constants(*(values[name] for name in names)))
 
     @staticmethod
     def torque(
@@ -150,12 +165,20 @@ def pieces_of(torques: Iterable[BodyTorque]) -> tuple[Pieces, ...]:
     return tuple(dict.fromkeys(each for torque in torques for each in torque.pieces.values()))
 
 
-def _as_floats(part):
+def _as_floats(part, name):
     """Return numbers as floats, and arrays as contiguous ones of floats, in the same tuples."""
     if isinstance(part, tuple):
-        inner = map(_as_floats, part)
+        names = getattr(part, '_fields', [name] * len(part))
+        inner = map(_as_floats, part, names)
         return type(part)(*inner) if hasattr(part, '_fields') else tuple(inner)
-    return np.ascontiguousarray(part, float) if isinstance(part, np.ndarray) else float(part)
+    if isinstance(part, np.ndarray) and part.dtype.kind in 'biuf':
+        return np.ascontiguousarray(part, float)
+    if isinstance(part, Real | np.bool_):
+        return float(part)
+    raise TypeError(
+        f'{name} of its Constants is {part!r}; it must be a float, an array of floats, or a tuple '
+        'of these'
+    )
 
 
 # Every kind of torque that this process has met, by its full name.
@@ -164,19 +187,104 @@ KNOWN: dict[str, type[BodyTorque]] = {}
 KIND_OF: dict[type, Any] = {}
 
 
+# The parameters of the functions of a torque that are compiled.
+_SEEN = 't_s', 'r_i', 'v_i', 'q_ib', 'omega_bi_b', 'constants'
+_POWER = 'c_b', 'along_b', 'gradient', 'turn_rate', 'growth_rate', 'constants'
+_PARAMETERS = {
+    'torque': _SEEN,
+    'signs': _SEEN,
+    'potential': _SEEN,
+    'field': ('c_b', 'gradient', 'constants'),
+    'orbit_power': _POWER,
+}
+
+
+def checked_kind(kind: Any, name: str = '') -> type[BodyTorque]:
+    """
+    Return a class that is a whole torque; ValueError, in one sentence that names it: it is none.
+
+    name: by which it was asked for, its own unless it is given.
+    """
+    if not (isinstance(kind, type) and issubclass(kind, BodyTorque)):
+        raise ValueError(f'the torque {name or kind} is not a BodyTorque; give MODULE:CLASS')
+    if why := _missing(kind):
+        raise ValueError(f'the torque {name or kind.full_name()} {why}')
+    return kind
+
+
+def _missing(kind):
+    """Return what a class lacks to be a torque, as the end of a sentence; '': nothing."""
+    name, constants = getattr(kind, 'name', None), getattr(kind, 'Constants', None)
+    if not (isinstance(name, str) and name):
+        return 'has no name, a text with which its keys begin'
+    if not (isinstance(constants, type) and issubclass(constants, tuple)):
+        return 'has no Constants, a NamedTuple of floats, tuples of floats and arrays'
+    if not hasattr(constants, '_fields'):
+        return 'has Constants that are not a NamedTuple'
+    if not (isinstance(kind.keys, tuple | list) and all(isinstance(k, Key) for k in kind.keys)):
+        return f'has the keys {kind.keys!r}; they must be a tuple of Key'
+    foreign = [key.name for key in kind.keys if not key.name.startswith(f'{name}.')]
+    if foreign and not kind.is_shipped():
+        return f'has the key {foreign[0]}; its keys must begin with {name}.'
+    if not (kind.topic.isidentifier() and kind.topic.isascii()):
+        return f'has the topic {kind.topic}; it must have letters, digits and _ alone'
+    if kind.torque is BodyTorque.torque and not hasattr(kind, 'field'):
+        return f'has no function torque({", ".join(_SEEN)})'
+    for name, function in kind.functions().items():
+        if not _takes(function, len(_PARAMETERS[name])):
+            parameters = ', '.join(_PARAMETERS[name])
+            return f'has a {name} that is not a static method {name}({parameters})'
+    return ''
+
+
+def _takes(function, count):
+    """Return whether a function can be called with so many arguments."""
+    try:
+        inspect.signature(function).bind(*range(count))
+    except (TypeError, ValueError):
+        return False
+    return True
+
+
+def torque_of(kind: type[BodyTorque], values: Mapping[str, Any]) -> BodyTorque | None:
+    """
+    Return the torque of a kind for a scenario's values by their names; None: it does not act.
+
+    ValueError, in one sentence that names the class: it cannot be made of them.
+    """
+    try:
+        torque = kind.of(values)
+        if torque is None:
+            return None
+        if type(torque) is not kind:
+            raise TypeError(f'its of returns {torque!r}; it must return a {kind.__name__} or None')
+        stops_s = np.asarray(torque.stops(), float)
+        if stops_s.ndim != 1 or np.isnan(stops_s).any():
+            raise TypeError(f'its stops returns {stops_s}; it must return times in one row')
+        if missing := torque.pieces.keys() - {*kind.Constants._fields}:
+            raise TypeError(f'its pieces have {min(missing)}, which its Constants have not')
+    except Exception as error:
+        raise ValueError(f'the torque {kind.full_name()} cannot be made: {_why(error)}') from None
+    return torque
+
+
+def _why(error):
+    """Return the text of an error, with its kind where that says more."""
+    plain = isinstance(error, ValueError | TypeError | ImportError | SyntaxError)
+    return str(error) if plain and str(error) else f'{type(error).__name__}: {error}'
+
+
 def named(full_name: str) -> type[BodyTorque]:
     """
     Return the torque MODULE:CLASS, imported from the working directory too.
 
     ValueError, in one sentence: there is none.
     """
-    if full_name not in KNOWN:
+    found: Any = KNOWN.get(full_name)
+    if found is None:
         module, _, name = full_name.partition(':')
         try:
             found = getattr(own_module(module), name) if module and name else None
-        except Exception as error:
-            raise ValueError(f'the torque {full_name} cannot be loaded: {error}') from None
-        if not (isinstance(found, type) and issubclass(found, BodyTorque)):
-            raise ValueError(f'the torque {full_name} is not a BodyTorque; give MODULE:CLASS')
-        return found
-    return KNOWN[full_name]
+        except (Exception, SystemExit) as error:
+            raise ValueError(f'the torque {full_name} cannot be loaded: {_why(error)}') from None
+    return checked_kind(found, full_name)

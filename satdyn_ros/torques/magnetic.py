@@ -59,7 +59,7 @@ class Magnetic(BodyTorque):
 
     def commanded(self, dipole: Sequence[float]) -> 'Magnetic':
         """Return the torque while the magnetorquers have a dipole (3,) [A m^2], body axes."""
-        return Magnetic(self._residual, self._field, dipole)
+        return type(self)(self._residual, self._field, dipole)
 
     @staticmethod
     def torque(

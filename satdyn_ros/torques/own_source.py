@@ -1,0 +1,100 @@
+"""What the function of a torque of one's own depends on: texts of modules, and values in them."""
+
+import inspect
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
+from types import CodeType, FunctionType, ModuleType
+from typing import Any
+
+import numpy as np
+
+_PACKAGE = __name__.partition('.')[0]
+_VALUES = (int, float, complex, str, bytes, tuple, np.ndarray, np.generic)
+
+
+def source_of(things: Iterable[Any]) -> str:
+    """
+    Return the texts of the modules of some classes and functions, and of the functions they call.
+
+    Each once; those of this package are left out.
+    """
+    functions = [thing for thing in things if not isinstance(thing, type)]
+    classes = [thing for thing in things if isinstance(thing, type)]
+    own = [thing for thing in (*classes, *_called(functions)) if not _is_of_package(thing)]
+    return '\n'.join(dict.fromkeys(map(_text, own)))
+
+
+def values_of(functions: Mapping[str, Any]) -> str:
+    """Return the values outside of some functions, and of those they call, that they refer to."""
+    found = {}
+    for function in _called(functions.values()):
+        if not _is_of_package(function):
+            for name, value in _referred(function):
+                if isinstance(value, _VALUES):
+                    told = value.tobytes().hex() if isinstance(value, np.ndarray) else repr(value)
+                    found[f'{function.__qualname__}.{name}'] = told
+    return ' '.join(f'{name}={told}' for name, told in sorted(found.items()))
+
+
+def _called(functions: Iterable[Any]) -> list[FunctionType]:
+    """Return plain functions, and what they call of those, each once."""
+    found: dict[FunctionType, None] = {}
+    waiting = list(functions)
+    while waiting:
+        function = waiting.pop(0)
+        # Of a compiled function the one that was compiled.
+        function = getattr(function, 'py_func', function)
+        if isinstance(function, FunctionType) and function not in found:
+            found[function] = None
+            if not _is_of_package(function):
+                waiting += [value for _, value in _referred(function)]
+    return list(found)
+
+
+def _referred(function: FunctionType) -> Iterator[tuple[str, Any]]:
+    """Yield what a function refers to outside of itself, by its name there."""
+    known = dict(function.__globals__)
+    for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
+        # A cell may be empty until the function is called.
+        with suppress(ValueError):
+            known[name] = cell.cell_contents
+    names = [name for code in _codes(function.__code__) for name in _names(code)]
+    for name in dict.fromkeys(names):
+        if name in known:
+            yield name, known[name]
+            if isinstance(known[name], ModuleType):
+                inner = vars(known[name])
+                yield from ((f'{name}.{each}', inner[each]) for each in names if each in inner)
+
+
+def _names(code):
+    return (*code.co_names, *code.co_freevars)
+
+
+def _codes(code: CodeType) -> Iterator[CodeType]:
+    """Yield a code and those of the functions in it."""
+    yield code
+    for const in code.co_consts:
+        if isinstance(const, CodeType):
+            yield from _codes(const)
+
+
+def _is_of_package(thing):
+    return (thing.__module__ or '').partition('.')[0] == _PACKAGE
+
+
+def _text(thing):
+    """Return the text of the module that a class or a function is in, or of itself without one."""
+    try:
+        module = inspect.getmodule(thing)
+        return inspect.getsource(thing if module is None else module)
+    except (OSError, TypeError):
+        # Typed into an interpreter or a notebook.
+        functions = [thing] if isinstance(thing, FunctionType) else []
+        return ' '.join(_written(code) for f in functions for code in _codes(f.__code__))
+
+
+def _written(code):
+    # The text of a code in another has an address.
+    consts = [const for const in code.co_consts if not isinstance(const, CodeType)]
+    return f'{code.co_code.hex()} {consts} {code.co_names}'

@@ -82,11 +82,14 @@ class BodyTorque:
             names = {'__module__': cls.__module__, '__qualname__': f'{cls.__qualname__}.Constants'}
             cls.Constants = type('Constants', (cls.Constants,), {'__slots__': (), **names})
         # numba tells compiled code that is kept apart by the names of types.
-        depends_on = '' if cls.is_shipped() else f'{cls.source()} {values_of(cls.functions())}'
-        told = sha256(f'{cls.full_name()} {depends_on}'.encode()).hexdigest()[:16]
+        depends_on = cls.full_name()
+        if not cls.is_shipped():
+            depends_on += f' {cls.source()} {values_of(cls.functions())}'
+        told = sha256(depends_on.encode()).hexdigest()[:16]
         cls.Constants.__name__ = f'{cls.__name__}Constants{told}'
         KIND_OF[cls.Constants] = KNOWN[cls.full_name()] = cls
-        if depends_on:
+        if not cls.is_shipped():
+            # With its name: who reads what is kept imports the class by it.
             add_source(depends_on)
 
     @classmethod
@@ -226,7 +229,7 @@ def _missing(kind):
     foreign = [key.name for key in kind.keys if not key.name.startswith(f'{name}.')]
     if foreign and not kind.is_shipped():
         return f'has the key {foreign[0]}; its keys must begin with {name}.'
-    if not (kind.topic.isidentifier() and kind.topic.isascii()):
+    if not (str(kind.topic).isidentifier() and str(kind.topic).isascii()):
         return f'has the topic {kind.topic}; it must have letters, digits and _ alone'
     if kind.torque is BodyTorque.torque and not hasattr(kind, 'field'):
         return f'has no function torque({", ".join(_SEEN)})'
@@ -260,7 +263,7 @@ def torque_of(kind: type[BodyTorque], values: Mapping[str, Any]) -> BodyTorque |
             raise TypeError(f'its of returns {torque!r}; it must return a {kind.__name__} or None')
         stops_s = np.asarray(torque.stops(), float)
         if stops_s.ndim != 1 or np.isnan(stops_s).any():
-            raise TypeError(f'its stops returns {stops_s}; it must return times in one row')
+            raise TypeError('its stops must return times in an array of one dimension')
         if missing := torque.pieces.keys() - {*kind.Constants._fields}:
             raise TypeError(f'its pieces have {min(missing)}, which its Constants have not')
     except Exception as error:

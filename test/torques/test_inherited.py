@@ -58,7 +58,7 @@ class Push(BodyTorque):
 
 class Pull(Push):
     name = 'pull'
-    potential = None
+    potential = None  # type: ignore[assignment]
 
     @staticmethod
     def torque(t_s, r_i, v_i, q_ib, omega_bi_b, constants):
@@ -139,7 +139,8 @@ def test_shipped_torques_stay_as_they_are():
             return 1.0, 2.0, 3.0
 
     class MyMagnet(Magnetic):
-        name, keys = 'my_magnet', ()
+        name = 'my_magnet'
+        keys = ()  # type: ignore[assignment]
 
     def uniform(*values):
         coefficients = np.zeros((len(values), 16))

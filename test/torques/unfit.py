@@ -1,7 +1,7 @@
 """Torques that are none, each for one reason; two that are wrong where they are computed."""
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -61,7 +61,7 @@ class FewForSigns(Good):
 
 class TextKeys(Good):
     name = 'text_keys'
-    keys: Any = ('text_keys.size',)
+    keys = ('text_keys.size',)  # type: ignore[assignment]
 
 
 class ForeignKey(Good):
@@ -114,7 +114,7 @@ class Thing(NoKey):
 
     @classmethod
     def of(cls, values):
-        return cls(cls.Constants(None))
+        return cls(cls.Constants(None))  # type: ignore[arg-type]
 
 
 class Stops(Good):

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base import nanoseconds
 from ..dynamics.system import State
 from ..exchange.aem import attitude_at
 from ..kernel import rotation
@@ -87,14 +88,15 @@ def begun_in_aem(scenario: Scenario, path: str | Path, epoch: str) -> Scenario:
         if scenario['initial.frame'] == 'lvlh':
             lvlh_rate_i = scenario.system.orbit.lvlh_rate(0.0)
             omega_bi_b += rotation.rotate(rotation.conjugate(attitude.q_ib), lvlh_rate_i)
-    return scenario.with_values(
-        {
-            'initial.frame': 'inertial',
-            'initial.attitude': attitude.q_ib,
-            'initial.angular_velocity': omega_bi_b,
-            'time.epoch_ns': scenario.epoch_ns or attitude.stamp_ns,
-        }
-    )
+    changes: dict[str, Any] = {
+        'initial.frame': 'inertial',
+        'initial.attitude': attitude.q_ib,
+        'initial.angular_velocity': omega_bi_b,
+    }
+    if not scenario.epoch_ns:
+        # Which refuses the one epoch whose stamp is none.
+        changes['time.epoch'] = nanoseconds.epoch(attitude.stamp_ns)
+    return scenario.with_values(changes)
 
 
 def _check_ticks(scenario: Scenario, run: RecordedRun) -> None:

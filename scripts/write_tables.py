@@ -10,13 +10,17 @@ import argparse
 import os
 import re
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
+from satdyn_ros.base.key import Key
 from satdyn_ros.cli.command_line import parser
 from satdyn_ros.run import shipped
-from satdyn_ros.run.keys import KEYS
+from satdyn_ros.run.environment import of_the_surface
+from satdyn_ros.run.keys import KEYS, keys_of
 from satdyn_ros.run.scenario import Frames, Scenario
 from satdyn_ros.run.topics import TOPICS
+from satdyn_ros.sensors import KINDS
 from satdyn_ros.sweep import quantities, sweep_keys, variation
 from satdyn_ros.sweep.table import OUTCOMES
 
@@ -30,6 +34,7 @@ DOCUMENTS = (
 )
 # Commands that a reader ends by Ctrl-C.
 _ENDLESS = ('node', 'replay', 'watch')
+_TYPE = 'sensors.NAME.type'
 _CHANGES = {'never': 'start', 'running': 'running', 'service': 'request'}
 
 
@@ -37,7 +42,9 @@ def tables() -> dict[str, str]:
     """Return the tables, by name, as Markdown."""
     return {
         'topics': _topics(),
-        'parameters': _parameters(),
+        'parameters': _parameters(KEYS),
+        'parameters of plates and rotors': _parameters(_of_plates_and_rotors()),
+        'parameters of sensors': _parameters_of_sensors(),
         'scenarios': _scenarios(),
         'commands': _commands(),
         'sweep keys': _sweep_keys(),
@@ -77,18 +84,51 @@ def _topics():
     return _table(('topic', 'type', 'frame', 'content'), rows)
 
 
-def _parameters():
+def _parameters(keys):
     rows = [
         (
             f'`{key.name}`',
             key.allowed,
-            'empty' if key.default == '' else f'`{_plain(key.default)}`'.replace("'", ''),
+            _default(key),
             key.meaning,
             _CHANGES[key.changes],
         )
-        for key in KEYS.values()
+        for key in keys.values()
     ]
     return _table(('parameter', 'allowed', 'default', 'meaning', 'changes'), rows)
+
+
+def _default(key):
+    if other := of_the_surface(['NAME']).get(key.name):
+        return f'that of `{other}`'
+    return 'empty' if key.default == '' else f'`{_plain(key.default)}`'.replace("'", '')
+
+
+def _of_plates_and_rotors():
+    """Return the keys of each plate and of each rotor, by their names."""
+    keys = keys_of(('NAME',), ('NAME',))
+    return {name: key for name, key in keys.items() if name not in KEYS}
+
+
+def _parameters_of_sensors():
+    types: dict[Key, list[str]] = {}
+    for kind in KINDS:
+        for name, key in keys_of((), sensors={'NAME': kind}).items():
+            if name not in KEYS:
+                # The type is given, and has no default.
+                alike = replace(key, default='') if name == _TYPE else key
+                types.setdefault(alike, []).append(kind)
+    rows = [
+        (
+            f'`{key.name}`',
+            'any' if len(kinds) == len(KINDS) else ', '.join(kinds),
+            key.allowed,
+            'none' if key.name == _TYPE else _default(key),
+            key.meaning,
+        )
+        for key, kinds in types.items()
+    ]
+    return _table(('parameter', 'types', 'allowed', 'default', 'meaning'), rows)
 
 
 def _scenarios():

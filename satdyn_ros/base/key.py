@@ -8,6 +8,7 @@ from numbers import Real
 from typing import Any
 
 from .nanoseconds import stamp_ns
+from .sentences import nearest
 
 # The longest part of a given value that a sentence repeats.
 _LONGEST_GIVEN = 100
@@ -93,6 +94,10 @@ class Key:
             items = value if isinstance(value, list | tuple) else [value]
             numbers = [x for x in items if isinstance(x, Real)]
             hint = _QUOTE if numbers and self.kind in _OF_TEXTS else ''
+            other = [x for x in items if isinstance(x, str) and x not in self.choices]
+            if other and self.choices and self.kind == 'string_array':
+                given_name = other[0][:_LONGEST_GIVEN]
+                hint = f'; the nearest to {given_name} is {nearest(given_name, self.choices)}'
             raise ValueError(
                 f'{self.name} is {given}; it must be {self._allowed(numbers)}{hint}'
             ) from None

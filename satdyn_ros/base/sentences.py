@@ -1,10 +1,12 @@
 """The sentence of a refusal: one line of bounded length, whose numbers do not hide its reason."""
 
-from collections.abc import Generator
+from collections.abc import Generator, Iterable
 from contextlib import suppress
+from difflib import get_close_matches
 from typing import Any
 
 LONGEST_SENTENCE = 500
+_LONGEST_NAME = 100
 # Yields, rule by rule, whether it is broken, of many things whether each breaks it; raises
 # ValueError, in one sentence, where it is told that one is.
 Rules = Generator[Any, Any, None]
@@ -37,6 +39,18 @@ def written(number: float) -> str:
     ('0.1', '3.000000003')
     """
     return short if float(short := f'{number:g}') == number else repr(float(number))
+
+
+def nearest(given: object, allowed: Iterable[str]) -> str:
+    """
+    Return the one of some names that is most like what was given.
+
+    >>> nearest('body.dipol', ['body.box', 'body.dipole', 'rotor.mode'])
+    'body.dipole'
+    """
+    # Longer than any name, what follows tells nothing and costs its square.
+    (found,) = get_close_matches(str(given)[:_LONGEST_NAME], list(allowed), 1, cutoff=0.0)
+    return found
 
 
 def told_apart(*numbers: float) -> list[str]:

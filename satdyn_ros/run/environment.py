@@ -1,6 +1,6 @@
 """The environment of a scenario: what acts by it, and what its values may not be together."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import lru_cache
 from typing import Any
 
@@ -67,10 +67,20 @@ def rules(values: Mapping[str, Any]) -> Rules:
     for prefix in ('surface', *(f'surface.{name}' for name in values['surface.names'])):
         mirrored, scattered = values[f'{prefix}.specular'], values[f'{prefix}.diffuse']
         if (yield mirrored + scattered > 1.0):
+            default = '' if prefix == 'surface' else '; what is not given is that of surface'
             raise ValueError(
                 f'{prefix}.specular is {written(mirrored)} and {prefix}.diffuse '
-                f'{written(scattered)}; together they must be at most 1'
+                f'{written(scattered)}; together they must be at most 1{default}'
             )
+
+
+def of_the_surface(names: Iterable[str]) -> dict[str, str]:
+    """Return, by the keys of plates of these names that default to it, each key of the surface."""
+    return {
+        f'surface.{name}.{key.name}': f'surface.{key.name}'
+        for name in names
+        for key in COEFFICIENTS
+    }
 
 
 def plates(values: Mapping[str, Any]) -> list[Plate]:

@@ -56,7 +56,8 @@ KEYS = {
             (),
             '',
             'names of flat plates, each described by surface.NAME.area and so on; coefficients '
-            'without a name are those of the sides of body.box',
+            'without a name are those of the sides of body.box, and of the plates that have none '
+            'of their own',
         ),
         *(replace(key, name=f'surface.{key.name}') for key in COEFFICIENTS),
         Key(
@@ -577,6 +578,8 @@ KEYS = {
 }
 
 
+# The first parts of keys.
+GROUPS = frozenset(name.split('.')[0] for name in KEYS)
 # Those that version 0.2 did not have.
 _LATER_SENSORS = tuple(
     f'sensors.{name}.' for name in KINDS if name not in ('gyro', 'star_tracker')

@@ -12,11 +12,10 @@ import yaml
 from ..base import rcl_yaml, ros_yaml
 from ..base.key import listed
 from . import shipped
-from .keys import KEYS
+from .keys import GROUPS, KEYS
 
 # rclpy's own parameters, which it adds to every node's.
 RCLPY_PARAMETERS = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
-_GROUPS = {name.split('.')[0] for name in KEYS}
 _NONE: Mapping[str, Path] = MappingProxyType({})
 _FULL_NAME = re.compile(r'(/[A-Za-z_][A-Za-z0-9_]*)+')
 # What may be the name of a file, whose text is then the value: a text without a line break, a list
@@ -254,7 +253,7 @@ def _frames_of_one(parameters):
 
 def _is_satellite(name: str, own: Iterable[str]) -> bool:
     groups = {key.split('.')[0] for key in own}
-    is_ours = _full(name).endswith('/satdyn') or not groups or not groups.isdisjoint(_GROUPS)
+    is_ours = _full(name).endswith('/satdyn') or not groups or not groups.isdisjoint(GROUPS)
     return is_ours and '*' not in name
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..base.key import Key
-from ..base.sentences import refuse
+from ..base.sentences import nearest, refuse
 from ..dynamics import inertia
 from ..dynamics.integrals import first_integrals
 from ..dynamics.motion import Motion, States
@@ -21,14 +21,14 @@ from ..kernel import rotation
 from ..sensors import Sensor
 from ..torques.body_torque import BodyTorque, checked_kind, torque_of
 from . import checks, environment, in_place, orbits, rotors, sensors, unlikely_values
-from .keys import KEYS, OPTIONAL, keys_of
+from .keys import GROUPS, KEYS, OPTIONAL, keys_of
 from .parameter_file import (
     ParameterFile,
     flattened,
     without_rclpys,
     yaml_of_parameters,
 )
-from .rules import RULES
+from .rules import PLATES_FOLLOW_THE_SURFACE, RULES
 from .ticks import rate_of
 from .topics import MAGNETORQUERS, Topic, topics_with, torque_topics
 
@@ -80,9 +80,14 @@ class Scenario:
         )
         unknown = [name for name in given if name not in keys]
         if unknown:
-            raise ValueError(_unknown(unknown[0], given))
+            raise ValueError(_unknown(unknown[0], given, keys))
         checked = {name: keys[name].checked(value) for name, value in given.items()}
         values = {name: key.default for name, key in keys.items()} | checked
+        self._followed: dict[str, Any] = {}
+        if rules >= PLATES_FOLLOW_THE_SURFACE:
+            of_surface = environment.of_the_surface(plate_names).items()
+            self._followed = {name: values[key] for name, key in of_surface if name not in given}
+            values |= self._followed
         if values['orbit.type'] == 'fixed' and 'initial.frame' not in given:
             values['initial.frame'] = 'inertial'
         with np.errstate(all='ignore'):
@@ -165,8 +170,9 @@ class Scenario:
 
     def with_values(self, changes: Mapping[str, Any]) -> 'Scenario':
         """Return the scenario with some keys changed; ValueError: see the class."""
-        replaced = in_place.replaced(changes)
-        kept = {name: x for name, x in self.values.items() if name not in replaced}
+        # What follows from other keys follows from their new values.
+        left_out = {*in_place.replaced(changes), *self._followed}
+        kept = {name: x for name, x in self.values.items() if name not in left_out}
         # A warning begins with the key that it is about.
         stay = [text for text in self._warnings if text.partition(' ')[0] not in changes]
         changed = Scenario({**kept, **changes}, self.torques, stay, self.rules)
@@ -356,10 +362,20 @@ class Scenario:
         return first_integrals(self.system, states)
 
 
-def _unknown(name: str, given: Mapping[str, Any]) -> str:
+def _unknown(name: str, given: Mapping[str, Any], keys: Iterable[str]) -> str:
+    """Return the sentence on a key that there is not."""
     what, _, rest = name.partition('.')
     named, _, leaf = rest.partition('.')
-    names = f'{what}.names'
-    if names in KEYS and leaf and named not in (given.get(names) or ()):
-        return f'{name} is given, but {names} has no {named}'
-    return f'{name} is not a parameter of a scenario'
+    said, group = f'{name} is not a parameter of a scenario', f'{what}.{named}' if leaf else what
+    leaves = [key.removeprefix(f'{group}.') for key in keys if key.startswith(f'{group}.')]
+    if leaves and (leaf or what not in GROUPS):
+        return f'{said}; {group} has {", ".join(leaves)}'
+    names = given.get(f'{what}.names')
+    names = list(map(str, names)) if isinstance(names, list | tuple) else []
+    if leaf and f'{what}.names' in KEYS and named not in names:
+        has = f'; it has {", ".join(names)}' if names else ''
+        return f'{name} is given, but {what}.names has no {named}{has}'
+    said += f'; the nearest is {nearest(name, keys)}'
+    if not rest or leaves or what in GROUPS:
+        return said
+    return f"{said}; or it is of a torque of one's own, which --torque MODULE:CLASS would name"

@@ -18,8 +18,10 @@ from satdyn_ros.integrate.propagation import Propagation
 from satdyn_ros.kernel import rotation
 from satdyn_ros.orbits import FixedDirection
 from satdyn_ros.orbits.pieces import Pieces, Stretch
+from satdyn_ros.run import environment
 from satdyn_ros.run.describe import describe
 from satdyn_ros.run.events import from_yaml_text
+from satdyn_ros.run.parameter_file import flattened
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 from satdyn_ros.torques.magnetic import Magnetic
@@ -156,6 +158,52 @@ def test_a_dipole_in_a_uniform_field_is_a_heavy_top():
     t_s = np.linspace(0.0, 3000.0, 31)
     found, expected = Propagation(magnetised, state).at(t_s), Propagation(heavy, state).at(t_s)
     assert np.max(rotation.angle_between(found.q_ib, expected.q_ib)) < 1e-11
+
+
+PLATE = {'surface.names': ['wing', 'tail'], 'surface.wing.area': 1.0, 'surface.tail.area': 2.0}
+SURFACE = {'surface.drag_coefficient': 2.6, 'surface.specular': 0.25, 'surface.diffuse': 0.5}
+
+
+def coefficients(scenario):
+    """Return those of the plates of a scenario as they fly."""
+    return [plate[-3:] for plate in environment.plates(scenario.values)]
+
+
+def test_a_plate_has_the_coefficients_of_the_surface_that_it_does_not_give():
+    """Also a value that is the default of the key; later changes of the surface are followed."""
+    own = {'surface.tail.drag_coefficient': 2.2, 'surface.tail.diffuse': 0.0}
+    scenario = Scenario({**PLATE, **SURFACE, **own})
+    assert coefficients(scenario) == [(2.6, 0.25, 0.5), (2.2, 0.25, 0.0)]
+    assert coefficients(Scenario(PLATE)) == [(2.2, 0.0, 0.0)] * 2
+    changed = scenario.with_values({'publish.rate': 1.0}).with_values({'surface.specular': 0.1})
+    assert coefficients(changed) == [(2.6, 0.1, 0.5), (2.2, 0.1, 0.0)]
+    given = changed.with_values({'surface.wing.specular': 0.3, 'surface.specular': 0.4})
+    assert coefficients(given) == [(2.6, 0.3, 0.5), (2.2, 0.4, 0.0)]
+
+
+def test_what_is_written_of_plates_says_the_same_when_it_is_read():
+    """By any rules, for all that the default of the key is that of a plate's own value."""
+    scenario = Scenario({**PLATE, **SURFACE, 'surface.tail.drag_coefficient': 2.2})
+    read = Scenario.from_yaml_text(scenario.to_yaml())
+    assert read == scenario
+    assert coefficients(read) == [(2.6, 0.25, 0.5), (2.2, 0.25, 0.5)]
+    # As a node declares them, and `ros2 param dump` writes them.
+    assert Scenario({name: scenario[name] for name in scenario.keys}) == scenario
+    plain = dict(flattened(yaml.safe_load(scenario.to_yaml())['/**']['ros__parameters']))
+    assert coefficients(Scenario(plain, rules=3)) == coefficients(scenario)
+
+
+def test_by_earlier_rules_a_plate_has_the_defaults_of_its_keys():
+    """As the bags of those rules flew; what is made of such a scenario keeps to it."""
+    scenario = Scenario({**PLATE, **SURFACE}, rules=3).with_values({'publish.rate': 1.0})
+    assert coefficients(scenario) == [(2.2, 0.0, 0.0)] * 2
+
+
+def test_what_a_plate_takes_may_not_be_too_much():
+    """The sentence says where it comes from."""
+    given = {**PLATE, 'surface.specular': 0.6, 'surface.wing.diffuse': 0.5}
+    with pytest.raises(ValueError, match=r'surface\.wing\.specular is 0\.6 .* that of surface$'):
+        Scenario(given)
 
 
 @pytest.mark.parametrize(

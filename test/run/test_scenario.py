@@ -155,6 +155,18 @@ def test_altitude_and_epoch_in_place_of_others():
             "time.epoch is 'tomorrow'; it must be empty or an epoch in UTC, such as 2026-03-01T",
         ),
         (
+            {'time.epoch': '1970-01-01T00:00:00Z'},
+            'time.epoch is 1970-01-01T00:00:00Z, and then time.epoch_ns is 0, which is no time to',
+        ),
+        (
+            {'time.epoch': '1970-001T00:00:00.0000000001', 'time.epoch_ns': 0},
+            'time.epoch is 1970-001T00:00:00.0000000001, and then time.epoch_ns is 0, which is no',
+        ),
+        (
+            {'time.epoch': '1969-12-31T23:59:59.999999999'},
+            'time.epoch is 1969-12-31T23:59:59.999999999, and then time.epoch_ns is -1; it must',
+        ),
+        (
             {'time.epoch': '1969-01-01T00:00:00'},
             'time.epoch is 1969-01-01T00:00:00, and then time.epoch_ns is -31536000000000000; it',
         ),
@@ -162,6 +174,45 @@ def test_altitude_and_epoch_in_place_of_others():
 )
 def test_altitude_and_epoch_refused(given, sentence):
     """One or the other, where it belongs, within what the other allows."""
+    with pytest.raises(ValueError, match=re.escape(sentence)):
+        Scenario(given)
+
+
+WING = {'surface.names': ['wing'], 'surface.wing.area': 0.1}
+GYRO = {'sensors.names': ['gyro', 'g2'], 'sensors.g2.type': 'gyro'}
+OF_A_GYRO = 'noise_density, bias_random_walk, initial_bias, scale_factor, misalignment, resolution'
+
+
+@pytest.mark.parametrize(
+    ('given', 'sentence'),
+    [
+        ({'body.dipol': [0.0, 0.0, 1.0]}, 'of a scenario; the nearest is body.dipole'),
+        ({'publish.rates': 3}, 'of a scenario; the nearest is publish.rate'),
+        ({'inertia': [1, 1, 1]}, 'of a scenario; the nearest is body.inertia'),
+        ({'enviroment.sun': 'ephemeris'}, 'the nearest is environment.sun; or it is of a torque'),
+        (
+            WING | {'surface.wing.centre': [0, 0, 0]},
+            'surface.wing.centre is not a parameter of a scenario; surface.wing has area, normal, '
+            'position, drag_coefficient, specular, diffuse',
+        ),
+        (GYRO | {'sensors.gyro.arw': 1}, f'mounting, frame_id, divisor, {OF_A_GYRO}, max_rate'),
+        (GYRO | {'sensors.g2.arw': 1}, f'g2 has type, mounting, frame_id, divisor, {OF_A_GYRO}'),
+        ({'rotor.names': ['a'], 'rotor.a.mass': 1}, 'rotor.a has mode, axis, momentum, inertia, '),
+        (
+            {'rotor.names': ['a', 'b'], 'rotor.c.mode': 'motor'},
+            'rotor.c.mode is given, but rotor.names has no c; it has a, b',
+        ),
+        ({'torque.names': 5, 'torque.a.x': 1}, 'torque.names has no a'),
+        (
+            {'pulse.torque': 1.0},
+            "or it is of a torque of one's own, which --torque MODULE:CLASS would name",
+        ),
+        ({'publish.topics': ['atitude']}, '; the nearest to atitude is attitude'),
+        ({'x' * 10**6: 1}, 'the nearest is '),
+    ],
+)
+def test_a_key_that_there_is_not_is_refused_with_those_that_there_are(given, sentence):
+    """The nearest one; of a plate, a rotor or a sensor, all."""
     with pytest.raises(ValueError, match=re.escape(sentence)):
         Scenario(given)
 

@@ -30,7 +30,7 @@ import yaml
 
 from ..base import ros_yaml
 from ..base.key import Key, listed
-from ..base.sentences import told_apart
+from ..base.sentences import nearest, told_apart
 from ..dynamics.rotor import Rotor
 from .parameter_file import flattened
 from .scenario import Scenario
@@ -249,8 +249,11 @@ def _events(entry, scenario) -> Iterator[Event]:
         raise ValueError(f'it is {entry}; it must be keys and values')
     unknown = [name for name in entry if name not in (*_AT, *_WHAT, *_UNTIL)]
     if unknown:
-        allowed = ', '.join((*_AT, *_WHAT, *_UNTIL))
-        raise ValueError(f'{unknown[0]} is not a key of an event; allowed: {allowed}')
+        allowed = *_AT, *_WHAT, *_UNTIL
+        raise ValueError(
+            f'{unknown[0]} is not a key of an event; the nearest is '
+            f'{nearest(unknown[0], allowed)}; allowed: {", ".join(allowed)}'
+        )
     what = _only(entry, _WHAT)
     at = _only(entry, _AT)
     ticks = Ticks(scenario.rate, scenario.epoch_ns)

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
+from ..base.sentences import nearest
 from ..dynamics.motion import Halted
 from ..integrate.propagation import Propagation
 from .orbits import known_until
@@ -19,7 +20,10 @@ def requested(conditions: Scenario, values: Mapping[str, Any]) -> Scenario:
     allowed = conditions.initial_conditions
     foreign = [name for name in values if name not in allowed]
     if foreign:
-        raise ValueError(f'{foreign[0]} cannot be requested; allowed: {", ".join(allowed)}')
+        raise ValueError(
+            f'{foreign[0]} cannot be requested; the nearest that can is '
+            f'{nearest(foreign[0], allowed)}; allowed: {", ".join(allowed)}'
+        )
     return conditions.with_values(values)
 
 

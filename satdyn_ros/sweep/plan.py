@@ -12,6 +12,7 @@ import numpy as np
 
 from ..base import ros_yaml
 from ..base.key import Key
+from ..base.sentences import nearest
 from ..run import in_place
 from ..run.orbits import is_tabled
 from ..run.scenario import Scenario
@@ -75,7 +76,8 @@ class Plan:
         for name in given:
             if name not in SWEEP_KEYS:
                 raise ValueError(
-                    f'{name} is not a key of a sweep; allowed: {", ".join(SWEEP_KEYS)}'
+                    f'{name} is not a key of a sweep; the nearest is {nearest(name, SWEEP_KEYS)}; '
+                    f'allowed: {", ".join(SWEEP_KEYS)}'
                 )
         for name in REQUIRED:
             if name not in given:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..base.key import Key
+from ..base.sentences import nearest
 from ..kernel import rotation
 from ..run.in_place import IN_PLACE
 from ..run.keys import KEYS
@@ -57,7 +58,7 @@ def quantity(name: str, keys: Mapping[str, Key] = KEYS) -> Quantity:
             'rotor.names in vary cannot be varied: it decides which keys there are; give each '
             'choice of rotors a sweep of its own'
         )
-    if name in keys and (name.split('.')[0] in _MOTION or name not in KEYS):
+    if name in keys and _is_of_the_motion(name):
         other, value_of = IN_PLACE.get(name, (name, lambda value: value))
         return Quantity(keys[name], lambda values, value: {name: value, other: value_of(value)})
     whole, _, component = name.rpartition('.')
@@ -67,11 +68,17 @@ def quantity(name: str, keys: Mapping[str, Key] = KEYS) -> Quantity:
         return _angle(name)
     if name in _SMELT:
         return _smelt(name)
+    varied = [key for key in keys if _is_of_the_motion(key)]
     raise ValueError(
-        f'{name} in vary cannot be varied; allowed: keys of body, rotor, orbit, '
-        f'initial and motion, components such as initial.angular_velocity.y, '
+        f'{name} in vary cannot be varied; the nearest that can is {nearest(name, varied)}; '
+        'allowed: keys of body, rotor, orbit, initial and motion, components such as '
+        'initial.angular_velocity.y, '
         f'{", ".join((*_ANGLES, *_SMELT))}'
     )
+
+
+def _is_of_the_motion(key):
+    return (key.split('.')[0] in _MOTION or key not in KEYS) and key != 'rotor.names'
 
 
 def _component(name, whole, i):

@@ -12,7 +12,13 @@ import numpy as np
 from mcap.records import Metadata
 
 from ..messages.incoming import ROTOR_TORQUE, rotor_command_of
-from ..messages.packers import Packer, pack_tf_static, packer, tf_with_sensors
+from ..messages.packers import (
+    Packer,
+    geodetic_without_status,
+    pack_tf_static,
+    packer,
+    tf_with_sensors,
+)
 from ..rosbag2.errors import BagError, Damaged
 from ..rosbag2.reader import Bag, Messages, TopicBlock
 from ..run.events import (
@@ -26,7 +32,7 @@ from ..run.events import (
     Torque,
 )
 from ..run.parameter_file import parameters_of_record
-from ..run.rules import EVENTS_FOLLOW, MOUNTINGS_ARE_LATCHED
+from ..run.rules import EVENTS_FOLLOW, GEODETIC_HAS_A_FIX, MOUNTINGS_ARE_LATCHED
 from ..run.scenario import Scenario
 from ..run.simulation import Simulation
 from ..run.ticks import Ticks
@@ -176,6 +182,8 @@ class RecordedRun:
         """Return what packs samples for a topic, by its name in the scenario."""
         if name == 'tf' and self.rules < MOUNTINGS_ARE_LATCHED:
             return tf_with_sensors(self.scenario)
+        if name == 'geodetic' and self.rules < GEODETIC_HAS_A_FIX:
+            return geodetic_without_status(self.scenario)
         return packer(name, self.scenario)
 
     @property

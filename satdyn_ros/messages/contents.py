@@ -62,7 +62,10 @@ _LAYOUTS = {
     'geometry_msgs/msg/Vector3Stamped': _Layout(('vector',)),
     'sensor_msgs/msg/Illuminance': _Layout(('illuminance',)),
     'sensor_msgs/msg/MagneticField': _Layout(('magnetic_field',)),
-    'sensor_msgs/msg/NavSatFix': _Layout(('latitude', 'longitude', 'altitude')),
+    # A fix is valid from STATUS_FIX (0) on; the message's default is STATUS_UNKNOWN (-2).
+    'sensor_msgs/msg/NavSatFix': _Layout(
+        ('latitude', 'longitude', 'altitude'), lambda frames: {'status': {'status': 0}}
+    ),
     # REP-145: a covariance of zeros is unknown, one that begins with -1 marks an absent quantity.
     'sensor_msgs/msg/Imu': _Layout(
         ('orientation', 'angular_velocity'),
@@ -92,11 +95,20 @@ def message(topic: Topic, frames: Frames, system: System) -> cdr.Message:
         return cdr.Message(topic.type, _OF_THEIR_OWN[topic.name](frames, system))
     if not topic.shows:
         raise ValueError(f'{topic.name} has no constant layout; publish {topic.type} objects')
+    return cdr.Message(topic.type, _of_quantities(topic, frames))
+
+
+def geodetic_without_status(topic: Topic, frames: Frames) -> dict[str, Any]:
+    """Return sensor_msgs/NavSatFix as in bags of rules below 4, with the default status."""
+    return _of_quantities(topic, frames) | {'status': {}}
+
+
+def _of_quantities(topic, frames):
     layout = _LAYOUTS[topic.type]
     content = {'header': header(getattr(frames, topic.frame)), **layout.constants(frames)}
     for path, quantity in zip(layout.fields, topic.shows, strict=True):
         _fill(content, path.split('.'), _column(quantity))
-    return cdr.Message(topic.type, content)
+    return content
 
 
 def _column(quantity):

@@ -94,6 +94,12 @@ def tf_with_sensors(scenario: Scenario) -> Packer:
     return cdr.Message(TOPICS['tf'].type, content)
 
 
+def geodetic_without_status(scenario: Scenario) -> Packer:
+    """Return what packs geodetic as it is in bags of rules below 4."""
+    topic = TOPICS['geodetic']
+    return cdr.Message(topic.type, contents.geodetic_without_status(topic, scenario.frames))
+
+
 def pack_tf_static(scenario: Scenario) -> bytes:
     """Return the message of /tf_static, stamped by the scenario's epoch."""
     stamp = contents.Inputs(np.array([scenario.epoch_ns]), np.empty((1, 0)))

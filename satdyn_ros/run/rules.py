@@ -15,7 +15,7 @@ TURNS_ARE_COUNTED = 3
 LIMITS_AT_THEIR_INSTANT = 3
 # Before, a plate's coefficients defaulted to those of the key, not to surface.*.
 PLATES_FOLLOW_THE_SURFACE = 4
-# Before, the status of geodetic was -2, no fix.
+# Before, the status of geodetic was -2, unknown.
 GEODETIC_HAS_A_FIX = 4
 # Before, tables of an ephemeris and of the Sun ran across rows and leap seconds.
 TABLES_END_WHERE_THEY_MUST = 4

@@ -6,6 +6,7 @@ import pytest
 from messages.drawn_samples import EPOCH_NS, FRAMES, SYSTEMS, part, samples
 from messages.readers import canonical, default, read
 from scipy.spatial.transform import Rotation
+from sensor_msgs.msg import NavSatStatus
 
 from satdyn_ros import environment
 from satdyn_ros.dynamics.system import State
@@ -215,6 +216,7 @@ def expected_geodetic(of, i, frames):
     latitude, longitude = near(np.degrees(angles), 1e3)
     return {
         'header': header(of, i, frames.earth),
+        'status': {'status': NavSatStatus.STATUS_FIX},
         'latitude': latitude,
         'longitude': longitude,
         'altitude': near([height_m], 1e7)[0],

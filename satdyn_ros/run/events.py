@@ -13,16 +13,19 @@ tick; torques leave it and act from then on.  In a file, events are a YAML list:
 
 Each acts at a tick, or at the first tick at or after at_s seconds from tick 0.  A torque and
 a dipole end after torque.timeout, as in the node, unless until_s or until_tick says when; null: it
-holds until the next one.  With rotor.names a rotor_torque is given by name,
+holds until the next one.  What so acts longer or shorter than its times say is told in the log.
+With rotor.names a rotor_torque is given by name,
 {rw_x: 0.001, rw_z: -0.002}; rotors that it does not name keep theirs.  So is a rotor_speed, which
 commands speeds in place of torques.  With torque.names so is a
 torque, {drag: [0.0, 0.0, 0.01]}.
 """
 
+import logging
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -164,13 +167,15 @@ Event = (
 # They follow from the run and from the others: what is told of them is compared, never applied.
 Derived = Timeout | RotorLimited | TorquesDropped | Halt
 
+# As large as an integer of ROS; no stamp is so late.
+_LARGEST_TICK = 2**63 - 1
 _AT = {
     'at_s': Key('at_s', 'double', None, 's', '', low=0.0),
-    'tick': Key('tick', 'integer', None, '', '', low=0),
+    'tick': Key('tick', 'integer', None, '', '', low=0, high=_LARGEST_TICK),
 }
 _UNTIL = {
     'until_s': Key('until_s', 'double', None, 's', '', low=0.0),
-    'until_tick': Key('until_tick', 'integer', None, '', '', low=0),
+    'until_tick': Key('until_tick', 'integer', None, '', '', low=0, high=_LARGEST_TICK),
 }
 _TORQUE = Key('torque', 'double_array', None, 'N m', '', lengths=(3,))
 _DIPOLE = Key('magnetorquer', 'double_array', None, 'A m^2', '', lengths=(3,))
@@ -195,17 +200,23 @@ def from_yaml_text(text: str, scenario: Scenario, origin: str = 'events') -> lis
     """
     Return the events of a YAML text in the order of their ticks.
 
+    A warning in the log tells what is held longer or shorter than its times say, as ticks do it.
     ValueError, in one sentence that names the event: one that the scenario does not allow.
     """
     entries = ros_yaml.load(text, origin) or []
     if not isinstance(entries, list):
         raise ValueError(f'{origin} must be a list of events')
     events: list[Event] = []
+    told: list[str] = []
     for number, entry in enumerate(entries, 1):
         try:
-            events += _events(entry, scenario)
+            held = list(_events(entry, scenario))
         except ValueError as error:
             raise ValueError(f'{origin}, event {number}: {error}') from None
+        events += held
+        told += [f'{origin}{x}' for x in _stretched(number, entry, held[0], scenario)]
+    for sentence in dict.fromkeys(told):
+        logging.getLogger(__name__).warning(sentence)
     return sorted(events, key=lambda event: event.tick)
 
 
@@ -432,8 +443,40 @@ def _until(entry, tick, ticks, scenario) -> int | None:
         return None
     until_tick = _tick(ticks, name, _UNTIL[name].checked(entry[name]))
     if until_tick <= tick:
-        raise ValueError(f'{name} is {entry[name]}; it must be after the torque starts')
+        at = _only(entry, _AT)
+        says = f'{name} is {entry[name]}'
+        if _instant_s(name, entry, scenario) > _instant_s(at, entry, scenario):
+            raise ValueError(
+                f'{says} and {at} {entry[at]}: both fall on tick {tick} '
+                f'({float(tick / scenario.rate):g} s); it must fall on a later one'
+            )
+        raise ValueError(f'{says}; it must be after {at}, {entry[at]}')
     return until_tick
+
+
+def _stretched(number, entry, event, scenario) -> Iterator[str]:
+    """Yield what tells that an entry is held for another time than it or torque.timeout says."""
+    until_tick = getattr(event, 'until_tick', None)
+    if until_tick is None:
+        return
+    if any(name in entry for name in _UNTIL):
+        at, until = _only(entry, _AT), _only(entry, _UNTIL)
+        asked_s = _instant_s(until, entry, scenario) - _instant_s(at, entry, scenario)
+        what = f', event {number}: from {at} {entry[at]} to {until} {entry[until]} it is'
+    else:
+        asked_s = Fraction(str(scenario['torque.timeout']))
+        what = ': torque.timeout is'
+    acts_s = (until_tick - event.tick) / scenario.rate
+    asked, acts = f'{float(asked_s):g} s', f'{float(acts_s):g} s'
+    if asked != acts:
+        rate = f'{float(scenario.rate):g} Hz'
+        yield f'{what} {asked}; in whole ticks of {rate} it acts for {acts}'
+
+
+def _instant_s(name, entry, scenario) -> Fraction:
+    """Return the time from tick 0 that one of _AT or _UNTIL gives."""
+    value = Fraction(str((_AT | _UNTIL)[name].checked(entry[name])))
+    return value if name.endswith('_s') else value / scenario.rate
 
 
 def _entry(event) -> dict[str, Any]:

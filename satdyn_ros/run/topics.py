@@ -262,7 +262,8 @@ _TABLE = (
         'state',
         'earth',
         'latitude, longitude [deg] and height [m] on WGS 84, status 0 (STATUS_FIX), the '
-        'covariance unknown; where it is among publish.topics at the start, /tf has inertial to earth',
+        'covariance unknown; where it is among publish.topics at the start, /tf has inertial to '
+        'earth',
         (
             Shown(('latitude_deg',), _geodetic(0, np.degrees(1.0))),
             Shown(('longitude_deg',), _geodetic(1, np.degrees(1.0))),

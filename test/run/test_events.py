@@ -90,6 +90,45 @@ def test_nested_keys_of_a_request_are_dotted():
     ]
 
 
+@pytest.mark.parametrize(
+    ('entry', 'lengths'),
+    [
+        ('at_s: 1, torque: [1, 0, 0], until_s: 1.03', ('0.03 s', '0.1 s')),
+        ('at_s: 3, magnetorquer: [1, 0, 0], until_s: 3.25', ('0.25 s', '0.3 s')),
+        ('at_s: 2.02, rotor_torque: 1.0, until_s: 2.18', ('0.16 s', '0.1 s')),
+        ('at_s: 2.05, rotor_torque: 1.0, until_tick: 22', ('0.15 s', '0.1 s')),
+        ('tick: 3, torque: [1, 0, 0], until_s: 0.35', ('0.05 s', '0.1 s')),
+        ('at_s: 1, torque: [1, 0, 0], until_s: 1.3', None),
+        ('at_s: 2.02, torque: [1, 0, 0], until_s: 2.12', None),
+        ('at_s: 2.02, torque: [1, 0, 0], until_tick: null', None),
+        ('at_s: 2.02, torque: [1, 0, 0]', None),
+        ('at_s: 2.02, reset: true', None),
+    ],
+)
+def test_a_pulse_of_another_length_than_its_times_say_is_told(entry, lengths, caplog):
+    """At 10 Hz, by hand: both ends move up to a tenth; a warning has both lengths, or is none."""
+    events.from_yaml_text(f'- {{tick: 0, reset: true}}\n- {{{entry}}}', MOTOR)
+    told = [record.getMessage() for record in caplog.records]
+    if lengths is None:
+        assert told == []
+    else:
+        asked, acts = lengths
+        (sentence,) = told
+        assert sentence.startswith('events, event 2: from ')
+        assert sentence.endswith(f' it is {asked}; in whole ticks of 10 Hz it acts for {acts}')
+
+
+def test_a_timeout_between_ticks_is_told_once(caplog):
+    """Every torque without an end is held for it: 0.25 s are three ticks of 10 Hz."""
+    scenario = MOTOR.with_values({'torque.timeout': 0.25})
+    text = '- {at_s: 1, torque: [1, 0, 0]}\n- {at_s: 2, rotor_torque: 1.0}'
+    events.from_yaml_text(text, scenario)
+    (record,) = caplog.records
+    assert record.getMessage() == (
+        'events: torque.timeout is 0.25 s; in whole ticks of 10 Hz it acts for 0.3 s'
+    )
+
+
 numbers = st.floats(allow_nan=False, allow_infinity=False)
 torques = st.floats(-MOST_TORQUE, MOST_TORQUE)
 ticks = st.integers(0, 10**12)
@@ -127,7 +166,13 @@ def test_what_is_written_is_read(happened):
         ('- {tick: 3, reset: false}', 'reset is false; it must be true'),
         ('- {tick: 3, torque: [0, 0]}', 'torque is [0, 0]; it must be a list of 3 numbers N m'),
         ('- {tick: 3, torque: [0, 0, .inf]}', 'torque is [0, 0, inf]'),
-        ('- {tick: 3, torque: [0, 0, 1], until_tick: 3}', 'until_tick is 3; it must be after'),
+        ('- {tick: 3, torque: [0, 0, 1], until_tick: 3}', 'is 3; it must be after tick, 3'),
+        (
+            '- {at_s: 2.02, torque: [0, 0, 1], until_s: 2.05}',
+            'until_s is 2.05 and at_s 2.02: both fall on tick 21 (2.1 s)',
+        ),
+        ('- {at_s: 2.08, torque: [0, 0, 1], until_s: 2.03}', 'it must be after at_s, 2.08'),
+        (f'- {{tick: {10**400}, reset: true}}', 'it must be an integer at least 0 and at most'),
         ('- {tick: 3, magnetorquer: [0, 0]}', 'magnetorquer is [0, 0]; it must be a list of 3 nu'),
         ('- {tick: 3, magnetorquer: [0, 0, .nan]}', 'magnetorquer is [0, 0, nan]'),
         ('- {tick: 3, reset: true, until_tick: 9}', 'reset does not end'),

@@ -20,6 +20,7 @@ from ..run.events import DipoleCommand, Event, RotorLimited
 from ..run.samples import Samples
 from ..run.simulation import Simulation
 from .inputs import InputCounts
+from .lateness import LATE_PART, Pace
 from .pacing import Pacing
 from .publishing import STEADY, qos_profile
 
@@ -34,8 +35,6 @@ _WALL = Clock(clock_type=ClockType.SYSTEM_TIME)
 # A hundred orbits drift by some 200 tolerances; far more means that something is wrong.
 _WARN_TOLERANCES, _ERROR_TOLERANCES = 1e4, 1e7
 _LARGEST_WARN, _LARGEST_ERROR = 1e-3, 1e-1
-# This share of a report's ticks may be more than their period behind the deadline.
-_LATE_PART = 0.05
 # A queue so full is about to make ticks late.
 _HIGH_LOAD = 0.5
 
@@ -113,10 +112,15 @@ class PropagationReport:
 
 
 class PacingReport:
-    """How punctual the ticks are."""
+    """
+    How punctual the ticks are.
 
-    def __init__(self, pacing: Pacing, rate_hz: float):
-        self._pacing, self._rate_hz = pacing, rate_hz
+    warn(sentence): called when the factor that is asked for is not reached, see Pace.
+    """
+
+    def __init__(self, pacing: Pacing, rate_hz: float, warn: Callable[[str], object]):
+        self._pacing, self._rate_hz, self._warn = pacing, rate_hz, warn
+        self._pace = Pace(rate_hz)
         self._late_ticks = 0
         self._since_tick, self._since_s = pacing.tick, time.monotonic()
 
@@ -124,9 +128,13 @@ class PacingReport:
         """Return the state of the pacing since the last call."""
         pacing = self._pacing
         counted, tick, now_s = pacing.take_punctuality(), pacing.tick, time.monotonic()
-        passed = tick - self._since_tick
-        reached = passed / self._rate_hz / (now_s - self._since_s)
+        passed, duration_s = tick - self._since_tick, now_s - self._since_s
+        reached = passed / self._rate_hz / duration_s
         self._since_tick, self._since_s = tick, now_s
+        has_pace = pacing.is_alive and not (pacing.is_paused or pacing.halted)
+        factor = pacing.factor if has_pace else 0.0
+        if sentence := self._pace.take(factor, passed, counted, duration_s):
+            self._warn(sentence)
         self._late_ticks += counted.late_ticks
         values = {
             'tick': tick,
@@ -145,7 +153,7 @@ class PacingReport:
             return ERROR, f'halted after tick {tick}: {pacing.halted}', values
         if pacing.is_paused:
             return OK, f'paused after tick {tick}', values
-        if counted.restarts or counted.late_ticks > _LATE_PART * passed:
+        if counted.restarts or counted.late_ticks > LATE_PART * passed:
             text = f'{counted.late_ticks} ticks came late, the factor reached is {reached:.4g}'
             return WARN, text, values
         return OK, f'the factor reached is {reached:.4g}', values

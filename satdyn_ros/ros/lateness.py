@@ -1,6 +1,7 @@
-"""How late ticks come: a histogram, and its percentiles."""
+"""How late ticks come: a histogram, its percentiles, and whether their pace is kept."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -9,6 +10,70 @@ _BINS_PER_DECADE, _DECADES = 20, 7
 _EDGES_NS = 1e3 * 10.0 ** (np.arange(_DECADES * _BINS_PER_DECADE + 1) / _BINS_PER_DECADE)
 
 _PERCENT = (50.0, 99.0, 99.9)
+
+
+# This share of the ticks may be more than their period behind the deadline.
+LATE_PART = 0.05
+# A pace is judged over this time, or over some ticks; what is missing from it may be jitter.
+_JUDGED_S, _JUDGED_TICKS, _LEAST_PART = 3.5, 2, 0.98
+
+
+@dataclass
+class Punctuality:
+    """Ticks published later than one period; the largest lag; resets of the deadlines."""
+
+    late_ticks: int = 0
+    largest_lag_ns: float = 0.0
+    restarts: int = 0
+
+
+class Pace:
+    """
+    Whether the factor that is asked for is reached, judged every few seconds.
+
+    One that is not is told once, until it is reached again or another one is asked for.
+    """
+
+    def __init__(self, rate_hz: float):
+        self._rate_hz = rate_hz
+        self._factor = 0.0
+        self._is_told = False
+        self._begin()
+
+    def take(
+        self, factor: float, ticks: int, counted: Punctuality, duration_s: float
+    ) -> str | None:
+        """
+        Process what was counted in the time since the last call; return what is to be told of it.
+
+        factor: what is asked for; 0: nothing is, or the ticks pause.
+        """
+        if factor != self._factor:
+            # Both have a part in this time.
+            self._factor, self._is_told = factor, False
+            self._begin()
+            return None
+        self._ticks += ticks
+        self._late_ticks += counted.late_ticks
+        self._restarts += counted.restarts
+        self._duration_s += duration_s
+        due = self._duration_s * self._rate_hz * factor
+        if self._duration_s < _JUDGED_S or due < _JUDGED_TICKS:
+            return None
+        is_late = self._restarts or self._late_ticks > LATE_PART * self._ticks or self._ticks == 0
+        is_missed = bool(is_late) and self._ticks < _LEAST_PART * due
+        sentence = (
+            f'the factor reached is {factor * self._ticks / due:.4g} and time.factor is '
+            f'{factor:g}: of {self._ticks} ticks in {self._duration_s:.1f} s '
+            f'{self._late_ticks} came late'
+        )
+        is_new, self._is_told = is_missed and not self._is_told, is_missed
+        self._begin()
+        return sentence if is_new else None
+
+    def _begin(self):
+        self._ticks = self._late_ticks = self._restarts = 0
+        self._duration_s = 0.0
 
 
 class Lateness:

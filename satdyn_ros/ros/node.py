@@ -169,7 +169,7 @@ class SatdynNode(rclpy.node.Node):
             self,
             {
                 'propagation': self._propagation,
-                'pacing': PacingReport(self._pacing, float(scenario.rate)),
+                'pacing': PacingReport(self._pacing, float(scenario.rate), warn),
                 'recorder': lambda: recorder_report(self._recorder),
                 'inputs': self._inputs_report,
                 'connections': lambda: connections_report(

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from threading import Condition, RLock, Thread
 from typing import Protocol, TypeVar
 
@@ -11,7 +11,7 @@ from ..base.nanoseconds import SECOND_NS
 from ..run.events import Event
 from ..run.samples import Samples
 from ..run.simulation import Simulation
-from .lateness import Lateness
+from .lateness import Lateness, Punctuality
 from .realtime import GARBAGE
 
 # Ticks are computed ahead for this time at most: what was published reaches the recorder soon.
@@ -45,15 +45,6 @@ class BlockListener(Protocol[_Messages]):
         self, happened: list[Event], samples: Samples, messages: _Messages, count: int
     ) -> None:
         """Handle what happened at the first tick, and that `count` ticks were published."""
-
-
-@dataclass
-class Punctuality:
-    """Ticks published later than one period; the largest lag; resets of the deadlines."""
-
-    late_ticks: int = 0
-    largest_lag_ns: float = 0.0
-    restarts: int = 0
 
 
 class Pacing:

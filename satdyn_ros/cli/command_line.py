@@ -222,9 +222,10 @@ drawn:
   geodetic       the ground track on a map, drawn too where geodetic is published, with UTC below
                  the time; dashed in the umbra where environment.sun is given
 
-Applied torques are shaded; requests and resets are marked by a line.  Where a curve goes up and
-down within a few pixels, or the body turns more than a quarter turn between two points, a band
-from least to most and the mean replace the line."""
+Applied torques are shaded; a line marks a request or a reset, a dash at the upper edge a rotor
+that meets its max_torque or max_speed.  Where a curve goes up and down within a few pixels, or the
+body turns more than a quarter turn between two points, a band from least to most and the mean
+replace the line."""
 
 
 def _add_bag_commands(command):

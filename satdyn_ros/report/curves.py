@@ -93,19 +93,18 @@ class Bounds:
 
     The mean of roll, pitch and yaw is that of directions; nan: there are too many.
 
+    row_ticks (N,): the first tick of each row, which lasts up to the next one's.
     topics: those whose quantities are among the curves.
     """
 
-    def __init__(
-        self, first_tick: int, rows: int, every: int, tick_s: float, topics: Iterable[Topic]
-    ):
-        self._first_tick, self._rows, self._every, self._tick_s = first_tick, rows, every, tick_s
+    def __init__(self, row_ticks: np.ndarray, tick_s: float, topics: Iterable[Topic]):
+        self._row_ticks, self._rows, self._tick_s = row_ticks, len(row_ticks), tick_s
         self._topics = tuple(topics)
-        self.turned = np.zeros(rows)
+        self.turned = np.zeros(self._rows)
         self.least: dict[str, np.ndarray] = {}
         self.most: dict[str, np.ndarray] = {}
         self._sums: dict[str, np.ndarray] = {}
-        self._counts = np.zeros(rows)
+        self._counts = np.zeros(self._rows)
         self._waiting: list[Samples] = []
 
     def take(self, samples: Samples) -> None:
@@ -119,8 +118,9 @@ class Bounds:
         if not self._waiting:
             return
         samples, self._waiting = merged(self._waiting), []
-        tick = samples.first_tick - self._first_tick + np.arange(len(samples))
-        row, begins = np.unique(tick // self._every, return_index=True)
+        tick = samples.first_tick + np.arange(len(samples))
+        row_of_tick = np.searchsorted(self._row_ticks, tick, side='right') - 1
+        row, begins = np.unique(row_of_tick, return_index=True)
         rate = np.linalg.norm(samples.states.omega_bi_b, axis=-1)
         self.turned[row] += np.add.reduceat(rate, begins) * self._tick_s
         self._counts[row] += np.diff(begins, append=len(samples))

@@ -33,8 +33,8 @@ def ground_track(axes: 'Axes', history: History) -> None:
             line = np.where(hidden[:, None], np.nan, track)
             axes.plot(*line.T, style, color='#D55E00', lw=1.4, label=label)
     for row, mark, name in ((0, 'o', 'from'), (-1, 's', 'to')):
-        when = np.datetime64(_utc_ns(history, history.t_s[row]), 'ns').astype('datetime64[s]')
-        label = f'{name} {str(when).replace("T", " ")} UTC'
+        when = np.datetime64(_utc_ns(history, history.t_s[row]), 'ns').astype('datetime64[ms]')
+        label = f'{name} {str(when).replace("T", " ").removesuffix(".000")} UTC'
         axes.plot(*places[row], mark, color='0.15', mfc='w', ms=6, ls='none', label=label)
     axes.set(
         xlim=(-180.0, 180.0),

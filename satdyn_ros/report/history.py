@@ -13,7 +13,7 @@ from ..bag.read_run import RecordedRun
 from ..dynamics.motion import Motion, States, joined
 from ..dynamics.torque import angular_momentum
 from ..run.drift import Drift
-from ..run.events import Event
+from ..run.events import Event, RotorLimited
 from ..run.samples import Samples, merged
 from ..run.scenario import Scenario
 from ..run.simulation import Simulation
@@ -25,6 +25,9 @@ from .sensor_errors import ErrorsOfSensors, SensorErrors
 # A controller may begin one at each tick.
 MOST_MOTIONS = 200
 
+# Instants are told apart on a time axis that is this many times longer than what is between them.
+_TOLD_APART = 500
+
 # A line between two rows cannot follow a body that turns further from one to the next [rad].
 LARGEST_TURN = np.pi / 2.0
 
@@ -32,7 +35,7 @@ LARGEST_TURN = np.pi / 2.0
 @dataclass(frozen=True, eq=False)
 class History:
     """
-    The run in a bag, or a part of it, at some ticks, N of them, evenly spread.
+    The run in a bag, or a part of it, at some ticks, N of them, evenly spread, and the last one.
 
     ticks: how many there are in all; row i stands for those from its own up to the next row's.
     t_s (N,): seconds from tick 0.  states: their table, which refers to the orbit; q_lb (N, 4) is
@@ -77,17 +80,28 @@ class History:
 
     @property
     def span_s(self) -> float:
-        """Return the time [s] from the first tick to the last, perhaps after the last row."""
+        """Return the time [s] from the first tick to the last."""
         return (self.ticks - 1) / float(self.scenario.rate)
 
     @property
     def window_s(self) -> float:
         """Return how long a window [s] may be for as many rows to follow the body."""
-        every = -(-self.ticks // len(self.t_s))
+        rate = float(self.scenario.rate)
+        every = round(np.diff(self.t_s).max(initial=0.0) * rate) or 1
         turn_per_tick = self.turned.max() / every
         # The average over a long row hides how fast the body turns during some of its ticks.
         suitable = int(0.9 * LARGEST_TURN / turn_per_tick) if turn_per_tick > 0.0 else every
-        return len(self.t_s) * max(suitable, 1) / float(self.scenario.rate)
+        return max(len(self.t_s) - 1, 1) * max(suitable, 1) / rate
+
+    @property
+    def limited(self) -> list[tuple[float, float]]:
+        """Return the intervals [s] in which rotors meet a limit; what looks like one is one."""
+        intervals: list[tuple[float, float]] = []
+        for t_s in sorted({t_s for t_s, event in self.events if isinstance(event, RotorLimited)}):
+            is_near = intervals and t_s - intervals[-1][1] <= self.span_s / _TOLD_APART
+            begin_s = intervals.pop()[0] if is_near else t_s
+            intervals.append((begin_s, t_s))
+        return intervals
 
 
 def history(
@@ -97,7 +111,7 @@ def history(
     end_s: float | None = None,
 ) -> History:
     """
-    Return the history of a bag in at most `rows` rows.
+    Return the history of a bag in at most `rows` rows, and one of the last tick.
 
     begin_s, end_s: the ticks k with begin_s <= k / rate <= end_s alone, counted from tick 0.
     ValueError: the bag was not written by satdyn_ros, or has no ticks there.
@@ -108,10 +122,11 @@ def history(
     simulation = run.simulation()
     first, end = _window(run, simulation.next_tick, run.last_tick() + 1, begin_s, end_s)
     every = -(-(end - first) // rows)
+    row_ticks = np.unique([*range(first, end, every), end - 1])
     with_panels = topics_with_panels(run.scenario)
     topics = [*with_panels, *place_topics(run.scenario)]
     tick_s = 1.0 / float(run.ticks.rate)
-    bounds = Bounds(first, -(-(end - first) // every), every, tick_s, with_panels)
+    bounds = Bounds(row_ticks, tick_s, with_panels)
     sensors = ErrorsOfSensors(simulation.sensors, run.ticks, range(first, end), rows)
     tables, quantities, applied_torques, dipoles, momenta, drifts = [], [], [], [], [], []
     events: list[tuple[float, Event]] = []
@@ -141,7 +156,8 @@ def history(
         largest |= {name: max(largest.get(name, 0.0), value) for name, value in so_far.items()}
         bounds.take(samples)
         # Numbers, not a slice: a view would keep all rows of the block in memory.
-        chosen = np.arange((first - samples.first_tick) % every, len(samples), every)
+        begin, stop = np.searchsorted(row_ticks, [start, start + len(samples)])
+        chosen = row_ticks[begin:stop] - start
         if len(chosen) == 0:
             continue
         table = states.rows(chosen)

@@ -14,7 +14,7 @@ import numpy as np
 from .. import __version__
 from ..integrate.propagation import Propagation
 from ..kernel import rotation
-from ..run.events import Request, Reset, Topics, to_yaml
+from ..run.events import Request, Reset, RotorLimited, Topics, to_yaml
 from ..run.scenario import Scenario
 from .history import History, history
 from .scene import of_history, table
@@ -97,10 +97,11 @@ def playable(run: History) -> dict[str, Any]:
 
     description and table: see scene.py.  bands: the rows in which the body turns too far for a
     line, and tables of least, most and mean; null where there are none.  marks: events
-    (t_s, kind 'restart' or 'change') and driven intervals (from, to) [s].  notice: what the
-    3-D view cannot show, or ''.  sensors: by their names a table of t_s, error and systematic, and
-    sigma, see sensor_errors.py, with unit and per_si of the chart, see Sensor, and largest, of the
-    sensors of its kind, or null where it is the only one.
+    (t_s, kind 'restart' or 'change') and intervals (from, to) [s]: driven, and limited, in which
+    rotors meet a limit.  notice: what the 3-D view cannot show, or ''.  sensors: by their names a
+    table of t_s, error and systematic, and sigma, see sensor_errors.py, with unit and per_si of
+    the chart, see Sensor, and largest, of the sensors of its kind, or null where it is the only
+    one.
     """
     description, rows = of_history(run)
     far = np.flatnonzero(run.turns_too_far)
@@ -111,7 +112,7 @@ def playable(run: History) -> dict[str, Any]:
         | {name: table(getattr(run, name)) for name in ('least', 'most', 'mean')}
         if len(far)
         else None,
-        'marks': {'events': _marks(run), 'driven': run.driven},
+        'marks': {'events': _marks(run), 'driven': run.driven, 'limited': run.limited},
         'notice': _notice(run),
         'sensors': {name: _errors(name, run.sensors) for name in run.sensors},
     }
@@ -153,7 +154,7 @@ def _notice(run):
     if not np.any(run.turns_too_far):
         return ''
     largest = np.degrees(run.turned.max())
-    row_s = float(run.t_s[-1] - run.t_s[0]) / max(len(run.t_s) - 1, 1)
+    row_s = float(np.diff(run.t_s).max(initial=0.0))
     between = f'The body turns up to {largest:.0f} deg between rows {row_s:.3g} s apart'
     if len(run.t_s) == run.ticks:
         return f'{between}, which the ticks do not resolve: publish.rate is too low to play it.'
@@ -181,6 +182,17 @@ def _discrete(run):
             yield t_s, event
 
 
+def _limits(run):
+    """Yield of each limit that a rotor meets the first time and a sentence."""
+    times: dict[tuple[str, str], list[float]] = {}
+    for t_s, event in run.events:
+        if isinstance(event, RotorLimited):
+            times.setdefault((event.rotor, event.limit), []).append(t_s)
+    for (rotor, limit), found in times.items():
+        count = f'{len(found)} times until {found[-1]:.9g} s' if found[1:] else 'once'
+        yield found[0], f'{rotor} meets its {limit}, {count}'
+
+
 def _integrals(run):
     return [(name.replace('_', ' '), f'{drift:.2e}') for name, drift in run.largest_drift.items()]
 
@@ -205,11 +217,17 @@ def _closed_forms(run):
 
 
 def _events(run: History) -> Iterator[tuple[str, str]]:
-    """Yield what happened: restarts and changes one by one, torques as intervals."""
-    happened = sorted([*_discrete(run), *run.driven], key=itemgetter(0))
+    """
+    Yield what happened: restarts and changes one by one, torques as intervals.
+
+    Of the limits that rotors meet, the first time and how often.
+    """
+    happened = sorted([*_discrete(run), *run.driven, *_limits(run)], key=itemgetter(0))
     for t_s, what in happened[:_LISTED_EVENTS]:
         if isinstance(what, float):
             yield f'{t_s:.9g}', f'applied torque until {what:.9g} s'
+        elif isinstance(what, str):
+            yield f'{t_s:.9g}', what
         else:
             yield f'{t_s:.9g}', to_yaml([what]).strip().removeprefix('- ')
     if len(happened) > _LISTED_EVENTS:

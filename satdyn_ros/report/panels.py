@@ -26,6 +26,8 @@ _LEAST_SHOWN = 2e-16
 _ROUNDING = 1e-9
 # An axis for several sensors is longer than the largest error by so much.
 _ROOM = 1.06
+# Across a panel, from below: where limits are marked.
+_EDGE = (0.95, 1.0, 1.0, 0.95)
 # Along the time: a line that goes up and down within 8 of some 1050 pixels fills them.
 _STEPS = 130
 _ABOVE = {
@@ -229,7 +231,11 @@ TIME_PANELS = {
 
 
 def events(axes: 'Axes', history: History) -> None:
-    """Mark requests and resets by a line, and shade where an applied torque acts."""
+    """
+    Mark requests and resets by a line, and shade where an applied torque acts.
+
+    Along the upper edge it is marked where a rotor meets a limit of torque or speed.
+    """
     from matplotlib.collections import LineCollection, PolyCollection
 
     seconds, _ = time_unit(history)
@@ -237,13 +243,18 @@ def events(axes: 'Axes', history: History) -> None:
     restarts = {t_s for t_s, event in history.events if isinstance(event, Request | Reset)}
     spans = [[(begin, 0), (begin, 1), (end, 1), (end, 0)] for begin, end in driven]
     lines = [[(t_s / seconds, 0), (t_s / seconds, 1)] for t_s in sorted(restarts)]
+    limits = [
+        [(x, y) for x, y in zip(np.divide([a, a, b, b], seconds), _EDGE, strict=True)]
+        for a, b in history.limited
+    ]
     across = axes.get_xaxis_transform()
     # A collection draws thousands in the time of a few single lines.
     shades = PolyCollection(spans, transform=across, color=COLOURS[3], alpha=0.15, lw=0.0)
     marks = LineCollection(
         lines, transform=across, color='0.35', alpha=0.7, linewidths=1.2, zorder=0
     )
-    for parts, collection in ((spans, shades), (lines, marks)):
+    edge = PolyCollection(limits, transform=across, color=COLOURS[1], linewidths=1.2)
+    for parts, collection in ((spans, shades), (lines, marks), (limits, edge)):
         if parts:
             axes.add_collection(collection, autolim=False)
 

@@ -11,7 +11,7 @@ from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.kernel import rotation
 from satdyn_ros.report.history import history
 from satdyn_ros.report.html import TABLE_ROWS, playable, report
-from satdyn_ros.run.events import Request, Reset, Torque
+from satdyn_ros.run.events import Request, Reset, RotorCommand, Torque
 from satdyn_ros.run.scenario import Scenario
 
 EVENTS = [
@@ -71,7 +71,7 @@ def test_page_needs_nothing_else(page):
     text = page.read_text()
     assert page.stat().st_size < 10e6
     # From the first tick to the last, whichever rows are drawn.
-    assert '500000 ticks at 50 Hz, 9999.98 s; 15625 of them are drawn' in text
+    assert '500000 ticks at 50 Hz, 9999.98 s; 15626 of them are drawn' in text
     assert not re.findall(r'<(?:script|link|img)[^>]+(?:src|href)="(?!data:)', text)
     assert 'jacobi' in text
     assert 'no closed form' in text
@@ -148,6 +148,34 @@ def test_what_happens_at_one_instant_has_one_mark(folder):
     text = (folder / 'resets.html').read_text()
     assert text.count('reset: true') == 200
     assert '<td>800 more</td>' in text
+
+
+def test_limits_of_rotors_are_marked_and_told(folder, browser):
+    """
+    By hand: 2 N m are cut to 1 N m at 10 s, which bring 0.5 kg m^2 from 10 to 20 rad/s in 5 s.
+
+    That is recorded at the first tick after it.  The charts have it at their upper edge.
+    """
+    wheel = {'mode': 'motor', 'axis': [0.0, 1.0, 0.0], 'inertia': 0.5, 'speed': 10.0}
+    path = bag(
+        folder / 'limited',
+        100,
+        {
+            'publish': {'rate': 1.0, 'topics': ['attitude']},
+            'body': {'inertia': [1e6, 1e6, 1e6]},
+            'rotor': {**wheel, 'max_torque': 1.0, 'max_speed': 20.0},
+        },
+        [RotorCommand(k, {'rotor': 2.0}) for k in (10, 11, 90)],
+    )
+    report(path, folder / 'limited.html')
+    text = (folder / 'limited.html').read_text()
+    assert '<td>10</td><td>rotor meets its max_torque, 3 times until 90 s</td>' in text
+    (met_s,) = re.findall(r'<td>(\d+)</td><td>rotor meets its max_speed', text)
+    assert met_s in ('15', '16')
+    opened(browser, folder / 'limited.html')
+    marks = browser.find_elements('css selector', '.marks i.limited')
+    assert len(marks) == len(playable(history(path, TABLE_ROWS))['marks']['limited']) > 2
+    assert pages.errors(browser) == []
 
 
 def test_pixels_are_sharp_where_they_are_slow(page, browser):

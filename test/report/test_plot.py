@@ -14,7 +14,7 @@ from satdyn_ros.report import panels
 from satdyn_ros.report.envelope import envelope
 from satdyn_ros.report.history import history
 from satdyn_ros.report.plot import PANELS, draw, plot
-from satdyn_ros.run.events import Request, Reset, Torque
+from satdyn_ros.run.events import Request, Reset, RotorCommand, Torque
 from satdyn_ros.run.scenario import Scenario
 
 matplotlib = pytest.importorskip('matplotlib')
@@ -39,13 +39,15 @@ def bag(tmp_path_factory):
 
 
 def test_history_thins_the_rows_not_the_numbers(bag):
-    """A row in ten keeps the states' bits and the drift of all ticks."""
+    """A row in ten, and the last, keep the states' bits and the drift of all ticks."""
     every, tenth = history(bag, 12000), history(bag, 1200)
-    assert (len(every.t_s), len(tenth.t_s)) == (12000, 1200)
-    np.testing.assert_array_equal(tenth.states.q_ib, every.states.q_ib[::10])
+    assert len(every.t_s) == 12000
+    chosen = [*range(0, 12000, 10), 11999]
+    np.testing.assert_array_equal(tenth.t_s, chosen)
+    np.testing.assert_array_equal(tenth.states.q_ib, every.states.q_ib[chosen])
     assert tenth.largest_drift == every.largest_drift
     for name, values in tenth.drift.items():
-        np.testing.assert_array_equal(values, every.drift[name][::10])
+        np.testing.assert_array_equal(values, every.drift[name][chosen])
     # The motion of the request begins with no drift.
     assert every.drift['jacobi'][6000] == 0.0
     assert [t_s for t_s, _ in every.events] == [6000.0]
@@ -108,24 +110,29 @@ def test_angles_have_gaps_where_they_wrap(bag):
     np.testing.assert_allclose(np.asarray(counted), np.degrees(0.01 * run.t_s), atol=1e-9)
 
 
+def reduced(ufunc, values):
+    """Return what a function makes of the values of 12000 ticks in rows of ten, and the last."""
+    return ufunc.reduceat(values, [*range(0, 12000, 10), 11999])
+
+
 def test_bounds_hold_all_ticks(bag):
     """A row stands for the least and the most of every tick up to the next row."""
     every, tenth = history(bag, 12000), history(bag, 1200)
     for name in ('attitude', 'rate', 'gravity_gradient', 'rotor_speed'):
-        ticks = every.least[name].reshape(1200, 10, -1)
-        np.testing.assert_array_equal(tenth.least[name], ticks.min(axis=1))
-        np.testing.assert_array_equal(tenth.most[name], ticks.max(axis=1))
-    omega = np.linalg.norm(every.states.omega_bi_b, axis=-1).reshape(1200, 10)
-    np.testing.assert_allclose(tenth.turned, omega.sum(axis=1), rtol=1e-12)
+        np.testing.assert_array_equal(tenth.least[name], reduced(np.minimum, every.least[name]))
+        np.testing.assert_array_equal(tenth.most[name], reduced(np.maximum, every.most[name]))
+    omega = np.linalg.norm(every.states.omega_bi_b, axis=-1)
+    np.testing.assert_allclose(tenth.turned, reduced(np.add, omega), rtol=1e-12)
 
 
 def test_mean_is_that_of_all_ticks(bag):
     """Each row has the mean of every tick up to the next; of angles, of their directions."""
     every, tenth = history(bag, 12000), history(bag, 1200)
+    counts = reduced(np.add, np.ones(12000))[:, None]
     for name in ('rate', 'gravity_gradient', 'rotor_speed', 'nadir'):
-        ticks = every.mean[name].reshape(1200, 10, -1)
-        np.testing.assert_allclose(tenth.mean[name], ticks.mean(axis=1), rtol=1e-12, atol=1e-15)
-    directions = np.exp(1j * every.mean['attitude']).reshape(1200, 10, -1).mean(axis=1)
+        mean = reduced(np.add, every.mean[name]) / counts
+        np.testing.assert_allclose(tenth.mean[name], mean, rtol=1e-12, atol=1e-15)
+    directions = reduced(np.add, np.exp(1j * every.mean['attitude']))
     np.testing.assert_allclose(tenth.mean['attitude'], np.angle(directions), atol=1e-12)
 
 
@@ -218,6 +225,42 @@ def test_thousands_of_restarts_are_one_mark_each(bag):
         pass
     (marks,) = draw(history(path), ['rates']).axes[0].collections
     assert len(segments(marks)) == 100
+
+
+@pytest.mark.parametrize('rows', [1, 7, 100, 4000])
+def test_a_figure_ends_at_the_last_tick(bag, rows):
+    """Whatever the rows: from 3 s to 1234 s of 1 Hz the axis, the curves and the span do."""
+    run = history(bag, rows, 3.0, 1234.0)
+    assert (run.t_s[0], run.t_s[-1], run.span_s) == (3.0, 1234.0, 1231.0)
+    axes = draw(run, ['rates']).axes[0]
+    seconds, _ = panels.time_unit(run)
+    assert axes.get_xlim() == (3.0 / seconds, 1234.0 / seconds)
+    assert axes.get_lines()[0].get_xdata()[-1] == 1234.0 / seconds
+
+
+def test_where_a_rotor_meets_its_limits_is_marked(bag):
+    """
+    By hand: 2 N m are cut to 1 N m at 10 s, which bring 0.5 kg m^2 from 10 to 20 rad/s in 5 s.
+
+    That is recorded at the first tick after it.  Instants closer than a pixel or so are one mark.
+    """
+    wheel = {'rotor.inertia': 0.5, 'rotor.max_torque': 1.0, 'rotor.max_speed': 20.0}
+    body = {'body.inertia': [1e6, 1e6, 1e6], 'torque.timeout': 0.0}
+    scenario = SCENARIO.with_values({'rotor.mode': 'motor', 'rotor.axis': [0.0, 1.0, 0.0]} | wheel)
+    path = bag.parent / 'limited'
+    stream = [RotorCommand(k, {'rotor': 2.0}) for k in (10, *range(600, 700))]
+    for _ in simulate(scenario.with_values(body), 1200, path, stream):
+        pass
+    run = history(path)
+    (first, speed, again) = run.limited
+    assert first == (10.0, 10.0)
+    assert speed[0] == speed[1]
+    assert speed[0] in (15.0, 16.0)
+    assert again == (600.0, 699.0)
+    edge = draw(run, ['rates']).axes[0].collections[-1]
+    seconds, _ = panels.time_unit(run)
+    spans = [path.get_extents().intervalx * seconds for path in edge.get_paths()]
+    np.testing.assert_allclose(spans, run.limited)
 
 
 def test_a_part_is_drawn(bag):

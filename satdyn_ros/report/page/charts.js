@@ -107,10 +107,10 @@ class Errors {
 }
 
 class Charts {
-  // seek(time): called where a chart is clicked.  marks: {events: [{t_s, kind}], driven: [[a, b]]}.
+  // seek(time): called where a chart is clicked.  marks: {events: [{t_s, kind}], driven: [[a, b]], limited: [[a, b]]}.
   // zoomed(from, to), where set: called when another part of the time is chosen.
   constructor(box, seek) {
-    Object.assign(this, { box, seek, marks: { events: [], driven: [] }, charts: [], angles: 'attitude' });
+    Object.assign(this, { box, seek, marks: { events: [], driven: [], limited: [] }, charts: [], angles: 'attitude' });
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => {
       this.charts.forEach(({ plot }) => plot.redraw(false));
     });
@@ -367,6 +367,11 @@ class Charts {
     context.save();
     context.fillStyle = colour('--driven')();
     for (const [begin, end] of this.marks.driven) context.fillRect(at(begin), top, Math.max(at(end) - at(begin), 1), height);
+    context.fillStyle = colour('--bad')();
+    for (const [begin, end] of this.marks.limited) {
+      if (end < plot.scales.x.min || begin > plot.scales.x.max) continue;
+      context.fillRect(at(begin), top, Math.max(at(end) - at(begin), 2 * devicePixelRatio), 4 * devicePixelRatio);
+    }
     for (const { t_s: time, kind } of this.marks.events) {
       if (time < plot.scales.x.min || time > plot.scales.x.max) continue;
       context.fillStyle = colour(kind === 'restart' ? '--restart' : '--text-quiet')();

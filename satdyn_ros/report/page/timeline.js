@@ -26,11 +26,13 @@ class Timeline {
   }
 
   // Take a run: its begin and end [s], and its marks as in charts.js.
-  take(begin, end, { events, driven }) {
+  take(begin, end, { events, driven, limited }) {
     Object.assign(this, { begin, end, span: Math.max(end - begin, 1e-9) });
     const part = (time) => `${(100 * (time - begin)) / this.span}%`;
+    const stretch = (kind) => ([from, to]) => Timeline._mark(kind, part(from), `${(100 * (to - from)) / this.span}%`);
     this.marks.replaceChildren(
-      ...driven.map(([from, to]) => Timeline._mark('driven', part(from), `${(100 * (to - from)) / this.span}%`)),
+      ...driven.map(stretch('driven')),
+      ...limited.map(stretch('limited')),
       ...events.map(({ t_s: time, kind }) => Timeline._mark(kind, part(time))),
     );
     // By default a run plays in about half a minute.

@@ -19,6 +19,7 @@ from rclpy.validate_full_topic_name import validate_full_topic_name
 from std_srvs.srv import SetBool, Trigger
 
 from ..base import ros_yaml
+from .other_users import unreached
 
 _LONGEST_S = 1e6
 # Between two checks for an answer, so that Ctrl-C is handled; and until it is asked for again.
@@ -171,7 +172,9 @@ class Client:
 
     def _check(self, deadline_s):
         if self._is_over(deadline_s):
-            raise TimeoutError(f'{self._name} did not answer within {self._timeout_s:g} s')
+            raise TimeoutError(
+                f'{self._name} did not answer within {self._timeout_s:g} s{unreached()}'
+            )
 
     def _is_over(self, deadline_s):
         return self._given_up.is_set() or time.monotonic() > deadline_s

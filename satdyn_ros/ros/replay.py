@@ -17,6 +17,7 @@ from rosgraph_msgs.msg import Clock
 from ..bag.playback import Playback
 from ..base.nanoseconds import SECOND_NS
 from ..messages import qos
+from .other_users import unreached
 from .publishing import message_class, qos_profile
 
 _LOOK_S = 0.05
@@ -61,8 +62,9 @@ def replay(
         count = _play(bag, from_ns, rate, publishers, clock)
         while loop:
             count += _play(bag, from_ns, rate, publishers, clock)
-        for publisher in publishers.values():
-            publisher.wait_for_all_acked(_ACKNOWLEDGED)
+        for name, publisher in publishers.items():
+            if not publisher.wait_for_all_acked(_ACKNOWLEDGED):
+                print(f'{name}: a subscriber did not take all{unreached()}', file=sys.stderr)
         return count
     finally:
         node.destroy_node()

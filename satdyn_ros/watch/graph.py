@@ -22,6 +22,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from ..report import html
 from ..ros.client import Answer, Client
+from ..ros.other_users import unreached
 from ..run.scenario import Scenario
 from ..torques.body_torque import BodyTorque
 from .globe import ALL, Globe
@@ -142,7 +143,7 @@ class Graph:
             with Client(name, left_s, self._ended) as client:
                 return act(client)
         except TimeoutError:
-            return late
+            return late._replace(text=late.text + unreached())
         except TypeError as error:
             return Answer(False, str(error))
 

@@ -7,6 +7,7 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray
 
 from ..report import scene
+from ..ros.other_users import unreached
 from ..run.scenario import Scenario
 from .listener import Listener, parts
 from .reports import Reports
@@ -157,6 +158,8 @@ class Satellite(View):
                 'paused since before this page: a node publishes at its ticks alone, so Step or '
                 'Resume shows its state'
             )
+        if not self._reports.is_there and (why := unreached()):
+            missing.append(f'nothing comes from {self.name}{why}')
         topics = self._topics
         if not ('odometry' in topics or 'imu' in topics):
             lacking = [name for name in ('attitude', 'angular_velocity') if name not in topics]

@@ -235,7 +235,7 @@ def test_a_figure_ends_at_the_last_tick(bag, rows):
     axes = draw(run, ['rates']).axes[0]
     seconds, _ = panels.time_unit(run)
     assert axes.get_xlim() == (3.0 / seconds, 1234.0 / seconds)
-    assert axes.get_lines()[0].get_xdata()[-1] == 1234.0 / seconds
+    assert np.asarray(axes.get_lines()[0].get_xdata())[-1] == 1234.0 / seconds
 
 
 def test_where_a_rotor_meets_its_limits_is_marked(bag):

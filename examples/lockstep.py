@@ -6,8 +6,8 @@ Run it beside a node that stays at tick 0:
     python examples/lockstep.py --ticks 500
 A loop over topics includes the delays of the machine.  Here the satellite waits: each pass
 receives the sample of the last tick, sends the torque for the next one, and requests a step, whose
-reply comes when the tick has passed.  The same start gives the same bytes, however busy the
-machine is.
+reply comes when the tick has passed.  The same start gives the same messages, byte for byte,
+however busy the machine is.
 """
 
 import argparse

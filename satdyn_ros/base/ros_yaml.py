@@ -6,6 +6,7 @@ counted with all that they stand for, have limits that are checked before anythi
 they allow is read within a second.
 """
 
+import json
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -27,6 +28,13 @@ _TOO_DEEP = f'is nested deeper than the {DEEPEST} levels allowed'
 _OWN_LIMIT = 'exceeded maximum nesting depth'
 # Of an unquoted text, which may be a number: 1:1:1 is one to the base of sixty.
 LONGEST_PLAIN = 1000
+# A text in a bag may have one value for so many bytes of the bag: what rosbag2 says of a topic or
+# a file has more for each.
+_BYTES_A_VALUE = 20
+# What YAML has in double quotes alone, escaped: what it does not take, or takes for a line break.
+TO_ESCAPE = re.compile(
+    '[^\t\n\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]'
+)
 
 
 def read_text(path: str | Path, what: str) -> str:
@@ -43,14 +51,28 @@ def read_text(path: str | Path, what: str) -> str:
     return text
 
 
-def load(text: str, origin: str) -> Any:
+def quoted(text: str) -> str:
+    r"""
+    Return a text in double quotes, on one line, as YAML 1.1 and 1.2 both read it back.
+
+    >>> print(quoted('\t"é"\x85'))
+    "\t\"é\"\u0085"
+    """
+    as_json = json.dumps(text, ensure_ascii=False)
+    return TO_ESCAPE.sub(lambda match: f'\\u{ord(match[0]):04x}', as_json)
+
+
+def load(text: str, origin: str, size: int = 0) -> Any:
     """
     Return what a YAML text says; origin names it in the ValueError: it is not YAML, or too much.
+
+    size [bytes]: of the bag or the record that holds the text, which was read and so may allow
+    more than a text alone.
 
     >>> load('[1e-3, 3.9e14, -.5]', 'example')
     [0.001, 390000000000000.0, -0.5]
     """
-    node = compose(text, origin, _Loader)
+    node = compose(text, origin, _Loader, size)
     if node is None:
         return None
     if twice := _given_twice(node, set()):
@@ -59,10 +81,10 @@ def load(text: str, origin: str) -> Any:
         return _Loader('').construct_document(node)
 
 
-def compose(text: str, origin: str, loader: Any) -> yaml.Node | None:
-    """Return the nodes of a YAML text by a loader of PyYAML; ValueError: as of load."""
+def compose(text: str, origin: str, loader: Any, size: int = 0) -> yaml.Node | None:
+    """Return the nodes of a YAML text by a loader of PyYAML; size, ValueError: as of load."""
     with _in_one_sentence(origin):
-        excess = _excess(text)
+        excess = _excess(text, size)
         node = None if excess else yaml.compose(text, loader)
     if excess:
         raise ValueError(f'{origin} {excess}')
@@ -88,10 +110,11 @@ def _in_one_sentence(origin: str) -> Iterator[None]:
         ) from None
 
 
-def _excess(text: str) -> str | None:
+def _excess(text: str, size: int) -> str | None:
     """Return which limit a text exceeds, if any, before anything is built of it."""
-    if len(text) > LARGEST_BYTES:
-        return f'is larger than the {LARGEST_BYTES} bytes allowed'
+    most_bytes, most_values = max(LARGEST_BYTES, size), max(MOST_VALUES, size // _BYTES_A_VALUE)
+    if len(text) > most_bytes:
+        return f'is larger than the {most_bytes} bytes allowed'
     count = 0
     begins: list[tuple[str | None, int]] = []
     sizes: dict[str | None, int] = {}
@@ -114,8 +137,8 @@ def _excess(text: str) -> str | None:
             sizes[anchor] = count - begin
         if len(begins) > DEEPEST:
             return _TOO_DEEP
-        if count > MOST_VALUES:
-            return f'has more than the {MOST_VALUES} values allowed, aliases written out'
+        if count > most_values:
+            return f'has more than the {most_values} values allowed, aliases written out'
     return None
 
 

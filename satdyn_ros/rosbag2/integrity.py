@@ -33,10 +33,15 @@ def check(
     pass_on: called with each item of the bag, as Bag.items yields them, once it is checked.
     Damaged: the first contradiction, by file and record.  Incomplete: a file is cut off.
     """
-    files = [CheckedFile(path, pass_on) for path in bag.files]
+    contents, notes = BagMetadata(), []
+    for path in bag.files:
+        file = CheckedFile(path, pass_on)
+        contents.add(path.name, file.summary)
+        if not file.crc:
+            notes.append(f'{path.name} has no checksum of its data')
     if bag.information is not None:
-        check_metadata(bag.path / metadata.FILE_NAME, bag.information, files)
-    return [f'{file.path.name} has no checksum of its data' for file in files if not file.crc]
+        check_metadata(bag.path / metadata.FILE_NAME, bag.information, contents, file)
+    return notes
 
 
 class CheckedFile:
@@ -115,7 +120,9 @@ class CheckedFile:
                 raise Damaged(f'{self.path} is damaged: {what}')
 
 
-def check_metadata(path: Path, said: dict[str, Any], files: list[CheckedFile]) -> None:
+def check_metadata(
+    path: Path, said: dict[str, Any], contents: BagMetadata, last: CheckedFile
+) -> None:
     """
     Check metadata.yaml of a bag of satdyn_ros against its files and what the last closes with.
 
@@ -123,15 +130,12 @@ def check_metadata(path: Path, said: dict[str, Any], files: list[CheckedFile]) -
 
     Damaged: the first contradiction, by its key.
     """
-    last = files[-1]
     if not last.is_ours:
         return
-    contents = BagMetadata()
-    for file in files:
-        contents.add(file.path.name, file.summary)
     held = contents.said()
-    reindexed = metadata.as_reindexed(held, [file.summary.statistics for file in files])
-    closing = metadata.parse(last.closing, f'the last Metadata record of {last.path}')
+    reindexed = metadata.as_reindexed(held, contents.files)
+    origin = f'the last Metadata record of {last.path}'
+    closing = metadata.parse(last.closing, origin, len(last.closing))
     held = closing | {key: held[key] for key in held if key not in _ONLY_IN_CLOSING}
     for key in [*held, *said]:
         allowed = held.get(key), reindexed.get(key, held.get(key))

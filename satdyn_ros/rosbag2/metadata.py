@@ -1,15 +1,15 @@
-"""What rosbag2 says of a bag: metadata.yaml, version 9, and the same in each file's records."""
+"""What rosbag2 says: of a bag in metadata.yaml, version 9, and of each file in its own records."""
 
 import os
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-import yaml
-from mcap.records import Channel, Schema, Statistics
+from mcap.records import Channel, Schema
 
 from ..base import ros_yaml
 from ..base.regular_file import regular_file
@@ -20,7 +20,11 @@ NAME = 'rosbag2'
 FILE_NAME = 'metadata.yaml'
 _KEY = 'rosbag2_bagfile_information'
 # A text that is no other YAML for want of quotes.
-_PLAIN = re.compile(r'[A-Za-z_/][\w./-]*', re.ASCII)
+_PLAIN = re.compile(
+    r'(?!(y|n|yes|no|on|off|true|false|null)$)[a-z_/][\w./-]{0,254}', re.ASCII | re.IGNORECASE
+)
+# YAML reads no longer one ahead of its colon.
+_LONGEST_KEY = 1000
 # What rosbag2 says of a bag without messages: the latest of its times.
 _NO_TIME = 2**63 - 1
 
@@ -75,55 +79,64 @@ class TopicMetadata:
         )
 
 
+class FileSpan(NamedTuple):
+    """A file of a bag: the first and the last log time of its messages, and how many it has."""
+
+    name: str
+    first_ns: int
+    last_ns: int
+    message_count: int
+
+
 class BagMetadata:
     """
     What metadata.yaml says of a bag, gathered file by file.
 
-    files: their statistics, by name.  counts: messages by topic.
+    files: of each what is said of it.  counts: messages by topic.
     """
 
     def __init__(self, custom_data: Mapping[str, str] | None = None, ros_distro: str = 'jazzy'):
-        self.files: dict[str, Statistics] = {}
+        self.files: list[FileSpan] = []
         self.topics: dict[str, TopicMetadata] = {}
         self.counts: Counter[str] = Counter()
         self._custom_data, self._ros_distro = custom_data or {}, ros_distro
 
     def add(self, name: str, summary: SummaryBuilder) -> None:
         """Add a file by its summary."""
-        self.files[name] = summary.statistics
-        counts = summary.statistics.channel_message_counts
+        held = summary.statistics
+        span = held.message_start_time, held.message_end_time, held.message_count
+        self.files.append(FileSpan(name, *span))
         for _, channel in sorted(summary.channels.items()):
             topic = TopicMetadata.from_records(channel, summary.schemas.get(channel.schema_id))
             self.topics[topic.name] = topic
-            self.counts[topic.name] += counts.get(channel.id, 0)
+            self.counts[topic.name] += held.channel_message_counts.get(channel.id, 0)
 
     def said(self) -> dict[str, Any]:
         """Return the map without its outer key."""
-        custom_data = {key: _Quoted(text) for key, text in self._custom_data.items()}
         return {
             'version': 9,
             'storage_identifier': 'mcap',
-            **_span(list(self.files.values())),
+            **_span(self.files),
             'topics_with_message_count': [
                 topic.said(self.counts[name]) for name, topic in self.topics.items()
             ],
             'compression_format': '',
             'compression_mode': '',
-            'relative_file_paths': list(self.files),
-            'files': [_file(name, statistics) for name, statistics in self.files.items()],
-            'custom_data': custom_data or None,
+            'relative_file_paths': [file.name for file in self.files],
+            'files': [_file(file) for file in self.files],
+            'custom_data': self._custom_data or None,
             'ros_distro': self._ros_distro,
         }
 
-    def opening_record(self, name: str) -> dict[str, str]:
-        """Return the metadata record NAME at the start of a file, whose topics are unknown."""
-        opening = BagMetadata(self._custom_data, self._ros_distro)
-        opening.files = self.files | {name: SummaryBuilder().statistics}
-        return opening.record()
+    def record(self, name: str, summary: SummaryBuilder) -> dict[str, str]:
+        """
+        Return the metadata record NAME of one file: at its start of an empty summary.
 
-    def record(self) -> dict[str, str]:
-        """Return the metadata record NAME that closes the last file."""
-        return {'serialized_metadata': _to_yaml(self.said())}
+        It says nothing of the other files, so that each costs the same, however many there are.
+        """
+        alone = BagMetadata(self._custom_data, self._ros_distro)
+        alone.add(name, summary)
+        return {'serialized_metadata': _to_yaml(alone.said())}
 
     def write(self, directory: Path) -> None:
         """Write metadata.yaml atomically and sync it to disk, which completes the bag."""
@@ -147,7 +160,9 @@ def read(path: Path) -> dict[str, Any]:
         text = regular_file(path).read_text(encoding='utf-8')
     except UnicodeDecodeError:
         raise Damaged(f'{path} is damaged: it is not text') from None
-    outer = parse(text, str(path))
+    files = (file for file in path.parent.glob('*.mcap') if file.is_file())
+    # Of a file there are more bytes in its own records than here.
+    outer = parse(text, str(path), sum(file.stat().st_size for file in files))
     said = outer.get(_KEY)
     if not isinstance(said, dict):
         raise Damaged(f'{path} is damaged: it has no {_KEY}')
@@ -167,10 +182,14 @@ def read(path: Path) -> dict[str, Any]:
     return said
 
 
-def parse(text: str, origin: str) -> dict[str, Any]:
-    """Return the map in a YAML text; Damaged, naming the origin: it is not a map."""
+def parse(text: str, origin: str, size: int) -> dict[str, Any]:
+    """
+    Return the map in a YAML text; size: as of ros_yaml.load.
+
+    Damaged, naming the origin: it is not a map.
+    """
     try:
-        said = ros_yaml.load(text, origin)
+        said = ros_yaml.load(text, origin, size)
     except ValueError as error:
         raise Damaged(f'{origin} is damaged: {error}') from None
     if not isinstance(said, dict):
@@ -178,20 +197,16 @@ def parse(text: str, origin: str) -> dict[str, Any]:
     return said
 
 
-def as_reindexed(held: dict[str, Any], files: Sequence[Statistics]) -> dict[str, Any]:
+def as_reindexed(held: dict[str, Any], files: Sequence[FileSpan]) -> dict[str, Any]:
     """
     Return what `ros2 bag reindex` writes in another way than the writer of a bag.
 
-    held: what metadata.yaml says of the files.  files: their statistics.
+    held: what metadata.yaml says of the files.
     """
     return {
         # The sum of those of the files, without the time between them.
-        'duration': {
-            'nanoseconds': sum(file.message_end_time - file.message_start_time for file in files)
-        },
-        'starting_time': {
-            'nanoseconds_since_epoch': min(file.message_start_time for file in files)
-        },
+        'duration': {'nanoseconds': sum(file.last_ns - file.first_ns for file in files)},
+        'starting_time': {'nanoseconds_since_epoch': min(file.first_ns for file in files)},
         'topics_with_message_count': sorted(
             held['topics_with_message_count'], key=lambda topic: topic['topic_metadata']['name']
         ),
@@ -199,11 +214,11 @@ def as_reindexed(held: dict[str, Any], files: Sequence[Statistics]) -> dict[str,
     }
 
 
-def _span(files: Sequence[Statistics]) -> dict[str, Any]:
+def _span(files: Sequence[FileSpan]) -> dict[str, Any]:
     """Return from when to when files have messages, and how many."""
     some = [file for file in files if file.message_count]
-    first_ns = min((file.message_start_time for file in some), default=_NO_TIME)
-    last_ns = max((file.message_end_time for file in some), default=first_ns)
+    first_ns = min((file.first_ns for file in some), default=_NO_TIME)
+    last_ns = max((file.last_ns for file in some), default=first_ns)
     return {
         'duration': {'nanoseconds': last_ns - first_ns},
         'starting_time': {'nanoseconds_since_epoch': first_ns},
@@ -211,13 +226,15 @@ def _span(files: Sequence[Statistics]) -> dict[str, Any]:
     }
 
 
-def _file(name: str, statistics: Statistics) -> dict[str, Any]:
+def _file(file: FileSpan) -> dict[str, Any]:
     """Return what is said of one file, which begins with its starting time."""
-    span = _span([statistics])
+    span = _span([file])
     keys = 'starting_time', 'duration', 'message_count'
-    return {'path': name, **{key: span[key] for key in keys}}
+    return {'path': file.name, **{key: span[key] for key in keys}}
 
 
+# Every file has the same few.
+@lru_cache(maxsize=64)
 def _profiles(qos: str) -> Any:
     """Return a list of profiles; as rosbag2 before version 9, the text itself if it is none."""
     try:
@@ -226,26 +243,36 @@ def _profiles(qos: str) -> Any:
         return qos
 
 
-class _Quoted(str):
-    """A text in quotes, whatever it is."""
-
-
-class _Dumper(yaml.SafeDumper):
-    """YAML as rosbag2 lays it out: lists indented, double quotes where any."""
-
-    def increase_indent(self, flow=False, indentless=False):
-        return super().increase_indent(flow, indentless=False)
-
-    def represent_text(self, text):
-        is_plain = _PLAIN.fullmatch(text) and not isinstance(text, _Quoted)
-        return self.represent_scalar('tag:yaml.org,2002:str', text, None if is_plain else '"')
-
-
-_Dumper.add_representer(str, _Dumper.represent_text)
-_Dumper.add_representer(_Quoted, _Dumper.represent_text)
-_Dumper.add_representer(type(None), lambda d, _: d.represent_scalar('tag:yaml.org,2002:null', '~'))
-
-
 def _to_yaml(said: dict[str, Any]) -> str:
-    text = yaml.dump(said, None, _Dumper, sort_keys=False, allow_unicode=True, width=float('inf'))
-    return text.rstrip('\n')
+    return '\n'.join(_lines(said, ''))
+
+
+def _lines(held: Any, indent: str) -> Iterator[str]:
+    """Yield the lines of a map or a list as rosbag2 has them laid out: lists are indented."""
+    is_map = isinstance(held, dict)
+    for key, item in held.items() if is_map else enumerate(held):
+        begin = f'{indent}{_key(key, indent)}:' if is_map else f'{indent}-'
+        if not (item and isinstance(item, dict | list)):
+            yield f'{begin} {_scalar(item)}'
+            continue
+        lines = _lines(item, f'{indent}  ')
+        yield begin if is_map else begin + next(lines)[len(begin) :]
+        yield from lines
+
+
+def _key(key: Any, indent: str) -> str:
+    text = _scalar(key)
+    return text if len(text) <= _LONGEST_KEY else f'? {text}\n{indent}'
+
+
+def _scalar(value: Any) -> str:
+    match value:
+        case None:
+            return '~'
+        case bool():
+            return str(value).lower()
+        case int() | dict() | list():
+            # Maps and lists come here if they are empty.
+            return str(value)
+    text = str(value)
+    return text if _PLAIN.fullmatch(text) else ros_yaml.quoted(text)

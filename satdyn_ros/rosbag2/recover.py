@@ -64,18 +64,19 @@ def recover(path: str | Path, output: str | Path | None = None) -> Recovered:
     losses += [f'{file.name}: the file holds nothing' for file in empty]
     contents = BagMetadata(*_first_words(files))
     targets = files if output is None else _new_places(path, files, Path(output))
-    rewritten, checked = [], []
+    rewritten = []
     for file, target in zip(files, targets, strict=True):
         try:
-            checked.append(CheckedFile(file))
-            contents.add(target.name, checked[-1].summary)
+            last = CheckedFile(file)
+            contents.add(target.name, last.summary)
             if target != file:
                 shutil.copyfile(file, target)
         except Damaged:
             loss = _mend(file, target, contents)
             losses += [loss] if loss else []
             rewritten.append(file.name)
-    if path.is_dir() and (output is not None or rewritten or not _is_listed(path, checked)):
+    is_new = output is not None or rewritten
+    if path.is_dir() and (is_new or not _is_listed(path, contents, last)):
         contents.write(targets[0].parent)
         if output is None and not rewritten:
             rewritten.append(metadata.FILE_NAME)
@@ -97,11 +98,11 @@ def _files(path: Path) -> tuple[list[Path], list[str]]:
     return files, [f'{name}: the file is missing' for name in missing[: len(names) - len(files)]]
 
 
-def _is_listed(path: Path, files: list[CheckedFile]) -> bool:
+def _is_listed(path: Path, contents: BagMetadata, last: CheckedFile) -> bool:
     """Whether metadata.yaml agrees with the files."""
     file = path / metadata.FILE_NAME
     try:
-        check_metadata(file, metadata.read(file), files)
+        check_metadata(file, metadata.read(file), contents, last)
     except (Damaged, FileNotFoundError):
         return False
     return True
@@ -114,7 +115,7 @@ def _first_words(files: list[Path]) -> tuple[Mapping[str, str], str]:
             match found.item:
                 case Metadata(metadata.NAME, {'serialized_metadata': text}):
                     with suppress(Damaged):
-                        said = metadata.parse(text, file.name)
+                        said = metadata.parse(text, file.name, len(text))
                         custom = said.get('custom_data')
                         custom = custom if isinstance(custom, dict) else {}
                         words = {str(key): str(value) for key, value in custom.items()}
@@ -145,7 +146,7 @@ def _mend(path: Path, target: Path, contents: BagMetadata) -> str | None:
             contents.add(target.name, file.summary)
             # A file has two: the first at its start, the second with what is known at its end.
             for _ in range(_names(file).count(metadata.NAME), 2):
-                file.write_metadata(metadata.NAME, contents.record())
+                file.write_metadata(metadata.NAME, contents.record(target.name, file.summary))
             loss = remains.loss(file.crc)
             file.finish()
         if loss is not None and target == path:

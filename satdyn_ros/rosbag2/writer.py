@@ -16,6 +16,7 @@ from .chunk_builder import ChunkBuilder
 from .compression import COMPRESSIONS, compressor
 from .mcap_file import McapFile
 from .metadata import BagMetadata, TopicMetadata
+from .summary import SummaryBuilder
 from .tick_table import TickTable
 
 _HEADER = Header('ros2', f'satdyn_ros {__version__}; mcap-python {mcap.__version__}')
@@ -68,12 +69,17 @@ class BagWriter:
         self._chunk = ChunkBuilder()
         self._wants_snapshot = True
         self._why_ended: str | None = None
-        self.file_count = 0
+        self.file_count = self._finished_bytes = 0
         self._make_directory()
         with self._telling():
             self._begin_file()
         for topic in topics:
             self.add_topic(topic)
+
+    @property
+    def size_bytes(self) -> int:
+        """The size of the bag's files, as far as they are written."""
+        return self._finished_bytes + self._file.size
 
     def add_topic(self, topic: TopicMetadata) -> None:
         """Add a topic; one already added stays as it is."""
@@ -131,6 +137,7 @@ class BagWriter:
             while done < len(stamps_ns):
                 if self._file_is_full(int(stamps_ns[done])):
                     self._end_file()
+                    self._finished_bytes += self._file.size
                     self._begin_file()
                 self._write_snapshot(snapshot, done, int(stamps_ns[done]))
                 last_ns = min(self._first_ns, int(stamps_ns[done])) + self._max_duration_ns
@@ -177,7 +184,12 @@ class BagWriter:
 
     def _make_directory(self):
         try:
+            self.directory.resolve().name.encode()
             self.directory.mkdir(parents=True)
+        except UnicodeEncodeError:
+            raise OSError(
+                f'the bag {self.directory} cannot be created: its name is not UTF-8'
+            ) from None
         except FileExistsError as error:
             raise FileExistsError(
                 f'{self.directory} already exists; a bag needs a new directory'
@@ -213,7 +225,7 @@ class BagWriter:
     def _begin_file(self) -> None:
         name = f'{self.directory.resolve().name}_{self.file_count}.mcap'
         self.file_count += 1
-        opening = {metadata.NAME: self._metadata.opening_record(name), **self._preamble}
+        opening = {metadata.NAME: self._metadata.record(name, SummaryBuilder()), **self._preamble}
         records = [Metadata(name, dict(mapping)) for name, mapping in opening.items()]
         self._file = McapFile(self.directory / name, _HEADER, records)
         self._file.summary.schemas |= {schema.id: schema for schema in self._schemas.values()}
@@ -224,8 +236,9 @@ class BagWriter:
 
     def _end_file(self):
         self._end_chunk()
-        self._metadata.add(self._file.path.name, self._file.summary)
-        self._file.write_metadata(metadata.NAME, self._metadata.record())
+        name, summary = self._file.path.name, self._file.summary
+        self._metadata.add(name, summary)
+        self._file.write_metadata(metadata.NAME, self._metadata.record(name, summary))
         self._file.finish()
 
     def _file_is_full(self, stamp_ns):

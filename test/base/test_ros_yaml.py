@@ -85,3 +85,15 @@ def test_aliases_of_a_moderate_size_are_allowed():
     assert '*' in text
     assert [entry['torque'] for entry in ros_yaml.load(text, 'events')] == [torque, torque]
     assert ros_yaml.load('a: &a {x: 1}\nb: {<<: *a, y: 2}', 'merged')['b'] == {'x': 1, 'y': 2}
+
+
+def test_what_a_bag_holds_may_be_as_large_as_the_bag():
+    """Its bytes were read already; of values it may have so many that each costs as before."""
+    text = f'[{"1," * (ros_yaml.MOST_VALUES - 1)}1]'
+    with pytest.raises(ValueError, match=r'^a bag has more than the [0-9]+ values allowed'):
+        ros_yaml.load(text, 'a bag', size=len(text))
+    assert len(ros_yaml.load(text, 'a bag', size=40 * ros_yaml.MOST_VALUES)) == ros_yaml.MOST_VALUES
+    long = '"' + ros_yaml.LARGEST_BYTES * 'x' + '"'
+    with pytest.raises(ValueError, match=r'^a file is larger than the [0-9]+ bytes allowed$'):
+        ros_yaml.load(long, 'a file')
+    assert ros_yaml.load(long, 'a bag', size=len(long)) == long[1:-1]

@@ -1,5 +1,6 @@
 """What is written: the records of rosbag2 in their order, and never a failure in silence."""
 
+import os
 import struct
 import subprocess
 import sys
@@ -26,9 +27,15 @@ from mcap.records import (
     SummaryOffset,
 )
 from mcap.stream_reader import StreamReader, breakup_chunk
+from ruamel.yaml import YAML
 
+from satdyn_ros.rosbag2 import scan as scan_module
+from satdyn_ros.rosbag2 import summary as summary_module
 from satdyn_ros.rosbag2.errors import Incomplete
+from satdyn_ros.rosbag2.integrity import check
 from satdyn_ros.rosbag2.metadata import TopicMetadata
+from satdyn_ros.rosbag2.reader import Bag
+from satdyn_ros.rosbag2.recover import recover
 from satdyn_ros.rosbag2.scan import Block, Flaw, scan
 from satdyn_ros.rosbag2.writer import BagWriter
 
@@ -222,11 +229,7 @@ def test_metadata_yaml_is_version_9_field_by_field(bag):
 
 def test_a_file_says_twice_what_metadata_yaml_says(bag):
     """At its start without messages and topics, at its end all of it, without the outer key."""
-    first, last = (
-        yaml.safe_load(record.metadata['serialized_metadata'])
-        for record in only(bag / 'bag_0.mcap', Metadata)
-        if record.name == 'rosbag2'
-    )
+    first, last = said_in(bag / 'bag_0.mcap')
     assert last == yaml.safe_load(METADATA)['rosbag2_bagfile_information']
     assert first == last | {
         'duration': {'nanoseconds': 0},
@@ -242,6 +245,68 @@ def test_a_file_says_twice_what_metadata_yaml_says(bag):
             }
         ],
     }
+
+
+def said_in(path, load=yaml.safe_load):
+    """Return what each of the rosbag2 records of a file says."""
+    return [
+        load(record.metadata['serialized_metadata'])
+        for record in only(path, Metadata)
+        if record.name == 'rosbag2'
+    ]
+
+
+TEXTS = {
+    'quotes': '"\'\\ #: {}[]&*!|>%@`, - ? ~\t\r\n\n  \n',
+    'control': ''.join(map(chr, range(0x20))) + '\x7f\x80\x9b',
+    'breaks': 'a\x85b\u2028c\u2029\r\nd',
+    'unicode': '\ufeffcaf\xe9\xa0\u4e2d\u6587\U0001f600\ufffd\ufffe\uffff\U0010fffe',
+    'words': 'null',
+    'number': '0x1F',
+    'empty': '',
+    'long': 'x' * 100_000,
+    'k: #\x85' + 2000 * '"': 'a key that is none for YAML without quotes, nor a short one',
+}
+
+
+@pytest.mark.parametrize(
+    'load',
+    [
+        pytest.param(yaml.safe_load, id='PyYAML'),
+        pytest.param(lambda text: yaml.load(text, yaml.CSafeLoader), id='libyaml'),
+        pytest.param(YAML(typ='safe', pure=True).load, id='ruamel'),
+    ],
+)
+def test_every_text_comes_back_from_metadata_yaml(tmp_path, load):
+    """By readers of YAML 1.1 and, as rosbags has it, of 1.2; from the files' own records too."""
+    BagWriter(tmp_path / 'bag', [A], preamble={'own': TEXTS}).close()
+    outer = load((tmp_path / 'bag/metadata.yaml').read_text(encoding='utf-8'))
+    assert outer['rosbag2_bagfile_information']['custom_data'] == TEXTS
+    said = said_in(tmp_path / 'bag/bag_0.mcap', load)
+    assert [each['custom_data'] for each in said] == [TEXTS, TEXTS]
+
+
+def test_what_is_written_is_read_whatever_its_texts(tmp_path):
+    """Texts of more than the 2 MB that a file of YAML alone may have; recover finds them too."""
+    texts = TEXTS | {'many': '\xe9\n' * 1_000_000}
+    BagWriter(tmp_path / 'bag', [A], preamble={'own': texts}).close()
+    path = tmp_path / 'bag/metadata.yaml'
+    assert path.stat().st_size > 2_000_000
+    assert check(Bag(tmp_path / 'bag')) == []
+    information = Bag(tmp_path / 'bag').information
+    assert information is not None
+    assert information['custom_data'] == texts
+    before = path.read_bytes()
+    path.unlink()
+    assert recover(tmp_path / 'bag').files == ('metadata.yaml',)
+    assert path.read_bytes() == before
+
+
+def test_a_name_that_is_not_utf_8_is_refused(tmp_path):
+    """What names the files of the bag must be text; nothing is made."""
+    with pytest.raises(OSError, match=r'cannot be created: its name is not UTF-8$'):
+        BagWriter(tmp_path / 'b\udcff', [A])
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_name_that_yaml_would_misread_is_quoted(tmp_path):
@@ -336,6 +401,100 @@ def test_a_bag_splits_by_duration(tmp_path):
         assert only(path, Metadata)[1].metadata == {'row': str(row)}
         assert len(only(path, Schema)) == len(only(path, Channel)) == 1
     assert len(flights.sequence(tmp_path / 'bag')) == 30
+
+
+def split(directory, file_count):
+    """Write so many files of eleven messages; return their sizes and that of metadata.yaml."""
+    # Uncompressed, as what is compressed has the size of its content.
+    with closing(
+        BagWriter(directory, [A, B], compression='none', max_duration_s=1.0, preamble=PREAMBLE)
+    ) as writer:
+        writer.write(stamps(11 * file_count), {'/a': rows(12, 11 * file_count)})
+    files = [directory / f'{directory.name}_{k}.mcap' for k in range(file_count)]
+    assert sorted(files) == sorted(directory.glob('*.mcap'))
+    return [path.stat().st_size for path in files], (directory / 'metadata.yaml').stat().st_size
+
+
+PREAMBLE = {'own': {'text': 'caf\xe9\n' * 100}}
+
+
+def test_every_file_costs_the_same(tmp_path, monkeypatch):
+    """
+    Its own records name itself alone, and metadata.yaml, which grows by it, is written once.
+
+    Numbers of files are chosen so that those that are written have as many digits.
+    """
+    completed = []
+    replace = os.replace
+
+    def counted(old, new):
+        completed.append(new)
+        replace(old, new)
+
+    monkeypatch.setattr(os, 'replace', counted)
+    sizes, of_yaml = zip(
+        *(split(tmp_path / f'bag_{count}', count) for count in (30, 50, 70)), strict=True
+    )
+    assert completed == [tmp_path / f'bag_{count}/metadata.yaml' for count in (30, 50, 70)]
+    assert len({*sizes[-1][10:], *sizes[0][10:]}) == len({*sizes[-1][:10]}) == 1
+    assert of_yaml[2] - of_yaml[1] == of_yaml[1] - of_yaml[0] < 20 * 300
+    outer = yaml.safe_load((tmp_path / 'bag_30/metadata.yaml').read_text())
+    files = {file['path']: file for file in outer['rosbag2_bagfile_information']['files']}
+    assert len(files) == 30
+    for name in list(files)[::7]:
+        begin, end = said_in(tmp_path / 'bag_30' / name)
+        assert begin['relative_file_paths'] == end['relative_file_paths'] == [name]
+        assert end['files'] == [files[name]]
+        assert end['message_count'] == 11
+        assert begin['custom_data'] == end['custom_data'] == PREAMBLE['own']
+        assert [topic['message_count'] for topic in end['topics_with_message_count']] == [11, 0]
+
+
+def test_files_leave_little_in_memory(tmp_path):
+    """Of a file that is complete what metadata.yaml will say stays: a name and three numbers."""
+    with closing(BagWriter(tmp_path / 'bag', [A], max_duration_s=1.0)) as writer:
+        held = []
+        tracemalloc.start()
+        for first in range(0, 80, 20):
+            writer.write(stamps(220, 11 * first), {'/a': rows(12, 220)})
+            held.append(tracemalloc.get_traced_memory()[0])
+        tracemalloc.stop()
+    assert writer.file_count == 80
+    assert held[-1] - held[1] < 40 * 500
+
+
+def test_every_file_is_read_the_same_number_of_times(tmp_path, monkeypatch):
+    """To check a bag, and to complete it, costs each file the same, however many there are."""
+    opened = []
+
+    def counted(path, *arguments, **keywords):
+        opened.append(path)
+        return open(path, *arguments, **keywords)
+
+    for module in (scan_module, summary_module):
+        monkeypatch.setattr(module, 'open', counted, raising=False)
+    counts = []
+    for count in (3, 6):
+        split(tmp_path / f'{count}', count)
+        before = len(opened)
+        check(Bag(tmp_path / f'{count}'))
+        (tmp_path / f'{count}/metadata.yaml').unlink()
+        recover(tmp_path / f'{count}')
+        counts.append(len(opened) - before)
+    assert counts[0] % 3 == 1  # custom_data are read from the first
+    assert counts[1] - counts[0] == 3 * (counts[0] // 3)
+
+
+def test_a_size_is_known_without_looking(tmp_path):
+    """That of the files that are complete and of the one that is written."""
+    writer = BagWriter(tmp_path / 'bag', [A], max_duration_s=1.0)
+    for first in (0, 7, 30):
+        writer.write(stamps(20, first), {'/a': rows(12, 20)})
+        writer.flush()
+        files = list((tmp_path / 'bag').glob('*.mcap'))
+        assert writer.size_bytes == sum(path.stat().st_size for path in files)
+    writer.close()
+    assert writer.size_bytes == sum(path.stat().st_size for path in files)
 
 
 @pytest.mark.parametrize('at_once', [1000, 100_000])

@@ -49,8 +49,8 @@ class Recording:
 
     scenario: with the epoch resolved.  topics: those recorded from the start, by their names in
     the scenario.  resolve: from a name in the scenario to that of the topic.  offered: the quality
-    of service of topics, by their names in the scenario, where it is not the usual.  OSError: as
-    BagWriter.
+    of service of topics, by their names in the scenario, where it is not the usual.  ValueError:
+    as of provenance.  OSError: as BagWriter.
     """
 
     def __init__(
@@ -87,6 +87,11 @@ class Recording:
     def directory(self) -> Path:
         """The bag's directory."""
         return self._writer.directory
+
+    @property
+    def size_bytes(self) -> int:
+        """The size of the bag's files, as far as they are written."""
+        return self._writer.size_bytes
 
     def event(self, event: Event, stamp_ns: int) -> None:
         """Write what happened at the tick of a stamp, before the tick's samples."""

@@ -89,7 +89,7 @@ class Recorder:
     @property
     def size_bytes(self) -> int:
         """The size of the bag's files, as far as they are written."""
-        return sum(path.stat().st_size for path in self.directory.glob('*.mcap'))
+        return self._recording.size_bytes
 
     @property
     def load(self) -> float:

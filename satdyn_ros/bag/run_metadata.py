@@ -16,6 +16,7 @@ from ..rosbag2.errors import Damaged
 from ..run import events
 from ..run.events import Event
 from ..run.keys import KEYS
+from ..run.parameter_file import parameters_of_record
 from ..run.rules import RULES
 from ..run.scenario import Scenario
 from ..torques.body_torque import KNOWN, BodyTorque
@@ -35,12 +36,14 @@ def provenance(scenario: Scenario, topics: Mapping[str, str]) -> dict[str, str]:
     Return what every file of a bag begins with.
 
     scenario: with the epoch resolved.  topics: the names in the bag by those in the scenario,
-    {'attitude': '/sat1/attitude'}.
+    {'attitude': '/sat1/attitude'}.  ValueError: the scenario is larger than what is read of a bag.
     """
+    text = scenario.to_yaml()
+    parameters_of_record(text, 'the scenario, written out for a bag,')
     provenance = {
         'version': __version__,
         'rules': str(RULES),
-        'scenario': scenario.to_yaml(),
+        'scenario': text,
         'topics': json.dumps(dict(topics)),
         'machine': json.dumps(machine(scenario.torques)),
     }

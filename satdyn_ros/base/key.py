@@ -151,7 +151,7 @@ def _integer(key: Key, value: Any) -> int:
 
 
 def _text(key: Key, value: Any) -> str:
-    if not isinstance(value, str) or not value:
+    if not _any_text(key, value):
         raise TypeError
     if key.choices and value not in key.choices:
         raise ValueError
@@ -179,6 +179,8 @@ def _texts(key: Key, value: Any) -> tuple[str, ...]:
 def _any_text(key: Key, value: Any) -> str:
     if not isinstance(value, str):
         raise TypeError
+    # Half of a surrogate pair is no text: UnicodeEncodeError, a ValueError.
+    value.encode()
     return value
 
 

@@ -215,7 +215,7 @@ def yaml_of_parameters(values: Mapping[str, Any]) -> str:
             branch = branch.setdefault(group, {})
         branch[leaf] = listed(value)
     section = {'/**': {rcl_yaml.PARAMETERS: nested}}
-    return yaml.dump(section, Dumper=_Dumper, sort_keys=False, width=99)
+    return yaml.dump(section, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=99)
 
 
 def parameters_of_record(text: str, origin: str) -> dict[str, Any]:
@@ -224,7 +224,7 @@ def parameters_of_record(text: str, origin: str) -> dict[str, Any]:
 
     Bags of earlier versions have it with a rotor's name y unquoted, which rcl takes for true.
     """
-    match ros_yaml.load(text, origin):
+    match ros_yaml.load(text, origin, len(text)):
         case {'/**': {rcl_yaml.PARAMETERS: Mapping() as nested}}:
             return dict(flattened(nested))
     raise ValueError(f'{origin} has no section /** with {rcl_yaml.PARAMETERS}')
@@ -235,7 +235,10 @@ class _Dumper(yaml.SafeDumper):
 
 
 def _represent_text(dumper, text):
-    style = '|' if '\n' in text else None if rcl_yaml.word(text) == text else "'"
+    is_plain = rcl_yaml.word(text) == text and len(text) <= ros_yaml.LONGEST_PLAIN
+    style = '|' if '\n' in text else None if is_plain else "'"
+    if ros_yaml.TO_ESCAPE.search(text):
+        style = '"'
     return dumper.represent_scalar('tag:yaml.org,2002:str', text, style=style)
 
 

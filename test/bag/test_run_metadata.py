@@ -4,12 +4,18 @@ import json
 
 import flights
 import pytest
+import yaml
+from run.test_one_mind import EPHEMERIS
 
 from satdyn_ros.bag import run_metadata
 from satdyn_ros.bag.read_run import RecordedRun
+from satdyn_ros.base import ros_yaml
 from satdyn_ros.rosbag2.errors import Damaged
+from satdyn_ros.rosbag2.integrity import check
+from satdyn_ros.rosbag2.recover import recover
 from satdyn_ros.rosbag2.scan import scan
 from satdyn_ros.run.events import RotorCommand, Torque
+from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 
 
@@ -75,6 +81,50 @@ def test_what_is_no_snapshot_is_refused(change):
     assert run_metadata.snapshot_from_record(good) == json.loads(json.dumps(SNAPSHOT))
     with pytest.raises(ValueError):
         run_metadata.snapshot_from_record(run_metadata.to_record(SNAPSHOT | change))
+
+
+def test_a_scenario_that_no_bag_holds_is_refused_before_it_begins(tmp_path, monkeypatch):
+    """What could not be read back; no directory is made."""
+    monkeypatch.setattr(ros_yaml, 'MOST_VALUES', 100)
+    with pytest.raises(ValueError, match=r'^the scenario, written out for a bag, has more than'):
+        flights.record(tmp_path / 'bag')
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    'comment',
+    [
+        pytest.param(
+            'COMMENT caf\xe9 \u4e2d\u6587 \U0001f600\xe9\xe9\xe9\n', id='in any language'
+        ),
+        pytest.param('COMMENT\n', id='short lines'),
+    ],
+)
+def test_a_long_ephemeris_comes_back_from_its_bag(tmp_path, comment):
+    """To the last character, and to other readers: of 1.4 MB, in each of two files."""
+    head, rest = EPHEMERIS.split('\n', 1)
+    text = f'{head}\n{comment * (1_400_000 // len(comment.encode()))}{rest}'
+    scenario = Scenario(
+        {
+            'orbit.type': 'oem',
+            'orbit.file': text,
+            'time.epoch': '2026-03-01T12:00:00',
+            'publish.topics': ('attitude',),
+            'publish.rate': 10.0,
+            'record.max_duration_s': 0.5,
+        }
+    )
+    path = flights.record(tmp_path / 'bag', scenario, 10, ())
+    assert RecordedRun(path).scenario == scenario
+    assert check(RecordedRun(path).bag) == []
+    outer = yaml.load((path / 'metadata.yaml').read_text(encoding='utf-8'), yaml.CSafeLoader)
+    said = outer['rosbag2_bagfile_information']
+    assert [file['message_count'] for file in said['files']] == [6, 4]
+    nested = yaml.load(said['custom_data']['scenario'], yaml.CSafeLoader)
+    assert nested['/**']['ros__parameters']['orbit']['file'] == text
+    (path / 'metadata.yaml').unlink()
+    assert recover(path).files == ('metadata.yaml',)
+    assert RecordedRun(path / 'bag_1.mcap').scenario == scenario
 
 
 @pytest.mark.parametrize(

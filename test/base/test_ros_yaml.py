@@ -92,7 +92,9 @@ def test_what_a_bag_holds_may_be_as_large_as_the_bag():
     text = f'[{"1," * (ros_yaml.MOST_VALUES - 1)}1]'
     with pytest.raises(ValueError, match=r'^a bag has more than the [0-9]+ values allowed'):
         ros_yaml.load(text, 'a bag', size=len(text))
-    assert len(ros_yaml.load(text, 'a bag', size=40 * ros_yaml.MOST_VALUES)) == ros_yaml.MOST_VALUES
+    assert (
+        len(ros_yaml.load(text, 'a bag', size=40 * ros_yaml.MOST_VALUES)) == ros_yaml.MOST_VALUES
+    )
     long = '"' + ros_yaml.LARGEST_BYTES * 'x' + '"'
     with pytest.raises(ValueError, match=r'^a file is larger than the [0-9]+ bytes allowed$'):
         ros_yaml.load(long, 'a file')

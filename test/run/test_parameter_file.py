@@ -1,6 +1,9 @@
 """A parameter file is read as ROS reads it, and what a scenario writes loads again."""
 
+import random
+
 import pytest
+import yaml
 
 from satdyn_ros.run.parameter_file import parameters_of_record, yaml_of_parameters
 from satdyn_ros.run.scenario import Scenario
@@ -51,6 +54,43 @@ def test_dump_loads_again():
     )
     assert Scenario.from_yaml_text(scenario.to_yaml()) == scenario
     assert scenario.topics == ('tf', 'rotor')
+
+
+PIECES = [
+    *'ab0.-:#\'"\\|>%@`{}[],&*!?~= \n\t\r\0\x07\x1b\x7f\x80\x85\x9f\xa0\xe9',
+    *'\u2028\u2029\u4e2d\ufeff\ufffd\ufffe\U0001f600\U0010ffff',
+    ' \n',
+    '\n ',
+    '---\n',
+    'true',
+    'null',
+    '1:2',
+    '<<',
+    'several words ' * 20,
+    'x' * 1200,
+]
+
+
+@pytest.mark.parametrize('load', [yaml.safe_load, lambda text: yaml.load(text, yaml.CSafeLoader)])
+def test_every_text_loads_again(load):
+    """Whatever its characters, as a value and in a list: by PyYAML, by libyaml and by us."""
+    draw = random.Random(1)
+    for length in (1, 1, 1, 2, 2, 3, 5, 30) * 40:
+        text = ''.join(draw.choices(PIECES, k=length))
+        values = {'orbit.file': text, 'orbit.tle': ['\xe9', text], 'publish.rate': 1.0}
+        written = yaml_of_parameters(values)
+        orbit = {'file': text, 'tle': ['\xe9', text]}
+        section = {'ros__parameters': {'orbit': orbit, 'publish': {'rate': 1.0}}}
+        assert load(written) == {'/**': section}
+        assert parameters_of_record(written, 'a record') == values
+
+
+def test_text_in_any_language_takes_its_own_size():
+    """A line is not blown up by escapes, and stays a line that can be read."""
+    text = 'COMMENT caf\xe9 \u4e2d\u6587 \U0001f600\n' * 3
+    assert yaml_of_parameters({'orbit.file': text}).endswith(
+        'file: |\n' + ''.join(f'        {line}\n' for line in text.splitlines())
+    )
 
 
 def test_integers_and_exponents_are_numbers():

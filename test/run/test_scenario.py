@@ -61,6 +61,7 @@ TYPED = {'orbit': {'type': 'fixed', 'gradient': 1e-6}}
         ({'publish': {'topics': [True]}}, r'publish.topics is \[True\]; it must be a list of'),
         ({'publish': {'topics': [1.5]}}, r'publish.topics is \[1.5\]; it must be a list of'),
         ({'publish': {'topics': ['a' * 9999]}}, r'publish.topics is .{100}\.\.\.; it must be a'),
+        ({'frames': {'body': 'a\ud800'}}, r"frames.body is 'a\\ud800'; it must be a non-empty"),
         ({'body': {'inertia': [b'1', b'1', b'1']}}, 'body.inertia is .*; it must be a list of 3'),
         ({'orbit': {'inclination': 51.6}}, 'orbit.inclination is 51.6; it must be an angle in ra'),
         ({'orbit': {'raan': 180.0}}, 'orbit.raan is 180.0; it must be an angle in radians, at le'),

@@ -20,7 +20,7 @@ _MAPPED = (_CAPTURE, 'nadir_angle_max_rad', 'lvlh_angle_max_rad')
 _COUNTED = ('rate_max_rad_s', 'nadir_angle_max_rad', 'capture_s')
 # Numbers that are the same but for this would be one bar of a histogram.
 _ROUNDING = 1e-9
-_CAPTURED, _TUMBLING, _GREY = '#0072B2', '#E69F00', '#999999'
+_CAPTURED, _TUMBLING, _GREY, _ALL = '#0072B2', '#E69F00', '#999999', '#56B4E9'
 
 
 def plot_sweep(directory: str | Path, output: str | Path, what: Sequence[str] = ()) -> None:
@@ -102,7 +102,7 @@ def _grid_axes(columns, numbers):
 
 
 def _histogram(axes: Axes, columns: pa.Table, name: str) -> None:
-    """Draw how a column is distributed, the captured runs apart from the others."""
+    """Draw how a column is distributed, the captured runs apart where any run was judged."""
     values = _numbers(columns, name)
     judged = np.full(len(values), np.nan)
     if _CAPTURE in columns.column_names and _is_number(columns, _CAPTURE):
@@ -112,6 +112,9 @@ def _histogram(axes: Axes, columns: pa.Table, name: str) -> None:
         'not captured': (_TUMBLING, judged == 0.0),
         'not judged': (_GREY, ~np.isin(judged, (0.0, 1.0))),
     }
+    is_judged = bool(np.isfinite(judged).any())
+    if not is_judged:
+        parts = {'runs': (_ALL, np.full(len(values), True))}
     found = {
         label: (values[rows][np.isfinite(values[rows])], colour)
         for label, (colour, rows) in parts.items()
@@ -121,7 +124,7 @@ def _histogram(axes: Axes, columns: pa.Table, name: str) -> None:
     every = np.concatenate([part for part, _ in drawn.values()])
     if np.ptp(every) <= _ROUNDING * np.abs(every).max():
         counts = ', '.join(f'{len(part)} {label}' for label, (part, _) in drawn.items())
-        says = f'{every[0]:.9g}\nin all {len(every)} runs\n({counts})'
+        says = f'{every[0]:.9g}\nin all {len(every)} runs' + f'\n({counts})' * is_judged
         axes.text(0.5, 0.5, says, ha='center', va='center', transform=axes.transAxes)
         axes.set(xticks=[], yticks=[])
         return
@@ -133,4 +136,5 @@ def _histogram(axes: Axes, columns: pa.Table, name: str) -> None:
         label=list(drawn),
     )
     axes.locator_params(axis='x', nbins=5)
-    axes.legend(fontsize=8)
+    if is_judged:
+        axes.legend(fontsize=8)

@@ -165,7 +165,10 @@ def _bags(given):
         return {given.satellite[0] if given.satellite else None: given.out}
     if given.origin is not None:
         raise ValueError('--from begins one run; --satellite names several')
-    names = ParameterFile.read([given.file]).full_names(given.satellite)
+    file = ParameterFile.read([given.file])
+    names = file.full_names(given.satellite)
+    for warning in file.unused(*names):
+        print(f'satdyn simulate: {warning}', file=sys.stderr)
     return {name: Path(given.out, folder_of(name)) for name in names}
 
 
@@ -174,9 +177,14 @@ def _run_of(given, satellite):
     from ..bag.continuation import begun_in_aem, begun_in_bag
     from ..bag.simulate import tick_count
     from ..run import events
+    from ..run.parameter_file import ParameterFile, without_rclpys
     from ..run.scenario import Scenario
 
-    scenario = Scenario.from_yaml(given.file, satellite, given.torque)
+    file = ParameterFile.read([given.file])
+    full_name = file.full_name(satellite)
+    # Of several satellites it is told once which sections none of them uses.
+    warnings = [] if given.satellite[1:] else file.unused(full_name)
+    scenario = Scenario(without_rclpys(file.flown(full_name)), given.torque, warnings)
     if given.rate is not None:
         scenario = scenario.with_values({'publish.rate': given.rate})
     if (given.origin is None) != (given.at is None):

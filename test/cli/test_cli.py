@@ -231,8 +231,13 @@ def test_several_satellites_of_one_file(tmp_path, capsys):
         expected = Scenario.from_yaml('constellation', f'/{name}')
         assert scenario['orbit.true_anomaly'] == expected['orbit.true_anomaly']
         assert scenario['rotor.mode'] == expected['rotor.mode']
-    told = [line.split(': ')[0] for line in capsys.readouterr().out.splitlines()]
+    said = capsys.readouterr()
+    told = [line.split(': ')[0] for line in said.out.splitlines()]
     assert told == [str(tmp_path / 'pair' / name) for name in ('sat4', 'sat5')]
+    # What was asked for is not among what is not used, of which one sentence tells.
+    (unused,) = [line for line in said.err.splitlines() if 'not use' in line]
+    others = ', '.join(f'/sat{k}/satdyn' for k in (1, 2, 3, 6, 7, 8))
+    assert unused.endswith(f'/sat4/satdyn, /sat5/satdyn do not use the sections {others}')
 
 
 def test_simulate_and_verify(bag, capsys):

@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import logging
 import signal
 import time
 from collections.abc import Awaitable, Callable, Mapping
@@ -9,6 +10,7 @@ from importlib.resources import files
 from typing import Any, Protocol
 
 from aiohttp import WSCloseCode, WSMsgType, web
+from aiohttp.http_exceptions import HttpProcessingError
 
 from ..report import html
 from .access_policy import AccessPolicy
@@ -107,7 +109,11 @@ class Server:
                 status=503, text='too many browsers are connected\n', headers=_HEADERS
             )
         socket = web.WebSocketResponse(max_msg_size=_LARGEST_REQUEST, heartbeat=_HEARTBEAT_S)
-        await socket.prepare(request)
+        try:
+            await socket.prepare(request)
+        except ValueError:
+            # aiohttp decodes the key, and repeats what else is wrong, as ASCII.
+            return web.Response(status=400, text='the headers are not ASCII\n', headers=_HEADERS)
         browser = self._hub.enter(socket)
         sending = asyncio.create_task(browser.send())
         waiting: set[asyncio.Task[None]] = set()
@@ -155,12 +161,19 @@ def asset(name: str) -> str:
     return own.read_text(encoding='utf-8') if own.is_file() else html.asset(name)
 
 
+def _is_fault_of_ours(record: logging.LogRecord) -> bool:
+    """Whether aiohttp logs more than a request that is no HTTP, which is answered by a 400."""
+    error = record.exc_info[1] if record.exc_info else None
+    return not isinstance(error, HttpProcessingError | web.RequestPayloadError)
+
+
 def serve(source: Source, host: str, port: int, tell: Callable[[str], None]) -> int:
     """
     Serve a source until SIGINT or SIGTERM, whose number is returned.
 
     tell gets the URL once it is open.  OSError: the port cannot be opened.
     """
+    logging.getLogger('aiohttp.server').addFilter(_is_fault_of_ours)
     numbers = (signal.SIGINT, signal.SIGTERM)
     before = [signal.getsignal(number) for number in numbers]
     try:

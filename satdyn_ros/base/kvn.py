@@ -1,19 +1,52 @@
 """The keyword = value notation of the ephemeris messages of CCSDS, 502.0-B and 504.0-B."""
 
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
+
+# Names of the SANA registry for axes that do not turn; J2000 is what older files call EME2000.
+INERTIAL_FRAMES = ('EME2000', 'GCRF', 'ICRF', 'J2000')
+
+_HEADER = ('CLASSIFICATION', 'CREATION_DATE', 'ORIGINATOR', 'MESSAGE_ID')
+# What a line is in, as a sentence calls it.
+_IN_HEADER, _IN_METADATA, _BEFORE_ROWS, _IN_ROWS, _AFTER_ROWS, _IN_COVARIANCE = (
+    'the header',
+    'the metadata',
+    'data without a row',
+    'the data',
+    'what follows the data',
+    'a covariance',
+)
+# What each mark may stand in, and what begins with it.
+_MARKS = {
+    'META_START': ((_IN_HEADER, _IN_ROWS, _AFTER_ROWS), _IN_METADATA),
+    'META_STOP': ((_IN_METADATA,), _BEFORE_ROWS),
+    'DATA_START': ((_BEFORE_ROWS,), _BEFORE_ROWS),
+    'DATA_STOP': ((_IN_ROWS,), _AFTER_ROWS),
+    'COVARIANCE_START': ((_IN_ROWS, _AFTER_ROWS), _IN_COVARIANCE),
+    'COVARIANCE_STOP': ((_IN_COVARIANCE,), _AFTER_ROWS),
+}
+
+
+class KvnMetadata(dict[str, str]):
+    """The keywords of a segment; lines: where each stands, and META_START."""
+
+    def __init__(self, line: int = 0):
+        super().__init__()
+        self.lines = {'META_START': line}
 
 
 class KvnRow(NamedTuple):
     """
-    A row of data, split into its words, with the version of its message.
+    A row of data, split into its words, with the version of its message and its line.
 
     metadata: the keywords of its segment, one and the same object for all its rows.
     """
 
     version: str
-    metadata: dict[str, str]
+    metadata: KvnMetadata
     words: list[str]
+    line: int
 
 
 def kvn_rows(
@@ -22,13 +55,12 @@ def kvn_rows(
     """
     Yield the rows of data of a message, whose first line gives its version by a keyword.
 
-    message: what it is called in the sentence of a ValueError, which says that it is another.
-    Covariances are left out.
+    message: what it is called in the sentence of a ValueError, which says that it is another, or
+    which line stands where none of its kind may.  Covariances are left out.
     """
     version: str | None = None
-    metadata: dict[str, str] = {}
-    is_data = False
-    for line in lines:
+    header, metadata, section = KvnMetadata(), KvnMetadata(), _IN_HEADER
+    for number, line in enumerate(lines, 1):
         words = line.split()
         if not words or words[0] == 'COMMENT':
             continue
@@ -40,13 +72,38 @@ def kvn_rows(
                     f'this is not an {message} in keyword = value notation, '
                     f'whose first line is {keyword} = {" or ".join(versions)}'
                 )
-        elif word == 'META_START':
-            metadata, is_data = {}, False
-        elif is_assignment:
-            metadata[word] = value
-        elif word in ('META_STOP', 'DATA_START'):
-            is_data = True
-        elif word in ('DATA_STOP', 'COVARIANCE_START'):
-            is_data = False
-        elif is_data:
-            yield KvnRow(version, metadata, words)
+        elif word in _MARKS and not is_assignment:
+            within, begins = _MARKS[word]
+            if section not in within:
+                raise ValueError(f'line {number}: {word} stands in {section}')
+            section = begins
+            if section == _IN_METADATA:
+                metadata = KvnMetadata(number)
+        elif is_assignment and section in (_IN_HEADER, _IN_METADATA):
+            if section == _IN_HEADER and word not in _HEADER:
+                raise ValueError(f'line {number}: {word} is no keyword of the header')
+            keywords = header if section == _IN_HEADER else metadata
+            if word in keywords:
+                raise ValueError(
+                    f'line {number}: {word} is given twice, before in line {keywords.lines[word]}'
+                )
+            keywords[word], keywords.lines[word] = value, number
+        elif is_assignment and section != _IN_COVARIANCE:
+            raise ValueError(f'line {number}: the keyword {word} stands in {section}')
+        elif section in (_BEFORE_ROWS, _IN_ROWS):
+            section = _IN_ROWS
+            yield KvnRow(version, metadata, words, number)
+        elif section != _IN_COVARIANCE:
+            raise ValueError(f'line {number}: a row that begins with {words[0]} is in {section}')
+    if section in (_IN_METADATA, _BEFORE_ROWS, _IN_COVARIANCE):
+        raise ValueError(f'it ends within {section}')
+
+
+def is_inertial(frame: str) -> bool:
+    """
+    Whether a name is one of INERTIAL_FRAMES, or a numbered realisation of one.
+
+    >>> is_inertial('ICRF3'), is_inertial('ITRF2000')
+    (True, False)
+    """
+    return frame in INERTIAL_FRAMES or re.sub('[0-9]+$', '', frame) in INERTIAL_FRAMES

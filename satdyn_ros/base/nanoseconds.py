@@ -14,7 +14,8 @@ DAY_NS = 86_400 * SECOND_NS
 # The two forms of CCSDS 301.0-B-4, section 3.5: calendar date, and day of the year.
 _EPOCH = re.compile(
     r'(?P<year>\d{4})-(?:(?P<month>\d\d)-(?P<day>\d\d)|(?P<day_of_year>\d{3}))'
-    r'T(?P<hour>\d\d):(?P<minute>\d\d):(?P<second>\d\d)(?P<fraction>\.\d+)?Z?'
+    r'T(?P<hour>\d\d):(?P<minute>\d\d):(?P<second>\d\d)(?P<fraction>\.\d+)?Z?',
+    re.ASCII,
 )
 
 

@@ -42,7 +42,8 @@ def read_text(path: str | Path, what: str) -> str:
     try:
         with open(regular_file(path), 'rb') as file:
             content = file.read(LARGEST_BYTES + 1)
-        text = content.decode()
+        # With or without the byte-order mark that some editors put first.
+        text = content.decode('utf-8-sig')
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, 'strerror', None) or 'it is not a text file'
         raise ValueError(f'{what} {path} cannot be read: {reason}') from None

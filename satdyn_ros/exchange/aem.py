@@ -5,7 +5,6 @@ Its quaternion gives the rotation that takes the axes of REF_FRAME_A to those of
 vector part first.  With the inertial frame as A and the body as B these are the numbers of q_ib.
 """
 
-import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,11 +12,11 @@ from typing import TextIO
 
 import numpy as np
 
-from ..base.kvn import kvn_rows
+from ..base.kvn import INERTIAL_FRAMES, is_inertial, kvn_rows
 from ..base.nanoseconds import epoch, stamp_ns
 from ..base.regular_file import regular_file
 from ..kernel import rotation
-from .ccsds import INERTIAL_FRAMES, SegmentWriter, Subject
+from .ccsds import SegmentWriter, Subject
 
 BODY = 'SC_BODY_1'
 # How many numbers follow the epoch in the rows of each type that we read.
@@ -83,7 +82,7 @@ def attitude_at(path: str | Path, epoch_text: str) -> Attitude:
     """
     wanted_ns = stamp_ns(epoch_text)
     found, nearest_ns = None, None
-    with open(regular_file(path), encoding='ascii', errors='replace') as file:
+    with open(regular_file(path), encoding='utf-8-sig', errors='replace') as file:
         try:
             for segment, row in _rows(file):
                 row_ns = stamp_ns(row[0])
@@ -116,7 +115,7 @@ class _Segment:
             raise ValueError(f'TIME_SYSTEM is {value("TIME_SYSTEM")}; only UTC is supported')
         frames = value('REF_FRAME_A'), value('REF_FRAME_B')
         are_body = [frame.startswith('SC_BODY') for frame in frames]
-        if sum(are_body) != 1 or not _is_inertial(frames[are_body.index(False)]):
+        if sum(are_body) != 1 or not is_inertial(frames[are_body.index(False)]):
             raise ValueError(
                 f'REF_FRAME_A is {frames[0]} and REF_FRAME_B {frames[1]}; supported: SC_BODY and '
                 f'one of {", ".join(INERTIAL_FRAMES)}'
@@ -161,8 +160,3 @@ def _rows(lines: Iterable[str]) -> Iterator[tuple[_Segment, list[str]]]:
             metadata = row.metadata
             segment = _Segment(metadata, row.version)
         yield segment, row.words
-
-
-def _is_inertial(frame: str) -> bool:
-    """Whether a name is one of the inertial frames, or a numbered realisation such as ICRF3."""
-    return frame in INERTIAL_FRAMES or re.sub(r'\d+$', '', frame) in INERTIAL_FRAMES

@@ -8,10 +8,9 @@ from typing import TextIO
 
 import numpy as np
 
+from ..base.kvn import INERTIAL_FRAMES
 from ..base.nanoseconds import epoch, epochs
 
-# Names of the SANA registry for axes that do not turn; J2000 is what older files call EME2000.
-INERTIAL_FRAMES = ('EME2000', 'J2000', 'GCRF', 'ICRF')
 _NAME = re.compile(r'[A-Za-z0-9][A-Za-z0-9_ ()/-]*')
 
 

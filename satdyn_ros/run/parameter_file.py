@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -185,7 +186,7 @@ def _text_of_named(key, value, directory):
     """Return a value, the text of a file in place of its name; ValueError: it cannot be read."""
     if key not in _NAME_FILES:
         return value
-    if isinstance(value, list):
+    if isinstance(value, list | tuple):
         return [_text_of_named(key, value[0], directory)] if len(value) == 1 else value
     if not isinstance(value, str) or not value or '\n' in value:
         return value
@@ -193,7 +194,7 @@ def _text_of_named(key, value, directory):
     if len(text) > _LARGEST_FILE:
         raise ValueError(f'{key} {value} is larger than the {_LARGEST_FILE} bytes allowed')
     # A line break at its end tells a text of one line from a name.
-    return ''.join(f'{line.rstrip()}\n' for line in text.splitlines())
+    return ''.join(f'{line.rstrip()}\n' for line in StringIO(text, newline=None))
 
 
 def flattened(nested: Mapping[str, Any], prefix: str = '') -> Iterator[tuple[str, Any]]:

@@ -15,10 +15,12 @@ from ..dynamics.equations import MOMENTUM, OMEGA, Q, initial_values
 from ..dynamics.motion import Halted, Motion, States
 from ..dynamics.system import State, System
 from ..dynamics.torque import without_number
+from ..kernel import rotation
 from ..kernel.compile import compiled
+from ..kernel.rows import length
 from ..kernel.time_table import Table
-from ..orbits import KeplerOrbit
-from ..orbits.pieces import Pieces, tables_of
+from ..orbits import KeplerOrbit, TabledOrbit
+from ..orbits.pieces import Piece, Pieces, tables_of
 from .dense_output import add_turn, interpolate, make_dense
 from .dop853 import (
     BEGIN,
@@ -90,6 +92,7 @@ class Propagation(Motion):
         self._all_stops_s, self._until_s = self.stops_s, np.inf
         self._drives: Drives | None = None
         self._table_of: Callable[[Pieces], Table] | None = None
+        self._current: dict[Pieces, Piece] = {}
         self._begin()
 
     @property
@@ -107,6 +110,9 @@ class Propagation(Motion):
         furthest = self._clock[FURTHEST]
         self._clock[:] = new_clock()
         self._clock[FURTHEST] = furthest
+        # When the table of the orbit jumps, from tick 0, and its work there up to then.
+        self._jumps_s: list[float] = []
+        self._jumped = [0.0]
         if self.system.pieces:
             self._enter({each: each.piece_at(self.start_s) for each in self.system.pieces})
 
@@ -119,6 +125,7 @@ class Propagation(Motion):
 
     def _enter(self, current):
         """Go on by the tables of these pieces of time, as long as all of them last."""
+        self._current = current
         self._table_of = tables_of(current)
         self.constants = with_tables(self.constants, self.system, self._table_of)
         begin_s = max(piece.begin_s for piece in current.values())
@@ -128,6 +135,24 @@ class Propagation(Motion):
         self.stops_s = np.array([begin_s, *inside, self._end_s])
         self._until_s = self._end_s - self.start_s
         self._clock[PASSED] = 0.0
+
+    def _note_jump(self, following):
+        """Count as work of the orbit what the potential jumps by where two stretches meet."""
+        orbit = self.system.orbit
+        if not isinstance(orbit, TabledOrbit):
+            return
+        pieces = self._current[orbit.pieces], following[orbit.pieces]
+        if pieces[0].stretch == pieces[1].stretch:
+            return
+        q_ib = columns(self.system, self._stages.y[:, None])[0][0]
+        potentials = []
+        for piece, end in zip(pieces, (1, 0), strict=True):
+            r_i = orbit.ends(piece)[end]
+            r_b = rotation.rotate(rotation.conjugate(q_ib), r_i)
+            r_I_r = r_b @ self.system.inertia @ r_b
+            potentials.append(1.5 * orbit.mu / length(r_i) ** 5 * r_I_r)
+        self._jumps_s.append(self._end_s)
+        self._jumped.append(self._jumped[-1] + float(potentials[1] - potentials[0]))
 
     def _states(self, t_s, turn_b=_NOT_WANTED):
         order = None if (t_s[1:] >= t_s[:-1]).all() else np.argsort(t_s, kind='stable')
@@ -166,9 +191,9 @@ class Propagation(Motion):
                 outcome = UNFINISHED
             if outcome == PIECE_ENDS:
                 try:
-                    self._enter(
-                        {each: each.piece_from(self._end_s) for each in self.system.pieces}
-                    )
+                    following = {each: each.piece_from(self._end_s) for each in self.system.pieces}
+                    self._note_jump(following)
+                    self._enter(following)
                     outcome = UNFINISHED
                 except ValueError as error:
                     why = str(error)
@@ -181,9 +206,9 @@ class Propagation(Motion):
                 )
             self._steps_to_halt = self._clock[STEPS] - self._clock[SINCE]
             of_drives = self._of_drives(sorted_s[:rows], efforts[:, :rows])
+            found = *self._columns(out[:, :rows], sorted_s[:rows]), *of_drives
             self._begin()
             turned = turn_b[:rows] if len(turn_b) else None
-            found = *self._columns(out[:, :rows]), *of_drives
             states = self._table(sorted_s[:rows], turned, *found)
             raise self.halted(outcome, reached_s, states, why)
         of_drives = self._of_drives(sorted_s, efforts)
@@ -191,7 +216,7 @@ class Propagation(Motion):
             out[:, order] = out.copy()
             for table in of_drives:
                 table[order] = table.copy()
-        return *self._columns(out), *of_drives
+        return *self._columns(out, t_s), *of_drives
 
     def _of_drives(self, t_s, efforts):
         """Return rotor_torque and met_limit of States at ascending times, if there are any."""
@@ -245,10 +270,14 @@ class Propagation(Motion):
 
     def states_of(self, t_s: np.ndarray, out: np.ndarray) -> States:
         """Return the states at t_s (N,) of the wanted variables (V, N)."""
-        return self._table(t_s, None, *self._columns(out))
+        return self._table(t_s, None, *self._columns(out, t_s))
 
-    def _columns(self, out):
-        return columns(self.system, out)
+    def _columns(self, out, t_s):
+        *found, work = columns(self.system, out)
+        if self._jumps_s:
+            passed = np.searchsorted(self._jumps_s, self.start_s + t_s, side='right')
+            work = work + np.array(self._jumped)[passed]
+        return *found, work
 
 
 def columns(system: System, out: np.ndarray) -> tuple[np.ndarray, ...]:

@@ -8,6 +8,7 @@ before: a library's last bit may change with the number of rows.
 
 import math
 import sys
+from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
@@ -188,6 +189,7 @@ class Pieces:
     ):
         self._make, self._outside, self._corners = make, outside, corners
         self.stretches = tuple(stretches)
+        self._begins_s = [stretch.begin_s for stretch in self.stretches]
         # Two threads that ask for the same piece may both make it: it is the same.
         self._kept = lru_cache(_KEPT)(self._made)
         self._last_asked: Piece | None = None
@@ -206,10 +208,11 @@ class Pieces:
 
     def piece_at(self, t_s: float) -> Piece:
         """Return the piece that a time is in; ValueError: there is none."""
-        for stretch in reversed(self.stretches):
-            if stretch.begin_s <= t_s <= stretch.end_s:
-                return Piece(stretch, stretch.number(float(t_s)))
-        raise ValueError(self._outside(t_s))
+        # Where two meet it is in the later one.
+        i = bisect_right(self._begins_s, t_s) - 1
+        if i < 0 or not t_s <= self.stretches[i].end_s:
+            raise ValueError(self._outside(t_s))
+        return Piece(self.stretches[i], self.stretches[i].number(float(t_s)))
 
     def piece_from(self, t_s: float) -> Piece:
         """Return the piece that is in force from a time on; ValueError: there is none."""

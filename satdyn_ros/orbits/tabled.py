@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
 from ..kernel import rotation
@@ -18,7 +19,13 @@ POSITION, VELOCITY, SLOPE, CURVATURE = np.arange(12).reshape(4, 3)
 
 
 class OrbitSource(ABC):
-    """Where the polynomials of an orbit come from; a text or elements, which a run can send on."""
+    """
+    Where the polynomials of an orbit come from; a text or elements, which a run can send on.
+
+    key: of the scenario, or what else it is called in a sentence.
+    """
+
+    key = 'the orbit'
 
     @property
     @abstractmethod
@@ -72,11 +79,26 @@ class TabledOrbit:
         velocity = given[3:] if len(given) > 3 else slope
         return np.concatenate([given[:3], velocity, slope, curvature])
 
+    def ends(self, piece: Piece) -> tuple[np.ndarray, np.ndarray]:
+        """Return r_i [m] where a piece begins and where it ends, by its own polynomials."""
+        r_i = self.pieces.table_in(piece).coefficients[0, POSITION]
+        return chebyshev.chebval(-1.0, r_i.T), chebyshev.chebval(1.0, r_i.T)
+
     @cached_property
     def osculating(self) -> KeplerOrbit:
-        """The Kepler ellipse through the position at tick 0 and its slope."""
+        """
+        The Kepler ellipse through the position at tick 0 and its slope.
+
+        ValueError: it is no ellipse.
+        """
         r_i, slope = self._columns(0.0, POSITION, SLOPE)
-        return KeplerOrbit.from_state(r_i, slope, self.mu)
+        try:
+            return KeplerOrbit.from_state(r_i, slope, self.mu)
+        except ValueError:
+            raise ValueError(
+                f'{self.source.key} is no ellipse at tick 0: {length(slope):.6g} m/s at '
+                f'{length(r_i):.6g} m from the centre of the Earth'
+            ) from None
 
     @property
     def mean_motion(self) -> float:

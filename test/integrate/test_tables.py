@@ -15,7 +15,8 @@ from satdyn_ros.integrate.propagation import Propagation
 from satdyn_ros.kernel import rotation
 from satdyn_ros.orbits import KeplerOrbit, TabledOrbit
 from satdyn_ros.orbits.j2 import OblateOrbit
-from satdyn_ros.orbits.pieces import Stretch
+from satdyn_ros.orbits.pieces import Stretch, fitted
+from satdyn_ros.orbits.tabled import OrbitSource
 
 KEPLER = KeplerOrbit(eccentricity=0.05, inclination=0.9, raan=0.3, true_anomaly=2.0)
 # Of the Earth, times ten: the plane turns by degrees.
@@ -36,6 +37,21 @@ class Ending(OblateOrbit):
 
     def outside(self, t_s):
         return f'nothing is known of {t_s:g} s'
+
+
+# Another ellipse takes over at this time, until another.
+AFTER = KeplerOrbit(eccentricity=0.05, inclination=0.9, raan=0.3001, true_anomaly=2.0)
+AT_S, UNTIL_S = 2000.0, 4000.0
+
+
+class Meeting(OrbitSource):
+    """Two ellipses, each known for a while."""
+
+    stretches = (Stretch(0.0, 250.0, 0.0, AT_S), Stretch(AT_S, 250.0, AT_S, UNTIL_S))
+
+    def coefficients(self, piece):
+        ellipse = AFTER if piece.begin_s >= AT_S else KEPLER
+        return fitted(lambda t_s: ellipse.position_velocity(t_s)[0])(piece)
 
 
 def system(orbit=OBLATE):
@@ -77,6 +93,35 @@ def test_the_balance_of_energy_holds():
     """The orbit's work is counted, of a plane that turns too."""
     states = Propagation(system(), STATE).at(T_S)
     assert np.max(np.abs(relative_drift(system(), states)['energy_balance'])) < 1e-12
+
+
+def test_where_an_orbit_jumps_the_orbit_does_the_work():
+    """
+    Two ellipses of which one takes over from the other, a row at that time and others around it.
+
+    The balance of energy closes, forwards, from behind and up to a halt; the work has the jump of
+    the potential (3 mu / 2 r^3) c . I c, worked out here, and 3e-5 of it are the microsecond.
+    """
+    orbit = TabledOrbit(Meeting())
+    jumping = System(INERTIA, orbit=orbit)
+    motion = Propagation(jumping, STATE)
+    t_s = np.union1d(T_S[T_S < 3900.0], [AT_S - 1e-6, AT_S])
+    states = motion.at(t_s)
+    assert np.max(np.abs(relative_drift(jumping, states)['energy_balance'])) < 1e-12
+    np.testing.assert_array_equal(motion.at(t_s[::-1]).work[::-1], states.work)
+    at = int(np.searchsorted(t_s, AT_S))
+    potentials = []
+    for ellipse in (KEPLER, AFTER):
+        r_b = rotation.rotate(
+            rotation.conjugate(states.q_ib[at]), ellipse.position_velocity(AT_S)[0]
+        )
+        potentials.append(1.5 * ellipse.mu * (r_b @ INERTIA @ r_b) / np.linalg.norm(r_b) ** 5)
+    jump = potentials[1] - potentials[0]
+    assert_allclose(states.work[at] - states.work[at - 1], jump, rtol=1e-4, atol=0.0)
+    with pytest.raises(Halted) as halted:
+        motion.at(T_S)
+    found = halted.value.states
+    assert np.max(np.abs(relative_drift(jumping, found)['energy_balance'])) < 1e-12
 
 
 def test_states_do_not_depend_on_what_was_asked_before():

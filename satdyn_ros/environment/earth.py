@@ -32,13 +32,36 @@ def terrestrial_time(unix_ns: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
 
 def tai_from_utc_ns(unix_ns: ArrayLike) -> np.ndarray:
     """Return TAI - UTC at stamps (...) [ns], from pyerfa's table of leap seconds."""
+    begins_ns, ahead_ns = _leap_seconds()
+    return ahead_ns[np.maximum(np.searchsorted(begins_ns, unix_ns, side='right') - 1, 0)]
+
+
+def leap_seconds_between(begin_ns: int, end_ns: int) -> dict[int, int]:
+    """
+    Return by stamp, ascending, where TAI - UTC changes after one and up to another, by what [ns].
+
+    Leap seconds end June or December: within half a year no table is needed.
+    """
+    halves = [
+        np.datetime64(ns, 'ns').astype('datetime64[M]').astype(int) // 6
+        for ns in (begin_ns, end_ns)
+    ]
+    if halves[0] == halves[1]:
+        return {}
+    begins_ns, ahead_ns = _leap_seconds()
+    inside = (begins_ns > begin_ns) & (begins_ns <= end_ns)
+    steps_ns = np.diff(ahead_ns, prepend=0)
+    return dict(zip(begins_ns[inside].tolist(), steps_ns[inside].tolist(), strict=True))
+
+
+def _leap_seconds():
+    """Return the stamps [ns] from which on TAI - UTC is what [ns], both (N,)."""
     with brought_by('environment', 'pyerfa'):
         import erfa
     table = erfa.leap_seconds.get()
     months = 12 * (table['year'] - 1970) + table['month'] - 1
     begins_ns = months.astype('datetime64[M]').astype('datetime64[ns]').astype(np.int64)
-    entry = np.searchsorted(begins_ns, unix_ns, side='right') - 1
-    return np.rint(table['tai_utc'][np.maximum(entry, 0)] * SECOND_NS).astype(np.int64)
+    return begins_ns, np.rint(table['tai_utc'] * SECOND_NS).astype(np.int64)
 
 
 def utc_from_tai_ns(tai_ns: np.ndarray) -> np.ndarray:

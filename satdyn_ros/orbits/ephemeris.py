@@ -1,32 +1,56 @@
 """
 The orbit of a CCSDS Orbit Ephemeris Message, 502.0-B, in keyword = value notation.
 
-Each segment is interpolated by itself, as it says: by Lagrange's polynomial of each column, or by
-Hermite's of the positions, whose slopes at the rows are the velocities.
+Each segment is interpolated by itself, as it says, and in TAI, whatever its TIME_SYSTEM.  A stamp
+is an instant of UTC: the orbit at a time from tick 0 is that at its stamp, so that across a leap
+second, which no stamp tells, it goes on by a second more.
 """
 
+import math
+import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from io import StringIO
 from itertools import pairwise
 
 import numpy as np
-from numpy.polynomial import chebyshev
 
-from ..base.kvn import kvn_rows
-from ..base.nanoseconds import SECOND_NS, epoch, stamp_ns
-from ..environment.earth import utc_from_tai_ns, utc_from_tt_ns
-from .pieces import PIECE_TURN, Piece, Stretch, fitted
+from ..base.kvn import INERTIAL_FRAMES, KvnMetadata, KvnRow, is_inertial, kvn_rows
+from ..base.nanoseconds import DAY_NS, SECOND_NS, epoch, stamp_ns
+from ..environment.earth import leap_seconds_between, utc_from_tai_ns, utc_from_tt_ns
+from ..kernel.rows import length
+from .interpolation import Interpolation, Span
+from .kepler import EARTH_RADIUS_M
+from .pieces import Piece, Stretch, fitted
 from .tabled import OrbitSource
 
-_VERSIONS = ('1.0', '2.0', '3.0')
-_FRAMES = ('EME2000', 'GCRF', 'ICRF')
-_TO_UTC = {'UTC': lambda stamps_ns: stamps_ns, 'TT': utc_from_tt_ns, 'TAI': utc_from_tai_ns}
+VERSIONS = ('1.0', '2.0', '3.0')
+TO_UTC = {'UTC': lambda stamps_ns: stamps_ns, 'TT': utc_from_tt_ns, 'TAI': utc_from_tai_ns}
 _METHODS = ('HERMITE', 'LAGRANGE', 'LINEAR')
-_DEFAULT = ('HERMITE', '7')
+_DEFAULT_DEGREE, _HIGHEST_DEGREE = 7, 99
+_TIMES = ('START_TIME', 'USEABLE_START_TIME', 'USEABLE_STOP_TIME', 'STOP_TIME')
+_KEYWORDS = (
+    *('OBJECT_NAME', 'OBJECT_ID', 'CENTER_NAME', 'REF_FRAME', 'REF_FRAME_EPOCH', 'TIME_SYSTEM'),
+    *_TIMES,
+    *('INTERPOLATION', 'INTERPOLATION_DEGREE'),
+)
 _ROW_LENGTHS = (6, 9)
-# How far the table may be from the interpolation, seen at a few places, and how often the longest
-# pieces may be halved for it.
-_ENOUGH_M, _HALVED = 1e-4, 5
+_NUMBERS = re.compile(r'(?: [-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)*')
+_LEAP_SECOND = re.compile(r'(.*T\d\d:\d\d:)60((?:\.\d+)?Z?)', re.ASCII)
+# What can be told by 64 bits.
+_LAST_NS = 2**63 - 1
+# What nothing about the Earth is beyond [m] and nothing as fast as [m/s].
+_FURTHEST_M, _LIGHT_M_S = 1e13, 299_792_458.0
+# A body slower than this across the line to the centre [m/s] has no LVLH.
+_SLOWEST_M_S = 1e-3
+# The ground is a spheroid about Z, of the radii of WGS 84 less a kilometre: the pole has moved
+# since 2000, and neither sea nor land follows the spheroid.
+_GROUND_M = np.array([EARTH_RADIUS_M, EARTH_RADIUS_M, 6_356_752.3]) - 1000.0
+# By how much rows may be missed by the interpolation of every other one without a word.
+_MISSED_M = 10.0
+# In how many places a radian of an orbit is looked at, and what is between two rows, at least.
+_PLACES_A_RADIAN, _LEAST_PLACES = 12, 4
 
 
 @dataclass(frozen=True)
@@ -34,14 +58,21 @@ class EphemerisOrbit(OrbitSource):
     """
     The orbit of the text of an OEM from tick 0 on, which is at epoch_ns.
 
-    ValueError: it is none, or of another centre, frame or time system, with what is wrong.
+    ValueError: it is none, or of another centre, frame or time system, or no orbit goes through
+    its rows; with the line and what is wrong.
     """
 
     text: str
     epoch_ns: int
 
+    key = 'orbit.file'
+
     def __post_init__(self) -> None:
-        _ = self._segments
+        try:
+            with np.errstate(all='ignore'):
+                _ = self.spans
+        except ValueError as error:
+            raise ValueError(f'{self.key}: {error}') from error.__cause__
 
     def __repr__(self) -> str:
         begin, end = map(self._epoch, self._bounds_s)
@@ -49,60 +80,80 @@ class EphemerisOrbit(OrbitSource):
 
     @cached_property
     def _segments(self) -> tuple['_Segment', ...]:
-        segments: list[tuple[dict[str, str], list[list[str]]]] = []
-        try:
-            for row in kvn_rows(
-                self.text.splitlines(), 'Orbit Ephemeris Message', 'CCSDS_OEM_VERS', _VERSIONS
-            ):
-                if not segments or row.metadata is not segments[-1][0]:
-                    segments.append((row.metadata, []))
-                segments[-1][1].append(row.words)
-            if not segments:
-                raise ValueError('it has no positions')
-            made = [_Segment(metadata, rows, self.epoch_ns) for metadata, rows in segments]
-            made.sort(key=lambda segment: segment.begin_s)
-            # Where two have the same time, the later one counts.
-            for segment, following in pairwise(made):
-                segment.end_s = min(segment.end_s, following.begin_s)
-            useable = tuple(segment for segment in made if segment.begin_s < segment.end_s)
-            if not useable:
-                raise ValueError('no time in it is useable')
-        except ValueError as error:
-            raise ValueError(f'orbit.file: {error}') from None
-        return useable
+        given = self.text.strip()
+        if given and '\n' not in given:
+            raise ValueError(f'this is not an Orbit Ephemeris Message, but one line: {given!r}')
+        lines = StringIO(self.text.removeprefix('\ufeff'), newline=None)
+        read: list[list[KvnRow]] = []
+        for row in kvn_rows(lines, 'Orbit Ephemeris Message', 'CCSDS_OEM_VERS', VERSIONS):
+            if not read or row.metadata is not read[-1][0].metadata:
+                read.append([])
+            read[-1].append(row)
+        if not read:
+            raise ValueError('it has no positions')
+        found = [_Segment(rows, self.epoch_ns) for rows in read]
+        found.sort(key=lambda segment: segment.begin_ns)
+        for segment, following in pairwise(found):
+            if following.begin_ns < segment.end_ns:
+                raise ValueError(
+                    f'the segments of lines {segment.line} and {following.line} both hold '
+                    f'{_shown(following.begin_ns)}; of their useable times only an end may be the '
+                    'same'
+                )
+        return tuple(found)
+
+    @cached_property
+    def spans(self) -> tuple[Span, ...]:
+        """The useable times, cut where another set of rows begins and at leap seconds."""
+        return tuple(span for segment in self._segments for span in segment.spans)
+
+    @property
+    def warning(self) -> str | None:
+        """What to say of rows that are too far apart for their interpolation."""
+        missed_m, at, step_s = max(segment.missed for segment in self._segments)
+        if missed_m <= _MISSED_M:
+            return None
+        return (
+            f'{self.key} has rows {step_s:g} s apart at {at}, which may be too far for its '
+            'interpolation: without every other row it misses the one there by '
+            f'{missed_m:.3g} m'
+        )
 
     @property
     def _bounds_s(self):
-        return self._segments[0].begin_s, self._segments[-1].end_s
+        return self.spans[0].begin_s, self.spans[-1].end_s
 
     def _epoch(self, t_s):
-        return epoch(self.epoch_ns + round(float(t_s) * SECOND_NS)).rstrip('0').rstrip('.')
+        return _shown(self.epoch_ns + round(float(t_s) * SECOND_NS))
 
     @cached_property
+    def _span_of(self) -> dict[Stretch, Span]:
+        return {stretch: span for span in self.spans for stretch in span.stretches()}
+
+    @property
     def stretches(self) -> tuple[Stretch, ...]:
-        """One for each segment, over its useable time."""
-        return tuple(segment.stretch for segment in self._segments)
+        """Those of each segment, over its useable time."""
+        return tuple(self._span_of)
 
     def outside(self, t_s: float) -> str:
         """Return the sentence that refuses a time in no segment, or what follows on its end."""
         begin, end = map(self._epoch, self._bounds_s)
         is_gap = self._bounds_s[0] < t_s < self._bounds_s[1]
         gap = ', with a gap between two segments there' if is_gap else ''
-        is_last = any(t_s == segment.end_s for segment in self._segments)
+        is_last = any(t_s == span.end_s for span in self.spans)
         where = f'{"after" if is_last else "at"} {self._epoch(t_s)}'
-        return f'orbit.file has no position {where}: it goes from {begin} to {end}{gap}'
+        return f'{self.key} has no position {where}: it goes from {begin} to {end}{gap}'
 
     def coefficients(self, piece: Piece) -> np.ndarray:
         """Return those of r_i and v_i over a piece, (6, terms)."""
-        segment = self._segments[self.stretches.index(piece.stretch)]
-        return fitted(segment.interpolated)(piece)
+        return fitted(self._span_of[piece.stretch].interpolated)(piece)
 
     def position_velocity(self, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return r_i [m] and v_i [m/s] at times (N,), each (N, 3); ValueError: one is outside."""
         found = np.full((len(t_s), 6), np.nan)
-        for segment in self._segments:
-            inside = (t_s >= segment.begin_s) & (t_s <= segment.end_s)
-            found[inside] = segment.interpolated(t_s[inside])
+        for span in self.spans:
+            inside = (t_s >= span.begin_s) & (t_s <= span.end_s)
+            found[inside] = span.interpolated(t_s[inside])
         outside = np.isnan(found[:, 0])
         if np.any(outside):
             raise ValueError(self.outside(t_s[outside][0]))
@@ -110,140 +161,271 @@ class EphemerisOrbit(OrbitSource):
 
 
 class _Segment:
-    """The rows of a segment, with times from tick 0, and how it says to interpolate them."""
+    """
+    The rows of a segment, checked.
 
-    def __init__(self, metadata, rows, epoch_ns):
-        def value(keyword, *default):
-            if keyword not in metadata and not default:
-                raise ValueError(f'a segment has no {keyword}')
-            return metadata.get(keyword, *default).upper()
+    line: where it begins.  begin_ns, end_ns: its useable time, by stamps.
+    """
 
-        for keyword, allowed in (
-            ('CENTER_NAME', ('EARTH',)),
-            ('REF_FRAME', _FRAMES),
-            ('TIME_SYSTEM', tuple(_TO_UTC)),
-        ):
-            if value(keyword) not in allowed:
-                raise ValueError(f'{keyword} is {value(keyword)}; supported: {", ".join(allowed)}')
-        self._method, degree = value('INTERPOLATION', _DEFAULT[0]), _DEFAULT[1]
-        if self._method not in _METHODS:
-            raise ValueError(f'INTERPOLATION is {self._method}; supported: {", ".join(_METHODS)}')
-        degree = '1' if self._method == 'LINEAR' else value('INTERPOLATION_DEGREE', degree)
-        if not (degree.isdigit() and int(degree) > 0):
-            raise ValueError(
-                f'INTERPOLATION_DEGREE is {degree}; it must be a whole number above 0'
-            )
-        # Hermite's polynomial through n rows has the degree 2 n - 1.
-        is_hermite = self._method == 'HERMITE'
-        self._window = max(2, int(degree) // 2 + 1) if is_hermite else int(degree) + 1
-        if len(rows) < self._window:
-            raise ValueError(
-                f'a segment has {len(rows)} rows; interpolation of degree {degree} needs '
-                f'{self._window}'
-            )
-
-        def seconds(epochs):
-            in_utc = _TO_UTC[value('TIME_SYSTEM')](np.array([stamp_ns(text) for text in epochs]))
-            return (in_utc - epoch_ns) / SECOND_NS
-
-        self._t_s = seconds([row[0] for row in rows])
-        steps = np.diff(self._t_s)
-        if not np.all(steps > 0.0):
-            late = rows[int(np.argmin(steps > 0.0)) + 1][0]
-            raise ValueError(f'the row at {late} is not later than the one before it')
-        self._rows = 1e3 * np.array([_numbers(row) for row in rows])
-        self.begin_s, self.end_s = (
-            float(seconds([text])[0])
-            for text in (
-                metadata.get('USEABLE_START_TIME', rows[0][0]),
-                metadata.get('USEABLE_STOP_TIME', rows[-1][0]),
-            )
+    def __init__(self, rows: Sequence[KvnRow], epoch_ns: int):
+        metadata = rows[0].metadata
+        self.line = metadata.lines['META_START']
+        self._rows = rows
+        system = _time_system(metadata)
+        times = [_Time(row.words[0], row.line) for row in rows]
+        clock = _Clock(system, times)
+        tai_ns = [clock.tai_ns(time) for time in times]
+        for i, (before_ns, after_ns) in enumerate(pairwise(tai_ns), 1):
+            if after_ns <= before_ns:
+                raise ValueError(f'{self._named(i)} is not later than the one before it')
+        self._interpolation = interpolation_of(
+            metadata,
+            np.array([ns - tai_ns[0] for ns in tai_ns]) / SECOND_NS,
+            1e3 * np.array([_numbers(row) for row in rows]),
         )
-        self.begin_s = max(self.begin_s, float(self._t_s[0]))
-        self.end_s = min(self.end_s, float(self._t_s[-1]))
+        said_ns = {
+            keyword: clock.tai_ns(_Time(metadata[keyword], metadata.lines[keyword]))
+            for keyword in _TIMES
+            if keyword in metadata
+        }
+        parts = clock.parts(
+            max(tai_ns[0], said_ns.get('USEABLE_START_TIME', tai_ns[0])),
+            min(tai_ns[-1], said_ns.get('USEABLE_STOP_TIME', tai_ns[-1])),
+        )
+        if not parts:
+            raise ValueError(f'line {self.line}: no time in it is useable')
+        self.begin_ns, self.end_ns = parts[0][0], parts[-1][1]
+        self._check_rows()
+        self.spans = [
+            Span(
+                self._interpolation,
+                (begin_ns - epoch_ns) / SECOND_NS,
+                (end_ns - epoch_ns) / SECOND_NS,
+                (epoch_ns + ahead_ns - tai_ns[0]) / SECOND_NS,
+                float(np.max(self._rates)),
+            )
+            for begin_ns, end_ns, ahead_ns in parts
+        ]
+        self._check_between(epoch_ns)
+
+    def _named(self, i):
+        return f'line {self._rows[i].line}: the row at {self._rows[i].words[0]}'
+
+    def _check_rows(self):
+        """ValueError: a row is no place of a satellite, or whole turns away from the next."""
+        r, v = np.split(self._interpolation.rows, 2, axis=1)
+        for is_wrong, why in (
+            (length(r) > _FURTHEST_M, f'more than {_FURTHEST_M / 1e3:g} km from the Earth'),
+            (length(v) >= _LIGHT_M_S, 'as fast as light'),
+            (length(r / _GROUND_M) < 1.0, 'within the Earth'),
+        ):
+            if np.any(is_wrong):
+                raise ValueError(f'{self._named(int(np.argmax(is_wrong)))} is {why}')
+        self._rates = length(np.cross(r, v)) / length(r) ** 2
+        steps_s = np.diff(self._interpolation.times_s)
+        turns = np.minimum(self._rates[1:], self._rates[:-1]) * steps_s / math.tau
+        if np.any(turns > 1.0):
+            i = int(np.argmax(turns))
+            raise ValueError(
+                f'{self._named(i + 1)} is {steps_s[i]:g} s after the one before it, and the orbit '
+                f'turns {turns[i]:.3g} times in between'
+            )
+
+    def _check_between(self, epoch_ns):
+        """ValueError: the interpolation goes within the Earth, or is at rest."""
+        for span in self.spans:
+            t_s = _places(span)
+            values, slope = self._interpolation.with_slope(t_s + span.ahead_s)
+            r = values[:, :3]
+            height = length(r / _GROUND_M)
+            across_m_s = length(np.cross(r, slope)) / length(r)
+            lowest = int(np.argmin(height))
+            if not height[lowest] >= 1.0:
+                after = int(np.searchsorted(span.edges_s, t_s[lowest], side='right'))
+                apart_s = np.diff(span.edges_s[max(0, after - 1) :][:2])[0]
+                raise ValueError(
+                    f'at {_shown(epoch_ns + round(float(t_s[lowest]) * SECOND_NS))}, between rows '
+                    f'{apart_s:g} s apart, its interpolation of degree '
+                    f'{self._interpolation.degree} is {length(r[lowest]) / 1e3:.5g} km from the '
+                    "Earth's centre, within the Earth"
+                )
+            if np.any(across_m_s < _SLOWEST_M_S):
+                at_s = float(t_s[np.argmax(across_m_s < _SLOWEST_M_S)])
+                raise ValueError(
+                    f'at {_shown(epoch_ns + round(at_s * SECOND_NS))} the body of the segment of '
+                    f'line {self.line} rests, or moves straight up or down: it has no LVLH'
+                )
 
     @cached_property
-    def stretch(self) -> Stretch:
+    def missed(self) -> tuple[float, str, float]:
         """
-        The useable time in pieces of one length, as few as follow the interpolation.
+        By how much [m], at which row, and how far it is from the one before [s].
 
-        Its polynomials change at the rows, which is seen where they are far apart.
+        The interpolation of every other row misses the rest of the useable ones by no more.
         """
-        r, v = self._rows[:, :3], self._rows[:, 3:]
-        rates = np.linalg.norm(np.cross(r, v), axis=1) / np.sum(r * r, axis=1)
-        span_s = self.end_s - self.begin_s
-        fewest = max(1, int(np.ceil(span_s * np.max(rates) / PIECE_TURN)))
-        counts = {fewest * 2**n for n in range(_HALVED)}
-        # Pieces that end at rows, the shortest of which are exact.
-        inside = (self._t_s >= self.begin_s) & (self._t_s < self.end_s)
-        steps = max(1, int(np.sum(inside)))
-        rows_s = self.begin_s + span_s / steps * np.arange(steps)
-        if np.allclose(self._t_s[self._t_s >= self.begin_s][:steps], rows_s, rtol=0.0, atol=1e-6):
-            counts |= {count for count in range(fewest, steps + 1) if steps % count == 0}
-        for count in sorted(counts):
-            stretch = Stretch(self.begin_s, float(span_s / count), self.begin_s, self.end_s)
-            if self._error_m(stretch) <= _ENOUGH_M:
-                break
-        return stretch
+        times_s, rows = self._interpolation.times_s, self._interpolation.rows
+        useable = np.zeros(len(times_s), bool)
+        for span in self.spans:
+            t_s = times_s - span.ahead_s
+            useable |= (t_s >= span.begin_s) & (t_s <= span.end_s)
+        # The last row, if it is left out, is beyond those that are not.
+        left_out = np.flatnonzero(useable[1:-1:2]) * 2 + 1
+        if not len(left_out):
+            return 0.0, '', 0.0
+        found = self._interpolation.of_every_other().at(times_s[left_out])
+        off_m = length(found[:, :3] - rows[left_out, :3])
+        worst = int(np.argmax(off_m))
+        i = left_out[worst]
+        return float(off_m[worst]), self._rows[i].words[0], float(times_s[i] - times_s[i - 1])
 
-    def _error_m(self, stretch):
-        """Return how far the polynomials of some pieces are from the interpolation."""
-        x, worst_m = np.linspace(-1.0, 1.0, 50), 0.0
-        for number in np.unique(np.linspace(0, stretch.last, 9).astype(int)):
-            piece = Piece(stretch, int(number))
-            t_s = piece.begin_s + stretch.length_s * (x[1:-1] + 1.0) / 2.0
-            true = self.interpolated(t_s)[:, :3]
-            found = chebyshev.chebval(x[1:-1], fitted(self.interpolated)(piece)[:3].T).T
-            worst_m = max(worst_m, float(np.max(np.abs(found - true))))
-        return worst_m
 
-    def interpolated(self, t_s: np.ndarray) -> np.ndarray:
-        """Return r_i [m] and v_i [m/s] at times (N,), (N, 6)."""
-        # The rows on both sides, as many before as after, at the ends those that there are.
-        before = np.searchsorted(self._t_s, t_s, side='right') - 1
-        first = np.clip(before - (self._window - 1) // 2, 0, len(self._t_s) - self._window)
-        places = first[:, None] + np.arange(self._window)
-        # Times in a unit of their own keep the numbers near 1.
-        unit_s = (self._t_s[-1] - self._t_s[0]) / (len(self._t_s) - 1)
-        x = (t_s - self._t_s[first]) / unit_s
-        nodes = (self._t_s[places] - self._t_s[first][:, None]) / unit_s
-        rows = self._rows[places]
-        if self._method != 'HERMITE':
-            return _newton(nodes, rows, x)[0]
-        r, slopes = rows[..., :3], rows[..., 3:] * unit_s
-        r_i, slope = _newton(np.repeat(nodes, 2, axis=1), np.repeat(r, 2, axis=1), x, slopes)
-        return np.hstack([r_i, slope / unit_s])
+class _Time:
+    """An epoch in a file: the stamp that it would have, were it in UTC and no leap second."""
+
+    def __init__(self, text: str, line: int):
+        self.text, self.line = text, line
+        found = _LEAP_SECOND.fullmatch(text)
+        self.is_leap_second = found is not None
+        try:
+            self.stamp_ns = stamp_ns(f'{found[1]}59{found[2]}' if found else text)
+        except ValueError as error:
+            raise ValueError(f'line {line}: {error}') from None
+        if abs(self.stamp_ns) > _LAST_NS - DAY_NS:
+            raise ValueError(
+                f'line {line}: the epoch {text} is out of range; it must be before '
+                f'{epoch(_LAST_NS)[:4]}'
+            )
+
+
+class _Clock:
+    """
+    Tells times of a file in TAI, less what it is ahead of UTC at the begin of the file [ns].
+
+    A leap second has a time of its own there, and no stamp.
+    """
+
+    def __init__(self, system: str, times: Sequence[_Time]):
+        self._is_utc = system == 'UTC'
+        first_ns = min(time.stamp_ns for time in times)
+        last_ns = max(time.stamp_ns + time.is_leap_second * SECOND_NS for time in times)
+        self._ahead_ns = 0
+        if not self._is_utc:
+            # A noon, which is in no leap second.
+            first_ns = first_ns // DAY_NS * DAY_NS - DAY_NS // 2
+            utc_ns = TO_UTC[system](np.array([first_ns, last_ns]))
+            self._ahead_ns = first_ns - int(utc_ns[0])
+            first_ns, last_ns = int(utc_ns[0]), int(utc_ns[1]) + SECOND_NS
+        self._leaps = leap_seconds_between(first_ns, last_ns)
+
+    def tai_ns(self, time: _Time) -> int:
+        """Return the instant of an epoch; ValueError: it is a leap second that was none."""
+        if not self._is_utc:
+            if time.is_leap_second:
+                raise ValueError(f'line {time.line}: {time.text} is a leap second, and not in UTC')
+            return time.stamp_ns - self._ahead_ns
+        passed_ns = sum(step for at_ns, step in self._leaps.items() if at_ns <= time.stamp_ns)
+        if time.is_leap_second:
+            following_ns = (time.stamp_ns // SECOND_NS + 1) * SECOND_NS
+            if self._leaps.get(following_ns) != SECOND_NS:
+                raise ValueError(f'line {time.line}: {time.text} is no leap second that there was')
+            passed_ns += SECOND_NS
+        return time.stamp_ns + passed_ns
+
+    def parts(self, first_ns: int, last_ns: int) -> list[tuple[int, int, int]]:
+        """Return between two instants begin and end, by stamps, and by what TAI is ahead [ns]."""
+        found, ahead_ns = [], 0
+        begins = [(-_LAST_NS, 0), *self._leaps.items()]
+        ends_ns = [*self._leaps, _LAST_NS]
+        for (from_ns, step_ns), until_ns in zip(begins, ends_ns, strict=True):
+            ahead_ns += step_ns
+            begin_ns, end_ns = max(from_ns, first_ns - ahead_ns), min(until_ns, last_ns - ahead_ns)
+            if begin_ns < end_ns:
+                found.append((begin_ns, end_ns, ahead_ns))
+        return found
+
+
+def interpolation_of(
+    metadata: KvnMetadata, times_s: np.ndarray, rows: np.ndarray
+) -> Interpolation:
+    """
+    Return what INTERPOLATION and INTERPOLATION_DEGREE ask for, without them Hermite of degree 7.
+
+    Where no degree is asked for, few rows are enough.  ValueError: we do not have it, or it needs
+    more rows.
+    """
+    method = metadata.get('INTERPOLATION', _METHODS[0]).upper()
+    if method not in _METHODS:
+        raise ValueError(
+            f'line {metadata.lines["INTERPOLATION"]}: INTERPOLATION is {method}; supported: '
+            f'{", ".join(_METHODS)}'
+        )
+    is_hermite, degree, is_asked_for = method == 'HERMITE', _DEFAULT_DEGREE, False
+    if method == 'LINEAR':
+        degree = 1
+    elif (text := metadata.get('INTERPOLATION_DEGREE')) is not None:
+        if not re.fullmatch('0*[1-9][0-9]?', text):
+            raise ValueError(
+                f'line {metadata.lines["INTERPOLATION_DEGREE"]}: INTERPOLATION_DEGREE is '
+                f'{text.upper()}; '
+                f'it must be a whole number from 1 to {_HIGHEST_DEGREE}'
+            )
+        degree, is_asked_for = int(text), True
+    # Hermite's polynomial through n rows has the degree 2 n - 1.
+    window = max(2, degree // 2 + 1 if is_hermite else degree + 1)
+    if not is_asked_for:
+        window = max(2, min(window, len(rows)))
+    if len(rows) < window:
+        raise ValueError(
+            f'line {metadata.lines["META_START"]}: a segment has {len(rows)} rows; '
+            f'interpolation of degree {degree} needs {window}'
+        )
+    return Interpolation(times_s, rows, is_hermite, window)
+
+
+def _time_system(metadata):
+    """Return TIME_SYSTEM; ValueError: the rows of a segment are not what we read."""
+    for keyword in metadata:
+        if keyword not in _KEYWORDS:
+            raise ValueError(
+                f'line {metadata.lines[keyword]}: {keyword} is no keyword of a segment; allowed: '
+                f'{", ".join(_KEYWORDS)}'
+            )
+    for keyword, allowed, is_allowed in (
+        ('CENTER_NAME', ('EARTH',), 'EARTH'.__eq__),
+        ('REF_FRAME', INERTIAL_FRAMES, is_inertial),
+        ('TIME_SYSTEM', tuple(TO_UTC), TO_UTC.__contains__),
+    ):
+        if keyword not in metadata:
+            line = metadata.lines['META_START']
+            raise ValueError(f'line {line}: a segment has no {keyword}')
+        value = metadata[keyword].upper()
+        if not is_allowed(value):
+            raise ValueError(
+                f'line {metadata.lines[keyword]}: {keyword} is {value}; supported: '
+                f'{", ".join(allowed)}'
+            )
+    return value
 
 
 def _numbers(row):
-    """Return position [km] and velocity [km/s] of a row split into its words."""
-    try:
-        numbers = [float(word) for word in row[1:]]
-    except ValueError:
-        numbers = []
-    if len(numbers) not in _ROW_LENGTHS or not np.all(np.isfinite(numbers)):
-        raise ValueError(f'the row at {row[0]} does not hold 6 numbers')
-    return numbers[:6]
+    """Return position [km] and velocity [km/s] of a row."""
+    words = row.words[1:]
+    if len(words) in _ROW_LENGTHS and _NUMBERS.fullmatch(f' {" ".join(words)}'):
+        numbers = [float(word) for word in words]
+        if all(map(math.isfinite, numbers)):
+            return numbers[:6]
+    raise ValueError(f'line {row.line}: the row at {row.words[0]} does not hold 6 numbers')
 
 
-def _newton(nodes, values, x, slopes=None):
-    """
-    Return the polynomials through values (N, n, C) at nodes (N, n), and their slopes, at x (N,).
+def _places(span):
+    """Return times (N,) all along a span, those of the rows too."""
+    edges_s = span.edges_s
+    turns = np.diff(edges_s) * span.fastest_rad_s
+    counts = np.maximum(_LEAST_PLACES, np.ceil(turns * _PLACES_A_RADIAN)).astype(int)
+    within = np.concatenate([np.arange(count) / count for count in counts])
+    t_s = np.repeat(edges_s[:-1], counts) + within * np.repeat(np.diff(edges_s), counts)
+    return np.append(t_s, edges_s[-1])
 
-    slopes (N, n / 2, C): those at the nodes, each of which stands twice then.
-    """
-    # Divided differences, in place; each polynomial by Newton's form.
-    terms = [values[:, 0]]
-    table, count = values, nodes.shape[1]
-    for order in range(1, count):
-        steps = nodes[:, order:] - nodes[:, :-order]
-        with np.errstate(divide='ignore', invalid='ignore'):
-            table = (table[:, 1:] - table[:, :-1]) / steps[..., None]
-        if order == 1 and slopes is not None:
-            table[:, ::2] = slopes
-        terms.append(table[:, 0])
-    found, slope = terms[-1], np.zeros_like(terms[-1])
-    for k in range(count - 2, -1, -1):
-        beyond = (x - nodes[:, k])[:, None]
-        found, slope = terms[k] + beyond * found, found + beyond * slope
-    return found, slope
+
+def _shown(at_ns):
+    return epoch(at_ns).rstrip('0').rstrip('.')

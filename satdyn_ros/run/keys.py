@@ -279,7 +279,7 @@ KEYS = {
             '',
             '',
             'the name of a file with a CCSDS OEM, as seen from the parameter file, whose text is '
-            'then the value; orbit.type oem only',
+            'then the value; what has a line break is the text; orbit.type oem only',
         ),
         Key(
             'orbit.j2',

@@ -11,6 +11,7 @@ from ..base.sentences import Rules, written
 from ..orbits import FixedDirection, KeplerOrbit, TabledOrbit
 from ..orbits.kepler import EARTH_MU, state_rules
 from ..orbits.tabled import OrbitSource
+from .rules import RULES, TABLES_END_WHERE_THEY_MUST
 
 OF_AN_ELLIPSE = ('circular', 'kepler', 'state')
 # Those of the Earth, with an instant of their own, and the key of each.
@@ -29,26 +30,30 @@ EARTH_TO = 1e-4
 
 
 def rules(values: Mapping[str, Any]) -> Rules:
-    """Check that a state is on an ellipse, and what a text says."""
+    """Check that a state is on an ellipse, and that the centre of a text is the Earth."""
     kind, mu = values['orbit.type'], values['orbit.mu']
     if kind == 'state':
         yield from state_rules(*_state(values))
-    if kind in OF_A_TEXT:
-        if (yield abs(mu / EARTH_MU - 1.0) > EARTH_TO):
-            raise ValueError(
-                f'orbit.mu is {written(mu)}; with orbit.type {kind} the centre is the Earth, so '
-                f'it must be within {EARTH_TO:g} of {EARTH_MU:.10g}'
-            )
-        text_source(values)
+    if kind in OF_A_TEXT and (yield abs(mu / EARTH_MU - 1.0) > EARTH_TO):
+        raise ValueError(
+            f'orbit.mu is {written(mu)}; with orbit.type {kind} the centre is the Earth, so it '
+            f'must be within {EARTH_TO:g} of {EARTH_MU:.10g}'
+        )
 
 
-def orbit_of(values: Mapping[str, Any]) -> FixedDirection | KeplerOrbit | TabledOrbit:
-    """Return the orbit; ValueError: it needs the instant of tick 0, which has none yet."""
+def orbit_of(
+    values: Mapping[str, Any], rules: int = RULES
+) -> FixedDirection | KeplerOrbit | TabledOrbit:
+    """
+    Return the orbit, by the rules of a run.
+
+    ValueError: it needs the instant of tick 0, which has none yet.
+    """
     kind, mu = values['orbit.type'], values['orbit.mu']
     if kind == 'fixed':
         return FixedDirection(values['orbit.gradient'])
     if kind in OF_A_TEXT:
-        return _tabled(text_source(values), mu)
+        return _tabled(text_source(values, rules), mu)
     if kind == 'state':
         ellipse = KeplerOrbit.from_state(*_state(values))
     else:
@@ -95,23 +100,32 @@ def name_of_axis(values: Mapping[str, Any]) -> str:
     return 'orbit.semi_major_axis'
 
 
-def text_source(values: Mapping[str, Any]) -> OrbitSource:
-    """Return what the text of orbit.tle or orbit.file says; ValueError: what is wrong with it."""
+def text_source(values: Mapping[str, Any], rules: int = RULES) -> OrbitSource:
+    """
+    Return what the text of orbit.tle or orbit.file says, by the rules of a run.
+
+    ValueError: what is wrong with it.
+    """
     kind = values['orbit.type']
     given = values[OF_A_TEXT[kind]]
     if not given:
         raise ValueError(f'orbit.type is {kind}, and {OF_A_TEXT[kind]} is not given')
-    return _source(kind, given, values['time.epoch_ns'])
+    is_earlier = rules < TABLES_END_WHERE_THEY_MUST
+    return _source(kind, given, values['time.epoch_ns'], is_earlier)
 
 
 # A long ephemeris takes longer to read than all the rest of a scenario.
 @lru_cache(maxsize=4)
-def _source(kind, given, epoch_ns):
+def _source(kind, given, epoch_ns, is_earlier):
     try:
         if kind == 'tle':
             from ..orbits.tle import TwoLineOrbit
 
             return TwoLineOrbit('\n'.join(given), epoch_ns)
+        if is_earlier:
+            from ..orbits.earlier_ephemeris import EarlierEphemerisOrbit
+
+            return EarlierEphemerisOrbit(given, epoch_ns)
         from ..orbits.ephemeris import EphemerisOrbit
 
         return EphemerisOrbit(given, epoch_ns)

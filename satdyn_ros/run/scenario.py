@@ -25,6 +25,7 @@ from .keys import GROUPS, KEYS, OPTIONAL, keys_of
 from .parameter_file import (
     ParameterFile,
     flattened,
+    with_texts,
     without_rclpys,
     yaml_of_parameters,
 )
@@ -96,6 +97,8 @@ class Scenario:
             values |= checks.as_units(values) | in_place.resolved(values, given)
             for check in checks.ALL_RULES:
                 refuse(check(values))
+            if values['orbit.type'] in orbits.OF_A_TEXT:
+                orbits.text_source(values, rules)
         values |= in_place.NOT_GIVEN
         self.keys: Mapping[str, Key] = MappingProxyType(keys)
         self.values: Mapping[str, Any] = MappingProxyType(values)
@@ -111,8 +114,13 @@ class Scenario:
     def from_dict(
         cls, nested: Mapping[str, Any], torques: Iterable[type[BodyTorque]] = ()
     ) -> 'Scenario':
-        """Return the scenario of nested (or dotted) keys; ValueError: see the class."""
-        return cls(dict(flattened(nested)), torques)
+        """
+        Return the scenario of nested (or dotted) keys; ValueError: see the class.
+
+        An orbit.file, or orbit.tle of one text, without a line break is the name of a file, as
+        seen from the working directory; with one it is the text.
+        """
+        return cls(with_texts(dict(flattened(nested))), torques)
 
     @classmethod
     def from_yaml(
@@ -291,7 +299,7 @@ class Scenario:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What is allowed and rarely meant, each in one sentence."""
-        return self._warnings + unlikely_values.warnings(self.values)
+        return self._warnings + unlikely_values.warnings(self.values, self.rules)
 
     def warnings_about(self, names: Iterable[str]) -> list[str]:
         """Return the warnings about some keys."""
@@ -305,7 +313,7 @@ class Scenario:
                 f'time.epoch_ns is 0, the wall clock at the first tick; {key} {self[key]} needs '
                 'the instant of tick 0: give time.epoch'
             )
-        orbit = orbits.orbit_of(self.values)
+        orbit = orbits.orbit_of(self.values, self.rules)
         along_orbit = environment.along(self.values, orbit)
         own = (torque for kind in self.torques if (torque := torque_of(kind, self.values)))
         return System(

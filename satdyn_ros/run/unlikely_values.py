@@ -33,10 +33,11 @@ _LEAST_ROUND_RAD = 2.0
 _FIRST_NS, _LAST_NS = stamp_ns('2000-01-01T00:00:00'), stamp_ns('2100-01-01T00:00:00')
 
 
-def warnings(values: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return what is doubtful about the values of a scenario."""
+def warnings(values: Mapping[str, Any], rules: int) -> tuple[str, ...]:
+    """Return what is doubtful about the values of a scenario, by the rules of its run."""
     checks = (_rate, _angles, _attitudes, _orbit, _environment, _epoch)
-    return tuple(sentence for check in checks for sentence in check(values))
+    found = [sentence for check in checks for sentence in check(values)]
+    return (*_text(values, rules), *found)
 
 
 def _rate(values) -> Iterator[str]:
@@ -73,11 +74,14 @@ def _attitudes(values) -> Iterator[str]:
             )
 
 
+def _text(values, rules) -> Iterator[str]:
+    if values['orbit.type'] not in orbits.OF_A_TEXT or not values['time.epoch_ns']:
+        return
+    if sentence := getattr(orbits.text_source(values, rules), 'warning', None):
+        yield sentence
+
+
 def _orbit(values) -> Iterator[str]:
-    if values['orbit.type'] in orbits.OF_A_TEXT:
-        source = orbits.text_source(values)
-        if values['time.epoch_ns'] and (sentence := getattr(source, 'warning', None)):
-            yield sentence
     if values['orbit.reference_radius'] != EARTH_RADIUS_M and not values['orbit.j2']:
         yield 'orbit.reference_radius is given, and without orbit.j2 it does nothing'
     if values['orbit.type'] not in orbits.OF_AN_ELLIPSE:

@@ -9,6 +9,7 @@ from sgp4.api import Satrec
 
 from satdyn_ros.base.nanoseconds import stamp_ns
 from satdyn_ros.environment import gcrs_to_itrs, geodetic, teme_to_gcrs, terrestrial_time, turned
+from satdyn_ros.environment.earth import leap_seconds_between
 
 
 @pytest.mark.parametrize(
@@ -32,6 +33,20 @@ def test_leap_seconds(utc, leap_s):
     passed_s = (day - 2440587.5) * 86400.0 - stamp_ns(utc) // 10**9 + fraction * 86400.0
     subsecond = stamp_ns(utc) % 10**9 * 1e-9
     assert_allclose(passed_s - subsecond, leap_s + 32.184, rtol=0.0, atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ('begin', 'end', 'leaps'),
+    [
+        ('2015-01-01T00:00:00', '2026-07-02T00:00:00', ['2015-07-01', '2017-01-01']),
+        ('2016-12-31T23:59:59', '2017-01-01T00:00:00', ['2017-01-01']),
+        ('2017-01-01T00:00:00', '2017-06-30T23:59:59', []),
+    ],
+)
+def test_leap_seconds_between_two_stamps(begin, end, leaps):
+    """Those that the IERS announced, after the first stamp and up to the other."""
+    found = leap_seconds_between(stamp_ns(begin), stamp_ns(end))
+    assert found == {stamp_ns(f'{day}T00:00:00'): 10**9 for day in leaps}
 
 
 def test_terrestrial_time_of_many_days():

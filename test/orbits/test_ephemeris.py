@@ -1,10 +1,12 @@
 """Ephemeris messages are interpolated as they say, and refused where they cannot be."""
 
 import io
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy.interpolate import KroghInterpolator
 
 from satdyn_ros.base.nanoseconds import SECOND_NS, epoch, stamp_ns
 from satdyn_ros.exchange.ccsds import Subject
@@ -44,6 +46,7 @@ def read(*segments):
 
 
 MINUTES = 60.0 * np.arange(-5, 181)
+UNEVEN = np.round(np.cumsum(np.random.default_rng(5).uniform(20.0, 70.0, 200)), 9) - 300.0
 T_S = np.random.default_rng(1).uniform(-300.0, 10800.0, 200)
 
 
@@ -168,7 +171,22 @@ def test_what_we_write_is_flown_again():
     assert_allclose(found, KEPLER.position_velocity(T_S)[0], rtol=0.0, atol=1e-5)
 
 
+@pytest.mark.parametrize('frame', ['EME2000', 'J2000', 'GCRF', 'ICRF'])
+def test_few_rows_in_any_frame_are_flown_again(frame):
+    """Two rows a second apart: Hermite's cubic is within a n^4 / 384, 3e-8 m."""
+    file = io.StringIO()
+    writer = OemWriter(file, Subject('TEST', frame))
+    t_s = np.array([0.0, 1.0])
+    writer.write(EPOCH_NS + (t_s * SECOND_NS).astype(np.int64), *KEPLER.position_velocity(t_s))
+    writer.end_segment()
+    found, _ = EphemerisOrbit(file.getvalue(), EPOCH_NS).position_velocity(np.array([0.5]))
+    assert_allclose(found, KEPLER.position_velocity(np.array([0.5]))[0], rtol=0.0, atol=1e-6)
+
+
 GOOD = HEADER + segment(MINUTES[:6])
+# Its second row.
+ROW = GOOD.splitlines()[10]
+WRONG = ('1_000.0', 'nan', 'inf', '1,0', '1e5e', '1d3', '٣', '0x10')
 
 
 @pytest.mark.parametrize(
@@ -181,6 +199,7 @@ GOOD = HEADER + segment(MINUTES[:6])
             'CENTER_NAME is MARS BARYCENTER; supported: EA',
         ),
         ('EME2000', 'ITRF2000', 'REF_FRAME is ITRF2000; supported: EME2000, GCRF, ICRF'),
+        ('EME2000', 'ICRF³', 'REF_FRAME is ICRF³'),
         ('= UTC', '= GPS', 'TIME_SYSTEM is GPS; supported: UTC, TT, TAI'),
         ('META_STOP', 'INTERPOLATION = SPLINE\nMETA_STOP', 'INTERPOLATION is SPLINE'),
         ('META_STOP', 'INTERPOLATION_DEGREE = x\nMETA_STOP', 'INTERPOLATION_DEGREE is X'),
@@ -194,12 +213,250 @@ GOOD = HEADER + segment(MINUTES[:6])
         ('T11:56:00', 'T11:54:00', 'the row at 2026-03-01T11:54:00.000000000 is not later'),
         ('.000000000 ', '.000000000 nan ', 'does not hold 6 numbers'),
         ('2026-03-01T11:56', '2026-13-01T11:56', 'is not an epoch'),
+        # In what lines stand.
+        (
+            'META_STOP',
+            'TIME_SYSTEM = UTC\nMETA_STOP',
+            'line 9: TIME_SYSTEM is given twice, before',
+        ),
+        (
+            'META_STOP',
+            'INTERPOLATION_DEGRE = 3\nMETA_STOP',
+            'line 9: INTERPOLATION_DEGRE is no key',
+        ),
+        ('META_START\n', '', 'line 4: OBJECT_NAME is no keyword of the header'),
+        (
+            'META_STOP\n',
+            '',
+            'line 9: a row that begins with 2026-03-01T11:55:00.0* is in the meta',
+        ),
+        ('META_STOP\n', 'META_STOP\nDATA_STOP\n', 'line 10: DATA_STOP stands in data without'),
+        (
+            ROW,
+            f'INTERPOLATION = LINEAR\n{ROW}',
+            'line 11: the keyword INTERPOLATION stands in the',
+        ),
+        (ROW, f'DATA_STOP\n{ROW}', 'line 12: a row that begins with .* is in what follows the'),
+        (ROW, f'COVARIANCE_STOP\n{ROW}', 'line 11: COVARIANCE_STOP stands in the data'),
+        (GOOD, GOOD + 'COVARIANCE_START\n', 'it ends within a covariance'),
+        (GOOD, GOOD + 'META_START\n', 'it ends within the metadata'),
+        (GOOD, GOOD + 'META_START\nMETA_STOP\n', 'it ends within data without a row'),
+        # Of numbers.
+        *((ROW, f'{ROW} {number} 1 1', 'line 11: .* not hold 6 numbers') for number in WRONG),
+        ('META_STOP', 'INTERPOLATION_DEGREE = 0\nMETA_STOP', 'INTERPOLATION_DEGREE is 0; it must'),
+        ('META_STOP', 'INTERPOLATION_DEGREE = 100\nMETA_STOP', 'whole number from 1 to 99'),
+        ('META_STOP', 'INTERPOLATION_DEGREE = ٣\nMETA_STOP', 'INTERPOLATION_DEGREE is ٣; it must'),
+        # Of times.
+        (
+            '2026-03-01T12',
+            '9999-03-01T12',
+            'line 15: the epoch 9999-.* out of range; it must be b',
+        ),
+        ('2026-03-01T12', '2026-03-0١T12', 'line 15: .* is not an epoch'),
+        ('11:56:00', '11:55:60', 'line 11: 2026-03-01T11:55:60.0* is no leap second that there w'),
+        ('META_STOP', 'STOP_TIME = soon\nMETA_STOP', "line 9: 'soon' is not an epoch"),
+        ('2026-03-01T12', '2026-03-02T12', r'line 15: .* is 86460 s after .* turns 15\.\d times'),
         (GOOD, HEADER, 'it has no positions'),
         (GOOD, '', 'it has no positions'),
+        (GOOD, 'orbit.oem', "but one line: 'orbit.oem'"),
     ],
 )
 def test_what_we_do_not_read_is_refused(old, new, reason):
-    """In one sentence that names the key and what is in the file."""
+    """In one sentence that names the key, the line and what is in the file."""
     assert old in GOOD
     with pytest.raises(ValueError, match=f'^orbit.file: .*{reason}'):
         EphemerisOrbit(GOOD.replace(old, new, 1), EPOCH_NS)
+
+
+@pytest.mark.parametrize('given', ['\ufeff{}', '{}\n', 'dos'])
+def test_how_a_text_is_kept_does_not_matter(given):
+    """With a byte-order mark, or the line breaks of another system; ICRF3, accelerations."""
+    lines = GOOD.replace('EME2000', 'ICRF3').splitlines()
+    lines = [f'{line} 1e-3 .1 -2.' if line.startswith('20') else line for line in lines]
+    lines.insert(1, 'COMMENT with \x85 and \u2028 inside = a keyword')
+    text = '\r\n'.join(lines) if given == 'dos' else given.format('\n'.join(lines))
+    found, _ = EphemerisOrbit(text, EPOCH_NS).position_velocity(np.array([-100.0]))
+    assert_allclose(found, KEPLER.position_velocity(np.array([-100.0]))[0], rtol=0.0, atol=1e-5)
+
+
+def hermite(t_s, rows_s, orbit, window=4):
+    """Return r and v at t_s by SciPy, through as many rows before as after, or those at an end."""
+    first = np.searchsorted(rows_s, t_s, side='right') - window // 2
+    first = int(np.clip(first, 0, len(rows_s) - window))
+    some_s = rows_s[first : first + window]
+    r, v = orbit.position_velocity(some_s)
+    through = KroghInterpolator(
+        np.repeat(some_s - some_s[0], 2), np.stack([r, v], axis=1).reshape(-1, 3)
+    )
+    return through.derivatives(t_s - some_s[0], 2)
+
+
+class Burn:
+    """Two ellipses that meet at a manoeuvre of 5 m/s, 1617 s after tick 0."""
+
+    AT_S = 1617.0
+
+    def __init__(self):
+        r_i, v_i = (x[0] for x in KEPLER.position_velocity(np.array([self.AT_S])))
+        self.after = KeplerOrbit.from_state(r_i, v_i + np.array([3.0, 0.0, 4.0]))
+
+    def position_velocity(self, t_s):
+        is_after = (np.asarray(t_s) >= self.AT_S)[:, None]
+        both = KEPLER.position_velocity(t_s), self.after.position_velocity(t_s - self.AT_S)
+        return tuple(
+            np.where(is_after, after, before) for before, after in zip(*both, strict=True)
+        )
+
+
+@pytest.mark.parametrize('rows_s', [MINUTES, UNEVEN], ids=['minutes', 'uneven'])
+def test_a_manoeuvre_within_a_segment_is_what_its_rows_say(rows_s):
+    """
+    The table is SciPy's Hermite polynomial to a millimetre, at every instant, the rows too.
+
+    Pieces are short where the polynomials feel the burn alone.
+    """
+    burn = Burn()
+    orbit = TabledOrbit(read(segment(rows_s, burn)))
+    inside_s = rows_s[(rows_s > 0.0) & (rows_s < 3600.0)]
+    for t_s in np.concatenate([inside_s, np.random.default_rng(4).uniform(1300.0, 2000.0, 300)]):
+        found = orbit.position_velocity(t_s)
+        for values, true, allowed in zip(
+            found, hermite(t_s, rows_s, burn), (1e-3, 1e-4), strict=True
+        ):
+            assert_allclose(values, true, rtol=0.0, atol=allowed)
+    short = [each for each in orbit.stretches if each.length_s < 100.0]
+    assert all(1000.0 < each.begin_s < each.end_s < 2200.0 for each in short[:-1])
+    assert short[:-1]
+
+
+def test_the_pieces_of_a_segment_are_without_a_gap():
+    """They begin and end where the segment does, and each where the one before ends."""
+    stretches = read(segment(UNEVEN, Burn())).stretches
+    ends_s = stretches[0].begin_s, stretches[-1].end_s
+    assert_allclose(ends_s, UNEVEN[[0, -1]], rtol=0.0, atol=1e-9)
+    assert all(one.end_s == following.begin_s for one, following in pairwise(stretches))
+
+
+LEAP_NS = stamp_ns('2017-01-01T00:00:00')
+
+
+def leap_epoch(system, t_s):
+    """Return by the calendar a time from a minute before the leap second that ends 2016."""
+    if system == 'UTC' and 60.0 <= t_s < 61.0:
+        return f'2016-12-31T23:59:{t_s:09.6f}'
+    ahead_s = {'TAI': 36.0, 'TT': 68.184, 'UTC': -1.0 if t_s >= 61.0 else 0.0}[system]
+    return epoch(LEAP_NS + round((t_s - 60.0 + ahead_s) * SECOND_NS))
+
+
+@pytest.mark.parametrize('system', ['UTC', 'TAI', 'TT'])
+@pytest.mark.parametrize('first_s', [-600.0, -599.5, -570.0])
+def test_across_a_leap_second_the_orbit_goes_on_in_tai(system, first_s):
+    """
+    Rows each minute of TAI, one of them at the begin of the leap second, within it, or none.
+
+    At a stamp the orbit is where a second more has brought it, by Kepler; no stamp tells the leap
+    second itself.  As without one the eighth derivative leaves 1e-6 m.
+    """
+    pytest.importorskip('erfa')
+    rows_s = np.arange(first_s, 700.0, 60.0)
+    rows = segment(rows_s, system=system).splitlines()
+    begin = rows.index('META_STOP') + 1
+    for i, t_s in enumerate(rows_s, begin):
+        rows[i] = ' '.join([leap_epoch(system, t_s), *rows[i].split()[1:]])
+    source = EphemerisOrbit(HEADER + '\n'.join(rows) + '\n', LEAP_NS - 60 * SECOND_NS)
+    t_s = np.array([-550.0, 0.0, 45.3, 59.999, 60.0, 60.001, 61.0, 119.0, 300.0, 600.0])
+    true_s = t_s + (t_s >= 60.0)
+    for found in (source.position_velocity(t_s), TabledOrbit(source).position_velocity(t_s)):
+        for values, true, allowed in zip(
+            found, KEPLER.position_velocity(true_s), (1e-4, 1e-6), strict=True
+        ):
+            assert_allclose(values, true, rtol=0.0, atol=allowed)
+    assert source.warning is None
+
+
+def test_a_leap_second_of_another_time_system_is_refused():
+    """TAI has none."""
+    pytest.importorskip('erfa')
+    text = segment(MINUTES[:6], system='TAI').replace('11:56:00', '11:55:60')
+    with pytest.raises(ValueError, match='is a leap second, and not in UTC'):
+        read(text)
+
+
+CIRCLE = KeplerOrbit(semi_major_axis=6.798e6, inclination=0.9)
+
+
+@pytest.mark.parametrize('step_s', [60.0, 240.0])
+def test_rows_that_carry_their_interpolation_are_not_told(step_s):
+    """Of a low orbit, as they are issued."""
+    assert read(segment(np.arange(0.0, 43201.0, step_s), CIRCLE)).warning is None
+
+
+def test_rows_too_far_apart_are_told():
+    """
+    By how much the interpolation of every other row misses one of the others, which, how far.
+
+    SciPy's polynomial of the other rows misses it by the same.
+    """
+    rows_s = np.arange(0.0, 43201.0, 900.0)
+    warning = read(segment(rows_s, CIRCLE)).warning
+    missed_m = {
+        t_s: np.linalg.norm(
+            hermite(t_s, rows_s[::2], CIRCLE)[0] - CIRCLE.position_velocity(t_s)[0]
+        )
+        for t_s in rows_s[1:-1:2]
+    }
+    worst_s = max(missed_m, key=lambda t_s: missed_m[t_s])
+    assert f'orbit.file has rows 900 s apart at {at(worst_s)}, ' in warning
+    assert warning.endswith(f'misses the one there by {missed_m[worst_s]:.3g} m')
+    assert missed_m[worst_s] > 100.0
+
+
+def test_straight_lines_are_told():
+    """Half of a chord of two minutes is kilometres from the circle."""
+    assert 'e+04 m' in read(segment(MINUTES, INTERPOLATION='LINEAR')).warning
+
+
+class Rest:
+    """A body that stays where it is."""
+
+    @staticmethod
+    def position_velocity(t_s):
+        return np.tile([7e6, 0.0, 0.0], (len(t_s), 1)), np.zeros((len(t_s), 3))
+
+
+LOW = KeplerOrbit(semi_major_axis=6.5e6, eccentricity=0.04)
+
+
+@pytest.mark.parametrize(
+    ('text', 'reason'),
+    [
+        (segment(MINUTES[:6], Rest), 'at 2026-03-01T11:55:00 the body .* rests, .* has no LVLH'),
+        (segment(MINUTES, LOW), r'line \d+: the row at .* is within the Earth'),
+        (
+            segment(np.arange(0.0, 9000.0, 1500.0), CIRCLE, INTERPOLATION='LINEAR'),
+            "between rows 1500 s apart, its interpolation of degree 1 is .* km from the Earth's",
+        ),
+        (
+            segment(np.arange(0.0, 43201.0, 3600.0), CIRCLE),
+            'between rows 3600 s apart, its interpolation of degree 7 is .* within the Earth',
+        ),
+        (
+            segment(MINUTES) + segment(MINUTES[20:40]),
+            'the segments of lines 4 and 196 both hold 2026-03-01T12:15:00',
+        ),
+    ],
+    ids=['rest', 'low', 'linear', 'hermite', 'nested'],
+)
+def test_what_is_no_orbit_is_refused(text, reason):
+    """At rest, within the Earth at a row or between two, in two places at once."""
+    with pytest.raises(ValueError, match=f'^orbit.file: .*{reason}'):
+        read(text)
+
+
+@pytest.mark.filterwarnings('error')
+@pytest.mark.parametrize('number', ['1e308', '-1e11', '1e99'])
+def test_a_row_far_from_the_earth_is_refused(number):
+    """Without a warning of an overflow."""
+    row = ' '.join([ROW.split()[0], number, *ROW.split()[2:]])
+    with pytest.raises(ValueError, match=r'orbit.file: line 11: the row at .* more than 1e'):
+        EphemerisOrbit(GOOD.replace(ROW, row), EPOCH_NS)

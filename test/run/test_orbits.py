@@ -77,6 +77,35 @@ def test_an_ephemeris_is_read_beside_the_parameter_file(tmp_path):
     assert scenario['orbit.file'] == EPHEMERIS
 
 
+@pytest.mark.parametrize('mark', [b'', b'\xef\xbb\xbf'])
+def test_files_are_read_with_a_byte_order_mark_and_without(tmp_path, mark):
+    """The parameter file, and those that it names."""
+    pytest.importorskip('sgp4')
+    for name, text in (('a.oem', EPHEMERIS), ('a.tle', '\n'.join(LINES))):
+        (tmp_path / name).write_bytes(mark + text.encode())
+    for orbit in ('{type: oem, file: a.oem}', '{type: tle, tle: [a.tle]}'):
+        path = file_of(tmp_path, orbit)
+        path.write_bytes(mark + path.read_bytes())
+        assert Scenario.from_yaml(path)['orbit.type'] in orbit
+
+
+def test_a_name_in_a_dictionary_is_seen_from_the_working_directory(tmp_path, monkeypatch):
+    """What has a line break is the text itself."""
+    (tmp_path / 'orbit.oem').write_text(EPHEMERIS)
+    monkeypatch.chdir(tmp_path)
+    for given in ('orbit.oem', EPHEMERIS):
+        scenario = Scenario.from_dict({'orbit': {'type': 'oem', 'file': given}})
+        assert scenario['orbit.file'] == EPHEMERIS
+    with pytest.raises(ValueError, match=r'orbit\.file .*none\.oem cannot be read'):
+        Scenario.from_dict({'orbit': {'type': 'oem', 'file': 'none.oem'}})
+
+
+def test_an_ephemeris_that_leaves_is_told_by_its_key():
+    """Of no key that was not given."""
+    with pytest.raises(ValueError, match=r'^orbit.file is no ellipse at tick 0: 20000 m/s at'):
+        Scenario(OEM | {'orbit.file': EPHEMERIS.replace('0 7.5 0', '0 20 0')}).motion()
+
+
 def test_a_file_that_is_not_there(tmp_path):
     """One sentence names key and file."""
     with pytest.raises(ValueError, match=r'orbit\.file .*none\.oem cannot be read'):

@@ -7,6 +7,7 @@ Hujsak and Kelso 2006), by the package sgp4.  Its velocity is not quite the slop
 
 import re
 import xml.etree.ElementTree as ET
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -16,6 +17,7 @@ import numpy as np
 from ..base.extras import brought_by
 from ..base.nanoseconds import SECOND_NS, epoch, stamp_ns
 from ..kernel.rows import components, times
+from . import element_ranges
 from .axes_of_date import tabled_teme_to_gcrs
 from .pieces import PIECE_TURN, Piece, Stretch, fitted
 from .tabled import OrbitSource
@@ -29,10 +31,13 @@ _UNIX_EPOCH_JD = 2_440_587.5
 # Of a deep-space orbit SGP4 sums up the resonances in steps of 720 min from the epoch; the slope
 # of the position jumps by 1e-4 m/s where one ends.  Pieces end there too.
 _SGP4_STEP_S = 43_200.0
+# Elements whose perigee is this much nearer to the centre than the ground [Earth radii] are no
+# orbit; those of a satellite that decays have one 50 km below it.
+_DEEPEST = 0.1
 _LENGTH = 69
 _LAYOUT = (
     # Number, class, designator, epoch, half of n', a sixth of n'', drag, type, set.
-    r'1 [ \dA-Z][ \d]{4}[A-Z ] .{8} \d\d[ \d]{3}\.\d{8} [-+ ]\.\d{8} [-+ ]\d{5}[-+ ]\d '
+    r'1 [ \dA-Z][ \d]{4}. .{8} \d\d[ \d]{3}\.\d{8} [-+ ]\.\d{8} [-+ ]\d{5}[-+ ]\d '
     r'[-+ ]\d{5}[-+ ]\d [\d ] [\d ]{4}\d',
     # Number, inclination, node, eccentricity, argument, anomaly, mean motion, revolutions.
     r'2 [ \dA-Z][ \d]{4} [ \d]{3}\.[ \d]{4} [ \d]{3}\.[ \d]{4} [ \d]{7} [ \d]{3}\.[ \d]{4} '
@@ -55,7 +60,9 @@ _ELEMENTS = (
     'MEAN_ANOMALY',
     'BSTAR',
 )
-_MAY_LACK = {
+# What the package wants besides, and SGP4 does not use; it knows satellite numbers of five digits
+# and a letter alone.
+_WITHOUT_EFFECT = {
     'MEAN_MOTION_DOT': '0',
     'MEAN_MOTION_DDOT': '0',
     'CLASSIFICATION_TYPE': 'U',
@@ -63,6 +70,7 @@ _MAY_LACK = {
     'EPHEMERIS_TYPE': '0',
     'ELEMENT_SET_NO': '0',
     'REV_AT_EPOCH': '0',
+    'NORAD_CAT_ID': '0',
 }
 
 
@@ -72,7 +80,8 @@ class TwoLineOrbit(OrbitSource):
     The orbit of a text from tick 0 on, which is at epoch_ns.
 
     text: a two-line element set, with or without a line of the satellite's name above, or an OMM
-    in keyword = value notation or in XML.  ValueError: it is neither, with what is wrong.
+    in keyword = value notation or in XML.  ValueError: it is neither, with what is wrong; see
+    check too.
     """
 
     text: str
@@ -144,27 +153,74 @@ class TwoLineOrbit(OrbitSource):
         return r_i, v_i
 
 
+def check(text: str) -> None:
+    """
+    Check that the elements of a text are such as SGP4 flies.
+
+    Bags of earlier rules may hold others, which flew.  ValueError, one sentence: a number is out
+    of its range, or the elements are those of another theory, or SGP4 has no place at their epoch.
+    """
+    with brought_by('environment', 'sgp4'):
+        from sgp4.api import SGP4_ERRORS
+    if _is_message(text):
+        with _of_message():
+            pairs = _pairs(text)
+            _check_once(pairs)
+            element_ranges.check_message(_known(pairs))
+    else:
+        element_ranges.check_lines(_lines(text))
+    satellite = _satellite(text)
+    if satellite.altp < -_DEEPEST:
+        below_km = -satellite.altp * satellite.radiusearthkm
+        raise ValueError(
+            f'the perigee of orbit.tle is {below_km:.0f} km below the ground; mean motion and '
+            'eccentricity do not belong together'
+        )
+    error, _, _ = satellite.sgp4(satellite.jdsatepoch, satellite.jdsatepochF)
+    if error:
+        raise ValueError(
+            f'SGP4 has no place for orbit.tle at the epoch of its elements: {SGP4_ERRORS[error]}'
+        )
+
+
 def _satellite(text: str) -> Any:
     """Return the satellite of the package sgp4; ValueError: what is wrong with the text."""
     with brought_by('environment', 'sgp4'):
         from sgp4 import omm
         from sgp4.api import WGS72, Satrec
-    if '<' in text or 'CCSDS_OMM_VERS' in text:
+    if _is_message(text):
         satellite = Satrec()
-        try:
-            omm.initialize(satellite, _mean_elements(text), WGS72)
-        except ValueError as error:
-            raise ValueError(f'orbit.tle holds an OMM that cannot be read: {error}') from None
+        with _of_message():
+            omm.initialize(satellite, _mean_elements(_known(_pairs(text))), WGS72)
         return satellite
+    return Satrec.twoline2rv(*_lines(text), WGS72)
+
+
+def _is_message(text):
+    """Whether a text is an OMM; ValueError: it is in a notation that is not read."""
+    first = text.strip().partition('\n')[0]
+    is_json = first.startswith(('[', '{'))
+    if is_json or (',' in first and 'MEAN_MOTION' in first and '<' not in first):
+        raise ValueError(
+            f'orbit.tle is {"JSON" if is_json else "CSV"}, which is not supported; it must be the '
+            'two lines of an element set, or an OMM in keyword = value notation or in XML'
+        )
+    return '<' in text or 'CCSDS_OMM_VERS' in text
+
+
+@contextmanager
+def _of_message():
+    try:
+        yield
+    except ValueError as error:
+        raise ValueError(f'orbit.tle holds an OMM that cannot be read: {error}') from None
+
+
+def _lines(text):
+    """Return the two lines of an element set; ValueError: the text is none."""
     lines = [line.rstrip() for line in text.splitlines() if line.strip()]
     if len(lines) == 3 and not lines[0].startswith('1 '):
         lines = lines[1:]
-    _check(lines)
-    return Satrec.twoline2rv(*lines, WGS72)
-
-
-def _check(lines):
-    """ValueError: these are not the two lines of an element set."""
     if len(lines) != 2:
         raise ValueError(
             f'orbit.tle has {len(lines)} lines; it must be two, or a file of one element set'
@@ -181,6 +237,12 @@ def _check(lines):
             raise ValueError(
                 f'line {number} of orbit.tle has {len(line)} characters; it must have {_LENGTH}'
             )
+        for column, character in enumerate(line, 1):
+            if not character.isascii():
+                raise ValueError(
+                    f'line {number} of orbit.tle has {character!r} in column {column}; its '
+                    'characters must be those of ASCII'
+                )
         tally = sum(int(c) if c.isdigit() else c == '-' for c in line[:-1]) % 10
         if line[-1] != str(tally):
             raise ValueError(
@@ -193,22 +255,32 @@ def _check(lines):
         raise ValueError(
             f'the lines of orbit.tle are of two satellites, {lines[0][2:7]} and {lines[1][2:7]}'
         )
+    return lines
 
 
-def _mean_elements(text):
-    """Return the keywords of an OMM, as the package sgp4 wants them."""
-    if '<' in text:
-        try:
-            root = ET.fromstring(text.strip())
-        except ET.ParseError as error:
-            raise ValueError(f'its XML ends early or is damaged, {error}') from None
-        found = [(each.tag, each.text or '') for each in root.iter()]
-    else:
-        found = [line.split('=', 1) for line in text.splitlines() if '=' in line]
-    count = sum(keyword.strip() == 'EPOCH' for keyword, _ in found)
+def _pairs(text):
+    """Return keywords and values of an OMM, a unit in brackets behind its value."""
+    if '<' not in text:
+        pairs = [line.split('=', 1) for line in text.splitlines() if '=' in line]
+        return [(keyword.strip(), value.strip()) for keyword, value in pairs]
+    try:
+        root = ET.fromstring(text.strip())
+    except (ET.ParseError, LookupError) as error:
+        raise ValueError(f'its XML ends early or is damaged, {error}') from None
+    pairs = []
+    for each in root.iter():
+        unit = f' [{each.attrib["units"]}]' if 'units' in each.attrib else ''
+        # The name of a namespace stands in braces before the tag.
+        pairs.append((each.tag.rpartition('}')[2], f'{(each.text or "").strip()}{unit}'))
+    return pairs
+
+
+def _known(pairs):
+    """Return the values by their keywords; ValueError: they are not one element set of SGP4."""
+    count = sum(keyword == 'EPOCH' for keyword, _ in pairs)
     if count > 1:
         raise ValueError(f'it holds {count} element sets')
-    elements = _MAY_LACK | {keyword.strip(): value.strip() for keyword, value in found}
+    elements = dict(pairs)
     for keyword, allowed in _SGP4_MEANS.items():
         value = elements.get(keyword, allowed[0]).upper()
         if value not in allowed:
@@ -216,7 +288,19 @@ def _mean_elements(text):
     missing = [keyword for keyword in _ELEMENTS if not elements.get(keyword)]
     if missing:
         raise ValueError(f'it has no {missing[0]}')
-    # Units may follow in brackets.
-    elements |= {keyword: elements[keyword].split('[')[0].strip() for keyword in _ELEMENTS}
-    # The package wants a point in the epoch, and knows numbers of five digits and a letter alone.
-    return elements | {'EPOCH': epoch(stamp_ns(elements['EPOCH']))[:26], 'NORAD_CAT_ID': '0'}
+    return elements
+
+
+def _check_once(pairs):
+    """ValueError: a keyword stands twice, so that it is not known which value is meant."""
+    keywords = [keyword for keyword, _ in pairs]
+    for keyword in (*_SGP4_MEANS, *_ELEMENTS[1:], 'EPHEMERIS_TYPE'):
+        if keywords.count(keyword) > 1:
+            raise ValueError(f'it has {keyword} {keywords.count(keyword)} times')
+
+
+def _mean_elements(elements):
+    """Return what the package sgp4 wants of the values of an OMM."""
+    numbers = {keyword: elements[keyword].partition('[')[0].strip() for keyword in _ELEMENTS}
+    # It wants a point in the epoch.
+    return numbers | _WITHOUT_EFFECT | {'EPOCH': epoch(stamp_ns(numbers['EPOCH']))[:26]}

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from contextlib import contextmanager
 from functools import lru_cache
 from typing import Any
 
@@ -117,11 +118,14 @@ def text_source(values: Mapping[str, Any], rules: int = RULES) -> OrbitSource:
 # A long ephemeris takes longer to read than all the rest of a scenario.
 @lru_cache(maxsize=4)
 def _source(kind, given, epoch_ns, is_earlier):
-    try:
+    with _needed_by(kind):
         if kind == 'tle':
-            from ..orbits.tle import TwoLineOrbit
+            from ..orbits import tle
 
-            return TwoLineOrbit('\n'.join(given), epoch_ns)
+            text = '\n'.join(given)
+            if not is_earlier:
+                tle.check(text)
+            return tle.TwoLineOrbit(text, epoch_ns)
         if is_earlier:
             from ..orbits.earlier_ephemeris import EarlierEphemerisOrbit
 
@@ -129,6 +133,13 @@ def _source(kind, given, epoch_ns, is_earlier):
         from ..orbits.ephemeris import EphemerisOrbit
 
         return EphemerisOrbit(given, epoch_ns)
+
+
+@contextmanager
+def _needed_by(kind):
+    """Say of a library that is not installed which orbit.type needs it."""
+    try:
+        yield
     except ValueError as error:
         if isinstance(error.__cause__, ImportError):
             raise ValueError(f'orbit.type is {kind}: {error}') from error.__cause__

@@ -17,7 +17,8 @@ LIMITS_AT_THEIR_INSTANT = 3
 PLATES_FOLLOW_THE_SURFACE = 4
 # Before, the status of geodetic was -2, unknown.
 GEODETIC_HAS_A_FIX = 4
-# Before, tables of an ephemeris and of the Sun ran across rows and leap seconds.
+# Before, tables of an ephemeris and of the Sun ran across rows and leap seconds, and element sets
+# that are out of their ranges, or of SGP4-XP, flew.
 TABLES_END_WHERE_THEY_MUST = 4
 
 RULES = 4

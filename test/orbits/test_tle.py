@@ -2,6 +2,8 @@
 
 import json
 import threading
+from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +15,8 @@ from satdyn_ros.environment.earth import teme_to_gcrs
 from satdyn_ros.kernel import rotation
 from satdyn_ros.orbits.axes_of_date import tabled_teme_to_gcrs
 from satdyn_ros.orbits.tabled import TabledOrbit
-from satdyn_ros.orbits.tle import TwoLineOrbit
+from satdyn_ros.orbits.tle import TwoLineOrbit, check
+from satdyn_ros.run.scenario import Scenario
 
 api = pytest.importorskip('sgp4.api')
 erfa = pytest.importorskip('erfa')
@@ -49,6 +52,34 @@ BSTAR = 0.000035940
 MEAN_MOTION_DOT = 0.00000060
 MEAN_MOTION_DDOT = 0
 """
+
+
+def with_checksum(line):
+    """Return a line with the checksum of its characters."""
+    tally = sum(int(c) if c in '0123456789' else c == '-' for c in line[:-1])
+    return f'{line[:-1]}{tally % 10}'
+
+
+def changed(line, column, text):
+    """Return one of CBERS with other characters from a column on, counted from 1 as published."""
+    lines = list(CBERS)
+    old = lines[line - 1]
+    new = f'{old[: column - 1]}{text}{old[column - 1 + len(text) :]}'
+    lines[line - 1] = with_checksum(new)
+    return '\n'.join(lines)
+
+
+def as_xml(message, root='omm', units=False):
+    """Return an OMM in XML, its units in attributes where they are wanted."""
+    fields = ''
+    for line in message.splitlines()[1:]:
+        keyword, value = line.split(' = ')
+        value, _, unit = value.partition(' [')
+        attribute = f' units="{unit.rstrip("]")}"' if unit and units else ''
+        fields += f'<{keyword}{attribute}>{value}</{keyword}>'
+    return (
+        f'<?xml version="1.0" encoding="UTF-8"?><{root}><body>{fields}</body></{root.split()[0]}>'
+    )
 
 
 def orbit(lines=CBERS, epoch_ns=EPOCH_NS):
@@ -151,16 +182,58 @@ def test_pieces_of_two_threads_are_those_of_one():
         np.testing.assert_array_equal(each, r_i)
 
 
-@pytest.mark.parametrize('text', [OMM, 'xml'])
+@pytest.mark.parametrize(
+    'text',
+    [OMM, as_xml(OMM), as_xml(OMM, 'omm xmlns="urn:ccsds:schema:ndmxml"', units=True)],
+    ids=['keywords', 'xml', 'namespace'],
+)
 def test_an_omm_is_its_two_lines(text):
-    """In both notations, with a number of nine digits; elements in decimals, so to rounding."""
-    if text == 'xml':
-        pairs = [line.split(' [')[0].split(' = ') for line in OMM.splitlines()[1:]]
-        fields = ''.join(f'<{keyword}>{value}</{keyword}>' for keyword, value in pairs)
-        text = f'<?xml version="1.0"?><omm><body>{fields}</body></omm>'
+    """In each notation, with a number of nine digits; elements in decimals, so to rounding."""
+    check(text)
     t_s = np.linspace(0.0, 86400.0, 20)
     found = TwoLineOrbit(text, EPOCH_NS).position_velocity(t_s)[0]
     assert_allclose(found, orbit().position_velocity(t_s)[0], rtol=0.0, atol=1e-2)
+
+
+@pytest.mark.parametrize(
+    ('keyword', 'value'),
+    [
+        ('CLASSIFICATION_TYPE', ''),
+        ('ELEMENT_SET_NO', '99999999999999999999'),
+        ('REV_AT_EPOCH', 'many'),
+        ('NORAD_CAT_ID', 'T0042'),
+        ('MEAN_MOTION_DDOT', 'nan'),
+        ('EPHEMERIS_TYPE', '2'),
+    ],
+)
+def test_what_plays_no_part_in_sgp4_is_not_read(keyword, value):
+    """Whatever it says, bit for bit the same orbit; type 2 is SGP4 too."""
+    kept = '\n'.join(line for line in OMM.splitlines() if not line.startswith(f'{keyword} '))
+    text = f'{kept}\n{keyword} = {value}\n'
+    check(text)
+    t_s = np.linspace(0.0, 86400.0, 5)
+    found = TwoLineOrbit(text, EPOCH_NS).position_velocity(t_s)[0]
+    np.testing.assert_array_equal(found, TwoLineOrbit(OMM, EPOCH_NS).position_velocity(t_s)[0])
+
+
+def test_the_published_element_sets_are_all_taken():
+    """
+    Those with which SGP4 was verified (Vallado and others 2006).
+
+    The numbers 33333 to 33335 are made up, the first two so that SGP4 fails.
+    """
+    lines = (Path(api.__file__).parent / 'SGP4-VER.TLE').read_text().splitlines()
+    sets = [pair for pair in pairwise(lines) if pair[0].startswith('1 ')]
+    assert len(sets) > 30
+    for first, second in sets:
+        made_up = first[2:7].startswith('3333')
+        pair = (line[:69] for line in (first, second))
+        text = '\n'.join(with_checksum(line) if made_up else line for line in pair)
+        if first[2:7] in ('33333', '33334'):
+            with pytest.raises(ValueError, match=r'orbit\.tle'):
+                check(text)
+        else:
+            check(text)
 
 
 def test_a_line_of_the_name_may_be_above():
@@ -203,7 +276,8 @@ def test_what_is_wrong_with_the_lines_is_said(lines, reason):
         ('CENTER_NAME = EARTH', 'CENTER_NAME = MARS', 'CENTER_NAME is MARS; it must be EARTH'),
         ('= SGP4', '= DSST', 'MEAN_ELEMENT_THEORY is DSST'),
         ('BSTAR = 0.000035940\n', '', 'it has no BSTAR'),
-        ('= 98.4283', '= steep', 'steep'),
+        ('= SGP4', '= SGP4-XP', 'MEAN_ELEMENT_THEORY is SGP4-XP'),
+        ('= 98.4283', '= steep', 'INCLINATION is steep, which is not a number'),
         ('ECCENTRICITY', 'EPOCH = 2026-01-01T00:00:00\nECCENTRICITY', 'it holds 2 element sets'),
     ],
 )
@@ -213,7 +287,130 @@ def test_what_is_wrong_with_an_omm_is_said(old, new, reason):
     with pytest.raises(
         ValueError, match=f'orbit.tle holds an OMM that cannot be read: .*{reason}'
     ):
-        TwoLineOrbit(OMM.replace(old, new), EPOCH_NS)
+        check(OMM.replace(old, new))
+
+
+@pytest.mark.parametrize(
+    ('text', 'reason'),
+    [
+        (changed(1, 63, '4'), 'line 1 of orbit.tle is of ephemeris type 4, SGP4-XP; it must be 0'),
+        (changed(1, 63, '6'), 'type 6, special perturbations'),
+        (changed(1, 21, '000'), 'line 1 of orbit.tle has day 000.78615833 of the year 2006'),
+        (changed(1, 21, '366'), 'day 366.78615833 of the year 2006; .* 1 to less than 366'),
+        (changed(1, 19, '08367'), 'day 367.78615833 of the year 2008; .* 1 to less than 367'),
+        (changed(1, 21, '1 7'), 'day 1 7.78615833'),
+        (changed(1, 54, ' 35940+5'), r'drag term 35940\+5; it must be from -10 to 10 1/ER'),
+        (
+            changed(2, 9, '180.0001'),
+            'line 2 of orbit.tle has the inclination 180.0001; .* 180 deg',
+        ),
+        (changed(2, 9, '999.9999'), 'the inclination 999.9999; it must be from 0 to 180 deg'),
+        (changed(2, 9, ' 9 .4283'), 'the inclination 9 .4283, which is not a number'),
+        (changed(2, 9, '   .    '), 'the inclination ., which is not a number'),
+        (changed(2, 18, '360.0001'), 'the node 360.0001; it must be from 0 to 360 deg'),
+        (changed(2, 35, '400.0000'), 'the argument of perigee 400.0000'),
+        (changed(2, 44, '999.9999'), 'the mean anomaly 999.9999'),
+        (changed(2, 53, ' 0.00000000'), 'the mean motion 0.00000000; it must be from 0.001 to 18'),
+        (changed(2, 53, '19.00000000'), 'the mean motion 19.00000000'),
+        (changed(2, 27, '5000000'), 'perigee of orbit.tle is 2[78].. km below the ground'),
+    ],
+)
+def test_what_is_out_of_its_range_in_the_lines_is_said(text, reason):
+    """By the line and the field's name."""
+    with pytest.raises(ValueError, match=reason):
+        check(text)
+
+
+@pytest.mark.parametrize(
+    'text',
+    [
+        changed(1, 19, '08366'),
+        changed(1, 63, ' '),
+        changed(1, 63, '2'),
+        changed(1, 8, 'u'),
+        changed(2, 18, '360.0000'),
+        changed(2, 27, '  00884'),
+        changed(2, 9, '  0.0000'),
+    ],
+)
+def test_the_edges_of_the_ranges_are_taken(text):
+    """The last day of a leap year, a rounded whole turn, blanks in place of zeros."""
+    check(text)
+    assert np.all(np.isfinite(TwoLineOrbit(text, EPOCH_NS).position_velocity(np.zeros(1))[0]))
+
+
+@pytest.mark.parametrize('odd', ['²', '４', '४'])
+def test_digits_of_other_scripts_are_refused(odd):
+    """Superscript, full width and Devanagari, in lines and in keywords."""
+    line = CBERS[1].replace('98.4283', f'98.{odd}283')
+    with pytest.raises(ValueError, match=f"line 2 of orbit.tle has '{odd}' in column 13"):
+        orbit((CBERS[0], line))
+    with pytest.raises(ValueError, match=f'INCLINATION is 98.{odd}283, which is not a number'):
+        check(OMM.replace('98.4283', f'98.{odd}283'))
+    with pytest.raises(ValueError, match='EPOCH is'):
+        check(OMM.replace('T18', f'T1{odd}'))
+
+
+@pytest.mark.parametrize(
+    ('keyword', 'value', 'reason'),
+    [
+        ('EPHEMERIS_TYPE', '4', 'EPHEMERIS_TYPE is 4, SGP4-XP; it must be 0 or 2'),
+        ('INCLINATION', '400', 'INCLINATION is 400; it must be from 0 to 180 deg'),
+        ('INCLINATION', '-1e-3', 'INCLINATION is -1e-3; it must be from 0'),
+        ('INCLINATION', '9_8.4', 'INCLINATION is 9_8.4, which is not a number'),
+        ('INCLINATION', '1.7 [rad]', 'INCLINATION is in rad; it must be in deg'),
+        ('RA_OF_ASC_NODE', '360.5', 'RA_OF_ASC_NODE is 360.5'),
+        ('ARG_OF_PERICENTER', '-90', 'ARG_OF_PERICENTER is -90'),
+        ('MEAN_ANOMALY', '1e400', 'MEAN_ANOMALY is 1e400; it must be from 0 to 360'),
+        ('ECCENTRICITY', '1.0', 'ECCENTRICITY is 1.0; it must be from 0 to less than 1'),
+        ('ECCENTRICITY', '-0.1', 'ECCENTRICITY is -0.1'),
+        ('ECCENTRICITY', '0.1 [km]', 'ECCENTRICITY is in km; it must be without a unit'),
+        ('MEAN_MOTION', 'inf', 'MEAN_MOTION is inf, which is not a number'),
+        ('MEAN_MOTION', 'nan', 'MEAN_MOTION is nan'),
+        ('MEAN_MOTION', '-14', 'MEAN_MOTION is -14; it must be from 0.001 to 18 rev/day'),
+        ('BSTAR', '1e5', 'BSTAR is 1e5; it must be from -10 to 10 1/ER'),
+        ('EPOCH', '9999-06-26T18:52:04', 'EPOCH is 9999-06-26T18:52:04; .* years 1957 to 2261'),
+        ('EPOCH', '2006-000T18:52:04', 'no day 000'),
+        ('EPOCH', '2006-366T18:52:04', 'no day 366'),
+    ],
+)
+def test_what_is_out_of_its_range_in_an_omm_is_said(keyword, value, reason):
+    """By the keyword, in one sentence, in both notations."""
+    lines = [line for line in OMM.splitlines() if not line.startswith(f'{keyword} ')]
+    message = '\n'.join([*lines, f'{keyword} = {value}'])
+    for text in (message, as_xml(message, units=True)):
+        with pytest.raises(ValueError, match=f'orbit.tle holds an OMM .*{reason}') as refusal:
+            check(text)
+        assert '\n' not in str(refusal.value)
+
+
+def test_a_keyword_that_stands_twice_is_refused():
+    """It is not known which of the values is meant."""
+    with pytest.raises(ValueError, match='it has INCLINATION 2 times'):
+        check(f'{OMM}INCLINATION = 12.5\n')
+
+
+@pytest.mark.parametrize(
+    ('text', 'notation'),
+    [
+        ('[{"OBJECT_NAME":"CBERS 2","EPOCH":"2006-06-26T18:52:04","MEAN_MOTION":14.35}]', 'JSON'),
+        ('{"MEAN_MOTION": 14.35}', 'JSON'),
+        ('OBJECT_NAME,OBJECT_ID,EPOCH,MEAN_MOTION\nCBERS 2,2003-049A,2006,14.35', 'CSV'),
+    ],
+)
+def test_a_notation_that_is_not_read_is_named(text, notation):
+    """Those that catalogues serve besides."""
+    with pytest.raises(ValueError, match=f'orbit.tle is {notation}, which is not supported'):
+        orbit([text])
+
+
+def test_elements_that_flew_by_earlier_rules_still_do():
+    """A bag that has an SGP4-XP set is read; a new run of it is refused."""
+    values = {'orbit.type': 'tle', 'orbit.tle': changed(1, 63, '4').splitlines()}
+    values['time.epoch_ns'] = EPOCH_NS
+    assert Scenario(values, rules=3).system.orbit.mean_motion > 0.0
+    with pytest.raises(ValueError, match='SGP4-XP'):
+        Scenario(values)
 
 
 def test_an_epoch_far_from_tick_0_is_told():

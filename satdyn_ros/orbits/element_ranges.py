@@ -5,13 +5,12 @@ Only what plays a part in SGP4 is looked at: not the classification, the number 
 the revolution, nor the derivatives of the mean motion.
 """
 
-import re
 from calendar import isleap
 from collections.abc import Mapping
 from typing import NamedTuple
 
-# No library's reading of a number: no underscores, no digits but those of ASCII, no inf.
-_NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?', re.ASCII)
+from ..base.numbers import number
+
 # The ephemeris types of SGP4, the first of which most sets have, and what others are called in
 # 502.0-B-3.
 _SGP4_TYPES = ('', '0', '2')
@@ -59,7 +58,7 @@ def check_lines(lines: list[str]) -> None:
         )
     year = int(first[18:20])
     year += 1900 if year >= _FIRST_YEAR % 100 else 2000
-    day, days = _number(first[20:32].lstrip()), 366 if isleap(year) else 365
+    day, days = number(first[20:32].lstrip()), 366 if isleap(year) else 365
     if day is None or not 1.0 <= day < days + 1:
         raise ValueError(
             f'line 1 of orbit.tle has day {first[20:32].strip()} of the year {year}; it must be '
@@ -68,7 +67,7 @@ def check_lines(lines: list[str]) -> None:
     for keyword, field in FIELDS.items():
         text = lines[field.line - 1][field.columns]
         where = f'line {field.line} of orbit.tle has the {field.name} {text.strip()}'
-        _check_range(where, _number(_with_point(keyword, text)), field)
+        _check_range(where, number(_with_point(keyword, text)), field)
 
 
 def check_message(elements: Mapping[str, str]) -> None:
@@ -89,23 +88,18 @@ def check_message(elements: Mapping[str, str]) -> None:
         if unit and unit.lower() != field.unit.lower():
             wanted = f'in {field.unit}' if field.unit else 'without a unit'
             raise ValueError(f'{keyword} is in {unit}; it must be {wanted}')
-        _check_range(f'{keyword} is {text.strip()}', _number(text.strip()), field)
+        _check_range(f'{keyword} is {text.strip()}', number(text.strip()), field)
 
 
-def _check_range(what, number, field):
-    if number is None:
+def _check_range(what, value, field):
+    if value is None:
         raise ValueError(f'{what}, which is not a number')
     # An ellipse has an eccentricity below 1.
-    if field.low <= number <= field.high and not number == field.high == 1.0:
+    if field.low <= value <= field.high and not value == field.high == 1.0:
         return
     to = 'less than ' if field.high == 1.0 else ''
     unit = f' {field.unit}' if field.unit else ''
     raise ValueError(f'{what}; it must be from {field.low:g} to {to}{field.high:g}{unit}')
-
-
-def _number(text):
-    """Return a number of ASCII digits, None: it is none."""
-    return float(text) if _NUMBER.fullmatch(text) else None
 
 
 def _with_point(keyword, text):

@@ -183,6 +183,35 @@ def test_files_of_the_first_issue_are_read_as_orekit_does(tmp_path):
         ('REF_FRAME_B = SC_BODY_1\n', '', 'a segment has no REF_FRAME_B'),
         ('18.288407', '', 'does not hold 7 numbers'),
         ('0.347679', '0.9', 'is not of length 1'),
+        ('0.347679', '0.34_7679', 'does not hold 7 numbers'),
+        ('0.347679', 'nan', 'does not hold 7 numbers'),
+        # Left over from a file of 1.0, they say another attitude or rate.
+        (
+            'META_STOP',
+            'ATTITUDE_DIR = B2A\nMETA_STOP',
+            'ATTITUDE_DIR is B2A; .* 2.0 it must be A2B',
+        ),
+        (
+            'META_STOP',
+            'QUATERNION_TYPE = FIRST\nMETA_STOP',
+            'QUATERNION_TYPE is FIRST; in version',
+        ),
+        ('META_STOP', 'RATE_FRAME = EME2000\nMETA_STOP', 'RATE_FRAME, of version 1.0, EME2000'),
+        (
+            'META_STOP',
+            'RATE_FRAME = REF_FRAME_A\nMETA_STOP',
+            'RATE_FRAME, of version 1.0, EME2000',
+        ),
+        (
+            'META_STOP',
+            'USEABLE_START_TIME = 2023-054T00:00:09.150002\nMETA_STOP',
+            'the row at 2023-02-23T00:00:09.150001 is outside the useable time .* from 2023-',
+        ),
+        (
+            'META_STOP',
+            'USEABLE_STOP_TIME = 2023-054T00:00:09\nMETA_STOP',
+            'outside the useable time of its segment, to 2023-02-23T00:00:09.000000000',
+        ),
     ],
 )
 def test_what_we_do_not_read_is_refused(tmp_path, old, new, reason):
@@ -190,6 +219,63 @@ def test_what_we_do_not_read_is_refused(tmp_path, old, new, reason):
     path = written(tmp_path, MMS.replace(old, new))
     with pytest.raises(ValueError, match=f'message.aem.*{reason}'):
         attitude_at(path, '2023-02-23T00:00:09.150001')
+
+
+@pytest.mark.parametrize(
+    ('old', 'new', 'reason'),
+    [
+        ('ATTITUDE_DIR = A2B', 'ATTITUDE_DIR = C2D', 'ATTITUDE_DIR is C2D; .* 1.0 .* A2B or B2A'),
+        (
+            'QUATERNION_TYPE = LAST',
+            'QUATERNION_TYPE = 4',
+            'QUATERNION_TYPE is 4; .* LAST or FIRST',
+        ),
+        ('QUATERNION_TYPE = LAST\n', '', 'a segment has no QUATERNION_TYPE'),
+        ('ATTITUDE_DIR = A2B\n', '', 'a segment has no ATTITUDE_DIR'),
+    ],
+)
+def test_a_file_of_the_first_issue_must_say_what_it_means(states, tmp_path, old, new, reason):
+    """It has no default for the direction nor for the place of the scalar."""
+    path = write(tmp_path / 'plain.aem', states, False)
+    path.write_text(path.read_text().replace(old, new))
+    with pytest.raises(ValueError, match=f'plain.aem: {reason}'):
+        attitude_at(path, nanoseconds.epoch(STAMPS_NS[7]))
+
+
+def test_keywords_left_over_that_say_the_same_are_read(tmp_path):
+    """As in Orekit's own example of version 2.0; rows within the useable time are read."""
+    left_over = (
+        'ATTITUDE_DIR = A2B\nQUATERNION_TYPE = LAST\nRATE_FRAME = SC_BODY_1\n'
+        'USEABLE_START_TIME = 2023-054T00:00:09.150001\n'
+        'USEABLE_STOP_TIME = 2023-054T00:00:09.150001\nMETA_STOP'
+    )
+    text = MMS.replace('META_STOP', left_over)
+    found = attitude_at(written(tmp_path, text), '2023-02-23T00:00:09.150001')
+    numbers = [0.056482, 0.209807, -0.912091, 0.347679]
+    # Printed in six digits.
+    np.testing.assert_allclose(found.q_ib, numbers, rtol=0.0, atol=1e-6)
+
+
+def test_a_row_useable_in_another_segment_is_taken(tmp_path):
+    """Two segments overlap, of which the first is useable at the epoch."""
+    header, meta, data = MMS.partition('META_START')
+    begin = 'USEABLE_START_TIME = 2023-054T00:00:19.150001\nMETA_STOP'
+    other = data.replace('META_STOP', begin).replace('0.056482', '-0.056482')
+    path = written(tmp_path, f'{header}{meta}{data}\n{meta}{other}')
+    assert attitude_at(path, '2023-02-23T00:00:09.150001').q_ib[0] > 0.0
+
+
+def test_ccsds_ndm_reads_what_we_write(states, tmp_path):
+    """The package of that name on PyPI: each component, the scalar in its place."""
+    ndm_io = pytest.importorskip('ccsds_ndm.ndm_io', reason='pip install ccsds-ndm')
+    message = ndm_io.NdmIo().from_path(write(tmp_path / 'plain.aem', states, False))
+    rows = [
+        row.quaternion_state for part in message.body.segment for row in part.data.attitude_state
+    ]
+    assert [row.epoch for row in rows] == nanoseconds.epochs(STAMPS_NS)
+    found = [[getattr(row.quaternion, name) for name in ('q1', 'q2', 'q3', 'qc')] for row in rows]
+    # Sixteen digits.
+    np.testing.assert_allclose(found, states.q_ib, rtol=0.0, atol=1e-15)
 
 
 def test_an_epoch_between_rows_is_refused(tmp_path):

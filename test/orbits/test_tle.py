@@ -408,7 +408,7 @@ def test_elements_that_flew_by_earlier_rules_still_do():
     """A bag that has an SGP4-XP set is read; a new run of it is refused."""
     values = {'orbit.type': 'tle', 'orbit.tle': changed(1, 63, '4').splitlines()}
     values['time.epoch_ns'] = EPOCH_NS
-    assert Scenario(values, rules=3).system.orbit.mean_motion > 0.0
+    assert isinstance(Scenario(values, rules=3).system.orbit, TabledOrbit)
     with pytest.raises(ValueError, match='SGP4-XP'):
         Scenario(values)
 

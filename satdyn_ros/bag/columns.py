@@ -1,13 +1,14 @@
 """The states in a bag as columns, block by block: the name of each, and its values."""
 
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
 
 import numpy as np
 from mcap.records import Metadata
 
+from ..base.nanoseconds import SECOND_NS
 from ..dynamics import inertia
 from ..kernel import rotation
 from ..messages.contents import fields
@@ -15,6 +16,7 @@ from ..rosbag2.errors import Incomplete
 from ..rosbag2.reader import TopicBlock
 from ..rosbag2.summary import read_summary
 from ..run import topics
+from ..run.simulation import Simulation
 from ..run.topics import Topic
 from . import run_metadata
 from .read_run import RecordedRun
@@ -59,11 +61,13 @@ class StateTable:
     names: the columns.  tick, t_s (seconds from tick 0) and stamp_ns come first, then what the
     recorded topics hold, nan at a tick where it was not published, and the angles relative to
     LVLH: roll, pitch and yaw (3-2-1), and the angle between the axis of least inertia, whichever
-    end is nearer, and nadir.  ticks_read: how many of tick_count were yielded.
+    end is nearer, and nadir.  What a sensor measured stands at the tick whose stamp its message
+    has, that of the exposure, nan at the others.  ticks_read: how many of tick_count were yielded.
 
     columns: those wanted, in this order; none: all but segment, which counts the restarts of the
-    motion by requests and resets.  step_s: seconds from row to row.  ValueError: the bag has no
-    such column, or step_s is not a whole number of ticks.
+    motion by requests and resets, and those in true_names, what sensors would have measured
+    without errors, for which the run is run again.  step_s: seconds from row to row.  ValueError:
+    the bag has no such column, or step_s is not a whole number of ticks.
     """
 
     def __init__(
@@ -88,7 +92,22 @@ class StateTable:
             if topic in run.names and run.names[topic] in run.bag.topics
         }
         recorded = [name for f in self._fields.values() for names in f.values() for name in names]
-        self.names = [*_TIMES, *dict.fromkeys(recorded)]
+        self._sensors = {
+            name: sensor
+            for name, sensor in run.scenario.sensors.items()
+            if name in run.names and run.names[name] in run.bag.topics
+        }
+        self._latency = max((sensor.latency for sensor in self._sensors.values()), default=0)
+        self._measured, self._true = (
+            {
+                name: [f'{name}_{what}_{column}' for column in sensor.columns]
+                for name, sensor in self._sensors.items()
+            }
+            for what in ('measured', 'true')
+        )
+        measured = [name for names in self._measured.values() for name in names]
+        self.true_names = [name for names in self._true.values() for name in names]
+        self.names = [*_TIMES, *dict.fromkeys(recorded), *measured]
         if not run.scenario.is_fixed and Q_IB[0] in self.names:
             self.names += _LVLH_ANGLES
         if columns:
@@ -112,32 +131,40 @@ class StateTable:
         ValueError: after all that could be read, the bag is damaged or was not completed.
         """
         waiting: list[Columns] = []
-        rows = 0
+        rows, enough, last_ns = 0, _BLOCK_ROWS, 0
+        truth = _Truth(self.run, self._true, self.names)
         for item in self.run.bag.items():
             if isinstance(item, Metadata):
                 self._note_restart(item)
                 continue
-            part = self._recorded(item)
-            stamps_ns = part['stamp_ns']
-            if waiting and len(stamps_ns) and stamps_ns[0] == waiting[-1]['stamp_ns'][-1]:
-                part = _joined_tick(waiting[-1], part)
-            if len(part['stamp_ns']) == 0:
+            waiting += (parts := [*self._recorded(item)])
+            rows += max((len(part['stamp_ns']) for part in parts), default=0)
+            if len(item.contents):
+                last_ns = max(last_ns, int(item.contents.span_ns[1]))
+            if rows < enough:
                 continue
-            if rows >= _BLOCK_ROWS:
-                yield self._block(waiting)
-                waiting, rows = [], 0
-            waiting.append(part)
-            rows += len(part['stamp_ns'])
-        if waiting:
-            yield self._block(waiting)
+            last = self.run.ticks.tick_of(last_ns)
+            merged = _merged([*waiting, *truth.until(last + 1)])
+            # What comes may tell of the last tick, or of one at which it was exposed, still.
+            open_ns = self.run.ticks.stamp_ns(last - self._latency)
+            done = int(np.searchsorted(merged['stamp_ns'], open_ns))
+            if done:
+                yield self._block({name: values[:done] for name, values in merged.items()})
+            waiting = [{name: values[done:] for name, values in merged.items()}]
+            rows = len(waiting[0]['stamp_ns'])
+            enough = _BLOCK_ROWS + rows
+        if rows:
+            last = self.run.ticks.tick_of(last_ns)
+            yield self._block(_merged([*waiting, *truth.until(last + 1)]))
         if self.run.bag.problem:
             raise ValueError(self.run.bag.problem)
 
     def _choose(self, chosen):
-        unknown = [name for name in chosen if name not in (*self.names, 'segment')]
+        names = [*self.names, *self.true_names]
+        unknown = [name for name in chosen if name not in (*names, 'segment')]
         if unknown:
             raise ValueError(
-                f'{self.run.bag.path} has no column {unknown[0]}; it has {", ".join(self.names)}'
+                f'{self.run.bag.path} has no column {unknown[0]}; it has {", ".join(names)}'
             )
         self.names = chosen
         needed = {*chosen, *(Q_IB if {*_LVLH_ANGLES} & {*chosen} else ())}
@@ -150,8 +177,23 @@ class StateTable:
         if record.name == run_metadata.EVENT and record.metadata['event'] in ('Request', 'Reset'):
             self._restarts.add(json.loads(record.metadata['tick']))
 
-    def _recorded(self, block: TopicBlock) -> Columns:
-        """Return stamp_ns and the recorded columns of the ticks in a block of messages."""
+    def _recorded(self, block: TopicBlock) -> Iterator[Columns]:
+        """Yield stamp_ns and columns of a block of messages: of the states, and of each sensor."""
+        channels = {block.topics[i]: i for i in block.contents.places}
+        yield self._states(block)
+        for name, sensor in self._sensors.items():
+            if (channel_id := channels.get(self.run.names[name])) is None:
+                continue
+            rows = self.run.rows(name, block.messages(channel_id))
+            seconds = rows['header.stamp.sec'].astype(np.int64)
+            stamps_ns = seconds * SECOND_NS + rows['header.stamp.nanosec']
+            values = rows[sensor.measures].reshape(len(rows), -1)
+            columns = zip(self._measured[name], values.T, strict=bool(sensor.columns))
+            chosen = {column: x for column, x in columns if column in self.names}
+            yield {'stamp_ns': stamps_ns, **chosen}
+
+    def _states(self, block: TopicBlock) -> Columns:
+        """Return stamp_ns and the columns of the states at the ticks in a block of messages."""
         contents = block.contents
         channels = {block.topics[i]: i for i in contents.places}
         present = {
@@ -183,10 +225,10 @@ class StateTable:
                 filled[names][places] = True
         return columns
 
-    def _block(self, parts: list[Columns]) -> Columns:
-        """Return the columns of the rows that follow each other in parts, the chosen ticks."""
+    def _block(self, part: Columns) -> Columns:
+        """Return the columns of rows that follow each other, the chosen ticks."""
         ticks_of = self.run.ticks
-        stamps_ns = np.concatenate([part['stamp_ns'] for part in parts])
+        stamps_ns = part['stamp_ns']
         # A stamp is within half a nanosecond of its tick's time, which doubles can tell apart for
         # ages.
         since_ns = stamps_ns - ticks_of.epoch_ns
@@ -196,18 +238,13 @@ class StateTable:
         ticks, stamps_ns = ticks[chosen], stamps_ns[chosen]
         t_s = ticks * ticks_of.rate.denominator / ticks_of.rate.numerator
         columns: Columns = {'tick': ticks, 't_s': t_s, 'stamp_ns': stamps_ns}
+        needs_angles = bool({*_LVLH_ANGLES} & {*self.names})
         if 'segment' in self.names:
             columns['segment'] = np.searchsorted(sorted(self._restarts), ticks, side='right')
-        recorded = {
-            name for fields in self._fields.values() for f in fields.values() for name in f
-        }
-        for name in recorded:
-            values = [
-                part[name] if name in part else np.full(len(part['stamp_ns']), np.nan)
-                for part in parts
-            ]
-            columns[name] = np.concatenate(values)[chosen]
-        if {*_LVLH_ANGLES} & {*self.names}:
+        missing = np.full(len(ticks), np.nan)
+        for name in {*self.names, *(Q_IB if needs_angles else ())} - {*columns, *_LVLH_ANGLES}:
+            columns[name] = part[name][chosen] if name in part else missing
+        if needs_angles:
             q_ib = np.stack([columns[name] for name in Q_IB], axis=-1)
             columns |= zip(_LVLH_ANGLES, self._lvlh_angles(q_ib, t_s), strict=True)
         return {name: columns[name] for name in self.names}
@@ -223,15 +260,53 @@ class StateTable:
         return [*rotation.roll_pitch_yaw(q_lb).T, nadir_angle]
 
 
-def _joined_tick(before: Columns, part: Columns) -> Columns:
-    """Complete the last row of `before` from the first of part; return the rest of part."""
-    for name, values in part.items():
-        if name not in before:
-            before[name] = np.full(len(before['stamp_ns']), np.nan)
-        column = before[name]
-        if name != 'stamp_ns' and np.isnan(column[-1]):
-            column[-1] = values[0]
-    return {name: values[1:] for name, values in part.items()}
+class _Truth:
+    """
+    What sensors of a run would have measured without errors, as it is run again.
+
+    columns: those of each sensor by its name.  wanted: which of them, if any.
+    """
+
+    def __init__(
+        self, run: RecordedRun, columns: Mapping[str, Sequence[str]], wanted: Sequence[str]
+    ):
+        self._columns = {name: own for name, own in columns.items() if {*own} & {*wanted}}
+        self._simulation: Simulation | None = None
+        if self._columns:
+            self._simulation = run.simulation()
+            self._simulation.measure_truth()
+
+    def until(self, tick: int) -> Iterator[Columns]:
+        """Yield stamp_ns and the columns of sensors, further on until before a tick."""
+        simulation = self._simulation
+        while simulation is not None and simulation.next_tick < tick:
+            _, samples = simulation.advance(min(tick - simulation.next_tick, _BLOCK_ROWS))
+            if len(samples) == 0:
+                return
+            for name, columns in self._columns.items():
+                measured = samples.measured[name]
+                values = measured.values.reshape(len(measured), len(columns))
+                yield {
+                    'stamp_ns': measured.stamps_ns,
+                    **dict(zip(columns, values.T, strict=True)),
+                }
+
+
+def _merged(parts: list[Columns]) -> Columns:
+    """Return the columns of all stamps of parts; of two values for one, the first counts."""
+    if len(parts) == 1:
+        return parts[0]
+    stamps_ns = np.unique(np.concatenate([part['stamp_ns'] for part in parts]))
+    merged: Columns = {'stamp_ns': stamps_ns}
+    for part in parts:
+        places = np.searchsorted(stamps_ns, part['stamp_ns'])
+        for name, values in part.items():
+            if name == 'stamp_ns':
+                continue
+            column = merged.setdefault(name, np.full(len(stamps_ns), np.nan))
+            empty = np.isnan(column[places])
+            column[places[empty]] = values[empty]
+    return merged
 
 
 def _stride(step_s: str | float, rate: Fraction) -> int:

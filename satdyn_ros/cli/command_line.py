@@ -285,6 +285,7 @@ def _add_export(command):
         "the states of a bag as a table, or in other tools' formats",
         'satdyn export orbit -o orbit.csv --columns t_s roll_rad pitch_rad yaw_rad\n'
         'satdyn export orbit -o orbit.parquet --step 10\n'
+        'satdyn export orbit -o gyro.csv --columns t_s gyro_measured_x_rad_s gyro_true_x_rad_s\n'
         'satdyn export orbit -o orbit.aem --rates\n'
         'satdyn export orbit -o orbit.oem --step 60',
     )
@@ -301,7 +302,7 @@ def _add_export(command):
         nargs='+',
         default=(),
         metavar='NAME',
-        help='the columns of the table; default: all',
+        help='the columns of the table; default: all but the truth of sensors, SENSOR_true_...',
     )
     added.add_argument('--rates', action='store_true', help='write body rates to .aem and .a too')
     added.add_argument(

@@ -158,6 +158,11 @@ class Simulation:
         self._begin_block()
         self.next_tick = tick
 
+    def measure_truth(self) -> None:
+        """Let the sensors have no errors, from the next tick on and without earlier exposures."""
+        self._run = replace(self._run, suite=self._run.suite.perfect())
+        self._begin_block()
+
     def schedule(self, event: Event) -> None:
         """Add an event at its tick, the next one or later."""
         insort(self._pending, event, key=_tick_of)

@@ -37,6 +37,7 @@ class CoarseSunSensor(Sensor):
     keys = (Key('noise', 'double', 0.0, 'lx', 'standard deviation of a sample', low=0.0),)
     needs = 'environment.sun'
     message, measures = 'sensor_msgs/msg/Illuminance', 'illuminance'
+    columns = ('lx',)
     says = (
         'sunlight on the coarse sun sensor along its z axis [lx] as it measures it, with its '
         'variance; with environment.sun'

@@ -114,6 +114,7 @@ class Gyro(Sensor):
         ),
     )
     message, measures = 'sensor_msgs/msg/Imu', 'angular_velocity'
+    columns = tuple(f'{axis}_rad_s' for axis in 'xyz')
     says = (
         'body rate [rad/s] as the gyro measures it, in its axes, with its covariance; all else is '
         'marked absent'

@@ -46,6 +46,7 @@ class Magnetometer(Sensor):
     )
     needs = 'environment.magnetic_field'
     message, measures = 'sensor_msgs/msg/MagneticField', 'magnetic_field'
+    columns = tuple(f'{axis}_t' for axis in 'xyz')
     says = (
         "the Earth's magnetic field [T] as the magnetometer measures it, in its axes, with its "
         'covariance; with environment.magnetic_field'

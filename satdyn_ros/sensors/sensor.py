@@ -66,9 +66,11 @@ class Sensor:
     those that need the Sun.  needs: the key of the environment without which there is no such
     sensor, '' for none; what its truth() gives then comes from there.
     message: the type of its messages.  measures: the field of them that its values fill, whose
-    covariance, where there is one, has the variances; what else has a covariance is absent.  says:
+    covariance, where there is one, has the variances; what else has a covariance is absent.
+    columns: of its values in tables, behind its name; none: it is in no table.  says:
     the content of its topic.  unit: that of its panel, of which there are per_si in the SI unit.
-    resolution: that of its values, 0: they are not rounded.  memory: what it remembers before the
+    resolution: that of its values, 0: they are not rounded.  latency: ticks from what it measures
+    to its message.  memory: what it remembers before the
     first sample.
 
     seed, stream: of its noise.  divisor: ticks from sample to sample.  mounting (4,): quaternion
@@ -82,6 +84,7 @@ class Sensor:
     needs: ClassVar[str] = ''
     message: ClassVar[str]
     measures: ClassVar[str]
+    columns: ClassVar[tuple[str, ...]] = ()
     says: ClassVar[str]
     unit: ClassVar[str]
     per_si: ClassVar[float] = 1.0
@@ -92,6 +95,7 @@ class Sensor:
     divisor: int
     mounting: np.ndarray
     resolution: float = 0.0
+    latency: int = 0
 
     def __init_subclass__(cls) -> None:
         """Let scenarios have the kind."""

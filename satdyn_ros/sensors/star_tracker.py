@@ -120,6 +120,7 @@ class StarTracker(Sensor):
     )
     with_orbit, with_sun = ('earth_exclusion',), ('sun_exclusion',)
     message, measures = 'sensor_msgs/msg/Imu', 'orientation'
+    columns = tuple(f'q_is_{part}' for part in 'xyzw')
     says = (
         'attitude, sensor to inertial, as the star tracker measures it, with its covariance in '
         'sensor axes, stamped by its exposure; everything else is marked absent'

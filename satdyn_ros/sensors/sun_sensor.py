@@ -54,6 +54,7 @@ class SunSensor(Sensor):
     )
     needs = 'environment.sun'
     message, measures = 'geometry_msgs/msg/Vector3Stamped', 'vector'
+    columns = ('x', 'y', 'z')
     says = (
         'unit vector to the Sun as the sun sensor measures it, in its axes; nothing out of its '
         'view or in the shadow; with environment.sun'

@@ -9,7 +9,9 @@ import pytest
 from mcap.records import Metadata
 
 from satdyn_ros.bag import run_metadata
+from satdyn_ros.bag.columns import StateTable
 from satdyn_ros.bag.continuation import begun_in_bag
+from satdyn_ros.bag.export import table
 from satdyn_ros.bag.playback import Playback, offered
 from satdyn_ros.bag.read_run import RecordedRun
 from satdyn_ros.bag.simulate import simulate
@@ -111,6 +113,58 @@ def test_mountings_are_latched_in_each_file(tmp_path):
     file.finish()
     found = flights.difference(verify(tmp_path / 'other.mcap'))
     assert (found.topic, found.tick) == ('/tf_static', 0)
+
+
+def test_a_table_of_sensors_alone(tmp_path):
+    """
+    A row for each tick of which a message tells, and the truth of a gyro that integrates.
+
+    That is its turn since its last sample: of a body that spins about its axis of symmetry the
+    rate itself, and the attitude is half of it in the quaternion.
+    """
+    spin = {'publish.topics': [], 'orbit.type': 'fixed', 'initial.angular_velocity': [0.0, 0, 0.2]}
+    spin |= {'body.inertia': [800.0, 800.0, 600.0], 'initial.attitude': [0.0, 0.0, 0.0, 1.0]}
+    bag = recorded(tmp_path / 'bag', spin, [])
+    columns = table(bag)
+    ticks = np.arange(400)
+    of_gyro, of_tracker = ticks % 2 == 0, (ticks % 7 == 0) & (ticks < 395)
+    assert columns['tick'].tolist() == ticks[of_gyro | of_tracker].tolist()
+    measured = columns['gyro_measured_z_rad_s']
+    assert columns['tick'][~np.isnan(measured)].tolist() == ticks[of_gyro].tolist()
+    attitude = columns['star_tracker_measured_q_is_w']
+    assert columns['tick'][~np.isnan(attitude)].tolist() == ticks[of_tracker].tolist()
+    # Sampled at 10 Hz, its noise is 3e-4 rad/s.
+    assert 2e-4 < np.nanstd(measured) < 4e-4
+    names = (
+        *(f'gyro_true_{axis}_rad_s' for axis in 'xyz'),
+        *(f'star_tracker_true_q_is_{part}' for part in 'xyzw'),
+    )
+    (block,) = StateTable(RecordedRun(bag), ('t_s', *names)).blocks()
+    truth = np.stack([*block.values()])
+    gyro, tracker = truth[1:4, of_gyro[of_gyro | of_tracker]], truth[4:, ~np.isnan(truth[4])]
+    np.testing.assert_allclose(gyro[:, 1:], [[0.0], [0.0], [0.2]] * np.ones(199), atol=1e-12)
+    half = 0.1 * truth[0, ~np.isnan(truth[4])]
+    np.testing.assert_allclose(tracker[2:], [np.sin(half), np.cos(half)], atol=1e-9)
+
+
+def test_exposures_from_before_a_bag_are_in_its_table(tmp_path):
+    """At their own ticks, ahead of the first, with nothing else there."""
+    whole = table(recorded(tmp_path / 'bag', None, []))
+    scenario, begin = begun_in_bag(Scenario(VALUES), tmp_path / 'bag', 1.5)
+    for _ in simulate(scenario, 1, tmp_path / 'onward', begin=begin):
+        pass
+    onward = table(tmp_path / 'onward')
+    assert onward['tick'].tolist() == [28, *range(30, 50)]
+    wanted = {name: values[onward['tick']] for name, values in whole.items()}
+    for name, values in wanted.items():
+        if name.startswith('star_tracker'):
+            # What was exposed in the last five ticks has no message yet.
+            values[onward['tick'] >= 45] = np.nan
+        elif name not in ('tick', 't_s', 'stamp_ns'):
+            values[0] = np.nan
+    assert list(onward) == list(wanted)
+    for name, values in onward.items():
+        np.testing.assert_array_equal(values, wanted[name], err_msg=name)
 
 
 def bag_scenario(bag):

@@ -1,10 +1,13 @@
 """Sensors that see the field and the Sun, through an orbit's shadow: recorded and run again."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
 
 from satdyn_ros.bag.continuation import begun_in_bag
+from satdyn_ros.bag.export import Options, export, table
 from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.orbits.along_orbit import AlongOrbit
@@ -65,6 +68,67 @@ def bag(tmp_path_factory):
 def rows(bag, topic):
     """Return log times and data of a topic."""
     return [(int(t), bytes(row)) for t, row in zip(*Bag(bag).messages(f'/{topic}'), strict=True)]
+
+
+def test_a_table_has_what_each_sensor_measured(bag, tmp_path):
+    """
+    At the tick of its stamp, as another reader of bags finds it, and nothing at the others.
+
+    A tracker's message comes two ticks after its exposure.
+    """
+    columns = table(bag)
+    stamps_ns = columns['stamp_ns'].tolist()
+    assert columns['tick'].tolist() == list(range(DURATION_S))
+    for name, field, parts in (
+        ('magnetometer', 'magnetic_field', ('x_t', 'y_t', 'z_t')),
+        ('mag2', 'magnetic_field', ('x_t', 'y_t', 'z_t')),
+        ('eye', 'vector', 'xyz'),
+        ('coarse_sun_sensor', 'illuminance', ('lx',)),
+        ('st', 'orientation', ('q_is_x', 'q_is_y', 'q_is_z', 'q_is_w')),
+    ):
+        wanted = np.full((DURATION_S, len(parts)), np.nan)
+        with AnyReader([bag]) as reader:
+            connections = [found for found in reader.connections if found.topic == f'/{name}']
+            for connection, _, data in reader.messages(connections):
+                message: Any = reader.deserialize(data, connection.msgtype)
+                at_ns = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+                value = getattr(message, field)
+                components = [getattr(value, axis, value) for axis in 'xyzw'[: len(parts)]]
+                wanted[stamps_ns.index(at_ns)] = components
+        assert not np.all(np.isnan(wanted))
+        found = np.stack([columns[f'{name}_measured_{part}'] for part in parts], axis=-1)
+        np.testing.assert_array_equal(found, wanted, err_msg=name)
+
+
+def test_the_truth_stands_beside_a_measurement(bag, tmp_path, monkeypatch):
+    """
+    Where it is asked for: the published field and Sun, turned by the mounting, at its own ticks.
+
+    The tables of both are the same, so they agree to rounding; the field is some 3e-5 T.
+    """
+    parts = [f'{what}_{axis}_t' for what in ('mag2_true', 'magnetic_field_b') for axis in 'xyz']
+    parts += [f'{what}_{axis}' for what in ('eye_true', 'sun_direction_b') for axis in 'xyz']
+    chosen = ('tick', *parts, 'mag2_measured_x_t', 'eye_measured_x')
+    export(bag, tmp_path / 'truth.npz', Options(columns=chosen))
+    with np.load(tmp_path / 'truth.npz') as read:
+        columns = dict(read)
+    assert list(columns) == list(chosen)
+    for first, measured, size in ((1, 'mag2_measured_x_t', 6e-5), (7, 'eye_measured_x', 1.0)):
+        true, in_body = (
+            np.stack([columns[name] for name in chosen[i : i + 3]], axis=-1)
+            for i in (first, first + 3)
+        )
+        taken = ~np.isnan(columns[measured])
+        assert 100 < np.sum(taken) < DURATION_S / 3
+        np.testing.assert_array_equal(np.isnan(true), np.tile(~taken[:, None], 3))
+        # Half a turn about x.
+        wanted = in_body[taken] * [1.0, -1.0, -1.0]
+        np.testing.assert_allclose(true[taken], wanted, rtol=0.0, atol=1e-14 * size)
+    monkeypatch.setattr('satdyn_ros.bag.columns._BLOCK_ROWS', 1)
+    export(bag, tmp_path / 'again.npz', Options(columns=chosen))
+    with np.load(tmp_path / 'again.npz') as again:
+        for name in chosen:
+            np.testing.assert_array_equal(again[name], columns[name])
 
 
 def test_the_bag_and_each_of_its_files_prove_themselves(bag):

@@ -16,6 +16,7 @@ class Horizon(Sensor):
     kind = 'horizon'
     keys = (Key('noise', 'double', 0.0, '', 'standard deviation of each component', low=0.0),)
     message, measures = 'sensor_msgs/msg/Imu', 'linear_acceleration'
+    columns = ('x', 'y', 'z')
     says = 'unit vector to the attracting centre in sensor axes, in place of an acceleration'
     unit, per_si = 'mm/m', 1000.0
 

@@ -227,16 +227,13 @@ class StateTable:
 
     def _block(self, part: Columns) -> Columns:
         """Return the columns of rows that follow each other, the chosen ticks."""
-        ticks_of = self.run.ticks
+        times = self.run.ticks
         stamps_ns = part['stamp_ns']
-        # A stamp is within half a nanosecond of its tick's time, which doubles can tell apart for
-        # ages.
-        since_ns = stamps_ns - ticks_of.epoch_ns
-        ticks = np.rint(since_ns * (float(ticks_of.rate) * 1e-9)).astype(np.int64)
+        ticks = times.ticks_of(stamps_ns)
         self.ticks_read = int(ticks[-1]) + 1 - self.run.first_tick
         chosen = ticks % self._stride == 0
         ticks, stamps_ns = ticks[chosen], stamps_ns[chosen]
-        t_s = ticks * ticks_of.rate.denominator / ticks_of.rate.numerator
+        t_s = times.seconds_of(ticks)
         columns: Columns = {'tick': ticks, 't_s': t_s, 'stamp_ns': stamps_ns}
         needs_angles = bool({*_LVLH_ANGLES} & {*self.names})
         if 'segment' in self.names:
@@ -320,4 +317,5 @@ def _stride(step_s: str | float, rate: Fraction) -> int:
             f"the step is {step_s} s; it must be a multiple of the bag's tick of "
             f'{float(1 / rate):g} s'
         )
-    return int(ticks)
+    # No run has so many.
+    return min(int(ticks), 2**62)

@@ -13,6 +13,10 @@ from ..base.extras import brought_by
 from ..kernel.rows import components
 from .earth import EARTH_RATE_RAD_S
 
+# Without a flare the flux has been from 60 to 400 [1e-22 W/m^2/Hz] since 1947, and the scale of ap
+# ends at 400.  Above this flux MSIS has no temperature at any height of an orbit.
+LARGEST_F107, LARGEST_AP = 1000.0, 400.0
+
 
 class Exponential(NamedTuple):
     """
@@ -54,7 +58,8 @@ class Msis(NamedTuple):
         Return ln rho [kg/m^3] at whole seconds and geodetic places, (...) each; angles in rad.
 
         The model cuts times to whole seconds of UTC.  The result has single precision, and it
-        jumps at 00:00 UTC, where the model takes the next day of the year.
+        jumps at 00:00 UTC, where the model takes the next day of the year.  ValueError: it has no
+        density there, below the ground or by an activity far from what was ever measured.
         """
         with brought_by('environment', 'pymsis'):
             import pymsis
@@ -72,8 +77,15 @@ class Msis(NamedTuple):
             np.full((rows, 7), self.ap),
             version=2.1,
         )
-        density = result.reshape(rows, -1)[:, pymsis.Variable.MASS_DENSITY]
-        return np.log(density.astype(float)).reshape(unix_s.shape)
+        density = result.reshape(rows, -1)[:, pymsis.Variable.MASS_DENSITY].astype(float)
+        lacking = ~((density > 0.0) & (density < np.inf))
+        if np.any(lacking):
+            raise ValueError(
+                f'NRLMSIS has no density at a height of {1e-3 * height_m.ravel()[lacking][0]:.6g} '
+                f'km with environment.f107 {self.f107:g}, environment.f107_average '
+                f'{self.f107_average:g} and environment.ap {self.ap:g}'
+            )
+        return np.log(density).reshape(unix_s.shape)
 
 
 def air_velocity(r_i: ArrayLike, v_i: ArrayLike, pole_i: ArrayLike) -> np.ndarray:

@@ -7,6 +7,7 @@ from types import MappingProxyType
 
 from ..base.key import Key
 from ..dynamics.rotor import MODES
+from ..environment.atmosphere import LARGEST_AP, LARGEST_F107
 from ..orbits.kepler import EARTH_RADIUS_M
 from ..sensors import COMMON, KINDS
 from ..torques.body_torque import BodyTorque
@@ -346,6 +347,7 @@ KEYS = {
             '1e-22 W/m^2/Hz',
             'radio flux of the Sun at 10.7 cm, of the day before (msis)',
             low=0.0,
+            high=LARGEST_F107,
         ),
         Key(
             'environment.f107_average',
@@ -354,6 +356,7 @@ KEYS = {
             '1e-22 W/m^2/Hz',
             'mean of that flux over 81 days (msis)',
             low=0.0,
+            high=LARGEST_F107,
         ),
         Key(
             'environment.ap',
@@ -362,6 +365,7 @@ KEYS = {
             '',
             'daily index of the disturbance of the magnetic field of the Earth (msis)',
             low=0.0,
+            high=LARGEST_AP,
         ),
         Key(
             'environment.sun',

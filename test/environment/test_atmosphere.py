@@ -1,5 +1,7 @@
 """The air's density and velocity are the reference's, and the air turns with the ground."""
 
+import warnings
+
 import numpy as np
 import pytest
 from environment import truth
@@ -15,6 +17,7 @@ from satdyn_ros.environment import (
     turned,
 )
 from satdyn_ros.kernel.rows import dot, length
+from satdyn_ros.run.scenario import Scenario
 
 QUIET = Msis(150.0, 150.0, 4.0)
 
@@ -108,3 +111,23 @@ def test_what_stands_on_the_ground_feels_no_wind():
     v_i = 0.5 * (turned(after, r_t) - turned(before, r_t))
     w_i = air_velocity(turned(now, r_t), v_i, gcrs_to_itrs(stamps_ns)[:, 2])
     assert np.max(length(w_i)) < 1e-4
+
+
+@pytest.mark.parametrize(
+    ('air', 'height_m'),
+    [(QUIET, -2e4), (Msis(1000.0, 150.0, 4.0), 4e5), (Msis(60.0, 600.0, 4.0), 4e5)],
+)
+def test_where_msis_has_no_density_it_says_so(air, height_m):
+    """Below the ground, and by fluxes that never were: one sentence and no warning of NumPy."""
+    with warnings.catch_warnings():
+        warnings.simplefilter('error')
+        with pytest.raises(ValueError, match=rf'no density at a height of {1e-3 * height_m:g} km'):
+            air.log_density(np.full(2, 1772366400), 0.3, 0.2, height_m)
+
+
+@pytest.mark.parametrize(('key', 'most'), [('f107', 1000), ('f107_average', 1000), ('ap', 400)])
+def test_an_activity_that_never_was_is_refused(key, most):
+    """The scale of ap ends at 400; a flux is never near 1000."""
+    given = {'environment.atmosphere': 'msis', f'environment.{key}': 1e300}
+    with pytest.raises(ValueError, match=rf'environment\.{key} is 1e\+300.*at most {most}'):
+        Scenario(given)

@@ -143,10 +143,10 @@ def pytest_terminal_summary(terminalreporter, config):
 
 def tell_costs(write_line):
     """Write the 25 slowest tests, and the sum of each folder."""
-    folders = {}
+    folders: dict[str, list[float]] = {}
     for test, cost in COSTS.items():
         parts = test.partition('::')[0].split('/')
-        total = folders.setdefault('/'.join(parts[:2]), [0, 0.0, 0.0])
+        total = folders.setdefault('/'.join(parts[:2]), [0.0, 0.0, 0.0])
         for i, each in enumerate((1, *cost)):
             total[i] += each
     write_line('wall s   CPU s  the slowest tests')
@@ -154,4 +154,4 @@ def tell_costs(write_line):
         write_line(f'{wall_s:6.1f}  {cpu_s:6.1f}  {test}')
     write_line('wall s   CPU s  tests  folder')
     for folder, (count, wall_s, cpu_s) in sorted(folders.items(), key=lambda item: -item[1][1]):
-        write_line(f'{wall_s:6.0f}  {cpu_s:6.0f}  {count:5}  {folder}')
+        write_line(f'{wall_s:6.0f}  {cpu_s:6.0f}  {count:5.0f}  {folder}')

@@ -11,11 +11,18 @@ from .earth import (
     gcrs_to_intermediate,
     gcrs_to_itrs,
     geodetic,
+    leap_seconds_ns,
     teme_to_gcrs,
     terrestrial_time,
     turned,
 )
-from .magnetic_field import dipole_field, dipole_vector, igrf_field, igrf_warning
+from .magnetic_field import (
+    dipole_field,
+    dipole_vector,
+    igrf_field,
+    igrf_warning,
+    igrf_years_ns,
+)
 from .sun import lit_fraction, shadow_margins, sun_direction, sun_position
 
 __all__ = [
@@ -29,6 +36,8 @@ __all__ = [
     'geodetic',
     'igrf_field',
     'igrf_warning',
+    'igrf_years_ns',
+    'leap_seconds_ns',
     'lit_fraction',
     'shadow_margins',
     'sun_direction',

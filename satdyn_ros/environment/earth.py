@@ -36,6 +36,12 @@ def tai_from_utc_ns(unix_ns: ArrayLike) -> np.ndarray:
     return ahead_ns[np.maximum(np.searchsorted(begins_ns, unix_ns, side='right') - 1, 0)]
 
 
+def leap_seconds_ns() -> np.ndarray:
+    """Return the stamps (N,) at which a leap second has just gone by [ns], from 1970 on."""
+    begins_ns, _ = _leap_seconds()
+    return begins_ns[begins_ns > 0]
+
+
 def leap_seconds_between(begin_ns: int, end_ns: int) -> dict[int, int]:
     """
     Return by stamp, ascending, where TAI - UTC changes after one and up to another, by what [ns].

@@ -102,6 +102,11 @@ def igrf_warning(unix_ns: ArrayLike) -> str | None:
     return outside and f'{outside}; the field is extrapolated'
 
 
+def igrf_years_ns() -> np.ndarray:
+    """Return the stamps (T,) of the years of the IGRF, at which its slope in time jumps [ns]."""
+    return _new_year_ns(_igrf().years)
+
+
 def dipole_vector(unix_ns: int) -> np.ndarray:
     """
     Return g_t = (g11, h11, g10) of the IGRF at a time [T], (3,), for dipole_field.

@@ -1,6 +1,6 @@
 """What the environment is along an orbit: tables of what depends on time alone."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -15,17 +15,31 @@ from ..environment import (
     gcrs_to_itrs,
     geodetic,
     igrf_field,
+    igrf_years_ns,
+    leap_seconds_ns,
     shadow_margins,
     sun_position,
     turned,
 )
 from .axes_of_date import tabled_gcrs_to_intermediate
 from .kepler import KeplerOrbit
-from .pieces import Piece, Pieces, fitted, roots, whole_seconds, within_days
+from .pieces import (
+    Piece,
+    Pieces,
+    Stretch,
+    ending_at,
+    fitted,
+    no_longer,
+    roots,
+    whole_seconds,
+    within_days,
+)
 from .tabled import TabledOrbit
 
 # Of how many times a library is asked in a call, which no other thread of Python interrupts.
 _ROWS = 16
+# In the longest piece the Earth, and the field with it, turns by 1.5 rad.
+_LONGEST_S = 20_000.0
 
 
 class AlongOrbit:
@@ -35,6 +49,11 @@ class AlongOrbit:
     epoch_ns: the Unix time of tick 0.  field_model: 'none', 'dipole' or 'igrf'.  air: what its
     density follows, None: there is none.  has_sun: whether the Sun shines.  Vectors are in
     inertial axes, with the centre of the Earth as the origin.
+
+    The time from tick 0 is counted by the stamps, which have no leap seconds: where one goes by,
+    TT is a second later, and the Sun and the axes of date jump by what they move in it.  Pieces
+    end there, and where the slope of the IGRF jumps.  with_jumps: as by rules below 4 they run
+    across, are as long as those of the orbit, and the air of the last of a day has the next's.
 
     ValueError: the field does not know the time of tick 0.
     """
@@ -46,9 +65,11 @@ class AlongOrbit:
         field_model: str = 'none',
         air: Exponential | Msis | None = None,
         has_sun: bool = False,
+        with_jumps: bool = False,
     ):
         self.orbit, self.epoch_ns = orbit, epoch_ns
         self.field_model, self.air, self.has_sun = field_model, air, has_sun
+        self._with_jumps = with_jumps
         if field_model != 'none':
             # Of either model: it refuses a time that it does not know.
             self._g_t = dipole_vector(epoch_ns)
@@ -56,7 +77,8 @@ class AlongOrbit:
     @cached_property
     def magnetic_field(self) -> Pieces:
         """The Earth's field B [T], three functions."""
-        return self._fitted(self.modelled_field)
+        years_ns = igrf_years_ns() if self.field_model == 'igrf' else ()
+        return self._fitted(self.modelled_field, jumps_ns=years_ns)
 
     @cached_property
     def air_velocity(self) -> Pieces:
@@ -87,8 +109,11 @@ class AlongOrbit:
             return air.log_density(unix_s, *geodetic(r_t))[:, None]
 
         # It knows whole seconds alone, and jumps where the day does.
-        stretches = within_days(self.orbit.stretches, self.epoch_ns)
-        return Pieces(whole_seconds(msis, self.epoch_ns), stretches)
+        stretches: Sequence[Stretch] = self.orbit.stretches
+        if not self._with_jumps:
+            stretches = no_longer(stretches, _LONGEST_S)
+        make = whole_seconds(msis, self.epoch_ns, with_end=self._with_jumps)
+        return Pieces(make, within_days(stretches, self.epoch_ns))
 
     @cached_property
     def sun(self) -> Pieces:
@@ -99,6 +124,14 @@ class AlongOrbit:
     def to_itrs(self) -> Pieces:
         """What turns components in GCRS into those in ITRS: nine functions, row by row."""
         return self._fitted(lambda t_s: self._to_itrs_at(t_s).reshape(-1, 9))
+
+    @property
+    def asked(self) -> tuple[Pieces, ...]:
+        """The tables of the models that are asked for and may end, whatever moves by them."""
+        if self._with_jumps:
+            return ()
+        field = () if self.field_model == 'none' else (self.magnetic_field,)
+        return (*field, self.sun) if self.has_sun else field
 
     def modelled_field(self, t_s: np.ndarray) -> np.ndarray:
         """Return the Earth's field B [T] (N, 3) as its model, not its table, has it."""
@@ -115,8 +148,18 @@ class AlongOrbit:
         """Return times from tick 0 as Unix times."""
         return self.epoch_ns + np.rint(t_s * SECOND_NS).astype(np.int64)
 
-    def _fitted(self, function, corners: Callable[[Piece], np.ndarray] | None = None):
-        return Pieces(fitted(function), self.orbit.stretches, corners=corners)
+    def _fitted(
+        self,
+        function,
+        corners: Callable[[Piece], np.ndarray] | None = None,
+        jumps_ns: Sequence[int] | np.ndarray = (),
+    ):
+        stretches: Sequence[Stretch] = self.orbit.stretches
+        if not self._with_jumps:
+            ends_ns = np.union1d(leap_seconds_ns(), np.asarray(jumps_ns, np.int64))
+            ends_s = ((ends_ns - self.epoch_ns) / SECOND_NS).tolist()
+            stretches = ending_at(no_longer(stretches, _LONGEST_S), ends_s)
+        return Pieces(fitted(function), stretches, corners=corners)
 
     def _place(self, t_s):
         unix_ns, (r_i, _) = self.unix_ns(t_s), self.orbit.position_velocity(t_s)

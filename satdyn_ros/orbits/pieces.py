@@ -29,6 +29,10 @@ from ..kernel.time_table import Table, interpolate
 PIECE_TURN = 0.5
 _TERMS = 16
 _DAY_S = 86_400.0
+# How far the time of a tick may be beyond the end that it is at: its stamp is rounded, and both.
+_STAMP_ROUNDING_S, _ROUNDING = 5e-10, 1e-15
+# To what the end of a function is found, and in how many parts of a piece it is sought.
+_INSTANT_S, _PARTS = 1e-11, 32
 # More than a day of a low orbit, 0.4 MB: runs that share the orbit share them.
 _KEPT = 256
 # One thread, whatever there is to make: each would take its turn before the one that ticks.
@@ -101,26 +105,70 @@ def fitted(
 
 
 def whole_seconds(
-    function: Callable[[np.ndarray], np.ndarray], epoch_ns: int, most: int = 32
+    function: Callable[[np.ndarray], np.ndarray],
+    epoch_ns: int,
+    with_end: bool = False,
+    most: int = 32,
 ) -> Callable[[Piece], np.ndarray]:
     """
     Return how to make pieces of a function that is known at whole seconds of UTC, and not exactly.
 
     By least squares on at most so many of them, which takes out most of what it scatters.
+    with_end: by that at which a piece ends too, where the function may have jumped.
     """
     first_s = (-epoch_ns % SECOND_NS) / SECOND_NS
     nodes, _ = _nodes(most)
 
     def make(piece):
-        begin_s, end_s = np.ceil(piece.begin_s - first_s), np.floor(piece.end_s - first_s)
+        begin_s, end_s = np.ceil(piece.begin_s - first_s), np.ceil(piece.end_s - first_s) - 1.0
+        if with_end:
+            end_s = max(begin_s, np.floor(piece.end_s - first_s))
         at_s = piece.begin_s + piece.stretch.length_s * (nodes + 1.0) / 2.0 - first_s
-        t_s = np.unique(np.clip(np.rint(at_s), begin_s, max(begin_s, end_s))) + first_s
+        # In less than a second there may be none: then it is the one before.
+        t_s = np.unique(np.clip(np.rint(at_s), min(begin_s, end_s), end_s)) + first_s
         x = 2.0 * (t_s - piece.begin_s) / piece.stretch.length_s - 1.0
         terms = min(_TERMS, len(x))
         series, *_ = np.linalg.lstsq(chebyshev.chebvander(x, terms - 1), function(t_s))
         return np.pad(series.T, ((0, 0), (0, _TERMS - terms)))
 
     return make
+
+
+def no_longer(stretches: Iterable[Stretch], longest_s: float) -> list[Stretch]:
+    """Return stretches whose pieces are cut into equal ones where they are longer than that."""
+    return [
+        each._replace(length_s=each.length_s / math.ceil(each.length_s / longest_s))
+        for each in stretches
+    ]
+
+
+def ending_at(stretches: Iterable[Stretch], times_s: Iterable[float]) -> list[Stretch]:
+    """
+    Return stretches whose pieces, none longer than before, end at some times too.
+
+    A time is shared out anew from the beginning of the piece before that which it is in to the end
+    of the one after, so that no piece is much shorter either; all others are as they were.
+    """
+    found = list(stretches)
+    for t_s in sorted(times_s):
+        for i, stretch in enumerate(found):
+            if stretch.begin_s < t_s < stretch.end_s:
+                found[i : i + 1] = _parted(stretch, t_s)
+                break
+    return found
+
+
+def _parted(stretch, t_s):
+    k = stretch.number(t_s)
+    first_s = max(stretch.begin_s, stretch.edge_s(k - 1))
+    last_s = stretch.end_s if k + 1 >= stretch.last else stretch.edge_s(k + 2)
+    edges_s = stretch.begin_s, first_s, t_s, last_s, stretch.end_s
+    for n, (begin_s, end_s) in enumerate(pairwise(edges_s)):
+        if n in (0, 3) and begin_s < end_s:
+            yield stretch._replace(begin_s=begin_s, end_s=end_s)
+        elif begin_s < end_s:
+            length_s = (end_s - begin_s) / math.ceil((end_s - begin_s) / stretch.length_s)
+            yield Stretch(begin_s, length_s, begin_s, end_s)
 
 
 def within_days(stretches: Iterable[Stretch], epoch_ns: int) -> list[Stretch]:
@@ -178,6 +226,8 @@ class Pieces:
     outside: the sentence of the refusal of a time [s from tick 0] that is in none.
     corners(piece) -> (K,): the times [s from tick 0] in a piece at which what is made of the
     functions is not smooth.
+
+    Where make refuses a piece by a ValueError, there is one up to where it knows the functions.
     """
 
     def __init__(
@@ -192,6 +242,7 @@ class Pieces:
         self._begins_s = [stretch.begin_s for stretch in self.stretches]
         # Two threads that ask for the same piece may both make it: it is the same.
         self._kept = lru_cache(_KEPT)(self._made)
+        self._shortened = lru_cache(_KEPT)(self._up_to_its_end)
         self._last_asked: Piece | None = None
 
     def _made(self, piece: Piece) -> tuple[Table, np.ndarray]:
@@ -207,19 +258,77 @@ class Pieces:
         return self._kept(piece)[1]
 
     def piece_at(self, t_s: float) -> Piece:
-        """Return the piece that a time is in; ValueError: there is none."""
-        # Where two meet it is in the later one.
-        i = bisect_right(self._begins_s, t_s) - 1
-        if i < 0 or not t_s <= self.stretches[i].end_s:
-            raise ValueError(self._outside(t_s))
-        return Piece(self.stretches[i], self.stretches[i].number(float(t_s)))
+        """Return the piece that a time is in, to rounding; ValueError: there is none."""
+        return self._piece(t_s, lambda end_s: t_s <= latest_at(end_s))
 
     def piece_from(self, t_s: float) -> Piece:
         """Return the piece that is in force from a time on; ValueError: there is none."""
-        piece = self.piece_at(t_s)
-        if piece.end_s <= t_s:
-            raise ValueError(self._outside(t_s))
-        return piece
+        return self._piece(t_s, lambda end_s: t_s < end_s)
+
+    def _piece(self, t_s, is_before):
+        why = ''
+        # Where two meet it is in the later one.
+        for i in range(bisect_right(self._begins_s, t_s) - 1, -1, -1):
+            stretch = self.stretches[i]
+            if is_before(stretch.end_s):
+                piece = Piece(stretch, stretch.number(float(t_s)))
+                try:
+                    self._kept(piece)
+                except ValueError as error:
+                    why = why or str(error)
+                    shorter = self._shortened(piece)
+                    if shorter is None or not is_before(shorter.end_s):
+                        continue
+                    piece = shorter
+                return piece
+        raise ValueError(why or self._outside(t_s))
+
+    def _up_to_its_end(self, piece):
+        """Return the part of a piece up to where it is known; None: it is not where it begins."""
+        known_s, unknown_s = None, math.inf
+        for t_s in np.linspace(piece.begin_s, piece.end_s, _PARTS + 1).tolist():
+            if not self._is_known(t_s):
+                unknown_s = t_s
+                break
+            known_s = t_s
+        if known_s is None or math.isinf(unknown_s):
+            return None
+        while known_s < (middle_s := 0.5 * (known_s + unknown_s)) < unknown_s - _INSTANT_S:
+            if self._is_known(middle_s):
+                known_s = middle_s
+            else:
+                unknown_s = middle_s
+        if known_s == piece.begin_s:
+            return None
+        return Piece(Stretch(piece.begin_s, known_s - piece.begin_s, piece.begin_s, known_s), 0)
+
+    def _is_known(self, t_s):
+        try:
+            self._make(Piece(Stretch(t_s, _INSTANT_S, t_s, t_s + _INSTANT_S), 0))
+        except ValueError:
+            return False
+        return True
+
+    def known_rows(self, t_s: np.ndarray) -> tuple[int, str]:
+        """Return how many ascending times (N,), from the first, are in pieces, and why no more."""
+        if not len(t_s) or self._is_covered(float(t_s[0]), float(t_s[-1])):
+            return len(t_s), ''
+        count = 0
+        while count < len(t_s):
+            try:
+                piece = self.piece_at(float(t_s[count]))
+            except ValueError as error:
+                return count, str(error)
+            count = max(count + 1, int(np.searchsorted(t_s, piece.end_s)))
+        return count, ''
+
+    def _is_covered(self, begin_s, end_s):
+        """Whether there are pieces at two times, and no gap between the stretches."""
+        try:
+            self.piece_at(end_s)
+            return end_s <= latest_at(self.covered_until(begin_s))
+        except ValueError:
+            return False
 
     def covered_until(self, t_s: float) -> float:
         """Return up to when [s] there are pieces without a gap from a time on."""
@@ -278,6 +387,11 @@ class Pieces:
             _evaluate(some, t_s[rows], *self._table(current[self]), columns)
             values[rows] = some
         return values
+
+
+def latest_at(end_s: float) -> float:
+    """Return the latest time [s from tick 0] of a tick that is at an end to rounding."""
+    return end_s + _STAMP_ROUNDING_S + _ROUNDING * abs(end_s)
 
 
 def by_piece(

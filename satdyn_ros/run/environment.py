@@ -17,6 +17,7 @@ from ..torques.magnetic import Magnetic
 from ..torques.plates import COEFFICIENTS, KEYS_OF_A_PLATE, Plate, box
 from ..torques.solar import Solar
 from .orbits import EARTH_TO
+from .rules import RULES, TABLES_END_WHERE_THEY_MUST
 
 # The models of what there is, none by default.
 MODELS = ('environment.magnetic_field', 'environment.atmosphere', 'environment.sun')
@@ -108,7 +109,9 @@ def without_effect(values: Mapping[str, Any]) -> Iterator[str]:
 
 
 def along(
-    values: Mapping[str, Any], orbit: FixedDirection | KeplerOrbit | TabledOrbit
+    values: Mapping[str, Any],
+    orbit: FixedDirection | KeplerOrbit | TabledOrbit,
+    by_rules: int = RULES,
 ) -> AlongOrbit | None:
     """
     Return the environment along an orbit, the same for scenarios that share orbit and models.
@@ -130,6 +133,7 @@ def along(
         values['environment.magnetic_field'],
         air,
         values['environment.sun'] != 'none',
+        by_rules < TABLES_END_WHERE_THEY_MUST,
     )
 
 

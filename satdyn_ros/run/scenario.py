@@ -314,7 +314,7 @@ class Scenario:
                 'the instant of tick 0: give time.epoch'
             )
         orbit = orbits.orbit_of(self.values, self.rules)
-        along_orbit = environment.along(self.values, orbit)
+        along_orbit = environment.along(self.values, orbit, self.rules)
         own = (torque for kind in self.torques if (torque := torque_of(kind, self.values)))
         return System(
             inertia=inertia.entries(self['body.inertia']),

@@ -2,12 +2,15 @@
 
 from functools import cache
 
+import erfa
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
+from satdyn_ros.base.nanoseconds import SECOND_NS, stamp_ns
 from satdyn_ros.environment import (
     Exponential,
+    Msis,
     air_velocity,
     dipole_field,
     dipole_vector,
@@ -30,6 +33,8 @@ LOW = KeplerOrbit(semi_major_axis=6.8e6, inclination=0.9, raan=0.4)
 ORBITS: dict[str, KeplerOrbit | TabledOrbit] = {
     'low': LOW,
     'eccentric': KeplerOrbit(semi_major_axis=9.6e6, eccentricity=0.3, inclination=1.1),
+    # The Earth turns nine times while it turns by half a radian.
+    'far': KeplerOrbit(semi_major_axis=1e9, inclination=0.5),
     'polar': KeplerOrbit(semi_major_axis=7e6, inclination=np.pi / 2.0),
     'oblate': TabledOrbit(OblateOrbit(LOW, 1.08263e-3, 6378137.0)),
     'tle': TabledOrbit(
@@ -90,3 +95,64 @@ def test_the_bits_do_not_depend_on_what_was_asked_before():
     fresh = AlongOrbit(LOW, EPOCH_NS, 'igrf').magnetic_field
     for i in np.random.default_rng(12).permutation(len(t_s)):
         assert_array_equal(fresh.values(t_s[i : i + 1], columns)[0], right[i])
+
+
+def true_across_the_leap_second(t_s):
+    """
+    Return Sun (3,) and GCRS to ITRS (9,) at a time from 2016-12-31T23:50:00 by stamps, by ERFA.
+
+    ERFA counts the days of UTC itself: that day has 86401 s.
+    """
+    day = (2016, 12, 31) if t_s < 600.0 else (2017, 1, 1)
+    minutes, seconds = divmod(t_s, 60.0)
+    hour, minute = (23, 50 + int(minutes)) if t_s < 600.0 else (0, int(minutes) - 10)
+    tt = erfa.taitt(*erfa.utctai(*erfa.dtf2d('UTC', *day, hour, minute, seconds)))
+    earth_from_sun, _ = erfa.epv00(*tt)
+    # Unix time, which is taken for UT1, and in which each day has 86400 s.
+    days, date = erfa.cal2jd(*day)
+    ut1 = days + date, (3600.0 * hour + 60.0 * minute + seconds) / 86_400.0
+    to_itrs = erfa.rz(erfa.era00(*ut1), erfa.c2i06a(*tt))
+    return -149_597_870_700.0 * earth_from_sun['p'], to_itrs.reshape(9)
+
+
+def test_tables_end_at_a_leap_second():
+    """On both sides of 2016-12-31T23:59:60 the Sun and the Earth are ERFA's, to 1e-10."""
+    along = AlongOrbit(LOW, stamp_ns('2016-12-31T23:50:00'), has_sun=True)
+    apart_s = np.array([1e-6, 1e-3, 0.3, 5.0, 100.0, 250.0, 500.0])
+    t_s = np.sort([*(600.0 - apart_s), 600.0, *(600.0 + apart_s)])
+    sun, to_itrs = map(np.array, zip(*map(true_across_the_leap_second, t_s), strict=True))
+    found = along.sun.values(t_s, np.arange(3))
+    assert np.max(np.abs(found - sun)) < 1e-10 * np.max(np.abs(sun))
+    assert np.max(np.abs(along.to_itrs.values(t_s, np.arange(9)) - to_itrs)) < 1e-10
+    for table in (along.sun, along.to_itrs, along.air_velocity):
+        assert table.piece_at(600.0).begin_s == 600.0 == table.piece_at(599.9).end_s
+    # By earlier rules a piece ran across.
+    across = AlongOrbit(LOW, along.epoch_ns, has_sun=True, with_jumps=True).sun
+    assert np.max(np.abs(across.values(t_s, np.arange(3)) - sun)) > 1e-8 * np.max(np.abs(sun))
+
+
+def test_the_field_follows_the_igrf_where_its_slope_jumps():
+    """To 1e-10 within minutes of a year of the model, 2015."""
+    along = AlongOrbit(LOW, stamp_ns('2014-12-31T23:55:00'), 'igrf')
+    t_s = np.linspace(0.0, 600.0, 61)
+    true = along.modelled_field(t_s)
+    found = along.magnetic_field.values(t_s, np.arange(3))
+    assert np.max(np.abs(found - true)) < 1e-10 * np.max(np.abs(true))
+    assert along.magnetic_field.piece_at(300.0).begin_s == 300.0
+
+
+def test_the_air_of_a_day_is_its_own():
+    """
+    Up to midnight, where MSIS jumps by 5e-3, the table is the model to what that scatters.
+
+    By earlier rules the last piece of a day knew the first second of the next.
+    """
+    msis, epoch_ns = Msis(), stamp_ns('2026-02-28T23:50:00')
+    along, before = (AlongOrbit(LOW, epoch_ns, air=msis, with_jumps=x) for x in (False, True))
+    t_s = np.arange(0.0, 1200.0)
+    r_i, _ = LOW.position_velocity(t_s)
+    unix_ns = along.unix_ns(t_s)
+    places = geodetic(turned(gcrs_to_itrs(unix_ns), r_i))
+    true = msis.log_density(unix_ns // SECOND_NS, *places)
+    assert np.max(np.abs(along.log_density.values(t_s, np.arange(1))[:, 0] - true)) < 2e-5
+    assert np.max(np.abs(before.log_density.values(t_s, np.arange(1))[:, 0] - true)) > 1e-3

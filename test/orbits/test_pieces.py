@@ -11,7 +11,16 @@ from numba import njit
 
 from satdyn_ros.kernel.time_table import interpolate
 from satdyn_ros.orbits import KeplerOrbit
-from satdyn_ros.orbits.pieces import PIECE_TURN, Piece, Pieces, Stretch, fitted
+from satdyn_ros.orbits.pieces import (
+    PIECE_TURN,
+    Piece,
+    Pieces,
+    Stretch,
+    ending_at,
+    fitted,
+    no_longer,
+    whole_seconds,
+)
 
 COLUMNS = np.arange(3)
 
@@ -156,3 +165,67 @@ def test_where_stretches_meet_the_function_may_jump():
             table.table_in(table.piece_at(t))
     with pytest.raises(ValueError, match='jumps, at 10 s'):
         table.table_between(1.0, 13.0)
+
+
+@pytest.mark.parametrize('begin_s', [-np.inf, -30.0])
+def test_pieces_end_at_given_times_too(begin_s):
+    """Without a gap, none longer than before or shorter than half, and far away the same ones."""
+    whole = Stretch(0.0, 10.0, begin_s, -1.0 * begin_s)
+    times_s = [-29.0, 3.0, 20.0, 20.5] if np.isinf(begin_s) else [3.0, 20.0, 20.5]
+    cut = ending_at([whole], times_s)
+    assert [cut[0].begin_s, *(each.end_s for each in cut)] == [
+        *(each.begin_s for each in cut),
+        -1.0 * begin_s,
+    ]
+    table = Pieces(fitted(waves), cut)
+    edges_s = [table.piece_at(t_s).begin_s for t_s in np.arange(-29.9, 29.9, 0.1)]
+    assert {*times_s} <= {*edges_s}
+    lengths = np.diff(np.unique(edges_s))
+    assert np.all(lengths <= 10.0)
+    # But between two times that are nearer to each other.
+    assert np.sum(lengths < 5.0) == 1
+    if np.isinf(begin_s):
+        assert (table.piece_at(1234.0).begin_s, table.piece_at(1234.0).end_s) == (1230.0, 1240.0)
+
+
+def test_long_pieces_are_cut_into_equal_ones():
+    """Those that are short enough stay as they are, to the bit."""
+    stretches = [Stretch(0.1, 0.7, 0.1, 2.2), Stretch(2.2, 0.2, 2.2, 4.2)]
+    assert no_longer(stretches, 0.3) == [Stretch(0.1, 0.7 / 3, 0.1, 2.2), stretches[1]]
+
+
+@pytest.mark.parametrize('end_s', [1234.5, 1249.999999, 12.3 + 70.1 * 17])
+def test_what_is_known_for_a_while_has_pieces_up_to_its_end(end_s):
+    """To a nanosecond, with the function's own sentence beyond, in whatever piece it ends."""
+
+    def known(t_s):
+        if np.any(t_s > end_s):
+            raise ValueError('no waves any more')
+        return waves(t_s)
+
+    table = Pieces(fitted(known), [Stretch(12.3, 70.1)])
+    t_s = np.linspace(0.0, end_s - 1e-9, 400)
+    np.testing.assert_allclose(table.values(t_s, COLUMNS), waves(t_s), rtol=0.0, atol=1e-13)
+    found_s = table.piece_at(t_s[-1]).end_s
+    assert abs(found_s - end_s) < 1e-9
+    assert table.known_rows(np.arange(0.0, 2000.0)) == (int(end_s) + 1, 'no waves any more')
+    with pytest.raises(ValueError, match='no waves any more'):
+        table.piece_at(end_s + 1e-6)
+    with pytest.raises(ValueError, match='no waves any more'):
+        table.piece_from(found_s)
+
+
+def test_a_function_of_whole_seconds_is_not_asked_where_its_piece_ends():
+    """There it may have jumped; a piece within a second takes the second that it is in."""
+    asked = []
+
+    def count(t_s):
+        asked.extend(t_s.tolist())
+        return np.floor(t_s / 100.0)[:, None]
+
+    make = whole_seconds(count, epoch_ns=0)
+    for begin_s, end_s, own in ((0.0, 100.0, 0.0), (100.0, 200.0, 1.0), (199.3, 199.6, 1.0)):
+        stretch = Stretch(begin_s, end_s - begin_s, begin_s, end_s)
+        series = make(Piece(stretch, 0))[0]
+        np.testing.assert_allclose(series, [own, *np.zeros(15)], atol=1e-12)
+    assert max(asked) == 199.0

@@ -436,3 +436,15 @@ def test_a_satellite_that_decayed_has_no_place():
     assert np.all(np.isfinite(flown.position_velocity(1800.0)[0]))
     with pytest.raises(ValueError, match=r'no place for orbit.tle at 2005-11-29T.*decayed'):
         flown.position_velocity(6000.0)
+    # To a millisecond where the library itself says so.
+    end_s = flown.pieces.piece_at(1800.0).end_s
+    while flown.pieces.known_rows(np.array([end_s + 1.0]))[0]:
+        end_s = flown.pieces.piece_at(end_s + 1.0).end_s
+    satellite = api.Satrec.twoline2rv(*decaying.text.splitlines())
+    at_s = np.array([end_s - 1e-3, end_s + 1e-3])
+    # Day 333 of the elements is 29 November.
+    since_days = at_s / 86400.0 - 0.02012661
+    errors, *_ = satellite.sgp4_array(
+        np.full(2, satellite.jdsatepoch), satellite.jdsatepochF + since_days
+    )
+    assert errors.tolist() == [0, 6]

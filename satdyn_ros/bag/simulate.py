@@ -12,6 +12,7 @@ import numpy as np
 from ..base.interruption import uninterrupted
 from ..messages.packers import is_at_every_tick, packer
 from ..orbits import TabledOrbit
+from ..orbits.pieces import latest_at
 from ..rosbag2.tick_table import TickTable
 from ..run.events import (
     Derived,
@@ -69,7 +70,7 @@ def simulate(
     _check(events, conditions, first)
     end = first + tick_count(scenario, duration_s, first)
     if begin is None:
-        try_out(scenario, 0)
+        try_out(scenario, 0, end - 1)
         simulation = Simulation(scenario, events)
     else:
         simulation = Simulation.from_snapshot(scenario, begin, events)
@@ -142,7 +143,7 @@ def tick_count(scenario: Scenario, duration_s: str | float, first: int = 0) -> i
         )
     orbit = scenario.system.orbit
     known_until_s = known_until(orbit, ticks.seconds(first))
-    if known_until_s < ticks.seconds(last) and isinstance(orbit, TabledOrbit):
+    if ticks.seconds(last) > latest_at(known_until_s) and isinstance(orbit, TabledOrbit):
         sentence = orbit.source.outside(known_until_s)
         raise ValueError(f'the duration is {duration_s} s, and {sentence}')
     return count

@@ -228,6 +228,10 @@ class Halted(RuntimeError):  # noqa: N818 - it says what happened to a motion
         self.reached_s, self.states = reached_s, states
 
 
+class TableEnded(Halted):
+    """The end of a propagation where what depends on time alone is known no further."""
+
+
 class Motion(ABC):
     """
     One motion of a system from a state at start_s seconds from tick 0.

@@ -12,7 +12,7 @@ import numpy as np
 from ..dynamics.constants import Constants, constants_of, with_tables
 from ..dynamics.drives import Drives
 from ..dynamics.equations import MOMENTUM, OMEGA, Q, initial_values
-from ..dynamics.motion import Halted, Motion, States
+from ..dynamics.motion import Halted, Motion, States, TableEnded
 from ..dynamics.system import State, System
 from ..dynamics.torque import without_number
 from ..kernel import rotation
@@ -20,7 +20,7 @@ from ..kernel.compile import compiled
 from ..kernel.rows import length
 from ..kernel.time_table import Table
 from ..orbits import KeplerOrbit, TabledOrbit
-from ..orbits.pieces import Piece, Pieces, tables_of
+from ..orbits.pieces import Piece, Pieces, latest_at, tables_of
 from .dense_output import add_turn, interpolate, make_dense
 from .dop853 import (
     BEGIN,
@@ -197,6 +197,13 @@ class Propagation(Motion):
                     outcome = UNFINISHED
                 except ValueError as error:
                     why = str(error)
+                    # The time of a tick at the very end may be rounded to beyond it.
+                    end_s, latest_s = self._clock[END], latest_at(self._end_s) - self.start_s
+                    late = np.searchsorted(sorted_s, latest_s, side='right')
+                    if late > rows and sorted_s[late - 1] > end_s:
+                        sorted_s = sorted_s.copy()
+                        sorted_s[rows:late] = end_s
+                        outcome = UNFINISHED
         if outcome != REACHED:
             reached_s = float(self._clock[END])
             if outcome == TOO_MANY_STEPS and exits * _STEPS_OF_AN_EXIT > self._clock[SINCE]:
@@ -264,9 +271,8 @@ class Propagation(Motion):
         if not why and (found := without_number(self.system, state, self.start_s + reached_s)):
             why = f'the torque {found.full_name()} is not a number there'
         why = why or f'no step meets the tolerance {self.tolerance:g}'
-        return Halted(
-            f'the propagation came to a halt at {reached_s:g} s: {why}', reached_s, states
-        )
+        kind = TableEnded if outcome == PIECE_ENDS else Halted
+        return kind(f'the propagation came to a halt at {reached_s:g} s: {why}', reached_s, states)
 
     def states_of(self, t_s: np.ndarray, out: np.ndarray) -> States:
         """Return the states at t_s (N,) of the wanted variables (V, N)."""

@@ -4,9 +4,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..base.sentences import nearest
-from ..dynamics.motion import Halted
+from ..dynamics.motion import Halted, TableEnded
 from ..integrate.propagation import Propagation
-from .orbits import known_until
 from .scenario import Scenario
 from .segment import MOST_STEPS_A_TICK, NO_STAMP
 from .ticks import Ticks
@@ -27,12 +26,12 @@ def requested(conditions: Scenario, values: Mapping[str, Any]) -> Scenario:
     return conditions.with_values(values)
 
 
-def try_out(conditions: Scenario, tick: int) -> None:
+def try_out(conditions: Scenario, tick: int, last_tick: int | None = None) -> None:
     """
     Raise ValueError unless a motion can start from the initial conditions at a tick.
 
-    Tried are the ticks that follow, or fewer where these take many steps or the orbit ends; no
-    torque acts.
+    Tried are the ticks that follow, up to the last of the run if it is known, or fewer where these
+    take many steps or a table of what depends on time ends; no torque acts.
     """
     ticks = Ticks(conditions.rate, conditions.epoch_ns)
     if tick > ticks.last:
@@ -41,11 +40,14 @@ def try_out(conditions: Scenario, tick: int) -> None:
     motion = conditions.motion_from(
         conditions.system, conditions.state_at(start_s), start_s, MOST_STEPS_A_TICK
     )
-    known_s = known_until(conditions.system.orbit, start_s) - start_s
+    last_tick = ticks.last if last_tick is None else min(last_tick, ticks.last)
+    tried = min(_TRIED_TICKS, last_tick - tick)
     try:
-        for t_s in ticks.seconds_between(0, 1, _TRIED_TICKS + 1):
-            motion.at(min(t_s, known_s))
+        for t_s in ticks.seconds_between(0, 0, tried + 1):
+            motion.at(t_s)
             if isinstance(motion, Propagation) and motion.steps > _TRIED_STEPS:
                 break
+    except TableEnded:
+        return
     except Halted as halted:
         raise ValueError(f'no motion can start from these values: {halted}') from None

@@ -239,12 +239,18 @@ class _Happening:
         )
         run = replace(run, suite=run.suite.restarted())
         start_s = run.ticks.seconds(self.tick)
-        state = run.conditions.state_at(start_s)
         try:
+            state = run.conditions.state_at(start_s)
             self.run = run.restarted(self.tick, state, system)
         except ValueError as error:
+            try:
+                motion = Propagation(system, run.conditions.state_at(start_s), start_s)
+            except ValueError:
+                # The table whose end halted the run does not know the tick.
+                self.run = replace(run, halted=str(error))
+                return
             # At the earlier tick of its check, rounding had not yet cost it its closed form.
-            segment = Segment(run.ticks, self.tick, Propagation(system, state, start_s))
+            segment = Segment(run.ticks, self.tick, motion)
             segment.halt(self.tick, str(error))
             self.run = replace(run, segment=segment, system=system, halted=None)
 

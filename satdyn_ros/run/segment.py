@@ -27,8 +27,13 @@ class Segment:
         self._ticks, self._counts_turns = ticks, counts_turns
         # Both are counted from the tick before.
         self._looks_back = counts_turns or bool(motion.system.switching_rotors)
+        # What moves may not need the orbit, or a field that only a sensor sees.
+        environment = motion.system.environment
+        asked = () if environment is None else environment.asked
+        self._tables = dict.fromkeys((*motion.system.pieces, *asked))
         # The first tick that the motion is known not to reach.
         self._end_tick = ticks.last + 1
+        self._known_rows(begin_tick, ticks.seconds_between(0, begin_tick, begin_tick + 1))
         # States that were computed, from a tick on.
         self._ahead: tuple[int, States] | None = None
 
@@ -78,6 +83,8 @@ class Segment:
 
     def _computed(self, first, last):
         begin = max(first - self._looks_back, self.begin_tick)
+        if not isinstance(self.motion, Propagation):
+            last = begin + self._known_rows(begin, self._ticks.seconds_between(0, begin, last))
         t_s = self._ticks.seconds_between(self.begin_tick, begin, last)
         try:
             states = self.motion.counting_at(t_s) if self._counts_turns else self.motion.at(t_s)
@@ -87,4 +94,15 @@ class Segment:
         if begin < first:
             states = states.rows(slice(first - begin, None))
         orbit_s = self._ticks.seconds_between(0, first, first + len(states))
-        return replace(states, orbit_s=orbit_s)
+        count = self._known_rows(first, orbit_s)
+        return replace(states.rows(slice(count)), orbit_s=orbit_s[:count])
+
+    def _known_rows(self, first, orbit_s):
+        """Return at how many of successive ticks all tables are known; it halts where not."""
+        count = len(orbit_s)
+        for table in self._tables:
+            known, why = table.known_rows(orbit_s[:count])
+            if known < count:
+                self.halt(first + known, why)
+                count = known
+        return count

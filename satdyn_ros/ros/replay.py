@@ -63,8 +63,8 @@ def replay(
         while loop:
             count += _play(bag, from_ns, rate, publishers, clock)
         for name, publisher in publishers.items():
-            if not publisher.wait_for_all_acked(_ACKNOWLEDGED):
-                print(f'{name}: a subscriber did not take all{unreached()}', file=sys.stderr)
+            if not publisher.wait_for_all_acked(_ACKNOWLEDGED) and (why := unreached()):
+                print(f'{name}: a subscriber did not take all{why}', file=sys.stderr)
         return count
     finally:
         node.destroy_node()

@@ -1,5 +1,6 @@
 """What `satdyn describe` prints: what theory says about a scenario, for people."""
 
+import math
 from itertools import groupby
 from typing import Any
 
@@ -13,6 +14,8 @@ _NOISE = 1e-15
 def print_description(scenario: Scenario) -> None:
     """Print what theory says about a scenario."""
     described = describe(scenario)
+    if described['orbit'] is not None:
+        _print_orbit(described['orbit'])
     motion = described['motion']
     if motion is None:
         print(f'no closed form: {described["why_not"]}')
@@ -38,6 +41,28 @@ def print_description(scenario: Scenario) -> None:
         _print_elliptic_orbit(described['elliptic_orbit'])
     if described['torques']:
         _print_torques(described['torques'])
+
+
+def _print_orbit(orbit: dict[str, Any]) -> None:
+    """Print the orbit of an element set or an ephemeris: its epochs, heights and period."""
+    begin, tick_0 = orbit.get('begin'), orbit['tick_0'][:19]
+    if begin is None:
+        age = orbit['age_days']
+        is_what = 'old at' if age >= 0.0 else 'after'
+        print(
+            f'elements of {orbit["elements_epoch"][:19]} by SGP4, {abs(age):.4g} days {is_what} '
+            f'tick 0, {tick_0}'
+        )
+        names = ('perigee', 'apogee')
+    else:
+        print(f'ephemeris from {begin[:19]} to {orbit["end"][:19]}, tick 0 at {tick_0}')
+        names = ('lowest', 'highest')
+    heights = ', '.join(f'{name} {orbit[f"{name}_height_m"] / 1e3:.1f} km' for name in names)
+    period_s, inclination = orbit['period_s'], math.degrees(orbit['inclination_rad'])
+    print(
+        f'  {heights}, period {period_s:.6g} s ({period_s / 60.0:.4g} min), inclination '
+        f'{inclination:.6g} deg'
+    )
 
 
 def _print_torques(torques: list[dict[str, Any]]) -> None:

@@ -293,6 +293,8 @@ def _describe(given):
     from .description import print_description
 
     scenario = Scenario.from_yaml(given.file, given.satellite, given.torque)
+    # As of a run that begins now.
+    scenario = scenario.with_epoch(time.time_ns())
     _warn(given, scenario)
     if given.json:
         print(json.dumps(describe(scenario), indent=2))

@@ -10,7 +10,7 @@ import xml.etree.ElementTree as ET
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -74,6 +74,20 @@ _WITHOUT_EFFECT = {
 }
 
 
+class MeanOrbit(NamedTuple):
+    """
+    The orbit of mean elements.
+
+    perigee_height_m, apogee_height_m [m]: above the equator's radius, of the mean ellipse.
+    period_s: by the mean motion, without drag.  inclination [rad]: to the equator of date.
+    """
+
+    perigee_height_m: float
+    apogee_height_m: float
+    period_s: float
+    inclination: float
+
+
 @dataclass(frozen=True)
 class TwoLineOrbit(OrbitSource):
     """
@@ -99,6 +113,18 @@ class TwoLineOrbit(OrbitSource):
         satellite = _satellite(self.text)
         days = round((satellite.jdsatepoch - _UNIX_EPOCH_JD) * _DAY_NS)
         return days + round(satellite.jdsatepochF * _DAY_NS)
+
+    @property
+    def mean_orbit(self) -> MeanOrbit:
+        """The orbit in a few numbers, as catalogues have them."""
+        satellite = _satellite(self.text)
+        radius_m = 1e3 * satellite.radiusearthkm
+        return MeanOrbit(
+            perigee_height_m=satellite.altp * radius_m,
+            apogee_height_m=satellite.alta * radius_m,
+            period_s=60.0 * 2.0 * np.pi / satellite.no_kozai,
+            inclination=satellite.inclo,
+        )
 
     @property
     def warning(self) -> str | None:

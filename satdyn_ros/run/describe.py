@@ -6,16 +6,19 @@ import numpy as np
 from scipy.integrate import trapezoid
 
 from .. import exact
+from ..base.nanoseconds import DAY_NS, SECOND_NS, epoch
 from ..dynamics.inertia import principal_axes
 from ..dynamics.motion import Halted, Motion
 from ..integrate.propagation import Propagation
 from ..kernel import rotation
 from ..kernel.rows import length
-from ..orbits import FixedDirection, KeplerOrbit
+from ..orbits import FixedDirection, KeplerOrbit, TabledOrbit
+from ..orbits.kepler import EARTH_RADIUS_M
 from ..theory.elliptic_libration import elliptic_librations
 from ..theory.precession import regular_precession
 from ..theory.stability import attitude_drift
 from ..theory.steady_motions import SteadyMotion, steady_motions
+from . import orbits
 from .samples import Samples
 from .scenario import Scenario
 
@@ -38,6 +41,12 @@ def describe(scenario: Scenario) -> dict[str, Any]:
     """
     Return what theory says about a scenario, ready for JSON: numbers, text, lists, dictionaries.
 
+    orbit: None, or of an element set or an ephemeris the epoch tick_0; of the former
+    elements_epoch, age_days at tick 0, and perigee_height_m, apogee_height_m, period_s and
+    inclination_rad, to the equator of date, of the mean elements; of the latter its epochs begin
+    and end, lowest_height_m and highest_height_m over a turn from tick 0, or as long as it goes
+    on, and period_s and inclination_rad as they are at tick 0, to the equator of the inertial
+    axes.  Heights are above the equator's radius.
     principal_moments [kg m^2] and principal_axes_b: of body.inertia, one axis a row, body axes.
     motion: name, source, period_s and facts (name, value, unit, meaning) of the closed form, or
     None; why_not: why there is none, or None.  first_integrals: name to value and unit at the
@@ -66,6 +75,7 @@ def describe(scenario: Scenario) -> dict[str, Any]:
     motion = exact.recognise(system, state)
     moments, R_bp = principal_axes(system.inertia)
     return {
+        'orbit': _orbit(scenario),
         'principal_moments': _as_json(moments),
         'principal_axes_b': _as_json(R_bp.T),
         'motion': None if motion is None else _motion(motion),
@@ -80,6 +90,39 @@ def describe(scenario: Scenario) -> dict[str, Any]:
         'elliptic_orbit': _elliptic_orbit(scenario),
         'torques': _torques(scenario),
     }
+
+
+def _orbit(scenario: Scenario) -> dict[str, Any] | None:
+    orbit, kind = scenario.system.orbit, scenario['orbit.type']
+    if kind not in orbits.OF_A_TEXT or not isinstance(orbit, TabledOrbit):
+        return None
+    source: Any = orbit.source
+    said: dict[str, Any] = {'tick_0': _epoch(scenario, 0.0)}
+    if kind == 'tle':
+        mean = source.mean_orbit
+        return said | {
+            'elements_epoch': epoch(source.elements_ns),
+            'age_days': (scenario.epoch_ns - source.elements_ns) / DAY_NS,
+            'perigee_height_m': _as_json(mean.perigee_height_m),
+            'apogee_height_m': _as_json(mean.apogee_height_m),
+            'period_s': _as_json(mean.period_s),
+            'inclination_rad': _as_json(mean.inclination),
+        }
+    period_s = 2.0 * np.pi / orbit.mean_motion
+    turn_s = min(period_s, orbits.known_until(orbit, 0.0))
+    height_m = orbit.radius(np.linspace(0.0, turn_s, _TIMES_A_TURN)) - EARTH_RADIUS_M
+    return said | {
+        'begin': _epoch(scenario, min(stretch.begin_s for stretch in orbit.stretches)),
+        'end': _epoch(scenario, max(stretch.end_s for stretch in orbit.stretches)),
+        'lowest_height_m': _as_json(height_m.min()),
+        'highest_height_m': _as_json(height_m.max()),
+        'period_s': _as_json(period_s),
+        'inclination_rad': _as_json(orbit.osculating.inclination),
+    }
+
+
+def _epoch(scenario: Scenario, t_s: float) -> str:
+    return epoch(scenario.epoch_ns + round(t_s * SECOND_NS))
 
 
 def _motion(motion: exact.ExactMotion) -> dict[str, Any]:

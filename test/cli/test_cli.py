@@ -14,6 +14,7 @@ from flights import sequence
 
 from satdyn_ros.bag.read_run import RecordedRun
 from satdyn_ros.bag.verify import verify
+from satdyn_ros.base.nanoseconds import DAY_NS, stamp_ns
 from satdyn_ros.cli.main import main
 from satdyn_ros.run.describe import describe
 from satdyn_ros.run.scenario import Scenario
@@ -200,6 +201,31 @@ def test_describe(capsys):
     assert json.loads(capsys.readouterr().out) == describe(Scenario.from_yaml(path))
     assert main(['describe', str(ROOT / 'config/elliptic_orbit.yaml')]) == 0
     assert 'about [0, 1, 0]: p = 2.82927, libration forced' in capsys.readouterr().out
+
+
+def test_describe_of_an_element_set_begins_now(tmp_path, capsys):
+    """As a run without time.epoch does: its age is that of now, and its orbit is said."""
+    pytest.importorskip('sgp4')
+    lines = (
+        "'1 25544U 98067A   08264.51782528 -.00002182  00000-0 -11606-4 0  2927', "
+        "'2 25544  51.6416 247.4627 0006703 130.5360 325.0288 15.72125391563537'"
+    )
+    path = tmp_path / 'station.yaml'
+    path.write_text(f'/**: {{ros__parameters: {{orbit: {{type: tle, tle: [{lines}]}}}}}}\n')
+    before_ns = time.time_ns()
+    assert main(['describe', str(path), '--json']) == 0
+    said = capsys.readouterr()
+    age_ns = json.loads(said.out)['orbit']['age_days'] * DAY_NS
+    elements_ns = stamp_ns('2008-09-20T12:25:40.104192')
+    # An age of years, in days of a double, is known to some microseconds.
+    assert before_ns - 10**6 < elements_ns + age_ns < time.time_ns() + 10**6
+    assert 'days from tick 0' in said.err
+    assert main(['describe', str(path)]) == 0
+    first, second, *_ = capsys.readouterr().out.splitlines()
+    assert first.startswith('elements of 2008-09-20T12:25:40 by SGP4, ')
+    assert second == (
+        '  perigee 348.8 km, apogee 357.8 km, period 5495.74 s (91.6 min), inclination 51.6416 deg'
+    )
 
 
 def test_one_satellite_of_several(tmp_path, capsys):

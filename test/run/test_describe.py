@@ -6,8 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from satdyn_ros.base.nanoseconds import epochs as epochs_of
+from satdyn_ros.base.nanoseconds import stamp_ns
 from satdyn_ros.integrate.propagation import Propagation
 from satdyn_ros.kernel import rotation
+from satdyn_ros.orbits import KeplerOrbit
 from satdyn_ros.run.describe import describe
 from satdyn_ros.run.scenario import Scenario
 
@@ -191,6 +194,63 @@ def test_what_is_said_on_an_ellipse():
     tilt = np.arcsin(np.linalg.norm(np.cross(axis, up), axis=-1))
     assert amplitude < np.max(tilt) < 2.2 * amplitude
     assert describe(Scenario.from_yaml(CONFIG / 'default.yaml'))['elliptic_orbit'] is None
+
+
+def test_what_is_said_of_an_element_set():
+    """
+    The space station of 2008: the catalogue of the day has 347 km by 358 km, 91.6 min, 51.64 deg.
+
+    The age is that between the epoch of the lines, day 264.51782528, and tick 0.
+    """
+    pytest.importorskip('sgp4')
+    lines = [
+        '1 25544U 98067A   08264.51782528 -.00002182  00000-0 -11606-4 0  2927',
+        '2 25544  51.6416 247.4627 0006703 130.5360 325.0288 15.72125391563537',
+    ]
+    values = {'orbit.type': 'tle', 'orbit.tle': lines, 'time.epoch': '2008-09-22T12:00:00Z'}
+    found = describe(Scenario(values))['orbit']
+    assert found['tick_0'] == '2008-09-22T12:00:00.000000000'
+    # Day 264 is 20 September.
+    assert found['elements_epoch'].startswith('2008-09-20T12:25:40.104')
+    assert found['age_days'] == pytest.approx(266.5 - 264.51782528, abs=1e-9)
+    assert found['period_s'] == pytest.approx(86400.0 / 15.72125391, rel=1e-12)
+    assert np.degrees(found['inclination_rad']) == pytest.approx(51.6416, abs=1e-12)
+    # By Kepler's third law; the mean motion of the lines is 5e-4 off that of the mean ellipse.
+    a_m = np.cbrt(3.986008e14 * (found['period_s'] / (2.0 * np.pi)) ** 2)
+    heights = [found['perigee_height_m'], found['apogee_height_m']]
+    wanted = a_m * (1.0 + 0.0006703 * np.array([-1.0, 1.0])) - 6378135.0
+    np.testing.assert_allclose(heights, wanted, rtol=0.0, atol=3e3)
+    assert describe(Scenario.from_yaml(CONFIG / 'default.yaml'))['orbit'] is None
+
+
+def test_what_is_said_of_an_ephemeris():
+    """Rows of a Kepler ellipse, whose heights, period and inclination are known."""
+    pytest.importorskip('erfa')
+    ellipse = KeplerOrbit(7e6, 0.02, 1.0)
+    t_s = np.arange(0.0, 7200.1, 30.0)
+    r_i, v_i = ellipse.position_velocity(t_s)
+    epochs = epochs_of(stamp_ns('2026-03-01T12:00:00') + np.rint(t_s * 1e9).astype(np.int64))
+    rows = [
+        ' '.join([at, *map(repr, (np.hstack([r, v]) / 1e3).tolist())])
+        for at, r, v in zip(epochs, r_i, v_i, strict=True)
+    ]
+    text = '\n'.join(
+        [
+            *('CCSDS_OEM_VERS = 2.0', 'CREATION_DATE = 2026-03-01T12:00:00', 'ORIGINATOR = X'),
+            *('META_START', 'OBJECT_NAME = X', 'OBJECT_ID = X', 'CENTER_NAME = EARTH'),
+            *('REF_FRAME = EME2000', 'TIME_SYSTEM = UTC', f'START_TIME = {epochs[0]}'),
+            *(f'STOP_TIME = {epochs[-1]}', 'META_STOP', *rows, ''),
+        ]
+    )
+    values = {'orbit.type': 'oem', 'orbit.file': text, 'time.epoch': '2026-03-01T12:10:00Z'}
+    found = describe(Scenario(values))['orbit']
+    assert (found['begin'], found['end']) == (epochs[0], epochs[-1])
+    assert found['tick_0'] == '2026-03-01T12:10:00.000000000'
+    assert found['period_s'] == pytest.approx(2.0 * np.pi / ellipse.mean_motion, rel=1e-6)
+    assert found['inclination_rad'] == pytest.approx(1.0, abs=1e-6)
+    # A turn in 721 steps passes the apses within half a degree, 5 m of 140 km.
+    heights = [found['lowest_height_m'], found['highest_height_m']]
+    np.testing.assert_allclose(heights, [7e6 * 0.98 - 6378137.0, 7e6 * 1.02 - 6378137.0], atol=10)
 
 
 def test_a_sphere_on_an_ellipse_has_its_closed_form():

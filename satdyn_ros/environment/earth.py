@@ -124,7 +124,9 @@ def geodetic(r_t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return latitude [rad], longitude [rad] and height [m] on WGS 84, (...) each."""
     with brought_by('environment', 'pyerfa'):
         import erfa
-    longitude, latitude, height_m = erfa.gc2gd(_WGS_84, np.asarray(r_t, float))
+    # Of places beyond 1e30 m it has none: nan.
+    with np.errstate(all='ignore'):
+        longitude, latitude, height_m = erfa.gc2gd(_WGS_84, np.asarray(r_t, float))
     return latitude, longitude, height_m
 
 

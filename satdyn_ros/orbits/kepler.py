@@ -17,6 +17,8 @@ EARTH_MU = 3.986004418e14
 EARTH_RADIUS_M = 6_378_137.0
 # What the eccentricity of a circle comes to by rounding, and a little more.
 _CIRCLE = 1e-14
+# What a rate counts as at least where it divides [rad/s].
+_SLOWEST = 1e-300
 
 
 @vectorized
@@ -131,7 +133,7 @@ class KeplerOrbit:
     @property
     def stretches(self) -> tuple[Stretch, ...]:
         """All times, cut into pieces of one length from tick 0 on, for what is tabled."""
-        return (Stretch(0.0, float(PIECE_TURN / self.fastest_rate)),)
+        return (Stretch(0.0, float(PIECE_TURN / max(self.fastest_rate, _SLOWEST))),)
 
     @property
     def fastest_rate(self) -> float:
@@ -182,7 +184,8 @@ class KeplerOrbit:
 
     def gradient_at(self, t_s: ArrayLike) -> np.ndarray:
         """Return 3 mu / r^3 [1/s^2], shape (...)."""
-        return 3.0 * self.mu / self.radius(t_s) ** 3
+        with np.errstate(all='ignore'):
+            return 3.0 * self.mu / self.radius(t_s) ** 3
 
     def position_velocity(self, t_s: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Return r_i [m] and v_i [m/s], each (..., 3)."""

@@ -33,6 +33,8 @@ _DAY_S = 86_400.0
 _STAMP_ROUNDING_S, _ROUNDING = 5e-10, 1e-15
 # To what the end of a function is found, and in how many parts of a piece it is sought.
 _INSTANT_S, _PARTS = 1e-11, 32
+# The square of a momentum r x v of such numbers is still one.
+_LARGEST = 1e70
 # More than a day of a low orbit, 0.4 MB: runs that share the orbit share them.
 _KEPT = 256
 # One thread, whatever there is to make: each would take its turn before the one that ticks.
@@ -237,7 +239,7 @@ class Pieces:
         outside: Callable[[float], str] = '{:g} s from tick 0 is in no piece'.format,
         corners: Callable[[Piece], np.ndarray] | None = None,
     ):
-        self._make, self._outside, self._corners = make, outside, corners
+        self._function, self._outside, self._corners = make, outside, corners
         self.stretches = tuple(stretches)
         self._begins_s = [stretch.begin_s for stretch in self.stretches]
         # Two threads that ask for the same piece may both make it: it is the same.
@@ -247,8 +249,20 @@ class Pieces:
 
     def _made(self, piece: Piece) -> tuple[Table, np.ndarray]:
         grid = np.array([piece.begin_s, piece.stretch.length_s], float)
-        table = Table(grid, np.ascontiguousarray(self._make(piece)[None], float))
+        table = Table(grid, self._make(piece)[None])
         return table, np.zeros(0) if self._corners is None else self._corners(piece)
+
+    def _make(self, piece):
+        is_within = False
+        with np.errstate(all='ignore'), suppress(OverflowError):
+            coefficients = np.ascontiguousarray(self._function(piece), float)
+            is_within = bool(np.all(np.abs(coefficients) < _LARGEST))
+        if not is_within:
+            raise ValueError(
+                'the orbit, or what is along it, is beyond the range of numbers from '
+                f'{piece.begin_s:g} to {piece.end_s:g} s after tick 0'
+            )
+        return coefficients
 
     def _table(self, piece):
         return self._kept(piece)[0]

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import threading
+import warnings
 import weakref
 
 import numpy as np
@@ -229,3 +230,13 @@ def test_a_function_of_whole_seconds_is_not_asked_where_its_piece_ends():
         series = make(Piece(stretch, 0))[0]
         np.testing.assert_allclose(series, [own, *np.zeros(15)], atol=1e-12)
     assert max(asked) == 199.0
+
+
+@pytest.mark.parametrize('grown', [lambda t_s: np.exp(t_s), lambda t_s: t_s + 1e200**2])
+def test_numbers_beyond_their_range_are_refused(grown):
+    """Those of NumPy and of Python, in one sentence and without a warning."""
+    table = Pieces(fitted(lambda t_s: grown(t_s)[:, None]), [Stretch(0.0, 1000.0)])
+    with warnings.catch_warnings():
+        warnings.simplefilter('error')
+        with pytest.raises(ValueError, match='beyond the range of numbers from 0 to 1000 s'):
+            table.piece_at(900.0)

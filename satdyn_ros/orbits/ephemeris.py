@@ -49,8 +49,9 @@ _SLOWEST_M_S = 1e-3
 _GROUND_M = np.array([EARTH_RADIUS_M, EARTH_RADIUS_M, 6_356_752.3]) - 1000.0
 # By how much rows may be missed by the interpolation of every other one without a word.
 _MISSED_M = 10.0
+_WEEKS_S = 4e6
 # In how many places a radian of an orbit is looked at, and what is between two rows, at least.
-_PLACES_A_RADIAN, _LEAST_PLACES = 12, 4
+_PLACES_A_RADIAN, _LEAST_PLACES = 12, 2
 
 
 @dataclass(frozen=True)
@@ -124,7 +125,9 @@ class EphemerisOrbit(OrbitSource):
         return self.spans[0].begin_s, self.spans[-1].end_s
 
     def _epoch(self, t_s):
-        return _shown(self.epoch_ns + round(float(t_s) * SECOND_NS))
+        # Beyond some weeks a double tells no nanoseconds.
+        unit_ns = 1 if abs(t_s) < _WEEKS_S else 1000
+        return _shown(self.epoch_ns + round(float(t_s) * SECOND_NS / unit_ns) * unit_ns)
 
     @cached_property
     def _span_of(self) -> dict[Stretch, Span]:
@@ -272,8 +275,9 @@ class _Segment:
         left_out = np.flatnonzero(useable[1:-1:2]) * 2 + 1
         if not len(left_out):
             return 0.0, '', 0.0
-        found = self._interpolation.of_every_other().at(times_s[left_out])
-        off_m = length(found[:, :3] - rows[left_out, :3])
+        with np.errstate(all='ignore'):
+            found = self._interpolation.of_every_other().at(times_s[left_out])
+            off_m = np.nan_to_num(length(found[:, :3] - rows[left_out, :3]), nan=np.inf)
         worst = int(np.argmax(off_m))
         i = left_out[worst]
         return float(off_m[worst]), self._rows[i].words[0], float(times_s[i] - times_s[i - 1])
@@ -284,7 +288,7 @@ class _Time:
 
     def __init__(self, text: str, line: int):
         self.text, self.line = text, line
-        found = _LEAP_SECOND.fullmatch(text)
+        found = _LEAP_SECOND.fullmatch(text) if ':60' in text else None
         self.is_leap_second = found is not None
         try:
             self.stamp_ns = stamp_ns(f'{found[1]}59{found[2]}' if found else text)

@@ -113,14 +113,14 @@ class Span:
         there is one inside.
         """
         edges_s = self.edges_s
-        turns = self.fastest_rad_s * np.diff(edges_s)
+        turned, turns = self.fastest_rad_s * edges_s, self.fastest_rad_s * np.diff(edges_s)
         # Of a power of two: halves of pieces of one length are of one length.
         most = 2 ** max(0, math.floor(math.log2(PIECE_TURN / max(np.median(turns), 1e-9))))
         last = len(turns)
         waiting = [(i, min(i + most, last)) for i in range(0, last, most)]
         pieces_s: list[np.ndarray] = []
         while waiting:
-            fit = [(i, j) for i, j in waiting if np.sum(turns[i:j]) <= PIECE_TURN or j - i == 1]
+            fit = [(i, j) for i, j in waiting if j - i == 1 or turned[j] - turned[i] <= PIECE_TURN]
             many = [(i, j) for i, j in fit if j - i > 1]
             off = set(self._off(many, edges_s))
             pieces_s += [edges_s[[i, j]] for i, j in many if (i, j) not in off]

@@ -309,6 +309,12 @@ def test_an_orbit_is_written_thinned(bag, tmp_path):
     np.testing.assert_allclose(numbers[:, 3:], states.v_i, rtol=1e-14, atol=1e-11)
 
 
+@pytest.mark.parametrize('kind', ['csv', 'aem', 'oem', 'a'])
+def test_one_tick_is_enough(bag, tmp_path, kind):
+    """A step that is longer than the run leaves its first tick."""
+    assert export(bag, tmp_path / f'one.{kind}', Options(step_s=1000)) == 1
+
+
 def test_what_does_not_fit_is_refused(bag, tmp_path):
     """In one sentence, and no file is left."""
     fixed = Scenario({'orbit.type': 'fixed', 'publish.topics': ('attitude',)})

@@ -65,6 +65,37 @@ def written(tmp_path, text):
     return path
 
 
+def test_a_byte_order_mark_is_skipped(tmp_path):
+    """That some editors put first."""
+    path = tmp_path / 'message.aem'
+    path.write_bytes(b'\xef\xbb\xbf' + MMS.encode())
+    assert attitude_at(path, '2023-054T00:00:19.150001').omega_bi_b is not None
+
+
+@pytest.mark.parametrize(
+    ('old', 'new', 'reason'),
+    [
+        ('DATA_STOP\n', '', None),
+        ('DATA_STOP\n', f'DATA_STOP\n{MMS.splitlines()[-2]}\n', 'line 22: a row that begins with'),
+        ('DATA_START\n', 'DATA_START\nTIME_SYSTEM = TT\n', 'line 19: the keyword TIME_SYSTEM'),
+        ('META_STOP\n', '', 'line 17: DATA_START stands in the metadata'),
+        (
+            'ATTITUDE_TYPE',
+            'TIME_SYSTEM = UTC\nATTITUDE_TYPE',
+            'line 14: TIME_SYSTEM is given twice',
+        ),
+    ],
+)
+def test_lines_stand_where_the_standard_has_them(tmp_path, old, new, reason):
+    """Or are refused by their number; DATA_STOP may lack at the end."""
+    path = written(tmp_path, MMS.replace(old, new))
+    if reason is None:
+        assert attitude_at(path, '2023-054T00:00:19.150001').omega_bi_b is not None
+        return
+    with pytest.raises(ValueError, match=reason):
+        attitude_at(path, '2023-054T00:00:19.150001')
+
+
 @pytest.mark.long
 def test_orekit_turns_a_body_vector_as_we_do(states, tmp_path):
     """Its inertial components agree within 1e-9 rad, the rates and the epochs too, by segment."""

@@ -231,8 +231,6 @@ def _missing(kind):
         return f'has the key {foreign[0]}; its keys must begin with {name}.'
     if not (str(kind.topic).isidentifier() and str(kind.topic).isascii()):
         return f'has the topic {kind.topic}; it must have letters, digits and _ alone'
-    if kind.torque is BodyTorque.torque and not hasattr(kind, 'field'):
-        return f'has no function torque({", ".join(_SEEN)})'
     for name, function in kind.functions().items():
         if not _takes(function, len(_PARAMETERS[name])):
             parameters = ', '.join(_PARAMETERS[name])
@@ -261,6 +259,8 @@ def torque_of(kind: type[BodyTorque], values: Mapping[str, Any]) -> BodyTorque |
             return None
         if type(torque) is not kind:
             raise TypeError(f'its of returns {torque!r}; it must return a {kind.__name__} or None')
+        if kind.torque is BodyTorque.torque and not hasattr(kind, 'field'):
+            raise TypeError(f'it has no function torque({", ".join(_SEEN)})')
         stops_s = np.asarray(torque.stops(), float)
         if stops_s.ndim != 1 or np.isnan(stops_s).any():
             raise TypeError('its stops must return times in an array of one dimension')

@@ -28,7 +28,7 @@ FUNCTION = r'torque\(t_s, r_i, v_i, q_ib, omega_bi_b, constants\)'
         ('NoName', 'has no name'),
         ('NoConstants', 'has no Constants, a NamedTuple of floats'),
         ('PlainConstants', 'has Constants that are not a NamedTuple'),
-        ('NoTorque', f'has no function {FUNCTION}'),
+        ('NoTorque', f'cannot be made: it has no function {FUNCTION}'),
         ('Method', f'has a torque that is not a static method {FUNCTION}'),
         ('FewArguments', f'has a torque that is not a static method {FUNCTION}'),
         ('FewForSigns', r'has a signs that is not a static method signs\(t_s, r_i'),

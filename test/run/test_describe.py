@@ -226,7 +226,7 @@ def test_what_is_said_of_an_element_set():
 def test_what_is_said_of_an_ephemeris():
     """Rows of a Kepler ellipse, whose heights, period and inclination are known."""
     pytest.importorskip('erfa')
-    ellipse = KeplerOrbit(7e6, 0.02, 1.0)
+    ellipse = KeplerOrbit(semi_major_axis=7e6, eccentricity=0.02, inclination=1.0)
     t_s = np.arange(0.0, 7200.1, 30.0)
     r_i, v_i = ellipse.position_velocity(t_s)
     epochs = epochs_of(stamp_ns('2026-03-01T12:00:00') + np.rint(t_s * 1e9).astype(np.int64))

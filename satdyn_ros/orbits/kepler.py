@@ -180,7 +180,8 @@ class KeplerOrbit:
 
     def rate(self, t_s: ArrayLike) -> np.ndarray:
         """Return df/dt [rad/s], shape (...)."""
-        return np.sqrt(self.mu * self.semi_latus_rectum) / self.radius(t_s) ** 2
+        with np.errstate(all='ignore'):
+            return np.sqrt(self.mu * self.semi_latus_rectum) / self.radius(t_s) ** 2
 
     def gradient_at(self, t_s: ArrayLike) -> np.ndarray:
         """Return 3 mu / r^3 [1/s^2], shape (...)."""

@@ -101,6 +101,8 @@ class TwoLineOrbit(OrbitSource):
     text: str
     epoch_ns: int
 
+    key = 'orbit.tle'
+
     def __post_init__(self) -> None:
         _satellite(self.text)
 

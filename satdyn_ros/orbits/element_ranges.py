@@ -17,6 +17,8 @@ _SGP4_TYPES = ('', '0', '2')
 _OTHER_TYPES = {'3': ', PPT3', '4': ', SGP4-XP', '6': ', special perturbations'}
 # The years of two digits, and of an OMM up to where stamps end.
 _FIRST_YEAR, _LAST_YEAR = 1957, 2261
+# Angles that lines give from 0 on, and some programs write into a message with a sign.
+_SIGNED = ('RA_OF_ASC_NODE', 'ARG_OF_PERICENTER', 'MEAN_ANOMALY')
 
 
 class _Field(NamedTuple):
@@ -88,6 +90,8 @@ def check_message(elements: Mapping[str, str]) -> None:
         if unit and unit.lower() != field.unit.lower():
             wanted = f'in {field.unit}' if field.unit else 'without a unit'
             raise ValueError(f'{keyword} is in {unit}; it must be {wanted}')
+        if keyword in _SIGNED:
+            field = field._replace(low=-field.high)
         _check_range(f'{keyword} is {text.strip()}', number(text.strip()), field)
 
 

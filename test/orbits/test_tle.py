@@ -360,8 +360,8 @@ def test_digits_of_other_scripts_are_refused(odd):
         ('INCLINATION', '9_8.4', 'INCLINATION is 9_8.4, which is not a number'),
         ('INCLINATION', '1.7 [rad]', 'INCLINATION is in rad; it must be in deg'),
         ('RA_OF_ASC_NODE', '360.5', 'RA_OF_ASC_NODE is 360.5'),
-        ('ARG_OF_PERICENTER', '-90', 'ARG_OF_PERICENTER is -90'),
-        ('MEAN_ANOMALY', '1e400', 'MEAN_ANOMALY is 1e400; it must be from 0 to 360'),
+        ('ARG_OF_PERICENTER', '-400', 'ARG_OF_PERICENTER is -400; it must be from -360 to 360'),
+        ('MEAN_ANOMALY', '1e400', 'MEAN_ANOMALY is 1e400; it must be from -360 to 360'),
         ('ECCENTRICITY', '1.0', 'ECCENTRICITY is 1.0; it must be from 0 to less than 1'),
         ('ECCENTRICITY', '-0.1', 'ECCENTRICITY is -0.1'),
         ('ECCENTRICITY', '0.1 [km]', 'ECCENTRICITY is in km; it must be without a unit'),
@@ -382,6 +382,18 @@ def test_what_is_out_of_its_range_in_an_omm_is_said(keyword, value, reason):
         with pytest.raises(ValueError, match=f'orbit.tle holds an OMM .*{reason}') as refusal:
             check(text)
         assert '\n' not in str(refusal.value)
+
+
+def test_an_angle_of_an_omm_may_have_a_sign():
+    """As some programs write it: the same place as a turn further."""
+    lines = [line for line in OMM.splitlines() if not line.startswith('RA_OF_ASC_NODE ')]
+    places = []
+    for node in ('-90.0', '270.0'):
+        message = '\n'.join([*lines, f'RA_OF_ASC_NODE = {node}'])
+        check(message)
+        places.append(TwoLineOrbit(message, EPOCH_NS).position_velocity(np.zeros(1))[0])
+    # Rounding of 7e6 m.
+    np.testing.assert_allclose(*places, atol=1e-6)
 
 
 def test_a_keyword_that_stands_twice_is_refused():

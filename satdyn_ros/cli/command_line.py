@@ -285,7 +285,8 @@ def _add_export(command):
         "the states of a bag as a table, or in other tools' formats",
         'satdyn export orbit -o orbit.csv --columns t_s roll_rad pitch_rad yaw_rad\n'
         'satdyn export orbit -o orbit.parquet --step 10\n'
-        'satdyn export pair/sat4 -o gyro.csv --columns t_s gyro_measured_x_rad_s gyro_true_x_rad_s\n'
+        'satdyn export pair/sat4 -o gyro.csv --columns t_s gyro_measured_x_rad_s '
+        'gyro_true_x_rad_s\n'
         'satdyn export orbit -o orbit.aem --rates\n'
         'satdyn export orbit -o orbit.oem --step 60',
     )

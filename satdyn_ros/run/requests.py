@@ -19,10 +19,10 @@ def requested(conditions: Scenario, values: Mapping[str, Any]) -> Scenario:
     allowed = conditions.initial_conditions
     foreign = [name for name in values if name not in allowed]
     if foreign:
-        raise ValueError(
-            f'{foreign[0]} cannot be requested; the nearest that can is '
-            f'{nearest(foreign[0], allowed)}; allowed: {", ".join(allowed)}'
-        )
+        name, hint = foreign[0], ''
+        if name not in conditions.keys:
+            hint = f'; the nearest that can is {nearest(name, allowed)}'
+        raise ValueError(f'{name} cannot be requested{hint}; allowed: {", ".join(allowed)}')
     return conditions.with_values(values)
 
 

@@ -201,8 +201,8 @@ def test_the_truth_is_not_taken_from_the_tables(tmp_path, monkeypatch):
     own = {name: x for name, x in VALUES.items() if not name.startswith('sensors.')}
     fitted = AlongOrbit._fitted
 
-    def off(along, function, corners=None):
-        return fitted(along, lambda t_s: 1.01 * function(t_s), corners)
+    def off(along, function, **others):
+        return fitted(along, lambda t_s: 1.01 * function(t_s), **others)
 
     scenario = Scenario(own | changes | {'time.epoch': '2026-03-02T00:00:00Z'})
     monkeypatch.setattr(AlongOrbit, '_fitted', off)

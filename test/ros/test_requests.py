@@ -101,7 +101,8 @@ REFUSED = [
     ),
     (
         {'initial.height': 5.0},
-        'initial.height cannot be requested; allowed: rotor.momentum, rotor.speed, '
+        'initial.height cannot be requested; the nearest that can is initial.frame; allowed: '
+        'rotor.momentum, rotor.speed, '
         'initial.attitude, initial.frame, initial.angular_velocity',
     ),
     (

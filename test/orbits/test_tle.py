@@ -393,7 +393,7 @@ def test_an_angle_of_an_omm_may_have_a_sign():
         check(message)
         places.append(TwoLineOrbit(message, EPOCH_NS).position_velocity(np.zeros(1))[0])
     # Rounding of 7e6 m.
-    np.testing.assert_allclose(*places, atol=1e-6)
+    np.testing.assert_allclose(places[0], places[1], atol=1e-6)
 
 
 def test_a_keyword_that_stands_twice_is_refused():

@@ -1,0 +1,96 @@
+"""From IR to machine code, and to the addresses of its functions."""
+
+import functools
+import os
+import tempfile
+from contextlib import suppress
+from hashlib import sha256
+from pathlib import Path
+
+import llvmlite
+from llvmlite import binding
+
+# What keeps the bits.  Vectors of scalars that are side by side do not, and take nine tenths of
+# the compiler's time.
+_LEVEL = 1
+
+
+class Code:
+    """Functions as machine code, which lasts as long as this object."""
+
+    def __init__(self, text: str, folder: Path | None = None, cpu: str | None = None):
+        """
+        Take the code of IR from a folder, or compile it and keep it there.
+
+        cpu: as LLVM names it, the processor here unless it is given.
+        """
+        machine = _machine(cpu)
+        told = f'{llvmlite.__version__} {machine.triple} {_features(cpu)} {_LEVEL}\n{text}'
+        # By all that it is made of: what is kept cannot be stale.
+        kept = folder and folder / f'{sha256(told.encode()).hexdigest()[:32]}.o'
+        content = b''
+        if kept:
+            with suppress(OSError):
+                content = kept.read_bytes()
+        if not content:
+            content = _compiled(text, machine)
+            if kept:
+                with suppress(OSError):
+                    _write_whole(kept, content)
+        self._engine = binding.create_mcjit_compiler(binding.parse_assembly(''), machine)
+        self._engine.add_object_file(binding.ObjectFileRef.from_data(content))
+        self._engine.finalize_object()
+
+    def address(self, name: str) -> int:
+        """Return where a function is."""
+        return self._engine.get_function_address(name)
+
+
+def _compiled(text, machine):
+    module = binding.parse_assembly(text)
+    module.verify()
+    if hasattr(binding, 'create_pass_builder'):
+        options = binding.create_pipeline_tuning_options(speed_level=_LEVEL)
+        options.slp_vectorization = options.loop_vectorization = False
+        builder = binding.create_pass_builder(machine, options)
+        builder.getModulePassManager().run(module, builder)
+    else:
+        # Before LLVM 15.
+        builder = binding.create_pass_manager_builder()
+        builder.opt_level, builder.slp_vectorize, builder.loop_vectorize = _LEVEL, False, False
+        manager = binding.create_module_pass_manager()
+        builder.populate(manager)
+        manager.run(module)
+    return machine.emit_object(module)
+
+
+@functools.cache
+def _target():
+    if tuple(map(int, llvmlite.__version__.split('.')[:2])) < (0, 45):
+        binding.initialize()
+    binding.initialize_native_target()
+    binding.initialize_native_asmprinter()
+    return binding.Target.from_default_triple()
+
+
+def _features(cpu):
+    return cpu or f'{binding.get_host_cpu_name()} {binding.get_host_cpu_features().flatten()}'
+
+
+def _machine(cpu):
+    return _target().create_target_machine(
+        cpu=cpu or binding.get_host_cpu_name(),
+        features='' if cpu else binding.get_host_cpu_features().flatten(),
+        opt=_LEVEL,
+        reloc='pic',
+        codemodel='jitdefault',
+        jit=True,
+    )
+
+
+def _write_whole(path, content):
+    """Write a file that another process sees whole or not at all."""
+    handle, name = tempfile.mkstemp(dir=path.parent)
+    with os.fdopen(handle, 'wb') as file:
+        file.write(content)
+    Path(name).replace(path)

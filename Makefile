@@ -21,8 +21,8 @@ OLD_PYTHON = $(shell for python in python3.11 python3.10 $(PYTHON); do \
 	&& echo $$python && break; done)
 # What the libraries are used for most: propagation, closed forms, the Earth, bags, YAML, pictures,
 # a node.
-OLD_TESTS := test/integrate/test_propagation.py test/integrate/test_batch.py test/kernel/test_simd.py \
-	test/exact/test_elliptic.py \
+OLD_TESTS := test/integrate/test_propagation.py test/integrate/test_batch.py test/integrate/test_bits.py \
+	test/trace test/exact/test_elliptic.py \
 	test/exact/test_flow.py test/environment test/run/test_environment.py test/run/test_orbits.py \
 	test/run/test_simulation.py test/messages test/rosbag2 test/bag/test_verify.py \
 	test/report/test_plot.py test/ros/test_stream.py
@@ -38,7 +38,7 @@ LONG_TESTS_2 := test/cli test/exact test/exchange test/messages test/report test
 LONG_TESTS_3 := test/ros
 LONG_TESTS_4 := test/bag test/kernel test/rosbag2 test/watch
 LONG_TESTS_5 := test/base test/dynamics test/environment test/integrate test/orbits test/run test/sensors \
-	test/theory test/torques
+	test/theory test/torques test/trace
 
 .PHONY: everything $(PARTS) help demo test test-all pages torture reference oldest lint colcon figures docs bench clean
 
@@ -137,7 +137,7 @@ $(OLD)/.test: setup.py
 $(VENV)/.run: setup.py | $(PY)
 	@echo 'Installing satdyn_ros$(if $(SOURCED), beside the sourced ROS 2, and ROS 2 Jazzy) (a minute)'
 	@$(PIP) install --editable '.$(ROS)'
-	@echo 'Compiling the equations of motion (half a minute)'
+	@echo 'Compiling (some ten seconds)'
 	@$(PY) -c 'from satdyn_ros import Scenario; Scenario().motion().at(0.0)'
 	@touch $@
 

@@ -48,7 +48,7 @@ setup(
     # The oldest are those of Ubuntu 24.04, which ROS 2 Jazzy runs on; `make oldest` tests them.
     # numba has an upper bound too, the newest that was tried: its private names are used.
     install_requires=[
-        'llvmlite>=0.41.1',
+        'llvmlite>=0.41.1,<0.51',
         'lz4>=4.0.2',
         'mcap>=1.6.0',
         'numba>=0.58.1,<0.69',

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import heyoka as hy
 import numpy as np
-import step
 from common import QUICK, Claim, medians, milliseconds, show
 from matplotlib.figure import Figure
 from problem import (
@@ -269,7 +268,7 @@ def draw(curves):
 def main():
     """Run all; return title, claims and text."""
     claims = show(peers() + same_code())
-    return 'Propagation', claims, f'{work()}\n\n{step.text()}'
+    return 'Propagation', claims, work()
 
 
 if __name__ == '__main__':

@@ -11,6 +11,7 @@ from common import ARGUMENTS, HEADER, QUICK
 HERE = Path(__file__).parent
 SCRIPTS = (
     'propagation',
+    'step',
     'processors',
     'rotors',
     'closed_forms',

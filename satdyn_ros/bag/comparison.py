@@ -136,6 +136,10 @@ class Comparison:
             rows, turned = (c.data_at(c.places[channel_id]) for c in (contents, moved))
             for field in _numbers(layout):
                 size = float(np.max(_distance(rows, np.zeros_like(rows), layout, field)))
+                if (self._names[channel_id], field[:8]) == ('rotor', 'position'):
+                    # The integral of a difference of rates is as uncertain as the attitude,
+                    # whatever is left of it.
+                    size = max(size, 1.0)
                 grown = float(np.max(_distance(rows, turned, layout, field))) / PERTURBATION_RAD
                 allowed = ROUNDING_RAD * (size + grown)
                 before = self._allowed.get((channel_id, field), 0.0)

@@ -17,7 +17,7 @@ from ..rosbag2.reader import Bag, TopicBlock
 from ..rosbag2.scan import scan
 from ..run.drift import Drift, MeasuredDrift
 from ..run.events import Derived, Event, Halt, RotorLimited, TorquesDropped
-from ..run.rules import EVENTS_FOLLOW
+from ..run.rules import EVENTS_FOLLOW, RULES, SOURCE_DEFINES_THE_BITS
 from ..run.samples import Samples
 from ..run.simulation import Simulation
 from . import run_metadata
@@ -107,6 +107,8 @@ def verify(
         for name, then in recorded.machine.items()
         if then != here.get(name)
     }
+    if recorded.rules < SOURCE_DEFINES_THE_BITS:
+        other_machine['rules'] = str(recorded.rules), str(RULES)
     conservation = _Conservation(recorded.scenario['motion.tolerance'])
     derived = _Derived(recorded)
 

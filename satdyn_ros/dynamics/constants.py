@@ -25,32 +25,37 @@ _TINY = 1e-300
 # The torques that every system has.
 _SHIPPED = 3
 
-# Tuples in compiled code, matrices by rows; arrays while they are made from one system or many.
-Vector = tuple[float, ...] | np.ndarray
-Matrix = tuple[tuple[float, ...], ...] | np.ndarray
+# Where among the numbers of Constants those are that the walk reads, and how many there are of a
+# rotor, with 1 / J among them, and of a watch.
+START_S, LONGEST_STEP, ANOMALY_RATE, AXES_RATE, NORMAL_AT = range(5)
+ROTOR_SIZE, INVERSE_AT, WATCH_SIZE = 6, 5, 5
+
+# Tuples, matrices by rows; arrays while they are made from one system or many.
+Triple = Any
+Matrix = Any
 
 
 class RotorConstants(NamedTuple):
     """The constants of one turning rotor; inertia_inverse: 1 / J."""
 
-    axis: Vector
+    axis: Triple
     torque: float
     friction: float
     inertia_inverse: float
 
 
 class CoulombFriction(NamedTuple):
-    """torque: C, per_speed [s/rad]: 1 / s_c of every turning rotor."""
+    """The dry friction of a rotor; torque: C, per_speed [s/rad]: 1 / s_c."""
 
-    torque: Vector
-    per_speed: Vector
+    torque: float
+    per_speed: float
 
 
 class Imbalance(NamedTuple):
     """The torque [N m] of an imbalance on the body is s^2 (cos theta along + sin theta across)."""
 
-    along: Vector
-    across: Vector
+    along: Triple
+    across: Triple
 
 
 class Watch(NamedTuple):
@@ -69,12 +74,6 @@ class Watch(NamedTuple):
     gain: float
 
 
-class DriveConstants(NamedTuple):
-    """watches: of every turning rotor."""
-
-    watches: tuple[Watch, ...]
-
-
 class OrbitTable(NamedTuple):
     """A piece of an orbit that is known as a table; pull [m^3/s^2]: 3 mu."""
 
@@ -87,44 +86,45 @@ class Constants(NamedTuple):
     The constants of one motion as plain numbers.
 
     Matrices are tuples of rows or, where all three are diagonal, as of most bodies, of the numbers
-    of the diagonal: the compiled equations have no terms for the zeros beside it.
+    of the diagonal: the equations have no terms for the zeros beside it.
 
-    momentum [N m s]: h.  outward and ahead: P and Q, normal and
-    axes_rate [rad/s]: the direction and size of Omega, longest_step [s]: in which the axes turn by
-    STEP_TURN.  start_s: of the motion, from tick 0.  semi_latus_rectum [m] and speed [m/s], the
-    root of mu / l: of the orbit, zero without one.  slow_rate [rad/s]: far below the rates at
-    which the field swings the body, for a body at rest.  rotors: those that turn, whose number is
-    part of the type.  coulomb: their dry friction, imbalances: of each, drives: of their motors,
-    where one has friction, is out of balance or has a torque that depends on its speed; else none.
-    zeros: one per such rotor.  place: where the place on the orbit is
-    integrated two zeros, one for cos f and one for sin f, else none.  table: of the orbit, where
-    it is known as one, in place of all that says where it is; else none.  torques: the constants
-    of each, whose type says which torque it is: of the weight, the gravity gradient and the
-    applied torque, then those of the system.
+    start_s: of the motion, from tick 0; longest_step [s]: in which the axes turn by STEP_TURN;
+    anomaly_rate [rad/s]: the root of mu / l^3; axes_rate [rad/s] and normal: the size and the
+    direction of Omega.  momentum [N m s]: h.  gradient [1/s^2]: 3 mu / l^3; outward and ahead: P
+    and Q; semi_latus_rectum [m] and speed [m/s], the root of mu / l: of the orbit, zero without
+    one.  slow_rate [rad/s]: far below the rates at which the field swings the body, for a body at
+    rest.  does_work: whether anything does work that no potential has.  integrates_place: whether
+    the place on the orbit is integrated; sees_pairs: whether corners in pairs are looked for.
+
+    rotors: those that turn.  watches: of their drives, where one has a torque that depends on its
+    speed, coulomb: their dry friction, imbalances: theirs, where one has any; else none.  table:
+    of the orbit, where it is known as one, in place of all that says where it is; else none.
+    torques: the constants of each, whose type says which torque it is: of the weight, the gravity
+    gradient and the applied torque, then those of the system.
     """
 
+    start_s: float
+    longest_step: float
+    anomaly_rate: float
+    axes_rate: float
+    normal: Triple
     carrier_inertia: Matrix
     carrier_inverse: Matrix
-    momentum: Vector
+    momentum: Triple
     eccentricity: float
-    anomaly_rate: float
     gradient: float
-    outward: Vector
-    ahead: Vector
-    normal: Vector
-    axes_rate: float
-    slow_rate: float
-    longest_step: float
-    start_s: float
+    outward: Triple
+    ahead: Triple
     semi_latus_rectum: float
     speed: float
+    slow_rate: float
     does_work: bool
+    integrates_place: bool
+    sees_pairs: bool
     rotors: tuple[RotorConstants, ...]
+    watches: tuple[Watch, ...]
     coulomb: tuple[CoulombFriction, ...]
     imbalances: tuple[Imbalance, ...]
-    drives: tuple[DriveConstants, ...]
-    zeros: tuple[float, ...]
-    place: tuple[float, ...]
     table: tuple[OrbitTable, ...]
     torques: tuple[Any, ...]
 
@@ -140,7 +140,7 @@ def constants_of(system: System, start_s: float = 0.0) -> Constants:
         outward=tuple(map(float, outward)),
         ahead=tuple(map(float, ahead)),
         start_s=float(start_s),
-        does_work=undriven.does_work or system.is_driven,
+        does_work=undriven.does_work or bool(system.is_driven),
         rotors=tuple(
             rotor._replace(torque=float(system.rotor_torque[i])) for rotor, (i, _) in rotors
         ),
@@ -172,9 +172,7 @@ def _undriven_constants(system):
         if _are_diagonal(plain, [np.outer(r.axis, r.axis) for r in system.switching_rotors]):
             plain = _without_zeros(plain)
         plain = _as_tuples(plain)
-        _known[system] = plain._replace(
-            does_work=bool(constants.does_work), torques=plain.torques + torques[_SHIPPED:]
-        )
+        _known[system] = plain._replace(torques=plain.torques + torques[_SHIPPED:])
     return _known[system]
 
 
@@ -191,13 +189,14 @@ def flat_constants_of_many(system: System, count: int) -> tuple[Constants, np.nd
     constants = constants._replace(outward=outward, ahead=ahead)
     inertia = np.eye(3) if _are_diagonal(constants) else np.eye(3) + 0.1
     rotors = (Rotor('free', inertia=0.1),) * len(constants.rotors)
-    one = constants_of(System(inertia, rotors))._replace(place=constants.place)
-    constants = _without_zeros(constants)
+    one = constants_of(System(inertia, rotors))._replace(
+        does_work=bool(constants.does_work), integrates_place=constants.integrates_place
+    )
     rows = [
-        np.broadcast_to(np.reshape(part, (-1, np.size(field))), (count, np.size(field)))
-        for part, field in zip(_leaves(constants), _leaves(one), strict=True)
+        np.broadcast_to(np.reshape(part, (-1, size)), (count, size))
+        for part, size in _parts(_without_zeros(constants), one)
     ]
-    return one._replace(does_work=bool(constants.does_work)), np.concatenate(rows, axis=1)
+    return one, np.concatenate(rows, axis=1)
 
 
 # What overflows in these two halts the propagation; a warning would come before its sentence.
@@ -239,22 +238,24 @@ def _constants(system):
     weight = np.linalg.norm(system.weight_moment, axis=-1)
     size = np.trace(system.inertia, axis1=-2, axis2=-1)
     return Constants(
+        start_s=0.0,
+        longest_step=longest_step,
+        anomaly_rate=anomaly_rate,
+        axes_rate=axes_rate,
+        normal=normal,
         carrier_inertia=system.carrier_inertia,
         carrier_inverse=system.carrier_inverse,
         momentum=momentum,
         eccentricity=eccentricity,
-        anomaly_rate=anomaly_rate,
         gradient=gradient,
         outward=outward,
         ahead=ahead,
-        normal=normal,
-        axes_rate=axes_rate,
-        slow_rate=1e-3 * np.sqrt(np.abs(gradient) + weight / size),
-        longest_step=longest_step,
-        start_s=0.0,
         semi_latus_rectum=semi_latus_rectum,
         speed=speed,
-        does_work=system.is_driven or orbit.is_eccentric,
+        slow_rate=1e-3 * np.sqrt(np.abs(gradient) + weight / size),
+        does_work=bool(system.is_driven or orbit.is_eccentric),
+        integrates_place=system.integrates_place,
+        sees_pairs=system.sees_pairs,
         rotors=tuple(
             RotorConstants(
                 axis=rotor.axis,
@@ -265,11 +266,9 @@ def _constants(system):
             )
             for i, rotor in system.turning_rotors
         ),
+        watches=(),
         coulomb=_coulomb_of(system),
         imbalances=_imbalances_of(system),
-        drives=(),
-        zeros=(0.0,) * len(system.turning_rotors),
-        place=(0.0, 0.0) if system.integrates_place else (),
         table=(),
         torques=(
             Weight.Constants(system.weight_moment),
@@ -284,11 +283,8 @@ def _coulomb_of(system):
     rotors = [rotor for _, rotor in system.turning_rotors]
     if not any(np.any(rotor.coulomb_friction) for rotor in rotors):
         return ()
-    return (
-        CoulombFriction(
-            np.array([rotor.coulomb_friction for rotor in rotors]),
-            np.array([1.0 / rotor.friction_speed for rotor in rotors]),
-        ),
+    return tuple(
+        CoulombFriction(rotor.coulomb_friction, 1.0 / rotor.friction_speed) for rotor in rotors
     )
 
 
@@ -339,6 +335,8 @@ def _without_zeros(constants):
 
 def _as_tuples(part):
     """Return arrays as numbers or as tuples of numbers; tuples with names keep them."""
+    if isinstance(part, bool):
+        return part
     if isinstance(part, tuple):
         inner = map(_as_tuples, part)
         return type(part)(*inner) if hasattr(part, '_fields') else tuple(inner)
@@ -348,10 +346,10 @@ def _as_tuples(part):
     return float(part)
 
 
-def _leaves(part):
-    """Yield the arrays of Constants, one after the other."""
-    yield from part[: part._fields.index('rotors')]
-    yield from (each for rotor in part.rotors for each in rotor)
-    yield from part.zeros
-    yield from part.place
-    yield from (each for torque in part.torques for each in torque)
+def _parts(constants, one):
+    """Yield the arrays of Constants, and how many numbers each is in those of one motion."""
+    for part, like in zip(constants, one, strict=True):
+        if isinstance(part, tuple):
+            yield from _parts(part, like)
+        elif not isinstance(part, bool):
+            yield part, np.size(like)

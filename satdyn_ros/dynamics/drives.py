@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .constants import Constants, DriveConstants, Watch, constants_of
+from .constants import Constants, Watch, constants_of
 from .rotor import Rotor
 from .system import State, System
 
@@ -121,11 +121,11 @@ class Drives:
             is_diagonal = not isinstance(constants.carrier_inverse[0], tuple)
             rows = inverse.diagonal().tolist() if is_diagonal else map(tuple, inverse.tolist())
             constants = constants._replace(carrier_inverse=tuple(rows))
-        for coulomb in constants.coulomb:
-            pairs = zip(watches, coulomb.torque, strict=True)
-            dry = tuple(0.0 if watch.held_inertia else C for watch, C in pairs)
-            constants = constants._replace(coulomb=(coulomb._replace(torque=dry),))
-        return constants._replace(rotors=tuple(rotors), drives=(DriveConstants(tuple(watches)),))
+        coulomb = tuple(
+            dry._replace(torque=0.0) if watch.held_inertia else dry
+            for watch, dry in zip(watches, constants.coulomb, strict=False)
+        )
+        return constants._replace(rotors=tuple(rotors), watches=tuple(watches), coulomb=coulomb)
 
     def leave(self, which: int, t_s: float) -> None:
         """

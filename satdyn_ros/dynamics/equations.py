@@ -26,18 +26,25 @@ that of the applied torques and of the rotors, and with t = -sin f P + cos f Q, 
 along track, that of the orbit, v (3 mu / r^3) t . I c - 3 (r' / r) V.
 """
 
-import math
 from typing import Any
 
 import numpy as np
 
-from ..kernel.compile import inlined
-from ..kernel.simd import broadcast
+from ..kernel.functions import cos, divide, sin, sqrt, tanh
 from ..kernel.time_table import interpolate_vector
-from ..kernel.unroll import unrolled_fold, unrolled_map
-from ..kernel.vector import add, add_cross, apply, attitude_rate, dot, scale, subtract, to_body
+from ..kernel.vector import (
+    Vector,
+    add,
+    apply,
+    attitude_rate,
+    cross,
+    dot,
+    scale,
+    subtract,
+    to_body,
+)
 from ..orbits.tabled import POSITION, SLOPE, VELOCITY
-from ..torques.sums import add_fields, add_orbit_powers, add_torques
+from ..torques.sums import sum_of_fields, sum_of_orbit_powers, sum_of_torques
 from .constants import Constants
 from .system import State, System
 
@@ -64,188 +71,108 @@ def initial_values(system: System, state: State) -> np.ndarray:
     return y
 
 
-@unrolled_map
-def _speeds(i, rotors, y):
-    """Return s = p / J - a . omega."""
-    rotor = rotors[i]
-    return y[MOMENTUM + i] * rotor.inertia_inverse - dot(rotor.axis, y[4:7])
+def size_of(constants: Constants) -> int:
+    """Return the number of the variables."""
+    return place_at(constants) + (2 if constants.integrates_place else 0)
 
 
-@unrolled_fold
-def _plus_momenta(total, i, rotors, y):
-    """Add p a."""
-    return add(total, scale(y[MOMENTUM + i], rotors[i].axis))
-
-
-@unrolled_fold
-def _plus_frictions(total, i, rotors, s):
-    """Add b s a."""
-    return add(total, scale(rotors[i].friction * s[i], rotors[i].axis))
-
-
-@unrolled_map
-def place_of(i: int, place: tuple[float, ...], y: tuple[float, ...]) -> float:
-    """Return cos f and sin f among the variables y, on a circle none."""
-    return y[len(y) - len(place) + i]
-
-
-@unrolled_map
-def _place_rates(i, place, v, cos_f, sin_f):
-    """Return their derivatives."""
-    return v * (-sin_f, cos_f)[i]
-
-
-@unrolled_map
-def _momentum_rates(i, rotors, s):
-    """Return p' = tau - b s."""
-    return rotors[i].torque - rotors[i].friction * s[i]
-
-
-@unrolled_fold
-def _with_coulomb(p_dot, i, coulomb, s):
-    """Return p' less Coulomb's friction."""
-    return _less_coulomb(coulomb[i].torque, coulomb[i].per_speed, p_dot, s)
-
-
-@unrolled_map
-def _less_coulomb(i, torque, per_speed, p_dot, s):
-    return p_dot[i] - torque[i] * math.tanh(per_speed[i] * s[i])
-
-
-@unrolled_fold
-def _plus_coulomb(total, i, coulomb, rotors, s):
-    """Add C tanh(s / s_c) a of each rotor."""
-    return _plus_dry(total, coulomb[i].torque, coulomb[i].per_speed, rotors, s)
-
-
-@unrolled_fold
-def _plus_dry(total, i, torque, per_speed, rotors, s):
-    return add(total, scale(torque[i] * math.tanh(per_speed[i] * s[i]), rotors[i].axis))
-
-
-@unrolled_fold
-def _plus_imbalance(total, i, imbalances, s, y):
-    """Add s^2 (cos theta along + sin theta across), which turns with the angle of a rotor."""
-    imbalance, angle = imbalances[i], y[MOMENTUM + len(imbalances) + i]
-    along = scale(math.cos(angle), imbalance.along)
-    across = scale(math.sin(angle), imbalance.across)
-    return add(total, scale(s[i] * s[i], add(along, across)))
-
-
-@unrolled_fold
-def _with_held(p_dot, i, drives, rotors, omega_dot):
-    """Return p' with that of the rotors that are held at their speed, J a . omega'."""
-    return _plus_held(drives[i].watches, rotors, p_dot, omega_dot)
-
-
-@unrolled_map
-def _plus_held(i, watches, rotors, p_dot, omega_dot):
-    return p_dot[i] + watches[i].held_inertia * dot(rotors[i].axis, omega_dot)
-
-
-@unrolled_fold
-def _less_held_powers(power, i, drives, rotors, omega, omega_dot):
-    """Subtract the work that these rotors take."""
-    return _less_held_power(power, drives[i].watches, rotors, omega, omega_dot)
-
-
-@unrolled_fold
-def _less_held_power(power, i, watches, rotors, omega, omega_dot):
-    a = rotors[i].axis
-    return power - watches[i].held_inertia * dot(a, omega_dot) * dot(a, omega)
-
-
-@inlined
 def place_at(constants: Constants) -> int:
     """Return where among the variables cos f is, on an ellipse."""
     return MOMENTUM + 2 * len(constants.rotors) + 1
 
 
-@inlined
-def seen_by_torques(t_s: float, y: tuple[float, ...], constants: Constants) -> tuple[Any, ...]:
-    """Return t_s, r, v, q and omega of the variables y, in the axes of the equations."""
-    cos_f, sin_f = place_in_orbit(y, constants)
-    P, Q_ = constants.outward, constants.ahead
-    distance = constants.semi_latus_rectum / (1.0 + constants.eccentricity * cos_f)
-    r = scale(distance, add(scale(cos_f, P), scale(sin_f, Q_)))
-    along = add(scale(-sin_f, P), scale(constants.eccentricity + cos_f, Q_))
-    r, v = _in_table((r, scale(constants.speed, along)), constants.table, t_s)
-    return t_s, r, v, y[0:4], y[4:7]
+def rotor_speeds(y: Vector, constants: Constants) -> list[Any]:
+    """Return s = p / J - a . omega of every turning rotor."""
+    momenta = y[MOMENTUM : MOMENTUM + len(constants.rotors)]
+    return [
+        p * rotor.inertia_inverse - dot(rotor.axis, y[4:7])
+        for p, rotor in zip(momenta, constants.rotors, strict=True)
+    ]
 
 
-@unrolled_fold
-def _in_table(_, i, tables, t_s):
-    """Return r and v of a table in place of those of an ellipse."""
-    table = tables[i].table
-    return interpolate_vector(table, _POSITION, t_s), interpolate_vector(table, _VELOCITY, t_s)
-
-
-@inlined
-def seen_centre(t_s: float, y: tuple[float, ...], constants: Constants) -> tuple[Any, ...]:
-    """Return c, the direction t along track, 3 mu / r^3, v and r' / r, in the equations' axes."""
-    cos_f, sin_f = place_in_orbit(y, constants)
-    rho = 1.0 + constants.eccentricity * cos_f
-    v = constants.anomaly_rate * rho * rho
-    gradient = constants.gradient * rho * rho * rho
-    P, Q_ = constants.outward, constants.ahead
-    c = add(scale(cos_f, P), scale(sin_f, Q_))
-    t = add(scale(-sin_f, P), scale(cos_f, Q_))
-    growth_rate = constants.eccentricity * sin_f * v / rho
-    return _centre_in_table((c, t, gradient, v, growth_rate), constants.table, t_s)
-
-
-@unrolled_fold
-def _centre_in_table(_, i, tables, t_s):
-    """Return what seen_centre returns of a table in place of that of an ellipse."""
-    r, slope = (
-        interpolate_vector(tables[i].table, _POSITION, t_s),
-        interpolate_vector(tables[i].table, _SLOPE, t_s),
-    )
-    distance = math.sqrt(dot(r, r))
-    c = scale(1.0 / distance, r)
-    climb = dot(c, slope)
-    across = subtract(slope, scale(climb, c))
-    speed = math.sqrt(dot(across, across))
-    gradient = tables[i].pull / (distance * distance * distance)
-    return c, scale(1.0 / speed, across), gradient, speed / distance, climb / distance
-
-
-@inlined
-def place_in_orbit(y: tuple[float, ...], constants: Constants) -> tuple[float, float]:
-    """Return cos f and sin f, which on a circle are those of f = 0."""
-    at_rest = broadcast(1.0, y[0]), broadcast(0.0, y[0])
-    return (place_of(constants.place, y) + at_rest)[0:2]
-
-
-@inlined
-def rates(t_s: float, y: tuple[float, ...], constants: Constants) -> tuple[float, ...]:
+def rates(t_s: Any, y: Vector, constants: Constants) -> Vector:
     """Return dy/dt of the variables y, both tuples of the same size; t_s: from tick 0."""
-    q, omega = y[0:4], y[4:7]
+    q, omega, rotors = y[0:4], y[4:7], constants.rotors
+    p, angles = y[7 : 7 + len(rotors)], y[7 + len(rotors) : 7 + 2 * len(rotors)]
     c_i, t_i, gradient, v, growth_rate = seen_centre(t_s, y, constants)
     c = to_body(q, c_i)
 
-    s = _speeds(constants.rotors, y)
-    p_dot = _with_coulomb(_momentum_rates(constants.rotors, s), constants.coulomb, s)
+    s = rotor_speeds(y, constants)
     H = add(constants.momentum, apply(constants.carrier_inertia, omega))
-    H = _plus_momenta(H, constants.rotors, y)
-    nothing = broadcast(0.0, y[0])
-    none = nothing, nothing, nothing
-    applied = add_torques(none, constants.torques, seen_by_torques(t_s, y, constants))
-    applied = _plus_frictions(applied, constants.rotors, s)
-    applied = _plus_coulomb(applied, constants.coulomb, constants.rotors, s)
-    applied = _plus_imbalance(applied, constants.imbalances, s, y)
-    field = add_fields(none, constants.torques, c, gradient)
-    torque = add_cross(add_cross(applied, H, omega), c, field)
+    applied = sum_of_torques(constants.torques, seen_by_torques(t_s, y, constants))
+    p_dot = []
+    for i, rotor in enumerate(rotors):
+        H = add(H, scale(p[i], rotor.axis))
+        friction = rotor.friction * s[i]
+        if constants.coulomb:
+            dry = constants.coulomb[i]
+            friction = friction + dry.torque * tanh(dry.per_speed * s[i])
+        applied = add(applied, scale(friction, rotor.axis))
+        p_dot.append(rotor.torque - friction)
+    for imbalance, s_i, angle in zip(constants.imbalances, s, angles, strict=False):
+        turning = add(scale(cos(angle), imbalance.along), scale(sin(angle), imbalance.across))
+        applied = add(applied, scale(s_i * s_i, turning))
+    field = sum_of_fields(constants.torques, c, gradient)
+    torque = add(add(applied, cross(H, omega)), cross(c, field))
     omega_dot = apply(constants.carrier_inverse, torque)
-    p_dot = _with_held(p_dot, constants.drives, constants.rotors, omega_dot)
 
-    power = nothing
+    power = 0.0
     if constants.does_work:
         t = to_body(q, t_i)
-        power = dot(applied, omega)
-        power = _less_held_powers(power, constants.drives, constants.rotors, omega, omega_dot)
-        power = add_orbit_powers(power, constants.torques, c, t, gradient, v, growth_rate)
+        orbit_power = sum_of_orbit_powers(constants.torques, c, t, gradient, v, growth_rate)
+        power = dot(applied, omega) + orbit_power
+    for i, watch in enumerate(constants.watches):
+        p_dot_held = watch.held_inertia * dot(rotors[i].axis, omega_dot)
+        p_dot[i] = p_dot[i] + p_dot_held
+        if constants.does_work:
+            power = power - p_dot_held * dot(rotors[i].axis, omega)
     q_dot = attitude_rate(q, omega, scale(constants.axes_rate, constants.normal))
     cos_f, sin_f = place_in_orbit(y, constants)
-    place_dot = _place_rates(constants.place, v, cos_f, sin_f)
-    return q_dot + omega_dot + p_dot + s + (power,) + place_dot
+    place_dot = (-v * sin_f, v * cos_f) if constants.integrates_place else ()
+    return (*q_dot, *omega_dot, *p_dot, *s, power, *place_dot)
+
+
+def place_in_orbit(y: Vector, constants: Constants) -> Vector:
+    """Return cos f and sin f, which on a circle are those of f = 0."""
+    return y[place_at(constants) :] if constants.integrates_place else (1.0, 0.0)
+
+
+def seen_by_torques(t_s: Any, y: Vector, constants: Constants) -> tuple[Any, ...]:
+    """Return t_s, r, v, q and omega of the variables y, in the axes of the equations."""
+    if constants.table:
+        table = constants.table[0].table
+        r, v = interpolate_vector(table, _POSITION, t_s), interpolate_vector(table, _VELOCITY, t_s)
+    else:
+        cos_f, sin_f = place_in_orbit(y, constants)
+        P, Q_ = constants.outward, constants.ahead
+        e, l = constants.eccentricity, constants.semi_latus_rectum
+        r = scale(divide(l, 1.0 + e * cos_f), add(scale(cos_f, P), scale(sin_f, Q_)))
+        v = scale(constants.speed, add(scale(-sin_f, P), scale(e + cos_f, Q_)))
+    return t_s, r, v, y[0:4], y[4:7]
+
+
+def seen_centre(t_s: Any, y: Vector, constants: Constants) -> tuple[Any, ...]:
+    """Return c, the direction t along track, 3 mu / r^3, v and r' / r, in the equations' axes."""
+    if constants.table:
+        return _centre_in_table(t_s, *constants.table[0])
+    cos_f, sin_f = place_in_orbit(y, constants)
+    P, Q_ = constants.outward, constants.ahead
+    rho = 1.0 + constants.eccentricity * cos_f
+    v = constants.anomaly_rate * rho * rho
+    gradient = constants.gradient * rho * rho * rho
+    c = add(scale(cos_f, P), scale(sin_f, Q_))
+    t = add(scale(-sin_f, P), scale(cos_f, Q_))
+    return c, t, gradient, v, divide(constants.eccentricity * sin_f * v, rho)
+
+
+def _centre_in_table(t_s, pull, table):
+    r = interpolate_vector(table, _POSITION, t_s)
+    slope = interpolate_vector(table, _SLOPE, t_s)
+    distance = sqrt(dot(r, r))
+    c = scale(divide(1.0, distance), r)
+    climb = dot(c, slope)
+    across = subtract(slope, scale(climb, c))
+    speed = sqrt(dot(across, across))
+    gradient = divide(pull, distance * distance * distance)
+    t = scale(divide(1.0, speed), across)
+    return c, t, gradient, divide(speed, distance), divide(climb, distance)

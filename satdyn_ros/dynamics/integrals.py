@@ -24,7 +24,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..kernel import rotation
 from ..kernel.rows import components, dot, from_components, length, times
 from ..orbits import KeplerOrbit
 from .inertia import ROUNDING, principal_axes, symmetry_axes
@@ -140,13 +139,8 @@ class _Parts(NamedTuple):
 
 
 def _forms(omega, c, K, I):
-    if omega.size < rotation.MANY:
-        vectors, matrices = map(components, (omega, c)), map(_entries, (K, I))
-        return forms_of_components(*vectors, *matrices)
-    # Loaded late, as in rotation.py.
-    from .row_forms import forms
-
-    return forms(omega, c, K, I)
+    vectors, matrices = map(components, (omega, c)), map(_entries, (K, I))
+    return forms_of_components(*vectors, *matrices)
 
 
 def _sizes(parts, applied):

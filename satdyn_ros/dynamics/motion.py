@@ -314,7 +314,9 @@ def _checked(t_s: ArrayLike) -> np.ndarray:
     """Return times (N,) for which a motion has states."""
     # A copy has the one memory layout for which there is compiled code.
     t_s = np.array(t_s, float, ndmin=1)
-    if len(t_s) and not (t_s.min() >= 0.0 and t_s.max() < np.inf):
+    # One by one is ten times as fast where there is one.
+    ends_s = t_s if len(t_s) < 2 else (t_s.min(), t_s.max())
+    if not all(0.0 <= each < np.inf for each in ends_s):
         bad = t_s[~(np.isfinite(t_s) & (t_s >= 0.0))][0]
         raise ValueError(f't_s is {bad:g}; it must be finite and at least 0 s')
     return t_s

@@ -37,7 +37,8 @@ class System:
     from the body on the rotors, and the magnetorquers have the dipole_b [A m^2] (3,).
     rotor_target [rad/s] (R,): the speeds that the drives are commanded in place of a torque, nan:
     of none.  torques: what else acts on the body, by that dipole too.  environment: what there is
-    along the orbit beside the attracting field, None: nothing.
+    along the orbit beside the attracting field, None: nothing.  sees_pairs: whether steps end at
+    corners that come in pairs within one; by rules below 5 they did not.
     """
 
     inertia: np.ndarray
@@ -50,6 +51,7 @@ class System:
     torques: tuple[BodyTorque, ...] = ()
     environment: AlongOrbit | None = None
     rotor_target: np.ndarray = field(default_factory=lambda: _NAN)
+    sees_pairs: bool = True
 
     def __post_init__(self) -> None:
         for name in ('rotor_torque', 'rotor_target'):

@@ -1,27 +1,26 @@
 """Tables of torques, of the angular momentum, and of the forms of the inertia."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
-from ..kernel.compile import compiled, inlined
 from ..kernel.rows import components, from_components, times
-from ..kernel.vector import quaternion, vector
 from ..orbits.pieces import by_piece, tables_of
 from ..torques.body_torque import BodyTorque, pieces_of
-from ..torques.sums import add_potentials, add_torques
+from ..torques.sums import sum_of_potentials, sum_of_torques
 from .motion import States
 from .system import State, System
 
 
 def own_torque(torques: Sequence[BodyTorque], states: States) -> np.ndarray:
     """Return the sum of some torques [N m] in body axes on a table of states, (..., 3)."""
-    return _on_rows(_write_torques, torques, states, 3)
+    return _on_rows(sum_of_torques, torques, states, 3)
 
 
 def own_potential(torques: Sequence[BodyTorque], states: States) -> np.ndarray:
     """Return the sum of the potentials of some torques [J] on a table of states, (...)."""
-    return _on_rows(_write_potentials, torques, states)
+    return _on_rows(sum_of_potentials, torques, states)
 
 
 def without_number(system: System, state: State, t_s: float) -> BodyTorque | None:
@@ -34,47 +33,38 @@ def without_number(system: System, state: State, t_s: float) -> BodyTorque | Non
     return next((t for t in own if not np.isfinite(own_torque((t,), states)).all()), None)
 
 
-def _on_rows(write, torques, states, *width):
+def _on_rows(sum_of: Callable[..., Any], torques, states, *width):
+    """Return what the equations take from torques, as columns of a table of states."""
     *rows, _ = states.omega_bi_b.shape
     found = np.zeros((*rows, *width))
 
     def flat(table, *width):
-        return np.ascontiguousarray(np.broadcast_to(table, (*rows, *width))).reshape(-1, *width)
+        return np.broadcast_to(table, (*rows, *width)).reshape(-1, *width)
 
-    seen = (
-        flat(states.orbit_s),
-        flat(states.r_i, 3),
-        flat(states.v_i, 3),
-        flat(states.q_ib, 4),
-        flat(states.omega_bi_b, 3),
-    )
+    t_s = flat(states.orbit_s)
+    place, velocity = flat(states.r_i, 3), flat(states.v_i, 3)
+    vectors = place, velocity, flat(states.q_ib, 4), flat(states.omega_bi_b, 3)
     flat_found = found.reshape(-1, *width)
-    for chosen, current in by_piece(pieces_of(torques), seen[0]):
-        some, table_of = np.zeros((len(chosen), *width)), tables_of(current)
-        constants = tuple(torque.constants_with(table_of) for torque in torques)
-        write(some, *(column[chosen] for column in seen), constants)
-        flat_found[chosen] = some
+    for chosen, current in by_piece(pieces_of(torques), t_s):
+        seen = t_s[chosen], *(tuple(components(vector[chosen])) for vector in vectors)
+        table_of = tables_of(current)
+        constants = tuple(_as_columns(torque.constants_with(table_of)) for torque in torques)
+        with np.errstate(all='ignore'):
+            total = sum_of(constants, seen)
+        if width:
+            for i, component in enumerate(total):
+                flat_found[chosen, i] = component
+        else:
+            flat_found[chosen] = total
     return found
 
 
-@compiled
-def _write_torques(found, t_s, r_i, v_i, q_ib, omega_bi_b, constants):
-    for n in range(len(t_s)):
-        seen = _seen(n, t_s, r_i, v_i, q_ib, omega_bi_b)
-        x, y, z = add_torques((0.0, 0.0, 0.0), constants, seen)
-        found[n, 0], found[n, 1], found[n, 2] = x, y, z
-
-
-@compiled
-def _write_potentials(found, t_s, r_i, v_i, q_ib, omega_bi_b, constants):
-    for n in range(len(t_s)):
-        seen = _seen(n, t_s, r_i, v_i, q_ib, omega_bi_b)
-        found[n] = add_potentials(0.0, constants, seen)
-
-
-@inlined
-def _seen(n, t_s, r_i, v_i, q_ib, omega_bi_b):
-    return t_s[n], vector(r_i[n]), vector(v_i[n]), quaternion(q_ib[n]), vector(omega_bi_b[n])
+def _as_columns(part):
+    """Return nested tuples whose numbers divide as columns do, by zero too."""
+    if isinstance(part, tuple):
+        inner = map(_as_columns, part)
+        return type(part)(*inner) if hasattr(part, '_fields') else tuple(inner)
+    return np.float64(part) if isinstance(part, float) else part
 
 
 def element_forces(

@@ -1,16 +1,16 @@
 """The Sun: where it is, its direction from the body, and how much of it the Earth leaves."""
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base.extras import brought_by
-from ..kernel.compile import compiled, inlined
+from ..kernel.functions import asin, atan, divide, maximum, minimum, select, sqrt
+from ..kernel.rows import components, length
 from ..kernel.rows import dot as dot_rows
-from ..kernel.rows import length
-from ..kernel.simd import select
-from ..kernel.vector import add, dot, scale, subtract, vector
+from ..kernel.vector import Vector, add, dot, scale, subtract
 from .earth import terrestrial_time
 
 AU_M = 149_597_870_700.0
@@ -51,49 +51,42 @@ def lit_fraction(r_i: ArrayLike, sun_i: ArrayLike) -> np.ndarray:
 
     As lit_part says.
     """
-    r_i, sun_i = (np.array(x, float) for x in np.broadcast_arrays(r_i, sun_i))
-    nu = np.empty(r_i.shape[:-1])
-    _write_lit_parts(nu.reshape(-1), r_i.reshape(-1, 3), sun_i.reshape(-1, 3))
-    return nu
+    r_i, sun_i = np.broadcast_arrays(np.asarray(r_i, float), np.asarray(sun_i, float))
+    with np.errstate(all='ignore'):
+        return np.asarray(lit_part(tuple(components(r_i)), tuple(components(sun_i))))
 
 
-@compiled
-def _write_lit_parts(nu, r_i, sun_i):
-    for n in range(len(nu)):
-        nu[n] = lit_part(vector(r_i[n]), vector(sun_i[n]))
-
-
-@inlined
-def lit_part(r_i: tuple[float, ...], sun_i: tuple[float, ...]) -> float:
+def lit_part(r_i: Vector, sun_i: Vector) -> Any:
     """
-    Return nu, the part of the Sun's disc that the Earth's leaves free, in compiled code.
+    Return nu, the part of the Sun's disc that the Earth's leaves free.
 
     Discs of the radii a and b whose centres are c apart, as if on a plane: Montenbruck and Gill,
     Satellite Orbits, section 3.4.2.
     """
     to_sun = subtract(sun_i, r_i)
-    r, distance = math.sqrt(dot(r_i, r_i)), math.sqrt(dot(to_sun, to_sun))
-    s, down = scale(1.0 / distance, to_sun), scale(-1.0 / r, r_i)
+    r, distance = sqrt(dot(r_i, r_i)), sqrt(dot(to_sun, to_sun))
+    s, down = scale(divide(1.0, distance), to_sun), scale(divide(-1.0, r), r_i)
     # From within the sphere half of the sky is Earth.
-    a, b = math.asin(SUN_RADIUS_M / distance), math.asin(min(_HIDING_RADIUS_M / r, 1.0))
+    a = asin(divide(SUN_RADIUS_M, distance))
+    b = asin(minimum(divide(_HIDING_RADIUS_M, r), 1.0))
     # From the chord: an arc cosine would lose half of the digits of a small angle.
     chord, bisector = subtract(s, down), add(s, down)
-    c = 2.0 * math.atan(math.sqrt(dot(chord, chord) / max(dot(bisector, bisector), _TINY)))
+    tangent = sqrt(divide(dot(chord, chord), maximum(dot(bisector, bisector), _TINY)))
+    c = 2.0 * atan(tangent)
     # Where the discs do not cross, as if they just did.
-    between = min(max(c, abs(a - b)), a + b)
+    between = minimum(maximum(c, abs(a - b)), a + b)
     # The chord that the discs have in common: x from the centre of the Sun's, 2 y long.
-    x = ((between - b) * (between + b) + a * a) / (2.0 * max(between, _TINY))
-    y = math.sqrt(max((a - x) * (a + x), 0.0))
-    hidden = (_segment(a, x, y) + _segment(b, between - x, y)) / (math.pi * a * a)
-    share = min(b / a, 1.0)
+    x = divide((between - b) * (between + b) + a * a, 2.0 * maximum(between, _TINY))
+    y = sqrt(maximum((a - x) * (a + x), 0.0))
+    hidden = divide(_segment(a, x, y) + _segment(b, between - x, y), math.pi * a * a)
+    share = minimum(divide(b, a), 1.0)
     hidden = select(c <= abs(a - b), share * share, hidden)
     return 1.0 - select(c >= a + b, 0.0, hidden)
 
 
-@inlined
 def _segment(radius, x, y):
     """Return the area that a chord cuts from a disc: x from its centre, 2 y long."""
-    return radius * radius * 2.0 * math.atan(y / max(radius + x, _TINY)) - x * y
+    return radius * radius * 2.0 * atan(divide(y, maximum(radius + x, _TINY))) - x * y
 
 
 def shadow_margins(r_i: ArrayLike, sun_i: ArrayLike) -> tuple[np.ndarray, np.ndarray]:

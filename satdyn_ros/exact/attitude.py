@@ -2,21 +2,18 @@
 From the numbers of a closed form to the attitude of the body, row by row in compiled code.
 
 alpha = w + i z and beta = x + i y (N,) are the quaternion of the frame k whose third axis the
-flow moves (flow.py).  Products are rounded before they are added, as in kernel/rotation.py.
+flow moves (flow.py).
 """
-
-from functools import partial
 
 import numpy as np
 
 from ..kernel.compile import compiled, inlined
-from ..kernel.rows import product_of_components, rotated_components
+from ..kernel.vector import product, rotate
 
-_product = inlined(product_of_components, fused=False)
-_rotated = inlined(rotated_components, fused=False)
+_product, _rotated = inlined(product), inlined(rotate)
 
 
-@partial(compiled, fused=False)
+@compiled
 def in_body(
     alpha: np.ndarray, beta: np.ndarray, q_kb: np.ndarray, q_il: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -38,7 +35,7 @@ def in_body(
     return q_ib, axis_k
 
 
-@partial(compiled, fused=False)
+@compiled
 def turned(q_ib: np.ndarray, q_bt: np.ndarray) -> np.ndarray:
     """Return q_ib q_bt (N, 4), for one q_ib (4,) and turns q_bt (N, 4)."""
     q_it = np.empty_like(q_bt)
@@ -47,7 +44,7 @@ def turned(q_ib: np.ndarray, q_bt: np.ndarray) -> np.ndarray:
     return q_it
 
 
-@partial(compiled, fused=False)
+@compiled
 def rotated(q_bk: np.ndarray, v_k: np.ndarray) -> np.ndarray:
     """Return v_b = q_bk v_k q_bk* (N, 3), for one q_bk (4,)."""
     v_b = np.empty_like(v_k)

@@ -14,8 +14,6 @@ VI).  The form has no singular attitude, passes both poles, and stays accurate o
 where the real period is infinite, and for small oscillations, where the imaginary one is.
 """
 
-from functools import partial
-
 import numpy as np
 from scipy.special import elliprf, elliprj
 
@@ -96,7 +94,8 @@ def _normalised(numbers, factor_a, factor_b):
     for i in range(numbers.shape[1]):
         alpha, alpha_dot = factor_a * numbers[0, i], factor_a * numbers[1, i]
         beta, beta_dot = factor_b * numbers[2, i], factor_b * numbers[3, i]
-        square = _sum_of_squares(_size(alpha), _size(beta))
+        a, b = _size(alpha), _size(beta)
+        square = a * a + b * b
         pq = 2.0 * (np.conj(alpha) * beta_dot - np.conj(alpha_dot * np.conj(beta)))
         found[0, i] = 1.0 / np.sqrt(square) * alpha
         found[1, i] = 1.0 / np.sqrt(square) * beta
@@ -112,11 +111,6 @@ def _size(z):
         return 0.0
     ratio = min(x, y) / max(x, y)
     return max(x, y) * np.sqrt(ratio * ratio + 1.0)
-
-
-@partial(inlined, fused=False)
-def _sum_of_squares(x, y):
-    return x * x + y * y
 
 
 def _zero(nutation, c, k, l):

@@ -26,7 +26,7 @@ import numba
 import numpy
 import scipy
 from llvmlite.binding import get_host_cpu_features, get_host_cpu_name
-from numba import config, njit, vectorize
+from numba import config, njit, types, vectorize
 
 from . import cache
 
@@ -35,27 +35,22 @@ _LIBRARIES = (numba, llvmlite, numpy, scipy)
 
 _log = logging.getLogger('satdyn_ros')
 _is_child = False
-# What compiled() has made.
-_CALLED_BY_PYTHON: list[Any] = []
-# What add_source was given.
-_ADDED_SOURCES: set[str] = set()
 
 
 def compiled(
     function: Callable[..., Any],
     signature: str | None = None,
     nogil: bool = False,
-    fused: bool = True,
+    is_short: bool = False,
 ) -> Any:
     """
     Compile a function at its first call, or now for a signature, and keep the code.
 
-    nogil: other threads of Python go on while it runs.  fused: a product may be added without
-    being rounded; if not, each operation is rounded, as in NumPy.
+    nogil: other threads of Python go on while it runs.  is_short: it is compiled here, in less
+    than a second: to start another process would take twice as long.
     """
-    dispatcher = _compile(function, fused, cache=_FOLDER is not None, nogil=nogil)
-    _CALLED_BY_PYTHON.append(dispatcher)
-    if _FOLDER is not None:
+    dispatcher = _compile(function, cache=_FOLDER is not None, nogil=nogil)
+    if _FOLDER is not None and not is_short:
         compile_here = dispatcher.compile
 
         def compile_aside_first(signature):
@@ -71,9 +66,9 @@ def compiled(
     return dispatcher
 
 
-def inlined(function: Callable[..., Any], fused: bool = True, makes_arrays: bool = False) -> Any:
+def inlined(function: Callable[..., Any], makes_arrays: bool = False) -> Any:
     """
-    Compile a function into the body of those that call it; fused: as in compiled.
+    Compile a function into the body of those that call it.
 
     It has no code of its own: called by Python, it runs as it is written.
 
@@ -82,36 +77,43 @@ def inlined(function: Callable[..., Any], fused: bool = True, makes_arrays: bool
     """
     # What Python would call it by takes half of the compiler's time.
     wrappers = {'no_cpython_wrapper': True, 'no_cfunc_wrapper': True}
-    dispatcher = _compile(function, fused, forceinline=True, _nrt=makes_arrays, **wrappers)
+    dispatcher = _compile(function, forceinline=True, _nrt=makes_arrays, **wrappers)
     overloads = dispatcher.overloads
     dispatcher.add_overload = lambda code: overloads.update({tuple(code.signature.args): code})
     dispatcher._compile_for_args = lambda *args, **named: function
     return dispatcher
 
 
+def callee(function: Callable[..., Any]) -> Any:
+    """
+    Compile a function for compiled ones that call it, which takes half the time of inlining it.
+
+    It takes numbers alone, and makes no arrays.
+    """
+    wrappers = {'no_cpython_wrapper': True, 'no_cfunc_wrapper': True}
+    dispatcher = _compile(function, _nrt=False, **wrappers)
+    template_of = dispatcher.get_call_template
+    # Else it would be compiled anew for every constant that is passed.
+    dispatcher.get_call_template = lambda args, named: template_of(
+        tuple(map(types.unliteral, args)), named
+    )
+    return dispatcher
+
+
 def vectorized(function: Callable[..., Any]) -> Any:
-    """
-    Compile a function of numbers, some tenths of a second, into one of arrays too.
-
-    Each of its operations is rounded, wherever it is called.
-    """
+    """Compile a function of numbers, some tenths of a second, into one of arrays too."""
     with _keeping():
-        # Not given, it would be that of the compiled function, if any, that calls this one first.
-        options = {'fastmath': False}
-        return vectorize(function, cache=_FOLDER is not None, targetoptions=options)
+        return vectorize(function, cache=_FOLDER is not None)
 
 
-def add_source(text: str) -> None:
-    """Keep code from now on as that of one more source, which the functions here may call."""
-    global _FOLDER
-    if _BASE_FOLDER is None or text in _ADDED_SOURCES:
-        return
-    _ADDED_SOURCES.add(text)
-    _FOLDER = _BASE_FOLDER / sha256('\n'.join(sorted(_ADDED_SOURCES)).encode()).hexdigest()[:16]
-    _FOLDER.mkdir(mode=0o700, exist_ok=True)
-    with _keeping():
-        for dispatcher in _CALLED_BY_PYTHON:
-            dispatcher.enable_caching()
+def code_folder() -> Path | None:
+    """Return the folder for machine code of these very sources; None: there is none."""
+    return _FOLDER
+
+
+def other_processor() -> str | None:
+    """Return the processor that NUMBA_CPU_NAME asks code for, None: for the one here."""
+    return config.CPU_NAME
 
 
 def compiler() -> dict[str, str]:
@@ -139,11 +141,10 @@ def load_numba_without_blas() -> None:
         del sys.modules['scipy.linalg']
 
 
-def _compile(function, fused, **options):
+def _compile(function, **options):
     with _keeping():
-        # Contraction to fused multiply-add is all the compiler may do: same inputs, same bits.
-        fastmath = {'contract'} if fused else False
-        return njit(function, fastmath=fastmath, error_model='numpy', **options)
+        # Nothing may be contracted or reordered: same inputs, same bits.
+        return njit(function, error_model='numpy', **options)
 
 
 @contextmanager
@@ -241,14 +242,14 @@ def _lock(function, what: str) -> Iterator[None]:
 @functools.cache
 def _tell():
     """Say once why the first use takes its time."""
-    if cache.is_temporary(_BASE_FOLDER.parent):
+    if cache.is_temporary(_FOLDER.parent):
         _log.info(
-            'compiling the equations of motion, for up to a minute at every start: no folder for '
+            'compiling, for some ten seconds at every start: no folder for '
             'compiled code can be written, and %s is removed at the end',
-            _BASE_FOLDER.parent,
+            _FOLDER.parent,
         )
     else:
-        _log.info('compiling the equations of motion: once, for up to a minute')
+        _log.info('compiling, for some ten seconds: the code is kept for the next start')
 
 
 def _folder():
@@ -271,5 +272,4 @@ def _folder():
     return folder
 
 
-# That of the sources here alone, and the one in use.
-_BASE_FOLDER = _FOLDER = _folder()
+_FOLDER = _folder()

@@ -11,11 +11,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .rows import components, from_components, product_of_components, rotated_components
+from . import vector
+from .rows import components, from_components
 
 IDENTITY = np.array([0.0, 0.0, 0.0, 1.0])
-# Numbers in a table for which compiled code is loaded.
-MANY = 10_000
 
 
 def multiply(q: ArrayLike, p: ArrayLike) -> np.ndarray:
@@ -25,7 +24,7 @@ def multiply(q: ArrayLike, p: ArrayLike) -> np.ndarray:
     >>> multiply([1, 0, 0, 0], [0, 1, 0, 0])
     array([0., 0., 1., 0.])
     """
-    return _of_rows(product_of_components, 'products', q, p)
+    return _of_rows(vector.product, q, p)
 
 
 def conjugate(q: ArrayLike) -> np.ndarray:
@@ -41,18 +40,12 @@ def normalise(q: ArrayLike) -> np.ndarray:
 
 def rotate(q_ab: ArrayLike, v_b: ArrayLike) -> np.ndarray:
     """Return v_a = q_ab v_b q_ab*, shape (..., 3)."""
-    return _of_rows(rotated_components, 'rotated', q_ab, v_b)
+    return _of_rows(vector.rotate, q_ab, v_b)
 
 
-def _of_rows(of_components, of_many, a, b):
+def _of_rows(of_components, a, b):
     """Apply a function of components to rows (..., k), which broadcast."""
-    a, b = np.asarray(a, float), np.asarray(b, float)
-    if max(a.size, b.size) < MANY:
-        return from_components(of_components(components(a), components(b)))
-    # Loaded late: a node need not wait for what it has no use for.
-    from . import row_products
-
-    return getattr(row_products, of_many)(a, b)
+    return from_components(of_components(components(a), components(b)))
 
 
 def matrix(q_ab: ArrayLike) -> np.ndarray:
@@ -100,9 +93,9 @@ def about(axis: ArrayLike, angle_rad: ArrayLike) -> np.ndarray:
     array([0.000000e+00, 0.000000e+00, 1.000000e+00, 6.123234e-17])
     """
     half = np.asarray(angle_rad, float)[..., None] / 2.0
-    vector = np.asarray(axis, float) * np.sin(half)
-    q = np.empty((*vector.shape[:-1], 4))
-    q[..., :3], q[..., 3:] = vector, np.cos(half)
+    along = np.asarray(axis, float) * np.sin(half)
+    q = np.empty((*along.shape[:-1], 4))
+    q[..., :3], q[..., 3:] = along, np.cos(half)
     return q
 
 

@@ -55,27 +55,3 @@ def from_components(parts: ArrayLike) -> np.ndarray:
     table = np.array(parts)
     # For one vector np.moveaxis costs more than all the arithmetic.
     return table.transpose(*range(1, table.ndim), 0)
-
-
-def product_of_components(q: Sequence, p: Sequence) -> tuple:
-    """Return the components (x, y, z, w) of q p from those of q and p."""
-    x1, y1, z1, w1 = q
-    x2, y2, z2, w2 = p
-    return (
-        w1 * x2 + x1 * w2 + y1 * z2 - z1 * y2,
-        w1 * y2 - x1 * z2 + y1 * w2 + z1 * x2,
-        w1 * z2 + x1 * y2 - y1 * x2 + z1 * w2,
-        w1 * w2 - x1 * x2 - y1 * y2 - z1 * z2,
-    )
-
-
-def rotated_components(q: Sequence, v: Sequence) -> tuple:
-    """Return the components of q v q* from those of q and v."""
-    x, y, z, w = q
-    a, b, c = v
-    t_x, t_y, t_z = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
-    return (
-        a + w * t_x + (y * t_z - z * t_y),
-        b + w * t_y + (z * t_x - x * t_z),
-        c + w * t_z + (x * t_y - y * t_x),
-    )

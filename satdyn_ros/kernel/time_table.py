@@ -1,23 +1,17 @@
 """
-Functions of time as tables of Chebyshev polynomials, in compiled code and outside.
+Functions of time as tables of Chebyshev polynomials.
 
 A table is made where any library may compute the function; the equations see polynomials.
 """
 
-import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from llvmlite import ir
-from numba import types
-from numba.extending import lower_builtin, type_callable
 from numpy.polynomial import chebyshev
 
-from .compile import inlined
-from .simd import SimdVector, in_lanes, llvm_function
-
-_PLACE = ir.IntType(64)
+from ..trace.graph import SymbolArray
+from .functions import floor, maximum, minimum, subroutine
 
 
 class Table(NamedTuple):
@@ -38,6 +32,7 @@ class Table(NamedTuple):
         return begin_s + piece_s * np.arange(1.0, len(self.coefficients))
 
 
+_THREE = np.arange(3.0)[:, None]
 # Of no functions, until there is one.
 NO_TABLE = Table(np.array([0.0, 1.0]), np.zeros((1, 0, 1)))
 
@@ -53,7 +48,7 @@ def table_of(
     Return the table of function(t_s (N,)) -> (N, C), by its values at the nodes of each piece.
 
     >>> table = table_of(lambda t: np.sin(t)[:, None], 0.0, 1.0, 10)
-    >>> round(interpolate(table, 0, 2.5), 12) == round(math.sin(2.5), 12)
+    >>> round(interpolate(table, 0, 2.5), 12) == round(float(np.sin(2.5)), 12)
     True
     """
     nodes = chebyshev.chebpts1(terms)
@@ -65,24 +60,27 @@ def table_of(
     return Table(np.array([begin_s, piece_s]), np.array(parts))
 
 
-@inlined
-def interpolate(table: Table, i: int, t_s: float) -> float:
-    """Return the i-th function of a table at t_s; beyond the table, what its end pieces say."""
+def interpolate(table: Table, i: Any, t_s: Any) -> Any:
+    """
+    Return the i-th function of a table at t_s; beyond the table, what its end pieces say.
+
+    Of a column of times, i may be a column (C, 1) of whole numbers.
+    """
     pieces, functions, terms = table.coefficients.shape
-    since = (t_s - table.grid[0]) / table.grid[1]
-    piece = min(max(whole(since), 0.0), pieces - 1.0)
+    since = (t_s - look_up(table.grid, 0.0)) / look_up(table.grid, 0.0, 1)
+    piece: Any = 0.0
+    if pieces > 1:
+        # A time that is no number is in the first one.
+        piece = minimum(maximum(0.0, floor(since)), pieces - 1.0)
     x = 2.0 * (since - piece) - 1.0
-    first = (piece * functions + i) * terms
-    # Clenshaw's recurrence.
-    b_1, b_2 = 0.0 * x, 0.0 * x
-    for k in range(terms - 1, 0, -1):
-        b_1, b_2 = look_up(table.coefficients, first + k) + 2.0 * x * b_1 - b_2, b_1
-    return look_up(table.coefficients, first) + x * b_1 - b_2
+    return subroutine(_series, table.coefficients, (piece * functions + i) * terms, terms, x)
 
 
-@inlined
-def interpolate_vector(table: Table, i: int, t_s: float) -> tuple[float, float, float]:
+def interpolate_vector(table: Table, i: int, t_s: Any) -> tuple[Any, Any, Any]:
     """Return the functions i, i + 1 and i + 2 of a table at t_s."""
+    if isinstance(t_s, np.ndarray):
+        x, y, z = interpolate(table, i + _THREE, t_s)
+        return x, y, z
     return (
         interpolate(table, i, t_s),
         interpolate(table, i + 1, t_s),
@@ -90,50 +88,26 @@ def interpolate_vector(table: Table, i: int, t_s: float) -> tuple[float, float, 
     )
 
 
-def whole(x: float) -> float:
+def _series(coefficients, first, terms, x):
+    """Return the sum of a Chebyshev series by Clenshaw's recurrence; first: its first place."""
+    twice, b_1, b_2 = 2.0 * x, 0.0, 0.0
+    for k in range(terms - 1, 0, -1):
+        # In this order b_1 alone is waited for.
+        b_1, b_2 = look_up(coefficients, first, k) - b_2 + twice * b_1, b_1
+    return look_up(coefficients, first, 0) - b_2 + x * b_1
+
+
+def look_up(array: Any, place: Any, offset: int = 0) -> Any:
     """
-    Return the largest whole number that is not above x, as a float.
+    Return what is `offset` after a place of an array, counted row by row.
 
-    >>> whole(-0.5)
-    -1.0
-    """
-    return float(math.floor(x))
-
-
-@type_callable(whole)
-def _type_of_whole(context):
-    return lambda x: x if isinstance(x, SimdVector) else types.float64
-
-
-@lower_builtin(whole, types.float64)
-@lower_builtin(whole, SimdVector)
-def _whole(context, builder, signature, values):
-    return llvm_function('llvm.floor')(context, builder, *values)
-
-
-def look_up(array: np.ndarray, place: float) -> float:
-    """
-    Return what is at a place of an array, counted row by row; place: a whole number, as a float.
+    place: a whole number, as a float.
 
     >>> look_up(np.array([1.0, 2.0]), 1.0)
-    np.float64(2.0)
+    2.0
     """
-    return array.flat[int(place)]
-
-
-@type_callable(look_up)
-def _type_of_look_up(context):
-    return lambda array, place: place if isinstance(place, SimdVector) else types.float64
-
-
-@lower_builtin(look_up, types.Array, types.float64)
-@lower_builtin(look_up, types.Array, SimdVector)
-def _look_up(context, builder, signature, values):
-    array, place = values
-    data = context.make_array(signature.args[0])(context, builder, array).data
-
-    def load(place):
-        return builder.load(builder.gep(data, [builder.fptosi(place, _PLACE)]))
-
-    is_vector = isinstance(signature.args[1], SimdVector)
-    return in_lanes(builder, place, load) if is_vector else load(place)
+    if isinstance(array, SymbolArray):
+        return array.at(place, offset)
+    if isinstance(place, np.ndarray):
+        return array.ravel()[place.astype(int) + offset]
+    return float(array.flat[int(place) + offset])

@@ -40,6 +40,8 @@ from .tabled import TabledOrbit
 _ROWS = 16
 # In the longest piece the Earth, and the field with it, turns by 1.5 rad.
 _LONGEST_S = 20_000.0
+# Where steps end beside a contact with the shadow, in shares of a piece.
+_BESIDE_A_CONTACT = np.array([-4e-3, -1e-3, -2.5e-4, 0.0, 2.5e-4, 1e-3, 4e-3])
 
 
 class AlongOrbit:
@@ -54,6 +56,8 @@ class AlongOrbit:
     TT is a second later, and the Sun and the axes of date jump by what they move in it.  Pieces
     end there, and where the slope of the IGRF jumps.  with_jumps: as by rules below 4 they run
     across, are as long as those of the orbit, and the air of the last of a day has the next's.
+    with_short_steps: not as by rules below 5, where steps beside a contact with the shadow are as
+    long as others.
 
     ValueError: the field does not know the time of tick 0.
     """
@@ -66,10 +70,11 @@ class AlongOrbit:
         air: Exponential | Msis | None = None,
         has_sun: bool = False,
         with_jumps: bool = False,
+        with_short_steps: bool = True,
     ):
         self.orbit, self.epoch_ns = orbit, epoch_ns
         self.field_model, self.air, self.has_sun = field_model, air, has_sun
-        self._with_jumps = with_jumps
+        self._with_jumps, self._with_short_steps = with_jumps, with_short_steps
         if field_model != 'none':
             # Of either model: it refuses a time that it does not know.
             self._g_t = dipole_vector(epoch_ns)
@@ -118,7 +123,16 @@ class AlongOrbit:
     @cached_property
     def sun(self) -> Pieces:
         """The place of the Sun [m], three functions; steps end at the edges of the shadow."""
-        return self._fitted(self._sun_at, corners=roots(self._shadow_margins))
+        contacts_in = roots(self._shadow_margins)
+
+        def contacts_and_beside(piece):
+            # There the light goes with the 3/2th power of time, which no polynomial is: steps grow
+            # from short ones on.
+            shares = _BESIDE_A_CONTACT if self._with_short_steps else np.zeros(1)
+            beside = contacts_in(piece)[:, None] + piece.stretch.length_s * shares
+            return beside[(piece.begin_s < beside) & (beside < piece.end_s)]
+
+        return self._fitted(self._sun_at, corners=contacts_and_beside)
 
     @cached_property
     def to_itrs(self) -> Pieces:

@@ -8,7 +8,6 @@ from numpy.typing import ArrayLike
 
 from ..base.sentences import Rules, refuse, told_apart
 from ..kernel import rotation
-from ..kernel.compile import vectorized
 from ..kernel.rows import components, dot, from_components, length
 from .pieces import PIECE_TURN, Stretch
 
@@ -19,27 +18,6 @@ EARTH_RADIUS_M = 6_378_137.0
 _CIRCLE = 1e-14
 # What a rate counts as at least where it divides [rad/s].
 _SLOWEST = 1e-300
-
-
-@vectorized
-def true_anomaly(mean_anomaly: np.ndarray, e: np.ndarray | float) -> np.ndarray:
-    """
-    Return the true anomaly f [rad], continuous, of the mean anomaly M [rad] and eccentricity e.
-
-    Kepler's equation E - e sin E = M by Newton's method from Danby's guess.
-    """
-    if e == 0.0:
-        return mean_anomaly
-    turns = 2.0 * np.pi * np.rint(mean_anomaly / (2.0 * np.pi))
-    M = mean_anomaly - turns
-    E = M + np.sign(M) * 0.85 * e
-    for _ in range(50):
-        correction = (E - e * np.sin(E) - M) / (1.0 - e * np.cos(E))
-        E -= correction
-        if abs(correction) < 1e-15:
-            break
-    beta = e / (1.0 + np.sqrt(1.0 - e * e))
-    return turns + E + 2.0 * np.arctan2(beta * np.sin(E), 1.0 - beta * np.cos(E))
 
 
 @dataclass(frozen=True)
@@ -165,8 +143,12 @@ class KeplerOrbit:
     def anomaly(self, t_s: ArrayLike) -> np.ndarray:
         """Return the true anomaly f [rad], continuous in time, shape (...)."""
         mean_anomaly = self.mean_anomaly + self.mean_motion * np.asarray(t_s, float)
-        # On a circle a start need not load what solves Kepler's equation.
-        return true_anomaly(mean_anomaly, self.eccentricity) if self.is_eccentric else mean_anomaly
+        if not self.is_eccentric:
+            return mean_anomaly
+        # Compiled, which a start on a circle need not wait for.
+        from .kepler_equation import true_anomaly
+
+        return true_anomaly(mean_anomaly, self.eccentricity)
 
     def direction(self, t_s: ArrayLike) -> np.ndarray:
         """Return c_i, the unit vector from the centre to the body, shape (..., 3)."""

@@ -20,7 +20,6 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from ..base.nanoseconds import DAY_NS, SECOND_NS
-from ..kernel.compile import compiled
 from ..kernel.time_table import Table, interpolate
 
 # By how much the line from the centre to the body turns in a piece, where it turns fastest [rad].
@@ -372,22 +371,6 @@ class Pieces:
         with suppress(ValueError):
             self._kept(piece)
 
-    def table_between(self, begin_s: float, end_s: float) -> Table:
-        """Return the table of all pieces between two times, which must be in one stretch."""
-        pieces = self.pieces_between(begin_s, end_s)
-        made = [self._table(piece) for piece in pieces]
-        return Table(made[0].grid, np.concatenate([table.coefficients for table in made]))
-
-    def pieces_between(self, begin_s: float, end_s: float) -> list[Piece]:
-        """Return all pieces between two times; ValueError: they are not in one stretch."""
-        first, last = self.piece_at(begin_s), self.piece_at(end_s)
-        if first.stretch != last.stretch:
-            raise ValueError(
-                f'between {begin_s:g} and {end_s:g} s from tick 0 what depends on time alone '
-                f'jumps, at {first.stretch.end_s:g} s'
-            )
-        return [Piece(first.stretch, k) for k in range(first.number, last.number + 1)]
-
     def values(self, t_s: np.ndarray, columns: np.ndarray) -> np.ndarray:
         """
         Return the functions of these numbers (C,) at times (N,), (N, C).
@@ -397,9 +380,8 @@ class Pieces:
         t_s = np.asarray(t_s, float)
         values = np.empty((len(t_s), len(columns)))
         for rows, current in by_piece((self,), t_s):
-            some = np.empty((len(rows), len(columns)))
-            _evaluate(some, t_s[rows], *self._table(current[self]), columns)
-            values[rows] = some
+            table, some_s = self._table(current[self]), t_s[rows]
+            values[rows] = interpolate(table, columns[:, None].astype(float), some_s).T
         return values
 
 
@@ -425,11 +407,3 @@ def by_piece(
 def tables_of(current: Mapping[Pieces, Piece]) -> Callable[[Pieces], Table]:
     """Return what gives the table of each of these pieces, and makes the next ahead of time."""
     return lambda each: each.table_in(current[each])
-
-
-@compiled
-def _evaluate(out, t_s, grid, coefficients, columns):
-    table = Table(grid, coefficients)
-    for n in range(out.shape[0]):
-        for i in range(out.shape[1]):
-            out[n, i] = interpolate(table, columns[i], t_s[n])

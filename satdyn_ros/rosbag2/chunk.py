@@ -148,6 +148,7 @@ class Contents:
     compiled,
     signature='Tuple((int64, int64[::1], int64[::1]))(Array(uint8, 1, "C", readonly=True))',
     nogil=True,
+    is_short=True,
 )
 def _record_places(data):
     """Return where the last complete record ends, and where messages and other records begin."""

@@ -17,7 +17,7 @@ from ..torques.magnetic import Magnetic
 from ..torques.plates import COEFFICIENTS, KEYS_OF_A_PLATE, Plate, box
 from ..torques.solar import Solar
 from .orbits import EARTH_TO
-from .rules import RULES, TABLES_END_WHERE_THEY_MUST
+from .rules import RULES, STEPS_SEE_PAIRS, TABLES_END_WHERE_THEY_MUST
 
 # The models of what there is, none by default.
 MODELS = ('environment.magnetic_field', 'environment.atmosphere', 'environment.sun')
@@ -134,6 +134,7 @@ def along(
         air,
         values['environment.sun'] != 'none',
         by_rules < TABLES_END_WHERE_THEY_MUST,
+        by_rules >= STEPS_SEE_PAIRS,
     )
 
 

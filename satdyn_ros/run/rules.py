@@ -20,5 +20,10 @@ GEODETIC_HAS_A_FIX = 4
 # Before, tables of an ephemeris and of the Sun ran across rows and leap seconds, and element sets
 # that are out of their ranges, or of SGP4-XP, flew.
 TABLES_END_WHERE_THEY_MUST = 4
+# Before, the compiler contracted products and sums, each version of it in its own way.
+SOURCE_DEFINES_THE_BITS = 5
+# Before, corners in pairs within a step were missed, and steps beside a contact with the shadow
+# were as long as others.
+STEPS_SEE_PAIRS = 5
 
-RULES = 4
+RULES = 5

@@ -29,7 +29,7 @@ from .parameter_file import (
     without_rclpys,
     yaml_of_parameters,
 )
-from .rules import PLATES_FOLLOW_THE_SURFACE, RULES
+from .rules import PLATES_FOLLOW_THE_SURFACE, RULES, STEPS_SEE_PAIRS
 from .ticks import rate_of
 from .topics import MAGNETORQUERS, Topic, topics_with, torque_topics
 
@@ -323,6 +323,7 @@ class Scenario:
             weight_moment=np.array(self['body.weight_moment']),
             environment=along_orbit,
             torques=(*environment.torques_of(self.values, along_orbit), *own),
+            sees_pairs=self.rules >= STEPS_SEE_PAIRS,
         )
 
     @cached_property

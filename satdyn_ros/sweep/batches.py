@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pyarrow as pa
 
-from ..integrate.batch_state import LANES
+from ..integrate.batch import LANES
 from .outcome import columns
 from .plan import Plan
 from .table import table, write_part

@@ -6,9 +6,15 @@ import numpy as np
 
 from ..kernel.compile import compiled, inlined
 from ..kernel.rows import MANY_ROWS
-from ..kernel.vector import cross, dot, subtract, vector
+from ..kernel.vector import cross, dot
 
+_dot, _cross = inlined(dot), inlined(cross)
 _SIGNATURE = f'void(float64[::1], {", ".join(5 * [MANY_ROWS])}, float64[:, ::1], int64[::1])'
+
+
+@inlined
+def _vector(row):
+    return row[0], row[1], row[2]
 
 
 @inlined
@@ -56,17 +62,18 @@ def write_extrema(
     q_lb (M, N, 4); the rates and c_b (M, N, 3); axes (M, 1, 3).
     """
     for m in range(len(axes)):
-        axis = vector(axes[m, 0])
+        axis = _vector(axes[m, 0])
         lvlh, nadir, fastest, height, climb = (0.0, 0.0), (0.0, 0.0), 0.0, 0.0, 0.0
         for n in range(len(t_s)):
-            q, c = q_lb[m, n], vector(c_b[m, n])
-            omega = subtract(vector(omega_bi_b[m, n]), vector(lvlh_rate_b[m, n]))
-            across = cross(axis, c)
+            q, c = q_lb[m, n], _vector(c_b[m, n])
+            rate, lvlh_rate = omega_bi_b[m, n], lvlh_rate_b[m, n]
+            omega = rate[0] - lvlh_rate[0], rate[1] - lvlh_rate[1], rate[2] - lvlh_rate[2]
+            across = _cross(axis, c)
             height_before, climb_before = height, climb
-            height, climb = dot(axis, c), dot(omega, across)
-            lvlh = _widened(lvlh, dot(vector(q), vector(q)) / (q[3] * q[3]), n)
-            nadir = _widened(nadir, dot(across, across) / (height * height), n)
-            fastest = max(fastest, dot(omega, omega))
+            height, climb = _dot(axis, c), _dot(omega, across)
+            lvlh = _widened(lvlh, _dot(q, q) / (q[3] * q[3]), n)
+            nadir = _widened(nadir, _dot(across, across) / (height * height), n)
+            fastest = max(fastest, _dot(omega, omega))
             if n > 0:
                 gap_s = t_s[n] - t_s[n - 1]
                 if _crosses(height_before, gap_s * climb_before, height, gap_s * climb):

@@ -1,7 +1,7 @@
 """Torques on the body, one in a file, and what one of your own is made of."""
 
 from ..base.key import Key
-from ..kernel.simd import select
+from ..kernel.functions import select
 from ..kernel.time_table import Table, interpolate, table_of
 from .body_torque import BodyTorque
 

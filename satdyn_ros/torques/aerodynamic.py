@@ -1,13 +1,12 @@
 """The torque of the air on the plates of a body."""
 
-import math
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..kernel.functions import exp, maximum
 from ..kernel.time_table import NO_TABLE, Table, interpolate, interpolate_vector
-from ..kernel.unroll import unrolled_fold
 from ..kernel.vector import add, cross, dot, scale, to_body
 from ..orbits.pieces import Pieces
 from .body_torque import BodyTorque
@@ -19,13 +18,6 @@ class PlateInAir(NamedTuple):
 
     normal: tuple[float, ...]
     arm: tuple[float, ...]
-
-
-@unrolled_fold
-def _plus_arms(total, i, plates, w):
-    """Add C_D A (n . w)+ p."""
-    into_flow = dot(plates[i].normal, w)
-    return add(total, scale(max(into_flow, 0.0), plates[i].arm))
 
 
 class Aerodynamic(BodyTorque):
@@ -66,9 +58,10 @@ class Aerodynamic(BodyTorque):
     ) -> tuple[float, float, float]:
         """Return -1/2 rho (sum C_D A (n . w)+ p) x w."""
         w = to_body(q_ib, interpolate_vector(constants.velocity, 0, t_s))
-        nothing = 0.0 * w[0]
-        arm = _plus_arms((nothing, nothing, nothing), constants.plates, w)
-        rho = math.exp(interpolate(constants.log_density, 0, t_s))
+        arm = (0.0, 0.0, 0.0)
+        for plate in constants.plates:
+            arm = add(arm, scale(maximum(dot(plate.normal, w), 0.0), plate.arm))
+        rho = exp(interpolate(constants.log_density, 0, t_s))
         return scale(-0.5 * rho, cross(arm, w))
 
     @staticmethod

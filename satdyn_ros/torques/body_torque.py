@@ -11,10 +11,9 @@ import numpy as np
 
 from ..base.key import Key
 from ..base.lazy import own_module
-from ..kernel.compile import add_source
 from ..kernel.time_table import Table
 from ..orbits.pieces import Pieces
-from .own_source import source_of, values_of
+from .own_source import source_of
 
 
 class BodyTorque:
@@ -28,11 +27,12 @@ class BodyTorque:
     depends on attitude and rate alone, as seen from axes that turn with a circular orbit.
     A class without name or Constants is the base of others, and no torque.
 
-    torque(t_s, r_i, v_i, q_ib, omega_bi_b, constants) -> (x, y, z) [N m], body axes, is compiled:
-    t_s are seconds from tick 0, r_i [m] and v_i [m/s] the place on the orbit, zero without one.
-    It is computed for many motions side by side as well, where its arguments are SIMD vectors: it
-    may use arithmetic, comparisons, min, max and the functions of math, and chooses by
-    kernel.simd.select where another function would by if.
+    torque(t_s, r_i, v_i, q_ib, omega_bi_b, constants) -> (x, y, z) [N m], body axes: t_s are
+    seconds from tick 0, r_i [m] and v_i [m/s] the place on the orbit, zero without one.  It is a
+    plain function of floats, called once with symbols in their place, of which code is made, and
+    with columns of them for tables of states.  So it may use arithmetic, whole powers,
+    comparisons, min, max, hypot and those functions of math that kernel/functions.py has, and
+    chooses by select where another function would by if.
 
     pieces: by the name of a field of Constants, a Table, what makes it for one piece of time after
     the other: what depends on time alone, such as the magnetic field along the orbit.
@@ -81,16 +81,7 @@ class BodyTorque:
             # Those of another torque, by which the equations would call its function.
             names = {'__module__': cls.__module__, '__qualname__': f'{cls.__qualname__}.Constants'}
             cls.Constants = type('Constants', (cls.Constants,), {'__slots__': (), **names})
-        # numba tells compiled code that is kept apart by the names of types.
-        depends_on = cls.full_name()
-        if not cls.is_shipped():
-            depends_on += f' {cls.source()} {values_of(cls.functions())}'
-        told = sha256(depends_on.encode()).hexdigest()[:16]
-        cls.Constants.__name__ = f'{cls.__name__}Constants{told}'
         KIND_OF[cls.Constants] = KNOWN[cls.full_name()] = cls
-        if not cls.is_shipped():
-            # With its name: who reads what is kept imports the class by it.
-            add_source(depends_on)
 
     @classmethod
     def full_name(cls) -> str:
@@ -186,11 +177,11 @@ def _as_floats(part, name):
 
 # Every kind of torque that this process has met, by its full name.
 KNOWN: dict[str, type[BodyTorque]] = {}
-# The same by the class of their constants, which compiled code knows.
+# The same by the class of their constants.
 KIND_OF: dict[type, Any] = {}
 
 
-# The parameters of the functions of a torque that are compiled.
+# The parameters of the functions of a torque.
 _SEEN = 't_s', 'r_i', 'v_i', 'q_ib', 'omega_bi_b', 'constants'
 _POWER = 'c_b', 'along_b', 'gradient', 'turn_rate', 'growth_rate', 'constants'
 _PARAMETERS = {

@@ -10,7 +10,7 @@ class CentralTorque(BodyTorque):
     """
     A torque c x field, c the unit vector from the attracting centre to the body.
 
-    field(c_b, gradient, constants) -> (x, y, z) [N m], body axes, is compiled in place of
+    field(c_b, gradient, constants) -> (x, y, z) [N m], body axes, is called in place of
     torque(...): c_b are the components of c in body axes, gradient is 3 mu / r^3 [1/s^2].  It is
     the gradient, by c, of a potential.
 

@@ -1,15 +1,12 @@
-"""What the function of a torque of one's own depends on: texts of modules, and values in them."""
+"""What the function of a torque of one's own depends on: the texts of modules."""
 
 import inspect
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
-import numpy as np
-
 _PACKAGE = __name__.partition('.')[0]
-_VALUES = (int, float, complex, str, bytes, tuple, np.ndarray, np.generic)
 
 
 def source_of(things: Iterable[Any]) -> str:
@@ -22,18 +19,6 @@ def source_of(things: Iterable[Any]) -> str:
     classes = [thing for thing in things if isinstance(thing, type)]
     own = [thing for thing in (*classes, *_called(functions)) if not _is_of_package(thing)]
     return '\n'.join(dict.fromkeys(map(_text, own)))
-
-
-def values_of(functions: Mapping[str, Any]) -> str:
-    """Return the values outside of some functions, and of those they call, that they refer to."""
-    found = {}
-    for function in _called(functions.values()):
-        if not _is_of_package(function):
-            for name, value in _referred(function):
-                if isinstance(value, _VALUES):
-                    told = value.tobytes().hex() if isinstance(value, np.ndarray) else repr(value)
-                    found[f'{function.__qualname__}.{name}'] = told
-    return ' '.join(f'{name}={told}' for name, told in sorted(found.items()))
 
 
 def _called(functions: Iterable[Any]) -> list[FunctionType]:

@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.key import Key
-from ..kernel.unroll import unrolled_map
-from ..kernel.vector import dot
+from ..kernel.vector import Vector, dot
 
 # What is the same of a plate and of all sides of the box.
 COEFFICIENTS = (
@@ -75,10 +74,9 @@ class Plate(NamedTuple):
     diffuse: float = 0.0
 
 
-@unrolled_map
-def along_normals(i: int, plates: tuple[Any, ...], v: tuple[float, ...]) -> tuple[float, ...]:
-    """Return n . v of each plate; compiled, where plates have a normal each."""
-    return dot(plates[i].normal, v)
+def along_normals(plates: Sequence[Any], v: Vector) -> Vector:
+    """Return n . v of each plate, of what has a normal."""
+    return tuple(dot(plate.normal, v) for plate in plates)
 
 
 def box(edges: Sequence[float], centre: Sequence[float], *coefficients: float) -> list[Plate]:

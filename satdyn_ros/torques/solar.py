@@ -1,15 +1,13 @@
 """The torque of sunlight on the plates of a body."""
 
-import math
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..environment.sun import AU_M, lit_part
-from ..kernel.compile import inlined
+from ..kernel.functions import divide, maximum, sqrt
 from ..kernel.time_table import NO_TABLE, Table, interpolate_vector
-from ..kernel.unroll import unrolled_fold
 from ..kernel.vector import add, cross, dot, scale, subtract, to_body
 from ..orbits.pieces import Pieces
 from .body_torque import BodyTorque
@@ -31,15 +29,6 @@ class PlateInLight(NamedTuple):
     absorbed: tuple[float, ...]
     mirrored: tuple[float, ...]
     scattered: tuple[float, ...]
-
-
-@unrolled_fold
-def _plus_torques(total, i, plates, s):
-    """Add cos (absorbed x s + cos mirrored + scattered), cos = (n . s)+."""
-    plate = plates[i]
-    cosine = max(dot(plate.normal, s), 0.0)
-    along_n = add(scale(cosine, plate.mirrored), plate.scattered)
-    return add(total, scale(cosine, add(cross(plate.absorbed, s), along_n)))
 
 
 class Solar(BodyTorque):
@@ -74,9 +63,12 @@ class Solar(BodyTorque):
         """Return the sum of p x F."""
         sun_i = interpolate_vector(constants.sun, 0, t_s)
         s, distance = _sun_in_body_axes(q_ib, r_i, sun_i)
-        nothing = 0.0 * distance
-        torque = _plus_torques((nothing, nothing, nothing), constants.plates, s)
-        au = AU_M / distance
+        torque = (0.0, 0.0, 0.0)
+        for plate in constants.plates:
+            cosine = maximum(dot(plate.normal, s), 0.0)
+            along_n = add(scale(cosine, plate.mirrored), plate.scattered)
+            torque = add(torque, scale(cosine, add(cross(plate.absorbed, s), along_n)))
+        au = divide(AU_M, distance)
         return scale(-lit_part(r_i, sun_i) * PRESSURE_PA * au * au, torque)
 
     @staticmethod
@@ -94,12 +86,11 @@ class Solar(BodyTorque):
         return along_normals(constants.plates, s)
 
 
-@inlined
 def _sun_in_body_axes(q_ib, r_i, sun_i):
     """Return the unit vector s to the Sun, and its distance [m]."""
     to_sun = subtract(sun_i, r_i)
-    distance = math.sqrt(dot(to_sun, to_sun))
-    return to_body(q_ib, scale(1.0 / distance, to_sun)), distance
+    distance = sqrt(dot(to_sun, to_sun))
+    return to_body(q_ib, scale(divide(1.0, distance), to_sun)), distance
 
 
 def _in_light(plate):

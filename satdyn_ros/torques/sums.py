@@ -1,129 +1,130 @@
 """
-What the equations take from all torques at once: compiled sums over their constants.
+What the equations take from all torques at once.
 
 torques: a tuple of Constants, whose types tell which torques they are.  seen: what a torque is a
 function of beside its constants, (t_s, r_i, v_i, q_ib, omega_bi_b).
 """
 
-import math
-from functools import cache
+from collections.abc import Iterator
+from typing import Any
 
-from ..kernel.compile import inlined
-from ..kernel.guard import guarded
-from ..kernel.simd import select
-from ..kernel.unroll import fold_by_type, unrolled_fold
-from ..kernel.vector import add
+from ..kernel.functions import divide, maximum, minimum, select, sqrt
+from ..kernel.vector import Vector, add
 from .body_torque import KIND_OF
 from .central_torque import CentralTorque
+from .own_function import function_of
+
+# Within this share of an end of a step a corner is not felt.
+AT_AN_END = 1e-6
+# What dips by no more than this share of its depth short of zero may be zero in between.
+_DOUBT = 0.1
 
 
-def _function(kind, name, length=None):
-    """Return a compiled function of a kind, which returns so many numbers; as of guarded."""
-    function = getattr(kind, name)
-    if kind.is_shipped():
-        return inlined(function)
-    return guarded(function, f'the torque {kind.full_name()}: its {name}', length)
+def _functions(
+    torques: tuple[Any, ...], name: str, is_central: bool | None = None
+) -> Iterator[tuple[Any, Any]]:
+    """Yield a function of the torques that have it, or of the central or others, and constants."""
+    for constants in torques:
+        kind = KIND_OF[type(constants)]
+        is_asked = is_central is None or issubclass(kind, CentralTorque) == is_central
+        if is_asked and getattr(kind, name) is not None:
+            yield function_of(kind, name), constants
 
 
-@cache
-def _adding_field(kind):
-    if not issubclass(kind, CentralTorque):
-        return None
-    field = _function(kind, 'field', 3)
-
-    @inlined
-    def added(total, c_b, gradient, constants):
-        return add(total, field(c_b, gradient, constants))
-
-    return added
+def sum_of_torques(torques: tuple[Any, ...], seen: tuple[Any, ...]) -> Vector:
+    """Return the torque [N m] of all but the central ones."""
+    total: Vector = (0.0, 0.0, 0.0)
+    for torque, constants in _functions(torques, 'torque', False):
+        total = add(total, torque(*seen, constants))
+    return total
 
 
-@cache
-def _adding_orbit_power(kind):
-    if not issubclass(kind, CentralTorque) or kind.orbit_power is None:
-        return None
-    power = _function(kind, 'orbit_power', 0)
-
-    @inlined
-    def added(total, c_b, along_b, gradient, turn_rate, growth_rate, constants):
-        return total + power(c_b, along_b, gradient, turn_rate, growth_rate, constants)
-
-    return added
+def sum_of_potentials(torques: tuple[Any, ...], seen: tuple[Any, ...]) -> Any:
+    """Return the potential [J] of those that have one."""
+    total: Any = 0.0
+    for potential, constants in _functions(torques, 'potential'):
+        total = total + potential(*seen, constants)
+    return total
 
 
-@cache
-def _adding_torque(kind):
-    if issubclass(kind, CentralTorque):
-        return None
-    torque = _function(kind, 'torque', 3)
-
-    @inlined
-    def added(total, seen, constants):
-        t_s, r_i, v_i, q_ib, omega_bi_b = seen
-        return add(total, torque(t_s, r_i, v_i, q_ib, omega_bi_b, constants))
-
-    return added
+def sum_of_fields(torques: tuple[Any, ...], c_b: Vector, gradient: Any) -> Vector:
+    """Return the field [N m] of the central torques."""
+    total: Vector = (0.0, 0.0, 0.0)
+    for field, constants in _functions(torques, 'field', True):
+        total = add(total, field(c_b, gradient, constants))
+    return total
 
 
-@cache
-def _adding_potential(kind):
-    if kind.potential is None:
-        return None
-    potential = _function(kind, 'potential', 0)
-
-    @inlined
-    def added(total, seen, constants):
-        t_s, r_i, v_i, q_ib, omega_bi_b = seen
-        return total + potential(t_s, r_i, v_i, q_ib, omega_bi_b, constants)
-
-    return added
-
-
-@cache
-def _cutting(kind):
-    if kind.signs is None:
-        return None
-    signs = _function(kind, 'signs')
-
-    @inlined
-    def cut(part, begin, soon, share, end, constants):
-        return _at_first_zero(
-            part,
-            signs(begin[0], begin[1], begin[2], begin[3], begin[4], constants),
-            signs(soon[0], soon[1], soon[2], soon[3], soon[4], constants),
-            share,
-            signs(end[0], end[1], end[2], end[3], end[4], constants),
-        )
-
-    return cut
+def sum_of_orbit_powers(
+    torques: tuple[Any, ...],
+    c_b: Vector,
+    along_b: Vector,
+    gradient: Any,
+    turn_rate: Any,
+    growth_rate: Any,
+) -> Any:
+    """Return what the orbit does on the central torques [W]."""
+    total: Any = 0.0
+    for power, constants in _functions(torques, 'orbit_power', True):
+        total = total + power(c_b, along_b, gradient, turn_rate, growth_rate, constants)
+    return total
 
 
-@unrolled_fold
-def _at_first_zero(part, i, begin, soon, share, end):
-    return min(part, _zero(begin[i], (soon[i] - begin[i]) / share, end[i]))
+def first_corner(
+    torques: tuple[Any, ...],
+    begin: tuple[Any, ...],
+    soon: tuple[Any, ...],
+    late: tuple[Any, ...],
+    end: tuple[Any, ...],
+    share: float,
+    sees_pairs: bool,
+) -> Any:
+    """
+    Return the part of a step after which one of the signs may change first, 1: none does.
+
+    begin and end: what is seen at the begin of the step and at its end, soon and late: a small
+    share of the step after and before.  Where a pair of changes may be inside the step it is the
+    extremum between them; sees_pairs: whether these are looked for.
+    """
+    part: Any = 1.0
+    for signs, constants in _functions(torques, 'signs'):
+        places = (signs(*seen, constants) for seen in (begin, soon, late, end))
+        for a, near_a, near_b, b in zip(*places, strict=True):
+            slope_a, slope_b = (near_a - a) / share, (b - near_b) / share
+            part = minimum(part, _zero(a, slope_a, b))
+            if sees_pairs:
+                part = minimum(part, _dip(a, slope_a, b, slope_b))
+    return part
 
 
-@inlined
 def _zero(begin, slope, end):
     """Return where in 0 to 1 the parabola is zero that has these values and slope; 1: nowhere."""
     # By the root that does not cancel, of begin + slope s + curve s^2, from below to above.
     slope = select(begin < 0.0, slope, -slope)
     size = abs(begin)
     curve = size + abs(end) - slope
-    zero = 2.0 * size / (slope + math.sqrt(max(slope * slope + 4.0 * curve * size, 0.0)))
+    zero = divide(2.0 * size, slope + sqrt(maximum(slope * slope + 4.0 * curve * size, 0.0)))
     return select(begin * end < 0.0, zero, 1.0)
 
 
-# Of (total, torques, c_b, gradient): the total [N m] with the fields of the central ones.
-add_fields = fold_by_type(lambda constants: _adding_field(KIND_OF[constants]))
-# Of (total, torques, c_b, along_b, gradient, turn_rate, growth_rate): the total [W] with what the
-# orbit does on them.
-add_orbit_powers = fold_by_type(lambda constants: _adding_orbit_power(KIND_OF[constants]))
-# Of (total, torques, seen): the total [N m] with the others.
-add_torques = fold_by_type(lambda constants: _adding_torque(KIND_OF[constants]))
-# Of (total, torques, seen): the total [J] with the potentials of those that have one.
-add_potentials = fold_by_type(lambda constants: _adding_potential(KIND_OF[constants]))
-# Of (1.0, torques, begin, soon, share, end): the part of a step after which the first of the signs
-# changes, 1: none does.  begin, soon and end are what is seen at the begin of the step, a small
-# share of the step later, and at its end.
-first_corner = fold_by_type(lambda constants: _cutting(KIND_OF[constants]))
+def _dip(begin, begin_slope, end, end_slope):
+    """
+    Return where in 0 to 1 the cubic that has these values and slopes comes nearest to zero.
+
+    1: it does not go there between two ends on one side, or stays clear of zero.
+    """
+    side = select(begin < 0.0, -1.0, 1.0)
+    a, b = side * begin, side * end
+    falls, rises = side * begin_slope, side * end_slope
+    rise = b - a
+    third = falls + rises - 2.0 * rise
+    second = 3.0 * rise - 2.0 * falls - rises
+    # The root of falls + 2 second x + 3 third x^2 where the slope grows, that does not cancel.
+    root = sqrt(maximum(second * second - 3.0 * third * falls, 0.0))
+    x = select(second < 0.0, divide(root - second, 3.0 * third), divide(-falls, second + root))
+    lowest = a + x * (falls + x * (second + x * third))
+    # By how much the cubic may err there goes with the depth of the dip below the nearer end.
+    may_cross = lowest < _DOUBT * (minimum(a, b) - lowest)
+    may_cross = select(begin * end > 0.0, select(may_cross, x, 1.0), 1.0)
+    is_dip = select(falls < 0.0, select(rises > 0.0, may_cross, 1.0), 1.0)
+    return select(is_dip > AT_AN_END, is_dip, 1.0)

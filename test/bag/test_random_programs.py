@@ -18,7 +18,7 @@ from satdyn_ros.cli.main import main
 from satdyn_ros.run.simulation import RunHalted
 from satdyn_ros.run.topics import STATE_TOPICS
 
-# Most have equations of their own, which take half a minute to compile; these five do not.
+# Most have equations of their own, and so code of their own to make; these five do not.
 SHORT = [7, 10, 13, 14, 19, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(6))]
 LONG = range(1000, 2000)
 # Every so many programs other commands read the bag too, which takes longer than all the rest.

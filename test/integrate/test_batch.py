@@ -7,8 +7,7 @@ from cases import bounded, newtonian, rigid
 from satdyn_ros.dynamics.motion import States
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
-from satdyn_ros.integrate.batch import propagate_all
-from satdyn_ros.integrate.batch_state import LANES
+from satdyn_ros.integrate.batch import LANES, propagate_all
 from satdyn_ros.integrate.propagation import Propagation
 from satdyn_ros.kernel import rotation
 from satdyn_ros.orbits import KeplerOrbit

@@ -13,8 +13,7 @@ import pytest
 from satdyn_ros.dynamics.motion import Halted
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
-from satdyn_ros.integrate.batch import propagate_all
-from satdyn_ros.integrate.batch_state import LANES
+from satdyn_ros.integrate.batch import LANES, propagate_all
 from satdyn_ros.integrate.propagation import Propagation
 from satdyn_ros.kernel import rotation
 from satdyn_ros.orbits import FixedDirection, KeplerOrbit

@@ -1,5 +1,6 @@
 """The propagation against truths from outside: 190-bit integrations, NASA's logs, SciPy."""
 
+import copy
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -404,3 +405,16 @@ def test_a_step_that_overflows_is_none(seed):
         states = Propagation(system, state).at([0.0, 1.0])
         energy = first_integrals(system, states)['energy']
         np.testing.assert_allclose(energy[1], energy[0], rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize('copied', [copy.copy, copy.deepcopy])
+def test_a_copy_goes_its_own_way(copied):
+    """Neither moves the other, whatever was asked for before, in whatever order."""
+    state = State(rotation.IDENTITY, np.array([0.1, 0.2, 0.3]))
+    motion = Propagation(System(np.diag([3.0, 2.0, 4.0])), state)
+    right = Propagation(motion.system, state).at([50.0, 100.0]).q_ib
+    motion.at(50.0)
+    other = copied(motion)
+    np.testing.assert_array_equal(other.at(100.0).q_ib[0], right[1])
+    np.testing.assert_array_equal(motion.at(100.0).q_ib[0], right[1])
+    np.testing.assert_array_equal(other.at(50.0).q_ib[0], right[0])

@@ -20,8 +20,10 @@ ROOT = Path(__file__).parents[2]
 USER = """
 import logging
 import sys
-from ..kernel.compile import compiled
-from ..kernel.vector import dot
+from ..kernel.compile import compiled, inlined
+from ..kernel import vector
+
+dot = inlined(vector.dot)
 
 @compiled
 def square(a):
@@ -32,9 +34,6 @@ print(square((1.0, 2.0, 3.0)))
 """
 # What it calls, in any room.
 CALLED = """
-from ..kernel.compile import inlined
-
-@inlined
 def dot(a, b):
     return a[0] * b[0]
 """
@@ -66,14 +65,14 @@ Propagation(system, State(np.array([0.0, 0.0, 0.0, 1.0]), np.zeros(3))).at(0.0)
 # Another process, of newer sources, removes the folder for the code of these.
 VANISHING = """
 import shutil
-from ..kernel import compile
-from ..kernel.vector import dot
+from ..kernel import compile, vector
 
+dot = compile.inlined(vector.dot)
 square = compile.compiled(lambda a: dot(a, a))
 shutil.rmtree(compile._FOLDER)
 print(square((1.0, 2.0, 3.0)))
 """
-NOTICE = 'compiling the equations of motion: once, for up to a minute'
+NOTICE = 'compiling, for some ten seconds: the code is kept for the next start'
 # A user without name or home.
 NOBODY = 12345
 # The interpreter and the tests may lie in root's home, which this user shall read all the same.
@@ -198,7 +197,7 @@ def test_code_does_not_outlive_a_source_of_any_room(package, room):
     called.write_text(CALLED)
     user = package / 'dynamics' / 'user.py'
     user.write_text(
-        USER.replace('from ..kernel.vector import dot', f'from ..{room}.called import dot')
+        USER.replace('from ..kernel import vector', f'from ..{room} import called as vector')
     )
     assert said(start(package)) == [NOTICE, '1.0']
     assert said(start(package)) == ['1.0']
@@ -290,7 +289,7 @@ def test_a_signal_ends_the_compilation(package, number):
     process.wait()
     while compilers(package):
         time.sleep(0.01)
-    assert list((package / '__pycache__').rglob('*._walk-*.nbi')) == []
+    assert list((package / '__pycache__').rglob('*.walk-*.nbi')) == []
 
 
 def test_a_compiler_that_heard_ctrl_c_is_not_followed_by_another(package):
@@ -302,7 +301,7 @@ def test_a_compiler_that_heard_ctrl_c_is_not_followed_by_another(package):
     os.kill(compilers(package)[0], signal.SIGINT)
     output, _ = process.communicate()
     assert output.endswith('KeyboardInterrupt\n')
-    assert list((package / '__pycache__').rglob('*._walk-*.nbi')) == []
+    assert list((package / '__pycache__').rglob('*.walk-*.nbi')) == []
 
 
 def leaves_ctrl_c(compiler):

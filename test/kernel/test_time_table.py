@@ -5,18 +5,15 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from numba import njit
 
 from satdyn_ros.dynamics.motion import States
 from satdyn_ros.dynamics.system import State, System
 from satdyn_ros.integrate.batch import propagate_all
 from satdyn_ros.integrate.propagation import Propagation
 from satdyn_ros.kernel import rotation
-from satdyn_ros.kernel.simd import load, store, zero
-from satdyn_ros.kernel.time_table import Table, interpolate, look_up, table_of, whole
+from satdyn_ros.kernel.time_table import Table, interpolate, table_of
 from satdyn_ros.torques import BodyTorque
 
-WIDE = 8
 PIECE_S = 60.0
 
 
@@ -28,38 +25,20 @@ TABLE = table_of(functions, -30.0, PIECE_S, 40)
 
 
 def test_a_table_is_its_functions():
-    """At times drawn at random, to rounding."""
-    value = njit(lambda i, t_s: interpolate(TABLE, i, t_s))
+    """At times drawn at random, to rounding; of a column as of each time."""
     t_s = np.random.default_rng(2).uniform(-30.0, 2370.0, 500)
-    found = [[value(i, t) for i in range(3)] for t in t_s]
+    found = [[interpolate(TABLE, i, t) for i in range(3)] for t in t_s.tolist()]
     np.testing.assert_allclose(found, functions(t_s), rtol=0.0, atol=3e-14)
+    columns = [interpolate(TABLE, i, t_s) for i in range(3)]
+    np.testing.assert_array_equal(np.transpose(found), columns)
 
 
-def test_a_vector_of_times_has_the_bits_of_each():
-    """Where each lane has a piece of its own."""
-
-    @njit(fastmath={'contract'}, error_model='numpy')
-    def run(t_s, of_vector, of_floats, table):
-        store(of_vector, 0, interpolate(table, 1, load(t_s, 0, zero(WIDE))))
-        for i in range(WIDE):
-            of_floats[i] = interpolate(table, 1, t_s[i])
-
-    t_s = np.array([-100.0, -30.0, 0.0, 29.9, 30.0, 1000.0, 2369.9, 1e4])
-    found, right = np.zeros(WIDE), np.zeros(WIDE)
-    run(t_s, found, right, TABLE)
-    np.testing.assert_array_equal(found, right)
-
-
-@pytest.mark.parametrize('x', [-1.5, -1.0, -0.0, 0.3, 7.0, 1e18])
-def test_whole_numbers_and_places(x):
-    """Compiled as in plain Python."""
-
-    @njit
-    def run(x, array):
-        return whole(x), look_up(array, 1.0)
-
-    array = np.array([[3.0], [5.0]])
-    assert run(x, array) == (whole(x), look_up(array, 1.0)) == (float(math.floor(x)), 5.0)
+def test_beyond_a_table_its_end_pieces_go_on():
+    """Before it, after it, and at a time that is no number."""
+    before, after = (interpolate(TABLE, 2, t_s) for t_s in (-31.0, 2371.0))
+    assert before == pytest.approx(3.0, rel=1e-12)
+    assert after == pytest.approx(3.0, rel=1e-12)
+    assert math.isnan(interpolate(TABLE, 2, math.nan))
 
 
 class Tabled(BodyTorque):

@@ -1,0 +1,247 @@
+"""What holds for a motion while it is walked: the constants of the equations, and until when."""
+
+from collections.abc import Callable, Iterable, Sequence
+
+import numpy as np
+
+from ..dynamics.constants import constants_of, with_tables
+from ..dynamics.drives import Drives
+from ..dynamics.system import State, System
+from ..kernel import rotation
+from ..kernel.rows import length
+from ..kernel.time_table import Table
+from ..orbits import KeplerOrbit, TabledOrbit
+from ..orbits.pieces import Piece, Pieces, latest_at, tables_of
+from ..trace.graph import flatten
+from .lanes import (
+    BEGIN,
+    END,
+    FURTHEST,
+    LATE,
+    LEFT,
+    ROTOR_LEAVES,
+    SINCE,
+    STEPS_ALLOWED,
+    TABLE_ENDS,
+    TOO_MANY_STEPS,
+    UNFINISHED,
+    Lanes,
+    Problem,
+    address,
+)
+from .layout import Layout
+from .variables import columns
+
+# What it takes to go on by other constants where a rotor leaves, counted as steps.
+_STEPS_OF_AN_EXIT = 200
+# At least as many corners as there may be in a piece of time.
+_CORNERS = 256
+
+
+class Course:
+    """
+    The course of a motion from its start.
+
+    anomaly: mean anomaly at the start [rad], mean motion [rad/s] and eccentricity.  constants: of
+    now, which hold until until_s from the start; stops_s: the times from tick 0 at which steps end
+    till then, ascending.  drives: of its rotors, None: none switches; exits: how often a rotor has
+    left its range since the last row; why: why the motion ends, where that is known here.
+
+    ValueError: what depends on time alone is not known at the start.
+    """
+
+    def __init__(
+        self, system: System, state: State, start_s: float, tolerance: float, steps_allowed: float
+    ):
+        self._system, self._start_s = system, start_s
+        self._tolerance, self._steps_allowed = tolerance, steps_allowed
+        self.anomaly = tuple(map(float, mean_anomaly(system, start_s)))
+        self.constants = constants_of(system, start_s)
+        self.stops_s = self._all_stops_s = stops_of(system)
+        self.drives: Drives | None = None
+        self.why = ''
+        self.until_s, self.exits, self._rows = np.inf, 0, 0
+        self._table_of: Callable[[Pieces], Table] | None = None
+        self._current: dict[Pieces, Piece] = {}
+        self._arrays: list[np.ndarray] = []
+        # When the table of the orbit jumps, from tick 0, and its work there up to then.
+        self._jumps_s: list[float] = []
+        self._jumped = [0.0]
+        if system.switching_rotors:
+            self.drives = Drives(system, state)
+            self._drive(self.drives, state.omega_bi_b, system.rotor_speeds(state))
+        if system.pieces:
+            self._enter({each: each.piece_at(start_s) for each in system.pieces})
+
+    @property
+    def most_stops(self) -> int:
+        """At least as many stops as there may be before the constants hold no further."""
+        return len(self._all_stops_s) + (2 + _CORNERS if self._system.pieces else 0)
+
+    def tell(self, problem: Problem, m: int) -> None:
+        """Write what holds now for motion m of a problem."""
+        numbers, self._arrays = flatten(self.constants)
+        problem.constants[m], problem.arrays[m] = numbers, [*map(address, self._arrays)]
+        problem.settings[m] = *self.anomaly, self._tolerance, 0.0, self.until_s
+        self.allow(self._steps_allowed, problem, m)
+        problem.stops_s[m] = np.inf
+        problem.stops_s[m, : len(self.stops_s)] = self.stops_s
+        problem.is_new[m] = True
+
+    def ask(self, problem: Problem) -> None:
+        """Count the exits anew, as other rows are asked for of the one motion of a problem."""
+        self._rows, self.exits = 0, 0
+        self.allow(self._steps_allowed, problem, 0)
+
+    def allow(self, steps: float, problem: Problem, m: int) -> None:
+        """Let motion m of a problem take so many steps from one row to the next."""
+        self._steps_allowed = steps
+        problem.settings[m, STEPS_ALLOWED] = steps - self.exits * _STEPS_OF_AN_EXIT
+
+    def go_on(self, problem: Problem, lanes: Lanes, l: int, t_s: np.ndarray) -> None:
+        """
+        Let the motion in a lane go on where its constants hold no further.
+
+        t_s (N,): ascending, of the rows that are asked for.
+        """
+        m, clock = lanes.motion[l], lanes.clock[l]
+        if problem.rows[m] > self._rows:
+            self._rows, self.exits = int(problem.rows[m]), 0
+        y = lanes.y[l :: len(lanes.motion)][: problem.begin.shape[1]]
+        q_ib, omega_bi_b, speeds, *_ = (each[0] for each in columns(self._system, y[:, None]))
+        if problem.outcome[m] == ROTOR_LEAVES:
+            self.leave(int(clock[LEFT]), float(clock[END]), omega_bi_b, speeds)
+            clock[LEFT] = 0.0
+            self.exits += int(clock[BEGIN] >= clock[FURTHEST])
+        else:
+            try:
+                self.enter_next(q_ib)
+            except ValueError as error:
+                self.why = str(error)
+                # The time of a tick at the very end may be rounded to beyond it.
+                late_s = latest_at(self._end_s) - self._start_s - clock[END]
+                has_late = clock[LATE] == 0.0 and t_s[problem.rows[m]] <= clock[END] + late_s
+                clock[LATE] = late_s
+                problem.outcome[m] = UNFINISHED if has_late else TABLE_ENDS
+                problem.ended[m] = clock[END], clock[SINCE]
+                return
+        self.tell(problem, m)
+        problem.outcome[m] = UNFINISHED
+
+    def leave(self, which: int, t_s: float, omega_bi_b: np.ndarray, speeds: np.ndarray) -> None:
+        """
+        Go on where a rotor has left its range at t_s, from the start of the motion.
+
+        which: as of Drives.leave; omega_bi_b (3,), speeds (R,): of then [rad/s].
+        """
+        assert self.drives is not None
+        self.drives.leave(which, t_s)
+        self._drive(self.drives, omega_bi_b, speeds)
+
+    def enter_next(self, q_ib: np.ndarray) -> None:
+        """
+        Go on where a piece of time ends, at an attitude (4,).
+
+        ValueError: what depends on time alone is known no further.
+        """
+        following = {each: each.piece_from(self._end_s) for each in self._system.pieces}
+        self._note_jump(following, q_ib)
+        self._enter(following)
+
+    def why_not(self, outcome: int, since: float) -> str:
+        """Return why a motion has ended, if it is known here; since: steps after the last row."""
+        if outcome == TOO_MANY_STEPS and self.exits * _STEPS_OF_AN_EXIT > since:
+            return (
+                f'its rotors stop, start, or meet and leave limits more than {self.exits} times '
+                'before the next sample'
+            )
+        return self.why if outcome == TABLE_ENDS else ''
+
+    def of_drives(self, t_s: np.ndarray, efforts: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Return rotor_torque and met_limit of States at ascending times, if there are any."""
+        if self.drives is None:
+            return ()
+        shape = len(t_s), len(self._system.rotors)
+        torques, met = np.full(shape, np.nan), np.zeros(shape, bool)
+        for effort, (i, rotor) in zip(efforts, self._system.turning_rotors, strict=True):
+            if rotor.mode == 'motor':
+                torques[:, i] = effort
+        for met_s, i in self.drives.met:
+            row = int(np.searchsorted(t_s, met_s))
+            if 0 < row < len(t_s):
+                met[row, i] = True
+        return torques, met
+
+    @property
+    def has_jumped(self) -> bool:
+        """Whether the table of the orbit has jumped."""
+        return bool(self._jumps_s)
+
+    def jumped(self, t_s: np.ndarray) -> np.ndarray:
+        """Return the work [J] of the jumps of the orbit's table up to times (N,)."""
+        passed = np.searchsorted(self._jumps_s, self._start_s + t_s, side='right')
+        return np.array(self._jumped)[passed]
+
+    def _drive(self, drives, omega_bi_b, speeds):
+        """Go on by the constants of where the rotors are."""
+        self.constants = drives.constants(self._start_s, omega_bi_b, speeds)
+        if self._table_of is not None:
+            self.constants = with_tables(self.constants, self._system, self._table_of)
+
+    def _enter(self, current):
+        """Go on by the tables of these pieces of time, as long as all of them last."""
+        self._current, self._table_of = current, tables_of(current)
+        self.constants = with_tables(self.constants, self._system, self._table_of)
+        begin_s = max(piece.begin_s for piece in current.values())
+        self._end_s = min(piece.end_s for piece in current.values())
+        corners_s = (each.corners_in(piece) for each, piece in current.items())
+        stops_s = _ascending([self._all_stops_s, *corners_s])
+        inside = stops_s[(begin_s < stops_s) & (stops_s < self._end_s)]
+        self.stops_s = np.array([begin_s, *inside, self._end_s])
+        self.until_s = self._end_s - self._start_s
+
+    def _note_jump(self, following, q_ib):
+        """Count as work of the orbit what the potential jumps by where two stretches meet."""
+        orbit = self._system.orbit
+        if not isinstance(orbit, TabledOrbit):
+            return
+        pieces = self._current[orbit.pieces], following[orbit.pieces]
+        if pieces[0].stretch == pieces[1].stretch:
+            return
+        potentials = []
+        for piece, end in zip(pieces, (1, 0), strict=True):
+            r_i = orbit.ends(piece)[end]
+            r_b = rotation.rotate(rotation.conjugate(q_ib), r_i)
+            r_I_r = r_b @ self._system.inertia @ r_b
+            potentials.append(1.5 * orbit.mu / length(r_i) ** 5 * r_I_r)
+        self._jumps_s.append(self._end_s)
+        self._jumped.append(self._jumped[-1] + float(potentials[1] - potentials[0]))
+
+
+def stops_of(system: System) -> np.ndarray:
+    """Return the times [s] from tick 0 at which steps end, ascending."""
+    return _ascending(torque.stops() for torque in system.torques)
+
+
+def _ascending(times_s: Iterable[np.ndarray]) -> np.ndarray:
+    """Return times without those that come twice, ascending."""
+    return np.unique(np.concatenate([np.zeros(0), *times_s]))
+
+
+def mean_anomaly(system: System, start_s: float) -> tuple[float | np.ndarray, ...]:
+    """Return mean anomaly at start_s, mean motion and eccentricity; zeros: no orbit."""
+    orbit = system.orbit
+    if not isinstance(orbit, KeplerOrbit):
+        return 0.0, 0.0, 0.0
+    mean_motion = orbit.mean_motion
+    return orbit.mean_anomaly + mean_motion * start_s, mean_motion, orbit.eccentricity
+
+
+def problem_of(
+    begin: np.ndarray, courses: Sequence[Course], layout: Layout, wanted: int
+) -> Problem:
+    """Return the problem of motions (M,) of one kind that begin with the variables (M, V)."""
+    problem = Problem(begin, layout, wanted, max(each.most_stops for each in courses))
+    for m, course in enumerate(courses):
+        course.tell(problem, m)
+    return problem

@@ -1,0 +1,29 @@
+"""Kepler's equation, compiled: of arrays, and for compiled functions that call it."""
+
+import numpy as np
+
+from ..kernel.compile import callee, vectorized
+
+
+def _true_anomaly(mean_anomaly, e):
+    """
+    Return the true anomaly f [rad], continuous, of the mean anomaly M [rad] and eccentricity e.
+
+    Kepler's equation E - e sin E = M by Newton's method from Danby's guess.
+    """
+    if e == 0.0:
+        return mean_anomaly
+    turns = 2.0 * np.pi * np.rint(mean_anomaly / (2.0 * np.pi))
+    M = mean_anomaly - turns
+    E = M + np.sign(M) * 0.85 * e
+    for _ in range(50):
+        correction = (E - e * np.sin(E) - M) / (1.0 - e * np.cos(E))
+        E -= correction
+        if abs(correction) < 1e-15:
+            break
+    beta = e / (1.0 + np.sqrt(1.0 - e * e))
+    return turns + E + 2.0 * np.arctan2(beta * np.sin(E), 1.0 - beta * np.cos(E))
+
+
+# Of arrays, and of numbers in compiled functions: only what is called is compiled.
+true_anomaly, true_anomaly_of_one = vectorized(_true_anomaly), callee(_true_anomaly)

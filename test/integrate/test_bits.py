@@ -1,0 +1,121 @@
+"""Compiled or not, alone or in lanes: the source defines the bits."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from drawn_systems import drawn
+
+from satdyn_ros.integrate.batch import propagate_all
+from satdyn_ros.integrate.course import problem_of
+from satdyn_ros.integrate.lanes import END, REACHED, UNFINISHED, Lanes
+from satdyn_ros.integrate.propagation import Propagation
+from satdyn_ros.integrate.step_code import step_code
+from satdyn_ros.integrate.walk import walk
+from satdyn_ros.rosbag2.reader import Bag
+from satdyn_ros.trace.graph import flatten
+
+PLAIN = (
+    'import runpy, sys; sys.modules["numba"] = sys.modules["llvmlite"] = None; '
+    'sys.path.insert(0, sys.argv[1]); '
+    'runpy.run_path(sys.argv.pop(1) + "/plain_walk.py", run_name="__main__")'
+)
+STEPS = 50
+
+
+def compiled_bits(seed):
+    """Return the time and the variables after STEPS steps, in hexadecimal."""
+    motion = Propagation(*drawn(seed))
+    code, course = step_code(motion.constants, 1), motion.new_course()
+    lanes = Lanes(1, code.layout, flatten(motion.constants)[1])
+    problem = problem_of(motion.begin()[None], [course], code.layout, motion.wanted)
+    t_s = np.array([np.finfo(float).max])
+    problem.ask(t_s)
+    course.allow(STEPS, problem, 0)
+    while not walk(problem.address, *2 * (lanes.address,), code.attempt, code.dense):
+        if UNFINISHED < problem.outcome[0] < REACHED:
+            course.go_on(problem, lanes, 0, t_s)
+            # An exit counts as many steps, of which this test has none.
+            course.allow(STEPS + 200 * course.exits, problem, 0)
+    y = lanes.y[: problem.begin.shape[1]]
+    return np.array([lanes.clock[0, END], *y]).tobytes().hex()
+
+
+def plain(seeds):
+    """Return the bits of the plain walks by their seeds, and what they met."""
+    here = str(Path(__file__).parents[1])
+    done = subprocess.run(
+        [sys.executable, '-c', PLAIN, here, str(STEPS), *map(str, seeds)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    *lines, met = done.stdout.splitlines()
+    return dict(line.split() for line in lines), [int(x) for x in met.split()]
+
+
+def check(seeds):
+    found, met = plain(seeds)
+    assert [seed for seed in seeds if compiled_bits(seed) != found[str(seed)]] == []
+    print('pieces, exits, stops and corners:', met)
+    return met
+
+
+def test_code_has_the_bits_of_the_plain_functions():
+    """Of systems of all kinds, with everything that ends a step."""
+    assert min(check(range(20))) > 0
+
+
+@pytest.mark.long
+def test_code_has_the_bits_of_the_plain_functions_of_many():
+    """As above."""
+    assert min(check(range(20, 200))) > 10
+
+
+@pytest.mark.long
+def test_a_bag_has_the_same_bytes_for_every_processor(tmp_path):
+    """Where there are sums, products, quotients and roots alone, but for the axes of the orbit."""
+    program = 'import sys; from satdyn_ros.cli.main import main; sys.exit(main(sys.argv[1:]))'
+    found = set()
+    for name in ('', 'x86-64', 'haswell', 'znver2'):
+        other = {'NUMBA_CPU_NAME': name, 'NUMBA_CPU_FEATURES': ''} if name else {}
+        bag = tmp_path / f'bag_{name}'
+        subprocess.run(
+            [sys.executable, '-c', program, 'simulate', 'default', '--duration', '60', '-o', bag],
+            env=os.environ | {'NUMBA_CACHE_DIR': str(tmp_path / f'cache_{name}')} | other,
+            check=True,
+        )
+        messages = Bag(bag).messages('/attitude').data
+        # All but the head and the stamp, which is that of the start.
+        found.add(b''.join(bytes(row)[12:] for row in messages))
+    assert len(found) == 1
+
+
+def flown(motion, t_s):
+    """Return the bytes of all that a motion's states are."""
+    states = motion if not isinstance(motion, Propagation) else motion.at(t_s)
+    told = states.q_ib, states.omega_bi_b, states.rotor_speed, states.rotor_angle, states.work
+    torque = b'' if states.rotor_torque is None else states.rotor_torque.tobytes()
+    return [*(np.ascontiguousarray(each).tobytes() for each in told), torque]
+
+
+@pytest.mark.parametrize('seed', [0, pytest.param(1, marks=pytest.mark.long)])
+def test_lanes_have_the_bits_of_each_alone(seed):
+    """In random company, in any order; what is met there is what is met alone."""
+    rng = np.random.default_rng(seed)
+    seeds = range(24) if seed == 0 else range(200)
+    t_s = np.linspace(0.0, 600.0, 13)
+    alone = {each: flown(Propagation(*drawn(each)), t_s) for each in seeds}
+    for _ in range(2):
+        order = rng.permutation([*seeds, *seeds])
+        together = propagate_all([Propagation(*drawn(each)) for each in order], t_s)
+        different = [
+            int(each)
+            for each, states in zip(order, together, strict=True)
+            if flown(states, t_s) != alone[each]
+        ]
+        assert different == []

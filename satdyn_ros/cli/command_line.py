@@ -81,11 +81,18 @@ satdyn check"""
         'describe',
         'what theory says about a scenario: closed form, constants, equilibria, stability',
         'satdyn describe config/default.yaml\nsatdyn describe config/euler_poinsot.yaml --json\n'
-        'satdyn describe constellation --satellite /sat4',
+        'satdyn describe constellation --satellite /sat4\n'
+        'satdyn describe config/default.yaml --code',
     )
     added.add_argument('file', metavar='FILE', help=_SCENARIO)
     _add_satellite(added)
-    added.add_argument('--json', action='store_true', help='as JSON')
+    how = added.add_mutually_exclusive_group()
+    how.add_argument('--json', action='store_true', help='as JSON')
+    how.add_argument(
+        '--code',
+        action='store_true',
+        help='instead the code of its step, with its equations of motion in it, as LLVM IR',
+    )
     _add_sweep(command)
     _add_check(command)
     for name in _WITH_TORQUES:

@@ -296,11 +296,27 @@ def _describe(given):
     # As of a run that begins now.
     scenario = scenario.with_epoch(time.time_ns())
     _warn(given, scenario)
-    if given.json:
+    if given.code:
+        print(_code_of(scenario))
+    elif given.json:
         print(json.dumps(describe(scenario), indent=2))
     else:
         print_description(scenario)
     return DONE
+
+
+def _code_of(scenario):
+    """Return the IR of the step by which a scenario is propagated."""
+    from ..integrate.propagation import Propagation
+    from ..integrate.step_code import text_of
+
+    motion = scenario.motion()
+    if not isinstance(motion, Propagation):
+        raise ValueError(
+            f'the motion is the closed form {motion.name}, which takes no steps; --code needs '
+            'motion.method numeric'
+        )
+    return text_of(motion.constants, 1)
 
 
 def _watch(given):
@@ -312,9 +328,9 @@ def _watch(given):
 
         source = Recorded(given.bag)
     else:
-        from ..watch.graph import Graph
+        from ..watch.ros_graph import RosGraph
 
-        source = Graph(given.node, given.torque)
+        source = RosGraph(given.node, given.torque)
     number = serve(source, given.host, given.port, lambda url: print(f'watch: {url}', flush=True))
     return TERMINATED if number == signal.SIGTERM else DONE
 

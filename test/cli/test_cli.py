@@ -18,6 +18,7 @@ from satdyn_ros.base.nanoseconds import DAY_NS, stamp_ns
 from satdyn_ros.cli.main import main
 from satdyn_ros.run.describe import describe
 from satdyn_ros.run.scenario import Scenario
+from satdyn_ros.trace.load import Code
 
 ROOT = Path(__file__).parents[2]
 DEFAULT = str(ROOT / 'config/default.yaml')
@@ -203,6 +204,21 @@ def test_describe(capsys):
     assert 'about [0, 1, 0]: p = 2.82927, libration forced' in capsys.readouterr().out
 
 
+def test_describe_with_code(tmp_path, capsys):
+    """LLVM takes what is printed, of one motion; a closed form, without steps, says so."""
+    assert main(['describe', DEFAULT, '--code']) == 0
+    said = capsys.readouterr()
+    assert 'define void @attempt(' in said.out
+    assert '<8 x double>' not in said.out
+    assert Code(said.out).address('attempt')
+    path = tmp_path / 'free.yaml'
+    path.write_text('/**: {ros__parameters: {orbit: {type: fixed}, motion: {method: exact}}}\n')
+    assert main(['describe', str(path), '--code']) == 2
+    said = capsys.readouterr()
+    assert (said.out, said.err.count('\n')) == ('', 1)
+    assert said.err.startswith('satdyn describe: the motion is the closed form ')
+
+
 def test_describe_of_an_element_set_begins_now(tmp_path, capsys):
     """As a run without time.epoch does: its age is that of now, and its orbit is said."""
     pytest.importorskip('sgp4')
@@ -299,7 +315,7 @@ def test_compiling_is_told(tmp_path):
         ).stderr
         for name in ('first', 'second')
     ]
-    assert said == ['compiling the equations of motion: once, for up to a minute\n', '']
+    assert said == ['compiling, for some ten seconds: the code is kept for the next start\n', '']
 
 
 def test_the_rate_is_overridden(tmp_path):

@@ -14,7 +14,7 @@ pytest.importorskip('aiohttp')
 
 
 # What the first of them may say.
-COMPILING = 'compiling the equations of motion: once, for up to a minute\n'
+COMPILING = 'compiling, for some ten seconds: the code is kept for the next start\n'
 
 
 class Watches:

@@ -46,7 +46,7 @@ _ACTIONS: dict[str, Callable[[Client], Answer]] = {
 }
 
 
-class Graph:
+class RosGraph:
     """
     The satellites of the graph: one of them at most thirty times a second, or all on a globe.
 

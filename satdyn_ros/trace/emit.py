@@ -12,13 +12,12 @@ from typing import Any
 import llvmlite
 
 from . import ieee
-from .graph import Graph, Symbol
+from .graph import COMPARISONS, Graph, Symbol
 
 # Before LLVM 15 pointers have a type.
 POINTER = 'ptr' if tuple(map(int, llvmlite.__version__.split('.')[:2])) >= (0, 44) else 'double*'
 _IS_OPAQUE = POINTER == 'ptr'
 _ARITHMETIC = ('fadd', 'fsub', 'fmul', 'fdiv')
-_COMPARISONS = ('olt', 'ole', 'ogt', 'oge', 'oeq', 'une')
 # Not to be replaced by what the compiler knows of them, nor computed by it.
 _AS_CALLED = 'nobuiltin nounwind readnone'
 
@@ -161,7 +160,7 @@ class _Emitter:
             value = f'{operation} {self.typed(operands[0])}, {self._value(operands[1])}'
         elif operation == 'fneg':
             value = f'fneg {self.typed(operands[0])}'
-        elif operation in _COMPARISONS:
+        elif operation in COMPARISONS:
             value = f'fcmp {operation} {self.typed(operands[0])}, {self._value(operands[1])}'
         elif operation == 'select':
             condition, a, b = operands

@@ -5,6 +5,8 @@ from typing import Any
 
 from . import ieee
 
+COMPARISONS = ('olt', 'ole', 'ogt', 'oge', 'oeq', 'une')
+
 
 class Graph:
     """
@@ -49,8 +51,12 @@ class Graph:
             inner = Graph()
             parameters = [_parameter(inner, i, each) for i, each in enumerate(arguments)]
             self.subroutines[name] = inner, function(*parameters)
-        passed = (a.address if isinstance(a, SymbolArray) else a for a in arguments)
-        return self.node('call', name, *(a for a in passed if not isinstance(a, int)))
+        passed = (
+            each.address if isinstance(each, SymbolArray) else _as_number(each)
+            for each in arguments
+            if not isinstance(each, int)
+        )
+        return self.node('call', name, *passed)
 
     def needed_for(self, results: Iterable[Any]) -> Iterator['Symbol']:
         """Yield the symbols that some results are computed from, in an order that computes."""
@@ -131,6 +137,25 @@ class Symbol:
     def __rmod__(self, other: Any) -> Any:
         return _modulo(other, self)
 
+    def __floordiv__(self, other: Any) -> Any:
+        return _whole_quotient(self, other)
+
+    def __rfloordiv__(self, other: Any) -> Any:
+        return _whole_quotient(other, self)
+
+    def __and__(self, other: Any) -> Any:
+        return apply('ogt', _as_number(_as_truth(self)) * _as_number(_as_truth(other)), 0.5)
+
+    __rand__ = __and__
+
+    def __or__(self, other: Any) -> Any:
+        return apply('ogt', _as_number(_as_truth(self)) + _as_number(_as_truth(other)), 0.5)
+
+    __ror__ = __or__
+
+    def __invert__(self) -> Any:
+        return apply('olt', _as_number(_as_truth(self)), 0.5)
+
     def __neg__(self) -> Any:
         return apply('fneg', self)
 
@@ -173,11 +198,29 @@ class Symbol:
         return apply('une', self, other)
 
 
+def _as_number(x):
+    """Return 1 where a comparison holds, else 0; a number as it is."""
+    if isinstance(x, Symbol):
+        return apply('select', x, 1.0, 0.0) if x.operation in COMPARISONS else x
+    return float(x)
+
+
+def _as_truth(x):
+    """Return whether a number is not 0; a comparison as it is."""
+    is_truth = isinstance(x, Symbol) and x.operation in COMPARISONS
+    return x if is_truth else apply('une', x, 0.0)
+
+
 def _modulo(a, b):
     """Return a % b as Python has it: with the sign of b."""
     rest = apply('fmod', a, b)
     is_other = apply('olt', rest * b, 0.0)
     return apply('select', is_other, rest + b, rest)
+
+
+def _whole_quotient(a, b):
+    """Return a // b as Python has it, of what its quotient is exact."""
+    return apply('floor', (a - _modulo(a, b)) / b + 0.5)
 
 
 class SymbolArray:
@@ -217,8 +260,12 @@ def apply(operation: str, *operands: Any) -> Any:
     """
     for operand in operands:
         if isinstance(operand, Symbol):
-            known = (x if isinstance(x, Symbol) else float(x) for x in operands)
-            return operand.graph.node(operation, *known)
+            if operation == 'select':
+                condition, a, b = operands
+                given = _as_truth(condition), _as_number(a), _as_number(b)
+            else:
+                given = tuple(map(_as_number, operands))
+            return operand.graph.node(operation, *given)
     return ieee.OPERATIONS[operation](*operands)
 
 

@@ -9,12 +9,15 @@ import numpy as np
 import pytest
 from drawn_systems import drawn
 
+from satdyn_ros.dynamics.system import State, System
+from satdyn_ros.integrate import step_code as step_code_module
 from satdyn_ros.integrate.batch import propagate_all
 from satdyn_ros.integrate.course import problem_of
 from satdyn_ros.integrate.lanes import END, REACHED, UNFINISHED, Lanes
 from satdyn_ros.integrate.propagation import Propagation
 from satdyn_ros.integrate.step_code import step_code
 from satdyn_ros.integrate.walk import walk
+from satdyn_ros.kernel import rotation
 from satdyn_ros.rosbag2.reader import Bag
 from satdyn_ros.trace.graph import flatten
 
@@ -24,6 +27,7 @@ PLAIN = (
     'runpy.run_path(sys.argv.pop(1) + "/plain_walk.py", run_name="__main__")'
 )
 STEPS = 50
+INERTIA = np.diag([3.0, 2.0, 4.0])
 
 
 def compiled_bits(seed):
@@ -70,6 +74,19 @@ def test_code_has_the_bits_of_the_plain_functions():
     assert min(check(range(20))) > 0
 
 
+def test_one_wrong_operation_would_be_seen(monkeypatch):
+    """With sums in place of differences in the code the bits are others."""
+    right = step_code_module.text_of
+
+    def wrong(*kind):
+        return right(*kind).replace(' = fsub ', ' = fadd ')
+
+    monkeypatch.setattr(step_code_module, '_known', {})
+    monkeypatch.setattr(step_code_module, 'text_of', wrong)
+    found, _ = plain([1])
+    assert compiled_bits(1) != found['1']
+
+
 @pytest.mark.long
 def test_code_has_the_bits_of_the_plain_functions_of_many():
     """As above."""
@@ -101,6 +118,21 @@ def flown(motion, t_s):
     told = states.q_ib, states.omega_bi_b, states.rotor_speed, states.rotor_angle, states.work
     torque = b'' if states.rotor_torque is None else states.rotor_torque.tobytes()
     return [*(np.ascontiguousarray(each).tobytes() for each in told), torque]
+
+
+@pytest.mark.parametrize('count', [1, 7, 8, 9, 1000])
+def test_any_number_of_motions_has_the_bits_of_each(count):
+    """Each ends in its own time, and the next takes its lane."""
+    rng = np.random.default_rng(count)
+    rates, t_s = rng.normal(0.0, 1.0, (count, 3)), np.linspace(0.0, 20.0, 5)
+
+    def motions():
+        return [Propagation(System(INERTIA), State(rotation.IDENTITY, each)) for each in rates]
+
+    together = propagate_all(motions(), t_s)
+    chosen = rng.permutation(count)[:50]
+    alone = motions()
+    assert all(flown(together[m], t_s) == flown(alone[m], t_s) for m in chosen)
 
 
 @pytest.mark.parametrize('seed', [0, pytest.param(1, marks=pytest.mark.long)])

@@ -124,6 +124,30 @@ def test_random_graphs_are_as_in_python(seed, lanes):
             assert [*map(bits, found)] == [bits(float(each)) for each in right]
 
 
+def truths(x):
+    """Return what comparisons are, as numbers, in a choice, and joined; // and % too."""
+    a, b, *_ = x
+    return (
+        (a < b) * 3.0 + (a >= 0.0),
+        functions.select((a < 1.0) & (b < 1.0), a, b),
+        functions.select((a < 0.0) | (b < 0.0), a, b),
+        abs(a == b) - functions.select(a != b, 2.0, 0.5),
+        functions.select(a, 1.0, 2.0),
+        a // b,
+        a % b,
+    )
+
+
+@pytest.mark.parametrize('lanes', [1, 8])
+def test_truths_are_numbers_and_are_joined(lanes):
+    """As of Python's own, 1 and 0."""
+    run, rng = code_of(truths, INPUTS, lanes), np.random.default_rng(3)
+    for _ in range(20):
+        x = rng.choice([-2.5, -1.0, 0.5, 1.0, 3.0], (INPUTS, lanes))
+        right = [truths([float(v) for v in each]) for each in x.T]
+        np.testing.assert_array_equal(run(x).T, np.array(right, float))
+
+
 @pytest.mark.parametrize('cpu', ['x86-64', 'haswell', 'znver2'])
 def test_other_processors_have_the_same_bits(cpu):
     """Where there are only sums, products, quotients and roots."""

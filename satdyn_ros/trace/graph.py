@@ -1,6 +1,7 @@
 """Symbols in place of floats: what a function does to them is a graph of operations."""
 
 from collections.abc import Callable, Iterable, Iterator
+from numbers import Real
 from typing import Any
 
 from . import ieee
@@ -202,6 +203,8 @@ def _as_number(x):
     """Return 1 where a comparison holds, else 0; a number as it is."""
     if isinstance(x, Symbol):
         return apply('select', x, 1.0, 0.0) if x.operation in COMPARISONS else x
+    if not isinstance(x, Real):
+        raise TypeError(f'it computes with a value of type {type(x).__name__}, not with numbers')
     return float(x)
 
 
@@ -256,7 +259,7 @@ def apply(operation: str, *operands: Any) -> Any:
     """
     Return the result of an operation: a number where all operands are, else a symbol.
 
-    TypeError: an operand is neither, as an array is.
+    TypeError: an operand beside a symbol is neither, as an array is.
     """
     for operand in operands:
         if isinstance(operand, Symbol):

@@ -23,6 +23,8 @@ def x():
         (lambda x: x**0.5, 'an exponent must be a whole number above 0'),
         (lambda x: x**x, 'an exponent must be a whole number above 0'),
         (lambda x: 2.0**x, 'unsupported operand'),
+        (lambda x: x * np.zeros(3), 'a value of type ndarray, not with numbers'),
+        (lambda x: x - (1.0, 2.0), 'a value of type tuple'),
         (lambda x: not x > 1.0, 'must choose by select'),
         (lambda x: 0.0 < x < 1.0, 'must choose by select'),
     ],

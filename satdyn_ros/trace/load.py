@@ -13,6 +13,8 @@ from llvmlite import binding
 # What keeps the bits.  Vectors of scalars that are side by side do not, and take nine tenths of
 # the compiler's time.
 _LEVEL = 1
+# Bytes of the digest before the code in a file.
+_DIGEST = 32
 
 
 class Code:
@@ -28,15 +30,12 @@ class Code:
         told = f'{llvmlite.__version__} {machine.triple} {_features(cpu)} {_LEVEL}\n{text}'
         # By all that it is made of: what is kept cannot be stale.
         kept = folder and folder / f'{sha256(told.encode()).hexdigest()[:32]}.o'
-        content = b''
-        if kept:
-            with suppress(OSError):
-                content = kept.read_bytes()
+        content = _read(kept) if kept else b''
         if not content:
             content = _compiled(text, machine)
             if kept:
                 with suppress(OSError):
-                    _write_whole(kept, content)
+                    _write_whole(kept, sha256(content).digest() + content)
         self._engine = binding.create_mcjit_compiler(binding.parse_assembly(''), machine)
         self._engine.add_object_file(binding.ObjectFileRef.from_data(content))
         self._engine.finalize_object()
@@ -86,6 +85,17 @@ def _machine(cpu):
         codemodel='jitdefault',
         jit=True,
     )
+
+
+def _read(path):
+    """Return the machine code in a file; nothing: it is not there, or damaged."""
+    try:
+        whole = path.read_bytes()
+    except OSError:
+        return b''
+    # Damaged code would end the process.
+    digest, content = whole[:_DIGEST], whole[_DIGEST:]
+    return content if sha256(content).digest() == digest else b''
 
 
 def _write_whole(path, content):

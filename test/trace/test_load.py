@@ -43,3 +43,16 @@ def test_code_is_kept(tmp_path, monkeypatch):
 def test_a_folder_that_is_gone_is_no_error(tmp_path):
     """The code is made, and not kept."""
     assert run(Code(program(), tmp_path / 'gone')) == 6.0
+
+
+@pytest.mark.parametrize(
+    'damage', [lambda code: code[:-9], lambda code: b'', lambda code: 9 * code]
+)
+def test_damaged_code_is_made_anew(tmp_path, damage):
+    """As where a disk was full: it is neither run nor taken for good."""
+    Code(program(), tmp_path)
+    (kept,) = tmp_path.iterdir()
+    whole = kept.read_bytes()
+    kept.write_bytes(damage(whole))
+    assert run(Code(program(), tmp_path)) == 6.0
+    assert kept.read_bytes() == whole

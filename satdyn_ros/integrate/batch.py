@@ -46,11 +46,11 @@ def propagate_all(motions: Sequence[Propagation], t_s: ArrayLike) -> list[States
         problem = problem_of(begin, courses, code.layout, group[0][0].wanted)
         _walk_all(problem, courses[0].constants, t_s, courses)
         for m, (motion, course) in enumerate(group):
-            outcome, (reached_s, since) = int(problem.outcome[m]), problem.ended[m].tolist()
+            outcome, (reached_s, *after) = int(problem.outcome[m]), problem.ended[m].tolist()
             states = motion.states_of(problem, m, t_s[: problem.rows[m]], course)
             found[motion] = states
             if outcome != REACHED:
-                why = course.why_not(outcome, since)
+                why = course.reason(outcome, *after)
                 found[motion] = motion.halted(outcome, reached_s, states, why)
     return [found[motion] for motion in motions]
 

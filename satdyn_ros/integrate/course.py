@@ -16,12 +16,14 @@ from ..trace.graph import flatten
 from .lanes import (
     BEGIN,
     END,
+    EXITS,
     FURTHEST,
     LATE,
     LEFT,
     ROTOR_LEAVES,
     SINCE,
     STEPS_ALLOWED,
+    STEPS_OF_AN_EXIT,
     TABLE_ENDS,
     TOO_MANY_STEPS,
     UNFINISHED,
@@ -32,8 +34,6 @@ from .lanes import (
 from .layout import Layout
 from .variables import columns
 
-# What it takes to go on by other constants where a rotor leaves, counted as steps.
-_STEPS_OF_AN_EXIT = 200
 # At least as many corners as there may be in a piece of time.
 _CORNERS = 256
 
@@ -44,8 +44,7 @@ class Course:
 
     anomaly: mean anomaly at the start [rad], mean motion [rad/s] and eccentricity.  constants: of
     now, which hold until until_s from the start; stops_s: the times from tick 0 at which steps end
-    till then, ascending.  drives: of its rotors, None: none switches; exits: how often a rotor has
-    left its range since the last row; why: why the motion ends, where that is known here.
+    till then, ascending.  drives: of its rotors, None: none switches.
 
     ValueError: what depends on time alone is not known at the start.
     """
@@ -59,11 +58,10 @@ class Course:
         self.constants = constants_of(system, start_s)
         self.stops_s = self._all_stops_s = stops_of(system)
         self.drives: Drives | None = None
-        self.why = ''
-        self.until_s, self.exits, self._rows = np.inf, 0, 0
+        self._why, self.until_s = '', np.inf
         self._table_of: Callable[[Pieces], Table] | None = None
         self._current: dict[Pieces, Piece] = {}
-        self._arrays: list[np.ndarray] = []
+        self._held: list[list[np.ndarray]] = []
         # When the table of the orbit jumps, from tick 0, and its work there up to then.
         self._jumps_s: list[float] = []
         self._jumped = [0.0]
@@ -80,23 +78,19 @@ class Course:
 
     def tell(self, problem: Problem, m: int) -> None:
         """Write what holds now for motion m of a problem."""
-        numbers, self._arrays = flatten(self.constants)
-        problem.constants[m], problem.arrays[m] = numbers, [*map(address, self._arrays)]
+        numbers, arrays = flatten(self.constants)
+        # Until the motion goes on by the new ones its lane still has those before.
+        self._held = [*self._held[-1:], arrays]
+        problem.constants[m], problem.arrays[m] = numbers, [*map(address, arrays)]
         problem.settings[m] = *self.anomaly, self._tolerance, 0.0, self.until_s
         self.allow(self._steps_allowed, problem, m)
         problem.stops_s[m] = np.inf
         problem.stops_s[m, : len(self.stops_s)] = self.stops_s
         problem.is_new[m] = True
 
-    def ask(self, problem: Problem) -> None:
-        """Count the exits anew, as other rows are asked for of the one motion of a problem."""
-        self._rows, self.exits = 0, 0
-        self.allow(self._steps_allowed, problem, 0)
-
     def allow(self, steps: float, problem: Problem, m: int) -> None:
         """Let motion m of a problem take so many steps from one row to the next."""
-        self._steps_allowed = steps
-        problem.settings[m, STEPS_ALLOWED] = steps - self.exits * _STEPS_OF_AN_EXIT
+        self._steps_allowed = problem.settings[m, STEPS_ALLOWED] = steps
 
     def go_on(self, problem: Problem, lanes: Lanes, l: int, t_s: np.ndarray) -> None:
         """
@@ -105,25 +99,23 @@ class Course:
         t_s (N,): ascending, of the rows that are asked for.
         """
         m, clock = lanes.motion[l], lanes.clock[l]
-        if problem.rows[m] > self._rows:
-            self._rows, self.exits = int(problem.rows[m]), 0
         y = lanes.y[l :: len(lanes.motion)][: problem.begin.shape[1]]
         q_ib, omega_bi_b, speeds, *_ = (each[0] for each in columns(self._system, y[:, None]))
         if problem.outcome[m] == ROTOR_LEAVES:
             self.leave(int(clock[LEFT]), float(clock[END]), omega_bi_b, speeds)
             clock[LEFT] = 0.0
-            self.exits += int(clock[BEGIN] >= clock[FURTHEST])
+            clock[EXITS] += clock[BEGIN] >= clock[FURTHEST]
         else:
             try:
                 self.enter_next(q_ib)
             except ValueError as error:
-                self.why = str(error)
+                self._why = str(error)
                 # The time of a tick at the very end may be rounded to beyond it.
                 late_s = latest_at(self._end_s) - self._start_s - clock[END]
                 has_late = clock[LATE] == 0.0 and t_s[problem.rows[m]] <= clock[END] + late_s
                 clock[LATE] = late_s
                 problem.outcome[m] = UNFINISHED if has_late else TABLE_ENDS
-                problem.ended[m] = clock[END], clock[SINCE]
+                problem.ended[m] = clock[END], clock[SINCE], clock[EXITS]
                 return
         self.tell(problem, m)
         problem.outcome[m] = UNFINISHED
@@ -148,14 +140,18 @@ class Course:
         self._note_jump(following, q_ib)
         self._enter(following)
 
-    def why_not(self, outcome: int, since: float) -> str:
-        """Return why a motion has ended, if it is known here; since: steps after the last row."""
-        if outcome == TOO_MANY_STEPS and self.exits * _STEPS_OF_AN_EXIT > since:
+    def reason(self, outcome: int, since: float, exits: float) -> str:
+        """
+        Return why a motion has ended, if it is known here.
+
+        since, exits: how many steps and exits of rotors there were after the last row.
+        """
+        if outcome == TOO_MANY_STEPS and exits * STEPS_OF_AN_EXIT > since:
             return (
-                f'its rotors stop, start, or meet and leave limits more than {self.exits} times '
+                f'its rotors stop, start, or meet and leave limits more than {exits:g} times '
                 'before the next sample'
             )
-        return self.why if outcome == TABLE_ENDS else ''
+        return self._why if outcome == TABLE_ENDS else ''
 
     def of_drives(self, t_s: np.ndarray, efforts: np.ndarray) -> tuple[np.ndarray, ...]:
         """Return rotor_torque and met_limit of States at ascending times, if there are any."""

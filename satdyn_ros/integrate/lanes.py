@@ -22,7 +22,9 @@ TRYING, TRIED, WISHED, MOST_GROWTH, IS_CUT, IS_STOPPED, IS_STUCK = range(9, 16)
 # Where the step is to end because a rotor leaves its range, which, and which has left, as of
 # Drives.leave; by how much a row may be beyond the last step.
 EXIT_S, EXIT, LEFT, LATE = range(16, 20)
-CLOCK_SIZE = 20
+# How often a rotor has left its range since the furthest row.
+EXITS = 20
+CLOCK_SIZE = 21
 
 # The settings of a motion: mean anomaly at the start [rad], mean motion [rad/s] and eccentricity,
 # tolerance, the most steps from row to row, and until when its constants hold.
@@ -35,6 +37,8 @@ SETTINGS = 6
 UNFINISHED, PIECE_ENDS, ROTOR_LEAVES = range(3)
 REACHED, STEP_UNDERFLOW, TOO_MANY_STEPS, TABLE_ENDS = range(3, 7)
 
+# What it takes to go on by other constants where a rotor leaves, counted as steps.
+STEPS_OF_AN_EXIT = 200
 # Floats in a cache line.
 _LINE = 8
 
@@ -93,8 +97,8 @@ class Problem:
     begin (M, V): the variables at the start; settings (M, 6), constants (M, P) and arrays (M, A):
     what holds now; stops_s (M, S): the times from tick 0 at which steps end, ascending, then
     infinite; is_new (M,): whether these have changed.  rows (M,): how many are filled; outcome
-    (M,): how a motion stands; ended (M, 2): when it has ended, the end of its last step and how
-    many steps it took since the last row.  table: addresses and counts.
+    (M,): how a motion stands; ended (M, 3): when it has ended, the end of its last step, and how
+    many steps and exits of rotors it took since the last row.  table: addresses and counts.
 
     out (M, W, N): the wanted variables; efforts (M, R, N): the torques of the motors [N m], where
     drives act, else without rows.
@@ -109,7 +113,7 @@ class Problem:
         self.arrays = np.empty((count, layout.arrays), np.int64)
         self.stops_s = np.full((count, most_stops + 1), np.inf)
         self.is_new, self.rows, self.outcome = np.zeros((3, count), np.int64)
-        self.ended = np.zeros((count, 2))
+        self.ended = np.zeros((count, 3))
         known = self.begin, self.settings, self.constants, self.arrays, self.stops_s, self.is_new
         of_rows = self.rows, self.outcome, self.ended
         places = [0, *map(address, known), 0, 0, 0, *map(address, of_rows)]
@@ -124,6 +128,9 @@ class Problem:
         turn_b (N, 3): as of States, of one motion, added to; None: it is not wanted.
         """
         count, rows, table = len(self.begin), len(t_s), self.table
+        t_s = np.ascontiguousarray(t_s, float)
+        # The walk reads and writes them by their addresses.
+        self._held = t_s, turn_b
         self.out = np.empty((count, self._wanted, rows))
         self.efforts = np.empty((count, self._rotors, rows))
         self.rows[:], self.outcome[:] = 0, UNFINISHED

@@ -99,8 +99,8 @@ class Propagation(Motion):
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what a copy begins with: from the start, as if nothing had been asked for."""
-        walked = dict.fromkeys(('_code', '_problem', '_lanes'))
-        return {**vars(self), **walked, '_course': self.new_course()}
+        walked = {'_code': None, '_problem': None, '_lanes': None, '_furthest_s': 0.0}
+        return {**vars(self), **walked, '_steps_to_halt': 0.0, '_course': self.new_course()}
 
     def _restart(self):
         if self._lanes is not None:
@@ -121,16 +121,22 @@ class Propagation(Motion):
         if course.drives is not None:
             course.drives.forget(float(clock[BEGIN]))
         tables = problem.address, lanes.address, lanes.address
-        while not walk(*tables, code.attempt, code.dense):
-            if UNFINISHED < problem.outcome[0] < REACHED:
-                course.go_on(problem, lanes, 0, sorted_s)
-            # Another thread may have changed it.
-            course.allow(self._steps_allowed, problem, 0)
+        course.allow(self._steps_allowed, problem, 0)
+        try:
+            while not walk(*tables, code.attempt, code.dense):
+                if UNFINISHED < problem.outcome[0] < REACHED:
+                    course.go_on(problem, lanes, 0, sorted_s)
+                # Another thread may have changed it.
+                course.allow(self._steps_allowed, problem, 0)
+        except BaseException:
+            # As by Ctrl-C, in the middle of a step.
+            self._restart()
+            raise
         count, outcome = int(problem.rows[0]), int(problem.outcome[0])
         found = self._found(problem, 0, sorted_s[:count], course)
         if outcome != REACHED:
-            reached_s, since = problem.ended[0].tolist()
-            self._steps_to_halt, why = clock[STEPS] - since, course.why_not(outcome, since)
+            reached_s, since, exits = problem.ended[0].tolist()
+            self._steps_to_halt, why = clock[STEPS] - since, course.reason(outcome, since, exits)
             self._restart()
             turned = None if turn_b is None else turn_b[:count]
             states = self._table(sorted_s[:count], turned, *found)
@@ -151,7 +157,6 @@ class Propagation(Motion):
             self._problem = problem_of(self.begin()[None], [self._course], layout, self.wanted)
         assert self._problem is not None
         self._problem.ask(t_s, turn_b)
-        self._course.ask(self._problem)
         return self._problem, self._lanes, self._code
 
     def halted(self, outcome: int, reached_s: float, states: States, why: str = '') -> Halted:

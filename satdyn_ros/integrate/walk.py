@@ -39,6 +39,7 @@ from .lanes import (
     ENDED_AT,
     EXIT,
     EXIT_S,
+    EXITS,
     FURTHEST,
     HOLDS_UNTIL_S,
     IS_CUT,
@@ -72,6 +73,7 @@ from .lanes import (
     STEP_UNDERFLOW,
     STEPS,
     STEPS_ALLOWED,
+    STEPS_OF_AN_EXIT,
     STOP,
     STOP_COUNT,
     STOPS_AT,
@@ -119,7 +121,7 @@ def walk(problem_at: int, lanes_at: int, single_at: int, attempt: int, make_dens
     """
     p, lanes, single = integers(problem_at), integers(lanes_at), integers(single_at)
     motion, outcome, count = integers(lanes[MOTION_AT]), integers(p[OUTCOME_AT]), lanes[LANE_COUNT]
-    for _ in range(_SLICE_ATTEMPTS):
+    for _ in range(_SLICE_ATTEMPTS // count):
         is_busy, waits = False, False
         for l in range(count):
             _take_next(l, p, lanes)
@@ -132,11 +134,12 @@ def walk(problem_at: int, lanes_at: int, single_at: int, attempt: int, make_dens
                 waits = waits or not is_whole or now in (PIECE_ENDS, ROTOR_LEAVES)
                 if now == UNFINISHED and is_whole:
                     _begin_step(l, p, lanes)
-            if c[TRYING] != 0.0:
-                _prepare(l, lanes)
             is_busy = is_busy or outcome[m] == UNFINISHED or p[WAITING] < p[MOTION_COUNT]
         if waits or not is_busy:
             return not (waits or is_busy)
+        for l in range(count):
+            if motion[l] >= 0 and _clock(l, lanes)[TRYING] != 0.0:
+                _prepare(l, lanes)
         call(attempt, lanes_at)
         for l in range(count):
             if motion[l] >= 0 and _clock(l, lanes)[TRYING] != 0.0:
@@ -349,7 +352,7 @@ def _write_rows(l, p, lanes, single, make_dense):
             add_turn(turn_b, max(t_s[i - 1], begin), t_s[i], begin, end, dense, row)
         integers(p[ROWS_AT])[m] = last
         if t_s[last - 1] > c[FURTHEST]:
-            c[FURTHEST], c[SINCE] = t_s[last - 1], 0.0
+            c[FURTHEST], c[SINCE], c[EXITS] = t_s[last - 1], 0.0, 0.0
     settings, outcome = _of(m, SETTINGS_AT, SETTINGS, p), UNFINISHED
     if last == rows:
         outcome = REACHED
@@ -361,14 +364,14 @@ def _write_rows(l, p, lanes, single, make_dense):
         outcome = ROTOR_LEAVES
     elif end >= settings[HOLDS_UNTIL_S]:
         outcome = PIECE_ENDS
-    elif c[SINCE] >= settings[STEPS_ALLOWED]:
+    elif c[SINCE] + STEPS_OF_AN_EXIT * c[EXITS] >= settings[STEPS_ALLOWED]:
         outcome = TOO_MANY_STEPS
     elif counts:
         turn_b = floats(p[TURN_AT] + _BYTES * 3 * last)
         add_turn(turn_b, max(t_s[last - 1], begin), end, begin, end, dense, row)
     if outcome >= REACHED:
-        ended = _of(m, ENDED_AT, 2, p)
-        ended[0], ended[1] = end, c[SINCE]
+        ended = _of(m, ENDED_AT, 3, p)
+        ended[0], ended[1], ended[2] = end, c[SINCE], c[EXITS]
     return outcome, True
 
 
@@ -395,7 +398,8 @@ def _show(l, p, lanes, single, make_dense):
     shown[0], c[DENSE_OF] = m, c[STEPS]
     y, dense = floats(single[_Y]), floats(single[_DENSE])
     if c[STEPS] == 0.0:
-        begins = floats(lanes[_Y])
+        # Not y, which may be an attempt that was rejected.
+        begins = floats(lanes[_DENSE])
         for i in range(size):
             dense[i] = begins[i * count + l]
         for i in range(row, 8 * row):

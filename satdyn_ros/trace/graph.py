@@ -217,12 +217,12 @@ def _as_truth(x):
 def _modulo(a, b):
     """Return a % b as Python has it: with the sign of b."""
     rest = apply('fmod', a, b)
-    is_other = apply('olt', rest * b, 0.0)
+    is_other = ((rest < 0.0) & (b > 0.0)) | ((rest > 0.0) & (b < 0.0))
     return apply('select', is_other, rest + b, rest)
 
 
 def _whole_quotient(a, b):
-    """Return a // b as Python has it, of what its quotient is exact."""
+    """Return a // b as Python has it, where the quotient is exact."""
     return apply('floor', (a - _modulo(a, b)) / b + 0.5)
 
 

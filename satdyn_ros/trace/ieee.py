@@ -23,8 +23,12 @@ def floor(x: float) -> float:
     return math.copysign(float(math.floor(x)), x) if math.isfinite(x) else x
 
 
-# Where a logarithm is minus infinity.
-_POLES = {'log': 0.0, 'log2': 0.0, 'log10': 0.0, 'log1p': -1.0}
+# Where a function is infinite that math does not let be.
+_POLES = {
+    **{name: {0.0: -math.inf} for name in ('log', 'log2', 'log10')},
+    'log1p': {-1.0: -math.inf},
+    'atanh': {1.0: math.inf, -1.0: -math.inf},
+}
 
 
 def _total(name: str) -> Callable[..., float]:
@@ -35,7 +39,7 @@ def _total(name: str) -> Callable[..., float]:
         try:
             return function(*x)
         except ValueError:
-            return -math.inf if x == (_POLES.get(name),) else math.nan
+            return _POLES.get(name, {}).get(x[0], math.nan)
         except OverflowError:
             is_negative = name == 'sinh' and x[0] < 0.0
             return -math.inf if is_negative else math.inf
@@ -55,7 +59,7 @@ OF_C_LIBRARY = {
     for name in (
         *('sin', 'cos', 'tan', 'asin', 'acos', 'atan', 'atan2'),
         *('exp', 'expm1', 'log', 'log2', 'log10', 'log1p', 'erf', 'erfc'),
-        *('sinh', 'cosh', 'tanh', 'asinh', 'acosh', 'fmod'),
+        *('sinh', 'cosh', 'tanh', 'asinh', 'acosh', 'atanh', 'fmod'),
     )
 }
 # What each operation gives of operands that are known.

@@ -101,6 +101,10 @@ def _read(path):
 def _write_whole(path, content):
     """Write a file that another process sees whole or not at all."""
     handle, name = tempfile.mkstemp(dir=path.parent)
-    with os.fdopen(handle, 'wb') as file:
-        file.write(content)
-    Path(name).replace(path)
+    try:
+        with os.fdopen(handle, 'wb') as file:
+            file.write(content)
+        Path(name).replace(path)
+    except OSError:
+        Path(name).unlink()
+        raise

@@ -109,3 +109,12 @@ def test_no_motions_and_the_begin():
         assert isinstance(states, States)
         np.testing.assert_array_equal(states.q_ib[0], motion.state.q_ib)
         np.testing.assert_array_equal(states.omega_bi_b[0], motion.state.omega_bi_b)
+
+
+def test_times_may_be_every_other_of_an_array():
+    """As of the same times side by side."""
+    motion = Propagation(System(np.eye(3)), State(rotation.IDENTITY, np.array([0.1, 0.2, 0.3])))
+    t_s = np.linspace(0.0, 10.0, 11)[::2]
+    (states,) = propagate_all([motion], t_s)
+    assert isinstance(states, States)
+    np.testing.assert_array_equal(states.q_ib, motion.at(t_s).q_ib)

@@ -216,3 +216,38 @@ def test_ctrl_c_ends_it(ready, fly):
     finally:
         process.kill()
     assert errors.rstrip().endswith('KeyboardInterrupt')
+
+
+def test_the_limit_is_that_of_now():
+    """Of each question, whatever it was when the motion was made."""
+    motion = _counted(3)
+    motion.most_steps = None
+    assert len(motion.at([200.0])) == 1
+    motion.most_steps = 3
+    with pytest.raises(Halted, match='more than 3 steps'):
+        motion.at([4000.0])
+
+
+def test_after_an_interruption_it_starts_again(monkeypatch):
+    """In the middle of a step there is nothing to answer from."""
+    motion, right = _counted(), _counted().at(np.linspace(0.0, 2000.0, 21)).q_ib
+    motion.at(0.0)
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr('satdyn_ros.integrate.walk.walk', interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            motion.at(1000.0)
+    np.testing.assert_array_equal(motion.at(np.linspace(0.0, 2000.0, 21)).q_ib, right)
+
+
+def test_the_row_at_the_start_is_the_state():
+    """Where no step can be taken, with a motor whose torque is known when there is one."""
+    rotor = Rotor('motor', inertia=0.1, max_speed=1.0)
+    system = System(np.eye(3), (rotor,), torque_b=np.array([np.inf, 0.0, 0.0]))
+    state = State(rotation.IDENTITY, np.array([0.1, 0.0, 0.0]), 0.5, 0.0)
+    for halted in propagate_all([Propagation(system, state)], [0.0, 1.0]):
+        assert isinstance(halted, Halted)
+        assert halted.states.omega_bi_b.tolist() == [[0.1, 0.0, 0.0]]

@@ -91,7 +91,8 @@ def _result(name, a, b, c, d):
         return a * a * a if isinstance(a, float) else a**3
     if name == 'modulo':
         rest = apply('fmod', a, b)
-        right = functions.select(rest * b < 0.0, rest + b, rest)
+        is_other = ((rest < 0.0) & (b > 0.0)) | ((rest > 0.0) & (b < 0.0))
+        right = functions.select(is_other, rest + b, rest)
         return right if isinstance(a, float) and isinstance(b, float) else a % b
     if name == 'subroutine':
         return functions.subroutine(_inner, a, b)

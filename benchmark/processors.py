@@ -5,15 +5,12 @@ import subprocess
 import sys
 import tempfile
 import time
-from functools import partial
 
 import numpy as np
 from common import QUICK, Claim, medians, milliseconds, show
 from problem import DURATION_S, START, system
 
-from satdyn_ros.integrate import step_code
 from satdyn_ros.integrate.propagation import Propagation
-from satdyn_ros.trace.load import Code
 
 # As loose as allows of the problem's greatest error.
 TOLERANCE = 2.5e-13
@@ -47,7 +44,7 @@ class Child:
             'NUMBA_CACHE_DIR': folder,
         }
         self.process = subprocess.Popen(
-            [sys.executable, __file__, '--child', processor],
+            [sys.executable, __file__, '--child'],
             env=os.environ | (given if processor else {}),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -86,8 +83,6 @@ def main(rounds=15):
 
 if __name__ == '__main__':
     if '--child' in sys.argv:
-        if sys.argv[-1]:
-            step_code.Code = partial(Code, cpu=sys.argv[-1])  # type: ignore[assignment, misc]
         for _ in sys.stdin:
             print(final_state(), flush=True)
     else:

@@ -18,6 +18,7 @@ from ..dynamics.system import State, System
 from ..trace.graph import flatten, kind_of
 from .course import mean_anomaly, problem_of, stops_of
 from .lanes import REACHED, UNFINISHED, Lanes, Problem
+from .layout import Layout
 from .propagation import Propagation
 from .step_code import step_code
 from .variables import columns, wanted_count
@@ -42,9 +43,9 @@ def propagate_all(motions: Sequence[Propagation], t_s: ArrayLike) -> list[States
     for group in alike.values():
         courses = [course for _, course in group]
         begin = np.array([motion.begin() for motion, _ in group])
-        code = step_code(courses[0].constants, LANES)
-        problem = problem_of(begin, courses, code.layout, group[0][0].wanted)
-        _walk_all(problem, courses[0].constants, t_s, courses)
+        like = courses[0].constants
+        problem = problem_of(begin, courses, Layout.of(like), group[0][0].wanted)
+        _walk_all(problem, like, t_s, courses)
         for m, (motion, course) in enumerate(group):
             outcome, (reached_s, *after) = int(problem.outcome[m]), problem.ended[m].tolist()
             states = motion.states_of(problem, m, t_s[: problem.rows[m]], course)
@@ -69,8 +70,8 @@ def propagate_many(
     anomaly = [np.broadcast_to(np.ravel(each), count) for each in mean_anomaly(system, 0.0)]
     stops_s = stops_of(system)
     begin = initial_values(system, state)[:, 0]
-    layout, wanted = step_code(like, LANES).layout, wanted_count(system, like.does_work)
-    problem = Problem(begin, layout, wanted, len(stops_s))
+    wanted = wanted_count(system, like.does_work)
+    problem = Problem(begin, Layout.of(like), wanted, len(stops_s))
     problem.settings[:] = np.column_stack([*anomaly, tolerance, *np.full((2, count), np.inf)])
     problem.constants[:], problem.stops_s[:, :-1], problem.is_new[:] = constants, stops_s, True
     _walk_all(problem, like, t_s, [])

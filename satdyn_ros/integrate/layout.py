@@ -38,9 +38,8 @@ class Layout(NamedTuple):
     What is where in a kind of motions.
 
     size: the number of variables, place: where the place on the orbit is among them, 0: it is not;
-    numbers and arrays: how many the Constants have; rotors: of those that turn; rotors_at and
-    watches_at: where they and the watches of their drives begin among the numbers, 0: there are
-    none.
+    numbers and arrays: how many the Constants have; rotors: of those that turn; rotors_at: where
+    they begin among the numbers, watches_at: the watches of their drives, 0: there are none.
     """
 
     size: int

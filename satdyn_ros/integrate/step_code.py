@@ -37,15 +37,14 @@ class StepCode(NamedTuple):
     """
     Functions of a table of the addresses of ARRAYS.
 
-    code: what they last as long as.  attempt: takes the step h from the first row of dense at t
+    code: keeps them in memory.  attempt: takes the step h from the first row of dense at t
     to y, with its error and the part before a corner.  dense: makes the terms of its dense output.
-    text: the IR.  layout: of the kind.
+    layout: of the kind.
     """
 
     code: Code
     attempt: int
     dense: int
-    text: str
     layout: Layout
 
 
@@ -60,10 +59,9 @@ def step_code(constants: Constants, lanes: int) -> StepCode:
     """
     kind = lanes, kind_of(constants)
     if kind not in _known:
-        text = text_of(constants, lanes)
-        code = Code(text, code_folder(), other_processor())
+        code = Code(text_of(constants, lanes), code_folder(), other_processor())
         addresses = code.address('attempt'), code.address('dense')
-        _known[kind] = StepCode(code, *addresses, text, Layout.of(constants))
+        _known[kind] = StepCode(code, *addresses, Layout.of(constants))
     return _known[kind]
 
 

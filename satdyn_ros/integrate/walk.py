@@ -90,7 +90,7 @@ from .lanes import (
     WATCHES_AT,
     WISHED,
 )
-from .layout import ARRAYS, ERROR, EVALUATED, FROM_S, PART, UNTIL_S, H, T
+from .layout import ARRAYS, ERROR, EVALUATED, FROM_S, PART, STAGE_S, TERMS, UNTIL_S, H, T
 
 # The place on an ellipse, integrated with the rest, is corrected every so many steps.
 STEPS_PER_FIX = 8
@@ -201,10 +201,8 @@ def _begin_step(l, p, lanes):
     if integers(p[IS_NEW_AT])[m]:
         _renew(l, m, p, lanes)
     y, y_0, frame = floats(lanes[_Y]), floats(lanes[_DENSE]), floats(lanes[_FRAME])
-    settings, constants = (
-        _of(m, SETTINGS_AT, SETTINGS, p),
-        _of(m, CONSTANTS_AT, p[CONSTANT_COUNT], p),
-    )
+    settings = _of(m, SETTINGS_AT, SETTINGS, p)
+    constants = _of(m, CONSTANTS_AT, p[CONSTANT_COUNT], p)
     t = c[END]
     if p[PLACE] > 0 and int(c[STEPS]) % STEPS_PER_FIX == 0:
         f = true_anomaly_of_one(
@@ -218,11 +216,8 @@ def _begin_step(l, p, lanes):
         for i in range(OMEGA, OMEGA + 3):
             square += y[i * count + l] * y[i * count + l]
         c[NEXT] = FIRST_TURN / (np.sqrt(square) + constants[ANOMALY_RATE] + SLOWEST)
-    stops_s, start_s, passed = (
-        _of(m, STOPS_AT, p[STOP_COUNT], p),
-        constants[START_S],
-        int(c[PASSED]),
-    )
+    stops_s, start_s = _of(m, STOPS_AT, p[STOP_COUNT], p), constants[START_S]
+    passed = int(c[PASSED])
     while stops_s[passed] - start_s <= t:
         passed += 1
     following = stops_s[passed]
@@ -321,12 +316,8 @@ def _write_rows(l, p, lanes, single, make_dense):
     Return how its motion stands, and whether all these rows are written; if not, the rest waits
     for another slice.
     """
-    m, c, t_s, rows = (
-        integers(lanes[MOTION_AT])[l],
-        _clock(l, lanes),
-        floats(p[T_S_AT]),
-        p[ROW_COUNT],
-    )
+    m, c = integers(lanes[MOTION_AT])[l], _clock(l, lanes)
+    t_s, rows = floats(p[T_S_AT]), p[ROW_COUNT]
     first = last = integers(p[ROWS_AT])[m]
     # The torque that holds a rotor is known when there is a step.
     is_held_back = p[WATCHES_AT] > 0 and c[STEPS] == 0.0 and c[IS_STUCK] == 0.0
@@ -402,7 +393,7 @@ def _show(l, p, lanes, single, make_dense):
         begins = floats(lanes[_DENSE])
         for i in range(size):
             dense[i] = begins[i * count + l]
-        for i in range(row, 8 * row):
+        for i in range(row, TERMS * row):
             dense[i] = 0.0
         return
     if count > 1:
@@ -413,7 +404,7 @@ def _show(l, p, lanes, single, make_dense):
             _gather(size, l, count, stage, floats(single[_K] + _BYTES * j * row))
         _gather(p[CONSTANT_COUNT], l, count, floats(lanes[_CONSTANTS]), floats(single[_CONSTANTS]))
         _gather(p[ARRAY_COUNT], l, count, floats(lanes[_ARRAYS]), floats(single[_ARRAYS]))
-        _gather(4, l, count, floats(lanes[_FRAME]), floats(single[_FRAME]))
+        _gather(STAGE_S, l, count, floats(lanes[_FRAME]), floats(single[_FRAME]))
     frame = floats(single[_FRAME])
     frame[T], frame[H] = c[BEGIN], c[END] - c[BEGIN]
     call(make_dense, single[TABLE_AT])

@@ -30,14 +30,10 @@ def times(M: np.ndarray, v: Sequence[np.ndarray]) -> list[np.ndarray]:
     return [M[..., i, 0] * x + M[..., i, 1] * y + M[..., i, 2] * z for i in range(3)]
 
 
-def shape_of(rows: tuple[int, ...]) -> tuple[int, int]:
-    """Return the shape (M, N) in which rows (..., N) are a table."""
-    return int(np.prod(rows[:-1])), rows[-1]
-
-
 def table_of(a: np.ndarray, rows: tuple[int, ...]) -> np.ndarray:
     """Return a (..., k), broadcast to rows (..., N), as a table (M, N, k)."""
-    return np.broadcast_to(a, (*rows, a.shape[-1])).reshape(*shape_of(rows), a.shape[-1])
+    many = int(np.prod(rows[:-1]))
+    return np.broadcast_to(a, (*rows, a.shape[-1])).reshape(many, rows[-1], a.shape[-1])
 
 
 def components(v: ArrayLike) -> list[np.ndarray]:

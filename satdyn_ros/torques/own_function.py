@@ -11,15 +11,15 @@ import math
 import traceback
 from collections.abc import Callable
 from pathlib import Path
-from types import CellType, CodeType, FunctionType, ModuleType
+from types import CellType, FunctionType, ModuleType
 from typing import Any
 
 import numpy as np
 
 from ..kernel import functions
 from ..trace.graph import Symbol
+from .own_source import codes, is_of_package
 
-_PACKAGE = __name__.partition('.')[0]
 _NUMBERS = (Symbol, float, int, np.floating, np.integer)
 # How many numbers the functions of a torque return; 0: one that is no tuple, None: any.
 _LENGTHS = {'torque': 3, 'field': 3, 'potential': 0, 'orbit_power': 0, 'signs': None}
@@ -132,13 +132,13 @@ def _rebound(thing: Any, known: dict[Any, Any]) -> Any:
     # Of a compiled function the one that was compiled.
     thing = getattr(thing, 'py_func', thing)
     if isinstance(thing, ModuleType):
-        return thing if _is_of_package(thing.__name__) else _Rebound(thing, known)
+        return thing if is_of_package(thing.__name__) else _Rebound(thing, known)
     if not isinstance(thing, FunctionType):
         try:
             return _REPLACED.get(thing, thing)
         except TypeError:
             return thing
-    if _is_of_package(thing.__module__):
+    if is_of_package(thing.__module__):
         return thing
     if thing not in known:
         namespace: dict[str, Any] = {'__builtins__': _BUILTINS, '__name__': thing.__module__}
@@ -150,7 +150,7 @@ def _rebound(thing: Any, known: dict[Any, Any]) -> Any:
             # A cell may be empty until the function is called.
             if _is_filled(given):
                 cell.cell_contents = _rebound(given.cell_contents, known)
-        for name in _names(thing.__code__):
+        for name in {name for code in codes(thing.__code__) for name in code.co_names}:
             if name in thing.__globals__:
                 namespace[name] = _rebound(thing.__globals__[name], known)
     return known[thing]
@@ -161,13 +161,3 @@ def _is_filled(cell):
         return cell.cell_contents is not cell
     except ValueError:
         return False
-
-
-def _names(code):
-    """Return the names in a code and in those of the functions in it."""
-    inner = (each for each in code.co_consts if isinstance(each, CodeType))
-    return {*code.co_names, *(name for each in inner for name in _names(each))}
-
-
-def _is_of_package(module):
-    return (module or '').partition('.')[0] == _PACKAGE

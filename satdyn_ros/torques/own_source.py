@@ -17,7 +17,9 @@ def source_of(things: Iterable[Any]) -> str:
     """
     functions = [thing for thing in things if not isinstance(thing, type)]
     classes = [thing for thing in things if isinstance(thing, type)]
-    own = [thing for thing in (*classes, *_called(functions)) if not _is_of_package(thing)]
+    own = [
+        thing for thing in (*classes, *_called(functions)) if not is_of_package(thing.__module__)
+    ]
     return '\n'.join(dict.fromkeys(map(_text, own)))
 
 
@@ -31,7 +33,7 @@ def _called(functions: Iterable[Any]) -> list[FunctionType]:
         function = getattr(function, 'py_func', function)
         if isinstance(function, FunctionType) and function not in found:
             found[function] = None
-            if not _is_of_package(function):
+            if not is_of_package(function.__module__):
                 waiting += [value for _, value in _referred(function)]
     return list(found)
 
@@ -43,7 +45,7 @@ def _referred(function: FunctionType) -> Iterator[tuple[str, Any]]:
         # A cell may be empty until the function is called.
         with suppress(ValueError):
             known[name] = cell.cell_contents
-    names = [name for code in _codes(function.__code__) for name in _names(code)]
+    names = [name for code in codes(function.__code__) for name in _names(code)]
     for name in dict.fromkeys(names):
         if name in known:
             yield name, known[name]
@@ -56,16 +58,17 @@ def _names(code):
     return (*code.co_names, *code.co_freevars)
 
 
-def _codes(code: CodeType) -> Iterator[CodeType]:
+def codes(code: CodeType) -> Iterator[CodeType]:
     """Yield a code and those of the functions in it."""
     yield code
     for const in code.co_consts:
         if isinstance(const, CodeType):
-            yield from _codes(const)
+            yield from codes(const)
 
 
-def _is_of_package(thing):
-    return (thing.__module__ or '').partition('.')[0] == _PACKAGE
+def is_of_package(module: str | None) -> bool:
+    """Return whether the module of a thing, by its name, is one of this package."""
+    return (module or '').partition('.')[0] == _PACKAGE
 
 
 def _text(thing):
@@ -76,7 +79,7 @@ def _text(thing):
     except (OSError, TypeError):
         # Typed into an interpreter or a notebook.
         functions = [thing] if isinstance(thing, FunctionType) else []
-        return ' '.join(_written(code) for f in functions for code in _codes(f.__code__))
+        return ' '.join(_written(code) for f in functions for code in codes(f.__code__))
 
 
 def _written(code):

@@ -1,5 +1,8 @@
 # Every target sets up what it needs in .venv, once; `make` alone lists them.
 
+# Each start of Python would compile all modules again.
+unexport PYTHONDONTWRITEBYTECODE
+
 VENV := .venv
 PY := $(VENV)/bin/python
 PIP := $(PY) -m pip --quiet --quiet --disable-pip-version-check
@@ -28,8 +31,9 @@ OLD_TESTS := test/integrate/test_propagation.py test/integrate/test_batch.py tes
 	test/report/test_plot.py test/ros/test_stream.py
 
 # Tests run in processes of their own ROS domain, each with some 800 MB of memory.  Half of their
-# time they wait for a node or a subscriber: four are not too many for two cores.
-SIDE_BY_SIDE := --numprocesses 4
+# time they wait for a node or a subscriber: four are not too many for two cores.  What the tests
+# of a file share, such as a node and a page, is there once.
+SIDE_BY_SIDE := --numprocesses 4 --dist loadfile --no-loadscope-reorder
 
 # What `make test` leaves to the longer proofs, in five parts of like length: .ci/run runs the one
 # that the commit says, `make everything` all.

@@ -19,6 +19,9 @@ How a fenced block is run is said behind its opening fence:
 
 What a block changes in its shell, such as the PATH, is so for the following ones.  A target of
 make that .ci/run makes by itself is not made twice.
+
+The pages between the tutorial and CONTRIBUTING are read by two readers side by side, who do not
+hear each other's nodes: most of the time a page waits for a node that flies.
 """
 
 import os
@@ -29,13 +32,19 @@ import subprocess
 import sys
 import tempfile
 import time
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from io import StringIO
+from itertools import repeat
 from pathlib import Path
+from typing import TextIO
 
 ROOT = Path(__file__).parents[1]
 # Those that build on others' installation and bags come later.
 ORDER = ('README.md', 'docs/tutorial.md', 'docs', 'CONTRIBUTING.md')
+# ROS domains of the readers side by side; the tests have those up to 100.
+DOMAINS = '101', '215'
 FENCE = re.compile(r'^```(\w+)(?: ([^\n]*))?\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 FILE = re.compile(r'[\w-]+\.\w+')
 # What ends a program by Ctrl-C may say so.
@@ -112,6 +121,7 @@ class Reader:
     folder: Path
     environment: dict[str, str]
     made: frozenset[str]
+    out: TextIO = field(default_factory=lambda: sys.stdout)
     commands: int = 0
     programs: int = 0
     outputs: int = 0
@@ -127,7 +137,7 @@ class Reader:
                 self._end(*terminal)
         except Failed:
             for _, line, _, log in self.terminals:
-                print(f'\n# in another terminal\n$ {line}\n{log.read_text()}', flush=True)
+                self._say(f'\n# in another terminal\n$ {line}\n{log.read_text()}')
             raise
         finally:
             for *_, process, log in self.terminals:
@@ -136,11 +146,14 @@ class Reader:
                 log.unlink(missing_ok=True)
             self.terminals.clear()
 
+    def _say(self, text, end='\n'):
+        print(text, end=end, file=self.out, flush=True)
+
     def _do(self, block):
         match block.language, block.words:
             case (('python' | 'yaml'), [name]) if FILE.fullmatch(name):
                 (self.folder / name).write_text(block.text, encoding='utf-8')
-                print(f'\n# {block.place}: {name} is written', flush=True)
+                self._say(f'\n# {block.place}: {name} is written')
             case 'python', []:
                 self.programs += 1
                 self._run(block, f"python - <<'END_OF_PROGRAM'\n{block.text}END_OF_PROGRAM\n")
@@ -166,8 +179,8 @@ class Reader:
             self._run(block, '\n'.join(lines) + '\n')
 
     def _run(self, block, script):
-        print(f'\n# {block.place}', flush=True)
-        print(''.join(f'$ {line}\n' for line in script.splitlines()), end='', flush=True)
+        self._say(f'\n# {block.place}')
+        self._say(''.join(f'$ {line}\n' for line in script.splitlines()), end='')
         with tempfile.NamedTemporaryFile() as after:
             try:
                 done = subprocess.run(
@@ -183,7 +196,7 @@ class Reader:
                 )
             except subprocess.TimeoutExpired:
                 raise Failed(f'{block.place}: not done in {BLOCK_TIMEOUT_S:g} s') from None
-            print(done.stdout, end='', flush=True)
+            self._say(done.stdout, end='')
             if done.returncode:
                 raise Failed(f'{block.place}: exit code {done.returncode}')
             entries = Path(after.name).read_text().split('\0')
@@ -192,7 +205,7 @@ class Reader:
 
     def _begin(self, block, line):
         self.commands += 1
-        print(f'\n# {block.place}, in another terminal\n$ {line}', flush=True)
+        self._say(f'\n# {block.place}, in another terminal\n$ {line}')
         log = Path(tempfile.mkstemp(suffix='.log')[1])
         with log.open('wb') as file:
             process = subprocess.Popen(
@@ -226,42 +239,78 @@ class Reader:
             with suppress(subprocess.TimeoutExpired):
                 code = process.wait(END_TIMEOUT_S)
                 break
-            print(f'{block.place}: Ctrl-C has not ended {line}', flush=True)
+            self._say(f'{block.place}: Ctrl-C has not ended {line}')
         else:
             raise Failed(f'{block.place}: Ctrl-C does not end {line}')
-        print(f'\n# {block.place}, in the other terminal\n$ {line}\n{log.read_text()}', flush=True)
+        self._say(f'\n# {block.place}, in the other terminal\n$ {line}\n{log.read_text()}')
         # One that has ended before is done, or has failed.
         if code not in ENDED:
             raise Failed(f'{block.place}: exit code {code} of {line}')
 
 
+def read_all(reader: Reader, waiting: list[Path]) -> dict[str, float]:
+    """Read pages as long as any wait, and print each as a whole; return what each took [s]."""
+    took = {}
+    while waiting:
+        page, begin_s = waiting.pop(0), time.monotonic()
+        reader.out = StringIO()
+        try:
+            reader.read(page)
+        except Failed:
+            waiting.clear()
+            raise
+        finally:
+            print(reader.out.getvalue(), end='', flush=True)
+        took[str(page.relative_to(reader.folder))] = time.monotonic() - begin_s
+    return took
+
+
 def main() -> int:
     """Run the pages that are named, or all; return the exit code."""
     environment = {name: os.environ[name] for name in KEPT if name in os.environ}
-    # No other nodes are heard, and none hear these: the tests have the domains up to 100.
-    environment |= {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'ROS_DOMAIN_ID': '101'}
+    # No other nodes are heard, and none hear these.
+    environment |= {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'ROS_DOMAIN_ID': DOMAINS[0]}
     environment |= {'PIP_QUIET': '2', 'PIP_DISABLE_PIP_VERSION_CHECK': '1'}
     environment |= {'PYTHONUNBUFFERED': '1'}
-    made = (ROOT / '.ci/run').read_text().splitlines()
+    made = frozenset(filter(None, (ROOT / '.ci/run').read_text().splitlines()))
     with tempfile.TemporaryDirectory() as place:
         folder, chosen = ROOT, [Path(name).resolve() for name in sys.argv[1:]]
+        beside: list[Path] = []
         if not chosen:
             folder = Path(place, 'satdyn_ros')
             subprocess.run(['git', 'clone', '--quiet', ROOT, folder], check=True)
             chosen = pages(folder)
-        reader = Reader(folder, environment, frozenset(filter(None, made)))
+            beside = [page for page in chosen if 'docs' in page.parts and page.stem != 'tutorial']
+        first = [page for page in chosen if page not in beside]
+        last = [first.pop()] if beside else []
+        count = len(chosen)
+        readers = [Reader(folder, environment, made)]
         try:
-            for page in chosen:
-                reader.read(page)
+            took = read_all(readers[0], first)
+            # What these have installed is there for all.
+            environment = readers[0].environment
+            readers += (
+                Reader(folder, environment | {'ROS_DOMAIN_ID': domain}, made) for domain in DOMAINS
+            )
+            with ThreadPoolExecutor() as pool:
+                for each in pool.map(read_all, readers[1:], repeat(beside)):
+                    took |= each
+            took |= read_all(readers[0], last)
         except Failed as failure:
             print(f'\n{failure}', file=sys.stderr)
             return 1
-    print(
-        f'\n{len(chosen)} pages, {reader.commands} commands, {reader.programs} programs, '
-        f'{reader.outputs} outputs: all as the pages say'
+    commands, programs, outputs = (
+        sum(getattr(reader, name) for reader in readers)
+        for name in ('commands', 'programs', 'outputs')
     )
-    if reader.left_out:
-        print('not run here:', *reader.left_out, sep='\n  ')
+    print(
+        f'\n{count} pages, {commands} commands, {programs} programs, {outputs} outputs: '
+        'all as the pages say'
+    )
+    for page, page_s in sorted(took.items(), key=lambda item: -item[1]):
+        print(f'{page_s:6.0f} s  {page}')
+    if left_out := [line for reader in readers for line in reader.left_out]:
+        print('not run here:', *left_out, sep='\n  ')
     return 0
 
 

@@ -37,6 +37,14 @@ def start(*more_flags):
     return webdriver.Chrome(options, webdriver.ChromeService(driver))
 
 
+def leave(browser):
+    """Leave the page, which would be drawn on, and what was set for it and said of it."""
+    browser.get('about:blank')
+    browser.execute_cdp_cmd('Emulation.clearDeviceMetricsOverride', {})
+    browser.execute_cdp_cmd('Emulation.setEmulatedMedia', {'media': '', 'features': []})
+    errors(browser)
+
+
 def wait(browser, condition, timeout_s=180):
     """Wait until condition(), a function or a text of JavaScript, is true; return its value."""
     from selenium.webdriver.support.ui import WebDriverWait

@@ -12,6 +12,7 @@ import textwrap
 from collections import Counter
 from pathlib import Path
 
+import browser as pages
 import pytest
 from hypothesis import HealthCheck, settings
 
@@ -30,6 +31,8 @@ settings.register_profile('same', patient, derandomize=True)
 settings.load_profile('same')
 
 TESTS = Path(__file__).parent
+# The folders whose files take longest, which begin first.
+FIRST = 'watch', 'ros', 'report', 'bag', 'integrate'
 # How many long tests of each file were left out.  Of processes side by side each collects all
 # tests; the one that started them collects none and is told by the last that ends.
 LEFT_OUT: Counter[str] = Counter()
@@ -70,6 +73,20 @@ def ros():
     rclpy.try_shutdown()
 
 
+@pytest.fixture(scope='session')
+def _one_browser():
+    driver = pages.start()
+    yield driver
+    driver.quit()
+
+
+@pytest.fixture(scope='module')
+def browser(_one_browser):
+    """Return the browser of this process, which shows nothing when the module's tests end."""
+    yield _one_browser
+    pages.leave(_one_browser)
+
+
 def pytest_addoption(parser):
     """Let make test ask for what the tests cost."""
     parser.addoption('--costs', action='store_true', help='say what tests and folders took')
@@ -102,6 +119,11 @@ def pytest_runtest_logreport(report):
 def pytest_pycollect_makemodule(module_path, parent):
     """Return the collector of a file of tests."""
     return TestFile.from_parent(parent, path=module_path)
+
+
+def pytest_collection_modifyitems(items):
+    """Let the longest files begin first, so that none is left alone at the end."""
+    items.sort(key=lambda item: (*FIRST, item.path.parent.name).index(item.path.parent.name))
 
 
 def pytest_deselected(items):

@@ -53,13 +53,6 @@ def page(long_bag, folder):
     return folder / 'report.html'
 
 
-@pytest.fixture(scope='module')
-def browser():
-    browser = pages.start()
-    yield browser
-    browser.quit()
-
-
 def opened(browser, page):
     """Open a page and wait until the scene was drawn."""
     browser.get(page.as_uri())

@@ -262,30 +262,26 @@ def test_a_run_without_sensors_is_refused(tmp_path):
         plot(tmp_path / 'bag', tmp_path / 'gyro.png', ['gyro'])
 
 
-def test_report_shows_the_errors(bag, tmp_path):
+def test_report_shows_the_errors(bag, tmp_path, browser):
     """The page has a chart of each sensor, whose numbers at a time are the last sample's."""
-    browser = pages.start()
-    try:
-        report(bag, tmp_path / 'page.html')
-        browser.get((tmp_path / 'page.html').as_uri())
-        pages.wait(browser, 'window.satdyn && satdyn.stage.scene.frames.length > 0')
-        browser.execute_script('satdyn.timeline.seek(77.71)')
-        charts = {
-            chart.find_element('tag name', 'b').text: chart
-            for chart in browser.find_elements('css selector', '.chart')
-        }
-        run = history(bag).sensors
-        for title, name, unit in (
-            ('gyro error, 3 σ', 'gyro', 1e-3),
-            ('star tracker error, 3 σ', 'star_tracker', np.radians(1.0 / 3600.0)),
-        ):
-            shown = charts[title].find_elements('css selector', 'output')
-            numbers = [float(element.text.replace('−', '-')) for element in shown]
-            errors = run[name]
-            last = np.flatnonzero(errors.t_s <= 77.71)[-1]
-            # Shown are four digits of the largest.
-            largest = np.abs(errors.error).max() / unit
-            np.testing.assert_allclose(numbers, errors.error[last] / unit, atol=1e-3 * largest)
-        assert pages.errors(browser) == []
-    finally:
-        browser.quit()
+    report(bag, tmp_path / 'page.html')
+    browser.get((tmp_path / 'page.html').as_uri())
+    pages.wait(browser, 'window.satdyn && satdyn.stage.scene.frames.length > 0')
+    browser.execute_script('satdyn.timeline.seek(77.71)')
+    charts = {
+        chart.find_element('tag name', 'b').text: chart
+        for chart in browser.find_elements('css selector', '.chart')
+    }
+    run = history(bag).sensors
+    for title, name, unit in (
+        ('gyro error, 3 σ', 'gyro', 1e-3),
+        ('star tracker error, 3 σ', 'star_tracker', np.radians(1.0 / 3600.0)),
+    ):
+        shown = charts[title].find_elements('css selector', 'output')
+        numbers = [float(element.text.replace('−', '-')) for element in shown]
+        errors = run[name]
+        last = np.flatnonzero(errors.t_s <= 77.71)[-1]
+        # Shown are four digits of the largest.
+        largest = np.abs(errors.error).max() / unit
+        np.testing.assert_allclose(numbers, errors.error[last] / unit, atol=1e-3 * largest)
+    assert pages.errors(browser) == []

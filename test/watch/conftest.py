@@ -4,7 +4,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import browser as pages
 import pytest
 
 ROOT = Path(__file__).parents[2]
@@ -54,10 +53,3 @@ def watch():
         said = process.communicate(timeout=60)[1].replace(COMPILING, '')
         assert said == ''
         assert process.returncode == code
-
-
-@pytest.fixture(scope='module')
-def browser():
-    browser = pages.start()
-    yield browser
-    browser.quit()

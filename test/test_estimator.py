@@ -66,6 +66,7 @@ def flown(seed):
     return errors, estimator.now.P
 
 
+@pytest.mark.long
 def test_the_estimate_is_as_good_as_it_says():
     """The mean normalised squared error over 50 runs is in its 95 per cent band (chi-square)."""
     squares = [error @ np.linalg.solve(P, error) for error, P in map(flown, range(1, RUNS + 1))]

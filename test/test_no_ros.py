@@ -126,6 +126,7 @@ def test_bags_are_the_same_and_can_be_used(bare, tmp_path):
     assert file.read_bytes() == (here / 'bag_0.mcap').read_bytes()
 
 
+@pytest.mark.long
 def test_the_check_needs_no_ros(bare, tmp_path):
     """`satdyn check` proves an installation without ROS."""
     assert satdyn(bare, tmp_path, 'check').endswith('all is well\n')
@@ -141,7 +142,10 @@ def test_the_front_door_needs_no_ros(bare, tmp_path):
     assert python(bare, tmp_path, '-c', program).stdout == '(4,)\n'
 
 
-@pytest.mark.parametrize('name', ['mcap', 'zstandard', 'lz4'])
+@pytest.mark.parametrize(
+    'name',
+    ['mcap', *(pytest.param(each, marks=pytest.mark.long) for each in ('zstandard', 'lz4'))],
+)
 def test_what_a_distribution_of_ros_does_not_have_is_named(bare, tmp_path, name):
     """Only what reads or writes a bag needs it; that says so in one sentence, without a bag."""
     program = (

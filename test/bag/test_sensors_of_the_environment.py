@@ -124,7 +124,7 @@ def test_the_truth_stands_beside_a_measurement(bag, tmp_path, monkeypatch):
         # Half a turn about x.
         wanted = in_body[taken] * [1.0, -1.0, -1.0]
         np.testing.assert_allclose(true[taken], wanted, rtol=0.0, atol=1e-14 * size)
-    monkeypatch.setattr('satdyn_ros.bag.columns._BLOCK_ROWS', 1)
+    monkeypatch.setattr('satdyn_ros.bag.columns._BLOCK_ROWS', 37)
     export(bag, tmp_path / 'again.npz', Options(columns=chosen))
     with np.load(tmp_path / 'again.npz') as again:
         for name in chosen:

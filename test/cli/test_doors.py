@@ -46,7 +46,11 @@ def bag(tmp_path_factory):
 
 
 @pytest.mark.parametrize(
-    ('make', 'told'), [(fifo, 'it is a FIFO, not a file'), (device, 'it is a device, not a file')]
+    ('make', 'told'),
+    [
+        (fifo, 'it is a FIFO, not a file'),
+        pytest.param(device, 'it is a device, not a file', marks=pytest.mark.long),
+    ],
 )
 def test_every_path_that_a_command_reads(bag, tmp_path, make, told):
     """Exit code 2 and one sentence, at once, of each command and each kind of file."""

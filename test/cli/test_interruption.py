@@ -103,10 +103,8 @@ def _compiled(tmp_path_factory):
     start('simulate', DEFAULT, '--duration', '1', '-o', directory / 'bag').communicate()
 
 
-@pytest.mark.parametrize(
-    ('number', 'code'),
-    [(signal.SIGINT, 130), pytest.param(signal.SIGTERM, 143, marks=pytest.mark.long)],
-)
+@pytest.mark.long
+@pytest.mark.parametrize(('number', 'code'), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_stiff_run_is_interrupted_in_the_midst_of_a_block(tmp_path, number, code):
     """It ends without a traceback and leaves a bag that can be verified."""
     scenario, bag = tmp_path / 'stiff.yaml', tmp_path / 'bag'

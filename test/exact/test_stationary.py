@@ -417,7 +417,7 @@ def test_a_permanent_rotation_keeps_the_multiplier_that_was_asked_for():
     has_the_constants(Stationary.from_constants(system(), 0.1, 0.0), 0.1, 0.0, 1)
 
 
-@settings(max_examples=300)
+@settings(max_examples=100)
 @given(st.data())
 def test_from_the_constants_of_any_motion_comes_that_motion(data):
     """

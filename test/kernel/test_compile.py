@@ -184,13 +184,8 @@ ROOMS = (
 )
 
 
-@pytest.mark.parametrize(
-    'room',
-    [
-        pytest.param(each, marks=pytest.mark.long if each != 'environment' else ())
-        for each in ROOMS
-    ],
-)
+@pytest.mark.long
+@pytest.mark.parametrize('room', ROOMS)
 def test_code_does_not_outlive_a_source_of_any_room(package, room):
     """Compiled code that calls a function of a room is that of the function as it is now."""
     called = package / room / 'called.py'

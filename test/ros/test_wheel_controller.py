@@ -46,6 +46,7 @@ def brought_to_rest(scenario, values, live):
     return node.scenario, list(rotors[-1].name), np.array(rotors[-1].velocity)
 
 
+@pytest.mark.long
 def test_wheels_alone_bring_the_tumbling_cubesat_to_rest(live):
     """
     It comes to rest at the target, and the wheels then hold the momentum that the body had.

@@ -45,7 +45,7 @@ def run(path, outcome):
     return main(['sweep', str(path), '-o', 'out', '--workers', '2', '--outcome', outcome])
 
 
-@pytest.mark.parametrize('method', ['numeric', 'auto'])
+@pytest.mark.parametrize('method', [pytest.param('numeric', marks=pytest.mark.long), 'auto'])
 def test_the_function_becomes_a_column(tmp_path, module, method):
     """Side by side and alone, the numbers are those of the table, and they are drawn."""
     path = write(tmp_path, {'motion': {'method': method}})

@@ -220,6 +220,7 @@ def test_a_bag_says_that_the_source_has_changed(scenario, tmp_path, monkeypatch)
     assert 'gust:Gust' in told.stdout
 
 
+@pytest.mark.long
 def test_a_sweep_varies_its_keys(scenario, gust, tmp_path):
     """In processes of their own, to which the name of the torque goes."""
     (tmp_path / 'kick.yaml').write_text(scenario.to_yaml())

@@ -22,6 +22,8 @@ class Browser:
 
     def put(self, kind: str, text: str) -> None:
         """Put a message in place of an older one of its kind that has not been sent yet."""
+        # Behind all others: a row comes after the start that it belongs to.
+        self._newest.pop(kind, None)
         self._newest[kind] = text
         self._something.set()
 

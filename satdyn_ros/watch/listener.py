@@ -22,8 +22,9 @@ from ..run.topics import MAGNETORQUERS, TOPICS, is_torque
 _SERVICE = '/set_initial_conditions'
 _SERVICE_TYPE = 'rcl_interfaces/srv/SetParametersAtomically'
 
-# The newest message alone, whatever was lost before it: the publisher never waits for a page.
-_NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+# The newest messages alone, whatever was lost before: the publisher never waits for a page.  Two,
+# because of two nodes of one name that publish at one instant the newest is always the same's.
+_NEWEST = QoSProfile(depth=2, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 _CLASSES = {
     'odometry': Odometry,
@@ -92,25 +93,25 @@ class Listener:
             found[name].add(bytes(info.endpoint_gid))
         return found
 
-    def sample(self) -> Sample | None:
-        """Return the newest sample that was not returned before, or None."""
-        for key in ('odometry', 'imu'):
-            message = self._take(key)
-            if message is not None:
-                if key == 'odometry':
-                    q, omega = message.pose.pose.orientation, message.twist.twist.angular
-                else:
-                    q, omega = message.orientation, message.angular_velocity
-                return _sample(message, q, omega)
-            if key in self._subscriptions:
-                return None
+    def samples(self) -> list[Sample]:
+        """Return the newest samples that were not returned before, at most two, oldest first."""
+        if 'odometry' in self._subscriptions:
+            return [
+                _sample(message, message.pose.pose.orientation, message.twist.twist.angular)
+                for message in self._take_all('odometry')
+            ]
+        if 'imu' in self._subscriptions:
+            return [
+                _sample(message, message.orientation, message.angular_velocity)
+                for message in self._take_all('imu')
+            ]
         for key in ('attitude', 'angular_velocity'):
             self._latest[key] = self._take(key) or self._latest.get(key)
         attitude, rate = self._latest.get('attitude'), self._latest.get('angular_velocity')
         if attitude is None or rate is None:
-            return None
+            return []
         self._latest['attitude'] = None
-        return _sample(attitude, attitude.quaternion, rate.velocity.angular)
+        return [_sample(attitude, attitude.quaternion, rate.velocity.angular)]
 
     def rotors(self) -> JointState | None:
         """Return the newest message of the rotors, or None before the first."""
@@ -142,12 +143,20 @@ class Listener:
 
     def _take(self, key):
         """Return the newest message of a topic, or None."""
-        subscription = self._subscriptions.get(key)
+        return next(reversed(self._take_all(key)), None)
+
+    def _take_all(self, key):
+        """Return the messages of a topic that wait, oldest first."""
+        subscription, messages = self._subscriptions.get(key), []
         if subscription is None:
-            return None
+            return messages
         with subscription.handle:
-            taken = subscription.handle.take_message(subscription.msg_type, subscription.raw)
-        return None if taken is None else taken[0]
+            for _ in range(_NEWEST.depth):
+                taken = subscription.handle.take_message(subscription.msg_type, subscription.raw)
+                if taken is None:
+                    break
+                messages.append(taken[0])
+        return messages
 
     def _leave(self, key):
         subscription = self._subscriptions.pop(key, None)

@@ -53,13 +53,13 @@ class SceneFrames:
         same name has published it.
         """
         self._came_in |= listener.commands_b()
-        sample = listener.sample()
-        if sample is None:
-            return None
         ticks = Ticks(scenario.rate, scenario.epoch_ns)
-        tick = ticks.tick_of(sample.stamp_ns)
-        if ticks.stamp_ns(tick) != sample.stamp_ns or tick <= self.tick:
+        for sample in reversed(listener.samples()):
+            tick = ticks.tick_of(sample.stamp_ns)
+            if ticks.stamp_ns(tick) == sample.stamp_ns and tick > self.tick:
+                break
             self.left_out += 1
+        else:
             return None
         self.tick = tick
         t_s = ticks.seconds(tick)

@@ -106,3 +106,28 @@ def test_late_frames_are_dropped():
     first, answer = asyncio.run(miss())
     assert first == 99
     assert (answer['type'], answer['id'], answer['success']) == ('answer', 5, True)
+
+
+async def put_at_once(*messages):
+    """Return what a browser gets of messages that are there before it can be sent one."""
+    source = Beacon()
+    runner = web.AppRunner(Server(source, AccessPolicy('127.0.0.1', 0)).application())
+    await runner.setup()
+    await web.TCPSite(runner, '127.0.0.1', 0).start()
+    async with (
+        aiohttp.ClientSession() as session,
+        session.ws_connect(f'http://127.0.0.1:{runner.addresses[0][1]}/socket') as socket,
+    ):
+        while not len(source.hub):
+            await asyncio.sleep(0.01)
+        for kind, text in messages:
+            source.hub.put(kind, text)
+        got = [(await socket.receive(timeout=60)).data for _ in {kind for kind, _ in messages}]
+    await runner.cleanup()
+    return got
+
+
+def test_a_row_comes_after_the_start_that_it_belongs_to():
+    """Though an older row waited before the start: a paused node has no other row to show."""
+    messages = ('rows', 'row of 1'), ('scene', 'start 2'), ('rows', 'row of 2')
+    assert asyncio.run(put_at_once(*messages)) == ['start 2', 'row of 2']

@@ -211,6 +211,7 @@ def compile_for_parent() -> None:
     global _is_child
     _is_child = True
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+    load_numba_without_blas()
     module, name, signature = pickle.load(sys.stdin.buffer)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     dispatcher = getattr(import_module(module), name)

@@ -36,7 +36,6 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from io import StringIO
-from itertools import repeat
 from pathlib import Path
 from typing import TextIO
 
@@ -248,20 +247,22 @@ class Reader:
             raise Failed(f'{block.place}: exit code {code} of {line}')
 
 
-def read_all(reader: Reader, waiting: list[Path]) -> dict[str, float]:
+def read_all(reader: Reader, *queues: list[Path]) -> dict[str, float]:
     """Read pages as long as any wait, and print each as a whole; return what each took [s]."""
     took = {}
-    while waiting:
-        page, begin_s = waiting.pop(0), time.monotonic()
-        reader.out = StringIO()
-        try:
-            reader.read(page)
-        except Failed:
-            waiting.clear()
-            raise
-        finally:
-            print(reader.out.getvalue(), end='', flush=True)
-        took[str(page.relative_to(reader.folder))] = time.monotonic() - begin_s
+    for waiting in queues:
+        while waiting:
+            page, begin_s = waiting.pop(0), time.monotonic()
+            reader.out = StringIO()
+            try:
+                reader.read(page)
+            except Failed:
+                for each in queues:
+                    each.clear()
+                raise
+            finally:
+                print(reader.out.getvalue(), end='', flush=True)
+            took[str(page.relative_to(reader.folder))] = time.monotonic() - begin_s
     return took
 
 
@@ -276,26 +277,32 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as place:
         folder, chosen = ROOT, [Path(name).resolve() for name in sys.argv[1:]]
         beside: list[Path] = []
+        first, last, count = chosen, list[Path](), len(chosen)
         if not chosen:
             folder = Path(place, 'satdyn_ros')
             subprocess.run(['git', 'clone', '--quiet', ROOT, folder], check=True)
             chosen = pages(folder)
-            beside = [page for page in chosen if 'docs' in page.parts and page.stem != 'tutorial']
-        first = [page for page in chosen if page not in beside]
-        last = [first.pop()] if beside else []
-        count = len(chosen)
+            first, beside, last, count = chosen[:2], chosen[2:-1], chosen[-1:], len(chosen)
+        # Those that open the port of the live page come one after the other.
+        watching = [page for page in beside if 'satdyn watch' in page.read_text(encoding='utf-8')]
+        others = [page for page in beside if page not in watching]
         readers = [Reader(folder, environment, made)]
         try:
             took = read_all(readers[0], first)
             # What these have installed is there for all.
             environment = readers[0].environment
-            readers += (
+            two = [
                 Reader(folder, environment | {'ROS_DOMAIN_ID': domain}, made) for domain in DOMAINS
-            )
+            ]
             with ThreadPoolExecutor() as pool:
-                for each in pool.map(read_all, readers[1:], repeat(beside)):
-                    took |= each
+                found = [
+                    pool.submit(read_all, two[0], watching, others),
+                    pool.submit(read_all, two[1], others),
+                ]
+            for each in found:
+                took |= each.result()
             took |= read_all(readers[0], last)
+            readers += two
         except Failed as failure:
             print(f'\n{failure}', file=sys.stderr)
             return 1

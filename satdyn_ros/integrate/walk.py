@@ -17,7 +17,7 @@ import numpy as np
 
 from ..dynamics.constants import ANOMALY_RATE, LONGEST_STEP, START_S
 from ..dynamics.equations import OMEGA
-from ..kernel.loops import looped
+from ..kernel.looped import looped
 from ..orbits.kepler_equation import true_anomaly_of_one
 from ..trace.loops import call, floats, integers
 from .dense_output import add_turn, interpolate

@@ -14,7 +14,7 @@ import numpy as np
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, Schema
 
-from ..kernel.loops import looped
+from ..kernel.looped import looped
 from ..trace.loops import integers, octets
 from .budget import MESSAGE, objects
 from .compression import decompress

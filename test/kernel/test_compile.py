@@ -55,12 +55,12 @@ LONG = """
 import logging
 import sys
 import numpy as np
-from ..integrate.propagation import Propagation
+from ..exact.free import Free
 from .system import State, System
 
 logging.basicConfig(stream=sys.stdout, format='%(message)s', level=logging.INFO)
-system = System(np.eye(3))
-Propagation(system, State(np.array([0.0, 0.0, 0.0, 1.0]), np.zeros(3))).at(0.0)
+system = System(np.diag([1.0, 2.0, 2.5]))
+Free(system, State(np.array([0.0, 0.0, 0.0, 1.0]), np.array([0.2, 0.3, 1.0]))).at(0.0)
 """
 # Another process, of newer sources, removes the folder for the code of these.
 VANISHING = """
@@ -283,7 +283,7 @@ def test_a_signal_ends_the_compilation(package, number):
     process.wait()
     while compilers(package):
         time.sleep(0.01)
-    assert list((package / '__pycache__').rglob('*.walk-*.nbi')) == []
+    assert list((package / '__pycache__').rglob('*.nbi')) == []
 
 
 def test_a_compiler_that_heard_ctrl_c_is_not_followed_by_another(package):
@@ -295,7 +295,7 @@ def test_a_compiler_that_heard_ctrl_c_is_not_followed_by_another(package):
     os.kill(compilers(package)[0], signal.SIGINT)
     output, _ = process.communicate()
     assert output.endswith('KeyboardInterrupt\n')
-    assert list((package / '__pycache__').rglob('*.walk-*.nbi')) == []
+    assert list((package / '__pycache__').rglob('*.nbi')) == []
 
 
 def leaves_ctrl_c(compiler):

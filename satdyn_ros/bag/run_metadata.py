@@ -11,7 +11,7 @@ import scipy
 
 from .. import __version__
 from ..base.key import Key
-from ..kernel.compile import compiler
+from ..kernel.code_folder import compiler
 from ..rosbag2.errors import Damaged
 from ..run import events
 from ..run.events import Event

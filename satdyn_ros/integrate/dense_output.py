@@ -13,7 +13,6 @@ import numpy as np
 
 from ..dynamics.constants import AXES_RATE, NORMAL_AT
 from ..dynamics.equations import OMEGA
-from ..kernel.compile import callee
 
 # Gauss and Legendre's rule of four nodes is exact for polynomials of degree 7, which these are.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
@@ -21,7 +20,6 @@ _INNER, _OUTER = map(float, _NODES[2:])
 _OF_INNER, _OF_OUTER = map(float, _WEIGHTS[2:])
 
 
-@callee
 def interpolate(
     t_s: Any,
     count: int,
@@ -69,7 +67,6 @@ def interpolate(
             out[i * stride + n] = polynomial(d_0, (t_s[n] - begin) * per_step)
 
 
-@callee
 def add_turn(
     turn_b: Any, from_s: float, to_s: float, begin: float, end: float, dense: Any, row: int
 ) -> None:
@@ -85,7 +82,6 @@ def add_turn(
         turn_b[j] += half * (_OF_INNER * inner + _OF_OUTER * outer)
 
 
-@callee
 def _cosine_sine(x):
     """Return cos x and sin x to rounding, |x| <= STEP_TURN / 2, by their series."""
     # A loop of library calls would not become one of vectors.
@@ -99,7 +95,6 @@ def _cosine_sine(x):
     return cosine, sine
 
 
-@callee
 def terms(dense: Any, row: int, i: int) -> tuple[float, ...]:
     """Return the terms of variable i."""
     return (
@@ -114,7 +109,6 @@ def terms(dense: Any, row: int, i: int) -> tuple[float, ...]:
     )
 
 
-@callee
 def polynomial(d: tuple[float, ...], x: float) -> float:
     """Return the value at a share x of the step of what has the terms d."""
     y = 1.0 - x
@@ -123,7 +117,6 @@ def polynomial(d: tuple[float, ...], x: float) -> float:
     )
 
 
-@callee
 def slope(d: tuple[float, ...], x: float) -> float:
     """Return the derivative of polynomial(d, x) by x."""
     y = 1.0 - x

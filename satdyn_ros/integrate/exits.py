@@ -4,7 +4,6 @@ from typing import Any
 
 from ..dynamics.constants import INVERSE_AT, ROTOR_SIZE, WATCH_SIZE
 from ..dynamics.equations import MOMENTUM, OMEGA
-from ..kernel.compile import callee
 from .dense_output import polynomial, slope, terms
 
 # Where in a step values are looked at, and how often the place is halved.
@@ -13,7 +12,6 @@ _SAMPLES, _HALVINGS = 8, 60
 _HELD_INERTIA, _LOW, _HIGH, _EFFORT, _GAIN = range(WATCH_SIZE)
 
 
-@callee
 def first_exit(
     rotors: Any, watches: Any, count: int, dense: Any, row: int, h: float
 ) -> tuple[float, float]:
@@ -47,7 +45,6 @@ def first_exit(
     return part, which
 
 
-@callee
 def effort(i: int, x: float, rotors: Any, watches: Any, dense: Any, row: int, h: float) -> float:
     """Return the torque [N m] of the drive of rotor i at a share x of the step."""
     watch = i * WATCH_SIZE
@@ -56,7 +53,6 @@ def effort(i: int, x: float, rotors: Any, watches: Any, dense: Any, row: int, h:
     return watches[watch + _EFFORT] + per_value * value
 
 
-@callee
 def _value(i, x, rotors, watches, dense, row, h):
     """Return what is watched: a speed [rad/s] or, of a rotor that is held, p' [N m]."""
     p = terms(dense, row, MOMENTUM + i)

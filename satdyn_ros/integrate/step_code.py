@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from ..dynamics.constants import Constants
 from ..dynamics.equations import rates, size_of
-from ..kernel.compile import code_folder, other_processor
+from ..kernel.code_folder import code_folder, other_processor
 from ..trace.emit import Program
 from ..trace.graph import Graph, Symbol, kind_of, symbols_like
 from ..trace.load import Code

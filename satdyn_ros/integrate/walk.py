@@ -17,9 +17,9 @@ import numpy as np
 
 from ..dynamics.constants import ANOMALY_RATE, LONGEST_STEP, START_S
 from ..dynamics.equations import OMEGA
-from ..kernel.call import call, floats, integers
-from ..kernel.compile import callee, compiled
+from ..kernel.looped import looped
 from ..orbits.kepler_equation import true_anomaly_of_one
+from ..trace.loops import call, floats, integers
 from .dense_output import add_turn, interpolate
 from .exits import effort, first_exit
 from .lanes import (
@@ -111,7 +111,7 @@ _FRAME, _Y, _DENSE, _K, _, _CONSTANTS, _ARRAYS = range(len(ARRAYS))
 _BYTES = 8
 
 
-@compiled
+@looped
 def walk(problem_at: int, lanes_at: int, single_at: int, attempt: int, make_dense: int) -> bool:
     """
     Walk on for a slice; return whether all motions have ended.
@@ -147,12 +147,10 @@ def walk(problem_at: int, lanes_at: int, single_at: int, attempt: int, make_dens
     return False
 
 
-@callee
 def _clock(l, lanes):
     return floats(lanes[CLOCKS_AT] + _BYTES * CLOCK_SIZE * l)
 
 
-@callee
 def _of(m, array, count, p):
     """Return the numbers of a motion in an array of the problem that has so many of each."""
     return floats(p[array] + _BYTES * count * m)
@@ -161,7 +159,6 @@ def _of(m, array, count, p):
 # -- a motion in its lane -------------------------------------------------------------------------
 
 
-@callee
 def _take_next(l, p, lanes):
     """Let the next motion begin in a lane that is free, if there is one."""
     motion, m = integers(lanes[MOTION_AT]), integers(lanes[MOTION_AT])[l]
@@ -180,7 +177,6 @@ def _take_next(l, p, lanes):
     integers(p[IS_NEW_AT])[m] = 1
 
 
-@callee
 def _renew(l, m, p, lanes):
     """Take the constants of a motion that hold from now on."""
     count = lanes[LANE_COUNT]
@@ -194,7 +190,6 @@ def _renew(l, m, p, lanes):
     integers(p[IS_NEW_AT])[m] = 0
 
 
-@callee
 def _begin_step(l, p, lanes):
     """Let the next step of a lane be tried."""
     count, m, c = lanes[LANE_COUNT], integers(lanes[MOTION_AT])[l], _clock(l, lanes)
@@ -229,7 +224,6 @@ def _begin_step(l, p, lanes):
     c[TRYING], c[TRIED], c[WISHED], c[MOST_GROWTH], c[IS_CUT] = 1.0, c[NEXT], c[NEXT], GROWTH, 0.0
 
 
-@callee
 def _prepare(l, lanes):
     """Let the step of a lane be tried in its present length, if there is one."""
     count, c, frame = lanes[LANE_COUNT], _clock(l, lanes), floats(lanes[_FRAME])
@@ -242,7 +236,6 @@ def _prepare(l, lanes):
         c[TRYING], c[IS_STUCK] = 0.0, 1.0
 
 
-@callee
 def _judge(l, p, lanes, single, make_dense):
     """Take the step of a lane if it meets the tolerance, or let a shorter one be tried."""
     count, m, c = lanes[LANE_COUNT], integers(lanes[MOTION_AT])[l], _clock(l, lanes)
@@ -273,7 +266,6 @@ def _judge(l, p, lanes, single, make_dense):
         c[SINCE] += 1.0
 
 
-@callee
 def _end_at_exit(l, p, lanes, single, make_dense):
     """
     Let the step of a lane end where the first rotor leaves its range.
@@ -308,7 +300,6 @@ def _end_at_exit(l, p, lanes, single, make_dense):
 # -- what is asked for ----------------------------------------------------------------------------
 
 
-@callee
 def _write_rows(l, p, lanes, single, make_dense):
     """
     Write the rows that a lane has reached.
@@ -366,7 +357,6 @@ def _write_rows(l, p, lanes, single, make_dense):
     return outcome, True
 
 
-@callee
 def _write_efforts(m, first, last, begin, end, constants, p, dense, row):
     """Write the torques [N m] of drives."""
     rotors, watches = constants + _BYTES * p[ROTORS_AT], constants + _BYTES * p[WATCHES_AT]
@@ -379,7 +369,6 @@ def _write_efforts(m, first, last, begin, end, constants, p, dense, row):
             efforts[n] = effort(i, x, floats(rotors), floats(watches), dense, row, h)
 
 
-@callee
 def _show(l, p, lanes, single, make_dense):
     """Let the single lane hold the dense output of the last step of a lane."""
     count, m, c = lanes[LANE_COUNT], integers(lanes[MOTION_AT])[l], _clock(l, lanes)
@@ -410,7 +399,6 @@ def _show(l, p, lanes, single, make_dense):
     call(make_dense, single[TABLE_AT])
 
 
-@callee
 def _gather(size, l, count, numbers, to):
     for i in range(size):
         to[i] = numbers[i * count + l]

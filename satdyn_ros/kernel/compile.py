@@ -18,20 +18,12 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from hashlib import sha256
 from importlib import import_module
-from pathlib import Path
 from typing import Any
 
-import llvmlite
-import numba
-import numpy
-import scipy
-from llvmlite.binding import get_host_cpu_features, get_host_cpu_name
-from numba import config, njit, types, vectorize
+from numba import config, njit, vectorize
 
 from . import cache
-
-# What compiles, and whose numbers are compiled into the code, as SciPy's tableau is.
-_LIBRARIES = (numba, llvmlite, numpy, scipy)
+from .code_folder import code_folder
 
 _log = logging.getLogger('satdyn_ros')
 _is_child = False
@@ -84,53 +76,17 @@ def inlined(function: Callable[..., Any], makes_arrays: bool = False) -> Any:
     return dispatcher
 
 
-def callee(function: Callable[..., Any]) -> Any:
-    """
-    Compile a function for compiled ones that call it, which takes half the time of inlining it.
-
-    It takes numbers alone, and makes no arrays.
-    """
-    wrappers = {'no_cpython_wrapper': True, 'no_cfunc_wrapper': True}
-    dispatcher = _compile(function, _nrt=False, **wrappers)
-    template_of = dispatcher.get_call_template
-    # Else it would be compiled anew for every constant that is passed.
-    dispatcher.get_call_template = lambda args, named: template_of(
-        tuple(map(types.unliteral, args)), named
-    )
-    return dispatcher
-
-
 def vectorized(function: Callable[..., Any]) -> Any:
     """Compile a function of numbers, some tenths of a second, into one of arrays too."""
     with _keeping():
         return vectorize(function, cache=_FOLDER is not None)
 
 
-def code_folder() -> Path | None:
-    """Return the folder for machine code of these very sources; None: there is none."""
-    return _FOLDER
-
-
-def other_processor() -> str | None:
-    """Return the processor that NUMBA_CPU_NAME asks code for, None: for the one here."""
-    return config.CPU_NAME
-
-
-def compiler() -> dict[str, str]:
-    """Return the processor that code is compiled for, and the versions of what compiles it."""
-    return {
-        'processor': get_host_cpu_name(),
-        'numba': numba.__version__,
-        'llvmlite': llvmlite.__version__,
-    }
-
-
 def load_numba_without_blas() -> None:
     """
     Load what numba loads with its first compiled code, but for scipy.linalg, a fifth of a start.
 
-    For a process that is ours alone: no function here has matrix products, and others with them
-    would not compile in it.
+    For the compiler's process: no function here has matrix products.
     """
     if 'scipy.linalg' in sys.modules:
         return
@@ -253,24 +209,4 @@ def _tell():
         _log.info('compiling, for some ten seconds: the code is kept for the next start')
 
 
-def _folder():
-    """Return the folder for the code of exactly these sources; remove those of older sources."""
-    root = cache.find(config.CACHE_DIR)
-    if root is None:
-        return None
-    # numba itself looks for changes in a function's own file alone, not in what it calls.
-    package = Path(__file__).parents[1]
-    content = sha256()
-    for path in sorted(package.rglob('*.py')):
-        content.update(f'{path.relative_to(package)}\n'.encode() + path.read_bytes())
-    for library in _LIBRARIES:
-        content.update(f'{library.__name__} {library.__version__}\n'.encode())
-    place = [str(package), sys.version, get_host_cpu_name(), get_host_cpu_features().flatten()]
-    begin = sha256('\n'.join(place).encode()).hexdigest()[:8]
-    folder = root / f'{begin}-{content.hexdigest()[:16]}'
-    cache.remove_others(folder, f'{begin}-*')
-    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-    return folder
-
-
-_FOLDER = _folder()
+_FOLDER: Any = code_folder()

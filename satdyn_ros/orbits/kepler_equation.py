@@ -1,11 +1,12 @@
-"""Kepler's equation, compiled: of arrays, and for compiled functions that call it."""
+"""Kepler's equation: of numbers, in plain Python, and compiled for arrays."""
+
+from functools import cache
+from typing import Any
 
 import numpy as np
 
-from ..kernel.compile import callee, vectorized
 
-
-def _true_anomaly(mean_anomaly, e):
+def true_anomaly_of_one(mean_anomaly: float, e: float) -> float:
     """
     Return the true anomaly f [rad], continuous, of the mean anomaly M [rad] and eccentricity e.
 
@@ -25,5 +26,14 @@ def _true_anomaly(mean_anomaly, e):
     return turns + E + 2.0 * np.arctan2(beta * np.sin(E), 1.0 - beta * np.cos(E))
 
 
-# Of arrays, and of numbers in compiled functions: only what is called is compiled.
-true_anomaly, true_anomaly_of_one = vectorized(_true_anomaly), callee(_true_anomaly)
+def true_anomaly(mean_anomaly: Any, e: Any) -> Any:
+    """Return it of arrays, which broadcast."""
+    return _compiled()(mean_anomaly, e)
+
+
+@cache
+def _compiled():
+    # Not needed by whoever asks for no table of an ellipse.
+    from ..kernel.compile import vectorized
+
+    return vectorized(true_anomaly_of_one)

@@ -22,7 +22,6 @@ from rclpy.signals import SignalHandlerOptions, install_signal_handlers
 from ..base.interruption import interruptible, uninterrupted
 from ..base.regular_file import regular_file
 from ..base.sentences import one_sentence
-from ..kernel.compile import load_numba_without_blas
 from ..run.parameter_file import ParameterFile, folder_of
 from ..torques.body_torque import named
 from .executor import Executor
@@ -108,7 +107,6 @@ def _run(names, file, torques):
     # A node is built, and its equations compiled, under handlers that interrupt at once.
     with interruptible() as heard:
         _show_notices()
-        load_numba_without_blas()
         # Garbage is collected between ticks.
         gc.disable()
         try:

@@ -6,7 +6,7 @@ as tables, so that a message costs no more than copying it.
 """
 
 import zlib
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -14,7 +14,8 @@ import numpy as np
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, Schema
 
-from ..kernel.compile import compiled
+from ..kernel.looped import looped
+from ..trace.loops import integers, octets
 from .budget import MESSAGE, objects
 from .compression import decompress
 from .errors import Damaged
@@ -48,10 +49,7 @@ class Contents:
     """
 
     def __init__(self, data: np.ndarray):
-        # The code is compiled for read-only arrays; others would compile it again.
-        fixed = data.view()
-        fixed.flags.writeable = False
-        size, self.offsets, self._others = _record_places(fixed)
+        size, self.offsets, self._others = _record_places(data)
         self.data = data[:size]
         self.heads = _gathered(self.data, self.offsets, _HEAD_SIZE).view(HEAD)[:, 0]
         self.channel_ids = self.heads['channel_id'].copy()
@@ -144,24 +142,30 @@ class Contents:
         return _PREFIX + int(self.data[start + 1 : start + _PREFIX].copy().view('<u8')[0])
 
 
-@partial(
-    compiled,
-    signature='Tuple((int64, int64[::1], int64[::1]))(Array(uint8, 1, "C", readonly=True))',
-    nogil=True,
-    is_short=True,
-)
 def _record_places(data):
     """Return where the last complete record ends, and where messages and other records begin."""
     offsets = np.empty(len(data) // _HEAD_SIZE + 1, np.int64)
     others = np.empty(len(data) // _PREFIX + 1, np.int64)
+    counts = np.zeros(2, np.int64)
+    arrays = (array.ctypes.data for array in (data, offsets, others, counts))
+    end = _scan(len(data), *arrays)
+    messages, other = counts.tolist()
+    return end, offsets[:messages].copy(), others[:other].copy()
+
+
+@looped
+def _scan(size: int, data_at: int, offsets_at: int, others_at: int, counts_at: int) -> int:
+    """Fill in where messages and other records begin, and how many; return where the last ends."""
+    data, offsets, others = octets(data_at), integers(offsets_at), integers(others_at)
     start, messages, other = 0, 0, 0
-    while start + _PREFIX <= len(data):
-        length = np.uint64(0)
+    while start + _PREFIX <= size:
+        length = 0
         for i in range(8):
-            length |= np.uint64(data[start + 1 + i]) << np.uint64(8 * i)
-        if length > np.uint64(len(data) - start - _PREFIX):
+            length = 256 * length + data[start + 8 - i]
+        # One beyond what an integer holds has come out negative.
+        if length < 0 or length > size - start - _PREFIX:
             break
-        end = start + _PREFIX + np.int64(length)
+        end = start + _PREFIX + length
         if data[start] == _MESSAGE and end - start >= _HEAD_SIZE:
             offsets[messages] = start
             messages += 1
@@ -169,7 +173,9 @@ def _record_places(data):
             others[other] = start
             other += 1
         start = end
-    return start, offsets[:messages].copy(), others[:other].copy()
+    counts = integers(counts_at)
+    counts[0], counts[1] = messages, other
+    return start
 
 
 def _gathered(data, begins, length):

@@ -11,8 +11,8 @@ import llvmlite
 from llvmlite import binding
 
 # What keeps the bits.  Vectors of scalars that are side by side do not, and take nine tenths of
-# the compiler's time.
-_LEVEL = 1
+# the compiler's time.  Only where there are loops does it pay to look for them.
+_LEVEL, _LEVEL_OF_LOOPS = 1, 2
 # Bytes of the digest before the code in a file.
 _DIGEST = 32
 
@@ -20,19 +20,25 @@ _DIGEST = 32
 class Code:
     """Functions as machine code, which lasts as long as this object."""
 
-    def __init__(self, text: str, folder: Path | None = None, cpu: str | None = None):
+    def __init__(
+        self,
+        text: str,
+        folder: Path | None = None,
+        cpu: str | None = None,
+        has_loops: bool = False,
+    ):
         """
         Take the code of IR from a folder, or compile it and keep it there.
 
         cpu: as LLVM names it, the processor here unless it is given.
         """
-        machine = _machine(cpu)
-        told = f'{llvmlite.__version__} {machine.triple} {_features(cpu)} {_LEVEL}\n{text}'
+        machine, level = _machine(cpu), _LEVEL_OF_LOOPS if has_loops else _LEVEL
+        told = f'{llvmlite.__version__} {machine.triple} {_features(cpu)} {level}\n{text}'
         # By all that it is made of: what is kept cannot be stale.
         kept = folder and folder / f'{sha256(told.encode()).hexdigest()[:32]}.o'
         content = _read(kept) if kept else b''
         if not content:
-            content = _compiled(text, machine)
+            content = _compiled(text, machine, level)
             if kept:
                 with suppress(OSError):
                     _write_whole(kept, sha256(content).digest() + content)
@@ -45,18 +51,20 @@ class Code:
         return self._engine.get_function_address(name)
 
 
-def _compiled(text, machine):
+def _compiled(text, machine, level):
     module = binding.parse_assembly(text)
     module.verify()
+    has_loops = level == _LEVEL_OF_LOOPS
     if hasattr(binding, 'create_pass_builder'):
-        options = binding.create_pipeline_tuning_options(speed_level=_LEVEL)
-        options.slp_vectorization = options.loop_vectorization = False
+        options = binding.create_pipeline_tuning_options(speed_level=level)
+        options.slp_vectorization, options.loop_vectorization = False, has_loops
         builder = binding.create_pass_builder(machine, options)
         builder.getModulePassManager().run(module, builder)
     else:
         # Before LLVM 15.
         builder = binding.create_pass_manager_builder()
-        builder.opt_level, builder.slp_vectorize, builder.loop_vectorize = _LEVEL, False, False
+        builder.opt_level, builder.slp_vectorize = level, False
+        builder.loop_vectorize = has_loops
         manager = binding.create_module_pass_manager()
         builder.populate(manager)
         manager.run(module)

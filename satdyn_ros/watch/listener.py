@@ -147,7 +147,8 @@ class Listener:
 
     def _take_all(self, key):
         """Return the messages of a topic that wait, oldest first."""
-        subscription, messages = self._subscriptions.get(key), []
+        messages: list[Any] = []
+        subscription = self._subscriptions.get(key)
         if subscription is None:
             return messages
         with subscription.handle:

@@ -1,5 +1,6 @@
 """Compiled or not, alone or in lanes: the source defines the bits."""
 
+import inspect
 import os
 import subprocess
 import sys
@@ -11,6 +12,7 @@ from drawn_systems import drawn
 
 from satdyn_ros.dynamics.system import State, System
 from satdyn_ros.integrate import step_code as step_code_module
+from satdyn_ros.integrate import walk as walk_module
 from satdyn_ros.integrate.batch import propagate_all
 from satdyn_ros.integrate.course import problem_of
 from satdyn_ros.integrate.lanes import END, EXITS, REACHED, UNFINISHED, Lanes
@@ -151,3 +153,12 @@ def test_lanes_have_the_bits_of_each_alone(seed):
             if flown(states, t_s) != alone[each]
         ]
         assert different == []
+
+
+@pytest.mark.parametrize('seed', range(4))
+def test_the_walk_does_what_python_does(seed, monkeypatch):
+    """The same function run by Python, with the code of the steps, writes the same rows."""
+    t_s = np.linspace(0.0, 30.0, 7)
+    by_code = flown(Propagation(*drawn(seed)), t_s)
+    monkeypatch.setattr(walk_module, 'walk', inspect.unwrap(walk))
+    assert flown(Propagation(*drawn(seed)), t_s) == by_code

@@ -1,0 +1,29 @@
+"""Functions with loops in plain Python, of which code is made at the first call, and kept."""
+
+import ctypes
+import functools
+import inspect
+from collections.abc import Callable
+from typing import Any
+
+from ..trace.load import Code
+from ..trace.loops import text_of
+from .code_folder import code_folder, other_processor
+
+
+def looped(function: Callable[..., int]) -> Callable[..., int]:
+    """Make code of a function of integers that returns one, or a truth (trace/loops.py)."""
+
+    @functools.cache
+    def code() -> tuple[Code, Callable[..., int]]:
+        name = function.__name__
+        made = Code(text_of(name, function), code_folder(), other_processor(), has_loops=True)
+        words: list[Any] = [ctypes.c_int64] * (1 + len(inspect.signature(function).parameters))
+        # Other threads of Python wait while it runs.
+        return made, ctypes.PYFUNCTYPE(*words)(made.address(name))
+
+    @functools.wraps(function)
+    def run(*numbers: int) -> int:
+        return code()[1](*numbers)
+
+    return run

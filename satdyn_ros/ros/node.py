@@ -1,7 +1,7 @@
 """The node: declares its parameters, builds what a scenario describes, and connects the parts."""
 
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from importlib.util import find_spec
@@ -16,7 +16,7 @@ from ..base.nanoseconds import SECOND_NS
 from ..base.sentences import one_sentence
 from ..integrate.propagation import Propagation
 from ..run.events import Event, Halt, Topics, TorquesDropped
-from ..run.parameter_file import with_texts, without_rclpys
+from ..run.parameter_file import ParameterFile, with_own_frames, with_texts, without_rclpys
 from ..run.requests import try_out
 from ..run.samples import Samples
 from ..run.scenario import Scenario
@@ -67,20 +67,22 @@ class SatdynNode(rclpy.node.Node):
     A satellite: it propagates, publishes at a fixed rate, answers requests and records.
 
     values: parameters by name, which those that ROS gives it (files, command line,
-    parameter_overrides) override; or what returns them for the node's full name.  folder: where in
-    record.directory its bags go.  The ticks begin at once, in a thread, or with begin(); spin the
-    node for its services.  destroy_node() ends the ticks and completes the bag.  ValueError: a
-    parameter is not allowed.  OSError: no bag can be made.
+    parameter_overrides) override; or a file that has them.  folder: where in record.directory its
+    bags go.  ros_files: those of ROS, whose frames for several nodes get the namespace before them
+    as the file's do.  The ticks begin at once, in a thread, or with begin(); spin the node for its
+    services.  destroy_node() ends the ticks and completes the bag.  ValueError: a parameter is not
+    allowed.  OSError: no bag can be made.
 
     >>> node = SatdynNode({'publish.rate': 10.0}, namespace='sat1')  # doctest: +SKIP
     """
 
     def __init__(
         self,
-        values: Mapping[str, Any] | Callable[[str], Mapping[str, Any]] | None = None,
+        values: Mapping[str, Any] | ParameterFile | None = None,
         torques: Iterable[type[BodyTorque]] = (),
         folder: str = '',
         begins: bool = True,
+        ros_files: ParameterFile | None = None,
         **kwargs: Any,
     ):
         name = kwargs.pop('node_name', 'satdyn')
@@ -100,18 +102,26 @@ class SatdynNode(rclpy.node.Node):
         # Changes of the published topics, asked for and in force.
         self._topics_asked = self._topics_in_force = 0
         try:
-            if callable(values):
-                values = values(self.get_fully_qualified_name())
-            values = values or {}
-            give_rclpy_its_own(self, values)
-            given = {**without_rclpys(values), **with_texts(given_parameters(self))}
-            self._prepare(Scenario(given, torques))
+            self._prepare(Scenario(self._given(values or {}, ros_files), torques))
             if begins:
                 self.begin()
         except BaseException:
             with uninterrupted():
                 self.destroy_node()
             raise
+
+    def _given(self, values, ros_files):
+        """Return the parameters of the scenario, with the frames of a node in its namespace."""
+        full_name = self.get_fully_qualified_name()
+        if isinstance(values, ParameterFile):
+            own, values = values.own(full_name), values.parameters(full_name)
+        else:
+            own = set(values)
+        give_rclpy_its_own(self, values)
+        of_ros = with_texts(given_parameters(self))
+        common = ros_files.common(full_name) if ros_files else {}
+        own |= {key for key, value in of_ros.items() if key not in common or common[key] != value}
+        return with_own_frames({**without_rclpys(values), **of_ros}, full_name, own)
 
     def _prepare(self, scenario):
         """Build, compile and try out what needs no instant of tick 0."""

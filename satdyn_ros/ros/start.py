@@ -10,6 +10,7 @@ import warnings
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
 
 import rclpy
@@ -19,6 +20,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.signals import SignalHandlerOptions, install_signal_handlers
 
+from ..base import ros_yaml
 from ..base.interruption import interruptible, uninterrupted
 from ..base.regular_file import regular_file
 from ..base.sentences import one_sentence
@@ -66,7 +68,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         if is_named and own.satellite:
             raise ValueError('--satellite and --ros-args both name the node; one of them must')
         names = ['/satdyn'] if is_named else file.full_names(own.satellite)
-        for option, path in zip(arguments[at:], arguments[at + 1 :], strict=False):
+        for option, path in pairwise(arguments[at:]):
             if option in _FILE_OPTIONS and Path(path).exists():
                 regular_file(path)
         rclpy.init(
@@ -83,7 +85,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 0
     sys.setswitchinterval(_SWITCH_INTERVAL_S)
     try:
-        return _run(names, file, torques)
+        return _run(names, file, torques, _ros_files(arguments[at:]))
     except (ValueError, OSError, NameValidationException) as error:
         return _refuse(error)
     except KeyboardInterrupt:
@@ -98,7 +100,23 @@ def main(argv: Sequence[str] | None = None) -> int:
         rclpy.try_shutdown()
 
 
-def _run(names, file, torques):
+def _ros_files(arguments):
+    """
+    Return what the parameter files of ROS arguments say.
+
+    Without those that launch writes, under /** too, of the parameters of one node.
+    """
+    paths = [
+        path
+        for option, path in pairwise(arguments)
+        if option == '--params-file' and not Path(path).name.startswith('launch_params_')
+    ]
+    return ParameterFile.of_texts(
+        [(ros_yaml.read_text(path, 'the scenario'), path) for path in paths]
+    )
+
+
+def _run(names, file, torques, ros_files):
     # Nothing may tear what a running or ending node does, such as completing its bag: the handlers
     # of rclpy, which call these, let a spinning executor end.
     told: list[int] = []
@@ -112,7 +130,7 @@ def _run(names, file, torques):
         # Garbage is collected between ticks.
         gc.disable()
         try:
-            _build(nodes, names, file, torques)
+            _build(nodes, names, file, torques, ros_files)
         except BaseException:
             with uninterrupted():
                 for node in nodes:
@@ -126,16 +144,15 @@ def _run(names, file, torques):
     return 0 if all(node.failure is None for node in nodes) else 1
 
 
-def _build(nodes, names, file, torques):
+def _build(nodes, names, file, torques, ros_files):
     """Add the nodes of satellites, and let them begin, all with one tick 0, once all are there."""
     folders = [folder_of(name) if names[1:] else '' for name in names]
-    values = file.flown if file.origin else None
+    values = file if file.origin else None
     for full_name, folder in zip(names, folders, strict=True):
         namespace, _, name = full_name.rpartition('/')
         with _told_of(full_name, names):
-            nodes.append(
-                SatdynNode(values, torques, folder, False, node_name=name, namespace=namespace)
-            )
+            own = {'node_name': name, 'namespace': namespace}
+            nodes.append(SatdynNode(values, torques, folder, False, ros_files, **own))
     for sentence in file.unused(*(node.get_fully_qualified_name() for node in nodes)):
         logging.getLogger('satdyn_ros').warning(sentence)
     moment = Moment.soon(len(nodes))

@@ -150,7 +150,7 @@ def test_a_refused_input_is_warned_of_and_a_pause_is_said(live):
     publisher.publish(message)
     report = until(node.namespace, lambda r: r['inputs'].level == WARN)
     assert report['inputs'].message == (
-        '1 refused: torque is given in the frame map; it must be base_link or empty'
+        f'1 refused: torque is given in the frame map; it must be {node.body_frame} or empty'
     )
     assert participant.switch('pause', True)[0]
     until(node.namespace, lambda r: r['pacing'].message.startswith('paused after tick'))

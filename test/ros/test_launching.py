@@ -102,7 +102,7 @@ def test_everything_beside_the_node(file):
         'package': 'rviz2',
         'executable': 'rviz2',
         'namespace': '/sat1',
-        'arguments': ['--display-config', 'of_rviz', '--fixed-frame', 'lvlh'],
+        'arguments': ['--display-config', 'of_rviz', '--fixed-frame', 'sat1/lvlh'],
     }
     assert watch['output'] == 'screen'
     assert watch['cmd'][:3] == [sys.executable, '-m', 'satdyn_ros.cli.main']

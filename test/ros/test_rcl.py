@@ -293,10 +293,14 @@ def started(arguments, directory, namespace):
 
 
 def test_a_node_reads_its_sections_of_several_files(tmp_path):
-    """Its namespace comes by --ros-args; -p prevails over all; use_sim_time is rclpy's own."""
+    """
+    Its namespace comes by --ros-args; -p prevails over all; use_sim_time is rclpy's own.
+
+    Frames that are for all nodes, or for none, get its namespace, those of -p do not.
+    """
+    common = {'publish.rate': 10, 'use_sim_time': 'true', 'step.ticks': 2, 'frames.orbital': 'o'}
     texts = [
-        section('/**', **{'publish.rate': 10, 'use_sim_time': 'true', 'step.ticks': 2})
-        + section('/**/satdyn', **{'body.inertia': '[20, 30, 40.5]'}),
+        section('/**', **common) + section('/**/satdyn', **{'body.inertia': '[20, 30, 40.5]'}),
         section('/two_files/satdyn', **{'publish.rate': 50, 'torque.timeout': 3})
         + section('/sat2/satdyn', **{'publish.rate': 30}),
     ]
@@ -305,13 +309,21 @@ def test_a_node_reads_its_sections_of_several_files(tmp_path):
         path = tmp_path / f'{number}.yaml'
         path.write_text(text)
         arguments += ['--params-file', str(path)]
+    of_ros = tmp_path / 'of_ros.yaml'
+    of_ros.write_text(section('/**', **{'frames.body': 'b'}))
     arguments += ['--ros-args', '-r', '__ns:=/two_files', '-p', 'torque.timeout:=7.0']
+    arguments += ['--params-file', str(of_ros), '-p', 'sensors.names:=[gyro, star_tracker]']
+    arguments += ['-p', 'sensors.gyro.frame_id:=g']
     with started(arguments, tmp_path, '/two_files') as (participant, log):
         assert participant.get('publish.rate') == 50.0
         assert participant.get('step.ticks') == 2
         assert participant.get('torque.timeout') == 7.0
         assert participant.get('use_sim_time') is True
         assert list(participant.get('body.inertia')) == [20.0, 30.0, 40.5]
+        assert participant.get('frames.orbital') == 'two_files/o'
+        assert participant.get('frames.body') == 'two_files/b'
+        assert participant.get('sensors.gyro.frame_id') == 'g'
+        assert participant.get('sensors.star_tracker.frame_id') == 'two_files/star_tracker'
     assert '/two_files/satdyn does not use the section /sat2/satdyn' in log[0]
 
 

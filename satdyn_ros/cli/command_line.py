@@ -68,6 +68,12 @@ satdyn check"""
         help='which satellite, where the scenario has several: /sat4/satdyn, or /sat4; may be '
         'repeated; default: all, each a node of its own',
     )
+    added.add_argument(
+        '--section',
+        metavar='NAME',
+        help='fly this satellite of the scenario under the name that --ros-args gives, as the '
+        'launch files do in pushed namespaces',
+    )
     _add_torque(added)
     added.add_argument(
         '--ros-args', nargs='...', metavar='', help='the usual arguments of ROS 2 nodes'

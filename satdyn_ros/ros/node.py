@@ -69,9 +69,10 @@ class SatdynNode(rclpy.node.Node):
     values: parameters by name, which those that ROS gives it (files, command line,
     parameter_overrides) override; or a file that has them.  folder: where in record.directory its
     bags go.  ros_files: those of ROS, whose frames for several nodes get the namespace before them
-    as the file's do.  The ticks begin at once, in a thread, or with begin(); spin the node for its
-    services.  destroy_node() ends the ticks and completes the bag.  ValueError: a parameter is not
-    allowed.  OSError: no bag can be made.
+    as the file's do.  section: the satellite of the file, if not the one of the node's full name.
+    The ticks begin at once, in a thread, or with begin(); spin the node for its services.
+    destroy_node() ends the ticks and completes the bag.  ValueError: a parameter is not allowed.
+    OSError: no bag can be made.
 
     >>> node = SatdynNode({'publish.rate': 10.0}, namespace='sat1')  # doctest: +SKIP
     """
@@ -83,6 +84,7 @@ class SatdynNode(rclpy.node.Node):
         folder: str = '',
         begins: bool = True,
         ros_files: ParameterFile | None = None,
+        section: str | None = None,
         **kwargs: Any,
     ):
         name = kwargs.pop('node_name', 'satdyn')
@@ -102,7 +104,7 @@ class SatdynNode(rclpy.node.Node):
         # Changes of the published topics, asked for and in force.
         self._topics_asked = self._topics_in_force = 0
         try:
-            self._prepare(Scenario(self._given(values or {}, ros_files), torques))
+            self._prepare(Scenario(self._given(values or {}, ros_files, section), torques))
             if begins:
                 self.begin()
         except BaseException:
@@ -110,11 +112,12 @@ class SatdynNode(rclpy.node.Node):
                 self.destroy_node()
             raise
 
-    def _given(self, values, ros_files):
+    def _given(self, values, ros_files, section):
         """Return the parameters of the scenario, with the frames of a node in its namespace."""
         full_name = self.get_fully_qualified_name()
         if isinstance(values, ParameterFile):
-            own, values = values.own(full_name), values.parameters(full_name)
+            name = section or full_name
+            own, values = values.own(name), values.parameters(name)
         else:
             own = set(values)
         give_rclpy_its_own(self, values)

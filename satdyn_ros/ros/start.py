@@ -51,14 +51,17 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     Run the nodes and return the exit code: 0 ended as told, 1 one failed, 2 the input is wrong.
 
-    argv: [--params-file FILE ...] [--satellite NAME ...] [--torque MODULE:CLASS ...]
-    [--ros-args ...]; without it that of the process.
+    argv: [--params-file FILE ...] [--satellite NAME ...] [--section NAME]
+    [--torque MODULE:CLASS ...] [--ros-args ...]; without it that of the process.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     at = arguments.index('--ros-args') if '--ros-args' in arguments else len(arguments)
     parser = argparse.ArgumentParser('satdyn node', description='A satellite as a ROS 2 node.')
     parser.add_argument('--params-file', action='append', metavar='FILE', help='the scenario')
     parser.add_argument('--satellite', action='append', default=[], metavar='NAME')
+    parser.add_argument(
+        '--section', metavar='NAME', help='fly this satellite under the name of --ros-args'
+    )
     parser.add_argument('--torque', action='append', default=[], metavar='MODULE:CLASS')
     own = parser.parse_args(arguments[:at])
     try:
@@ -67,7 +70,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         is_named = any(_NAMES_THE_NODE.match(argument) for argument in arguments[at:])
         if is_named and own.satellite:
             raise ValueError('--satellite and --ros-args both name the node; one of them must')
-        names = ['/satdyn'] if is_named else file.full_names(own.satellite)
+        if own.section and own.satellite:
+            raise ValueError('--satellite and --section both choose a satellite; one of them must')
+        section = own.section and file.full_name(own.section)
+        names = ['/satdyn'] if is_named or section else file.full_names(own.satellite)
         for option, path in pairwise(arguments[at:]):
             if option in _FILE_OPTIONS and Path(path).exists():
                 regular_file(path)
@@ -85,7 +91,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 0
     sys.setswitchinterval(_SWITCH_INTERVAL_S)
     try:
-        return _run(names, file, torques, _ros_files(arguments[at:]))
+        return _run(names, file, section, torques, _ros_files(arguments[at:]))
     except (ValueError, OSError, NameValidationException) as error:
         return _refuse(error)
     except KeyboardInterrupt:
@@ -116,7 +122,7 @@ def _ros_files(arguments):
     )
 
 
-def _run(names, file, torques, ros_files):
+def _run(names, file, section, torques, ros_files):
     # Nothing may tear what a running or ending node does, such as completing its bag: the handlers
     # of rclpy, which call these, let a spinning executor end.
     told: list[int] = []
@@ -130,7 +136,7 @@ def _run(names, file, torques, ros_files):
         # Garbage is collected between ticks.
         gc.disable()
         try:
-            _build(nodes, names, file, torques, ros_files)
+            _build(nodes, names, file, section, torques, ros_files)
         except BaseException:
             with uninterrupted():
                 for node in nodes:
@@ -144,17 +150,28 @@ def _run(names, file, torques, ros_files):
     return 0 if all(node.failure is None for node in nodes) else 1
 
 
-def _build(nodes, names, file, torques, ros_files):
+def _build(nodes, names, file, section, torques, ros_files):
     """Add the nodes of satellites, and let them begin, all with one tick 0, once all are there."""
     folders = [folder_of(name) if names[1:] else '' for name in names]
     values = file if file.origin else None
     for full_name, folder in zip(names, folders, strict=True):
         namespace, _, name = full_name.rpartition('/')
         with _told_of(full_name, names):
-            own = {'node_name': name, 'namespace': namespace}
-            nodes.append(SatdynNode(values, torques, folder, False, ros_files, **own))
-    for sentence in file.unused(*(node.get_fully_qualified_name() for node in nodes)):
-        logging.getLogger('satdyn_ros').warning(sentence)
+            nodes.append(
+                SatdynNode(
+                    values,
+                    torques,
+                    folder,
+                    begins=False,
+                    ros_files=ros_files,
+                    section=section,
+                    node_name=name,
+                    namespace=namespace,
+                )
+            )
+    if not section:  # else others are for the nodes beside this one
+        for sentence in file.unused(*(node.get_fully_qualified_name() for node in nodes)):
+            logging.getLogger('satdyn_ros').warning(sentence)
     moment = Moment.soon(len(nodes))
     for full_name, node in zip(names, nodes, strict=True):
         with _told_of(full_name, names):

@@ -148,10 +148,14 @@ class ParameterFile:
                 common.update({key: x for key, x in section.items() if key not in own})
         return common
 
-    def flown(self, full_name: str) -> dict[str, Any]:
-        """Return the parameters of a node, with frames of its own; ValueError: as parameters."""
-        parameters = self.parameters(full_name)
-        return with_own_frames(parameters, full_name, self.own(full_name))
+    def flown(self, full_name: str, section: str | None = None) -> dict[str, Any]:
+        """
+        Return the parameters of a node, with frames of its own; ValueError: as parameters.
+
+        section: the satellite of the file that it flies, None: the one of its name.
+        """
+        name = section or full_name
+        return with_own_frames(self.parameters(name), full_name, self.own(name))
 
     def unused(self, *full_names: str) -> list[str]:
         """Return, in a sentence, the sections that match the full name of none of some nodes."""

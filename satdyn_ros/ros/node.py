@@ -172,7 +172,7 @@ class SatdynNode(rclpy.node.Node):
             from .standard_services import StandardServices
 
             StandardServices(
-                self, self._own_services, self._pacing, scenario.frames, lambda: self._latest
+                self, self._own_services, self._pacing, scenario, lambda: self._latest
             )
         self._inputs_report = InputsReport(
             self._inputs.counts, self._simulation, lambda: self._latest

@@ -21,7 +21,6 @@ from ..run.requests import try_out
 from ..run.samples import Samples
 from ..run.scenario import Scenario
 from ..run.simulation import Simulation
-from ..sensors.suite import Suite
 from ..torques.body_torque import BodyTorque
 from . import realtime
 from .diagnostics import (
@@ -43,8 +42,9 @@ from .services import Services
 if TYPE_CHECKING:
     from .recorder import Recorder
 
-# What a node builds once the epoch is known takes less, or the first ticks catch up.
-_LEAD_NS = 100_000_000
+# What a node builds once the epoch is known takes less on a busy machine too: the first one, and
+# each of several.
+_LEAD_NS, _LEAD_OF_EACH_NS = 200_000_000, 100_000_000
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Moment:
     @classmethod
     def soon(cls, node_count: int = 1) -> 'Moment':
         """Return when so many nodes, one begun after the other, can have their first tick."""
-        lead_ns = node_count * _LEAD_NS
+        lead_ns = _LEAD_NS + node_count * _LEAD_OF_EACH_NS
         # The wall clock's first: no message comes before its stamp.
         return cls(time.time_ns() + lead_ns, time.monotonic_ns() + lead_ns)
 
@@ -138,8 +138,9 @@ class SatdynNode(rclpy.node.Node):
         self._publishing = Publishing(self, soon)
         topics = self._publishing.open(soon.topics)
         _try_out(soon)
-        # What they import and compile takes longer than tick 0 is ahead.
-        Suite.of(scenario.sensors)
+        # What ticks load and compile takes longer than tick 0 is ahead.
+        _, samples = Simulation(soon).advance(2)
+        self._publishing.pack(samples, topics)
         if scenario['record.enabled']:
             _recorder_class()
         self._scenario = scenario.with_seed().with_values({'publish.topics': topics})

@@ -38,6 +38,7 @@ setup(
             for folder in (
                 'launch',
                 'config',
+                'config/diagnostics',
                 'config/sweeps',
                 'msg_examples/topics',
                 'msg_examples/services',

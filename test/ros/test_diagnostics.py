@@ -58,7 +58,8 @@ def test_a_healthy_node_is_ok(live):
         ),
     )
     assert list(report) == ['propagation', 'pacing', 'recorder', 'inputs', 'connections']
-    assert {status.hardware_id for status in report.values()} == {'none'}
+    satellite = f'{node.namespace[1:]}/satdyn'
+    assert {status.hardware_id for status in report.values()} == {satellite}
     propagation = values(report['propagation'])
     assert propagation['tolerance'] == '1e-13'
     assert abs(float(propagation['relative drift of jacobi'])) < 1e-10

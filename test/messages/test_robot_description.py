@@ -9,6 +9,7 @@ import pytest
 from messages.readers import TYPESTORE, plain
 from scipy.spatial.transform import Rotation
 
+from satdyn_ros.cli.main import main
 from satdyn_ros.messages.packers import pack_tf_static
 from satdyn_ros.messages.robot_description import urdf
 from satdyn_ros.run.parameter_file import with_own_frames
@@ -100,3 +101,9 @@ def test_the_parser_of_rviz_reads_it(scenario, tmp_path):
     )
     assert result.returncode == 0, result.stderr
     assert 'root Link: sat1/base_link has 2 child' in result.stdout
+
+
+def test_satdyn_describe_prints_it(capsys):
+    """As the node publishes it."""
+    assert main(['describe', 'cubesat_sensors', '--urdf']) == 0
+    assert capsys.readouterr().out == f'{urdf(Scenario.from_yaml("cubesat_sensors"))}\n'

@@ -12,6 +12,7 @@ from ros.live import PATIENCE_S, Participant, start
 
 from satdyn_ros.base import rcl_yaml
 from satdyn_ros.ros.parameters import given_parameters
+from satdyn_ros.ros.start import main
 from satdyn_ros.run.parameter_file import ParameterFile, yaml_of_parameters
 
 REFUSES = pytest.raises(
@@ -361,3 +362,18 @@ def test_a_node_that_is_not_named_well_is_refused(tmp_path, arguments, sentence)
     line = errors.splitlines()[-1]
     assert line.startswith('satdyn node: ')
     assert re.search(sentence, line), line
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'sentence'),
+    [
+        (['--section', '/c'], r'two\.yaml has no satellite /c; it has /a/satdyn, /b$'),
+        (['--satellite', '/a', '--section', '/b'], r'--satellite and --section both choose a sat'),
+    ],
+)
+def test_a_section_that_is_not_chosen_well_is_refused(tmp_path, capsys, arguments, sentence):
+    """Exit code 2 and a sentence, before ROS begins."""
+    path = tmp_path / 'two.yaml'
+    path.write_text(section('/a/satdyn', **{'step.ticks': 2}) + section('/b'))
+    assert main(['--params-file', str(path), *arguments]) == 2
+    assert re.search(sentence, capsys.readouterr().err.strip())

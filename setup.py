@@ -16,6 +16,8 @@ setup(
     maintainer='satdyn_ros developers',
     maintainer_email='maintainers@satdyn-ros.invalid',
     license='Apache-2.0',
+    # The bundled scripts of the pages have licences of their own.
+    license_files=['LICENSE', 'satdyn_ros/report/bundled/*.LICENSE'],
     long_description=(root / 'README.md').read_text(encoding='utf-8'),
     long_description_content_type='text/markdown',
     keywords=['attitude dynamics', 'gravity gradient', 'gyrostat', 'ROS', 'spacecraft'],
@@ -23,6 +25,8 @@ setup(
         'Development Status :: 4 - Beta',
         'Intended Audience :: Education',
         'Intended Audience :: Science/Research',
+        'License :: OSI Approved :: Apache Software License',
+        'License :: OSI Approved :: MIT License',
         'Operating System :: POSIX :: Linux',
         'Programming Language :: Python :: 3',
         'Topic :: Scientific/Engineering :: Physics',
@@ -38,6 +42,7 @@ setup(
             for folder in (
                 'launch',
                 'config',
+                'config/diagnostics',
                 'config/sweeps',
                 'msg_examples/topics',
                 'msg_examples/services',

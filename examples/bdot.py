@@ -55,7 +55,8 @@ class BDot(Node):
         self.samples += 1
         self.slow_samples = self.slow_samples + 1 if rate_deg_s < 0.2 else 0
         command = Vector3Stamped()
-        command.header.stamp, command.header.frame_id = stamp, 'base_link'
+        # Without a frame it is in body axes, whatever frame these have.
+        command.header.stamp = stamp
         m = command.vector
         m.x, m.y, m.z = (-self._gain * B_dot).tolist()
         self.command.publish(command)

@@ -31,7 +31,8 @@ class Controller(Pointing):
     def act(self, stamp, error, omega_bi_b):
         """Publish the torque that a state calls for."""
         message = WrenchStamped()
-        message.header.stamp, message.header.frame_id = stamp, 'base_link'
+        # Without a frame it is in body axes, whatever frame these have.
+        message.header.stamp = stamp
         torque_b = message.wrench.torque
         torque_b.x, torque_b.y, torque_b.z = (-self._kp * error - self._kd * omega_bi_b).tolist()
         self.command.publish(message)

@@ -165,6 +165,10 @@ class EstimatorNode(Node):
         super().__init__('estimator')
         self.error_rad = np.nan
         self._scenario = scenario
+        # That of the node beside it, which has the namespace before its name.
+        namespace = self.get_namespace().strip('/')
+        own = scenario.frames.body.removeprefix(f'{namespace}/')
+        self._body_frame = f'{namespace}/{own}'.lstrip('/')
         self._estimator = estimator = DelayedEstimator(scenario.sensors)
         self._attitude = self.create_publisher(QuaternionStamped, 'estimate/attitude', 10)
         self._rate = self.create_publisher(VelocityStamped, 'estimate/angular_velocity', 10)
@@ -212,7 +216,7 @@ class EstimatorNode(Node):
         attitude, rate = QuaternionStamped(), VelocityStamped()
         attitude.header.stamp = rate.header.stamp = stamp
         attitude.header.frame_id = rate.reference_frame_id = frames.inertial
-        rate.header.frame_id = rate.body_frame_id = frames.body
+        rate.header.frame_id = rate.body_frame_id = self._body_frame
         q, omega = attitude.quaternion, rate.velocity.angular
         q.x, q.y, q.z, q.w = q_ib.tolist()
         omega.x, omega.y, omega.z = omega_bi_b.tolist()

@@ -9,7 +9,7 @@ from launch.actions import DeclareLaunchArgument, ExecuteProcess, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-from satdyn_ros.ros.launching import one_satellite, page_hindrance
+from satdyn_ros.ros.launching import composed, one_satellite, page_hindrance
 
 CONFIG = Path(__file__).parent.parent / 'config'
 ACTIONS = {'Node': Node, 'ExecuteProcess': ExecuteProcess}
@@ -55,6 +55,8 @@ def generate_launch_description():
 def start(context):
     """Return what to start for the arguments' values."""
     given = {each.name: LaunchConfiguration(each.name).perform(context) for each in ARGUMENTS}
+    pushed = LaunchConfiguration('ros_namespace', default='').perform(context)
+    given['namespace'] = composed(pushed, given['namespace'])
     actions = one_satellite(
         **given,
         rviz_config=str(CONFIG / 'satdyn.rviz'),

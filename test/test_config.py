@@ -155,3 +155,15 @@ def test_euler_poinsot_flips():
     t_s = np.arange(0.0, 400.0, 0.1)
     middle = scenario.motion().at(t_s).omega_bi_b[:, 1]
     assert np.count_nonzero(middle[1:] * middle[:-1] < 0.0) == 4
+
+
+def test_the_aggregator_groups_the_constellation():
+    """A group for each satellite of the file, which takes what its node reports and no other."""
+    text = (CONFIG / 'diagnostics' / 'constellation.yaml').read_text()
+    groups = yaml.safe_load(text)['analyzers']['ros__parameters']
+    assert groups.pop('path') == 'Constellation'
+    satellites = ParameterFile.read([CONFIG / 'constellation.yaml']).satellites
+    for group in groups.values():
+        assert group['type'] == 'diagnostic_aggregator/GenericAnalyzer'
+    beginnings = [begin for group in groups.values() for begin in group['startswith']]
+    assert [f'/{begin}' for begin in beginnings] == satellites

@@ -53,6 +53,18 @@ def test_manifest_and_setup_agree(distribution, manifest):
     assert manifest.findtext('name') == distribution.get_name()
     assert manifest.findtext('version') == distribution.get_version() == satdyn_ros.__version__
     assert manifest.findtext('license') == distribution.get_license()
+    # That of the package first; then those of what is bundled, each by its file.
+    texts = {path: path.read_text() for path in (ROOT / 'satdyn_ros').rglob('bundled/*.LICENSE')}
+    of_mit = {path for path, text in texts.items() if 'The MIT License' in text}
+    assert of_mit
+    assert {ROOT / e.get('file', ''): e.text for e in manifest.iter('license')} == {
+        ROOT / 'LICENSE': 'Apache-2.0',
+        **dict.fromkeys(of_mit, 'MIT'),
+    }
+    patterns = distribution.metadata.license_files
+    in_wheel = {path for pattern in patterns for path in ROOT.glob(pattern)}
+    assert in_wheel == {ROOT / 'LICENSE', *texts}
+    assert 'License :: OSI Approved :: MIT License' in distribution.get_classifiers()
     assert manifest.findtext('author') == distribution.get_author()
     assert {url.get('type') for url in manifest.iter('url')} == {
         *('website', 'repository', 'bugtracker')

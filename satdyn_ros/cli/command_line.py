@@ -68,6 +68,12 @@ satdyn check"""
         help='which satellite, where the scenario has several: /sat4/satdyn, or /sat4; may be '
         'repeated; default: all, each a node of its own',
     )
+    added.add_argument(
+        '--section',
+        metavar='NAME',
+        help='fly this satellite of the scenario under the name that --ros-args gives, as the '
+        'launch files do in pushed namespaces',
+    )
     _add_torque(added)
     added.add_argument(
         '--ros-args', nargs='...', metavar='', help='the usual arguments of ROS 2 nodes'
@@ -82,7 +88,8 @@ satdyn check"""
         'what theory says about a scenario: closed form, constants, equilibria, stability',
         'satdyn describe config/default.yaml\nsatdyn describe config/euler_poinsot.yaml --json\n'
         'satdyn describe constellation --satellite /sat4\n'
-        'satdyn describe config/default.yaml --code',
+        'satdyn describe config/default.yaml --code\n'
+        'satdyn describe config/cubesat_leo.yaml --urdf',
     )
     added.add_argument('file', metavar='FILE', help=_SCENARIO)
     _add_satellite(added)
@@ -92,6 +99,11 @@ satdyn check"""
         '--code',
         action='store_true',
         help='instead the code of its step, with its equations of motion in it, as LLVM IR',
+    )
+    how.add_argument(
+        '--urdf',
+        action='store_true',
+        help='instead its body as ROS knows it: box, plates, wheels and sensors',
     )
     _add_sweep(command)
     _add_check(command)

@@ -298,6 +298,10 @@ def _describe(given):
     _warn(given, scenario)
     if given.code:
         print(_code_of(scenario))
+    elif given.urdf:
+        from ..messages.robot_description import urdf
+
+        print(urdf(scenario))
     elif given.json:
         print(json.dumps(describe(scenario), indent=2))
     else:

@@ -52,14 +52,15 @@ class Diagnostics:
     def _publish(self):
         message = DiagnosticArray()
         message.header.stamp = self._now().to_msg()
+        satellite = self._node.get_fully_qualified_name().lstrip('/')
         for part, report in self._parts.items():
             level, text, values = report()
             message.status.append(
                 DiagnosticStatus(
                     level=level,
-                    name=f'{self._node.get_fully_qualified_name().lstrip("/")}: {part}',
+                    name=f'{satellite}: {part}',
                     message=text,
-                    hardware_id='none',
+                    hardware_id=satellite,
                     values=[KeyValue(key=key, value=_text(x)) for key, x in values.items()],
                 )
             )

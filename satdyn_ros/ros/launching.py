@@ -7,7 +7,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from ..run.parameter_file import ParameterFile, scenario_text, without_rclpys
+from ..run.parameter_file import ParameterFile, folder_of, scenario_text, without_rclpys
 from ..run.scenario import Scenario
 from ..run.shipped import scenario_path
 
@@ -52,12 +52,16 @@ def one_satellite(
     path, file = _read(params_file)
     parts = [part for part in namespace.split('/') if part]
     full_name = '/'.join(['', *parts, 'satdyn']) if parts else file.full_name()
-    scenario = Scenario({**without_rclpys(file.flown(full_name)), **overrides})
+    section = _section(file, full_name)
+    scenario = Scenario({**without_rclpys(file.flown(full_name, section)), **overrides})
     if 'true' in (rviz, foxglove):
         overrides['publish.topics'] = list(dict.fromkeys([*scenario.topics, 'markers', 'tf']))
 
-    actions: list[tuple[str, dict[str, Any]]] = [('Node', _node(full_name, path, overrides))]
-    namespace = full_name.rpartition('/')[0]
+    namespace, _, name = full_name.rpartition('/')
+    node = _node(namespace, name, path, overrides)
+    if section != full_name:
+        node['arguments'] += ['--section', section]
+    actions: list[tuple[str, dict[str, Any]]] = [('Node', node)]
     if rviz == 'true':
         frames = scenario.frames
         frame = frames.inertial if scenario.is_fixed else frames.orbital
@@ -72,6 +76,11 @@ def one_satellite(
         bridge = {'package': 'foxglove_bridge', 'executable': 'foxglove_bridge'}
         actions.append(('Node', bridge))
     return actions
+
+
+def composed(pushed: str, namespace: str) -> str:
+    """Return a namespace below one that is pushed, '': none is; one that is absolute stays."""
+    return namespace if namespace.startswith('/') else f'{pushed}/{namespace}'
 
 
 def page_hindrance() -> str:
@@ -91,8 +100,8 @@ def constellation(params_file: str) -> list[dict[str, Any]]:
     """
     Return the keyword arguments of each Node of constellation.launch.py: one a satellite.
 
-    ValueError, in one sentence: the file cannot be read, or names no satellite, or one that is
-    not allowed.
+    Their namespaces are relative, so that launch puts a pushed one before them.  ValueError, in
+    one sentence: the file cannot be read, or names no satellite, or one that is not allowed.
     """
     path, file = _read(params_file)
     if not file.satellites:
@@ -100,16 +109,29 @@ def constellation(params_file: str) -> list[dict[str, Any]]:
             f'{file.origin} has no section of a satellite; it must have one that is named '
             '/namespace/node'
         )
-    for name in file.satellites:
+    nodes = []
+    for full_name in file.satellites:
         try:
-            Scenario(without_rclpys(file.flown(name)))
+            scenario = Scenario(without_rclpys(file.flown(full_name)))
         except ValueError as error:
-            raise ValueError(f'{file.origin}, {name}: {error}') from None
-    return [_node(name, path) for name in file.satellites]
+            raise ValueError(f'{file.origin}, {full_name}: {error}') from None
+        namespace, _, name = full_name.lstrip('/').rpartition('/')
+        bags = Path(scenario['record.directory'], folder_of(full_name))
+        of_many = {'record.directory': str(bags)} if file.satellites[1:] else {}
+        node = _node(namespace, name, path, of_many)
+        node['arguments'] += ['--section', full_name]
+        nodes.append(node)
+    return nodes
 
 
-def _node(full_name, path, overrides=None):
-    namespace, _, name = full_name.rpartition('/')
+def _section(file, full_name):
+    """Return the satellite of a file that a node in pushed namespaces flies, or its own name."""
+    parts = full_name.split('/')
+    tails = [f'/{"/".join(parts[i:])}' for i in range(1, len(parts) - 1)]
+    return next((name for name in tails if name in file.satellites), full_name)
+
+
+def _node(namespace, name, path, overrides):
     node = {
         'package': 'satdyn_ros',
         'executable': 'satdyn_node',

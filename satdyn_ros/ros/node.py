@@ -1,7 +1,7 @@
 """The node: declares its parameters, builds what a scenario describes, and connects the parts."""
 
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from importlib.util import find_spec
@@ -16,12 +16,11 @@ from ..base.nanoseconds import SECOND_NS
 from ..base.sentences import one_sentence
 from ..integrate.propagation import Propagation
 from ..run.events import Event, Halt, Topics, TorquesDropped
-from ..run.parameter_file import with_texts, without_rclpys
+from ..run.parameter_file import ParameterFile, with_own_frames, with_texts, without_rclpys
 from ..run.requests import try_out
 from ..run.samples import Samples
 from ..run.scenario import Scenario
 from ..run.simulation import Simulation
-from ..sensors.suite import Suite
 from ..torques.body_torque import BodyTorque
 from . import realtime
 from .diagnostics import (
@@ -43,8 +42,9 @@ from .services import Services
 if TYPE_CHECKING:
     from .recorder import Recorder
 
-# What a node builds once the epoch is known takes less, or the first ticks catch up.
-_LEAD_NS = 100_000_000
+# What a node builds once the epoch is known takes less on a busy machine too: the first one, and
+# each of several.
+_LEAD_NS, _LEAD_OF_EACH_NS = 200_000_000, 100_000_000
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Moment:
     @classmethod
     def soon(cls, node_count: int = 1) -> 'Moment':
         """Return when so many nodes, one begun after the other, can have their first tick."""
-        lead_ns = node_count * _LEAD_NS
+        lead_ns = _LEAD_NS + node_count * _LEAD_OF_EACH_NS
         # The wall clock's first: no message comes before its stamp.
         return cls(time.time_ns() + lead_ns, time.monotonic_ns() + lead_ns)
 
@@ -67,20 +67,24 @@ class SatdynNode(rclpy.node.Node):
     A satellite: it propagates, publishes at a fixed rate, answers requests and records.
 
     values: parameters by name, which those that ROS gives it (files, command line,
-    parameter_overrides) override; or what returns them for the node's full name.  folder: where in
-    record.directory its bags go.  The ticks begin at once, in a thread, or with begin(); spin the
-    node for its services.  destroy_node() ends the ticks and completes the bag.  ValueError: a
-    parameter is not allowed.  OSError: no bag can be made.
+    parameter_overrides) override; or a file that has them.  folder: where in record.directory its
+    bags go.  ros_files: those of ROS, whose frames for several nodes get the namespace before them
+    as the file's do.  section: the satellite of the file, if not the one of the node's full name.
+    The ticks begin at once, in a thread, or with begin(); spin the node for its services.
+    destroy_node() ends the ticks and completes the bag.  ValueError: a parameter is not allowed.
+    OSError: no bag can be made.
 
     >>> node = SatdynNode({'publish.rate': 10.0}, namespace='sat1')  # doctest: +SKIP
     """
 
     def __init__(
         self,
-        values: Mapping[str, Any] | Callable[[str], Mapping[str, Any]] | None = None,
+        values: Mapping[str, Any] | ParameterFile | None = None,
         torques: Iterable[type[BodyTorque]] = (),
         folder: str = '',
         begins: bool = True,
+        ros_files: ParameterFile | None = None,
+        section: str | None = None,
         **kwargs: Any,
     ):
         name = kwargs.pop('node_name', 'satdyn')
@@ -100,18 +104,27 @@ class SatdynNode(rclpy.node.Node):
         # Changes of the published topics, asked for and in force.
         self._topics_asked = self._topics_in_force = 0
         try:
-            if callable(values):
-                values = values(self.get_fully_qualified_name())
-            values = values or {}
-            give_rclpy_its_own(self, values)
-            given = {**without_rclpys(values), **with_texts(given_parameters(self))}
-            self._prepare(Scenario(given, torques))
+            self._prepare(Scenario(self._given(values or {}, ros_files, section), torques))
             if begins:
                 self.begin()
         except BaseException:
             with uninterrupted():
                 self.destroy_node()
             raise
+
+    def _given(self, values, ros_files, section):
+        """Return the parameters of the scenario, with the frames of a node in its namespace."""
+        full_name = self.get_fully_qualified_name()
+        if isinstance(values, ParameterFile):
+            name = section or full_name
+            own, values = values.own(name), values.parameters(name)
+        else:
+            own = set(values)
+        give_rclpy_its_own(self, values)
+        of_ros = with_texts(given_parameters(self))
+        common = ros_files.common(full_name) if ros_files else {}
+        own |= {key for key, value in of_ros.items() if key not in common or common[key] != value}
+        return with_own_frames({**without_rclpys(values), **of_ros}, full_name, own)
 
     def _prepare(self, scenario):
         """Build, compile and try out what needs no instant of tick 0."""
@@ -125,8 +138,9 @@ class SatdynNode(rclpy.node.Node):
         self._publishing = Publishing(self, soon)
         topics = self._publishing.open(soon.topics)
         _try_out(soon)
-        # What they import and compile takes longer than tick 0 is ahead.
-        Suite.of(scenario.sensors)
+        # What ticks load and compile takes longer than tick 0 is ahead.
+        _, samples = Simulation(soon).advance(2)
+        self._publishing.pack(samples, topics)
         if scenario['record.enabled']:
             _recorder_class()
         self._scenario = scenario.with_seed().with_values({'publish.topics': topics})
@@ -159,7 +173,7 @@ class SatdynNode(rclpy.node.Node):
             from .standard_services import StandardServices
 
             StandardServices(
-                self, self._own_services, self._pacing, scenario.frames, lambda: self._latest
+                self, self._own_services, self._pacing, scenario, lambda: self._latest
             )
         self._inputs_report = InputsReport(
             self._inputs.counts, self._simulation, lambda: self._latest

@@ -11,9 +11,11 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
+from std_msgs.msg import String
 
 from ..messages import qos
 from ..messages.packers import Packer, pack_tf_static, packer
+from ..messages.robot_description import urdf
 from ..messages.sparse import Rows, SparseMessages
 from ..run.samples import Samples
 from ..run.scenario import Scenario
@@ -81,7 +83,10 @@ class Publishing:
         return tuple(name for name in names if name in self.publishers or self._add(name))
 
     def latch(self, scenario: Scenario) -> None:
-        """Publish, where there are sensors, how they are mounted; scenario: with its epoch."""
+        """Publish the URDF, and where there are sensors their mountings; scenario: with epoch."""
+        latched = qos_profile(qos.LATCHED)
+        description = self._node.create_publisher(String, 'robot_description', latched)
+        description.publish(String(data=urdf(scenario)))
         if not scenario.sensors:
             return
         topic = scenario.topic_table['tf_static']
@@ -90,7 +95,6 @@ class Publishing:
         except ImportError as error:
             self._warn_once('tf_static', error)
             return
-        latched = qos_profile(qos.LATCHED)
         publisher = self._node.create_publisher(message, topic.name, latched)
         publisher.publish(pack_tf_static(scenario))
 

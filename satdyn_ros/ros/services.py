@@ -43,6 +43,8 @@ class Services:
     ):
         self._parameters, self._pacing, self._record = parameters, pacing, record
         self._conditions = parameters.scenario
+        # The last tick when the motion was last restarted, and the conditions that it had then.
+        self.restarted: tuple[int, Scenario] | None = None
         self._log = node.get_logger()
         self._asked: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
         Thread(target=self._try_one_by_one, name='requests', daemon=True).start()
@@ -120,6 +122,7 @@ class Services:
         So the first tick after the reply carries exactly the requested state.
         """
         with self._pacing.between_ticks:
+            self.restarted = self._pacing.tick, self._conditions
             answer('')
             self._pacing.put(event_at, restarts=True)
 

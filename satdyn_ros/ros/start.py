@@ -10,6 +10,7 @@ import warnings
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
 
 import rclpy
@@ -19,6 +20,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.signals import SignalHandlerOptions, install_signal_handlers
 
+from ..base import ros_yaml
 from ..base.interruption import interruptible, uninterrupted
 from ..base.regular_file import regular_file
 from ..base.sentences import one_sentence
@@ -48,14 +50,17 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     Run the nodes and return the exit code: 0 ended as told, 1 one failed, 2 the input is wrong.
 
-    argv: [--params-file FILE ...] [--satellite NAME ...] [--torque MODULE:CLASS ...]
-    [--ros-args ...]; without it that of the process.
+    argv: [--params-file FILE ...] [--satellite NAME ...] [--section NAME]
+    [--torque MODULE:CLASS ...] [--ros-args ...]; without it that of the process.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     at = arguments.index('--ros-args') if '--ros-args' in arguments else len(arguments)
     parser = argparse.ArgumentParser('satdyn node', description='A satellite as a ROS 2 node.')
     parser.add_argument('--params-file', action='append', metavar='FILE', help='the scenario')
     parser.add_argument('--satellite', action='append', default=[], metavar='NAME')
+    parser.add_argument(
+        '--section', metavar='NAME', help='fly this satellite under the name of --ros-args'
+    )
     parser.add_argument('--torque', action='append', default=[], metavar='MODULE:CLASS')
     own = parser.parse_args(arguments[:at])
     try:
@@ -64,8 +69,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         is_named = any(_NAMES_THE_NODE.match(argument) for argument in arguments[at:])
         if is_named and own.satellite:
             raise ValueError('--satellite and --ros-args both name the node; one of them must')
-        names = ['/satdyn'] if is_named else file.full_names(own.satellite)
-        for option, path in zip(arguments[at:], arguments[at + 1 :], strict=False):
+        if own.section and own.satellite:
+            raise ValueError('--satellite and --section both choose a satellite; one of them must')
+        section = own.section and file.full_name(own.section)
+        names = ['/satdyn'] if is_named or section else file.full_names(own.satellite)
+        for option, path in pairwise(arguments[at:]):
             if option in _FILE_OPTIONS and Path(path).exists():
                 regular_file(path)
         rclpy.init(
@@ -82,7 +90,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 0
     sys.setswitchinterval(_SWITCH_INTERVAL_S)
     try:
-        return _run(names, file, torques)
+        return _run(names, file, section, torques, _ros_files(arguments[at:]))
     except (ValueError, OSError, NameValidationException) as error:
         return _refuse(error)
     except KeyboardInterrupt:
@@ -97,7 +105,23 @@ def main(argv: Sequence[str] | None = None) -> int:
         rclpy.try_shutdown()
 
 
-def _run(names, file, torques):
+def _ros_files(arguments):
+    """
+    Return what the parameter files of ROS arguments say.
+
+    Without those that launch writes, under /** too, of the parameters of one node.
+    """
+    paths = [
+        path
+        for option, path in pairwise(arguments)
+        if option == '--params-file' and not Path(path).name.startswith('launch_params_')
+    ]
+    return ParameterFile.of_texts(
+        [(ros_yaml.read_text(path, 'the scenario'), path) for path in paths]
+    )
+
+
+def _run(names, file, section, torques, ros_files):
     # Nothing may tear what a running or ending node does, such as completing its bag: the handlers
     # of rclpy, which call these, let a spinning executor end.
     told: list[int] = []
@@ -110,7 +134,7 @@ def _run(names, file, torques):
         # Garbage is collected between ticks.
         gc.disable()
         try:
-            _build(nodes, names, file, torques)
+            _build(nodes, names, file, section, torques, ros_files)
         except BaseException:
             with uninterrupted():
                 for node in nodes:
@@ -124,18 +148,28 @@ def _run(names, file, torques):
     return 0 if all(node.failure is None for node in nodes) else 1
 
 
-def _build(nodes, names, file, torques):
+def _build(nodes, names, file, section, torques, ros_files):
     """Add the nodes of satellites, and let them begin, all with one tick 0, once all are there."""
     folders = [folder_of(name) if names[1:] else '' for name in names]
-    values = file.flown if file.origin else None
+    values = file if file.origin else None
     for full_name, folder in zip(names, folders, strict=True):
         namespace, _, name = full_name.rpartition('/')
         with _told_of(full_name, names):
             nodes.append(
-                SatdynNode(values, torques, folder, False, node_name=name, namespace=namespace)
+                SatdynNode(
+                    values,
+                    torques,
+                    folder,
+                    begins=False,
+                    ros_files=ros_files,
+                    section=section,
+                    node_name=name,
+                    namespace=namespace,
+                )
             )
-    for sentence in file.unused(*(node.get_fully_qualified_name() for node in nodes)):
-        logging.getLogger('satdyn_ros').warning(sentence)
+    if not section:  # else others are for the nodes beside this one
+        for sentence in file.unused(*(node.get_fully_qualified_name() for node in nodes)):
+            logging.getLogger('satdyn_ros').warning(sentence)
     moment = Moment.soon(len(nodes))
     for full_name, node in zip(names, nodes, strict=True):
         with _told_of(full_name, names):

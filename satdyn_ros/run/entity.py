@@ -10,11 +10,21 @@ from typing import Any
 
 import numpy as np
 
+from ..dynamics.equations import OMEGA, initial_values, place_at, rates
 from ..dynamics.motion import States
+from ..dynamics.system import System
+from ..integrate.propagation import Propagation
 from ..kernel import rotation
+from ..orbits.kepler import KeplerOrbit
+from .samples import Samples
+from .scenario import Scenario
 
 # The bits of the scope of a reset; 0 is all of them.
 _TIME, _STATE = 1, 2
+# f'(0) h of f(0), f(h), ... f(4 h), to the fourth order (Abramowitz and Stegun 25.3, one-sided),
+# and h by the time in which the place turns by one radian.
+_DERIVATIVE = np.array([-25.0, 48.0, -36.0, 16.0, -3.0]) / 12.0
+_STEP_RAD = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +55,55 @@ class EntityState:
             'initial.attitude': self.q_ib.tolist(),
             'initial.angular_velocity': omega_bi_b.tolist(),
         }
+
+
+def accelerations(system: System, states: States, row: int) -> tuple[np.ndarray, np.ndarray]:
+    """
+    Return the derivatives of v_i [m/s^2] and omega_bi_i [rad/s^2], (3,) each, in inertial axes.
+
+    system: with the torques that act.  The second is that of the equations of motion; the first is
+    taken of the orbit, whatever its model, and zero where the direction is fixed.
+    """
+    orbit_s, q_ib = float(states.orbit_s[row]), states.q_ib[row]
+    here = Propagation(system, states[row], orbit_s)
+    y = initial_values(system, states[row])
+    if system.integrates_place:
+        assert isinstance(states.orbit, KeplerOrbit)
+        f = states.orbit.anomaly(orbit_s)
+        y[place_at(here.constants) :] = np.cos(f), np.sin(f)
+    omega_dot_b = rates(orbit_s, tuple(y.tolist()), here.constants)[OMEGA : OMEGA + 3]
+    # d/dt of q omega_b q* is q omega_b' q*: omega x omega is zero.
+    angular = rotation.rotate(q_ib, np.array(omega_dot_b))
+    if not states.orbit.has_lvlh:
+        return np.zeros(3), angular
+    r_i, v_i = states.r_i[row], states.v_i[row]
+    h_s = _STEP_RAD * float(np.linalg.norm(r_i) / np.linalg.norm(v_i))
+    # Backward where that is: a table of the orbit may end just ahead.
+    h_s = -h_s if orbit_s > 4.0 * h_s else h_s
+    _, velocities = states.orbit.position_velocity(orbit_s + h_s * np.arange(5))
+    return _DERIVATIVE @ velocities / h_s, angular
+
+
+def restarted(conditions: Scenario, samples: Samples, row: int) -> Samples:
+    """Return the one row of a motion that restarts from initial conditions at that of samples."""
+    acting = samples.system
+    system = conditions.system.driven(
+        acting.torque_b, acting.rotor_torque, acting.dipole_b, acting.rotor_target
+    )
+    orbit_s = float(samples.states.orbit_s[row])
+    states = Propagation(system, conditions.state_at(orbit_s), orbit_s).at(0.0)
+    stamps_ns = samples.stamps_ns[row : row + 1]
+    return Samples(samples.first_tick + row, stamps_ns, states, system)
+
+
+def touches(position: np.ndarray, centre: np.ndarray, radius: float) -> bool:
+    """Return whether an entity, a point at position (3,) [m], is in a sphere; ValueError: none."""
+    if not (np.all(np.isfinite(centre)) and 0.0 <= radius < np.inf):
+        raise ValueError(
+            f'the sphere has the radius {radius:g} m and the centre {centre.tolist()}; both must '
+            'be finite and the radius at least 0'
+        )
+    return bool(np.linalg.norm(position - centre) <= radius)
 
 
 def matching(name: str, pattern: str) -> list[str]:

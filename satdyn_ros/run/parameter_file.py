@@ -1,7 +1,7 @@
 """A scenario as a ROS 2 parameter file: its satellites, and its keys from and to dotted names."""
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path
@@ -135,23 +135,27 @@ class ParameterFile:
             parameters.update(self.sections[name])
         return parameters
 
-    def flown(self, full_name: str) -> dict[str, Any]:
-        """
-        Return the parameters of a node with the frames of a satellite.
+    def own(self, full_name: str) -> set[str]:
+        """Return the names of the parameters that the sections of a node alone give."""
+        own = [keys for name, keys in self.sections.items() if _full(name) == full_name]
+        return set().union(*own)
 
-        One of the file that has a namespace has it before those frames that its own section does
-        not give, as in sat4/base_link.  ValueError: as of parameters.
+    def common(self, full_name: str) -> dict[str, Any]:
+        """Return the parameters that a node has of sections for several; none match: none."""
+        own, common = self.own(full_name), {}
+        for name, section in self.sections.items():
+            if rcl_yaml.matches(name, full_name):
+                common.update({key: x for key, x in section.items() if key not in own})
+        return common
+
+    def flown(self, full_name: str, section: str | None = None) -> dict[str, Any]:
         """
-        parameters = self.parameters(full_name)
-        namespace = full_name.rpartition('/')[0].removeprefix('/')
-        if namespace and full_name in self.satellites:
-            own = [keys for name, keys in self.sections.items() if _full(name) == full_name]
-            for key, default in _frames_of_one(parameters):
-                frame = parameters.get(key, default)
-                # What is no text is refused as it was given.
-                if isinstance(frame, str) and not any(key in section for section in own):
-                    parameters[key] = f'{namespace}/{frame}'
-        return parameters
+        Return the parameters of a node, with frames of its own; ValueError: as parameters.
+
+        section: the satellite of the file that it flies, None: the one of its name.
+        """
+        name = section or full_name
+        return with_own_frames(self.parameters(name), full_name, self.own(name))
 
     def unused(self, *full_names: str) -> list[str]:
         """Return, in a sentence, the sections that match the full name of none of some nodes."""
@@ -170,6 +174,25 @@ class ParameterFile:
 def folder_of(full_name: str) -> str:
     """Return where the bags of one of several satellites go: sat4 for /sat4/satdyn."""
     return full_name.removesuffix('/satdyn').lstrip('/')
+
+
+def with_own_frames(
+    parameters: Mapping[str, Any], full_name: str, own: Collection[str]
+) -> dict[str, Any]:
+    """
+    Return the parameters of a node with its namespace, if any, before the frames of its own.
+
+    These are of LVLH, the body and the sensors, as in sat4/base_link, but for those of the keys
+    own, which are given to this node alone.
+    """
+    namespace = full_name.rpartition('/')[0].removeprefix('/')
+    flown = dict(parameters)
+    for key, default in _frames_of_one(parameters) if namespace else ():
+        frame = parameters.get(key, default)
+        # What is no text, or an empty one, is refused as it was given.
+        if key not in own and isinstance(frame, str) and frame:
+            flown[key] = f'{namespace}/{frame}'
+    return flown
 
 
 def without_rclpys(parameters: Mapping[str, Any]) -> dict[str, Any]:
@@ -251,7 +274,7 @@ def _frames_of_one(parameters):
     for key in ('frames.orbital', 'frames.body'):
         yield key, KEYS[key].default
     sensors = parameters.get('sensors.names')
-    for name in sensors if isinstance(sensors, list) else []:
+    for name in sensors if isinstance(sensors, list | tuple) else []:
         yield f'sensors.{name}.frame_id', name
 
 

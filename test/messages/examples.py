@@ -18,6 +18,7 @@ SERVICES = sorted((ROOT / 'services').glob('*.yaml'))
 class Example(NamedTuple):
     """What a file says: its command in words, the topic or service, its type, and the values."""
 
+    first_line: str
     command: list[str]
     name: str
     type: str
@@ -29,7 +30,8 @@ def load(path):
     text = path.read_text()
     (line,) = re.findall(r'^# (ros2 .*)$', text, re.MULTILINE)
     command = shlex.split(line)
-    return Example(command, command[-3], command[-2], yaml.safe_load(text))
+    first_line, _ = text.split('\n', 1)
+    return Example(first_line, command, command[-3], command[-2], yaml.safe_load(text))
 
 
 def interface(type_name):

@@ -28,10 +28,17 @@ def test_every_topic_and_every_service_has_an_example():
 
 @pytest.mark.parametrize('path', examples.TOPICS, ids=lambda path: path.stem)
 def test_a_topic_example_is_a_message_of_its_type(path):
-    """The command names topic, type and file as they are, and the message class takes all."""
+    """
+    The command names topic, type and file as they are, and the message class takes all.
+
+    It ends where nobody listens, and no output is published among those of the node.
+    """
     example, topic = examples.load(path), TOPICS[path.stem]
+    is_input, name = topic.role == 'input', f'/{topic.name.lstrip("/")}'
+    assert example.first_line.startswith(f'# An {"in" if is_input else "out"}put of the node.')
     assert example.command == [
-        *('ros2', 'topic', 'pub', '--once', f'/{topic.name.lstrip("/")}', topic.type),
+        *('ros2', 'topic', 'pub', '--once', '--max-wait-time-secs', '5'),
+        *(name if is_input else f'/example{name}', topic.type),
         f'$(cat msg_examples/topics/{path.name})',
     ]
     if message_class(topic.type) is None:
@@ -91,6 +98,7 @@ def contains_data(value):
 def test_a_service_example_is_a_request_of_its_type(path):
     """The command names service, type and file as they are, and the request class takes all."""
     example = examples.load(path)
+    assert example.first_line.startswith('# A request to the node.')
     assert example.command == [
         *('ros2', 'service', 'call', f'/satdyn/{path.stem}', SERVICES[path.stem]),
         f'$(cat msg_examples/services/{path.name})',

@@ -20,6 +20,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from satdyn_ros.messages.contents import message
 from satdyn_ros.ros.publishing import message_class
+from satdyn_ros.run.parameter_file import with_own_frames
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 from satdyn_ros.run.topics import TOPICS
@@ -49,7 +50,8 @@ class LiveNode:
         self.namespace = namespace or f'/test{os.getpid()}_{next(_numbers)}'
         self.values = {'time.epoch_ns': EPOCH_NS} | values
         file = directory / f'{self.namespace.strip("/")}.yaml'
-        file.write_text(yaml.safe_dump({'/**': {'ros__parameters': self.values}}))
+        self.name = f'{self.namespace}/satdyn'
+        file.write_text(yaml.safe_dump({self.name: {'ros__parameters': self.values}}))
         self.process = start(
             ['--params-file', str(file), '--ros-args', '-r', f'__ns:={self.namespace}', *ros_args],
             directory,
@@ -58,8 +60,13 @@ class LiveNode:
 
     @property
     def scenario(self):
-        """The scenario that was given."""
-        return Scenario(self.values)
+        """The scenario that was given, with the frames of a node in a namespace."""
+        return Scenario(with_own_frames(self.values, self.name, self.values))
+
+    @property
+    def body_frame(self):
+        """The frame of the body, if none is given."""
+        return f'{self.namespace[1:]}/base_link'
 
     def end(self, number=signal.SIGINT):
         """Send a signal; return the exit code and what stood on stderr."""

@@ -58,7 +58,8 @@ def test_a_healthy_node_is_ok(live):
         ),
     )
     assert list(report) == ['propagation', 'pacing', 'recorder', 'inputs', 'connections']
-    assert {status.hardware_id for status in report.values()} == {'none'}
+    satellite = f'{node.namespace[1:]}/satdyn'
+    assert {status.hardware_id for status in report.values()} == {satellite}
     propagation = values(report['propagation'])
     assert propagation['tolerance'] == '1e-13'
     assert abs(float(propagation['relative drift of jacobi'])) < 1e-10
@@ -150,7 +151,7 @@ def test_a_refused_input_is_warned_of_and_a_pause_is_said(live):
     publisher.publish(message)
     report = until(node.namespace, lambda r: r['inputs'].level == WARN)
     assert report['inputs'].message == (
-        '1 refused: torque is given in the frame map; it must be base_link or empty'
+        f'1 refused: torque is given in the frame map; it must be {node.body_frame} or empty'
     )
     assert participant.switch('pause', True)[0]
     until(node.namespace, lambda r: r['pacing'].message.startswith('paused after tick'))

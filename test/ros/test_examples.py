@@ -1,9 +1,12 @@
 """The messages and requests of msg_examples/, sent to a node that flies."""
 
+import shutil
+import subprocess
+
 import pytest
 from messages import examples
 from rclpy.serialization import deserialize_message, serialize_message
-from ros.live import EPOCH_NS, stamp_ns
+from ros.live import EPOCH_NS, PATIENCE_S, stamp_ns
 
 from satdyn_ros.run.topics import TOPICS
 
@@ -100,3 +103,26 @@ def test_the_outputs_are_messages_that_arrive(name, live_pair):
     receiver.wait_until(lambda: received)
     # What is declared float32 is rounded on its way.
     assert received == [deserialize_message(serialize_message(sent), kind)]
+
+
+@pytest.mark.long
+@pytest.mark.skipif(shutil.which('ros2') is None, reason='no wheel of ROS 2 has its command')
+@pytest.mark.parametrize('path', examples.TOPICS, ids=lambda path: path.stem)
+def test_the_command_of_an_example_is_heard_and_ends(path, live_pair):
+    """As it stands in the file, by a subscriber of the topic that it names."""
+    example, (receiver, _) = examples.load(path), live_pair
+    try:
+        kind = examples.interface(example.type)
+    except ModuleNotFoundError as error:
+        pytest.skip(f'{error.name} is not installed')
+    received: list = []
+    subscription = receiver.node.create_subscription(kind, example.name, received.append, 10)
+    (line,) = (text for text in path.read_text().splitlines() if text.startswith('# ros2 '))
+    process = subprocess.Popen(['bash', '-c', line[2:]], cwd=examples.ROOT.parent)
+    try:
+        receiver.wait_until(lambda: received, 'the message')
+        assert process.wait(PATIENCE_S) == 0
+    finally:
+        process.kill()
+        receiver.node.destroy_subscription(subscription)
+    assert len(received) == 1

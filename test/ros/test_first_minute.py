@@ -1,10 +1,24 @@
 """What a first-time user sees: the line of the node that starts."""
 
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_msgs.msg import String
+
+from satdyn_ros.messages.robot_description import urdf
+
 
 def test_a_warm_node_says_in_one_line_what_it_does(live):
-    """Topics, rate, epoch and bag; nothing else stands on stderr until it ends."""
+    """
+    Topics, rate, epoch and bag; nothing else stands on stderr until it ends.
+
+    Whoever comes later gets the body's description, with the frames of the node.
+    """
     node, participant = live({'publish.topics': ['attitude', 'odometry'], 'publish.rate': 20.0})
     participant.hear(participant.listen('attitude'), 3)
+    described: list = []
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    participant.node.create_subscription(String, 'robot_description', described.append, latched)
+    participant.wait_until(lambda: described, 'the URDF')
+    assert described[0].data == urdf(node.scenario)
     code, errors = node.end()
     assert code == 0
     line, last = errors.splitlines()

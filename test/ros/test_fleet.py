@@ -124,11 +124,15 @@ def test_every_satellite_of_a_file_flies(fleet, tmp_path):
 
 
 @pytest.mark.parametrize(
-    'arguments',
-    [['--satellite', '/sat2'], ['--ros-args', '-r', '__ns:=/sat2']],
-    ids=['--satellite', '__ns'],
+    ('namespace', 'arguments'),
+    [
+        ('/sat2', ['--satellite', '/sat2']),
+        ('/sat2', ['--ros-args', '-r', '__ns:=/sat2']),
+        ('/a/b', ['--section', '/sat2', '--ros-args', '-r', '__ns:=/a/b']),
+    ],
+    ids=['--satellite', '__ns', '--section'],
 )
-def test_a_satellite_that_is_named_flies_alone(fleet, tmp_path, arguments):
+def test_a_satellite_that_is_named_flies_alone(fleet, tmp_path, namespace, arguments):
     """By its own section, with its frames, and its bag where those of one satellite go."""
     process = fleet(
         {
@@ -137,17 +141,19 @@ def test_a_satellite_that_is_named_flies_alone(fleet, tmp_path, arguments):
         },
         *arguments,
     )
-    beside = Participant('/sat2')
+    beside = Participant(namespace)
     try:
         beside.hear(beside.listen('attitude'), 1)
         assert beside.get('orbit.true_anomaly') == 1.5
-        assert beside.get('frames.body') == 'sat2/base_link'
+        assert beside.get('frames.body') == f'{namespace[1:]}/base_link'
     finally:
         beside.close()
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 0
-    assert '/sat2/satdyn does not use the section /sat1/satdyn' in errors
+    # Who gives one section has the others for other nodes.
+    told = '/sat2/satdyn does not use the section /sat1/satdyn' in errors
+    assert told == ('--section' not in arguments)
     (bag,) = (tmp_path / 'bags').glob('satdyn_*')
     assert verify(bag).same_bytes
 

@@ -60,9 +60,9 @@ def test_a_torque_acts_from_a_tick_on_until_the_next_or_the_timeout(live, tmp_pa
         )
         return inertia * (now - before) / 0.01
 
-    publisher.publish(wrench((5.0, 0.0, 0.0), 'base_link'))
+    publisher.publish(wrench((5.0, 0.0, 0.0), node.body_frame))
     participant.wait_until(lambda: acting()[0] > 4.0, 'the first torque')
-    publisher.publish(wrench((0.0, -8.0, 3.0), 'base_link'))
+    publisher.publish(wrench((0.0, -8.0, 3.0), node.body_frame))
     participant.wait_until(lambda: acting()[1] < -7.0, 'the second torque')
     participant.wait_until(lambda: np.abs(acting()).max() < 1.0, 'the timeout')
     participant.hear(heard, 5)
@@ -169,7 +169,7 @@ def test_what_cannot_be_a_torque_is_refused_and_changes_nothing(live):
     np.testing.assert_allclose([rate.x, rate.y, rate.z], [0.01, 0.02, 0.03], rtol=1e-12)
     _, errors = node.end()
     for sentence in (
-        'torque is given in the frame lvlh; it must be base_link or empty',
+        f'torque is given in the frame lvlh; it must be {node.body_frame} or empty',
         'torque is nan, 0, 0; it must be finite [N m]',
         'torque has a force of 2, 0, 0; the force must be zero',
     ):
@@ -193,7 +193,7 @@ def test_a_dipole_is_cut_held_and_recorded(live, tmp_path):
     for frame, dipole in (
         ('lvlh', (0.1, 0.0, 0.0)),
         ('', (0.1, math.inf, 0.0)),
-        ('base_link', (0.5, -0.1, 0.3)),
+        (node.body_frame, (0.5, -0.1, 0.3)),
     ):
         message = Vector3Stamped()
         message.header.frame_id = frame
@@ -210,7 +210,7 @@ def test_a_dipole_is_cut_held_and_recorded(live, tmp_path):
     code, errors = node.end()
     assert code == 0
     for sentence in (
-        'magnetorquer_command is given in the frame lvlh; it must be base_link or empty',
+        f'magnetorquer_command is given in the frame lvlh; it must be {node.body_frame} or empty',
         'magnetorquer_command is 0.1, inf, 0; it must be finite [A m^2]',
     ):
         assert errors.count(sentence) == 1

@@ -10,7 +10,7 @@ import pytest
 import rclpy
 
 from satdyn_ros.cli.command_line import parser
-from satdyn_ros.ros.launching import constellation, one_satellite, page_hindrance
+from satdyn_ros.ros.launching import composed, constellation, one_satellite, page_hindrance
 from satdyn_ros.ros.parameters import given_parameters
 from satdyn_ros.run import shipped
 from satdyn_ros.run.keys import KEYS
@@ -102,7 +102,7 @@ def test_everything_beside_the_node(file):
         'package': 'rviz2',
         'executable': 'rviz2',
         'namespace': '/sat1',
-        'arguments': ['--display-config', 'of_rviz', '--fixed-frame', 'lvlh'],
+        'arguments': ['--display-config', 'of_rviz', '--fixed-frame', 'sat1/lvlh'],
     }
     assert watch['output'] == 'screen'
     assert watch['cmd'][:3] == [sys.executable, '-m', 'satdyn_ros.cli.main']
@@ -250,17 +250,18 @@ def test_a_shipped_scenario_is_given_by_its_path(name):
 
 
 def test_the_constellation():
-    """Eight nodes, each with its full name."""
+    """Eight nodes, each with its section, and its bags in a folder of its own."""
     path = str(CONFIG / 'constellation.yaml')
     nodes = constellation(path)
     assert nodes == [
         {
             'package': 'satdyn_ros',
             'executable': 'satdyn_node',
-            'namespace': f'/sat{k}',
+            'namespace': f'sat{k}',
             'name': 'satdyn',
-            'arguments': ['--params-file', path],
+            'arguments': ['--params-file', path, '--section', f'/sat{k}/satdyn'],
             'output': 'screen',
+            'parameters': [{'record.directory': f'sat{k}'}],
         }
         for k in range(1, 9)
     ]
@@ -270,7 +271,7 @@ def test_the_constellation():
 def test_each_satellite_gets_what_is_its_own():
     """What the node reads under its full name is what rcl would, and frames of its own."""
     for node in constellation('constellation'):
-        option, path = node['arguments']
+        option, path, *_ = node['arguments']
         listener = rclpy.create_node(
             node['name'], namespace=node['namespace'], cli_args=['--ros-args', option, path]
         )
@@ -307,6 +308,46 @@ def test_the_namespace_chooses_the_satellite(file):
         constellation(path)
 
 
+@pytest.mark.parametrize(
+    ('pushed', 'namespace', 'full'),
+    [
+        ('', '', ''),
+        ('', 'deep', 'deep'),
+        ('/b', '', 'b'),
+        ('/b', 'deep', 'b/deep'),
+        ('/a/b', 'c/d', 'a/b/c/d'),
+        ('/b', '/deep', 'deep'),
+    ],
+)
+def test_a_pushed_namespace_stands_before_the_given_one(pushed, namespace, full):
+    """As launch has it for every node: an absolute one stays as it is."""
+    (_, node), (_, rviz), (_, watch), *_ = started(
+        namespace=composed(pushed, namespace), rviz='true', watch='true'
+    )
+    assert node['namespace'].strip('/') == rviz['namespace'].strip('/') == full
+    assert rviz['arguments'][-1] == f'{full}/lvlh'.lstrip('/')
+    assert f'/{full}/satdyn'.replace('//', '/') in watch['cmd']
+
+
+def test_a_satellite_flies_in_pushed_namespaces(file):
+    """With its own section, and frames of the node's namespace; one of that name prevails."""
+    text = '/sat1/satdyn: {ros__parameters: {frames.orbital: o}}\n/sat2/satdyn: {}\n'
+    for more, section in (
+        ('', ['--section', '/sat2/satdyn']),
+        ('/fleet/sat2/satdyn: {}', []),
+    ):
+        path = file(text + more)
+        given = {'params_file': path, 'rviz': 'true'}
+        (_, node), (_, rviz) = started(namespace=composed('/fleet', 'sat2'), **given)
+        assert (node['namespace'], node['arguments'][2:]) == ('/fleet/sat2', section)
+        assert rviz['arguments'][-1] == 'fleet/sat2/lvlh'
+    _, (_, rviz) = started(namespace='/fleet/sat1', **given)
+    assert rviz['arguments'][-1] == 'o'
+    # A pushed namespace alone chooses too.
+    (_, node), _ = started(namespace=composed('/sat1', ''), **given)
+    assert (node['namespace'], node['arguments'][2:]) == ('/sat1', [])
+
+
 def test_the_one_satellite_of_a_file_is_started_under_its_name(file):
     """A dump of /sat1/satdyn flies as that; for another namespace it is refused."""
     path = file('/sat1/satdyn: {ros__parameters: {publish.rate: 20}}')
@@ -326,7 +367,9 @@ def test_patterns_name_no_satellite(file):
         '/c/**: {ros__parameters: {}}\n'
     )
     (node,) = constellation(path)
-    assert (node['namespace'], node['name']) == ('/a/b', 'sat')
+    assert (node['namespace'], node['name']) == ('a/b', 'sat')
+    # Alone it needs no folder.
+    assert 'parameters' not in node
 
 
 @pytest.mark.parametrize('text', ['{}', '/**: {ros__parameters: {}}', '/*/satdyn: {}'])
@@ -346,7 +389,7 @@ def test_a_satellite_without_a_namespace(file):
     path = file('satdyn: {ros__parameters: {}}\n/satdyn: {}\nsat1/satdyn: {}')
     alone, other = constellation(path)
     assert (alone['namespace'], alone['name']) == ('', 'satdyn')
-    assert (other['namespace'], other['name']) == ('/sat1', 'satdyn')
+    assert (other['namespace'], other['name']) == ('sat1', 'satdyn')
 
 
 @pytest.mark.parametrize('name', ['/sat1/', '//satdyn', '/sat 1/satdyn', '5'])

@@ -12,6 +12,7 @@ from ros.live import PATIENCE_S, Participant, start
 
 from satdyn_ros.base import rcl_yaml
 from satdyn_ros.ros.parameters import given_parameters
+from satdyn_ros.ros.start import main
 from satdyn_ros.run.parameter_file import ParameterFile, yaml_of_parameters
 
 REFUSES = pytest.raises(
@@ -293,10 +294,14 @@ def started(arguments, directory, namespace):
 
 
 def test_a_node_reads_its_sections_of_several_files(tmp_path):
-    """Its namespace comes by --ros-args; -p prevails over all; use_sim_time is rclpy's own."""
+    """
+    Its namespace comes by --ros-args; -p prevails over all; use_sim_time is rclpy's own.
+
+    Frames that are for all nodes, or for none, get its namespace, those of -p do not.
+    """
+    common = {'publish.rate': 10, 'use_sim_time': 'true', 'step.ticks': 2, 'frames.orbital': 'o'}
     texts = [
-        section('/**', **{'publish.rate': 10, 'use_sim_time': 'true', 'step.ticks': 2})
-        + section('/**/satdyn', **{'body.inertia': '[20, 30, 40.5]'}),
+        section('/**', **common) + section('/**/satdyn', **{'body.inertia': '[20, 30, 40.5]'}),
         section('/two_files/satdyn', **{'publish.rate': 50, 'torque.timeout': 3})
         + section('/sat2/satdyn', **{'publish.rate': 30}),
     ]
@@ -305,13 +310,21 @@ def test_a_node_reads_its_sections_of_several_files(tmp_path):
         path = tmp_path / f'{number}.yaml'
         path.write_text(text)
         arguments += ['--params-file', str(path)]
+    of_ros = tmp_path / 'of_ros.yaml'
+    of_ros.write_text(section('/**', **{'frames.body': 'b'}))
     arguments += ['--ros-args', '-r', '__ns:=/two_files', '-p', 'torque.timeout:=7.0']
+    arguments += ['--params-file', str(of_ros), '-p', 'sensors.names:=[gyro, star_tracker]']
+    arguments += ['-p', 'sensors.gyro.frame_id:=g']
     with started(arguments, tmp_path, '/two_files') as (participant, log):
         assert participant.get('publish.rate') == 50.0
         assert participant.get('step.ticks') == 2
         assert participant.get('torque.timeout') == 7.0
         assert participant.get('use_sim_time') is True
         assert list(participant.get('body.inertia')) == [20.0, 30.0, 40.5]
+        assert participant.get('frames.orbital') == 'two_files/o'
+        assert participant.get('frames.body') == 'two_files/b'
+        assert participant.get('sensors.gyro.frame_id') == 'g'
+        assert participant.get('sensors.star_tracker.frame_id') == 'two_files/star_tracker'
     assert '/two_files/satdyn does not use the section /sat2/satdyn' in log[0]
 
 
@@ -349,3 +362,18 @@ def test_a_node_that_is_not_named_well_is_refused(tmp_path, arguments, sentence)
     line = errors.splitlines()[-1]
     assert line.startswith('satdyn node: ')
     assert re.search(sentence, line), line
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'sentence'),
+    [
+        (['--section', '/c'], r'two\.yaml has no satellite /c; it has /a/satdyn, /b$'),
+        (['--satellite', '/a', '--section', '/b'], r'--satellite and --section both choose a sat'),
+    ],
+)
+def test_a_section_that_is_not_chosen_well_is_refused(tmp_path, capsys, arguments, sentence):
+    """Exit code 2 and a sentence, before ROS begins."""
+    path = tmp_path / 'two.yaml'
+    path.write_text(section('/a/satdyn', **{'step.ticks': 2}) + section('/b'))
+    assert main(['--params-file', str(path), *arguments]) == 2
+    assert re.search(sentence, capsys.readouterr().err.strip())

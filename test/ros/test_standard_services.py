@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from geometry_msgs.msg import Vector3
 from ros.live import stamp_ns
 from scipy.spatial.transform import Rotation
 
@@ -25,6 +26,20 @@ def test_features_are_those_that_answer(live):
     filters = msg.EntityFilters(filter='sat')
     found = call(participant, srv.GetEntities, 'get_entities', filters=filters)
     assert (found.result.result, list(found.entities)) == (RESULT.RESULT_OK, ['satdyn'])
+    found = call(participant, srv.GetEntitiesStates, 'get_entities_states', filters=filters)
+    assert list(found.entities) == ['satdyn']
+    (state,) = found.states
+    place = state.pose.position
+    for kind, radius, code, names in (
+        (msg.Bounds.TYPE_SPHERE, 1e6, RESULT.RESULT_OK, ['satdyn']),
+        (msg.Bounds.TYPE_SPHERE, 1.0, RESULT.RESULT_OK, []),
+        (msg.Bounds.TYPE_BOX, 1e6, RESULT.RESULT_FEATURE_UNSUPPORTED, []),
+    ):
+        # Beside it by a thousand times what it travels while this is asked.
+        points = [Vector3(x=place.x, y=place.y, z=place.z + 5e5), Vector3(x=radius)]
+        filters = msg.EntityFilters(bounds=msg.Bounds(type=kind, points=points))
+        found = call(participant, srv.GetEntities, 'get_entities', filters=filters)
+        assert (found.result.result, list(found.entities)) == (code, names)
     filters = msg.EntityFilters(tags=msg.TagsFilter(tags=['a']))
     found = call(participant, srv.GetEntities, 'get_entities', filters=filters)
     assert found.result.result == RESULT.RESULT_FEATURE_UNSUPPORTED
@@ -93,14 +108,25 @@ def test_the_state_is_read_set_and_reset_in_inertial_axes(live):
         **{f: True for f in ('set_pose', 'set_twist') if hasattr(srv.SetEntityState.Request, f)},
     )
     assert answer.result.result == RESULT.RESULT_OK, answer.result.error_message
-    step = call(participant, srv.StepSimulation, 'step_simulation', steps=1)
-    assert step.result.result == RESULT.RESULT_OK
-    read = call(participant, srv.GetEntityState, 'get_entity_state', entity='satdyn')
-    np.testing.assert_allclose(
-        xyz(read.state.twist.angular), xyz(wanted.twist.angular), rtol=0.0, atol=1e-15
-    )
+    for steps in (0, 1):
+        if steps:
+            step = call(participant, srv.StepSimulation, 'step_simulation', steps=steps)
+            assert step.result.result == RESULT.RESULT_OK
+        read = call(participant, srv.GetEntityState, 'get_entity_state', entity='satdyn')
+        np.testing.assert_allclose(
+            xyz(read.state.twist.angular), xyz(wanted.twist.angular), rtol=0.0, atol=1e-15
+        )
+    r, a = xyz(read.state.pose.position), xyz(read.state.acceleration.linear)
+    assert np.cross(r, a) == pytest.approx(np.zeros(3), abs=1.0)
+    assert np.linalg.norm(a) == pytest.approx(3.986004418e14 / np.dot(r, r), rel=1e-9)
     assert participant.get('initial.frame') == 'inertial'
 
+    wanted.header.frame_id = 'map'
+    answer = call(
+        participant, srv.SetEntityState, 'set_entity_state', entity='satdyn', state=wanted
+    )
+    assert answer.result.result == RESULT.RESULT_FEATURE_UNSUPPORTED
+    wanted.header.frame_id = ''
     wanted.pose.orientation.w += 1.0
     request = {'entity': 'satdyn', 'state': wanted}
     if hasattr(srv.SetEntityState.Request, 'set_pose'):
@@ -113,6 +139,28 @@ def test_the_state_is_read_set_and_reset_in_inertial_axes(live):
     for scope, code in ((1, RESULT.RESULT_FEATURE_UNSUPPORTED), (2, RESULT.RESULT_OK)):
         answer = call(participant, srv.ResetSimulation, 'reset_simulation', scope=scope)
         assert answer.result.result == code
+    # Those of the file, at once.
+    assert 'initial conditions of the scenario' in answer.result.error_message
+    read = call(participant, srv.GetEntityState, 'get_entity_state', entity='satdyn')
+    assert np.linalg.norm(xyz(read.state.twist.angular)) < 2e-3
+
+
+def test_a_pause_ends_a_step(live):
+    """The step says how far it came, and the node stays paused."""
+    _, participant = live({'publish.rate': 50.0})
+    heard = participant.listen('attitude')
+    participant.hear(heard, 1)
+    assert participant.switch('pause', True)[0]
+    client = participant.node.create_client(srv.StepSimulation, 'satdyn/step_simulation')
+    participant.wait_until(client.service_is_ready)
+    future = client.call_async(srv.StepSimulation.Request(steps=10**9))
+    participant.hear(heard, 5)
+    paused = STATE(state=STATE.STATE_PAUSED)
+    answer = call(participant, srv.SetSimulationState, 'set_simulation_state', state=paused)
+    assert answer.result.result == RESULT.RESULT_OK
+    participant.wait_until(future.done)
+    assert future.result().result.result == RESULT.RESULT_OPERATION_FAILED
+    assert 'of 1000000000 ticks passed' in future.result().result.error_message
 
 
 def xyz(vector):

@@ -156,11 +156,14 @@ def test_satellites_in_namespaces_have_frames_of_their_own():
     ):
         scenario = Scenario.from_yaml_text(text, satellite=satellite)
         assert [scenario[key] for key in keys] == frames
-    # Nobody's section: the node is one that a file is for, not one of the file.
+    # A file for any node as well.
     unnamed = Scenario.from_yaml_text('/**: {}', satellite='/sat4')
-    assert unnamed.frames.body == 'base_link'
-    with pytest.raises(ValueError, match=r'frames\.body is 5; it must be a non-empty string'):
-        Scenario.from_yaml_text('/**: {ros__parameters: {frames.body: 5}}\n/a/b: {}')
+    assert unnamed.frames.body == 'sat4/base_link'
+    for wrong, told in (('5', '5'), ("''", "''")):
+        with pytest.raises(ValueError, match=rf'frames\.body is {told}; it must be a non-empty s'):
+            Scenario.from_yaml_text(
+                f'/**: {{ros__parameters: {{frames.body: {wrong}}}}}\n/a/b: {{}}'
+            )
 
 
 def test_a_section_of_another_node_is_no_satellite():

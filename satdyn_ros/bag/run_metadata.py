@@ -47,6 +47,8 @@ def provenance(scenario: Scenario, topics: Mapping[str, str]) -> dict[str, str]:
         'topics': json.dumps(dict(topics)),
         'machine': json.dumps(machine(scenario.torques)),
     }
+    if scenario.typed:
+        provenance['typed'] = json.dumps(scenario.typed)
     if scenario.torques:
         provenance['torques'] = json.dumps([kind.full_name() for kind in scenario.torques])
     return provenance

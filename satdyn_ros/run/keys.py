@@ -116,6 +116,7 @@ KEYS = {
             'N m s',
             'viscous friction between rotor and body; rotor.mode free and motor only',
             low=0.0,
+            also=('N m s/rad',),
         ),
         Key(
             'rotor.max_torque',

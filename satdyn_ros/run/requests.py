@@ -26,6 +26,12 @@ def requested(conditions: Scenario, values: Mapping[str, Any]) -> Scenario:
     return conditions.with_values(values)
 
 
+def plain(values: Mapping[str, Any], conditions: Scenario) -> dict[str, Any]:
+    """Return what a request gives, texts with a unit as numbers; ValueError: one does not fit."""
+    keys = conditions.keys
+    return {name: keys[name].plain(x) if name in keys else x for name, x in values.items()}
+
+
 def try_out(conditions: Scenario, tick: int, last_tick: int | None = None) -> None:
     """
     Raise ValueError unless a motion can start from the initial conditions at a tick.

@@ -55,7 +55,7 @@ class Scenario:
     """
     A validated run: immutable, every key in `values` by its dotted name, described in `keys`.
 
-    torques: kinds of torques of one's own, whose keys it has too.  warnings: of what was
+    typed: the texts with a unit that were given, by the names of their keys.  torques: kinds of torques of one's own, whose keys it has too.  warnings: of what was
     given, in one sentence each.  rules: of the bag that it is read from.
 
     ValueError, in one sentence that names the key: a value that is not allowed.
@@ -83,6 +83,7 @@ class Scenario:
         if unknown:
             raise ValueError(_unknown(unknown[0], given, keys))
         checked = {name: keys[name].checked(value) for name, value in given.items()}
+        self.typed = {name: value for name, value in given.items() if keys[name].has_unit(value)}
         values = {name: key.default for name, key in keys.items()} | checked
         self._followed: dict[str, Any] = {}
         if rules >= PLATES_FOLLOW_THE_SURFACE:
@@ -184,6 +185,9 @@ class Scenario:
         # A warning begins with the key that it is about.
         stay = [text for text in self._warnings if text.partition(' ')[0] not in changes]
         changed = Scenario({**kept, **changes}, self.torques, stay, self.rules)
+        replaced = {*changes, *in_place.replaced(changes)}
+        typed = {name: text for name, text in self.typed.items() if name not in replaced}
+        changed.typed = typed | changed.typed
         if all(name.startswith('initial.') for name in changes):
             # A learning loop starts the same body at every episode: what follows from it stays.
             vars(changed)['system'] = self.system

@@ -30,7 +30,7 @@ from .events import (
     rotor_speeds,
     rotor_torques,
 )
-from .requests import requested
+from .requests import plain, requested
 from .rules import EVENTS_FOLLOW, LIMITS_AT_THEIR_INSTANT, RULES
 from .run_state import (
     NO_DIPOLE,
@@ -286,7 +286,7 @@ class Simulation:
     def request(self, values: Mapping[str, Any]) -> None:
         """Restart at the next tick from new initial conditions; ValueError: not allowed."""
         requested(self.conditions, values)
-        self.schedule(Request(self.next_tick, dict(values)))
+        self.schedule(Request(self.next_tick, plain(values, self.scenario)))
 
     def reset(self) -> None:
         """Restart at the next tick from the initial conditions in force."""

@@ -113,6 +113,14 @@ def torques_of(record: Mapping[str, str]) -> list[type[BodyTorque]]:
     return [KNOWN[name] for name in names]
 
 
+def typed_of(record: Mapping[str, str]) -> dict[str, Any]:
+    """Return the texts with a unit of provenance; Damaged: they do not belong to keys."""
+    typed = from_record({'typed': record.get('typed', '{}')})['typed']
+    if not isinstance(typed, dict):
+        raise Damaged('its typed does not map keys to texts')
+    return typed
+
+
 def rules_of(record: Mapping[str, str]) -> int:
     """Return the rules of provenance; Damaged: they are none that this version knows."""
     rules = record.get('rules', '0')

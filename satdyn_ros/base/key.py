@@ -60,13 +60,15 @@ class Key:
         if self.kind == 'string_array':
             return f'a list of {", ".join(self.choices) or "different names"}'
         if self.choices:
-            return f'one of {", ".join(self.choices)}'
+            empty = 'empty or ' if '' in self.choices else ''
+            return f'{empty}one of {", ".join(filter(None, self.choices))}'
         if self.kind == 'string':
             return 'a non-empty string'
         what = {'double': 'a number', 'integer': 'an integer'}.get(self.kind)
         if what is None:
-            lengths = ' or '.join(str(n) for n in self.lengths)
-            what = f'a list of {lengths} numbers'
+            lengths = ' or '.join(str(n) for n in self.lengths if n)
+            empty = 'empty or ' if 0 in self.lengths else ''
+            what = f'{empty}a list of {lengths} numbers'
         elif self.unit == 'rad':
             what = 'an angle in radians,'
         bounds = [
@@ -181,6 +183,9 @@ def _number(key: Key, value: Any) -> float:
 
 
 def _numbers(key: Key, value: Any) -> tuple[float, ...]:
+    if 0 in key.lengths and (value is None or value == b''):
+        # As ROS carries an empty list.
+        return ()
     if isinstance(value, str | bytes):
         raise TypeError
     numbers = tuple(_number(key, x) for x in value)
@@ -198,7 +203,7 @@ def _integer(key: Key, value: Any) -> int:
 
 
 def _text(key: Key, value: Any) -> str:
-    if not _any_text(key, value):
+    if not _any_text(key, value) and '' not in key.choices:
         raise TypeError
     if key.choices and value not in key.choices:
         raise ValueError

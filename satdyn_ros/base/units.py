@@ -57,8 +57,8 @@ _PREFIXES = {
     **{'u': '1e-6', 'n': '1e-9', 'p': '1e-12', 'f': '1e-15'},
 }
 _WITH_PREFIXES = frozenset(
-    ('m', 'g', 's', 'A', 'rad', 'lx', 'lux', 'byte', 'B', 'N', 'Nm', 'Nms', 'J', 'W', 'Pa')
-    + ('T', 'G', 'gauss', 'Hz', 'arcsec', 'deg', 'dps')
+    {'m', 'g', 's', 'A', 'rad', 'lx', 'lux', 'byte', 'B', 'N', 'Nm', 'Nms', 'J', 'W', 'Pa'}
+    | {'T', 'G', 'gauss', 'Hz', 'arcsec', 'deg', 'dps'}
 )
 # What a sentence names of those that fit, the ways in which people have them first.
 _IN_USE = (
@@ -127,7 +127,7 @@ def in_unit(text: str, unit: str, others: Iterable[str] = ()) -> Decimal | list[
     match = _QUANTITY.fullmatch(given) if len(given) <= _LONGEST else None
     if match is None:
         raise Unfit('a text must be a number and its unit')
-    name = match['unit'] or match['inverse']
+    name = match['unit'] or match['scaled']
     if len(name) > _LONGEST_UNIT:
         raise Unfit(f'a unit has at most {_LONGEST_UNIT} characters')
     scale = _ONE
@@ -162,8 +162,8 @@ def _powers(unit: str, others: Iterable[str]) -> list[tuple[Fraction, ...]]:
 _NUMBER = re.compile(r'[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,4}(?!\d))?', re.ASCII)
 _QUANTITY = re.compile(
     rf'(?P<numbers>{_NUMBER.pattern}|\[\s*{_NUMBER.pattern}(?:\s*,\s*{_NUMBER.pattern})*\s*,?\s*\])'
-    # What begins with a digit is no part of the number: '5 1/s'.
-    r'(?:\s*(?P<unit>[A-Za-z%(].*)|\s+(?P<inverse>1\s*/.*))',
+    # A unit may begin with a number of its own: '5 1/s', '150 1e-22 W/m^2/Hz'.
+    r'(?:\s*(?P<unit>[A-Za-z%(].*)|\s+(?P<scaled>1(?:e[-+]?\d\d?)?(?:\s*/|\s).*))',
     re.ASCII,
 )
 

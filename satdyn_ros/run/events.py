@@ -36,7 +36,6 @@ from ..base.key import Key, listed
 from ..base.sentences import nearest, told_apart
 from ..dynamics.rotor import Rotor
 from .parameter_file import flattened
-from .requests import plain
 from .scenario import Scenario
 from .ticks import Ticks
 
@@ -290,7 +289,7 @@ def _events(entry, scenario) -> Iterator[Event]:
         case 'request':
             if not isinstance(value, Mapping):
                 raise ValueError(f'request is {value}; it must be keys and values')
-            yield Request(tick, plain(dict(flattened(value)), scenario))
+            yield Request(tick, dict(flattened(value)))
         case 'topics':
             yield Topics(tick, scenario.keys['publish.topics'].checked(value))
         case 'rotor_limited':

@@ -30,7 +30,8 @@ from .events import (
     rotor_speeds,
     rotor_torques,
 )
-from .requests import plain, requested
+from .in_place import OF_ATTITUDE
+from .requests import requested
 from .rules import EVENTS_FOLLOW, LIMITS_AT_THEIR_INSTANT, RULES
 from .run_state import (
     NO_DIPOLE,
@@ -229,7 +230,8 @@ class Simulation:
         conditions = self._run.conditions
         for event in self._pending:
             if isinstance(event, Request):
-                conditions = conditions.with_values(event.values)
+                at_s = self.ticks.seconds(event.tick)
+                conditions = conditions.with_values(event.values, at_s)
         return conditions
 
     def step(
@@ -286,7 +288,7 @@ class Simulation:
     def request(self, values: Mapping[str, Any]) -> None:
         """Restart at the next tick from new initial conditions; ValueError: not allowed."""
         requested(self.conditions, values)
-        self.schedule(Request(self.next_tick, plain(values, self.scenario)))
+        self.schedule(Request(self.next_tick, dict(values)))
 
     def reset(self) -> None:
         """Restart at the next tick from the initial conditions in force."""
@@ -354,7 +356,7 @@ class Simulation:
             'conditions': {
                 name: listed(value)
                 for name, value in run.conditions.values.items()
-                if name in run.conditions.initial_conditions
+                if name in run.conditions.initial_conditions and name not in OF_ATTITUDE
             },
             'topics': list(run.topics),
             'sensors': self._suite_at(tick).to_plain(),

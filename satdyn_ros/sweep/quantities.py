@@ -9,6 +9,7 @@ import numpy as np
 from ..base.key import Key
 from ..base.sentences import nearest
 from ..kernel import rotation
+from ..run import pointing
 from ..run.in_place import IN_PLACE
 from ..run.keys import KEYS
 from ..theory.stability import smelt_moments, smelt_parameters
@@ -78,7 +79,9 @@ def quantity(name: str, keys: Mapping[str, Key] = KEYS) -> Quantity:
 
 
 def _is_of_the_motion(key):
-    return (key.split('.')[0] in _MOTION or key not in KEYS) and key != 'rotor.names'
+    # What a body points at is one attitude, that of the scenario.
+    others = 'rotor.names', *pointing.NAMES
+    return (key.split('.')[0] in _MOTION or key not in KEYS) and key not in others
 
 
 def _component(name, whole, i):

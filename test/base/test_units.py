@@ -4,6 +4,7 @@ import math
 from decimal import Decimal
 
 import pytest
+
 from satdyn_ros.base.key import Key
 from satdyn_ros.base.units import Unfit, fitting, in_unit, is_quantity, unit_of
 

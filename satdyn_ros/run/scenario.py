@@ -319,7 +319,7 @@ class Scenario:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What is allowed and rarely meant, each in one sentence."""
-        return self._warnings + unlikely_values.warnings(self.values, self.rules)
+        return self._warnings + unlikely_values.warnings(self.values, self.rules, self.typed)
 
     def warnings_about(self, names: Iterable[str]) -> list[str]:
         """Return the warnings about some keys."""

@@ -70,6 +70,17 @@ _IN_USE = (
     *('deg/sqrt(h)', 'deg/s/sqrt(Hz)', 'rad/s/sqrt(Hz)', 'deg/h/sqrt(h)', 'deg/s^2/sqrt(Hz)'),
     *('rad/s^2/sqrt(Hz)', 'sfu', 'byte', 'MB', 'MiB', 'ppm', '%'),
 )
+# Those in which people have what is in a unit, from the largest to the smallest.
+_TRADE = {
+    '': ('ppm',),
+    'rad': ('deg', 'arcsec'),
+    'rad/s': ('deg/s', 'deg/h'),
+    'rad/s/sqrt(Hz)': ('deg/sqrt(h)',),
+    'rad/s^2/sqrt(Hz)': ('deg/h/sqrt(h)',),
+    'T': ('uT', 'nT'),
+    'T/sqrt(s)': ('nT/sqrt(s)',),
+}
+_SMALL = 0.1
 # What datasheets write in other characters.
 _SPELLINGS = str.maketrans(
     {**dict.fromkeys('·⋅×*', ' '), **dict.fromkeys('µμ', 'u'), '°': 'deg ', '√': ' sqrt '}
@@ -150,6 +161,26 @@ def fitting(unit: str, others: Iterable[str] = ()) -> str:
     powers = _powers(unit, others)
     *most, last = [each for each in _IN_USE if unit_of(each).powers in powers] or [unit]
     return f'{", ".join(most)} and {last}' if most else last
+
+
+def in_trade(values: float | Iterable[float], unit: str) -> str:
+    """
+    Return what a number or numbers in a unit are in that of datasheets, '' where it is the same.
+
+    Of several the largest is used in which the largest number is not below a tenth.
+
+    >>> in_trade(0.9005898940290741, 'rad'), in_trade([5e-5, 3.5e-4], 'rad')
+    ('51.6 deg', '[10.3132, 72.1927] arcsec')
+    """
+    numbers = list(values) if isinstance(values, Iterable) else [values]
+    largest = max(map(abs, numbers), default=0.0)
+    for trade in _TRADE.get(unit, ()):
+        per_one = float(_DECIMALS.divide(unit_of(unit).factor, unit_of(trade).factor))
+        if not largest or largest * per_one >= _SMALL or trade == _TRADE[unit][-1]:
+            texts = [f'{x * per_one:.6g}' for x in numbers]
+            size = f'[{", ".join(texts)}]' if isinstance(values, Iterable) else texts[0]
+            return f'{size} {trade}'
+    return ''
 
 
 def _powers(unit: str, others: Iterable[str]) -> list[tuple[Fraction, ...]]:

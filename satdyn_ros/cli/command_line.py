@@ -82,7 +82,8 @@ satdyn check"""
         'what theory says about a scenario: closed form, constants, equilibria, stability',
         'satdyn describe config/default.yaml\nsatdyn describe config/euler_poinsot.yaml --json\n'
         'satdyn describe constellation --satellite /sat4\n'
-        'satdyn describe config/default.yaml --code',
+        'satdyn describe config/default.yaml --code\n'
+        'satdyn describe config/cubesat_sensors.yaml --sensors',
     )
     added.add_argument('file', metavar='FILE', help=_SCENARIO)
     _add_satellite(added)
@@ -92,6 +93,12 @@ satdyn check"""
         '--code',
         action='store_true',
         help='instead the code of its step, with its equations of motion in it, as LLVM IR',
+    )
+    how.add_argument(
+        '--sensors',
+        action='store_true',
+        help='instead its sensors, in SI and in the units of datasheets, with the Allan '
+        'deviations of what they measure',
     )
     _add_sweep(command)
     _add_check(command)

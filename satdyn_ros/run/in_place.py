@@ -25,7 +25,7 @@ IN_PLACE: dict[str, tuple[str, Callable[[Any], Any]]] = {
     ),
 }
 # What is given in place of the attitude.
-OF_ATTITUDE = ('initial.roll_pitch_yaw', *pointing.NAMES)
+OF_ATTITUDE = ('initial.roll_pitch_yaw', *pointing.POINTING)
 NOT_GIVEN = {name: KEYS[name].default for name in IN_PLACE}
 
 
@@ -58,5 +58,5 @@ def resolved(values: Mapping[str, Any], given: Iterable[str]) -> dict[str, Any]:
 def replaced(given: Iterable[str]) -> set[str]:
     """Return the keys in whose place some of those given are."""
     of_attitude = {*given} & {'initial.attitude', 'initial.roll_pitch_yaw', 'initial.pointing'}
-    attitude = {'initial.attitude', *pointing.NAMES} - {*given} if of_attitude else set()
+    attitude = {'initial.attitude', *pointing.POINTING} - {*given} if of_attitude else set()
     return {IN_PLACE[name][0] for name in given if name in IN_PLACE} | attitude

@@ -20,8 +20,8 @@ _ATTITUDE, _POINTING = 'initial.attitude', 'initial.pointing'
 _AXES = 'initial.pointing_axis', 'initial.second_axis'
 _DIRECTION = 'initial.direction'
 # All are given in place of the attitude, and belong to initial.pointing.
-NAMES = (_POINTING, *_AXES, _DIRECTION)
-NOT_GIVEN = {name: KEYS[name].default for name in NAMES}
+POINTING = (_POINTING, *_AXES, _DIRECTION)
+_NOT_POINTING = {name: KEYS[name].default for name in POINTING}
 # Nearer to each other than this two directions are one [rad].
 _PARALLEL = 1e-9
 
@@ -31,7 +31,7 @@ def check(values: Mapping[str, Any], given: Iterable[str]) -> None:
     target = values[_POINTING]
     if not target:
         for name in (*_AXES, _DIRECTION):
-            if values[name] != NOT_GIVEN[name]:
+            if values[name] != _NOT_POINTING[name]:
                 raise ValueError(
                     f'{name} is {list(values[name])} and {_POINTING} is not given; it must be one '
                     f'of {", ".join(filter(None, KEYS[_POINTING].choices))}'
@@ -77,7 +77,7 @@ def resolved(values: Mapping[str, Any], at_s: float, rules: int) -> dict[str, An
     if not is_constant and environment.needs_epoch(values) and not values['time.epoch_ns']:
         return {}
     if is_constant:
-        return {_ATTITUDE: _attitude(values, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]), **NOT_GIVEN}
+        return {_ATTITUDE: _attitude(values, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]), **_NOT_POINTING}
     orbit = orbits.orbit_of(values, rules)
     q_il, near_i = rotation.IDENTITY, np.array([0.0, 0.0, 1.0])
     if values['orbit.type'] != 'fixed':
@@ -92,7 +92,7 @@ def resolved(values: Mapping[str, Any], at_s: float, rules: int) -> dict[str, An
     q_ib = _attitude(values, toward_i, near_i)
     if in_lvlh:
         q_ib = rotation.multiply(rotation.conjugate(q_il), q_ib)
-    return {_ATTITUDE: q_ib, **NOT_GIVEN}
+    return {_ATTITUDE: q_ib, **_NOT_POINTING}
 
 
 def _attitude(values, toward_a, near_a):

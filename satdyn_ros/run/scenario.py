@@ -218,7 +218,7 @@ class Scenario:
 
     def _is_resolved(self, name):
         """Return whether a key is given in place of another, which has its value."""
-        is_pointing = name in pointing.NAMES and not self['initial.pointing']
+        is_pointing = name in pointing.POINTING and not self['initial.pointing']
         return name in in_place.IN_PLACE or is_pointing
 
     def __getitem__(self, name: str) -> Any:

@@ -49,6 +49,9 @@ from .sensors import by_rules
 from .ticks import Ticks
 from .topics import MAGNETORQUERS, is_torque
 
+# Numbers in SI, or texts with their units, such as '[0, 0, 5] mN m'.
+GivenVector = Sequence[float | str] | np.ndarray | str
+
 
 class RunHalted(RuntimeError):  # noqa: N818
     """The end of a run whose motion cannot go on; its text is one sentence."""
@@ -236,19 +239,20 @@ class Simulation:
 
     def step(
         self,
-        torque_b: Sequence[float] | np.ndarray | Mapping[str, Sequence[float]] | None = None,
-        rotor_torque: Mapping[str, float] | None = None,
-        dipole_b: Sequence[float] | np.ndarray | None = None,
-        rotor_speed: Mapping[str, float] | None = None,
+        torque_b: GivenVector | Mapping[str, GivenVector] | None = None,
+        rotor_torque: Mapping[str, float | str] | None = None,
+        dipole_b: GivenVector | None = None,
+        rotor_speed: Mapping[str, float | str] | None = None,
     ) -> State:
         """
         Advance by one tick and return the state there.
 
         torque_b [N m] (3,), body axes, with torque.names by name, rotor_torque [N m] or
-        rotor_speed [rad/s], by rotor, and dipole_b [A m^2] (3,) of the magnetorquers hold during
-        this step alone; without them, and for what is not named, what is in force continues.  The
-        first step is from tick 0 to tick 1.  ValueError: there is no such torque, motor or
-        magnetorquer, or a number is not finite.  RunHalted: the run goes no further.
+        rotor_speed [rad/s], by rotor, and dipole_b [A m^2] (3,) of the magnetorquers, or texts
+        with their units, hold during this step alone; without them, and for what is not named,
+        what is in force continues.  The first step is from tick 0 to tick 1.  ValueError: there is
+        no such torque, motor or magnetorquer, or a number is not finite.  RunHalted: the run goes
+        no further.
         """
         torques = rotor_torques(rotor_torque or {}, self.scenario)
         speeds = rotor_speeds(rotor_speed or {}, self.scenario)

@@ -80,7 +80,7 @@ def quantity(name: str, keys: Mapping[str, Key] = KEYS) -> Quantity:
 
 def _is_of_the_motion(key):
     # What a body points at is one attitude, that of the scenario.
-    others = 'rotor.names', *pointing.NAMES
+    others = 'rotor.names', *pointing.POINTING
     return (key.split('.')[0] in _MOTION or key not in KEYS) and key not in others
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from satdyn_ros.kernel import rotation
+from satdyn_ros.run.events import Request
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 
@@ -62,9 +63,10 @@ def test_a_request_points_at_the_tick_where_it_acts():
     for _ in range(20):
         simulation.step()
     simulation.request({'initial.pointing': 'sun', 'initial.frame': 'lvlh'})
-    (request,), samples = simulation.advance(1)
+    happened, samples = simulation.advance(1)
     assert samples.states.sun_direction_b[0] == pytest.approx([0.0, 0.0, 1.0], abs=1e-12)
-    assert set(request.values) == {'initial.attitude', 'initial.frame'}
+    assert isinstance(happened[0], Request)
+    assert set(happened[0].values) == {'initial.attitude', 'initial.frame'}
 
 
 def test_without_an_instant_the_sun_is_looked_for_when_there_is_one():

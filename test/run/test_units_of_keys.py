@@ -1,6 +1,7 @@
 """Every key with a unit takes a text with one: in a file, a sweep, an event, a request, Python."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ from satdyn_ros.sweep.variation import variation
 
 # For each unit of a key another of its dimension, and how many of the first that is: NIST SP 811
 # (2008), appendix B.8, and powers of ten.
-OTHER = {
+OTHER: dict[str, tuple[str, float]] = {
     'kg m^2': ('g cm^2', 1e-7),
     'N m': ('mN m', 1e-3),
     'A m^2': ('mA m^2', 1e-3),
@@ -50,15 +51,16 @@ WITH_UNIT = [key for key in (*_ALL, *SWEEP_KEYS.values()) if key.unit]
 
 
 @pytest.mark.parametrize('key', WITH_UNIT, ids=lambda key: key.name)
-def test_a_key_takes_another_unit_of_its_dimension_and_no_other(key):
+def test_a_key_takes_another_unit_of_its_dimension_and_no_other(key: Key):
     """By a file, by the grid of a sweep and by Python the same number; the refusal names units."""
     unit, factor = OTHER[key.unit]
     count = max(key.lengths, default=0)
     text = f'[{", ".join(["2"] * count)}] {unit}' if count else f'2 {unit}'
     # A double rounds the factor and the product.
-    value = key.checked(text)
+    value: Any = key.checked(text)
     assert value == pytest.approx((2.0 * factor,) * count if count else 2.0 * factor, rel=4e-16)
-    assert type(value) is {'integer': int, 'double': float, 'double_array': tuple}[key.kind]
+    kinds: dict[str, type] = {'integer': int, 'double': float, 'double_array': tuple}
+    assert type(value) is kinds[key.kind]
 
     file = ParameterFile.of_texts(
         [(f"/**: {{ros__parameters: {{{key.name}: '{text}'}}}}", 'a file')]
@@ -111,9 +113,8 @@ EVENTS = """
 
 def test_events_take_what_is_typed():
     """Times in minutes and milliseconds fall on their ticks, commands come in SI."""
-    torque, rotor, speed, dipole, request = events.from_yaml_text(
-        EVENTS, Scenario.from_yaml_text(SHEET)
-    )
+    found: list[Any] = [*events.from_yaml_text(EVENTS, Scenario.from_yaml_text(SHEET))]
+    torque, rotor, speed, dipole, request = found
     assert torque == events.Torque(30, (0.0, 0.0, 5e-6), until_tick=330)
     assert rotor == events.RotorCommand(30, {'rw_x': 2e-6}, until_tick=60)
     assert speed.speeds == {'rw_x': pytest.approx(math.tau, rel=4e-16)}

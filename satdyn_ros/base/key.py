@@ -77,7 +77,7 @@ class Key:
             f'at most {_bound(self.high, given)}' if self.high < inf else '',
             f'below {_bound(self.below, given)}' if self.below < inf else '',
         ]
-        unit = '' if self.unit == 'rad' else self.unit
+        unit = '' if 'radians' in what else self.unit
         parts = [what, ' and '.join(bound for bound in bounds if bound), unit]
         return ' '.join(part for part in parts if part)
 

@@ -60,7 +60,7 @@ def test_a_key_takes_another_unit_of_its_dimension_and_no_other(key: Key):
     value: Any = key.checked(text)
     assert value == pytest.approx((2.0 * factor,) * count if count else 2.0 * factor, rel=4e-16)
     kinds: dict[str, type] = {'integer': int, 'double': float, 'double_array': tuple}
-    assert type(value) is kinds[key.kind]
+    assert isinstance(value, kinds[key.kind])
 
     file = ParameterFile.of_texts(
         [(f"/**: {{ros__parameters: {{{key.name}: '{text}'}}}}", 'a file')]

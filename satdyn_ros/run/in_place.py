@@ -57,6 +57,9 @@ def resolved(values: Mapping[str, Any], given: Iterable[str]) -> dict[str, Any]:
 
 def replaced(given: Iterable[str]) -> set[str]:
     """Return the keys in whose place some of those given are."""
-    of_attitude = {*given} & {'initial.attitude', 'initial.roll_pitch_yaw', 'initial.pointing'}
-    attitude = {'initial.attitude', *pointing.POINTING} - {*given} if of_attitude else set()
-    return {IN_PLACE[name][0] for name in given if name in IN_PLACE} | attitude
+    names = {*given}
+    found = {IN_PLACE[name][0] for name in names if name in IN_PLACE}
+    # A new attitude takes the place of one that is pending, however it is given.
+    if names & {'initial.attitude', 'initial.roll_pitch_yaw', 'initial.pointing'}:
+        found |= {'initial.attitude', *pointing.POINTING} - names
+    return found

@@ -11,9 +11,11 @@ from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.base.key import Key
 from satdyn_ros.run import events
 from satdyn_ros.run.keys import KEYS, keys_of
+from satdyn_ros.run.many import many
 from satdyn_ros.run.parameter_file import ParameterFile
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
+from satdyn_ros.sweep.plan import Plan
 from satdyn_ros.sweep.sweep_keys import SWEEP_KEYS
 from satdyn_ros.sweep.variation import variation
 
@@ -162,6 +164,34 @@ def test_a_sweep_takes_what_is_typed():
     assert drawn.tolist() == [math.pi]
     with pytest.raises(ValueError, match='units that fit: deg'):
         variation(key, {'normal': ['90 deg', '1 Hz']})
+
+
+def test_a_sweep_file_takes_what_is_typed(tmp_path):
+    """Angles in place of the attitude beside a height in place of the axis, alone and as many."""
+    file = tmp_path / 'sweep.yaml'
+    (tmp_path / 'scenario.yaml').write_text(SHEET)
+    file.write_text(
+        """
+scenario: scenario.yaml
+duration_s: 5 min
+vary:
+  initial.roll_pitch_yaw: {values: ['[0, 0, 90] deg', [90 deg, '0', 0 deg]]}
+  orbit.altitude: {linspace: [400 km, 500 km, 2]}
+"""
+    )
+    plan = Plan.from_yaml(file)
+    assert plan.duration_s == 300.0
+    assert Plan.from_text(plan.to_text()).values(3) == plan.values(3)
+    alone = [plan.scenario_of(plan.values(run)) for run in range(4)]
+    half = math.sqrt(0.5)
+    assert alone[1]['initial.attitude'] == pytest.approx((0.0, 0.0, half, half), abs=1e-15)
+    assert alone[2]['initial.attitude'] == pytest.approx((half, 0.0, 0.0, half), abs=1e-15)
+    assert [each['orbit.semi_major_axis'] for each in alone] == [6778137.0, 6878137.0] * 2
+    columns = {name: np.array(x) for name, x in plan.values_of(range(4)).items()}
+    together, valid = many(plan.changed(columns), 4)
+    assert valid.all()
+    for row, each in enumerate(alone):
+        assert tuple(together['initial.attitude'][row, 0]) == each['initial.attitude']
 
 
 def test_texts_are_texts_as_before():

@@ -61,8 +61,6 @@ def test_a_key_takes_another_unit_of_its_dimension_and_no_other(key: Key):
     # A double rounds the factor and the product.
     value: Any = key.checked(text)
     assert value == pytest.approx((2.0 * factor,) * count if count else 2.0 * factor, rel=4e-16)
-    kinds: dict[str, type] = {'integer': int, 'double': float, 'double_array': tuple}
-    assert isinstance(value, kinds[key.kind])
 
     file = ParameterFile.of_texts(
         [(f"/**: {{ros__parameters: {{{key.name}: '{text}'}}}}", 'a file')]
@@ -74,6 +72,8 @@ def test_a_key_takes_another_unit_of_its_dimension_and_no_other(key: Key):
     wrong = 'Hz' if key.unit != 'Hz' and key.unit != '1/s' else 'rpm'
     with pytest.raises(ValueError, match=f'{wrong} is of another dimension than .* that fit: '):
         key.checked(text.replace(unit, wrong))
+    kinds: dict[str, type] = {'integer': int, 'double': float, 'double_array': tuple}
+    assert isinstance(value, kinds[key.kind])
 
 
 def test_a_file_in_units_is_the_scenario_in_si():

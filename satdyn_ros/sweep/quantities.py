@@ -9,7 +9,6 @@ import numpy as np
 from ..base.key import Key
 from ..base.sentences import nearest
 from ..kernel import rotation
-from ..run import pointing
 from ..run.in_place import IN_PLACE
 from ..run.keys import KEYS
 from ..theory.stability import smelt_moments, smelt_parameters
@@ -23,7 +22,7 @@ _SMELT = ('smelt.k_R', 'smelt.k_Y')
 QUANTITY_FORMS = {
     ', '.join(f'`{group}.*`' for group in _MOTION): 'the keys of a scenario that its motion '
     'depends on, whole: numbers, lists and texts; those of torques of your own too; not '
-    '`rotor.names`, which decides on the keys',
+    '`rotor.names`, which decides on the keys, nor `initial.pointing` with its axes',
     ', '.join(f'`KEY.{c}`' for c in _COMPONENTS): 'one component of such a key that has three',
     ', '.join(f'`{name}`' for name in _ANGLES): 'one of the 3-2-1 angles of `initial.attitude` '
     '[rad], the others as they are',
@@ -79,9 +78,7 @@ def quantity(name: str, keys: Mapping[str, Key] = KEYS) -> Quantity:
 
 
 def _is_of_the_motion(key):
-    # What a body points at is one attitude, that of the scenario.
-    others = 'rotor.names', *pointing.POINTING
-    return (key.split('.')[0] in _MOTION or key not in KEYS) and key not in others
+    return (key.split('.')[0] in _MOTION or key not in KEYS) and key != 'rotor.names'
 
 
 def _component(name, whole, i):

@@ -1,6 +1,7 @@
 """Every key with a unit takes a text with one: in a file, a sweep, an event, a request, Python."""
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from satdyn_ros.sweep.plan import Plan
 from satdyn_ros.sweep.sweep_keys import SWEEP_KEYS
 from satdyn_ros.sweep.variation import variation
 
+SHIPPED = Path(__file__).parents[2] / 'config' / 'default.yaml'
 # For each unit of a key another of its dimension, and how many of the first that is: NIST SP 811
 # (2008), appendix B.8, and powers of ten.
 OTHER: dict[str, tuple[str, float]] = {
@@ -192,6 +194,16 @@ vary:
     assert valid.all()
     for row, each in enumerate(alone):
         assert tuple(together['initial.attitude'][row, 0]) == each['initial.attitude']
+
+
+def test_a_sweep_does_not_vary_what_is_pointed_at(tmp_path):
+    """It is resolved with the scenario, once."""
+    file = tmp_path / 'sweep.yaml'
+    file.write_text(
+        f'scenario: {SHIPPED}\nduration_s: 5\nvary: {{initial.pointing: {{values: [nadir]}}}}\n'
+    )
+    with pytest.raises(ValueError, match=r'initial\.pointing varies; it must be the same'):
+        Plan.from_yaml(file)
 
 
 def test_texts_are_texts_as_before():

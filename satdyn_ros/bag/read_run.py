@@ -74,6 +74,7 @@ class RecordedRun:
             text = begin[run_metadata.SCENARIO]['scenario']
             values = parameters_of_record(text, 'its scenario')
             self.scenario = Scenario(values, torques, rules=self.rules)
+            self.scenario.typed = run_metadata.typed_of(begin[run_metadata.SCENARIO])
             if {*filter(is_torque, self.names)} != {*self.scenario.torque_topics}:
                 needed = ', '.join(self.scenario.torque_topics)
                 raise Damaged(f'its inputs are not {needed}, as torque.names says')

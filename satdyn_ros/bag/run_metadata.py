@@ -47,6 +47,8 @@ def provenance(scenario: Scenario, topics: Mapping[str, str]) -> dict[str, str]:
         'topics': json.dumps(dict(topics)),
         'machine': json.dumps(machine(scenario.torques)),
     }
+    if scenario.typed:
+        provenance['typed'] = json.dumps(scenario.typed)
     if scenario.torques:
         provenance['torques'] = json.dumps([kind.full_name() for kind in scenario.torques])
     return provenance
@@ -109,6 +111,14 @@ def torques_of(record: Mapping[str, str]) -> list[type[BodyTorque]]:
             f'the run in this bag has the torque {unknown[0]}; name it by --torque {unknown[0]}'
         )
     return [KNOWN[name] for name in names]
+
+
+def typed_of(record: Mapping[str, str]) -> dict[str, Any]:
+    """Return the texts with a unit of provenance; Damaged: they do not belong to keys."""
+    typed = from_record({'typed': record.get('typed', '{}')})['typed']
+    if not isinstance(typed, dict):
+        raise Damaged('its typed does not map keys to texts')
+    return typed
 
 
 def rules_of(record: Mapping[str, str]) -> int:

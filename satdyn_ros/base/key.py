@@ -7,6 +7,7 @@ from math import inf
 from numbers import Real
 from typing import Any
 
+from . import units
 from .nanoseconds import stamp_ns
 from .sentences import nearest
 
@@ -14,6 +15,7 @@ from .sentences import nearest
 _LONGEST_GIVEN = 100
 _QUOTE = "; a text that ROS takes for a truth or a number must be quoted, as 'y' or '1'"
 _OF_TEXTS = 'string', 'string_array', 'text', 'texts'
+_OF_NUMBERS = 'double', 'double_array', 'integer'
 
 
 @dataclass(frozen=True)
@@ -24,7 +26,8 @@ class Key:
     kind: 'double', 'double_array', 'string', 'string_array', 'epoch', 'text', 'texts' (strings of
     any content, empty: not given), 'bool' or 'integer'.  low and high bound numbers inclusively,
     above and below exclusively; lengths are those an array may have.  changes: 'never', 'running'
-    (a parameter set) or 'service' (~/set_initial_conditions).
+    (a parameter set) or 'service' (~/set_initial_conditions).  also: units of another dimension in
+    which people have it, the factor between them being 1.
     """
 
     name: str
@@ -39,6 +42,7 @@ class Key:
     lengths: tuple[int, ...] = ()
     choices: tuple[str, ...] = ()
     changes: str = 'never'
+    also: tuple[str, ...] = ()
 
     @property
     def allowed(self) -> str:
@@ -56,13 +60,15 @@ class Key:
         if self.kind == 'string_array':
             return f'a list of {", ".join(self.choices) or "different names"}'
         if self.choices:
-            return f'one of {", ".join(self.choices)}'
+            empty = 'empty or ' if '' in self.choices else ''
+            return f'{empty}one of {", ".join(filter(None, self.choices))}'
         if self.kind == 'string':
             return 'a non-empty string'
         what = {'double': 'a number', 'integer': 'an integer'}.get(self.kind)
         if what is None:
-            lengths = ' or '.join(str(n) for n in self.lengths)
-            what = f'a list of {lengths} numbers'
+            lengths = ' or '.join(str(n) for n in self.lengths if n)
+            empty = 'empty or ' if 0 in self.lengths else ''
+            what = f'{empty}a list of {lengths} numbers'
         elif self.unit == 'rad':
             what = 'an angle in radians,'
         bounds = [
@@ -71,7 +77,7 @@ class Key:
             f'at most {_bound(self.high, given)}' if self.high < inf else '',
             f'below {_bound(self.below, given)}' if self.below < inf else '',
         ]
-        unit = '' if self.unit == 'rad' else self.unit
+        unit = '' if 'radians' in what else self.unit
         parts = [what, ' and '.join(bound for bound in bounds if bound), unit]
         return ' '.join(part for part in parts if part)
 
@@ -82,16 +88,25 @@ class Key:
         return within & (number >= self.low) & (number <= self.high)
 
     def checked(self, value: Any) -> Any:
-        """Return value as the key's kind; ValueError, in one sentence: it is not allowed."""
+        """
+        Return value as the key's kind; ValueError, in one sentence: it is not allowed.
+
+        A text such as '51.6 deg', or a list of such, is its number in the key's unit.
+        """
+        number = value
         try:
-            return _READERS[self.kind](self, value)
+            number = self._in_unit(value)
+            return _READERS[self.kind](self, number)
         except _DoubledError as doubled:
             raise ValueError(f'{self.name} has {doubled} twice; each may stand once') from None
+        except units.Unfit as unfit:
+            fit = f'; units that fit: {units.fitting(self.unit, self.also)}' if self.unit else ''
+            raise ValueError(f'{self.name} is {_shown(value)}; {unfit}{fit}') from None
         except (TypeError, ValueError, OverflowError):
-            given = ascii(value) if isinstance(value, str) else str(value)
-            if len(given) > _LONGEST_GIVEN:
-                given = f'{given[:_LONGEST_GIVEN]}...'
-            items = value if isinstance(value, list | tuple) else [value]
+            given = _shown(value)
+            if number is not value:
+                given += f', {_shown(number)} {self.unit}'.rstrip()
+            items = number if isinstance(number, list | tuple) else [number]
             numbers = [x for x in items if isinstance(x, Real)]
             hint = _QUOTE if numbers and self.kind in _OF_TEXTS else ''
             other = [x for x in items if isinstance(x, str) and x not in self.choices]
@@ -101,6 +116,40 @@ class Key:
             raise ValueError(
                 f'{self.name} is {given}; it must be {self._allowed(numbers)}{hint}'
             ) from None
+
+    def has_unit(self, value: Any) -> bool:
+        """Return whether a value of numbers is a text with a unit, or a list with one in it."""
+        items = value if isinstance(value, list | tuple) else [value]
+        is_text = (isinstance(x, str) and units.is_quantity(x) for x in items)
+        return self.kind in _OF_NUMBERS and any(is_text)
+
+    def plain(self, value: Any) -> Any:
+        """Return a value that has a unit as checked, another as it is; ValueError: as checked."""
+        return listed(self.checked(value)) if self.has_unit(value) else value
+
+    def _in_unit(self, value):
+        """Return a value with texts such as '51.6 deg' as numbers; Unfit: one is in no unit."""
+        if not self.has_unit(value):
+            return value
+        if isinstance(value, str):
+            return self._number_of(value)
+        if bare := [x for x in value if not isinstance(x, str) and x != 0]:
+            raise units.Unfit(f'where one entry has a unit, {bare[0]} must have one too')
+        # Of nothing the unit is no matter; as a text it may stand beside texts in a file.
+        return [self._number_of(x) if x not in (0, '0') else 0.0 for x in value]
+
+    def _number_of(self, text):
+        number = units.in_unit(text, self.unit, self.also)
+        if isinstance(number, list):
+            return [float(x) for x in number]
+        is_whole = self.kind == 'integer' and number == number.to_integral_value()
+        return int(number) if is_whole else float(number)
+
+
+def _shown(value: Any) -> str:
+    """Return a value as a sentence repeats it."""
+    given = ascii(value) if isinstance(value, str) else str(value)
+    return given if len(given) <= _LONGEST_GIVEN else f'{given[:_LONGEST_GIVEN]}...'
 
 
 def _bound(bound: float, given: list[Any]) -> str:
@@ -134,6 +183,9 @@ def _number(key: Key, value: Any) -> float:
 
 
 def _numbers(key: Key, value: Any) -> tuple[float, ...]:
+    if 0 in key.lengths and (value is None or value == b''):
+        # As ROS carries an empty list.
+        return ()
     if isinstance(value, str | bytes):
         raise TypeError
     numbers = tuple(_number(key, x) for x in value)
@@ -151,7 +203,7 @@ def _integer(key: Key, value: Any) -> int:
 
 
 def _text(key: Key, value: Any) -> str:
-    if not _any_text(key, value):
+    if not _any_text(key, value) and '' not in key.choices:
         raise TypeError
     if key.choices and value not in key.choices:
         raise ValueError

@@ -31,6 +31,9 @@ LONGEST_PLAIN = 1000
 # A text in a bag may have one value for so many bytes of the bag: what rosbag2 says of a topic or
 # a file has more for each.
 _BYTES_A_VALUE = 20
+# A list and its unit are one text, which YAML takes in quotes alone.
+_LIST_WITH_UNIT = re.compile(r'\]\s*[^\W\d_]')
+_QUOTED_UNIT = "; a list with its unit is quoted, as in '[5, 3, 2] mA m^2'"
 # What YAML has in double quotes alone, escaped: what it does not take, or takes for a line break.
 TO_ESCAPE = re.compile(
     '[^\t\n\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]'
@@ -84,7 +87,7 @@ def load(text: str, origin: str, size: int = 0) -> Any:
 
 def compose(text: str, origin: str, loader: Any, size: int = 0) -> yaml.Node | None:
     """Return the nodes of a YAML text by a loader of PyYAML; size, ValueError: as of load."""
-    with _in_one_sentence(origin):
+    with _in_one_sentence(origin, text):
         excess = _excess(text, size)
         node = None if excess else yaml.compose(text, loader)
     if excess:
@@ -93,7 +96,7 @@ def compose(text: str, origin: str, loader: Any, size: int = 0) -> yaml.Node | N
 
 
 @contextmanager
-def _in_one_sentence(origin: str) -> Iterator[None]:
+def _in_one_sentence(origin: str, text: str = '') -> Iterator[None]:
     """Raise what PyYAML raises as a ValueError of one sentence."""
     try:
         yield
@@ -103,7 +106,9 @@ def _in_one_sentence(origin: str) -> Iterator[None]:
         problem = getattr(error, 'problem', None) or 'it cannot be parsed'
         if problem == _OWN_LIMIT:
             raise ValueError(f'{origin} {_TOO_DEEP}') from None
-        raise ValueError(f'{origin} is not YAML{where}: {problem}') from None
+        line = text.splitlines()[mark.line : mark.line + 1] if mark else []
+        hint = _QUOTED_UNIT if line and _LIST_WITH_UNIT.search(line[0]) else ''
+        raise ValueError(f'{origin} is not YAML{where}: {problem}{hint}') from None
     except (ValueError, LookupError, AttributeError, ArithmeticError, TypeError):
         # What PyYAML raises depends on the tag.
         raise ValueError(

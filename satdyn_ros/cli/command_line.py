@@ -89,7 +89,8 @@ satdyn check"""
         'satdyn describe config/default.yaml\nsatdyn describe config/euler_poinsot.yaml --json\n'
         'satdyn describe constellation --satellite /sat4\n'
         'satdyn describe config/default.yaml --code\n'
-        'satdyn describe config/cubesat_leo.yaml --urdf',
+        'satdyn describe config/cubesat_leo.yaml --urdf\n'
+        'satdyn describe config/cubesat_sensors.yaml --sensors',
     )
     added.add_argument('file', metavar='FILE', help=_SCENARIO)
     _add_satellite(added)
@@ -104,6 +105,12 @@ satdyn check"""
         '--urdf',
         action='store_true',
         help='instead its body as ROS knows it: box, plates, wheels and sensors',
+    )
+    how.add_argument(
+        '--sensors',
+        action='store_true',
+        help='instead its sensors, in SI and in the units of datasheets, with the Allan '
+        'deviations of what they measure',
     )
     _add_sweep(command)
     _add_check(command)

@@ -4,6 +4,7 @@ import math
 from itertools import groupby
 from typing import Any
 
+from ..base.units import in_trade
 from ..run.describe import describe
 from ..run.scenario import Scenario
 
@@ -22,7 +23,7 @@ def print_description(scenario: Scenario) -> None:
     else:
         print(f'{motion["name"]} ({motion["source"]})')
         for fact in motion['facts']:
-            value = f'{fact["name"]} = {_text(fact["value"])} {fact["unit"]}'.rstrip()
+            value = f'{fact["name"]} = {_in_both(fact["value"], fact["unit"])}'
             print(f'  {value:48}  {fact["meaning"]}')
     print(f'principal moments {_text(described["principal_moments"])} kg m^2, along body axes')
     for axis in described['principal_axes_b']:
@@ -78,10 +79,11 @@ def _print_torques(torques: list[dict[str, Any]]) -> None:
 def _print_precession(precession: dict[str, Any]) -> None:
     """Print a regular precession: its rates, its sense and its cones."""
     print(f'regular precession, {precession["sense"] or "neither progressive nor retrograde"}')
-    spin, rate = (_text(precession[name]) for name in ('spin_rad_s', 'precession_rad_s'))
-    print(f'  spin {spin} rad/s about {_text(precession["axis_b"])} in body axes')
-    print(f'  precession {rate} rad/s about {_text(precession["axis_i"])} in inertial axes')
-    print(f'  nutation {_text(precession["nutation_rad"])} rad')
+    rates = (precession[name] for name in ('spin_rad_s', 'precession_rad_s'))
+    spin, rate = (_in_both(each, 'rad/s') for each in rates)
+    print(f'  spin {spin} about {_text(precession["axis_b"])} in body axes')
+    print(f'  precession {rate} about {_text(precession["axis_i"])} in inertial axes')
+    print(f'  nutation {_in_both(precession["nutation_rad"], "rad")}')
     cones = [_text(precession[name]) for name in ('body_cone_rad', 'space_cone_rad')]
     print(f'  cones of {" and ".join(cones)} rad in body and space: {precession["cones"]}')
 
@@ -92,7 +94,7 @@ def _print_elliptic_orbit(ellipse: dict[str, Any]) -> None:
     print(f'ellipse of eccentricity {eccentricity}, period {period} s: no attitude rests in LVLH')
     for one in ellipse['librations']:
         amplitude = one['forced_amplitude_rad']
-        forced = 'not small' if amplitude is None else f'{_text(amplitude)} rad'
+        forced = 'not small' if amplitude is None else _in_both(amplitude, 'rad')
         print(
             f'  in the plane, about {_text(one["normal_b"])}: p = {_text(one["p"])}, libration '
             f'forced once per orbit: {forced}'
@@ -135,6 +137,17 @@ def _class(rotation_class: dict[str, Any]) -> str:
         return f'no, {rotation_class["why"]}'
     kind = 'uniform' if rotation_class['is_uniform'] else 'not uniform'
     return f'yes, {kind}: {rotation_class["why"]}'
+
+
+def _in_both(value: Any, unit: str) -> str:
+    """Return a value in its unit and, where people have another, in that."""
+    text = f'{_text(value)} {unit}'.rstrip()
+    numbers = value if isinstance(value, list) else [value]
+    if not unit or not all(isinstance(x, float) for x in numbers):
+        return text
+    clean = [x if abs(x) > _NOISE else 0.0 for x in numbers]
+    trade = in_trade(clean if isinstance(value, list) else clean[0], unit)
+    return f'{text} = {trade}' if trade else text
 
 
 def _text(value: Any) -> str:

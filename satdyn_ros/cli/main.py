@@ -291,6 +291,7 @@ def _describe(given):
     from ..run.describe import describe
     from ..run.scenario import Scenario
     from .description import print_description
+    from .sensor_sheets import print_sensors
 
     scenario = Scenario.from_yaml(given.file, given.satellite, given.torque)
     # As of a run that begins now.
@@ -302,6 +303,8 @@ def _describe(given):
         from ..messages.robot_description import urdf
 
         print(urdf(scenario))
+    elif given.sensors:
+        print_sensors(scenario)
     elif given.json:
         print(json.dumps(describe(scenario), indent=2))
     else:

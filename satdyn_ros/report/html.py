@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from .. import __version__
+from ..base.units import in_trade
 from ..integrate.propagation import Propagation
 from ..kernel import rotation
 from ..run.events import Request, Reset, RotorLimited, Topics, to_yaml
@@ -73,7 +74,10 @@ def page(run: History, title: str) -> str:
         integrals=_table(['first integral', 'largest relative drift'], _integrals(run)),
         closed_forms=_table(['from', 'motion', 'source', 'difference [rad]'], _closed_forms(run)),
         events=_table(['time [s]', 'event'], _events(run)),
-        scenario=_table(['key', 'value', 'unit', 'default'], _differences(run.scenario)),
+        scenario=_table(
+            ['key', 'value', 'unit', 'default', 'as typed, or in common units'],
+            _differences(run.scenario),
+        ),
         yaml=escape(run.scenario.to_yaml()),
         run=json.dumps(playable(run)).replace('</', '<\\/'),
         scripts=scripts,
@@ -234,16 +238,17 @@ def _events(run: History) -> Iterator[tuple[str, str]]:
         yield '…', f'{len(happened) - _LISTED_EVENTS} more'
 
 
-def _differences(scenario: Scenario) -> Iterator[tuple[str, str, str, str]]:
-    """Yield what differs from its default: key, value, unit and default."""
+def _differences(scenario: Scenario) -> Iterator[tuple[str, ...]]:
+    """Yield what differs from its default: the cells of its row."""
     for name, value in scenario.values.items():
         key = scenario.keys[name]
         if value != key.default:
-            yield name, _text(value), key.unit, _text(key.default)
+            typed = scenario.typed.get(name) or (in_trade(value, key.unit) if key.unit else '')
+            yield name, _text(value), key.unit, _text(key.default), _text(typed)
 
 
 def _text(value):
-    if isinstance(value, tuple):
+    if isinstance(value, tuple | list):
         return f'[{", ".join(_text(x) for x in value)}]'
     return f'{value:.9g}' if isinstance(value, float) else str(value)
 

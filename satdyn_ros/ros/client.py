@@ -19,6 +19,7 @@ from rclpy.validate_full_topic_name import validate_full_topic_name
 from std_srvs.srv import SetBool, Trigger
 
 from ..base import ros_yaml
+from ..base.units import is_quantity
 from .other_users import unreached
 
 _LONGEST_S = 1e6
@@ -184,13 +185,19 @@ def assignment(text: str) -> tuple[str, Any]:
     """
     Return key and value of 'initial.angular_velocity=[0,0,0.01]', the value as in a YAML file.
 
+    A text with a unit, such as [0, 0, 6] deg/s, needs no quotes.
+
     ValueError: it is not KEY=VALUE, or no parameter can hold the value.
     """
     name, equals, given = text.partition('=')
     if not (name and equals and given.strip()):
         raise ValueError(f'{text!r} must have the form KEY=VALUE')
-    value = ros_yaml.load(given, name)
+    # Unquoted, '[5, 3, 2] mA m^2' is no YAML.
+    value = given.strip() if is_quantity(given) else ros_yaml.load(given, name)
     value = [as_float(x) for x in value] if isinstance(value, list) else as_float(value)
+    if isinstance(value, list) and any(isinstance(x, str) and is_quantity(x) for x in value):
+        # ROS has no list of both: a 0 beside texts with a unit is a text too.
+        value = [x if isinstance(x, str) else f'{x:g}' for x in value]
     try:
         Parameter(name, value=value)
     except TypeError:

@@ -14,12 +14,15 @@ from std_srvs.srv import SetBool, Trigger
 
 from ..base.sentences import one_sentence
 from ..run.events import Event, Request, Reset
+from ..run.in_place import OF_ATTITUDE
 from ..run.requests import requested, try_out
 from ..run.scenario import Scenario
+from ..run.ticks import Ticks
 from .pacing import Pacing
 from .parameter_service import parameter_of
 from .parameters import NodeParameters, plain_value
 
+_ATTITUDE = 'initial.attitude'
 Reply = Callable[[Any], None]
 # Told once what became of a request: why it is refused, '': it is not.
 Answered = Callable[[str], None]
@@ -45,6 +48,7 @@ class Services:
         self._conditions = parameters.scenario
         # The last tick when the motion was last restarted, and the conditions that it had then.
         self.restarted: tuple[int, Scenario] | None = None
+        self._ticks = Ticks(self._conditions.rate, self._conditions.epoch_ns)
         self._log = node.get_logger()
         self._asked: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
         Thread(target=self._try_one_by_one, name='requests', daemon=True).start()
@@ -88,16 +92,20 @@ class Services:
     def _try_request(self, values_of, answer):
         try:
             values = values_of()
-            conditions = requested(self._conditions, values)
+            conditions = requested(self._conditions, values, self._next_s)
             self._try_out(conditions)
         except (ValueError, ArithmeticError) as error:
             return answer(one_sentence(error))
         for warning in conditions.warnings_about(values):
             self._log.warning(warning)
         self._conditions = conditions
-        in_force = {name: conditions[name] for name in values}
+        in_force = {name: conditions[name] for name in values if name not in OF_ATTITUDE}
+        if of_attitude := {*values} & {*OF_ATTITUDE}:
+            in_force[_ATTITUDE] = conditions[_ATTITUDE]
         self._parameters.put_in_force(in_force)
-        self._act(answer, lambda tick: Request(tick, in_force))
+        # Where the target is at the tick that comes the run will see.
+        asked = values if 'initial.pointing' in of_attitude else in_force
+        self._act(answer, lambda tick: Request(tick, dict(asked)))
 
     def _reset(self, request, reply):
         done = 'the motion restarts from the initial conditions in force'
@@ -111,6 +119,11 @@ class Services:
         except (ValueError, ArithmeticError) as error:
             return answer(one_sentence(error))
         self._act(answer, Reset)
+
+    @property
+    def _next_s(self):
+        """The time of the next tick from tick 0."""
+        return self._ticks.seconds(self._pacing.tick + 1)
 
     def _try_out(self, conditions: Scenario):
         try_out(conditions, self._pacing.tick + 1)

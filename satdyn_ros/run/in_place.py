@@ -7,15 +7,25 @@ A scenario has the value of the other key; these are then as if they had not bee
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
+import numpy as np
+
 from ..base.nanoseconds import stamp_ns
+from ..kernel import rotation
 from ..orbits.kepler import EARTH_RADIUS_M
+from . import pointing
 from .keys import KEYS
 
 # The key, the one in whose place it is given, and the value of that.
 IN_PLACE: dict[str, tuple[str, Callable[[Any], Any]]] = {
     'orbit.altitude': ('orbit.semi_major_axis', lambda altitude_m: EARTH_RADIUS_M + altitude_m),
     'time.epoch': ('time.epoch_ns', stamp_ns),
+    'initial.roll_pitch_yaw': (
+        'initial.attitude',
+        lambda angles_rad: rotation.from_roll_pitch_yaw(*np.moveaxis(angles_rad, -1, 0)),
+    ),
 }
+# What is given in place of the attitude.
+OF_ATTITUDE = ('initial.roll_pitch_yaw', *pointing.POINTING)
 NOT_GIVEN = {name: KEYS[name].default for name in IN_PLACE}
 
 
@@ -47,4 +57,9 @@ def resolved(values: Mapping[str, Any], given: Iterable[str]) -> dict[str, Any]:
 
 def replaced(given: Iterable[str]) -> set[str]:
     """Return the keys in whose place some of those given are."""
-    return {IN_PLACE[name][0] for name in given if name in IN_PLACE}
+    names = {*given}
+    found = {IN_PLACE[name][0] for name in names if name in IN_PLACE}
+    # A new attitude takes the place of one that is pending, however it is given.
+    if names & {'initial.attitude', 'initial.roll_pitch_yaw', 'initial.pointing'}:
+        found |= {'initial.attitude', *pointing.POINTING} - names
+    return found

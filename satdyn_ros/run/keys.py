@@ -116,6 +116,7 @@ KEYS = {
             'N m s',
             'viscous friction between rotor and body; rotor.mode free and motor only',
             low=0.0,
+            also=('N m s/rad',),
         ),
         Key(
             'rotor.max_torque',
@@ -390,6 +391,54 @@ KEYS = {
             '',
             'unit quaternion x, y, z, w from body to initial.frame',
             lengths=(4,),
+            changes='service',
+        ),
+        Key(
+            'initial.roll_pitch_yaw',
+            'double_array',
+            (),
+            'rad',
+            '3-2-1 angles of the body relative to initial.frame, in place of initial.attitude, '
+            'which then has the value; empty: not given',
+            lengths=(0, 3),
+            changes='service',
+        ),
+        Key(
+            'initial.pointing',
+            'string',
+            '',
+            '',
+            'what initial.pointing_axis points at, in place of initial.attitude, which then has '
+            'the value: the attracting centre, the Sun, or initial.direction; empty: not given',
+            choices=('', 'nadir', 'sun', 'inertial'),
+            changes='service',
+        ),
+        Key(
+            'initial.pointing_axis',
+            'double_array',
+            (0.0, 0.0, 1.0),
+            '',
+            'the body axis that points, with initial.pointing',
+            lengths=(3,),
+            changes='service',
+        ),
+        Key(
+            'initial.second_axis',
+            'double_array',
+            (1.0, 0.0, 0.0),
+            '',
+            'the body axis that is then as near as possible to the velocity for nadir, and to the '
+            'normal of the orbit else (orbit.type fixed: inertial Z)',
+            lengths=(3,),
+            changes='service',
+        ),
+        Key(
+            'initial.direction',
+            'double_array',
+            (0.0, 0.0, 0.0),
+            '',
+            'what is pointed at, inertial axes; initial.pointing inertial only',
+            lengths=(3,),
             changes='service',
         ),
         Key(

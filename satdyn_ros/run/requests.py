@@ -3,9 +3,11 @@
 from collections.abc import Mapping
 from typing import Any
 
+from ..base.key import listed
 from ..base.sentences import nearest
 from ..dynamics.motion import Halted, TableEnded
 from ..integrate.propagation import Propagation
+from . import in_place
 from .scenario import Scenario
 from .segment import MOST_STEPS_A_TICK, NO_STAMP
 from .ticks import Ticks
@@ -14,8 +16,12 @@ from .ticks import Ticks
 _TRIED_TICKS, _TRIED_STEPS = 100, 10**6
 
 
-def requested(conditions: Scenario, values: Mapping[str, Any]) -> Scenario:
-    """Return the conditions with what a request gives; ValueError: it is not allowed."""
+def requested(conditions: Scenario, values: Mapping[str, Any], at_s: float = 0.0) -> Scenario:
+    """
+    Return the conditions with what a request gives; ValueError: it is not allowed.
+
+    at_s: when it acts, from tick 0.
+    """
     allowed = conditions.initial_conditions
     foreign = [name for name in values if name not in allowed]
     if foreign:
@@ -23,7 +29,22 @@ def requested(conditions: Scenario, values: Mapping[str, Any]) -> Scenario:
         if name not in conditions.keys:
             hint = f'; the nearest that can is {nearest(name, allowed)}'
         raise ValueError(f'{name} cannot be requested{hint}; allowed: {", ".join(allowed)}')
-    return conditions.with_values(values)
+    return conditions.with_values(values, at_s)
+
+
+def resolved(values: Mapping[str, Any], changed: Scenario) -> dict[str, Any]:
+    """
+    Return what a request gives as numbers in the units of the keys.
+
+    changed: the conditions with it, whose attitude takes the place of what stands for it.
+    """
+    keys = changed.keys
+    found = {
+        name: keys[name].plain(x) for name, x in values.items() if name not in in_place.OF_ATTITUDE
+    }
+    if len(found) < len(values):
+        found['initial.attitude'] = listed(changed['initial.attitude'])
+    return found
 
 
 def try_out(conditions: Scenario, tick: int, last_tick: int | None = None) -> None:

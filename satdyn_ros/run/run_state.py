@@ -28,6 +28,7 @@ from .events import (
     TorqueB,
     TorquesDropped,
 )
+from .requests import resolved
 from .rules import EVENTS_FOLLOW, RULES
 from .scenario import Scenario
 from .segment import MOST_STEPS_A_TICK, Segment
@@ -141,7 +142,9 @@ class _Happening:
                 # events that follow at the tick may begin another motion.
                 return self.drop_torques_or_halt((type(event),))
             case Request():
-                conditions = self.run.conditions.with_values(event.values)
+                at_s = self.run.ticks.seconds(self.tick)
+                conditions = self.run.conditions.with_values(event.values, at_s)
+                event = replace(event, values=resolved(event.values, conditions))
                 self.run = replace(self.run, conditions=conditions)
                 self._restart_from_conditions()
             case Reset():

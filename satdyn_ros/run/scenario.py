@@ -20,7 +20,7 @@ from ..integrate.propagation import Propagation
 from ..kernel import rotation
 from ..sensors import Sensor
 from ..torques.body_torque import BodyTorque, checked_kind, torque_of
-from . import checks, environment, in_place, orbits, rotors, sensors, unlikely_values
+from . import checks, environment, in_place, orbits, pointing, rotors, sensors, unlikely_values
 from .keys import GROUPS, KEYS, OPTIONAL, keys_of
 from .parameter_file import (
     ParameterFile,
@@ -32,6 +32,8 @@ from .parameter_file import (
 from .rules import PLATES_FOLLOW_THE_SURFACE, RULES, STEPS_SEE_PAIRS
 from .ticks import rate_of
 from .topics import MAGNETORQUERS, Topic, topics_with, torque_topics
+
+_ATTITUDE = 'initial.attitude'
 
 
 @dataclass(frozen=True)
@@ -55,8 +57,9 @@ class Scenario:
     """
     A validated run: immutable, every key in `values` by its dotted name, described in `keys`.
 
-    torques: kinds of torques of one's own, whose keys it has too.  warnings: of what was
-    given, in one sentence each.  rules: of the bag that it is read from.
+    typed: the texts with a unit that were given, by the names of their keys.  torques: kinds of
+    torques of one's own, whose keys it has too.  warnings: of what was given, in one sentence
+    each.  rules: of the bag that it is read from.  at_s: of with_values.
 
     ValueError, in one sentence that names the key: a value that is not allowed.
 
@@ -70,6 +73,7 @@ class Scenario:
         torques: Iterable[type[BodyTorque]] = (),
         warnings: Iterable[str] = (),
         rules: int = RULES,
+        at_s: float = 0.0,
     ):
         given, self.rules = dict(given or {}), rules
         self.torques = tuple(checked_kind(kind) for kind in torques)
@@ -83,6 +87,7 @@ class Scenario:
         if unknown:
             raise ValueError(_unknown(unknown[0], given, keys))
         checked = {name: keys[name].checked(value) for name, value in given.items()}
+        self.typed = {name: value for name, value in given.items() if keys[name].has_unit(value)}
         values = {name: key.default for name, key in keys.items()} | checked
         self._followed: dict[str, Any] = {}
         if rules >= PLATES_FOLLOW_THE_SURFACE:
@@ -99,7 +104,10 @@ class Scenario:
                 refuse(check(values))
             if values['orbit.type'] in orbits.OF_A_TEXT:
                 orbits.text_source(values, rules)
-        values |= in_place.NOT_GIVEN
+            pointing.check(values, given)
+            values |= in_place.NOT_GIVEN
+            if pointed := pointing.resolved(values, at_s, rules):
+                values |= pointed | {_ATTITUDE: KEYS[_ATTITUDE].checked(pointed[_ATTITUDE])}
         self.keys: Mapping[str, Key] = MappingProxyType(keys)
         self.values: Mapping[str, Any] = MappingProxyType(values)
         for kind in self.torques:
@@ -156,7 +164,7 @@ class Scenario:
 
     def to_yaml(self) -> str:
         """Return the text of a ROS 2 parameter file with every key that has a value of its own."""
-        own = {name: x for name, x in self.values.items() if name not in in_place.IN_PLACE}
+        own = {name: x for name, x in self.values.items() if not self._is_resolved(name)}
         for name in set(map(rotors.unnamed, own)) & {*OPTIONAL}:
             for each in [each for each in own if rotors.unnamed(each) == name]:
                 if own[each] == KEYS[name].default:
@@ -176,14 +184,21 @@ class Scenario:
         many.values, many.keys, many.torques, many.rules = timeless, KEYS, (), RULES
         return many
 
-    def with_values(self, changes: Mapping[str, Any]) -> 'Scenario':
-        """Return the scenario with some keys changed; ValueError: see the class."""
+    def with_values(self, changes: Mapping[str, Any], at_s: float = 0.0) -> 'Scenario':
+        """
+        Return the scenario with some keys changed; ValueError: see the class.
+
+        at_s: the time from tick 0 at which an initial.pointing among them points.
+        """
         # What follows from other keys follows from their new values.
-        left_out = {*in_place.replaced(changes), *self._followed}
+        replaced = in_place.replaced(changes)
+        left_out = {*replaced, *self._followed}
         kept = {name: x for name, x in self.values.items() if name not in left_out}
         # A warning begins with the key that it is about.
         stay = [text for text in self._warnings if text.partition(' ')[0] not in changes]
-        changed = Scenario({**kept, **changes}, self.torques, stay, self.rules)
+        changed = Scenario({**kept, **changes}, self.torques, stay, self.rules, at_s)
+        typed = {n: text for n, text in self.typed.items() if n not in {*changes, *replaced}}
+        changed.typed = typed | changed.typed
         if all(name.startswith('initial.') for name in changes):
             # A learning loop starts the same body at every episode: what follows from it stays.
             vars(changed)['system'] = self.system
@@ -200,6 +215,11 @@ class Scenario:
         if self.epoch_ns:
             return self
         return self.with_values({'time.epoch_ns': round(wall_ns, -3)})
+
+    def _is_resolved(self, name):
+        """Return whether a key is given in place of another, which has its value."""
+        is_pointing = name in pointing.POINTING and not self['initial.pointing']
+        return name in in_place.IN_PLACE or is_pointing
 
     def __getitem__(self, name: str) -> Any:
         return self.values[name]
@@ -299,7 +319,7 @@ class Scenario:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What is allowed and rarely meant, each in one sentence."""
-        return self._warnings + unlikely_values.warnings(self.values, self.rules)
+        return self._warnings + unlikely_values.warnings(self.values, self.rules, self.typed)
 
     def warnings_about(self, names: Iterable[str]) -> list[str]:
         """Return the warnings about some keys."""

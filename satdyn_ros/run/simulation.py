@@ -30,6 +30,7 @@ from .events import (
     rotor_speeds,
     rotor_torques,
 )
+from .in_place import OF_ATTITUDE
 from .requests import requested
 from .rules import EVENTS_FOLLOW, LIMITS_AT_THEIR_INSTANT, RULES
 from .run_state import (
@@ -47,6 +48,9 @@ from .segment import MOST_STEPS_A_TICK, Segment
 from .sensors import by_rules
 from .ticks import Ticks
 from .topics import MAGNETORQUERS, is_torque
+
+# Numbers in SI, or texts with their units, such as '[0, 0, 5] mN m'.
+GivenVector = Sequence[float | str] | np.ndarray | str
 
 
 class RunHalted(RuntimeError):  # noqa: N818
@@ -229,24 +233,26 @@ class Simulation:
         conditions = self._run.conditions
         for event in self._pending:
             if isinstance(event, Request):
-                conditions = conditions.with_values(event.values)
+                at_s = self.ticks.seconds(event.tick)
+                conditions = conditions.with_values(event.values, at_s)
         return conditions
 
     def step(
         self,
-        torque_b: Sequence[float] | np.ndarray | Mapping[str, Sequence[float]] | None = None,
-        rotor_torque: Mapping[str, float] | None = None,
-        dipole_b: Sequence[float] | np.ndarray | None = None,
-        rotor_speed: Mapping[str, float] | None = None,
+        torque_b: GivenVector | Mapping[str, GivenVector] | None = None,
+        rotor_torque: Mapping[str, float | str] | None = None,
+        dipole_b: GivenVector | None = None,
+        rotor_speed: Mapping[str, float | str] | None = None,
     ) -> State:
         """
         Advance by one tick and return the state there.
 
         torque_b [N m] (3,), body axes, with torque.names by name, rotor_torque [N m] or
-        rotor_speed [rad/s], by rotor, and dipole_b [A m^2] (3,) of the magnetorquers hold during
-        this step alone; without them, and for what is not named, what is in force continues.  The
-        first step is from tick 0 to tick 1.  ValueError: there is no such torque, motor or
-        magnetorquer, or a number is not finite.  RunHalted: the run goes no further.
+        rotor_speed [rad/s], by rotor, and dipole_b [A m^2] (3,) of the magnetorquers, or texts
+        with their units, hold during this step alone; without them, and for what is not named,
+        what is in force continues.  The first step is from tick 0 to tick 1.  ValueError: there is
+        no such torque, motor or magnetorquer, or a number is not finite.  RunHalted: the run goes
+        no further.
         """
         torques = rotor_torques(rotor_torque or {}, self.scenario)
         speeds = rotor_speeds(rotor_speed or {}, self.scenario)
@@ -354,7 +360,7 @@ class Simulation:
             'conditions': {
                 name: listed(value)
                 for name, value in run.conditions.values.items()
-                if name in run.conditions.initial_conditions
+                if name in run.conditions.initial_conditions and name not in OF_ATTITUDE
             },
             'topics': list(run.topics),
             'sensors': self._suite_at(tick).to_plain(),

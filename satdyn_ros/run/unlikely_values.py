@@ -1,15 +1,17 @@
 """
 What is allowed and rarely meant, most of it another unit: each in one sentence.
 
-A sentence names the key, the value and what may have been meant.  values: every key by its dotted
+A sentence names the key, the value and what may have been meant, as a number in SI and as the text
+with its unit.  values: every key by its dotted
 name.
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping
 from typing import Any
 
 from ..base.nanoseconds import SECOND_NS, epoch, stamp_ns
+from ..base.sentences import written
 from ..orbits.kepler import EARTH_MU, EARTH_RADIUS_M
 from . import environment, orbits
 from .keys import KEYS
@@ -33,11 +35,17 @@ _LEAST_ROUND_RAD = 2.0
 _FIRST_NS, _LAST_NS = stamp_ns('2000-01-01T00:00:00'), stamp_ns('2100-01-01T00:00:00')
 
 
-def warnings(values: Mapping[str, Any], rules: int) -> tuple[str, ...]:
-    """Return what is doubtful about the values of a scenario, by the rules of its run."""
+def warnings(values: Mapping[str, Any], rules: int, typed: Container[str] = ()) -> tuple[str, ...]:
+    """
+    Return what is doubtful about the values of a scenario, by the rules of its run.
+
+    typed: the keys given with a unit, which is then no other than was meant.
+    """
     checks = (_rate, _angles, _attitudes, _orbit, _environment, _epoch)
     found = [sentence for check in checks for sentence in check(values)]
-    return (*_text(values, rules), *found)
+    of_units = (*_rate(values), *_angles(values), *_epoch(values))
+    meant = {sentence for sentence in of_units if sentence.partition(' ')[0] in typed}
+    return (*_text(values, rules), *(sentence for sentence in found if sentence not in meant))
 
 
 def _rate(values) -> Iterator[str]:
@@ -47,7 +55,8 @@ def _rate(values) -> Iterator[str]:
         in_degrees = ', '.join(f'{math.radians(x):.4g}' for x in given)
         yield (
             f'initial.angular_velocity is {rate:g} rad/s, {rate / math.tau:.3g} turns a second; '
-            f'it is in radians: where {list(given)} are degrees, it is [{in_degrees}]'
+            f'it is in radians: where {list(given)} are degrees, it is [{in_degrees}], or '
+            f"'{list(given)} deg/s'"
         )
 
 
@@ -59,8 +68,8 @@ def _angles(values) -> Iterator[str]:
         is_round = angle.is_integer() and abs(angle) >= _LEAST_ROUND_RAD
         if is_round or abs(angle) > math.tau:
             yield (
-                f'{key.name} is {angle:g} rad, {math.degrees(angle):.4g} deg; where '
-                f'{angle:g} are degrees, it is {math.radians(angle):.4g}'
+                f'{key.name} is {angle:g} rad, {math.degrees(angle):.4g} deg; where {angle:g} are '
+                f"degrees, it is {math.radians(angle):.4g}, or '{written(angle)} deg'"
             )
 
 
@@ -93,11 +102,11 @@ def _orbit(values) -> Iterator[str]:
         if in_km:
             yield (
                 f'orbit.mu is {mu:g} m^3/s^2, which is that of {centre} in km^3/s^2; in m^3/s^2 '
-                f'that is {centre_mu:g}'
+                f"that is {centre_mu:g}, or '{written(mu)} km^3/s^2'"
             )
         if (in_km or abs(mu / centre_mu - 1.0) < _SAME_MU) and lowest_m < radius_m:
             meant = (
-                f'where kilometres are meant, {a_m * 1e3:g}'
+                f"where kilometres are meant, {a_m * 1e3:g}, or '{written(a_m)} km'"
                 if a_m < _LEAST_ALTITUDE_M
                 else 'from the centre; orbit.altitude is from the surface'
             )
@@ -123,5 +132,6 @@ def _epoch(values) -> Iterator[str]:
         if _FIRST_NS <= given * factor <= _LAST_NS:
             yield (
                 f'time.epoch_ns is {given}, {given / SECOND_NS:.4g} s after 1970; where '
-                f'{unit} are meant, {epoch(given * factor)[:19]}, it is {given * factor}'
+                f'{unit} are meant, {epoch(given * factor)[:19]}, it is {given * factor}, or '
+                f"'{given} {unit}'"
             )

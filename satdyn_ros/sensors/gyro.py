@@ -23,7 +23,7 @@ from ..kernel import rotation
 from .measurements import Measurements, as_array, sampled
 from .noise import normals
 from .sensor import Sensor
-from .three_axes import DEVIATES, ThreeAxes, keys_of_errors
+from .three_axes import DEVIATES, ThreeAxes, allan_deviation, keys_of_errors
 
 _CARRIED = ('bias', 'q_ib', 'turn_b')
 
@@ -158,6 +158,11 @@ class Gyro(Sensor):
         """Return the variances of a sample about each axis, without its bias [rad^2/s^2]."""
         variance = self.noise_density**2 / self.interval_s + self.resolution**2 / 12.0
         return variance, variance, variance
+
+    def allan_deviation(self, tau_s: float) -> float | None:
+        """Return the Allan deviation of its samples over tau_s [rad/s]."""
+        variance = self.variances[0]
+        return allan_deviation(variance, self.interval_s, self.bias_random_walk, tau_s)
 
     def without_noise(self) -> 'Gyro':
         """Return the gyro with its systematic errors alone: bias, scale factor, misalignment."""

@@ -17,7 +17,7 @@ from ..kernel import rotation
 from .measurements import Measurements, as_array, sampled
 from .noise import normals
 from .sensor import Sensor
-from .three_axes import DEVIATES, BiasMemory, ThreeAxes, keys_of_errors
+from .three_axes import DEVIATES, BiasMemory, ThreeAxes, allan_deviation, keys_of_errors
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +83,11 @@ class Magnetometer(Sensor):
         """Return the variances of a sample along each axis, without its bias [T^2]."""
         variance = self.noise**2 + self.resolution**2 / 12.0
         return variance, variance, variance
+
+    def allan_deviation(self, tau_s: float) -> float | None:
+        """Return the Allan deviation of its samples over tau_s [T]."""
+        variance = self.variances[0]
+        return allan_deviation(variance, self.interval_s, self.bias_random_walk, tau_s)
 
     def without_noise(self) -> 'Magnetometer':
         """Return the magnetometer with its systematic errors alone."""

@@ -121,6 +121,10 @@ class Sensor:
         """The variances of a sample about or along each axis."""
         raise NotImplementedError
 
+    def allan_deviation(self, tau_s: float) -> float | None:
+        """Return the Allan deviation of its samples over tau_s, in their unit; None: no sense."""
+        return None
+
     def truth(self, states: States, rows: slice = slice(None)) -> np.ndarray:
         """Return what it would give without any error at rows of states, where it `needs`."""
         raise NotImplementedError

@@ -7,6 +7,7 @@ With the true vector x in sensor axes, and white noise w, u of unit variance, sa
     y_i = (1 + S + M) x_i + b_i + s_w w_i,   rounded to a resolution and cut off
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -67,6 +68,21 @@ def keys_of_errors(unit: str, quantity: str, of_another: str) -> tuple[Key, ...]
             low=0.0,
         ),
     )
+
+
+def allan_deviation(
+    variance: float, interval_s: float, random_walk: float, tau_s: float
+) -> float | None:
+    """
+    Return the Allan deviation of samples over tau_s; None: it is shorter than their interval.
+
+    variance: of the white noise of a sample.  random_walk: K, of the bias.  IEEE Std 952-1997,
+    annex C: the squares of N / sqrt(tau) and of K sqrt(tau / 3) add up, N^2 being the variance
+    times the interval.
+    """
+    if tau_s < interval_s:
+        return None
+    return math.sqrt(variance * interval_s / tau_s + random_walk**2 * tau_s / 3.0)
 
 
 @dataclass(frozen=True, eq=False)

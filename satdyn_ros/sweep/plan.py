@@ -13,7 +13,7 @@ import numpy as np
 from ..base import ros_yaml
 from ..base.key import Key
 from ..base.sentences import nearest
-from ..run import in_place
+from ..run import in_place, pointing
 from ..run.orbits import is_tabled
 from ..run.scenario import Scenario
 from ..torques.body_torque import BodyTorque, named
@@ -22,6 +22,9 @@ from .own_outcome import OwnOutcome
 from .quantities import Quantity, quantity
 from .sweep_keys import REQUIRED, SWEEP_KEYS, checked
 from .variation import Variation, variation
+
+# What a body points at is one attitude, that of the scenario.
+_OF_ALL_RUNS = ('orbit.j2', 'orbit.reference_radius', *pointing.POINTING)
 
 
 @dataclass(frozen=True)
@@ -112,7 +115,7 @@ class Plan:
                     f'{each.name} varies; an orbit that is integrated, or of an element set or an '
                     'ephemeris, is the same in all runs of a sweep'
                 )
-            if each.quantity.key.name in ('orbit.j2', 'orbit.reference_radius'):
+            if each.quantity.key.name in _OF_ALL_RUNS:
                 raise ValueError(f'{each.name} varies; it must be the same in all runs of a sweep')
         plan = cls(
             scenario=scenario,

@@ -22,7 +22,7 @@ _SMELT = ('smelt.k_R', 'smelt.k_Y')
 QUANTITY_FORMS = {
     ', '.join(f'`{group}.*`' for group in _MOTION): 'the keys of a scenario that its motion '
     'depends on, whole: numbers, lists and texts; those of torques of your own too; not '
-    '`rotor.names`, which decides on the keys',
+    '`rotor.names`, which decides on the keys, nor `initial.pointing` with its axes',
     ', '.join(f'`KEY.{c}`' for c in _COMPONENTS): 'one component of such a key that has three',
     ', '.join(f'`{name}`' for name in _ANGLES): 'one of the 3-2-1 angles of `initial.attitude` '
     '[rad], the others as they are',

@@ -5,6 +5,7 @@ from typing import Any
 from rclpy.parameter import Parameter
 
 from ..ros.client import as_float
+from ..run.in_place import OF_ATTITUDE
 from ..run.scenario import Scenario
 
 _MOST_VALUES, _MOST_NUMBERS = 32, 16
@@ -14,7 +15,8 @@ def initial_conditions(scenario: Scenario) -> dict[str, Any]:
     """Return what a request can change, including those that the rotors' modes have."""
     modes = {'momentum': ('constant_momentum',), 'speed': ('free', 'motor')}
     names = scenario.initial_conditions
-    values = {name: scenario[name] for name in names if name.startswith('initial.')}
+    shown = (name for name in names if name.startswith('initial.') and name not in OF_ATTITUDE)
+    values = {name: scenario[name] for name in shown}
     for name, value in scenario.values.items():
         rotor, _, what = name.rpartition('.')
         if rotor.startswith('rotor') and scenario[f'{rotor}.mode'] in modes.get(what, ()):

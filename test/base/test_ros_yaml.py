@@ -99,3 +99,10 @@ def test_what_a_bag_holds_may_be_as_large_as_the_bag():
     with pytest.raises(ValueError, match=r'^a file is larger than the [0-9]+ bytes allowed$'):
         ros_yaml.load(long, 'a file')
     assert ros_yaml.load(long, 'a bag', size=len(long)) == long[1:-1]
+
+
+@pytest.mark.parametrize('text', ['{dipole: [5, 3, 2] mA m^2}', 'a:\n  b: [5, 3] deg\n  c: 1\n'])
+def test_a_list_with_its_unit_must_be_quoted(text):
+    """YAML takes it for a list and something else; the sentence says how it is written."""
+    with pytest.raises(ValueError, match=r"a list with its unit is quoted, as in '\[5, 3, 2\] mA"):
+        ros_yaml.load(text, 'a file')

@@ -1,8 +1,10 @@
 """The command: exit codes, one sentence for what is wrong, help that begins with examples."""
 
 import json
+import math
 import os
 import pty
+import re
 import signal
 import subprocess
 import sys
@@ -202,6 +204,43 @@ def test_describe(capsys):
     assert json.loads(capsys.readouterr().out) == describe(Scenario.from_yaml(path))
     assert main(['describe', str(ROOT / 'config/elliptic_orbit.yaml')]) == 0
     assert 'about [0, 1, 0]: p = 2.82927, libration forced' in capsys.readouterr().out
+
+
+def test_describe_in_si_and_in_common_units(capsys):
+    """An angle and a rate have both, exactly pi/180 apart."""
+    assert main(['describe', str(ROOT / 'config/euler_poinsot.yaml')]) == 0
+    text = capsys.readouterr().out
+    ((in_rad_s, in_deg_s),) = re.findall(r'Om_P = (\S+) rad/s = (\S+) deg/s', text)
+    # Six digits each.
+    assert float(in_deg_s) == pytest.approx(math.degrees(float(in_rad_s)), rel=2e-6)
+
+
+def test_describe_of_sensors_is_their_datasheet(tmp_path, capsys):
+    """
+    What is typed of a gyro comes back, with its Allan deviations.
+
+    IEEE Std 952: 0.15 deg/sqrt(h) is 0.15 * 60 deg/h over 1 s, and over 10000 s a hundredth of it,
+    to which 1.2 deg/h/sqrt(h) adds 1.2 sqrt(10000 s / 3 h).
+    """
+    path = tmp_path / 'gyro.yaml'
+    path.write_text(
+        '/**: {ros__parameters: {publish: {rate: 10.0}, sensors: {names: [gyro, st], '
+        'st: {type: star_tracker, cross_boresight: 7 arcsec}, gyro: {noise_density: '
+        '0.15 deg/sqrt(h), bias_random_walk: 1.2 deg/h/sqrt(h), scale_factor: '
+        "'[300, 300, 300] ppm', max_rate: 400 deg/s}}}}\n"
+    )
+    assert main(['describe', str(path), '--sensors']) == 0
+    text = capsys.readouterr().out
+    for line in ('noise_density .* 0.15 deg/sqrt', 'bias_random_walk .* 1.2 deg/h/sqrt', 'arcsec'):
+        assert re.search(line, text)
+    assert '[300, 300, 300] ppm' in text
+    assert '400 deg/s' in text
+    assert re.search('over 1 s .* 9[.0-9]* deg/h', text)
+    (last,) = re.findall(r'over 10000 s .* (\S+) deg/h', text)
+    walk = 1.2 * math.sqrt(10_000.0 / 3600.0 / 3.0)
+    assert float(last) == pytest.approx(math.hypot(9.0 / 100.0, walk), rel=1e-5)
+    assert main(['describe', DEFAULT, '--sensors']) == 2
+    assert capsys.readouterr().err.startswith('satdyn describe: sensors.names is empty')
 
 
 def test_describe_with_code(tmp_path, capsys):

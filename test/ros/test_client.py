@@ -103,6 +103,14 @@ def test_numbers_without_digits_on_one_side_are_asked_for_as_numbers():
     assert given == ('initial.angular_velocity', [0.0, -0.5, 1.0])
 
 
+def test_texts_with_units_are_asked_for_without_quotes():
+    """A list with its unit is no YAML; a 0 beside texts is one, since ROS has no list of both."""
+    key = 'initial.angular_velocity'
+    assert assignment(f'{key}=[0, 0, 6] deg/s') == (key, '[0, 0, 6] deg/s')
+    assert assignment(f'{key}=[0, 0, 6 deg/s]') == (key, ['0', '0', '6 deg/s'])
+    assert assignment('torque.timeout=2 min') == ('torque.timeout', '2 min')
+
+
 def test_from_python_and_from_a_shell(live):
     """The client in Python gives answers as data; the command works in a process of its own."""
     node, _ = live({'publish.topics': ['attitude']})

@@ -1,8 +1,10 @@
 """The node's parameters: what describes them, what changes, what is refused."""
 
 import math
+from array import array
 
 import pytest
+import yaml
 from rcl_interfaces.msg import ParameterType
 from rcl_interfaces.srv import DescribeParameters, ListParameters, SetParametersAtomically
 from rclpy.qos import ReliabilityPolicy
@@ -60,6 +62,54 @@ def test_altitude_and_epoch_become_what_they_stand_for(live):
     ((is_set, reason),) = participant.set({'orbit.altitude': 5e5})
     assert not is_set
     assert 'read-only' in reason
+
+
+def test_texts_with_units_are_doubles_in_si_before_they_are_declared(live, tmp_path):
+    """
+    By a file, rcl's own -p, a set and a request; what the node then shows is a scenario in SI.
+
+    A dump of it, read by rcl with its empty lists, starts the same node again.
+    """
+    given = {
+        'orbit.inclination': '90 deg',
+        'body.inertia': '[0.1, 0.2, 0.15] kg m^2',
+        'initial.angular_velocity': ['0 deg/s', '0 deg/s', '-90 deg/s'],
+        'publish.rate': '0.01 kHz',
+    }
+    given['publish.topics'] = ['attitude']
+    arguments = ['-p', 'orbit.altitude:=420 km', '-p', 'torque.timeout:=2 min']
+    node, participant = live(given, ros_args=arguments)
+    assert participant.get('orbit.inclination') == math.pi / 2
+    assert list(participant.get('body.inertia')) == [0.1, 0.2, 0.15]
+    assert list(participant.get('initial.angular_velocity')) == [0.0, 0.0, -math.pi / 2]
+    assert participant.get('publish.rate') == 10.0
+    assert participant.get('orbit.semi_major_axis') == 6378137.0 + 420e3
+    assert participant.get('torque.timeout') == 120.0
+    assert participant.set({'torque.timeout': '0.5 h'}) == [(True, '')]
+    assert participant.get('torque.timeout') == 1800.0
+    ((is_set, reason),) = participant.set({'torque.timeout': '5 m'})
+    assert not is_set
+    assert 'units that fit: s, min' in reason
+    pitched = {'initial.roll_pitch_yaw': ['0', '90 deg', '0'], 'initial.frame': 'lvlh'}
+    assert participant.request(pitched) == (True, '')
+    half = math.sqrt(0.5)
+    assert list(participant.get('initial.attitude')) == pytest.approx([0, half, 0, half])
+    is_set, reason = participant.request({'initial.angular_velocity': ['1 Hz', '0', '0']})
+    assert not is_set
+    assert 'units that fit: rev/s, rpm' in reason
+    assert participant.request({'initial.pointing': 'nadir'}) == (True, '')
+    assert list(participant.get('initial.attitude')) == [0.0, 0.0, 0.0, 1.0]
+    assert participant.get('initial.pointing') == ''
+
+    shown = {name: participant.get(name) for name in KEYS}
+    plain = {name: list(x) if isinstance(x, array) else x for name, x in shown.items()}
+    dump = tmp_path / 'dump.yaml'
+    dump.write_text(yaml.safe_dump({'/**': {'ros__parameters': plain}}))
+    assert Scenario.from_yaml(dump) == Scenario(shown)
+    node.end()
+    again, asked = live({}, ros_args=['--params-file', str(dump)])
+    assert {name: asked.get(name) for name in KEYS} == shown
+    again.end()
 
 
 FOREIGN = ('use_sim_time', 'start_type_description_service', 'qos_overrides')

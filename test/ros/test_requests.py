@@ -97,13 +97,15 @@ REFUSED = [
     (
         {'body.inertia': [1.0, 1.0, 1.0]},
         'body.inertia cannot be requested; allowed: rotor.momentum, rotor.speed, '
-        'initial.attitude, initial.frame, initial.angular_velocity',
+        'initial.attitude, initial.roll_pitch_yaw, initial.pointing, initial.pointing_axis, '
+        'initial.second_axis, initial.direction, initial.frame, initial.angular_velocity',
     ),
     (
         {'initial.height': 5.0},
-        'initial.height cannot be requested; the nearest that can is initial.frame; allowed: '
-        'rotor.momentum, rotor.speed, '
-        'initial.attitude, initial.frame, initial.angular_velocity',
+        'initial.height cannot be requested; the nearest that can is initial.pointing; allowed: '
+        'rotor.momentum, rotor.speed, initial.attitude, initial.roll_pitch_yaw, '
+        'initial.pointing, initial.pointing_axis, initial.second_axis, initial.direction, '
+        'initial.frame, initial.angular_velocity',
     ),
     (
         {'rotor.speed': 5.0},

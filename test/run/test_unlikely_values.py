@@ -142,3 +142,21 @@ def test_a_request_in_degrees():
     events = [Request(20, rate(5.0, -6.0, 4.0)), Request(30, rate(0.05, -0.06, 0.04))]
     (sentence,) = warnings(events, 600, scenario)
     assert sentence.startswith('the Request at 2 s: initial.angular_velocity is 8.77496 rad/s')
+
+
+@pytest.mark.parametrize(
+    ('given', 'text'),
+    [
+        (orbit(semi_major_axis=6878.137), '6878.137 km'),
+        (orbit(mu=398600.4418), '398600.4418 km^3/s^2'),
+        ({'orbit.inclination': 3.0}, '3 deg'),
+        ({'initial.angular_velocity': [0, 0, 30]}, '[0.0, 0.0, 30.0] deg/s'),
+        ({'time.epoch_ns': 1_772_323_200}, '1772323200 s'),
+    ],
+)
+def test_the_text_that_would_have_been_right_is_named_and_is_taken(given, text):
+    """What the sentence quotes, given for the key, raises no doubt about it again."""
+    (key,) = given
+    (sentence,) = Scenario(given).warnings_about([key])
+    assert f"'{text}'" in sentence
+    assert not Scenario({**given, key: text}).warnings_about([key])

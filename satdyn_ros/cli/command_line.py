@@ -93,6 +93,7 @@ satdyn check"""
         action='store_true',
         help='instead the code of its step, with its equations of motion in it, as LLVM IR',
     )
+    _add_constellation(command)
     _add_sweep(command)
     _add_check(command)
     for name in _WITH_TORQUES:
@@ -377,6 +378,27 @@ def _port(text):
 
 
 _port.__name__ = 'port'
+
+
+def _add_constellation(command):
+    added = command(
+        'constellation',
+        'write a parameter file with a satellite for each element set in a file',
+        'satdyn constellation stations.json -o stations.yaml\n'
+        "satdyn constellation stations.json --name '*zarya*' -o iss.yaml",
+    )
+    added.add_argument(
+        'file',
+        metavar='FILE',
+        help='two or three lines each, or OMMs as JSON, CSV, XML or keywords',
+    )
+    added.add_argument(
+        '--name',
+        default='*',
+        metavar='PATTERN',
+        help='only those with such a name, * standing for any text and ? for a letter',
+    )
+    _add_out(added, 'FILE.yaml', 'the parameter file')
 
 
 def _add_sweep(command):

@@ -319,6 +319,14 @@ def _code_of(scenario):
     return text_of(motion.constants, 1)
 
 
+def _constellation(given):
+    from ..run.constellation import write_constellation
+
+    count = write_constellation(given.file, given.out, given.name)
+    print(f'{given.out}: {count} satellites')
+    return DONE
+
+
 def _watch(given):
     from ..watch.server import Source, serve
 
@@ -388,6 +396,7 @@ _COMMANDS = {
     'report': _report,
     'watch': _watch,
     'describe': _describe,
+    'constellation': _constellation,
     'sweep': _sweep,
     'check': _check,
 }

@@ -271,8 +271,10 @@ KEYS = {
             'texts',
             (),
             '',
-            'the two lines of an element set, or the name of a file of one, or of a CCSDS OMM, as '
-            'seen from the parameter file, whose text is then the value; orbit.type tle only',
+            'the two lines of an element set, or the name of a file of one, also as a CCSDS OMM '
+            '(keyword = value, XML, JSON, CSV), as seen from the parameter file; or the name of a '
+            'file of many, and the number in the catalogue or the name, both as texts, of the one '
+            'to take; its text is then the value; orbit.type tle only',
         ),
         Key(
             'orbit.file',

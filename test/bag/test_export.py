@@ -18,7 +18,7 @@ from satdyn_ros.bag import columns as columns_module
 from satdyn_ros.bag.export import Options, export, table
 from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.base import nanoseconds
-from satdyn_ros.exchange.aem import attitude_at
+from satdyn_ros.exchange.aem_reader import attitude_at
 from satdyn_ros.kernel import rotation
 from satdyn_ros.run.events import Topics
 

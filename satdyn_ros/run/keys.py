@@ -281,8 +281,9 @@ KEYS = {
             'text',
             '',
             '',
-            'the name of a file with a CCSDS OEM (keyword = value or XML) or an STK ephemeris (.e), '
-            'as seen from the parameter file, whose text is then the value; what has a line break is the text; orbit.type oem only',
+            'the name of a file with a CCSDS OEM (keyword = value or XML) or an STK ephemeris, as '
+            'seen from the parameter file, whose text is then the value; what has a line break is '
+            'the text; orbit.type oem only',
         ),
         Key(
             'orbit.j2',

@@ -296,14 +296,15 @@ def _add_export(command):
         'satdyn export pair/sat4 -o gyro.csv --columns t_s gyro_measured_x_rad_s '
         'gyro_true_x_rad_s\n'
         'satdyn export orbit -o orbit.aem --rates\n'
-        'satdyn export orbit -o orbit.oem --step 60',
+        'satdyn export orbit -o orbit.oem --step 60\n'
+        'satdyn export orbit -o orbit.czml --step 60',
     )
     _add_bag(added)
     _add_out(
         added,
         'FILE',
         'tables: .csv, .npz, .parquet; CCSDS messages: .aem (attitude), .oem (orbit); '
-        'STK attitude: .a',
+        'STK attitude: .a; scene for CesiumJS: .czml',
     )
     added.add_argument('--step', metavar='S', help='one row per S seconds, a multiple of the tick')
     added.add_argument(

@@ -258,10 +258,15 @@ def _add_bag_commands(command):
         'plot',
         'draw a bag or a sweep',
         'satdyn plot orbit -o orbit.png\nsatdyn plot orbit -o phase.png --what phase\n'
-        'satdyn plot orbit -o begin.png --what attitude rates --end 600',
+        'satdyn plot orbit -o begin.png --what attitude rates --end 600\n'
+        'satdyn plot pair/sat4 pair/sat5 -o pair.png --what attitude rates\n'
+        'satdyn plot orbit -o angle.png --what attitude --against orbit.aem',
     )
     added.add_argument(
-        'bag', metavar='BAG|SWEEP_DIR', help='a bag, or the directory of a finished sweep'
+        'bag',
+        nargs='+',
+        metavar='BAG|SWEEP_DIR',
+        help='a bag, several side by side, or the directory of a finished sweep',
     )
     _add_out(added, 'FILE', 'the image file')
     added.add_argument(
@@ -270,6 +275,11 @@ def _add_bag_commands(command):
         default=(),
         metavar='PANEL',
         help='the panels to draw, see below; for a sweep, the columns',
+    )
+    added.add_argument(
+        '--against',
+        metavar='FILE.aem',
+        help='draw the angle to the attitudes in a CCSDS message too',
     )
     added.add_argument(
         '--unwrap', action='store_true', help='unwrap roll, pitch and yaw beyond a full turn'

@@ -265,16 +265,19 @@ def _export(given):
 
 
 def _plot(given):
-    if (Path(given.bag) / 'sweep.json').exists():
+    sweeps = [bag for bag in given.bag if (Path(bag) / 'sweep.json').exists()]
+    if sweeps:
         from ..report.outcomes import plot_sweep
 
+        if given.bag[1:] or given.against is not None:
+            raise ValueError(f'{sweeps[0]} is a sweep, which is drawn alone, without --against')
         if given.begin is not None or given.end is not None:
-            raise ValueError(f'{given.bag} is a sweep; --begin and --end choose a part of a bag')
-        plot_sweep(given.bag, given.out, given.what)
+            raise ValueError(f'{sweeps[0]} is a sweep; --begin and --end choose a part of a bag')
+        plot_sweep(sweeps[0], given.out, given.what)
         return DONE
     from ..report.plot import plot
 
-    plot(given.bag, given.out, given.what, given.begin, given.end, given.unwrap)
+    plot(given.bag, given.out, given.what, given.begin, given.end, given.unwrap, given.against)
     return DONE
 
 

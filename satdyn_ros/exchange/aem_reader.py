@@ -107,9 +107,17 @@ class AttitudeFile:
         q_ib, omega_bi_b, _ = self._at(at_ns)
         return q_ib, omega_bi_b
 
+    def attitudes(self, stamps_ns: np.ndarray) -> np.ndarray:
+        """Return q_ib (N, 4) at stamps (N,), nan where the file has none; ValueError: as of at."""
+        found = np.full((len(stamps_ns), 4), np.nan)
+        for row, at_ns in enumerate(stamps_ns.tolist()):
+            if any(each.holds(at_ns) for each in self._segments):
+                found[row] = self._at(at_ns)[0]
+        return found
+
     def _at(self, at_ns):
         inside = [each for each in self._segments if each.begin_ns <= at_ns <= each.end_ns]
-        useable = [each for each in inside if each.is_useable(at_ns)]
+        useable = [each for each in inside if each.holds(at_ns)]
         if useable:
             segment = useable[-1]
             try:
@@ -165,10 +173,11 @@ class _Segment:
         self._q_ib = q_ib
         self._omega_bi_b = np.zeros((len(q_ib), 3)) if omega_bi_b is None else omega_bi_b
 
-    def is_useable(self, at_ns: int) -> bool:
-        """Whether a stamp is within USEABLE_START_TIME and USEABLE_STOP_TIME."""
-        is_early = self._first_ns is not None and at_ns < self._first_ns
-        return not is_early and (self._last_ns is None or at_ns <= self._last_ns)
+    def holds(self, at_ns: int) -> bool:
+        """Whether a stamp is between its rows, and in USEABLE_START_TIME to USEABLE_STOP_TIME."""
+        first_ns = self.begin_ns if self._first_ns is None else self._first_ns
+        last_ns = self.end_ns if self._last_ns is None else self._last_ns
+        return max(self.begin_ns, first_ns) <= at_ns <= min(self.end_ns, last_ns)
 
     @property
     def useable(self) -> str:

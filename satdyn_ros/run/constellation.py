@@ -1,5 +1,6 @@
 """The parameter file of a fleet: a satellite for each element set of a catalogue."""
 
+import errno
 import os
 import re
 from collections.abc import Sequence
@@ -20,8 +21,11 @@ def write_constellation(path: str | Path, output: str | Path, pattern: str = '*'
     pattern: of the names of those that are taken, with * and ?, in capitals or not.  Tick 0 is at
     the latest epoch of their elements, up to a second later.  The sets stay in their file, which
     the new one names.  ValueError: a set is none that SGP4 flies, or is not told from another by
-    number or name, or none has such a name; with the line.
+    number or name, or none has such a name; with the line.  OSError: it cannot be written.
     """
+    folder = Path(output).parent
+    if not folder.is_dir():
+        raise FileNotFoundError(errno.ENOENT, 'there is no such folder', str(folder))
     text = ros_yaml.read_text(path, 'the element sets in', LARGEST_CATALOGUE)
     try:
         catalogue = Catalogue(text)
@@ -34,8 +38,8 @@ def write_constellation(path: str | Path, output: str | Path, pattern: str = '*'
         epoch_ns = max(checked(each).elements_ns for each in taken)
     except ValueError as error:
         raise ValueError(f'{path}: {error}') from error.__cause__
-    # From the place of the new file.
-    name = ros_yaml.quoted(os.path.relpath(path, Path(output).parent))
+    # From where the new file is, whatever links lead there.
+    name = ros_yaml.quoted(os.path.relpath(os.path.realpath(path), folder.resolve()))
     begin = epoch(-(-epoch_ns // SECOND_NS) * SECOND_NS)[:19]
     sections = [
         f'/{namespace}/satdyn:\n'
@@ -53,7 +57,7 @@ def write_constellation(path: str | Path, output: str | Path, pattern: str = '*'
         f'{"".join(sections)}'
     )
     # What is too large to be read is not written.
-    ParameterFile.of_texts([(written, str(output))], {str(output): Path(output).parent})
+    ParameterFile.of_texts([(written, str(output))], {str(output): folder})
     Path(output).write_text(written, encoding='utf-8')
     return len(taken)
 

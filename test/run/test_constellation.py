@@ -162,3 +162,15 @@ def test_a_choice_that_fails_is_said(fleet, tle, sentence):
     path.write_text(f'/**:\n  ros__parameters:\n    orbit: {{type: tle, tle: {tle}}}\n')
     with pytest.raises(ValueError, match=sentence):
         Scenario.from_yaml(path)
+
+
+def test_a_folder_that_is_a_link_or_is_not_there(tmp_path, capsys):
+    """The new file names the sets from where it is; without a folder nothing is written."""
+    (tmp_path / 'deep' / 'er').mkdir(parents=True)
+    (tmp_path / 'link').symlink_to(tmp_path / 'deep' / 'er')
+    sets = tmp_path / 'gp.json'
+    sets.write_text(json.dumps([fields(0)]))
+    assert main(['constellation', str(sets), '-o', str(tmp_path / 'link' / 'fleet.yaml')]) == 0
+    assert Scenario.from_yaml(tmp_path / 'link' / 'fleet.yaml')['orbit.type'] == 'tle'
+    assert main(['constellation', str(sets), '-o', str(tmp_path / 'none' / 'fleet.yaml')]) == 2
+    assert 'none: there is no such folder' in capsys.readouterr().err

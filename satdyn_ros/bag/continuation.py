@@ -9,7 +9,7 @@ import numpy as np
 
 from ..base import nanoseconds
 from ..dynamics.system import State
-from ..exchange.aem import attitude_at
+from ..exchange.aem_reader import attitude_at
 from ..kernel import rotation
 from ..run.events import Timeout, as_given
 from ..run.rules import EVENTS_FOLLOW

@@ -1,4 +1,4 @@
-"""The states in a bag for other programs: tables, CCSDS messages and STK attitude files."""
+"""The states in a bag for other programs: tables, CCSDS messages, STK attitudes and scenes."""
 
 import os
 import re
@@ -12,8 +12,10 @@ import numpy as np
 
 from ..exchange.aem import AemWriter
 from ..exchange.ccsds import Subject
+from ..exchange.czml import CzmlWriter
 from ..exchange.oem import OemWriter
 from ..exchange.stk import StkAttitudeWriter
+from ..kernel import rotation
 from .columns import OMEGA_BI_B, Q_IB, Columns, StateTable, columns_of_topics, dtype_of
 from .read_run import RecordedRun
 from .table_files import write_csv, write_npz, write_parquet
@@ -40,8 +42,8 @@ class Options:
         for name, given, kinds in (
             ('--columns', self.columns, _TABLES),
             ('--rates', self.with_rates, ('.aem', '.a')),
-            ('--frame', self.frame, _MESSAGES),
-            ('--center', self.center, _MESSAGES),
+            ('--frame', self.frame, _WITH_NAMES),
+            ('--center', self.center, _WITH_NAMES),
         ):
             if given and kind not in kinds:
                 raise ValueError(f'{name} is for {" and ".join(kinds)}, not for {kind}')
@@ -61,10 +63,10 @@ def export(
     """
     Write the states in a bag to a file and return its number of rows.
 
-    output: the suffix of its name is the format: .csv, .npz, .parquet, .aem, .oem or .a.  The file
-    appears when it is complete.  show(done, total): called with numbers of ticks.  ValueError: the
-    format is unknown, does not support the options or needs what is not installed; the bag was not
-    written by satdyn_ros, is damaged, or lacks what the format needs.
+    output: the suffix of its name is the format: .csv, .npz, .parquet, .aem, .oem, .a or .czml.
+    The file appears when it is complete.  show(done, total): called with numbers of ticks.
+    ValueError: the format is unknown, does not support the options or needs what is not installed;
+    the bag was not written by satdyn_ros, is damaged, or lacks what the format needs.
     """
     output, options = Path(output), options or Options()
     kind = output.suffix
@@ -118,6 +120,11 @@ def _message_columns(run, kind, options):
                 'orbit to write; .aem and .a hold its attitude'
             )
         return times
+    if kind == '.czml' and run.scenario.system.environment is None:
+        raise ValueError(
+            f'{run.bag.path} has no orbit about the Earth, above which a scene of .czml is; .aem '
+            'and .a hold its attitude'
+        )
     wanted = {'attitude': Q_IB} | ({'body rate': OMEGA_BI_B} if options.with_rates else {})
     recorded = StateTable(run).names
     for what, columns in wanted.items():
@@ -157,10 +164,21 @@ def _write_oem(file, table, blocks, subject, with_rates):
     writer.end_segment()
 
 
+def _write_czml(file, table, blocks, subject, with_rates):
+    scenario = table.run.scenario
+    writer = CzmlWriter(file, subject.object_name, scenario['body.box'])
+    for rows in _attitudes(blocks, with_rates):
+        to_itrs, *places = scenario.system.environment.on_earth(rows.t_s)
+        q_tb = rotation.multiply(rotation.from_matrix(to_itrs), rows.q_ib)
+        writer.write(rows.stamps_ns, places[0], q_tb, *places[1:])
+    writer.close()
+
+
 class _Attitudes(NamedTuple):
     """Successive rows of one segment, none of them nan; zero rates where none are written."""
 
     segment: int
+    t_s: np.ndarray
     stamps_ns: np.ndarray
     q_ib: np.ndarray
     omega_bi_b: np.ndarray
@@ -180,7 +198,8 @@ def _attitudes(blocks, with_rates):
             rows = rows[known[rows]]
             if len(rows):
                 segment = int(segments[rows[0]])
-                yield _Attitudes(segment, block['stamp_ns'][rows], q_ib[rows], omega_bi_b[rows])
+                times = block['t_s'][rows], block['stamp_ns'][rows]
+                yield _Attitudes(segment, *times, q_ib[rows], omega_bi_b[rows])
 
 
 @contextmanager
@@ -195,4 +214,6 @@ def _complete(output: Path) -> Iterator[Path]:
 
 
 _TABLES = {'.csv': write_csv, '.npz': write_npz, '.parquet': write_parquet}
-_MESSAGES = {'.aem': _write_aem, '.oem': _write_oem, '.a': _write_stk}
+_MESSAGES = {'.aem': _write_aem, '.oem': _write_oem, '.a': _write_stk, '.czml': _write_czml}
+# Those that name the inertial axes and the attracting body.
+_WITH_NAMES = ('.aem', '.oem', '.a')

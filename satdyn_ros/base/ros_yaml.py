@@ -40,18 +40,18 @@ TO_ESCAPE = re.compile(
 )
 
 
-def read_text(path: str | Path, what: str) -> str:
+def read_text(path: str | Path, what: str, largest_bytes: int = LARGEST_BYTES) -> str:
     """Return the text of a file; what: its name in the ValueError, 'the scenario'."""
     try:
         with open(regular_file(path), 'rb') as file:
-            content = file.read(LARGEST_BYTES + 1)
+            content = file.read(largest_bytes + 1)
         # With or without the byte-order mark that some editors put first.
         text = content.decode('utf-8-sig')
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, 'strerror', None) or 'it is not a text file'
         raise ValueError(f'{what} {path} cannot be read: {reason}') from None
-    if len(content) > LARGEST_BYTES:
-        raise ValueError(f'{what} {path} is larger than the {LARGEST_BYTES} bytes allowed')
+    if len(content) > largest_bytes:
+        raise ValueError(f'{what} {path} is larger than the {largest_bytes} bytes allowed')
     return text
 
 

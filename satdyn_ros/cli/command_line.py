@@ -112,6 +112,7 @@ satdyn check"""
         help='instead its sensors, in SI and in the units of datasheets, with the Allan '
         'deviations of what they measure',
     )
+    _add_constellation(command)
     _add_sweep(command)
     _add_check(command)
     for name in _WITH_TORQUES:
@@ -276,10 +277,15 @@ def _add_bag_commands(command):
         'plot',
         'draw a bag or a sweep',
         'satdyn plot orbit -o orbit.png\nsatdyn plot orbit -o phase.png --what phase\n'
-        'satdyn plot orbit -o begin.png --what attitude rates --end 600',
+        'satdyn plot orbit -o begin.png --what attitude rates --end 600\n'
+        'satdyn plot pair/sat4 pair/sat5 -o pair.png --what attitude rates\n'
+        'satdyn plot orbit -o angle.png --what attitude --against orbit.aem',
     )
     added.add_argument(
-        'bag', metavar='BAG|SWEEP_DIR', help='a bag, or the directory of a finished sweep'
+        'bag',
+        nargs='+',
+        metavar='BAG|SWEEP_DIR',
+        help='a bag, several side by side, or the directory of a finished sweep',
     )
     _add_out(added, 'FILE', 'the image file')
     added.add_argument(
@@ -288,6 +294,11 @@ def _add_bag_commands(command):
         default=(),
         metavar='PANEL',
         help='the panels to draw, see below; for a sweep, the columns',
+    )
+    added.add_argument(
+        '--against',
+        metavar='FILE.aem',
+        help='draw the angle to the attitudes in a CCSDS message too',
     )
     added.add_argument(
         '--unwrap', action='store_true', help='unwrap roll, pitch and yaw beyond a full turn'
@@ -314,14 +325,15 @@ def _add_export(command):
         'satdyn export pair/sat4 -o gyro.csv --columns t_s gyro_measured_x_rad_s '
         'gyro_true_x_rad_s\n'
         'satdyn export orbit -o orbit.aem --rates\n'
-        'satdyn export orbit -o orbit.oem --step 60',
+        'satdyn export orbit -o orbit.oem --step 60\n'
+        'satdyn export orbit -o orbit.czml --step 60',
     )
     _add_bag(added)
     _add_out(
         added,
         'FILE',
         'tables: .csv, .npz, .parquet; CCSDS messages: .aem (attitude), .oem (orbit); '
-        'STK attitude: .a',
+        'STK attitude: .a; scene for CesiumJS: .czml',
     )
     added.add_argument('--step', metavar='S', help='one row per S seconds, a multiple of the tick')
     added.add_argument(
@@ -396,6 +408,27 @@ def _port(text):
 
 
 _port.__name__ = 'port'
+
+
+def _add_constellation(command):
+    added = command(
+        'constellation',
+        'write a parameter file with a satellite for each element set in a file',
+        'satdyn constellation stations.json -o stations.yaml\n'
+        "satdyn constellation stations.json --name '*zarya*' -o iss.yaml",
+    )
+    added.add_argument(
+        'file',
+        metavar='FILE',
+        help='two or three lines each, or OMMs as JSON, CSV, XML or keywords',
+    )
+    added.add_argument(
+        '--name',
+        default='*',
+        metavar='PATTERN',
+        help='only those with such a name, * standing for any text and ? for a letter',
+    )
+    _add_out(added, 'FILE.yaml', 'the parameter file')
 
 
 def _add_sweep(command):

@@ -265,16 +265,19 @@ def _export(given):
 
 
 def _plot(given):
-    if (Path(given.bag) / 'sweep.json').exists():
+    sweeps = [bag for bag in given.bag if (Path(bag) / 'sweep.json').exists()]
+    if sweeps:
         from ..report.outcomes import plot_sweep
 
+        if given.bag[1:] or given.against is not None:
+            raise ValueError(f'{sweeps[0]} is a sweep, which is drawn alone, without --against')
         if given.begin is not None or given.end is not None:
-            raise ValueError(f'{given.bag} is a sweep; --begin and --end choose a part of a bag')
-        plot_sweep(given.bag, given.out, given.what)
+            raise ValueError(f'{sweeps[0]} is a sweep; --begin and --end choose a part of a bag')
+        plot_sweep(sweeps[0], given.out, given.what)
         return DONE
     from ..report.plot import plot
 
-    plot(given.bag, given.out, given.what, given.begin, given.end, given.unwrap)
+    plot(given.bag, given.out, given.what, given.begin, given.end, given.unwrap, given.against)
     return DONE
 
 
@@ -324,6 +327,14 @@ def _code_of(scenario):
             'motion.method numeric'
         )
     return text_of(motion.constants, 1)
+
+
+def _constellation(given):
+    from ..run.constellation import write_constellation
+
+    count = write_constellation(given.file, given.out, given.name)
+    print(f'{given.out}: {count} satellites')
+    return DONE
 
 
 def _watch(given):
@@ -395,6 +406,7 @@ _COMMANDS = {
     'report': _report,
     'watch': _watch,
     'describe': _describe,
+    'constellation': _constellation,
     'sweep': _sweep,
     'check': _check,
 }

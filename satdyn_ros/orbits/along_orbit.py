@@ -162,6 +162,17 @@ class AlongOrbit:
         """Return times from tick 0 as Unix times."""
         return self.epoch_ns + np.rint(t_s * SECOND_NS).astype(np.int64)
 
+    def on_earth(self, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """
+        Return where the body is above the Earth at times (N,).
+
+        The matrices (N, 3, 3) that turn components in inertial axes into ITRS, r_t (N, 3) [m]
+        there, and latitude and longitude (N,) [rad] on WGS 84.
+        """
+        _, to_itrs, r_t = self._place(t_s)
+        latitude, longitude, _ = geodetic(r_t)
+        return to_itrs, r_t, latitude, longitude
+
     def _fitted(
         self,
         function,

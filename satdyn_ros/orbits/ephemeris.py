@@ -1,5 +1,5 @@
 """
-The orbit of a CCSDS Orbit Ephemeris Message, 502.0-B, in keyword = value notation.
+The orbit of a CCSDS Orbit Ephemeris Message, 502.0-B, in either notation, or of STK's file.
 
 Each segment is interpolated by itself, as it says, and in TAI, whatever its TIME_SYSTEM.  A stamp
 is an instant of UTC: the orbit at a time from tick 0 is that at its stamp, so that across a leap
@@ -18,11 +18,13 @@ import numpy as np
 
 from ..base.kvn import INERTIAL_FRAMES, KvnMetadata, KvnRow, is_inertial, kvn_rows
 from ..base.nanoseconds import DAY_NS, SECOND_NS, epoch, stamp_ns
+from ..base.ndm_xml import is_xml, xml_rows
 from ..environment.earth import leap_seconds_between, utc_from_tai_ns, utc_from_tt_ns
 from ..kernel.rows import length
 from .interpolation import Interpolation, Span
 from .kepler import EARTH_RADIUS_M
 from .pieces import Piece, Stretch, fitted
+from .stk_ephemeris import is_stk, stk_rows
 from .tabled import OrbitSource
 
 VERSIONS = ('1.0', '2.0', '3.0')
@@ -36,6 +38,7 @@ _KEYWORDS = (
     *('INTERPOLATION', 'INTERPOLATION_DEGREE'),
 )
 _ROW_LENGTHS = (6, 9)
+_STATE = tuple(f'{axis}{dots}' for dots in ('', '_DOT', '_DDOT') for axis in 'XYZ')
 _NUMBERS = re.compile(r'(?: [-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)*')
 _LEAP_SECOND = re.compile(r'(.*T\d\d:\d\d:)60((?:\.\d+)?Z?)', re.ASCII)
 # What can be told by 64 bits.
@@ -57,7 +60,7 @@ _PLACES_A_RADIAN, _LEAST_PLACES = 12, 2
 @dataclass(frozen=True)
 class EphemerisOrbit(OrbitSource):
     """
-    The orbit of the text of an OEM from tick 0 on, which is at epoch_ns.
+    The orbit of the text of an OEM, or of an STK ephemeris, from tick 0 on, which is at epoch_ns.
 
     ValueError: it is none, or of another centre, frame or time system, or no orbit goes through
     its rows; with the line and what is wrong.
@@ -84,9 +87,8 @@ class EphemerisOrbit(OrbitSource):
         given = self.text.strip()
         if given and '\n' not in given:
             raise ValueError(f'this is not an Orbit Ephemeris Message, but one line: {given!r}')
-        lines = StringIO(self.text.removeprefix('\ufeff'), newline=None)
         read: list[list[KvnRow]] = []
-        for row in kvn_rows(lines, 'Orbit Ephemeris Message', 'CCSDS_OEM_VERS', VERSIONS):
+        for row in _rows(self.text):
             if not read or row.metadata is not read[-1][0].metadata:
                 read.append([])
             read[-1].append(row)
@@ -161,6 +163,16 @@ class EphemerisOrbit(OrbitSource):
         if np.any(outside):
             raise ValueError(self.outside(t_s[outside][0]))
         return found[:, :3], found[:, 3:]
+
+
+def _rows(text):
+    """Return the rows of a message in either notation, or of a file of STK."""
+    lines = StringIO(text.removeprefix('\ufeff'), newline=None)
+    if is_xml(text):
+        return xml_rows(text, 'oem', VERSIONS, 'stateVector', _STATE)
+    if is_stk(text):
+        return stk_rows(lines)
+    return kvn_rows(lines, 'Orbit Ephemeris Message', 'CCSDS_OEM_VERS', VERSIONS)
 
 
 class _Segment:

@@ -6,7 +6,6 @@ Hujsak and Kelso 2006), by the package sgp4.  Its velocity is not quite the slop
 """
 
 import re
-import xml.etree.ElementTree as ET
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,8 +16,9 @@ import numpy as np
 from ..base.extras import brought_by
 from ..base.nanoseconds import SECOND_NS, epoch, stamp_ns
 from ..kernel.rows import components, times
-from . import element_ranges
+from . import element_ranges, element_sets
 from .axes_of_date import tabled_teme_to_gcrs
+from .element_sets import ELEMENTS, SGP4_MEANS, ElementSet, is_message
 from .pieces import PIECE_TURN, Piece, Stretch, fitted
 from .tabled import OrbitSource
 
@@ -34,6 +34,8 @@ _SGP4_STEP_S = 43_200.0
 # Elements whose perigee is this much nearer to the centre than the ground [Earth radii] are no
 # orbit; those of a satellite that decays have one 50 km below it.
 _DEEPEST = 0.1
+# How one of many is chosen.
+_CHOOSE = "; orbit.tle: [FILE, 'NUMBER OR NAME'] chooses one"
 _LENGTH = 69
 _LAYOUT = (
     # Number, class, designator, epoch, half of n', a sixth of n'', drag, type, set.
@@ -42,23 +44,6 @@ _LAYOUT = (
     # Number, inclination, node, eccentricity, argument, anomaly, mean motion, revolutions.
     r'2 [ \dA-Z][ \d]{4} [ \d]{3}\.[ \d]{4} [ \d]{3}\.[ \d]{4} [ \d]{7} [ \d]{3}\.[ \d]{4} '
     r'[ \d]{3}\.[ \d]{4} [ \d]{2}\.\d{8}[ \d]{5}\d',
-)
-# What an OMM must say, where it says it, for its elements to be those of SGP4.
-_SGP4_MEANS = {
-    'CENTER_NAME': ('EARTH',),
-    'REF_FRAME': ('TEME',),
-    'TIME_SYSTEM': ('UTC',),
-    'MEAN_ELEMENT_THEORY': ('SGP4', 'SGP', 'SGP/SGP4'),
-}
-_ELEMENTS = (
-    'EPOCH',
-    'MEAN_MOTION',
-    'ECCENTRICITY',
-    'INCLINATION',
-    'RA_OF_ASC_NODE',
-    'ARG_OF_PERICENTER',
-    'MEAN_ANOMALY',
-    'BSTAR',
 )
 # What the package wants besides, and SGP4 does not use; it knows satellite numbers of five digits
 # and a letter alone.
@@ -94,8 +79,8 @@ class TwoLineOrbit(OrbitSource):
     The orbit of a text from tick 0 on, which is at epoch_ns.
 
     text: a two-line element set, with or without a line of the satellite's name above, or an OMM
-    in keyword = value notation or in XML.  ValueError: it is neither, with what is wrong; see
-    check too.
+    in keyword = value notation, XML, JSON or CSV.  ValueError: it is neither, with what is wrong;
+    see check too.
     """
 
     text: str
@@ -107,7 +92,7 @@ class TwoLineOrbit(OrbitSource):
         _satellite(self.text)
 
     def __repr__(self) -> str:
-        return f'elements of {epoch(self.elements_ns)} by SGP4'
+        return f'elements of {self.elements_epoch} by SGP4'
 
     @cached_property
     def elements_ns(self) -> int:
@@ -115,6 +100,11 @@ class TwoLineOrbit(OrbitSource):
         satellite = _satellite(self.text)
         days = round((satellite.jdsatepoch - _UNIX_EPOCH_JD) * _DAY_NS)
         return days + round(satellite.jdsatepochF * _DAY_NS)
+
+    @property
+    def elements_epoch(self) -> str:
+        """That epoch in UTC, to a microsecond: its days are a double, and OMMs tell no less."""
+        return epoch(round(self.elements_ns, -3))
 
     @property
     def mean_orbit(self) -> MeanOrbit:
@@ -135,7 +125,7 @@ class TwoLineOrbit(OrbitSource):
         if days <= GOOD_FOR_DAYS:
             return None
         return (
-            f'the epoch of orbit.tle, {epoch(self.elements_ns)[:19]}, is {days:.0f} days from '
+            f'the epoch of orbit.tle, {self.elements_epoch[:19]}, is {days:.0f} days from '
             f'tick 0: an element set is good for days, and beyond {GOOD_FOR_DAYS} it may be off '
             'by hundreds of kilometres'
         )
@@ -190,7 +180,7 @@ def check(text: str) -> None:
     """
     with brought_by('environment', 'sgp4'):
         from sgp4.api import SGP4_ERRORS
-    if _is_message(text):
+    if is_message(text):
         with _of_message():
             pairs = _pairs(text)
             _check_once(pairs)
@@ -211,29 +201,26 @@ def check(text: str) -> None:
         )
 
 
+def checked(given: ElementSet) -> TwoLineOrbit:
+    """Return the orbit of one of many sets, at stamp 0; ValueError: as of check, with its line."""
+    try:
+        check(given.text)
+        return TwoLineOrbit(given.text, 0)
+    except ValueError as error:
+        raise ValueError(f'the set of line {given.line}: {error}') from error.__cause__
+
+
 def _satellite(text: str) -> Any:
     """Return the satellite of the package sgp4; ValueError: what is wrong with the text."""
     with brought_by('environment', 'sgp4'):
         from sgp4 import omm
         from sgp4.api import WGS72, Satrec
-    if _is_message(text):
+    if is_message(text):
         satellite = Satrec()
         with _of_message():
             omm.initialize(satellite, _mean_elements(_known(_pairs(text))), WGS72)
         return satellite
     return Satrec.twoline2rv(*_lines(text), WGS72)
-
-
-def _is_message(text):
-    """Whether a text is an OMM; ValueError: it is in a notation that is not read."""
-    first = text.strip().partition('\n')[0]
-    is_json = first.startswith(('[', '{'))
-    if is_json or (',' in first and 'MEAN_MOTION' in first and '<' not in first):
-        raise ValueError(
-            f'orbit.tle is {"JSON" if is_json else "CSV"}, which is not supported; it must be the '
-            'two lines of an element set, or an OMM in keyword = value notation or in XML'
-        )
-    return '<' in text or 'CCSDS_OMM_VERS' in text
 
 
 @contextmanager
@@ -252,6 +239,7 @@ def _lines(text):
     if len(lines) != 2:
         raise ValueError(
             f'orbit.tle has {len(lines)} lines; it must be two, or a file of one element set'
+            f'{_CHOOSE if len(lines) > 3 else ""}'
         )
     if lines[0].startswith('2 ') and lines[1].startswith('1 '):
         raise ValueError('orbit.tle has its second line first')
@@ -288,19 +276,10 @@ def _lines(text):
 
 def _pairs(text):
     """Return keywords and values of an OMM, a unit in brackets behind its value."""
-    if '<' not in text:
-        pairs = [line.split('=', 1) for line in text.splitlines() if '=' in line]
-        return [(keyword.strip(), value.strip()) for keyword, value in pairs]
-    try:
-        root = ET.fromstring(text.strip())
-    except (ET.ParseError, LookupError) as error:
-        raise ValueError(f'its XML ends early or is damaged, {error}') from None
-    pairs = []
-    for each in root.iter():
-        unit = f' [{each.attrib["units"]}]' if 'units' in each.attrib else ''
-        # The name of a namespace stands in braces before the tag.
-        pairs.append((each.tag.rpartition('}')[2], f'{(each.text or "").strip()}{unit}'))
-    return pairs
+    found = element_sets.messages(text)
+    if len(found) != 1:
+        raise ValueError(f'it holds {len(found)} element sets{_CHOOSE if found else ""}')
+    return found[0].pairs
 
 
 def _known(pairs):
@@ -309,11 +288,11 @@ def _known(pairs):
     if count > 1:
         raise ValueError(f'it holds {count} element sets')
     elements = dict(pairs)
-    for keyword, allowed in _SGP4_MEANS.items():
+    for keyword, allowed in SGP4_MEANS.items():
         value = elements.get(keyword, allowed[0]).upper()
         if value not in allowed:
             raise ValueError(f'{keyword} is {value}; it must be {" or ".join(allowed)}')
-    missing = [keyword for keyword in _ELEMENTS if not elements.get(keyword)]
+    missing = [keyword for keyword in ELEMENTS if not elements.get(keyword)]
     if missing:
         raise ValueError(f'it has no {missing[0]}')
     return elements
@@ -322,13 +301,13 @@ def _known(pairs):
 def _check_once(pairs):
     """ValueError: a keyword stands twice, so that it is not known which value is meant."""
     keywords = [keyword for keyword, _ in pairs]
-    for keyword in (*_SGP4_MEANS, *_ELEMENTS[1:], 'EPHEMERIS_TYPE'):
+    for keyword in (*SGP4_MEANS, *ELEMENTS[1:], 'EPHEMERIS_TYPE'):
         if keywords.count(keyword) > 1:
             raise ValueError(f'it has {keyword} {keywords.count(keyword)} times')
 
 
 def _mean_elements(elements):
     """Return what the package sgp4 wants of the values of an OMM."""
-    numbers = {keyword: elements[keyword].partition('[')[0].strip() for keyword in _ELEMENTS}
+    numbers = {keyword: elements[keyword].partition('[')[0].strip() for keyword in ELEMENTS}
     # It wants a point in the epoch.
     return numbers | _WITHOUT_EFFECT | {'EPOCH': epoch(stamp_ns(numbers['EPOCH']))[:26]}

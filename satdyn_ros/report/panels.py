@@ -1,9 +1,12 @@
 """The panels of a figure: each draws one part of a History into one pair of axes."""
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..bag.message_angle import angle_to_message
+from ..base.nanoseconds import SECOND_NS
 from ..dynamics.inertia import principal_axes
 from ..kernel import rotation
 from ..orbits import FixedDirection
@@ -146,6 +149,14 @@ def rates(axes: 'Axes', history: History) -> None:
     rates = np.degrees([*omega.T, np.linalg.norm(omega, axis=-1)])
     _lines(axes, history, rates, names, 'rate', np.degrees(1.0))
     axes.set_ylabel('body rate [deg/s]')
+
+
+def against(axes: 'Axes', history: History, message: str | Path) -> None:
+    """Draw the angle by which the body is turned from the attitudes in an AEM of another tool."""
+    stamps_ns = history.scenario.epoch_ns + np.rint(history.t_s * SECOND_NS).astype(np.int64)
+    angle = angle_to_message(message, stamps_ns, history.states.q_ib)
+    _lines(axes, history, np.degrees([angle]), [f'to {Path(message).name}'])
+    axes.set_ylabel('angle [deg]')
 
 
 def shown(axes: 'Axes', history: History, topic: str) -> None:

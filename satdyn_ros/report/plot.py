@@ -1,4 +1,4 @@
-"""One figure of a bag that a user would put in a report."""
+"""One figure of a bag, or of several side by side, that a user would put in a report."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,26 +16,57 @@ if TYPE_CHECKING:
 
 _SQUARE = ('polhode', 'phase')
 PANELS = (*panels.TIME_PANELS, *_SQUARE)
+# The panel of the angle to another tool's attitude, which no --what names.
+_AGAINST = '--against'
+_WIDTH = 8.0
 
 
 def plot(
-    bag: str | Path,
+    bag: str | Path | Sequence[str | Path],
     output: str | Path,
     what: Sequence[str] = (),
     begin_s: float | None = None,
     end_s: float | None = None,
     unwrap: bool = False,
+    against: str | Path | None = None,
 ) -> None:
     """
     Draw the chosen panels of a bag into an image; the suffix of its name selects the format.
 
-    what: without any: attitude, rates, torques, drift, those of the run's sensors, and the map
-    where geodetic is published.  begin_s, end_s: only the ticks between these times [s from tick
-    0].  unwrap: roll, pitch and yaw go on past half a turn.
+    bag: of several, each has a column of its own.  what: without any: attitude, rates, torques,
+    drift, those of the run's sensors, and the map where geodetic is published.  begin_s, end_s:
+    only the ticks between these times [s from tick 0].  unwrap: roll, pitch and yaw go on past
+    half a turn.  against: an AEM, to whose attitudes the angle is drawn too.
 
     ValueError: a panel is unknown or the run has none, the bag was not written by satdyn_ros
-    or has no such ticks, or matplotlib does not write such images.  ImportError: there is none.
+    or has no such ticks, or none at which `against` has an attitude, or matplotlib does not write
+    such images.  ImportError: there is none.
     """
+    from matplotlib.figure import Figure
+
+    bags = [bag] if isinstance(bag, str | Path) else list(bag)
+    for each in bags:
+        _check(each, what)
+    runs = [history(each, begin_s=begin_s, end_s=end_s) for each in bags]
+    if len(bags) == 1:
+        figure = draw(runs[0], what, unwrap, against)
+    else:
+        layouts = [_Layout(run, what, against) for run in runs]
+        height = max(layout.height for layout in layouts) + 0.4
+        figure = Figure(figsize=(_WIDTH * len(bags), height))
+        figure.set_layout_engine('constrained')
+        columns = figure.subfigures(1, len(bags), squeeze=False)[0]
+        for part, each, run, layout in zip(columns, bags, runs, layouts, strict=True):
+            part.suptitle(str(each), fontsize=10)
+            _fill(part, run, layout, unwrap, against)
+    try:
+        figure.savefig(output, dpi=150)
+    except ValueError as error:
+        raise ValueError(f'{output} cannot be drawn: {error}') from None
+
+
+def _check(bag, what):
+    """ValueError: a panel is unknown."""
     allowed = PANELS
     if unknown := [name for name in what if name not in allowed]:
         scenario = RecordedRun(bag).scenario
@@ -44,31 +75,49 @@ def plot(
         unknown = [name for name in unknown if name not in allowed]
     if unknown:
         raise ValueError(f'the panel is {unknown[0]}; allowed: {", ".join(allowed)}')
-    figure = draw(history(bag, begin_s=begin_s, end_s=end_s), what, unwrap)
-    try:
-        figure.savefig(output, dpi=150)
-    except ValueError as error:
-        raise ValueError(f'{output} cannot be drawn: {error}') from None
 
 
-def draw(run: History, what: Sequence[str] = (), unwrap: bool = False) -> 'Figure':
+class _Layout:
+    """The panels of a history by their kind, and how high they are together."""
+
+    def __init__(self, run: History, what: Sequence[str], against: str | Path | None):
+        self.maps = [name for name in run.shown if name == GEODETIC]
+        what = what or ('attitude', 'rates', *run.panels, 'drift', *run.sensors, *self.maps)
+        self.has_utc = bool(self.maps)
+        self.over_time = [name for name in what if name not in (*_SQUARE, GEODETIC)]
+        self.over_time += [_AGAINST] if against else []
+        self.square = [name for name in what if name in _SQUARE]
+        self.maps = [name for name in what if name == GEODETIC]
+        over_time, square, maps = len(self.over_time), len(self.square), len(self.maps)
+        self.height = 1.9 * over_time + 5.5 * square + 4.6 * maps + 0.4
+        self.ratios = [1.0] * over_time + [2.8] * square + [2.4] * maps
+
+
+def draw(
+    run: History,
+    what: Sequence[str] = (),
+    unwrap: bool = False,
+    against: str | Path | None = None,
+) -> 'Figure':
     """Return the matplotlib figure of a history's panels, those over time on one time axis."""
     from matplotlib.figure import Figure
 
-    places = [name for name in run.shown if name == GEODETIC]
-    what = what or ('attitude', 'rates', *run.panels, 'drift', *run.sensors, *places)
-    over_time = [name for name in what if name not in (*_SQUARE, GEODETIC)]
-    square = [name for name in what if name in _SQUARE]
-    maps = [name for name in what if name == GEODETIC]
-    height = 1.9 * len(over_time) + 5.5 * len(square) + 4.6 * len(maps) + 0.4
-    figure = Figure(figsize=(8.0, height))
+    layout = _Layout(run, what, against)
+    figure = Figure(figsize=(_WIDTH, layout.height))
     figure.set_layout_engine('constrained')
-    ratios = [1.0] * len(over_time) + [2.8] * len(square) + [2.4] * len(maps)
-    grid = figure.add_gridspec(len(ratios), 1, height_ratios=ratios)
+    _fill(figure, run, layout, unwrap, against)
+    return figure
+
+
+def _fill(figure, run, layout, unwrap, against):
+    """Draw the panels of a layout into a figure, or a part of one."""
+    grid = figure.add_gridspec(len(layout.ratios), 1, height_ratios=layout.ratios)
     first = None
-    for row, name in enumerate(over_time):
+    for row, name in enumerate(layout.over_time):
         first = axes = figure.add_subplot(grid[row], sharex=first)
-        if unwrap and name == 'attitude':
+        if name == _AGAINST:
+            panels.against(axes, run, against)
+        elif unwrap and name == 'attitude':
             panels.unwrapped_attitude(axes, run)
         elif name in run.panels:
             panels.shown(axes, run, name)
@@ -79,14 +128,14 @@ def draw(run: History, what: Sequence[str] = (), unwrap: bool = False) -> 'Figur
         panels.events(axes, run)
         axes.grid(alpha=0.3)
         axes.margins(x=0.0)
-        if name != over_time[-1]:
+        if row < len(layout.over_time) - 1:
             axes.tick_params(labelbottom=False)
         else:
             unit_s, unit = panels.time_unit(run)
             axes.set_xlabel(f'time from tick 0 [{unit}]')
-            if places:
+            if layout.has_utc:
                 utc_axis(axes, run, unit_s)
-    for row, name in enumerate([*square, *maps], start=len(over_time)):
+    for row, name in enumerate([*layout.square, *layout.maps], start=len(layout.over_time)):
         if name == 'polhode':
             panels.polhode(figure.add_subplot(grid[row], projection='3d'), run)
         else:
@@ -94,4 +143,3 @@ def draw(run: History, what: Sequence[str] = (), unwrap: bool = False) -> 'Figur
             draws = ground_track if name == GEODETIC else panels.phase
             draws(axes, run)
             axes.grid(alpha=0.3)
-    return figure

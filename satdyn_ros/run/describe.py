@@ -101,7 +101,7 @@ def _orbit(scenario: Scenario) -> dict[str, Any] | None:
     if kind == 'tle':
         mean = source.mean_orbit
         return said | {
-            'elements_epoch': epoch(source.elements_ns),
+            'elements_epoch': source.elements_epoch,
             'age_days': (scenario.epoch_ns - source.elements_ns) / DAY_NS,
             'perigee_height_m': _as_json(mean.perigee_height_m),
             'apogee_height_m': _as_json(mean.apogee_height_m),

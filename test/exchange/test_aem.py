@@ -1,13 +1,17 @@
 """The Attitude Ephemeris Message, read and written by others."""
 
+import json
+
 import numpy as np
 import pytest
+from cases import REFERENCE
 from exchange.readers import BODY_VECTOR, by_orekit
 from scipy.spatial.transform import Rotation
 
 from satdyn_ros import Scenario
 from satdyn_ros.base import nanoseconds
-from satdyn_ros.exchange.aem import AemWriter, attitude_at
+from satdyn_ros.exchange.aem import AemWriter
+from satdyn_ros.exchange.aem_reader import AttitudeFile, attitude_at
 from satdyn_ros.exchange.ccsds import Subject
 
 TUMBLER = Scenario.from_dict(
@@ -42,6 +46,23 @@ DATA_START
 2023-054T00:00:19.150001 0.208972 -0.060605 0.371436 0.902603 -0.019288 0.021817 18.291279
 DATA_STOP
 """
+
+BY_OREKIT = json.loads((REFERENCE / 'aem_types.json').read_text())
+
+
+def message(given):
+    """Return the message of one row of a type, as Orekit read it."""
+    direction = f'ATTITUDE_DIR = {given["direction"]}\n' if given['direction'] else ''
+    other = {'EME2000': 'SC_BODY_1', 'SC_BODY_1': 'EME2000'}[given['frame_a']]
+    return (
+        f'CCSDS_AEM_VERS = {given["version"]}\nCREATION_DATE = 2023-02-14T12:00:00\n'
+        'ORIGINATOR = X\nMETA_START\nOBJECT_NAME = A\nOBJECT_ID = 2015-011A\n'
+        f'CENTER_NAME = EARTH\nREF_FRAME_A = {given["frame_a"]}\nREF_FRAME_B = {other}\n'
+        f'{direction}TIME_SYSTEM = UTC\nSTART_TIME = 2023-054T00:00:00\n'
+        f'STOP_TIME = 2023-054T00:00:00\nATTITUDE_TYPE = {given["type"]}\n'
+        f'{"".join(f"{line}{chr(10)}" for line in given["keywords"])}META_STOP\nDATA_START\n'
+        f'2023-054T00:00:00 {given["row"]}\nDATA_STOP\n'
+    )
 
 
 @pytest.fixture(scope='module')
@@ -206,9 +227,24 @@ def test_files_of_the_first_issue_are_read_as_orekit_does(tmp_path):
 @pytest.mark.parametrize(
     ('old', 'new', 'reason'),
     [
-        ('CCSDS_AEM_VERS = 2.0', '<?xml version="1.0"?>', 'is not an Attitude Ephemeris Message'),
-        ('TIME_SYSTEM = UTC', 'TIME_SYSTEM = TAI', 'TIME_SYSTEM is TAI; only UTC is supported'),
-        ('QUATERNION/ANGVEL', 'SPIN', 'ATTITUDE_TYPE is SPIN; supported: QUATERNION and'),
+        ('CCSDS_AEM_VERS = 2.0', 'CCSDS_OEM_VERS = 2.0', 'is not an Attitude Ephemeris Message'),
+        (
+            'CCSDS_AEM_VERS = 2.0',
+            '<?xml version="1.0"?>',
+            'line 2: its XML ends early',
+        ),
+        ('TIME_SYSTEM = UTC', 'TIME_SYSTEM = TAI', 'line 11: TIME_SYSTEM is TAI; only UTC is'),
+        ('QUATERNION/ANGVEL', 'SPIN/NUTATION', 'ATTITUDE_TYPE is SPIN/NUTATION; supported: QUAT'),
+        ('QUATERNION/ANGVEL', 'SPIN', 'line 19: the row at .* does not hold 4 numbers'),
+        ('QUATERNION/ANGVEL', 'EULER_ANGLE', 'line 5: a segment has no EULER_ROT_SEQ'),
+        (
+            'QUATERNION/ANGVEL',
+            'EULER_ANGLE\nEULER_ROT_SEQ = 331',
+            'line 15: EULER_ROT_SEQ is 331; it must be three axes',
+        ),
+        ('REF_FRAME_B = SC_BODY_1\n', 'REF_FRAME_B = SC_BODY_1\nREF_FRAME_B = X\n', 'line 10'),
+        ('2023-054T00:00:19.150001 0', '2023-054T00:00:09.150001 0', 'line 20: .* not later than'),
+        ('2023-054T00:00:19.150001 0', '2023-454T00:00:19.150001 0', 'line 20: .*no day 454'),
         ('REF_FRAME_A = EME2000', 'REF_FRAME_A = LVLH', 'REF_FRAME_A is LVLH'),
         ('ANGVEL_FRAME = SC_BODY_1', 'ANGVEL_FRAME = LVLH', 'ANGVEL_FRAME is LVLH'),
         ('REF_FRAME_B = SC_BODY_1\n', '', 'a segment has no REF_FRAME_B'),
@@ -236,7 +272,7 @@ def test_files_of_the_first_issue_are_read_as_orekit_does(tmp_path):
         (
             'META_STOP',
             'USEABLE_START_TIME = 2023-054T00:00:09.150002\nMETA_STOP',
-            'the row at 2023-02-23T00:00:09.150001 is outside the useable time .* from 2023-',
+            'at 2023-02-23T00:00:09.150001000 is outside the useable time .* from 2023-',
         ),
         (
             'META_STOP',
@@ -269,7 +305,7 @@ def test_a_file_of_the_first_issue_must_say_what_it_means(states, tmp_path, old,
     """It has no default for the direction nor for the place of the scalar."""
     path = write(tmp_path / 'plain.aem', states, False)
     path.write_text(path.read_text().replace(old, new))
-    with pytest.raises(ValueError, match=f'plain.aem: {reason}'):
+    with pytest.raises(ValueError, match=f'plain.aem: line [0-9]+: {reason}'):
         attitude_at(path, nanoseconds.epoch(STAMPS_NS[7]))
 
 
@@ -309,11 +345,232 @@ def test_ccsds_ndm_reads_what_we_write(states, tmp_path):
     np.testing.assert_allclose(found, states.q_ib, rtol=0.0, atol=1e-15)
 
 
-def test_an_epoch_between_rows_is_refused(tmp_path):
-    """The nearest row is named."""
+def test_an_epoch_beyond_the_rows_is_refused(tmp_path):
+    """Also in a gap between segments; the nearest row is named."""
     path = written(tmp_path, MMS)
-    with pytest.raises(ValueError, match='the nearest is 2023-02-23T00:00:19'):
-        attitude_at(path, '2023-02-23T00:00:18')
+    with pytest.raises(ValueError, match=r'no attitude at .*; the nearest is 2023-02-23T00:00:19'):
+        attitude_at(path, '2023-02-23T00:00:19.2')
+
+
+@pytest.mark.parametrize('given', BY_OREKIT['rows'], ids=lambda g: f'{g["version"]}-{g["type"]}')
+def test_every_type_is_read_as_orekit_reads_it(tmp_path, given):
+    """The inertial components of a body vector, and the body rate, to the rounding of degrees."""
+    path = written(tmp_path, message(given))
+    found = attitude_at(path, '2023-054T00:00:00')
+    vector_i = Rotation.from_quat(found.q_ib).apply(BODY_VECTOR)
+    np.testing.assert_allclose(vector_i, given['vector_i'], rtol=0.0, atol=1e-6)
+    if found.omega_bi_b is None:
+        assert given['type'] in ('QUATERNION', 'EULER_ANGLE')
+        assert given['spin_b'] == [0.0, 0.0, 0.0]
+    else:
+        np.testing.assert_allclose(found.omega_bi_b, given['spin_b'], rtol=0.0, atol=1e-8)
+
+
+def test_spin_from_the_body_is_refused(tmp_path):
+    """The standard has no meaning for it."""
+    given = next(row for row in BY_OREKIT['rows'] if row['type'] == 'SPIN')
+    path = written(tmp_path, message(given | {'direction': 'B2A'}))
+    with pytest.raises(ValueError, match='line 14: ATTITUDE_TYPE is SPIN; it is defined from'):
+        AttitudeFile(path)
+
+
+@pytest.fixture(scope='module')
+def steady(tmp_path_factory):
+    """Return a function that writes a steady turn of a rate, rows some seconds apart."""
+
+    def write_turn(rate_rad_s, step_s, count, keywords='', kind='QUATERNION', version='2.0'):
+        lines = []
+        for k in range(count):
+            q = TURN_BEGIN * Rotation.from_rotvec(k * step_s * np.asarray(rate_rad_s))
+            numbers = [*q.as_quat(), *(np.degrees(rate_rad_s) if 'ANGVEL' in kind else ())]
+            at = nanoseconds.epoch(round(k * step_s * 1e9))
+            lines.append(' '.join([at, *(f'{x:.16e}' for x in numbers)]))
+        head = MMS.partition('DATA_START')[0].replace('QUATERNION/ANGVEL', kind)
+        if 'ANGVEL' not in kind:
+            head = head.replace('ANGVEL_FRAME = SC_BODY_1\n', '')
+        head = head.replace('META_STOP', f'{keywords}META_STOP')
+        path = tmp_path_factory.mktemp('steady') / 'turn.aem'
+        path.write_text('\n'.join([f'{head}DATA_START', *lines, 'DATA_STOP\n']))
+        return AttitudeFile(path)
+
+    return write_turn
+
+
+TURN_BEGIN = Rotation.from_quat([0.1, -0.3, 0.2, 0.9])
+RATE = np.array([0.02, -0.05, 0.03])
+
+
+@pytest.mark.parametrize(
+    ('keywords', 'kind', 'allowed'),
+    [
+        ('', 'QUATERNION', 1e-14),
+        ('INTERPOLATION_METHOD = LINEAR\n', 'QUATERNION/ANGVEL', 1e-14),
+        # By the remainders of the polynomials: half an angle of 0.06 rad from row to row.
+        ('INTERPOLATION_METHOD = LAGRANGE\nINTERPOLATION_DEGREE = 5\n', 'QUATERNION', 1e-9),
+        ('INTERPOLATION_METHOD = LAGRANGE\nINTERPOLATION_DEGREE = 5\n', 'QUATERNION/ANGVEL', 1e-9),
+        ('INTERPOLATION_METHOD = HERMITE\nINTERPOLATION_DEGREE = 7\n', 'QUATERNION/ANGVEL', 1e-12),
+    ],
+)
+def test_between_rows_a_steady_turn_goes_on(steady, keywords, kind, allowed):
+    """Whatever the method; its rate is that of the turn, from the rows alone too."""
+    file = steady(RATE, 2.0, 12, keywords, kind)
+    for at_s in (0.0, 0.5, 1.0, 9.3, 21.9, 22.0):
+        q_ib, omega_bi_b = file.motion_at(round(at_s * 1e9))
+        true = TURN_BEGIN * Rotation.from_rotvec(at_s * RATE)
+        assert (true.inv() * Rotation.from_quat(q_ib)).magnitude() < max(allowed, 1e-14) * 3
+        # The slope of a polynomial is off by its degree over a step more.
+        np.testing.assert_allclose(omega_bi_b, RATE, rtol=0.0, atol=10.0 * allowed)
+    assert (file.at(500_000_000).omega_bi_b is None) == (kind == 'QUATERNION')
+
+
+def test_rates_tell_whole_turns_from_row_to_row(steady):
+    """Of a spinner of two turns and a half between rows, halfway is a turn and a quarter."""
+    rate = np.array([0.0, 0.0, 0.5 * np.pi])
+    file = steady(rate, 10.0, 3, '', 'QUATERNION/ANGVEL')
+    q_ib, omega_bi_b = file.motion_at(5 * 10**9)
+    true = TURN_BEGIN * Rotation.from_rotvec(5.0 * rate)
+    assert (true.inv() * Rotation.from_quat(q_ib)).magnitude() < 1e-14
+    np.testing.assert_allclose(omega_bi_b, rate, rtol=0.0, atol=1e-14)
+
+
+def test_the_published_spinner_is_followed_between_its_rows(tmp_path):
+    """By its printed rate from the first row on, a thousandth of a turn within five seconds."""
+    file = AttitudeFile(written(tmp_path, MMS))
+    first, middle = (
+        file.at(nanoseconds.stamp_ns(f'2023-02-23T00:00:{s}.150001')) for s in ('09', '14')
+    )
+    assert first.omega_bi_b is not None
+    turned = Rotation.from_quat(first.q_ib) * Rotation.from_rotvec(5.0 * first.omega_bi_b)
+    assert (turned.inv() * Rotation.from_quat(middle.q_ib)).magnitude() < np.radians(0.36)
+
+
+@pytest.mark.parametrize(
+    ('keywords', 'kind', 'reason'),
+    [
+        ('INTERPOLATION_METHOD = SPLINE\n', 'QUATERNION', 'INTERPOLATION_METHOD is SPLINE; supp'),
+        ('INTERPOLATION_METHOD = LAGRANGE\n', 'QUATERNION', 'DEGREE is not given; with LAGRANGE'),
+        (
+            'INTERPOLATION_METHOD = LAGRANGE\nINTERPOLATION_DEGREE = x\n',
+            'QUATERNION',
+            'INTERPOLATION_DEGREE is x; ',
+        ),
+        (
+            'INTERPOLATION_METHOD = LAGRANGE\nINTERPOLATION_DEGREE = 3\n',
+            'QUATERNION',
+            'a segment has 3 rows; interpolation of degree 3 needs 4',
+        ),
+        (
+            'INTERPOLATION_METHOD = HERMITE\nINTERPOLATION_DEGREE = 3\n',
+            'QUATERNION',
+            'is HERMITE, which needs rates',
+        ),
+    ],
+)
+def test_an_interpolation_that_there_is_not_is_refused(steady, keywords, kind, reason):
+    """Where it is needed, with the line."""
+    file = steady(RATE, 2.0, 3, keywords, kind)
+    with pytest.raises(ValueError, match=f'turn.aem: line [0-9]+: .*{reason}'):
+        file.at(10**9)
+
+
+def as_xml(version, states, keywords=''):
+    """Return a message in XML, as annex of 505.0-B has it."""
+    return (
+        '<?xml version="1.0" encoding="UTF-8"?>\n'
+        f'<aem xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" id="CCSDS_AEM_VERS" '
+        f'version="{version}">\n<header><CREATION_DATE>2023-02-14T12:00:00</CREATION_DATE>'
+        '<ORIGINATOR>GSFC</ORIGINATOR></header>\n<body><segment>\n<metadata>'
+        '<OBJECT_NAME>MMS</OBJECT_NAME><OBJECT_ID>2015-011A</OBJECT_ID>'
+        '<CENTER_NAME>EARTH</CENTER_NAME><REF_FRAME_A>EME2000</REF_FRAME_A>'
+        f'<REF_FRAME_B>SC_BODY_1</REF_FRAME_B>{keywords}<TIME_SYSTEM>UTC</TIME_SYSTEM>'
+        '<START_TIME>2023-054T00:00:09.150001</START_TIME>'
+        '<STOP_TIME>2023-054T00:00:19.150001</STOP_TIME></metadata>\n'
+        f'<data>\n{states}\n</data></segment></body></aem>\n'
+    )
+
+
+def state_of(kind, *parts):
+    values = ''.join(
+        f'<{group}>' + ''.join(f'<{name}{u}>{x}</{name}>' for name, x in numbers) + f'</{group}>'
+        for group, u, numbers in parts
+    )
+    return (
+        f'<attitudeState><{kind}><EPOCH>2023-054T00:00:09.150001</EPOCH>{values}</{kind}>'
+        '</attitudeState>'
+    )
+
+
+QUATERNION = list(
+    zip(('QC', 'Q1', 'Q2', 'Q3'), (0.347679, 0.056482, 0.209807, -0.912091), strict=True)
+)
+ANGVEL = list(
+    zip(('ANGVEL_X', 'ANGVEL_Y', 'ANGVEL_Z'), (-0.021029, 0.023643, 18.288407), strict=True)
+)
+XML = as_xml(
+    '2.0',
+    state_of(
+        'quaternionAngVel', ('quaternion', '', QUATERNION), ('angVel', ' units="deg/s"', ANGVEL)
+    ),
+    '<ATTITUDE_TYPE>QUATERNION/ANGVEL</ATTITUDE_TYPE><ANGVEL_FRAME>SC_BODY_1</ANGVEL_FRAME>',
+)
+
+
+def test_xml_says_what_keywords_say(tmp_path):
+    """The scalar first or last, told by its name; within an ndm and with a namespace too."""
+    right = attitude_at(written(tmp_path, MMS), '2023-054T00:00:09.150001')
+    inner = XML.partition('\n')[2].replace('<aem ', '<n:aem xmlns:n="urn:x" ')
+    nested = f'<ndm>{inner.replace("</aem>", "</n:aem>")}</ndm>'
+    for text in (XML, nested):
+        found = attitude_at(written(tmp_path, text), '2023-054T00:00:09.150001')
+        np.testing.assert_array_equal(found.q_ib, right.q_ib)
+        np.testing.assert_array_equal(found.omega_bi_b, right.omega_bi_b)
+
+
+def test_angles_of_the_first_issue_in_xml(tmp_path):
+    """Rotations in their order, as scipy turns about axes that turn."""
+    angles = ''.join(f'<rotation{k} units="deg">{10 * k}</rotation{k}>' for k in (1, 2, 3))
+    state = (
+        '<attitudeState><eulerAngle><EPOCH>2023-054T00:00:09.150001</EPOCH>'
+        f'<rotationAngles>{angles}</rotationAngles></eulerAngle></attitudeState>'
+    )
+    keywords = (
+        '<ATTITUDE_DIR>A2B</ATTITUDE_DIR><ATTITUDE_TYPE>EULER_ANGLE</ATTITUDE_TYPE>'
+        '<EULER_ROT_SEQ>312</EULER_ROT_SEQ>'
+    )
+    path = written(tmp_path, as_xml('1.0', state, keywords))
+    found = attitude_at(path, '2023-054T00:00:09.150001')
+    right = Rotation.from_euler('ZXY', [10, 20, 30], degrees=True)
+    assert (right.inv() * Rotation.from_quat(found.q_ib)).magnitude() < 1e-15 * 10
+
+
+@pytest.mark.long
+def test_orekit_reads_the_same_xml(tmp_path):
+    """Vector and rate."""
+    path = written(tmp_path, XML)
+    ((row,),) = by_orekit(path)
+    found = attitude_at(path, row[0])
+    ours = Rotation.from_quat(found.q_ib).apply(BODY_VECTOR)
+    np.testing.assert_allclose(row[1], ours, rtol=0.0, atol=1e-9)
+    assert found.omega_bi_b is not None
+    np.testing.assert_allclose(row[2], found.omega_bi_b, rtol=0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ('old', 'new', 'reason'),
+    [
+        ('version="2.0"', 'version="3.0"', 'its XML has no element aem of version 1.0 or 2.0'),
+        ('<aem ', '<oem ', 'line 8: its XML ends early or is damaged'),
+        ('deg/s', 'rad/s', 'line 7: ANGVEL_X is in rad/s, which is not read'),
+        ('<Q1>0.056482</Q1>', '', 'line 7: the row at .* does not hold 7 numbers'),
+        ('<OBJECT_ID>', '<OBJECT_NAME>X</OBJECT_NAME><OBJECT_ID>', 'line 5: OBJECT_NAME is given'),
+        ('>UTC<', '>TT<', 'line 5: TIME_SYSTEM is TT; only UTC'),
+    ],
+)
+def test_what_is_wrong_in_xml_is_said_with_its_line(tmp_path, old, new, reason):
+    """In one sentence, with the file."""
+    assert old in XML
+    with pytest.raises(ValueError, match=f'message.aem: {reason}'):
+        AttitudeFile(written(tmp_path, XML.replace(old, new)))
 
 
 def test_names_that_others_would_not_read_are_refused():

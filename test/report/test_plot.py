@@ -9,6 +9,9 @@ import pytest
 from satdyn_ros import environment
 from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.cli import command_line
+from satdyn_ros.cli.main import main
+from satdyn_ros.exchange.aem import AemWriter
+from satdyn_ros.exchange.ccsds import Subject
 from satdyn_ros.kernel import rotation
 from satdyn_ros.report import panels
 from satdyn_ros.report.envelope import envelope
@@ -18,6 +21,7 @@ from satdyn_ros.run.events import Request, Reset, RotorCommand, Torque
 from satdyn_ros.run.scenario import Scenario
 
 matplotlib = pytest.importorskip('matplotlib')
+pytest.importorskip('matplotlib.image')
 
 SCENARIO = Scenario.from_dict(
     {
@@ -340,3 +344,60 @@ def test_there_is_no_map_without_a_place(bag):
     assert len(draw(history(bag)).axes) == 6
     with pytest.raises(ValueError, match='the panel is geodetic; allowed: '):
         plot(bag, bag.parent / 'map.png', ['geodetic'])
+
+
+def message_beside(bag, path, turn_rad, rows=slice(None)):
+    """Write an AEM of the bag's attitudes, turned about the body's z axis, by scipy."""
+    from scipy.spatial.transform import Rotation
+
+    run = history(bag, 1200)
+    stamps_ns = 10**18 + np.rint(run.t_s * 1e9).astype(np.int64)
+    q_ib = Rotation.from_quat(run.states.q_ib) * Rotation.from_rotvec([0.0, 0.0, turn_rad])
+    with open(path, 'w+') as file:
+        writer = AemWriter(file, Subject('SAT'))
+        writer.write(stamps_ns[rows], q_ib.as_quat()[rows], np.zeros((len(stamps_ns[rows]), 3)))
+        writer.end_segment()
+    return path
+
+
+def test_the_angle_to_another_tools_attitude_is_drawn(bag, tmp_path):
+    """Of a message that is turned by 2 deg and ends halfway: 2 deg up to there, then nothing."""
+    path = message_beside(bag, tmp_path / 'other.aem', np.radians(2.0), slice(0, 600))
+    run = history(bag, 1200)
+    axes = draw(run, ['attitude'], against=path).axes[-1]
+    assert axes.get_ylabel() == 'angle [deg]'
+    angle = np.asarray(axes.get_lines()[0].get_ydata())
+    np.testing.assert_allclose(angle[:600], 2.0, rtol=0.0, atol=1e-12)
+    assert np.all(np.isnan(angle[600:]))
+
+
+def test_several_bags_are_drawn_side_by_side(bag, tmp_path):
+    """By the command: twice as wide as one, with the angle below each."""
+    path, one, two = (tmp_path / name for name in ('same.aem', 'one.png', 'two.png'))
+    message_beside(bag, path, 0.0)
+    what = ['--what', 'attitude', '--against', str(path)]
+    assert main(['plot', str(bag), '-o', str(one), *what]) == 0
+    assert main(['plot', str(bag), str(bag), '-o', str(two), *what]) == 0
+    (height, width), (height_of_two, width_of_two) = (
+        matplotlib.image.imread(each).shape[:2] for each in (one, two)
+    )
+    assert width_of_two == 2 * width
+    # The name of each bag stands above it.
+    assert 0 < height_of_two - height < 100
+
+
+def test_attitudes_of_another_time_are_refused(bag, tmp_path, capsys):
+    """In one sentence with the file; so is a file that is none."""
+    path = message_beside(bag, tmp_path / 'other.aem', 0.0)
+    path.write_text(re.sub(r'(?m)\b2001-', '2002-', path.read_text()))
+    for text, sentence in (
+        (path.read_text(), 'has no attitude at a tick from 2001-09-09T01:46:40'),
+        ('CCSDS_AEM_VERS = 2.0\nMETA\n', r'other\.aem: line 2: a row that begins with META'),
+    ):
+        path.write_text(text)
+        out = tmp_path / 'x.png'
+        assert main(['plot', str(bag), '-o', str(out), '--against', str(path)]) == 2
+        said = capsys.readouterr().err
+        assert re.search(sentence, said)
+        assert said.count('\n') == 1
+        assert not out.exists()

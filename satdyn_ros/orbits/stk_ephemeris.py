@@ -1,0 +1,148 @@
+"""The ephemeris file of STK (.e), EphemerisTimePosVel, read as the rows of an OEM."""
+
+import re
+from collections.abc import Iterable, Iterator
+from decimal import Decimal
+
+from ..base.kvn import KvnMetadata, KvnRow
+from ..base.nanoseconds import SECOND_NS, epoch, stamp_ns
+from ..base.numbers import number
+from ..environment.earth import leap_seconds_between
+
+_MONTHS = ('Jan', 'Feb', 'Mar', 'Apr', 'May', 'Jun', 'Jul', 'Aug', 'Sep', 'Oct', 'Nov', 'Dec')
+_EPOCH = re.compile(r'(\d{1,2}) ([A-Za-z]{3}) (\d{4}) (\d\d:\d\d:\d\d(?:\.\d*)?)', re.ASCII)
+_FRAMES = {'J2000': 'EME2000', 'ICRF': 'ICRF'}
+_UNITS_KM = {'meters': Decimal('0.001'), 'kilometers': Decimal(1)}
+_KIND = 'EphemerisTimePosVel'
+# What says nothing about the rows that is needed here.
+_LEFT_OUT = ('numberofephemerispoints', 'coordinatesystemepoch', 'timeformat', 'messagelevel')
+# Beyond it [s] no stamp is.
+_FURTHEST_S = 9_000_000_000
+
+
+def is_stk(text: str) -> bool:
+    """Whether a text is a file of STK, by its first line."""
+    return re.match(r'\s*stk\.v\.', text.removeprefix('\ufeff'), re.IGNORECASE) is not None
+
+
+def stk_rows(lines: Iterable[str]) -> Iterator[KvnRow]:
+    """
+    Yield the rows of an ephemeris file, in km and km/s and UTC, by segment.
+
+    Times are seconds past ScenarioEpoch.  Without InterpolationMethod it is Lagrange's through six
+    rows, as in STK.  At a segment boundary a segment ends, and another begins with the same row or
+    with a second one of its time.  ValueError: it is none, or has what is not read; with the line.
+    """
+    said: dict[str, tuple[str, int]] = {}
+    boundaries: set[Decimal] = set()
+    rows: list[tuple[Decimal, list[str], int]] = []
+    section = ''
+    for line_number, line in enumerate(lines, 1):
+        words = line.partition('#')[0].split()
+        if not words or words[0].lower().startswith('stk.v.'):
+            continue
+        keyword, value = words[0].lower(), ' '.join(words[1:])
+        if keyword in ('begin', 'end'):
+            section = value.lower() if keyword == 'begin' else ''
+            if section not in ('', 'ephemeris', 'segmentboundarytimes'):
+                raise ValueError(f'line {line_number}: BEGIN {value} is not read')
+        elif section == 'segmentboundarytimes':
+            boundaries |= {_seconds(word, line_number) for word in words}
+        elif keyword == _KIND.lower():
+            section = 'rows'
+        elif section == 'rows' or rows:
+            rows.append((_seconds(words[0], line_number), words[1:], line_number))
+        elif keyword.startswith('ephemeris'):
+            raise ValueError(f'line {line_number}: it has {words[0]}; supported: {_KIND}')
+        else:
+            said[keyword] = value, line_number
+    return _in_km(said, boundaries, rows)
+
+
+def _in_km(said, boundaries, rows):
+    def value(keyword, default, allowed):
+        given, line = said.pop(keyword.lower(), (default, 0))
+        if given.lower() not in (each.lower() for each in allowed):
+            what = f'{keyword} is {given}' if line else f'{keyword} is not given, which is {given}'
+            where = f'line {line}: ' if line else ''
+            raise ValueError(f'{where}{what}; supported: {" and ".join(allowed)}')
+        return given, line
+
+    if not rows:
+        raise ValueError(f'it has no rows of {_KIND}')
+    value('CentralBody', 'Earth', ('Earth',))
+    frame, _ = value('CoordinateSystem', 'Fixed', _FRAMES)
+    unit, _ = value('DistanceUnit', 'Meters', ('Meters', 'Kilometers'))
+    method, method_line = value('InterpolationMethod', 'Lagrange', ('Lagrange', 'Hermite'))
+    samples, degree_line = said.pop('interpolationsamplesm1', ('5', method_line))
+    if 'interpolationorder' in said:
+        samples, degree_line = said.pop('interpolationorder')
+    if not re.fullmatch('[0-9]{1,2}', samples):
+        raise ValueError(
+            f'line {degree_line}: InterpolationSamplesM1 is {samples}; it must be a whole number'
+        )
+    epoch_text, epoch_line = said.pop('scenarioepoch', ('', 0))
+    begin_ns = _epoch_ns(epoch_text, epoch_line)
+    for keyword in _LEFT_OUT:
+        said.pop(keyword, None)
+    for keyword, (_, line) in said.items():
+        raise ValueError(f'line {line}: the keyword {keyword} is not read')
+    end_ns = begin_ns + int(max(at for at, _, _ in rows) * SECOND_NS)
+    leaps = leap_seconds_between(begin_ns, max(begin_ns, end_ns))
+
+    def metadata(line):
+        found = KvnMetadata(line)
+        degree = int(samples) if method.lower() == 'lagrange' else 2 * int(samples) + 1
+        for keyword, each, at in (
+            ('CENTER_NAME', 'EARTH', line),
+            ('REF_FRAME', _FRAMES[frame.upper()], line),
+            ('TIME_SYSTEM', 'UTC', line),
+            ('INTERPOLATION', method.upper(), method_line or line),
+            ('INTERPOLATION_DEGREE', str(degree), degree_line or line),
+        ):
+            found[keyword], found.lines[keyword] = each, at
+        return found
+
+    def words_of(at, words):
+        stamp = begin_ns + int((at * SECOND_NS).to_integral_value())
+        # A stamp does not count the leap seconds that have gone by.
+        stamp -= sum(step for after, step in leaps.items() if after <= stamp - step)
+        scaled = [
+            word if number(word) is None else str(Decimal(word) * _UNITS_KM[unit.lower()])
+            for word in words
+        ]
+        return [epoch(stamp), *scaled]
+
+    current = metadata(rows[0][2])
+    # The first and the last may be among them, where nothing else begins.
+    within = boundaries - {rows[0][0], rows[-1][0]}
+    before: tuple[Decimal, list[str], int] | None = None
+    for at, words, line in rows:
+        if before is not None and before[0] in within:
+            current = metadata(line)
+            if at != before[0]:
+                yield KvnRow('', current, words_of(*before[:2]), before[2])
+        yield KvnRow('', current, words_of(at, words), line)
+        # The second row of a boundary begins what follows on it.
+        before = None if before is not None and at == before[0] else (at, words, line)
+
+
+def _seconds(word: str, line: int) -> Decimal:
+    if number(word) is None or not abs(Decimal(word)) < _FURTHEST_S:
+        raise ValueError(f'line {line}: {word} is no time in seconds')
+    return Decimal(word)
+
+
+def _epoch_ns(text: str, line: int) -> int:
+    if not line:
+        raise ValueError('it has no ScenarioEpoch')
+    found = _EPOCH.fullmatch(text)
+    if found is None or found[2].title() not in _MONTHS:
+        raise ValueError(
+            f'line {line}: ScenarioEpoch is {text}; it must be as 1 Mar 2026 12:00:00.000'
+        )
+    month = _MONTHS.index(found[2].title()) + 1
+    try:
+        return stamp_ns(f'{found[3]}-{month:02d}-{int(found[1]):02d}T{found[4].rstrip(".")}')
+    except ValueError as error:
+        raise ValueError(f'line {line}: {error}') from None

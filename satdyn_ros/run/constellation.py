@@ -57,7 +57,13 @@ def write_constellation(path: str | Path, output: str | Path, pattern: str = '*'
         f'{"".join(sections)}'
     )
     # What is too large to be read is not written.
-    ParameterFile.of_texts([(written, str(output))], {str(output): folder})
+    try:
+        ParameterFile.of_texts([(written, str(output))], {str(output): folder})
+    except ValueError as error:
+        raise ValueError(
+            f'of {len(taken)} satellites no parameter file can be read: {error}; --name takes '
+            'some of them'
+        ) from None
     Path(output).write_text(written, encoding='utf-8')
     return len(taken)
 

@@ -120,7 +120,8 @@ class Reader:
     folder: Path
     environment: dict[str, str]
     made: frozenset[str]
-    out: TextIO = field(default_factory=lambda: sys.stdout)
+    # None: the standard output.
+    out: TextIO | None = None
     commands: int = 0
     programs: int = 0
     outputs: int = 0
@@ -253,7 +254,7 @@ def read_all(reader: Reader, *queues: list[Path]) -> dict[str, float]:
     for waiting in queues:
         while waiting:
             page, begin_s = waiting.pop(0), time.monotonic()
-            reader.out = StringIO()
+            reader.out = out = StringIO()
             try:
                 reader.read(page)
             except Failed:
@@ -261,7 +262,7 @@ def read_all(reader: Reader, *queues: list[Path]) -> dict[str, float]:
                     each.clear()
                 raise
             finally:
-                print(reader.out.getvalue(), end='', flush=True)
+                print(out.getvalue(), end='', flush=True)
             took[str(page.relative_to(reader.folder))] = time.monotonic() - begin_s
     return took
 

@@ -141,7 +141,7 @@ $(OLD)/.test: setup.py
 $(VENV)/.run: setup.py | $(PY)
 	@echo 'Installing satdyn_ros$(if $(SOURCED), beside the sourced ROS 2, and ROS 2 Jazzy) (a minute)'
 	@$(PIP) install --editable '.$(ROS)'
-	@echo 'Compiling (some ten seconds)'
+	@echo 'Compiling (some seconds)'
 	@$(PY) -c 'from satdyn_ros import Scenario; Scenario().motion().at(0.0)'
 	@touch $@
 

@@ -20,7 +20,7 @@ from hashlib import sha256
 from importlib import import_module
 from typing import Any
 
-from numba import config, njit, vectorize
+from numba import config, njit
 
 from . import cache
 from .code_folder import code_folder
@@ -74,12 +74,6 @@ def inlined(function: Callable[..., Any], makes_arrays: bool = False) -> Any:
     dispatcher.add_overload = lambda code: overloads.update({tuple(code.signature.args): code})
     dispatcher._compile_for_args = lambda *args, **named: function
     return dispatcher
-
-
-def vectorized(function: Callable[..., Any]) -> Any:
-    """Compile a function of numbers, some tenths of a second, into one of arrays too."""
-    with _keeping():
-        return vectorize(function, cache=_FOLDER is not None)
 
 
 def load_numba_without_blas() -> None:

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from ..base.sentences import Rules, refuse, told_apart
 from ..kernel import rotation
 from ..kernel.rows import components, dot, from_components, length
+from .kepler_equation import true_anomaly
 from .pieces import PIECE_TURN, Stretch
 
 EARTH_MU = 3.986004418e14
@@ -145,9 +146,6 @@ class KeplerOrbit:
         mean_anomaly = self.mean_anomaly + self.mean_motion * np.asarray(t_s, float)
         if not self.is_eccentric:
             return mean_anomaly
-        # Compiled, which a start on a circle need not wait for.
-        from .kepler_equation import true_anomaly
-
         return true_anomaly(mean_anomaly, self.eccentricity)
 
     def direction(self, t_s: ArrayLike) -> np.ndarray:

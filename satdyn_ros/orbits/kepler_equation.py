@@ -1,9 +1,10 @@
-"""Kepler's equation: of numbers, in plain Python, and compiled for arrays."""
-
-from functools import cache
-from typing import Any
+"""Kepler's equation, of one number and of arrays."""
 
 import numpy as np
+from numpy.typing import ArrayLike
+
+from ..kernel.looped import looped
+from ..trace.loops import floats
 
 
 def true_anomaly_of_one(mean_anomaly: float, e: float) -> float:
@@ -26,14 +27,18 @@ def true_anomaly_of_one(mean_anomaly: float, e: float) -> float:
     return turns + E + 2.0 * np.arctan2(beta * np.sin(E), 1.0 - beta * np.cos(E))
 
 
-def true_anomaly(mean_anomaly: Any, e: Any) -> Any:
+def true_anomaly(mean_anomaly: ArrayLike, e: ArrayLike) -> np.ndarray:
     """Return it of arrays, which broadcast."""
-    return _compiled()(mean_anomaly, e)
+    both = np.broadcast_arrays(np.asarray(mean_anomaly, float), np.asarray(e, float))
+    M, e = map(np.ascontiguousarray, both)
+    f = np.empty_like(M)
+    _fill(f.size, M.ctypes.data, e.ctypes.data, f.ctypes.data)
+    return f.reshape(both[0].shape)[()]
 
 
-@cache
-def _compiled():
-    # Not needed by whoever asks for no table of an ellipse.
-    from ..kernel.compile import vectorized
-
-    return vectorized(true_anomaly_of_one)
+@looped
+def _fill(count: int, mean_anomalies_at: int, e_at: int, f_at: int) -> int:
+    mean_anomalies, e, f = floats(mean_anomalies_at), floats(e_at), floats(f_at)
+    for n in range(count):
+        f[n] = true_anomaly_of_one(mean_anomalies[n], e[n])
+    return count

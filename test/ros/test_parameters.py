@@ -104,10 +104,11 @@ def test_texts_with_units_are_doubles_in_si_before_they_are_declared(live, tmp_p
     shown = {name: participant.get(name) for name in KEYS}
     plain = {name: list(x) if isinstance(x, array) else x for name, x in shown.items()}
     dump = tmp_path / 'dump.yaml'
-    dump.write_text(yaml.safe_dump({'/**': {'ros__parameters': plain}}))
+    section = f'{node.namespace}/satdyn'
+    dump.write_text(yaml.safe_dump({section: {'ros__parameters': plain}}))
     assert Scenario.from_yaml(dump) == Scenario(shown)
     node.end()
-    again, asked = live({}, ros_args=['--params-file', str(dump)])
+    again, asked = live({}, namespace=node.namespace, ros_args=['--params-file', str(dump)])
     assert {name: asked.get(name) for name in KEYS} == shown
     again.end()
 

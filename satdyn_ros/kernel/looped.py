@@ -16,8 +16,9 @@ def looped(function: Callable[..., int]) -> Callable[..., int]:
 
     @functools.cache
     def code() -> tuple[Code, Callable[..., int]]:
-        name = function.__name__
-        made = Code(text_of(name, function), code_folder(), other_processor(), has_loops=True)
+        name, whole_name = function.__name__, f'{function.__module__}.{function.__name__}'
+        text = functools.partial(text_of, name, function)
+        made = Code(text, code_folder(), other_processor(), whole_name)
         words: list[Any] = [ctypes.c_int64] * (1 + len(inspect.signature(function).parameters))
         # Other threads of Python wait while it runs.
         return made, ctypes.PYFUNCTYPE(*words)(made.address(name))

@@ -3,6 +3,7 @@
 import functools
 import os
 import tempfile
+from collections.abc import Callable
 from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
@@ -22,23 +23,25 @@ class Code:
 
     def __init__(
         self,
-        text: str,
+        text: str | Callable[[], str],
         folder: Path | None = None,
         cpu: str | None = None,
-        has_loops: bool = False,
+        name: str = '',
     ):
         """
         Take the code of IR from a folder, or compile it and keep it there.
 
-        cpu: as LLVM names it, the processor here unless it is given.
+        cpu: as LLVM names it, the processor here unless it is given.  name: of a function with
+        loops, whose text follows from the sources that the folder is for: only where there is no
+        code yet is it asked for.
         """
-        machine, level = _machine(cpu), _LEVEL_OF_LOOPS if has_loops else _LEVEL
-        told = f'{llvmlite.__version__} {machine.triple} {_features(cpu)} {level}\n{text}'
+        machine, level = _machine(cpu), _LEVEL_OF_LOOPS if name else _LEVEL
+        told = f'{llvmlite.__version__} {machine.triple} {_features(cpu)} {level}\n{name or text}'
         # By all that it is made of: what is kept cannot be stale.
         kept = folder and folder / f'{sha256(told.encode()).hexdigest()[:32]}.o'
         content = _read(kept) if kept else b''
         if not content:
-            content = _compiled(text, machine, level)
+            content = _compiled(text() if callable(text) else text, machine, level)
             if kept:
                 with suppress(OSError):
                     _write_whole(kept, sha256(content).digest() + content)

@@ -86,7 +86,7 @@ def ran(run, function, seed):
 @pytest.mark.parametrize('function', [arithmetic, branches, loops])
 def test_code_does_what_python_does(function):
     """Of two hundred draws, bit by bit; a NaN is a NaN."""
-    code = Code(text_of('it', function), has_loops=True)
+    code = Code(text_of('it', function), name='it')
     words = [ctypes.c_int64] * 3
     compiled = ctypes.PYFUNCTYPE(ctypes.c_int64, *words)(code.address('it'))
     for seed in range(1, 200):

@@ -49,7 +49,7 @@ LONG_TESTS_5 := test/base test/dynamics test/environment test/integrate test/orb
 help:
 	@echo 'make demo     a satellite live for 20 s: the node, a subscriber, a request, a bag;'
 	@echo '              with WATCH=1 for 10 min, and a page to watch it'
-	@echo 'make test     the tests that prove an installation and a change (20 minutes)'
+	@echo 'make test     the tests that prove an installation and a change (six minutes)'
 	@echo 'make test-all the longer tests, which make test leaves out'
 	@echo 'make everything  what make test leaves out, colcon, the oldest libraries and short benchmarks'
 	@echo 'make pages    what README, docs and CONTRIBUTING tell to run, in a clone of its own'

@@ -19,7 +19,7 @@ from ..dynamics.constants import ANOMALY_RATE, LONGEST_STEP, START_S
 from ..dynamics.equations import OMEGA
 from ..kernel.looped import looped
 from ..orbits.kepler_equation import true_anomaly_of_one
-from ..trace.loops import call, floats, integers
+from ..trace.memory import call, floats, integers
 from .dense_output import add_turn, interpolate
 from .exits import effort, first_exit
 from .lanes import (

@@ -6,16 +6,17 @@ import inspect
 from collections.abc import Callable
 from typing import Any
 
-from ..trace.load import Code
-from ..trace.loops import text_of
-from .code_folder import code_folder, other_processor
-
 
 def looped(function: Callable[..., int]) -> Callable[..., int]:
     """Make code of a function of integers that returns one, or a truth (trace/loops.py)."""
 
     @functools.cache
-    def code() -> tuple[Code, Callable[..., int]]:
+    def code() -> tuple[Any, Callable[..., int]]:
+        # Formulas can be read, and run by Python, where there is no LLVM.
+        from ..trace.load import Code
+        from ..trace.loops import text_of
+        from .code_folder import code_folder, other_processor
+
         name, whole_name = function.__name__, f'{function.__module__}.{function.__name__}'
         text = functools.partial(text_of, name, function)
         made = Code(text, code_folder(), other_processor(), whole_name)

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..kernel.looped import looped
-from ..trace.loops import floats
+from ..trace.memory import floats
 
 
 def true_anomaly_of_one(mean_anomaly: float, e: float) -> float:

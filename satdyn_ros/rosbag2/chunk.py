@@ -15,7 +15,7 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, Schema
 
 from ..kernel.looped import looped
-from ..trace.loops import integers, octets
+from ..trace.memory import integers, octets
 from .budget import MESSAGE, objects
 from .compression import decompress
 from .errors import Damaged

@@ -8,7 +8,6 @@ has the kind that it is given first; an integer that is given to a float becomes
 
 import ast
 import builtins
-import ctypes
 import inspect
 import math
 import textwrap
@@ -20,6 +19,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from llvmlite import ir
+
+from .memory import call, floats, integers, octets
 
 _FLOAT, _INTEGER, _TRUTH = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
 _OF = {float: _FLOAT, int: _INTEGER, bool: _TRUTH}
@@ -41,26 +42,6 @@ _OPERATIONS = {
     ast.FloorDiv: ('', 'sdiv'),
     ast.Mod: ('', 'srem'),
 }
-
-
-def floats(address: int) -> Any:
-    """Return the floats at an address, to be indexed as an array is, unchecked."""
-    return ctypes.cast(address, ctypes.POINTER(ctypes.c_double))
-
-
-def integers(address: int) -> Any:
-    """Return the integers at an address, as floats does."""
-    return ctypes.cast(address, ctypes.POINTER(ctypes.c_int64))
-
-
-def octets(address: int) -> Any:
-    """Return the bytes at an address, to be read as floats are."""
-    return ctypes.cast(address, ctypes.POINTER(ctypes.c_uint8))
-
-
-def call(code: int, table: int) -> None:
-    """Call the function at an address with that of a table of the addresses of its arrays."""
-    ctypes.CFUNCTYPE(None, ctypes.c_int64)(code)(table)
 
 
 class Value(NamedTuple):

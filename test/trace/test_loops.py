@@ -7,7 +7,8 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from satdyn_ros.trace.load import Code
-from satdyn_ros.trace.loops import floats, integers, octets, text_of
+from satdyn_ros.trace.loops import text_of
+from satdyn_ros.trace.memory import floats, integers, octets
 
 ONE_HALF = 0.5
 

@@ -21,7 +21,7 @@ PROCESSORS = {
     'znver2': ('AMD since 2019, vectors of four', 1.3),
     'x86-64': ('all, vectors of two', 1.5),
 }
-if QUICK:  # For each, code is compiled anew, for some ten seconds.
+if QUICK:  # For each, code is compiled anew.
     PROCESSORS = {'x86-64': PROCESSORS['x86-64']}
 
 

@@ -46,7 +46,7 @@ def main(rounds=21):
 
         return run
 
-    # With each, code of its own is compiled once, for some ten seconds.
+    # With each, code of its own is compiled once.
     counts = range(1, 3 if QUICK else 5)
     seconds = medians(
         {(kind, n): propagation(axes[:n]) for kind, axes in AXES.items() for n in counts}, rounds

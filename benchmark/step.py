@@ -19,10 +19,10 @@ from satdyn_ros.integrate.layout import ARRAYS
 from satdyn_ros.integrate.propagation import Propagation
 from satdyn_ros.integrate.step_code import step_code
 from satdyn_ros.integrate.walk import walk
-from satdyn_ros.kernel.call import call, floats, integers
-from satdyn_ros.kernel.compile import compiled
+from satdyn_ros.kernel.looped import looped
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.trace.graph import flatten
+from satdyn_ros.trace.memory import call, floats, integers
 
 ATTEMPTS = 100 if QUICK else 5_000
 # Where the steps have found their length.
@@ -53,8 +53,8 @@ SCENARIOS: dict[str, dict[str, Any] | None] = {
 _Y, _DENSE = ARRAYS.index('y'), ARRAYS.index('dense')
 
 
-@compiled
-def attempts(count: int, attempt: int, lanes_at: int, size: int) -> None:
+@looped
+def attempts(count: int, attempt: int, lanes_at: int, size: int) -> int:
     """Take steps of one length, each from where the last one ended, as those of a walk."""
     lanes = integers(lanes_at)
     y, y_0 = floats(lanes[_Y]), floats(lanes[_DENSE])
@@ -62,6 +62,7 @@ def attempts(count: int, attempt: int, lanes_at: int, size: int) -> None:
         call(attempt, lanes_at)
         for i in range(size):
             y_0[i] = y[i]
+    return count
 
 
 def scenario(name: str) -> Scenario:

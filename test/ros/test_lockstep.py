@@ -31,7 +31,8 @@ def flown(live, directory):
     """Return topics, log times and data of all messages of a flight in lockstep, in order."""
     values = ParameterFile.of_texts([(CUBESAT, 'cubesat')]).parameters('/satdyn')
     values |= {'time.factor': 1e-6, 'record.enabled': True, 'record.directory': str(directory)}
-    node, _ = live(values)
+    # The frames have the namespace before them, and are to be the same.
+    node, _ = live(values, namespace='/lockstep')
     command = [sys.executable, 'examples/lockstep.py', '--ticks', str(TICKS)]
     done = subprocess.run(
         [*command, '--ros-args', '-r', f'__ns:={node.namespace}'],

@@ -6,6 +6,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+from commands import torque_command
 from matplotlib.figure import Figure
 
 from satdyn_ros.bag.simulate import simulate
@@ -18,7 +19,7 @@ from satdyn_ros.report import html, maps
 from satdyn_ros.report.history import history
 from satdyn_ros.report.outcomes import draw_sweep
 from satdyn_ros.report.panels import COLOURS, STYLES
-from satdyn_ros.run.events import Event, Request, Torque
+from satdyn_ros.run.events import Event, Request
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.sweep.run import sweep
 
@@ -270,7 +271,7 @@ def page():
         }
     )
     events: list[Event] = [
-        Torque(2000, (0.0, 0.02, 0.0), 2600),
+        torque_command(2000, (0.0, 0.02, 0.0), 2600),
         Request(6000, {'initial.angular_velocity': [0.0006, 0.0008, 0.0]}),
     ]
     with tempfile.TemporaryDirectory() as directory:

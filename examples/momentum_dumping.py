@@ -15,7 +15,6 @@ from pathlib import Path
 import numpy as np
 
 from satdyn_ros import Scenario, Simulation
-from satdyn_ros.run.events import DipoleCommand, RotorCommand
 
 SHIPPED = Path(__file__).parents[1] / 'config' / 'sun_pointing.yaml'
 POINTED_B = np.array([0.0, 0.0, 1.0])
@@ -82,8 +81,7 @@ def fly(scenario, duration_s, show=print):
             seen[0] if len(seen) else None,
             states.rotor_speed[0],
         )
-        simulation.schedule(RotorCommand(tick + 1, torques))
-        simulation.schedule(DipoleCommand(tick + 1, dipole_b))
+        simulation.command(rotor_torque=torques, dipole_b=dipole_b)
         angles.append(float(np.arccos(np.clip(states.sun_direction_b[0] @ POINTED_B, -1.0, 1.0))))
         fastest.append(float(np.max(np.abs(states.rotor_speed[0]))))
         if (tick + 1) % round(TOLD_EACH_S * scenario.rate) == 0:

@@ -12,7 +12,8 @@ import os
 import sys
 from pathlib import Path
 
-from satdyn_ros.messages import incoming, schemas
+from satdyn_ros.actuators import earlier_types
+from satdyn_ros.messages import schemas
 from satdyn_ros.run.topics import TOPICS
 
 TARGET = Path(schemas.__file__).with_name('definitions.json')
@@ -43,7 +44,7 @@ def collect() -> dict[str, dict[str, str]]:
     """Return the data of definitions.json."""
     found: dict[str, dict[str, str]] = {}
     wanted = {topic.type for topic in TOPICS.values() if topic.role != 'diagnostics'}
-    wanted.add(incoming.ROTOR_TORQUE.type)
+    wanted |= {*earlier_types().values()}
     while wanted:
         name = wanted.pop()
         try:

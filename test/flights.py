@@ -5,10 +5,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from commands import motor_command, torque_command
 from mcap.reader import make_reader
 from mcap.records import Channel, Message, Metadata
 from mcap.summary import Summary
 
+from satdyn_ros.actuators import Command
 from satdyn_ros.bag.comparison import Difference
 from satdyn_ros.bag.write_run import Recording
 from satdyn_ros.dynamics.system import System
@@ -16,7 +18,7 @@ from satdyn_ros.messages.contents import message
 from satdyn_ros.orbits import KeplerOrbit
 from satdyn_ros.rosbag2.mcap_file import McapFile
 from satdyn_ros.rosbag2.scan import Block
-from satdyn_ros.run.events import Request, Reset, RotorCommand, Topics, Torque
+from satdyn_ros.run.events import Request, Reset, Topics
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 from satdyn_ros.run.topics import TOPICS
@@ -48,10 +50,10 @@ GYROSTAT = Scenario.from_dict(
 )
 # One of each kind; two share a tick, a torque times out, and one changes what is published.
 EVENTS = (
-    Torque(20, (0.1, -0.2, 0.3), until_tick=45),
-    RotorCommand(20, {'rotor': 0.01}),
+    torque_command(20, (0.1, -0.2, 0.3), until_tick=45),
+    motor_command(20, {'rotor': 0.01}),
     Request(60, {'initial.angular_velocity': [0.0, 0.1, 0.0]}),
-    Torque(60, (0.0, 0.0, 0.05)),
+    torque_command(60, (0.0, 0.0, 0.05)),
     Topics(80, ('attitude', 'rotor')),
     Reset(100),
 )
@@ -108,7 +110,7 @@ def fly(directory, progress):
 
 def later(event, ticks):
     """Return an event, and where it ends, moved by some ticks."""
-    if isinstance(event, Torque) and event.until_tick is not None:
+    if isinstance(event, Command) and event.topic == 'torque' and event.until_tick is not None:
         event = replace(event, until_tick=event.until_tick + ticks)
     return replace(event, tick=event.tick + ticks)
 

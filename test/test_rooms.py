@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from satdyn_ros.actuators import ACTUATORS
+
 PACKAGE = Path(__file__).parent.parent / 'satdyn_ros'
 
 # From the ground up; __init__ is the front door.
@@ -25,6 +27,7 @@ ROOMS = [
     'theory',
     'exact',
     'sensors',
+    'actuators',
     'exchange',
     'run',
     'messages',
@@ -52,6 +55,31 @@ def test_the_design_lists_the_rooms_and_what_they_import():
     assert drawn == {
         room: sorted(names & {*ROOMS}, key=ROOMS.index) for room, names in imports.items()
     }
+
+
+def test_no_other_room_names_an_actuator():
+    """What is commanded goes over the list of the kinds; docstrings apart, and applied torques."""
+    names = {*ACTUATORS, *(word for kind in ACTUATORS.values() for word in kind.words)}
+    names -= {'torque', 'rotor_torque', 'rotor_speed'}
+    assert len(names) >= 3
+    found = []
+    for path in PACKAGE.rglob('*.py'):
+        tree = ast.parse(path.read_text())
+        documented = (ast.Module, ast.ClassDef, ast.FunctionDef)
+        texts = {
+            id(node.body[0].value)
+            for node in ast.walk(tree)
+            if isinstance(node, documented) and node.body and isinstance(node.body[0], ast.Expr)
+        }
+        for node in ast.walk(tree):
+            text = getattr(node, 'value', None) if id(node) not in texts else None
+            if isinstance(text, str) and any(name in text for name in names):
+                found.append(path.relative_to(PACKAGE))
+        # The table of what it consists of has its modules.
+        imports = {name for name in own_imports(path) if name.startswith('satdyn_ros.actuators.')}
+        if imports - {'satdyn_ros.actuators'} and path.parent.name != 'actuators':
+            found.append(path.relative_to(PACKAGE))
+    assert [path for path in found if path.parts[0] != 'actuators'] == []
 
 
 def room_of(module):

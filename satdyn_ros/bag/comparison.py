@@ -44,7 +44,7 @@ class Comparison:
         # Commands have no fixed layout, and come from the bag itself: their bytes must be the
         # same.
         self._layouts = {
-            i: run.layout(name) for i, name in self._names.items() if name != 'rotor_command'
+            i: run.layout(name) for i, name in self._names.items() if name not in run.inputs
         }
         self._allowed: dict[tuple[int, str], float] = {}
 

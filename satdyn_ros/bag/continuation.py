@@ -1,22 +1,20 @@
 """Where a run begins, if not with its scenario: in a bag, or at an attitude of another tool."""
 
 from collections.abc import Mapping
-from math import isnan
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ..actuators import ACTUATORS
 from ..base import nanoseconds
 from ..dynamics.system import State
 from ..exchange.aem_reader import attitude_at
 from ..kernel import rotation
-from ..run.events import Timeout, as_given
+from ..run.events import Timeout
 from ..run.rules import EVENTS_FOLLOW
-from ..run.run_state import NO_TORQUE, within_max_dipole, within_max_torque
 from ..run.scenario import Scenario
 from ..run.simulation import Simulation, state_record
-from ..run.topics import MAGNETORQUERS
 from ..sensors import Suite
 from .read_run import RecordedRun
 from .simulate import BLOCK_TICKS
@@ -25,12 +23,11 @@ from .simulate import BLOCK_TICKS
 _OF_MOTION = (
     'body.',
     'surface.',
-    'magnetorquer.',
     'rotor.',
     'orbit.',
     'environment.',
     'motion.',
-    'torque.names',
+    *(key.name for kind in ACTUATORS.values() for key in kind.keys),
 )
 
 
@@ -145,31 +142,18 @@ def _motion_anew(
     state, begin = simulation.state, scenario.initial_state
     speeds, angles = begin.rotor_speed.copy(), begin.rotor_angle.copy()
     before = {rotor.label: i for i, rotor in enumerate(simulation.system.rotors)}
-    torques, targets = {}, {}
     for i, rotor in enumerate(scenario.system.rotors):
         k = before.get(rotor.label)
         if k is None or not (rotor.turns_freely and simulation.system.rotors[k].turns_freely):
             continue
         speeds[i], angles[i] = state.rotor_speed[k], state.rotor_angle[k]
-        if rotor.mode == 'motor':
-            torques[rotor.label] = float(simulation.system.rotor_torque[k])
-            target = float(simulation.system.rotor_target[k])
-            if rotor.speed_gain and not isnan(target):
-                targets[rotor.label] = target
-    torques_b = {
-        topic: simulation.torques_b.get(topic, NO_TORQUE) for topic in scenario.torque_topics
-    }
-    dipole_b = within_max_dipole(scenario, simulation.system.dipole_b)
-    held = {*torques_b, *(f'rotor_command.{name}' for name in torques)}
-    held |= {MAGNETORQUERS} if scenario.has_magnetorquers else set()
+    equipment = scenario.equipment
+    acting = equipment.kept(simulation.acting)
     record = state_record(State(state.q_ib, state.omega_bi_b, speeds, angles))
     return {
         'begin_tick': simulation.tick,
         'begin_state': record,
         'state': record,
-        'torque_b': as_given(torques_b),
-        'rotor_torque': within_max_torque(scenario.system, torques)[0].tolist(),
-        'dipole_b': dipole_b.tolist(),
-        'rotor_speed': targets,
-        'until': {topic: tick for topic, tick in until.items() if topic in held},
+        **equipment.to_plain(acting),
+        'until': {name: tick for name, tick in until.items() if name in acting},
     }

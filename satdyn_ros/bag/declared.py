@@ -2,8 +2,8 @@
 
 from mcap.records import Schema
 
+from ..actuators import earlier_types
 from ..messages import schemas
-from ..messages.incoming import ROTOR_TORQUE
 from ..rosbag2.errors import Damaged
 from .read_run import RecordedRun
 
@@ -16,7 +16,7 @@ def check_declarations(run: RecordedRun) -> None:
     """
     names = {topic: name for name, topic in run.names.items()}
     known = {name: topic.type for name, topic in run.scenario.topic_table.items()}
-    known['rotor_torque'] = ROTOR_TORQUE.type
+    known |= earlier_types()
     for path, (types, channels) in zip(run.bag.files, run.bag.declarations, strict=True):
         for channel_id, channel in channels.items():
             topic = channel.topic

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from mcap.records import Metadata
 
-from ..messages.incoming import ROTOR_TORQUE, rotor_command_of
+from ..actuators import Command, is_commanding
+from ..messages import cdr
 from ..messages.packers import (
     Packer,
     geodetic_without_status,
@@ -21,30 +22,18 @@ from ..messages.packers import (
 )
 from ..rosbag2.errors import BagError, Damaged
 from ..rosbag2.reader import Bag, Messages, TopicBlock
-from ..run.events import (
-    Command,
-    DipoleCommand,
-    Event,
-    Halt,
-    Request,
-    Reset,
-    RotorCommand,
-    Torque,
-)
+from ..run.events import Event, Halt, Request, Reset
 from ..run.parameter_file import parameters_of_record
 from ..run.rules import EVENTS_FOLLOW, GEODETIC_HAS_A_FIX, MOUNTINGS_ARE_LATCHED
 from ..run.scenario import Scenario
 from ..run.simulation import Simulation
 from ..run.ticks import Ticks
-from ..run.topics import MAGNETORQUERS, is_torque
 from . import run_metadata
 
 # A tick with a message takes two bytes at least; topics may be switched off for so many ticks.
 _TICKS_WITHOUT_MESSAGES = 5_000_000
 # Where the last of these at a tick is a halt, the run does not reach it.
 _ENDS = Halt | Request | Reset
-# rotor_torque is that of version 0.1.
-_OTHER_INPUTS = ('rotor_command', 'rotor_torque', MAGNETORQUERS)
 
 
 class RecordedRun:
@@ -75,16 +64,12 @@ class RecordedRun:
             values = parameters_of_record(text, 'its scenario')
             self.scenario = Scenario(values, torques, rules=self.rules)
             self.scenario.typed = run_metadata.typed_of(begin[run_metadata.SCENARIO])
-            if {*filter(is_torque, self.names)} != {*self.scenario.torque_topics}:
-                needed = ', '.join(self.scenario.torque_topics)
-                raise Damaged(f'its inputs are not {needed}, as torque.names says')
-            if self.scenario.has_magnetorquers and MAGNETORQUERS not in self.names:
-                raise Damaged(f'its topics have no {MAGNETORQUERS}')
+            self._check_inputs()
         self.snapshot: dict[str, Any] | None = None
         if run_metadata.SNAPSHOT in begin:
             with self.reading(run_metadata.SNAPSHOT):
                 record = begin[run_metadata.SNAPSHOT]
-                self.snapshot = run_metadata.snapshot_from_record(record, self.scenario.keys)
+                self.snapshot = run_metadata.snapshot_from_record(record, self.scenario)
         self.ticks = Ticks(self.scenario.rate, self.scenario.epoch_ns)
         self._layouts: dict[str, np.dtype] = {}
 
@@ -173,8 +158,6 @@ class RecordedRun:
 
     def layout(self, name: str) -> np.dtype:
         """Return the layout of a topic's messages, by its name in the scenario."""
-        if name == 'rotor_torque':
-            return ROTOR_TORQUE.dtype
         if name not in self._layouts:
             self._layouts[name] = self.packer(name).dtype
         return self._layouts[name]
@@ -202,9 +185,7 @@ class RecordedRun:
         """
         layout, data = self.layout(name), messages.data
         if not isinstance(data, np.ndarray) or data.shape[1] != layout.itemsize:
-            raise Damaged(
-                f'{self.bag.path} has messages on {self.names[name]} that satdyn_ros did not write'
-            )
+            raise Damaged(self._not_ours(name))
         return data.view(layout)[:, 0]
 
     @contextmanager
@@ -245,10 +226,19 @@ class RecordedRun:
             self.rules = run_metadata.rules_of(record)
             self.names, self.machine = run_metadata.names_and_machine(record)
         self._inputs_by_topic = {
-            topic: name
-            for name, topic in self.names.items()
-            if is_torque(name) or name in _OTHER_INPUTS
+            topic: name for name, topic in self.names.items() if is_commanding(name)
         }
+
+    def _check_inputs(self):
+        """Raise Damaged where the inputs are not those of the scenario, or of version 0.1."""
+        equipment = self.scenario.equipment
+        wanted, found = {*equipment.topics}, {*self.inputs}
+        for topic in found & equipment.of_earlier.keys():
+            found = found - {topic} | {*equipment.of_earlier[topic].topics}
+        if wanted - found:
+            raise Damaged(f'its topics have no {min(wanted - found)}')
+        if found - wanted:
+            raise Damaged(f'its topics have {min(found - wanted)}, which its scenario has not')
 
     def inputs_of(self, block: TopicBlock) -> list[Command]:
         """Return the commands of a block in their recorded order, held until the next one."""
@@ -260,21 +250,24 @@ class RecordedRun:
                 continue
             places = contents.places[channel_id]
             messages = block.messages(channel_id)
-            # Commands name any of the rotors: they differ in length.
-            rows = messages.data if name == 'rotor_command' else self.rows(name, messages)
+            rows = messages.data
             stamps_ns = contents.log_times[places].tolist()
             for place, stamp_ns, row in zip(places.tolist(), stamps_ns, rows, strict=True):
                 events.append((place, self._input(name, self.ticks.tick_of(stamp_ns), row)))
         return [event for _, event in sorted(events, key=itemgetter(0))]
 
     def _input(self, name: str, tick: int, row: np.ndarray) -> Command:
-        if is_torque(name):
-            return Torque(tick, tuple(row['wrench.torque'].tolist()), topic=name)
-        if name == MAGNETORQUERS:
-            return DipoleCommand(tick, tuple(row['vector'].tolist()))
-        if name == 'rotor_torque':
-            return RotorCommand(tick, {'rotor': float(row['data'])})
-        return rotor_command_of(tick, bytes(row))
+        equipment = self.scenario.equipment
+        actuator = equipment.of_topic.get(name) or equipment.of_earlier[name]
+        topic = name if name in actuator.topics else actuator.topic
+        type_name = actuator.earlier.get(name, actuator.message)
+        try:
+            return Command(tick, topic, actuator.read(name, cdr.read(type_name, bytes(row))))
+        except ValueError:
+            raise Damaged(self._not_ours(name)) from None
+
+    def _not_ours(self, name):
+        return f'{self.bag.path} has messages on {self.names[name]} that satdyn_ros did not write'
 
 
 class Happened:
@@ -312,16 +305,18 @@ class Happened:
             self._last_ns = max(self._last_ns or 0, item.contents.span_ns[1])
 
     def _take_record(self, record: Metadata) -> None:
-        keys = self._run.scenario.keys
+        scenario = self._run.scenario
         with self._run.reading(record.name):
             match record.name:
                 case run_metadata.EVENT:
-                    self._events.append(run_metadata.event_from_record(record.metadata, keys))
+                    self._events.append(
+                        run_metadata.event_from_record(record.metadata, scenario.keys)
+                    )
                 case run_metadata.HELD:
                     self._held = run_metadata.held_from_record(record.metadata)
                 case run_metadata.SNAPSHOT:
                     self._held = self._timeout
-                    snapshot = run_metadata.snapshot_from_record(record.metadata, keys)
+                    snapshot = run_metadata.snapshot_from_record(record.metadata, scenario)
                     self.begins.append(snapshot['tick'])
 
     def _held_as_told(self, event: Command) -> Event:

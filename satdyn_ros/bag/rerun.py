@@ -5,22 +5,17 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..actuators import Command, kind_of
 from ..dynamics.system import State
 from ..kernel import rotation
-from ..messages.incoming import (
-    pack_dipole,
-    pack_rotor_command,
-    pack_rotor_torque,
-    pack_torque,
-)
+from ..messages.incoming import pack_command
 from ..messages.packers import Packer
 from ..messages.sparse import dense_and_sparse
 from ..rosbag2.chunk_builder import ChunkBuilder
 from ..rosbag2.tick_table import TickTable
-from ..run.events import DipoleCommand, Event, Request, Reset, RotorCommand, Torque
+from ..run.events import Event, Request, Reset
 from ..run.samples import Samples
 from ..run.simulation import Simulation
-from ..run.topics import MAGNETORQUERS
 from .read_run import RecordedRun
 
 _TICKS = 4096
@@ -94,20 +89,13 @@ def rerun(
 
 
 def _add_input(chunk, run, event):
-    stamp_ns = run.ticks.stamp_ns(event.tick)
-    if isinstance(event, Torque):
-        data = pack_torque(stamp_ns, event.torque_b, run.scenario.frames)
-        chunk.add_message(run.channel_id(event.topic), stamp_ns, data)
-    elif isinstance(event, DipoleCommand):
-        data = pack_dipole(stamp_ns, event.dipole_b, run.scenario.frames)
-        chunk.add_message(run.channel_id(MAGNETORQUERS), stamp_ns, data)
-    elif isinstance(event, RotorCommand):
-        if 'rotor_torque' in run.names:
-            name, data = 'rotor_torque', pack_rotor_torque(event.torques['rotor'])
-        else:
-            name = 'rotor_command'
-            data = pack_rotor_command(stamp_ns, event, run.scenario.frames)
-        chunk.add_message(run.channel_id(name), stamp_ns, data)
+    if not isinstance(event, Command):
+        return
+    stamp_ns, topic = run.ticks.stamp_ns(event.tick), event.topic
+    if topic not in run.names:
+        (topic,) = run.names.keys() & kind_of(topic).earlier
+    data = pack_command(stamp_ns, event, run.scenario.frames, topic)
+    chunk.add_message(run.channel_id(topic), stamp_ns, data)
 
 
 def _perturbed(state, angle_rad):

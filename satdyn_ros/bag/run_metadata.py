@@ -10,6 +10,7 @@ import numpy
 import scipy
 
 from .. import __version__
+from ..actuators import Command
 from ..base.key import Key
 from ..kernel.code_folder import compiler
 from ..rosbag2.errors import Damaged
@@ -27,8 +28,8 @@ EVENT = 'satdyn_ros/event'
 HELD = 'satdyn_ros/held'
 
 # Commands are recorded as the messages that brought them.
-_EVENTS = {kind.__name__: kind for kind in get_args(Event) if kind not in get_args(events.Command)}
-_LENGTHS = {'q_ib': 4, 'omega_bi_b': 3, 'torque_b': 3, 'dipole_b': 3}
+_EVENTS = {kind.__name__: kind for kind in get_args(Event) if kind is not Command}
+_LENGTHS = {'q_ib': 4, 'omega_bi_b': 3}
 
 
 def provenance(scenario: Scenario, topics: Mapping[str, str]) -> dict[str, str]:
@@ -91,9 +92,6 @@ def names_and_machine(record: Mapping[str, str]) -> tuple[dict[str, str], dict[s
     for name, texts in plain.items():
         if not isinstance(texts, dict) or not all(isinstance(t, str) for t in texts.values()):
             raise Damaged(f'its {name} does not map names to texts')
-    # Version 0.1 had rotor_torque in place of rotor_command.
-    if not {'rotor_command', 'rotor_torque'} & plain['topics'].keys():
-        raise Damaged('its topics have no rotor_command')
     return plain['topics'], plain['machine']
 
 
@@ -147,14 +145,8 @@ def held_from_record(record: Mapping[str, str]) -> int | None:
     return ticks
 
 
-def snapshot_from_record(
-    record: Mapping[str, str], keys: Mapping[str, Key] = KEYS
-) -> dict[str, Any]:
-    """
-    Return the snapshot of a metadata record, as Simulation.snapshot.
-
-    keys: those of the scenario.  Damaged: it is not one.
-    """
+def snapshot_from_record(record: Mapping[str, str], scenario: Scenario) -> dict[str, Any]:
+    """Return the snapshot of a scenario in a metadata record; ValueError: it is not one."""
     snapshot = from_record(record)
     begin, tick = snapshot.get('begin_tick'), snapshot.get('tick')
     if type(snapshot.get('is_start', False)) is not bool:
@@ -163,13 +155,7 @@ def snapshot_from_record(
         raise Damaged('its ticks are not tick numbers')
     if not isinstance(state := snapshot.get('begin_state'), dict):
         raise Damaged('it has no begin_state')
-    torque_b = snapshot.get('torque_b')
-    # With torque.names it is by name.
-    torques = torque_b.values() if isinstance(torque_b, dict) else [torque_b]
-    vectors = [*state.items(), *(('torque_b', torque) for torque in torques)]
-    # Without magnetorquers there is none.
-    vectors += [('dipole_b', snapshot['dipole_b'])] if 'dipole_b' in snapshot else []
-    for name, vector in vectors:
+    for name, vector in state.items():
         length = _LENGTHS.get(name)
         if length and not (
             isinstance(vector, list)
@@ -180,7 +166,8 @@ def snapshot_from_record(
     until = snapshot.get('until')
     if not isinstance(until, dict) or not all(type(tick) is int for tick in until.values()):
         raise Damaged('its until does not hold ticks')
-    keys['publish.topics'].checked(snapshot.get('topics'))
+    scenario.equipment.from_plain(snapshot)
+    scenario.keys['publish.topics'].checked(snapshot.get('topics'))
     return snapshot
 
 

@@ -7,23 +7,13 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
+from ..actuators import Command
 from ..base.interruption import uninterrupted
 from ..messages.packers import is_at_every_tick, packer
 from ..orbits import TabledOrbit
 from ..orbits.pieces import latest_at
 from ..rosbag2.tick_table import TickTable
-from ..run.events import (
-    Derived,
-    DipoleCommand,
-    Event,
-    Request,
-    RotorCommand,
-    Topics,
-    Torque,
-    dipole,
-)
+from ..run.events import Derived, Event, Request, Topics, name_of
 from ..run.orbits import known_until
 from ..run.requests import requested, try_out
 from ..run.scenario import Scenario
@@ -96,7 +86,7 @@ def simulate(
         raise RunHalted(f'{simulation.halted}; {directory} has {count} ticks')
     if told:
         event = min(told, key=lambda event: event.tick)
-        raise Untrue(f'the event {type(event).__name__} at tick {event.tick} did not happen')
+        raise Untrue(f'the event {name_of(event)} at tick {event.tick} did not happen')
 
 
 def _record(simulation, happened, samples, packers, tables, recording):
@@ -158,21 +148,21 @@ def _check(events, scenario, first):
             match event:
                 case Request():
                     scenario = requested(scenario, event.values)
-                case Torque() if event.topic not in scenario.torque_topics:
-                    allowed = ', '.join(scenario.torque_topics)
-                    raise ValueError(f'its topic is {event.topic}; allowed: {allowed}')
-                case DipoleCommand():
-                    dipole(event.dipole_b, scenario)
-                case Torque() | RotorCommand():
-                    torques = (
-                        (*event.torques.values(), bool(event.speeds))
-                        if isinstance(event, RotorCommand)
-                        else event.torque_b
-                    )
-                    if scenario['motion.method'] == 'exact' and np.any(torques):
-                        raise ValueError(
-                            'motion.method is exact, and no closed form allows an applied torque'
-                        )
+                case Command():
+                    _check_command(event, scenario)
         except ValueError as error:
-            kind = type(event).__name__
-            raise ValueError(f'the event {kind} at tick {event.tick}: {error}') from None
+            what = f'the event {name_of(event)} at tick {event.tick}'
+            raise ValueError(f'{what}: {error}') from None
+
+
+def _check_command(event: Command, scenario: Scenario) -> None:
+    """Raise ValueError for a command that the scenario does not allow."""
+    equipment = scenario.equipment
+    actuator = equipment.of_topic.get(event.topic)
+    if actuator is None:
+        raise ValueError(f'its topic is {event.topic}; allowed: {", ".join(equipment.topics)}')
+    actuator.check(event.topic, event.value)
+    acting = equipment.none | actuator.held(event.topic, event.value)
+    takes_work = equipment.driven(scenario.system, acting, [actuator]).takes_work
+    if scenario['motion.method'] == 'exact' and takes_work:
+        raise ValueError('motion.method is exact, and no closed form allows an applied torque')

@@ -7,40 +7,19 @@ from typing import Any
 
 import numpy as np
 
+from ..actuators import Command
 from ..messages import qos, schemas
-from ..messages.incoming import pack_dipole, pack_rotor_command, pack_torque
+from ..messages.incoming import pack_command
 from ..messages.packers import pack_tf_static
 from ..messages.sparse import Rows, SparseMessages
 from ..rosbag2.metadata import TopicMetadata
 from ..rosbag2.reader import Bag
 from ..rosbag2.tick_table import TickTable
 from ..rosbag2.writer import BagWriter
-from ..run.events import (
-    Command,
-    DipoleCommand,
-    Event,
-    RotorCommand,
-    RotorLimited,
-    Topics,
-    Torque,
-)
+from ..run.events import Event, RotorLimited, Topics
 from ..run.scenario import Scenario
 from ..run.ticks import Ticks
-from ..run.topics import MAGNETORQUERS
 from . import run_metadata
-
-
-def recorded_as(event: Event) -> str | None:
-    """Return the topic of an event that is recorded as a message; None: it is not."""
-    match event:
-        case Torque():
-            return event.topic
-        case RotorCommand():
-            return 'rotor_command'
-        case DipoleCommand():
-            return MAGNETORQUERS
-        case _:
-            return None
 
 
 class Recording:
@@ -96,18 +75,10 @@ class Recording:
     def event(self, event: Event, stamp_ns: int) -> None:
         """Write what happened at the tick of a stamp, before the tick's samples."""
         match event:
-            case Torque():
+            case Command():
                 self._tell_held(event)
-                data = pack_torque(stamp_ns, event.torque_b, self._scenario.frames)
+                data = pack_command(stamp_ns, event, self._scenario.frames)
                 self._writer.write_message(self._names[event.topic], stamp_ns, data)
-            case RotorCommand():
-                self._tell_held(event)
-                data = pack_rotor_command(stamp_ns, event, self._scenario.frames)
-                self._writer.write_message(self._names['rotor_command'], stamp_ns, data)
-            case DipoleCommand():
-                self._tell_held(event)
-                data = pack_dipole(stamp_ns, event.dipole_b, self._scenario.frames)
-                self._writer.write_message(self._names[MAGNETORQUERS], stamp_ns, data)
             case _:
                 # A controller may meet a limit at every tick, and nothing depends on its place.
                 self._writer.write_metadata(

@@ -7,12 +7,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..actuators import Command
 from ..bag.simulate import simulate
 from ..bag.verify import Verification, verify
 from ..exact import recognise
 from ..integrate.propagation import Propagation
 from ..kernel import rotation
-from ..run.events import Event, Request, Torque
+from ..run.events import Event, Request
 from ..run.scenario import Scenario
 
 PERIODS = 3.0
@@ -147,7 +148,7 @@ def round_trip(directory: Path) -> Verification:
     """Record a driven run into a new bag and return what verify says of it."""
     scenario = Scenario({'publish.rate': 100.0, 'time.epoch_ns': 10**9})
     happening: list[Event] = [
-        Torque(200, (0.0, 0.01, 0.0), until_tick=300),
+        Command(200, 'torque', (0.0, 0.01, 0.0), until_tick=300),
         Request(500, {'initial.angular_velocity': [0.0, 0.0, 0.01]}),
     ]
     for _ in simulate(scenario, 10, directory, happening):

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import isnan
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,7 +12,6 @@ from ..orbits import FixedDirection, KeplerOrbit, TabledOrbit
 from ..orbits.along_orbit import AlongOrbit
 from ..orbits.pieces import Pieces
 from ..torques.body_torque import BodyTorque, pieces_of
-from ..torques.magnetic import Magnetic
 from .rotor import Rotor
 
 _ZERO, _NAN = np.zeros(3), np.full((), np.nan)
@@ -34,11 +34,11 @@ class System:
     inertia [kg m^2] (3, 3): body axes, locked rotors included, about the mass centre, or about the
     fixed point where weight_moment [N m] (3,), the weight times the position of the mass centre,
     is not zero.  torque_b [N m] (3,) acts on the body, rotor_torque [N m] (R,), or one for all,
-    from the body on the rotors, and the magnetorquers have the dipole_b [A m^2] (3,).
-    rotor_target [rad/s] (R,): the speeds that the drives are commanded in place of a torque, nan:
-    of none.  torques: what else acts on the body, by that dipole too.  environment: what there is
-    along the orbit beside the attracting field, None: nothing.  sees_pairs: whether steps end at
-    corners that come in pairs within one; by rules below 5 they did not.
+    from the body on the rotors.  rotor_target [rad/s] (R,): the speeds that the drives are
+    commanded in place of a torque, nan: of none.  torques: what else acts on the body.
+    environment: what there is along the orbit beside the attracting field, None: nothing.
+    sees_pairs: whether steps end at corners that come in pairs within one; by rules below 5 they
+    did not.
     """
 
     inertia: np.ndarray
@@ -47,7 +47,6 @@ class System:
     weight_moment: np.ndarray = field(default_factory=lambda: _ZERO)
     torque_b: np.ndarray = field(default_factory=lambda: _ZERO)
     rotor_torque: np.ndarray = field(default_factory=lambda: np.zeros(()))
-    dipole_b: np.ndarray = field(default_factory=lambda: _ZERO)
     torques: tuple[BodyTorque, ...] = ()
     environment: AlongOrbit | None = None
     rotor_target: np.ndarray = field(default_factory=lambda: _NAN)
@@ -73,27 +72,16 @@ class System:
     @cached_property
     def is_driven(self) -> bool:
         """Whether anything does work that no potential has: a torque, a motor, friction."""
-        return self._takes_work or not all(map(self._has_potential, self.torques))
+        return self.takes_work or not all(map(self._has_potential, self.torques))
 
     @cached_property
     def is_newtonian(self) -> bool:
         """Whether nothing acts but the Newtonian field and the weight, as in the papers."""
-        return not (self._takes_work or self.torques)
+        return not (self.takes_work or self.torques)
 
     @property
-    def is_commanded(self) -> bool:
-        """Whether any torque, dipole or speed is commanded."""
-        commands = self.torque_b, self.rotor_torque, self.dipole_b, np.isfinite(self.rotor_target)
-        return any(map(np.any, commands))
-
-    @property
-    def magnetic_dipole_b(self) -> np.ndarray | None:
-        """The dipole (3,) [A m^2] that the field turns, body axes; None: there is none."""
-        found = (torque for torque in self.torques if isinstance(torque, Magnetic))
-        return next((np.array(torque.constants.dipole) for torque in found), None)
-
-    @property
-    def _takes_work(self):
+    def takes_work(self) -> bool:
+        """Whether a torque, a motor, friction or an imbalance does work that no potential has."""
         return bool(
             self.torque_b.any()
             or self.rotor_torque.any()
@@ -163,42 +151,15 @@ class System:
     @cached_property
     def undriven(self) -> 'System':
         """Return the system without torques, the same one for all that driven() gives."""
-        return self._with(_ZERO, np.zeros(()), _ZERO, _NAN)
+        return replace(self, torque_b=_ZERO, rotor_torque=np.zeros(()), rotor_target=_NAN)
 
-    def driven(
-        self,
-        torque_b: np.ndarray | None = None,
-        rotor_torque: np.ndarray | None = None,
-        dipole_b: np.ndarray | None = None,
-        rotor_target: np.ndarray | None = None,
-    ) -> 'System':
-        """Return the system under other torques, of the same inertias; None: under the same."""
-        driven = self._with(
-            self.torque_b if torque_b is None else torque_b,
-            self.rotor_torque if rotor_torque is None else rotor_torque,
-            self.dipole_b if dipole_b is None else dipole_b,
-            self.rotor_target if rotor_target is None else rotor_target,
-        )
+    def driven(self, **torques: Any) -> 'System':
+        """Return the system under other torques, by its fields, with the same inertias."""
+        driven = replace(self, **torques)
         # A controller drives the body anew at every tick.
         for name in _KEPT:
             vars(driven)[name] = getattr(self, name)
         return driven
-
-    def _with(self, torque_b, rotor_torque, dipole_b, rotor_target):
-        torques = self.torques
-        if dipole_b is not self.dipole_b:
-            torques = tuple(
-                torque.commanded(dipole_b) if isinstance(torque, Magnetic) else torque
-                for torque in torques
-            )
-        return replace(
-            self,
-            torque_b=torque_b,
-            rotor_torque=rotor_torque,
-            dipole_b=dipole_b,
-            rotor_target=rotor_target,
-            torques=torques,
-        )
 
     def rotor_momentum(self, state: 'State') -> np.ndarray:
         """

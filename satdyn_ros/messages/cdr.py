@@ -9,6 +9,7 @@ writes the columns that change.  Padding is zero.
 """
 
 from collections.abc import Callable, Mapping, Sized
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -167,24 +168,46 @@ def is_vector(type_name: str) -> bool:
     return one_type and parts[0].type in _NUMBERS
 
 
-class Reader:
+def read(type_name: str, data: bytes) -> SimpleNamespace:
+    """
+    Return a message of its bytes, with the fields of its type; ValueError: it is not one.
+
+    >>> read('std_msgs/msg/Float64', bytes.fromhex('000100000000000000000040')).data
+    2.0
+    """
+    return _Reader(data).value(type_name)
+
+
+class _Reader:
     """The values of a message's bytes one after the other; ValueError: no bytes are left."""
 
     def __init__(self, data: bytes):
         self._data, self._at = data, len(ENCAPSULATION)
 
-    def numbers(self, type_name: str, count: int) -> list[Any]:
-        """Return count numbers of a type."""
+    def value(self, type_name: str) -> Any:
+        """Return a number, a string, or the fields of a message."""
+        if type_name == 'string':
+            return bytes(self._numbers('uint8', self._count())[:-1]).decode()
+        if type_name in _NUMBERS:
+            return self._numbers(type_name, 1)[0]
+        declared = schemas.fields(type_name)
+        return SimpleNamespace(**{field.name: self._field(field) for field in declared})
+
+    def _field(self, field):
+        if field.length is None:
+            return self.value(field.type)
+        count = self._count() if field.length == schemas.SEQUENCE else field.length
+        # Nothing is aligned for nothing.
+        if field.type in _NUMBERS and count:
+            return self._numbers(field.type, count)
+        return [self.value(field.type) for _ in range(count)]
+
+    def _count(self):
+        return self._numbers('uint32', 1)[0]
+
+    def _numbers(self, type_name, count):
         dtype = np.dtype(_NUMBERS[type_name])
         self._at += (len(ENCAPSULATION) - self._at) % dtype.itemsize
         values = np.frombuffer(self._data, dtype, count, self._at)
         self._at += values.nbytes
         return values.tolist()
-
-    def count(self) -> int:
-        """Return the number of elements of a sequence, or of bytes of a string."""
-        return self.numbers('uint32', 1)[0]
-
-    def string(self) -> str:
-        """Return a string."""
-        return bytes(self.numbers('uint8', self.count())[:-1]).decode()

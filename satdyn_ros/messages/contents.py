@@ -5,30 +5,16 @@ Each reads like its message: constants stand as they are, and what changes from 
 function of the samples.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..dynamics.system import System
 from ..kernel import rotation
-from ..run.samples import Stamped
 from ..run.scenario import Frames
 from ..run.topics import Topic
 from . import cdr, markers
-
-
-@dataclass(frozen=True, eq=False)
-class Inputs(Stamped):
-    """
-    What an input topic received: stamps_ns (N,) and values, (N, 3), (N, R) or (N,).
-
-    These are torques [N m], or dipoles [A m^2].
-    """
-
-    stamps_ns: np.ndarray
-    values: np.ndarray
 
 
 class _Layout(NamedTuple):
@@ -86,8 +72,7 @@ def message(topic: Topic, frames: Frames, system: System) -> cdr.Message:
     """
     Return what packs samples of a system for a topic: pack(samples) -> rows (N,), each a message.
 
-    The inputs pack Inputs.  ValueError: the system has no such topic, or the topic no constant
-    layout.
+    ValueError: the system has no such topic, or the topic no constant layout.
     """
     if why := topic.lacking(system):
         raise ValueError(f'publish.topics has {topic.name} and {why}')
@@ -107,7 +92,7 @@ def _of_quantities(topic, frames):
     layout = _LAYOUTS[topic.type]
     content = {'header': header(getattr(frames, topic.frame)), **layout.constants(frames)}
     for path, quantity in zip(layout.fields, topic.shows, strict=True):
-        _fill(content, path.split('.'), _column(quantity))
+        fill(content, path, _column(quantity))
     return content
 
 
@@ -117,8 +102,9 @@ def _column(quantity):
     return lambda samples: quantity.of(samples)[:, 0]
 
 
-def _fill(content, path, column):
-    *outer, last = path
+def fill(content: dict[str, Any], path: str, column: Any) -> None:
+    """Let content have a column, or columns, at a path, such as 'wrench.torque'."""
+    *outer, last = path.split('.')
     for name in outer:
         content = content.setdefault(name, {})
     content[last] = column
@@ -168,17 +154,6 @@ def tf_with_sensors(frames: Frames, system: System) -> dict[str, Any]:
 def _clock(frames: Frames, system: System) -> dict[str, Any]:
     """Return rosgraph_msgs/Clock: the stamp."""
     return {'clock': _STAMP}
-
-
-def rotor_torque_input() -> dict[str, Any]:
-    """Return std_msgs/Float64 of Inputs."""
-    return {'data': _torques}
-
-
-def rotor_command(frames: Frames, names: Sequence[str], what: str) -> dict[str, Any]:
-    """Return sensor_msgs/JointState of Inputs (N, R): effort or velocity of rotors of names."""
-    commands = [_torque_of(i) for i in range(len(names))]
-    return {'header': header(frames.body), 'name': list(names), what: commands}
 
 
 def _seconds(samples):
@@ -238,14 +213,6 @@ def _rotor_torque(i):
         return samples.system.rotor_torque[i] if is_motor else np.nan
 
     return effort
-
-
-def _torques(inputs):
-    return inputs.values
-
-
-def _torque_of(i):
-    return lambda inputs: inputs.values[:, i]
 
 
 # Of topics whose messages hold more, or other, than quantities.

@@ -1,71 +1,78 @@
-"""The messages that come in, one by one: torques on body and rotors, dipoles of torquers."""
+"""The messages of commands, one by one."""
 
-from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..dynamics.system import System
-from ..run.events import RotorCommand
+from ..actuators import Command, kind_of
+from ..run.samples import Stamped
 from ..run.scenario import Frames
-from ..run.topics import MAGNETORQUERS, TOPICS
-from . import cdr, contents
-
-# The input of version 0.1 in place of rotor_command: the motor torque on its one rotor.
-ROTOR_TORQUE = cdr.Message('std_msgs/msg/Float64', contents.rotor_torque_input())
-# For the messages that are the same with any.
-_ANY = System(np.eye(3))
+from . import cdr, contents, schemas
 
 
-def pack_torque(stamp_ns: int, torque_b: Sequence[float] | np.ndarray, frames: Frames) -> bytes:
-    """Return the message of the input torque: torque_b (3,) [N m] in body axes."""
-    return _pack('torque', stamp_ns, torque_b, frames)
+@dataclass(frozen=True, eq=False)
+class Numbers(Stamped):
+    """What changes from message to message: stamps_ns (N,) and numbers (N, K)."""
+
+    stamps_ns: np.ndarray
+    numbers: np.ndarray
 
 
-def pack_dipole(stamp_ns: int, dipole_b: Sequence[float] | np.ndarray, frames: Frames) -> bytes:
-    """Return the message of magnetorquer_command: dipole_b (3,) [A m^2] in body axes."""
-    return _pack(MAGNETORQUERS, stamp_ns, dipole_b, frames)
+def pack_command(stamp_ns: int, command: Command, frames: Frames, topic: str = '') -> bytes:
+    """Return the message of a command; topic: one of earlier versions in place of its own."""
+    kind = kind_of(command.topic)
+    fields = kind.fields(topic or command.topic, command.value)
+    numbers: list[float] = []
+    layout = tuple((path, _laid_out(given, numbers)) for path, given in fields.items())
+    packer = _packer(kind.earlier.get(topic, kind.message), frames.body, layout)
+    return packer.pack(Numbers(np.array([stamp_ns]), np.array([numbers], float))).tobytes()
 
 
-def pack_rotor_torque(torque: float) -> bytes:
-    """Return std_msgs/Float64, the input rotor_torque [N m] in bags of version 0.1."""
-    inputs = contents.Inputs(np.array([0]), np.array([torque], float))
-    return ROTOR_TORQUE.pack(inputs).tobytes()
+class _Vector(NamedTuple):
+    """The first place of three numbers, and the one after them."""
+
+    begin: int
+    end: int
 
 
-def pack_rotor_command(stamp_ns: int, command: RotorCommand, frames: Frames) -> bytes:
-    """Return the message of the input rotor_command: torques [N m] or speeds [rad/s] by rotor."""
-    values, what = command.torques, 'effort'
-    if command.speeds:
-        values, what = command.speeds, 'velocity'
-    inputs = contents.Inputs(np.array([stamp_ns]), np.array([list(values.values())], float))
-    return _command_packer(frames, tuple(values), what).pack(inputs).tobytes()
+class _Sequence(NamedTuple):
+    """The places of the elements of a sequence, or its texts."""
+
+    items: tuple[Any, ...]
 
 
-def rotor_command_of(tick: int, data: bytes) -> RotorCommand:
-    """Return the command in a message that acts at a tick; ValueError: it is not a JointState."""
-    reader = cdr.Reader(data)
-    reader.numbers('int32', 2)
-    reader.string()
-    names = [reader.string() for _ in range(reader.count())]
-    _positions, velocities, efforts = (
-        reader.numbers('float64', count) if (count := reader.count()) else [] for _ in range(3)
-    )
-    if len(velocities):
-        return RotorCommand(tick, speeds=dict(zip(names, velocities, strict=True)))
-    return RotorCommand(tick, dict(zip(names, efforts, strict=True)))
-
-
-@cache
-def _command_packer(frames, names, what):
-    return cdr.Message(TOPICS['rotor_command'].type, contents.rotor_command(frames, names, what))
-
-
-def _pack(name, stamp_ns, vector, frames):
-    inputs = contents.Inputs(np.array([stamp_ns]), np.array([vector], float))
-    return _packer(name, frames).pack(inputs).tobytes()
+def _laid_out(given: Any, numbers: list[float]) -> Any:
+    """Add the numbers of a field to others; return their places, and texts as they are."""
+    match given:
+        case str():
+            return given
+        case list():
+            return _Sequence(tuple(_laid_out(item, numbers) for item in given))
+        case tuple():
+            numbers += given
+            return _Vector(len(numbers) - len(given), len(numbers))
+    numbers.append(given)
+    return len(numbers) - 1
 
 
 @cache
-def _packer(name, frames):
-    return contents.message(TOPICS[name], frames, _ANY)
+def _packer(type_name: str, frame_id: str, layout: tuple[tuple[str, Any], ...]) -> cdr.Message:
+    content: dict[str, Any] = {}
+    if any(field.name == 'header' for field in schemas.fields(type_name)):
+        content['header'] = contents.header(frame_id)
+    for path, places in layout:
+        contents.fill(content, path, _columns(places))
+    return cdr.Message(type_name, content)
+
+
+def _columns(places):
+    match places:
+        case str():
+            return places
+        case _Sequence(items):
+            return [_columns(each) for each in items]
+        case _Vector(begin, end):
+            return lambda source: source.numbers[:, begin:end]
+    return lambda source: source.numbers[:, places]

@@ -13,6 +13,7 @@ import numpy as np
 from ..dynamics import inertia, torque
 from ..dynamics.system import System
 from ..kernel import rotation
+from ..torques.magnetic import dipole_of
 
 _CUBE, _ARROW, _LINE_LIST = 1, 0, 5
 _WHITE, _GREY, _ORANGE = (1.0, 1.0, 1.0, 1.0), (0.7, 0.7, 0.75, 0.9), (1.0, 0.6, 0.1, 1.0)
@@ -45,7 +46,7 @@ def content(header: dict[str, Any], system: System) -> dict[str, Any]:
         'rate': _arrow(_rate, _CYAN),
         'momentum': _arrow(_momentum, _MAGENTA),
     }
-    if system.magnetic_dipole_b is not None:
+    if dipole_of(system.torques) is not None:
         markers['dipole'] = _arrow(_dipole, _YELLOW)
     return {'markers': [{'header': header, 'ns': ns, **marker} for ns, marker in markers.items()]}
 
@@ -86,7 +87,8 @@ def _momentum(samples):
 
 
 def _dipole(samples):
-    return _along(np.broadcast_to(samples.system.magnetic_dipole_b, (len(samples), 3)))
+    dipole_b = np.asarray(dipole_of(samples.system.torques))
+    return _along(np.broadcast_to(dipole_b, (len(samples), 3)))
 
 
 def _along(v_b):

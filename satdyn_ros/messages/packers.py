@@ -14,6 +14,7 @@ from ..run.scenario import Scenario
 from ..run.topics import TOPICS
 from ..sensors import Sensor
 from . import cdr, contents, schemas
+from .incoming import Numbers
 from .sparse import Rows, SparseMessages
 
 # REP-145: a covariance that begins with -1 marks what a message does not have.
@@ -102,7 +103,7 @@ def geodetic_without_status(scenario: Scenario) -> Packer:
 
 def pack_tf_static(scenario: Scenario) -> bytes:
     """Return the message of /tf_static, stamped by the scenario's epoch."""
-    stamp = contents.Inputs(np.array([scenario.epoch_ns]), np.empty((1, 0)))
+    stamp = Numbers(np.array([scenario.epoch_ns]), np.empty((1, 0)))
     packed = contents.message(TOPICS['tf_static'], scenario.frames, scenario.system)
     return packed.pack(stamp).tobytes()
 

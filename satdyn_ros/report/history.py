@@ -18,6 +18,7 @@ from ..run.samples import Samples, merged
 from ..run.scenario import Scenario
 from ..run.simulation import Simulation
 from ..run.topics import Panel
+from ..torques.magnetic import dipole_of
 from .curves import HELD_TICKS, Bounds, shown, topics_with_panels
 from .place import place_topics
 from .sensor_errors import ErrorsOfSensors, SensorErrors
@@ -151,7 +152,7 @@ def history(
         if start < first:
             continue
         events += [(run.ticks.seconds(event.tick), event) for event in applied]
-        if samples.system.is_commanded:
+        if samples.acting != run.scenario.equipment.none:
             _extend(driven, run.ticks.seconds(start), run.ticks.seconds(start + len(samples)))
         largest |= {name: max(largest.get(name, 0.0), value) for name, value in so_far.items()}
         bounds.take(samples)
@@ -166,7 +167,7 @@ def history(
             {name: values[chosen] for name, values in shown(topics, samples).items()}
         )
         applied_torques.append(np.broadcast_to(samples.system.torque_b, (len(table), 3)))
-        dipole_b = samples.system.magnetic_dipole_b
+        dipole_b = dipole_of(samples.system.torques)
         if dipole_b is not None:
             dipoles.append(np.broadcast_to(dipole_b, (len(table), 3)))
         momenta.append(angular_momentum(samples.system, table.omega_bi_b, table.rotor_speed))

@@ -5,7 +5,6 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
@@ -13,10 +12,11 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.subscription import Subscription
 
+from ..actuators import Command
 from ..dynamics.integrals import relative_drift
 from ..dynamics.motion import Motion, States, joined
 from ..messages import qos
-from ..run.events import DipoleCommand, Event, RotorLimited
+from ..run.events import Event, RotorLimited
 from ..run.samples import Samples
 from ..run.simulation import Simulation
 from .inputs import InputCounts
@@ -199,7 +199,7 @@ def recorder_report(recorder: 'Recorder | None') -> Report:
 
 class InputsReport:
     """
-    The torques and the dipole that act, what limits cut, and messages refused or lost.
+    What acts of the commands, what limits cut, and messages refused or lost.
 
     published(): samples and the row of the tick that was published last, None before the first.
     """
@@ -213,36 +213,32 @@ class InputsReport:
         self._counts, self._simulation, self._published = counts, simulation, published
         self._refused = self._lost = 0
         self._limited: Counter[str] = Counter()
-        self._max_dipole = np.array(simulation.scenario['magnetorquer.max_dipole'])
 
     def take(self, applied: list[Event]) -> None:
         """Process the events of a tick."""
-        self._limited.update(event.limit for event in applied if isinstance(event, RotorLimited))
-        self._limited['max_dipole'] += sum(
-            bool(np.any(np.abs(event.dipole_b) > self._max_dipole))
-            for event in applied
-            if isinstance(event, DipoleCommand)
-        )
+        equipment = self._simulation.scenario.equipment
+        for event in applied:
+            if isinstance(event, RotorLimited) and event.limit == 'max_speed':
+                self._limited[event.limit] += 1
+            elif isinstance(event, Command):
+                actuator = equipment.of_topic[event.topic]
+                held = actuator.held(event.topic, event.value)
+                cut = sum(actuator.within(name, x) != x for name, x in held.items())
+                self._limited[actuator.limit] += cut
 
     def __call__(self) -> Report:
         """Return the state of the inputs."""
         counts, simulation = self._counts, self._simulation
         system = simulation.system
-        applied = {'torque': tuple(system.torque_b.tolist()), **simulation.torques_b}
         values: dict[str, Any] = {
-            f'{name} that acts [N m]': torque_b for name, torque_b in applied.items()
-        }
-        values |= {
             'rotor torques that act [N m]': self._rotor_torques(),
             'rotor speeds that are commanded [rad/s]': tuple(system.rotor_target.tolist()),
-            'cut to max_torque': self._limited['max_torque'],
             'limited at max_speed': self._limited['max_speed'],
         }
-        if simulation.scenario.has_magnetorquers:
-            values |= {
-                'dipole that acts [A m^2]': tuple(system.dipole_b.tolist()),
-                'cut to max_dipole': self._limited['max_dipole'],
-            }
+        for actuator in simulation.scenario.equipment.actuators:
+            values |= actuator.report(simulation.acting)
+            if actuator.limit and actuator.topics:
+                values[f'cut to {actuator.limit}'] = self._limited[actuator.limit]
         values |= {
             'accepted': counts.accepted,
             'refused': counts.refused,

@@ -2,29 +2,20 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
-from math import isfinite
+from typing import Any
 
-import numpy as np
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.subscription import Subscription
 
+from ..actuators import Actuator, Command
 from ..base.sentences import one_sentence
-from ..dynamics.system import System
 from ..messages import qos
-from ..run.events import (
-    DipoleCommand,
-    Event,
-    RotorCommand,
-    Torque,
-    rotor_speeds,
-    rotor_torques,
-)
+from ..run.events import Event
 from ..run.scenario import Scenario
 from ..run.ticks import Ticks
-from ..run.topics import MAGNETORQUERS
 from .pacing import Pacing
 from .publishing import message_class, qos_profile
 
@@ -44,11 +35,11 @@ class InputCounts:
 
 class CommandInputs:
     """
-    The subscriptions of applied torques and, where there are such, of motors and magnetorquers.
+    The subscriptions of the actuators that a scenario has.
 
-    A message is refused in another frame than the body's, with a force, with a number
-    that is not finite, or where motion.method is exact and there is no closed form with it; of
-    each kind of refusal a warning comes at most every ten seconds.
+    A message is refused in another frame than the body's, where its actuator does not take it, or
+    where motion.method is exact and there is no closed form with it; of each kind of refusal a
+    warning comes at most every ten seconds.
     timeout_s: simulated time after which a command drops to zero; 0: never.  subscriptions: by the
     names of their topics.
     """
@@ -56,16 +47,13 @@ class CommandInputs:
     def __init__(self, node: Node, scenario: Scenario, ticks: Ticks, pacing: Pacing):
         self.counts = InputCounts()
         self.subscriptions: dict[str, Subscription] = {}
-        self._warned_s: dict[str, float] = {}
+        self._warned_s: dict[tuple[str, str], float] = {}
         self.timeout_s: float = scenario['torque.timeout']
         self._node, self._scenario = node, scenario
         self._ticks, self._pacing = ticks, pacing
-        for topic in scenario.torque_topics:
-            self._subscribe(topic, partial(self._take_torque, topic))
-        if any(rotor.mode == 'motor' for rotor in scenario.system.rotors):
-            self._subscribe('rotor_command', self._take_rotor_command)
-        if scenario.has_magnetorquers:
-            self._subscribe(MAGNETORQUERS, self._take_dipole)
+        for topic, actuator in scenario.equipment.of_topic.items():
+            if actuator.is_fitted:
+                self._subscribe(topic, partial(self._take, topic, actuator))
 
     def _subscribe(self, name: str, callback: Callable):
         topic = self._scenario.topic_table[name]
@@ -80,95 +68,40 @@ class CommandInputs:
     def _count_lost(self, lost):
         self.counts.lost += lost.total_count_change
 
-    def _take_torque(self, topic, message):
-        x, y, z = message.wrench.torque.x, message.wrench.torque.y, message.wrench.torque.z
-        if not self._is_in_body_axes(topic, message):
-            return
-        force = message.wrench.force
-        if (force.x, force.y, force.z) != (0.0, 0.0, 0.0):
-            return self._refuse(
-                'force',
-                f'{topic} has a force of {force.x:g}, {force.y:g}, {force.z:g}; the force must '
-                'be zero',
-            )
-
-        def event_at(tick: int) -> Event:
-            return Torque(tick, (x, y, z), self._until(tick), topic)
-
-        if self._is_taken(topic, (x, y, z), torque_b=np.array([x, y, z])):
-            self._pacing.put(event_at, topic)
-
-    def _take_dipole(self, message):
-        x, y, z = message.vector.x, message.vector.y, message.vector.z
-
-        def event_at(tick: int) -> Event:
-            return DipoleCommand(tick, (x, y, z), self._until(tick))
-
-        if self._is_in_body_axes(MAGNETORQUERS, message) and self._is_taken(
-            MAGNETORQUERS, (x, y, z), 'A m^2'
-        ):
-            self._pacing.put(event_at, MAGNETORQUERS)
-
-    def _take_rotor_command(self, message):
-        names, efforts = list(message.name), list(message.effort)
-        velocities = list(message.velocity)
-        if efforts and velocities:
-            return self._refuse(
-                'velocity',
-                'rotor_command has efforts and velocities; one of both must be empty',
-            )
-        what = 'velocity' if velocities else 'effort'
-        commands = velocities or efforts
-        if len(names) != len(commands):
-            return self._refuse(
-                'rotors',
-                f'rotor_command has {len(names)} names and {len(commands)} of {what}; it must '
-                f'have one {what} per name',
-            )
-        if len(set(names)) != len(names):
-            return self._refuse('rotors', f'rotor_command names a rotor twice: {", ".join(names)}')
-        given, scenario = dict(zip(names, commands, strict=True)), self._scenario
+    def _take(self, topic: str, actuator: Actuator, message: Any):
+        if actuator.in_body_axes:
+            frame, body = message.header.frame_id, self._scenario.frames.body
+            if frame not in ('', body):
+                reason = f'{topic} is given in the frame {frame}; it must be {body} or empty'
+                return self._refuse((topic, 'frame'), reason)
         try:
-            torques = rotor_torques({} if velocities else given, scenario)
-            speeds = rotor_speeds(given if velocities else {}, scenario)
+            value = actuator.read(topic, message)
         except ValueError as error:
-            return self._refuse('rotors', f'rotor_command is refused: {error}')
-
-        def event_at(tick: int) -> Event:
-            return RotorCommand(tick, torques, self._until(tick), speeds)
-
-        labels = [rotor.label for rotor in scenario.system.rotors]
-        acting = {
-            'rotor_torque': np.array([torques.get(label, 0.0) for label in labels]),
-            'rotor_target': np.array([speeds.get(label, np.nan) for label in labels]),
-        }
-        if self._is_taken('rotor_command', commands, **acting):
-            self._pacing.put(event_at, ' '.join(['rotor_command', *sorted(names)]))
-
-    def _until(self, tick):
-        return self._ticks.timeout(tick, self.timeout_s)
-
-    def _is_in_body_axes(self, name, message):
-        frame, body = message.header.frame_id, self._scenario.frames.body
-        return frame in ('', body) or self._refuse(
-            'frame', f'{name} is given in the frame {frame}; it must be {body} or empty'
-        )
-
-    def _is_taken(self, name, numbers, unit='N m', **torques):
-        if not all(isfinite(number) for number in numbers):
-            given = ', '.join(f'{number:g}' for number in numbers)
-            return self._refuse(name, f'{name} is {given}; it must be finite [{unit}]')
+            return self._refuse((topic, 'message'), str(error))
         try:
-            self._check_closed_form(replace(self._scenario.system, **torques))
+            actuator.check(topic, value)
         except ValueError as error:
-            return self._refuse('closed form', f'{name} is refused: {error}')
+            return self._refuse((topic, 'value'), str(error))
+        held = actuator.held(topic, value)
+        try:
+            self._check_closed_form(actuator, held)
+        except ValueError as error:
+            return self._refuse((topic, 'closed form'), f'{topic} is refused: {error}')
         self.counts.accepted += 1
-        return True
 
-    def _check_closed_form(self, system: System):
+        def event_at(tick: int) -> Event:
+            until_tick = self._ticks.timeout(tick, self.timeout_s)
+            return Command(tick, topic, value, until_tick)
+
+        self._pacing.put(event_at, ' '.join(sorted(held)))
+
+    def _check_closed_form(self, actuator, held):
         """Raise ValueError if motion.method is exact and the driven system has no closed form."""
-        if self._scenario['motion.method'] == 'exact':
-            self._scenario.motion_from(system, self._scenario.initial_state, 0.0)
+        scenario = self._scenario
+        if scenario['motion.method'] == 'exact':
+            acting = scenario.equipment.none | held
+            system = scenario.equipment.driven(scenario.system, acting, [actuator])
+            scenario.motion_from(system, scenario.initial_state, 0.0)
 
     def _refuse(self, kind, reason):
         self.counts.refused += 1
@@ -177,4 +110,3 @@ class CommandInputs:
         if now_s - self._warned_s.get(kind, -_QUIET_S) >= _QUIET_S:
             self._warned_s[kind] = now_s
             self._node.get_logger().warning(self.counts.reason)
-        return False

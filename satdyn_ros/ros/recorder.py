@@ -11,7 +11,8 @@ from queue import Empty, Queue
 from threading import Lock, Thread
 from typing import Any
 
-from ..bag.write_run import Recording, recorded_as
+from ..actuators import Command
+from ..bag.write_run import Recording
 from ..messages.qos import Qos
 from ..messages.sparse import Rows, SparseMessages
 from ..run.events import Event
@@ -42,7 +43,7 @@ class _Block:
 
     @cached_property
     def message_counts(self) -> Counter[str]:
-        counts = Counter(filter(None, map(recorded_as, self.happened)))
+        counts = Counter(e.topic for e in self.happened if isinstance(e, Command))
         for name, table in self.rows.items():
             counts[name] += len(table.rows) if isinstance(table, SparseMessages) else self.count
         return counts

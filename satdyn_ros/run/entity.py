@@ -86,14 +86,11 @@ def accelerations(system: System, states: States, row: int) -> tuple[np.ndarray,
 
 def restarted(conditions: Scenario, samples: Samples, row: int) -> Samples:
     """Return the one row of a motion that restarts from initial conditions at that of samples."""
-    acting = samples.system
-    system = conditions.system.driven(
-        acting.torque_b, acting.rotor_torque, acting.dipole_b, acting.rotor_target
-    )
+    system = conditions.equipment.driven(conditions.system, samples.acting)
     orbit_s = float(samples.states.orbit_s[row])
     states = Propagation(system, conditions.state_at(orbit_s), orbit_s).at(0.0)
     stamps_ns = samples.stamps_ns[row : row + 1]
-    return Samples(samples.first_tick + row, stamps_ns, states, system)
+    return Samples(samples.first_tick + row, stamps_ns, states, system, acting=samples.acting)
 
 
 def touches(position: np.ndarray, centre: np.ndarray, radius: float) -> bool:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ..actuators import ACTUATORS
 from ..base.sentences import Rules, written
 from ..environment import Exponential, Msis
 from ..orbits import FixedDirection, KeplerOrbit, TabledOrbit
@@ -22,7 +23,10 @@ from .rules import RULES, STEPS_SEE_PAIRS, TABLES_END_WHERE_THEY_MUST
 # The models of what there is, none by default.
 MODELS = ('environment.magnetic_field', 'environment.atmosphere', 'environment.sun')
 # What the field turns.
-_DIPOLES = tuple(key.name for key in Magnetic.keys)
+_COMMANDED = [kind for kind in ACTUATORS.values() if kind.acts_on is Magnetic]
+_DIPOLES = tuple(
+    key.name for keys in (Magnetic.keys, *(kind.keys for kind in _COMMANDED)) for key in keys
+)
 _AIR: dict[str, Any] = {'exponential': Exponential, 'msis': Msis}
 # Keys that belong to one model of the air: key, the choosing key, the choice.
 OF_THE_AIR = tuple(

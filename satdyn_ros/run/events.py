@@ -21,28 +21,22 @@ torque, {drag: [0.0, 0.0, 0.01]}.
 """
 
 import logging
-import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import yaml
 
+from ..actuators import ACTUATORS, Command, kind_of
 from ..base import ros_yaml
 from ..base.key import Key, listed
-from ..base.sentences import nearest, told_apart
-from ..dynamics.rotor import Rotor
+from ..base.sentences import nearest
 from .parameter_file import flattened
 from .scenario import Scenario
 from .ticks import Ticks
-
-# The largest command [N m] to a motor without max_torque.
-MOST_TORQUE = 1e12
-# In body axes [N m].
-TorqueB = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -61,57 +55,8 @@ class Reset:
 
 
 @dataclass(frozen=True)
-class Torque:
-    """
-    A body torque [N m] in body axes, held until the next one or, if given, until a tick.
-
-    topic: 'torque' or, with torque.names, 'torque/NAME': the next one is the next of its topic.
-    """
-
-    tick: int
-    torque_b: TorqueB
-    until_tick: int | None = None
-    topic: str = 'torque'
-
-
-@dataclass(frozen=True)
-class RotorCommand:
-    """
-    Motor torques [N m] by rotor, held until the next ones for these or until a tick.
-
-    speeds [rad/s]: in place of torques, what the drives of rotors are to follow.
-    """
-
-    tick: int
-    torques: dict[str, float] = field(default_factory=dict)
-    until_tick: int | None = None
-    speeds: dict[str, float] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class DipoleCommand:
-    """
-    The dipole [A m^2] of the magnetorquers, body axes, held until the next one or until a tick.
-
-    It is as it is given: what acts is cut to their largest.
-    """
-
-    tick: int
-    dipole_b: tuple[float, float, float]
-    until_tick: int | None = None
-
-
-# What is recorded as the message that brings it.
-Command = Torque | RotorCommand | DipoleCommand
-
-
-@dataclass(frozen=True)
 class Timeout:
-    """
-    The end of a held command, which drops to zero: its topic, or 'rotor_command.NAME' of a rotor.
-
-    Version 0.1 wrote 'rotor_torque' for the one rotor that it had.
-    """
+    """The end of what a command holds: its topic, or what an actuator has behind a point too."""
 
     tick: int
     topic: str
@@ -152,18 +97,7 @@ class Halt:
     tick: int
 
 
-Event = (
-    Request
-    | Reset
-    | Torque
-    | RotorCommand
-    | DipoleCommand
-    | Timeout
-    | RotorLimited
-    | Topics
-    | TorquesDropped
-    | Halt
-)
+Event = Request | Reset | Command | Timeout | RotorLimited | Topics | TorquesDropped | Halt
 # They follow from the run and from the others: what is told of them is compared, never applied.
 Derived = Timeout | RotorLimited | TorquesDropped | Halt
 
@@ -177,17 +111,13 @@ _UNTIL = {
     'until_s': Key('until_s', 'double', None, 's', '', low=0.0),
     'until_tick': Key('until_tick', 'integer', None, '', '', low=0, high=_LARGEST_TICK),
 }
-_TORQUE = Key('torque', 'double_array', None, 'N m', '', lengths=(3,))
-_DIPOLE = Key('magnetorquer', 'double_array', None, 'A m^2', '', lengths=(3,))
-_ROTOR_TORQUE = Key('rotor_torque', 'double', None, 'N m', '')
-_ROTOR_SPEED = Key('rotor_speed', 'double', None, 'rad/s', '')
 _FLAGS: dict[str, Callable[[int], Event]] = {
     'reset': Reset,
     'torques_dropped': TorquesDropped,
     'halt': Halt,
 }
 # What is held.
-_HELD = ('torque', 'rotor_torque', 'rotor_speed', 'magnetorquer')
+_HELD = tuple(word for kind in ACTUATORS.values() for word in kind.words)
 _WHAT = (*_HELD, 'request', 'topics', 'timeout', 'rotor_limited', *_FLAGS)
 
 
@@ -228,7 +158,7 @@ def warnings(events: Iterable[Event], end: int, scenario: Scenario) -> list[str]
     """
     found = []
     for event in events:
-        at = f'the {type(event).__name__} at {float(event.tick / scenario.rate):g} s'
+        at = f'the {name_of(event)} at {float(event.tick / scenario.rate):g} s'
         if event.tick >= end and not isinstance(event, Derived):
             found.append(
                 f'{at} (tick {event.tick}) does not act: the run ends at '
@@ -239,6 +169,11 @@ def warnings(events: Iterable[Event], end: int, scenario: Scenario) -> list[str]
                 conditions = scenario.with_values(event.values)
                 found += [f'{at}: {text}' for text in conditions.warnings_about(event.values)]
     return found
+
+
+def name_of(event: Event) -> str:
+    """Return what an event is called in sentences: its class, or the topic of a command."""
+    return event.topic if isinstance(event, Command) else type(event).__name__
 
 
 def to_yaml(events: Iterable[Event]) -> str:
@@ -272,20 +207,12 @@ def _events(entry, scenario) -> Iterator[Event]:
     if what not in _HELD and any(name in entry for name in _UNTIL):
         raise ValueError(f'{what} does not end; until_s and until_tick belong to torques')
     value = entry[what]
+    if what in _HELD:
+        until_tick = _until(entry, tick, ticks, scenario)
+        for topic, given in scenario.equipment.of_word[what].given(what, value).items():
+            yield Command(tick, topic, given, until_tick)
+        return
     match what:
-        case 'torque':
-            until_tick = _until(entry, tick, ticks, scenario)
-            for topic, torque_b in body_torques(value, scenario).items():
-                yield Torque(tick, torque_b, until_tick, topic)
-        case 'rotor_torque':
-            until_tick = _until(entry, tick, ticks, scenario)
-            yield RotorCommand(tick, rotor_torques(value, scenario), until_tick)
-        case 'magnetorquer':
-            until_tick = _until(entry, tick, ticks, scenario)
-            yield DipoleCommand(tick, dipole(value, scenario), until_tick)
-        case 'rotor_speed':
-            until_tick = _until(entry, tick, ticks, scenario)
-            yield RotorCommand(tick, {}, until_tick, rotor_speeds(value, scenario))
         case 'request':
             if not isinstance(value, Mapping):
                 raise ValueError(f'request is {value}; it must be keys and values')
@@ -297,126 +224,14 @@ def _events(entry, scenario) -> Iterator[Event]:
                 raise ValueError(f'rotor_limited is {value}; it must be a rotor and a limit')
             yield RotorLimited(tick, str(value['rotor']), str(value['limit']))
         case 'timeout':
-            held = [f'rotor_command.{rotor.label}' for rotor in scenario.system.rotors]
-            choices = (*scenario.inputs, *held, 'rotor_torque')
-            key = Key('timeout', 'string', None, '', '', choices=choices)
+            equipment = scenario.equipment
+            choices = dict.fromkeys((*equipment.none, *equipment.topics, *equipment.of_earlier))
+            key = Key('timeout', 'string', None, '', '', choices=tuple(choices))
             yield Timeout(tick, key.checked(value))
         case _:
             if not Key(what, 'bool', None, '', '').checked(value):
                 raise ValueError(f'{what} is false; it must be true')
             yield _FLAGS[what](tick)
-
-
-def body_torques(given: Any, scenario: Scenario) -> dict[str, TorqueB]:
-    """
-    Return body torques [N m] by topic from what is given: by name, or the one without names.
-
-    ValueError, in one sentence: there is no such torque, or one is not three finite numbers.
-    """
-    names = scenario['torque.names']
-    if isinstance(given, Mapping) != bool(names):
-        allowed = (
-            f'with torque.names torques are given by name, such as {{{names[0]}: [0, 0, 0.01]}}'
-            if names
-            else f'without torque.names it must be {_TORQUE.allowed}'
-        )
-        raise ValueError(f'torque is {given}; {allowed}')
-    for name in given if names else ():
-        if name not in names:
-            raise ValueError(f'there is no torque {name}; torque.names has {", ".join(names)}')
-    torques = {f'torque/{name}': x for name, x in given.items()} if names else {'torque': given}
-    return {topic: replace(_TORQUE, name=topic).checked(x) for topic, x in torques.items()}
-
-
-def as_given(torques_b: Mapping[str, TorqueB]) -> Any:
-    """
-    Return body torques by topic as body_torques takes them.
-
-    >>> as_given({'torque/drag': (0.0, 0.0, 0.01)})
-    {'drag': [0.0, 0.0, 0.01]}
-    """
-    if 'torque' in torques_b:
-        return list(torques_b['torque'])
-    return {topic.removeprefix('torque/'): list(x) for topic, x in torques_b.items()}
-
-
-def rotor_torques(given: Any, scenario: Scenario) -> dict[str, float]:
-    """
-    Return motor torques [N m] by rotor from what is given: by name, or a number for the one rotor.
-
-    ValueError, in one sentence: there is no such motor, or a torque is not allowed.
-    """
-    by_motor = _by_motor(given, scenario, 'torque')
-    return {rotor.label: _motor_torque(torque, rotor) for rotor, torque in by_motor}
-
-
-def rotor_speeds(given: Any, scenario: Scenario) -> dict[str, float]:
-    """
-    Return commanded speeds [rad/s] by rotor from what is given, as rotor_torques.
-
-    ValueError, in one sentence: a motor follows no speed, or as of rotor_torques.
-    """
-    speeds = {}
-    for rotor, speed in _by_motor(given, scenario, 'speed'):
-        name = f'speed of the rotor {rotor.label}'
-        if not rotor.speed_gain:
-            raise ValueError(
-                f'a {name} is given and {_key_of(rotor, "speed_gain")} is 0; it must be above 0'
-            )
-        speeds[rotor.label] = replace(_ROTOR_SPEED, name=name).checked(speed)
-    return speeds
-
-
-def _by_motor(given, scenario, what) -> list[tuple[Rotor, Any]]:
-    """Return what is given of each of some motors."""
-    rotors = {rotor.label: rotor for rotor in scenario.system.rotors}
-    if not isinstance(given, Mapping):
-        if scenario['rotor.names']:
-            raise ValueError(
-                f'rotor_{what} is {given}; with rotor.names {what}s are given by name, such as '
-                f'{{{next(iter(rotors))}: 0.001}}'
-            )
-        given = {'rotor': given}
-    for name in given:
-        if name not in rotors:
-            raise ValueError(f'there is no rotor {name}; there are {", ".join(rotors)}')
-        if rotors[name].mode != 'motor':
-            raise ValueError(
-                f'a {what} {"on" if what == "torque" else "of"} the rotor {name} is given and '
-                f'{_key_of(rotors[name], "mode")} is {rotors[name].mode}; it must be motor'
-            )
-    return [(rotors[name], value) for name, value in given.items()]
-
-
-def _key_of(rotor, leaf):
-    return f'rotor.{rotor.name}.{leaf}' if rotor.name else f'rotor.{leaf}'
-
-
-def _motor_torque(given, rotor):
-    """Return the torque that a motor is commanded; ValueError: it is not one that a motor has."""
-    name = f'torque on the rotor {rotor.label}'
-    torque = replace(_ROTOR_TORQUE, name=name).checked(given)
-    if abs(torque) > MOST_TORQUE and not rotor.max_torque:
-        given, most = told_apart(torque, math.copysign(MOST_TORQUE, torque))
-        raise ValueError(
-            f'{name} is {given}; without {_key_of(rotor, "max_torque")} it must be at most '
-            f'{most.removeprefix("-")} N m, either way'
-        )
-    return torque
-
-
-def dipole(given: Any, scenario: Scenario) -> tuple[float, float, float]:
-    """
-    Return a dipole [A m^2] from what is given.
-
-    ValueError, in one sentence: there is no magnetorquer, or it is not three finite numbers.
-    """
-    if not scenario.has_magnetorquers:
-        raise ValueError(
-            f'magnetorquer is {given} and magnetorquer.max_dipole is 0 along all axes; it must be '
-            'above 0 along one'
-        )
-    return _DIPOLE.checked(given)
 
 
 def _only(entry, names):
@@ -482,16 +297,9 @@ def _instant_s(name, entry, scenario) -> Fraction:
 def _entry(event) -> dict[str, Any]:
     what: dict[str, Any]
     match event:
-        case Torque():
-            torque = as_given({event.topic: event.torque_b})
-            what = {'torque': torque, 'until_tick': event.until_tick}
-        case RotorCommand():
-            given = (
-                {'rotor_speed': event.speeds} if event.speeds else {'rotor_torque': event.torques}
-            )
-            what = {name: dict(x) for name, x in given.items()} | {'until_tick': event.until_tick}
-        case DipoleCommand():
-            what = {'magnetorquer': list(event.dipole_b), 'until_tick': event.until_tick}
+        case Command():
+            said = kind_of(event.topic).plain(event.topic, event.value)
+            what = said | {'until_tick': event.until_tick}
         case RotorLimited():
             what = {'rotor_limited': {'rotor': event.rotor, 'limit': event.limit}}
         case Request():

@@ -5,6 +5,7 @@ from dataclasses import replace
 from math import pi
 from types import MappingProxyType
 
+from ..actuators import ACTUATORS
 from ..base.key import Key
 from ..dynamics.rotor import MODES
 from ..environment.atmosphere import LARGEST_AP, LARGEST_F107
@@ -569,14 +570,7 @@ KEYS = {
             low=0.0,
             changes='running',
         ),
-        Key(
-            'torque.names',
-            'string_array',
-            (),
-            '',
-            'names of several applied torques, each commanded on torque/NAME, held and timed out '
-            'by itself, all summed; without names there is the one torque',
-        ),
+        *(key for kind in ACTUATORS.values() for key in kind.keys),
         Key(
             'sensors.names',
             'string_array',
@@ -648,7 +642,7 @@ OPTIONAL = tuple(
     or name
     in (
         'body.dipole',
-        'magnetorquer.max_dipole',
+        *(key.name for kind in ACTUATORS.values() for key in kind.keys),
         'frames.earth',
         'orbit.position',
         'orbit.velocity',
@@ -663,7 +657,6 @@ OPTIONAL = tuple(
         'rotor.dynamic_imbalance',
         'rotor.position',
         'sensors.star_tracker.sun_exclusion',
-        'torque.names',
     )
 )
 _NONE: Mapping[str, str] = MappingProxyType({})

@@ -2,30 +2,24 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import reduce
-from operator import add
-from types import MappingProxyType
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from ..actuators import Actuator, Command, Equipment
 from ..dynamics.drives import AT_LIMIT
 from ..dynamics.motion import States
 from ..dynamics.system import State, System
 from ..integrate.propagation import Propagation
 from ..sensors import Suite
 from .events import (
-    DipoleCommand,
     Event,
     Halt,
     Request,
     Reset,
-    RotorCommand,
     RotorLimited,
     Timeout,
     Topics,
-    Torque,
-    TorqueB,
     TorquesDropped,
 )
 from .requests import resolved
@@ -33,11 +27,6 @@ from .rules import EVENTS_FOLLOW, RULES
 from .scenario import Scenario
 from .segment import MOST_STEPS_A_TICK, Segment
 from .ticks import Ticks
-from .topics import MAGNETORQUERS, is_torque
-
-_NONE: Mapping[str, float] = MappingProxyType({})
-NO_TORQUE: TorqueB = (0.0, 0.0, 0.0)
-NO_DIPOLE = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,8 +36,8 @@ class RunState:
 
     segment: the motion in force.  system: what moves, with the torques that act.  conditions: the
     scenario, with the initial conditions in force.  topics: those published.  suite: the sensors
-    before the tick's samples.  torques_b: by topic the applied torques, whose sum acts.  until: by
-    held torque (its topic, 'rotor_command.NAME') the tick where it ends.  halted: why no tick
+    before the tick's samples.  acting: what acts of all that actuators are commanded, by the names
+    under which it is held.  until: by these names the tick where it ends.  halted: why no tick
     follows, in one sentence, None: one can.  told: the last tick of a snapshot from which the run
     goes on, whose limits have been told.
     """
@@ -59,10 +48,20 @@ class RunState:
     conditions: Scenario
     topics: tuple[str, ...]
     suite: Suite
-    torques_b: Mapping[str, TorqueB]
+    acting: Mapping[str, Any]
     until: Mapping[str, int] = field(default_factory=dict)
     halted: str | None = None
     told: int = -1
+
+    @property
+    def equipment(self) -> Equipment:
+        """The actuators."""
+        return self.conditions.equipment
+
+    @property
+    def is_commanded(self) -> bool:
+        """Whether anything is commanded that acts."""
+        return self.acting != self.equipment.none
 
     def restarted(self, tick: int, state: State, system: System) -> 'RunState':
         """
@@ -115,14 +114,13 @@ class _Happening:
         """Drop the torques, or else halt, where the motion does not reach the tick."""
         while self.run.halted is None and not self.run.segment.reaches(self.tick):
             run, before = self.run, self.tick - 1
-            drops = run.system.is_commanded and run.segment.begin_tick <= before
+            drops = run.is_commanded and run.segment.begin_tick <= before
             event = TorquesDropped(self.tick) if drops else Halt(self.tick)
             if not isinstance(event, kinds):
                 return
             if drops:
-                none = np.zeros(len(run.system.rotors))
-                free = run.system.driven(np.zeros(3), none, np.zeros(3), none + np.nan)
-                run = replace(run, torques_b=dict.fromkeys(run.torques_b, NO_TORQUE), until={})
+                run = replace(run, acting=run.equipment.none, until={})
+                free = run.equipment.driven(run.system, run.acting)
                 self.run = run.restarted(before, run.segment.state_at(before), free)
             else:
                 self.run = replace(run, halted=run.segment.why_no_further)
@@ -135,7 +133,7 @@ class _Happening:
 
     def act(self, event: Event) -> None:
         """Let an event act."""
-        cut: list[str] = []
+        cut: list[RotorLimited] = []
         match event:
             case TorquesDropped() | Halt():
                 # Of a bag of rules 0: nothing else shows that they are true there, since the
@@ -149,25 +147,20 @@ class _Happening:
                 self._restart_from_conditions()
             case Reset():
                 self._restart_from_conditions()
-            case Torque():
-                self._apply(event.topic, event.torque_b, event.until_tick)
-            case Timeout() if is_torque(event.topic):
-                self._apply(event.topic, NO_TORQUE, None)
-            case DipoleCommand():
-                self._magnetise(event.dipole_b, event.until_tick)
-            case Timeout(topic=topic) if topic == MAGNETORQUERS:
-                self._magnetise(NO_DIPOLE, None)
-            case RotorCommand():
-                cut = self._command(event.torques, event.until_tick, event.speeds)
+            case Command():
+                actuator = self.run.equipment.of_topic[event.topic]
+                cut = self._command(actuator.held(event.topic, event.value), event.until_tick)
             case Timeout():
-                self._command({rotor_of(event.topic): 0.0}, None)
+                self._drop(self.run.equipment.held_as(event.topic))
             case Topics():
                 self.run = replace(self.run, topics=event.names)
             case RotorLimited():
                 # Of a bag of rules below 3.
-                self._command({event.rotor: 0.0}, None)
+                actuators = self.run.equipment.actuators
+                names = {rotor: name for each in actuators for name, rotor in each.rotors.items()}
+                self._drop(names[event.rotor])
         self.events.append(event)
-        self.events += [RotorLimited(self.tick, name, 'max_torque') for name in cut]
+        self.events += cut
 
     def tell_limits(self, before: RunState) -> None:
         """Tell of rotors at their limits of speed, of the run before or of the motion of now."""
@@ -189,57 +182,53 @@ class _Happening:
             return np.zeros(len(run.system.rotors), bool)
         return is_at_limit(run.system, run.segment.state_at(self.tick).rotor_speed)
 
-    def _apply(self, topic: str, torque_b: TorqueB, until_tick: int | None) -> None:
-        """Let a body torque act, beside those of other topics."""
-        self._hold([topic], until_tick)
-        if self.run.torques_b.get(topic) != torque_b:
-            torques_b = {**self.run.torques_b, topic: torque_b}
-            self._drive(torque_b=total(torques_b))
-            self.run = replace(self.run, torques_b=torques_b)
+    def _drop(self, name: str) -> None:
+        """Let nothing be held under a name."""
+        none = self.run.equipment.none
+        self._command({name: none[name]} if name in none else {}, None)
 
-    def _command(
-        self,
-        torques: Mapping[str, float],
-        until_tick: int | None,
-        speeds: Mapping[str, float] = _NONE,
-    ) -> list[str]:
-        """Let motor torques act, or speeds, by rotor; return the rotors where torques are cut."""
-        self._hold([f'rotor_command.{name}' for name in (*torques, *speeds)], until_tick)
-        system = self.run.system
-        acting, cut = within_max_torque(system, {**torques, **dict.fromkeys(speeds, 0.0)})
-        targets = with_speeds(system, {**dict.fromkeys(torques, np.nan), **speeds})
-        self._drive(rotor_torque=acting, rotor_target=targets)
+    def _command(self, held: Mapping[str, Any], until_tick: int | None) -> list[RotorLimited]:
+        """
+        Let what is held act from the tick on, as far as it can; return which rotors are cut.
+
+        What already acts changes nothing.
+        """
+        cut = []
+        self._hold(held, until_tick)
+        for actuator in dict.fromkeys(self.run.equipment.of_name[name] for name in held):
+            new = {name: x for name, x in held.items() if name in actuator.none}
+            acting = {name: actuator.within(name, x) for name, x in new.items()}
+            cut += [
+                RotorLimited(self.tick, actuator.rotors[name], actuator.limit)
+                for name in new
+                if name in actuator.rotors and acting[name] != new[name]
+            ]
+            self._drive(actuator, {name: self.run.acting[name] for name in actuator.none} | acting)
         return cut
 
-    def _magnetise(self, dipole_b: Sequence[float], until_tick: int | None) -> None:
-        """Let the magnetorquers have a dipole, as far as they can."""
-        self._hold([MAGNETORQUERS], until_tick)
-        self._drive(dipole_b=within_max_dipole(self.run.conditions, dipole_b))
-
-    def _hold(self, topics: Iterable[str], until_tick: int | None) -> None:
-        new = dict.fromkeys(topics, until_tick)
+    def _hold(self, names: Iterable[str], until_tick: int | None) -> None:
+        new = dict.fromkeys(names, until_tick)
         held = {name: until for name, until in self.run.until.items() if name not in new}
         held |= {name: until for name, until in new.items() if until is not None}
         self.run = replace(self.run, until=held)
 
-    def _drive(self, **torques: np.ndarray) -> None:
-        """Let torques act from the tick on; torques that already act change nothing."""
-        acting = vars(self.run.system)
-        if all(np.array_equal(acting[name], x, equal_nan=True) for name, x in torques.items()):
+    def _drive(self, actuator: Actuator, acting: Mapping[str, Any]) -> None:
+        """Let an actuator act from the tick on."""
+        if actuator.effect(acting) == actuator.effect(self.run.acting):
+            self.run = replace(self.run, acting={**self.run.acting, **acting})
             return
         self.drop_torques_or_halt()
-        system = self.run.system.driven(**torques)
-        if self.run.halted:
-            self.run = replace(self.run, system=system)
+        run = replace(self.run, acting={**self.run.acting, **acting})
+        system = run.equipment.driven(run.system, acting, [actuator])
+        if run.halted:
+            self.run = replace(run, system=system)
         else:
-            run = self.run.turned_to(self.tick)
+            run = run.turned_to(self.tick)
             self.run = run.restarted(self.tick, run.segment.state_at(self.tick), system)
 
     def _restart_from_conditions(self) -> None:
-        run, acting = self.run, self.run.system
-        system = run.conditions.system.driven(
-            acting.torque_b, acting.rotor_torque, acting.dipole_b, acting.rotor_target
-        )
+        run = self.run
+        system = run.equipment.driven(run.conditions.system, run.acting)
         run = replace(run, suite=run.suite.restarted())
         start_s = run.ticks.seconds(self.tick)
         try:
@@ -263,52 +252,6 @@ def met_limit(states: States) -> np.ndarray:
     if states.met_limit is None:
         return np.zeros(len(states), bool)
     return np.any(states.met_limit, axis=1)
-
-
-def total(torques_b: Mapping[str, TorqueB]) -> np.ndarray:
-    """Return the sum (3,) of body torques by topic, added in their order."""
-    # Not by NumPy, which would warn of a sum beyond its range: such torques are dropped.
-    return np.array([reduce(add, parts) for parts in zip(*torques_b.values(), strict=True)])
-
-
-def rotor_of(topic: str) -> str:
-    """Return the rotor of a held torque; version 0.1 had one, whose topic was rotor_torque."""
-    return topic.removeprefix('rotor_command.') if topic != 'rotor_torque' else 'rotor'
-
-
-def within_max_torque(
-    system: System, torques: Mapping[str, float]
-) -> tuple[np.ndarray, list[str]]:
-    """
-    Return the motor torques [N m] (R,) with some new, by rotor, and the rotors where it was cut.
-
-    A rotor without a new torque keeps the one that acts.
-    """
-    acting, cut = system.rotor_torque.copy(), []
-    for i, rotor in enumerate(system.rotors):
-        torque = torques.get(rotor.label)
-        if torque is None:
-            continue
-        if 0.0 < rotor.max_torque < abs(torque):
-            torque = rotor.max_torque if torque > 0.0 else -rotor.max_torque
-            cut.append(rotor.label)
-        acting[i] = torque
-    return acting, cut
-
-
-def within_max_dipole(scenario: Scenario, dipole_b: ArrayLike) -> np.ndarray:
-    """Return the dipole (3,) [A m^2] that the magnetorquers have when one is asked for."""
-    most = np.array(scenario['magnetorquer.max_dipole'])
-    # A zero has no sign: -0.0 would be another command.
-    return np.clip(np.asarray(dipole_b), -most, most) + 0.0
-
-
-def with_speeds(system: System, speeds: Mapping[str, float]) -> np.ndarray:
-    """Return the commanded speeds [rad/s] (R,) with some new, by rotor; nan: a torque is."""
-    targets = system.rotor_target.copy()
-    for i, rotor in enumerate(system.rotors):
-        targets[i] = speeds.get(rotor.label, targets[i])
-    return targets
 
 
 def is_at_limit(system: System, speeds: np.ndarray) -> np.ndarray:

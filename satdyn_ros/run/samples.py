@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -46,7 +47,8 @@ class Samples(Stamped):
     What happens at consecutive ticks, all under one event.
 
     first_tick: the tick of row 0; stamps_ns (N,) int64; states: the rows' states; system: body,
-    field and the torques that act; measured: what the sensors give, by their names.
+    field and the torques that act; measured: what the sensors give, by their names; acting: what
+    actuators are commanded, by the names under which it is held.
     """
 
     first_tick: int
@@ -54,6 +56,7 @@ class Samples(Stamped):
     states: States
     system: System
     measured: Mapping[str, Measured] = field(default_factory=dict)
+    acting: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def rotor_torque(self) -> np.ndarray:
@@ -98,4 +101,5 @@ def merged(parts: Sequence[Samples]) -> Samples:
             )
             for name, found in measured.items()
         },
+        parts[0].acting,
     )

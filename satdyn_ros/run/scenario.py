@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ..actuators import Equipment
 from ..base.key import Key
 from ..base.sentences import nearest, refuse
 from ..dynamics import inertia
@@ -31,7 +32,7 @@ from .parameter_file import (
 )
 from .rules import PLATES_FOLLOW_THE_SURFACE, RULES, STEPS_SEE_PAIRS
 from .ticks import rate_of
-from .topics import MAGNETORQUERS, Topic, topics_with, torque_topics
+from .topics import Topic, topics_with
 
 _ATTITUDE = 'initial.attitude'
 
@@ -279,23 +280,17 @@ class Scenario:
     def topic_table(self) -> dict[str, Topic]:
         """The topics that it may have, by their names in publish.topics and sensors.names."""
         kinds = sensors.kinds(self.values)
-        return topics_with(self.torques, kinds, self['torque.names'])
+        return topics_with(self.torques, kinds, self.equipment.topics)
 
-    @property
-    def torque_topics(self) -> tuple[str, ...]:
-        """The topics of the applied torques, in the order in which they are summed."""
-        return torque_topics(self['torque.names'])
-
-    @property
-    def has_magnetorquers(self) -> bool:
-        """Whether there is a magnetorquer along any axis."""
-        return any(self['magnetorquer.max_dipole'])
+    @cached_property
+    def equipment(self) -> Equipment:
+        """The actuators."""
+        return Equipment(self.values, rotors.rotors_of(self.values))
 
     @property
     def inputs(self) -> tuple[str, ...]:
         """The topics of what can be commanded, by their names in the table of topics."""
-        magnetorquers = (MAGNETORQUERS,) if self.has_magnetorquers else ()
-        return (*self.torque_topics, 'rotor_command', *magnetorquers)
+        return self.equipment.topics
 
     @cached_property
     def sensors(self) -> dict[str, Sensor]:
@@ -343,7 +338,11 @@ class Scenario:
             orbit=orbit,
             weight_moment=np.array(self['body.weight_moment']),
             environment=along_orbit,
-            torques=(*environment.torques_of(self.values, along_orbit), *own),
+            torques=(
+                *environment.torques_of(self.values, along_orbit),
+                *own,
+                *self.equipment.torques(),
+            ),
             sees_pairs=self.rules >= STEPS_SEE_PAIRS,
         )
 

@@ -3,54 +3,27 @@
 import copy
 from bisect import insort
 from collections import deque
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
-from math import isnan
 from typing import Any
 
 import numpy as np
 
+from ..actuators import Command
 from ..base.key import listed
 from ..dynamics.motion import Motion
 from ..dynamics.system import State, System
 from ..sensors import Measurements, Suite
-from .events import (
-    Derived,
-    DipoleCommand,
-    Event,
-    Request,
-    Reset,
-    RotorCommand,
-    RotorLimited,
-    Torque,
-    TorqueB,
-    as_given,
-    body_torques,
-    dipole,
-    rotor_speeds,
-    rotor_torques,
-)
+from .events import Derived, Event, Request, Reset, RotorLimited
 from .in_place import OF_ATTITUDE
 from .requests import requested
 from .rules import EVENTS_FOLLOW, LIMITS_AT_THEIR_INSTANT, RULES
-from .run_state import (
-    NO_DIPOLE,
-    NO_TORQUE,
-    RunState,
-    met_limit,
-    rotor_of,
-    total,
-    with_speeds,
-)
+from .run_state import RunState, met_limit
 from .samples import Measured, Samples
 from .scenario import Scenario
 from .segment import MOST_STEPS_A_TICK, Segment
 from .sensors import by_rules
 from .ticks import Ticks
-from .topics import MAGNETORQUERS, is_torque
-
-# Numbers in SI, or texts with their units, such as '[0, 0, 5] mN m'.
-GivenVector = Sequence[float | str] | np.ndarray | str
 
 
 class RunHalted(RuntimeError):  # noqa: N818
@@ -90,12 +63,11 @@ class Simulation:
             conditions=self.scenario,
             topics=scenario.topics,
             suite=suite,
-            torques_b=dict.fromkeys(scenario.torque_topics, NO_TORQUE),
+            acting=scenario.equipment.none,
         )
         self._begin_block()
-        self._torques_of_step: Iterable[str] = ()
-        self._rotors_of_step: frozenset[str] = frozenset()
-        self._has_dipole_of_step = False
+        # What the last step held, by the names under which it did.
+        self._of_step: frozenset[str] = frozenset()
 
     def __repr__(self) -> str:
         at_s = self.ticks.seconds(self.next_tick)
@@ -133,7 +105,7 @@ class Simulation:
             measured = {name: self._stamped(some, first) for name, some in found.items()}
             self._run = replace(run, suite=suite)
         stamps_ns = self.ticks.stamps_ns(first, last)
-        self._block = Samples(first, stamps_ns, states, run.system, measured)
+        self._block = Samples(first, stamps_ns, states, run.system, measured, run.acting)
         self.next_tick = last
         return happened, self._block
 
@@ -167,6 +139,15 @@ class Simulation:
         self._run = replace(self._run, suite=self._run.suite.perfect())
         self._begin_block()
 
+    def command(self, **commands: Any) -> None:
+        """
+        Let commands, as of step(), act from the next tick on, until the next ones for the same.
+
+        ValueError, TypeError: as of step().
+        """
+        for topic, value in self._commanded(self._held(commands)):
+            self.schedule(Command(self.next_tick, topic, value))
+
     def schedule(self, event: Event) -> None:
         """Add an event at its tick, the next one or later."""
         insort(self._pending, event, key=_tick_of)
@@ -197,9 +178,9 @@ class Simulation:
         return block.rotor_torque[self.tick - block.first_tick]
 
     @property
-    def torques_b(self) -> Mapping[str, TorqueB]:
-        """The applied torques [N m] by topic, whose sum acts."""
-        return self._run.torques_b
+    def acting(self) -> Mapping[str, Any]:
+        """What acts of all that actuators are commanded, by the names under which it is held."""
+        return self._run.acting
 
     @property
     def topics(self) -> tuple[str, ...]:
@@ -237,48 +218,25 @@ class Simulation:
                 conditions = conditions.with_values(event.values, at_s)
         return conditions
 
-    def step(
-        self,
-        torque_b: GivenVector | Mapping[str, GivenVector] | None = None,
-        rotor_torque: Mapping[str, float | str] | None = None,
-        dipole_b: GivenVector | None = None,
-        rotor_speed: Mapping[str, float | str] | None = None,
-    ) -> State:
+    def step(self, **commands: Any) -> State:
         """
         Advance by one tick and return the state there.
 
-        torque_b [N m] (3,), body axes, with torque.names by name, rotor_torque [N m] or
-        rotor_speed [rad/s], by rotor, and dipole_b [A m^2] (3,) of the magnetorquers, or texts
-        with their units, hold during this step alone; without them, and for what is not named,
-        what is in force continues.  The first step is from tick 0 to tick 1.  ValueError: there is
-        no such torque, motor or magnetorquer, or a number is not finite.  RunHalted: the run goes
-        no further.
+        commands: torque_b [N m] (3,), body axes, with torque.names by name, rotor_torque [N m] or
+        rotor_speed [rad/s], by rotor, dipole_b [A m^2] (3,) of the magnetorquers, or texts with
+        their units, hold during this step alone; without them, and for what is not named, what is
+        in force continues.  The first step is from tick 0 to tick 1.  ValueError: there is no such
+        torque, motor or magnetorquer, or a number is not finite.  TypeError: there is no such
+        command.  RunHalted: the run goes no further.
         """
-        torques = rotor_torques(rotor_torque or {}, self.scenario)
-        speeds = rotor_speeds(rotor_speed or {}, self.scenario)
-        if both := torques.keys() & speeds.keys():
-            raise ValueError(f'the rotor {min(both)} is given a torque and a speed; give one')
-        torques_b = {} if torque_b is None else body_torques(torque_b, self.scenario)
+        held = now = self._held(commands)
         if self.next_tick == 0:
             self.advance(1)
-        now = frozenset({**torques, **speeds})
-        ended = {name: 0.0 for name in self._rotors_of_step - now}
-        self._rotors_of_step = now
-        new: list[Event] = []
-        if ended or torques:
-            new.append(RotorCommand(self.tick, ended | torques))
-        if speeds:
-            new.append(RotorCommand(self.tick, speeds=speeds))
-        over_b = dict.fromkeys(self._torques_of_step, NO_TORQUE)
-        self._torques_of_step = tuple(torques_b)
-        for topic, torque in (over_b | torques_b).items():
-            if torque != self.torques_b[topic]:
-                new.append(Torque(self.tick, torque, topic=topic))
-        if dipole_b is not None:
-            new.append(DipoleCommand(self.tick, dipole(dipole_b, self.scenario)))
-        elif self._has_dipole_of_step:
-            new.append(DipoleCommand(self.tick, NO_DIPOLE))
-        self._has_dipole_of_step = dipole_b is not None
+        none = self._run.equipment.none
+        held = {name: none[name] for name in self._of_step - held.keys()} | held
+        changes = {name: x for name, x in held.items() if self.acting[name] != x}
+        new = [Command(self.tick, *each) for each in self._commanded(changes)]
+        self._of_step = frozenset(now)
         if new:
             self.rewind(self.tick)
             for event in new:
@@ -288,6 +246,29 @@ class Simulation:
         if self.halted:
             raise RunHalted(self.halted)
         return self.state
+
+    def _held(self, commands: Mapping[str, Any]) -> dict[str, Any]:
+        """Return what commands of a step hold, by name; ValueError, TypeError: as of step."""
+        held: dict[str, Any] = {}
+        words = self.scenario.equipment.of_keyword
+        for keyword, given in commands.items():
+            if keyword not in words:
+                raise TypeError(f'there is no command {keyword}; there are {", ".join(words)}')
+            if given is None:
+                continue
+            actuator, word = words[keyword]
+            for topic, value in actuator.given(word, given).items():
+                now = actuator.held(topic, value)
+                if both := held.keys() & now.keys():
+                    raise ValueError(f'{min(both)} is commanded twice; give one command')
+                held |= now
+        return held
+
+    def _commanded(self, held: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+        """Yield topics and values of the commands that hold this and nothing else."""
+        for actuator in self.scenario.equipment.actuators:
+            own = {name: x for name, x in held.items() if name in actuator.none}
+            yield from actuator.commanding(own)
 
     def request(self, values: Mapping[str, Any]) -> None:
         """Restart at the next tick from new initial conditions; ValueError: not allowed."""
@@ -352,10 +333,7 @@ class Simulation:
             'state': state_record(run.segment.state_at(tick)),
             'begin_tick': run.segment.begin_tick,
             'begin_state': state_record(run.segment.motion.state),
-            'torque_b': as_given(run.torques_b),
-            'rotor_torque': run.system.rotor_torque.tolist(),
-            **self._dipole_of(run),
-            **_speeds_record(run.system),
+            **run.equipment.to_plain(run.acting),
             'until': dict(run.until),
             'conditions': {
                 name: listed(value)
@@ -365,12 +343,6 @@ class Simulation:
             'topics': list(run.topics),
             'sensors': self._suite_at(tick).to_plain(),
         }
-
-    def _dipole_of(self, run):
-        """Return the dipole of a snapshot; bags without magnetorquers have none."""
-        if not self.scenario.has_magnetorquers:
-            return {}
-        return {'dipole_b': run.system.dipole_b.tolist()}
 
     @classmethod
     def from_snapshot(
@@ -384,16 +356,9 @@ class Simulation:
         simulation = cls(scenario, events, rules)
         run = simulation._run
         conditions = simulation.scenario.with_values(snapshot['conditions'])
-        torques_b = {**run.torques_b, **body_torques(snapshot['torque_b'], scenario)}
-        system = conditions.system
-        # Only where speeds are commanded are there any.
-        targets = with_speeds(system, snapshot.get('rotor_speed', {}))
-        system = system.driven(
-            total(torques_b),
-            np.array(snapshot['rotor_torque']),
-            np.array(snapshot.get('dipole_b', np.zeros(3))),
-            targets,
-        )
+        equipment = conditions.equipment
+        acting = equipment.from_plain(snapshot)
+        system = equipment.driven(conditions.system, acting)
         begin = snapshot['begin_state']
         state = State(
             np.array(begin['q_ib']),
@@ -407,22 +372,15 @@ class Simulation:
             topics=tuple(snapshot['topics']),
             # Version 0.1 had no sensors.
             suite=run.suite.with_memories(snapshot.get('sensors', {})),
-            torques_b=torques_b,
+            acting=acting,
             told=snapshot['tick'],
-            until={_held_as(topic): until for topic, until in snapshot['until'].items()},
+            until={equipment.held_as(name): until for name, until in snapshot['until'].items()},
         )
         simulation._run = run.restarted(snapshot['begin_tick'], state, system)
         simulation._begin_block()
         simulation.next_tick, simulation._is_whole = snapshot['tick'], False
         simulation._run.segment.catch_up(simulation.next_tick)
         return simulation
-
-
-def _held_as(topic):
-    """Return the name of what is held, which version 0.1 wrote otherwise of a rotor."""
-    if is_torque(topic) or topic == MAGNETORQUERS:
-        return topic
-    return f'rotor_command.{rotor_of(topic)}'
 
 
 def follows(event: Event, rules: int) -> bool:
@@ -440,13 +398,6 @@ def without_limits_of_speed(scenario: Scenario) -> Scenario:
 
 def _tick_of(event):
     return event.tick
-
-
-def _speeds_record(system: System) -> dict[str, dict[str, float]]:
-    """Return the commanded speeds as plain data by rotor, if there are any."""
-    pairs = zip(system.rotors, system.rotor_target.tolist(), strict=True)
-    speeds = {rotor.label: speed for rotor, speed in pairs if not isnan(speed)}
-    return {'rotor_speed': speeds} if speeds else {}
 
 
 def state_record(state: State) -> dict[str, list[float]]:

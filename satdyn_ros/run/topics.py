@@ -6,11 +6,12 @@ columns in tables and its panel.
 """
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..actuators import ACTUATORS, Actuator, kind_of
 from ..dynamics.system import System
 from ..dynamics.torque import own_torque
 from ..kernel import rotation
@@ -21,9 +22,6 @@ from ..torques.body_torque import BodyTorque
 from ..torques.gravity_gradient import GravityGradient, gravity_gradient
 from ..torques.magnetic import Magnetic
 from ..torques.solar import Solar
-
-# The topic of what the magnetorquers are commanded.
-MAGNETORQUERS = 'magnetorquer_command'
 
 
 class Shown(NamedTuple):
@@ -92,8 +90,6 @@ _Q_LB = Shown(
     ('q_lb_x', 'q_lb_y', 'q_lb_z', 'q_lb_w'),
     lambda samples: samples.states.q_lb,
 )
-# Of an input, which is in no table.
-_COMMANDED = Shown((), lambda inputs: inputs.values)
 
 
 def _lvlh_lacking(system):
@@ -165,8 +161,16 @@ def _of_kind(kind: type[BodyTorque]) -> Topic:
     return _torque(kind.topic, kind.title, of, lacking)
 
 
+def _acted_on():
+    return (kind.acts_on for kind in ACTUATORS.values() if kind.acts_on is not None)
+
+
 def _of_sensor(name: str, kind: type[Sensor]) -> Topic:
     return Topic(name, kind.message, 'sensor', '', kind.says)
+
+
+def _of_actuator(topic: str, kind: type[Actuator]) -> Topic:
+    return Topic(topic, kind.message, 'input', 'body', kind.says)
 
 
 _TABLE = (
@@ -213,9 +217,7 @@ _TABLE = (
         lacking=_lvlh_lacking,
     ),
     _torque(GravityGradient.topic, GravityGradient.title, _gravity_gradient),
-    _of_kind(Magnetic),
-    _of_kind(Aerodynamic),
-    _of_kind(Solar),
+    *map(_of_kind, dict.fromkeys((Magnetic, Aerodynamic, Solar, *_acted_on()))),
     Topic(
         'magnetic_field',
         'sensor_msgs/msg/MagneticField',
@@ -318,32 +320,7 @@ _TABLE = (
         '',
         'drift of the first integrals, pacing, recorder, inputs and connections, once per second',
     ),
-    Topic(
-        'torque',
-        'geometry_msgs/msg/WrenchStamped',
-        'input',
-        'body',
-        'torque on the body in body axes [N m], held until the next one or the timeout; with '
-        'torque.names in its place torque/NAME, each held by itself, all summed',
-        shows=(_COMMANDED,),
-    ),
-    Topic(
-        'rotor_command',
-        'sensor_msgs/msg/JointState',
-        'input',
-        'body',
-        'motor torques (effort [N m]) or speeds (velocity [rad/s]) by name, held until the next '
-        'one or the timeout; rotors not named keep theirs',
-    ),
-    Topic(
-        MAGNETORQUERS,
-        'geometry_msgs/msg/Vector3Stamped',
-        'input',
-        'body',
-        'dipole of the magnetorquers in body axes [A m^2], cut to magnetorquer.max_dipole along '
-        'each axis, held until the next one or the timeout; only with magnetorquers',
-        shows=(_COMMANDED,),
-    ),
+    *(_of_actuator(kind.topic, kind) for kind in ACTUATORS.values()),
 )
 
 # By the names in publish.topics: without a slash.
@@ -351,25 +328,15 @@ TOPICS: dict[str, Topic] = {topic.name.lstrip('/'): topic for topic in _TABLE}
 STATE_TOPICS = tuple(name for name, topic in TOPICS.items() if topic.role == 'state')
 
 
-def torque_topics(names: Iterable[str]) -> tuple[str, ...]:
-    """Return the topics of the applied torques of these names; without names, of the one."""
-    return tuple(f'torque/{name}' for name in names) or ('torque',)
-
-
-def is_torque(topic: str) -> bool:
-    """Whether a topic is that of an applied torque."""
-    return topic.partition('/')[0] == 'torque'
-
-
 def topics_with(
     torques: Iterable[type[BodyTorque]],
     sensors: Mapping[str, type[Sensor]],
-    torque_names: tuple[str, ...] = (),
+    commanded: Iterable[str] = (),
 ) -> dict[str, Topic]:
     """
     Return the topics of scenarios with torques and sensors of these kinds, by their names.
 
-    torque_names: of the applied torques.  ValueError: a topic of a torque, or a sensor, has the
+    commanded: the topics of the actuators.  ValueError: a topic of a torque, or a sensor, has the
     name of another topic.
     """
     table = dict(TOPICS)
@@ -381,7 +348,9 @@ def topics_with(
         if name in table and table[name].role != 'sensor':
             raise ValueError(f'sensors.names has {name}, which is a topic; give another name')
         table[name] = _of_sensor(name, sensor)
-    if torque_names:
-        one = table.pop('torque')
-        table |= {topic: replace(one, name=topic) for topic in torque_topics(torque_names)}
+    for topic in commanded:
+        actuator = kind_of(topic)
+        if topic != actuator.topic:
+            table.pop(actuator.topic, None)
+            table[topic] = _of_actuator(topic, actuator)
     return table

@@ -1,8 +1,10 @@
 """The torque of the Earth's magnetic field on the body's dipole."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from operator import add
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from ..base.key import Key
 from ..kernel.time_table import NO_TABLE, Table, interpolate_vector
@@ -15,8 +17,8 @@ class Magnetic(BodyTorque):
     """
     The torque m x B in the field B along the orbit.
 
-    m is the residual dipole of the body and that of the magnetorquers, which is constant in body
-    axes from one command to the next.
+    m is the residual dipole of the body and one that is commanded, constant in body axes from one
+    command to the next.
     """
 
     name = 'magnetic'
@@ -28,16 +30,6 @@ class Magnetic(BodyTorque):
             'A m^2',
             'residual magnetic dipole, body axes; with environment.magnetic_field it is turned',
             lengths=(3,),
-        ),
-        Key(
-            'magnetorquer.max_dipole',
-            'double_array',
-            (0.0, 0.0, 0.0),
-            'A m^2',
-            'largest dipole of the magnetorquers along each body axis; 0: none along that axis; '
-            'what magnetorquer_command asks for beyond it is cut',
-            lengths=(3,),
-            low=0.0,
         ),
     )
 
@@ -58,7 +50,7 @@ class Magnetic(BodyTorque):
         self._residual, self._field = residual, field
 
     def commanded(self, dipole: Sequence[float]) -> 'Magnetic':
-        """Return the torque while the magnetorquers have a dipole (3,) [A m^2], body axes."""
+        """Return the torque under a commanded dipole (3,) [A m^2] too, body axes."""
         return type(self)(self._residual, self._field, dipole)
 
     @staticmethod
@@ -73,3 +65,9 @@ class Magnetic(BodyTorque):
         """Return m x B."""
         B = to_body(q_ib, interpolate_vector(constants.field, 0, t_s))
         return cross(constants.dipole, B)
+
+
+def dipole_of(torques: Iterable[BodyTorque]) -> np.ndarray | None:
+    """Return the dipole (3,) [A m^2] that the field turns, body axes; None: there is none."""
+    found = (torque for torque in torques if isinstance(torque, Magnetic))
+    return next((np.array(torque.constants.dipole) for torque in found), None)

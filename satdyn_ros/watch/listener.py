@@ -5,19 +5,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import (
-    QuaternionStamped,
-    Vector3Stamped,
-    VelocityStamped,
-    WrenchStamped,
-)
+from geometry_msgs.msg import QuaternionStamped, VelocityStamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import Imu, JointState
 
-from ..run.topics import MAGNETORQUERS, TOPICS, is_torque
+from ..actuators import ACTUATORS, is_commanding
+from ..ros.publishing import message_class
+from ..run.topics import TOPICS
 
 _SERVICE = '/set_initial_conditions'
 _SERVICE_TYPE = 'rcl_interfaces/srv/SetParametersAtomically'
@@ -32,8 +29,12 @@ _CLASSES = {
     'attitude': QuaternionStamped,
     'angular_velocity': VelocityStamped,
     'rotor': JointState,
-    'torque': WrenchStamped,
-    MAGNETORQUERS: Vector3Stamped,
+    # What motors are commanded is in the messages of the rotors.
+    **{
+        topic: message_class(kind.message)
+        for topic, kind in ACTUATORS.items()
+        if kind.in_body_axes
+    },
 }
 
 
@@ -72,8 +73,7 @@ class Listener:
             for key in _CLASSES
             if (topic := _topic(key, taken if TOPICS[key].role == 'input' else out)) is not None
         }
-        if 'torque' not in found:
-            found |= _named_torques(taken)
+        found = _named(taken) | found
         for key, topic in found.items():
             old = self._subscriptions.get(key)
             if old is None or old.topic_name != topic:
@@ -118,19 +118,10 @@ class Listener:
         self._latest['rotor'] = self._take('rotor') or self._latest.get('rotor')
         return self._latest['rotor']
 
-    def commands_b(self) -> dict[str, np.ndarray]:
-        """
-        Return by topic what was commanded since the last call, (3,) in body axes.
-
-        That is applied torques [N m] and the dipole of the magnetorquers [A m^2].
-        """
-        inputs = [key for key in self._subscriptions if is_torque(key) or key == MAGNETORQUERS]
-        came_in = {key: message for key in inputs if (message := self._take(key)) is not None}
-        vectors = {
-            key: message.vector if key == MAGNETORQUERS else message.wrench.torque
-            for key, message in came_in.items()
-        }
-        return {key: np.array([vector.x, vector.y, vector.z]) for key, vector in vectors.items()}
+    def commands(self) -> dict[str, Any]:
+        """Return by topic the messages of what was commanded since the last call."""
+        inputs = [key for key in self._subscriptions if is_commanding(key)]
+        return {key: message for key in inputs if (message := self._take(key)) is not None}
 
     def leave(self) -> None:
         """Listen to no satellite."""
@@ -199,11 +190,14 @@ def _topic(key, topics):
     return next(iter(own or (names if is_alone else [])), None)
 
 
-def _named_torques(taken):
-    """Return the topics of applied torques that have names, by their names in the scenario."""
-    names = [name for name, types in taken if TOPICS['torque'].type in types]
-    own = {'/'.join(name.split('/')[-2:]): name for name in names}
-    return {key: name for key, name in own.items() if is_torque(key)}
+def _named(taken):
+    """Return the topics of actuators that have names, such as torque/drag, by these."""
+    found = {}
+    for topic, types in taken:
+        kind, name = topic.split('/')[-2:]
+        if kind in ACTUATORS and ACTUATORS[kind].message in types:
+            found[f'{kind}/{name}'] = topic
+    return found
 
 
 def _sample(message, q, omega):

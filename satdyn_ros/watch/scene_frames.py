@@ -1,6 +1,8 @@
 """The frames of a live page: what a satellite publishes, as rows of the scene."""
 
 from collections import deque
+from contextlib import suppress
+from typing import Any
 
 import numpy as np
 
@@ -9,11 +11,10 @@ from ..dynamics.torque import angular_momentum
 from ..report import scene
 from ..report.curves import shown, topics_with_panels
 from ..report.place import place_topics
-from ..run.run_state import NO_DIPOLE, within_max_dipole
 from ..run.samples import Samples
 from ..run.scenario import Scenario
 from ..run.ticks import Ticks
-from ..run.topics import MAGNETORQUERS
+from ..torques.magnetic import dipole_of
 from .listener import Listener, Sample
 
 _KEPT_ROWS = 9000
@@ -28,10 +29,10 @@ class SceneFrames:
         self._rows: deque[Row] = deque(maxlen=_KEPT_ROWS)
         # The tick that is shown; how many samples were left out.
         self.tick, self.left_out = -1, 0
-        # By topic what was commanded since the last sample; and before, each with the time [s] of
-        # its sample.
-        self._came_in: dict[str, np.ndarray] = {}
-        self._commanded: dict[str, tuple[float, np.ndarray]] = {}
+        # By topic the messages of what was commanded since the last sample; and by the name under
+        # which it is held what acts since before, with the time [s] of its sample.
+        self._came_in: dict[str, Any] = {}
+        self._commanded: dict[str, tuple[float, Any]] = {}
 
     def clear(self) -> None:
         """Forget everything so far: another node has taken the name."""
@@ -52,7 +53,7 @@ class SceneFrames:
         A sample is left out whose stamp is no tick of the scenario after the last: a node of the
         same name has published it.
         """
-        self._came_in |= listener.commands_b()
+        self._came_in |= listener.commands()
         ticks = Ticks(scenario.rate, scenario.epoch_ns)
         for sample in reversed(listener.samples()):
             tick = ticks.tick_of(sample.stamp_ns)
@@ -63,7 +64,15 @@ class SceneFrames:
             return None
         self.tick = tick
         t_s = ticks.seconds(tick)
-        self._commanded |= {topic: (t_s, command) for topic, command in self._came_in.items()}
+        for topic, message in self._came_in.items():
+            actuator = scenario.equipment.of_topic.get(topic)
+            # What the node refuses does not act.
+            with suppress(ValueError):
+                if actuator is not None:
+                    self._commanded |= {
+                        name: (t_s, actuator.within(name, x))
+                        for name, x in actuator.held(topic, actuator.read(topic, message)).items()
+                    }
         self._came_in.clear()
         row = self._row(scenario, sample, t_s, *_rotors(listener, scenario))
         self._rows.append(row)
@@ -86,10 +95,9 @@ class SceneFrames:
         rotor_speed: np.ndarray,
         rotor_angle: np.ndarray,
     ) -> Row:
-        held_b, at_s = self._held(scenario, t_s), np.array([t_s])
-        commanded_b = within_max_dipole(scenario, held_b.pop(MAGNETORQUERS, NO_DIPOLE))
-        system = scenario.system.driven(dipole_b=commanded_b)
-        dipole_b = system.magnetic_dipole_b
+        acting, at_s = self._acting(scenario, t_s), np.array([t_s])
+        system = scenario.equipment.driven(scenario.system, acting)
+        dipole_b = dipole_of(system.torques)
         states = States(
             t_s=at_s,
             q_ib=sample.q_ib[None],
@@ -106,16 +114,16 @@ class SceneFrames:
             states,
             momentum_b=angular_momentum(system, states.omega_bi_b, states.rotor_speed),
             shown=shown([*topics_with_panels(scenario), *place_topics(scenario)], samples),
-            applied_b=np.sum([*held_b.values()], axis=0)[None] if held_b else None,
+            applied_b=system.torque_b[None] if system.torque_b.any() else None,
             dipole_b=None if dipole_b is None else dipole_b[None],
         )
 
-    def _held(self, scenario: Scenario, t_s: float) -> dict[str, np.ndarray]:
-        """Return by topic the last commands received, until their timeouts."""
+    def _acting(self, scenario: Scenario, t_s: float) -> dict[str, Any]:
+        """Return what acts of the last commands received, until their timeouts."""
         timeout_s = scenario['torque.timeout']
-        return {
-            topic: command
-            for topic, (since_s, command) in self._commanded.items()
+        return scenario.equipment.none | {
+            name: x
+            for name, (since_s, x) in self._commanded.items()
             if not timeout_s or t_s - since_s <= timeout_s
         }
 

@@ -7,6 +7,7 @@ import pytest
 import yaml
 from run.test_one_mind import EPHEMERIS
 
+from satdyn_ros.actuators import Command
 from satdyn_ros.bag import run_metadata
 from satdyn_ros.bag.read_run import RecordedRun
 from satdyn_ros.base import ros_yaml
@@ -14,13 +15,12 @@ from satdyn_ros.rosbag2.errors import Damaged
 from satdyn_ros.rosbag2.integrity import check
 from satdyn_ros.rosbag2.recover import recover
 from satdyn_ros.rosbag2.scan import scan
-from satdyn_ros.run.events import RotorCommand, Torque
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 
 
 @pytest.mark.parametrize(
-    'event', [event for event in flights.EVENTS if not isinstance(event, Torque | RotorCommand)]
+    'event', [event for event in flights.EVENTS if not isinstance(event, Command)]
 )
 def test_events_come_back(event):
     """Each kind as it was."""
@@ -46,8 +46,7 @@ def test_events_come_back(event):
         {'event': 'Request', 'tick': '1', 'values': '[]'},
         {'event': 'Timeout', 'tick': '1', 'topic': '3'},
         {'event': 'RotorLimited', 'tick': '1', 'rotor': '"rotor"', 'limit': 'null'},
-        {'event': 'Torque', 'tick': '1', 'torque_b': '"x"', 'until_tick': 'null'},
-        {'event': 'RotorCommand', 'tick': '1', 'torques': '3', 'until_tick': 'null'},
+        {'event': 'Command', 'tick': '1', 'topic': '"torque"', 'value': '3', 'until_tick': 'null'},
     ],
 )
 def test_what_is_no_event_is_refused(record):
@@ -70,7 +69,7 @@ SNAPSHOT = Simulation(flights.GYROSTAT).snapshot(0)
         {'begin_state': SNAPSHOT['begin_state'] | {'omega_bi_b': 'abc'}},
         {'torque_b': [[0.0], [0.0], [0.0]]},
         {'torque_b': {'drag': [0.0, 0.0]}},
-        {'dipole_b': [0.0, 0.0]},
+        {'rotor_torque': [0.0, 0.0]},
         {'until': {'torque': 'soon'}},
         {'topics': ['none']},
     ],
@@ -78,9 +77,13 @@ SNAPSHOT = Simulation(flights.GYROSTAT).snapshot(0)
 def test_what_is_no_snapshot_is_refused(change):
     """Ticks, vectors and topics have their form."""
     good = run_metadata.to_record(SNAPSHOT)
-    assert run_metadata.snapshot_from_record(good) == json.loads(json.dumps(SNAPSHOT))
+    assert run_metadata.snapshot_from_record(good, flights.GYROSTAT) == json.loads(
+        json.dumps(SNAPSHOT)
+    )
     with pytest.raises(ValueError):
-        run_metadata.snapshot_from_record(run_metadata.to_record(SNAPSHOT | change))
+        run_metadata.snapshot_from_record(
+            run_metadata.to_record(SNAPSHOT | change), flights.GYROSTAT
+        )
 
 
 def test_a_scenario_that_no_bag_holds_is_refused_before_it_begins(tmp_path, monkeypatch):
@@ -136,7 +139,7 @@ def test_a_long_ephemeris_comes_back_from_its_bag(tmp_path, comment):
         (
             'topics',
             '{"rotor_command": "/rotor_command", "torque/drag": "/torque/drag"}',
-            'satdyn_ros/scenario: its inputs are not torque, as torque.names says',
+            'satdyn_ros/scenario: its topics have no torque',
         ),
         ('machine', None, 'satdyn_ros/scenario: it has no machine'),
     ],

@@ -6,6 +6,7 @@ from pathlib import Path
 import flights
 import numpy as np
 import pytest
+from commands import torque_command
 from mcap.records import Metadata
 
 from satdyn_ros.bag import run_metadata
@@ -20,7 +21,7 @@ from satdyn_ros.bag.write_run import Recording
 from satdyn_ros.messages.packers import packer
 from satdyn_ros.rosbag2.reader import Bag
 from satdyn_ros.rosbag2.scan import scan
-from satdyn_ros.run.events import Request, Reset, Torque
+from satdyn_ros.run.events import Request, Reset
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 
@@ -39,7 +40,7 @@ VALUES = {
     'sensors.star_tracker.latency': 5,
 }
 EVENTS = [
-    Torque(30, (0.0, 0.01, 0.0), 55),
+    torque_command(30, (0.0, 0.01, 0.0), 55),
     Request(101, {'initial.angular_velocity': [0.0, 0.0, 0.01]}),
     Reset(161),
 ]
@@ -200,7 +201,7 @@ def test_a_gyro_that_integrates_goes_on_from_a_bag(tmp_path):
     A bag of rules 2 knows no turn: the sample is the rate at its tick.
     """
     fast = {'initial.angular_velocity': [0.3, -0.2, 40.0], 'motion.method': 'numeric'}
-    bag = recorded(tmp_path / 'bag', fast, [Torque(29, (0.0, 500.0, 0.0), 55)], 4)
+    bag = recorded(tmp_path / 'bag', fast, [torque_command(29, (0.0, 500.0, 0.0), 55)], 4)
     whole = dict(read(bag)['gyro'])
     for changes in ({}, {'body.inertia': [810.0, 900.0, 600.0]}):
         scenario, begin = begun_in_bag(Scenario(VALUES | fast | changes), bag, 1.5)

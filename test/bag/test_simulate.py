@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from commands import dipole_command, motor_command, torque_command
 from flights import GYROSTAT, sequence
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
@@ -23,15 +24,7 @@ from satdyn_ros.base import nanoseconds
 from satdyn_ros.base.interruption import Terminated, interruptible
 from satdyn_ros.kernel import rotation
 from satdyn_ros.orbits import KeplerOrbit
-from satdyn_ros.run.events import (
-    DipoleCommand,
-    Request,
-    Reset,
-    RotorCommand,
-    Timeout,
-    Topics,
-    Torque,
-)
+from satdyn_ros.run.events import Request, Reset, Timeout, Topics
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 
@@ -147,7 +140,7 @@ def test_the_bag_holds_the_motion(tmp_path):
 
 def test_blocks_do_not_show(tmp_path, monkeypatch):
     """However a run is cut into blocks, its bag has the same messages in the same order."""
-    happening = [Torque(77, (0.0, 0.1, 0.0), 150), Request(200, {'rotor.speed': 3.0})]
+    happening = [torque_command(77, (0.0, 0.1, 0.0), 150), Request(200, {'rotor.speed': 3.0})]
     whole = recorded(GYROSTAT, 10, tmp_path / 'whole', happening)
     monkeypatch.setattr(simulate, 'BLOCK_TICKS', 13)
     parts = recorded(GYROSTAT, 10, tmp_path / 'parts', happening)
@@ -157,7 +150,7 @@ def test_blocks_do_not_show(tmp_path, monkeypatch):
 def test_events_are_in_the_bag(tmp_path):
     """A run with events verifies, and its bag has them as they happened."""
     happening = [
-        Torque(20, (0.0, 0.1, 0.0), until_tick=40),
+        torque_command(20, (0.0, 0.1, 0.0), until_tick=40),
         Request(60, {'initial.angular_velocity': [0.0, 0.0, 0.1]}),
         Topics(80, ('imu',)),
     ]
@@ -166,7 +159,7 @@ def test_events_are_in_the_bag(tmp_path):
     assert verdict.is_true
     assert verdict.same_bytes
     happened = [(type(event).__name__, event.tick) for event in RecordedRun(bag).events]
-    assert happened == [('Torque', 20), ('Timeout', 40), ('Request', 60), ('Topics', 80)]
+    assert happened == [('Command', 20), ('Timeout', 40), ('Request', 60), ('Topics', 80)]
 
 
 def test_what_a_scenario_refuses_leaves_no_bag(tmp_path):
@@ -175,8 +168,8 @@ def test_what_a_scenario_refuses_leaves_no_bag(tmp_path):
     with pytest.raises(ValueError, match=r'the event Request at tick 10: initial\.attitude'):
         recorded(ORBITING, 5, tmp_path / 'bag', refused)
     exact = Scenario({'initial.attitude': [0, 0, 0, 1], 'motion.method': 'exact'})
-    with pytest.raises(ValueError, match=r'the event Torque at tick 10: motion\.method is exact'):
-        recorded(exact, 5, tmp_path / 'bag', [Torque(10, (0.0, 0.0, 1.0))])
+    with pytest.raises(ValueError, match=r'the event torque at tick 10: motion\.method is exact'):
+        recorded(exact, 5, tmp_path / 'bag', [torque_command(10, (0.0, 0.0, 1.0))])
     fixed = Scenario({'orbit.type': 'fixed'})
     with pytest.raises(ValueError, match='no LVLH'):
         recorded(fixed, 5, tmp_path / 'bag', [Topics(10, ('attitude_lvlh',))])
@@ -284,8 +277,8 @@ def test_ticks_go_on_at_any_rate(rate, tmp_path):
         }
     )
     happening = [
-        Torque(4, (0.1, 0.0, 0.2), until_tick=60),
-        RotorCommand(5, {'rotor': 0.01}, until_tick=58),
+        torque_command(4, (0.1, 0.0, 0.2), until_tick=60),
+        motor_command(5, {'rotor': 0.01}, until_tick=58),
         Topics(6, ('attitude', 'imu')),
         Request(9, {'rotor.speed': 3.0}),
     ]
@@ -316,7 +309,9 @@ def read_rotor_speed(bag, tick):
 
 def test_another_body_goes_on_in_the_state_of_the_bag(tmp_path):
     """What the file changes is new at that tick, and the state and the torques go on."""
-    bag = recorded(GYROSTAT, 3, tmp_path / 'bag', [Torque(30, (0.1, 0.0, 0.0), until_tick=70)])
+    bag = recorded(
+        GYROSTAT, 3, tmp_path / 'bag', [torque_command(30, (0.1, 0.0, 0.0), until_tick=70)]
+    )
     other = GYROSTAT.with_values({'body.inertia': [700.0, 800.0, 500.0], 'time.epoch_ns': 0})
     onward, begin = continuation.begun_in_bag(other, bag, 2)
     simulation = Simulation.from_snapshot(onward, begin)
@@ -341,9 +336,9 @@ def test_torques_with_names_go_on_from_a_bag(tmp_path):
         {'torque.names': ['control', 'drag'], 'record.max_duration_s': 1.0}
     )
     happening = [
-        Torque(15, (0.0, 0.1, 0.0), 30, 'torque/control'),
-        Torque(25, (0.2, 0.0, 0.0), 75, 'torque/drag'),
-        Torque(45, (0.0, 0.1, 0.0), 70, 'torque/control'),
+        torque_command(15, (0.0, 0.1, 0.0), 30, 'torque/control'),
+        torque_command(25, (0.2, 0.0, 0.0), 75, 'torque/drag'),
+        torque_command(45, (0.0, 0.1, 0.0), 70, 'torque/control'),
     ]
     bag = recorded(scenario, 4, tmp_path / 'bag', happening)
     assert {'/torque/control', '/torque/drag'} <= {topic for topic, _, _ in sequence(bag)}
@@ -355,7 +350,7 @@ def test_torques_with_names_go_on_from_a_bag(tmp_path):
     assert all(verify(path).same_bytes for path in (bag, again))
 
     with pytest.raises(ValueError, match='topic is torque; allowed: torque/control, torque/drag'):
-        recorded(scenario, 4, tmp_path / 'none', [Torque(3, (0.1, 0.0, 0.0))])
+        recorded(scenario, 4, tmp_path / 'none', [torque_command(3, (0.1, 0.0, 0.0))])
 
     other = scenario.with_values({'torque.names': ['drag', 'jet']})
     onward, begin = continuation.begun_in_bag(other, bag, '1.6')
@@ -372,7 +367,7 @@ def test_a_dipole_goes_on_from_a_bag(tmp_path):
     Where the file has weaker magnetorquers, they have what they can; where it has none, none acts.
     """
     scenario = IN_A_FIELD.with_values({'record.max_duration_s': 1.0})
-    happening = [DipoleCommand(5, (0.5, 0.0, -0.1), until_tick=45), Reset(30)]
+    happening = [dipole_command(5, (0.5, 0.0, -0.1), until_tick=45), Reset(30)]
     bag = recorded(scenario, 5, tmp_path / 'bag', happening)
     run = RecordedRun(bag)
     assert run.events == [*happening, Timeout(45, 'magnetorquer_command')]
@@ -385,13 +380,13 @@ def test_a_dipole_goes_on_from_a_bag(tmp_path):
     weak = scenario.with_values({'magnetorquer.max_dipole': [0.1, 0.1, 0.1]})
     onward, begin = continuation.begun_in_bag(weak, bag, '2.6')
     simulation = Simulation.from_snapshot(onward, begin)
-    assert simulation.system.dipole_b.tolist() == [0.1, 0.0, -0.1]
+    assert simulation.acting['magnetorquer_command'] == (0.1, 0.0, -0.1)
     simulation.advance(19)
     assert simulation.advance(1)[0] == [Timeout(45, 'magnetorquer_command')]
     none = scenario.with_values({'magnetorquer.max_dipole': [0.0, 0.0, 0.0]})
     onward, begin = continuation.begun_in_bag(none, bag, '2.6')
     simulation = Simulation.from_snapshot(onward, begin)
-    assert not simulation.system.dipole_b.any()
+    assert 'magnetorquer_command' not in simulation.acting
     # In another field a motion begins anew, in the state of the bag.
     still = scenario.with_values({'environment.magnetic_field': 'none'})
     onward, begin = continuation.begun_in_bag(still, bag, '2.6')
@@ -400,8 +395,8 @@ def test_a_dipole_goes_on_from_a_bag(tmp_path):
     while before.tick < 26:
         before.advance(27 - before.next_tick)
     np.testing.assert_array_equal(simulation.state.omega_bi_b, before.state.omega_bi_b)
-    with pytest.raises(ValueError, match='DipoleCommand at tick 50: magnetorquer is'):
-        recorded(none, 5, tmp_path / 'none', [DipoleCommand(50, (0.1, 0.0, 0.0))])
+    with pytest.raises(ValueError, match='magnetorquer_command at tick 50: its topic is'):
+        recorded(none, 5, tmp_path / 'none', [dipole_command(50, (0.1, 0.0, 0.0))])
 
 
 @pytest.mark.parametrize(

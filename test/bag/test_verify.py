@@ -7,6 +7,7 @@ from pathlib import Path
 import flights
 import numpy as np
 import pytest
+from commands import motor_command, torque_command
 from mcap.records import Channel, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, Writer
@@ -232,7 +233,7 @@ def test_a_bag_begun_in_mid_run_verifies(tmp_path, tick):
 def test_a_torque_with_a_timeout_verifies(tmp_path):
     """The run ends the torque by itself; the bag's record of it changes nothing."""
     scenario = flights.GYROSTAT.with_values({'torque.timeout': 0.5})
-    events = [flights.Torque(20, (0.1, 0.0, 0.0), until_tick=35)]
+    events = [torque_command(20, (0.1, 0.0, 0.0), until_tick=35)]
     path = flights.record(tmp_path / 'bag', scenario, 60, events)
     assert verify(path).is_true
 
@@ -240,7 +241,10 @@ def test_a_torque_with_a_timeout_verifies(tmp_path):
 @pytest.mark.parametrize('torque_comes_first', [True, False])
 def test_inputs_at_one_tick_keep_their_order(tmp_path, torque_comes_first):
     """Whichever input came first in the run comes first in the run again."""
-    inputs = [flights.Torque(20, (0.1, 0.0, 0.0)), flights.RotorCommand(20, {'rotor': 0.01})]
+    inputs = [
+        torque_command(20, (0.1, 0.0, 0.0)),
+        motor_command(20, {'rotor': 0.01}),
+    ]
     inputs = inputs if torque_comes_first else inputs[::-1]
     path = flights.record(tmp_path / 'bag', ticks=40, events=inputs)
     assert RecordedRun(path).events == inputs
@@ -272,7 +276,7 @@ def test_a_body_that_a_torque_moves_from_rest_verifies(tmp_path):
             'time': {'epoch_ns': flights.EPOCH_NS},
         }
     )
-    events = [flights.Torque(0, (5e-4, 5e-4, 5e-4), until_tick=10)]
+    events = [torque_command(0, (5e-4, 5e-4, 5e-4), until_tick=10)]
     verdict = verify(flights.record(tmp_path / 'bag', scenario, 30, events))
     assert verdict.is_true, str(verdict)
     assert verdict.drift['energy_balance'] < 0.1 * verdict.allowed_drift
@@ -281,7 +285,10 @@ def test_a_body_that_a_torque_moves_from_rest_verifies(tmp_path):
 def test_a_run_that_halts_verifies(tmp_path):
     """The steps of a motion that ended count as those of one that goes on."""
     scenario = flights.GYROSTAT.with_values({'initial.angular_velocity': [300.0, 0.0, 400.0]})
-    events = [flights.Torque(140, (1e9, 0.0, 0.0)), flights.Torque(145, (1e14, 0.0, 0.0))]
+    events = [
+        torque_command(140, (1e9, 0.0, 0.0)),
+        torque_command(145, (1e14, 0.0, 0.0)),
+    ]
     verdict = verify(flights.record(tmp_path / 'bag', scenario, 150, events))
     assert verdict.is_true, str(verdict)
 
@@ -332,7 +339,7 @@ def test_the_shortest_bags_verify(tmp_path, ticks):
 def test_inputs_before_the_first_sample_verify(tmp_path):
     """Nothing is published while a torque begins to act: the bag begins at tick 0 all the same."""
     silent = flights.GYROSTAT.with_values({'publish.topics': ()})
-    events = (flights.Torque(5, (0.1, 0.0, 0.0)), flights.Topics(10, ('attitude',)))
+    events = (torque_command(5, (0.1, 0.0, 0.0)), flights.Topics(10, ('attitude',)))
     path = flights.record(tmp_path / 'bag', silent, 20, events)
     assert RecordedRun(path).events == list(events)
     verdict = verify(path)
@@ -341,7 +348,7 @@ def test_inputs_before_the_first_sample_verify(tmp_path):
 
 def test_a_timeout_after_the_last_message_is_compared(tmp_path):
     """Nothing is published any more where the torque ends: the run goes on to the last event."""
-    events = (flights.Topics(3, ()), flights.Torque(5, (0.1, 0.0, 0.0), until_tick=20))
+    events = (flights.Topics(3, ()), torque_command(5, (0.1, 0.0, 0.0), until_tick=20))
     path = flights.record(tmp_path / 'bag', ticks=30, events=events)
     assert [event.tick for event in RecordedRun(path).events] == [3, 5, 20]
     assert verify(path).same_bytes
@@ -350,7 +357,7 @@ def test_a_timeout_after_the_last_message_is_compared(tmp_path):
 def test_a_file_that_begins_at_tick_0_verifies_alone(tmp_path):
     """What happened at tick 0, a limit too, has filled the file before."""
     scenario = flights.GYROSTAT.with_values({'record.max_size_bytes': 1, 'rotor.max_torque': 0.01})
-    events = (flights.RotorCommand(0, {'rotor': 1.0}), flights.Request(0, {'rotor.speed': 3.0}))
+    events = (motor_command(0, {'rotor': 1.0}), flights.Request(0, {'rotor.speed': 3.0}))
     path = flights.record(tmp_path / 'bag', scenario, 3, events)
     files = Bag(path).files
     assert len(files) == 2
@@ -479,7 +486,7 @@ def test_inputs_without_a_sample_verify(tmp_path):
     """A node may close its bag after an input and before the tick where it acts."""
     scenario = flights.GYROSTAT
     recording = Recording(tmp_path / 'bag', scenario, scenario.topics)
-    recording.event(flights.Torque(0, (0.1, 0.0, 0.0)), flights.EPOCH_NS)
+    recording.event(torque_command(0, (0.1, 0.0, 0.0)), flights.EPOCH_NS)
     recording.close()
     verdict = verify(tmp_path / 'bag')
     assert verdict.is_true

@@ -64,13 +64,16 @@ CIRCLE = KeplerOrbit(inclination=0.7, raan=0.4, argument_of_periapsis=0.2, true_
 ELLIPSE = KeplerOrbit(eccentricity=0.3, semi_major_axis=1.2e7, inclination=0.7, true_anomaly=2.0)
 FIXED = FixedDirection(0.4)
 MOMENT = np.array([0.1, -0.2, 0.3])
-DRIVEN = np.array([0.1, 0.2, -0.3]), np.array([0.0, 0.0, 0.05])
+DRIVEN = {
+    'torque_b': np.array([0.1, 0.2, -0.3]),
+    'rotor_torque': np.array([0.0, 0.0, 0.05]),
+}
 
 SYSTEMS = {
     'fixed': System(FULL, orbit=FIXED, weight_moment=MOMENT),
-    'circle': System(np.diag([3.0, 2.5, 3.5]), WHEELS, CIRCLE).driven(*DRIVEN),
-    'ellipse': System(FULL, WHEELS, ELLIPSE).driven(*DRIVEN),
-    'fixed with a torque': System(FULL, WHEELS, FIXED, torques=(WIND,)).driven(*DRIVEN),
+    'circle': System(np.diag([3.0, 2.5, 3.5]), WHEELS, CIRCLE).driven(**DRIVEN),
+    'ellipse': System(FULL, WHEELS, ELLIPSE).driven(**DRIVEN),
+    'fixed with a torque': System(FULL, WHEELS, FIXED, torques=(WIND,)).driven(**DRIVEN),
     'circle with a torque': System(FULL, WHEELS, CIRCLE, torques=(WIND,)),
     'ellipse with two': System(FULL, orbit=ELLIPSE, torques=(WIND, Steady(Steady.Constants(0.3)))),
 }

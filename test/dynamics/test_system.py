@@ -64,7 +64,9 @@ def test_a_driven_system_moves_as_one_made_with_these_torques():
     rotors, orbit = (FLYWHEEL, motor), FixedDirection(3e-6)
     torque_b, rotor_torque = np.array([1e-3, 0.0, -2e-3]), np.array([0.0, 4e-3])
     before = System(BODY, rotors, orbit)
-    assert constants_of(before.driven(torque_b, rotor_torque)) == constants_of(
-        System(BODY, rotors, orbit, torque_b=torque_b, rotor_torque=rotor_torque)
-    )
-    assert constants_of(before.driven(torque_b).driven(np.zeros(3))) == constants_of(before)
+    assert constants_of(
+        before.driven(torque_b=torque_b, rotor_torque=rotor_torque)
+    ) == constants_of(System(BODY, rotors, orbit, torque_b=torque_b, rotor_torque=rotor_torque))
+    assert constants_of(
+        before.driven(torque_b=torque_b).driven(torque_b=np.zeros(3))
+    ) == constants_of(before)

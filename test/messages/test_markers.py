@@ -59,7 +59,7 @@ def test_the_dipole_is_that_of_the_body_and_of_its_magnetorquers():
     flight, field = 'circle, no rotor', Pieces(lambda piece: np.zeros((3, 16)), [])
     of = samples(flight)
     magnetic = Magnetic((0.1, 0.0, 0.0), field)
-    system = replace(of.system, torques=(magnetic,)).driven(dipole_b=np.array([0.2, 0.0, 0.4]))
+    system = replace(of.system, torques=(magnetic.commanded((0.2, 0.0, 0.4)),))
     packed = contents.message(TOPICS['markers'], FRAMES[flight], system).pack(
         replace(of, system=system)
     )

@@ -3,18 +3,21 @@ import sys
 
 import numpy as np
 import pytest
+from commands import dipole_command, motor_command, torque_command
 from messages.drawn_samples import EPOCH_NS, FRAMES, SYSTEMS, part, samples
 from messages.readers import canonical, default, read
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import NavSatStatus
 
 from satdyn_ros import environment
+from satdyn_ros.actuators import Equipment
 from satdyn_ros.dynamics.system import State
 from satdyn_ros.integrate.propagation import Propagation
 from satdyn_ros.kernel import rotation
-from satdyn_ros.messages import contents
-from satdyn_ros.messages.incoming import pack_rotor_torque, pack_torque
+from satdyn_ros.messages import cdr, contents
+from satdyn_ros.messages.incoming import pack_command
 from satdyn_ros.run.samples import Samples
+from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.topics import TOPICS
 
 PACKED = [name for name, topic in TOPICS.items() if topic.role in ('state', 'clock')]
@@ -311,7 +314,7 @@ def test_diagnostics_have_no_rows():
 def test_an_input_torque_is_a_wrench_in_the_body_frame():
     """The recorded input, byte for byte as ROS writes it; stamps to the nanosecond."""
     frames = FRAMES['ellipse, motor']
-    data = pack_torque(1_700_000_000_000_000_007, (0.1, -0.2, 0.3), frames)
+    data = pack_command(1_700_000_000_000_000_007, torque_command(0, (0.1, -0.2, 0.3)), frames)
     expected = default(
         'geometry_msgs/msg/WrenchStamped',
         header={'stamp': {'sec': 1_700_000_000, 'nanosec': 7}, 'frame_id': frames.body},
@@ -324,26 +327,29 @@ def test_an_input_torque_is_a_wrench_in_the_body_frame():
 
 def test_an_input_rotor_torque_is_a_number():
     """The recorded input, byte for byte as ROS writes it."""
-    data = pack_rotor_torque(-0.125)
+    command = motor_command(0, {'rotor': -0.125})
+    data = pack_command(0, command, FRAMES['ellipse, motor'], 'rotor_torque')
     for message in read('std_msgs/msg/Float64', data).values():
         assert message == {'data': -0.125}
     assert data == canonical('std_msgs/msg/Float64', data)
 
 
-def test_inputs_can_be_read_back_as_a_table():
-    """The packer's layout gives stamps and torques of recorded inputs back."""
-    frames, system = FRAMES['circle, no rotor'], SYSTEMS['circle, no rotor']
-    stamps_ns, torques = np.array([10**9 + 5, 3 * 10**9]), np.arange(6.0).reshape(2, 3)
-    packed = contents.message(TOPICS['torque'], frames, system).pack(
-        contents.Inputs(stamps_ns, torques)
-    )
-    one_by_one = [
-        pack_torque(stamp_ns, torque, frames)
-        for stamp_ns, torque in zip(stamps_ns.tolist(), torques, strict=True)
-    ]
-    assert packed.tobytes() == b''.join(one_by_one)
-    assert np.array_equal(packed['wrench.torque'], torques)
-    assert list(packed['header.stamp.nanosec']) == [5, 0]
+@pytest.mark.parametrize(
+    'command',
+    [
+        torque_command(0, (0.1, -0.2, 0.3)),
+        dipole_command(0, (0.1, -0.2, 0.3)),
+        motor_command(0, {'a': 0.125, 'longer': -3.0}),
+        motor_command(0, speeds={'a': 0.125}),
+    ],
+)
+def test_a_command_comes_back_from_its_message(command):
+    """From the bytes, as from the message that rclpy makes of them."""
+    equipment = Equipment(Scenario({'magnetorquer.max_dipole': [1.0, 1.0, 1.0]}).values, ())
+    actuator = equipment.of_topic[command.topic]
+    data = pack_command(5, command, FRAMES['circle, no rotor'])
+    assert data == canonical(actuator.message, data)
+    assert actuator.read(command.topic, cdr.read(actuator.message, data)) == command.value
 
 
 def test_packing_needs_no_ros():
@@ -352,8 +358,9 @@ def test_packing_needs_no_ros():
         'import sys\n'
         "for name in ('rclpy', 'geometry_msgs', 'std_msgs', 'ament_index_python'):\n"
         '    sys.modules[name] = None\n'
-        'from satdyn_ros.messages.incoming import pack_rotor_torque\n'
-        'print(pack_rotor_torque(2.0).hex())'
+        'from satdyn_ros.messages import cdr\n'
+        'from satdyn_ros.messages.incoming import pack_command\n'
+        "print(cdr.Message('std_msgs/msg/Float64', {'data': 2.0}).rows(1).tobytes().hex())"
     )
     result = subprocess.run([sys.executable, '-c', program], capture_output=True, text=True)
     assert result.stdout.strip() == '000100000000000000000040', result.stderr

@@ -5,17 +5,18 @@ import re
 import browser as pages
 import numpy as np
 import pytest
+from commands import motor_command, torque_command
 
 from satdyn_ros import environment
 from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.kernel import rotation
 from satdyn_ros.report.history import history
 from satdyn_ros.report.html import TABLE_ROWS, playable, report
-from satdyn_ros.run.events import Request, Reset, RotorCommand, Torque
+from satdyn_ros.run.events import Request, Reset
 from satdyn_ros.run.scenario import Scenario
 
 EVENTS = [
-    Torque(50000, (0.0, 0.02, 0.0), 60000),
+    torque_command(50000, (0.0, 0.02, 0.0), 60000),
     Request(300000, {'initial.angular_velocity': [0.0, 0.0005, 0.0]}),
 ]
 
@@ -158,7 +159,7 @@ def test_limits_of_rotors_are_marked_and_told(folder, browser):
             'body': {'inertia': [1e6, 1e6, 1e6]},
             'rotor': {**wheel, 'max_torque': 1.0, 'max_speed': 20.0},
         },
-        [RotorCommand(k, {'rotor': 2.0}) for k in (10, 11, 90)],
+        [motor_command(k, {'rotor': 2.0}) for k in (10, 11, 90)],
     )
     report(path, folder / 'limited.html')
     text = (folder / 'limited.html').read_text()

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from commands import motor_command, torque_command
 
 from satdyn_ros import environment
 from satdyn_ros.bag.simulate import simulate
@@ -17,7 +18,7 @@ from satdyn_ros.report import panels
 from satdyn_ros.report.envelope import envelope
 from satdyn_ros.report.history import history
 from satdyn_ros.report.plot import PANELS, draw, plot
-from satdyn_ros.run.events import Request, Reset, RotorCommand, Torque
+from satdyn_ros.run.events import Request, Reset
 from satdyn_ros.run.scenario import Scenario
 
 matplotlib = pytest.importorskip('matplotlib')
@@ -72,7 +73,7 @@ def test_lines_are_the_run(bag):
 
 def test_a_drift_is_drawn_where_its_integral_is_one(tmp_path):
     """While a torque acts there is the balance of energy, and the Jacobi integral before it."""
-    for _ in simulate(SCENARIO, 100, tmp_path / 'bag', [Torque(60, (1e-3, 0.0, 0.0))]):
+    for _ in simulate(SCENARIO, 100, tmp_path / 'bag', [torque_command(60, (1e-3, 0.0, 0.0))]):
         pass
     axes = draw(history(tmp_path / 'bag'), ['drift']).axes[0]
     drawn = {line.get_label(): np.isfinite(line.get_ydata()) for line in axes.get_lines()}
@@ -205,7 +206,7 @@ def test_fast_body_is_a_band(bag):
 def test_torques_are_shaded_and_restarts_marked(bag):
     """A stream of torques is one shaded interval, from the first to its timeout."""
     path = bag.parent / 'driven'
-    stream = [Torque(k, (0.001 * k, 0.0, 0.0), 601) for k in range(100, 600)]
+    stream = [torque_command(k, (0.001 * k, 0.0, 0.0), 601) for k in range(100, 600)]
     for _ in simulate(SCENARIO, 1200, path, [*stream, Reset(900)]):
         pass
     run = history(path)
@@ -252,7 +253,7 @@ def test_where_a_rotor_meets_its_limits_is_marked(bag):
     body = {'body.inertia': [1e6, 1e6, 1e6], 'torque.timeout': 0.0}
     scenario = SCENARIO.with_values({'rotor.mode': 'motor', 'rotor.axis': [0.0, 1.0, 0.0]} | wheel)
     path = bag.parent / 'limited'
-    stream = [RotorCommand(k, {'rotor': 2.0}) for k in (10, *range(600, 700))]
+    stream = [motor_command(k, {'rotor': 2.0}) for k in (10, *range(600, 700))]
     for _ in simulate(scenario.with_values(body), 1200, path, stream):
         pass
     run = history(path)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import browser as pages
 import numpy as np
 import pytest
+from commands import torque_command
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from scipy.spatial.transform import Rotation
@@ -14,7 +15,7 @@ from satdyn_ros.report.history import history
 from satdyn_ros.report.html import playable, report
 from satdyn_ros.report.plot import draw, plot
 from satdyn_ros.report.sensor_errors import with_gaps
-from satdyn_ros.run.events import Event, Request, Torque
+from satdyn_ros.run.events import Event, Request
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.segment import Segment
 
@@ -160,8 +161,8 @@ def test_an_integrating_gyro_against_the_attitudes(tmp_path, method, divisor):
         'record.max_duration_s': 11.0,
     }
     events: list[Event] = [
-        Torque(5, (100.0, 0.0, 0.0), 11),
-        Torque(23, (0.0, 50.0, -80.0), 24),
+        torque_command(5, (100.0, 0.0, 0.0), 11),
+        torque_command(23, (0.0, 50.0, -80.0), 24),
         Request(37, {'initial.angular_velocity': [8.0, 0.0, 0.1]}),
     ]
     for _ in simulate(Scenario(values), 25, tmp_path / 'bag', events):

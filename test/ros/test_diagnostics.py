@@ -4,13 +4,13 @@ import re
 import signal
 
 import pytest
+from commands import motor_command
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import QuaternionStamped, WrenchStamped
 from sensor_msgs.msg import JointState
 
 from satdyn_ros.ros.diagnostics import InputsReport
 from satdyn_ros.ros.inputs import InputCounts
-from satdyn_ros.run.events import RotorCommand
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 
@@ -103,7 +103,7 @@ def test_torques_told_are_those_of_the_last_tick_published():
     scenario = Scenario.from_dict(
         {'rotor': {'mode': 'motor', 'inertia': 1e-3, 'speed_gain': 0.5}, 'publish': {'rate': 10.0}}
     )
-    simulation = Simulation(scenario, [RotorCommand(0, speeds={'rotor': 9.0})])
+    simulation = Simulation(scenario, [motor_command(0, speeds={'rotor': 9.0})])
     _, samples = simulation.advance(50)
     report = InputsReport(InputCounts(), simulation, lambda: (samples, 4))
     simulation.rewind(5)

@@ -4,15 +4,17 @@ import math
 
 import numpy as np
 import pytest
+from commands import dipole_command, motor_command, torque_command
 from geometry_msgs.msg import Vector3Stamped, WrenchStamped
 from ros.live import EPOCH_NS, Participant, stamp_ns
 from ros.test_diagnostics import health, values
 from scipy.integrate import solve_ivp
 from sensor_msgs.msg import JointState
 
+from satdyn_ros.actuators import Command
 from satdyn_ros.bag.read_run import RecordedRun
 from satdyn_ros.bag.verify import verify
-from satdyn_ros.run.events import DipoleCommand, RotorCommand, RotorLimited, Timeout, Torque
+from satdyn_ros.run.events import RotorLimited, Timeout
 from satdyn_ros.watch.listener import Listener
 
 FREE = {
@@ -71,10 +73,10 @@ def test_a_torque_acts_from_a_tick_on_until_the_next_or_the_timeout(live, tmp_pa
     (directory,) = tmp_path.glob('satdyn_*_*')
     assert verify(directory).same_bytes
     events = [
-        event for event in RecordedRun(directory).events if isinstance(event, Torque | Timeout)
+        event for event in RecordedRun(directory).events if isinstance(event, Command | Timeout)
     ]
-    torques = [event for event in events if isinstance(event, Torque)]
-    assert [event.torque_b for event in torques] == [(5.0, 0.0, 0.0), (0.0, -8.0, 3.0)]
+    torques = [event for event in events if isinstance(event, Command)]
+    assert [event.value for event in torques] == [(5.0, 0.0, 0.0), (0.0, -8.0, 3.0)]
     # On a busy machine the first may have ended before the second came.
     assert isinstance(events[-1], Timeout)
     assert events[-1].tick == torques[-1].tick + 20
@@ -91,7 +93,7 @@ def test_a_torque_acts_from_a_tick_on_until_the_next_or_the_timeout(live, tmp_pa
             rtol=1e-12,
             atol=1e-14,
         )
-        omega, tick, torque = solution.y[:, -1], until, getattr(event, 'torque_b', (0.0, 0.0, 0.0))
+        omega, tick, torque = solution.y[:, -1], until, getattr(event, 'value', (0.0, 0.0, 0.0))
         if until in rates:
             rate = rates[until]
             # SciPy's relative tolerance over a few dozen steps.
@@ -124,13 +126,9 @@ def test_a_controller_and_a_disturbance_act_together(live, tmp_path):
     control.publish(wrench((5.0, 0.0, 0.0)))
     participant.hear(heard, 20)
     drag.publish(wrench((0.0, -8.0, 3.0)))
-    participant.wait_until(
-        lambda: came_in.update(listener.commands_b()) or came_in.keys() == topics
-    )
-    assert {name: x.tolist() for name, x in came_in.items()} == {
-        'torque/control': [5.0, 0.0, 0.0],
-        'torque/drag': [0.0, -8.0, 3.0],
-    }
+    participant.wait_until(lambda: came_in.update(listener.commands()) or came_in.keys() == topics)
+    assert came_in['torque/control'].wrench.torque.x == 5.0
+    assert came_in['torque/drag'].wrench.torque.y == -8.0
     page.close()
 
     def told(report):
@@ -145,7 +143,7 @@ def test_a_controller_and_a_disturbance_act_together(live, tmp_path):
     (directory,) = tmp_path.glob('satdyn_*_*')
     assert verify(directory).same_bytes
     acted = RecordedRun(directory).events
-    begins = {event.topic: event.tick for event in acted if isinstance(event, Torque)}
+    begins = {event.topic: event.tick for event in acted if isinstance(event, Command)}
     assert list(begins) == ['torque/control', 'torque/drag']
     assert acted[2:] == [Timeout(tick + 200, topic) for topic, tick in begins.items()]
 
@@ -218,7 +216,7 @@ def test_a_dipole_is_cut_held_and_recorded(live, tmp_path):
     (directory,) = tmp_path.glob('satdyn_*_*')
     assert verify(directory).same_bytes
     command, end = RecordedRun(directory).events
-    assert command == DipoleCommand(command.tick, (0.5, -0.1, 0.3), command.tick + 200)
+    assert command == dipole_command(command.tick, (0.5, -0.1, 0.3), command.tick + 200)
     assert end == Timeout(command.tick + 200, 'magnetorquer_command')
 
 
@@ -271,8 +269,7 @@ def test_a_speed_is_followed_until_its_timeout_and_recorded(live, tmp_path):
     (directory,) = tmp_path.glob('satdyn_*_*')
     assert verify(directory).same_bytes
     command, end = RecordedRun(directory).events
-    assert isinstance(command, RotorCommand)
-    assert (command.torques, command.speeds) == ({}, {'rotor': wanted})
+    assert command == motor_command(command.tick, {}, command.tick + 200, {'rotor': wanted})
     assert end == Timeout(command.tick + 200, 'rotor_command.rotor')
     t_s = np.array([(stamp_ns(m) - EPOCH_NS) * 1e-9 for m in rotors])
     passed = np.clip(t_s - command.tick / 100.0, 0.0, 2.0)
@@ -338,5 +335,5 @@ def test_of_the_torques_that_come_in_a_pause_the_last_acts(live, tmp_path):
     assert node.end()[0] == 0
     (directory,) = tmp_path.glob('satdyn_*_*')
     assert verify(directory).same_bytes
-    one = Torque(last + 1, (3.0, 0.0, 0.0), until_tick=last + 101)
+    one = torque_command(last + 1, (3.0, 0.0, 0.0), until_tick=last + 101)
     assert RecordedRun(directory).events == [one]

@@ -11,11 +11,12 @@ from geometry_msgs.msg import WrenchStamped
 from ros.live import ENVIRONMENT, LiveNode
 from ros.test_diagnostics import health, values
 
+from satdyn_ros.actuators import Command
 from satdyn_ros.bag.read_run import RecordedRun
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.rosbag2.reader import Bag
 from satdyn_ros.rosbag2.recover import recover
-from satdyn_ros.run.events import Request, Torque
+from satdyn_ros.run.events import Request
 
 VALUES = {
     'publish.rate': 1000.0,
@@ -96,5 +97,5 @@ def test_a_live_bag_with_torques_and_requests_verifies(live, tmp_path):
     assert verdict.is_true, str(verdict)
     assert verdict.same_bytes
     events = RecordedRun(path).events
-    assert len([event for event in events if isinstance(event, Torque)]) == 20
+    assert len([event for event in events if isinstance(event, Command)]) == 20
     assert len([event for event in events if isinstance(event, Request)]) == 4

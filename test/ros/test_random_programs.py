@@ -54,7 +54,8 @@ class Pilot:
         ]
         self.torque = {
             topic: participant.node.create_publisher(WrenchStamped, topic, 10)
-            for topic in node.scenario.torque_topics
+            for topic in node.scenario.inputs
+            if topic.startswith('torque')
         }
         self.command = participant.node.create_publisher(JointState, 'rotor_command', 10)
         self.heard = participant.listen('attitude', raw=True)

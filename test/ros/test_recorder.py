@@ -4,6 +4,7 @@ import subprocess
 import sys
 
 import pytest
+from commands import torque_command
 from flights import GYROSTAT, sequence
 from ros.live import ENVIRONMENT
 
@@ -11,7 +12,7 @@ from satdyn_ros.bag.verify import verify
 from satdyn_ros.bag.write_run import Recording
 from satdyn_ros.messages.packers import packer
 from satdyn_ros.ros.recorder import Recorder
-from satdyn_ros.run.events import Topics, Torque
+from satdyn_ros.run.events import Topics
 from satdyn_ros.run.simulation import Simulation
 
 SCENARIO = GYROSTAT.with_values({'publish.topics': ('attitude',)})
@@ -39,7 +40,9 @@ def put(recorder, simulation, count):
 def test_topics_may_change_before_the_first_sample(begin):
     """The bag was opened with the topics of before: it takes those that come, and is true."""
     recorder, told = begin()
-    simulation = Simulation(SCENARIO, [Topics(0, ('imu', 'rotor')), Torque(4, (0.1, 0.0, 0.0))])
+    simulation = Simulation(
+        SCENARIO, [Topics(0, ('imu', 'rotor')), torque_command(4, (0.1, 0.0, 0.0))]
+    )
     for _ in range(3):
         put(recorder, simulation, 4)
     recorder.close()

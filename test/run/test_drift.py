@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from commands import motor_command, torque_command
 
 from satdyn_ros.dynamics.integrals import relative_drift
 from satdyn_ros.dynamics.motion import joined
 from satdyn_ros.run.drift import Drift
-from satdyn_ros.run.events import Event, Request, Reset, RotorCommand, Torque
+from satdyn_ros.run.events import Event, Request, Reset
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 
@@ -47,12 +48,12 @@ def test_each_motion_drifts_since_it_began():
     events: list[Event] = []
     for tick in np.cumsum(random.integers(1, 60, 300)).tolist():
         choices: list[Event] = [
-            Torque(tick, tuple(random.normal(size=3))),
-            Torque(tick, (0.0, 0.0, 0.0)),
+            torque_command(tick, tuple(random.normal(size=3))),
+            torque_command(tick, (0.0, 0.0, 0.0)),
             Reset(tick),
             Request(tick, {'initial.angular_velocity': [0.0, 0.01, 0.2]}),
-            RotorCommand(tick, {'rotor': float(random.normal())}),
-            RotorCommand(tick, {'rotor': 0.0}),
+            motor_command(tick, {'rotor': float(random.normal())}),
+            motor_command(tick, {'rotor': 0.0}),
         ]
         events.append(choices[random.integers(6)])
     parts = flown(GYROSTAT, events, 12000)
@@ -81,7 +82,7 @@ def test_each_motion_drifts_since_it_began():
 @pytest.mark.parametrize(
     ('event', 'name'),
     [
-        (lambda tick: Torque(tick, (0.01 * (1 + tick % 6), 0.0, 0.0)), 'energy_balance'),
+        (lambda tick: torque_command(tick, (0.01 * (1 + tick % 6), 0.0, 0.0)), 'energy_balance'),
         (lambda tick: Request(tick, {'initial.angular_velocity': [0.0, 0.0, 1e-3]}), 'jacobi'),
     ],
     ids=['torques', 'requests'],
@@ -105,7 +106,7 @@ def test_motions_of_one_system_may_conserve_different_things():
             'initial': {'frame': 'inertial', 'angular_velocity': [0.3, 0.0, 0.2]},
         }
     )
-    commands = [RotorCommand(50, {'rotor': 1.0}), RotorCommand(60, {'rotor': 0.0})]
+    commands = [motor_command(50, {'rotor': 1.0}), motor_command(60, {'rotor': 0.0})]
     found = measured(flown(scenario, [*commands, Reset(100)], 200))
     # The last two motions, apart from each other in what they conserve, are measured at once.
     assert [len(one.states) for one in found] == [50, 10, 140]

@@ -1,20 +1,13 @@
 """Events as data and as YAML."""
 
 import pytest
+from commands import dipole_command, motor_command, torque_command
 from hypothesis import given
 from hypothesis import strategies as st
 
+from satdyn_ros.actuators.wheels import MOST_TORQUE
 from satdyn_ros.run import events
-from satdyn_ros.run.events import (
-    MOST_TORQUE,
-    DipoleCommand,
-    Request,
-    Reset,
-    RotorCommand,
-    Timeout,
-    Topics,
-    Torque,
-)
+from satdyn_ros.run.events import Request, Reset, Timeout, Topics
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.topics import STATE_TOPICS
 
@@ -35,10 +28,10 @@ def test_the_documented_file_is_read():
     """The example at the head of the module means what its comment says, in order of time."""
     lines = [line.strip() for line in events.__doc__.splitlines() if line.startswith('    - ')]
     assert events.from_yaml_text('\n'.join(lines), MOTOR) == [
-        Torque(125, (0.0, 0.0, 0.01), until_tick=145),
+        torque_command(125, (0.0, 0.0, 0.01), until_tick=145),
         Request(200, {'initial.angular_velocity': [0.0, 0.0, 0.1]}),
-        RotorCommand(400, {'rotor': 0.05}, until_tick=450),
-        DipoleCommand(500, (0.0, 0.0, 0.1), until_tick=520),
+        motor_command(400, {'rotor': 0.05}, until_tick=450),
+        dipole_command(500, (0.0, 0.0, 0.1), until_tick=520),
         Topics(600, ('attitude',)),
         Reset(3000),
     ]
@@ -67,7 +60,7 @@ def test_a_torque_ends_as_in_the_node_unless_told(until, timeout_s, tick):
     """By default torque.timeout applies, 0: never; until_* overrides it, null: never."""
     scenario = MOTOR.with_values({'torque.timeout': timeout_s})
     text = f'- {{at_s: 1, torque: [1, 0, 0]{until}}}'
-    assert events.from_yaml_text(text, scenario) == [Torque(10, (1.0, 0.0, 0.0), tick)]
+    assert events.from_yaml_text(text, scenario) == [torque_command(10, (1.0, 0.0, 0.0), tick)]
 
 
 def test_a_torque_with_a_name_is_an_event_of_its_own():
@@ -75,8 +68,8 @@ def test_a_torque_with_a_name_is_an_event_of_its_own():
     text = '- {at_s: 1, torque: {drag: [0, 0, 1], control: [1, 0, 0]}, until_s: 3}'
     read = events.from_yaml_text(text, NAMED)
     assert read == [
-        Torque(10, (0.0, 0.0, 1.0), 30, 'torque/drag'),
-        Torque(10, (1.0, 0.0, 0.0), 30, 'torque/control'),
+        torque_command(10, (0.0, 0.0, 1.0), 30, 'torque/drag'),
+        torque_command(10, (1.0, 0.0, 0.0), 30, 'torque/control'),
     ]
     told = [*read, Timeout(30, 'torque/drag')]
     assert events.from_yaml_text(events.to_yaml(told), NAMED) == told
@@ -136,8 +129,8 @@ later = st.none() | st.integers(10**12 + 1, 10**13)
 some_event = st.one_of(
     st.builds(Request, ticks, st.fixed_dictionaries({'initial.attitude': st.lists(numbers)})),
     st.builds(Reset, ticks),
-    st.builds(Torque, ticks, st.tuples(numbers, numbers, numbers), later),
-    st.builds(RotorCommand, ticks, st.dictionaries(st.just('rotor'), torques, min_size=1), later),
+    st.builds(torque_command, ticks, st.tuples(numbers, numbers, numbers), later),
+    st.builds(motor_command, ticks, st.dictionaries(st.just('rotor'), torques, min_size=1), later),
     st.builds(Timeout, ticks, st.sampled_from(['torque', 'rotor_torque'])),
     st.builds(Topics, ticks, st.lists(st.sampled_from(STATE_TOPICS), unique=True).map(tuple)),
 )
@@ -226,7 +219,7 @@ def test_a_rotor_torque_takes_a_motor():
 def test_a_dipole_takes_a_magnetorquer():
     """What is given is written as it was read, and needs a torquer along one axis at least."""
     read = events.from_yaml_text('- {at_s: 1, magnetorquer: [0, 0.5, 0], until_s: 3}', MOTOR)
-    assert read == [DipoleCommand(10, (0.0, 0.5, 0.0), 30)]
+    assert read == [dipole_command(10, (0.0, 0.5, 0.0), 30)]
     told = [*read, Timeout(30, 'magnetorquer_command')]
     assert events.from_yaml_text(events.to_yaml(told), MOTOR) == told
     with pytest.raises(ValueError, match=r'magnetorquer\.max_dipole is 0 along all axes'):

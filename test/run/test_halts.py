@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from commands import torque_command
 from flights import sequence
 
 from satdyn_ros import exact
@@ -13,7 +14,7 @@ from satdyn_ros.bag.verify import verify
 from satdyn_ros.bag.write_run import Recording
 from satdyn_ros.integrate.propagation import Propagation
 from satdyn_ros.report.history import history
-from satdyn_ros.run.events import Event, Halt, Request, Reset, Timeout, Torque, TorquesDropped
+from satdyn_ros.run.events import Event, Halt, Request, Reset, Timeout, TorquesDropped
 from satdyn_ros.run.requests import try_out
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import RunHalted, Simulation
@@ -38,8 +39,8 @@ def run(scenario, events, ticks, block=50):
 @pytest.mark.parametrize('block', [1, 50])
 def test_a_torque_that_leads_nowhere_is_dropped(block):
     """The motion goes on from the tick before as if the torque had never acted."""
-    happened, flown = run(SCENARIO, [Torque(5, TOO_STRONG, until_tick=20)], 40, block)
-    assert happened == [Torque(5, TOO_STRONG, until_tick=20), TorquesDropped(6)]
+    happened, flown = run(SCENARIO, [torque_command(5, TOO_STRONG, until_tick=20)], 40, block)
+    assert happened == [torque_command(5, TOO_STRONG, until_tick=20), TorquesDropped(6)]
     # To the rounding of the restart.
     np.testing.assert_allclose(flown, run(SCENARIO, [], 40)[1], rtol=0.0, atol=1e-14)
 
@@ -53,7 +54,7 @@ def test_a_motion_that_cannot_go_on_halts_until_a_request():
     applied, samples = simulation.advance(50)
     assert (applied, len(samples)) == ([Halt(8)], 0)
     assert 'more than 1000000 steps' in (simulation.halted or '')
-    simulation.schedule(Torque(8, (1.0, 0.0, 0.0), until_tick=9))
+    simulation.schedule(torque_command(8, (1.0, 0.0, 0.0), until_tick=9))
     assert [len(simulation.advance(50)[1]) for _ in range(3)] == [0, 0, 0]
     calm = {'initial.angular_velocity': [0.0, 0.0, 0.0]}
     simulation.request(calm)
@@ -89,12 +90,12 @@ def test_a_request_that_loses_its_closed_form_halts_until_the_next(monkeypatch):
 
 def test_given_halts_and_drops_happen_only_where_they_are_true():
     """An events file cannot make a run drop a torque or halt."""
-    lies = [TorquesDropped(3), Torque(5, (0.1, 0.0, 0.0)), TorquesDropped(6), Halt(7)]
+    lies = [TorquesDropped(3), torque_command(5, (0.1, 0.0, 0.0)), TorquesDropped(6), Halt(7)]
     happened, told = run(SCENARIO, lies, 30)
-    assert happened == [Torque(5, (0.1, 0.0, 0.0))]
+    assert happened == [torque_command(5, (0.1, 0.0, 0.0))]
     np.testing.assert_array_equal(told, run(SCENARIO, lies[1:2], 30)[1])
     calm = Request(9, {'initial.angular_velocity': [0.0, 0.0, 0.0]})
-    truth = [Torque(5, TOO_STRONG), TorquesDropped(6), Request(8, WILD), Halt(9), calm]
+    truth = [torque_command(5, TOO_STRONG), TorquesDropped(6), Request(8, WILD), Halt(9), calm]
     assert run(SCENARIO, truth, 30)[0] == truth
 
 
@@ -142,11 +143,11 @@ def test_a_start_that_begins_no_motion_is_refused(values, tmp_path):
     assert not (tmp_path / 'bag').exists()
 
 
-@pytest.mark.parametrize('rest', [(), (Torque(10, (0.0, 0.0, 0.0)),), (Reset(10),)])
+@pytest.mark.parametrize('rest', [(), (torque_command(10, (0.0, 0.0, 0.0)),), (Reset(10),)])
 def test_a_torque_dropped_where_something_ends_is_told_once(rest, tmp_path):
     """It times out at the tick that it does not reach; whatever acts there, the bag is true."""
     cubesat = Scenario.from_yaml(CONFIG / 'cubesat.yaml').with_values({'publish.rate': 1.0})
-    events = [Torque(9, (1e6, 0.0, 0.0), until_tick=10), *rest]
+    events = [torque_command(9, (1e6, 0.0, 0.0), until_tick=10), *rest]
     for _ in simulate(cubesat, 15, tmp_path / 'bag', events):
         pass
     assert RecordedRun(tmp_path / 'bag').events == [events[0], TorquesDropped(10), *rest]
@@ -155,7 +156,7 @@ def test_a_torque_dropped_where_something_ends_is_told_once(rest, tmp_path):
 
 def test_what_came_at_the_tick_of_a_halt_is_shown(tmp_path):
     """The bag is true, and its states are those of the ticks before."""
-    wild, torque = Request(7, WILD), Torque(8, (1.0, 0.0, 0.0))
+    wild, torque = Request(7, WILD), torque_command(8, (1.0, 0.0, 0.0))
     with pytest.raises(RunHalted, match='has 8 ticks'):
         list(simulate(SCENARIO, 0.2, tmp_path / 'bag', [wild, torque]))
     assert RecordedRun(tmp_path / 'bag').events == [wild, Halt(8), torque]
@@ -165,7 +166,7 @@ def test_what_came_at_the_tick_of_a_halt_is_shown(tmp_path):
 
 def test_what_is_told_to_follow_and_does_not_is_said(tmp_path):
     """The run of an events file is complete, and its timeouts and halts are compared with it."""
-    truth: list[Event] = [Torque(5, (0.1, 0.0, 0.0), until_tick=9), Timeout(9, 'torque')]
+    truth: list[Event] = [torque_command(5, (0.1, 0.0, 0.0), until_tick=9), Timeout(9, 'torque')]
     list(simulate(SCENARIO, 0.2, tmp_path / 'true', truth))
     lie = [*truth, Timeout(7, 'torque'), Halt(12)]
     with pytest.raises(Untrue, match='the event Timeout at tick 7 did not happen'):
@@ -176,15 +177,19 @@ def test_what_is_told_to_follow_and_does_not_is_said(tmp_path):
 @pytest.mark.long
 def test_bags_of_drops_and_halts_prove_themselves(tmp_path):
     """The bag ends where the run halts, tells of what happened, and is run again to the byte."""
-    events: list[Event] = [Torque(5, TOO_STRONG), Torque(20, (0.1, 0.0, 0.0)), Request(30, WILD)]
+    events: list[Event] = [
+        torque_command(5, TOO_STRONG),
+        torque_command(20, (0.1, 0.0, 0.0)),
+        Request(30, WILD),
+    ]
     with pytest.raises(RunHalted, match=r'the propagation came to a halt at .* has 31 ticks'):
         list(simulate(SCENARIO, 10, tmp_path / 'bag', events))
     told = RecordedRun(tmp_path / 'bag').events
     # After its timeout a torque has ended, the dropped one has none.
     assert [type(event) for event in told] == [
-        Torque,
+        torque_command,
         TorquesDropped,
-        Torque,
+        torque_command,
         Request,
         TorquesDropped,
         Halt,
@@ -198,7 +203,7 @@ def test_bags_of_drops_and_halts_prove_themselves(tmp_path):
 def test_a_bag_that_ends_ahead_of_its_first_sample_is_true(tmp_path):
     """Recording began and ended between an input and its tick: there is nothing to hold it to."""
     recording = Recording(tmp_path / 'bag', SCENARIO, SCENARIO.topics)
-    recording.event(Torque(7, (0.1, 0.0, 0.0)), 10**18 + 7 * 10**7)
+    recording.event(torque_command(7, (0.1, 0.0, 0.0)), 10**18 + 7 * 10**7)
     recording.close()
     verdict = verify(tmp_path / 'bag')
     assert verdict.is_true, verdict

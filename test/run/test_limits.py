@@ -6,6 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 import yaml
+from commands import motor_command, torque_command
 from environment import truth
 from flights import difference, sequence, summary, written
 
@@ -23,11 +24,9 @@ from satdyn_ros.run.events import (
     Event,
     Request,
     Reset,
-    RotorCommand,
     RotorLimited,
     Timeout,
     Topics,
-    Torque,
     from_yaml_text,
 )
 from satdyn_ros.run.scenario import Scenario
@@ -71,7 +70,7 @@ def run(events, ticks=200, block=64):
 
 def test_a_torque_is_cut_to_max_torque():
     """Either way; what is within the limit acts as given, and the other rotor keeps its own."""
-    command, opposite = RotorCommand(10, {'a': 0.5, 'b': -0.01}), RotorCommand(20, {'a': -0.5})
+    command, opposite = motor_command(10, {'a': 0.5, 'b': -0.01}), motor_command(20, {'a': -0.5})
     applied, _, torques = run([command, opposite], ticks=30)
     assert applied == [
         command,
@@ -91,7 +90,7 @@ def test_a_rotor_stays_at_max_speed_as_long_as_it_is_commanded(sign):
     That is told once, at the first tick after it; when the torque times out the rotor slows.
     """
     applied, speeds, torques = run(
-        [RotorCommand(0, {'a': sign * 0.01, 'b': sign * 1e-3}, until_tick=150)]
+        [motor_command(0, {'a': sign * 0.01, 'b': sign * 1e-3}, until_tick=150)]
     )
     (limited,) = (event for event in applied if isinstance(event, RotorLimited))
     tick, speeds = limited.tick, sign * speeds[:, 0]
@@ -108,12 +107,12 @@ def test_a_rotor_stays_at_max_speed_as_long_as_it_is_commanded(sign):
 
 def test_at_max_speed_a_command_acts_only_where_it_slows():
     """Less than the friction takes, or the other way: the rotor leaves its limit at once."""
-    first = RotorCommand(0, {'a': 0.01})
+    first = motor_command(0, {'a': 0.01})
     (limited,) = (event for event in run([first])[0] if isinstance(event, RotorLimited))
     tick = limited.tick + 5
     for torque in (0.0004, -0.002):
-        applied, speeds, torques = run([first, RotorCommand(tick, {'a': torque})], tick + 3)
-        assert applied == [first, limited, RotorCommand(tick, {'a': torque})]
+        applied, speeds, torques = run([first, motor_command(tick, {'a': torque})], tick + 3)
+        assert applied == [first, limited, motor_command(tick, {'a': torque})]
         assert (torques[tick:, 0] == torque).all()
         assert (np.diff(speeds[tick - 1 :, 0]) < 1e-15).all()
 
@@ -122,7 +121,7 @@ def test_at_max_speed_a_command_acts_only_where_it_slows():
 def test_a_rotor_leaves_its_limit_on_a_body_that_turns_fast(rate):
     """Its speed is a difference of large numbers there, whose rounding is no way back."""
     begin = Request(0, {'initial.angular_velocity': [0.0, 0.0, rate], 'rotor.b.speed': 5.0})
-    _, speeds, _ = run([begin, RotorCommand(0, {'b': 0.0004})], ticks=3)
+    _, speeds, _ = run([begin, motor_command(0, {'b': 0.0004})], ticks=3)
     assert (np.diff(speeds[:, 1]) < 0.0).all()
 
 
@@ -170,8 +169,8 @@ def test_a_body_that_moves_a_rotor_beyond_its_limit_is_not_helped():
 
     The motor gives nothing meanwhile, and holds the rotor again when it is back at its limit.
     """
-    command = RotorCommand(0, {'a': 0.01})
-    slower, faster = Torque(100, (-0.05, 0.0, 0.0)), Torque(120, (0.05, 0.0, 0.0))
+    command = motor_command(0, {'a': 0.01})
+    slower, faster = torque_command(100, (-0.05, 0.0, 0.0)), torque_command(120, (0.05, 0.0, 0.0))
     applied, speeds, torques = run([command, slower, faster], ticks=200)
     beyond = speeds[:, 0] > 5.0 + 1e-9
     assert beyond[101:121].all()
@@ -185,21 +184,21 @@ def test_a_body_that_moves_a_rotor_beyond_its_limit_is_not_helped():
 @pytest.mark.parametrize('rules', [0, 1, 2])
 def test_by_earlier_rules_a_limit_of_speed_acts_where_the_bag_tells_it(rules):
     """It drops the torque at its tick after all else, and nothing else limits the speed."""
-    first, told = RotorCommand(0, {'a': 0.01, 'b': 0.02}), RotorLimited(80, 'a', FAST)
-    events: list[Event] = [first, RotorLimited(0, 'b', CUT), told, RotorCommand(80, {'a': 0.005})]
+    first, told = motor_command(0, {'a': 0.01, 'b': 0.02}), RotorLimited(80, 'a', FAST)
+    events: list[Event] = [first, RotorLimited(0, 'b', CUT), told, motor_command(80, {'a': 0.005})]
     simulation, applied, torques = Simulation(SCENARIO, events, rules), list[Event](), []
     while simulation.next_tick < 200:
         happened, samples = simulation.advance(200 - simulation.next_tick)
         applied += happened
         torques += [samples.system.rotor_torque] * len(samples)
-    assert applied == [first, RotorLimited(0, 'b', CUT), RotorCommand(80, {'a': 0.005}), told]
+    assert applied == [first, RotorLimited(0, 'b', CUT), motor_command(80, {'a': 0.005}), told]
     assert [tuple(torque) for torque in torques] == [(0.01, 0.01)] * 80 + [(0.0, 0.01)] * 120
     assert min(simulation.state.rotor_speed) > 5.0
 
 
 EVENTS: list[Event] = [
-    RotorCommand(3, {'a': 0.02, 'b': 0.007}),
-    RotorCommand(90, {'a': -0.02}, until_tick=170),
+    motor_command(3, {'a': 0.02, 'b': 0.007}),
+    motor_command(90, {'a': -0.02}, until_tick=170),
     Reset(120),
 ]
 
@@ -272,7 +271,7 @@ def test_each_file_of_a_split_bag_with_limits_verifies(tmp_path, duration_s):
 
 def test_a_limit_at_every_tick_ends_no_chunk(tmp_path):
     """A controller beyond max_torque costs its bag no more than the records; they verify."""
-    commands = [RotorCommand(tick, {'a': (-1) ** tick * (1.0 + tick)}) for tick in range(1, 300)]
+    commands = [motor_command(tick, {'a': (-1) ** tick * (1.0 + tick)}) for tick in range(1, 300)]
     bag = tmp_path / 'bag'
     list(simulate(SCENARIO, 6.0, bag, commands))
     statistics = summary(next(bag.glob('*.mcap'))).statistics
@@ -287,7 +286,7 @@ def test_a_limit_at_every_tick_ends_no_chunk(tmp_path):
 
 def test_a_writer_that_dies_between_a_limit_and_its_command_leaves_a_true_bag(tmp_path):
     """The record of a limit stands before the chunk with the command that meets it."""
-    commands = [RotorCommand(tick, {'a': (-1) ** tick * 1.0}) for tick in range(1, 100)]
+    commands = [motor_command(tick, {'a': (-1) ** tick * 1.0}) for tick in range(1, 100)]
     bag = tmp_path / 'bag'
     recording, simulation = (
         Recording(bag, SCENARIO, SCENARIO.topics),
@@ -357,7 +356,7 @@ def test_a_run_goes_on_from_a_bag_with_limits(tmp_path):
 def test_a_limit_that_was_computed_ahead_is_undone():
     """A command that comes before the tick is published acts there as if nothing had been."""
     scenario = SCENARIO.with_values({'rotor.a.speed': 4.7})
-    first, second = RotorCommand(0, {'a': 0.01}), RotorCommand(1, {'a': -0.01})
+    first, second = motor_command(0, {'a': 0.01}), motor_command(1, {'a': -0.01})
     simulation = Simulation(scenario, [first])
     assert len(simulation.advance(9)[1]) == 2
     assert limits(simulation.advance(9)[0]) == [RotorLimited(2, 'a', FAST)]
@@ -385,9 +384,9 @@ def test_a_run_computed_ahead_is_the_run_that_knew(seed):
     kinds: list[Callable[[int], Event]] = [
         Reset,
         lambda tick: Request(tick, {'rotor.b.speed': draw.uniform(-5.0, 5.0)}),
-        lambda tick: RotorCommand(tick, {'a': draw.choice([0.02, -0.02, 0.0])}, tick + 9),
-        lambda tick: RotorCommand(tick, {'b': draw.choice([0.005, -0.005])}),
-        lambda tick: Torque(tick, (1e-4 * draw.normal(), 0.0, 0.0), tick + 4),
+        lambda tick: motor_command(tick, {'a': draw.choice([0.02, -0.02, 0.0])}, tick + 9),
+        lambda tick: motor_command(tick, {'b': draw.choice([0.005, -0.005])}),
+        lambda tick: torque_command(tick, (1e-4 * draw.normal(), 0.0, 0.0), tick + 4),
         lambda tick: Topics(tick, ('attitude',)),
     ]
     live, told, came = Simulation(SCENARIO), list[Event](), list[Event]()

@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 from cases import bounded, newtonian
+from commands import motor_command, torque_command
 from scipy.integrate import quad
 from scipy.spatial.transform import Rotation
 
 from satdyn_ros import exact
 from satdyn_ros.integrate.propagation import Propagation
-from satdyn_ros.run.events import Event, Reset, RotorCommand, Torque
+from satdyn_ros.run.events import Event, Reset
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 
@@ -118,11 +119,11 @@ DRIVEN = FREE | {
     'motion.method': 'auto',
 }
 EVENTS: list[Event] = [
-    Torque(5, (0.01, 0.0, 0.0), 7),
-    RotorCommand(9, {'rotor': 0.002}, 14),
-    Torque(14, (0.0, 0.02, 0.0), 16),
+    torque_command(5, (0.01, 0.0, 0.0), 7),
+    motor_command(9, {'rotor': 0.002}, 14),
+    torque_command(14, (0.0, 0.02, 0.0), 16),
     Reset(22),
-    Torque(30, (0.0, 0.02, -0.01), 39),
+    torque_command(30, (0.0, 0.02, -0.01), 39),
 ]
 
 

@@ -5,21 +5,13 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from commands import motor_command, torque_command
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from satdyn_ros.integrate.propagation import Propagation
 from satdyn_ros.kernel import rotation
-from satdyn_ros.run.events import (
-    Event,
-    Request,
-    Reset,
-    RotorCommand,
-    Timeout,
-    Topics,
-    Torque,
-    TorquesDropped,
-)
+from satdyn_ros.run.events import Event, Request, Reset, Timeout, Topics, TorquesDropped
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 
@@ -48,10 +40,10 @@ def run(scenario, events=(), ticks=200, block=64):
 
 
 EVENTS: list[Event] = [
-    Torque(20, (0.1, -0.2, 0.3), until_tick=90),
-    RotorCommand(40, {'rotor': 0.05}),
+    torque_command(20, (0.1, -0.2, 0.3), until_tick=90),
+    motor_command(40, {'rotor': 0.05}),
     Request(60, {'initial.angular_velocity': [0.0, 0.0, 0.05], 'rotor.speed': 5.0}),
-    RotorCommand(110, {'rotor': 0.0}),
+    motor_command(110, {'rotor': 0.0}),
     Reset(130),
     Topics(150, ('attitude',)),
 ]
@@ -113,7 +105,7 @@ def test_torque_of_a_step_holds_during_it():
     np.testing.assert_array_equal(after.omega_bi_b, driven.omega_bi_b[0])
     coasting = Propagation(GYROSTAT.system, after, (k + 1) * dt).at(dt)
     np.testing.assert_array_equal(free.omega_bi_b, coasting.omega_bi_b[0])
-    events = [Torque(k, torque), Torque(k + 1, (0.0, 0.0, 0.0))]
+    events = [torque_command(k, torque), torque_command(k + 1, (0.0, 0.0, 0.0))]
     _, table = run(GYROSTAT, events, ticks=k + 3)
     np.testing.assert_array_equal(table['omega_bi_b'][k + 2], free.omega_bi_b)
 
@@ -230,7 +222,7 @@ NAMED = GYROSTAT.with_values({'torque.names': ['c', 'a', 'b']})
 
 
 def named(tick, name, torque_b, until_tick=None):
-    return Torque(tick, torque_b, until_tick, f'torque/{name}')
+    return torque_command(tick, torque_b, until_tick, f'torque/{name}')
 
 
 def test_torques_with_names_are_held_each_by_itself_and_summed():
@@ -245,12 +237,12 @@ def test_torques_with_names_are_held_each_by_itself_and_summed():
     applied, table = run(NAMED, happening)
     assert [event for event in applied if isinstance(event, Timeout)] == [Timeout(90, 'torque/a')]
     added = [
-        Torque(10, (0.1, 0.0, 0.2)),
-        Torque(30, (0.1 + 0.3, -0.2, 0.2)),
-        Torque(50, (0.2 + 0.3, -0.2, 0.0)),
+        torque_command(10, (0.1, 0.0, 0.2)),
+        torque_command(30, (0.1 + 0.3, -0.2, 0.2)),
+        torque_command(50, (0.2 + 0.3, -0.2, 0.0)),
         Reset(60),
-        Torque(90, (0.3, -0.2, 0.0)),
-        Torque(100, (0.0, 0.0, 0.0)),
+        torque_command(90, (0.3, -0.2, 0.0)),
+        torque_command(100, (0.0, 0.0, 0.0)),
     ]
     _, truth = run(GYROSTAT, added)
     for name, column in truth.items():
@@ -261,7 +253,7 @@ def test_torques_with_names_are_held_each_by_itself_and_summed():
 @settings(max_examples=20, deadline=None)
 def test_one_of_several_torques_is_the_one_torque(torque_b, name):
     """Bit for bit, whichever is commanded alone: what is not commanded adds nothing."""
-    _, alone = run(GYROSTAT, [Torque(3, torque_b, 9)], ticks=12)
+    _, alone = run(GYROSTAT, [torque_command(3, torque_b, 9)], ticks=12)
     _, table = run(NAMED, [named(3, name, torque_b, 9)], ticks=12)
     assert {k: x.tobytes() for k, x in table.items()} == {k: x.tobytes() for k, x in alone.items()}
 
@@ -292,9 +284,9 @@ def test_a_step_gives_torques_by_name():
     _, table = run(
         GYROSTAT,
         [
-            Torque(2, (0.0, 0.3, 0.0)),
-            Torque(3, (0.1, 0.3, 0.0)),
-            Torque(6, (0.0, 0.3, 0.0)),
+            torque_command(2, (0.0, 0.3, 0.0)),
+            torque_command(3, (0.1, 0.3, 0.0)),
+            torque_command(6, (0.0, 0.3, 0.0)),
         ],
         ticks=9,
     )

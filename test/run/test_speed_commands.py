@@ -5,6 +5,7 @@ import pytest
 import yaml
 from environment import truth
 
+from satdyn_ros.actuators import Command
 from satdyn_ros.bag.read_run import RecordedRun
 from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.bag.verify import verify
@@ -12,7 +13,7 @@ from satdyn_ros.dynamics.drives import law_of
 from satdyn_ros.dynamics.integrals import relative_drift
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.kernel import rotation
-from satdyn_ros.run.events import RotorCommand, from_yaml_text, to_yaml
+from satdyn_ros.run.events import from_yaml_text, to_yaml
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 
@@ -71,8 +72,8 @@ def test_a_bag_with_commanded_speeds_verifies(tmp_path):
     for _ in simulate(split, 70.0, tmp_path / 'bag', events):
         pass
     recorded = RecordedRun(tmp_path / 'bag')
-    commands = [event for event in recorded.events if isinstance(event, RotorCommand)]
-    assert [(c.tick, c.torques, c.speeds) for c in commands] == [
+    commands = [event for event in recorded.events if isinstance(event, Command)]
+    assert [(c.tick, c.value.torques, c.value.speeds) for c in commands] == [
         (1, {}, {'rotor': 100.0}),
         (50, {}, {'rotor': -20.0}),
         (60, {'rotor': 1e-5}, {}),
@@ -95,7 +96,7 @@ def test_a_speed_of_a_step_holds_during_it():
     np.testing.assert_allclose(simulation.rotor_torque[0], expected, rtol=1e-9)
     simulation.step()
     assert simulation.rotor_torque[0] == 0.0
-    with pytest.raises(ValueError, match='the rotor rotor is given a torque and a speed'):
+    with pytest.raises(ValueError, match=r'rotor_command\.rotor is commanded twice; give one'):
         simulation.step(rotor_torque={'rotor': 0.0}, rotor_speed={'rotor': 0.0})
 
 

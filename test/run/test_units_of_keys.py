@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from commands import motor_command, torque_command
 
 from satdyn_ros.bag.read_run import RecordedRun
 from satdyn_ros.bag.simulate import simulate
@@ -119,10 +120,10 @@ def test_events_take_what_is_typed():
     """Times in minutes and milliseconds fall on their ticks, commands come in SI."""
     found: list[Any] = [*events.from_yaml_text(EVENTS, Scenario.from_yaml_text(SHEET))]
     torque, rotor, speed, dipole, request = found
-    assert torque == events.Torque(30, (0.0, 0.0, 5e-6), until_tick=330)
-    assert rotor == events.RotorCommand(30, {'rw_x': 2e-6}, until_tick=60)
-    assert speed.speeds == {'rw_x': pytest.approx(math.tau, rel=4e-16)}
-    assert (dipole.dipole_b, dipole.tick, request.tick) == ((0.05, 0.0, 0.0), 45, 50)
+    assert torque == torque_command(30, (0.0, 0.0, 5e-6), until_tick=330)
+    assert rotor == motor_command(30, {'rw_x': 2e-6}, until_tick=60)
+    assert speed.value.speeds == {'rw_x': pytest.approx(math.tau, rel=4e-16)}
+    assert (dipole.value, dipole.tick, request.tick) == ((0.05, 0.0, 0.0), 45, 50)
 
 
 def test_a_bag_holds_si_and_what_was_typed(tmp_path):
@@ -145,8 +146,12 @@ def test_python_takes_what_is_typed():
     assert scenario['orbit.semi_major_axis'] == 6878137.0
     assert scenario.typed['orbit.altitude'] == '500 km'
     mine, plain = Simulation(scenario), Simulation(scenario)
-    a = mine.step(['5 uN m', 0, 0], {'rw_x': '1 uN m'}, '[1, 0, 0] mA m^2')
-    b = plain.step([5e-6, 0, 0], {'rw_x': 1e-6}, [1e-3, 0, 0])
+    a = mine.step(
+        torque_b=['5 uN m', 0, 0],
+        rotor_torque={'rw_x': '1 uN m'},
+        dipole_b='[1, 0, 0] mA m^2',
+    )
+    b = plain.step(torque_b=[5e-6, 0, 0], rotor_torque={'rw_x': 1e-6}, dipole_b=[1e-3, 0, 0])
     assert np.array_equal(a.omega_bi_b, b.omega_bi_b)
     assert mine.step(rotor_speed={'rw_x': '60 rpm'}).rotor_speed[0] > 0.0
     mine.request({'initial.roll_pitch_yaw': ['0', '0', '90 deg'], 'initial.frame': 'inertial'})

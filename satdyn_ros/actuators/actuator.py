@@ -1,0 +1,167 @@
+"""What an actuator is: one class, from which all else that is commanded follows."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, ClassVar
+
+from ..base.key import Key
+from ..dynamics.rotor import Rotor
+from ..dynamics.system import System
+from ..torques.body_torque import BodyTorque
+
+_NONE: Mapping[str, str] = MappingProxyType({})
+
+
+@dataclass(frozen=True)
+class Command:
+    """
+    What an actuator is commanded by one message, as its topic has it.
+
+    value: the actuator's, as it is given: what acts of it is cut to its limits.  It holds until
+    the next one for the same or, if given, until a tick.
+    """
+
+    tick: int
+    topic: str
+    value: Any
+    until_tick: int | None = None
+
+
+class Actuator(ABC):
+    """
+    A kind of actuators, made for the values and the rotors of a scenario.
+
+    topic, message, says: the topic of its commands, their type and their content in words.
+    in_body_axes: whether the header of a message must name the body's frame, or none.  words: by
+    its key in an events file the keyword of Simulation.step for the same.  keys: of scenarios, its
+    own.  limit: the last word of the key that cuts commands, '': none.  acts_on: the kind of
+    torque on the body that it commands, None: what it drives is no such torque.  earlier: topics
+    of earlier versions, which bags have, and their types.
+
+    topics: those of the scenario, which bags have.  is_fitted: whether there is anything to
+    command.  none: by the names under which something is held, each timed out by itself, what acts
+    while nothing is commanded.  rotors: by these names the rotor whose cuts are told as events.
+    """
+
+    topic: ClassVar[str]
+    message: ClassVar[str]
+    says: ClassVar[str]
+    in_body_axes: ClassVar[bool] = False
+    words: ClassVar[Mapping[str, str]]
+    keys: ClassVar[tuple[Key, ...]] = ()
+    limit: ClassVar[str] = ''
+    acts_on: ClassVar[type[BodyTorque] | None] = None
+    earlier: ClassVar[Mapping[str, str]] = _NONE
+
+    topics: tuple[str, ...]
+    is_fitted: bool = True
+    none: Mapping[str, Any]
+    rotors: Mapping[str, str] = _NONE
+
+    def __init_subclass__(cls) -> None:
+        """Let scenarios have the kind."""
+        if 'topic' in vars(cls):
+            ACTUATORS[cls.topic] = cls
+
+    @abstractmethod
+    def __init__(self, values: Mapping[str, Any], rotors: tuple[Rotor, ...]):
+        """Take what a scenario says of it."""
+
+    @abstractmethod
+    def given(self, word: str, given: Any) -> dict[str, Any]:
+        """
+        Return by topic the values of what an events file, or a program, gives as one of the words.
+
+        ValueError, in one sentence: it is not allowed.
+        """
+
+    @classmethod
+    @abstractmethod
+    def plain(cls, topic: str, value: Any) -> dict[str, Any]:
+        """Return a value as given() takes it, by its word."""
+
+    @abstractmethod
+    def read(self, topic: str, message: Any) -> Any:
+        """Return the value in a message, field by field; ValueError: it is built otherwise."""
+
+    @abstractmethod
+    def check(self, topic: str, value: Any) -> None:
+        """Raise ValueError, in one sentence, for a value that is not allowed."""
+
+    @classmethod
+    @abstractmethod
+    def fields(cls, topic: str, value: Any) -> dict[str, Any]:
+        """Return the fields of the message of a value: vectors as tuples, sequences as lists."""
+
+    @abstractmethod
+    def held(self, topic: str, value: Any) -> dict[str, Any]:
+        """Return what a command holds, by name."""
+
+    @abstractmethod
+    def commanding(self, held: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+        """Yield topics and values of the commands that hold this and nothing else."""
+
+    def within(self, name: str, held: Any) -> Any:
+        """Return what acts of what is held under a name: cut to the limit."""
+        return held
+
+    def effect(self, acting: Mapping[str, Any]) -> Any:
+        """Return what the motion depends on of all that acts, by name; equal: it is the same."""
+        return {name: acting[name] for name in self.none}
+
+    def torque(self) -> BodyTorque | None:
+        """Return the torque that is there for it alone, while nothing is commanded."""
+        return None
+
+    def commanded(self, torque: Any, acting: Mapping[str, Any]) -> BodyTorque:
+        """Return the torque that it acts on, under what acts."""
+        raise NotImplementedError
+
+    def driven(self, system: System, acting: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the fields of a system that change under what acts."""
+        if self.acts_on is None or not self.is_fitted:
+            return {}
+        return {
+            'torques': tuple(
+                self.commanded(torque, acting) if isinstance(torque, self.acts_on) else torque
+                for torque in system.torques
+            )
+        }
+
+    def kept(self, acting: Mapping[str, Any]) -> dict[str, Any]:
+        """Return, of what acts on another body, what goes on here; the rest is as in none."""
+        found = {name: self.within(name, acting[name]) for name in self.none if name in acting}
+        return {**self.none, **found}
+
+    @abstractmethod
+    def to_plain(self, acting: Mapping[str, Any]) -> dict[str, Any]:
+        """Return what acts as plain data, for a snapshot."""
+
+    @abstractmethod
+    def from_plain(self, snapshot: Mapping[str, Any]) -> dict[str, Any]:
+        """Return what acted when to_plain was asked; ValueError, LookupError: it is not that."""
+
+    def report(self, acting: Mapping[str, Any]) -> dict[str, Any]:
+        """Return what acts in words, for the diagnostics."""
+        return {}
+
+
+# By their topics.
+ACTUATORS: dict[str, type[Actuator]] = {}
+
+
+def kind_of(topic: str) -> type[Actuator]:
+    """Return the kind of actuators that has a topic, which may have names behind it."""
+    return ACTUATORS[topic.partition('/')[0]]
+
+
+def is_commanding(topic: str) -> bool:
+    """Return whether a topic is, or was in an earlier version, that of an actuator."""
+    return topic.partition('/')[0] in ACTUATORS or topic in earlier_types()
+
+
+def earlier_types() -> dict[str, str]:
+    """Return the types of messages by the topics of earlier versions."""
+    return {topic: each for kind in ACTUATORS.values() for topic, each in kind.earlier.items()}

@@ -1,0 +1,91 @@
+"""The actuators of a scenario, and what acts of all that they are commanded."""
+
+from collections.abc import Iterable, Mapping
+from functools import cached_property
+from typing import Any
+
+from ..dynamics.rotor import Rotor
+from ..dynamics.system import System
+from ..torques.body_torque import BodyTorque
+from .actuator import ACTUATORS, Actuator
+
+
+class Equipment:
+    """
+    The actuators of a scenario.
+
+    none: by all names under which something is held, what acts while nothing is commanded.
+    """
+
+    def __init__(self, values: Mapping[str, Any], rotors: tuple[Rotor, ...]):
+        self.actuators: tuple[Actuator, ...] = tuple(k(values, rotors) for k in ACTUATORS.values())
+        self.none = {name: x for each in self.actuators for name, x in each.none.items()}
+
+    @property
+    def topics(self) -> tuple[str, ...]:
+        """The topics of all that can be commanded."""
+        return tuple(self.of_topic)
+
+    @cached_property
+    def of_topic(self) -> dict[str, Actuator]:
+        """The actuators by the topics of their commands."""
+        return {topic: each for each in self.actuators for topic in each.topics}
+
+    @cached_property
+    def of_earlier(self) -> dict[str, Actuator]:
+        """The actuators by the topics of earlier versions."""
+        return {topic: each for each in self.actuators for topic in each.earlier}
+
+    @cached_property
+    def of_name(self) -> dict[str, Actuator]:
+        """The actuators by the names under which something is held."""
+        return {name: each for each in self.actuators for name in each.none}
+
+    @cached_property
+    def of_word(self) -> dict[str, Actuator]:
+        """The actuators by their keys in an events file."""
+        return {word: each for each in self.actuators for word in each.words}
+
+    @cached_property
+    def of_keyword(self) -> dict[str, tuple[Actuator, str]]:
+        """The actuators by the keywords of Simulation.step, and their words for these."""
+        return {
+            keyword: (each, word)
+            for each in self.actuators
+            for word, keyword in each.words.items()
+        }
+
+    def held_as(self, name: str) -> str:
+        """Return the name under which something is held, which version 0.1 called by its topic."""
+        earlier = self.of_earlier.get(name)
+        return next(iter(earlier.none)) if earlier else name
+
+    def driven(
+        self,
+        system: System,
+        acting: Mapping[str, Any],
+        actuators: Iterable[Actuator] | None = None,
+    ) -> System:
+        """Return a system under what acts, of some actuators or of all."""
+        for each in self.actuators if actuators is None else actuators:
+            if changes := each.driven(system, acting):
+                system = system.driven(**changes)
+        return system
+
+    def torques(self) -> tuple[BodyTorque, ...]:
+        """Return the torques on the body that are there for actuators alone."""
+        return tuple(torque for each in self.actuators if (torque := each.torque()) is not None)
+
+    def kept(self, acting: Mapping[str, Any]) -> dict[str, Any]:
+        """Return, of what acts on another body, what goes on on this one."""
+        return {name: x for each in self.actuators for name, x in each.kept(acting).items()}
+
+    def to_plain(self, acting: Mapping[str, Any]) -> dict[str, Any]:
+        """Return what acts as plain data, for a snapshot."""
+        return {name: x for each in self.actuators for name, x in each.to_plain(acting).items()}
+
+    def from_plain(self, snapshot: Mapping[str, Any]) -> dict[str, Any]:
+        """Return what acted when to_plain was asked; ValueError, LookupError: it is not that."""
+        return {
+            name: x for each in self.actuators for name, x in each.from_plain(snapshot).items()
+        }

@@ -55,6 +55,13 @@ class Wheels(Actuator):
     def __init__(self, values: Mapping[str, Any], rotors: tuple[Rotor, ...]):
         self._has_names = bool(values['rotor.names'])
         self._rotors = {rotor.label: rotor for rotor in rotors}
+        self._keys = {
+            label: (
+                replace(self._torque, name=f'torque on the rotor {label}'),
+                replace(self._speed, name=f'speed of the rotor {label}'),
+            )
+            for label in self._rotors
+        }
         self.topics = (self.topic,)
         self.is_fitted = any(rotor.mode == 'motor' for rotor in rotors)
         self.rotors = {f'{_HELD}{label}': label for label in self._rotors}
@@ -91,23 +98,26 @@ class Wheels(Actuator):
         return rotor
 
     def _checked_torque(self, label, given):
-        rotor, name = self._motor(label, 'torque on'), f'torque on the rotor {label}'
-        torque = replace(self._torque, name=name).checked(given)
+        rotor = self._motor(label, 'torque on')
+        key, _ = self._keys[label]
+        torque = key.checked(given)
         if abs(torque) > MOST_TORQUE and not rotor.max_torque:
             given, most = told_apart(torque, math.copysign(MOST_TORQUE, torque))
             raise ValueError(
-                f'{name} is {given}; without {_key_of(rotor, "max_torque")} it must be at most '
-                f'{most.removeprefix("-")} N m, either way'
+                f'{key.name} is {given}; without {_key_of(rotor, "max_torque")} it must be at '
+                f'most {most.removeprefix("-")} N m, either way'
             )
         return torque
 
     def _checked_speed(self, label, given):
-        rotor, name = self._motor(label, 'speed of'), f'speed of the rotor {label}'
+        rotor = self._motor(label, 'speed of')
+        _, key = self._keys[label]
         if not rotor.speed_gain:
             raise ValueError(
-                f'a {name} is given and {_key_of(rotor, "speed_gain")} is 0; it must be above 0'
+                f'a {key.name} is given and {_key_of(rotor, "speed_gain")} is 0; it must be '
+                'above 0'
             )
-        return replace(self._speed, name=name).checked(given)
+        return key.checked(given)
 
     @classmethod
     def plain(cls, topic: str, value: MotorCommands) -> dict[str, Any]:

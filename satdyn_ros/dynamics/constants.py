@@ -13,6 +13,7 @@ from ..orbits.pieces import Pieces
 from ..torques.applied import Applied
 from ..torques.gravity_gradient import GravityGradient
 from ..torques.weight import Weight
+from ..trace.graph import flatten
 from .rotor import Rotor
 from .system import System
 
@@ -146,6 +147,29 @@ def constants_of(system: System, start_s: float = 0.0) -> Constants:
         ),
         torques=(*field, Applied.Constants(tuple(_applied(system).tolist())), *own),
     )
+
+
+def write_driven(numbers: np.ndarray, places: Any, system: System, start_s: float) -> None:
+    """
+    Write what commands set, and what depends on the start, into the numbers of Constants.
+
+    numbers (P,): those of another start and of other commands of the same kind.  places: of each
+    among them, as numbered() gives.
+    """
+    numbers[places.start_s] = start_s
+    if system.has_turning_axes:
+        undriven = _undriven_constants(system.undriven)
+        line = _line(system, start_s, undriven.outward, undriven.ahead)
+        for at, values in zip((places.outward, places.ahead), line, strict=True):
+            numbers[at[0] : at[0] + 3] = values
+    for at, (i, _) in zip(places.rotors, system.turning_rotors, strict=True):
+        numbers[at.torque] = system.rotor_torque[i]
+    _, _, applied, *own = places.torques
+    numbers[applied.torque_b[0] : applied.torque_b[0] + 3] = _applied(system)
+    for at, torque in zip(own, system.torques, strict=True):
+        values, _ = flatten(torque.constants)
+        _, first = flatten(at)
+        numbers[first[0] : first[0] + len(values)] = values
 
 
 def with_tables(

@@ -10,6 +10,8 @@ import numpy as np
 from ..dynamics.motion import States, joined
 from ..dynamics.system import System
 from ..environment import geodetic, turned
+from ..sensors import Measurements
+from .ticks import Ticks
 
 
 class Stamped:
@@ -40,6 +42,12 @@ class Measured(Stamped):
     stamps_ns: np.ndarray
     values: np.ndarray
 
+    @classmethod
+    def of(cls, measurements: Measurements, first_tick: int, ticks: Ticks) -> 'Measured':
+        """Return what a sensor gives from a tick on."""
+        stamps_ns = ticks.stamps_of(measurements.exposed)
+        return cls(measurements.ticks - first_tick, stamps_ns, measurements.values)
+
 
 @dataclass(frozen=True, eq=False)
 class Samples(Stamped):
@@ -57,6 +65,22 @@ class Samples(Stamped):
     system: System
     measured: Mapping[str, Measured] = field(default_factory=dict)
     acting: Mapping[str, Any] = field(default_factory=dict)
+
+    def rows(self, first: int, last: int) -> 'Samples':
+        """Return what happens at the ticks of the rows from first to before last."""
+        measured = {
+            name: Measured(some.places[at] - first, some.stamps_ns[at], some.values[at])
+            for name, some in self.measured.items()
+            for at in [(first <= some.places) & (some.places < last)]
+        }
+        return Samples(
+            self.first_tick + first,
+            self.stamps_ns[first:last],
+            self.states.rows(slice(first, last)),
+            self.system,
+            measured,
+            self.acting,
+        )
 
     @property
     def rotor_torque(self) -> np.ndarray:

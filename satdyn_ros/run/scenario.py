@@ -226,6 +226,10 @@ class Scenario:
     def __getitem__(self, name: str) -> Any:
         return self.values[name]
 
+    def __deepcopy__(self, memo: object) -> 'Scenario':
+        """Return itself: it never changes."""
+        return self
+
     def __repr__(self) -> str:
         method, frame = self['motion.method'], self['initial.frame']
         what = f'{float(self.rate):g} Hz'

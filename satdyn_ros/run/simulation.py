@@ -5,6 +5,7 @@ from bisect import insort
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,16 +14,18 @@ from ..actuators import Command
 from ..base.key import listed
 from ..dynamics.motion import Motion
 from ..dynamics.system import State, System
-from ..sensors import Measurements, Suite
+from ..sensors import Suite
 from .events import Derived, Event, Request, Reset, RotorLimited
 from .in_place import OF_ATTITUDE
 from .requests import requested
 from .rules import EVENTS_FOLLOW, LIMITS_AT_THEIR_INSTANT, RULES
 from .run_state import RunState, met_limit
+from .sample import Sample
 from .samples import Measured, Samples
 from .scenario import Scenario
 from .segment import MOST_STEPS_A_TICK, Segment
 from .sensors import by_rules
+from .stepper import Stepper
 from .ticks import Ticks
 
 
@@ -56,6 +59,8 @@ class Simulation:
         state = scenario.initial_state
         motion = scenario.motion_from(scenario.system, state, 0.0, MOST_STEPS_A_TICK)
         suite = Suite.of(by_rules(self.scenario.sensors, rules))
+        # What goes on from the last tick by steps, while nothing else is asked for.
+        self._stepper: Stepper | None = None
         self._run = RunState(
             ticks=self.ticks,
             segment=Segment(self.ticks, 0, motion, suite.counts_turns),
@@ -88,6 +93,7 @@ class Simulation:
         At most count ticks, none beyond the next event or where it is told that a rotor has come
         to its limit, and none at all of a halted run.
         """
+        self._settle()
         first = self.next_tick
         self._before, self._acting = self._run, self._due(first)
         if not self._acting:
@@ -102,7 +108,7 @@ class Simulation:
         measured = {}
         if len(states):
             found, suite = run.suite.measure(range(first, last), states)
-            measured = {name: self._stamped(some, first) for name, some in found.items()}
+            measured = {name: Measured.of(some, first, self.ticks) for name, some in found.items()}
             self._run = replace(run, suite=suite)
         stamps_ns = self.ticks.stamps_ns(first, last)
         self._block = Samples(first, stamps_ns, states, run.system, measured, run.acting)
@@ -115,6 +121,7 @@ class Simulation:
 
         What acted at the first of them is to act again.
         """
+        self._settle()
         block = self._block
         if block is None or tick == self.next_tick:
             return
@@ -128,6 +135,7 @@ class Simulation:
 
     def begin_from(self, state: State) -> None:
         """Let the motion in force begin from another state: the last samples come anew."""
+        self._settle()
         run, tick = self._begun, self.next_tick if self._block is None else self._block.first_tick
         self._run = run.restarted(run.segment.begin_tick, state, run.system)
         self._run.segment.catch_up(tick)
@@ -136,6 +144,7 @@ class Simulation:
 
     def measure_truth(self) -> None:
         """Let the sensors have no errors, from the next tick on and without earlier exposures."""
+        self._settle()
         self._run = replace(self._run, suite=self._run.suite.perfect())
         self._begin_block()
 
@@ -160,18 +169,41 @@ class Simulation:
         return self.next_tick - 1
 
     @property
+    def sample(self) -> Sample:
+        """What the run gives at the last tick; ValueError: before the first there is none."""
+        self._settle()
+        block = self._block
+        if block is None:
+            raise ValueError('the run has no sample yet; advance it, or step')
+        row = self.tick - block.first_tick
+        return Sample(
+            self.conditions,
+            self.ticks,
+            self.tick,
+            block.states[row],
+            partial(block.rows, row, row + 1),
+        )
+
+    @property
+    def _here(self) -> RunState:
+        """The run before the next tick."""
+        self._settle()
+        return self._run
+
+    @property
     def state(self) -> State:
         """The state at the last tick; before the first, the initial one."""
-        return self._run.segment.state_at(max(self.tick, 0))
+        return self._here.segment.state_at(max(self.tick, 0))
 
     @property
     def system(self) -> System:
         """What moves, with the torques that act."""
-        return self._run.system
+        return self._here.system
 
     @property
     def rotor_torque(self) -> np.ndarray:
         """The torques of the motors at the last tick [N m] (R,); before the first, none."""
+        self._settle()
         block = self._block
         if block is None or self.tick < block.first_tick:
             return self.system.rotor_torque
@@ -180,47 +212,48 @@ class Simulation:
     @property
     def acting(self) -> Mapping[str, Any]:
         """What acts of all that actuators are commanded, by the names under which it is held."""
-        return self._run.acting
+        return self._here.acting
 
     @property
     def topics(self) -> tuple[str, ...]:
         """The published topics."""
-        return self._run.topics
+        return self._here.topics
 
     @property
     def halted(self) -> str | None:
         """Why no tick follows, in one sentence; None: one can."""
-        return self._run.halted
+        return self._here.halted
 
     @property
     def sensors(self) -> Suite:
         """The sensors before the next tick."""
-        return self._run.suite
+        return self._here.suite
 
     @property
     def sensors_of_a_new_motion(self) -> Suite:
         """The sensors ahead of the last tick's sample, if a new motion is to begin there."""
+        self._settle()
         run = replace(self._begun, suite=self._suite_at(self.tick))
         return run.turned_to(self.tick).suite
 
     @property
     def motion(self) -> Motion:
         """The motion since the last event."""
-        return self._run.segment.motion
+        return self._here.segment.motion
 
     @property
     def conditions(self) -> Scenario:
         """The scenario, with the initial conditions in force when all requests have acted."""
-        conditions = self._run.conditions
+        conditions = self._here.conditions
         for event in self._pending:
             if isinstance(event, Request):
                 at_s = self.ticks.seconds(event.tick)
                 conditions = conditions.with_values(event.values, at_s)
         return conditions
 
-    def step(self, **commands: Any) -> State:
+    def step(self, **commands: Any) -> Sample:
         """
-        Advance by one tick and return the state there.
+        Advance by one tick and return what the run gives there.
 
         commands: torque_b [N m] (3,), body axes, with torque.names by name, rotor_torque [N m] or
         rotor_speed [rad/s], by rotor, dipole_b [A m^2] (3,) of the magnetorquers, or texts with
@@ -232,20 +265,47 @@ class Simulation:
         held = now = self._held(commands)
         if self.next_tick == 0:
             self.advance(1)
-        none = self._run.equipment.none
+        if self._pending and self._pending[0].tick <= self.next_tick:
+            self._settle()
+            stepper = None
+        else:
+            stepper = self._stepper or self._new_stepper()
+        acting = stepper.acting if stepper else self.acting
+        none = self.scenario.equipment.none
         held = {name: none[name] for name in self._of_step - held.keys()} | held
-        changes = {name: x for name, x in held.items() if self.acting[name] != x}
-        new = [Command(self.tick, *each) for each in self._commanded(changes)]
+        changes = {name: x for name, x in held.items() if acting[name] != x}
         self._of_step = frozenset(now)
+        new = [*self._commanded(changes)]
+        if stepper and (sample := stepper.step(new)) is not None:
+            self.next_tick += 1
+            return sample
+        self._settle()
         if new:
             self.rewind(self.tick)
-            for event in new:
-                self.schedule(event)
-            self.advance(1)
-        self.advance(1)
+            for topic, value in new:
+                self.schedule(Command(self.next_tick, topic, value))
+        end = self.next_tick + (2 if new else 1)
+        while self.next_tick < end and not self.halted:
+            self.advance(end - self.next_tick)
         if self.halted:
             raise RunHalted(self.halted)
-        return self.state
+        return self.sample
+
+    def _new_stepper(self):
+        """Return what steps from the last tick on; None: what happens is more than commands."""
+        if self._block is None or not Stepper.takes(self._run):
+            return None
+        self._stepper = Stepper(self._run, self.tick, self._suite_at(self.tick))
+        return self._stepper
+
+    def _settle(self):
+        """Let the run stand where steps have brought it, with its last sample."""
+        if self._stepper is None:
+            return
+        stepper, self._stepper = self._stepper, None
+        self._run, self.next_tick = stepper.settled(), stepper.tick
+        self._begin_block()
+        self.advance(1)
 
     def _held(self, commands: Mapping[str, Any]) -> dict[str, Any]:
         """Return what commands of a step hold, by name; ValueError, TypeError: as of step."""
@@ -297,10 +357,6 @@ class Simulation:
         last = min([first + count, *event_ticks])
         return last, last in event_ticks
 
-    def _stamped(self, measurements: Measurements, first: int) -> Measured:
-        stamps_ns = self.ticks.stamps_of(measurements.exposed)
-        return Measured(measurements.ticks - first, stamps_ns, measurements.values)
-
     def _suite_at(self, tick):
         """Return the sensors before a tick of the last samples."""
         block = self._block
@@ -311,8 +367,14 @@ class Simulation:
 
     # -- snapshots -------------------------------------------------------------------------------
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what a copy begins with: where the run stands."""
+        self._settle()
+        return vars(self)
+
     def snapshot_copy(self) -> 'Simulation':
         """Return a copy, of which another thread may ask for snapshots while the run goes on."""
+        self._settle()
         kept = copy.copy(self)
         # With states of its own it need not ask the motion, which walks on.
         kept._begun = replace(self._begun, segment=copy.copy(self._begun.segment))
@@ -326,6 +388,7 @@ class Simulation:
         at the tick, the torques that act with the ticks where they end, the conditions in force,
         the topics and the sensors' memories.  is_start: whether scenario and events say all this.
         """
+        self._settle()
         run = self._begun
         return {
             'tick': tick,

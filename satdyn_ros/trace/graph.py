@@ -1,5 +1,6 @@
 """Symbols in place of floats: what a function does to them is a graph of operations."""
 
+import itertools
 from collections.abc import Callable, Iterable, Iterator
 from numbers import Real
 from typing import Any
@@ -292,6 +293,28 @@ def _flatten(part, numbers, arrays):
             numbers.append(each)
         elif not isinstance(each, bool):
             arrays.append(each)
+
+
+def numbered(part: Any) -> Any:
+    """
+    Return nested tuples with the places of their numbers in flatten's list in their stead.
+
+    >>> numbered((1.5, (2.5, True, 3.5)))
+    (0, (1, True, 2))
+    """
+    return _numbered(part, itertools.count())
+
+
+def _numbered(part, places):
+    found = [
+        _numbered(each, places)
+        if isinstance(each, tuple)
+        else next(places)
+        if isinstance(each, float)
+        else each
+        for each in part
+    ]
+    return type(part)(*found) if hasattr(part, '_fields') else tuple(found)
 
 
 def kind_of(part: tuple) -> tuple:

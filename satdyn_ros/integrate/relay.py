@@ -1,0 +1,102 @@
+"""Motions that take over from each other: what a command changes is numbers, not objects."""
+
+from typing import Any
+
+import numpy as np
+
+from ..dynamics.constants import constants_of, write_driven
+from ..dynamics.equations import MOMENTUM, OMEGA, Q
+from ..dynamics.system import State, System
+from ..trace.graph import flatten, numbered
+from .course import mean_anomaly, problem_of
+from .lanes import ANOMALY, FURTHEST, REACHED, UNFINISHED, WAITING, Lanes
+from .propagation import Propagation
+from .step_code import step_code
+from .walk import walk
+
+
+class Relay:
+    """
+    Motions of one body, each a Propagation bit by bit, of which the next begins where one ends.
+
+    They are computed in one lane.  Of the constants of the equations, only what depends on the
+    torques, on the start and on the place on the orbit is written anew.
+
+    motion: the first; system: of the present one.
+    """
+
+    @staticmethod
+    def takes(motion: Any) -> bool:
+        """Return whether it can begin with a motion: no drive switches, no piece of time ends."""
+        system = motion.system
+        return type(motion) is Propagation and not (system.switching_rotors or system.pieces)
+
+    def __init__(self, motion: Propagation):
+        self.system = motion.system
+        course = motion.new_course()
+        self._constants = course.constants
+        self._works_anyway = constants_of(self.system.undriven).does_work
+        self._places = numbered(self._constants)
+        self._turning: list[tuple[int, float, float, float, float]] = [
+            (i, float(rotor.inertia), *rotor.axis.tolist())
+            for i, rotor in self.system.turning_rotors
+        ]
+        code, (_, arrays) = step_code(self._constants, 1), flatten(self._constants)
+        self._code, self._t_s = code, np.zeros(1)
+        self._lanes = Lanes(1, code.layout, arrays)
+        # Which keeps its tables as long as it is there.
+        self._course = course
+        self._problem = problem_of(motion.begin()[None], [course], code.layout, motion.wanted)
+        self._problem.ask(self._t_s)
+        # The variables where it stands, and the speeds of the turning rotors [rad/s].
+        self._y: list[float] = []
+        self._speeds: list[float] = []
+
+    def reaches(self, t_s: float) -> bool:
+        """Go on to a time [s] since the present motion began; return whether it gets there."""
+        problem, lanes = self._problem, self._lanes
+        self._t_s[0], problem.rows[0], problem.outcome[0] = t_s, 0, UNFINISHED
+        while not walk(
+            problem.address, lanes.address, lanes.address, self._code.attempt, self._code.dense
+        ):
+            pass
+        if problem.outcome[0] != REACHED:
+            return False
+        y = self._y = problem.out[0, :, 0].tolist()
+        x, y_, z = y[OMEGA : OMEGA + 3]
+        self._speeds = [
+            y[MOMENTUM + n] / J - (x * a + y_ * b + z * c)
+            for n, (_, J, a, b, c) in enumerate(self._turning)
+        ]
+        return True
+
+    def takes_over(self, system: System, start_s: float) -> bool:
+        """
+        Let the next motion begin where this one stands, under the torques of a system.
+
+        start_s: from tick 0.  Return whether it is of the same kind; if not, nothing changes.
+        """
+        if (self._works_anyway or system.is_driven) != self._constants.does_work:
+            return False
+        problem, y, turning = self._problem, self._y, self._turning
+        x, y_, z = y[OMEGA : OMEGA + 3]
+        begin = problem.begin[0]
+        begin[: len(y)] = y
+        for n, (s, (_, J, a, b, c)) in enumerate(zip(self._speeds, turning, strict=True)):
+            begin[MOMENTUM + n] = J * (s + (x * a + y_ * b + z * c))
+        begin[MOMENTUM + 2 * len(turning)] = 0.0
+        write_driven(problem.constants[0], self._places, system, start_s)
+        problem.settings[0, ANOMALY] = mean_anomaly(system, start_s)[0]
+        problem.table[WAITING] = 0
+        self._lanes.motion[0], self._lanes.clock[0, FURTHEST] = -1, 0.0
+        self.system = system
+        return True
+
+    def state(self) -> State:
+        """Return the state where it stands."""
+        y, count = self._y, len(self._turning)
+        speeds = [np.nan] * len(self.system.rotors)
+        angles = speeds.copy()
+        for n, (i, *_) in enumerate(self._turning):
+            speeds[i], angles[i] = self._speeds[n], y[MOMENTUM + count + n]
+        return State(np.array(y[Q:OMEGA]), np.array(y[OMEGA:MOMENTUM]), speeds, angles)

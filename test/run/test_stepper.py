@@ -1,0 +1,128 @@
+"""Steps by numbers alone: what a command changes, bit by bit as a motion that begins anew."""
+
+import copy
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from satdyn_ros.run.scenario import Scenario
+from satdyn_ros.run.simulation import Simulation
+from satdyn_ros.run.stepper import Stepper
+
+AXES = {'x': [1.0, 0.0, 0.0], 'y': [0.0, 0.6, 0.8], 'z': [0.0, 0.0, 1.0]}
+WHEELS = {
+    f'rotor.{name}.{key}': value
+    for name, axis in AXES.items()
+    for key, value in {
+        'mode': 'motor', 'axis': axis, 'inertia': 1e-4, 'speed': 10.0, 'max_torque': 5e-3,
+    }.items()
+}  # fmt: skip
+TRACKED = {'sensors.names': ['star_tracker'], 'sensors.star_tracker.divisor': 3, 'sensors.seed': 3}
+SCENARIO = Scenario(WHEELS | TRACKED | {'publish.rate': 50.0, 'rotor.names': [*AXES]})
+ORBITS: dict[str, dict[str, Any]] = {
+    'circular': {},
+    'kepler': {'orbit.type': 'kepler', 'orbit.eccentricity': 0.1},
+    'fixed': {'orbit.type': 'fixed', 'initial.frame': 'inertial'},
+}
+torques = st.floats(-1e-2, 1e-2)
+commands = st.fixed_dictionaries(
+    {},
+    optional={
+        'rotor_torque': st.dictionaries(st.sampled_from([*AXES]), torques, min_size=1),
+        'torque_b': st.tuples(torques, torques, torques),
+    },
+)
+
+
+class AnewEachTime(Simulation):
+    """A simulation in which a motion is made for each command."""
+
+    def _new_stepper(self):
+        return None
+
+
+@pytest.mark.parametrize('orbit', ORBITS)
+@settings(max_examples=15, deadline=None)
+@given(st.lists(commands, min_size=3, max_size=12), st.data())
+def test_steps_have_the_bits_of_motions_that_begin_anew(orbit, given_, data):
+    """States, measurements and snapshots, and what goes on from a copy and from a snapshot."""
+    scenario = SCENARIO.with_values(ORBITS[orbit])
+    mine, other = Simulation(scenario), AnewEachTime(scenario)
+    asked = data.draw(st.integers(0, len(given_) - 1))
+    for i, each in enumerate(given_):
+        a, b = mine.step(**each), other.step(**each)
+        assert_same(a, b)
+        if i == asked:
+            assert mine.snapshot(mine.tick) == other.snapshot(other.tick)
+            mine = copy.deepcopy(mine)
+            again = Simulation.from_snapshot(scenario, other.snapshot(other.tick))
+            again.advance(1)
+            assert_same(again.sample, b)
+    for _ in range(3):
+        assert_same(mine.step(), other.step())
+
+
+def assert_same(a, b):
+    for name in ('q_ib', 'omega_bi_b', 'rotor_speed', 'rotor_angle'):
+        np.testing.assert_array_equal(getattr(a, name), getattr(b, name))
+    assert (a.tick, a.stamp_ns, a.measured.keys()) == (b.tick, b.stamp_ns, b.measured.keys())
+    for name, measured in a.measured.items():
+        np.testing.assert_array_equal(measured, b.measured[name])
+        assert measured.stamp_ns == b.measured[name].stamp_ns
+
+
+def test_wheels_in_torque_go_by_numbers_alone():
+    """No motion is made for a command: the one at which the steps began is the last."""
+    simulation = Simulation(SCENARIO)
+    for k in range(20):
+        simulation.step(rotor_torque={'x': 1e-4 * (k % 7 + 1)})
+    assert isinstance(simulation._stepper, Stepper)
+    begun = simulation._stepper
+    simulation.step(rotor_torque={'y': 1e-4})
+    assert simulation._stepper is begun
+
+
+def test_an_event_ends_the_steps_at_its_tick():
+    """A request between steps acts at the next tick, with what is commanded at that step."""
+    simulation, other = Simulation(SCENARIO), AnewEachTime(SCENARIO)
+    for each in (simulation, other):
+        for _ in range(5):
+            each.step(torque_b=(1e-3, 0.0, 0.0))
+        each.request({'initial.angular_velocity': [0.0, 0.0, 0.1]})
+        each.step(torque_b=(0.0, 1e-3, 0.0))
+        each.step()
+    assert simulation.tick == other.tick == 7
+    assert_same(simulation.sample, other.sample)
+
+
+def test_a_sample_has_what_the_scenario_has():
+    """By attribute, in body axes; what there is not is said."""
+    scenario = Scenario(
+        {
+            'publish.rate': 1.0,
+            'orbit.inclination': 1.7,
+            'environment.magnetic_field': 'dipole',
+            'environment.sun': 'ephemeris',
+            'body.dipole': [0.1, 0.0, 0.0],
+            'time.epoch': '2026-03-01T00:00:00Z',
+            'sensors.names': ['magnetometer'],
+            'sensors.magnetometer.divisor': 2,
+        }
+    )
+    simulation = Simulation(scenario)
+    odd, even = simulation.step(), simulation.step()
+    assert (odd.tick, odd.t_s, even.stamp_ns - odd.stamp_ns) == (1, 1.0, 10**9)
+    assert (odd.measured, [*even.measured]) == ({}, ['magnetometer'])
+    np.testing.assert_allclose(even.measured['magnetometer'], even.magnetic_field_b, atol=1e-4)
+    torque_b = np.cross([0.1, 0.0, 0.0], even.magnetic_field_b)
+    np.testing.assert_allclose(even.torques_b['magnetic_torque'], torque_b, rtol=1e-12)
+    assert {*even.torques_b} == {'gravity_gradient', 'magnetic_torque'}
+    assert np.linalg.norm(even.sun_b) == pytest.approx(1.0, abs=1e-15)
+    assert even.sunlight >= 0.0
+    # Along the orbit by v dt, of one second.
+    np.testing.assert_allclose(even.r_i - odd.r_i, even.v_i, rtol=0, atol=10.0)
+    with pytest.raises(AttributeError, match=r'environment\.magnetic_field'):
+        _ = Simulation(SCENARIO).step().magnetic_field_b

@@ -11,7 +11,8 @@ import zstandard
 from common import QUICK, Claim, medians, milliseconds, printed_mb, show
 from copies import SENSORS, copying
 
-from satdyn_ros.bag.simulate import BLOCK_TICKS, simulate
+from satdyn_ros.bag.run_recorder import BLOCK_TICKS
+from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.messages import contents
 from satdyn_ros.messages.packers import packer
 from satdyn_ros.messages.schemas import schema_text

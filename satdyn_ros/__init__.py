@@ -15,10 +15,13 @@ __version__ = '0.2.0'
 
 _PUBLIC = {
     'Scenario': 'satdyn_ros.run.scenario',
-    'Simulation': 'satdyn_ros.run.simulation',
+    'Simulation': 'satdyn_ros.bag.recordable',
     'Propagation': 'satdyn_ros.integrate.propagation',
     'describe': 'satdyn_ros.run.describe',
 }
+
+# Where it has another name there.
+_NAMES = {'Simulation': 'RecordableSimulation'}
 
 __all__ = ['Propagation', 'Scenario', 'Simulation', 'describe', 'exact']
 
@@ -28,7 +31,7 @@ def __getattr__(name: str) -> Any:
     if name == 'exact':
         return import_module('satdyn_ros.exact')
     if name in _PUBLIC:
-        return getattr(import_module(_PUBLIC[name]), name)
+        return getattr(import_module(_PUBLIC[name]), _NAMES.get(name, name))
     raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
 
 

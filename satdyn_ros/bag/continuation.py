@@ -17,7 +17,7 @@ from ..run.scenario import Scenario
 from ..run.simulation import Simulation, state_record
 from ..sensors import Suite
 from .read_run import RecordedRun
-from .simulate import BLOCK_TICKS
+from .run_recorder import BLOCK_TICKS
 
 # What a motion follows from, besides its state.
 _OF_MOTION = (

@@ -9,20 +9,16 @@ from typing import Any
 
 from ..actuators import Command
 from ..base.interruption import uninterrupted
-from ..messages.packers import is_at_every_tick, packer
+from ..messages.packers import packer
 from ..orbits import TabledOrbit
 from ..orbits.pieces import latest_at
-from ..rosbag2.tick_table import TickTable
 from ..run.events import Derived, Event, Request, Topics, name_of
 from ..run.orbits import known_until
 from ..run.requests import requested, try_out
 from ..run.scenario import Scenario
 from ..run.simulation import RunHalted, Simulation
 from ..run.ticks import LAST_STAMP_NS, Ticks
-from .write_run import Recording
-
-# Enough ticks that only their bytes cost time, few enough for a few megabytes.
-BLOCK_TICKS = 8192
+from .run_recorder import RunRecorder
 
 
 class Untrue(RuntimeError):  # noqa: N818
@@ -49,11 +45,9 @@ def simulate(
     scenario = scenario.with_epoch(time.time_ns())
     changes = [event.names for event in events if isinstance(event, Topics)]
     topics = scenario.topics if begin is None else begin['topics']
-    names = [topics, *changes, tuple(scenario.sensors)]
-    packers = {
-        name: packer(name, scenario)
-        for name in dict.fromkeys(name for some in names for name in some)
-    }
+    # Before anything is written, it is known that all of it can be.
+    for name in dict.fromkeys(name for some in (topics, *changes) for name in some):
+        packer(name, scenario)
     first, conditions = 0, scenario
     if begin is not None:
         first, conditions = begin['tick'], scenario.with_values(begin['conditions'])
@@ -65,50 +59,27 @@ def simulate(
     else:
         simulation = Simulation.from_snapshot(scenario, begin, events)
     told = {event for event in events if isinstance(event, Derived) and event.tick < end}
-    recording: Recording | None = None
-    block = BLOCK_TICKS
-    tables: dict[tuple[str, ...], TickTable] = {}
+    recorder: RunRecorder | None = None
+    block = RunRecorder.most
     try:
         with uninterrupted():
-            recording = Recording(directory, simulation.scenario, simulation.topics)
+            recorder = RunRecorder(directory, simulation)
         while simulation.next_tick < end and not simulation.halted:
             happened, samples = simulation.advance(min(block, end - simulation.next_tick))
             told -= {event for event in happened if isinstance(event, Derived)}
             with uninterrupted():
-                block = _record(simulation, happened, samples, packers, tables, recording)
+                block = recorder.take(happened, samples)
             yield simulation.next_tick - first
     finally:
-        if recording is not None:
+        if recorder is not None:
             with uninterrupted():
-                recording.close()
+                recorder.close()
     if simulation.halted:
         count = simulation.next_tick - first
         raise RunHalted(f'{simulation.halted}; {directory} has {count} ticks')
     if told:
         event = min(told, key=lambda event: event.tick)
         raise Untrue(f'the event {name_of(event)} at tick {event.tick} did not happen')
-
-
-def _record(simulation, happened, samples, packers, tables, recording):
-    """
-    Record events and the samples that follow them; return how many are best recorded next.
-
-    tables: by topics those that were packed into before; their contents are in the bag.
-    """
-    for event in happened:
-        recording.event(event, simulation.ticks.stamp_ns(samples.first_tick))
-    names = *simulation.topics, *samples.measured
-    every = tuple(name for name in names if is_at_every_tick(packers[name]))
-    if every not in tables:
-        constants = {name: packers[name].rows(1) for name in every}
-        tables[every] = recording.table(BLOCK_TICKS, constants)
-    table = tables[every]
-    for name, channel_id in zip(every, table.places, strict=True):
-        packers[name].pack(samples, table[: len(samples)].messages(channel_id))
-    some = {name: packers[name].pack(samples) for name in names if name not in every}
-    return recording.ticks(
-        samples.stamps_ns, table, some, lambda i: simulation.snapshot(samples.first_tick + i)
-    )
 
 
 def tick_count(scenario: Scenario, duration_s: str | float, first: int = 0) -> int:

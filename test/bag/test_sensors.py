@@ -15,6 +15,7 @@ from satdyn_ros.bag.continuation import begun_in_bag
 from satdyn_ros.bag.export import table
 from satdyn_ros.bag.playback import Playback, offered
 from satdyn_ros.bag.read_run import RecordedRun
+from satdyn_ros.bag.run_recorder import RunRecorder
 from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.bag.write_run import Recording
@@ -181,7 +182,7 @@ def test_splitting_and_blocks_do_not_show(tmp_path, monkeypatch):
     """Whatever the length of files and blocks: the same messages at the same times."""
     whole = read(recorded(tmp_path / 'whole'))
     assert read(recorded(tmp_path / 'split', {'record.max_duration_s': 1.0})) == whole
-    monkeypatch.setattr('satdyn_ros.bag.simulate.BLOCK_TICKS', 13)
+    monkeypatch.setattr(RunRecorder, 'most', 13)
     assert read(recorded(tmp_path / 'blocks')) == whole
 
 

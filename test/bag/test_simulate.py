@@ -18,6 +18,7 @@ from run.test_one_mind import EPHEMERIS
 from satdyn_ros.bag import continuation, simulate
 from satdyn_ros.bag.export import Options, export
 from satdyn_ros.bag.read_run import RecordedRun
+from satdyn_ros.bag.run_recorder import RunRecorder
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.bag.write_run import Recording
 from satdyn_ros.base import nanoseconds
@@ -142,7 +143,7 @@ def test_blocks_do_not_show(tmp_path, monkeypatch):
     """However a run is cut into blocks, its bag has the same messages in the same order."""
     happening = [torque_command(77, (0.0, 0.1, 0.0), 150), Request(200, {'rotor.speed': 3.0})]
     whole = recorded(GYROSTAT, 10, tmp_path / 'whole', happening)
-    monkeypatch.setattr(simulate, 'BLOCK_TICKS', 13)
+    monkeypatch.setattr(RunRecorder, 'most', 13)
     parts = recorded(GYROSTAT, 10, tmp_path / 'parts', happening)
     assert sequence(whole) == sequence(parts)
 

@@ -15,7 +15,7 @@ PYTHON ?= $(shell for python in python3 python3.13 python3.12 python3.11 python3
 # A sourced ROS 2 of the machine is used as it is; otherwise the extra `ros` brings Jazzy's wheels.
 SOURCED := $(shell test -n "$$ROS_DISTRO" && $(PYTHON) -c 'import rclpy' 2>/dev/null && echo yes)
 ROS := $(if $(SOURCED),,[ros])
-ALL := $(if $(SOURCED),,ros,)environment,plot,sweep,tables,watch
+ALL := $(if $(SOURCED),,ros,)environment,plot,spice,sweep,tables,watch
 
 # numba 0.58, the oldest that we name, has wheels up to CPython 3.11.
 OLD := $(VENV)-oldest
@@ -71,8 +71,8 @@ demo: $(VENV)/.run $(if $(WATCH),$(VENV)/.watch)
 test: $(VENV)/.test
 	@$(PY) -m pytest $(SIDE_BY_SIDE) --costs
 
-test-all: $(VENV)/.test
-	@$(PY) -m pytest $(SIDE_BY_SIDE) --costs -m 'long and not torture' $(TESTS)
+test-all: $(VENV)/.test $(VENV)/.cesium
+	@NODE_PATH=$(abspath $(VENV))/cesium/node_modules $(PY) -m pytest $(SIDE_BY_SIDE) --costs -m 'long and not torture' $(TESTS)
 
 everything: $(PARTS)
 
@@ -149,6 +149,11 @@ $(VENV)/.test: $(VENV)/.run
 	@echo 'Installing what the tests and pictures need (a minute)'
 	@$(PIP) install --editable '.[$(ALL),test,dev]'
 	@$(PIP) install --editable '.[readers]' || echo 'Without Orekit and oem, whose tests are skipped'
+	@touch $@
+
+$(VENV)/.cesium: | $(PY)
+	@npm install --silent --prefix $(VENV)/cesium cesium >/dev/null 2>&1 \
+		|| echo 'Without CesiumJS, whose test is skipped'
 	@touch $@
 
 $(VENV)/.watch: $(VENV)/.run

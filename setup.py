@@ -75,11 +75,13 @@ setup(
         ],
         'plot': ['matplotlib>=3.6.3'],
         'watch': ['aiohttp'],
+        # Kernels of NAIF's SPICE, read and written; their times need the leap seconds of pyerfa.
+        'spice': ['pyerfa>=2.0.1.1', 'spiceypy>=6.0.0'],
         'sweep': ['dask', 'distributed', 'pyarrow'],
         'tables': ['pandas', 'polars', 'pyarrow'],
         # What the commands of README and tutorial need; ROS 2 where it has wheels.
         'all': [
-            'satdyn_ros[environment,plot,sweep,tables,watch]',
+            'satdyn_ros[environment,plot,spice,sweep,tables,watch]',
             'satdyn_ros[ros]; '
             "sys_platform == 'linux' and platform_machine == 'x86_64' and python_version < '3.14'",
         ],

@@ -44,7 +44,7 @@ _last_cpu_s = 0.0
 UNDECLARED = {
     *('aiohttp', 'allantools', 'cyclonedds', 'dask', 'distributed', 'erfa', 'gmpy2', 'lz4'),
     *('matplotlib', 'mcap', 'mcap_ros2', 'mpmath', 'ppigrf', 'pyarrow', 'pymsis', 'rosbags'),
-    *('setuptools', 'sgp4', 'zstandard'),
+    *('setuptools', 'sgp4', 'spiceypy', 'zstandard'),
 }
 
 

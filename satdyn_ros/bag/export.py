@@ -1,4 +1,4 @@
-"""The states in a bag for other programs: tables, CCSDS messages, STK attitudes and scenes."""
+"""The states in a bag for other programs: tables, CCSDS messages, STK, SPICE and CesiumJS."""
 
 import os
 import re
@@ -14,6 +14,7 @@ from ..exchange.aem import AemWriter
 from ..exchange.ccsds import Subject
 from ..exchange.czml import CzmlWriter
 from ..exchange.oem import OemWriter
+from ..exchange.spice_kernels import CkWriter
 from ..exchange.stk import StkAttitudeWriter
 from ..kernel import rotation
 from .columns import OMEGA_BI_B, Q_IB, Columns, StateTable, columns_of_topics, dtype_of
@@ -27,8 +28,8 @@ class Options:
     The options of an export.
 
     step_s: seconds from row to row.  columns: those of a table; empty: all.  with_rates: body
-    rates in an .aem or .a too.  frame, center: the names that .aem, .oem and .a give the inertial
-    axes and the attracting body; None: EME2000 and EARTH.
+    rates in an .aem, .a or .bc too.  frame, center: the names that .aem, .oem and .a give the
+    inertial axes and the attracting body; None: EME2000 and EARTH.
     """
 
     step_s: str | float | None = None
@@ -41,7 +42,7 @@ class Options:
         """Refuse what the format ('.csv') does not support; ValueError: in one sentence."""
         for name, given, kinds in (
             ('--columns', self.columns, _TABLES),
-            ('--rates', self.with_rates, ('.aem', '.a')),
+            ('--rates', self.with_rates, ('.aem', '.a', '.bc')),
             ('--frame', self.frame, _WITH_NAMES),
             ('--center', self.center, _WITH_NAMES),
         ):
@@ -63,15 +64,17 @@ def export(
     """
     Write the states in a bag to a file and return its number of rows.
 
-    output: the suffix of its name is the format: .csv, .npz, .parquet, .aem, .oem, .a or .czml.
-    The file appears when it is complete.  show(done, total): called with numbers of ticks.
+    output: the suffix of its name is the format: .csv, .npz, .parquet, .aem, .oem, .a, .czml or
+    .bc, which gets its clock .tsc and its frame .tf beside it.  A file appears when it is
+    complete.  show(done, total): called with numbers of ticks.
+
     ValueError: the format is unknown, does not support the options or needs what is not installed;
     the bag was not written by satdyn_ros, is damaged, or lacks what the format needs.
     """
     output, options = Path(output), options or Options()
     kind = output.suffix
-    if kind not in (*_TABLES, *_MESSAGES):
-        formats = ', '.join((*_TABLES, *_MESSAGES))
+    if kind not in (*_TABLES, *_MESSAGES, _KERNEL):
+        formats = ', '.join((*_TABLES, *_MESSAGES, _KERNEL))
         raise ValueError(f'the format of {output} is unknown; allowed: {formats}')
     options.check(kind)
     run = RecordedRun(path)
@@ -91,12 +94,19 @@ def export(
     with _complete(output) as part:
         if kind in _TABLES:
             _TABLES[kind](part, table.names, blocks())
+            return rows
+        subject = options.subject(Path(path))
+        if kind == _KERNEL:
+            kernel = CkWriter(part, subject, options.with_rates)
+            _write_ck(kernel, blocks(), options.with_rates)
         else:
-            subject = options.subject(Path(path))
             with open(part, 'w+', encoding='ascii', newline='\n') as file:
                 _MESSAGES[kind](file, table, blocks(), subject, options.with_rates)
-            if rows == 0:
-                raise ValueError(f'{path} has no attitude to write')
+        if rows == 0 or not part.exists():
+            raise ValueError(f'{path} has no attitude to write')
+        if kind == _KERNEL:
+            _write_text(output.with_suffix('.tsc'), kernel.clock_kernel)
+            _write_text(output.with_suffix('.tf'), kernel.frame_kernel)
     return rows
 
 
@@ -174,6 +184,23 @@ def _write_czml(file, table, blocks, subject, with_rates):
     writer.close()
 
 
+def _write_ck(writer, blocks, with_rates):
+    segment = None
+    try:
+        for rows in _attitudes(blocks, with_rates):
+            if rows.segment != segment:
+                writer.end_segment()
+            writer.write(rows.stamps_ns, rows.q_ib, rows.omega_bi_b)
+            segment = rows.segment
+    finally:
+        writer.close()
+
+
+def _write_text(output, text):
+    with _complete(output) as part:
+        part.write_text(text, encoding='ascii', newline='\n')
+
+
 class _Attitudes(NamedTuple):
     """Successive rows of one segment, none of them nan; zero rates where none are written."""
 
@@ -215,5 +242,6 @@ def _complete(output: Path) -> Iterator[Path]:
 
 _TABLES = {'.csv': write_csv, '.npz': write_npz, '.parquet': write_parquet}
 _MESSAGES = {'.aem': _write_aem, '.oem': _write_oem, '.a': _write_stk, '.czml': _write_czml}
+_KERNEL = '.bc'
 # Those that name the inertial axes and the attracting body.
 _WITH_NAMES = ('.aem', '.oem', '.a')

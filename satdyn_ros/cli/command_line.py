@@ -326,14 +326,16 @@ def _add_export(command):
         'gyro_true_x_rad_s\n'
         'satdyn export orbit -o orbit.aem --rates\n'
         'satdyn export orbit -o orbit.oem --step 60\n'
-        'satdyn export orbit -o orbit.czml --step 60',
+        'satdyn export orbit -o orbit.czml --step 60\n'
+        'satdyn export orbit -o orbit.bc --rates',
     )
     _add_bag(added)
     _add_out(
         added,
         'FILE',
         'tables: .csv, .npz, .parquet; CCSDS messages: .aem (attitude), .oem (orbit); '
-        'STK attitude: .a; scene for CesiumJS: .czml',
+        'STK attitude: .a; scene for CesiumJS: .czml; '
+        'SPICE C-kernel: .bc, with .tsc and .tf',
     )
     added.add_argument('--step', metavar='S', help='one row per S seconds, a multiple of the tick')
     added.add_argument(
@@ -343,7 +345,9 @@ def _add_export(command):
         metavar='NAME',
         help='the columns of the table; default: all but the truth of sensors, SENSOR_true_...',
     )
-    added.add_argument('--rates', action='store_true', help='write body rates to .aem and .a too')
+    added.add_argument(
+        '--rates', action='store_true', help='write body rates to .aem, .a and .bc too'
+    )
     added.add_argument(
         '--frame', metavar='NAME', help='name for the inertial axes; default: EME2000'
     )

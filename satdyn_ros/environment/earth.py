@@ -26,8 +26,13 @@ def terrestrial_time(unix_ns: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     TT = UTC + leap seconds + 32.184 s, with the leap seconds of pyerfa's table: what is announced
     after its release is missing.  Before 1972, when UTC drifted, it is off by up to 6 s.
     """
+    return _julian_date(terrestrial_time_ns(unix_ns))
+
+
+def terrestrial_time_ns(unix_ns: ArrayLike) -> np.ndarray:
+    """Return TT at stamps (...), counted as UTC is from 1970 on [ns]; see terrestrial_time."""
     unix_ns = np.asarray(unix_ns, np.int64)
-    return _julian_date(unix_ns + tai_from_utc_ns(unix_ns) + _TT_FROM_TAI_NS)
+    return unix_ns + tai_from_utc_ns(unix_ns) + _TT_FROM_TAI_NS
 
 
 def tai_from_utc_ns(unix_ns: ArrayLike) -> np.ndarray:

@@ -116,7 +116,7 @@ def test_another_format_is_refused(bag, tmp_path):
     """By the name of the file."""
     with pytest.raises(
         ValueError,
-        match=r'xlsx is unknown; allowed: \.csv, .* \.oem, \.a, \.czml$',
+        match=r'xlsx is unknown; allowed: \.csv, .* \.oem, \.a, \.czml, \.bc$',
     ):
         export(bag, tmp_path / 'states.xlsx')
 
@@ -322,7 +322,12 @@ def test_what_does_not_fit_is_refused(bag, tmp_path):
     held = flights.record(tmp_path / 'held', fixed.with_values({'time.epoch_ns': 1}), 3, ())
     for source, name, options, reason in (
         (held, 'x.oem', Options(), 'orbit.type fixed: the body does not travel'),
-        (bag, 'x.csv', Options(with_rates=True), '--rates is for .aem and .a, not for .csv'),
+        (
+            bag,
+            'x.csv',
+            Options(with_rates=True),
+            '--rates is for .aem and .a and .bc, not',
+        ),
         (bag, 'x.aem', Options(columns=('tick',)), '--columns is for .csv and .npz and .parquet'),
         (bag, 'x.csv', Options(columns=('q',)), 'has no column q; it has tick, t_s'),
         (bag, 'x.csv', Options(step_s='0.05'), 'it must be a multiple of the bag'),

@@ -284,8 +284,8 @@ KEYS = {
             '',
             '',
             'the name of a file with a CCSDS OEM (keyword = value or XML) or an STK ephemeris, as '
-            'seen from the parameter file, whose text is then the value; what has a line break is '
-            'the text; orbit.type oem only',
+            'seen from the parameter file, whose text is then the value; or of an SPK kernel of '
+            'SPICE, of which it is an OEM; what has a line break is the text; orbit.type oem only',
         ),
         Key(
             'orbit.j2',

@@ -245,11 +245,21 @@ class _NamedFiles:
     def _text(self, key, name):
         if not name or '\n' in name:
             return name
-        text = ros_yaml.read_text(self._directory / name, key)
+        text = self._of_kernel(key, name) or ros_yaml.read_text(self._directory / name, key)
         if len(text) > _LARGEST_FILE:
             raise ValueError(f'{key} {name} is larger than the {_LARGEST_FILE} bytes allowed')
         # A line break at its end tells a text of one line from a name.
         return ''.join(f'{line.rstrip()}\n' for line in StringIO(text, newline=None))
+
+    def _of_kernel(self, key, name):
+        """Return the ephemeris that a kernel of SPICE holds as text; None: it is none."""
+        from ..orbits.spk import is_spk, oem_of_spk
+
+        path = self._directory / name
+        if key != 'orbit.file' or not is_spk(path):
+            return None
+        with _in(f'{key} {name}'):
+            return oem_of_spk(path)
 
     def _chosen(self, key, name, word):
         """Return the text of one of the element sets in a file."""

@@ -9,6 +9,16 @@ from pathlib import Path
 import pytest
 
 BODY_VECTOR = (0.3, -0.4, 0.5)
+# The constants of NAIF's naif0012.tls, and of its leap seconds the last three.
+LEAP_SECONDS = r"""KPL/LSK
+\begindata
+DELTET/DELTA_T_A = 32.184
+DELTET/K = 1.657D-3
+DELTET/EB = 1.671D-2
+DELTET/M = ( 6.239996D0 1.99096871D-7 )
+DELTET/DELTA_AT = ( 35, @2012-JUL-1  36, @2015-JUL-1  37, @2017-JAN-1 )
+\begintext
+"""
 
 
 def by_orekit(path):

@@ -5,6 +5,7 @@ import sys
 import flights
 import numpy as np
 import pytest
+from exchange.readers import LEAP_SECONDS
 from scipy.spatial.transform import Rotation
 
 from satdyn_ros import Scenario
@@ -17,16 +18,6 @@ from satdyn_ros.run.events import Request
 spiceypy = pytest.importorskip('spiceypy')
 pytest.importorskip('erfa')
 
-# The constants of NAIF's naif0012.tls, and of its leap seconds the last three.
-LEAP_SECONDS = r"""KPL/LSK
-\begindata
-DELTET/DELTA_T_A = 32.184
-DELTET/K = 1.657D-3
-DELTET/EB = 1.671D-2
-DELTET/M = ( 6.239996D0 1.99096871D-7 )
-DELTET/DELTA_AT = ( 35, @2012-JUL-1  36, @2015-JUL-1  37, @2017-JAN-1 )
-\begintext
-"""
 TICKS, RESTART = 150, 60
 # SPICE tells instants by doubles of seconds from 2000 on.
 TOLD_S = 1.2e-7

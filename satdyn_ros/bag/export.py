@@ -29,7 +29,8 @@ class Options:
 
     step_s: seconds from row to row.  columns: those of a table; empty: all.  with_rates: body
     rates in an .aem, .a or .bc too.  frame, center: the names that .aem, .oem and .a give the
-    inertial axes and the attracting body; None: EME2000 and EARTH.
+    inertial axes and the attracting body; None: EME2000 and EARTH.  aem_version: '1.0' or '2.0';
+    None: 2.0 with rates, 1.0 without.
     """
 
     step_s: str | float | None = None
@@ -37,12 +38,14 @@ class Options:
     with_rates: bool = False
     frame: str | None = None
     center: str | None = None
+    aem_version: str | None = None
 
     def check(self, kind: str) -> None:
         """Refuse what the format ('.csv') does not support; ValueError: in one sentence."""
         for name, given, kinds in (
             ('--columns', self.columns, _TABLES),
             ('--rates', self.with_rates, ('.aem', '.a', '.bc')),
+            ('--aem-version', self.aem_version, ('.aem',)),
             ('--frame', self.frame, _WITH_NAMES),
             ('--center', self.center, _WITH_NAMES),
         ):
@@ -101,7 +104,7 @@ def export(
             _write_ck(kernel, blocks(), options.with_rates)
         else:
             with open(part, 'w+', encoding='ascii', newline='\n') as file:
-                _MESSAGES[kind](file, table, blocks(), subject, options.with_rates)
+                _MESSAGES[kind](file, table, blocks(), subject, options)
         if rows == 0 or not part.exists():
             raise ValueError(f'{path} has no attitude to write')
         if kind == _KERNEL:
@@ -148,10 +151,10 @@ def _message_columns(run, kind, options):
     return [*times, *(name for columns in wanted.values() for name in columns)]
 
 
-def _write_aem(file, table, blocks, subject, with_rates):
-    writer = AemWriter(file, subject, with_rates)
+def _write_aem(file, table, blocks, subject, options):
+    writer = AemWriter(file, subject, options.with_rates, options.aem_version)
     segment = None
-    for rows in _attitudes(blocks, with_rates):
+    for rows in _attitudes(blocks, options.with_rates):
         if rows.segment != segment:
             writer.end_segment()
         writer.write(rows.stamps_ns, rows.q_ib, rows.omega_bi_b)
@@ -159,14 +162,14 @@ def _write_aem(file, table, blocks, subject, with_rates):
     writer.end_segment()
 
 
-def _write_stk(file, table, blocks, subject, with_rates):
-    writer = StkAttitudeWriter(file, subject, with_rates)
-    for rows in _attitudes(blocks, with_rates):
+def _write_stk(file, table, blocks, subject, options):
+    writer = StkAttitudeWriter(file, subject, options.with_rates)
+    for rows in _attitudes(blocks, options.with_rates):
         writer.write(rows.stamps_ns, rows.q_ib, rows.omega_bi_b)
     writer.close()
 
 
-def _write_oem(file, table, blocks, subject, with_rates):
+def _write_oem(file, table, blocks, subject, options):
     writer = OemWriter(file, subject)
     orbit = table.run.scenario.system.orbit
     for block in blocks:
@@ -174,10 +177,10 @@ def _write_oem(file, table, blocks, subject, with_rates):
     writer.end_segment()
 
 
-def _write_czml(file, table, blocks, subject, with_rates):
+def _write_czml(file, table, blocks, subject, options):
     scenario = table.run.scenario
     writer = CzmlWriter(file, subject.object_name, scenario['body.box'])
-    for rows in _attitudes(blocks, with_rates):
+    for rows in _attitudes(blocks, options.with_rates):
         to_itrs, *places = scenario.system.environment.on_earth(rows.t_s)
         q_tb = rotation.multiply(rotation.from_matrix(to_itrs), rows.q_ib)
         writer.write(rows.stamps_ns, places[0], q_tb, *places[1:])

@@ -349,6 +349,11 @@ def _add_export(command):
         '--rates', action='store_true', help='write body rates to .aem, .a and .bc too'
     )
     added.add_argument(
+        '--aem-version',
+        choices=('1.0', '2.0'),
+        help='of an .aem; default: 2.0 with --rates, else 1.0, which has rates of Euler angles',
+    )
+    added.add_argument(
         '--frame', metavar='NAME', help='name for the inertial axes; default: EME2000'
     )
     added.add_argument(

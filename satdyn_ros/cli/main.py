@@ -257,6 +257,7 @@ def _export(given):
         with_rates=given.rates,
         frame=given.frame,
         center=given.center,
+        aem_version=given.aem_version,
     )
     with progress('exporting', 'ticks') as show:
         rows = export(given.bag, given.out, options, show)

@@ -22,6 +22,7 @@ from ..base.ndm_xml import is_xml, xml_rows
 from ..base.numbers import number
 from ..base.regular_file import regular_file
 from ..kernel import rotation
+from .euler_turns import angles_of, spin_of, turns
 
 _VERSIONS = ('1.0', '2.0')
 # How many numbers follow the epoch in the rows of each type.
@@ -373,12 +374,14 @@ class _Meaning:
         if self._type == 'SPIN':
             # Right ascension and declination of the body's z axis, and the angle about it.
             alpha, delta, angle, rate = np.radians(numbers).T
-            q = _turns('ZXZ', np.stack([alpha + np.pi / 2, np.pi / 2 - delta, angle], axis=-1))[0]
+            angles = np.stack([alpha + np.pi / 2, np.pi / 2 - delta, angle], axis=-1)
+            q, _ = turns('ZXZ', angles)
             spin = np.stack([0.0 * rate, 0.0 * rate, rate], axis=-1)
         elif self._type.startswith('EULER'):
-            q, axes = _turns(self._sequence, np.radians(numbers[:, :3]))
+            angles = np.radians(numbers[:, :3])
+            q, _ = turns(self._sequence, angles)
             if self._type in ('EULER_ANGLE/RATE', 'EULER_ANGLE/DERIVATIVE'):
-                spin = np.einsum('nk,nkj->nj', np.radians(numbers[:, 3:]), axes)
+                spin = spin_of(self._sequence, angles, np.radians(numbers[:, 3:]))
         else:
             q = self._scalar_last(numbers[:, :4])
             length = np.linalg.norm(q, axis=-1)
@@ -394,8 +397,8 @@ class _Meaning:
                 spin /= length[:, None]
             q = rotation.normalise(q)
             if self._type == 'QUATERNION/RATE':
-                _, axes = _turns(self._sequence, _angles(self._sequence, q))
-                spin = np.einsum('nk,nkj->nj', np.radians(numbers[:, 4:]), axes)
+                angles = angles_of(self._sequence, q)
+                spin = spin_of(self._sequence, angles, np.radians(numbers[:, 4:]))
         q_ib = q if self._is_to_body else rotation.conjugate(q)
         if spin is not None:
             return q_ib, spin if self._is_to_body else -rotation.rotate(q, spin)
@@ -409,29 +412,6 @@ class _Meaning:
 
     def _scalar_last(self, numbers):
         return np.roll(numbers, -1, axis=-1) if self._scalar_first else numbers
-
-
-def _turns(sequence, angles):
-    """
-    Return turns about three axes, each in those that the one before has turned, by angles (N, 3).
-
-    The quaternion (N, 4), and each of the axes, in those in which the last turn ends (N, 3, 3).
-    """
-    units = [np.eye(3)['XYZ'.index(name)] for name in sequence]
-    parts = [rotation.about(unit, angles[:, k]) for k, unit in enumerate(units)]
-    last_two = rotation.multiply(parts[1], parts[2])
-    axes = [
-        rotation.rotate(rotation.conjugate(after), np.broadcast_to(unit, (len(angles), 3)))
-        for unit, after in zip(units, (last_two, parts[2], parts[2]), strict=True)
-    ]
-    return rotation.multiply(parts[0], last_two), np.stack(axes, axis=1)
-
-
-def _angles(sequence, q):
-    """Return the angles (N, 3) of turns about three axes that make a quaternion (N, 4)."""
-    from scipy.spatial.transform import Rotation
-
-    return Rotation.from_quat(q).as_euler(sequence)
 
 
 def _stamp(text, line):

@@ -70,9 +70,9 @@ def states():
     return TUMBLER.motion().at(np.arange(12) / 3.0)
 
 
-def write(path, states, with_rates=True, segments=((0, 5), (5, 12))):
+def write(path, states, with_rates=True, segments=((0, 5), (5, 12)), version=None):
     with open(path, 'w+') as file:
-        writer = AemWriter(file, Subject('SAT'), with_rates)
+        writer = AemWriter(file, Subject('SAT'), with_rates, version)
         for first, end in segments:
             rows = slice(first, end)
             writer.write(STAMPS_NS[rows], states.q_ib[rows], states.omega_bi_b[rows])
@@ -128,6 +128,47 @@ def test_orekit_turns_a_body_vector_as_we_do(states, tmp_path):
     np.testing.assert_allclose(vectors_i, ours, rtol=0.0, atol=1e-9 * np.linalg.norm(BODY_VECTOR))
     # Sixteen digits of some tenths of a degree per second.
     np.testing.assert_allclose(spins, states.omega_bi_b, rtol=0.0, atol=1e-16)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize('with_rates', [True, False])
+def test_orekit_reads_the_other_version_too(states, tmp_path, with_rates):
+    """Rates of Euler's angles in 1.0, as QUATERNION/RATE; attitudes alone in 2.0."""
+    version = '1.0' if with_rates else '2.0'
+    path = write(tmp_path / 'other.aem', states, with_rates, [(0, 12)], version)
+    ((*rows,),) = by_orekit(path)
+    ours = Rotation.from_quat(states.q_ib).apply(BODY_VECTOR)
+    np.testing.assert_allclose([row[1] for row in rows], ours, rtol=0.0, atol=1e-9)
+    if with_rates:
+        np.testing.assert_allclose([row[2] for row in rows], states.omega_bi_b, atol=1e-14)
+
+
+@pytest.mark.parametrize('version', ['1.0', '2.0'])
+@pytest.mark.parametrize('with_rates', [True, False])
+def test_each_version_is_read_again(states, tmp_path, version, with_rates):
+    """With and without rates."""
+    path = write(tmp_path / 'sat.aem', states, with_rates, [(0, 12)], version)
+    assert path.read_text().startswith(f'CCSDS_AEM_VERS = {version}\n')
+    found = attitude_at(path, nanoseconds.epoch(STAMPS_NS[7]))
+    np.testing.assert_allclose(found.q_ib, states.q_ib[7], rtol=0.0, atol=1e-15)
+    assert (found.omega_bi_b is not None) == with_rates
+    if found.omega_bi_b is not None:
+        np.testing.assert_allclose(found.omega_bi_b, states.omega_bi_b[7], rtol=0.0, atol=1e-14)
+
+
+def test_rates_that_the_first_version_cannot_tell_are_refused(tmp_path):
+    """Where the first of Euler's axes lies on the last."""
+    with open(tmp_path / 'x.aem', 'w+') as file:
+        writer = AemWriter(file, Subject('SAT'), True, '1.0')
+        half = np.sqrt(0.5)
+        with pytest.raises(
+            ValueError, match=r'00:00:01.* the second Euler angle is 90 deg, where'
+        ):
+            writer.write(
+                np.array([0, 10**9]),
+                np.array([[0.0, 0.0, 0.0, 1.0], [0.0, half, 0.0, half]]),
+                np.ones((2, 3)),
+            )
 
 
 def test_orekit_reads_attitudes_without_rates(states, tmp_path):

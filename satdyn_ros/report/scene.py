@@ -6,8 +6,11 @@ after each change, then a table with every frame.  scene.js draws both.
 
 A description is plain data:
 
-    body        edges (3,) of the homogeneous box with these moments, the longest 1, and q_bp (4,)
-                from its principal axes to body axes
+    body        what flies, its widest side 1: edges (3,) and centre (3,) of body.box, q_bp (4,)
+                from its axes to body axes, and plates, a list of normal (3,), position (3,) and
+                edge of the square; without either the homogeneous box with these moments;
+                has_box: false where there are plates alone, around all of which the box is
+    cones       a list of name, axis (3,) in body axes and half_angle [rad] of sensors
     axis        the unit vector, body axes, whose path is drawn: of symmetry, or the third axis
     least_axis  that of least inertia, whose angle to nadir is drawn; null: none, or no LVLH
     rotors      a list of name, axis (3,) in body axes, mode and momentum [N m s]
@@ -43,6 +46,7 @@ import numpy as np
 
 from ..dynamics.inertia import principal_axes
 from ..dynamics.motion import States
+from ..kernel import rotation
 from ..messages.markers import box
 from ..orbits import FixedDirection
 from ..orbits.kepler import EARTH_RADIUS_M
@@ -56,10 +60,10 @@ _TURN = 2.0 * np.pi
 
 def description(scenario: Scenario, integrals: list[str]) -> dict[str, Any]:
     """Return what the scene of a scenario shows, see above."""
-    edges, q_bp = box(scenario.system.inertia)
     orbit, least = scenario.system.orbit, least_axis(scenario.system.inertia)
     return {
-        'body': {'edges': edges.tolist(), 'q_bp': q_bp.tolist()},
+        'body': _body(scenario),
+        'cones': _cones(scenario),
         'axis': _followed_axis(scenario.system.inertia).tolist(),
         'least_axis': least.tolist() if least is not None and orbit.has_lvlh else None,
         'rotors': _rotors(scenario),
@@ -148,6 +152,64 @@ def _rotors(scenario):
             'momentum': rotor.momentum,
         }
         for rotor in scenario.system.rotors
+    ]
+
+
+def _body(scenario):
+    """Return the shape of the body, all lengths in that of its widest side."""
+    edges, q_bp = box(scenario.system.inertia)
+    centre, plates = np.zeros(3), _plates(scenario)
+    has_box = any(scenario['body.box']) or not plates
+    if any(scenario['body.box']):
+        edges, centre = np.array(scenario['body.box']), np.array(scenario['body.box_centre'])
+    if any(scenario['body.box']) or plates:
+        q_bp = rotation.IDENTITY
+    ends = [centre - edges / 2.0, centre + edges / 2.0] if has_box else []
+    for normal, position, edge in plates:
+        # As wide as the circle around it: how it is turned about its normal is not said.
+        half = edge * np.sqrt(np.maximum(1.0 - normal**2, 0.0) / 2.0)
+        ends += [position - half, position + half]
+    low, high = np.min(ends, axis=0), np.max(ends, axis=0)
+    widest = float(np.max(high - low))
+    if not has_box:
+        edges, centre = high - low, (low + high) / 2.0
+    return {
+        'edges': (edges / widest).tolist(),
+        'centre': (centre / widest).tolist(),
+        'q_bp': q_bp.tolist(),
+        'has_box': has_box,
+        'plates': [
+            {
+                'normal': normal.tolist(),
+                'position': (position / widest).tolist(),
+                'edge': edge / widest,
+            }
+            for normal, position, edge in plates
+        ],
+    }
+
+
+def _plates(scenario):
+    """Return of each plate its unit normal (3,), its position (3,) [m] and its edge [m]."""
+    found = []
+    for name in scenario['surface.names']:
+        normal, position, area = (
+            scenario[f'surface.{name}.{key}'] for key in ('normal', 'position', 'area')
+        )
+        unit = np.array(normal) / np.linalg.norm(normal)
+        found.append((unit, np.array(position), float(np.sqrt(area))))
+    return found
+
+
+def _cones(scenario):
+    return [
+        {
+            'name': name,
+            'axis': rotation.rotate(sensor.mounting, [0.0, 0.0, 1.0]).tolist(),
+            'half_angle': sensor.cone,
+        }
+        for name, sensor in scenario.sensors.items()
+        if sensor.cone
     ]
 
 

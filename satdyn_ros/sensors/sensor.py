@@ -97,6 +97,11 @@ class Sensor:
     resolution: float = 0.0
     latency: int = 0
 
+    @property
+    def cone(self) -> float:
+        """The half-angle about its z axis [rad] in which it sees, or is blinded; 0: none."""
+        return 0.0
+
     def __init_subclass__(cls) -> None:
         """Let scenarios have the kind."""
         KINDS[cls.kind] = cls

@@ -141,6 +141,11 @@ class StarTracker(Sensor):
     memory = StarTrackerMemory(np.empty(0, np.int64), np.empty((0, 4)))
 
     @property
+    def cone(self) -> float:
+        """The half-angle about its boresight in which the Earth or the Sun blinds it [rad]."""
+        return max(self.earth_exclusion, self.sun_exclusion)
+
+    @property
     def variances(self) -> tuple[float, float, float]:
         """Return the variances of the small rotation about the sensor's axes [rad^2]."""
         return self.cross_boresight**2, self.cross_boresight**2, self.roll**2

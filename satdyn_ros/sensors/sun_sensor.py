@@ -69,6 +69,11 @@ class SunSensor(Sensor):
     field_of_view: float = 0.0
 
     @property
+    def cone(self) -> float:
+        """The half-angle about its z axis in which it sees [rad]."""
+        return self.field_of_view
+
+    @property
     def variances(self) -> tuple[float, float, float]:
         """Return the variances of the small rotation about the sensor's axes, at most [rad^2]."""
         return self.noise**2, self.noise**2, self.noise**2

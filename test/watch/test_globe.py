@@ -9,6 +9,9 @@ import browser as pages
 import numpy as np
 import pytest
 from ros.live import EPOCH_NS, LiveNode, Participant, stamp_ns
+from scipy.integrate import quad
+
+from satdyn_ros import environment
 
 MU, RADIUS_M = 3.986004418e14, 6_378_137.0
 # Circles of four and two Earth radii, and a body that does not fly.
@@ -223,6 +226,42 @@ def test_dots_and_lines_are_where_the_satellites_are(page):
         middle = [dot['left'] + dot['width'] / 2.0, dot['top'] + dot['height'] / 2.0]
         np.testing.assert_allclose(middle, expected, atol=0.1)
     assert pages.errors(page) == []
+
+
+@pytest.mark.long
+def test_tracks_on_the_ground_are_where_the_satellites_were_above(page):
+    """A revolution back, at each of its times turned by ERFA."""
+    pytest.importorskip('erfa')
+    for namespace in CIRCLES:
+        utc_s, track = page.execute_script(
+            """const { globe, utc } = satdyn.fleet;
+            const path = new Path(181, 1);
+            globe._track(path, new Ellipse(...arguments[0], arguments[1]), utc);
+            return [utc, Array.from(path.segments.array)];""",
+            [values.tolist() for values in on_circle(namespace, 0.0)],
+            MU,
+        )
+        a = CIRCLES[namespace]['semi_major_axis']
+        before_s = -np.arange(180, 0, -1) / 180.0 * 2.0 * np.pi * np.sqrt(a**3 / MU)
+        r_i = np.array([on_circle(namespace, t_s)[0] for t_s in before_s])
+        stamps_ns = np.rint((utc_s + before_s) * 1e9).astype(np.int64)
+        below = environment.turned(environment.gcrs_to_itrs(stamps_ns), r_i) / a
+        found = np.reshape(track, (-1, 6))[:, :3] / 1.002
+        # Nutation, of 9 arcsec, is left out.
+        np.testing.assert_allclose(found, below, rtol=0.0, atol=6e-5)
+
+
+@pytest.mark.long
+def test_the_time_along_an_ellipse(page):
+    """Forth and back from the pericentre, by the integral of r^2 / h over the true anomaly."""
+    for e, angle in ((0.0, 1.0), (0.4, -2.0), (0.7, -5.5)):
+        p = 1.0 - e * e
+        right, _ = quad(lambda f, e=e, p=p: p**1.5 / (1.0 + e * np.cos(f)) ** 2, 0.0, angle)
+        given = [1.0 - e, 0.0, 0.0], [0.0, np.sqrt((1.0 + e) / (1.0 - e)), 0.0]
+        found = page.execute_script(
+            'return new Ellipse(...arguments[0], 1).after(arguments[1])', given, angle
+        )
+        assert found == pytest.approx(right, abs=1e-8)
 
 
 @pytest.mark.long

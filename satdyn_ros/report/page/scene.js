@@ -9,6 +9,7 @@ const ARROWS = {
 const PATHS = { axis: '--axis-path', polhode: '--polhode', herpolhode: '--herpolhode' };
 const AXIS_LENGTH = 1.0;
 const SPHERE_RADIUS = 1.35;
+const CONE_LENGTH = 0.8;
 const PATH_POINTS = 400; // without a graphics processor these cost more than anything else in the scene
 const PATH_TURN = 14 * Math.PI; // the length of a path, as the angle that the body turned
 const SLOWEST_DRAW = 90; // [ms]
@@ -52,11 +53,15 @@ class Scene {
   describe(description, earth = null) {
     this.clear();
     Object.assign(this, { description, earth });
-    this.inBody.remove(this.solid, ...this.wheels);
-    this.solid = bodySolid(description.body.edges);
-    this.solid.quaternion.set(...description.body.q_bp);
+    this.inBody.remove(this.solid, ...this.plates, ...this.wheels, ...this.cones);
+    const { edges, centre, q_bp, has_box: hasBox, plates } = description.body;
+    this.solid = hasBox ? bodySolid(edges) : new THREE.Group();
+    this.solid.position.set(...centre);
+    this.solid.quaternion.set(...q_bp);
+    this.plates = plates.map(plate);
     this.wheels = description.rotors.map((rotor, k) => this._wheel(rotor, k));
-    this.inBody.add(this.solid, ...this.wheels);
+    this.cones = description.cones.map((seen) => this._cone(seen));
+    this.inBody.add(this.solid, ...this.plates, ...this.wheels, ...this.cones);
     this.arrows.x.point(AXIS_LENGTH, 0, 0);
     this.arrows.y.point(0, AXIS_LENGTH, 0);
     this.arrows.z.point(0, 0, AXIS_LENGTH);
@@ -144,19 +149,39 @@ class Scene {
       this.world.add(this.paths[name].line);
     }
     this.solid = new THREE.Group();
-    this.wheels = [];
+    [this.plates, this.wheels, this.cones] = [[], [], []];
+  }
+
+  // That of the box: wings are wider.
+  get _wheelSize() { return Math.max(...this.description.body.edges); }
+
+  // How far from its centre the body ends along an axis.
+  _surface(axis) {
+    const { edges, q_bp } = this.description.body;
+    const inBox = Rotation.rotate(Rotation.conjugate(q_bp), axis);
+    return Math.min(...inBox.map((c, i) => edges[i] / 2 / Math.max(Math.abs(c), 1e-6)));
+  }
+
+  // A point on an axis through the centre of the body, some way outside it.
+  _outside(axis, way) {
+    const { centre } = this.description.body;
+    return new THREE.Vector3(...axis).multiplyScalar(this._surface(axis) + way).add(new THREE.Vector3(...centre));
+  }
+
+  _cone(seen) {
+    const made = cone(seen, CONE_LENGTH);
+    made.position.copy(this._outside(seen.axis, 0));
+    return made;
   }
 
   // A wheel is outside the body on its axis; further out where there is another one.
   _wheel({ axis, mode, momentum }, k) {
-    const made = wheel(0.2);
+    const size = this._wheelSize;
+    const made = wheel(0.2 * size);
     const along = new THREE.Vector3(...axis);
-    const { edges, q_bp } = this.description.body;
-    const inPrincipal = Rotation.rotate(Rotation.conjugate(q_bp), axis);
-    const surface = Math.min(...inPrincipal.map((c, i) => edges[i] / 2 / Math.max(Math.abs(c), 1e-6)));
     const before = this.description.rotors.slice(0, k)
       .filter((other) => along.dot(new THREE.Vector3(...other.axis)) > 0.95).length;
-    made.position.copy(along).multiplyScalar(surface + 0.1 + 0.16 * before);
+    made.position.copy(this._outside(axis, (0.1 + 0.16 * before) * size));
     made.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), along);
     made.angle = 0;
     made.nominal = mode === 'constant_momentum' ? 2 * Math.sign(momentum) : 0;
@@ -171,7 +196,9 @@ class Scene {
     Object.entries(ARROWS).forEach(([name, colour]) => this.arrows[name].paint(colourOf(colour)));
     Object.entries(PATHS).forEach(([name, colour]) => this.paths[name].paint(colourOf(colour), background));
     this.solid.paint?.(colourOf('--solid'), colourOf('--solid-edge'));
+    this.plates.forEach((made) => made.paint(colourOf('--plate'), colourOf('--plate-edge')));
     this.wheels.forEach((made) => made.paint(colourOf('--wheel'), colourOf('--wheel-mark')));
+    this.cones.forEach((made) => made.paint(colourOf('--cone')));
     this.sphere.material.color.set(colourOf('--quiet'));
     this.stars.material.color.set(colourOf('--star'));
     this.stars.visible = colourOf('--star') !== background;
@@ -313,6 +340,7 @@ class Scene {
       const says = Number.isFinite(speed) ? `${quantity(speed)} rad/s` : `${quantity(momentum)} N m s`;
       this.labels.set(`rotor ${k}`, `${name} ${says}`, '--wheel-text');
     });
+    description.cones.forEach(({ name }, k) => this.labels.set(`cone ${k}`, name, '--cone'));
   }
 
   _draw(now) {
@@ -339,7 +367,11 @@ class Scene {
     }
     this.wheels.forEach((made, k) => {
       at.copy(made.position).applyQuaternion(this.inBody.quaternion);
-      project(`rotor ${k}`, true, 0.24 * pixels);
+      project(`rotor ${k}`, true, 0.24 * this._wheelSize * pixels);
+    });
+    this.cones.forEach((made, k) => {
+      at.copy(made.position).add(made.end).applyQuaternion(this.inBody.quaternion);
+      project(`cone ${k}`, true, 7);
     });
     this.labels.place(points, this._corners(), this.covered, this.width, this.height);
     this.frames.push(now);
@@ -374,10 +406,10 @@ class Scene {
 
   // Whether the body is between the camera and a point: does the line of sight cross the box?
   _isBehindBody(point) {
-    const { edges, q_bp } = this.description.body;
-    const { x, y, z, w } = this.inBody.quaternion;
-    const toBox = Rotation.conjugate(Rotation.multiply([x, y, z, w], q_bp));
-    const [from, to] = [this.camera.position, point].map((v) => Rotation.rotate(toBox, v.toArray()));
+    const { edges } = this.description.body;
+    this.solid.updateWorldMatrix(true, false);
+    const toBox = this.solid.matrixWorld.clone().invert();
+    const [from, to] = [this.camera.position, point].map((v) => v.clone().applyMatrix4(toBox).toArray());
     let [enter, leave] = [0, 1];
     edges.forEach((edge, k) => {
       const ends = [-edge / 2, edge / 2].map((side) => (side - from[k]) / (to[k] - from[k] || 1e-12));

@@ -1,5 +1,7 @@
 'use strict';
-// The objects of the scene: body, wheels, arrows and paths, each around its own origin.
+// The objects of the scene: body, plates, wheels, cones, arrows and paths, each around its own origin.
+
+const PLATE_THICKNESS = 0.01;
 
 function arrow(radius) {
   const group = new THREE.Group();
@@ -39,6 +41,40 @@ function bodySolid(edges) {
     materials.forEach((material) => material.color.set(solid));
     lines.material.color.set(edge);
   };
+  return group;
+}
+
+// A square plate with a normal, about which it is turned anyhow.
+function plate({ normal, position, edge }) {
+  const group = new THREE.Group();
+  const geometry = new THREE.BoxGeometry(edge, edge, PLATE_THICKNESS);
+  const material = new THREE.MeshLambertMaterial({ map: panelTexture(edge, edge) });
+  const lines = new THREE.LineSegments(new THREE.EdgesGeometry(geometry), new THREE.LineBasicMaterial());
+  group.add(new THREE.Mesh(geometry, material), lines);
+  group.position.set(...position);
+  group.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), new THREE.Vector3(...normal));
+  group.paint = (colour, edgeColour) => {
+    material.color.set(colour);
+    lines.material.color.set(edgeColour);
+  };
+  return group;
+}
+
+// What a sensor sees, or must not see: a cone about an axis from the origin of its group on.
+function cone({ axis, half_angle: angle }, length) {
+  const group = new THREE.Group();
+  const [high, wide] = [length * Math.cos(angle), length * Math.sin(angle)];
+  const geometry = new THREE.ConeGeometry(wide, high, 48, 1, true).translate(0, -high / 2, 0);
+  const [faint, seen] = [0.14, 0.7].map((opacity) => ({ transparent: true, opacity, depthWrite: false }));
+  const side = new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({ ...faint, side: THREE.DoubleSide }));
+  const onRim = (k) => [wide * Math.sin((k * Math.PI) / 24), -high, wide * Math.cos((k * Math.PI) / 24)];
+  const rim = Array.from({ length: 48 }, (_, k) => [...onRim(k), ...onRim(k + 1)]).flat();
+  const line = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial(seen));
+  line.geometry.setAttribute('position', new THREE.Float32BufferAttribute(rim, 3));
+  group.add(side, line);
+  group.quaternion.setFromUnitVectors(new THREE.Vector3(0, -1, 0), new THREE.Vector3(...axis));
+  group.end = new THREE.Vector3(...axis).multiplyScalar(Math.max(high, 0.3 * length));
+  group.paint = (colour) => [side, line].forEach(({ material }) => material.color.set(colour));
   return group;
 }
 

@@ -1,9 +1,11 @@
 'use strict';
-// The Earth in the middle, and around it satellites, a dot each, on their orbits.
+// The Earth in the middle, and around it satellites, a dot each, on their orbits; on the ground the
+// tracks of their last revolution.
 
 const STEP = Math.PI / 90; // [rad], between two points of an orbit
 const ORBIT_POINTS = 181;
 const TRAIL_POINTS = 16; // the brighter end of the line, behind the dot
+const GROUND = 1.002; // just above it
 const MARGIN = 1.12; // around the widest orbit, for names
 
 class Globe {
@@ -32,7 +34,7 @@ class Globe {
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => { this._paint(); this.redraw(); });
   }
 
-  // satellites: name, r_i [m] and v_i [m/s] of each; utc: the time of the Earth [s].
+  // satellites: name, utc_s, r_i [m] and v_i [m/s] of each; utc: the time of the Earth [s].
   show(satellites, utc) {
     const names = new Set(satellites.map(({ name }) => name));
     [...this.satellites.keys()].filter((name) => !names.has(name)).forEach((name) => this._remove(name));
@@ -63,8 +65,9 @@ class Globe {
     shade.renderOrder = -1;
     this.inertial = new THREE.Group();
     this.inertial.quaternion.set(...Scene.Z_UP);
+    this.ground = new THREE.Group();
     this.stars = starField();
-    this.world.add(this.planet.group, shade, this.stars, this.inertial);
+    this.world.add(this.planet.group, shade, this.stars, this.inertial, this.ground);
   }
 
   _paint() {
@@ -79,19 +82,33 @@ class Globe {
 
   // -- satellites ------------------------------------------------------------------------------------
 
-  _place({ name, r_i: place, v_i: velocity }) {
+  _place({ name, utc_s: utc, r_i: place, v_i: velocity }) {
     if (!this.satellites.has(name)) this.satellites.set(name, this._made(name));
     const satellite = this.satellites.get(name);
     const ellipse = new Ellipse(place.map((x) => x / this.radius), velocity.map((x) => x / this.radius), this.mu / this.radius ** 3);
     const draw = (path, count) => path.draw(count, (k, array, offset) => array.set(ellipse.ahead((k - count + 1) * STEP), offset));
     draw(satellite.orbit, ORBIT_POINTS);
     draw(satellite.trail, TRAIL_POINTS);
+    this._track(satellite.track, ellipse, utc);
     satellite.at.set(...ellipse.ahead(0)).applyQuaternion(this.inertial.quaternion);
     satellite.furthest = ellipse.furthest;
   }
 
+  // The places below it in its last revolution, each when it was there.
+  _track(track, ellipse, utc) {
+    if (!Number.isFinite(ellipse.after(-2 * Math.PI))) return track.draw(0);
+    return track.draw(ORBIT_POINTS, (k, array, offset) => {
+      const angle = (k - ORBIT_POINTS + 1) * STEP;
+      const q_ie = this.earth.attitude(utc + ellipse.after(angle));
+      const below = Rotation.rotate(Rotation.conjugate(q_ie), ellipse.ahead(angle));
+      const distance = Math.hypot(...below);
+      array.set(below.map((x) => (GROUND * x) / distance), offset);
+    });
+  }
+
   _made(name) {
-    const [orbit, trail] = [new Path(ORBIT_POINTS, 1.3), new Path(TRAIL_POINTS, 2.6)];
+    const [orbit, trail, track] = [[ORBIT_POINTS, 1.3], [TRAIL_POINTS, 2.6], [ORBIT_POINTS, 1.6]].map((size) => new Path(...size));
+    this.ground.add(track.line);
     [orbit, trail].forEach((path, k) => {
       path.material.depthWrite = false; // of lines on one orbit none hides another
       path.line.renderOrder = k;
@@ -104,15 +121,15 @@ class Globe {
     onPointed(dot, (isPointed) => this.tellPointed(isPointed ? name : null));
     this.dots.append(dot);
     this.labels.set(name, name.replace(/^\/|\/satdyn$/g, ''), '--text');
-    const satellite = { orbit, trail, dot, at: new THREE.Vector3() };
+    const satellite = { orbit, trail, track, dot, at: new THREE.Vector3() };
     this._colour(satellite, name);
     return satellite;
   }
 
   _remove(name) {
-    const { orbit, trail, dot } = this.satellites.get(name);
-    [orbit, trail].forEach(({ line, geometry, material }) => {
-      this.inertial.remove(line);
+    const { orbit, trail, track, dot } = this.satellites.get(name);
+    [orbit, trail, track].forEach(({ line, geometry, material }) => {
+      line.removeFromParent();
       geometry.dispose();
       material.dispose();
     });
@@ -121,11 +138,12 @@ class Globe {
     this.satellites.delete(name);
   }
 
-  _colour({ orbit, trail, dot }, name) {
+  _colour({ orbit, trail, track, dot }, name) {
     const isPointed = name === this.pointed;
     const [line, bright] = [isPointed ? '--map-track' : '--quiet', '--map-track'].map(this.colourOf);
     orbit.paint(line, line);
     trail.paint(bright, line);
+    track.paint(bright, this.colourOf(isPointed ? '--map-track' : '--planet-shallow'));
     orbit.line.renderOrder = isPointed ? 2 : 0;
     dot.classList.toggle('pointed', isPointed);
   }
@@ -137,6 +155,7 @@ class Globe {
     const q_ve = Rotation.multiply(Scene.Z_UP, this.earth.attitude(utc));
     const sun_v = Rotation.rotate(q_ve, this.earth.sun(utc));
     this.planet.place(q_ve, [0, 0, 0], 1, sun_v);
+    this.ground.quaternion.set(...q_ve);
     const widest = Math.max(...[...this.satellites.values()].map(({ furthest }) => furthest));
     if (this.isTurned || widest === this.widest) return;
     this.widest = widest;

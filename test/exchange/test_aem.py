@@ -375,7 +375,7 @@ def test_a_row_useable_in_another_segment_is_taken(tmp_path):
 
 def test_ccsds_ndm_reads_what_we_write(states, tmp_path):
     """The package of that name on PyPI: each component, the scalar in its place."""
-    ndm_io = pytest.importorskip('ccsds_ndm.ndm_io', reason='pip install ccsds-ndm')
+    ndm_io = pytest.importorskip('ccsds_ndm.ndm_io', reason='pip install "satdyn_ros[readers]"')
     message = ndm_io.NdmIo().from_path(write(tmp_path / 'plain.aem', states, False))
     rows = [
         row.quaternion_state for part in message.body.segment for row in part.data.attitude_state

@@ -41,6 +41,20 @@ def test_orekit_reads_the_orbit(path):
     assert_true(r_i, v_i)
 
 
+def test_ccsds_ndm_reads_the_orbit(path):
+    """The package of that name on PyPI: each component in its place."""
+    ndm_io = pytest.importorskip('ccsds_ndm.ndm_io', reason='pip install "satdyn_ros[readers]"')
+    (segment,) = ndm_io.NdmIo().from_path(path).body.segment
+    rows = segment.data.state_vector
+    assert [row.epoch for row in rows] == nanoseconds.epochs(STAMPS_NS)
+    km = 1000.0
+    r_i, v_i = (
+        [[km * float(getattr(row, name + dot).value) for name in 'xyz'] for row in rows]
+        for dot in ('', '_dot')
+    )
+    assert_true(r_i, v_i)
+
+
 def test_the_oem_package_reads_the_orbit(path):
     """Its checks of keywords and order pass; km and km/s."""
     oem = pytest.importorskip('oem', reason='pip install "satdyn_ros[readers]"')

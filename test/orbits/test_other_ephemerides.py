@@ -70,6 +70,25 @@ def test_xml_is_the_same_message():
         assert_array_equal(values, right)
 
 
+@pytest.mark.long
+def test_orekit_reads_the_same_xml(tmp_path):
+    """Epochs, positions and velocities."""
+    path = tmp_path / 'orbit.xml'
+    times = {'START_TIME': at(MINUTES[0]), 'STOP_TIME': at(MINUTES[-1])}
+    text = as_xml(segment(MINUTES, OBJECT_ID='2026-001A', **times))
+    text = re.sub('<covarianceMatrix>.*</covarianceMatrix>', '', text)
+    path.write_text(
+        text.replace('<ORIG', '<CREATION_DATE>2026-01-01T00:00:00</CREATION_DATE><ORIG')
+    )
+    (rows,) = by_orekit(path)
+    assert [row[0][:23] for row in rows] == [at(t)[:23] for t in MINUTES]
+    found = EphemerisOrbit(path.read_text(), EPOCH_NS).position_velocity(MINUTES)
+    for values, right, allowed in zip(
+        found, zip(*(row[1:] for row in rows), strict=True), (1e-7, 1e-9), strict=True
+    ):
+        assert_allclose(values, right, rtol=0.0, atol=allowed)
+
+
 @pytest.mark.parametrize(
     ('old', 'new', 'reason'),
     [

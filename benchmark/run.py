@@ -17,6 +17,7 @@ SCRIPTS = (
     'closed_forms',
     'batch',
     'sweep',
+    'loop',
     'offline',
     'export',
     'live',

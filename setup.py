@@ -43,6 +43,7 @@ setup(
                 'launch',
                 'config',
                 'config/diagnostics',
+                'config/parts',
                 'config/sweeps',
                 'msg_examples/topics',
                 'msg_examples/services',

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from satdyn_ros.base.key import Key
 from satdyn_ros.cli.command_line import parser
-from satdyn_ros.run import shipped
+from satdyn_ros.run import parts, shipped
 from satdyn_ros.run.environment import of_the_surface
 from satdyn_ros.run.keys import KEYS, keys_of
 from satdyn_ros.run.scenario import Frames, Scenario
@@ -45,6 +45,7 @@ def tables() -> dict[str, str]:
         'parameters': _parameters(KEYS),
         'parameters of plates and rotors': _parameters(_of_plates_and_rotors()),
         'parameters of sensors': _parameters_of_sensors(),
+        'parts': _parts(),
         'scenarios': _scenarios(),
         'commands': _commands(),
         'sweep keys': _sweep_keys(),
@@ -129,6 +130,20 @@ def _parameters_of_sensors():
         for key, kinds in types.items()
     ]
     return _table(('parameter', 'types', 'allowed', 'default', 'meaning'), rows)
+
+
+def _parts():
+    by_kind = sorted(parts.catalogue().items(), key=lambda item: item[1].kind)
+    rows = [
+        (
+            f'`{name}`',
+            part.kind.replace('_', ' '),
+            '<br>'.join(f'`{leaf}: {_plain(x)}`' for leaf, x in part.values.items()),
+            part.says,
+        )
+        for name, part in by_kind
+    ]
+    return _table(('part', 'of a', 'says', 'class and source'), rows)
 
 
 def _scenarios():

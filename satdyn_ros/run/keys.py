@@ -26,6 +26,23 @@ def _of_sensor(name: str, keys: Iterable[Key]) -> Iterator[Key]:
         yield replace(key, name=f'sensors.{name}.{key.name}', default=default)
 
 
+def _of_any_sensor(name: str) -> Iterator[Key]:
+    """Yield the keys that a sensor of a name has whatever its type."""
+    yield _part(f'sensors.{name}')
+    yield from _of_sensor(name, COMMON)
+
+
+def _part(owner: str) -> Key:
+    """Return the key that names a part of the catalogue."""
+    return Key(
+        f'{owner}.part',
+        'text',
+        '',
+        '',
+        'the name of a part, whose values are taken where none is given here; empty: no part',
+    )
+
+
 # 5 deg of roll and 10 deg of pitch to LVLH.
 _DEFAULT_ATTITUDE = (
     0.0434534024273578,
@@ -70,6 +87,7 @@ KEYS = {
             'names of several rotors, each described by rotor.NAME.mode and so on; without names '
             'the one rotor called rotor is described by rotor.mode and so on',
         ),
+        _part('rotor'),
         Key(
             'rotor.mode',
             'string',
@@ -570,6 +588,7 @@ KEYS = {
             low=0.0,
             changes='running',
         ),
+        _part('magnetorquer'),
         *(key for kind in ACTUATORS.values() for key in kind.keys),
         Key(
             'sensors.names',
@@ -589,7 +608,7 @@ KEYS = {
             low=0,
             high=_INT64,
         ),
-        *(key for name in KINDS for key in _of_sensor(name, COMMON)),
+        *(key for name in KINDS for key in _of_any_sensor(name)),
         *(key for name, kind in KINDS.items() for key in _of_sensor(name, kind.keys)),
         Key('record.enabled', 'bool', False, '', 'record from the first tick'),
         Key('record.directory', 'string', '.', '', 'directory for bags'),
@@ -696,7 +715,7 @@ def keys_of(
     for name, kind in sensors.items():
         of_sensor = [type_of_sensor(name, kind)]
         if name not in KINDS:
-            of_sensor += _of_sensor(name, (*COMMON, *KINDS[kind].keys))
+            of_sensor += (*_of_any_sensor(name), *_of_sensor(name, KINDS[kind].keys))
         named |= {key.name: key for key in of_sensor}
     return KEYS | named | of_torques if named or of_torques else KEYS
 

@@ -21,7 +21,17 @@ from ..integrate.propagation import Propagation
 from ..kernel import rotation
 from ..sensors import Sensor
 from ..torques.body_torque import BodyTorque, checked_kind, torque_of
-from . import checks, environment, in_place, orbits, pointing, rotors, sensors, unlikely_values
+from . import (
+    checks,
+    environment,
+    in_place,
+    orbits,
+    parts,
+    pointing,
+    rotors,
+    sensors,
+    unlikely_values,
+)
 from .keys import GROUPS, KEYS, OPTIONAL, keys_of
 from .parameter_file import (
     ParameterFile,
@@ -58,9 +68,9 @@ class Scenario:
     """
     A validated run: immutable, every key in `values` by its dotted name, described in `keys`.
 
-    typed: the texts with a unit that were given, by the names of their keys.  torques: kinds of
-    torques of one's own, whose keys it has too.  warnings: of what was given, in one sentence
-    each.  rules: of the bag that it is read from.  at_s: of with_values.
+    typed: the texts with a unit, and the parts, that were given, by the names of their keys.
+    torques: kinds of torques of one's own, whose keys it has too.  warnings: of what was given, in
+    one sentence each.  rules: of the bag that it is read from.  at_s: of with_values.
 
     ValueError, in one sentence that names the key: a value that is not allowed.
 
@@ -76,7 +86,7 @@ class Scenario:
         rules: int = RULES,
         at_s: float = 0.0,
     ):
-        given, self.rules = dict(given or {}), rules
+        given, self.rules = parts.laid_under(given or {}), rules
         self.torques = tuple(checked_kind(kind) for kind in torques)
         rotor_names, plate_names = (
             KEYS[name].checked(given.get(name, ())) for name in ('rotor.names', 'surface.names')
@@ -88,7 +98,8 @@ class Scenario:
         if unknown:
             raise ValueError(_unknown(unknown[0], given, keys))
         checked = {name: keys[name].checked(value) for name, value in given.items()}
-        self.typed = {name: value for name, value in given.items() if keys[name].has_unit(value)}
+        named = parts.named(given)
+        self.typed = named | {name: x for name, x in given.items() if keys[name].has_unit(x)}
         values = {name: key.default for name, key in keys.items()} | checked
         self._followed: dict[str, Any] = {}
         if rules >= PLATES_FOLLOW_THE_SURFACE:
@@ -106,7 +117,7 @@ class Scenario:
             if values['orbit.type'] in orbits.OF_A_TEXT:
                 orbits.text_source(values, rules)
             pointing.check(values, given)
-            values |= in_place.NOT_GIVEN
+            values |= in_place.NOT_GIVEN | dict.fromkeys(named, '')
             if pointed := pointing.resolved(values, at_s, rules):
                 values |= pointed | {_ATTITUDE: KEYS[_ATTITUDE].checked(pointed[_ATTITUDE])}
         self.keys: Mapping[str, Key] = MappingProxyType(keys)
@@ -192,6 +203,8 @@ class Scenario:
 
         at_s: the time from tick 0 at which an initial.pointing among them points.
         """
+        # A part gives what it says, whatever was given before.
+        changes = parts.laid_under(changes)
         # What follows from other keys follows from their new values.
         replaced = in_place.replaced(changes)
         left_out = {*replaced, *self._followed}
@@ -221,7 +234,7 @@ class Scenario:
     def _is_resolved(self, name):
         """Return whether a key is given in place of another, which has its value."""
         is_pointing = name in pointing.POINTING and not self['initial.pointing']
-        return name in in_place.IN_PLACE or is_pointing
+        return name in in_place.IN_PLACE or parts.names_one(name) or is_pointing
 
     def __getitem__(self, name: str) -> Any:
         return self.values[name]

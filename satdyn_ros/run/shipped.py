@@ -1,7 +1,8 @@
 """
-The scenarios and sweeps that come with the package, by name.
+The scenarios, sweeps and parts that come with the package, by name.
 
-The scenario default is config/default.yaml, the sweep capture is config/sweeps/capture.yaml.
+The scenario default is config/default.yaml, the sweep capture is config/sweeps/capture.yaml, the
+part tactical_gyro is config/parts/tactical_gyro.yaml.
 """
 
 from pathlib import Path
@@ -9,16 +10,20 @@ from pathlib import Path
 _PACKAGE = Path(__file__).parents[1]
 # A checkout, and what pip and colcon install beside lib/pythonX.Y/site-packages.
 _FOLDERS = (_PACKAGE.parent / 'config', *(p / 'share/satdyn_ros/config' for p in _PACKAGE.parents))
-_PLACES = {'scenario': '{}.yaml', 'sweep': 'sweeps/{}.yaml'}
+_PLACES = {'scenario': '{}.yaml', 'sweep': 'sweeps/{}.yaml', 'part': 'parts/{}.yaml'}
 # Several satellites, and the scenarios that sweeps start from.
 _LEFT_OUT = ('constellation', 'smelt_body', 'beletsky_satellite')
 
 
 def names(what: str = 'scenario') -> list[str]:
-    """Return the names of the scenarios or sweeps that are shipped."""
+    """Return the names of the scenarios, sweeps or parts that are shipped."""
+    return [path.stem for path in paths(what) if path.stem not in _LEFT_OUT]
+
+
+def paths(what: str) -> list[Path]:
+    """Return the files of all scenarios, sweeps or parts that are shipped, by their names."""
     folder = next((folder for folder in _FOLDERS if folder.is_dir()), None)
-    found = folder.glob(_PLACES[what].format('*')) if folder else ()
-    return sorted(path.stem for path in found if path.stem not in _LEFT_OUT)
+    return sorted(folder.glob(_PLACES[what].format('*'))) if folder else []
 
 
 def scenario_path(given: str | Path) -> Path:

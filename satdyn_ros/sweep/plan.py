@@ -13,7 +13,7 @@ import numpy as np
 from ..base import ros_yaml
 from ..base.key import Key
 from ..base.sentences import nearest
-from ..run import in_place, pointing
+from ..run import in_place, parts, pointing
 from ..run.orbits import is_tabled
 from ..run.scenario import Scenario
 from ..torques.body_torque import BodyTorque, named
@@ -115,7 +115,7 @@ class Plan:
                     f'{each.name} varies; an orbit that is integrated, or of an element set or an '
                     'ephemeris, is the same in all runs of a sweep'
                 )
-            if each.quantity.key.name in _OF_ALL_RUNS:
+            if each.quantity.key.name in _OF_ALL_RUNS or parts.names_one(each.quantity.key.name):
                 raise ValueError(f'{each.name} varies; it must be the same in all runs of a sweep')
         plan = cls(
             scenario=scenario,

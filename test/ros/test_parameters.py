@@ -101,9 +101,13 @@ def test_texts_with_units_are_doubles_in_si_before_they_are_declared(live, tmp_p
     assert list(participant.get('initial.attitude')) == [0.0, 0.0, 0.0, 1.0]
     assert participant.get('initial.pointing') == ''
 
+    loads_again(live, node, participant, tmp_path / 'dump.yaml')
+
+
+def loads_again(live, node, participant, dump):
+    """End a node, check that a dump of it, read by rcl, starts it again, and return the dump."""
     shown = {name: participant.get(name) for name in KEYS}
     plain = {name: list(x) if isinstance(x, array) else x for name, x in shown.items()}
-    dump = tmp_path / 'dump.yaml'
     section = f'{node.namespace}/satdyn'
     dump.write_text(yaml.safe_dump({section: {'ros__parameters': plain}}))
     assert Scenario.from_yaml(dump) == Scenario(shown)
@@ -111,6 +115,45 @@ def test_texts_with_units_are_doubles_in_si_before_they_are_declared(live, tmp_p
     again, asked = live({}, namespace=node.namespace, ros_args=['--params-file', str(dump)])
     assert {name: asked.get(name) for name in KEYS} == shown
     again.end()
+    return shown
+
+
+def test_every_key_may_be_typed_in_its_unit(live):
+    """What has a unit as a text, from a file that the node reads and by rcl's own -p."""
+    typed = {
+        key.name: f'{list(key.default) if key.lengths else key.default} {key.unit}'
+        for key in KEYS.values()
+        if key.unit and key.default != ()
+    }
+    names = sorted(typed)
+    arguments = [x for name in names[1::2] for x in ('-p', f"{name}:='{typed[name]}'")]
+    _, participant = live({name: typed[name] for name in names[::2]}, ros_args=arguments)
+    plain = Scenario()
+    for name in names:
+        if name != 'time.epoch_ns':
+            shown = participant.get(name)
+            value = tuple(shown) if KEYS[name].lengths else shown
+            assert value == plain[name], name
+
+
+def test_parts_are_values_before_they_are_declared(live, tmp_path):
+    """A file and rcl's own -p name one each; what the node then shows loads again."""
+    given = {
+        'rotor.part': 'wheel_10_mNms',
+        'rotor.max_torque': '0.5 mN m',
+        'sensors.names': ['gyro'],
+        'sensors.seed': 1,
+    }
+    arguments = ['-p', 'sensors.gyro.part:=tactical_gyro']
+    node, participant = live(given, ros_args=arguments)
+    ((is_set, reason),) = participant.set({'rotor.part': 'wheel_2_mNms'})
+    assert not is_set
+    assert 'read-only' in reason
+    shown = loads_again(live, node, participant, tmp_path / 'dump.yaml')
+    assert shown['rotor.max_speed'] == pytest.approx(200 * math.pi)
+    assert shown['rotor.max_torque'] == 5e-4
+    assert shown['sensors.gyro.noise_density'] == pytest.approx(math.radians(0.15) / 60)
+    assert (shown['rotor.part'], shown['sensors.gyro.part']) == ('', '')
 
 
 FOREIGN = ('use_sim_time', 'start_type_description_service', 'qos_overrides')

@@ -79,6 +79,38 @@ def test_a_key_takes_another_unit_of_its_dimension_and_no_other(key: Key):
     assert isinstance(value, kinds[key.kind])
 
 
+# What lets the rotor be what a key is about.
+_WITH_ROTOR: dict[str, dict[str, Any]] = {
+    'rotor.momentum': {'rotor.mode': 'constant_momentum'},
+    'rotor.speed': {'rotor.mode': 'motor', 'rotor.inertia': 1.0},
+}
+
+
+@pytest.mark.parametrize(
+    'key',
+    [key for key in WITH_UNIT if key.changes == 'service' and key.name in KEYS],
+    ids=lambda key: key.name,
+)
+def test_a_request_takes_another_unit_of_its_dimension(key: Key):
+    """By an events file, and as Python asks for it: what then is in force is the same in SI."""
+    scenario = Scenario(_WITH_ROTOR.get(key.name, {}))
+    unit, factor = OTHER[key.unit]
+    text = f'[0, 2, 0] {unit}' if key.lengths else f'2 {unit}'
+    value = [0.0, 2.0 * factor, 0.0] if key.lengths else 2.0 * factor
+    file = f'- {{at_s: 0, request: {{{key.name}: "{text}"}}}}'
+    (event,) = events.from_yaml_text(file, scenario)
+    assert isinstance(event, events.Request)
+    asked, plain = Simulation(scenario, [event]), Simulation(scenario)
+    plain.request({key.name: value})
+    by_text = Simulation(scenario)
+    by_text.request({key.name: text})
+    for simulation in (asked, plain, by_text):
+        simulation.advance(1)
+    for one in (asked, by_text):
+        for name in (key.name, 'initial.attitude'):
+            assert one.conditions[name] == pytest.approx(plain.conditions[name], rel=4e-16)
+
+
 def test_a_file_in_units_is_the_scenario_in_si():
     """All defaults, each as a text with the unit of its key, make the default scenario."""
     given = {

@@ -2,6 +2,9 @@
 
 import argparse
 
+from ..base import numbers
+from ..base.units import Unfit, fitting, in_unit, is_quantity
+
 INPUT_IS_WRONG = 2
 
 
@@ -94,8 +97,8 @@ satdyn check"""
     )
     added.add_argument('file', metavar='FILE', help=_SCENARIO)
     _add_satellite(added)
+    added.add_argument('--json', action='store_true', help='as JSON, with --sensors too')
     how = added.add_mutually_exclusive_group()
-    how.add_argument('--json', action='store_true', help='as JSON')
     how.add_argument(
         '--code',
         action='store_true',
@@ -118,6 +121,26 @@ satdyn check"""
     for name in _WITH_TORQUES:
         _add_torque(commands.choices[name])
     return satdyn
+
+
+def _seconds(text: str) -> str:
+    """Return a time such as '12 min' as the text of its seconds, and any other text as it is."""
+    if numbers.number(text) is not None or text.startswith('[') or not is_quantity(text):
+        return text
+    try:
+        return str(in_unit(text, 's'))
+    except Unfit as unfit:
+        raise argparse.ArgumentTypeError(
+            f'{text!r}; {unfit}; units that fit: {fitting("s")}'
+        ) from None
+
+
+def _number_of_seconds(text: str) -> float:
+    """Return a time such as '12 min' or '720' as its seconds."""
+    return float(_seconds(text))
+
+
+_number_of_seconds.__name__ = 'time'
 
 
 def _add_request(command):
@@ -158,7 +181,11 @@ def _add_request(command):
     what.add_argument('--get', metavar='PARAMETER', help='print the value of a parameter')
     added.add_argument('--node', default='satdyn', metavar='NAME', help='default: satdyn')
     added.add_argument(
-        '--timeout', type=float, default=5.0, metavar='S', help='how long to wait; default: 5'
+        '--timeout',
+        type=_number_of_seconds,
+        default=5.0,
+        metavar='S',
+        help='how long to wait; default: 5',
     )
 
 
@@ -167,7 +194,7 @@ def _add_simulate(command):
         'simulate',
         'scenario to bag: no ROS, no pacing',
         'satdyn simulate config/default.yaml --duration 6000 -o orbit\n'
-        'satdyn simulate config/default.yaml --duration 86400 --rate 10 -o day\n'
+        "satdyn simulate config/default.yaml --duration '1 d' --rate 10 -o day\n"
         'satdyn simulate config/default.yaml --duration 60 --events events.yaml -o pushed\n'
         'satdyn simulate config/default.yaml --duration 60 --from orbit --at 3000 -o onward\n'
         'satdyn simulate constellation --satellite /sat4 --satellite /sat5 --duration 60 -o pair',
@@ -182,7 +209,11 @@ def _add_simulate(command):
         'several, one after another, the bags are BAG/sat4, BAG/sat5 ...',
     )
     added.add_argument(
-        '--duration', required=True, metavar='S', help='simulate the ticks k with k / rate < S'
+        '--duration',
+        required=True,
+        type=_seconds,
+        metavar='S',
+        help="simulate the ticks k with k / rate < S; or a time with its unit, '12 min'",
     )
     added.add_argument('--rate', type=float, metavar='HZ', help='in place of publish.rate')
     added.add_argument('--events', metavar='FILE', help='requests, torques and so on, a YAML file')
@@ -194,6 +225,7 @@ def _add_simulate(command):
     )
     added.add_argument(
         '--at',
+        type=_seconds,
         metavar='S|EPOCH',
         help="with --from: seconds from the bag's tick 0, or an epoch in the message, in UTC",
     )
@@ -222,7 +254,7 @@ def _add_replay(command):
     added.add_argument('--clock', action='store_true', help='publish /clock')
     added.add_argument(
         '--start-offset',
-        type=float,
+        type=_number_of_seconds,
         default=0.0,
         metavar='S',
         help='start this many seconds into the bag',
@@ -309,7 +341,7 @@ def _add_bag_commands(command):
         'report',
         'write a bag as one self-contained page',
         'satdyn report orbit -o orbit.html\n'
-        'satdyn report day -o hour.html --begin 3600 --end 7200',
+        "satdyn report day -o hour.html --begin '1 h' --end '2 h'",
     )
     _add_bag(added)
     _add_out(added, 'FILE', 'the .html file')
@@ -337,7 +369,9 @@ def _add_export(command):
         'STK attitude: .a; scene for CesiumJS: .czml; '
         'SPICE C-kernel: .bc, with .tsc and .tf',
     )
-    added.add_argument('--step', metavar='S', help='one row per S seconds, a multiple of the tick')
+    added.add_argument(
+        '--step', type=_seconds, metavar='S', help='one row per S seconds, a multiple of the tick'
+    )
     added.add_argument(
         '--columns',
         nargs='+',
@@ -365,7 +399,7 @@ _SWEEP_FORM = """\
 SWEEP.yaml (docs/sweeps.md explains each key, and the columns of DIR/table.parquet):
 
   scenario: ../gravity_gradient_boom.yaml     # relative to SWEEP.yaml
-  duration_s: 60530
+  duration_s: 60530        # or 16.8 h
   interval_s: 60           # between samples; default 60
   runs: 100                # per combination of the grids; default 1
   seed: 1                  # for the draws; default 0
@@ -374,10 +408,10 @@ SWEEP.yaml (docs/sweeps.md explains each key, and the columns of DIR/table.parqu
   bags: [0, 7]             # runs to record as bags too; default none
   vary:
     body.inertia.x: {linspace: [1190, 1220, 4]}                     # a grid
-    orbit.inclination: {values: [0.5, 1.1]}                         # a grid
+    orbit.inclination: {values: [28.5 deg, 51.6 deg]}               # a grid
     initial.attitude: sphere                                        # drawn: any attitude
     initial.angular_velocity: {normal: [[0, 0, 0], [1e-3, 1e-3, 1e-3]]}    # drawn
-    orbit.true_anomaly: {uniform: [0, 6.28]}                        # drawn
+    orbit.true_anomaly: {uniform: [0 deg, 360 deg]}                 # drawn
 
 A run counts as captured when its axis of least inertia, or captured_axis, does not cross the local
 horizontal during at least the last orbit: one of its ends stays toward nadir."""
@@ -472,12 +506,12 @@ def _add_check(command):
         'check',
         'check this installation, or how accurate a run of a scenario is',
         'satdyn check\n'
-        'satdyn check config/default.yaml --duration 86400\n'
+        "satdyn check config/default.yaml --duration '1 d'\n"
         'satdyn check config/default.yaml --duration 86400 -o growth.png',
     )
     added.add_argument('file', nargs='?', metavar='FILE', help='a scenario')
     _add_satellite(added)
-    added.add_argument('--duration', metavar='S', help='how long to simulate it')
+    added.add_argument('--duration', type=_seconds, metavar='S', help='how long to simulate it')
     added.add_argument('-o', dest='out', metavar='FILE.png', help='plot how the error grows')
     added.notes = """\
 Without FILE: compare closed forms with their propagation, and verify a bag written here.  With
@@ -510,7 +544,10 @@ def _add_bag(command):
 def _add_window(command):
     for name, where in (('begin', 'from'), ('end', 'up to')):
         command.add_argument(
-            f'--{name}', type=float, metavar='S', help=f'only {where} this time from tick 0 [s]'
+            f'--{name}',
+            type=_number_of_seconds,
+            metavar='S',
+            help=f'only {where} this time from tick 0 [s]',
         )
 
 

@@ -295,18 +295,22 @@ def _describe(given):
     from ..run.describe import describe
     from ..run.scenario import Scenario
     from .description import print_description
-    from .sensor_sheets import print_sensors
+    from .sensor_sheets import print_sensors, sheets
 
     scenario = Scenario.from_yaml(given.file, given.satellite, given.torque)
     # As of a run that begins now.
     scenario = scenario.with_epoch(time.time_ns())
     _warn(given, scenario)
+    if given.json and (given.code or given.urdf):
+        raise ValueError('--json is for what theory says and for --sensors')
     if given.code:
         print(_code_of(scenario))
     elif given.urdf:
         from ..messages.robot_description import urdf
 
         print(urdf(scenario))
+    elif given.sensors and given.json:
+        print(json.dumps(sheets(scenario), indent=2))
     elif given.sensors:
         print_sensors(scenario)
     elif given.json:

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from ..base.key import listed
 from ..base.units import in_trade
 from ..run.scenario import Scenario
 
@@ -9,42 +10,58 @@ from ..run.scenario import Scenario
 _TAUS_S = (1.0, 100.0, 10_000.0)
 
 
-def print_sensors(scenario: Scenario) -> None:
+def sheets(scenario: Scenario) -> dict[str, Any]:
     """
-    Print what is given of each sensor, in the units of datasheets and in SI.
+    Return, by name, each sensor's type, interval_s, what is given of it and Allan deviations.
 
+    What has a unit is {value, unit, trade}: in SI, and as a text in the unit of datasheets.
     ValueError: there is no sensor.
     """
     if not scenario.sensors:
         raise ValueError('sensors.names is empty; --sensors needs one that it can describe')
-    for name, sensor in scenario.sensors.items():
-        interval_s = sensor.divisor / float(scenario.rate)
-        print(f'{name} ({sensor.kind}), a sample every {interval_s:g} s')
-        for key in sensor.keys:
-            value = scenario[f'sensors.{name}.{key.name}']
-            if value != key.default:
-                _print_line(key.name, value, key.unit)
-        _print_allan(sensor)
+    return {name: _sheet(scenario, name, sensor) for name, sensor in scenario.sensors.items()}
 
 
-def _print_line(leaf: str, value: Any, unit: str) -> None:
-    numbers = list(value) if isinstance(value, tuple) else value
+def _sheet(scenario, name, sensor):
+    values = [(key, scenario[f'sensors.{name}.{key.name}']) for key in sensor.keys]
+    deviations = [(tau_s, sensor.allan_deviation(tau_s)) for tau_s in _TAUS_S]
+    return {
+        'type': sensor.kind,
+        'interval_s': sensor.divisor / float(scenario.rate),
+        'given': {
+            key.name: _in_both(key.name, listed(value), key.unit)
+            for key, value in values
+            if value != key.default
+        },
+        'allan': [
+            {'tau_s': tau_s, **_in_both('', deviation, sensor.unit)}
+            for tau_s, deviation in deviations
+            if deviation is not None
+        ],
+    }
+
+
+def _in_both(leaf, value, unit):
+    trade = in_trade(value, unit) if unit or leaf == 'scale_factor' else ''
+    return {'value': value, 'unit': unit, 'trade': trade}
+
+
+def print_sensors(scenario: Scenario) -> None:
+    """Print the sheets of the sensors; ValueError: there is no sensor."""
+    for name, sheet in sheets(scenario).items():
+        print(f'{name} ({sheet["type"]}), a sample every {sheet["interval_s"]:g} s')
+        for leaf, given in sheet['given'].items():
+            _print_line(leaf, given)
+        for one in sheet['allan']:
+            _print_line(f'Allan over {one["tau_s"]:g} s', one)
+
+
+def _print_line(what: str, sized: dict[str, Any]) -> None:
+    value, unit, trade = (sized[name] for name in ('value', 'unit', 'trade'))
     if isinstance(value, bool):
         in_si = 'true' if value else 'false'
-    elif isinstance(numbers, list):
-        in_si = f'[{", ".join(f"{x:.6g}" for x in numbers)}]'
+    elif isinstance(value, list):
+        in_si = f'[{", ".join(f"{x:.6g}" for x in value)}]'
     else:
         in_si = f'{value:.6g}'
-    has_trade = unit or leaf == 'scale_factor'
-    trade = in_trade(numbers, unit) if has_trade else ''
-    print(f'  {leaf:18}  {f"{in_si} {unit}".rstrip():34}  {trade}'.rstrip())
-
-
-def _print_allan(sensor: Any) -> None:
-    """Print the Allan deviations of a sensor that has them: what its errors add up to."""
-    for tau_s in _TAUS_S:
-        deviation = sensor.allan_deviation(tau_s)
-        if deviation is not None:
-            in_si = f'{deviation:.6g} {sensor.unit}'
-            of_tau = f'over {tau_s:g} s'
-            print(f'  Allan {of_tau:12}  {in_si:34}  {in_trade(deviation, sensor.unit)}'.rstrip())
+    print(f'  {what:18}  {f"{in_si} {unit}".rstrip():34}  {trade}'.rstrip())

@@ -55,7 +55,7 @@ def names_one(key: str) -> bool:
 
 def named(given: Mapping[str, Any]) -> dict[str, str]:
     """Return the names of the parts that are given, by the keys that name them."""
-    return {key: x for key, x in given.items() if x and isinstance(x, str) and names_one(key)}
+    return {key: x for key, x in given.items() if isinstance(x, str) and x and names_one(key)}
 
 
 def laid_under(given: Mapping[str, Any]) -> dict[str, Any]:

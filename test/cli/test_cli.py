@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -239,8 +240,36 @@ def test_describe_of_sensors_is_their_datasheet(tmp_path, capsys):
     (last,) = re.findall(r'over 10000 s .* (\S+) deg/h', text)
     walk = 1.2 * math.sqrt(10_000.0 / 3600.0 / 3.0)
     assert float(last) == pytest.approx(math.hypot(9.0 / 100.0, walk), rel=1e-5)
+    assert main(['describe', str(path), '--sensors', '--json']) == 0
+    sheet = json.loads(capsys.readouterr().out)
+    noise = sheet['gyro']['given']['noise_density']
+    assert noise.pop('value') == pytest.approx(math.radians(0.15) / 60.0, rel=4e-16)
+    assert noise == {'unit': 'rad/s/sqrt(Hz)', 'trade': '0.15 deg/sqrt(h)'}
+    assert [one['tau_s'] for one in sheet['gyro']['allan']] == [1.0, 100.0, 10_000.0]
+    assert sheet['st']['given']['cross_boresight']['trade'] == '7 arcsec'
+    assert main(['describe', str(path), '--code', '--json']) == 2
+    assert capsys.readouterr().err.startswith('satdyn describe: --json is for')
     assert main(['describe', DEFAULT, '--sensors']) == 2
     assert capsys.readouterr().err.startswith('satdyn describe: sensors.names is empty')
+
+
+def test_times_may_have_units(tmp_path, capsys):
+    """0.005 min is 0.3 s, exactly 30 ticks; what is no time is refused with the units that fit."""
+    path = str(tmp_path / 'bag')
+    assert main(['simulate', DEFAULT, '--duration', '0.005 min', '-o', path]) == 0
+    assert '30 ticks, 0.3 s' in capsys.readouterr().out
+    table = str(tmp_path / 'rows.csv')
+    assert main(['export', path, '-o', table, '--step', '100 ms']) == 0
+    assert 'rows.csv: 3 rows' in capsys.readouterr().out
+    onward = ['--from', path, '--at', '200 ms', '--duration', '1 s', '-o', str(tmp_path / 'next')]
+    assert main(['simulate', DEFAULT, *onward]) == 0
+    window = ['--begin', '0.1 s', '--end', '200 ms']
+    assert main(['plot', path, '-o', str(tmp_path / 'x.png'), *window]) == 0
+    capsys.readouterr()
+    for text, sentence in (('5 m', 'units that fit: s, min, h and d'), ('[1, 2] s', 'above 0 s')):
+        with suppress(SystemExit):
+            assert main(['simulate', DEFAULT, '--duration', text, '-o', 'x']) == 2
+        assert sentence in capsys.readouterr().err
 
 
 def test_describe_with_code(tmp_path, capsys):

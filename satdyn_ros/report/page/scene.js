@@ -337,7 +337,8 @@ class Scene {
     Object.entries(texts).forEach(([name, text]) => this.labels.set(name, text, ARROWS[name]));
     description.rotors.forEach(({ name, momentum }, k) => {
       const speed = row.rotor_speed?.[k];
-      const says = Number.isFinite(speed) ? `${quantity(speed)} rad/s` : `${quantity(momentum)} N m s`;
+      const says = Number.isFinite(speed)
+        ? `${quantity(speed)} rad/s, ${quantity(speed * 30 / Math.PI)} rpm` : `${quantity(momentum)} N m s`;
       this.labels.set(`rotor ${k}`, `${name} ${says}`, '--wheel-text');
     });
     description.cones.forEach(({ name }, k) => this.labels.set(`cone ${k}`, name, '--cone'));

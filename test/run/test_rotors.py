@@ -41,7 +41,7 @@ def test_a_name_that_is_no_identifier_is_refused(name):
 )
 def test_a_name_that_is_a_key_is_refused(name):
     """rotor.mode would be both a rotor and the mode of one."""
-    with pytest.raises(ValueError, match=f"rotor.names has '{name}'; .*none of names, mode"):
+    with pytest.raises(ValueError, match=f"rotor.names has '{name}'; .*none of names, part, mode"):
         Scenario.from_dict({'rotor': {'names': [name]}})
 
 

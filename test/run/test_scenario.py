@@ -197,8 +197,14 @@ OF_A_GYRO = 'noise_density, bias_random_walk, initial_bias, scale_factor, misali
             'position, drag_coefficient, specular, diffuse',
         ),
         (GYRO | {'sensors.gyro.arw': 1}, f'mounting, frame_id, divisor, {OF_A_GYRO}, max_rate'),
-        (GYRO | {'sensors.g2.arw': 1}, f'g2 has type, mounting, frame_id, divisor, {OF_A_GYRO}'),
-        ({'rotor.names': ['a'], 'rotor.a.mass': 1}, 'rotor.a has mode, axis, momentum, inertia, '),
+        (
+            GYRO | {'sensors.g2.arw': 1},
+            f'g2 has type, part, mounting, frame_id, divisor, {OF_A_GYRO}',
+        ),
+        (
+            {'rotor.names': ['a'], 'rotor.a.mass': 1},
+            'rotor.a has part, mode, axis, momentum, inertia, ',
+        ),
         (
             {'rotor.names': ['a', 'b'], 'rotor.c.mode': 'motor'},
             'rotor.c.mode is given, but rotor.names has no c; it has a, b',

@@ -1,3 +1,4 @@
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -112,9 +113,11 @@ def test_the_requested_initial_conditions_are_allowed():
     request = examples.filled(
         examples.interface(SERVICES[path.stem]).Request(), examples.load(path).values
     )
-    assert {parameter.value.type for parameter in request.parameters} == {8}
-    values = {p.name: list(p.value.double_array_value) for p in request.parameters}
+    assert {parameter.value.type for parameter in request.parameters} == {9}
+    values = {p.name: list(p.value.string_array_value) for p in request.parameters}
     simulation = Simulation(Scenario.from_yaml('config/default.yaml'))
     simulation.request(values)
     _, begun = simulation.advance(1)
-    assert begun.states.q_lb[0] == pytest.approx(values['initial.attitude'], abs=1e-15)
+    half = math.radians(30.0) / 2.0
+    pitched = [0.0, math.sin(half), 0.0, math.cos(half)]
+    assert begun.states.q_lb[0] == pytest.approx(pitched, abs=1e-15)

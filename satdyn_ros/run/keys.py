@@ -5,7 +5,7 @@ from dataclasses import replace
 from math import pi
 from types import MappingProxyType
 
-from ..actuators import ACTUATORS
+from ..actuators import ACTUATORS, Actuator
 from ..base.key import Key
 from ..dynamics.rotor import MODES
 from ..environment.atmosphere import LARGEST_AP, LARGEST_F107
@@ -30,6 +30,12 @@ def _of_any_sensor(name: str) -> Iterator[Key]:
     """Yield the keys that a sensor of a name has whatever its type."""
     yield _part(f'sensors.{name}')
     yield from _of_sensor(name, COMMON)
+
+
+def _of_actuator(kind: type[Actuator]) -> Iterator[Key]:
+    """Yield the keys of a kind of actuators; one that says a size of it may be that of a part."""
+    yield from map(_part, dict.fromkeys(key.name.split('.')[0] for key in kind.keys if key.unit))
+    yield from kind.keys
 
 
 def _part(owner: str) -> Key:
@@ -588,8 +594,7 @@ KEYS = {
             low=0.0,
             changes='running',
         ),
-        _part('magnetorquer'),
-        *(key for kind in ACTUATORS.values() for key in kind.keys),
+        *(key for kind in ACTUATORS.values() for key in _of_actuator(kind)),
         Key(
             'sensors.names',
             'string_array',

@@ -15,9 +15,11 @@ from typing import Any
 from ..base.sentences import nearest
 from ..sensors import KINDS
 from . import shipped
+from .keys import KEYS
 from .parameter_file import ParameterFile
 
-_NAMES_ONE = re.compile(r'(rotor|rotor\.\w+|sensors\.\w+|magnetorquer)\.part', re.ASCII)
+# Of those that have names; of others the key is in the table.
+_NAMES_ONE = re.compile(r'(rotor|sensors)\.\w+\.part', re.ASCII)
 
 
 @dataclass(frozen=True)
@@ -50,7 +52,7 @@ def _part(path):
 
 def names_one(key: str) -> bool:
     """Return whether a key is one that names a part."""
-    return bool(_NAMES_ONE.fullmatch(key))
+    return bool(_NAMES_ONE.fullmatch(key)) or (key in KEYS and key.endswith('.part'))
 
 
 def named(given: Mapping[str, Any]) -> dict[str, str]:

@@ -38,7 +38,7 @@ _CLASSES = {
 }
 
 
-class Sample(NamedTuple):
+class HeardState(NamedTuple):
     """A state that was published: stamp [ns], q_ib (4,), omega_bi_b (3,) [rad/s]."""
 
     stamp_ns: int
@@ -93,7 +93,7 @@ class Listener:
             found[name].add(bytes(info.endpoint_gid))
         return found
 
-    def samples(self) -> list[Sample]:
+    def samples(self) -> list[HeardState]:
         """Return the newest samples that were not returned before, at most two, oldest first."""
         if 'odometry' in self._subscriptions:
             return [
@@ -202,7 +202,7 @@ def _named(taken):
 
 def _sample(message, q, omega):
     stamp = message.header.stamp
-    return Sample(
+    return HeardState(
         stamp.sec * 10**9 + stamp.nanosec,
         np.array([q.x, q.y, q.z, q.w]),
         np.array([omega.x, omega.y, omega.z]),

@@ -15,7 +15,7 @@ from ..run.samples import Samples
 from ..run.scenario import Scenario
 from ..run.ticks import Ticks
 from ..torques.magnetic import dipole_of
-from .listener import Listener, Sample
+from .listener import HeardState, Listener
 
 _KEPT_ROWS = 9000
 
@@ -90,7 +90,7 @@ class SceneFrames:
     def _row(
         self,
         scenario: Scenario,
-        sample: Sample,
+        sample: HeardState,
         t_s: float,
         rotor_speed: np.ndarray,
         rotor_angle: np.ndarray,

@@ -15,7 +15,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 from run.test_one_mind import EPHEMERIS
 
-from satdyn_ros.bag import continuation, simulate
+from satdyn_ros.bag import continuation, run_recorder, simulate
 from satdyn_ros.bag.export import Options, export
 from satdyn_ros.bag.read_run import RecordedRun
 from satdyn_ros.bag.run_recorder import RunRecorder
@@ -208,7 +208,7 @@ def test_a_run_that_is_interrupted_while_its_bag_begins_leaves_a_complete_bag(
         return Recording(*arguments)
 
     path = tmp_path / 'bag'
-    monkeypatch.setattr(simulate, 'Recording', interrupted)
+    monkeypatch.setattr(run_recorder, 'Recording', interrupted)
     with pytest.raises(Terminated), interruptible():
         list(simulate.simulate(GYROSTAT, '1', path))
     verification = verify(path)

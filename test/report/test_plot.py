@@ -264,7 +264,7 @@ def test_where_a_rotor_meets_its_limits_is_marked(bag):
     assert again == (600.0, 699.0)
     edge = draw(run, ['rates']).axes[0].collections[-1]
     seconds, _ = panels.time_unit(run)
-    spans = [path.get_extents().intervalx * seconds for path in edge.get_paths()]
+    spans = [np.array(drawn.get_extents().intervalx) * seconds for drawn in edge.get_paths()]
     np.testing.assert_allclose(spans, run.limited)
 
 

@@ -6,16 +6,17 @@ from pathlib import Path
 from typing import Any
 
 from ..base.interruption import uninterrupted
+from ..run.controlled import ControlledSimulation
+from ..run.controllers import Controller
 from ..run.events import Event
 from ..run.rules import RULES
 from ..run.samples import Samples
 from ..run.scenario import Scenario
-from ..run.simulation import Simulation
 
 
-class RecordableSimulation(Simulation):
+class RecordableSimulation(ControlledSimulation):
     """
-    A Simulation, as of run/simulation.py, that may write a bag.
+    A Simulation, as of run/simulation.py, that may have a controller and write a bag.
 
     record: the directory of a new bag, which close(), or the end of a with statement, completes.
     It has each tick from which the run has gone on, and verifies without the program that gave the
@@ -31,10 +32,11 @@ class RecordableSimulation(Simulation):
         events: Iterable[Event] = (),
         rules: int = RULES,
         record: str | Path | None = None,
+        controller: Controller | None = None,
     ):
         # A bag has stamps.
         stamped = scenario if record is None else scenario.with_epoch(time.time_ns())
-        super().__init__(stamped, events, rules)
+        super().__init__(stamped, events, rules, controller)
         self._recorder: Any = None
         # What may be rewound yet.
         self._waiting: tuple[list[Event], Samples] | None = None

@@ -32,12 +32,15 @@ _EVENTS = {kind.__name__: kind for kind in get_args(Event) if kind is not Comman
 _LENGTHS = {'q_ib': 4, 'omega_bi_b': 3}
 
 
-def provenance(scenario: Scenario, topics: Mapping[str, str]) -> dict[str, str]:
+def provenance(
+    scenario: Scenario, topics: Mapping[str, str], control: Mapping[str, Any] | None = None
+) -> dict[str, str]:
     """
     Return what every file of a bag begins with.
 
     scenario: with the epoch resolved.  topics: the names in the bag by those in the scenario,
-    {'attitude': '/sat1/attitude'}.  ValueError: the scenario is larger than what is read of a bag.
+    {'attitude': '/sat1/attitude'}.  control: name and needs_truth of a controller.  ValueError:
+    the scenario is larger than what is read of a bag.
     """
     text = scenario.to_yaml()
     parameters_of_record(text, 'the scenario, written out for a bag,')
@@ -50,6 +53,8 @@ def provenance(scenario: Scenario, topics: Mapping[str, str]) -> dict[str, str]:
     }
     if scenario.typed:
         provenance['typed'] = json.dumps(scenario.typed)
+    if control:
+        provenance['controller'] = json.dumps(dict(control))
     if scenario.torques:
         provenance['torques'] = json.dumps([kind.full_name() for kind in scenario.torques])
     return provenance

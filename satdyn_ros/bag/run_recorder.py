@@ -6,9 +6,9 @@ from typing import Any
 
 from ..messages.packers import Packer, is_at_every_tick, packer
 from ..rosbag2.tick_table import TickTable
+from ..run.controlled import ControlledSimulation
 from ..run.events import Event
 from ..run.samples import Samples
-from ..run.simulation import Simulation
 from .write_run import Recording
 
 # Enough ticks that only their bytes cost time, few enough for a few megabytes.
@@ -24,9 +24,11 @@ class RunRecorder:
 
     most = BLOCK_TICKS
 
-    def __init__(self, directory: str | Path, simulation: Simulation):
+    def __init__(self, directory: str | Path, simulation: ControlledSimulation):
         self._simulation = simulation
-        self._recording = Recording(directory, simulation.scenario, simulation.topics)
+        self._recording = Recording(
+            directory, simulation.scenario, simulation.topics, control=simulation.control
+        )
         self._packers: dict[str, Packer] = {}
         # By topics those that were packed into before; their contents are in the bag.
         self._tables: dict[tuple[str, ...], TickTable] = {}

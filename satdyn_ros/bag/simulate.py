@@ -12,11 +12,13 @@ from ..base.interruption import uninterrupted
 from ..messages.packers import packer
 from ..orbits import TabledOrbit
 from ..orbits.pieces import latest_at
+from ..run.controlled import ControlledSimulation
+from ..run.controllers import Controller
 from ..run.events import Derived, Event, Request, Topics, name_of
 from ..run.orbits import known_until
 from ..run.requests import requested, try_out
 from ..run.scenario import Scenario
-from ..run.simulation import RunHalted, Simulation
+from ..run.simulation import RunHalted
 from ..run.ticks import LAST_STAMP_NS, Ticks
 from .run_recorder import RunRecorder
 
@@ -31,6 +33,7 @@ def simulate(
     directory: str | Path,
     events: Sequence[Event] = (),
     begin: Mapping[str, Any] | None = None,
+    controller: Controller | None = None,
 ) -> Generator[int, None, None]:
     """
     Record the ticks k with k / rate < duration_s into a new bag and yield how many are done.
@@ -40,7 +43,8 @@ def simulate(
     the wall clock.  An interruptible context is not interrupted while the bag is written.
     ValueError: an event that the scenario does not allow, or a state from which no motion can
     start.  OSError: as BagWriter.  RunHalted: the run came to a halt; the bag has the ticks
-    before.  Untrue: a derived one of the events did not happen.
+    before.  ControllerFailed: likewise, by its controller.  Untrue: a derived one of the events
+    did not happen.
     """
     scenario = scenario.with_epoch(time.time_ns())
     changes = [event.names for event in events if isinstance(event, Topics)]
@@ -55,9 +59,11 @@ def simulate(
     end = first + tick_count(scenario, duration_s, first)
     if begin is None:
         try_out(scenario, 0, end - 1)
-        simulation = Simulation(scenario, events)
+        simulation = ControlledSimulation(scenario, events)
     else:
-        simulation = Simulation.from_snapshot(scenario, begin, events)
+        simulation = ControlledSimulation.from_snapshot(scenario, begin, events)
+    if controller is not None:
+        simulation.control_by(controller)
     told = {event for event in events if isinstance(event, Derived) and event.tick < end}
     recorder: RunRecorder | None = None
     block = RunRecorder.most

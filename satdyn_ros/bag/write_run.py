@@ -28,8 +28,8 @@ class Recording:
 
     scenario: with the epoch resolved.  topics: those recorded from the start, by their names in
     the scenario.  resolve: from a name in the scenario to that of the topic.  offered: the quality
-    of service of topics, by their names in the scenario, where it is not the usual.  ValueError:
-    as of provenance.  OSError: as BagWriter.
+    of service of topics, by their names in the scenario, where it is not the usual.  control: of
+    whose commands it is told.  ValueError: as of provenance.  OSError: as BagWriter.
     """
 
     def __init__(
@@ -39,6 +39,7 @@ class Recording:
         topics: tuple[str, ...],
         resolve: Callable[[str], str] = lambda name: f'/{name}',
         offered: Mapping[str, qos.Qos] | None = None,
+        control: Mapping[str, Any] | None = None,
     ):
         self._scenario = scenario
         self._offered = offered or {}
@@ -58,7 +59,9 @@ class Recording:
             compression=scenario['record.compression'],
             max_size_bytes=scenario['record.max_size_bytes'],
             max_duration_s=scenario['record.max_duration_s'],
-            preamble={run_metadata.SCENARIO: run_metadata.provenance(scenario, self._names)},
+            preamble={
+                run_metadata.SCENARIO: run_metadata.provenance(scenario, self._names, control)
+            },
             latched={self._names[name]: data for name, data in self._latched.items()},
         )
 

@@ -197,6 +197,7 @@ def _add_simulate(command):
         "satdyn simulate config/default.yaml --duration '1 d' --rate 10 -o day\n"
         'satdyn simulate config/default.yaml --duration 60 --events events.yaml -o pushed\n'
         'satdyn simulate config/default.yaml --duration 60 --from orbit --at 3000 -o onward\n'
+        'satdyn simulate cubesat --duration 600 --controller mine.py:Damper -o damped\n'
         'satdyn simulate constellation --satellite /sat4 --satellite /sat5 --duration 60 -o pair',
     )
     added.add_argument('file', metavar='FILE', help=_SCENARIO)
@@ -230,6 +231,7 @@ def _add_simulate(command):
         help="with --from: seconds from the bag's tick 0, or an epoch in the message, in UTC",
     )
     _add_out(added, 'BAG', 'the new bag, a directory')
+    _add_controller(added)
 
 
 def _add_replay(command):
@@ -517,6 +519,31 @@ def _add_check(command):
 Without FILE: compare closed forms with their propagation, and verify a bag written here.  With
 FILE: compare the scenario at its own motion.tolerance with a hundredth of it, and with the closed
 form where there is one.  docs/accuracy.md explains the output."""
+
+
+def _add_controller(command):
+    command.add_argument(
+        '--controller',
+        metavar='MODULE:CLASS',
+        help='what closes the loop, or FILE.py:CLASS; its commands are in the bag',
+    )
+    command.add_argument(
+        '--controller-parameter',
+        action='append',
+        default=[],
+        type=_parameter,
+        metavar='NAME=VALUE',
+        help='a keyword with which the class is made; may be repeated',
+    )
+
+
+def _parameter(text):
+    name, equals, value = text.partition('=')
+    if not (equals and name.isidentifier()):
+        raise argparse.ArgumentTypeError(f'{text} must be NAME=VALUE')
+    import yaml
+
+    return name, yaml.safe_load(value)
 
 
 def _add_torque(command):

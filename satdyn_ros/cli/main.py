@@ -142,6 +142,7 @@ def _request(given):
 
 def _simulate(given):
     from ..bag.simulate import simulate
+    from ..run.controllers import named
 
     # All are read before the first is written.
     runs = {out: _run_of(given, name) for name, out in _bags(given).items()}
@@ -149,7 +150,10 @@ def _simulate(given):
         done = 0
         try:
             with progress('simulating', 'ticks') as show:
-                for done in simulate(scenario, given.duration, out, happening, begin):
+                controller = None
+                if given.controller is not None:
+                    controller = named(given.controller, dict(given.controller_parameter))
+                for done in simulate(scenario, given.duration, out, happening, begin, controller):
                     show(done, count)
         finally:
             if done:

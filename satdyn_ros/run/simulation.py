@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -27,6 +27,8 @@ from .segment import MOST_STEPS_A_TICK, Segment
 from .sensors import by_rules
 from .stepper import Stepper
 from .ticks import Ticks
+
+_Same = TypeVar('_Same', bound='Simulation')
 
 
 class RunHalted(RuntimeError):  # noqa: N818
@@ -409,12 +411,12 @@ class Simulation:
 
     @classmethod
     def from_snapshot(
-        cls,
+        cls: type[_Same],
         scenario: Scenario,
         snapshot: Mapping[str, Any],
         events: Iterable[Event] = (),
         rules: int = RULES,
-    ) -> 'Simulation':
+    ) -> _Same:
         """Return the run that continues at a snapshot's tick."""
         simulation = cls(scenario, events, rules)
         run = simulation._run

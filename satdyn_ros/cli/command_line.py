@@ -531,19 +531,9 @@ def _add_controller(command):
         '--controller-parameter',
         action='append',
         default=[],
-        type=_parameter,
         metavar='NAME=VALUE',
         help='a keyword with which the class is made; may be repeated',
     )
-
-
-def _parameter(text):
-    name, equals, value = text.partition('=')
-    if not (equals and name.isidentifier()):
-        raise argparse.ArgumentTypeError(f'{text} must be NAME=VALUE')
-    import yaml
-
-    return name, yaml.safe_load(value)
 
 
 def _add_torque(command):

@@ -152,7 +152,7 @@ def _simulate(given):
             with progress('simulating', 'ticks') as show:
                 controller = None
                 if given.controller is not None:
-                    controller = named(given.controller, dict(given.controller_parameter))
+                    controller = named(given.controller, given.controller_parameter)
                 for done in simulate(scenario, given.duration, out, happening, begin, controller):
                     show(done, count)
         finally:

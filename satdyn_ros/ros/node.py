@@ -1,7 +1,7 @@
 """The node: declares its parameters, builds what a scenario describes, and connects the parts."""
 
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from importlib.util import find_spec
@@ -15,6 +15,8 @@ from ..base.interruption import uninterrupted
 from ..base.nanoseconds import SECOND_NS
 from ..base.sentences import one_sentence
 from ..integrate.propagation import Propagation
+from ..run.controlled import ControlledSimulation
+from ..run.controllers import Controller
 from ..run.events import Event, Halt, Topics, TorquesDropped
 from ..run.parameter_file import ParameterFile, with_own_frames, with_texts, without_rclpys
 from ..run.requests import try_out
@@ -70,6 +72,7 @@ class SatdynNode(rclpy.node.Node):
     parameter_overrides) override; or a file that has them.  folder: where in record.directory its
     bags go.  ros_files: those of ROS, whose frames for several nodes get the namespace before them
     as the file's do.  section: the satellite of the file, if not the one of the node's full name.
+    controller: what makes one, which closes the loop.
     The ticks begin at once, in a thread, or with begin(); spin the node for its services.
     destroy_node() ends the ticks and completes the bag.  ValueError: a parameter is not allowed.
     OSError: no bag can be made.
@@ -85,6 +88,7 @@ class SatdynNode(rclpy.node.Node):
         begins: bool = True,
         ros_files: ParameterFile | None = None,
         section: str | None = None,
+        controller: Callable[[], Controller] | None = None,
         **kwargs: Any,
     ):
         name = kwargs.pop('node_name', 'satdyn')
@@ -93,7 +97,7 @@ class SatdynNode(rclpy.node.Node):
         self.failure: str | None = None
         # Whether the ticks have ended by an error; nothing is left to spin for.
         self.has_ended = False
-        self._folder = folder
+        self._folder, self._controller = folder, controller
         self._own_services: Services | None = None
         self._pacing: Pacing | None = None
         self._recorder: Recorder | None = None
@@ -156,7 +160,8 @@ class SatdynNode(rclpy.node.Node):
         self._publishing.latch(scenario)
         parameters = NodeParameters(self, scenario, self._prepare_change, self._change)
         ParameterService(self, parameters.lock)
-        self._simulation = Simulation(scenario)
+        controller = None if self._controller is None else self._controller()
+        self._simulation = ControlledSimulation(scenario, controller=controller)
         warn = self.get_logger().warning
         realtime.lock_memory(scenario, warn)
         self._pacing = Pacing(
@@ -327,6 +332,7 @@ class SatdynNode(rclpy.node.Node):
             self._lose_recording,
             self._publishing.offered,
             self._folder,
+            self._simulation.control,
         )
 
     def _lose_recording(self, sentence):

@@ -58,8 +58,8 @@ class Recorder:
 
     topics: those recorded from the start.  resolve: a topic's full name in the node's namespace.
     tell(sentence): called once, by any thread, if the bag does not hold all that it was given.
-    offered: as of Recording.  folder: where in record.directory.  failure: that sentence, None: it
-    does.  OSError: it cannot be created.
+    offered, control: as of Recording.  folder: where in record.directory.  failure: that sentence,
+    None: it does.  OSError: it cannot be created.
     """
 
     def __init__(
@@ -70,12 +70,13 @@ class Recorder:
         tell: Callable[[str], object],
         offered: Mapping[str, Qos] | None = None,
         folder: str = '',
+        control: Mapping[str, Any] | None = None,
     ):
         self.failure: str | None = None
         self.message_count = 0
         self._tell = tell
         self._given: Counter[str] = Counter()
-        self._recording = _open(scenario, topics, resolve, offered, folder)
+        self._recording = _open(folder, scenario, topics, resolve, offered, control)
         self._queue: Queue[_Block | None] = Queue(_WAITING)
         self._closing = Lock()
         self._is_closed = False
@@ -177,7 +178,7 @@ class Recorder:
                 )
 
 
-def _open(scenario, topics, resolve, offered, folder):
+def _open(folder, scenario, *others):
     """Return a new bag, its name numbered where another node has taken it."""
     stem = datetime.now().strftime('satdyn_%Y_%m_%d-%H_%M_%S')
     number = 1
@@ -185,6 +186,6 @@ def _open(scenario, topics, resolve, offered, folder):
         name = stem if number == 1 else f'{stem}_{number}'
         try:
             directory = Path(scenario['record.directory'], folder, name)
-            return Recording(directory, scenario, topics, resolve, offered)
+            return Recording(directory, scenario, *others)
         except FileExistsError:
             number += 1

@@ -10,6 +10,7 @@ import warnings
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 
@@ -24,6 +25,7 @@ from ..base import ros_yaml
 from ..base.interruption import interruptible, uninterrupted
 from ..base.regular_file import regular_file
 from ..base.sentences import one_sentence
+from ..run import controllers
 from ..run.parameter_file import ParameterFile, folder_of
 from ..torques.body_torque import named
 from .executor import Executor
@@ -51,7 +53,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     Run the nodes and return the exit code: 0 ended as told, 1 one failed, 2 the input is wrong.
 
     argv: [--params-file FILE ...] [--satellite NAME ...] [--section NAME]
-    [--torque MODULE:CLASS ...] [--ros-args ...]; without it that of the process.
+    [--torque MODULE:CLASS ...] [--controller MODULE:CLASS] [--controller-parameter NAME=VALUE ...]
+    [--ros-args ...]; without it that of the process.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     at = arguments.index('--ros-args') if '--ros-args' in arguments else len(arguments)
@@ -62,9 +65,17 @@ def main(argv: Sequence[str] | None = None) -> int:
         '--section', metavar='NAME', help='fly this satellite under the name of --ros-args'
     )
     parser.add_argument('--torque', action='append', default=[], metavar='MODULE:CLASS')
+    parser.add_argument('--controller', metavar='MODULE:CLASS', help='what closes the loop')
+    parser.add_argument(
+        '--controller-parameter', action='append', default=[], metavar='NAME=VALUE'
+    )
     own = parser.parse_args(arguments[:at])
     try:
         torques = [named(name) for name in own.torque]
+        controller = None
+        if own.controller is not None:
+            controller = partial(controllers.named, own.controller, own.controller_parameter)
+            controller()
         file = ParameterFile.read(own.params_file or ())
         is_named = any(_NAMES_THE_NODE.match(argument) for argument in arguments[at:])
         if is_named and own.satellite:
@@ -90,7 +101,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 0
     sys.setswitchinterval(_SWITCH_INTERVAL_S)
     try:
-        return _run(names, file, section, torques, _ros_files(arguments[at:]))
+        return _run(names, file, section, torques, _ros_files(arguments[at:]), controller)
     except (ValueError, OSError, NameValidationException) as error:
         return _refuse(error)
     except KeyboardInterrupt:
@@ -121,7 +132,7 @@ def _ros_files(arguments):
     )
 
 
-def _run(names, file, section, torques, ros_files):
+def _run(names, file, section, torques, ros_files, controller):
     # Nothing may tear what a running or ending node does, such as completing its bag: the handlers
     # of rclpy, which call these, let a spinning executor end.
     told: list[int] = []
@@ -134,7 +145,7 @@ def _run(names, file, section, torques, ros_files):
         # Garbage is collected between ticks.
         gc.disable()
         try:
-            _build(nodes, names, file, section, torques, ros_files)
+            _build(nodes, names, file, section, torques, ros_files, controller)
         except BaseException:
             with uninterrupted():
                 for node in nodes:
@@ -148,7 +159,7 @@ def _run(names, file, section, torques, ros_files):
     return 0 if all(node.failure is None for node in nodes) else 1
 
 
-def _build(nodes, names, file, section, torques, ros_files):
+def _build(nodes, names, file, section, torques, ros_files, controller):
     """Add the nodes of satellites, and let them begin, all with one tick 0, once all are there."""
     folders = [folder_of(name) if names[1:] else '' for name in names]
     values = file if file.origin else None
@@ -163,6 +174,7 @@ def _build(nodes, names, file, section, torques, ros_files):
                     begins=False,
                     ros_files=ros_files,
                     section=section,
+                    controller=controller,
                     node_name=name,
                     namespace=namespace,
                 )

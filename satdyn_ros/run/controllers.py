@@ -3,12 +3,13 @@
 import importlib.util
 import sys
 import traceback
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, ClassVar, Protocol
 
 import numpy as np
+import yaml
 
 from ..base.lazy import own_module
 from .sample import Measurement, Sample
@@ -69,9 +70,9 @@ class ControllerFailed(RunHalted):
     """The end of a run whose controller has failed; its text is one sentence."""
 
 
-def named(full_name: str, parameters: Mapping[str, Any]) -> Controller:
+def named(full_name: str, parameters: Iterable[str] = ()) -> Controller:
     """
-    Return the controller MODULE:CLASS, or FILE.py:CLASS, made with parameters by keyword.
+    Return the controller MODULE:CLASS, or FILE.py:CLASS, made with parameters NAME=VALUE.
 
     A module is imported from the working directory too.  ValueError, in one sentence: there is
     none, or it takes other parameters.
@@ -81,12 +82,19 @@ def named(full_name: str, parameters: Mapping[str, Any]) -> Controller:
         if not (place and name):
             raise ValueError('it must be MODULE:CLASS, or FILE.py:CLASS')
         kind = getattr(_module(place), name)
-        controller = kind(**parameters)
+        controller = kind(**dict(map(_parameter, parameters)))
     except (Exception, SystemExit) as error:
         raise ValueError(f'the controller {full_name} cannot be made: {_said(error)}') from None
     if not callable(getattr(controller, 'command', None)):
         raise ValueError(f'the controller {full_name} has no method command')
     return controller
+
+
+def _parameter(text):
+    name, equals, value = text.partition('=')
+    if not (equals and name.isidentifier()):
+        raise ValueError(f'its parameter is {text}; it must be NAME=VALUE')
+    return name, yaml.safe_load(value)
 
 
 def _module(place):

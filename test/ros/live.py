@@ -42,18 +42,29 @@ class LiveNode:
     """
     The node as a process, in a namespace of its own.
 
-    values: parameters by dotted name, written to a file.  ros_args: what follows --ros-args.
+    values: parameters by dotted name, written to a file.  ros_args: what follows --ros-args;
+    options: what comes before it.
     file_limit_bytes: no file of the process may be larger.
     """
 
-    def __init__(self, directory, values, ros_args=(), namespace=None, file_limit_bytes=None):
+    def __init__(
+        self, directory, values, ros_args=(), namespace=None, file_limit_bytes=None, options=()
+    ):
         self.namespace = namespace or f'/test{os.getpid()}_{next(_numbers)}'
         self.values = {'time.epoch_ns': EPOCH_NS} | values
         file = directory / f'{self.namespace.strip("/")}.yaml'
         self.name = f'{self.namespace}/satdyn'
         file.write_text(yaml.safe_dump({self.name: {'ros__parameters': self.values}}))
         self.process = start(
-            ['--params-file', str(file), '--ros-args', '-r', f'__ns:={self.namespace}', *ros_args],
+            [
+                '--params-file',
+                str(file),
+                *options,
+                '--ros-args',
+                '-r',
+                f'__ns:={self.namespace}',
+                *ros_args,
+            ],
             directory,
             file_limit_bytes,
         )

@@ -1,6 +1,6 @@
 """The constants of the equations of motion of equations.py, made from one system or from many."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
@@ -149,12 +149,19 @@ def constants_of(system: System, start_s: float = 0.0) -> Constants:
     )
 
 
-def write_driven(numbers: np.ndarray, places: Any, system: System, start_s: float) -> None:
+def write_driven(
+    numbers: np.ndarray,
+    places: Any,
+    system: System,
+    start_s: float,
+    own: Mapping[int, Any],
+) -> None:
     """
     Write what commands set, and what depends on the start, into the numbers of Constants.
 
     numbers (P,): those of another start and of other commands of the same kind.  places: of each
-    among them, as numbered() gives.
+    among them, as numbered() gives.  own: by their places among system.torques, the constants of
+    those that are commanded.
     """
     numbers[places.start_s] = start_s
     if system.has_turning_axes:
@@ -164,12 +171,12 @@ def write_driven(numbers: np.ndarray, places: Any, system: System, start_s: floa
             numbers[at[0] : at[0] + 3] = values
     for at, (i, _) in zip(places.rotors, system.turning_rotors, strict=True):
         numbers[at.torque] = system.rotor_torque[i]
-    _, _, applied, *own = places.torques
-    numbers[applied.torque_b[0] : applied.torque_b[0] + 3] = _applied(system)
-    for at, torque in zip(own, system.torques, strict=True):
-        values, _ = flatten(torque.constants)
-        _, first = flatten(at)
-        numbers[first[0] : first[0] + len(values)] = values
+    applied = places.torques[_SHIPPED - 1].torque_b
+    numbers[applied[0] : applied[0] + 3] = _applied(system)
+    for i, constants in own.items():
+        values, _ = flatten(constants)
+        _, at = flatten(places.torques[_SHIPPED + i])
+        numbers[at[0] : at[0] + len(values)] = values
 
 
 def with_tables(

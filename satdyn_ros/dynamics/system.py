@@ -59,6 +59,10 @@ class System:
                 commands = np.broadcast_to(commands, len(self.rotors))
             object.__setattr__(self, name, commands)
 
+    def __deepcopy__(self, memo: object) -> 'System':
+        """Return itself: it never changes."""
+        return self
+
     def __repr__(self) -> str:
         if self.inertia.ndim > 2:
             body = f'{len(self.inertia)} bodies'

@@ -1,6 +1,7 @@
 """What holds for a motion while it is walked: the constants of the equations, and until when."""
 
 from collections.abc import Callable, Iterable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from ..kernel.rows import length
 from ..kernel.time_table import Table
 from ..orbits import KeplerOrbit, TabledOrbit
 from ..orbits.pieces import Piece, Pieces, latest_at, tables_of
+from ..torques.body_torque import BodyTorque
 from ..trace.graph import flatten
 from .lanes import (
     BEGIN,
@@ -70,6 +72,27 @@ class Course:
             self._drive(self.drives, state.omega_bi_b, system.rotor_speeds(state))
         if system.pieces:
             self._enter({each: each.piece_at(start_s) for each in system.pieces})
+
+    def goes_on_at(self, start_s: float) -> bool:
+        """Return whether the pieces of time that hold now are those of a start, from tick 0."""
+        return self._current == {each: each.piece_at(start_s) for each in self._current}
+
+    def start_anew(self, system: System, start_s: float) -> None:
+        """Let another motion of the same kind begin at start_s, while its pieces hold."""
+        self._system, self._start_s = system, start_s
+        self.anomaly = tuple(map(float, mean_anomaly(system, start_s)))
+        self.until_s = self._end_s - start_s if self._current else np.inf
+
+    def own_constants(self, torque: BodyTorque) -> Any:
+        """Return the constants of a torque in the pieces of now."""
+        table_of = self._table_of
+        return torque.constants if table_of is None else torque.constants_with(table_of)
+
+    def set_constants(self) -> None:
+        """Let the constants be those of the present motion in the pieces of now."""
+        self.constants = constants_of(self._system, self._start_s)
+        if self._table_of is not None:
+            self.constants = with_tables(self.constants, self._system, self._table_of)
 
     @property
     def most_stops(self) -> int:

@@ -8,8 +8,17 @@ from ..dynamics.constants import constants_of, write_driven
 from ..dynamics.equations import MOMENTUM, OMEGA, Q
 from ..dynamics.system import State, System
 from ..trace.graph import flatten, numbered
-from .course import mean_anomaly, problem_of
-from .lanes import ANOMALY, FURTHEST, REACHED, UNFINISHED, WAITING, Lanes
+from .course import problem_of
+from .lanes import (
+    ANOMALY,
+    FURTHEST,
+    HOLDS_UNTIL_S,
+    PIECE_ENDS,
+    REACHED,
+    UNFINISHED,
+    WAITING,
+    Lanes,
+)
 from .propagation import Propagation
 from .step_code import step_code
 from .walk import walk
@@ -27,14 +36,13 @@ class Relay:
 
     @staticmethod
     def takes(motion: Any) -> bool:
-        """Return whether it can begin with a motion: no drive switches, no piece of time ends."""
-        system = motion.system
-        return type(motion) is Propagation and not (system.switching_rotors or system.pieces)
+        """Return whether it can begin with a motion: a propagation in which no drive switches."""
+        return type(motion) is Propagation and not motion.system.switching_rotors
 
     def __init__(self, motion: Propagation):
         self.system = motion.system
-        course = motion.new_course()
-        self._constants = course.constants
+        self._course = motion.new_course()
+        course, self._constants = self._course, self._course.constants
         self._works_anyway = constants_of(self.system.undriven).does_work
         self._places = numbered(self._constants)
         self._turning: list[tuple[int, float, float, float, float]] = [
@@ -44,8 +52,6 @@ class Relay:
         code, (_, arrays) = step_code(self._constants, 1), flatten(self._constants)
         self._code, self._t_s = code, np.zeros(1)
         self._lanes = Lanes(1, code.layout, arrays)
-        # Which keeps its tables as long as it is there.
-        self._course = course
         self._problem = problem_of(motion.begin()[None], [course], code.layout, motion.wanted)
         self._problem.ask(self._t_s)
         # The variables where it stands, and the speeds of the turning rotors [rad/s].
@@ -59,7 +65,9 @@ class Relay:
         while not walk(
             problem.address, lanes.address, lanes.address, self._code.attempt, self._code.dense
         ):
-            pass
+            if problem.outcome[0] == PIECE_ENDS:
+                self._course.set_constants()
+                self._course.go_on(problem, lanes, 0, self._t_s)
         if problem.outcome[0] != REACHED:
             return False
         y = self._y = problem.out[0, :, 0].tolist()
@@ -74,9 +82,12 @@ class Relay:
         """
         Let the next motion begin where this one stands, under the torques of a system.
 
-        start_s: from tick 0.  Return whether it is of the same kind; if not, nothing changes.
+        start_s: from tick 0.  Return whether it is of the same kind, in the same pieces of time;
+        if not, nothing changes.
         """
-        if (self._works_anyway or system.is_driven) != self._constants.does_work:
+        course = self._course
+        is_alike = (self._works_anyway or system.is_driven) == self._constants.does_work
+        if not (is_alike and course.goes_on_at(start_s)):
             return False
         problem, y, turning = self._problem, self._y, self._turning
         x, y_, z = y[OMEGA : OMEGA + 3]
@@ -85,8 +96,15 @@ class Relay:
         for n, (s, (_, J, a, b, c)) in enumerate(zip(self._speeds, turning, strict=True)):
             begin[MOMENTUM + n] = J * (s + (x * a + y_ * b + z * c))
         begin[MOMENTUM + 2 * len(turning)] = 0.0
-        write_driven(problem.constants[0], self._places, system, start_s)
-        problem.settings[0, ANOMALY] = mean_anomaly(system, start_s)[0]
+        own = {
+            i: course.own_constants(torque)
+            for i, torque in enumerate(system.torques)
+            if torque is not self.system.torques[i]
+        }
+        write_driven(problem.constants[0], self._places, system, start_s, own)
+        course.start_anew(system, start_s)
+        problem.settings[0, ANOMALY] = course.anomaly[0]
+        problem.settings[0, HOLDS_UNTIL_S] = course.until_s
         problem.table[WAITING] = 0
         self._lanes.motion[0], self._lanes.clock[0, FURTHEST] = -1, 0.0
         self.system = system

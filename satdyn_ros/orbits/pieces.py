@@ -270,6 +270,10 @@ class Pieces:
         """Return the times in a piece at which what is made of the functions is not smooth."""
         return self._kept(piece)[1]
 
+    def __deepcopy__(self, memo: object) -> 'Pieces':
+        """Return itself: what it gives never changes."""
+        return self
+
     def piece_at(self, t_s: float) -> Piece:
         """Return the piece that a time is in, to rounding; ValueError: there is none."""
         return self._piece(t_s, lambda end_s: t_s <= latest_at(end_s))

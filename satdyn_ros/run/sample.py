@@ -41,8 +41,9 @@ class Sample(State):
         samples: Callable[[], Samples],
     ):
         # A state does not change.
-        vars(self).update(vars(state))
-        vars(self).update(tick=tick, _scenario=scenario, _ticks=ticks, _make=samples)
+        own = vars(self)
+        own.update(vars(state), tick=tick)
+        own['_scenario'], own['_ticks'], own['_make'] = scenario, ticks, samples
 
     def __repr__(self) -> str:
         return f'<Sample: tick {self.tick} at {self.t_s:g} s>'

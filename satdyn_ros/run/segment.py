@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 
+import numpy as np
+
 from ..dynamics.motion import Halted, Motion, States
 from ..dynamics.system import State
 from ..integrate.propagation import Propagation
@@ -40,6 +42,10 @@ class Segment:
     def halt(self, tick: int, why: str) -> None:
         """Let the motion end before a tick, for a reason."""
         self._end_tick, self.why_no_further = tick, why
+
+    def knows(self, orbit_s: np.ndarray) -> bool:
+        """Whether all tables are known at times (N,) from tick 0."""
+        return all(table.known_rows(orbit_s)[0] == len(orbit_s) for table in self._tables)
 
     def reaches(self, tick: int) -> bool:
         """Whether the motion has a state at a tick, its first or the next."""

@@ -40,9 +40,7 @@ class Stepper:
         """Return whether it can go on with a run: nothing ends by itself, no turn is counted."""
         if run.halted or run.until or run.suite.counts_turns:
             return False
-        if run.conditions['motion.method'] != 'numeric' or run.system.environment is not None:
-            return False
-        return Relay.takes(run.segment.motion)
+        return run.conditions['motion.method'] == 'numeric' and Relay.takes(run.segment.motion)
 
     def __init__(self, run: RunState, tick: int, suite_before: Suite):
         """Begin at the last tick of a run; suite_before: its sensors before that tick."""
@@ -72,7 +70,8 @@ class Stepper:
             if begun is None:
                 return None
         tick = self.tick + 1
-        if not relay.reaches(ticks.seconds(tick - begun.tick)):
+        is_known = run.segment.knows(ticks.seconds_between(0, tick, tick + 1))
+        if not (is_known and relay.reaches(ticks.seconds(tick - begun.tick))):
             return None
         self.tick, self._begun, self._state = tick, begun, relay.state()
         self._suite_before = self._suite

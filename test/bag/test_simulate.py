@@ -203,9 +203,9 @@ def test_a_run_that_is_interrupted_while_its_bag_begins_leaves_a_complete_bag(
 ):
     """The interruption waits until the bag has its scenario."""
 
-    def interrupted(*arguments):
+    def interrupted(*arguments, **named):
         signal.raise_signal(signal.SIGTERM)
-        return Recording(*arguments)
+        return Recording(*arguments, **named)
 
     path = tmp_path / 'bag'
     monkeypatch.setattr(run_recorder, 'Recording', interrupted)

@@ -163,12 +163,8 @@ class _Body:
             self._assign(target, value)
 
     def _AugAssign(self, node):
-        now = (
-            ast.Subscript(node.target.value, node.target.slice, ast.Load())
-            if isinstance(node.target, ast.Subscript)
-            else ast.Name(node.target.id, ast.Load())
-        )
-        self._assign(node.target, self._BinOp(ast.BinOp(now, node.op, node.value)))
+        now, change = self._value(node.target), self._value(node.value)
+        self._assign(node.target, self._operation(node.op, now, change))
 
     def _assign(self, target, value):
         match target:
@@ -193,14 +189,11 @@ class _Body:
         self._go(self._end)
 
     def _If(self, node):
-        self._branch(node.test, lambda: self._do(node.body), lambda: self._do(node.orelse))
-
-    def _branch(self, test, then, otherwise):
-        then_block, else_block, end = (self.builder.append_basic_block() for _ in range(3))
-        self.builder.cbranch(self._truth(self._value(test)), then_block, else_block)
-        for block, write in ((then_block, then), (else_block, otherwise)):
+        then, otherwise, end = (self.builder.append_basic_block() for _ in range(3))
+        self.builder.cbranch(self._truth(self._value(node.test)), then, otherwise)
+        for block, statements in ((then, node.body), (otherwise, node.orelse)):
             self.builder.position_at_end(block)
-            write()
+            self._do(statements)
             self._go(end)
         self.builder.position_at_end(end)
 
@@ -312,7 +305,6 @@ class _Body:
         return self.builder.icmp_signed('!=', value.ir, _INTEGER(0))
 
     def _BoolOp(self, node):
-        *first, last = node.values
         result = self._room(self._constant(False))
         is_all = isinstance(node.op, ast.And)
 
@@ -327,7 +319,7 @@ class _Body:
                 self._go(end)
                 self.builder.position_at_end(end)
 
-        write([*first, last])
+        write(node.values)
         return self._load(result)
 
     def _Compare(self, node):

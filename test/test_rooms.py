@@ -29,6 +29,7 @@ ROOMS = [
     'sensors',
     'actuators',
     'exchange',
+    'guidance',
     'run',
     'messages',
     'rosbag2',

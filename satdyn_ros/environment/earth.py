@@ -135,6 +135,13 @@ def geodetic(r_t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return latitude, longitude, height_m
 
 
+def on_the_ground(latitude_rad: ArrayLike, longitude_rad: ArrayLike) -> np.ndarray:
+    """Return the place r_t (..., 3) [m] in ITRS of latitudes and longitudes (...) on WGS 84."""
+    with brought_by('environment', 'pyerfa'):
+        import erfa
+    return erfa.gd2gc(_WGS_84, longitude_rad, latitude_rad, 0.0)
+
+
 def turned(matrix: np.ndarray, v: ArrayLike) -> np.ndarray:
     """
     Return matrix v, (..., 3), for matrices (..., 3, 3) and vectors (..., 3).

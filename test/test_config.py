@@ -15,6 +15,7 @@ from satdyn_ros.run.parameter_file import ParameterFile, flattened
 CONFIG = Path(__file__).parent.parent / 'config'
 SCENARIOS = [path for path in sorted(CONFIG.glob('*.yaml')) if '/**:' in path.read_text()]
 FAST_S = {'dual_spin': 300.0, 'euler_poinsot': 300.0}
+LONG = ['cubesat_adcs', 'cubesat_leo', 'pyramid', 'sun_pointing']
 EXACT = ['agostinelli', 'balli_grioli', 'beletsky', 'euler_poinsot', 'paladini']
 
 every_exact = pytest.mark.parametrize('name', EXACT)
@@ -71,7 +72,7 @@ def test_first_line_says_what_one_sees(path):
     [
         pytest.param(
             path,
-            marks=[pytest.mark.long] * (path.stem in ('cubesat_leo', 'pyramid', 'sun_pointing')),
+            marks=[pytest.mark.long] * (path.stem in LONG),
             id=path.stem,
         )
         for path in SCENARIOS

@@ -40,7 +40,7 @@ SIDE_BY_SIDE := --numprocesses 4 --dist loadfile --no-loadscope-reorder
 PARTS := part-1 part-2 part-3 part-4 part-5
 LONG_TESTS_2 := test/cli test/exact test/exchange test/messages test/report test/sweep test/test_*.py
 LONG_TESTS_3 := test/ros
-LONG_TESTS_4 := test/actuators test/bag test/kernel test/rosbag2 test/watch
+LONG_TESTS_4 := test/actuators test/bag test/controllers test/kernel test/rosbag2 test/watch
 LONG_TESTS_5 := test/base test/dynamics test/environment test/guidance test/integrate test/orbits test/run test/sensors \
 	test/theory test/torques test/trace
 

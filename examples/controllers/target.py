@@ -1,0 +1,21 @@
+"""
+Point body z to a place on the ground, x near the velocity, with wheels.
+
+    satdyn simulate cubesat_adcs --duration 600 --controller target:Target -o bags/target
+By quaternion feedback (Wie, Weiss and Arapostathis 1989): quaternion_feedback.py.
+"""
+
+from quaternion_feedback import QuaternionFeedback
+
+from satdyn_ros import guidance
+
+
+class Target(QuaternionFeedback):
+    """
+    latitude, longitude: of the place [rad], or texts; see guidance.target.
+
+    By default Darmstadt, from where OPS-SAT was flown.
+    """
+
+    def __init__(self, latitude='49.871 deg', longitude='8.622 deg', **gains):
+        super().__init__(guidance.target(latitude, longitude), **gains)

@@ -1,7 +1,7 @@
 """
 Damp a tumble with magnetorquers, by what a magnetometer measures alone.
 
-    satdyn simulate cubesat_adcs --duration 6000 --controller b_dot:BDot -o bags/b_dot
+    satdyn simulate cubesat_adcs --duration 6000 --controller b_dot.py:BDot -o bags/b_dot
 The law m = -k dB/dt (Stickler and Alfriend, Elementary magnetic attitude control system, Journal
 of Spacecraft and Rockets 13, 1976), with differences of samples: the field seems to turn with
 -omega, so that the torque m x B takes work from what turns across B.

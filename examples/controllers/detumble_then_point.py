@@ -1,7 +1,9 @@
 """
 Damp a tumble with magnetorquers until wheels can take the rest, then point to nadir.
 
-    satdyn simulate cubesat_adcs --duration 6000 --controller detumble_then_point:DetumbleThenPoint
+    satdyn simulate cubesat_adcs --duration 6000 -o bags/detumbled \
+        --controller detumble_then_point.py:DetumbleThenPoint
+
 Both laws are those of their files: b_dot.py and nadir.py.
 """
 

@@ -1,7 +1,7 @@
 """
 Point to nadir with wheels, and take their momentum from them with magnetorquers.
 
-    satdyn simulate cubesat_adcs --duration 6000 --controller dumping:Dumping -o bags/dumping
+    satdyn simulate cubesat_adcs --duration 6000 --controller dumping.py:Dumping -o bags/dumping
 Against the momentum h of the wheels the torquers make the torque T = -k h as far as the field B
 allows, by the dipole m = B x T / |B|^2 (Camillo and Markley, Orbit-averaged behavior of magnetic
 control laws for momentum unloading, Journal of Guidance and Control 3, 1980).  The wheels give the

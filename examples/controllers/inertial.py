@@ -1,7 +1,7 @@
 """
 Turn to an attitude in inertial axes and hold it, with wheels.
 
-    satdyn simulate cubesat_adcs --duration 600 --controller inertial:Inertial -o bags/inertial
+    satdyn simulate cubesat_adcs --duration 600 --controller inertial.py:Inertial -o bags/inertial
 By quaternion feedback (Wie, Weiss and Arapostathis 1989): quaternion_feedback.py.
 """
 

@@ -1,7 +1,7 @@
 """
 Point body z to the Earth, x along the velocity, with wheels.
 
-    satdyn simulate cubesat_adcs --duration 600 --controller nadir:Nadir -o bags/nadir
+    satdyn simulate cubesat_adcs --duration 600 --controller nadir.py:Nadir -o bags/nadir
 By quaternion feedback (Wie, Weiss and Arapostathis 1989): quaternion_feedback.py.
 """
 

@@ -1,7 +1,7 @@
 """
 Point body z to the Sun, another body axis near the orbit normal, with wheels.
 
-    satdyn simulate cubesat_adcs --duration 600 --controller sun:Sun -o bags/sun
+    satdyn simulate cubesat_adcs --duration 600 --controller sun.py:Sun -o bags/sun
 By quaternion feedback (Wie, Weiss and Arapostathis 1989): quaternion_feedback.py.  The Sun is
 where the time says it is, also in the shadow: no sun sensor is asked.
 """

@@ -1,7 +1,7 @@
 """
 Point body z to a place on the ground, x near the velocity, with wheels.
 
-    satdyn simulate cubesat_adcs --duration 600 --controller target:Target -o bags/target
+    satdyn simulate cubesat_adcs --duration 600 --controller target.py:Target -o bags/target
 By quaternion feedback (Wie, Weiss and Arapostathis 1989): quaternion_feedback.py.
 """
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -15,6 +16,25 @@ class Measurement(np.ndarray):
     """What a sensor gives, (3,), (4,) or a number (), with the stamp_ns of its exposure."""
 
     stamp_ns: int
+
+    @classmethod
+    def of(cls, values: np.ndarray, stamp_ns: int) -> 'Measurement':
+        """Return the values of one exposure."""
+        found = np.asarray(values).view(cls)
+        found.stamp_ns = stamp_ns
+        return found
+
+    def __array_finalize__(self, other: Any) -> None:
+        """Give a copy the stamp of what it is a copy of."""
+        self.stamp_ns = getattr(other, 'stamp_ns', 0)
+
+    def __deepcopy__(self, memo: Any) -> 'Measurement':
+        """Return a copy."""
+        return self.copy()
+
+    def __reduce__(self) -> Any:
+        """Return how another process makes it again."""
+        return Measurement.of, (np.array(self), self.stamp_ns)
 
 
 class Sample(State):
@@ -68,8 +88,8 @@ class Sample(State):
         found = {}
         for name, measured in self._samples.measured.items():
             if len(measured):
-                found[name] = measured.values[0].view(Measurement)
-                found[name].stamp_ns = int(measured.stamps_ns[0])
+                stamp_ns = int(measured.stamps_ns[0])
+                found[name] = Measurement.of(measured.values[0], stamp_ns)
         return found
 
     @property

@@ -1,6 +1,7 @@
 """A loop closed inside a run: what a controller sees, when its commands act, how it ends."""
 
 import copy
+import pickle
 from collections.abc import Iterable
 from typing import Any
 
@@ -11,6 +12,7 @@ from satdyn_ros.actuators import Command
 from satdyn_ros.run.controlled import ControlledSimulation
 from satdyn_ros.run.controllers import ControllerFailed, Seen
 from satdyn_ros.run.events import Event, Request, Timeout
+from satdyn_ros.run.sample import Measurement
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 
@@ -140,6 +142,13 @@ def test_without_truth_a_sample_has_what_is_known_on_board():
         AttributeError, match='omega_bi_b is not known on board; a class that says'
     ):
         _ = last.omega_bi_b
+
+
+def test_a_measurement_keeps_its_stamp():
+    """In copies, and in another process."""
+    found = Measurement.of(np.array([1.0, 2.0]), 5)
+    for each in (found.copy(), copy.deepcopy(found), pickle.loads(pickle.dumps(found))):
+        assert (each.tolist(), each.stamp_ns) == ([1.0, 2.0], 5)
 
 
 def test_one_that_fails_ends_the_run_in_a_sentence():

@@ -78,6 +78,7 @@ satdyn check"""
         'launch files do in pushed namespaces',
     )
     _add_torque(added)
+    _add_controller(added)
     added.add_argument(
         '--ros-args', nargs='...', metavar='', help='the usual arguments of ROS 2 nodes'
     )

@@ -90,7 +90,8 @@ class Course:
 
     def set_constants(self) -> None:
         """Let the constants be those of the present motion in the pieces of now."""
-        self.constants = constants_of(self._system, self._start_s)
+        if self.drives is None:
+            self.constants = constants_of(self._system, self._start_s)
         if self._table_of is not None:
             self.constants = with_tables(self.constants, self._system, self._table_of)
 

@@ -87,7 +87,11 @@ class Propagation(Motion):
 
     def new_course(self) -> Course:
         """Return the course of the motion, at its start."""
-        return Course(self.system, self.state, self.start_s, self.tolerance, self._steps_allowed)
+        return self.course_of(self.system, self.state, self.start_s)
+
+    def course_of(self, system: System, state: State, start_s: float) -> Course:
+        """Return the course of another motion that is computed as this one."""
+        return Course(system, state, start_s, self.tolerance, self._steps_allowed)
 
     @property
     def _steps_allowed(self):

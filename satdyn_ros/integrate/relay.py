@@ -13,7 +13,6 @@ from .lanes import (
     ANOMALY,
     FURTHEST,
     HOLDS_UNTIL_S,
-    PIECE_ENDS,
     REACHED,
     UNFINISHED,
     WAITING,
@@ -36,12 +35,12 @@ class Relay:
 
     @staticmethod
     def takes(motion: Any) -> bool:
-        """Return whether it can begin with a motion: a propagation in which no drive switches."""
-        return type(motion) is Propagation and not motion.system.switching_rotors
+        """Return whether it can begin with a motion: a propagation."""
+        return type(motion) is Propagation
 
     def __init__(self, motion: Propagation):
         self.system = motion.system
-        self._course = motion.new_course()
+        self._motion, self._course = motion, motion.new_course()
         course, self._constants = self._course, self._course.constants
         self._works_anyway = constants_of(self.system.undriven).does_work
         self._places = numbered(self._constants)
@@ -65,7 +64,7 @@ class Relay:
         while not walk(
             problem.address, lanes.address, lanes.address, self._code.attempt, self._code.dense
         ):
-            if problem.outcome[0] == PIECE_ENDS:
+            if UNFINISHED < problem.outcome[0] < REACHED:
                 self._course.set_constants()
                 self._course.go_on(problem, lanes, 0, self._t_s)
         if problem.outcome[0] != REACHED:
@@ -87,7 +86,7 @@ class Relay:
         """
         course = self._course
         is_alike = (self._works_anyway or system.is_driven) == self._constants.does_work
-        if not (is_alike and course.goes_on_at(start_s)):
+        if not (is_alike and (course.drives or course.goes_on_at(start_s))):
             return False
         problem, y, turning = self._problem, self._y, self._turning
         x, y_, z = y[OMEGA : OMEGA + 3]
@@ -96,6 +95,20 @@ class Relay:
         for n, (s, (_, J, a, b, c)) in enumerate(zip(self._speeds, turning, strict=True)):
             begin[MOMENTUM + n] = J * (s + (x * a + y_ * b + z * c))
         begin[MOMENTUM + 2 * len(turning)] = 0.0
+        if course.drives:
+            # Where each is on its law is found anew.
+            self._course = self._motion.course_of(system, self.state(), start_s)
+            self._course.tell(problem, 0)
+        else:
+            self._write(system, start_s)
+        problem.table[WAITING] = 0
+        self._lanes.motion[0], self._lanes.clock[0, FURTHEST] = -1, 0.0
+        self.system = system
+        return True
+
+    def _write(self, system, start_s):
+        """Write what the present course takes over from its constants for another start."""
+        course, problem = self._course, self._problem
         own = {
             i: course.own_constants(torque)
             for i, torque in enumerate(system.torques)
@@ -105,10 +118,6 @@ class Relay:
         course.start_anew(system, start_s)
         problem.settings[0, ANOMALY] = course.anomaly[0]
         problem.settings[0, HOLDS_UNTIL_S] = course.until_s
-        problem.table[WAITING] = 0
-        self._lanes.motion[0], self._lanes.clock[0, FURTHEST] = -1, 0.0
-        self.system = system
-        return True
 
     def state(self) -> State:
         """Return the state where it stands."""

@@ -26,6 +26,11 @@ ORBITS: dict[str, dict[str, Any]] = {
     'circular': {},
     'kepler': {'orbit.type': 'kepler', 'orbit.eccentricity': 0.1},
     'fixed': {'orbit.type': 'fixed', 'initial.frame': 'inertial'},
+    'limited': {
+        f'rotor.{name}.{key}': value
+        for name in AXES
+        for key, value in {'max_speed': 10.5, 'speed_gain': 2.0, 'coulomb_friction': 1e-6}.items()
+    },
     # Of which tables are known for some minutes each, as long as a few ticks.
     'tabled': {
         'orbit.type': 'tle',
@@ -48,6 +53,9 @@ commands = st.fixed_dictionaries(
         'torque_b': st.tuples(torques, torques, torques),
     },
 )
+speeds = st.fixed_dictionaries(
+    {'rotor_speed': st.dictionaries(st.sampled_from([*AXES]), st.floats(-12.0, 12.0), min_size=1)}
+)
 dipoles = st.fixed_dictionaries({'dipole_b': st.tuples(*3 * [st.floats(-0.3, 0.3)])})
 
 
@@ -64,7 +72,8 @@ class AnewEachTime(Simulation):
 def test_steps_have_the_bits_of_motions_that_begin_anew(orbit, data):
     """States, measurements and snapshots, and what goes on from a copy and from a snapshot."""
     scenario = SCENARIO.with_values(ORBITS[orbit])
-    some = dipoles | commands if orbit == 'tabled' else commands
+    more = {'tabled': dipoles, 'limited': speeds}.get(orbit, commands)
+    some = more | commands
     given_ = data.draw(st.lists(some, min_size=3, max_size=25))
     mine, other = Simulation(scenario), AnewEachTime(scenario)
     asked = data.draw(st.integers(0, len(given_) - 1))

@@ -202,7 +202,8 @@ def test_one_that_fails_ends_alone(tmp_path):
     beside = Participant('/b')
     try:
         heard = beside.listen('attitude', raw=True)
-        beside.hear(heard, 1)
+        # Ticks enough that the other has come to the one at which it breaks.
+        beside.hear(heard, 30)
 
         def names():
             return beside.node.get_node_names_and_namespaces()

@@ -123,6 +123,7 @@ setup(
         'console_scripts': [
             'satdyn = satdyn_ros.cli.main:main',
             'satdyn_node = satdyn_ros.ros.start:main',
+            'satdyn_lifecycle_node = satdyn_ros.ros.lifecycle_node:main',
         ],
     },
 )

@@ -69,10 +69,10 @@ class SatdynNode(rclpy.node.Node):
     A satellite: it propagates, publishes at a fixed rate, answers requests and records.
 
     values: parameters by name, which those that ROS gives it (files, command line,
-    parameter_overrides) override; or a file that has them.  folder: where in record.directory its
-    bags go.  ros_files: those of ROS, whose frames for several nodes get the namespace before them
-    as the file's do.  section: the satellite of the file, if not the one of the node's full name.
-    controller: what makes one, which closes the loop.
+    parameter_overrides) override; or a file that has them, or what reads it.  folder: where in
+    record.directory its bags go.  ros_files: those of ROS, whose frames for several nodes get the
+    namespace before them as the file's do.  section: the satellite of the file, if not the one of
+    the node's full name.  controller: what makes one, which closes the loop.
     The ticks begin at once, in a thread, or with begin(); spin the node for its services.
     destroy_node() ends the ticks and completes the bag.  ValueError: a parameter is not allowed.
     OSError: no bag can be made.
@@ -82,7 +82,7 @@ class SatdynNode(rclpy.node.Node):
 
     def __init__(
         self,
-        values: Mapping[str, Any] | ParameterFile | None = None,
+        values: Mapping[str, Any] | ParameterFile | Callable[[], ParameterFile] | None = None,
         torques: Iterable[type[BodyTorque]] = (),
         folder: str = '',
         begins: bool = True,
@@ -97,28 +97,38 @@ class SatdynNode(rclpy.node.Node):
         self.failure: str | None = None
         # Whether the ticks have ended by an error; nothing is left to spin for.
         self.has_ended = False
+        self._read = lambda: Scenario(self._given(values or {}, ros_files, section), torques)
         self._folder, self._controller = folder, controller
-        self._own_services: Services | None = None
-        self._pacing: Pacing | None = None
-        self._recorder: Recorder | None = None
         self._opening = Lock()
-        self._is_ending = False
-        # The row of samples that was published last.
-        self._latest: tuple[Samples, int] | None = None
-        # Changes of the published topics, asked for and in force.
-        self._topics_asked = self._topics_in_force = 0
+        self._forget()
         try:
-            self._prepare(Scenario(self._given(values or {}, ros_files, section), torques))
-            if begins:
-                self.begin()
+            self._start(begins)
         except BaseException:
             with uninterrupted():
                 self.destroy_node()
             raise
 
+    def _forget(self):
+        """Know nothing of ticks, which have not begun or have ended."""
+        self._own_parameters: NodeParameters | None = None
+        self._own_services: Services | None = None
+        self._pacing: Pacing | None = None
+        self._recorder: Recorder | None = None
+        # The row of samples that was published last.
+        self._latest: tuple[Samples, int] | None = None
+        # Changes of the published topics, asked for and in force.
+        self._topics_asked = self._topics_in_force = 0
+
+    def _start(self, begins):
+        self._prepare(self._read())
+        if begins:
+            self.begin()
+
     def _given(self, values, ros_files, section):
         """Return the parameters of the scenario, with the frames of a node in its namespace."""
         full_name = self.get_fully_qualified_name()
+        if callable(values):
+            values = values()
         if isinstance(values, ParameterFile):
             name = section or full_name
             own, values = values.own(name), values.parameters(name)
@@ -157,8 +167,10 @@ class SatdynNode(rclpy.node.Node):
         """
         moment = moment or Moment.soon()
         scenario = self._scenario.with_epoch(moment.wall_ns)
+        self._is_ending = False
         self._publishing.latch(scenario)
         parameters = NodeParameters(self, scenario, self._prepare_change, self._change)
+        self._own_parameters = parameters
         ParameterService(self, parameters.lock)
         controller = None if self._controller is None else self._controller()
         self._simulation = ControlledSimulation(scenario, controller=controller)
@@ -225,6 +237,16 @@ class SatdynNode(rclpy.node.Node):
 
     def destroy_node(self) -> None:
         """End the ticks, complete the bag, leave the graph, and log how late the ticks were."""
+        self._end()
+        name = self.get_logger().name
+        super().destroy_node()
+        if len(self.lateness):
+            # A logger of its own: what is logged under the node's name goes to /rosout as well,
+            # whose publisher has lost its context, yet lives as long as any handle is in use.
+            rclpy.logging.get_logger(f'{name}.pacing').info(str(self.lateness))
+
+    def _end(self):
+        """End the ticks and complete the bag."""
         if self._own_services is not None:
             self._own_services.close()
         if self._pacing is not None:
@@ -234,12 +256,6 @@ class SatdynNode(rclpy.node.Node):
             recorder, self._recorder = self._recorder, None
         if recorder is not None:
             recorder.close()
-        name = self.get_logger().name
-        super().destroy_node()
-        if len(self.lateness):
-            # A logger of its own: what is logged under the node's name goes to /rosout as well,
-            # whose publisher has lost its context, yet lives as long as any handle is in use.
-            rclpy.logging.get_logger(f'{name}.pacing').info(str(self.lateness))
 
     # -- what the ticks hold, from the pacing thread --------------------------------------------
 

@@ -108,6 +108,16 @@ class NodeParameters:
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._act)
 
+    def withdraw(self) -> None:
+        """Let the node have these parameters no more."""
+        self._node.remove_pre_set_parameters_callback(self._converted)
+        self._node.remove_on_set_parameters_callback(self._check)
+        self._node.remove_post_set_parameters_callback(self._act)
+        for name in self.scenario.keys:
+            # One that is read-only cannot be undeclared.
+            self._node.describe_parameter(name).read_only = False
+            self._node.undeclare_parameter(name)
+
     def put_in_force(self, values: Mapping[str, Any]) -> None:
         """Show initial conditions that were accepted as the parameters' values."""
         with self.lock:

@@ -48,6 +48,8 @@ class Services:
         self._conditions = parameters.scenario
         # The last tick when the motion was last restarted, and the conditions that it had then.
         self.restarted: tuple[int, Scenario] | None = None
+        # Why no tick may pass, '': ticks may.
+        self.held = ''
         self._ticks = Ticks(self._conditions.rate, self._conditions.epoch_ns)
         self._log = node.get_logger()
         self._asked: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
@@ -151,6 +153,8 @@ class Services:
         """Let no tick pass, or let them pass again; return why not, '': it is so."""
         if paused:
             self._pacing.pause()
+        elif self.held:
+            return self.held
         elif self._pacing.halted:
             return self._halted
         else:
@@ -171,6 +175,8 @@ class Services:
             now = f'now after tick {self._pacing.tick}'
             answer('' if passed == count else f'{passed} of {count} ticks passed, {now}')
 
+        if self.held:
+            return answer(self.held)
         if self._pacing.step(count, ended):
             return
         if self._pacing.halted:

@@ -48,13 +48,16 @@ RCLError = rclpy_implementation.RCLError
 UnknownROSArgsError = rclpy_implementation.UnknownROSArgsError
 
 
-def main(argv: Sequence[str] | None = None) -> int:
+def main(
+    argv: Sequence[str] | None = None, kind: type[SatdynNode] = SatdynNode, begins: bool = True
+) -> int:
     """
     Run the nodes and return the exit code: 0 ended as told, 1 one failed, 2 the input is wrong.
 
     argv: [--params-file FILE ...] [--satellite NAME ...] [--section NAME]
     [--torque MODULE:CLASS ...] [--controller MODULE:CLASS] [--controller-parameter NAME=VALUE ...]
-    [--ros-args ...]; without it that of the process.
+    [--ros-args ...]; without it that of the process.  kind: the class of the nodes.  begins: the
+    ticks begin at once; else the nodes read their files when they are told to begin.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     at = arguments.index('--ros-args') if '--ros-args' in arguments else len(arguments)
@@ -101,7 +104,19 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 0
     sys.setswitchinterval(_SWITCH_INTERVAL_S)
     try:
-        return _run(names, file, section, torques, _ros_files(arguments[at:]), controller)
+        # Nodes that begin later read their files then, as they will be.
+        values = file if begins else partial(ParameterFile.read, own.params_file)
+        make = partial(
+            kind,
+            values if file.origin else None,
+            torques,
+            begins=False,
+            ros_files=_ros_files(arguments[at:]),
+            section=section,
+            controller=controller,
+        )
+        # Other satellites than that of a section are for the nodes beside this one.
+        return _run(names, make, begins, None if section else file)
     except (ValueError, OSError, NameValidationException) as error:
         return _refuse(error)
     except KeyboardInterrupt:
@@ -132,7 +147,7 @@ def _ros_files(arguments):
     )
 
 
-def _run(names, file, section, torques, ros_files, controller):
+def _run(names, make, begins, file):
     # Nothing may tear what a running or ending node does, such as completing its bag: the handlers
     # of rclpy, which call these, let a spinning executor end.
     told: list[int] = []
@@ -145,7 +160,7 @@ def _run(names, file, section, torques, ros_files, controller):
         # Garbage is collected between ticks.
         gc.disable()
         try:
-            _build(nodes, names, file, section, torques, ros_files, controller)
+            _build(nodes, names, make, begins, file)
         except BaseException:
             with uninterrupted():
                 for node in nodes:
@@ -159,29 +174,18 @@ def _run(names, file, section, torques, ros_files, controller):
     return 0 if all(node.failure is None for node in nodes) else 1
 
 
-def _build(nodes, names, file, section, torques, ros_files, controller):
+def _build(nodes, names, make, begins, file):
     """Add the nodes of satellites, and let them begin, all with one tick 0, once all are there."""
-    folders = [folder_of(name) if names[1:] else '' for name in names]
-    values = file if file.origin else None
-    for full_name, folder in zip(names, folders, strict=True):
+    for full_name in names:
         namespace, _, name = full_name.rpartition('/')
+        folder = folder_of(full_name) if names[1:] else ''
         with _told_of(full_name, names):
-            nodes.append(
-                SatdynNode(
-                    values,
-                    torques,
-                    folder,
-                    begins=False,
-                    ros_files=ros_files,
-                    section=section,
-                    controller=controller,
-                    node_name=name,
-                    namespace=namespace,
-                )
-            )
-    if not section:  # else others are for the nodes beside this one
-        for sentence in file.unused(*(node.get_fully_qualified_name() for node in nodes)):
-            logging.getLogger('satdyn_ros').warning(sentence)
+            nodes.append(make(folder=folder, node_name=name, namespace=namespace))
+    own_names = [node.get_fully_qualified_name() for node in nodes]
+    for sentence in file.unused(*own_names) if file else ():
+        logging.getLogger('satdyn_ros').warning(sentence)
+    if not begins:
+        return
     moment = Moment.soon(len(nodes))
     for full_name, node in zip(names, nodes, strict=True):
         with _told_of(full_name, names):

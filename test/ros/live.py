@@ -43,22 +43,29 @@ class LiveNode:
     The node as a process, in a namespace of its own.
 
     values: parameters by dotted name, written to a file.  ros_args: what follows --ros-args;
-    options: what comes before it.
+    options: what comes before it.  module: of which the command is.
     file_limit_bytes: no file of the process may be larger.
     """
 
     def __init__(
-        self, directory, values, ros_args=(), namespace=None, file_limit_bytes=None, options=()
+        self,
+        directory,
+        values,
+        ros_args=(),
+        namespace=None,
+        file_limit_bytes=None,
+        options=(),
+        module='start',
     ):
         self.namespace = namespace or f'/test{os.getpid()}_{next(_numbers)}'
         self.values = {'time.epoch_ns': EPOCH_NS} | values
-        file = directory / f'{self.namespace.strip("/")}.yaml'
+        self._file = directory / f'{self.namespace.strip("/")}.yaml'
         self.name = f'{self.namespace}/satdyn'
-        file.write_text(yaml.safe_dump({self.name: {'ros__parameters': self.values}}))
+        self.write(self.values)
         self.process = start(
             [
                 '--params-file',
-                str(file),
+                str(self._file),
                 *options,
                 '--ros-args',
                 '-r',
@@ -67,7 +74,12 @@ class LiveNode:
             ],
             directory,
             file_limit_bytes,
+            module,
         )
+
+    def write(self, values):
+        """Let these be the values in the file."""
+        self._file.write_text(yaml.safe_dump({self.name: {'ros__parameters': values}}))
 
     @property
     def scenario(self):
@@ -87,8 +99,8 @@ class LiveNode:
         return self.process.returncode, errors
 
 
-def start(arguments, directory, file_limit_bytes=None):
-    """Start the command `satdyn_node`."""
+def start(arguments, directory, file_limit_bytes=None, module='start'):
+    """Start the command `satdyn_node`, or that of another module."""
 
     def limit():
         # Without its signal, a write beyond the limit fails as on a full disk.
@@ -96,7 +108,7 @@ def start(arguments, directory, file_limit_bytes=None):
         resource.setrlimit(resource.RLIMIT_FSIZE, (file_limit_bytes, file_limit_bytes))
 
     return subprocess.Popen(
-        [sys.executable, '-m', 'satdyn_ros.ros.start', *arguments],
+        [sys.executable, '-m', f'satdyn_ros.ros.{module}', *arguments],
         cwd=directory,
         env=ENVIRONMENT,
         stderr=subprocess.PIPE,

@@ -44,14 +44,14 @@ class ManagedSatdynNode(SatdynNode, LifecycleNodeMixin):
                 return response
 
         self._service_change_state.callback = answer
-        self._entities_before = self._entities()
+        self._entities_before = self._all_entities()
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Read the scenario and build what it describes."""
 
         def build():
             scenario = self._read()
-            self._entities_before = self._entities()
+            self._entities_before = self._all_entities()
             self._prepare(scenario)
 
         return self._tried(build)
@@ -77,11 +77,12 @@ class ManagedSatdynNode(SatdynNode, LifecycleNodeMixin):
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Complete the bag, and take back what was built."""
         self._end()
-        before, now = self._entities_before, self._entities()
         for kind in _KINDS:
-            destroy = getattr(self, f'destroy_{kind}')
-            for entity in now[kind] - before[kind]:
-                destroy(entity)
+            for entity in self._entities(kind) - self._entities_before[kind]:
+                getattr(self, f'destroy_{kind}')(entity)
+        # Those of publishers and subscriptions have gone with them.
+        for action in self._entities('waitable') - self._entities_before['waitable']:
+            action.destroy()
         if self._own_parameters is not None:
             self._own_parameters.withdraw()
         self._forget()
@@ -91,8 +92,11 @@ class ManagedSatdynNode(SatdynNode, LifecycleNodeMixin):
 
     on_shutdown = on_error = on_cleanup
 
-    def _entities(self) -> dict[str, set[Any]]:
-        return {kind: set(getattr(self, f'{kind}s')) for kind in _KINDS}
+    def _entities(self, kind: str) -> set[Any]:
+        return set(getattr(self, f'{kind}s'))
+
+    def _all_entities(self) -> dict[str, set[Any]]:
+        return {kind: self._entities(kind) for kind in (*_KINDS, 'waitable')}
 
     def _tried(self, act: Callable[[], None]) -> TransitionCallbackReturn:
         """Return how an act went; rclpy itself would not tell of an exception."""

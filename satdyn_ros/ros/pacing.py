@@ -86,6 +86,7 @@ class Pacing:
         self._steps = 0
         self._step_begin = 0
         self._step_ended: Callable[[int], None] | None = None
+        self._step_passed: Callable[[int], None] | None = None
         self._inbox: list[tuple[str | None, Callable[[int], Event]]] = []
         self._largest_block = 1
         self._block_length = 1
@@ -189,17 +190,23 @@ class Pacing:
             self._paused = False
             self._alert()
 
-    def step(self, count: int, ended: Callable[[int], None]) -> bool:
+    def step(
+        self,
+        count: int,
+        ended: Callable[[int], None],
+        passed: Callable[[int], None] | None = None,
+    ) -> bool:
         """
         Let `count` ticks pass while paused; False: not paused, halted, or a step is in progress.
 
-        ended(passed): called once, by any thread and while no tick passes, when that many of the
-        ticks have passed and no more will.
+        ended(number): called once, by any thread and while no tick passes, when that many of the
+        ticks have passed and no more will.  passed(number): called after each, before the next.
         """
         with self._changed:
             if not self._paused or self._steps or self._halted or self._stopping:
                 return False
-            self._steps, self._step_begin, self._step_ended = count, self._tick, ended
+            self._steps, self._step_begin = count, self._tick
+            self._step_ended, self._step_passed = ended, passed
             self._changed.notify_all()
             return True
 
@@ -315,6 +322,8 @@ class Pacing:
                     self._count(lag_ns)
                 if stepping:
                     self._steps -= 1
+                    if self._step_passed is not None:
+                        self._step_passed(self._tick - self._step_begin)
                     if self._steps == 0:
                         self._end_step()
             if self._begin_anew:

@@ -168,16 +168,18 @@ class Services:
 
         self.step(self._parameters.scenario['step.ticks'], answer)
 
-    def step(self, count: int, answer: Answered) -> None:
-        """Ask for `count` ticks while paused."""
+    def step(
+        self, count: int, answer: Answered, passed: Callable[[int], None] | None = None
+    ) -> None:
+        """Ask for `count` ticks while paused; passed(number): called after each."""
 
-        def ended(passed):
+        def ended(number):
             now = f'now after tick {self._pacing.tick}'
-            answer('' if passed == count else f'{passed} of {count} ticks passed, {now}')
+            answer('' if number == count else f'{number} of {count} ticks passed, {now}')
 
         if self.held:
             return answer(self.held)
-        if self._pacing.step(count, ended):
+        if self._pacing.step(count, ended, passed):
             return
         if self._pacing.halted:
             reason = self._halted

@@ -1,13 +1,18 @@
-"""The services of simulation_interfaces (REP 410), where that package is installed."""
+"""The services and the action of simulation_interfaces (REP 410), where that is installed."""
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 from builtin_interfaces.msg import Time
+from rclpy.action import ActionServer, CancelResponse
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
+from simulation_interfaces.action import SimulateSteps
 from simulation_interfaces.msg import (
     Bounds,
     Result,
@@ -53,7 +58,9 @@ _FEATURES = (
     'SIMULATION_STATE_PAUSE',
     'STEP_SIMULATION_SINGLE',
     'STEP_SIMULATION_MULTIPLE',
+    'STEP_SIMULATION_ACTION',
 )
+_NO_STEPS = 'steps is 0; it must be an integer at least 1'
 
 
 class StandardServices:
@@ -71,7 +78,7 @@ class StandardServices:
         scenario: Scenario,
         latest: Callable[[], tuple[Samples, int] | None],
     ):
-        self._name = node.get_name()
+        self._node, self._name = node, node.get_name()
         self._services, self._pacing = services, pacing
         self._latest = latest
         self._inertial = scenario.frames.inertial
@@ -88,6 +95,16 @@ class StandardServices:
         create_deferred(node, StepSimulation, '~/step_simulation', self._step)
         create_deferred(node, ResetSimulation, '~/reset_simulation', self._reset)
         create_deferred(node, SetEntityState, '~/set_entity_state', self._set_entity_state)
+        ActionServer(
+            node,
+            SimulateSteps,
+            '~/simulate_steps',
+            lambda goal: SimulateSteps.Result(),
+            # A goal that cannot be read would lock another one for good.
+            callback_group=ReentrantCallbackGroup(),
+            handle_accepted_callback=self._simulate_steps,
+            cancel_callback=self._cancel_steps,
+        )
 
     def _features(self, request, response):
         response.features.features = [getattr(SimulatorFeatures, name) for name in _FEATURES]
@@ -120,11 +137,35 @@ class StandardServices:
 
     def _step(self, request, reply):
         if request.steps == 0:
-            sentence = 'steps is 0; it must be an integer at least 1'
             return reply(
-                StepSimulation.Response(result=_result(Result.RESULT_OPERATION_FAILED, sentence))
+                StepSimulation.Response(result=_result(Result.RESULT_OPERATION_FAILED, _NO_STEPS))
             )
         self._services.step(request.steps, _answering(StepSimulation, reply))
+
+    def _simulate_steps(self, goal):
+        steps = goal.request.steps
+
+        def answer(refusal):
+            # Who asked, or this node, may have gone.
+            with suppress(rclpy_implementation.RCLError, rclpy_implementation.InvalidHandle):
+                if self._node.executor is not None:
+                    goal.execute(lambda goal: _concluded(goal, refusal))
+
+        def passed(number):
+            feedback = SimulateSteps.Feedback(
+                completed_steps=number, remaining_steps=steps - number
+            )
+            with suppress(rclpy_implementation.RCLError, rclpy_implementation.InvalidHandle):
+                goal.publish_feedback(feedback)
+
+        if steps == 0:
+            return answer(_NO_STEPS)
+        self._services.step(steps, answer, passed)
+
+    def _cancel_steps(self, goal):
+        # The steps of a goal that is not over are those in progress; a pause ends them.
+        self._pacing.pause()
+        return CancelResponse.ACCEPT
 
     def _reset(self, request, reply):
         if refusal := why_not_reset(request.scope):
@@ -243,6 +284,18 @@ class StandardServices:
 
 def _result(code, sentence):
     return Result(result=code, error_message=sentence)
+
+
+def _concluded(goal, refusal):
+    """End a goal, refusal: why not all its ticks passed, '': they did; return its result."""
+    if goal.is_cancel_requested:
+        goal.canceled()
+    elif refusal:
+        goal.abort()
+    else:
+        goal.succeed()
+    code = Result.RESULT_OPERATION_FAILED if refusal else Result.RESULT_OK
+    return SimulateSteps.Result(result=_result(code, refusal))
 
 
 def _requested(request, entity) -> Mapping[str, Any]:

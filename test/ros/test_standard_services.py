@@ -2,12 +2,15 @@
 
 import numpy as np
 import pytest
+from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import Vector3
+from rclpy.action import ActionClient
 from ros.live import stamp_ns
 from scipy.spatial.transform import Rotation
 
 msg = pytest.importorskip('simulation_interfaces.msg')
 srv = pytest.importorskip('simulation_interfaces.srv')
+action = pytest.importorskip('simulation_interfaces.action')
 
 RESULT = msg.Result
 STATE = msg.SimulationState
@@ -21,8 +24,9 @@ def call(participant, kind, name, **fields):
 def test_features_are_those_that_answer(live):
     """State of the simulation and of the one entity, steps, and a reset of the state alone."""
     _, participant = live()
+    participant.hear(participant.listen('attitude'), 1)
     features = call(participant, srv.GetSimulatorFeatures, 'get_simulator_features').features
-    assert sorted(features.features) == [10, 11, 20, 22, 24, 25, 26, 31, 32]
+    assert sorted(features.features) == [10, 11, 20, 22, 24, 25, 26, 31, 32, 33]
     filters = msg.EntityFilters(filter='sat')
     found = call(participant, srv.GetEntities, 'get_entities', filters=filters)
     assert (found.result.result, list(found.entities)) == (RESULT.RESULT_OK, ['satdyn'])
@@ -161,6 +165,58 @@ def test_a_pause_ends_a_step(live):
     participant.wait_until(future.done)
     assert future.result().result.result == RESULT.RESULT_OPERATION_FAILED
     assert 'of 1000000000 ticks passed' in future.result().result.error_message
+
+
+def test_the_action_tells_of_each_step_and_can_be_cancelled(live):
+    """A goal while playing, or of no step, is aborted with a sentence."""
+    _, participant = live({'publish.rate': 50.0})
+    heard = participant.listen('attitude')
+    participant.hear(heard, 1)
+    client = ActionClient(participant.node, action.SimulateSteps, 'satdyn/simulate_steps')
+    participant.wait_until(client.server_is_ready)
+
+    def begin(steps):
+        feedback = []
+        goal = action.SimulateSteps.Goal(steps=steps)
+        sent = client.send_goal_async(goal, lambda message: feedback.append(message.feedback))
+        participant.wait_until(sent.done)
+        assert sent.result().accepted
+        return sent.result(), feedback
+
+    def end(goal):
+        result = goal.get_result_async()
+        participant.wait_until(result.done)
+        answer = result.result()
+        return answer.status, answer.result.result.result, answer.result.result.error_message
+
+    failed = GoalStatus.STATUS_ABORTED, RESULT.RESULT_OPERATION_FAILED
+    *codes, sentence = end(begin(3)[0])
+    assert tuple(codes) == failed
+    assert 'not paused' in sentence
+    assert participant.switch('pause', True)[0]
+    *codes, sentence = end(begin(0)[0])
+    assert tuple(codes) == failed
+    assert 'steps is 0' in sentence
+
+    participant.spin(0.2)
+    last_ns = stamp_ns(heard[-1])
+    goal, feedback = begin(7)
+    assert end(goal) == (GoalStatus.STATUS_SUCCEEDED, RESULT.RESULT_OK, '')
+    participant.wait_until(lambda: len(feedback) == 7)
+    told = [(message.completed_steps, message.remaining_steps) for message in feedback]
+    assert told == [(n, 7 - n) for n in range(1, 8)]
+    participant.wait_until(lambda: stamp_ns(heard[-1]) == last_ns + 7 * 20_000_000)
+
+    goal, feedback = begin(10**9)
+    participant.wait_until(lambda: feedback)
+    cancelled = goal.cancel_goal_async()
+    participant.wait_until(cancelled.done)
+    assert cancelled.result().goals_canceling
+    status, _, sentence = end(goal)
+    assert status == GoalStatus.STATUS_CANCELED
+    assert 'of 1000000000 ticks passed' in sentence
+    assert participant.trigger('step')[0]
+    client.destroy()
 
 
 def xyz(vector):

@@ -33,6 +33,8 @@ from .node import Moment, SatdynNode
 
 # The pacing thread waits at most this long for another thread of Python.
 _SWITCH_INTERVAL_S = 0.0005
+# A signal may wake an executor just before it ends ROS, and never again.
+_LOOK_S = 0.5
 # Options of --ros-args whose files ROS reads, by itself and for as long as they go on.
 _FILE_OPTIONS = '--params-file', '--log-config-file'
 # An argument of --ros-args that gives the node a name or a namespace, or a rule that may.
@@ -208,7 +210,7 @@ def _spin(node):
     try:
         executor = Executor(node)
         while not node.has_ended and node.context.ok():
-            executor.spin_once()
+            executor.spin_once(_LOOK_S)
     except ExternalShutdownException:
         pass
     except (RCLError, NotInitializedException):

@@ -12,6 +12,7 @@ from ..messages import qos, schemas
 from ..messages.incoming import pack_command
 from ..messages.packers import pack_tf_static
 from ..messages.sparse import Rows, SparseMessages
+from ..rosbag2.chunk import Contents
 from ..rosbag2.metadata import TopicMetadata
 from ..rosbag2.reader import Bag
 from ..rosbag2.tick_table import TickTable
@@ -20,6 +21,11 @@ from ..run.events import Event, RotorLimited, Topics
 from ..run.scenario import Scenario
 from ..run.ticks import Ticks
 from . import run_metadata
+
+
+def load_code() -> None:
+    """Load the code that a recording needs, which the first time is made."""
+    Contents(np.empty(0, np.uint8))
 
 
 class Recording:

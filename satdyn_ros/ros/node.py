@@ -368,12 +368,14 @@ class SatdynNode(rclpy.node.Node):
 
 
 def _recorder_class():
-    """Return Recorder, imported when a node records: what it compiles takes seconds."""
+    """Return Recorder, imported and its code loaded when a node records, which takes time."""
     try:
+        from ..bag.write_run import load_code
         from .recorder import Recorder
     except ModuleNotFoundError as error:
         package = (error.name or '').split('.')[0]
         raise ValueError(f'recording needs {package}: pip install {package}') from error
+    load_code()
     return Recorder
 
 

@@ -44,6 +44,7 @@ class LiveNode:
 
     values: parameters by dotted name, written to a file.  ros_args: what follows --ros-args;
     options: what comes before it.  module: of which the command is.
+    environment: variables beside those of this process.
     file_limit_bytes: no file of the process may be larger.
     """
 
@@ -56,6 +57,7 @@ class LiveNode:
         file_limit_bytes=None,
         options=(),
         module='start',
+        environment=None,
     ):
         self.namespace = namespace or f'/test{os.getpid()}_{next(_numbers)}'
         self.values = {'time.epoch_ns': EPOCH_NS} | values
@@ -75,6 +77,7 @@ class LiveNode:
             directory,
             file_limit_bytes,
             module,
+            environment,
         )
 
     def write(self, values):
@@ -99,7 +102,7 @@ class LiveNode:
         return self.process.returncode, errors
 
 
-def start(arguments, directory, file_limit_bytes=None, module='start'):
+def start(arguments, directory, file_limit_bytes=None, module='start', environment=None):
     """Start the command `satdyn_node`, or that of another module."""
 
     def limit():
@@ -110,7 +113,7 @@ def start(arguments, directory, file_limit_bytes=None, module='start'):
     return subprocess.Popen(
         [sys.executable, '-m', f'satdyn_ros.ros.{module}', *arguments],
         cwd=directory,
-        env=ENVIRONMENT,
+        env=ENVIRONMENT | (environment or {}),
         stderr=subprocess.PIPE,
         text=True,
         preexec_fn=limit if file_limit_bytes else None,

@@ -168,8 +168,8 @@ def test_a_pause_ends_a_step(live):
 
 
 def test_the_action_tells_of_each_step_and_can_be_cancelled(live):
-    """A goal while playing, or of no step, is aborted with a sentence."""
-    _, participant = live({'publish.rate': 50.0})
+    """A goal while playing, or of no step, is aborted with a sentence; a node ends during one."""
+    node, participant = live({'publish.rate': 50.0})
     heard = participant.listen('attitude')
     participant.hear(heard, 1)
     client = ActionClient(participant.node, action.SimulateSteps, 'satdyn/simulate_steps')
@@ -216,6 +216,11 @@ def test_the_action_tells_of_each_step_and_can_be_cancelled(live):
     assert status == GoalStatus.STATUS_CANCELED
     assert 'of 1000000000 ticks passed' in sentence
     assert participant.trigger('step')[0]
+
+    _, feedback = begin(10**9)
+    participant.wait_until(lambda: feedback)
+    code, errors = node.end()
+    assert (code, 'Traceback' in errors) == (0, False), errors
     client.destroy()
 
 

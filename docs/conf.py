@@ -43,7 +43,7 @@ autodoc_mock_imports = ['simulation_interfaces']
 
 nitpicky = True
 # Types of other libraries, and type variables, which have no page.
-nitpick_ignore_regex = [('py:.*', r'(?!satdyn_ros).*'), ('py:.*', r'.*\._(Messages|Name)')]
+nitpick_ignore_regex = [('py:.*', r'(?!satdyn_ros).*'), ('py:.*', r'.*\._(Messages|Name|Same)')]
 
 
 def _as_written(app, what, name, obj, options, lines):

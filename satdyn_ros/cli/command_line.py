@@ -198,7 +198,8 @@ def _add_simulate(command):
         "satdyn simulate config/default.yaml --duration '1 d' --rate 10 -o day\n"
         'satdyn simulate config/default.yaml --duration 60 --events events.yaml -o pushed\n'
         'satdyn simulate config/default.yaml --duration 60 --from orbit --at 3000 -o onward\n'
-        'satdyn simulate cubesat --duration 600 --controller mine.py:Damper -o damped\n'
+        'satdyn simulate cubesat_adcs --duration 60 '
+        '--controller examples/controllers/nadir.py:Nadir -o pointed\n'
         'satdyn simulate constellation --satellite /sat4 --satellite /sat5 --duration 60 -o pair',
     )
     added.add_argument('file', metavar='FILE', help=_SCENARIO)

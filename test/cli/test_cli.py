@@ -369,8 +369,8 @@ def test_verify_says_no(tmp_path, capsys):
 
 @pytest.mark.long
 def test_compiling_is_told(tmp_path):
-    """The first use says why it takes seconds, the second prints nothing."""
-    command = [sys.executable, '-m', 'satdyn_ros.cli.main', 'simulate', 'config/default.yaml']
+    """The first use of a closed form says why it takes seconds, the second prints nothing."""
+    command = [sys.executable, '-m', 'satdyn_ros.cli.main', 'simulate', 'config/balli_grioli.yaml']
     environment = os.environ | {'NUMBA_CACHE_DIR': str(tmp_path / 'cache')}
     said = [
         subprocess.run(

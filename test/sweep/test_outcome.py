@@ -7,6 +7,7 @@ import pytest
 
 from satdyn_ros.dynamics.motion import Halted
 from satdyn_ros.run.checks import BELONGS
+from satdyn_ros.run.in_place import OF_ATTITUDE
 from satdyn_ros.run.rotors import OF_THE_ONE, belongs
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.sweep import outcome
@@ -210,7 +211,8 @@ def names_alone(scenario):
         for name, key in scenario.keys.items()
         if name.split('.')[0] in ('body', 'rotor', 'orbit', 'initial', 'motion')
         and key.kind in ('double', 'double_array')
-        and name not in (*chosen_elsewhere, *OF_THE_ONE, 'orbit.j2', 'orbit.reference_radius')
+        and name not in (*chosen_elsewhere, *OF_THE_ONE, *OF_ATTITUDE)
+        and name not in ('orbit.j2', 'orbit.reference_radius')
     ]
     components = [f'{key.name}.{c}' for key in keys if 3 in key.lengths for c in 'xyz']
     others = 'initial.roll', 'initial.pitch', 'initial.yaw', 'smelt.k_R', 'smelt.k_Y'

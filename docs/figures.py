@@ -6,9 +6,9 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from commands import torque_command
 from matplotlib.figure import Figure
 
+from satdyn_ros.actuators import Command
 from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
@@ -271,7 +271,7 @@ def page():
         }
     )
     events: list[Event] = [
-        torque_command(2000, (0.0, 0.02, 0.0), 2600),
+        Command(2000, 'torque', (0.0, 0.02, 0.0), 2600),
         Request(6000, {'initial.angular_velocity': [0.0006, 0.0008, 0.0]}),
     ]
     with tempfile.TemporaryDirectory() as directory:

@@ -45,6 +45,7 @@ class AppliedTorque(BodyVector):
         self._names = tuple(values['torque.names'])
         self.topics = tuple(f'torque/{name}' for name in self._names) or ('torque',)
         self.none = dict.fromkeys(self.topics, ZERO)
+        self._keys = {topic: replace(self.quantity, name=topic) for topic in self.topics}
 
     def given(self, word: str, given: Any) -> dict[str, Any]:
         """Return by topic the checked values of a word; ValueError: as of Actuator.given."""
@@ -63,9 +64,7 @@ class AppliedTorque(BodyVector):
         torques = (
             {f'torque/{name}': x for name, x in given.items()} if names else {'torque': given}
         )
-        return {
-            topic: replace(self.quantity, name=topic).checked(x) for topic, x in torques.items()
-        }
+        return {topic: self._keys[topic].checked(x) for topic, x in torques.items()}
 
     @classmethod
     def plain(cls, topic: str, value: Any) -> dict[str, Any]:

@@ -77,9 +77,11 @@ class Wheels(Actuator):
                     f'{{{next(iter(self._rotors))}: 0.001}}'
                 )
             given = {'rotor': given}
-        return {self.topic: self._checked(**{f'{word.removeprefix("rotor_")}s': given})}
+        is_torque = word == 'rotor_torque'
+        value = self._checked(given, {}) if is_torque else self._checked({}, given)
+        return {self.topic: value}
 
-    def _checked(self, torques: Mapping[str, Any] = {}, speeds: Mapping[str, Any] = {}):
+    def _checked(self, torques, speeds):
         return MotorCommands(
             {name: self._checked_torque(name, x) for name, x in torques.items()},
             {name: self._checked_speed(name, x) for name, x in speeds.items()},

@@ -1,7 +1,8 @@
 """Records what a simulation gives, block by block, as it goes."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from ..messages.packers import Packer, is_at_every_tick, packer
@@ -19,17 +20,23 @@ class RunRecorder:
     """
     A new bag of a simulation.
 
-    most: ticks that may be taken at once.  OSError, ValueError: as Recording.
+    packers: of topics, where they are known already.  most: ticks that may be taken at once.
+    OSError, ValueError: as Recording.
     """
 
     most = BLOCK_TICKS
 
-    def __init__(self, directory: str | Path, simulation: ControlledSimulation):
+    def __init__(
+        self,
+        directory: str | Path,
+        simulation: ControlledSimulation,
+        packers: Mapping[str, Packer] = MappingProxyType({}),
+    ):
         self._simulation = simulation
         self._recording = Recording(
             directory, simulation.scenario, simulation.topics, control=simulation.control
         )
-        self._packers: dict[str, Packer] = {}
+        self._packers = dict(packers)
         # By topics those that were packed into before; their contents are in the bag.
         self._tables: dict[tuple[str, ...], TickTable] = {}
 

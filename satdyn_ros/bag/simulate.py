@@ -50,8 +50,10 @@ def simulate(
     changes = [event.names for event in events if isinstance(event, Topics)]
     topics = scenario.topics if begin is None else begin['topics']
     # Before anything is written, it is known that all of it can be.
-    for name in dict.fromkeys(name for some in (topics, *changes) for name in some):
-        packer(name, scenario)
+    packers = {
+        name: packer(name, scenario)
+        for name in dict.fromkeys(name for some in (topics, *changes) for name in some)
+    }
     first, conditions = 0, scenario
     if begin is not None:
         first, conditions = begin['tick'], scenario.with_values(begin['conditions'])
@@ -69,7 +71,7 @@ def simulate(
     block = RunRecorder.most
     try:
         with uninterrupted():
-            recorder = RunRecorder(directory, simulation)
+            recorder = RunRecorder(directory, simulation, packers)
         while simulation.next_tick < end and not simulation.halted:
             happened, samples = simulation.advance(min(block, end - simulation.next_tick))
             told -= {event for event in happened if isinstance(event, Derived)}

@@ -1,7 +1,5 @@
 """Motions that take over from each other: what a command changes is numbers, not objects."""
 
-from typing import Any
-
 import numpy as np
 
 from ..dynamics.constants import constants_of, write_driven
@@ -30,13 +28,8 @@ class Relay:
     They are computed in one lane.  Of the constants of the equations, only what depends on the
     torques, on the start and on the place on the orbit is written anew.
 
-    motion: the first; system: of the present one.
+    system: of the present one.
     """
-
-    @staticmethod
-    def takes(motion: Any) -> bool:
-        """Return whether it can begin with a motion: a propagation."""
-        return type(motion) is Propagation
 
     def __init__(self, motion: Propagation):
         self.system = motion.system
@@ -53,8 +46,10 @@ class Relay:
         self._lanes = Lanes(1, code.layout, arrays)
         self._problem = problem_of(motion.begin()[None], [course], code.layout, motion.wanted)
         self._problem.ask(self._t_s)
-        # The variables where it stands, and the speeds of the turning rotors [rad/s].
+        # The variables where it stands; of the turning rotors the body rate along the axis and the
+        # speed [rad/s].
         self._y: list[float] = []
+        self._along: list[float] = []
         self._speeds: list[float] = []
 
     def reaches(self, t_s: float) -> bool:
@@ -71,9 +66,10 @@ class Relay:
             return False
         y = self._y = problem.out[0, :, 0].tolist()
         x, y_, z = y[OMEGA : OMEGA + 3]
+        self._along = [x * a + y_ * b + z * c for _, _, a, b, c in self._turning]
         self._speeds = [
-            y[MOMENTUM + n] / J - (x * a + y_ * b + z * c)
-            for n, (_, J, a, b, c) in enumerate(self._turning)
+            y[MOMENTUM + n] / J - along
+            for n, ((_, J, *_), along) in enumerate(zip(self._turning, self._along, strict=True))
         ]
         return True
 
@@ -89,11 +85,10 @@ class Relay:
         if not (is_alike and (course.drives or course.goes_on_at(start_s))):
             return False
         problem, y, turning = self._problem, self._y, self._turning
-        x, y_, z = y[OMEGA : OMEGA + 3]
         begin = problem.begin[0]
         begin[: len(y)] = y
-        for n, (s, (_, J, a, b, c)) in enumerate(zip(self._speeds, turning, strict=True)):
-            begin[MOMENTUM + n] = J * (s + (x * a + y_ * b + z * c))
+        for n, (_, J, *_) in enumerate(turning):
+            begin[MOMENTUM + n] = J * (self._speeds[n] + self._along[n])
         begin[MOMENTUM + 2 * len(turning)] = 0.0
         if course.drives:
             # Where each is on its law is found anew.

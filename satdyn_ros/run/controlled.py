@@ -48,8 +48,11 @@ class ControlledSimulation(Simulation):
         """What a bag says of the controller, by which it needs not be run; empty: none."""
         if self.controller is None:
             return {}
-        truth = bool(getattr(self.controller, 'needs_truth', False))
-        return {'name': name_of(self.controller), 'needs_truth': truth}
+        return {'name': name_of(self.controller), 'needs_truth': self._needs_truth}
+
+    @property
+    def _needs_truth(self):
+        return bool(getattr(self.controller, 'needs_truth', False))
 
     def advance(self, count: int) -> tuple[list[Event], Samples]:
         """As Simulation.advance, and none beyond the next tick of the controller."""
@@ -89,8 +92,7 @@ class ControlledSimulation(Simulation):
     def _commands(self):
         """Return what the controller commands at the last tick and is not yet in force."""
         sample = self.sample
-        seen = sample if getattr(self.controller, 'needs_truth', False) else Seen(sample)
-        return self._guarded(self._asked, seen)
+        return self._guarded(self._asked, sample if self._needs_truth else Seen(sample))
 
     def _asked(self, seen):
         assert self.controller is not None

@@ -6,7 +6,7 @@ import traceback
 from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, ClassVar, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import yaml
@@ -43,9 +43,6 @@ class Seen:
     rotor_speed [rad/s] (R,); r_i [m] and v_i [m/s] (3,), inertial.
     """
 
-    KNOWN: ClassVar[tuple[str, ...]] = (
-        *('tick', 't_s', 'stamp_ns', 'measured', 'rotor_speed', 'r_i', 'v_i'),
-    )
     tick: int
     t_s: float
     stamp_ns: int
@@ -59,7 +56,7 @@ class Seen:
 
     def __getattr__(self, name: str) -> Any:
         """Return what is known; AttributeError: it is the truth."""
-        if name in self.KNOWN:
+        if name in Seen.__annotations__:
             return getattr(self._sample, name)
         raise AttributeError(
             f'{name} is not known on board; a class that says needs_truth = True sees it'

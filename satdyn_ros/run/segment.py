@@ -2,8 +2,6 @@
 
 from dataclasses import replace
 
-import numpy as np
-
 from ..dynamics.motion import Halted, Motion, States
 from ..dynamics.system import State
 from ..integrate.propagation import Propagation
@@ -43,9 +41,12 @@ class Segment:
         """Let the motion end before a tick, for a reason."""
         self._end_tick, self.why_no_further = tick, why
 
-    def knows(self, orbit_s: np.ndarray) -> bool:
-        """Whether all tables are known at times (N,) from tick 0."""
-        return all(table.known_rows(orbit_s)[0] == len(orbit_s) for table in self._tables)
+    def knows(self, tick: int) -> bool:
+        """Whether all tables are known at a tick."""
+        if not self._tables:
+            return True
+        orbit_s = self._ticks.seconds_between(0, tick, tick + 1)
+        return all(table.known_rows(orbit_s)[0] for table in self._tables)
 
     def reaches(self, tick: int) -> bool:
         """Whether the motion has a state at a tick, its first or the next."""

@@ -40,7 +40,8 @@ class Stepper:
         """Return whether it can go on with a run: nothing ends by itself, no turn is counted."""
         if run.halted or run.until or run.suite.counts_turns:
             return False
-        return run.conditions['motion.method'] == 'numeric' and Relay.takes(run.segment.motion)
+        is_numeric = run.conditions['motion.method'] == 'numeric'
+        return is_numeric and isinstance(run.segment.motion, Propagation)
 
     def __init__(self, run: RunState, tick: int, suite_before: Suite):
         """Begin at the last tick of a run; suite_before: its sensors before that tick."""
@@ -70,8 +71,7 @@ class Stepper:
             if begun is None:
                 return None
         tick = self.tick + 1
-        is_known = run.segment.knows(ticks.seconds_between(0, tick, tick + 1))
-        if not (is_known and relay.reaches(ticks.seconds(tick - begun.tick))):
+        if not (run.segment.knows(tick) and relay.reaches(ticks.seconds(tick - begun.tick))):
             return None
         self.tick, self._begun, self._state = tick, begun, relay.state()
         self._suite_before = self._suite
@@ -93,7 +93,7 @@ class Stepper:
             return replace(begun, acting=acting)
         if begun.tick == self.tick and not self._relay.reaches(0.0):
             return None
-        system = begun.system.driven(**actuator.driven(begun.system, acting))
+        system = equipment.driven(begun.system, acting, [actuator])
         if not self._relay.takes_over(system, self._run.ticks.seconds(self.tick)):
             return None
         state = self._state if begun.tick < self.tick else self._relay.state()

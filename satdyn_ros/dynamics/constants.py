@@ -1,6 +1,6 @@
 """The constants of the equations of motion of equations.py, made from one system or from many."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
@@ -152,31 +152,76 @@ def constants_of(system: System, start_s: float = 0.0) -> Constants:
 def write_driven(
     numbers: np.ndarray,
     places: Any,
-    system: System,
-    start_s: float,
+    start_s: Any,
+    line: Sequence[Triple],
+    applied_b: Triple,
+    rotor_torque: Iterable[Any],
     own: Mapping[int, Any],
 ) -> None:
     """
     Write what commands set, and what depends on the start, into the numbers of Constants.
 
-    numbers (P,): those of another start and of other commands of the same kind.  places: of each
-    among them, as numbered() gives.  own: by their places among system.torques, the constants of
-    those that are commanded.
+    numbers (P,), or (P, K) of K motions, each of the rest then a column (K,): those of another
+    start and of other commands of the same kind.  places: of each among them, as numbered() gives.
+    line: as of line_at.  applied_b: as of applied_by.  rotor_torque: of the turning rotors.  own:
+    by their places among system.torques, the constants of those that are commanded.
     """
     numbers[places.start_s] = start_s
-    if system.has_turning_axes:
-        undriven = _undriven_constants(system.undriven)
-        line = _line(system, start_s, undriven.outward, undriven.ahead)
-        for at, values in zip((places.outward, places.ahead), line, strict=True):
-            numbers[at[0] : at[0] + 3] = values
-    for at, (i, _) in zip(places.rotors, system.turning_rotors, strict=True):
-        numbers[at.torque] = system.rotor_torque[i]
+    for at, values in zip((places.outward, places.ahead), line, strict=False):
+        numbers[at[0] : at[0] + 3] = values
+    for at, torque in zip(places.rotors, rotor_torque, strict=True):
+        numbers[at.torque] = torque
     applied = places.torques[_SHIPPED - 1].torque_b
-    numbers[applied[0] : applied[0] + 3] = _applied(system)
+    numbers[applied[0] : applied[0] + 3] = applied_b
     for i, constants in own.items():
-        values, _ = flatten(constants)
-        _, at = flatten(places.torques[_SHIPPED + i])
-        numbers[at[0] : at[0] + len(values)] = values
+        _write(numbers, places.torques[_SHIPPED + i], constants)
+
+
+def _write(numbers, places, values):
+    for at, x in zip(places, values, strict=True):
+        if isinstance(at, tuple):
+            _write(numbers, at, x)
+        elif isinstance(at, int):
+            numbers[at] = x
+
+
+def line_at(system: System, start_s: float) -> list[Triple]:
+    """Return P and Q in turning axes of c and ahead of it at the start; none: no axes turn."""
+    if not system.has_turning_axes:
+        return []
+    return turned_line(*perifocal_line(system), system.orbit.anomaly(start_s))
+
+
+def perifocal_line(system: System) -> tuple[Triple, Triple]:
+    """Return P and Q of a system, outward and ahead at the pericentre."""
+    undriven = _undriven_constants(system.undriven)
+    return undriven.outward, undriven.ahead
+
+
+def turned_line(P: Triple, Q: Triple, f: Any) -> list[Triple]:
+    """Return the components of P and Q turned in their plane by an angle f [rad]."""
+    cosine, sine = np.cos(f), np.sin(f)
+    both = list(zip(P, Q, strict=True))
+    return [[cosine * p + sine * q for p, q in both], [cosine * q - sine * p for p, q in both]]
+
+
+# What overflows in these two halts the propagation; a warning would come before its sentence.
+@np.errstate(over='ignore', invalid='ignore')
+def applied_by(
+    torque_b: np.ndarray, axes: Iterable[np.ndarray], rotor_torque: Iterable[Any]
+) -> np.ndarray:
+    """
+    Return the torque on the body (3,) [N m], from outside and from the motors of all rotors.
+
+    Of K systems all of them have one more axis behind: (3, K), (3, K) of each rotor, (K,).
+    """
+    applied = torque_b
+    for axis, torque in zip(axes, rotor_torque, strict=True):
+        if np.ndim(torque):
+            applied = np.where(torque == 0.0, applied, applied - torque * axis)
+        elif torque:
+            applied = applied - torque * axis
+    return applied
 
 
 def with_tables(
@@ -230,14 +275,9 @@ def flat_constants_of_many(system: System, count: int) -> tuple[Constants, np.nd
     return one, np.concatenate(rows, axis=1)
 
 
-# What overflows in these two halts the propagation; a warning would come before its sentence.
-@np.errstate(over='ignore', invalid='ignore')
 def _applied(system):
-    applied = system.torque_b
-    for rotor, torque in zip(system.rotors, system.rotor_torque, strict=True):
-        if torque:
-            applied = applied - torque * rotor.axis
-    return applied
+    axes = (rotor.axis for rotor in system.rotors)
+    return applied_by(system.torque_b, axes, system.rotor_torque)
 
 
 @np.errstate(over='ignore', invalid='ignore')
@@ -333,12 +373,7 @@ def _imbalances_of(system):
 
 def _line(system, start_s, P, Q):
     """Return the components of P and Q, in turning axes of c and ahead of it at the start."""
-    if not system.has_turning_axes:
-        return P, Q
-    f = system.orbit.anomaly(start_s)
-    cosine, sine = np.cos(f), np.sin(f)
-    both = list(zip(P, Q, strict=True))
-    return [cosine * p + sine * q for p, q in both], [cosine * q - sine * p for p, q in both]
+    return turned_line(P, Q, system.orbit.anomaly(start_s)) if system.has_turning_axes else (P, Q)
 
 
 def _matrices(constants):

@@ -17,7 +17,7 @@ from ..dynamics.motion import Halted, States
 from ..dynamics.system import State, System
 from ..trace.graph import flatten, kind_of
 from .course import mean_anomaly, problem_of, stops_of
-from .lanes import REACHED, UNFINISHED, Lanes, Problem
+from .lanes import REACHED, RENEWED, UNFINISHED, Lanes, Problem
 from .layout import Layout
 from .propagation import Propagation
 from .step_code import step_code
@@ -73,7 +73,7 @@ def propagate_many(
     wanted = wanted_count(system, like.does_work)
     problem = Problem(begin, Layout.of(like), wanted, len(stops_s))
     problem.settings[:] = np.column_stack([*anomaly, tolerance, *np.full((2, count), np.inf)])
-    problem.constants[:], problem.stops_s[:, :-1], problem.is_new[:] = constants, stops_s, True
+    problem.constants[:], problem.stops_s[:, :-1], problem.is_new[:] = constants, stops_s, RENEWED
     _walk_all(problem, like, t_s, [])
     q_ib, omega_bi_b, speed, angle, work = columns(system, problem.out)
     states = States(t_s, q_ib, omega_bi_b, speed, angle, work, system.orbit, t_s)

@@ -22,6 +22,7 @@ from .lanes import (
     FURTHEST,
     LATE,
     LEFT,
+    RENEWED,
     ROTOR_LEAVES,
     SINCE,
     STEPS_ALLOWED,
@@ -45,8 +46,9 @@ class Course:
     The course of a motion from its start.
 
     anomaly: mean anomaly at the start [rad], mean motion [rad/s] and eccentricity.  constants: of
-    now, which hold until until_s from the start; stops_s: the times from tick 0 at which steps end
-    till then, ascending.  drives: of its rotors, None: none switches.
+    now, which hold until until_s from the start; piece_s: from when to when the pieces of time
+    last that they are of, from tick 0; stops_s: the times from tick 0 at which steps end till
+    then, ascending.  drives: of its rotors, None: none switches.
 
     ValueError: what depends on time alone is not known at the start.
     """
@@ -61,6 +63,7 @@ class Course:
         self.stops_s = self._all_stops_s = stops_of(system)
         self.drives: Drives | None = None
         self._why, self.until_s = '', np.inf
+        self.piece_s = -np.inf, np.inf
         self._table_of: Callable[[Pieces], Table] | None = None
         self._current: dict[Pieces, Piece] = {}
         self._held: list[list[np.ndarray]] = []
@@ -81,7 +84,7 @@ class Course:
         """Let another motion of the same kind begin at start_s, while its pieces hold."""
         self._system, self._start_s = system, start_s
         self.anomaly = tuple(map(float, mean_anomaly(system, start_s)))
-        self.until_s = self._end_s - start_s if self._current else np.inf
+        self.until_s = self.piece_s[1] - start_s
 
     def own_constants(self, torque: BodyTorque) -> Any:
         """Return the constants of a torque in the pieces of now."""
@@ -110,7 +113,7 @@ class Course:
         self.allow(self._steps_allowed, problem, m)
         problem.stops_s[m] = np.inf
         problem.stops_s[m, : len(self.stops_s)] = self.stops_s
-        problem.is_new[m] = True
+        problem.is_new[m] = RENEWED
 
     def allow(self, steps: float, problem: Problem, m: int) -> None:
         """Let motion m of a problem take so many steps from one row to the next."""
@@ -135,7 +138,7 @@ class Course:
             except ValueError as error:
                 self._why = str(error)
                 # The time of a tick at the very end may be rounded to beyond it.
-                late_s = latest_at(self._end_s) - self._start_s - clock[END]
+                late_s = latest_at(self.piece_s[1]) - self._start_s - clock[END]
                 has_late = clock[LATE] == 0.0 and t_s[problem.rows[m]] <= clock[END] + late_s
                 clock[LATE] = late_s
                 problem.outcome[m] = UNFINISHED if has_late else TABLE_ENDS
@@ -160,7 +163,7 @@ class Course:
 
         ValueError: what depends on time alone is known no further.
         """
-        following = {each: each.piece_from(self._end_s) for each in self._system.pieces}
+        following = {each: each.piece_from(self.piece_s[1]) for each in self._system.pieces}
         self._note_jump(following, q_ib)
         self._enter(following)
 
@@ -213,12 +216,12 @@ class Course:
         self._current, self._table_of = current, tables_of(current)
         self.constants = with_tables(self.constants, self._system, self._table_of)
         begin_s = max(piece.begin_s for piece in current.values())
-        self._end_s = min(piece.end_s for piece in current.values())
+        end_s = min(piece.end_s for piece in current.values())
         corners_s = (each.corners_in(piece) for each, piece in current.items())
         stops_s = _ascending([self._all_stops_s, *corners_s])
-        inside = stops_s[(begin_s < stops_s) & (stops_s < self._end_s)]
-        self.stops_s = np.array([begin_s, *inside, self._end_s])
-        self.until_s = self._end_s - self._start_s
+        inside = stops_s[(begin_s < stops_s) & (stops_s < end_s)]
+        self.stops_s = np.array([begin_s, *inside, end_s])
+        self.piece_s, self.until_s = (begin_s, end_s), end_s - self._start_s
 
     def _note_jump(self, following, q_ib):
         """Count as work of the orbit what the potential jumps by where two stretches meet."""
@@ -234,7 +237,7 @@ class Course:
             r_b = rotation.rotate(rotation.conjugate(q_ib), r_i)
             r_I_r = r_b @ self._system.inertia @ r_b
             potentials.append(1.5 * orbit.mu / length(r_i) ** 5 * r_I_r)
-        self._jumps_s.append(self._end_s)
+        self._jumps_s.append(self.piece_s[1])
         self._jumped.append(self._jumped[-1] + float(potentials[1] - potentials[0]))
 
 

@@ -37,6 +37,9 @@ SETTINGS = 6
 UNFINISHED, PIECE_ENDS, ROTOR_LEAVES = range(3)
 REACHED, STEP_UNDERFLOW, TOO_MANY_STEPS, TABLE_ENDS = range(3, 7)
 
+# That a motion is new: other constants hold from now on, or it begins anew in its lane.
+RENEWED, BEGINS = 1, 2
+
 # What it takes to go on by other constants where a rotor leaves, counted as steps.
 STEPS_OF_AN_EXIT = 200
 # Floats in a cache line.
@@ -50,11 +53,12 @@ CLOCKS_AT, MOTION_AT, LANE_COUNT, ROW, TABLE_AT = range(len(ARRAYS), len(ARRAYS)
 # asked for, of variables that are wanted, of stops, numbers and arrays of each motion; the next
 # motion to take a lane; the number of variables, where the place on the orbit is among them (0: it
 # is not), the number of turning rotors, and where they and the watches of their drives (0: there
-# are none) begin among the constants.
+# are none) begin among the constants; how many times there are from those of a motion to those of
+# the next (0: they have the same).
 (T_S_AT, BEGIN_AT, SETTINGS_AT, CONSTANTS_AT, ARRAYS_AT, STOPS_AT, IS_NEW_AT, OUT_AT) = range(8)
 (EFFORTS_AT, TURN_AT, ROWS_AT, OUTCOME_AT, ENDED_AT) = range(8, 13)
 (MOTION_COUNT, ROW_COUNT, WANTED, STOP_COUNT, CONSTANT_COUNT, ARRAY_COUNT) = range(13, 19)
-(WAITING, SIZE, PLACE, ROTORS, ROTORS_AT, WATCHES_AT) = range(19, 25)
+(WAITING, SIZE, PLACE, ROTORS, ROTORS_AT, WATCHES_AT, T_S_STEP) = range(19, 26)
 
 
 class Lanes:
@@ -96,7 +100,7 @@ class Problem:
 
     begin (M, V): the variables at the start; settings (M, 6), constants (M, P) and arrays (M, A):
     what holds now; stops_s (M, S): the times from tick 0 at which steps end, ascending, then
-    infinite; is_new (M,): whether these have changed.  rows (M,): how many are filled; outcome
+    infinite; is_new (M,): RENEWED where these have changed, BEGINS where the motion does, else 0.  rows (M,): how many are filled; outcome
     (M,): how a motion stands; ended (M, 3): when it has ended, the end of its last step, and how
     many steps and exits of rotors it took since the last row.  table: addresses and counts.
 
@@ -118,23 +122,24 @@ class Problem:
         of_rows = self.rows, self.outcome, self.ended
         places = [0, *map(address, known), 0, 0, 0, *map(address, of_rows)]
         counts = [count, 0, wanted, most_stops + 1, layout.numbers, layout.arrays, 0]
-        self.table = np.array([*places, *counts, *layout[:5]], np.int64)
+        self.table = np.array([*places, *counts, *layout[:5], 0], np.int64)
         self.address = address(self.table)
 
     def ask(self, t_s: np.ndarray, turn_b: np.ndarray | None = None) -> None:
         """
-        Let the motions go on to ascending times t_s (N,).
+        Let the motions go on to ascending times t_s (N,), or to times of their own (M, N).
 
         turn_b (N, 3): as of States, of one motion, added to; None: it is not wanted.
         """
-        count, rows, table = len(self.begin), len(t_s), self.table
         t_s = np.ascontiguousarray(t_s, float)
+        count, rows, table = len(self.begin), t_s.shape[-1], self.table
         # The walk reads and writes them by their addresses.
         self._held = t_s, turn_b
         self.out = np.empty((count, self._wanted, rows))
         self.efforts = np.empty((count, self._rotors, rows))
         self.rows[:], self.outcome[:] = 0, UNFINISHED
         table[T_S_AT], table[ROW_COUNT] = address(t_s), rows
+        table[T_S_STEP] = rows if t_s.ndim > 1 else 0
         table[OUT_AT], table[EFFORTS_AT] = address(self.out), address(self.efforts)
         table[TURN_AT] = 0 if turn_b is None else address(turn_b)
 

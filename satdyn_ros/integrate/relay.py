@@ -2,18 +2,18 @@
 
 import numpy as np
 
-from ..dynamics.constants import constants_of, write_driven
+from ..dynamics.constants import applied_by, constants_of, line_at, write_driven
 from ..dynamics.equations import MOMENTUM, OMEGA, Q
 from ..dynamics.system import State, System
 from ..trace.graph import flatten, numbered
 from .course import problem_of
 from .lanes import (
     ANOMALY,
+    BEGINS,
     FURTHEST,
     HOLDS_UNTIL_S,
     REACHED,
     UNFINISHED,
-    WAITING,
     Lanes,
 )
 from .propagation import Propagation
@@ -37,6 +37,7 @@ class Relay:
         course, self._constants = self._course, self._course.constants
         self._works_anyway = constants_of(self.system.undriven).does_work
         self._places = numbered(self._constants)
+        self._axes = [rotor.axis for rotor in self.system.rotors]
         self._turning: list[tuple[int, float, float, float, float]] = [
             (i, float(rotor.inertia), *rotor.axis.tolist())
             for i, rotor in self.system.turning_rotors
@@ -96,8 +97,7 @@ class Relay:
             self._course.tell(problem, 0)
         else:
             self._write(system, start_s)
-        problem.table[WAITING] = 0
-        self._lanes.motion[0], self._lanes.clock[0, FURTHEST] = -1, 0.0
+        problem.is_new[0], self._lanes.clock[0, FURTHEST] = BEGINS, 0.0
         self.system = system
         return True
 
@@ -109,7 +109,15 @@ class Relay:
             for i, torque in enumerate(system.torques)
             if torque is not self.system.torques[i]
         }
-        write_driven(problem.constants[0], self._places, system, start_s, own)
+        write_driven(
+            problem.constants[0],
+            self._places,
+            start_s,
+            line_at(system, start_s),
+            applied_by(system.torque_b, self._axes, system.rotor_torque),
+            [system.rotor_torque[i] for i, *_ in self._turning],
+            own,
+        )
         course.start_anew(system, start_s)
         problem.settings[0, ANOMALY] = course.anomaly[0]
         problem.settings[0, HOLDS_UNTIL_S] = course.until_s

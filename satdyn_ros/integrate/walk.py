@@ -28,6 +28,7 @@ from .lanes import (
     ARRAYS_AT,
     BEGIN,
     BEGIN_AT,
+    BEGINS,
     CLOCK_SIZE,
     CLOCKS_AT,
     CONSTANT_COUNT,
@@ -78,6 +79,7 @@ from .lanes import (
     STOP_COUNT,
     STOPS_AT,
     T_S_AT,
+    T_S_STEP,
     TABLE_AT,
     TOLERANCE,
     TOO_MANY_STEPS,
@@ -160,13 +162,15 @@ def _of(m, array, count, p):
 
 
 def _take_next(l, p, lanes):
-    """Let the next motion begin in a lane that is free, if there is one."""
+    """Let a motion begin in a lane: its own anew or, if it is free and there is one, the next."""
     motion, m = integers(lanes[MOTION_AT]), integers(lanes[MOTION_AT])[l]
-    is_free = m < 0 or integers(p[OUTCOME_AT])[m] >= REACHED
-    if not is_free or p[WAITING] == p[MOTION_COUNT]:
-        return
-    m, count, c = p[WAITING], lanes[LANE_COUNT], _clock(l, lanes)
-    motion[l], p[WAITING] = m, m + 1
+    if m < 0 or integers(p[IS_NEW_AT])[m] != BEGINS:
+        is_free = m < 0 or integers(p[OUTCOME_AT])[m] >= REACHED
+        if not is_free or p[WAITING] == p[MOTION_COUNT]:
+            return
+        m = p[WAITING]
+        motion[l], p[WAITING] = m, m + 1
+    count, c = lanes[LANE_COUNT], _clock(l, lanes)
     y, y_0, begin = floats(lanes[_Y]), floats(lanes[_DENSE]), _of(m, BEGIN_AT, p[SIZE], p)
     for i in range(p[SIZE]):
         y[i * count + l] = y_0[i * count + l] = begin[i]
@@ -308,7 +312,7 @@ def _write_rows(l, p, lanes, single, make_dense):
     for another slice.
     """
     m, c = integers(lanes[MOTION_AT])[l], _clock(l, lanes)
-    t_s, rows = floats(p[T_S_AT]), p[ROW_COUNT]
+    t_s, rows = floats(p[T_S_AT] + _BYTES * p[T_S_STEP] * m), p[ROW_COUNT]
     first = last = integers(p[ROWS_AT])[m]
     # The torque that holds a rotor is known when there is a step.
     is_held_back = p[WATCHES_AT] > 0 and c[STEPS] == 0.0 and c[IS_STUCK] == 0.0
@@ -322,7 +326,7 @@ def _write_rows(l, p, lanes, single, make_dense):
     begin, end, dense, row = c[BEGIN], c[END], floats(single[_DENSE]), single[ROW]
     if last > first:
         constants = p[CONSTANTS_AT] + _BYTES * p[CONSTANT_COUNT] * m
-        at_s = floats(p[T_S_AT] + _BYTES * first)
+        at_s = floats(p[T_S_AT] + _BYTES * (p[T_S_STEP] * m + first))
         out = floats(p[OUT_AT] + _BYTES * (m * p[WANTED] * rows + first))
         interpolate(
             at_s, last - first, out, rows, p[WANTED], begin, end, dense, row, floats(constants)
@@ -360,7 +364,7 @@ def _write_rows(l, p, lanes, single, make_dense):
 def _write_efforts(m, first, last, begin, end, constants, p, dense, row):
     """Write the torques [N m] of drives."""
     rotors, watches = constants + _BYTES * p[ROTORS_AT], constants + _BYTES * p[WATCHES_AT]
-    t_s, h = floats(p[T_S_AT]), end - begin
+    t_s, h = floats(p[T_S_AT] + _BYTES * p[T_S_STEP] * m), end - begin
     per_step = 1.0 / h if h > 0.0 else 0.0
     for i in range(p[ROTORS]):
         efforts = floats(p[EFFORTS_AT] + _BYTES * p[ROW_COUNT] * (m * p[ROTORS] + i))

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, ClassVar
 
+import numpy as np
+
 from ..base.key import Key
 from ..dynamics.rotor import Rotor
 from ..dynamics.system import System
@@ -77,6 +79,15 @@ class Actuator(ABC):
         ValueError, in one sentence: it is not allowed.
         """
 
+    def columns(self, word: str, given: Any, count: int) -> dict[str, Any]:
+        """
+        Return what is held, by name, of the commands of count runs: each number a column (M,).
+
+        given: as of given(), with an array in the place of each number or vector, a row of each
+        run.  ValueError, in one sentence: it is not allowed.
+        """
+        raise ValueError(f'{word} is commanded run by run, not in columns')
+
     @classmethod
     @abstractmethod
     def plain(cls, topic: str, value: Any) -> dict[str, Any]:
@@ -146,6 +157,26 @@ class Actuator(ABC):
     def report(self, acting: Mapping[str, Any]) -> dict[str, Any]:
         """Return what acts in words, for the diagnostics."""
         return {}
+
+
+def column(name: str, given: Any, count: int, size: int = 0) -> np.ndarray:
+    """
+    Return what is given for a command of count runs, (M,), or of vectors (M, size).
+
+    ValueError, in one sentence: it has another shape, or a number is not finite.
+    """
+    shape = (size,) if size else ()
+    numbers = np.asarray(given, float)
+    if numbers.shape not in (shape, (count, *shape)):
+        raise ValueError(
+            f'{name} has the shape {numbers.shape}; it must be {(count, *shape)}, a row of each '
+            f'run, or {shape}, the same for all'
+        )
+    numbers = np.broadcast_to(numbers, (count, *shape))
+    if not np.isfinite(numbers).all():
+        run = int(np.argwhere(~np.isfinite(numbers))[0, 0])
+        raise ValueError(f'{name} of run {run} is {numbers[run]}; it must be finite')
+    return numbers
 
 
 # By their topics.

@@ -11,6 +11,7 @@ import numpy as np
 from ..base.key import Key
 from ..dynamics.rotor import Rotor
 from ..dynamics.system import System
+from .actuator import column
 from .body_vector import ZERO, BodyVector
 
 
@@ -49,6 +50,16 @@ class AppliedTorque(BodyVector):
 
     def given(self, word: str, given: Any) -> dict[str, Any]:
         """Return by topic the checked values of a word; ValueError: as of Actuator.given."""
+        return {topic: self._keys[topic].checked(x) for topic, x in self._by_topic(given).items()}
+
+    def columns(self, word: str, given: Any, count: int) -> dict[str, Any]:
+        """Return what is held of torques (M, 3); ValueError: as of Actuator.columns."""
+        return {
+            topic: tuple(column(topic, x, count, 3).T)
+            for topic, x in self._by_topic(given).items()
+        }
+
+    def _by_topic(self, given):
         names = self._names
         if isinstance(given, Mapping) != bool(names):
             allowed = (
@@ -61,10 +72,7 @@ class AppliedTorque(BodyVector):
         for name in given if names else ():
             if name not in names:
                 raise ValueError(f'there is no torque {name}; torque.names has {", ".join(names)}')
-        torques = (
-            {f'torque/{name}': x for name, x in given.items()} if names else {'torque': given}
-        )
-        return {topic: self._keys[topic].checked(x) for topic, x in torques.items()}
+        return {f'torque/{name}': x for name, x in given.items()} if names else {'torque': given}
 
     @classmethod
     def plain(cls, topic: str, value: Any) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from math import isfinite
 from typing import Any, ClassVar
 
 from ..base.key import Key
-from .actuator import Actuator
+from .actuator import Actuator, column
 
 ZERO = (0.0, 0.0, 0.0)
 
@@ -26,6 +26,10 @@ class BodyVector(Actuator):
     def given(self, word: str, given: Any) -> dict[str, Any]:
         """Return by topic the checked values of a word; ValueError: as of Actuator.given."""
         return {self.topic: self.quantity.checked(given)}
+
+    def columns(self, word: str, given: Any, count: int) -> dict[str, Any]:
+        """Return what is held of vectors (M, 3); ValueError: as of Actuator.columns."""
+        return {self.topic: tuple(column(self.quantity.name, given, count, 3).T)}
 
     @classmethod
     def plain(cls, topic: str, value: Any) -> dict[str, Any]:

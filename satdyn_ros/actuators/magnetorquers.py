@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
+import numpy as np
+
 from ..base.key import Key
 from ..dynamics.rotor import Rotor
 from ..torques.magnetic import Magnetic
@@ -43,17 +45,28 @@ class Magnetorquers(BodyVector):
 
     def given(self, word: str, given: Any) -> dict[str, Any]:
         """Return by topic the checked values of a word; ValueError: as of Actuator.given."""
+        self._refuse_unfitted(given)
+        return super().given(word, given)
+
+    def _refuse_unfitted(self, given):
         if not self.is_fitted:
             raise ValueError(
                 f'magnetorquer is {given} and magnetorquer.max_dipole is 0 along all axes; it '
                 'must be above 0 along one'
             )
-        return super().given(word, given)
+
+    def columns(self, word: str, given: Any, count: int) -> dict[str, Any]:
+        """Return what is held of dipoles (M, 3); ValueError: as of Actuator.columns."""
+        self._refuse_unfitted('given')
+        return super().columns(word, given, count)
 
     def within(self, name: str, held: Any) -> Any:
         """Return what acts of what is held under a name."""
         # A zero has no sign: -0.0 would be another command.
-        return tuple(max(-m, min(x, m)) + 0.0 for x, m in zip(held, self._most, strict=True))
+        pairs = zip(held, self._most, strict=True)
+        if isinstance(held[0], np.ndarray):
+            return tuple(np.clip(x, -m, m) + 0.0 for x, m in pairs)
+        return tuple(max(-m, min(x, m)) + 0.0 for x, m in pairs)
 
     def commanded(self, torque: Magnetic, acting: Mapping[str, Any]) -> Magnetic:
         """Return the magnetic torque with the dipole that acts."""

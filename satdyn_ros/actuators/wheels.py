@@ -11,7 +11,7 @@ from ..base.key import Key
 from ..base.sentences import told_apart
 from ..dynamics.rotor import Rotor
 from ..dynamics.system import System
-from .actuator import Actuator
+from .actuator import Actuator, column
 
 # The largest command [N m] to a motor without max_torque.
 MOST_TORQUE = 1e12
@@ -29,8 +29,8 @@ class MotorCommands:
 class Motor(NamedTuple):
     """What a motor is commanded: a torque [N m] or, in place of it, a speed [rad/s]."""
 
-    torque: float = 0.0
-    speed: float | None = None
+    torque: Any = 0.0
+    speed: Any = None
 
 
 class Wheels(Actuator):
@@ -69,17 +69,36 @@ class Wheels(Actuator):
 
     def given(self, word: str, given: Any) -> dict[str, Any]:
         """Return by topic the checked values of a word; ValueError: as of Actuator.given."""
-        if not isinstance(given, Mapping):
-            if self._has_names:
-                whats = f'{word.removeprefix("rotor_")}s'
-                raise ValueError(
-                    f'{word} is {given}; with rotor.names {whats} are given by name, such as '
-                    f'{{{next(iter(self._rotors))}: 0.001}}'
-                )
-            given = {'rotor': given}
+        given = self._by_label(word, given)
         is_torque = word == 'rotor_torque'
         value = self._checked(given, {}) if is_torque else self._checked({}, given)
         return {self.topic: value}
+
+    def columns(self, word: str, given: Any, count: int) -> dict[str, Any]:
+        """Return what is held of torques or speeds (M,); ValueError: as of Actuator.columns."""
+        held = {}
+        for label, commands in self._by_label(word, given).items():
+            numbers = column(f'{word} of {label}', commands, count)
+            # What one of them may be, all may: the largest is asked for.
+            largest = float(numbers[np.argmax(np.abs(numbers))])
+            if word == 'rotor_torque':
+                self._checked_torque(label, largest)
+                held[f'{_HELD}{label}'] = Motor(numbers)
+            else:
+                self._checked_speed(label, largest)
+                held[f'{_HELD}{label}'] = Motor(np.zeros(count), numbers)
+        return held
+
+    def _by_label(self, word, given):
+        if isinstance(given, Mapping):
+            return given
+        if self._has_names:
+            whats = f'{word.removeprefix("rotor_")}s'
+            raise ValueError(
+                f'{word} is {given}; with rotor.names {whats} are given by name, such as '
+                f'{{{next(iter(self._rotors))}: 0.001}}'
+            )
+        return {'rotor': given}
 
     def _checked(self, torques, speeds):
         return MotorCommands(
@@ -180,6 +199,8 @@ class Wheels(Actuator):
     def within(self, name: str, held: Motor) -> Motor:
         """Return what acts of what is held under a name."""
         most = self._rotors[self.rotors[name]].max_torque
+        if isinstance(held.torque, np.ndarray):
+            return Motor(np.clip(held.torque, -most, most), held.speed) if most else held
         if 0.0 < most < abs(held.torque):
             return Motor(most if held.torque > 0.0 else -most)
         return held

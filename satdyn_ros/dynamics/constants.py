@@ -13,7 +13,6 @@ from ..orbits.pieces import Pieces
 from ..torques.applied import Applied
 from ..torques.gravity_gradient import GravityGradient
 from ..torques.weight import Weight
-from ..trace.graph import flatten
 from .rotor import Rotor
 from .system import System
 
@@ -189,7 +188,7 @@ def line_at(system: System, start_s: float) -> list[Triple]:
     """Return P and Q in turning axes of c and ahead of it at the start; none: no axes turn."""
     if not system.has_turning_axes:
         return []
-    return turned_line(*perifocal_line(system), system.orbit.anomaly(start_s))
+    return list(_line(system, start_s, *perifocal_line(system)))
 
 
 def perifocal_line(system: System) -> tuple[Triple, Triple]:

@@ -100,9 +100,10 @@ class Problem:
 
     begin (M, V): the variables at the start; settings (M, 6), constants (M, P) and arrays (M, A):
     what holds now; stops_s (M, S): the times from tick 0 at which steps end, ascending, then
-    infinite; is_new (M,): RENEWED where these have changed, BEGINS where the motion does, else 0.  rows (M,): how many are filled; outcome
-    (M,): how a motion stands; ended (M, 3): when it has ended, the end of its last step, and how
-    many steps and exits of rotors it took since the last row.  table: addresses and counts.
+    infinite; is_new (M,): RENEWED where these have changed, BEGINS where the motion begins anew,
+    else 0.  rows (M,): how many are filled; outcome (M,): how a motion stands; ended (M, 3): when
+    it has ended, the end of its last step, and how many steps and exits of rotors it took since
+    the last row.  table: addresses and counts.
 
     out (M, W, N): the wanted variables; efforts (M, R, N): the torques of the motors [N m], where
     drives act, else without rows.

@@ -164,8 +164,8 @@ def _of(m, array, count, p):
 def _take_next(l, p, lanes):
     """Let a motion begin in a lane: its own anew or, if it is free and there is one, the next."""
     motion, m = integers(lanes[MOTION_AT]), integers(lanes[MOTION_AT])[l]
-    if m < 0 or integers(p[IS_NEW_AT])[m] != BEGINS:
-        is_free = m < 0 or integers(p[OUTCOME_AT])[m] >= REACHED
+    is_free = m < 0 or integers(p[OUTCOME_AT])[m] >= REACHED
+    if is_free or integers(p[IS_NEW_AT])[m] != BEGINS:
         if not is_free or p[WAITING] == p[MOTION_COUNT]:
             return
         m = p[WAITING]

@@ -15,10 +15,10 @@ from .ticks import Ticks
 class Measurement(np.ndarray):
     """What a sensor gives, (3,), (4,) or a number (), with the stamp_ns of its exposure."""
 
-    stamp_ns: int
+    stamp_ns: Any
 
     @classmethod
-    def of(cls, values: np.ndarray, stamp_ns: int) -> 'Measurement':
+    def of(cls, values: np.ndarray, stamp_ns: Any) -> 'Measurement':
         """Return the values of one exposure."""
         found = np.asarray(values).view(cls)
         found.stamp_ns = stamp_ns
@@ -37,7 +37,68 @@ class Measurement(np.ndarray):
         return Measurement.of, (np.array(self), self.stamp_ns)
 
 
-class Sample(State):
+class Along:
+    """What there is at a tick beside the state, by attribute; it follows when it is asked for."""
+
+    _scenario: Scenario
+
+    @property
+    def _samples(self) -> Samples:
+        raise NotImplementedError
+
+    @property
+    def r_i(self) -> np.ndarray:
+        """The position [m] (3,), inertial; zero for a fixed direction."""
+        return self._rows(self._samples.states.r_i)
+
+    @property
+    def v_i(self) -> np.ndarray:
+        """The velocity [m/s] (3,), inertial; zero for a fixed direction."""
+        return self._rows(self._samples.states.v_i)
+
+    @property
+    def magnetic_field_b(self) -> np.ndarray:
+        """The Earth's magnetic field [T] (3,), body axes; AttributeError: there is none."""
+        return self._of('magnetic_field')
+
+    @property
+    def sun_b(self) -> np.ndarray:
+        """The unit vector to the Sun (3,), body axes; AttributeError: there is none."""
+        return self._of('sun_direction')
+
+    @property
+    def sunlight(self) -> Any:
+        """The illuminance of a plate that faces the Sun [lx]; AttributeError: there is none."""
+        return self._of('sunlight')[..., 0]
+
+    @cached_property
+    def torques_b(self) -> dict[str, np.ndarray]:
+        """The torques on the body [N m] (3,), body axes, by their topics, as magnetic_torque."""
+        return {name: self._of(name) for name in self._torques()}
+
+    def _torques(self):
+        """Return the topics of the torques on the body."""
+        system, topics = self._samples.system, self._scenario.topic_table
+        return [
+            name
+            for name, topic in topics.items()
+            if (topic.role, topic.type) == ('state', 'geometry_msgs/msg/WrenchStamped')
+            and not topic.lacking(system)
+        ]
+
+    def _of(self, name):
+        """Return what a topic shows; AttributeError: the scenario has no such topic."""
+        topic = self._scenario.topic_table[name]
+        if why := topic.lacking(self._samples.system):
+            raise AttributeError(why)
+        return self._rows(topic.shows[0].of(self._samples))
+
+    def _rows(self, table):
+        """Return what is wanted of a table of the samples."""
+        raise NotImplementedError
+
+
+class Sample(Along, State):
     """
     The state at one tick of a run, and what else there is, which follows when it is asked for.
 
@@ -48,7 +109,6 @@ class Sample(State):
     """
 
     tick: int
-    _scenario: Scenario
     _ticks: Ticks
     _make: Callable[[], Samples]
 
@@ -92,46 +152,5 @@ class Sample(State):
                 found[name] = Measurement.of(measured.values[0], stamp_ns)
         return found
 
-    @property
-    def r_i(self) -> np.ndarray:
-        """The position [m] (3,), inertial; zero for a fixed direction."""
-        return self._samples.states.r_i[0]
-
-    @property
-    def v_i(self) -> np.ndarray:
-        """The velocity [m/s] (3,), inertial; zero for a fixed direction."""
-        return self._samples.states.v_i[0]
-
-    @property
-    def magnetic_field_b(self) -> np.ndarray:
-        """The Earth's magnetic field [T] (3,), body axes; AttributeError: there is none."""
-        return self._of('magnetic_field')
-
-    @property
-    def sun_b(self) -> np.ndarray:
-        """The unit vector to the Sun (3,), body axes; AttributeError: there is none."""
-        return self._of('sun_direction')
-
-    @property
-    def sunlight(self) -> float:
-        """The illuminance of a plate that faces the Sun [lx]; AttributeError: there is none."""
-        return float(self._of('sunlight')[0])
-
-    @cached_property
-    def torques_b(self) -> dict[str, np.ndarray]:
-        """The torques on the body [N m] (3,), body axes, by their topics, as magnetic_torque."""
-        system, topics = self._samples.system, self._scenario.topic_table
-        names = [
-            name
-            for name, topic in topics.items()
-            if (topic.role, topic.type) == ('state', 'geometry_msgs/msg/WrenchStamped')
-            and not topic.lacking(system)
-        ]
-        return {name: self._of(name) for name in names}
-
-    def _of(self, name):
-        """Return what a topic shows; AttributeError: the scenario has no such topic."""
-        topic = self._scenario.topic_table[name]
-        if why := topic.lacking(self._samples.system):
-            raise AttributeError(why)
-        return topic.shows[0].of(self._samples)[0]
+    def _rows(self, table):
+        return table[0]

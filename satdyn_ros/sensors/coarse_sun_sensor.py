@@ -10,6 +10,7 @@ The light that the Earth scatters, its albedo, is not modelled.
 """
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -43,6 +44,7 @@ class CoarseSunSensor(Sensor):
         'variance; with environment.sun'
     )
     unit = 'lx'
+    deviates = 1
 
     seed: int
     stream: int
@@ -87,6 +89,13 @@ class CoarseSunSensor(Sensor):
         samples = sampled(ticks, self.divisor)
         if not samples:
             return Measurements.prompt(as_array(samples), np.empty(0)), memory
-        true = self.truth(states, slice(samples.start - ticks.start, None, self.divisor))
-        values = true + self.noise * normals(self.seed, self.stream, samples, 1)[:, 0]
+        rows = slice(samples.start - ticks.start, None, self.divisor)
+        deviates = normals(self.seed, self.stream, samples, self.deviates)
+        values, _, _ = self.read(states, rows, deviates)
         return Measurements.prompt(as_array(samples), values), memory
+
+    def read(
+        self, states: States, rows: Any, deviates: np.ndarray, biases: Any = None
+    ) -> tuple[np.ndarray, None, Any]:
+        """Return illuminances [lx] (N,)."""
+        return self.truth(states, rows) + self.noise * deviates[:, 0], None, biases

@@ -136,7 +136,7 @@ class Gyro(Sensor):
     folds: bool = False
     stream: int = 0
 
-    memory = GyroMemory()
+    memory, deviates = GyroMemory(), DEVIATES
 
     @classmethod
     def of(cls, options: Mapping[str, Any], interval_s: float) -> 'Gyro':
@@ -202,6 +202,15 @@ class Gyro(Sensor):
         rate, biases = self._axes.read(true, deviates, memory.bias)
         after = GyroMemory(biases[-1], q_ib[-1], rest_b)
         return Measurements.prompt(as_array(samples), rate), after
+
+    def read(
+        self, states: States, rows: Any, deviates: np.ndarray, biases: np.ndarray
+    ) -> tuple[np.ndarray, None, np.ndarray]:
+        """Return body rates [rad/s] (N, 3) in sensor axes, of a gyro that does not integrate."""
+        to_sensor = rotation.conjugate(self.mounting)
+        true = rotation.rotate(to_sensor, states.omega_bi_b[rows])
+        rates, biases = self._axes.read_each(true, deviates, biases)
+        return rates, None, biases
 
     @property
     def _axes(self):

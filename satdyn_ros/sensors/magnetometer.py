@@ -66,7 +66,7 @@ class Magnetometer(Sensor):
     resolution: float = 0.0
     max_field: float = 0.0
 
-    memory = BiasMemory()
+    memory, deviates = BiasMemory(), DEVIATES
 
     @classmethod
     def of(cls, options: Mapping[str, Any], interval_s: float) -> 'Magnetometer':
@@ -119,6 +119,13 @@ class Magnetometer(Sensor):
         deviates = normals(self.seed, self.stream, samples, DEVIATES)
         values, biases = self._axes.read(true, deviates, memory.bias)
         return Measurements.prompt(as_array(samples), values), BiasMemory(biases[-1])
+
+    def read(
+        self, states: States, rows: Any, deviates: np.ndarray, biases: np.ndarray
+    ) -> tuple[np.ndarray, None, np.ndarray]:
+        """Return fields [T] (N, 3) in sensor axes."""
+        fields, biases = self._axes.read_each(self.truth(states, rows), deviates, biases)
+        return fields, None, biases
 
     @property
     def _axes(self):

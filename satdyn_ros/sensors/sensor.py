@@ -71,7 +71,7 @@ class Sensor:
     the content of its topic.  unit: that of its panel, of which there are per_si in the SI unit.
     resolution: that of its values, 0: they are not rounded.  latency: ticks from what it measures
     to its message.  memory: what it remembers before the
-    first sample.
+    first sample.  deviates: how many normal deviates a sample takes.
 
     seed, stream: of its noise.  divisor: ticks from sample to sample.  mounting (4,): quaternion
     from sensor to body axes.
@@ -89,6 +89,7 @@ class Sensor:
     unit: ClassVar[str]
     per_si: ClassVar[float] = 1.0
     memory: ClassVar[Any] = NoMemory()
+    deviates: ClassVar[int] = 3
 
     seed: int
     stream: int
@@ -151,6 +152,17 @@ class Sensor:
         Return what it measures at consecutive ticks, those of the rows of states, and its memory.
 
         memory: after the tick before them.
+        """
+        raise NotImplementedError
+
+    def read(
+        self, states: States, rows: Any, deviates: np.ndarray, biases: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
+        """
+        Return samples that do not follow each other, whether there is each, and their biases.
+
+        rows: N of states.  deviates (N, D).  biases (N, 3): of the samples before, nan: there was
+        none.  Return the values (N, ...), (N,) bool, None: there are all, and the biases (N, 3).
         """
         raise NotImplementedError
 

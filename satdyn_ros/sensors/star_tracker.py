@@ -182,11 +182,18 @@ class StarTracker(Sensor):
     def _expose(self, samples, first_row, states):
         """Return those of the samples at which stars are seen, and the attitudes measured."""
         rows = slice(first_row, None, self.divisor)
-        small = normals(self.seed, self.stream, samples, 3) * np.sqrt(self.variances)
+        deviates = normals(self.seed, self.stream, samples, self.deviates)
+        q_is, sees, _ = self.read(states, rows, deviates)
+        return as_array(samples)[sees], q_is[sees]
+
+    def read(
+        self, states: States, rows: Any, deviates: np.ndarray, biases: Any = None
+    ) -> tuple[np.ndarray, np.ndarray, Any]:
+        """Return attitudes q_is (N, 4) as they are exposed, and whether stars are seen."""
+        small = deviates * np.sqrt(self.variances)
         q_bs = rotation.multiply(self.mounting, rotation.from_vector(small))
         q_is = rotation.multiply(states.q_ib[rows], q_bs)
-        sees = self._sees_stars(states, rows)
-        return as_array(samples)[sees], q_is[sees]
+        return q_is, self._sees_stars(states, rows), biases
 
     def _sees_stars(self, states, rows):
         """Return whether the body is slow enough, the boresight off centre and Sun, (M,) bool."""

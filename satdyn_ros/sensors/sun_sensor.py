@@ -7,6 +7,7 @@ where the Sun is out of its view, or less than half of the disc is seen past the
 """
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -105,11 +106,18 @@ class SunSensor(Sensor):
         if not samples:
             return Measurements.prompt(as_array(samples), np.empty((0, 3))), memory
         rows = slice(samples.start - ticks.start, None, self.divisor)
+        deviates = normals(self.seed, self.stream, samples, self.deviates)
+        values, sees, _ = self.read(states, rows, deviates)
+        return Measurements.prompt(as_array(samples)[sees], values[sees]), memory
+
+    def read(
+        self, states: States, rows: Any, deviates: np.ndarray, biases: Any = None
+    ) -> tuple[np.ndarray, np.ndarray, Any]:
+        """Return unit vectors (N, 3) in sensor axes, and whether the Sun is seen."""
         true = self.truth(states, rows)
-        deviates = normals(self.seed, self.stream, samples, 3)
         across = deviates - dot(deviates, true)[:, None] * true
         values = rotation.rotate(rotation.from_vector(self.noise * across), true)
         sees = states.lit_fraction[rows] >= _LEAST_LIT
         if self.field_of_view:
             sees &= true[:, 2] >= np.cos(self.field_of_view)
-        return Measurements.prompt(as_array(samples)[sees], values[sees]), memory
+        return values, sees, biases

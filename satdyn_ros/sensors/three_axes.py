@@ -113,12 +113,23 @@ class ThreeAxes:
         none.
         """
         biases = self._biases(deviates[:, 3:], bias)
+        return self._read(true, deviates, biases), biases
+
+    def read_each(
+        self, true: np.ndarray, deviates: np.ndarray, before: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return samples and biases as read does, each after a bias of its own, nan for none."""
+        biases = self.bias_step * deviates[:, 3:] + before
+        biases = np.where(np.isnan(before), self.initial_bias, biases)
+        return self._read(true, deviates, biases), biases
+
+    def _read(self, true, deviates, biases):
         samples = self._misread(true) + biases + self.noise * deviates[:, :3]
         if self.resolution:
             samples = np.round(samples / self.resolution) * self.resolution
         if self.largest:
             samples = np.clip(samples, -self.largest, self.largest)
-        return samples, biases
+        return samples
 
     def _biases(self, deviates, before):
         steps = self.bias_step * deviates

@@ -2,7 +2,7 @@
 
 import inspect
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from hashlib import sha256
 from numbers import Real
 from typing import Any, ClassVar
@@ -126,6 +126,11 @@ class BodyTorque:
                 'of its own'
             )
         return cls(cls.Constants(*(values[name] for name in names)))
+
+    @classmethod
+    def of_many(cls, torques: Sequence[Any]) -> Any:
+        """Return what is commanded as M torques at once: one with constants of columns (M,)."""
+        return torques[0]
 
     @staticmethod
     def torque(

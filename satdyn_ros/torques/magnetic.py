@@ -41,15 +41,21 @@ class Magnetic(BodyTorque):
 
     def __init__(
         self,
-        residual: Sequence[float],
+        residual: Sequence[Any],
         field: Pieces,
-        commanded: Sequence[float] = (0.0, 0.0, 0.0),
+        commanded: Sequence[Any] = (0.0, 0.0, 0.0),
     ):
         dipole = tuple(map(add, residual, commanded))
         super().__init__(self.Constants(dipole, NO_TABLE), {'field': field})
         self._residual, self._field = residual, field
 
-    def commanded(self, dipole: Sequence[float]) -> 'Magnetic':
+    @classmethod
+    def of_many(cls, torques: Sequence['Magnetic']) -> 'Magnetic':
+        """Return M torques as one, with dipoles of columns (M,)."""
+        residuals = zip(*(torque._residual for torque in torques), strict=True)
+        return cls([np.array(parts) for parts in residuals], torques[0]._field)
+
+    def commanded(self, dipole: Sequence[Any]) -> 'Magnetic':
         """Return the torque under a commanded dipole (3,) [A m^2] too, body axes."""
         return type(self)(self._residual, self._field, dipole)
 

@@ -1,0 +1,264 @@
+"""Motions of one kind side by side in lanes, each of which may begin anew by itself."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..dynamics.constants import applied_by, perifocal_line, turned_line, write_driven
+from ..dynamics.equations import MOMENTUM, OMEGA
+from ..dynamics.system import System
+from ..kernel.time_table import Table
+from ..trace.graph import flatten, kind_of, numbered
+from .batch import LANES
+from .course import Course, problem_of
+from .lanes import (
+    ANOMALY,
+    BEGINS,
+    HOLDS_UNTIL_S,
+    MEAN_MOTION,
+    MOTION_COUNT,
+    REACHED,
+    UNFINISHED,
+    WAITING,
+    Lanes,
+    address,
+)
+from .layout import Layout
+from .propagation import Propagation
+from .step_code import step_code
+from .variables import wanted_count
+from .walk import walk
+
+
+class Driven(NamedTuple):
+    """
+    What commands set in M motions, in columns.
+
+    torque_b [N m] (3, M): on the bodies; rotor_torque [N m] (R, M).  own: by their places among
+    the torques of the system the constants of those that are commanded, of columns (M,).
+    """
+
+    torque_b: np.ndarray
+    rotor_torque: np.ndarray
+    own: Mapping[int, Any]
+
+
+class Relays:
+    """
+    Motions of one kind, each a Propagation bit by bit, of which each may begin anew at any time.
+
+    system_of(m): the system of motion m under what is commanded now, of which its constants are
+    made where a piece of time ends.
+
+    y (M, W): the variables where they stand; start_s (M,): when each began, from tick 0; why: by
+    motion, in one sentence, why it goes no further.
+
+    ValueError: they are of different kinds.
+    """
+
+    def __init__(self, motions: Sequence[Propagation], system_of: Callable[[int], System]):
+        self._motions, self._system_of = list(motions), system_of
+        self._courses = [motion.new_course() for motion in motions]
+        count, system, like = len(motions), motions[0].system, _working(self._courses[0])
+        self._kind, self._places = _kind(motions[0], self._courses[0]), numbered(like)
+        for motion, course in zip(motions, self._courses, strict=True):
+            self._refuse_other(motion, course)
+        layout, begin = Layout.of(like), np.array([motion.begin() for motion in motions])
+        self._problem = problem_of(begin, self._courses, layout, wanted_count(system, True))
+        self._t_s = np.zeros((count, 1))
+        self._problem.ask(self._t_s)
+        self.why: dict[int, str] = {}
+        self.y = begin[:, : self._problem.out.shape[1]].copy()
+        self.start_s, self._anomaly = np.zeros((2, count))
+        self._axes = np.zeros((len(system.rotors), 3, count))
+        self._inertias = np.ones((len(system.turning_rotors), count))
+        self._perifocal = np.zeros((2, 3, count))
+        # From when to when the pieces of time last of which its constants are.
+        self._pieces_s = np.zeros((2, count))
+        self._turning = [i for i, _ in system.turning_rotors]
+        for m in range(count):
+            self._note(m)
+        # Motion m is in lane m % LANES of its group for good.
+        arrays = flatten(like)[1]
+        self._code, single = step_code(like, LANES), step_code(like, 1)
+        self._dense, self._single = single.dense, Lanes(1, single.layout, arrays)
+        self._groups = []
+        for first in range(0, count, LANES):
+            table = self._problem.table.copy()
+            table[WAITING], table[MOTION_COUNT] = first, min(first + LANES, count)
+            lanes = Lanes(LANES, layout, arrays)
+            addresses = address(table), lanes.address, self._single.address
+            self._groups.append((table, lanes, addresses))
+
+    def _refuse_other(self, motion, course):
+        if _kind(motion, course) != self._kind:
+            raise ValueError(
+                'runs side by side must be of one kind: with the same rotors that turn, torques '
+                'and models, orbits that are all circular or all not, and inertias that all have '
+                'products or all have none'
+            )
+
+    def _note(self, m):
+        """Keep of motion m what it begins anew by."""
+        motion, course = self._motions[m], self._courses[m]
+        system = motion.system
+        self.start_s[m], self._pieces_s[:, m] = motion.start_s, course.piece_s
+        self._anomaly[m] = getattr(system.orbit, 'mean_anomaly', 0.0)
+        for i, rotor in enumerate(system.rotors):
+            self._axes[i, :, m] = rotor.axis
+        for n, (_, rotor) in enumerate(system.turning_rotors):
+            self._inertias[n, m] = rotor.inertia
+        if system.has_turning_axes:
+            self._perifocal[:, :, m] = perifocal_line(system)
+
+    def begin(self, m: int, motion: Propagation) -> None:
+        """Let another motion begin in place of motion m; ValueError: it is of another kind."""
+        course = motion.new_course()
+        self._refuse_other(motion, course)
+        self._motions[m], self._courses[m] = motion, course
+        self._note(m)
+        self._problem.begin[m] = motion.begin()
+        course.tell(self._problem, m)
+        self._problem.is_new[m] = BEGINS
+        self.y[m] = self._problem.begin[m, : self.y.shape[1]]
+        self.why.pop(m, None)
+
+    def take_over(self, rows: np.ndarray, start_s: np.ndarray, driven: Driven) -> np.ndarray:
+        """
+        Let the motions of rows (K,) begin anew where they stand at start_s (K,), from tick 0.
+
+        driven: of all motions.  Return the rows that cannot by numbers alone: they are in another
+        piece of time, or where each rotor is on the law of its drive is to be found anew.
+        """
+        if self._kind.switches:
+            return rows
+        begin_s, end_s = self._pieces_s[:, rows]
+        stays = (begin_s <= start_s) & (start_s < end_s)
+        left, rows, start_s = rows[~stays], rows[stays], start_s[stays]
+        # Of all, which is most often so, a view does.
+        at = slice(None) if len(rows) == len(self.y) else rows
+        problem, y = self._problem, self.y
+        along, speeds = self._rates(at)
+        count = len(self._turning)
+        for n in range(count):
+            y[at, MOMENTUM + n] = self._inertias[n, at] * (speeds[n] + along[n])
+        y[at, MOMENTUM + 2 * count] = 0.0
+        problem.begin[at, : y.shape[1]] = y[at]
+        settings, numbers = problem.settings, problem.constants[at].T
+        anomaly = self._anomaly[at] + settings[at, MEAN_MOTION] * start_s
+        write_driven(
+            numbers,
+            self._places,
+            start_s,
+            self._line(at, anomaly),
+            applied_by(driven.torque_b[:, at], self._axes[:, :, at], driven.rotor_torque[:, at]),
+            driven.rotor_torque[self._turning][:, at],
+            {i: _rows_of(constants, at) for i, constants in driven.own.items()},
+        )
+        if at is rows:
+            problem.constants[rows] = numbers.T
+        settings[at, ANOMALY], settings[at, HOLDS_UNTIL_S] = anomaly, end_s[stays] - start_s
+        problem.is_new[at], self.start_s[at] = BEGINS, start_s
+        return left
+
+    def _line(self, at, anomaly):
+        if not self._kind.turns_axes:
+            return ()
+        outward, ahead = self._perifocal[:, :, at]
+        return turned_line(outward, ahead, anomaly)
+
+    def reach(self, t_s: np.ndarray, goes: np.ndarray) -> None:
+        """
+        Let those that go (M,) go on to times [s] (M,) since each began; why says which do not.
+
+        A motion that has ended must not go.
+        """
+        problem, outcome = self._problem, self._problem.outcome
+        self._t_s[:, 0] = t_s
+        problem.rows[goes], outcome[goes] = 0, UNFINISHED
+        for _, lanes, tables in self._groups:
+            while not walk(*tables, self._code.attempt, self._dense):
+                for l, m in enumerate(lanes.motion.tolist()):
+                    if m >= 0 and UNFINISHED < outcome[m] < REACHED:
+                        self._go_on(m, lanes, l)
+        reached = goes & (outcome == REACHED)
+        self.y[reached] = problem.out[reached, :, 0]
+        for m in np.flatnonzero(goes & ~reached).tolist():
+            self.why[m] = self._reason(m)
+
+    def _go_on(self, m, lanes, l):
+        course, system = self._courses[m], self._system_of(m)
+        if course.drives is None:
+            course.start_anew(system, float(self.start_s[m]))
+            course.set_constants()
+        course.go_on(self._problem, lanes, l, self._t_s[m])
+        self._pieces_s[:, m] = course.piece_s
+
+    def _reason(self, m):
+        motion, (reached_s, *after) = self._motions[m], self._problem.ended[m].tolist()
+        outcome, course = int(self._problem.outcome[m]), self._courses[m]
+        states = motion.states_of(self._problem, m, np.zeros(0), course)
+        return str(motion.halted(outcome, reached_s, states, course.reason(outcome, *after)))
+
+    def _rates(self, at=slice(None)):
+        """Return of the turning rotors the body rates along their axes, and their speeds."""
+        x, y, z = self.y[at, OMEGA : OMEGA + 3].T
+        along, speeds = [], []
+        for n, i in enumerate(self._turning):
+            a = self._axes[i][:, at]
+            along.append(x * a[0] + y * a[1] + z * a[2])
+            speeds.append(self.y[at, MOMENTUM + n] / self._inertias[n, at] - along[n])
+        return along, speeds
+
+    def states(self) -> tuple[np.ndarray, ...]:
+        """Return q_ib (M, 4), omega_bi_b (M, 3), rotor_speed and rotor_angle (M, R)."""
+        speeds = np.full((len(self.y), len(self._axes)), np.nan)
+        angles = speeds.copy()
+        _, found = self._rates()
+        for n, i in enumerate(self._turning):
+            speeds[:, i] = found[n]
+            angles[:, i] = self.y[:, MOMENTUM + len(self._turning) + n]
+        return self.y[:, :OMEGA].copy(), self.y[:, OMEGA:MOMENTUM].copy(), speeds, angles
+
+
+class _Kind(NamedTuple):
+    """What motions side by side have in common."""
+
+    of_constants: tuple
+    turning: tuple[int, ...]
+    rotors: int
+    turns_axes: bool
+    switches: bool
+
+
+def _kind(motion: Propagation, course: Course) -> _Kind:
+    system = motion.system
+    turning = tuple(i for i, _ in system.turning_rotors)
+    return _Kind(
+        kind_of(_working(course)),
+        turning,
+        len(system.rotors),
+        system.has_turning_axes,
+        course.drives is not None,
+    )
+
+
+def _working(course):
+    """Return constants with which work is counted: all else has the same bits without."""
+    return course.constants._replace(does_work=True)
+
+
+def _rows_of(constants, at):
+    """Return constants of columns (M,) with some rows of each."""
+    parts = (
+        part
+        if isinstance(part, Table)
+        else _rows_of(part, at)
+        if isinstance(part, tuple)
+        else part[at]
+        if isinstance(part, np.ndarray)
+        else part
+        for part in constants
+    )
+    return type(constants)(*parts) if hasattr(constants, '_fields') else tuple(parts)

@@ -20,6 +20,7 @@ class BDot:
 
     period_s = 1.0
     needs_truth = False
+    vectorized = True
 
     def __init__(self, gain=1e5):
         self.gain = gain
@@ -29,7 +30,7 @@ class BDot:
         self.last = None
 
     def command(self, sample):
-        """Return the dipole (3,) [A m^2], body axes; without two samples none."""
+        """Return the dipole (..., 3) [A m^2], body axes; without two samples none."""
         B = sample.measured.get('magnetometer')
         if B is None:
             return {}
@@ -37,5 +38,6 @@ class BDot:
         if last is None:
             return {}
         last_ns, last_B = last
-        B_dot = (self.last[1] - last_B) / (1e-9 * (B.stamp_ns - last_ns))
-        return {'dipole_b': tuple((-self.gain * B_dot).tolist())}
+        # Of one run, or of each of many.
+        interval_s = 1e-9 * np.asarray(B.stamp_ns - last_ns)[..., None]
+        return {'dipole_b': -self.gain * (self.last[1] - last_B) / interval_s}

@@ -410,6 +410,8 @@ SWEEP.yaml (docs/sweeps.md explains each key, and the columns of DIR/table.parqu
   samples: false           # keep attitudes and rates at the samples
   captured_axis: least     # or x, y, z
   bags: [0, 7]             # runs to record as bags too; default none
+  controller: b_dot.py:BDot               # in each run; default none
+  controller_parameters: {gain: 1.0e5}
   vary:
     body.inertia.x: {linspace: [1190, 1220, 4]}                     # a grid
     orbit.inclination: {values: [28.5 deg, 51.6 deg]}               # a grid
@@ -483,7 +485,8 @@ def _add_sweep(command):
         'sweep',
         'many runs of one scenario with quantities that vary',
         'satdyn sweep monte_carlo -o runs --workers 8\n'
-        'satdyn plot runs -o runs.png --what captured lvlh_angle_max_rad',
+        'satdyn plot runs -o runs.png --what captured lvlh_angle_max_rad\n'
+        'satdyn sweep detumbling -o tumbles --controller examples/controllers/b_dot.py:BDot',
     )
     added.add_argument(
         'file', metavar='SWEEP.yaml', help='a sweep file, or the name of a shipped one'
@@ -498,6 +501,7 @@ def _add_sweep(command):
         metavar='MODULE:FUNCTION',
         help='add a column: a function of the states (M, N) of M runs to numbers (M,); repeatable',
     )
+    _add_controller(added)
     where = added.add_mutually_exclusive_group()
     where.add_argument(
         '--workers', type=int, metavar='N', help='number of processes; default: one per core'

@@ -377,6 +377,8 @@ def _sweep(given):
             satellite=given.satellite,
             outcomes=tuple(given.outcome),
             torques=given.torque,
+            controller=given.controller,
+            controller_parameters=given.controller_parameter,
         )
     print(f'{table}: {summary(table)}')
     return DONE

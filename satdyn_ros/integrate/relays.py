@@ -1,6 +1,6 @@
 """Motions of one kind side by side in lanes, each of which may begin anew by itself."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -230,6 +230,11 @@ class _Kind(NamedTuple):
     rotors: int
     turns_axes: bool
     switches: bool
+
+
+def kind_of_motion(motion: Propagation) -> Hashable:
+    """Return what motions side by side must have in common."""
+    return _kind(motion, motion.new_course())
 
 
 def _kind(motion: Propagation, course: Course) -> _Kind:

@@ -4,7 +4,7 @@ import copy
 from collections.abc import Iterable
 
 from ..actuators import Command
-from .controllers import Controller, Seen, failure, name_of, period_of
+from .controllers import Controller, Seen, failure, name_of, period_of, sees_truth
 from .events import Event, Request, Reset
 from .rules import RULES
 from .samples import Samples
@@ -52,7 +52,7 @@ class ControlledSimulation(Simulation):
 
     @property
     def _needs_truth(self):
-        return bool(getattr(self.controller, 'needs_truth', False))
+        return self.controller is not None and sees_truth(self.controller)
 
     def advance(self, count: int) -> tuple[list[Event], Samples]:
         """As Simulation.advance, and none beyond the next tick of the controller."""

@@ -13,6 +13,7 @@ import yaml
 
 from ..base.lazy import own_module
 from .sample import Measurement, Sample
+from .sample_columns import SampleColumns
 from .scenario import Scenario
 from .simulation import RunHalted
 
@@ -22,7 +23,8 @@ class Controller(Protocol):
     A controller.
 
     period_s: a multiple of the ticks' interval [s], None: every tick.  needs_truth: whether its
-    samples have the true states too.
+    samples have the true states too.  vectorized: whether it takes columns too: in a sweep its
+    samples have a row of each run, and so have its commands.
     """
 
     period_s: float | None
@@ -51,7 +53,7 @@ class Seen:
     r_i: np.ndarray
     v_i: np.ndarray
 
-    def __init__(self, sample: Sample):
+    def __init__(self, sample: Sample | SampleColumns):
         self._sample = sample
 
     def __getattr__(self, name: str) -> Any:
@@ -106,6 +108,11 @@ def _module(place):
         spec.loader.exec_module(module)
         return module
     return own_module(place)
+
+
+def sees_truth(controller: Controller) -> bool:
+    """Return whether the samples of a controller have the true states too."""
+    return bool(getattr(controller, 'needs_truth', False))
 
 
 def period_of(controller: Controller, scenario: Scenario) -> int:

@@ -1,7 +1,7 @@
 """Many runs in step: commands and samples are columns, a row of each run."""
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -11,8 +11,8 @@ from ..actuators import ACTUATORS, Actuator
 from ..dynamics.motion import States
 from ..dynamics.system import State, System
 from ..integrate.propagation import Propagation
-from ..integrate.relays import Driven, Relays
-from ..sensors.suites import Suites
+from ..integrate.relays import Driven, Relays, kind_of_motion
+from ..sensors.suites import Suites, without_seeds
 from .sample_columns import Apart, SampleColumns
 from .samples import Samples
 from .scenario import Scenario
@@ -256,6 +256,16 @@ class SideBySide:
             for x in (torques['torque_b'], torques['rotor_torque'])
         )
         return Driven(torque_b, rotor_torque, own)
+
+
+def kind_of_run(scenario: Scenario) -> Hashable:
+    """Return what runs must have in common to fly side by side; None: it flies alone."""
+    sensors = scenario.sensors.values()
+    if scenario['motion.method'] != 'numeric' or any(each.counts_turns for each in sensors):
+        return None
+    return repr(
+        (_alike(scenario), kind_of_motion(_motion(scenario)), without_seeds(scenario.sensors))
+    )
 
 
 def _motion(scenario, system=None, state=None, start_s=0.0):

@@ -22,7 +22,7 @@ class Suites:
     """
 
     def __init__(self, sensors: Sequence[Mapping[str, Sensor]]):
-        self._alike = _without_seeds(sensors[0])
+        self._alike = without_seeds(sensors[0])
         self._kinds = {name: _Kind(sensor, len(sensors)) for name, sensor in sensors[0].items()}
         self.are_any = bool(self._kinds)
         for m, each in enumerate(sensors):
@@ -30,7 +30,7 @@ class Suites:
 
     def begin(self, m: int, sensors: Mapping[str, Sensor]) -> None:
         """Let run m begin anew with these sensors; ValueError: as of the class."""
-        if _without_seeds(sensors) != self._alike:
+        if without_seeds(sensors) != self._alike:
             raise ValueError(
                 'the sensors of runs side by side must be the same but for sensors.seed'
             )
@@ -100,7 +100,7 @@ class _Kind:
         return self._drawn[runs, samples - self._first[runs]]
 
 
-def _without_seeds(sensors):
+def without_seeds(sensors):
     """Return what sensors are beside their seeds, as can be compared."""
     return {
         name: [

@@ -12,13 +12,16 @@ from .plan import Plan
 from .table import table, write_part
 
 _SAMPLES_A_BATCH = 500_000
+# Of runs in step, the more there are together the less each costs.
+_PARTS_IN_STEP = 4
 
 
 def batches(plan: Plan) -> Iterator[tuple[int, int]]:
     """Yield the first run and the one after the last of each batch, wherever it is done."""
     # Short compared with the whole, for interruptions and for cores that finish together, but long
     # enough to fill the lanes of a propagation and to outweigh what is done once per batch.
-    size = max(2 * LANES, min(1024, len(plan) // 32, _SAMPLES_A_BATCH // len(plan.t_s)))
+    parts = 32 if plan.controller is None else _PARTS_IN_STEP
+    size = max(2 * LANES, min(1024, len(plan) // parts, _SAMPLES_A_BATCH // len(plan.t_s)))
     for first in range(0, len(plan), size):
         yield first, min(first + size, len(plan))
 

@@ -25,6 +25,7 @@ from ..run.many import many, part_of
 from ..run.orbits import is_tabled
 from ..run.scenario import Scenario
 from .capture import capture_times, judged_axis
+from .controlled import flown
 from .extrema import angles, extrema_of
 from .own_outcome import Wrong
 from .plan import Plan
@@ -65,6 +66,9 @@ class _Table:
 
 
 def _fill(plan, runs, values, first, table):
+    if plan.controller is not None:
+        _fly_controlled(plan, plan.controller, runs, first, table)
+        return
     for rows in _alike(plan, values):
         done = _propagate_together(plan, runs, values, rows, first, table)
         if not done.all():
@@ -152,6 +156,22 @@ def _propagate_one_by_one(plan, runs, rows, first, table):
             table.put([first + row], outcome(plan, system, some, [runs[row]]))
 
 
+def _fly_controlled(plan, controller, runs, first, table):
+    """Fly runs with a controller in each."""
+    scenarios: dict[int, Scenario] = {}
+    for row, run in enumerate(runs):
+        with _failure_told(table, first + row):
+            scenarios[row] = plan.scenario_of_run(run)
+    rows, some = [*scenarios], [*scenarios.values()]
+    for place, states in flown(controller, some, plan.ticks):
+        row = rows[place]
+        with _failure_told(table, first + row):
+            if isinstance(states, Exception):
+                raise states
+            found = outcome(plan, some[place].system, part_of(states, None), [runs[row]])
+            table.put([first + row], found)
+
+
 @contextmanager
 def _failure_told(table, row):
     """Let a run fail in any way: then its row says why, and the others go on."""
@@ -170,7 +190,8 @@ def outcome(plan: Plan, system: System, states: States, runs: Sequence[int]) -> 
     q_ib, omega_bi_b [rad/s], rotor_speed [rad/s], rotor_angle [rad]: the state at the end.  The
     rest is over the samples: the extremes of the rate, of the angle to LVLH and of that of the
     axis of least inertia to nadir, the capture, the largest relative change of each first
-    integral.  The columns of a named rotor end in _NAME.
+    integral.  Of runs with a controller, which conserve nothing and do not go on by themselves,
+    there is neither capture nor change.  The columns of a named rotor end in _NAME.
     """
     rate = length(states.omega_bi_b)
     found: OutcomeColumns = {
@@ -184,9 +205,10 @@ def outcome(plan: Plan, system: System, states: States, runs: Sequence[int]) -> 
             of_rotor = f'_{rotor.name}' if rotor.name else ''
             found[f'rotor_speed{of_rotor}'] = states.rotor_speed[:, -1, i]
             found[f'rotor_angle{of_rotor}'] = states.rotor_angle[:, -1, i]
-    for name, drift in relative_drift(system, states).items():
-        if name.partition('.')[0] in NAMES:
-            found[f'drift_{name.replace(".", "_")}'] = np.abs(drift).max(axis=-1)
+    if plan.controller is None:
+        for name, drift in relative_drift(system, states).items():
+            if name.partition('.')[0] in NAMES:
+                found[f'drift_{name.replace(".", "_")}'] = np.abs(drift).max(axis=-1)
     if states.orbit.has_lvlh:
         found |= _angles_and_capture(plan, system, states, runs)
     if plan.keeps_samples:
@@ -207,6 +229,8 @@ def _angles_and_capture(plan, system, states, runs):
     if np.all(np.isnan(axis_b)):
         return found
     found |= angles('nadir_angle', passed.nadir)
+    if plan.controller is not None:
+        return found
     end_s, period_s = states.t_s[-1], 2.0 * np.pi / states.orbit.mean_motion
     period_s = np.broadcast_to(np.ravel(period_s), len(runs))
 

@@ -4,6 +4,7 @@ import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -14,15 +15,18 @@ from ..base import ros_yaml
 from ..base.key import Key
 from ..base.sentences import nearest
 from ..run import in_place, parts, pointing
+from ..run.keys import KEYS
 from ..run.orbits import is_tabled
 from ..run.scenario import Scenario
 from ..torques.body_torque import BodyTorque, named
 from .capture import LEAST
+from .own_controller import OwnController
 from .own_outcome import OwnOutcome
 from .quantities import Quantity, quantity
 from .sweep_keys import REQUIRED, SWEEP_KEYS, checked
 from .variation import Variation, variation
 
+_MOST_SEEDS = int(KEYS['sensors.seed'].high)
 # What a body points at is one attitude, that of the scenario.
 _OF_ALL_RUNS = ('orbit.j2', 'orbit.reference_radius', *pointing.POINTING)
 
@@ -45,7 +49,8 @@ class Plan:
     times each.  Run i is a function of the file and i alone.  interval_s: the time between the
     samples from which the extremes and the capture are found; with keeps_samples they are kept in
     the table.  captured_axis: the axis whose capture is judged (capture.py): x, y, z or least.
-    bags: the runs of which a bag is recorded.  outcomes: columns of one's own.
+    bags: the runs of which a bag is recorded.  outcomes: columns of one's own.  controller: in
+    each run, with sensors whose noise is the run's own.
     """
 
     scenario: Scenario
@@ -58,6 +63,7 @@ class Plan:
     captured_axis: str = LEAST
     bags: tuple[int, ...] = ()
     outcomes: tuple[OwnOutcome, ...] = ()
+    controller: OwnController | None = None
 
     @classmethod
     def from_yaml(
@@ -66,12 +72,15 @@ class Plan:
         satellite: str | None = None,
         outcomes: Sequence[str] = (),
         torques: Iterable[type[BodyTorque]] = (),
+        controller: str | None = None,
+        controller_parameters: Sequence[str] = (),
     ) -> 'Plan':
         """
         Return the sweep of a file; ValueError, one sentence: what is wrong with it.
 
         satellite: which one, where the scenario has several.  outcomes, by their places, and
-        torques: of one's own.
+        torques: of one's own.  controller: in place of that of the file, with parameters
+        NAME=VALUE.
         """
         given = ros_yaml.load(ros_yaml.read_text(path, 'the sweep'), str(path))
         if not isinstance(given, Mapping):
@@ -89,6 +98,11 @@ class Plan:
             raise ValueError(f'scenario is {given["scenario"]}; it must be the path of a scenario')
         path_of_scenario = Path(path).parent / given['scenario']
         scenario = Scenario.from_yaml(path_of_scenario, satellite, torques)
+        if controller is not None:
+            given = {**given, 'controller': controller}
+            given['controller_parameters'] = controller_parameters
+        elif str(given.get('controller', '')).partition(':')[0].endswith('.py'):
+            given = {**given, 'controller': f'{Path(path).parent}/{given["controller"]}'}
         plan = cls._checked(scenario, given, tuple(map(OwnOutcome.at, outcomes)))
         plan._refuse_if_all_fail()
         return plan
@@ -103,7 +117,10 @@ class Plan:
                 raise ValueError(f'{own.place} is not that with which the sweep was begun')
         torques = [named(name) for name in given.get('torques', ())]
         scenario = Scenario.from_yaml_text(given['scenario'], torques=torques)
-        return cls._checked(scenario, given, outcomes)
+        plan = cls._checked(scenario, given, outcomes)
+        if plan.controller and plan.controller.sources != given['controller_sources']:
+            raise ValueError(f'{plan.controller.place} is not that with which the sweep was begun')
+        return plan
 
     @classmethod
     def _checked(cls, scenario, given, outcomes):
@@ -127,6 +144,7 @@ class Plan:
             keeps_samples=checked(given, 'samples'),
             captured_axis=checked(given, 'captured_axis'),
             outcomes=outcomes,
+            controller=_controller(given),
         )
         return replace(plan, bags=_bags(given.get('bags', []), len(plan)))
 
@@ -136,6 +154,13 @@ class Plan:
                 f'interval_s is {self.interval_s:g}; it must be at most duration_s, '
                 f'{self.duration_s:g} s'
             )
+        if self.controller is not None:
+            for name in ('interval_s', 'duration_s'):
+                if (Fraction(str(getattr(self, name))) * self.scenario.rate).denominator != 1:
+                    raise ValueError(
+                        f'{name} is {getattr(self, name):g}; with a controller it must be a '
+                        f'multiple of the {1.0 / float(self.scenario.rate):g} s between ticks'
+                    )
 
     def __len__(self) -> int:
         """Return the number of runs."""
@@ -152,6 +177,11 @@ class Plan:
         # An end that rounding puts just behind a sample is that sample.
         count = math.ceil(self.duration_s / self.interval_s - 1e-9)
         return np.minimum(np.arange(count + 1) * self.interval_s, self.duration_s)
+
+    @cached_property
+    def ticks(self) -> np.ndarray:
+        """The ticks of the samples (N,) int64, where both are multiples of ticks."""
+        return np.rint(self.t_s * float(self.scenario.rate)).astype(np.int64)
 
     def values(self, run: int) -> dict[str, Any]:
         """Return what varies in a run, name to value."""
@@ -196,6 +226,14 @@ class Plan:
         }
         return Scenario(plain, self.scenario.torques)
 
+    def scenario_of_run(self, run: int) -> Scenario:
+        """Return the scenario of a run, with noise of its own; ValueError: as Scenario."""
+        scenario = self.scenario_of(self.values(run))
+        if self.controller is None or not scenario['sensors.names']:
+            return scenario
+        first = scenario['sensors.seed'] or self.seed + 1
+        return scenario.with_values({'sensors.seed': (first + run - 1) % _MOST_SEEDS + 1})
+
     def changed(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """
         Return the values of every key with the varied ones in them, not yet checked.
@@ -223,6 +261,10 @@ class Plan:
         }
         if self.scenario.torques:
             plain['torques'] = [kind.full_name() for kind in self.scenario.torques]
+        if self.controller:
+            plain['controller'] = self.controller.place
+            plain['controller_parameters'] = list(self.controller.parameters)
+            plain['controller_sources'] = self.controller.sources
         return json.dumps(plain, indent=1) + '\n'
 
     def _refuse_if_all_fail(self):
@@ -245,6 +287,17 @@ def _varied(given, keys):
             raise ValueError(f'{name} and {other} vary; only one of the two may')
     found = ((str(name), quantity(str(name), keys), how) for name, how in given.items())
     return tuple(Varied(name, what, variation(what.key, how)) for name, what, how in found)
+
+
+def _controller(given):
+    place, parameters = checked(given, 'controller'), given.get('controller_parameters', {})
+    if isinstance(parameters, Mapping):
+        parameters = [f'{name}={json.dumps(value)}' for name, value in parameters.items()]
+    elif not isinstance(parameters, Sequence) or isinstance(parameters, str):
+        raise ValueError(
+            f'controller_parameters is {parameters}; it must map names of parameters to values'
+        )
+    return OwnController.at(place, parameters) if place else None
 
 
 def _bags(given, count):

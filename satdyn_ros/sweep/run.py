@@ -43,6 +43,8 @@ def sweep(
     satellite: str | None = None,
     outcomes: Sequence[str] = (),
     torques: Iterable[type[BodyTorque]] = (),
+    controller: str | None = None,
+    controller_parameters: Sequence[str] = (),
 ) -> Path:
     """
     Do all runs of a sweep file and return the path of their table, directory/table.parquet.
@@ -51,13 +53,15 @@ def sweep(
     machine, None: one per core.  dask_address: a dask.distributed scheduler that does the runs
     instead.  show(done, total): called whenever runs have finished.  satellite: which one, where
     the scenario has several.  outcomes: columns of one's own (own_outcome.py), each by its place,
-    'module:function'.  torques: of one's own.
+    'module:function'.  torques: of one's own.  controller: of each run, in place of that of the
+    file, MODULE:CLASS or FILE.py:CLASS with parameters NAME=VALUE.
     ValueError: the file is wrong, the directory holds something else, or the machine is too small.
     OSError: a file cannot be written.  Failed: a worker failed, not only a run.
     """
     if workers is not None and workers < 1:
         raise ValueError(f'--workers is {workers}; it must be an integer of at least 1')
-    plan, directory = Plan.from_yaml(path, satellite, outcomes, torques), Path(directory)
+    plan = Plan.from_yaml(path, satellite, outcomes, torques, controller, controller_parameters)
+    directory = Path(directory)
     for warning in plan.scenario.warnings:
         logging.getLogger(__name__).warning(warning)
     # An outcome of one's own must not have the name of another column.
@@ -178,8 +182,9 @@ def _record(plan, run, bags):
     unfinished = bags / 'partial'
     shutil.rmtree(unfinished, ignore_errors=True)
     unfinished.mkdir(parents=True)
-    scenario = plan.scenario_of(plan.values(run))
-    for _ in simulate(scenario, plan.duration_s, unfinished / name):
+    scenario = plan.scenario_of_run(run)
+    own = plan.controller.new() if plan.controller else None
+    for _ in simulate(scenario, plan.duration_s, unfinished / name, controller=own):
         pass
     (unfinished / name).rename(bags / name)
     unfinished.rmdir()

@@ -9,6 +9,7 @@ from .capture import AXES, LEAST
 SPECIAL = {
     'vary': 'names of quantities, each with how it varies',
     'bags': 'a list of runs, integers from 0',
+    'controller_parameters': 'names of parameters, each with its value',
 }
 
 SWEEP_KEYS = {
@@ -45,6 +46,14 @@ SWEEP_KEYS = {
             'inertia',
             choices=(LEAST, *AXES),
         ),
+        Key(
+            'controller',
+            'string',
+            '',
+            '',
+            'a controller in each run: MODULE:CLASS, or FILE.py:CLASS relative to the sweep file',
+        ),
+        Key('controller_parameters', 'mapping', {}, '', 'what the class of it is called with'),
         Key('bags', 'list', (), '', 'the runs of which a bag is recorded too'),
     )
 }

@@ -17,6 +17,16 @@ from satdyn_ros.sweep.versions import versions
 from .sweeps import ENVIRONMENT, MANY, ROOT, start, wait_for_parts, write
 
 pytestmark = pytest.mark.long
+CONTROLLER = """
+import numpy as np
+
+
+class Spinner:
+    vectorized = True
+
+    def command(self, sample):
+        return {'torque_b': 1e-3 * np.sin(0.1 * sample.t_s)[..., None] * np.ones(3)}
+"""
 ENDLESS = MANY | {'runs': 10_000}
 
 
@@ -210,3 +220,13 @@ def test_ctrl_c(tmp_path, dask):
     assert line.startswith('interrupted: the same command')
     assert code == 130
     assert list(directory.glob('parts/*.parquet'))
+
+
+def test_a_controller_flies_there_as_here(dask, tmp_path):
+    """The workers find its file, wherever they run."""
+    (tmp_path / 'spinner.py').write_text(CONTROLLER)
+    path = write(tmp_path, controller='spinner.py:Spinner', duration_s=1000.0)
+    dask.start_workers(2)
+    there = sweep(path, tmp_path / 'there', dask_address=dask.address)
+    here = sweep(path, tmp_path / 'here', workers=1)
+    assert there.read_bytes() == here.read_bytes()

@@ -132,9 +132,13 @@ class SideBySide:
             self._relays.begin(m, motion)
         self._begun[rows] = self.tick[rows]
 
-    def step(self) -> SampleColumns:
-        """Advance all runs that go on by one tick, and return the sample there."""
-        goes = np.ones(len(self), bool)
+    def step(self, chosen: np.ndarray | None = None) -> SampleColumns:
+        """
+        Advance runs by one tick, and return the sample there.
+
+        chosen (M,) bool: those that go on, None: all; none that has halted does.
+        """
+        goes = np.ones(len(self), bool) if chosen is None else np.array(chosen, bool)
         goes[[*self.halted]] = False
         following = self.tick + goes
         for m, why in self._ended(following, goes):

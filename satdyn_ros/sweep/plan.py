@@ -125,7 +125,7 @@ class Plan:
     @classmethod
     def _checked(cls, scenario, given, outcomes):
         duration_s = checked(given, 'duration_s')
-        vary = _varied(given['vary'], scenario.keys)
+        vary = varied(given['vary'], scenario.keys)
         for each in vary:
             if each.quantity.key.name.startswith('orbit.') and is_tabled(scenario.values):
                 raise ValueError(
@@ -279,7 +279,8 @@ class Plan:
         raise errors[0]
 
 
-def _varied(given, keys):
+def varied(given: Any, keys: Mapping[str, Key]) -> tuple[Varied, ...]:
+    """Return what varies, as a sweep file has it; ValueError, one sentence: it is not allowed."""
     if not isinstance(given, Mapping) or not given:
         raise ValueError(f'vary is {given}; it must map quantities to how each varies')
     for name, (other, _) in in_place.IN_PLACE.items():

@@ -26,6 +26,12 @@ class Variation:
     draw: Callable[[np.random.Generator], Any] = lambda rng: None
     values_of_draws: Callable[[np.ndarray], np.ndarray] = lambda draws: draws
 
+    def drawn(self, rng: np.random.Generator) -> Any:
+        """Return one value: of a grid any, all alike."""
+        if self.grid:
+            return self.grid[rng.integers(len(self.grid))]
+        return self.values_of_draws(np.array([self.draw(rng)]))[0]
+
 
 def variation(key: Key, given: Any) -> Variation:
     """

@@ -1,0 +1,179 @@
+"""What an episode is: a scenario and what varies in it, what is seen, done and rewarded."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..run.keys import KEYS
+from ..run.scenario import Scenario
+from ..sweep.plan import Varied, varied
+
+_MOST_SEEDS = int(KEYS['sensors.seed'].high)
+
+
+@dataclass(frozen=True)
+class Task:
+    """
+    What an episode is.
+
+    observation: by name of what a sample holds, such as omega_bi_b, magnetic_field_b or
+    measured.gyro, the factor by which it is seen; what a sensor measures holds until it measures
+    again, zero before.  action: by keyword of Simulation.step the command at an action of 1, a
+    number or a list of numbers, by name where commands are: {'dipole_b': [0.2, 0.2, 0.2]},
+    {'rotor_torque': {'rw_x': 1e-3}}.  reward(sample, action): a number, or one (M,) of each run,
+    of what comes after an action, with actions (..., A) from -1 to 1.  ends(sample): whether an
+    episode is over there.  duration_s: of an episode, interval_s: from action to action.  vary:
+    what is drawn anew for each, as a sweep file has it.
+
+    In what a sample holds each run has a row; functions that look along the last axis alone,
+    [..., 0] and axis=-1, serve one run and many.
+
+    ValueError, in one sentence: what is not allowed.
+
+    >>> task = Task(scenario, observation={'omega_bi_b': 10.0},  # doctest: +SKIP
+    ...     action={'torque_b': [1e-3, 1e-3, 1e-3]}, duration_s=60.0, interval_s=0.5,
+    ...     reward=lambda sample, action: -np.sum(sample.omega_bi_b**2, axis=-1),
+    ...     vary={'initial.attitude': 'sphere'})
+    """
+
+    scenario: Scenario
+    observation: Mapping[str, float]
+    action: Mapping[str, Any]
+    reward: Callable[[Any, np.ndarray], Any]
+    duration_s: float
+    interval_s: float
+    vary: Mapping[str, Any] = field(default_factory=dict)
+    ends: Callable[[Any], Any] | None = None
+
+    def __post_init__(self) -> None:
+        for name in ('interval_s', 'duration_s'):
+            ticks = Fraction(str(getattr(self, name))) * self.scenario.rate
+            if ticks < 1 or ticks.denominator != 1:
+                raise ValueError(
+                    f'{name} is {getattr(self, name)}; it must be a multiple of the '
+                    f'{float(1 / self.scenario.rate):g} s between ticks'
+                )
+        words = self.scenario.equipment.of_keyword
+        for keyword in self.action:
+            if keyword not in words:
+                raise ValueError(f'action has {keyword}; it may have {", ".join(words)}')
+        for name in self.observation:
+            _, _, sensor = name.rpartition('measured.')
+            if sensor != name and sensor not in self.scenario.sensors:
+                raise ValueError(
+                    f'observation has {name}; sensors.names has '
+                    f'{", ".join(self.scenario.sensors) or "none"}'
+                )
+        assert self._varied is not None
+
+    @cached_property
+    def _varied(self) -> tuple[Varied, ...]:
+        return varied(self.vary, self.scenario.keys) if self.vary else ()
+
+    @property
+    def ticks_of_an_action(self) -> int:
+        """The ticks from action to action."""
+        return int(Fraction(str(self.interval_s)) * self.scenario.rate)
+
+    @property
+    def ticks(self) -> int:
+        """The ticks of an episode."""
+        return int(Fraction(str(self.duration_s)) * self.scenario.rate)
+
+    @cached_property
+    def senses(self) -> bool:
+        """Whether a measurement is seen, of which each tick of an action may have one."""
+        return any('measured' in name.split('.') for name in self.observation)
+
+    @cached_property
+    def action_size(self) -> int:
+        """How many numbers an action has."""
+        return sum(np.size(scale) for scale in _leaves(self.action))
+
+    def draw(self, rng: np.random.Generator) -> Scenario:
+        """Return the scenario of an episode; ValueError: what is drawn is not allowed."""
+        values, changes = dict(self.scenario.values), dict[str, Any]()
+        for each in self._varied:
+            now = each.quantity.changes(values, each.variation.drawn(rng))
+            values |= now
+            changes |= now
+        if self.scenario.sensors:
+            changes['sensors.seed'] = int(rng.integers(1, _MOST_SEEDS))
+        plain = {k: x.tolist() if isinstance(x, np.ndarray) else x for k, x in changes.items()}
+        return self.scenario.with_values(plain)
+
+    def commands(self, action: np.ndarray) -> dict[str, Any]:
+        """
+        Return the commands of actions (..., A) from -1 to 1, by keyword; outside they are cut.
+
+        ValueError: one is not a number.
+        """
+        if np.isnan(action).any():
+            run = '' if action.ndim == 1 else f' of run {np.argwhere(np.isnan(action))[0, 0]}'
+            raise ValueError(f'the action{run} has a nan; it must have numbers from -1 to 1')
+        numbers = np.clip(np.asarray(action, float), -1.0, 1.0)
+        return _scaled(self.action, numbers, 0)[0]
+
+    def seen(self, sample: Any, before: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """
+        Return what is seen of a sample by name, unscaled, a row of each run or one.
+
+        before: what was seen before, of which holds what is not measured now.
+        """
+        found = {}
+        for name in self.observation:
+            what, _, sensor = name.rpartition('measured.')
+            if sensor == name or what:
+                found[name] = _attribute(sample, name)
+                continue
+            now = sample.measured.get(sensor)
+            held = before.get(name)
+            if held is None:
+                size = len(type(self.scenario.sensors[sensor]).columns)
+                held = np.zeros((*np.shape(sample.t_s), size))
+            if now is not None:
+                now = np.reshape(now, held.shape)
+                held = np.where(np.isnan(now), held, now)
+            found[name] = held
+        return found
+
+    def observed(self, seen: Mapping[str, np.ndarray], rows: tuple[int, ...]) -> np.ndarray:
+        """Return the observation, (O,) or, of rows (M,), (M, O)."""
+        parts = [self.observation[name] * np.reshape(x, (*rows, -1)) for name, x in seen.items()]
+        return np.concatenate(parts, axis=-1)
+
+
+def _attribute(sample, name):
+    """Return what a sample has under a name; what is behind a dot is in a mapping there."""
+    first, *rest = name.split('.')
+    found = getattr(sample, first)
+    for key in rest:
+        found = found[key]
+    return np.asarray(found, float)
+
+
+def _leaves(scales):
+    for scale in scales.values():
+        if isinstance(scale, Mapping):
+            yield from _leaves(scale)
+        else:
+            yield scale
+
+
+def _scaled(scales, numbers, first):
+    """Return commands by the names of scales from numbers on, and the number after the last."""
+    found: dict[str, Any] = {}
+    for name, scale in scales.items():
+        if isinstance(scale, Mapping):
+            found[name], first = _scaled(scale, numbers, first)
+        elif np.ndim(scale):
+            found[name] = numbers[..., first : first + len(scale)] * scale
+            first += len(scale)
+        else:
+            found[name] = numbers[..., first] * scale
+            first += 1
+    return found, first

@@ -41,7 +41,7 @@ PARTS := part-1 part-2 part-3 part-4 part-5
 LONG_TESTS_2 := test/cli test/exact test/exchange test/messages test/report test/sweep test/test_*.py
 LONG_TESTS_3 := test/ros
 LONG_TESTS_4 := test/actuators test/bag test/controllers test/kernel test/rosbag2 test/watch
-LONG_TESTS_5 := test/base test/dynamics test/environment test/guidance test/integrate test/orbits test/run test/sensors \
+LONG_TESTS_5 := test/base test/dynamics test/environment test/guidance test/gym test/integrate test/orbits test/run test/sensors \
 	test/theory test/torques test/trace
 
 .PHONY: everything $(PARTS) help demo test test-all pages torture reference oldest lint colcon figures docs bench clean

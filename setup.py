@@ -74,6 +74,7 @@ setup(
             'pymsis>=0.11.0',
             'sgp4>=2.23',
         ],
+        'gym': ['gymnasium>=1.0'],
         'plot': ['matplotlib>=3.6.3'],
         'watch': ['aiohttp'],
         # Kernels of NAIF's SPICE, read and written; their times need the leap seconds of pyerfa.
@@ -82,7 +83,7 @@ setup(
         'tables': ['pandas', 'polars', 'pyarrow'],
         # What the commands of README and tutorial need; ROS 2 where it has wheels.
         'all': [
-            'satdyn_ros[environment,plot,spice,sweep,tables,watch]',
+            'satdyn_ros[environment,gym,plot,spice,sweep,tables,watch]',
             'satdyn_ros[ros]; '
             "sys_platform == 'linux' and platform_machine == 'x86_64' and python_version < '3.14'",
         ],

@@ -18,6 +18,7 @@ SCRIPTS = (
     'batch',
     'sweep',
     'loop',
+    'learning',
     'offline',
     'export',
     'live',

@@ -3,6 +3,7 @@ Spacecraft attitude under the gravity-gradient torque: true dynamics with proof,
 
 Scenario: what a run is, from a file or nested keys; scenario.motion().at(t_s) gives its states.
 Simulation: a scenario and its events tick by tick.
+SideBySide: many runs in step, with commands and samples in columns.
 Propagation: the numerical motion of any system from any state.
 exact: the motions in closed form; exact.recognise(system, state) finds the one that applies.
 describe: what theory says of a scenario, as data.
@@ -15,6 +16,7 @@ __version__ = '0.2.0'
 
 _PUBLIC = {
     'Scenario': 'satdyn_ros.run.scenario',
+    'SideBySide': 'satdyn_ros.run.side_by_side',
     'Simulation': 'satdyn_ros.bag.recordable',
     'Propagation': 'satdyn_ros.integrate.propagation',
     'describe': 'satdyn_ros.run.describe',
@@ -23,7 +25,7 @@ _PUBLIC = {
 # Where it has another name there.
 _NAMES = {'Simulation': 'RecordableSimulation'}
 
-__all__ = ['Propagation', 'Scenario', 'Simulation', 'describe', 'exact']
+__all__ = ['Propagation', 'Scenario', 'SideBySide', 'Simulation', 'describe', 'exact']
 
 
 def __getattr__(name: str) -> Any:

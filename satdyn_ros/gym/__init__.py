@@ -7,7 +7,12 @@ Satellites to train on: environments of Gymnasium, one alone or many in step.
 Task: what an episode of one's own is, for SatelliteEnv(task) and SatelliteVectorEnv(task, 1024).
 """
 
-from gymnasium import register
+try:
+    from gymnasium import register
+except ImportError:
+    raise ImportError(
+        'satdyn_ros.gym needs gymnasium: pip install gymnasium', name='gymnasium'
+    ) from None
 
 from .satellite_env import SatelliteEnv
 from .satellite_vector_env import SatelliteVectorEnv

@@ -25,7 +25,8 @@ class SideBySide:
     M runs in step, each with the bits of a Simulation of its scenario.
 
     A command acts from the last tick on, until the next one for the same.  Nothing else happens:
-    there are no requests, and no timeouts.
+    there are no requests, and no timeouts; and a torque under which a body cannot go on, which a
+    run alone drops, ends its run.
 
     scenarios: alike in publish.rate, in time.epoch, in the limits of their actuators and in their
     sensors but for the seed, and of one kind (Relays).  ValueError: they are not, or motion.method

@@ -25,7 +25,7 @@ from ..run.many import many, part_of
 from ..run.orbits import is_tabled
 from ..run.scenario import Scenario
 from .capture import capture_times, judged_axis
-from .controlled import flown
+from .closed_loops import flown
 from .extrema import angles, extrema_of
 from .own_outcome import Wrong
 from .plan import Plan

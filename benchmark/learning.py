@@ -150,7 +150,7 @@ def main(rounds=5):
     for step_s in STEPS_S:
         contenders[step_s] = partial(in_basilisk, step_s)
     cpu_s = medians(contenders, rounds)
-    count = {'ours': MANY, 'bare': MANY, 'single': FEW}
+    count: dict[str | float, int] = {'ours': MANY, 'bare': MANY, 'single': FEW}
     per_s = {name: count.get(name, 1) * ACTIONS / seconds for name, seconds in cpu_s.items()}
     what = f'{MANY} satellites in step, damped by magnetorquers, beside'
     claims = [

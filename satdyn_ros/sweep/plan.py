@@ -291,6 +291,8 @@ def varied(given: Any, keys: Mapping[str, Key]) -> tuple[Varied, ...]:
 
 
 def _controller(given):
+    if not given.get('controller'):
+        return None
     place, parameters = checked(given, 'controller'), given.get('controller_parameters', {})
     if isinstance(parameters, Mapping):
         parameters = [f'{name}={json.dumps(value)}' for name, value in parameters.items()]
@@ -298,7 +300,7 @@ def _controller(given):
         raise ValueError(
             f'controller_parameters is {parameters}; it must map names of parameters to values'
         )
-    return OwnController.at(place, parameters) if place else None
+    return OwnController.at(place, parameters)
 
 
 def _bags(given, count):

@@ -1,6 +1,7 @@
 """What the documents show of sweep files is what the code reads."""
 
 import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -18,6 +19,7 @@ SCENARIO = ROOT / 'config' / 'gravity_gradient_boom.yaml'
 def read(folder, text):
     """Return the keys of a sweep file's text and its plan, the scenario put in place."""
     given = yaml.safe_load(text)
+    shutil.copy(ROOT / 'examples' / 'controllers' / 'b_dot.py', folder)
     path = folder / 'sweep.yaml'
     path.write_text(yaml.safe_dump(given | {'scenario': str(SCENARIO)}, sort_keys=False))
     return given, Plan.from_yaml(path)

@@ -5,6 +5,10 @@ Run it beside a node:  satdyn node --params-file detumble.yaml
                        python examples/bdot.py
 with a detumble.yaml as in docs/how-to/detumble.md.  It ends with exit code 0 once the field turns
 slowly about the body, with 1 if that takes too long.
+
+Take a loop over topics, as here, for a controller that is a program of its own: flight software,
+another language, hardware.  For the law alone take the class in controllers/b_dot.py: it flies
+inside the run, faster, and gives the same bytes each time.
 """
 
 import argparse

@@ -4,6 +4,10 @@ Point a tumbling satellite by proportional and derivative feedback, through its 
 Run it beside a node:  satdyn node --params-file config/cubesat.yaml
                        python examples/controller.py
 It ends with exit code 0 once the satellite rests at the target, with 1 if that takes too long.
+
+Take a loop over topics, as here, for a controller that is a program of its own: flight software,
+another language, hardware.  For the law alone take a class such as those in controllers/: it flies
+inside the run, faster, and gives the same bytes each time.
 """
 
 import argparse

@@ -10,6 +10,9 @@ what field and Sun are along the orbit.  The estimates are published on `estimat
 `estimate/angular_velocity`; where the node publishes `attitude`, a line every two seconds says how
 far off they are.
 
+Take it for an estimate that other processes use.  A controller inside the run estimates for
+itself, as controllers/attitude_estimate.py does.
+
 The filter itself is in attitude_filter.py.  Here samples become its steps, in their order, and the
 first attitude its beginning.
 """

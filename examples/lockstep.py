@@ -8,6 +8,10 @@ A loop over topics includes the delays of the machine.  Here the satellite waits
 receives the sample of the last tick, sends the torque for the next one, and requests a step, whose
 reply comes when the tick has passed.  The same start gives the same messages, byte for byte,
 however busy the machine is.
+
+Take it where the controller has to be a process of its own and no message may be lost.  Where
+it may be Python, a class such as those in controllers/ does the same inside the run, with no
+messages to wait for.
 """
 
 import argparse

@@ -7,6 +7,10 @@ same way; the wheels take that up and would be at their limit of speed within ho
 their momentum h the magnetorquers make the torque T = -k h as far as the field B allows, by the
 dipole m = B x T / |B|^2 (Camillo and Markley, Orbit-averaged behavior of magnetic control laws
 for momentum unloading, 1980).
+
+Take a loop around `Simulation.step`, as here, where your program leads and only wants numbers.
+Where the run should leave a bag that verifies, or fly in the node, take a class:
+controllers/dumping.py.
 """
 
 import argparse

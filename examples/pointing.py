@@ -1,4 +1,8 @@
-"""What the controllers here share: they receive a state, and point a satellite by it."""
+"""
+What the controllers over topics share: they receive a state, and point a satellite by it.
+
+What controllers inside the run share is in controllers/quaternion_feedback.py.
+"""
 
 import time
 

@@ -7,6 +7,10 @@ The scenario file serves as the data sheet of body and wheels; there may be any 
 as long as their axes span space, such as those of config/pyramid.yaml.  It ends with exit code 0
 once the satellite rests at the target, with 1 if that takes too long.  The wheels then hold the
 momentum that the satellite had: nothing here dumps it.
+
+Take a loop over topics, as here, for a controller that is a program of its own: flight software,
+another language, hardware.  For the law alone take the class in controllers/inertial.py: it flies
+inside the run, faster, and gives the same bytes each time.
 """
 
 import argparse

@@ -5,6 +5,9 @@ The gyro turns the estimate on, and each sample of the star tracker takes a part
 the passive complementary filter with its bias, of Mahony, Hamel and Pflimlin (Nonlinear
 complementary filters on the special orthogonal group, IEEE Transactions on Automatic Control 53,
 2008), in steps.
+
+It is for controllers inside the run.  For an estimate that other processes use, take
+examples/estimator.py.
 """
 
 import numpy as np

@@ -5,6 +5,9 @@ Damp a tumble with magnetorquers, by what a magnetometer measures alone.
 The law m = -k dB/dt (Stickler and Alfriend, Elementary magnetic attitude control system, Journal
 of Spacecraft and Rockets 13, 1976), with differences of samples: the field seems to turn with
 -omega, so that the torque m x B takes work from what turns across B.
+
+It flies inside the run, and a run repeats to the byte.  A controller that is a program of its own,
+such as flight software, closes the loop over topics: examples/bdot.py.
 """
 
 import numpy as np

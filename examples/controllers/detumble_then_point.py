@@ -5,6 +5,9 @@ Damp a tumble with magnetorquers until wheels can take the rest, then point to n
         --controller detumble_then_point.py:DetumbleThenPoint
 
 Both laws are those of their files: b_dot.py and nadir.py.
+
+It flies inside the run, and a run repeats to the byte.  A controller that is a program of its own,
+such as flight software, closes the loop over topics: examples/bdot.py.
 """
 
 import numpy as np

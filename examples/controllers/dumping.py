@@ -6,6 +6,9 @@ Against the momentum h of the wheels the torquers make the torque T = -k h as fa
 allows, by the dipole m = B x T / |B|^2 (Camillo and Markley, Orbit-averaged behavior of magnetic
 control laws for momentum unloading, Journal of Guidance and Control 3, 1980).  The wheels give the
 body the opposite torque, which slows them down.
+
+It flies inside the run, and a run repeats to the byte.  A controller that is a program of its own,
+such as flight software, closes the loop over topics: examples/wheel_controller.py.
 """
 
 import numpy as np

@@ -3,6 +3,9 @@ Turn to an attitude in inertial axes and hold it, with wheels.
 
     satdyn simulate cubesat_adcs --duration 600 --controller inertial.py:Inertial -o bags/inertial
 By quaternion feedback (Wie, Weiss and Arapostathis 1989): quaternion_feedback.py.
+
+It flies inside the run, and a run repeats to the byte.  A controller that is a program of its own,
+such as flight software, closes the loop over topics: examples/wheel_controller.py.
 """
 
 from quaternion_feedback import QuaternionFeedback

@@ -147,7 +147,7 @@ $(VENV)/.run: setup.py | $(PY)
 
 $(VENV)/.test: $(VENV)/.run
 	@echo 'Installing what the tests and pictures need (a minute)'
-	@$(PIP) install --editable '.[$(ALL),test,dev]'
+	@$(PIP) install --editable '.[$(ALL),docs,test,dev]'
 	@$(PIP) install --editable '.[readers]' || echo 'Without Orekit and other readers, whose tests are skipped'
 	@touch $@
 

@@ -15,7 +15,7 @@ release = version = __version__
 
 extensions = ['myst_parser', 'sphinx.ext.apidoc', 'sphinx.ext.autodoc', 'sphinx.ext.mathjax']
 myst_enable_extensions = ['dollarmath']
-myst_heading_anchors = 3
+myst_heading_anchors = 4
 source_suffix = {'.md': 'markdown', '.rst': 'restructuredtext'}
 exclude_patterns = ['_static']
 root_doc = 'index'

@@ -1,19 +1,17 @@
 """
-Write the tables of the reference pages from the declarations that the code reads.
+Write the tables and entries of the reference pages from the declarations that the code reads.
 
     python scripts/write_tables.py
 
-Each table is between <!-- name --> and <!-- end of name -->.
+Each is between <!-- name --> and <!-- end of name -->.
 """
 
 import argparse
 import os
 import re
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 
-from satdyn_ros.base.key import Key
 from satdyn_ros.cli.command_line import parser
 from satdyn_ros.run import parts, shipped
 from satdyn_ros.run.environment import of_the_surface
@@ -34,17 +32,16 @@ DOCUMENTS = (
 )
 # Commands that a reader ends by Ctrl-C.
 _ENDLESS = ('node', 'replay', 'watch')
-_TYPE = 'sensors.NAME.type'
-_CHANGES = {'never': 'start', 'running': 'running', 'service': 'request'}
+_NAME = 'NAME'
+_TYPE = f'sensors.{_NAME}.type'
+_CHANGES = {'never': 'at the start', 'running': 'while it runs', 'service': 'by request'}
 
 
 def tables() -> dict[str, str]:
-    """Return the tables, by name, as Markdown."""
+    """Return the tables and entries, by name, as Markdown."""
     return {
         'topics': _topics(),
-        'parameters': _parameters(KEYS),
-        'parameters of plates and rotors': _parameters(_of_plates_and_rotors()),
-        'parameters of sensors': _parameters_of_sensors(),
+        'parameters': _parameters(),
         'parts': _parts(),
         'scenarios': _scenarios(),
         'commands': _commands(),
@@ -75,61 +72,63 @@ def with_tables(text: str) -> str:
 def _topics():
     rows = [
         (
-            f'`{topic.name}`' + (' (in)' if topic.role == 'input' else ''),
-            topic.type.replace('/msg/', '/'),
+            f'`{topic.name}`'
+            + (' (in)' if topic.role == 'input' else '')
+            + '<br>'
+            + topic.type.replace('/msg/', '/'),
             f'`{getattr(Frames(), topic.frame)}`' if topic.frame else '',
             topic.says,
         )
         for topic in TOPICS.values()
     ]
-    return _table(('topic', 'type', 'frame', 'content'), rows)
+    return _table(('topic and type', 'frame', 'content'), rows)
 
 
-def _parameters(keys):
-    rows = [
-        (
-            f'`{key.name}`',
-            key.allowed,
-            _default(key),
-            key.meaning,
-            _CHANGES[key.changes],
-        )
-        for key in keys.values()
-    ]
-    return _table(('parameter', 'allowed', 'default', 'meaning', 'changes'), rows)
+def _parameters():
+    """Return an entry for each key, under a heading of its own, in sections by what it is of."""
+    named = _of_named()
+    sections: dict[str, list[str]] = {}
+    for name, key in {**KEYS, **named}.items():
+        owner, _, rest = name.partition('.')
+        kind, _, leaf = rest.partition('.')
+        if kind == _NAME and f'{owner}.{leaf}' in KEYS:
+            continue  # the entry of that one names it
+        if kind in KINDS:
+            if f'sensors.{_NAME}.{leaf}' in named:
+                continue  # one entry for all types
+            owner = f'sensors of type {kind}'
+        twin = named.get(f'{owner}.{_NAME}.{rest}')
+        sections.setdefault(owner, []).append(_entry(key, twin))
+    return ''.join(f'### {owner}\n\n{"".join(of_it)}' for owner, of_it in sections.items())
+
+
+def _entry(key, twin):
+    default = 'no default' if key.name == _TYPE else f'default {_default(key)}'
+    facts = [key.allowed, default, _CHANGES[key.changes]]
+    if twin:
+        falls_back = twin.name in of_the_surface([_NAME])
+        facts.append(f'also `{twin.name}`' + ', by default this value' * falls_back)
+    return f'#### `{key.name}`\n\n{key.meaning}\\\n*{" · ".join(facts)}*\n\n'
 
 
 def _default(key):
-    if other := of_the_surface(['NAME']).get(key.name):
-        return f'that of `{other}`'
     return 'empty' if key.default == '' else f'`{_plain(key.default)}`'.replace("'", '')
 
 
-def _of_plates_and_rotors():
-    """Return the keys of each plate and of each rotor, by their names."""
-    keys = keys_of(('NAME',), ('NAME',))
-    return {name: key for name, key in keys.items() if name not in KEYS}
+def _of_named():
+    """Return what each plate, rotor and sensor with a name has: of a sensor, whatever its type."""
+    keys = keys_of((_NAME,), (_NAME,), sensors={_NAME: next(iter(KINDS))})
+    any_sensor = {_TYPE, *(f'sensors.{_NAME}.{leaf}' for leaf in _of_any_sensor())}
+    return {
+        name: key
+        for name, key in keys.items()
+        if name not in KEYS and (not name.startswith('sensors.') or name in any_sensor)
+    }
 
 
-def _parameters_of_sensors():
-    types: dict[Key, list[str]] = {}
-    for kind in KINDS:
-        for name, key in keys_of((), sensors={'NAME': kind}).items():
-            if name not in KEYS:
-                # The type is given, and has no default.
-                alike = replace(key, default='') if name == _TYPE else key
-                types.setdefault(alike, []).append(kind)
-    rows = [
-        (
-            f'`{key.name}`',
-            'any' if len(kinds) == len(KINDS) else ', '.join(kinds),
-            key.allowed,
-            'none' if key.name == _TYPE else _default(key),
-            key.meaning,
-        )
-        for key, kinds in types.items()
-    ]
-    return _table(('parameter', 'types', 'allowed', 'default', 'meaning'), rows)
+def _of_any_sensor():
+    leaves = [{name.rsplit('.')[2] for name in KEYS if f'.{kind}.' in name} for kind in KINDS]
+    return set.intersection(*leaves)
 
 
 def _parts():
@@ -155,9 +154,9 @@ def _scenarios():
             f'{_plain(scenario[key])}' for key in ('body.inertia', 'initial.angular_velocity')
         )
         rotors = ', '.join(rotor.mode.replace('_', ' ') for rotor in scenario.system.rotors)
-        start = f'{rate}, {scenario["initial.frame"]}'
-        rows.append((f'`{name}`', inertia, start, rotors, ' '.join(comment)))
-    columns = 'scenario', 'inertia [kg m^2]', 'first rate [rad/s], to', 'rotors', 'shows'
+        body = f'{inertia}<br>{rate}, {scenario["initial.frame"]}<br>{rotors}'
+        rows.append((f'`{name}`', body, ' '.join(comment)))
+    columns = 'scenario', 'inertia [kg m^2]<br>first rate [rad/s], to<br>rotors', 'shows'
     return _table(columns, rows)
 
 

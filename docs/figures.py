@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from satdyn_ros.actuators import Command
 from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
@@ -19,12 +18,13 @@ from satdyn_ros.report import html, maps
 from satdyn_ros.report.history import history
 from satdyn_ros.report.outcomes import draw_sweep
 from satdyn_ros.report.panels import COLOURS, STYLES
-from satdyn_ros.run.events import Event, Request
+from satdyn_ros.run.controllers import named
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.sweep.run import sweep
 
 FIGURES = Path(__file__).parent / 'figures'
 CONFIG = Path(__file__).parents[1] / 'config'
+CONTROLLERS = Path(__file__).parents[1] / 'examples' / 'controllers'
 
 
 def _sphere(axes):
@@ -257,29 +257,21 @@ class _Screenshot:
 
 
 def page():
-    """Draw the report of a satellite that was pushed and restarted: the picture in the README."""
+    """Draw the report of a CubeSat that turns to nadir with wheels: the picture in the README."""
     chromium = shutil.which('chromium')
     if not (chromium and shutil.which('chromedriver')):
         print("figures/page.png needs Debian's chromium and chromium-driver; it stays as it is")
         return None
-    scenario = Scenario.from_dict(
-        {
-            'publish': {'rate': 1.0, 'topics': ['attitude']},
-            'time': {'epoch_ns': 10**18},
-            'rotor': {'mode': 'free', 'inertia': 0.5, 'speed': 30.0},
-            'orbit': {'inclination': 0.9},
-        }
-    )
-    events: list[Event] = [
-        Command(2000, 'torque', (0.0, 0.02, 0.0), 2600),
-        Request(6000, {'initial.angular_velocity': [0.0006, 0.0008, 0.0]}),
-    ]
+    text = (CONFIG / 'cubesat_adcs.yaml').read_text(encoding='utf-8')
+    # Then it is over the lit side of the Earth.
+    scenario = Scenario.from_yaml_text(text.replace('T12:30:00Z', 'T12:09:00Z'))
+    controller = named(f'{CONTROLLERS}/nadir.py:Nadir')
     with tempfile.TemporaryDirectory() as directory:
-        bag = Path(directory) / 'satellite'
-        for _ in simulate(scenario, 12000, bag, events):
+        bag = Path(directory) / 'cubesat'
+        for _ in simulate(scenario, 300, bag, controller=controller):
             pass
-        text = html.page(history(bag, 12000), 'satellite')
-    return _Screenshot(text, 'satdyn.timeline.seek(9800)', chromium)
+        text = html.page(history(bag, 12000), 'cubesat')
+    return _Screenshot(text, 'satdyn.timeline.seek(60)', chromium)
 
 
 def _swept(name, directory):

@@ -106,8 +106,8 @@ def _entry(key, twin):
     default = 'no default' if key.name == _TYPE else f'default {_default(key)}'
     facts = [key.allowed, default, _CHANGES[key.changes]]
     if twin:
-        falls_back = twin.name in of_the_surface([_NAME])
-        facts.append(f'also `{twin.name}`' + ', by default this value' * falls_back)
+        falls_back = ', by default this value' if twin.name in of_the_surface([_NAME]) else ''
+        facts.append(f'also `{twin.name}`{falls_back}')
     return f'#### `{key.name}`\n\n{key.meaning}\\\n*{" · ".join(facts)}*\n\n'
 
 
@@ -154,10 +154,9 @@ def _scenarios():
             f'{_plain(scenario[key])}' for key in ('body.inertia', 'initial.angular_velocity')
         )
         rotors = ', '.join(rotor.mode.replace('_', ' ') for rotor in scenario.system.rotors)
-        body = f'{inertia}<br>{rate}, {scenario["initial.frame"]}<br>{rotors}'
-        rows.append((f'`{name}`', body, ' '.join(comment)))
-    columns = 'scenario', 'inertia [kg m^2]<br>first rate [rad/s], to<br>rotors', 'shows'
-    return _table(columns, rows)
+        facts = f'inertia {inertia} kg m^2 · rate {rate} rad/s to {scenario["initial.frame"]}'
+        rows.append((f'`{name}`', f'{" ".join(comment)}<br>*{facts} · rotors {rotors}*'))
+    return _table(('scenario', 'shows'), rows)
 
 
 def _commands():

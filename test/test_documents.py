@@ -75,6 +75,15 @@ def test_the_readme_is_short_and_the_two_commands_come_first():
     assert commands(blocks(README, ROOT)[0]) == ['make demo', 'make test']
 
 
+def test_the_front_page_says_what_each_page_is_for():
+    """In a line, in the order of the lists beside it, which make docs wants to be complete."""
+    text = (ROOT / 'docs/index.md').read_text(encoding='utf-8')
+    lines = re.findall(r'^- \[[^]]+\]\(([\w/-]+)\.\w+\): .+\.$', text, re.MULTILINE)
+    listed = re.findall(r'^[\w-]+(?:/[\w-]+)*$', text.partition('```{toctree}')[2], re.MULTILINE)
+    assert len(lines) > 30
+    assert lines == listed
+
+
 @each_page
 def test_commands_are_ones_that_exist(page):
     """The parser takes each command of a page, whether it is run or not; make has each target."""

@@ -68,9 +68,9 @@ def test_services_are_those_with_examples():
 
 
 def test_the_readme_is_short_and_the_two_commands_come_first():
-    """It can be read in a few minutes, and begins with what shows and proves the package."""
+    """It takes two screens, and begins with what shows and proves the package."""
     lines = README.read_text(encoding='utf-8').splitlines()
-    assert len(lines) <= 145
+    assert len(lines) <= 115
     assert max(map(len, lines)) <= 120
     assert commands(blocks(README, ROOT)[0]) == ['make demo', 'make test']
 

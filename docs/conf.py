@@ -23,6 +23,9 @@ root_doc = 'index'
 html_theme = 'furo'
 html_title = 'satdyn_ros'
 html_static_path = ['_static']
+# No page leads to it, and its tables are wider than a page; the search finds as much.
+html_use_index = False
+html_domain_indices = False
 mathjax_path = 'mathjax/tex-svg.js'
 
 apidoc_modules = [

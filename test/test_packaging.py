@@ -75,7 +75,7 @@ def test_manifest_and_setup_agree(distribution, manifest):
 def test_every_import_is_declared(distribution, manifest):
     """Whoever installs the package with the fitting extras can import every module of it."""
     declared = importable(distribution.install_requires)
-    for extra in ('environment', 'plot', 'spice', 'sweep', 'tables', 'watch'):
+    for extra in ('environment', 'gym', 'plot', 'spice', 'sweep', 'tables', 'watch'):
         declared |= importable(distribution.extras_require[extra])
     declared |= {node.text for node in manifest.iter('exec_depend')}
     files = [*(ROOT / 'satdyn_ros').rglob('*.py'), *(ROOT / 'launch').glob('*.py')]

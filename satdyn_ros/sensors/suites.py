@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
+from typing import Any
 
 import numpy as np
 
@@ -100,7 +101,7 @@ class _Kind:
         return self._drawn[runs, samples - self._first[runs]]
 
 
-def without_seeds(sensors):
+def without_seeds(sensors: Mapping[str, Sensor]) -> dict[str, dict[str, Any]]:
     """Return what sensors are beside their seeds, as can be compared."""
     return {
         name: [

@@ -101,16 +101,10 @@ class _Kind:
         return self._drawn[runs, samples - self._first[runs]]
 
 
-def without_seeds(sensors: Mapping[str, Sensor]) -> dict[str, dict[str, Any]]:
+def without_seeds(sensors: Mapping[str, Any]) -> dict[str, Any]:
     """Return what sensors are beside their seeds, as can be compared."""
     return {
-        name: [
-            type(sensor),
-            *(
-                np.array(getattr(sensor, f.name)).tolist()
-                for f in fields(sensor)
-                if f.name != 'seed'
-            ),
-        ]
+        name: {f.name: np.array(getattr(sensor, f.name)).tolist() for f in fields(sensor)}
+        | {'seed': type(sensor)}
         for name, sensor in sensors.items()
     }

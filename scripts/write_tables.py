@@ -15,7 +15,7 @@ from pathlib import Path
 from satdyn_ros.cli.command_line import parser
 from satdyn_ros.run import parts, shipped
 from satdyn_ros.run.environment import of_the_surface
-from satdyn_ros.run.keys import KEYS, keys_of
+from satdyn_ros.run.keys import KEYS, NAMES_OF_EACH, keys_of
 from satdyn_ros.run.scenario import Frames, Scenario
 from satdyn_ros.run.topics import TOPICS
 from satdyn_ros.sensors import KINDS

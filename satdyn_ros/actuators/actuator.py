@@ -38,9 +38,11 @@ class Actuator(ABC):
     topic, message, says: the topic of its commands, their type and their content in words.
     in_body_axes: whether the header of a message must name the body's frame, or none.  words: by
     its key in an events file the keyword of Simulation.step for the same.  keys: of scenarios, its
-    own.  limit: the last word of the key that cuts commands, '': none.  acts_on: the kind of
-    torque on the body that it commands, None: what it drives is no such torque.  earlier: topics
-    of earlier versions, which bags have, and their types.
+    own.  of_each: those that follow a name in GROUP.names, of its own group.  limit: the last word
+    of the key that cuts commands, '': none; limiting: what it does, before that word.  acts_on:
+    the kind of torque on the body that it commands, None: what it drives is no such torque.
+    is_held: whether a command holds until the next one or its timeout; if not, it ends by itself,
+    and each one acts anew.  earlier: topics of earlier versions, which bags have, and their types.
 
     topics: those of the scenario, which bags have.  is_fitted: whether there is anything to
     command.  none: by the names under which something is held, each timed out by itself, what acts
@@ -53,8 +55,11 @@ class Actuator(ABC):
     in_body_axes: ClassVar[bool] = False
     words: ClassVar[Mapping[str, str]]
     keys: ClassVar[tuple[Key, ...]] = ()
+    of_each: ClassVar[tuple[Key, ...]] = ()
     limit: ClassVar[str] = ''
+    limiting: ClassVar[str] = 'cut to'
     acts_on: ClassVar[type[BodyTorque] | None] = None
+    is_held: ClassVar[bool] = True
     earlier: ClassVar[Mapping[str, str]] = _NONE
 
     topics: tuple[str, ...]
@@ -117,6 +122,18 @@ class Actuator(ABC):
     def within(self, name: str, held: Any) -> Any:
         """Return what acts of what is held under a name: cut to the limit."""
         return held
+
+    def from_instant(self, name: str, held: Any, before: Any, at_s: float) -> Any:
+        """
+        Return what acts under a name from an instant on, by what is held and what acted before.
+
+        at_s: from tick 0.
+        """
+        return self.within(name, held)
+
+    def ended(self, acting: Mapping[str, Any], at_s: float) -> dict[str, Any]:
+        """Return what acts from an instant on where nothing is commanded any more."""
+        return dict(self.none)
 
     def effect(self, acting: Mapping[str, Any]) -> Any:
         """Return what the motion depends on of all that acts, by name; equal: it is the same."""

@@ -72,9 +72,37 @@ class Equipment:
                 system = system.driven(**changes)
         return system
 
+    def commanded_alone(self, system: System, topic: str, value: Any) -> System:
+        """Return a system under a command of tick 0 and nothing else."""
+        actuator = self.of_topic[topic]
+        acting = {
+            name: actuator.from_instant(name, x, self.none[name], 0.0)
+            for name, x in actuator.held(topic, value).items()
+        }
+        return self.driven(system, self.none | acting, [actuator])
+
     def torques(self) -> tuple[BodyTorque, ...]:
         """Return the torques on the body that are there for actuators alone."""
         return tuple(torque for each in self.actuators if (torque := each.torque()) is not None)
+
+    def ended(self, acting: Mapping[str, Any], at_s: float) -> dict[str, Any]:
+        """Return what acts from an instant on, from tick 0, where all commands end."""
+        return {name: x for each in self.actuators for name, x in each.ended(acting, at_s).items()}
+
+    def restarted(self, acting: Mapping[str, Any], at_s: float) -> dict[str, Any]:
+        """Return what acts from an instant on where the motion restarts: what is held goes on."""
+        ended = self.ended(acting, at_s)
+        return {
+            name: x if self.of_name[name].is_held else ended[name] for name, x in acting.items()
+        }
+
+    def is_driving(self, acting: Mapping[str, Any]) -> bool:
+        """Return whether a command is held that acts."""
+        return any(x != self.none[name] for name, x in acting.items() if self.is_held(name))
+
+    def is_held(self, name: str) -> bool:
+        """Return whether what is commanded under a name holds until the next command."""
+        return self.of_name[name].is_held
 
     def kept(self, acting: Mapping[str, Any]) -> dict[str, Any]:
         """Return, of what acts on another body, what goes on on this one."""

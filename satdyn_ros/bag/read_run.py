@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from mcap.records import Metadata
 
-from ..actuators import Command, is_commanding
+from ..actuators import Command, is_commanding, kind_of
 from ..messages import cdr
 from ..messages.packers import (
     Packer,
@@ -320,7 +320,9 @@ class Happened:
                     self.begins.append(snapshot['tick'])
 
     def _held_as_told(self, event: Command) -> Event:
-        return event if self._held is None else replace(event, until_tick=event.tick + self._held)
+        if self._held is None or not kind_of(event.topic).is_held:
+            return event
+        return replace(event, until_tick=event.tick + self._held)
 
     @cached_property
     def events(self) -> list[Event]:

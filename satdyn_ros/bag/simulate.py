@@ -141,7 +141,6 @@ def _check_command(event: Command, scenario: Scenario) -> None:
     if actuator is None:
         raise ValueError(f'its topic is {event.topic}; allowed: {", ".join(equipment.topics)}')
     actuator.check(event.topic, event.value)
-    acting = equipment.none | actuator.held(event.topic, event.value)
-    takes_work = equipment.driven(scenario.system, acting, [actuator]).takes_work
-    if scenario['motion.method'] == 'exact' and takes_work:
+    system = equipment.commanded_alone(scenario.system, event.topic, event.value)
+    if scenario['motion.method'] == 'exact' and system.takes_work:
         raise ValueError('motion.method is exact, and no closed form allows an applied torque')

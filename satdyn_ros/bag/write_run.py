@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..actuators import Command
+from ..actuators import Command, kind_of
 from ..messages import qos, schemas
 from ..messages.incoming import pack_command
 from ..messages.packers import pack_tf_static
@@ -100,6 +100,8 @@ class Recording:
 
     def _tell_held(self, event: Command) -> None:
         """Tell how long a torque is held, where that is not as told before."""
+        if not kind_of(event.topic).is_held:
+            return
         held = None if event.until_tick is None else event.until_tick - event.tick
         if held != self._held:
             self._held = held

@@ -92,9 +92,10 @@ class Constants(NamedTuple):
     anomaly_rate [rad/s]: the root of mu / l^3; axes_rate [rad/s] and normal: the size and the
     direction of Omega.  momentum [N m s]: h.  gradient [1/s^2]: 3 mu / l^3; outward and ahead: P
     and Q; semi_latus_rectum [m] and speed [m/s], the root of mu / l: of the orbit, zero without
-    one.  slow_rate [rad/s]: far below the rates at which the field swings the body, for a body at
-    rest.  does_work: whether anything does work that no potential has.  integrates_place: whether
-    the place on the orbit is integrated; sees_pairs: whether corners in pairs are looked for.
+    one.  slow_rate [rad/s]: far below the rates at which the field swings the body, or torques
+    that begin at nothing turn it, for a body at rest.  does_work: whether anything does work that
+    no potential has.  integrates_place: whether the place on the orbit is integrated; sees_pairs:
+    whether corners in pairs are looked for.
 
     rotors: those that turn.  watches: of their drives, where one has a torque that depends on its
     speed, coulomb: their dry friction, imbalances: theirs, where one has any; else none.  table:
@@ -307,6 +308,7 @@ def _constants(system):
             momentum = momentum + np.asarray(rotor.momentum)[..., None] * rotor.axis
     weight = np.linalg.norm(system.weight_moment, axis=-1)
     size = np.trace(system.inertia, axis1=-2, axis2=-1)
+    at_rest = sum(torque.largest for torque in system.torques)
     return Constants(
         start_s=0.0,
         longest_step=longest_step,
@@ -322,7 +324,7 @@ def _constants(system):
         ahead=ahead,
         semi_latus_rectum=semi_latus_rectum,
         speed=speed,
-        slow_rate=1e-3 * np.sqrt(np.abs(gradient) + weight / size),
+        slow_rate=1e-3 * np.sqrt(np.abs(gradient) + (weight + at_rest) / size),
         does_work=bool(system.is_driven or orbit.is_eccentric),
         integrates_place=system.integrates_place,
         sees_pairs=system.sees_pairs,

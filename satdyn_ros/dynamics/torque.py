@@ -8,7 +8,7 @@ import numpy as np
 from ..kernel.rows import components, from_components, times
 from ..orbits.pieces import by_piece, tables_of
 from ..torques.body_torque import BodyTorque, pieces_of
-from ..torques.sums import sum_of_potentials, sum_of_torques
+from ..torques.sums import sum_of_forces, sum_of_potentials, sum_of_torques
 from .motion import States
 from .system import State, System
 
@@ -16,6 +16,11 @@ from .system import State, System
 def own_torque(torques: Sequence[BodyTorque], states: States) -> np.ndarray:
     """Return the sum of some torques [N m] in body axes on a table of states, (..., 3)."""
     return _on_rows(sum_of_torques, torques, states, 3)
+
+
+def own_force(torques: Sequence[BodyTorque], states: States) -> np.ndarray:
+    """Return the sum of the forces of some torques [N] in body axes, (..., 3)."""
+    return _on_rows(sum_of_forces, torques, states, 3)
 
 
 def own_potential(torques: Sequence[BodyTorque], states: States) -> np.ndarray:

@@ -83,7 +83,8 @@ class Relay:
         """
         course = self._course
         is_alike = (self._works_anyway or system.is_driven) == self._constants.does_work
-        if not (is_alike and (course.drives or course.goes_on_at(start_s))):
+        is_anew = course.drives is not None or system.pieces != self.system.pieces
+        if not (is_alike and (is_anew or course.goes_on_at(start_s))):
             return False
         problem, y, turning = self._problem, self._y, self._turning
         begin = problem.begin[0]
@@ -91,8 +92,8 @@ class Relay:
         for n, (_, J, *_) in enumerate(turning):
             begin[MOMENTUM + n] = J * (self._speeds[n] + self._along[n])
         begin[MOMENTUM + 2 * len(turning)] = 0.0
-        if course.drives:
-            # Where each is on its law is found anew.
+        if is_anew:
+            # Where each drive is on its law is found anew, or there are other tables.
             self._course = self._motion.course_of(system, self.state(), start_s)
             self._course.tell(problem, 0)
         else:

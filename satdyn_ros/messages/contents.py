@@ -14,6 +14,7 @@ from ..dynamics.system import System
 from ..kernel import rotation
 from ..run.scenario import Frames
 from ..run.topics import Topic
+from ..torques.thrust import thrust_of
 from . import cdr, markers
 
 
@@ -21,7 +22,8 @@ class _Layout(NamedTuple):
     """
     What is alike in the messages of a type.
 
-    fields: those of the quantities that a topic shows, in its order.  constants: what else differs
+    fields: those of the quantities that a topic shows, in its order, and more that it may not
+    show.  constants: what else differs
     from the message's defaults, given the frames.
     """
 
@@ -35,7 +37,7 @@ _LAYOUTS = {
         ('velocity.angular',),
         lambda frames: {'body_frame_id': frames.body, 'reference_frame_id': frames.inertial},
     ),
-    'geometry_msgs/msg/WrenchStamped': _Layout(('wrench.torque',)),
+    'geometry_msgs/msg/WrenchStamped': _Layout(('wrench.torque', 'wrench.force')),
     'nav_msgs/msg/Odometry': _Layout(
         (
             'pose.pose.orientation',
@@ -65,7 +67,7 @@ def fields(topic: Topic) -> dict[str, tuple[str, ...]]:
     if not topic.shows:
         return {}
     columns = (quantity.columns for quantity in topic.shows)
-    return dict(zip(_LAYOUTS[topic.type].fields, columns, strict=True))
+    return dict(zip(_LAYOUTS[topic.type].fields, columns, strict=False))
 
 
 def message(topic: Topic, frames: Frames, system: System) -> cdr.Message:
@@ -91,7 +93,7 @@ def geodetic_without_status(topic: Topic, frames: Frames) -> dict[str, Any]:
 def _of_quantities(topic, frames):
     layout = _LAYOUTS[topic.type]
     content = {'header': header(getattr(frames, topic.frame)), **layout.constants(frames)}
-    for path, quantity in zip(layout.fields, topic.shows, strict=True):
+    for path, quantity in zip(layout.fields, topic.shows, strict=False):
         fill(content, path, _column(quantity))
     return content
 
@@ -122,6 +124,25 @@ def _rotor(frames: Frames, system: System) -> dict[str, Any]:
         'velocity': [_rotor_speed(i) for i in range(len(rotors))] if turns else [],
         'effort': [_rotor_torque(i) for i in range(len(rotors))] if driven else [],
     }
+
+
+def _thruster(frames: Frames, system: System) -> dict[str, Any]:
+    """Return sensor_msgs/JointState: of each thruster thrust and propellant used."""
+    names = [*thrust_of(system).thrusters]
+    return {
+        'header': header(frames.body),
+        'name': names,
+        'position': [_propellant(k) for k in range(len(names))],
+        'effort': [_thrust(k) for k in range(len(names))],
+    }
+
+
+def _propellant(k):
+    return lambda samples: thrust_of(samples.system).propellant_used(samples.states.orbit_s)[:, k]
+
+
+def _thrust(k):
+    return lambda samples: thrust_of(samples.system).thrusts(samples.states.orbit_s)[:, k]
 
 
 def _markers(frames: Frames, system: System) -> dict[str, Any]:
@@ -218,6 +239,7 @@ def _rotor_torque(i):
 # Of topics whose messages hold more, or other, than quantities.
 _OF_THEIR_OWN: dict[str, Callable[[Frames, System], dict[str, Any]]] = {
     'rotor': _rotor,
+    'thruster': _thruster,
     'markers': _markers,
     '/tf': _tf,
     '/tf_static': _tf_static,

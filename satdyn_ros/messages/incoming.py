@@ -37,6 +37,12 @@ class _Vector(NamedTuple):
     end: int
 
 
+class _Part(NamedTuple):
+    """The fields of a message within a message: their names and places."""
+
+    fields: tuple[tuple[str, Any], ...]
+
+
 class _Sequence(NamedTuple):
     """The places of the elements of a sequence, or its texts."""
 
@@ -48,6 +54,8 @@ def _laid_out(given: Any, numbers: list[float]) -> Any:
     match given:
         case str():
             return given
+        case dict():
+            return _Part(tuple((name, _laid_out(x, numbers)) for name, x in given.items()))
         case list():
             return _Sequence(tuple(_laid_out(item, numbers) for item in given))
         case tuple():
@@ -71,6 +79,8 @@ def _columns(places):
     match places:
         case str():
             return places
+        case _Part(fields):
+            return {name: _columns(each) for name, each in fields}
         case _Sequence(items):
             return [_columns(each) for each in items]
         case _Vector(begin, end):

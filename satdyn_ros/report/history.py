@@ -152,7 +152,7 @@ def history(
         if start < first:
             continue
         events += [(run.ticks.seconds(event.tick), event) for event in applied]
-        if samples.acting != run.scenario.equipment.none:
+        if run.scenario.equipment.is_driving(samples.acting):
             _extend(driven, run.ticks.seconds(start), run.ticks.seconds(start + len(samples)))
         largest |= {name: max(largest.get(name, 0.0), value) for name, value in so_far.items()}
         bounds.take(samples)

@@ -238,7 +238,7 @@ class InputsReport:
         for actuator in simulation.scenario.equipment.actuators:
             values |= actuator.report(simulation.acting)
             if actuator.limit and actuator.topics:
-                values[f'cut to {actuator.limit}'] = self._limited[actuator.limit]
+                values[f'{actuator.limiting} {actuator.limit}'] = self._limited[actuator.limit]
         values |= {
             'accepted': counts.accepted,
             'refused': counts.refused,

@@ -82,25 +82,23 @@ class CommandInputs:
             actuator.check(topic, value)
         except ValueError as error:
             return self._refuse((topic, 'value'), str(error))
-        held = actuator.held(topic, value)
         try:
-            self._check_closed_form(actuator, held)
+            self._check_closed_form(topic, value)
         except ValueError as error:
             return self._refuse((topic, 'closed form'), f'{topic} is refused: {error}')
         self.counts.accepted += 1
 
         def event_at(tick: int) -> Event:
-            until_tick = self._ticks.timeout(tick, self.timeout_s)
+            until_tick = self._ticks.timeout(tick, self.timeout_s) if actuator.is_held else None
             return Command(tick, topic, value, until_tick)
 
-        self._pacing.put(event_at, ' '.join(sorted(held)))
+        self._pacing.put(event_at, ' '.join(sorted(actuator.held(topic, value))))
 
-    def _check_closed_form(self, actuator, held):
+    def _check_closed_form(self, topic, value):
         """Raise ValueError if motion.method is exact and the driven system has no closed form."""
         scenario = self._scenario
         if scenario['motion.method'] == 'exact':
-            acting = scenario.equipment.none | held
-            system = scenario.equipment.driven(scenario.system, acting, [actuator])
+            system = scenario.equipment.commanded_alone(scenario.system, topic, value)
             scenario.motion_from(system, scenario.initial_state, 0.0)
 
     def _refuse(self, kind, reason):

@@ -16,6 +16,7 @@ from ..base.key import listed
 from ..base.sentences import Rules, told_apart, written
 from ..dynamics import inertia
 from ..kernel.rows import length
+from ..torques.thrust import LEAST_TIME_CONSTANT_S
 from . import environment, orbits, rotors, sensors
 from .ticks import LAST_STAMP_NS, Ticks, rate_of
 
@@ -81,6 +82,7 @@ def _units_of(values):
     """Return the names of quaternions and axes, with what the norm of each may be off."""
     axes = [f'{prefix}.axis' for prefix in rotors.prefixes(values['rotor.names'])]
     axes += [f'surface.{name}.normal' for name in values['surface.names']]
+    axes += [f'thruster.{name}.direction' for name in values['thruster.names']]
     quaternions = ((name, _UNIT_TO) for name in _quaternions(values))
     return [*quaternions, *((name, np.inf) for name in axes)]
 
@@ -143,6 +145,16 @@ def torques(values: Mapping[str, Any]) -> Rules:
             )
 
 
+def thrusters(values: Mapping[str, Any]) -> Rules:
+    """Check that chambers are at once or slow enough to be integrated."""
+    for name in (f'thruster.{each}.time_constant' for each in values['thruster.names']):
+        if (yield (values[name] > 0.0) & (values[name] < LEAST_TIME_CONSTANT_S)):
+            raise ValueError(
+                f'{name} is {written(values[name])}; it must be 0 or at least '
+                f'{LEAST_TIME_CONSTANT_S:g} s'
+            )
+
+
 def body(values: Mapping[str, Any]) -> Rules:
     """Check that the inertia is that of a body."""
     return inertia.rules(values['body.inertia'])
@@ -201,6 +213,7 @@ ALL_RULES: tuple[Callable[[Mapping[str, Any]], Rules], ...] = (
     environment.rules,
     sensors.rules,
     torques,
+    thrusters,
     body,
     rotors.rules,
     ticks,

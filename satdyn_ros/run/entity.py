@@ -86,11 +86,12 @@ def accelerations(system: System, states: States, row: int) -> tuple[np.ndarray,
 
 def restarted(conditions: Scenario, samples: Samples, row: int) -> Samples:
     """Return the one row of a motion that restarts from initial conditions at that of samples."""
-    system = conditions.equipment.driven(conditions.system, samples.acting)
     orbit_s = float(samples.states.orbit_s[row])
+    acting = conditions.equipment.restarted(samples.acting, orbit_s)
+    system = conditions.equipment.driven(conditions.system, acting)
     states = Propagation(system, conditions.state_at(orbit_s), orbit_s).at(0.0)
     stamps_ns = samples.stamps_ns[row : row + 1]
-    return Samples(samples.first_tick + row, stamps_ns, states, system, acting=samples.acting)
+    return Samples(samples.first_tick + row, stamps_ns, states, system, acting=acting)
 
 
 def touches(position: np.ndarray, centre: np.ndarray, radius: float) -> bool:

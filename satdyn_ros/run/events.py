@@ -116,9 +116,10 @@ _FLAGS: dict[str, Callable[[int], Event]] = {
     'torques_dropped': TorquesDropped,
     'halt': Halt,
 }
-# What is held.
-_HELD = tuple(word for kind in ACTUATORS.values() for word in kind.words)
-_WHAT = (*_HELD, 'request', 'topics', 'timeout', 'rotor_limited', *_FLAGS)
+# What is commanded, and what of it holds until its end.
+_COMMANDS = {word: kind for kind in ACTUATORS.values() for word in kind.words}
+_HELD = tuple(word for word, kind in _COMMANDS.items() if kind.is_held)
+_WHAT = (*_COMMANDS, 'request', 'topics', 'timeout', 'rotor_limited', *_FLAGS)
 
 
 def from_yaml(path: str | Path, scenario: Scenario) -> list[Event]:
@@ -207,9 +208,10 @@ def _events(entry, scenario) -> Iterator[Event]:
     if what not in _HELD and any(name in entry for name in _UNTIL):
         raise ValueError(f'{what} does not end; until_s and until_tick belong to torques')
     value = entry[what]
-    if what in _HELD:
-        until_tick = _until(entry, tick, ticks, scenario)
-        for topic, given in scenario.equipment.of_word[what].given(what, value).items():
+    if what in _COMMANDS:
+        actuator = scenario.equipment.of_word[what]
+        until_tick = _until(entry, tick, ticks, scenario) if actuator.is_held else None
+        for topic, given in actuator.given(what, value).items():
             yield Command(tick, topic, given, until_tick)
         return
     match what:
@@ -298,8 +300,9 @@ def _entry(event) -> dict[str, Any]:
     what: dict[str, Any]
     match event:
         case Command():
-            said = kind_of(event.topic).plain(event.topic, event.value)
-            what = said | {'until_tick': event.until_tick}
+            kind = kind_of(event.topic)
+            until = {'until_tick': event.until_tick} if kind.is_held else {}
+            what = kind.plain(event.topic, event.value) | until
         case RotorLimited():
             what = {'rotor_limited': {'rotor': event.rotor, 'limit': event.limit}}
         case Request():

@@ -684,6 +684,7 @@ OPTIONAL = tuple(
     )
 )
 _NONE: Mapping[str, str] = MappingProxyType({})
+_NO_NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType({})
 # What describes one rotor.
 _OF_A_ROTOR = tuple(
     name.removeprefix('rotor.')
@@ -692,24 +693,33 @@ _OF_A_ROTOR = tuple(
 )
 
 
+# By the keys of names what describes each of those that have one, and names that none may have.
+_OF_EACH: dict[str, tuple[Sequence[Key], tuple[str, ...]]] = {
+    'rotor.names': ([KEYS[f'rotor.{leaf}'] for leaf in _OF_A_ROTOR], _OF_A_ROTOR),
+    'surface.names': (KEYS_OF_A_PLATE, tuple(key.name for key in COEFFICIENTS)),
+    **{kind.keys[0].name: (kind.of_each, ()) for kind in ACTUATORS.values() if kind.of_each},
+}
+# The keys that decide on other keys.
+NAMES_OF_EACH = tuple(_OF_EACH)
+
+
 def keys_of(
-    rotor_names: tuple[str, ...],
-    plate_names: tuple[str, ...] = (),
+    names: Mapping[str, tuple[str, ...]] = _NO_NAMES,
     torques: Sequence[type[BodyTorque]] = (),
     sensors: Mapping[str, str] = _NONE,
 ) -> dict[str, Key]:
     """
-    Return the keys of a scenario with rotors and plates of these names and these torques, by name.
+    Return the keys of a scenario with these names and these torques, by name.
 
-    sensors: by name, for those of which it is given, the type.  ValueError: a name is not an
-    identifier, or is itself a key; a torque or a sensor has a key or a topic of another's name.
+    names: by rotor.names and the other NAMES_OF_EACH.  sensors: by name, for those of which it is
+    given, the type.  ValueError: a name is not an identifier, or is itself a key; a torque or a
+    sensor has a key or a topic of another's name.
     """
-    _check_names('rotor', rotor_names, _OF_A_ROTOR)
-    _check_names('surface', plate_names, tuple(key.name for key in COEFFICIENTS))
-    named = {
-        **_of_each('rotor', rotor_names, [KEYS[f'rotor.{leaf}'] for leaf in _OF_A_ROTOR]),
-        **_of_each('surface', plate_names, KEYS_OF_A_PLATE),
-    }
+    named: dict[str, Key] = {}
+    for key, given in names.items():
+        group, (keys, taken) = key.partition('.')[0], _OF_EACH[key]
+        _check_names(group, given, taken)
+        named |= _of_each(group, given, keys)
     of_torques = {key.name: key for torque in torques for key in torque.keys}
     if known := of_torques.keys() & {*KEYS, *named}:
         raise ValueError(f'{min(known)} is a key of a torque; a scenario has a key of this name')
@@ -726,7 +736,7 @@ def keys_of(
 
 
 def _of_each(group, names, keys):
-    """Return the keys of each of some rotors or plates by their names."""
+    """Return the keys of each of some rotors, plates or thrusters by their names."""
     full_names = (
         (f'{group}.{name}.{key.name.rpartition(".")[2]}', key) for name in names for key in keys
     )

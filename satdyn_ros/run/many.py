@@ -8,7 +8,7 @@ import numpy as np
 
 from ..dynamics.motion import States
 from . import checks
-from .keys import keys_of
+from .keys import NAMES_OF_EACH, keys_of
 from .scenario import Scenario
 
 
@@ -47,7 +47,7 @@ def _allowed(all_rules, values, rows):
 
 def _within(values):
     """Check arrays as their keys check one value."""
-    keys = keys_of(values['rotor.names'], values['surface.names'])
+    keys = keys_of({name: values[name] for name in NAMES_OF_EACH})
     for name, x in values.items():
         if isinstance(x, np.ndarray):
             lengths, within = keys[name].lengths, keys[name].is_within(x)

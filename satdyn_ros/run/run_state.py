@@ -58,11 +58,6 @@ class RunState:
         """The actuators."""
         return self.conditions.equipment
 
-    @property
-    def is_commanded(self) -> bool:
-        """Whether anything is commanded that acts."""
-        return self.acting != self.equipment.none
-
     def restarted(self, tick: int, state: State, system: System) -> 'RunState':
         """
         Return the run whose motion begins at a tick, from a state and with the torques of system.
@@ -108,18 +103,19 @@ class _Happening:
 
     def __init__(self, run: RunState, tick: int):
         self.events: list[Event] = []
-        self.run, self.tick = run, tick
+        self.run, self.tick, self._at_s = run, tick, run.ticks.seconds(tick)
 
     def drop_torques_or_halt(self, kinds: tuple[type, ...] = (TorquesDropped, Halt)) -> None:
         """Drop the torques, or else halt, where the motion does not reach the tick."""
         while self.run.halted is None and not self.run.segment.reaches(self.tick):
             run, before = self.run, self.tick - 1
-            drops = run.is_commanded and run.segment.begin_tick <= before
+            ended = run.equipment.ended(run.acting, run.ticks.seconds(before))
+            drops = run.acting != ended and run.segment.begin_tick <= before
             event = TorquesDropped(self.tick) if drops else Halt(self.tick)
             if not isinstance(event, kinds):
                 return
             if drops:
-                run = replace(run, acting=run.equipment.none, until={})
+                run = replace(run, acting=ended, until={})
                 free = run.equipment.driven(run.system, run.acting)
                 self.run = run.restarted(before, run.segment.state_at(before), free)
             else:
@@ -140,8 +136,7 @@ class _Happening:
                 # events that follow at the tick may begin another motion.
                 return self.drop_torques_or_halt((type(event),))
             case Request():
-                at_s = self.run.ticks.seconds(self.tick)
-                conditions = self.run.conditions.with_values(event.values, at_s)
+                conditions = self.run.conditions.with_values(event.values, self._at_s)
                 event = replace(event, values=resolved(event.values, conditions))
                 self.run = replace(self.run, conditions=conditions)
                 self._restart_from_conditions()
@@ -197,7 +192,10 @@ class _Happening:
         self._hold(held, until_tick)
         for actuator in dict.fromkeys(self.run.equipment.of_name[name] for name in held):
             new = {name: x for name, x in held.items() if name in actuator.none}
-            acting = {name: actuator.within(name, x) for name, x in new.items()}
+            acting = {
+                name: actuator.from_instant(name, x, self.run.acting[name], self._at_s)
+                for name, x in new.items()
+            }
             cut += [
                 RotorLimited(self.tick, actuator.rotors[name], actuator.limit)
                 for name in new
@@ -227,10 +225,10 @@ class _Happening:
             self.run = run.restarted(self.tick, run.segment.state_at(self.tick), system)
 
     def _restart_from_conditions(self) -> None:
-        run = self.run
-        system = run.equipment.driven(run.conditions.system, run.acting)
-        run = replace(run, suite=run.suite.restarted())
-        start_s = run.ticks.seconds(self.tick)
+        run, start_s = self.run, self._at_s
+        acting = run.equipment.restarted(run.acting, start_s)
+        system = run.equipment.driven(run.conditions.system, acting)
+        run = replace(run, suite=run.suite.restarted(), acting=acting)
         try:
             state = run.conditions.state_at(start_s)
             self.run = run.restarted(self.tick, state, system)

@@ -32,7 +32,7 @@ from . import (
     sensors,
     unlikely_values,
 )
-from .keys import GROUPS, KEYS, OPTIONAL, keys_of
+from .keys import GROUPS, KEYS, NAMES_OF_EACH, OPTIONAL, keys_of
 from .parameter_file import (
     ParameterFile,
     flattened,
@@ -88,12 +88,8 @@ class Scenario:
     ):
         given, self.rules = parts.laid_under(given or {}), rules
         self.torques = tuple(checked_kind(kind) for kind in torques)
-        rotor_names, plate_names = (
-            KEYS[name].checked(given.get(name, ())) for name in ('rotor.names', 'surface.names')
-        )
-        keys: dict[str, Key] = keys_of(
-            rotor_names, plate_names, self.torques, sensors.given_types(given)
-        )
+        names = {name: KEYS[name].checked(given.get(name, ())) for name in NAMES_OF_EACH}
+        keys: dict[str, Key] = keys_of(names, self.torques, sensors.given_types(given))
         unknown = [name for name in given if name not in keys]
         if unknown:
             raise ValueError(_unknown(unknown[0], given, keys))
@@ -103,7 +99,7 @@ class Scenario:
         values = {name: key.default for name, key in keys.items()} | checked
         self._followed: dict[str, Any] = {}
         if rules >= PLATES_FOLLOW_THE_SURFACE:
-            of_surface = environment.of_the_surface(plate_names).items()
+            of_surface = environment.of_the_surface(names['surface.names']).items()
             self._followed = {name: values[key] for name, key in of_surface if name not in given}
             values |= self._followed
         if values['orbit.type'] == 'fixed' and 'initial.frame' not in given:

@@ -260,7 +260,8 @@ class Simulation:
         commands: torque_b [N m] (3,), body axes, with torque.names by name, rotor_torque [N m] or
         rotor_speed [rad/s], by rotor, dipole_b [A m^2] (3,) of the magnetorquers, or texts with
         their units, hold during this step alone; without them, and for what is not named, what is
-        in force continues.  The first step is from tick 0 to tick 1.  ValueError: there is no such
+        in force continues.  On-times of thrusters [s], by name, begin with the step and may go on
+        beyond it.  The first step is from tick 0 to tick 1.  ValueError: there is no such
         torque, motor or magnetorquer, or a number is not finite.  TypeError: there is no such
         command.  RunHalted: the run goes no further.
         """
@@ -276,7 +277,7 @@ class Simulation:
         none = self.scenario.equipment.none
         held = {name: none[name] for name in self._of_step - held.keys()} | held
         changes = {name: x for name, x in held.items() if acting[name] != x}
-        self._of_step = frozenset(now)
+        self._of_step = frozenset(filter(self.scenario.equipment.is_held, now))
         new = [*self._commanded(changes)]
         if stepper and (sample := stepper.step(new)) is not None:
             self.next_tick += 1

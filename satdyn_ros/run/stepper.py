@@ -88,7 +88,8 @@ class Stepper:
         actuator = equipment.of_topic[topic]
         acting = {**begun.acting}
         for name, x in actuator.held(topic, value).items():
-            acting[name] = actuator.within(name, x)
+            at_s = self._run.ticks.seconds(self.tick)
+            acting[name] = actuator.from_instant(name, x, acting[name], at_s)
         if actuator.effect(acting) == actuator.effect(begun.acting):
             return replace(begun, acting=acting)
         if begun.tick == self.tick and not self._relay.reaches(0.0):

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..actuators import ACTUATORS, Actuator, kind_of
 from ..dynamics.system import System
-from ..dynamics.torque import own_torque
+from ..dynamics.torque import own_force, own_torque
 from ..kernel import rotation
 from ..orbits import FixedDirection
 from ..sensors import KINDS, Sensor
@@ -22,6 +22,7 @@ from ..torques.body_torque import BodyTorque
 from ..torques.gravity_gradient import GravityGradient, gravity_gradient
 from ..torques.magnetic import Magnetic
 from ..torques.solar import Solar
+from ..torques.thrust import Thrust
 
 
 class Shown(NamedTuple):
@@ -98,15 +99,19 @@ def _lvlh_lacking(system):
     return 'orbit.type is fixed, which has no LVLH; use circular or kepler, or leave the topic out'
 
 
-def _torque(name, title, of, lacking=_nothing):
-    """Return the topic of a torque on the body [N m], in body axes."""
+def _torque(name, title, of, lacking=_nothing, force=None):
+    """Return the topic of a torque on the body [N m], in body axes, and of its force [N]."""
+    shows, says = [Shown(tuple(f'{name}_b_{axis}_n_m' for axis in 'xyz'), of)], 'is zero'
+    if force is not None:
+        says = 'is in body axes too [N]'
+        shows.append(Shown(tuple(f'{name}_b_{axis}_n' for axis in 'xyz'), force))
     return Topic(
         name,
         'geometry_msgs/msg/WrenchStamped',
         'state',
         'body',
-        f'torque on the body in body axes [N m]: {title}; the force is zero',
-        (Shown(tuple(f'{name}_b_{axis}_n_m' for axis in 'xyz'), of),),
+        f'torque on the body in body axes [N m]: {title}; the force {says}',
+        tuple(shows),
         Panel(title, 'N m'),
         lacking,
     )
@@ -147,18 +152,29 @@ def _earth_lacking(system):
 def _of_kind(kind: type[BodyTorque]) -> Topic:
     """Return the topic of a kind of torques, which a system has where such a torque acts."""
 
-    def acting(system):
-        return [torque for torque in system.torques if type(torque) is kind]
+    def of(samples):
+        return own_torque(_acting(samples.system, kind), samples.states)
+
+    def force(samples):
+        return own_force(_acting(samples.system, kind), samples.states)
+
+    has_force = kind.force is not None
+    return _torque(kind.topic, kind.title, of, _not_acting(kind), force if has_force else None)
+
+
+def _acting(system, kind):
+    return [torque for torque in system.torques if type(torque) is kind]
+
+
+def _not_acting(kind):
+    """Return what says why a system has no topic of a kind of torques."""
 
     def lacking(system):
-        return (
-            '' if acting(system) else f'the torque {kind.name} does not act; leave the topic out'
-        )
+        if _acting(system, kind):
+            return ''
+        return f'the torque {kind.name} does not act; leave the topic out'
 
-    def of(samples):
-        return own_torque(acting(samples.system), samples.states)
-
-    return _torque(kind.topic, kind.title, of, lacking)
+    return lacking
 
 
 def _acted_on():
@@ -280,6 +296,15 @@ _TABLE = (
         'body',
         'angle [rad], speed relative to the body [rad/s] and motor torque after its limits [N m] '
         'of all rotors; arrays are empty where no rotor has such a value',
+    ),
+    Topic(
+        'thruster',
+        'sensor_msgs/msg/JointState',
+        'state',
+        'body',
+        'of each thruster by name, the thrust as effort [N], and as position the propellant used '
+        'since tick 0 [kg], nan without specific_impulse; with thruster.names',
+        lacking=_not_acting(Thrust),
     ),
     Topic(
         'markers',

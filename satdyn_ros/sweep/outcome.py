@@ -102,7 +102,8 @@ def _propagate_together(plan, runs, values, rows, first, table):
     changed = _changed(plan, values, rows)
     if changed is None or changed['motion.method'] != 'numeric':
         return done
-    if plan.scenario.torques or is_tabled(changed) or environment.asked(changed):
+    own = plan.scenario.torques or plan.scenario.equipment.torques()
+    if own or is_tabled(changed) or environment.asked(changed):
         return done
     alone = '.coulomb_friction', '.static_imbalance', '.dynamic_imbalance'
     if any(np.any(x) for key, x in changed.items() if key.endswith(alone)):

@@ -25,6 +25,8 @@ class BodyTorque:
     that of its panel, the words of the topic unless it is given.  Constants: a NamedTuple of
     floats, tuples of floats and arrays, from which the torque is computed.  is_steady: whether it
     depends on attitude and rate alone, as seen from axes that turn with a circular orbit.
+    largest [N m]: what it grows to from nothing at once, by which the steps of a body at rest are
+    judged; 0: it does not.
     A class without name or Constants is the base of others, and no torque.
 
     torque(t_s, r_i, v_i, q_ib, omega_bi_b, constants) -> (x, y, z) [N m], body axes: t_s are
@@ -37,10 +39,11 @@ class BodyTorque:
     pieces: by the name of a field of Constants, a Table, what makes it for one piece of time after
     the other: what depends on time alone, such as the magnetic field along the orbit.
 
-    Two more functions of the same arguments, where a torque has them.  signs(...) -> (x, ...): one
-    of these numbers changes its sign where the torque has a corner, and steps end there.
+    Three more functions of the same arguments, where a torque has them.  signs(...) -> (x, ...):
+    one of these numbers changes its sign where the torque has a corner, and steps end there.
     potential(...) -> V [J]: the torque is that of V.  Where the torque is steady and so are its
     axes, V is part of the energy that is conserved; elsewhere the torque does work.
+    force(...) -> (x, y, z) [N], body axes: what is published beside the torque; it moves nothing.
 
     >>> class Push(BodyTorque):
     ...     name = 'push'
@@ -58,9 +61,11 @@ class BodyTorque:
     topic: ClassVar[str]
     title: ClassVar[str]
     is_steady: ClassVar[bool] = False
+    largest: float = 0.0
     Constants: ClassVar[Any]
     signs: ClassVar[Callable[..., tuple[float, ...]] | None] = None
     potential: ClassVar[Callable[..., float] | None] = None
+    force: ClassVar[Callable[..., tuple[float, ...]] | None] = None
 
     def __init__(self, constants: Any, pieces: Mapping[str, Pieces] | None = None):
         fields, own = getattr(constants, '_fields', ()), self.Constants
@@ -193,6 +198,7 @@ _PARAMETERS = {
     'torque': _SEEN,
     'signs': _SEEN,
     'potential': _SEEN,
+    'force': _SEEN,
     'field': ('c_b', 'gradient', 'constants'),
     'orbit_power': _POWER,
 }

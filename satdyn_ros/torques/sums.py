@@ -39,6 +39,14 @@ def sum_of_torques(torques: tuple[Any, ...], seen: tuple[Any, ...]) -> Vector:
     return total
 
 
+def sum_of_forces(torques: tuple[Any, ...], seen: tuple[Any, ...]) -> Vector:
+    """Return the force [N] of those that have one."""
+    total: Vector = (0.0, 0.0, 0.0)
+    for force, constants in _functions(torques, 'force'):
+        total = add(total, force(*seen, constants))
+    return total
+
+
 def sum_of_potentials(torques: tuple[Any, ...], seen: tuple[Any, ...]) -> Any:
     """Return the potential [J] of those that have one."""
     total: Any = 0.0

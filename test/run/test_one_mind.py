@@ -17,7 +17,7 @@ from satdyn_ros.kernel import rotation
 from satdyn_ros.orbits.kepler import EARTH_MU
 from satdyn_ros.run import checks, environment, orbits, rotors, sensors
 from satdyn_ros.run.in_place import OF_ATTITUDE
-from satdyn_ros.run.keys import KEYS, keys_of
+from satdyn_ros.run.keys import KEYS, NAMES_OF_EACH, keys_of
 from satdyn_ros.run.many import many
 from satdyn_ros.run.scenario import Scenario
 
@@ -56,7 +56,7 @@ def judged(common, varied):
 
     common: values of all runs, beside the defaults; varied: a list of values, one for each.
     """
-    keys = keys_of(*(common.get(name, ()) for name in ('rotor.names', 'surface.names')))
+    keys = keys_of({name: common.get(name, ()) for name in NAMES_OF_EACH})
     values = {name: key.default for name, key in keys.items()} | common
     arrays = {name: np.array(some, float) for name, some in varied.items()}
     rows = [
@@ -144,6 +144,12 @@ def of_sensors(draw):
 def of_torques(draw):
     common = {'torque.names': ('control', str(draw.choice(['drag', '2nd'])))}
     return common, {'initial.angular_velocity': vectors(draw)}
+
+
+def of_thrusters(draw):
+    varied = {'thruster.t1.time_constant': near(draw, 1e-6)}
+    varied['thruster.t1.time_constant'][:3] = 0.0
+    return {'thruster.names': ('t1',)}, varied
 
 
 def orbit(draw):
@@ -267,6 +273,7 @@ DRAWS = {
     environment.rules: of_environment,
     sensors.rules: of_sensors,
     checks.torques: of_torques,
+    checks.thrusters: of_thrusters,
     checks.body: body,
     rotors.rules: of_rotors,
     checks.ticks: ticks,

@@ -31,6 +31,19 @@ ORBITS: dict[str, dict[str, Any]] = {
         for name in AXES
         for key, value in {'max_speed': 10.5, 'speed_gain': 2.0, 'coulomb_friction': 1e-6}.items()
     },
+    # Of valves that open and close in and between steps.
+    'firing': {
+        'publish.rate': 10.0,
+        'thruster.names': ['a', 'b'],
+        'thruster.a.position': [0.0, 0.3, 0.0],
+        'thruster.a.thrust': 2.0,
+        'thruster.a.min_on_time': 0.01,
+        'thruster.b.position': [0.4, 0.0, 0.1],
+        'thruster.b.direction': [0.0, 1.0, 1.0],
+        'thruster.b.thrust': 1.0,
+        'thruster.b.delay': 0.13,
+        'thruster.b.time_constant': 0.05,
+    },
     # Of which tables are known for some minutes each, as long as a few ticks.
     'tabled': {
         'orbit.type': 'tle',
@@ -56,6 +69,10 @@ commands = st.fixed_dictionaries(
 speeds = st.fixed_dictionaries(
     {'rotor_speed': st.dictionaries(st.sampled_from([*AXES]), st.floats(-12.0, 12.0), min_size=1)}
 )
+on_times = st.sampled_from([0.0, 0.005, 0.03, 0.1, 0.25, 1.0])
+pulses = st.fixed_dictionaries(
+    {'thrusters': st.dictionaries(st.sampled_from('ab'), on_times, min_size=1)}
+)
 dipoles = st.fixed_dictionaries({'dipole_b': st.tuples(*3 * [st.floats(-0.3, 0.3)])})
 
 
@@ -72,7 +89,7 @@ class AnewEachTime(Simulation):
 def test_steps_have_the_bits_of_motions_that_begin_anew(orbit, data):
     """States, measurements and snapshots, and what goes on from a copy and from a snapshot."""
     scenario = SCENARIO.with_values(ORBITS[orbit])
-    more = {'tabled': dipoles, 'limited': speeds}.get(orbit, commands)
+    more = {'tabled': dipoles, 'limited': speeds, 'firing': pulses}.get(orbit, commands)
     some = more | commands
     given_ = data.draw(st.lists(some, min_size=3, max_size=25))
     mine, other = Simulation(scenario), AnewEachTime(scenario)

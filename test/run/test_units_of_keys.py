@@ -47,11 +47,15 @@ OTHER: dict[str, tuple[str, float]] = {
     'lx': ('klx', 1e3),
     'rad/s/sqrt(Hz)': ('deg/sqrt(h)', math.pi / 180.0 / 60.0),
     'rad/s^2/sqrt(Hz)': ('deg/h/sqrt(h)', math.pi / 180.0 / 216000.0),
+    'N': ('mN', 1e-3),
     'T': ('uT', 1e-6),
     'T/sqrt(s)': ('nT/sqrt(s)', 1e-9),
     'byte': ('MB', 1e6),
 }
-_ALL = keys_of(('rw_x',), ('panel',), sensors={'fine': 'gyro'}).values()
+_ALL = keys_of(
+    {'rotor.names': ('rw_x',), 'surface.names': ('panel',), 'thruster.names': ('t1',)},
+    sensors={'fine': 'gyro'},
+).values()
 WITH_UNIT = [key for key in (*_ALL, *SWEEP_KEYS.values()) if key.unit]
 
 

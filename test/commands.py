@@ -14,6 +14,11 @@ def motor_command(tick, torques=None, until_tick=None, speeds=None):
     return Command(tick, 'rotor_command', MotorCommands(torques or {}, speeds or {}), until_tick)
 
 
+def thruster_command(tick, **on_times):
+    """Return on-times [s], by thruster."""
+    return Command(tick, 'thruster_command', on_times)
+
+
 def dipole_command(tick, dipole_b, until_tick=None):
     """Return a dipole of the magnetorquers [A m^2] (3,), body axes."""
     return Command(tick, 'magnetorquer_command', dipole_b, until_tick)

@@ -43,6 +43,8 @@ def state_topics(ticks_per_wall_s: float) -> Qos:
 
 # Commands come at the rate of a controller; a busy node reads them slightly later.
 INPUTS = Qos(depth=1000)
+# What waits in it: those of seconds, at thousands a second.
+WAITING_INPUTS = Qos(depth=_MOST)
 # For whoever comes at any time.
 LATCHED = Qos(depth=1, durability='transient_local')
 CLOCK = Qos(depth=1, reliability='best_effort')

@@ -61,7 +61,7 @@ class CommandInputs:
             message_class(topic.type),
             topic.name,
             callback,
-            qos_profile(qos.INPUTS),
+            qos_profile(qos.WAITING_INPUTS),
             event_callbacks=SubscriptionEventCallbacks(message_lost=self._count_lost),
         )
 

@@ -2,11 +2,12 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import groupby
 from typing import Any
 
 import numpy as np
 
-from ..actuators import Actuator, Command, Equipment
+from ..actuators import Actuator, Command, Equipment, kind_of
 from ..dynamics.drives import AT_LIMIT
 from ..dynamics.motion import States
 from ..dynamics.system import State, System
@@ -91,8 +92,12 @@ class RunState:
         if rules >= EVENTS_FOLLOW:
             happening.drop_torques_or_halt()
         happening.time_out()
-        for event in acting:
-            happening.act(event)
+        for is_together, events in groupby(acting, _ends_by_itself):
+            if is_together:
+                happening.command_together([*events])
+            else:
+                for event in events:
+                    happening.act(event)
         happening.tell_limits(self)
         happening.drop_torques_or_halt()
         return happening.events, happening.run
@@ -156,6 +161,15 @@ class _Happening:
                 self._drop(names[event.rotor])
         self.events.append(event)
         self.events += cut
+
+    def command_together(self, commands: list[Command]) -> None:
+        """Let commands that end by themselves act as one: by each name the last one holds."""
+        held: dict[str, Any] = {}
+        for command in commands:
+            actuator = self.run.equipment.of_topic[command.topic]
+            held |= actuator.held(command.topic, command.value)
+        self._command(held, None)
+        self.events += commands
 
     def tell_limits(self, before: RunState) -> None:
         """Tell of rotors at their limits of speed, of the run before or of the motion of now."""
@@ -243,6 +257,10 @@ class _Happening:
             segment = Segment(run.ticks, self.tick, motion)
             segment.halt(self.tick, str(error))
             self.run = replace(run, segment=segment, system=system, halted=None)
+
+
+def _ends_by_itself(event: Event) -> bool:
+    return isinstance(event, Command) and not kind_of(event.topic).is_held
 
 
 def met_limit(states: States) -> np.ndarray:

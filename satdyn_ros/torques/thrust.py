@@ -2,6 +2,7 @@
 
 from bisect import bisect_right
 from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
 from itertools import pairwise
 from math import ulp
 from typing import Any, NamedTuple
@@ -161,16 +162,10 @@ class Thrust(BodyTorque):
 
     def __init__(self, thrusters: Mapping[str, Thruster], firings: Sequence[Firing]):
         self.thrusters, self.firings = dict(thrusters), tuple(firings)
-        each = self.thrusters.values()
-        constants = self.Constants(
-            tuple(cross(one.position, one.direction) for one in each),
-            tuple(one.direction for one in each),
-            tuple(1.0 / one.time_constant if one.time_constant else 0.0 for one in each),
-            NO_TABLE,
-        )
-        self.largest = sum(float(np.linalg.norm(one.torque_b)) for one in each)
+        constants, self.largest = _of_their_places(tuple(self.thrusters.values()))
         self._parts = [
-            [*one.parts(firing)] for one, firing in zip(each, self.firings, strict=True)
+            [*one.parts(firing)]
+            for one, firing in zip(self.thrusters.values(), self.firings, strict=True)
         ]
         super().__init__(constants, {'valves': Pieces(self._valves, self._stretches())})
 
@@ -231,6 +226,18 @@ class Thrust(BodyTorque):
         pairs = zip(self.thrusters.values(), self.firings, strict=True)
         found = [one.thrust_and_impulse(firing, t_s) for one, firing in pairs]
         return np.moveaxis(np.array(found), 0, -1)
+
+
+@lru_cache
+def _of_their_places(thrusters: tuple[Thruster, ...]) -> tuple[Any, float]:
+    """Return what of the constants does not change, and the most torque [N m] there may be."""
+    constants = Thrust.Constants(
+        tuple(cross(each.position, each.direction) for each in thrusters),
+        tuple(each.direction for each in thrusters),
+        tuple(1.0 / each.time_constant if each.time_constant else 0.0 for each in thrusters),
+        NO_TABLE,
+    )
+    return constants, sum(float(np.linalg.norm(each.torque_b)) for each in thrusters)
 
 
 def thrust_of(system: Any) -> Thrust:

@@ -18,6 +18,7 @@ from satdyn_ros.torques.aerodynamic import Aerodynamic
 from satdyn_ros.torques.magnetic import Magnetic
 from satdyn_ros.torques.plates import Plate
 from satdyn_ros.torques.solar import Solar
+from satdyn_ros.torques.thrust import Firing, Thrust, Thruster
 
 AXIS = np.array([0.48, 0.6, 0.64])
 TENSOR = np.array([[800.0, 20.0, -30.0], [20.0, 900.0, 10.0], [-30.0, 10.0, 600.0]])
@@ -30,6 +31,15 @@ ELLIPSE = KeplerOrbit(
 )
 EARTHLY, EPOCH_NS = KeplerOrbit(inclination=1.7), stamp_ns('2026-03-01T12:00:00')
 ALONG = AlongOrbit(EARTHLY, EPOCH_NS, 'dipole', Exponential(1e-12, 4e5, 6e4), has_sun=True)
+THRUSTERS = {
+    'pp': Thruster(
+        (0.1, 0.2, 0.3), (0.6, 0.0, 0.8), 2.0, time_constant=3.0, specific_impulse=60.0
+    ),
+    'mm': Thruster((-0.1, 0.2, 0.3), (0.0, 1.0, 0.0), 1.0),
+}
+# One opens some seconds before the first sample, and closes some before the last.
+SWITCHES_S = 1230.0, 1240.0
+FIRINGS = Firing(switches_s=SWITCHES_S), Firing(switches_s=SWITCHES_S)
 PLATE = Plate(0.5, (0.6, 0.0, 0.8), (0.1, 0.2, 0.3), specular=0.2, diffuse=0.3)
 SYSTEMS = {
     'ellipse, motor': System(
@@ -52,6 +62,7 @@ SYSTEMS = {
             Magnetic([0.1, -0.2, 0.3], ALONG.magnetic_field),
             Aerodynamic([PLATE], ALONG.air_velocity, ALONG.log_density),
             Solar([PLATE], ALONG.sun),
+            Thrust(THRUSTERS, FIRINGS),
         ),
         environment=ALONG,
     ),

@@ -3,8 +3,16 @@ import sys
 
 import numpy as np
 import pytest
-from commands import dipole_command, motor_command, torque_command
-from messages.drawn_samples import EPOCH_NS, FRAMES, SYSTEMS, part, samples
+from commands import dipole_command, motor_command, thruster_command, torque_command
+from messages.drawn_samples import (
+    EPOCH_NS,
+    FRAMES,
+    SWITCHES_S,
+    SYSTEMS,
+    THRUSTERS,
+    part,
+    samples,
+)
 from messages.readers import canonical, default, read
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import NavSatStatus
@@ -226,6 +234,40 @@ def expected_geodetic(of, i, frames):
     }
 
 
+def thrust_and_impulse(of, i, time_constant):
+    """Return the parts of a thrust and of the impulse so far, by the textbook's exponentials."""
+    opens_s, closes_s = SWITCHES_S
+    t_s = of.states.orbit_s[i]
+    on_s, off_s = max(0.0, min(t_s, closes_s) - opens_s), max(0.0, t_s - closes_s)
+    if not time_constant:
+        return float(opens_s <= t_s < closes_s), on_s
+    risen = 1.0 - np.exp(-on_s / time_constant)
+    left = risen * np.exp(-off_s / time_constant)
+    return left if off_s else risen, on_s - time_constant * left
+
+
+def expected_thruster(of, i, frames):
+    parts = {n: thrust_and_impulse(of, i, each.time_constant) for n, each in THRUSTERS.items()}
+    used = 2.0 * parts['pp'][1] / (9.80665 * 60.0)
+    return {
+        'header': header(of, i, frames.body),
+        'name': ['pp', 'mm'],
+        'position': [pytest.approx(used, rel=1e-12), pytest.approx(np.nan, nan_ok=True)],
+        'velocity': [],
+        'effort': near([2.0 * parts['pp'][0], parts['mm'][0]], 1.0),
+    }
+
+
+def expected_thruster_wrench(of, i, frames):
+    force, torque = np.zeros((2, 3))
+    for each in THRUSTERS.values():
+        part, _ = thrust_and_impulse(of, i, each.time_constant)
+        force += part * each.thrust * np.array(each.direction)
+        torque += part * each.thrust * np.cross(each.position, each.direction)
+    wrench = {'force': xyz(near(force, 1.0)), 'torque': xyz(near(torque, 1.0))}
+    return {'header': header(of, i, frames.body), 'wrench': wrench}
+
+
 def expected_clock(of, i, frames):
     return {'clock': stamp(of, i)}
 
@@ -242,6 +284,8 @@ EXPECTED = {
     'sunlight': expected_sunlight,
     'geodetic': expected_geodetic,
     'rotor': expected_rotor,
+    'thruster': expected_thruster,
+    'thruster_wrench': expected_thruster_wrench,
     'tf': expected_tf,
     'clock': expected_clock,
 }
@@ -337,6 +381,7 @@ def test_an_input_rotor_torque_is_a_number():
 @pytest.mark.parametrize(
     'command',
     [
+        thruster_command(0, a=0.03, longer=0.0),
         torque_command(0, (0.1, -0.2, 0.3)),
         dipole_command(0, (0.1, -0.2, 0.3)),
         motor_command(0, {'a': 0.125, 'longer': -3.0}),
@@ -345,7 +390,8 @@ def test_an_input_rotor_torque_is_a_number():
 )
 def test_a_command_comes_back_from_its_message(command):
     """From the bytes, as from the message that rclpy makes of them."""
-    equipment = Equipment(Scenario({'magnetorquer.max_dipole': [1.0, 1.0, 1.0]}).values, ())
+    values = {'magnetorquer.max_dipole': [1.0, 1.0, 1.0], 'thruster.names': ['a', 'longer']}
+    equipment = Equipment(Scenario(values).values, ())
     actuator = equipment.of_topic[command.topic]
     data = pack_command(5, command, FRAMES['circle, no rotor'])
     assert data == canonical(actuator.message, data)

@@ -51,16 +51,19 @@ def test_the_inputs_act(live):
     """The example torques turn the body and the rotor from a tick on, and the dipole is told."""
     _, participant = live(
         MOTOR
-        | {'publish.topics': ['angular_velocity', 'rotor'], 'torque.timeout': 0.0}
+        | {'publish.topics': ['angular_velocity', 'rotor', 'thruster'], 'torque.timeout': 0.0}
         | {'orbit.type': 'fixed', 'magnetorquer.max_dipole': [0.2, 0.2, 0.2]}
+        | {'thruster.names': ['pp', 'mm'], 'thruster.pp.thrust': 1.0}
+        | {'thruster.pp.specific_impulse': 60.0}
     )
     rates, rotors = participant.listen('angular_velocity'), participant.listen('rotor')
-    told = participant.listen('diagnostics')
+    told, thrusters = participant.listen('diagnostics'), participant.listen('thruster')
     participant.hear(rates, 5)
     given = examples.load(examples.ROOT / 'topics' / 'rotor_command.yaml').values['effort'][0]
     acts = {
         'torque': lambda: rates[-1].velocity.angular.z != rates[0].velocity.angular.z,
         'rotor_command': lambda: rotors[-1].effort[0] == given,
+        'thruster_command': lambda: thrusters[-1].position[0] > 0.0,
         'magnetorquer_command': lambda: any(
             (pair.key, pair.value) == ('dipole that acts [A m^2]', '(0.0, 0.0, 0.1)')
             for report in told

@@ -32,10 +32,10 @@ _BLOCK_ROWS = 32768
 
 
 def columns_of_topics(
-    topics: Iterable[Topic], rotors: Iterable[str] = ()
+    topics: Iterable[Topic], rotors: Iterable[str] = (), thrusters: Iterable[str] = ()
 ) -> dict[str, dict[str, tuple[str, ...]]]:
     """
-    Return for each state topic its fields and the columns they fill, with the rotors' names.
+    Return for each state topic its fields and the columns they fill, with names of joints.
 
     Where two topics hold the same quantity, the first one's values are used.
     """
@@ -45,6 +45,11 @@ def columns_of_topics(
             f'position[{i}]': (f'{rotor}_angle_rad',),
             f'velocity[{i}]': (f'{rotor}_speed_rad_s',),
             f'effort[{i}]': (f'{rotor}_torque_n_m',),
+        }
+    for i, name in enumerate(thrusters):
+        columns['thruster'] |= {
+            f'position[{i}]': (f'{name}_propellant_used_kg',),
+            f'effort[{i}]': (f'{name}_thrust_n',),
         }
     return columns
 
@@ -81,14 +86,14 @@ class StateTable:
         self.ticks_read = 0
         self._stride = 1 if step_s is None else _stride(step_s, run.scenario.rate)
         rotors = [rotor.label for rotor in run.scenario.system.rotors]
-        table = run.scenario.topic_table.values()
+        thrusters, table = run.scenario['thruster.names'], run.scenario.topic_table.values()
         self._fields = {
             topic: {
                 field: names
                 for field, names in columns.items()
                 if field in (run.layout(topic).names or ())
             }
-            for topic, columns in columns_of_topics(table, rotors).items()
+            for topic, columns in columns_of_topics(table, rotors, thrusters).items()
             if topic in run.names and run.names[topic] in run.bag.topics
         }
         recorded = [name for f in self._fields.values() for names in f.values() for name in names]

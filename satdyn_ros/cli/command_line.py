@@ -278,6 +278,7 @@ drawn:
   nadir          that angle, counted from the nearer end of the axis, and its parts along track and
                  to the orbit normal: in place of roll, pitch and yaw where pitch is near 90 deg
   rotor          speed of each rotor relative to the body
+  thruster       when the valve of each thruster is open, drawn too where thruster.names has some
   polhode        body rate on the ellipsoids of energy and momentum
   phase          pitch and pitch rate in LVLH, with the separatrix of planar libration
   NAME_torque    a torque of your own that acts, in body axes: the name of its topic

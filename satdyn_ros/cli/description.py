@@ -42,6 +42,8 @@ def print_description(scenario: Scenario) -> None:
         _print_elliptic_orbit(described['elliptic_orbit'])
     if described['torques']:
         _print_torques(described['torques'])
+    if described['thruster']:
+        _print_of_each_thruster(described['thruster'])
 
 
 def _print_orbit(orbit: dict[str, Any]) -> None:
@@ -74,6 +76,18 @@ def _print_torques(torques: list[dict[str, Any]]) -> None:
         largest, mean = (f'{torque[name]:.3g} N m' for name in ('largest_n_m', 'mean_n_m'))
         gathered = ', '.join(f'{x:.2g}' for x in torque['momentum_n_m_s'])
         print(f'  {torque["topic"]:20}  {largest:>11}  {mean:>11}  [{gathered}] N m s')
+
+
+def _print_of_each_thruster(found: list[dict[str, Any]]) -> None:
+    """Print the torque of each thruster, and what its shortest pulse does."""
+    print('torque of each thruster, body axes; of its shortest pulse impulse and change of rate')
+    for each in found:
+        torque, rate = (
+            ', '.join(f'{x if abs(x) > _NOISE else 0.0:.3g}' for x in numbers)
+            for numbers in (each['torque_n_m'], map(math.degrees, each['least_rate_rad_s']))
+        )
+        impulse = f'{each["least_impulse_n_m_s"]:.3g} N m s'
+        print(f'  {each["name"]:12}  [{torque}] N m; {impulse}, [{rate}] deg/s')
 
 
 def _print_precession(precession: dict[str, Any]) -> None:

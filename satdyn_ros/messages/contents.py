@@ -64,7 +64,7 @@ _LAYOUTS = {
 
 def fields(topic: Topic) -> dict[str, tuple[str, ...]]:
     """Return the fields of a topic's messages that hold what it shows, and their columns."""
-    if not topic.shows:
+    if topic.name in _OF_THEIR_OWN or not topic.shows:
         return {}
     columns = (quantity.columns for quantity in topic.shows)
     return dict(zip(_LAYOUTS[topic.type].fields, columns, strict=False))

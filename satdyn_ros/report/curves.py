@@ -8,7 +8,7 @@ from ..dynamics.inertia import ROUNDING, principal_axes
 from ..kernel import rotation
 from ..run.samples import Samples, merged
 from ..run.scenario import Scenario
-from ..run.topics import Topic
+from ..run.topics import Panel, Topic
 
 # Samples that are held at a time, with what is drawn of them: a few megabytes.
 HELD_TICKS = 4096
@@ -30,10 +30,18 @@ def component_names(count: int) -> list[str]:
     return [*'xyz'] if count == 3 else [''] * count
 
 
+def line_names(panel: Panel, count: int) -> list[str]:
+    """Return how the lines of a panel of so many are named."""
+    return [*panel.lines] or component_names(count)
+
+
 def shown(topics: Iterable[Topic], samples: Samples) -> dict[str, np.ndarray]:
-    """Return what topics show of samples, (N, k) each, by their names."""
+    """Return what topics show of samples, those with a panel first, (N, k), by their names."""
     return {
-        topic.name: np.column_stack([part.of(samples) for part in topic.shows]) for topic in topics
+        topic.name: np.column_stack(
+            [part.of(samples) for part in topic.shows[: 1 if topic.panel else None]]
+        )
+        for topic in topics
     }
 
 

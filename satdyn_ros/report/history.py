@@ -19,6 +19,7 @@ from ..run.scenario import Scenario
 from ..run.simulation import Simulation
 from ..run.topics import Panel
 from ..torques.magnetic import dipole_of
+from ..torques.thrust import Thrust
 from .curves import HELD_TICKS, Bounds, shown, topics_with_panels
 from .place import place_topics
 from .sensor_errors import ErrorsOfSensors, SensorErrors
@@ -43,14 +44,15 @@ class History:
     None without LVLH.  shown: by their names what the topics with a panel show, and geodetic where
     it is published, (N, k) each.  panels: titles and units of the former.  applied_b (N, 3):
     applied torque [N m]; dipole_b (N, 3): magnetic dipole [A m^2], None where the field turns
-    none; momentum_b (N, 3): H [N m s].  turned (N,): the angle that the body turns within a row
-    [rad].  least, most, mean: of a curve by its name, see curves.py, over all ticks
-    of a row.
+    none; momentum_b (N, 3): H [N m s]; propellant (N, K): used by thrusters [kg], None: there are
+    none.  turned (N,): the angle that the body turns within a row [rad].  least, most, mean: of a
+    curve by its name, see curves.py, over all ticks of a row.
     drift: by first integral its largest relative change since the last event so far, of all ticks,
     (N,), nan where it is not one.  largest_drift: the same over the whole run.  motions: the first
     MOST_MOTIONS of the run, by the tick where they begin.  events: what happened, with the time of
-    each.  driven: the intervals [s] in which a commanded torque or dipole acts.  sensors: by their
-    names the errors of at most as many measurements as there may be rows.
+    each.  driven: the intervals [s] in which a commanded torque or dipole acts.  valves_open: by
+    the names of thrusters those in which their valves are open.  sensors: by their names the
+    errors of at most as many measurements as there may be rows.
     """
 
     scenario: Scenario
@@ -63,6 +65,7 @@ class History:
     applied_b: np.ndarray
     dipole_b: np.ndarray | None
     momentum_b: np.ndarray
+    propellant: np.ndarray | None
     turned: np.ndarray
     least: dict[str, np.ndarray]
     most: dict[str, np.ndarray]
@@ -72,6 +75,7 @@ class History:
     motions: dict[int, Motion]
     events: list[tuple[float, Event]]
     driven: list[tuple[float, float]]
+    valves_open: dict[str, list[tuple[float, float]]]
     sensors: dict[str, SensorErrors]
 
     @property
@@ -130,8 +134,10 @@ def history(
     bounds = Bounds(row_ticks, tick_s, with_panels)
     sensors = ErrorsOfSensors(simulation.sensors, run.ticks, range(first, end), rows)
     tables, quantities, applied_torques, dipoles, momenta, drifts = [], [], [], [], [], []
+    propellants: list[np.ndarray] = []
     events: list[tuple[float, Event]] = []
     driven: list[tuple[float, float]] = []
+    valves_open: dict[str, list[tuple[float, float]]] = {}
     largest: dict[str, float] = {}
     so_far: dict[str, float] = {}
     motions: dict[int, Motion] = {}
@@ -154,6 +160,7 @@ def history(
         events += [(run.ticks.seconds(event.tick), event) for event in applied]
         if run.scenario.equipment.is_driving(samples.acting):
             _extend(driven, run.ticks.seconds(start), run.ticks.seconds(start + len(samples)))
+        _note_open(valves_open, samples, tick_s)
         largest |= {name: max(largest.get(name, 0.0), value) for name, value in so_far.items()}
         bounds.take(samples)
         # Numbers, not a slice: a view would keep all rows of the block in memory.
@@ -170,6 +177,11 @@ def history(
         dipole_b = dipole_of(samples.system.torques)
         if dipole_b is not None:
             dipoles.append(np.broadcast_to(dipole_b, (len(table), 3)))
+        propellants += [
+            torque.propellant_used(table.orbit_s)
+            for torque in samples.system.torques
+            if isinstance(torque, Thrust)
+        ]
         momenta.append(angular_momentum(samples.system, table.omega_bi_b, table.rotor_speed))
         drifts.append({name: values[chosen] for name, values in drift.items()})
     bounds.close()
@@ -188,6 +200,7 @@ def history(
         applied_b=np.concatenate(applied_torques),
         dipole_b=np.concatenate(dipoles) if dipoles else None,
         momentum_b=np.concatenate(momenta),
+        propellant=np.concatenate(propellants) if propellants else None,
         turned=bounds.turned,
         least=bounds.least,
         most=bounds.most,
@@ -205,6 +218,7 @@ def history(
         motions=motions,
         events=events,
         driven=driven,
+        valves_open=valves_open,
         sensors=sensors.result(),
     )
 
@@ -279,6 +293,17 @@ def _window(run, first, end, begin_s, end_s):
             f'{highest:.9g} s'
         )
     return from_tick, to_tick
+
+
+def _note_open(valves_open, samples, tick_s):
+    """Add when valves are open from the first of samples to the tick after the last."""
+    for thrust in samples.system.torques:
+        if isinstance(thrust, Thrust):
+            begin_s, end_s = samples.states.orbit_s[[0, -1]]
+            for name, intervals in thrust.open_between(begin_s, end_s + tick_s).items():
+                open_so_far = valves_open.setdefault(name, [])
+                for interval in intervals:
+                    _extend(open_so_far, *interval)
 
 
 def _extend(intervals, begin_s, end_s):

@@ -11,7 +11,7 @@ from ..dynamics.inertia import principal_axes
 from ..kernel import rotation
 from ..orbits import FixedDirection
 from ..run.events import Request, Reset
-from .curves import component_names, least_axis, nadir_angles, rotor_columns
+from .curves import least_axis, line_names, nadir_angles, rotor_columns
 from .envelope import envelope
 from .history import History
 from .scene import rotor_names
@@ -161,11 +161,26 @@ def against(axes: 'Axes', history: History, message: str | Path) -> None:
 
 def shown(axes: 'Axes', history: History, topic: str) -> None:
     """Draw what a topic shows, such as a torque in body axes."""
-    values, (title, unit) = history.shown[topic], history.panels[topic]
+    values, panel = history.shown[topic], history.panels[topic]
+    title, unit, _ = panel
     scale, prefix = _prefixed(values) if unit else (1.0, '')
-    names = component_names(values.shape[1])
+    names = line_names(panel, values.shape[1])
     _lines(axes, history, values.T / scale, names, topic, 1.0 / scale)
     axes.set_ylabel(f'{title} [{prefix}{unit or 1}]')
+
+
+def valves(axes: 'Axes', history: History) -> None:
+    """Draw when the valve of each thruster is open, as bars, whatever the ticks."""
+    seconds, _ = time_unit(history)
+    names = [*history.valves_open]
+    for k, name in enumerate(names):
+        bars = [(a / seconds, (b - a) / seconds) for a, b in history.valves_open[name]]
+        colour = COLOURS[k % len(COLOURS)]
+        # A pulse of no pixel yet has an edge.
+        axes.broken_barh(bars, (k - 0.35, 0.7), facecolor=colour, edgecolor=colour, linewidth=0.6)
+    axes.set_yticks(range(len(names)), names)
+    axes.set_ylim(max(len(names), 1) - 0.5, -0.5)
+    axes.set_ylabel('open valves [name]')
 
 
 def torque(axes: 'Axes', history: History) -> None:
@@ -238,6 +253,7 @@ TIME_PANELS = {
     'drift': drift,
     'nadir': nadir,
     'rotor': rotor,
+    'thruster': valves,
 }
 
 

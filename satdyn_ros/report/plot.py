@@ -119,6 +119,8 @@ def _fill(figure, run, layout, unwrap, against):
             panels.against(axes, run, against)
         elif unwrap and name == 'attitude':
             panels.unwrapped_attitude(axes, run)
+        elif name in run.panels and name in panels.TIME_PANELS:
+            panels.TIME_PANELS[name](axes, run)
         elif name in run.panels:
             panels.shown(axes, run, name)
         elif name in run.sensors:

@@ -10,6 +10,7 @@ A description is plain data:
                 from its axes to body axes, and plates, a list of normal (3,), position (3,) and
                 edge of the square; without either the homogeneous box with these moments;
                 has_box: false where there are plates alone, around all of which the box is
+    nozzles     of each thruster name, position (3,), direction (3,) of the force and thrust [N]
     cones       a list of name, axis (3,) in body axes and half_angle [rad] of sensors
     axis        the unit vector, body axes, whose path is drawn: of symmetry, or the third axis
     least_axis  that of least inertia, whose angle to nadir is drawn; null: none, or no LVLH
@@ -35,6 +36,7 @@ row by row, little endian, t_s as float64.  Its columns, of which some may be mi
     geodetic               latitude, longitude [deg] and height [m]
     rotor_speed            relative to the body, one number per rotor [rad/s]
     rotor_angle            within a turn [rad]
+    propellant             used by each thruster since tick 0 [kg], nan where unknown
     drift                  largest relative drift since the last event, one number per integral
 """
 
@@ -51,8 +53,9 @@ from ..messages.markers import box
 from ..orbits import FixedDirection
 from ..orbits.kepler import EARTH_RADIUS_M
 from ..run.scenario import Scenario
+from ..torques.thrust import thrust_of
 from . import place
-from .curves import component_names, least_axis, rotor_columns, topics_with_panels
+from .curves import least_axis, line_names, rotor_columns, topics_with_panels
 from .history import History
 
 _TURN = 2.0 * np.pi
@@ -61,8 +64,10 @@ _TURN = 2.0 * np.pi
 def description(scenario: Scenario, integrals: list[str]) -> dict[str, Any]:
     """Return what the scene of a scenario shows, see above."""
     orbit, least = scenario.system.orbit, least_axis(scenario.system.inertia)
+    body, width_m = _body(scenario)
     return {
-        'body': _body(scenario),
+        'body': body,
+        'nozzles': _nozzles(scenario, width_m),
         'cones': _cones(scenario),
         'axis': _followed_axis(scenario.system.inertia).tolist(),
         'least_axis': least.tolist() if least is not None and orbit.has_lvlh else None,
@@ -76,7 +81,7 @@ def description(scenario: Scenario, integrals: list[str]) -> dict[str, Any]:
                 'name': topic.name,
                 'title': topic.panel.title,
                 'unit': topic.panel.unit or '1',
-                'lines': component_names(len(topic.shows[0].columns)),
+                'lines': line_names(topic.panel, len(topic.shows[0].columns)),
             }
             for topic in topics_with_panels(scenario)
             if topic.panel
@@ -124,6 +129,8 @@ def table(columns: Mapping[str, np.ndarray]) -> dict[str, Any]:
 def of_history(run: History) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the description and the table of a history."""
     columns = rows(run.states, run.momentum_b, run.shown, run.applied_b, run.dipole_b)
+    if run.propellant is not None:
+        columns['propellant'] = run.propellant
     if run.drift:
         columns['drift'] = np.stack(list(run.drift.values()), axis=-1)
     return description(run.scenario, list(run.drift)), table(columns)
@@ -156,7 +163,7 @@ def _rotors(scenario):
 
 
 def _body(scenario):
-    """Return the shape of the body, all lengths in that of its widest side."""
+    """Return the shape of the body, all lengths in that of its widest side, and this [m] or 0."""
     edges, q_bp = box(scenario.system.inertia)
     centre, plates = np.zeros(3), _plates(scenario)
     has_box = any(scenario['body.box']) or not plates
@@ -173,7 +180,8 @@ def _body(scenario):
     widest = float(np.max(high - low))
     if not has_box:
         edges, centre = high - low, (low + high) / 2.0
-    return {
+    is_known = any(scenario['body.box']) or plates
+    body = {
         'edges': (edges / widest).tolist(),
         'centre': (centre / widest).tolist(),
         'q_bp': q_bp.tolist(),
@@ -187,6 +195,25 @@ def _body(scenario):
             for normal, position, edge in plates
         ],
     }
+    return body, widest if is_known else 0.0
+
+
+def _nozzles(scenario, width_m):
+    """Return where thrusters act, in widths of the body; where that is unknown, on its sides."""
+    if not (names := scenario['thruster.names']):
+        return []
+    thrust = thrust_of(scenario.system)
+    positions = np.array([each.position for each in thrust.thrusters.values()])
+    width_m = width_m or 2.0 * np.abs(positions).max() or 1.0
+    return [
+        {
+            'name': name,
+            'position': (np.array(each.position) / width_m).tolist(),
+            'direction': list(each.direction),
+            'thrust': each.thrust,
+        }
+        for name, each in zip(names, thrust.thrusters.values(), strict=True)
+    ]
 
 
 def _plates(scenario):

@@ -18,6 +18,7 @@ from ..theory.elliptic_libration import elliptic_librations
 from ..theory.precession import regular_precession
 from ..theory.stability import attitude_drift
 from ..theory.steady_motions import SteadyMotion, steady_motions
+from ..torques.thrust import thrust_of
 from . import orbits
 from .samples import Samples
 from .scenario import Scenario
@@ -65,8 +66,10 @@ def describe(scenario: Scenario) -> dict[str, Any]:
     of Beletsky's equation and forced_amplitude_rad, None where it is not small.  torques: of each
     torque on the body, where others act than that of the attracting centre, as the body flies for
     a turn of the orbit: topic, largest_n_m, mean_n_m and momentum_n_m_s, what it gives to the body
-    meanwhile, inertial axes; else empty.  What is infinite
-    or does not exist is None.
+    meanwhile, inertial axes; else empty.  thruster: of each one its name, torque_n_m (3) of its
+    whole thrust, body axes, and of its shortest on-time least_impulse_n_m_s, the size of the
+    angular impulse, and least_rate_rad_s (3), by which it changes the rate.  What is infinite or
+    does not exist is None.
 
     >>> describe(Scenario.from_yaml('config/euler_poinsot.yaml'))['motion']['name']
     'free rotation'
@@ -89,6 +92,7 @@ def describe(scenario: Scenario) -> dict[str, Any]:
         'regular_precession': _regular_precession(scenario),
         'elliptic_orbit': _elliptic_orbit(scenario),
         'torques': _torques(scenario),
+        'thruster': _of_each_thruster(scenario),
     }
 
 
@@ -234,6 +238,24 @@ def _torques(scenario: Scenario) -> list[dict[str, Any]]:
                 'largest_n_m': _as_json(size.max()),
                 'mean_n_m': _as_json(size.mean()),
                 'momentum_n_m_s': _as_json(trapezoid(torque_i, states.t_s, axis=0)),
+            }
+        )
+    return found
+
+
+def _of_each_thruster(scenario: Scenario) -> list[dict[str, Any]]:
+    system = scenario.system
+    if not scenario['thruster.names']:
+        return []
+    found = []
+    for name, each in thrust_of(system).thrusters.items():
+        impulse_b = each.min_on_time * each.torque_b
+        found.append(
+            {
+                'name': name,
+                'torque_n_m': _as_json(each.torque_b),
+                'least_impulse_n_m_s': _as_json(np.linalg.norm(impulse_b)),
+                'least_rate_rad_s': _as_json(system.carrier_inverse @ impulse_b),
             }
         )
     return found

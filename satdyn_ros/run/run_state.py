@@ -94,7 +94,7 @@ class RunState:
         happening.time_out()
         for is_together, events in groupby(acting, _ends_by_itself):
             if is_together:
-                happening.command_together([*events])
+                happening.command_together(events)
             else:
                 for event in events:
                     happening.act(event)
@@ -162,14 +162,15 @@ class _Happening:
         self.events.append(event)
         self.events += cut
 
-    def command_together(self, commands: list[Command]) -> None:
+    def command_together(self, commands: Iterable[Event]) -> None:
         """Let commands that end by themselves act as one: by each name the last one holds."""
         held: dict[str, Any] = {}
         for command in commands:
+            assert isinstance(command, Command)
             actuator = self.run.equipment.of_topic[command.topic]
             held |= actuator.held(command.topic, command.value)
+            self.events.append(command)
         self._command(held, None)
-        self.events += commands
 
     def tell_limits(self, before: RunState) -> None:
         """Tell of rotors at their limits of speed, of the run before or of the motion of now."""

@@ -293,7 +293,8 @@ class Scenario:
     def topic_table(self) -> dict[str, Topic]:
         """The topics that it may have, by their names in publish.topics and sensors.names."""
         kinds = sensors.kinds(self.values)
-        return topics_with(self.torques, kinds, self.equipment.topics)
+        names, tick_s = self['thruster.names'], float(1 / self.rate)
+        return topics_with(self.torques, kinds, self.equipment.topics, names, tick_s)
 
     @cached_property
     def equipment(self) -> Equipment:

@@ -6,7 +6,7 @@ columns in tables and its panel.
 """
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,7 +22,7 @@ from ..torques.body_torque import BodyTorque
 from ..torques.gravity_gradient import GravityGradient, gravity_gradient
 from ..torques.magnetic import Magnetic
 from ..torques.solar import Solar
-from ..torques.thrust import Thrust
+from ..torques.thrust import Thrust, thrust_of
 
 
 class Shown(NamedTuple):
@@ -37,10 +37,15 @@ class Shown(NamedTuple):
 
 
 class Panel(NamedTuple):
-    """The chart of what a topic shows."""
+    """
+    The chart of what a topic shows first.
+
+    lines: the names of its lines; empty: x, y and z, or the one ''.
+    """
 
     title: str
     unit: str
+    lines: tuple[str, ...] = ()
 
 
 def _nothing(system: System) -> str:
@@ -357,12 +362,15 @@ def topics_with(
     torques: Iterable[type[BodyTorque]],
     sensors: Mapping[str, type[Sensor]],
     commanded: Iterable[str] = (),
+    thrusters: tuple[str, ...] = (),
+    tick_s: float = 1.0,
 ) -> dict[str, Topic]:
     """
     Return the topics of scenarios with torques and sensors of these kinds, by their names.
 
-    commanded: the topics of the actuators.  ValueError: a topic of a torque, or a sensor, has the
-    name of another topic.
+    commanded: the topics of the actuators.  thrusters: by names; their panel has the mean of each
+    tick_s [s] from tick to tick, as pulses may be shorter.  ValueError: a topic of a torque, or a
+    sensor, has the name of another topic.
     """
     table = dict(TOPICS)
     for kind in torques:
@@ -378,4 +386,14 @@ def topics_with(
         if topic != actuator.topic:
             table.pop(actuator.topic, None)
             table[topic] = _of_actuator(topic, actuator)
+    if thrusters:
+        table['thruster'] = _with_mean_thrust(table['thruster'], thrusters, tick_s)
     return table
+
+
+def _with_mean_thrust(topic, names, tick_s):
+    def of(samples):
+        return thrust_of(samples.system).mean_thrusts(samples.states.orbit_s, tick_s)
+
+    shows = (Shown(tuple(f'{name}_mean_thrust_n' for name in names), of),)
+    return replace(topic, shows=shows, panel=Panel('mean thrust in a tick', 'N', names))

@@ -217,10 +217,28 @@ class Thrust(BodyTorque):
         """Return the thrust of each thruster [N] at times (N,) from tick 0, (N, K)."""
         return self._of_each(t_s)[0]
 
+    def mean_thrusts(self, t_s: np.ndarray, over_s: float) -> np.ndarray:
+        """Return the mean thrust of each [N] over so long [s] from times (N,) on, (N, K)."""
+        return (self._of_each(t_s + over_s)[1] - self._of_each(t_s)[1]) / over_s
+
     def propellant_used(self, t_s: np.ndarray) -> np.ndarray:
         """Return what each has used [kg] since tick 0, nan where it is unknown, (N, K)."""
         per_impulse = [one.propellant_per_impulse for one in self.thrusters.values()]
         return self._of_each(t_s)[1] * per_impulse
+
+    def open_between(self, begin_s: float, end_s: float) -> dict[str, list[tuple[float, float]]]:
+        """Return, by name, from when to when each valve is open between two instants [s]."""
+        found: dict[str, list[tuple[float, float]]] = {}
+        for name, firing in zip(self.thrusters, self.firings, strict=True):
+            edges_s = [begin_s, *firing.switches_s, end_s]
+            is_open = firing.is_open
+            found[name] = []
+            for a, b in pairwise(edges_s):
+                a, b = max(a, begin_s), min(b, end_s)
+                if is_open and a < b:
+                    found[name].append((a, b))
+                is_open = not is_open
+        return found
 
     def _of_each(self, t_s):
         pairs = zip(self.thrusters.values(), self.firings, strict=True)

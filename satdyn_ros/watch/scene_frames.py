@@ -69,10 +69,10 @@ class SceneFrames:
             # What the node refuses does not act.
             with suppress(ValueError):
                 if actuator is not None:
-                    self._commanded |= {
-                        name: (t_s, actuator.within(name, x))
-                        for name, x in actuator.held(topic, actuator.read(topic, message)).items()
-                    }
+                    for name, x in actuator.held(topic, actuator.read(topic, message)).items():
+                        _, before = self._commanded.get(name, (t_s, actuator.none[name]))
+                        acts = actuator.from_instant(name, x, before, t_s)
+                        self._commanded[name] = t_s, acts
         self._came_in.clear()
         row = self._row(scenario, sample, t_s, *_rotors(listener, scenario))
         self._rows.append(row)
@@ -120,11 +120,11 @@ class SceneFrames:
 
     def _acting(self, scenario: Scenario, t_s: float) -> dict[str, Any]:
         """Return what acts of the last commands received, until their timeouts."""
-        timeout_s = scenario['torque.timeout']
-        return scenario.equipment.none | {
+        timeout_s, equipment = scenario['torque.timeout'], scenario.equipment
+        return equipment.none | {
             name: x
             for name, (since_s, x) in self._commanded.items()
-            if not timeout_s or t_s - since_s <= timeout_s
+            if not timeout_s or t_s - since_s <= timeout_s or not equipment.is_held(name)
         }
 
 

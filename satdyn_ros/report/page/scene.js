@@ -10,6 +10,7 @@ const PATHS = { axis: '--axis-path', polhode: '--polhode', herpolhode: '--herpol
 const AXIS_LENGTH = 1.0;
 const SPHERE_RADIUS = 1.35;
 const CONE_LENGTH = 0.8;
+const PLUME_LENGTH = 0.45;
 const PATH_POINTS = 400; // without a graphics processor these cost more than anything else in the scene
 const PATH_TURN = 14 * Math.PI; // the length of a path, as the angle that the body turned
 const SLOWEST_DRAW = 90; // [ms]
@@ -53,7 +54,7 @@ class Scene {
   describe(description, earth = null) {
     this.clear();
     Object.assign(this, { description, earth });
-    this.inBody.remove(this.solid, ...this.plates, ...this.wheels, ...this.cones);
+    this.inBody.remove(this.solid, ...this.plates, ...this.wheels, ...this.cones, ...this.plumes);
     const { edges, centre, q_bp, has_box: hasBox, plates } = description.body;
     this.solid = hasBox ? bodySolid(edges) : new THREE.Group();
     this.solid.position.set(...centre);
@@ -61,7 +62,8 @@ class Scene {
     this.plates = plates.map(plate);
     this.wheels = description.rotors.map((rotor, k) => this._wheel(rotor, k));
     this.cones = description.cones.map((seen) => this._cone(seen));
-    this.inBody.add(this.solid, ...this.plates, ...this.wheels, ...this.cones);
+    this.plumes = description.nozzles.map((nozzle) => plume(nozzle, PLUME_LENGTH));
+    this.inBody.add(this.solid, ...this.plates, ...this.wheels, ...this.cones, ...this.plumes);
     this.arrows.x.point(AXIS_LENGTH, 0, 0);
     this.arrows.y.point(0, AXIS_LENGTH, 0);
     this.arrows.z.point(0, 0, AXIS_LENGTH);
@@ -149,7 +151,7 @@ class Scene {
       this.world.add(this.paths[name].line);
     }
     this.solid = new THREE.Group();
-    [this.plates, this.wheels, this.cones] = [[], [], []];
+    [this.plates, this.wheels, this.cones, this.plumes] = [[], [], [], []];
   }
 
   // That of the box: wings are wider.
@@ -199,6 +201,7 @@ class Scene {
     this.plates.forEach((made) => made.paint(colourOf('--plate'), colourOf('--plate-edge')));
     this.wheels.forEach((made) => made.paint(colourOf('--wheel'), colourOf('--wheel-mark')));
     this.cones.forEach((made) => made.paint(colourOf('--cone')));
+    this.plumes.forEach((made) => made.paint(colourOf('--plume')));
     this.sphere.material.color.set(colourOf('--quiet'));
     this.stars.material.color.set(colourOf('--star'));
     this.stars.visible = colourOf('--star') !== background;
@@ -240,6 +243,7 @@ class Scene {
     if (this.planet) this.planet.show(q_ve ?? q_vi, nadir_v, row.radius_m[0], sun_v);
     this._placeArrows(q_vb, q_vl, nadir_v, sun_v);
     this._placeWheels();
+    this._placePlumes();
     this._placePaths(q_vi, q_vb, q_vl);
   }
 
@@ -293,6 +297,13 @@ class Scene {
     });
   }
 
+  _placePlumes() {
+    this.plumes.forEach((made, k) => {
+      const { thrust } = this.description.nozzles[k];
+      made.show(thrust ? (this.row.thruster?.[k] ?? 0) / thrust : 0);
+    });
+  }
+
   _placePaths(q_vi, q_vb, q_vl) {
     const isAny = Object.keys(PATHS).some((name) => this.shown[name]);
     this.sphere.visible = isAny;
@@ -342,6 +353,10 @@ class Scene {
       this.labels.set(`rotor ${k}`, `${name} ${says}`, '--wheel-text');
     });
     description.cones.forEach(({ name }, k) => this.labels.set(`cone ${k}`, name, '--cone'));
+    description.nozzles.forEach(({ name }, k) => {
+      const used = row.propellant?.[k];
+      this.labels.set(`nozzle ${k}`, Number.isFinite(used) ? `${name} ${quantity(1000 * used)} g used` : name, '--plume');
+    });
   }
 
   _draw(now) {
@@ -373,6 +388,10 @@ class Scene {
     this.cones.forEach((made, k) => {
       at.copy(made.position).add(made.end).applyQuaternion(this.inBody.quaternion);
       project(`cone ${k}`, true, 7);
+    });
+    this.plumes.forEach((made, k) => {
+      at.copy(made.position).add(made.end).applyQuaternion(this.inBody.quaternion);
+      project(`nozzle ${k}`, true, 7);
     });
     this.labels.place(points, this._corners(), this.covered, this.width, this.height);
     this.frames.push(now);

@@ -78,6 +78,26 @@ function cone({ axis, half_angle: angle }, length) {
   return group;
 }
 
+// The plume of a thruster, from the origin of its group on, against its force; show(share) of the thrust.
+function plume({ direction, position }, length) {
+  const group = new THREE.Group();
+  const material = new THREE.MeshBasicMaterial({ transparent: true, opacity: 0.55, depthWrite: false });
+  const cone = new THREE.Mesh(new THREE.ConeGeometry(0.3 * length, length, 24, 1, true).translate(0, -length / 2, 0), material);
+  material.side = THREE.DoubleSide;
+  group.add(cone);
+  group.position.set(...position);
+  group.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), new THREE.Vector3(...direction));
+  group.end = new THREE.Vector3(0, -length, 0).applyQuaternion(group.quaternion);
+  group.show = (share) => {
+    group.visible = share > 0;
+    // A short pulse is seen too.
+    group.scale.setScalar(0.35 + 0.65 * Math.min(share, 1));
+  };
+  group.show(0);
+  group.paint = (colour) => material.color.set(colour);
+  return group;
+}
+
 function panelTexture(width, height) {
   const canvas = document.createElement('canvas');
   const pixels = (edge) => Math.max(16, Math.round(256 * edge));

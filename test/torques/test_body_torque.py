@@ -34,10 +34,10 @@ START_S = 30.0
 ANGLE = 1e-9
 
 
-class Thruster(BodyTorque):
+class Kick(BodyTorque):
     """A pulse, a push that follows the place on the orbit, and plates that brake."""
 
-    name = 'thruster'
+    name = 'kick'
 
     class Constants(NamedTuple):
         pulse: tuple[float, float]
@@ -59,8 +59,8 @@ class Thruster(BodyTorque):
         return np.array(self.constants.pulse)
 
 
-def thruster(begin_s=50.0, size=1e-3, brakes=(1e-4, 3e-4)):
-    return Thruster(Thruster.Constants((begin_s, begin_s + 20.0), size, np.array(brakes)))
+def kick(begin_s=50.0, size=1e-3, brakes=(1e-4, 3e-4)):
+    return Kick(Kick.Constants((begin_s, begin_s + 20.0), size, np.array(brakes)))
 
 
 def system_of(orbit, torque):
@@ -97,7 +97,7 @@ def by_scipy(system, state, t_s):
 @pytest.mark.parametrize('orbit', ORBITS)
 def test_a_torque_is_integrated_as_scipy_does(orbit):
     """Jumps at its stops and all; its work keeps the balance of energy."""
-    system = system_of(orbit, thruster())
+    system = system_of(orbit, kick())
     states = Propagation(system, STATE, START_S).at(TIMES)
     apart = rotation.angle_between(states.q_ib, by_scipy(system, STATE, TIMES))
     assert np.max(apart) < ANGLE
@@ -110,9 +110,9 @@ def test_a_torque_is_integrated_as_scipy_does(orbit):
 def test_many_beside_each_other_are_as_each_alone(orbit):
     """With pulses at other times, sizes and brakes, some more than others."""
     torques = [
-        *(thruster(40.0 + 100.0 * i) for i in range(5)),
-        *(thruster(size=1e-3 * i) for i in range(5)),
-        *(thruster(brakes=[1e-4] * i) for i in range(3)),
+        *(kick(40.0 + 100.0 * i) for i in range(5)),
+        *(kick(size=1e-3 * i) for i in range(5)),
+        *(kick(brakes=[1e-4] * i) for i in range(3)),
     ]
     motions = [Propagation(system_of(orbit, torque), STATE, START_S) for torque in torques]
     for motion, states in zip(motions, propagate_all(motions, TIMES), strict=True):
@@ -124,7 +124,7 @@ def test_many_beside_each_other_are_as_each_alone(orbit):
 
 def test_a_pulse_is_not_stepped_over():
     """A body at rest without a field has steps of months, but for the stops."""
-    system = System(INERTIA, torques=(thruster(1e6),))
+    system = System(INERTIA, torques=(kick(1e6),))
     rest = State(np.array([0.0, 0.0, 0.0, 1.0]), np.zeros(3))
     for states in (
         Propagation(system, rest).at([2e6]),
@@ -136,9 +136,9 @@ def test_a_pulse_is_not_stepped_over():
 
 def test_no_closed_form_takes_it():
     """It says so, and by name."""
-    system = System(INERTIA, torques=(thruster(),))
+    system = System(INERTIA, torques=(kick(),))
     assert exact.recognise(system, STATE) is None
-    assert 'thruster' in str(exact.explain(system, STATE))
+    assert 'kick' in str(exact.explain(system, STATE))
 
 
 class Sail(BodyTorque):

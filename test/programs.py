@@ -19,6 +19,7 @@ RATES_HZ = (29.97, 33.3, 7.77, 3.0, 0.5, 1000 / 3, 100 / 7, 10.0, 50.0, 100.0)
 # Shipped scenarios that have a closed form.
 CLOSED_FORMS = ('agostinelli', 'balli_grioli', 'beletsky', 'euler_poinsot', 'paladini')
 NAMES = ('rw_x', 'rw_y', 'rw_z', 'ring')
+THRUSTERS = ['t1', 't2', 't3']
 # What can be published without an orbit.
 WITHOUT_ORBIT = offered(System(np.eye(3)))
 
@@ -307,7 +308,8 @@ class Draw(Random):
         refused = None
         if self.one_in(8):
             refused = {'tick': self.choice(moments), 'request': self.bad_request(conditions)}
-        return self.with_dipoles(self.with_names(Program(scenario, ticks, entries, refused)))
+        program = Program(scenario, ticks, entries, refused)
+        return self.with_thrusters(self.with_dipoles(self.with_names(program)))
 
     def with_names(self, program: Program) -> Program:
         """Return a program, at times with its torques given to one or both of two names."""
@@ -340,6 +342,45 @@ class Draw(Random):
                 entry['magnetorquer'] = self.vector(self.choice((0.0, 0.1, 0.5)))
         scenario = program.scenario.with_values({'magnetorquer.max_dipole': most})
         return program._replace(scenario=scenario, entries=entries)
+
+    def with_thrusters(self, program: Program) -> Program:
+        """Return a program, at times with thrusters that fire in place of some of its torques."""
+        if program.scenario['motion.method'] == 'exact' or self.one_in(2):
+            return program
+        tick_s = 1.0 / float(program.scenario.rate)
+        least = min(program.scenario['body.inertia'][:3])
+        names = THRUSTERS[: self.randint(1, 3)]
+        values: dict[str, Any] = {'thruster.names': names}
+        for name in names:
+            described = {
+                'position': self.vector(self.power(-1.0, 0.5)),
+                'direction': self.vector(1.0),
+                'thrust': self.choice((0.0, least * self.power(-3.0, -1.0))),
+                'min_on_time': self.choice((0.0, 0.3 * tick_s)),
+                'delay': self.choice((0.0, tick_s, tick_s * self.power(-2.0, 0.7))),
+                'time_constant': self.choice((0.0, tick_s * self.power(-2.0, 1.0))),
+                'specific_impulse': self.choice((0.0, 60.0)),
+            }
+            values |= {f'thruster.{name}.{leaf}': x for leaf, x in described.items()}
+        topics = program.scenario['publish.topics']
+        shown = self.choice(([], ['thruster'], ['thruster', 'thruster_wrench']))
+        values['publish.topics'] = [*topics, *shown]
+        entries = []
+        for entry in program.entries:
+            if 'torque' in entry and self.one_in(2):
+                at = {name: x for name, x in entry.items() if name in ('tick', 'at_s')}
+                on_times = {name: self.on_time(tick_s) for name in self.some(names)}
+                # Several at a tick: of each thruster the last one holds.
+                entries += [at | {'thrusters': on_times}] * self.choice((1, 1, 2))
+            else:
+                entries.append(entry)
+        scenario = program.scenario.with_values(values)
+        return program._replace(scenario=scenario, entries=entries)
+
+    def on_time(self, tick_s):
+        """Return an on-time [s]: none, some ticks to the last digit, or any."""
+        some = self.randint(1, 5) * tick_s, tick_s * self.power(-2.0, 1.5)
+        return self.choice((0.0, min(self.choice(some), 86400.0)))
 
     def at(self, tick, scenario):
         """Return a tick as an entry has it, at times by a time that is rounded up to it."""

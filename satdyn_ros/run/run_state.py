@@ -194,8 +194,9 @@ class _Happening:
 
     def _drop(self, name: str) -> None:
         """Let nothing be held under a name."""
-        none = self.run.equipment.none
-        self._command({name: none[name]} if name in none else {}, None)
+        equipment = self.run.equipment
+        is_held = name in equipment.none and equipment.is_held(name)
+        self._command({name: equipment.none[name]} if is_held else {}, None)
 
     def _command(self, held: Mapping[str, Any], until_tick: int | None) -> list[RotorLimited]:
         """

@@ -90,6 +90,8 @@ def recorded_on(entry):
             return ['rotor_command']
         case {'magnetorquer': _}:
             return ['magnetorquer_command']
+        case {'thrusters': _}:
+            return ['thruster_command']
     return []
 
 

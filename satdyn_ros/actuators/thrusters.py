@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from math import isfinite
 from typing import Any, ClassVar
 
 from ..base.key import Key
@@ -225,8 +226,12 @@ class Thrusters(Actuator):
 
 def _firing(plain: Mapping[str, Any]) -> Firing:
     """Return a firing of plain data; ValueError, LookupError: it is none."""
-    since_s, force, impulse = (float(plain[name]) for name in Firing._fields[:3])
+    numbers = [float(plain[name]) for name in Firing._fields[:3]]
     switches_s = tuple(map(float, plain['switches_s']))
-    if list(switches_s) != sorted(switches_s):
-        raise ValueError(f'the switches of a firing are {switches_s}; they must ascend')
+    if not all(map(isfinite, (*numbers, *switches_s))) or [*switches_s] != sorted(switches_s):
+        raise ValueError(
+            f'a firing has {numbers} and switches at {switches_s}; they must be finite, and the '
+            'switches ascend'
+        )
+    since_s, force, impulse = numbers
     return Firing(since_s, force, impulse, bool(plain['is_open']), switches_s)

@@ -104,6 +104,9 @@ def without_effect(values: Mapping[str, Any]) -> Iterator[str]:
     for name in _DIPOLES:
         if any(values[name]) and values['environment.magnetic_field'] == 'none':
             yield f'{name} is given, and without environment.magnetic_field it does nothing'
+    for name in values['thruster.names']:
+        if not values[f'thruster.{name}.thrust']:
+            yield f'thruster.{name}.thrust is 0, with which it does nothing'
     if 'none' == values['environment.atmosphere'] == values['environment.sun'] and plates(values):
         name = 'body.box' if any(values['body.box']) else 'surface.names'
         yield (

@@ -19,6 +19,7 @@ from satdyn_ros.run.events import Request, Reset
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 from satdyn_ros.run.topics import TOPICS
+from satdyn_ros.sweep.run import sweep
 from satdyn_ros.torques.thrust import thrust_of
 
 CASES = {
@@ -268,6 +269,42 @@ def test_a_scenario_that_is_not_allowed(values, sentence):
     """One sentence that names the key."""
     with pytest.raises(ValueError, match=re.escape(sentence)):
         Scenario(PAIR | values)
+
+
+@pytest.mark.parametrize(
+    'change', [{'since_s': math.nan}, {'switches_s': [2.0, 1.0]}, {'switches_s': [math.inf]}]
+)
+def test_what_is_no_firing_is_refused(change):
+    """As a damaged bag may have it, in its snapshot."""
+    scenario = Scenario(PAIR)
+    snapshot = Simulation(scenario).snapshot(0)
+    assert scenario.equipment.from_plain(snapshot) == scenario.equipment.none
+    snapshot['firings']['a'] |= change
+    with pytest.raises(ValueError, match='they must be finite, and the switches ascend'):
+        scenario.equipment.from_plain(snapshot)
+
+
+def test_a_thruster_without_thrust_is_warned_of():
+    """It would do nothing in silence."""
+    assert Scenario(PAIR).warnings == ()
+    sentence = 'thruster.a.thrust is 0, with which it does nothing'
+    assert Scenario(PAIR | {'thruster.a.thrust': 0.0}).warnings == (sentence,)
+
+
+def test_many_fly_in_a_sweep(tmp_path):
+    """Thrusts may be varied; no run is refused, and about a principal axis each keeps its rate."""
+    parquet = pytest.importorskip('pyarrow.parquet')
+    (tmp_path / 'pair.yaml').write_text(Scenario(PAIR).to_yaml())
+    (tmp_path / 'sweep.yaml').write_text(
+        'scenario: pair.yaml\nduration_s: 10\nvary:\n'
+        '  initial.angular_velocity.x: {values: [0.01, 0.02]}\n'
+        '  thruster.a.thrust: {values: [1.0, 2.0]}\n'
+    )
+    sweep(tmp_path / 'sweep.yaml', tmp_path / 'out')
+    found = parquet.read_table(tmp_path / 'out' / 'table.parquet').to_pylist()
+    assert [row['failure'] for row in found] == 4 * [None]
+    rates = sorted(row['omega_bi_b'][0] for row in found)
+    np.testing.assert_allclose(rates, [0.01, 0.01, 0.02, 0.02], rtol=1e-12)
 
 
 def test_a_pulse_ends_by_itself():

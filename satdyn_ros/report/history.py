@@ -158,9 +158,10 @@ def history(
         if start < first:
             continue
         events += [(run.ticks.seconds(event.tick), event) for event in applied]
+        span_s = run.ticks.seconds(start), run.ticks.seconds(start + len(samples))
         if run.scenario.equipment.is_driving(samples.acting):
-            _extend(driven, run.ticks.seconds(start), run.ticks.seconds(start + len(samples)))
-        _note_open(valves_open, samples, tick_s)
+            _extend(driven, *span_s)
+        _note_open(valves_open, samples.system, span_s)
         largest |= {name: max(largest.get(name, 0.0), value) for name, value in so_far.items()}
         bounds.take(samples)
         # Numbers, not a slice: a view would keep all rows of the block in memory.
@@ -295,12 +296,11 @@ def _window(run, first, end, begin_s, end_s):
     return from_tick, to_tick
 
 
-def _note_open(valves_open, samples, tick_s):
-    """Add when valves are open from the first of samples to the tick after the last."""
-    for thrust in samples.system.torques:
+def _note_open(valves_open, system, span_s):
+    """Add when valves are open between two instants."""
+    for thrust in system.torques:
         if isinstance(thrust, Thrust):
-            begin_s, end_s = samples.states.orbit_s[[0, -1]]
-            for name, intervals in thrust.open_between(begin_s, end_s + tick_s).items():
+            for name, intervals in thrust.open_between(*span_s).items():
                 open_so_far = valves_open.setdefault(name, [])
                 for interval in intervals:
                     _extend(open_so_far, *interval)

@@ -33,7 +33,7 @@ _CLASSES = {
     **{
         topic: message_class(kind.message)
         for topic, kind in ACTUATORS.items()
-        if kind.in_body_axes
+        if kind.in_body_axes or not kind.is_held
     },
 }
 

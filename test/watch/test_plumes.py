@@ -1,0 +1,30 @@
+"""Plumes of thrusters on the live page of a node."""
+
+import browser as pages
+from ros.live import LiveNode, Participant
+from ros.test_thruster_command import PAIR, on_times
+from trajectory_msgs.msg import JointTrajectory
+
+NAMESPACE = '/fired'
+
+
+def test_a_plume_is_there_while_its_valve_is_open(ros, tmp_path, watch, browser):
+    """Commanded by whomever: of the one that fires, and no longer than it does."""
+    node = LiveNode(tmp_path, PAIR | {'publish.topics': ['imu']}, namespace=NAMESPACE)
+    participant = Participant(NAMESPACE)
+    try:
+        browser.get(watch('--node', f'{NAMESPACE}/satdyn'))
+        pages.wait(browser, 'window.satdyn && satdyn.rows.length > 5')
+        seen = 'satdyn.stage.scene.plumes.map(({ visible }) => visible)'
+        assert pages.wait(browser, seen) == [False, False]
+        publisher = participant.node.create_publisher(JointTrajectory, 'thruster_command', 10)
+        # The node and the page.
+        participant.wait_until(lambda: publisher.get_subscription_count() == 2)
+        publisher.publish(on_times(b=2000.0))
+        pages.wait(browser, f'String({seen}) === "false,true"')
+        publisher.publish(on_times(b=0.0))
+        pages.wait(browser, f'String({seen}) === "false,false"')
+        assert pages.errors(browser) == []
+    finally:
+        participant.close()
+        node.end()

@@ -100,6 +100,11 @@ class Equipment:
         """Return whether a command is held that acts."""
         return any(x != self.none[name] for name, x in acting.items() if self.is_held(name))
 
+    @property
+    def has_pulses(self) -> bool:
+        """Whether there is anything whose commands end by themselves."""
+        return any(each.is_fitted and not each.is_held for each in self.actuators)
+
     def is_held(self, name: str) -> bool:
         """Return whether what is commanded under a name holds until the next command."""
         return self.of_name[name].is_held

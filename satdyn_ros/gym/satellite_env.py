@@ -63,6 +63,7 @@ class SatelliteEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         try:
             for _ in range(task.ticks_of_an_action):
                 sample = simulation.step(**commands)
+                commands = task.held(commands)
                 if task.senses:
                     self._seen = task.seen(sample, self._seen)
         except RunHalted as halted:

@@ -24,7 +24,8 @@ class Task:
     measured.gyro, the factor by which it is seen; what a sensor measures holds until it measures
     again, zero before.  action: by keyword of Simulation.step the command at an action of 1, a
     number or a list of numbers, by name where commands are: {'dipole_b': [0.2, 0.2, 0.2]},
-    {'rotor_torque': {'rw_x': 1e-3}}.  reward(sample, action): a number, or one (M,) of each run,
+    {'rotor_torque': {'rw_x': 1e-3}}; of a thruster the on-time [s], at an action of 0 and below it
+    none.  reward(sample, action): a number, or one (M,) of each run,
     of what comes after an action, with actions (..., A) from -1 to 1.  ends(sample): whether an
     episode is over there.  duration_s: of an episode, interval_s: from action to action.  vary:
     what is drawn anew for each, as a sweep file has it.
@@ -116,7 +117,18 @@ class Task:
             run = '' if action.ndim == 1 else f' of run {np.argwhere(np.isnan(action))[0, 0]}'
             raise ValueError(f'the action{run} has a nan; it must have numbers from -1 to 1')
         numbers = np.clip(np.asarray(action, float), -1.0, 1.0)
-        return _scaled(self.action, numbers, 0)[0]
+        found = _scaled(self.action, numbers, 0)[0]
+        held = self.held(found)
+        # No pulse is shorter than none.
+        return {
+            keyword: x if keyword in held else {name: np.maximum(0.0, t) for name, t in x.items()}
+            for keyword, x in found.items()
+        }
+
+    def held(self, commands: Mapping[str, Any]) -> dict[str, Any]:
+        """Return of commands, by keyword, those that hold: others are given once an action."""
+        words = self.scenario.equipment.of_keyword
+        return {keyword: x for keyword, x in commands.items() if words[keyword][0].is_held}
 
     def seen(self, sample: Any, before: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """

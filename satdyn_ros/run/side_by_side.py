@@ -63,6 +63,11 @@ class SideBySide:
         return len(self.scenarios)
 
     def _refuse_other(self, scenario):
+        if scenario.equipment.has_pulses:
+            raise ValueError(
+                'runs with thruster.names fly one by one: their valves open and close at times of '
+                'their own'
+            )
         if _alike(scenario) != self._alike or scenario['motion.method'] != 'numeric':
             raise ValueError(
                 'runs side by side must have the same publish.rate, time.epoch and limits of '
@@ -267,6 +272,8 @@ def kind_of_run(scenario: Scenario) -> Hashable:
     """Return what runs must have in common to fly side by side; None: it flies alone."""
     sensors = scenario.sensors.values()
     if scenario['motion.method'] != 'numeric' or any(each.counts_turns for each in sensors):
+        return None
+    if scenario.equipment.has_pulses:
         return None
     return repr(
         (_alike(scenario), kind_of_motion(_motion(scenario)), without_seeds(scenario.sensors))

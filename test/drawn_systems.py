@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from satdyn_ros.dynamics.flexible import Mode
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
 from satdyn_ros.kernel import rotation
@@ -112,6 +113,19 @@ def _rotor(rng, mode):
     )
 
 
+def _modes(rng):
+    count = int(rng.choice([0, 0, 1, 2]))
+    return tuple(
+        Mode(
+            f'mode_{i}',
+            frequency=float(rng.uniform(0.05, 2.0)),
+            damping=float(rng.choice([0.0, 0.01])),
+            coupling=rng.uniform(0.1, 0.7) * _unit(rng),
+        )
+        for i in range(count)
+    )
+
+
 def _torques(rng):
     plates = [Plate(rng.uniform(0.1, 1.0), tuple(_unit(rng)), tuple(_unit(rng))) for _ in range(2)]
     factors = rng.uniform(0.0, 1e-2, int(rng.integers(0, 3)))
@@ -151,21 +165,30 @@ def drawn(seed: int) -> tuple[System, State, float]:
         float(rng.normal(0.0, 2.0)) if r.speed_gain and rng.random() < 0.5 else math.nan
         for r in rotors
     ]
+    turning = np.array([rotor.turns_freely for rotor in rotors])
+    values: dict[str, Any] = {
+        'weight_moment': 1e-3 * rng.normal(size=3) if is_fixed else np.zeros(3),
+        'torque_b': 1e-4 * rng.normal(size=3) if driven else np.zeros(3),
+        'rotor_torque': np.array([1e-3 * rng.normal() * (r.mode == 'motor') for r in rotors]),
+    }
+    state = {
+        'q_ib': rotation.normalise(rng.normal(size=4)),
+        'omega_bi_b': rng.normal(0.0, rng.choice([1e-3, 0.02, 0.3]), 3),
+        'rotor_speed': np.where(turning, rng.normal(0.0, 1.0, len(rotors)), np.nan),
+        'rotor_angle': np.where(turning, rng.normal(0.0, 1.0, len(rotors)), np.nan),
+    }
+    start_s = float(rng.choice([0.0, 30.0]))
+    modes = _modes(rng)
+    swings = {}
+    for mode in modes:
+        swings[mode.displacement_name], swings[mode.rate_name] = rng.normal(0.0, 0.02, 2).tolist()
     system = System(
         inertia,
         rotors=rotors,
         orbit=orbit,
-        weight_moment=1e-3 * rng.normal(size=3) if is_fixed else np.zeros(3),
-        torque_b=1e-4 * rng.normal(size=3) if driven else np.zeros(3),
-        rotor_torque=np.array([1e-3 * rng.normal() * (r.mode == 'motor') for r in rotors]),
         rotor_target=np.array(targets),
         torques=torques,
+        modes=modes,
+        **values,
     )
-    turning = np.array([rotor.turns_freely for rotor in rotors])
-    state = State(
-        rotation.normalise(rng.normal(size=4)),
-        rng.normal(0.0, rng.choice([1e-3, 0.02, 0.3]), 3),
-        np.where(turning, rng.normal(0.0, 1.0, len(rotors)), np.nan),
-        np.where(turning, rng.normal(0.0, 1.0, len(rotors)), np.nan),
-    )
-    return system, state, float(rng.choice([0.0, 30.0]))
+    return system, State(**state, inner=swings), start_s

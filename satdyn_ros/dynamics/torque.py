@@ -1,6 +1,6 @@
 """Tables of torques, of the angular momentum, and of the forms of the inertia."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -84,12 +84,16 @@ def element_forces(
 
 
 def angular_momentum(
-    system: System, omega_bi_b: np.ndarray, rotor_speed: np.ndarray
+    system: System,
+    omega_bi_b: np.ndarray,
+    rotor_speed: np.ndarray,
+    inner: Mapping[str, Any] | None = None,
 ) -> np.ndarray:
     """
-    Return H = K omega + sum p a [N m s] in body axes, shape (..., 3).
+    Return H = K omega + sum p a + sum pi d [N m s] in body axes, shape (..., 3).
 
-    omega_bi_b [rad/s] (..., 3); rotor_speed [rad/s] (..., R), nan where a rotor has none.
+    omega_bi_b [rad/s] (..., 3); rotor_speed [rad/s] (..., R), nan where a rotor has none; inner:
+    as of States, (...) each.
     """
     momentum = times(system.carrier_inertia, components(omega_bi_b))
     for i, rotor in enumerate(system.rotors):
@@ -97,6 +101,10 @@ def angular_momentum(
         p = rotor.axial_momentum(speed, omega_bi_b)
         axis = components(rotor.axis)
         momentum = [H + p * a for H, a in zip(momentum, axis, strict=True)]
+    for mode in system.modes:
+        pi = (inner or {}).get(mode.rate_name, 0.0) + mode.along(omega_bi_b)
+        d = components(mode.coupling)
+        momentum = [H + pi * d_i for H, d_i in zip(momentum, d, strict=True)]
     return from_components(momentum)
 
 

@@ -32,8 +32,11 @@ def component_names(count: int) -> list[str]:
 
 def shown(topics: Iterable[Topic], samples: Samples) -> dict[str, np.ndarray]:
     """Return what topics show of samples, (N, k) each, by their names."""
+    # Of joints, whose quantities have different units, the first.
+    parts = {topic.name: topic.shows[:1] if topic.joints else topic.shows for topic in topics}
     return {
-        topic.name: np.column_stack([part.of(samples) for part in topic.shows]) for topic in topics
+        name: np.column_stack([part.of(samples) for part in shows])
+        for name, shows in parts.items()
     }
 
 

@@ -170,7 +170,9 @@ def history(
         dipole_b = dipole_of(samples.system.torques)
         if dipole_b is not None:
             dipoles.append(np.broadcast_to(dipole_b, (len(table), 3)))
-        momenta.append(angular_momentum(samples.system, table.omega_bi_b, table.rotor_speed))
+        momenta.append(
+            angular_momentum(samples.system, table.omega_bi_b, table.rotor_speed, table.inner)
+        )
         drifts.append({name: values[chosen] for name, values in drift.items()})
     bounds.close()
     states = joined(tables)

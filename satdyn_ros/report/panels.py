@@ -161,11 +161,13 @@ def against(axes: 'Axes', history: History, message: str | Path) -> None:
 
 def shown(axes: 'Axes', history: History, topic: str) -> None:
     """Draw what a topic shows, such as a torque in body axes."""
-    values, (title, unit) = history.shown[topic], history.panels[topic]
+    values, (title, unit, lines) = history.shown[topic], history.panels[topic]
     scale, prefix = _prefixed(values) if unit else (1.0, '')
-    names = component_names(values.shape[1])
+    names = lines or component_names(values.shape[1])
     _lines(axes, history, values.T / scale, names, topic, 1.0 / scale)
-    axes.set_ylabel(f'{title} [{prefix}{unit or 1}]')
+    # Units of joints are long.
+    between = '\n' if lines else ' '
+    axes.set_ylabel(f'{title}{between}[{prefix}{unit or 1}]')
 
 
 def torque(axes: 'Axes', history: History) -> None:

@@ -76,7 +76,7 @@ def description(scenario: Scenario, integrals: list[str]) -> dict[str, Any]:
                 'name': topic.name,
                 'title': topic.panel.title,
                 'unit': topic.panel.unit or '1',
-                'lines': component_names(len(topic.shows[0].columns)),
+                'lines': topic.panel.lines or component_names(len(topic.shows[0].columns)),
             }
             for topic in topics_with_panels(scenario)
             if topic.panel

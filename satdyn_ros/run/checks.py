@@ -16,7 +16,7 @@ from ..base.key import listed
 from ..base.sentences import Rules, told_apart, written
 from ..dynamics import inertia
 from ..kernel.rows import length
-from . import environment, orbits, rotors, sensors
+from . import environment, modes, orbits, rotors, sensors
 from .ticks import LAST_STAMP_NS, Ticks, rate_of
 
 # What moves by more than this between two ticks [rad] takes more steps than a tick may.
@@ -203,6 +203,7 @@ ALL_RULES: tuple[Callable[[Mapping[str, Any]], Rules], ...] = (
     torques,
     body,
     rotors.rules,
+    modes.rules,
     ticks,
     frame,
     turns_a_tick,

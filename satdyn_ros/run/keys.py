@@ -7,6 +7,7 @@ from types import MappingProxyType
 
 from ..actuators import ACTUATORS, Actuator
 from ..base.key import Key
+from ..dynamics.flexible import KEYS_OF_A_MODE
 from ..dynamics.rotor import MODES
 from ..environment.atmosphere import LARGEST_AP, LARGEST_F107
 from ..orbits.kepler import EARTH_RADIUS_M
@@ -85,6 +86,14 @@ KEYS = {
             'of their own',
         ),
         *(replace(key, name=f'surface.{key.name}') for key in COEFFICIENTS),
+        Key(
+            'flexible.names',
+            'string_array',
+            (),
+            '',
+            'names of the modes of flexible parts, each described by flexible.NAME.frequency and '
+            'so on; body.inertia includes them, locked',
+        ),
         Key(
             'rotor.names',
             'string_array',
@@ -662,7 +671,7 @@ _LATER_SENSORS = tuple(
 OPTIONAL = tuple(
     name
     for name in KEYS
-    if name.startswith(('environment.', 'surface.', 'body.box', *_LATER_SENSORS))
+    if name.startswith(('environment.', 'surface.', 'flexible.', 'body.box', *_LATER_SENSORS))
     or name
     in (
         'body.dipole',
@@ -697,18 +706,21 @@ def keys_of(
     plate_names: tuple[str, ...] = (),
     torques: Sequence[type[BodyTorque]] = (),
     sensors: Mapping[str, str] = _NONE,
+    mode_names: tuple[str, ...] = (),
 ) -> dict[str, Key]:
     """
-    Return the keys of a scenario with rotors and plates of these names and these torques, by name.
+    Return the keys of a scenario with rotors, plates and modes of these names and these torques.
 
     sensors: by name, for those of which it is given, the type.  ValueError: a name is not an
     identifier, or is itself a key; a torque or a sensor has a key or a topic of another's name.
     """
     _check_names('rotor', rotor_names, _OF_A_ROTOR)
     _check_names('surface', plate_names, tuple(key.name for key in COEFFICIENTS))
+    _check_names('flexible', mode_names, ())
     named = {
         **_of_each('rotor', rotor_names, [KEYS[f'rotor.{leaf}'] for leaf in _OF_A_ROTOR]),
         **_of_each('surface', plate_names, KEYS_OF_A_PLATE),
+        **_of_each('flexible', mode_names, KEYS_OF_A_MODE),
     }
     of_torques = {key.name: key for torque in torques for key in torque.keys}
     if known := of_torques.keys() & {*KEYS, *named}:
@@ -726,7 +738,7 @@ def keys_of(
 
 
 def _of_each(group, names, keys):
-    """Return the keys of each of some rotors or plates by their names."""
+    """Return the keys of each of some rotors, plates or modes by their names."""
     full_names = (
         (f'{group}.{name}.{key.name.rpartition(".")[2]}', key) for name in names for key in keys
     )

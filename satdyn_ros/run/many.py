@@ -47,7 +47,9 @@ def _allowed(all_rules, values, rows):
 
 def _within(values):
     """Check arrays as their keys check one value."""
-    keys = keys_of(values['rotor.names'], values['surface.names'])
+    names = (values[f'{group}.names'] for group in ('rotor', 'surface', 'flexible'))
+    rotor_names, plate_names, mode_names = names
+    keys = keys_of(rotor_names, plate_names, mode_names=mode_names)
     for name, x in values.items():
         if isinstance(x, np.ndarray):
             lengths, within = keys[name].lengths, keys[name].is_within(x)
@@ -65,6 +67,7 @@ def part_of(many_things: Any, rows: slice | None) -> Any:
             name: getattr(many_things, name)[rows]
             for name in ('q_ib', 'omega_bi_b', 'rotor_speed', 'rotor_angle', 'work')
         }
+        tables['inner'] = {name: values[rows] for name, values in many_things.inner.items()}
         return replace(many_things, **tables, orbit=part_of(many_things.orbit, rows))
     if is_dataclass(many_things) and not isinstance(many_things, type) and rows is not None:
         parts = {f.name: getattr(many_things, f.name) for f in fields(many_things)}

@@ -25,6 +25,7 @@ from . import (
     checks,
     environment,
     in_place,
+    modes,
     orbits,
     parts,
     pointing,
@@ -88,11 +89,12 @@ class Scenario:
     ):
         given, self.rules = parts.laid_under(given or {}), rules
         self.torques = tuple(checked_kind(kind) for kind in torques)
-        rotor_names, plate_names = (
-            KEYS[name].checked(given.get(name, ())) for name in ('rotor.names', 'surface.names')
+        rotor_names, plate_names, mode_names = (
+            KEYS[name].checked(given.get(name, ()))
+            for name in ('rotor.names', 'surface.names', 'flexible.names')
         )
         keys: dict[str, Key] = keys_of(
-            rotor_names, plate_names, self.torques, sensors.given_types(given)
+            rotor_names, plate_names, self.torques, sensors.given_types(given), mode_names
         )
         unknown = [name for name in given if name not in keys]
         if unknown:
@@ -297,7 +299,8 @@ class Scenario:
     def topic_table(self) -> dict[str, Topic]:
         """The topics that it may have, by their names in publish.topics and sensors.names."""
         kinds = sensors.kinds(self.values)
-        return topics_with(self.torques, kinds, self.equipment.topics)
+        commanded, flexible = self.equipment.topics, self['flexible.names']
+        return topics_with(self.torques, kinds, commanded, flexible)
 
     @cached_property
     def equipment(self) -> Equipment:
@@ -361,6 +364,7 @@ class Scenario:
                 *self.equipment.torques(),
             ),
             sees_pairs=self.rules >= STEPS_SEE_PAIRS,
+            modes=modes.modes_of(self.values),
         )
 
     @cached_property
@@ -377,7 +381,7 @@ class Scenario:
             rate_b = rotation.rotate(rotation.conjugate(q_ib), orbit.lvlh_rate(orbit_s))
             omega_bi_b = rate_b + omega_bi_b
         speeds, angles = rotors.speeds_and_angles(self.values, self.system.rotors)
-        return State(q_ib, np.array(omega_bi_b), speeds, angles)
+        return State(q_ib, np.array(omega_bi_b), speeds, angles, modes.inner(self.values))
 
     def motion(self) -> Motion:
         """Return the motion from tick 0; ValueError: exact is asked for and there is none."""

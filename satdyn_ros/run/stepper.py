@@ -112,6 +112,7 @@ class Stepper:
             orbit=system.orbit,
             orbit_s=ticks.seconds_between(0, tick, tick + 1),
             environment=system.environment,
+            inner={name: np.array([x]) for name, x in state.inner.items()},
         )
         found = {name: Measured.of(some, tick, ticks) for name, some in measured.items()}
         return Samples(tick, ticks.stamps_ns(tick, tick + 1), states, system, found, begun.acting)

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..actuators import ACTUATORS, Actuator, kind_of
+from ..dynamics.flexible import column_of
 from ..dynamics.system import System
 from ..dynamics.torque import own_torque
 from ..kernel import rotation
@@ -36,10 +37,11 @@ class Shown(NamedTuple):
 
 
 class Panel(NamedTuple):
-    """The chart of what a topic shows."""
+    """The chart of what a topic shows; lines: their names, empty: of the components."""
 
     title: str
     unit: str
+    lines: tuple[str, ...] = ()
 
 
 def _nothing(system: System) -> str:
@@ -57,6 +59,7 @@ class Topic:
     frame: which of the scenario's frames its header names ('inertial', 'orbital', 'body'), or ''.
     says: its content in words, with units.  shows: what its messages hold, in the order of
     messages/contents.py; empty where it is no such quantity.  panel: None: it has none of its own.
+    joints: of sensor_msgs/JointState, the names, and fields those that hold what it shows.
     lacking(system): why a system has no such topic, '' where it has.
     """
 
@@ -68,6 +71,8 @@ class Topic:
     shows: tuple[Shown, ...] = ()
     panel: Panel | None = None
     lacking: Callable[[System], str] = _nothing
+    joints: tuple[str, ...] = ()
+    fields: tuple[str, ...] = ()
 
 
 Q_IB = Shown(
@@ -159,6 +164,38 @@ def _of_kind(kind: type[BodyTorque]) -> Topic:
         return own_torque(acting(samples.system), samples.states)
 
     return _torque(kind.topic, kind.title, of, lacking)
+
+
+def _inner(names: Iterable[str]) -> Callable[[Any], np.ndarray]:
+    """Return what gives the inner coordinates of some names, (N, k)."""
+
+    def of(samples):
+        # What a live page hears has none.
+        columns = (samples.states.inner.get(name, np.nan) for name in names)
+        return np.column_stack([np.broadcast_to(column, len(samples)) for column in columns])
+
+    return of
+
+
+def _flexible(names: tuple[str, ...]) -> Topic:
+    """Return the topic of the flexible modes of a scenario."""
+    return Topic(
+        'flexible',
+        'sensor_msgs/msg/JointState',
+        'state',
+        'body',
+        'of the modes of flexible parts: the modal displacement as position [sqrt(kg) m] and its '
+        'rate as velocity [sqrt(kg) m/s]; with flexible.names',
+        tuple(
+            Shown(tuple(map(column_of, inner)), _inner(inner))
+            for leaf in ('displacement', 'rate')
+            for inner in [[f'flexible.{name}.{leaf}' for name in names]]
+        ),
+        Panel('modal displacement', 'm sqrt(kg)', names),
+        lambda system: '' if system.modes else 'flexible.names is empty; leave the topic out',
+        names,
+        ('position', 'velocity'),
+    )
 
 
 def _acted_on():
@@ -281,6 +318,7 @@ _TABLE = (
         'angle [rad], speed relative to the body [rad/s] and motor torque after its limits [N m] '
         'of all rotors; arrays are empty where no rotor has such a value',
     ),
+    _flexible(()),
     Topic(
         'markers',
         'visualization_msgs/msg/MarkerArray',
@@ -332,14 +370,15 @@ def topics_with(
     torques: Iterable[type[BodyTorque]],
     sensors: Mapping[str, type[Sensor]],
     commanded: Iterable[str] = (),
+    modes: tuple[str, ...] = (),
 ) -> dict[str, Topic]:
     """
     Return the topics of scenarios with torques and sensors of these kinds, by their names.
 
-    commanded: the topics of the actuators.  ValueError: a topic of a torque, or a sensor, has the
-    name of another topic.
+    commanded: the topics of the actuators; modes: the names of flexible ones.  ValueError: a topic
+    of a torque, or a sensor, has the name of another topic.
     """
-    table = dict(TOPICS)
+    table = {**TOPICS, 'flexible': _flexible(modes)}
     for kind in torques:
         if kind.topic in table:
             raise ValueError(f'{kind.topic} is the topic of the torque {kind.name} and of another')

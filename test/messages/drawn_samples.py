@@ -6,6 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from satdyn_ros.base.nanoseconds import stamp_ns
+from satdyn_ros.dynamics.flexible import Mode
 from satdyn_ros.dynamics.motion import States
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import System
@@ -54,6 +55,10 @@ SYSTEMS = {
             Solar([PLATE], ALONG.sun),
         ),
         environment=ALONG,
+        modes=(
+            Mode('bending', 2.0, 0.01, np.array([3.0, 0.0, 1.0])),
+            Mode('fuel', 0.5, 0.02, np.array([0.0, 2.0, 0.0])),
+        ),
     ),
 }
 FRAMES = {
@@ -83,6 +88,7 @@ def samples(name, count=40):
         orbit=system.orbit,
         orbit_s=1234.5 + t_s,
         environment=system.environment,
+        inner={name: rng.normal(size=count) for name in system.inner_names},
     )
     stamps_ns = 2_147_483_000 * 10**9 + 999_999_990 + np.arange(count) * PERIOD_NS
     return Samples(5, stamps_ns, states, system)
@@ -92,5 +98,6 @@ def part(of, rows):
     """Return the samples of a slice of rows."""
     states = of.states
     arrays = ('t_s', 'q_ib', 'omega_bi_b', 'rotor_speed', 'rotor_angle', 'work', 'orbit_s')
-    cut = replace(states, **{name: getattr(states, name)[rows] for name in arrays})
+    inner = {name: values[rows] for name, values in states.inner.items()}
+    cut = replace(states, inner=inner, **{name: getattr(states, name)[rows] for name in arrays})
     return Samples(of.first_tick + rows.start, of.stamps_ns[rows], cut, of.system)

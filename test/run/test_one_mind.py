@@ -15,7 +15,7 @@ from satdyn_ros.dynamics import inertia
 from satdyn_ros.dynamics.rotor import MODES
 from satdyn_ros.kernel import rotation
 from satdyn_ros.orbits.kepler import EARTH_MU
-from satdyn_ros.run import checks, environment, orbits, rotors, sensors
+from satdyn_ros.run import checks, environment, modes, orbits, rotors, sensors
 from satdyn_ros.run.in_place import OF_ATTITUDE
 from satdyn_ros.run.keys import KEYS, keys_of
 from satdyn_ros.run.many import many
@@ -56,7 +56,9 @@ def judged(common, varied):
 
     common: values of all runs, beside the defaults; varied: a list of values, one for each.
     """
-    keys = keys_of(*(common.get(name, ()) for name in ('rotor.names', 'surface.names')))
+    groups = ('rotor', 'surface', 'flexible')
+    rotor_names, plates, mode_names = (common.get(f'{name}.names', ()) for name in groups)
+    keys = keys_of(rotor_names, plates, mode_names=mode_names)
     values = {name: key.default for name, key in keys.items()} | common
     arrays = {name: np.array(some, float) for name, some in varied.items()}
     rows = [
@@ -226,6 +228,23 @@ def of_rotors(draw):
     return common, varied
 
 
+def of_modes(draw):
+    names = ('a', 'b', 'c')[: draw.choice([1, 2, 2, 3])]
+    moments = draw.choice([800.0, 900.0, 600.0], (RUNS, 3))
+    common: dict[str, Any] = {'flexible.names': names}
+    varied = {'body.inertia': moments}
+    if draw.random() < 0.5:
+        common |= {'rotor.mode': 'free', 'rotor.inertia': 1.0, 'rotor.axis': (0.6, 0.0, 0.8)}
+    for name in names:
+        axes = np.eye(3)[draw.integers(0, 3, RUNS)]
+        # Along a principal axis that no other mode has, all of its moment is the most.
+        most = np.max(axes * moments, axis=1) / draw.choice([1, len(names)])
+        size = np.sqrt(np.maximum(most * near(draw, 1.0, 1e-12), 0.0))
+        varied[f'flexible.{name}.coupling'] = axes * size[:, None]
+        varied[f'flexible.{name}.frequency'] = draw.choice([0.0, 2.0], RUNS, p=[0.1, 0.9])
+    return common, varied
+
+
 def ticks(draw):
     rate = float(10.0 ** draw.uniform(-12.0, 3.0))
     common = {
@@ -269,6 +288,7 @@ DRAWS = {
     checks.torques: of_torques,
     checks.body: body,
     rotors.rules: of_rotors,
+    modes.rules: of_modes,
     checks.ticks: ticks,
     checks.frame: frame,
     checks.turns_a_tick: turns,

@@ -31,6 +31,13 @@ ORBITS: dict[str, dict[str, Any]] = {
         for name in AXES
         for key, value in {'max_speed': 10.5, 'speed_gain': 2.0, 'coulomb_friction': 1e-6}.items()
     },
+    'flexible': {
+        'flexible.names': ['panel'],
+        'flexible.panel.frequency': 3.0,
+        'flexible.panel.damping': 0.01,
+        'flexible.panel.coupling': [3.0, 9.0, -2.0],
+        'flexible.panel.displacement': 0.1,
+    },
     # Of which tables are known for some minutes each, as long as a few ticks.
     'tabled': {
         'orbit.type': 'tle',
@@ -93,6 +100,7 @@ def test_steps_have_the_bits_of_motions_that_begin_anew(orbit, data):
 def assert_same(a, b):
     for name in ('q_ib', 'omega_bi_b', 'rotor_speed', 'rotor_angle'):
         np.testing.assert_array_equal(getattr(a, name), getattr(b, name))
+    assert a.inner == b.inner
     assert (a.tick, a.stamp_ns, a.measured.keys()) == (b.tick, b.stamp_ns, b.measured.keys())
     for name, measured in a.measured.items():
         np.testing.assert_array_equal(measured, b.measured[name])

@@ -14,6 +14,7 @@ from satdyn_ros.orbits.pieces import Pieces, Stretch, fitted
 from satdyn_ros.orbits.tabled import OrbitSource
 from satdyn_ros.torques import BodyTorque, Table, interpolate, select, table_of
 from satdyn_ros.torques.aerodynamic import Aerodynamic
+from satdyn_ros.torques.hysteresis import Hysteresis, Rod
 from satdyn_ros.torques.magnetic import Magnetic
 from satdyn_ros.torques.plates import Plate
 from satdyn_ros.torques.solar import Solar
@@ -62,6 +63,29 @@ class Sail(BodyTorque):
     @staticmethod
     def signs(t_s, r_i, v_i, q_ib, omega_bi_b, constants):
         return (q_ib[2] * q_ib[3],)
+
+
+class Lag(BodyTorque):
+    """A torque that follows the rate late, by variables of its own."""
+
+    name = 'lag'
+    states = 'late', 'turned'
+    initial = 0.0, 0.1
+    scales = 0.1, 1.0
+
+    class Constants(NamedTuple):
+        time: float
+        size: float
+
+    @staticmethod
+    def torque(t_s, r_i, v_i, q_ib, omega_bi_b, constants, states):
+        late, turned = states
+        return -constants.size * late, 0.0, constants.size * math.sin(turned)
+
+    @staticmethod
+    def rates(t_s, r_i, v_i, q_ib, omega_bi_b, constants, states):
+        late, _ = states
+        return (omega_bi_b[0] - late) / constants.time, omega_bi_b[2]
 
 
 class Circling(OrbitSource):
@@ -126,6 +150,15 @@ def _modes(rng):
     )
 
 
+def _rods(rng):
+    rods = [
+        Rod('one', tuple(_unit(rng)), 1e-4, 10.0, 0.15, 0.6, 0.05, float(rng.choice([2.0, 3.0]))),
+        Rod('two', tuple(_unit(rng)), 1e-4, 12.0, 0.1, 0.5),
+    ][: rng.integers(1, 3)]
+    field = _along(rng, 3e-5, 3)
+    return Hysteresis(rods, field, field.derivative())
+
+
 def _torques(rng):
     plates = [Plate(rng.uniform(0.1, 1.0), tuple(_unit(rng)), tuple(_unit(rng))) for _ in range(2)]
     factors = rng.uniform(0.0, 1e-2, int(rng.integers(0, 3)))
@@ -137,6 +170,8 @@ def _torques(rng):
         lambda: Solar(plates, _along(rng, 1.5e11, 3)),
         lambda: Swing(Swing.Constants(1e-4, (begin_s, begin_s + 20.0), factors, table)),
         lambda: Sail(Sail.Constants(float(rng.uniform(1e-4, 1e-3)))),
+        lambda: _rods(rng),
+        lambda: Lag(Lag.Constants(float(rng.uniform(5.0, 50.0)), 1e-4)),
     ]
     return tuple(kind() for kind in all_kinds if rng.random() < 0.35)
 
@@ -182,6 +217,8 @@ def drawn(seed: int) -> tuple[System, State, float]:
     swings = {}
     for mode in modes:
         swings[mode.displacement_name], swings[mode.rate_name] = rng.normal(0.0, 0.02, 2).tolist()
+    # What rods would begin with is computed by compiled code.
+    own = {name: float(rng.normal()) for torque in torques for name in torque.inner_names}
     system = System(
         inertia,
         rotors=rotors,
@@ -191,4 +228,4 @@ def drawn(seed: int) -> tuple[System, State, float]:
         modes=modes,
         **values,
     )
-    return system, State(**state, inner=swings), start_s
+    return system, State(**state, inner=swings | own), start_s

@@ -25,6 +25,7 @@ _OF_MOTION = (
     'surface.',
     'rotor.',
     'flexible.',
+    'hysteresis.',
     'orbit.',
     'environment.',
     'motion.',

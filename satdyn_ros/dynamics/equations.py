@@ -45,7 +45,12 @@ from ..kernel.vector import (
     to_body,
 )
 from ..orbits.tabled import POSITION, SLOPE, VELOCITY
-from ..torques.sums import sum_of_fields, sum_of_orbit_powers, sum_of_torques
+from ..torques.sums import (
+    rates_of_states,
+    sum_of_fields,
+    sum_of_orbit_powers,
+    sum_of_torques,
+)
 from .constants import Constants
 from .variables import Variables
 
@@ -79,7 +84,8 @@ def rates(t_s: Any, y: Vector, constants: Constants) -> Vector:
 
     s = rotor_speeds(y, constants)
     H = add(constants.momentum, apply(constants.carrier_inertia, omega))
-    applied = sum_of_torques(constants.torques, seen_by_torques(t_s, y, constants))
+    seen = seen_by_torques(t_s, y, constants)
+    applied = sum_of_torques(constants.torques, seen)
     p_dot = []
     for i, rotor in enumerate(rotors):
         H = add(H, scale(p[i], rotor.axis))
@@ -129,6 +135,7 @@ def rates(t_s: Any, y: Vector, constants: Constants) -> Vector:
         angles=s,
         modal_momenta=pi_dot,
         displacements=eta_dot,
+        of_torques=rates_of_states(constants.torques, seen),
         work=(power,),
         place=place_dot,
     )
@@ -140,7 +147,7 @@ def place_in_orbit(y: Vector, constants: Constants) -> Vector:
 
 
 def seen_by_torques(t_s: Any, y: Vector, constants: Constants) -> tuple[Any, ...]:
-    """Return t_s, r, v, q and omega of the variables y, in the axes of the equations."""
+    """Return t_s, r, v, q, omega, axes as in the equations, and what torques have of their own."""
     if constants.table:
         table = constants.table[0].table
         r, v = interpolate_vector(table, _POSITION, t_s), interpolate_vector(table, _VELOCITY, t_s)
@@ -151,7 +158,7 @@ def seen_by_torques(t_s: Any, y: Vector, constants: Constants) -> tuple[Any, ...
         r = scale(divide(l, 1.0 + e * cos_f), add(scale(cos_f, P), scale(sin_f, Q_)))
         v = scale(constants.speed, add(scale(-sin_f, P), scale(e + cos_f, Q_)))
     parts = Variables.of(constants)
-    return t_s, r, v, y[parts.attitude], y[parts.rate]
+    return t_s, r, v, y[parts.attitude], y[parts.rate], y[parts.of_torques]
 
 
 def seen_centre(t_s: Any, y: Vector, constants: Constants) -> tuple[Any, ...]:

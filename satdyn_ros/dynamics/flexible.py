@@ -54,6 +54,8 @@ def column_of(inner: str) -> str:
     >>> column_of('flexible.panel.rate')
     'panel_rate_sqrt_kg_m_s'
     """
+    if not inner.startswith('flexible.'):
+        return inner.replace('.', '_')
     _, name, leaf = inner.split('.')
     return f'{name}_{leaf}_{_UNITS[leaf]}'
 

@@ -137,9 +137,9 @@ class System:
     @cached_property
     def inner_names(self) -> tuple[str, ...]:
         """Return the names of its inner coordinates, such as flexible.panel.displacement."""
-        return tuple(
-            name for mode in self.modes for name in (mode.displacement_name, mode.rate_name)
-        )
+        of_modes = [(mode.displacement_name, mode.rate_name) for mode in self.modes]
+        of_torques = [torque.inner_names for torque in self.torques]
+        return tuple(name for names in (*of_modes, *of_torques) for name in names)
 
     @property
     def has_turning_rotor(self) -> bool:
@@ -226,7 +226,8 @@ class State:
     q_ib (4,): body to inertial; omega_bi_b [rad/s] (3,); rotor_speed [rad/s] relative to the body
     and rotor_angle [rad] (R,): nan for a rotor without a speed of its own, a number for every free
     rotor.  With one rotor, a plain number will do.  inner: the inner coordinates by their names,
-    such as flexible.panel.displacement; those that are left out begin at zero.
+    such as flexible.panel.displacement; those of modes that are left out begin at zero, those of
+    torques as these say.
     """
 
     q_ib: np.ndarray

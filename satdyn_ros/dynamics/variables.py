@@ -7,6 +7,7 @@ The variables of the integration: named parts, one behind the other.
     angles           the angle of each
     modal_momenta    pi of every flexible mode
     displacements    eta of each
+    of_torques       what torques have of their own
     work             what the energy changes by
     place            cos f and sin f, where the place on an ellipse is integrated
 
@@ -19,11 +20,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..kernel.vector import Vector
+from ..torques.body_torque import scales_of
 from .constants import Constants
 from .system import State, System
 
 ATTITUDE, RATE = slice(0, 4), slice(4, 7)
-ORDER = 'momenta', 'angles', 'modal_momenta', 'displacements', 'work', 'place'
+ORDER = 'momenta', 'angles', 'modal_momenta', 'displacements', 'of_torques', 'work', 'place'
 
 
 class Variables(NamedTuple):
@@ -35,6 +37,7 @@ class Variables(NamedTuple):
     angles: slice
     modal_momenta: slice
     displacements: slice
+    of_torques: slice
     work: slice
     place: slice
     size: int
@@ -42,13 +45,18 @@ class Variables(NamedTuple):
     @classmethod
     def of(cls, what: System | Constants) -> 'Variables':
         """Return the parts of a system's variables, or of those of its constants."""
-        rotors = what.turning_rotors if isinstance(what, System) else what.rotors
+        if isinstance(what, System):
+            rotors: Any = what.turning_rotors
+            torques: Any = [torque.constants for torque in what.torques]
+        else:
+            rotors, torques = what.rotors, what.torques
         turning, modes = len(rotors), len(what.modes)
         sizes = {
             'momenta': turning,
             'angles': turning,
             'modal_momenta': modes,
             'displacements': modes,
+            'of_torques': sum(len(scales_of(constants)) for constants in torques),
             'work': 1,
             'place': 2 if what.integrates_place else 0,
         }
@@ -80,6 +88,10 @@ def initial_values(system: System, state: State) -> np.ndarray:
     for n, mode in enumerate(system.modes):
         modal_momenta[..., n] = state.inner.get(mode.rate_name, 0.0) + mode.along(omega)
         displacements[..., n] = state.inner.get(mode.displacement_name, 0.0)
+    names = [name for torque in system.torques for name in torque.inner_names]
+    own = y[..., parts.of_torques]
+    for n, name in enumerate(names):
+        own[..., n] = state.inner[name]
     return y
 
 
@@ -115,6 +127,10 @@ def _inner(
     for n, mode in enumerate(system.modes):
         yield mode.displacement_name, displacements[..., n, :]
         yield mode.rate_name, momenta[..., n, :] - mode.along(omega_bi_b)
+    names = [name for torque in system.torques for name in torque.inner_names]
+    own = out[..., parts.of_torques, :]
+    for n, name in enumerate(names):
+        yield name, own[..., n, :]
 
 
 def _repeated(value, shape):

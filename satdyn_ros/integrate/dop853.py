@@ -15,6 +15,7 @@ from ..dynamics.equations import modal_rates, rotor_speeds, seen_by_torques
 from ..dynamics.variables import RATE, Variables
 from ..kernel.functions import divide, maximum, minimum, select, sqrt
 from ..kernel.vector import Vector, add, dot, scale
+from ..torques.body_torque import scales_of
 from ..torques.sums import AT_AN_END, first_corner
 from .tableau import COLUMNS, ENTRIES, LENGTHS, NODES
 
@@ -65,6 +66,9 @@ def error_of(
         per_size = _per_displacement(y_0, y, rate, constants)
         scales['displacements'] = [per_eta for per_eta, _ in per_size]
         scales['modal_momenta'] = [per_pi for _, per_pi in per_size]
+    scales['of_torques'] = [
+        divide(1.0, size) for torque in constants.torques for size in scales_of(torque)
+    ]
     square_3, square_5 = _square(e_3, scales, parts), _square(e_5, scales, parts)
     # The error does not look at the other variables: they must be finite.  So must the squares,
     # or a quotient by infinity would take the worst of steps for one without an error.

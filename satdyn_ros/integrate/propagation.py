@@ -11,7 +11,7 @@ import numpy as np
 from ..dynamics.constants import Constants
 from ..dynamics.motion import Halted, Motion, States, TableEnded
 from ..dynamics.system import State, System
-from ..dynamics.torque import without_number
+from ..dynamics.torque import with_inner, without_number
 from ..dynamics.variables import columns, initial_values, wanted_count
 from ..trace.graph import flatten
 from .course import Course, problem_of
@@ -58,7 +58,7 @@ class Propagation(Motion):
         tolerance: float = DEFAULT_TOLERANCE,
         most_steps: int | None = None,
     ):
-        super().__init__(system, state, start_s)
+        super().__init__(system, with_inner(system, state, start_s), start_s)
         self.tolerance, self.most_steps = tolerance, most_steps
         self._course = self.new_course()
         self.wanted = wanted_count(system, self.constants.does_work)

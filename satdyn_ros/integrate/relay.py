@@ -43,6 +43,7 @@ class Relay:
             for i, rotor in self.system.turning_rotors
         ]
         self._parts = Variables.of(self.system)
+        self._own_names = [n for torque in self.system.torques for n in torque.inner_names]
         self._coupled: list[tuple[float, float, float]] = [
             tuple(mode.coupling.tolist()) for mode in self.system.modes
         ]
@@ -148,4 +149,5 @@ class Relay:
             system.modes, y[self._parts.displacements], self._swings, strict=True
         ):
             inner |= {mode.displacement_name: eta, mode.rate_name: swing}
+        inner |= zip(self._own_names, y[self._parts.of_torques], strict=True)
         return State(np.array(y[ATTITUDE]), np.array(y[RATE]), speeds, angles, inner)

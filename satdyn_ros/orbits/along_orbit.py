@@ -86,6 +86,11 @@ class AlongOrbit:
         return self._fitted(self.modelled_field, jumps_ns=years_ns)
 
     @cached_property
+    def magnetic_field_rate(self) -> Pieces:
+        """The derivative of the Earth's field along the orbit [T/s], inertial axes, three."""
+        return self.magnetic_field.derivative()
+
+    @cached_property
     def air_velocity(self) -> Pieces:
         """The velocity w of the body through air that turns with the Earth [m/s], three."""
 

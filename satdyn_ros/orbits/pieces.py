@@ -263,6 +263,15 @@ class Pieces:
             )
         return coefficients
 
+    def derivative(self) -> 'Pieces':
+        """Return the derivatives [1/s] of the functions, in the same pieces."""
+
+        def make(piece):
+            slopes = chebyshev.chebder(self._table(piece).coefficients[0], axis=1)
+            return slopes * (2.0 / piece.stretch.length_s)
+
+        return Pieces(make, self.stretches, self._outside)
+
     def _table(self, piece):
         return self._kept(piece)[0]
 

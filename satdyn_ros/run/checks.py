@@ -16,7 +16,7 @@ from ..base.key import listed
 from ..base.sentences import Rules, told_apart, written
 from ..dynamics import inertia
 from ..kernel.rows import length
-from . import environment, modes, orbits, rotors, sensors
+from . import environment, modes, orbits, rods, rotors, sensors
 from .ticks import LAST_STAMP_NS, Ticks, rate_of
 
 # What moves by more than this between two ticks [rad] takes more steps than a tick may.
@@ -81,6 +81,7 @@ def _units_of(values):
     """Return the names of quaternions and axes, with what the norm of each may be off."""
     axes = [f'{prefix}.axis' for prefix in rotors.prefixes(values['rotor.names'])]
     axes += [f'surface.{name}.normal' for name in values['surface.names']]
+    axes += [f'hysteresis.{name}.axis' for name in values['hysteresis.names']]
     quaternions = ((name, _UNIT_TO) for name in _quaternions(values))
     return [*quaternions, *((name, np.inf) for name in axes)]
 
@@ -204,6 +205,7 @@ ALL_RULES: tuple[Callable[[Mapping[str, Any]], Rules], ...] = (
     body,
     rotors.rules,
     modes.rules,
+    rods.rules,
     ticks,
     frame,
     turns_a_tick,

@@ -14,10 +14,12 @@ from ..orbits.along_orbit import AlongOrbit
 from ..orbits.kepler import EARTH_MU
 from ..torques.aerodynamic import Aerodynamic
 from ..torques.body_torque import BodyTorque
+from ..torques.hysteresis import Hysteresis
 from ..torques.magnetic import Magnetic
 from ..torques.plates import COEFFICIENTS, KEYS_OF_A_PLATE, Plate, box
 from ..torques.solar import Solar
 from .orbits import EARTH_TO
+from .rods import rods_of
 from .rules import RULES, STEPS_SEE_PAIRS, TABLES_END_WHERE_THEY_MUST
 
 # The models of what there is, none by default.
@@ -104,6 +106,8 @@ def without_effect(values: Mapping[str, Any]) -> Iterator[str]:
     for name in _DIPOLES:
         if any(values[name]) and values['environment.magnetic_field'] == 'none':
             yield f'{name} is given, and without environment.magnetic_field it does nothing'
+    if values['hysteresis.names'] and values['environment.magnetic_field'] == 'none':
+        yield 'hysteresis.names is given, and without environment.magnetic_field it does nothing'
     if 'none' == values['environment.atmosphere'] == values['environment.sun'] and plates(values):
         name = 'body.box' if any(values['body.box']) else 'surface.names'
         yield (
@@ -160,4 +164,7 @@ def torques_of(
         torques.append(Aerodynamic(surface, along_orbit.air_velocity, along_orbit.log_density))
     if 'environment.sun' in names and surface:
         torques.append(Solar(surface, along_orbit.sun))
+    if 'environment.magnetic_field' in names and (rods := rods_of(values)):
+        field, rate = along_orbit.magnetic_field, along_orbit.magnetic_field_rate
+        torques.append(Hysteresis(rods, field, rate))
     return tuple(torques)

@@ -13,6 +13,7 @@ from ..environment.atmosphere import LARGEST_AP, LARGEST_F107
 from ..orbits.kepler import EARTH_RADIUS_M
 from ..sensors import COMMON, KINDS
 from ..torques.body_torque import BodyTorque
+from ..torques.hysteresis import KEYS_OF_A_ROD
 from ..torques.magnetic import Magnetic
 from ..torques.plates import COEFFICIENTS, KEYS_OF_A_BOX, KEYS_OF_A_PLATE
 from ..torques.weight import Weight
@@ -93,6 +94,14 @@ KEYS = {
             '',
             'names of the modes of flexible parts, each described by flexible.NAME.frequency and '
             'so on; body.inertia includes them, locked',
+        ),
+        Key(
+            'hysteresis.names',
+            'string_array',
+            (),
+            '',
+            'names of hysteresis rods, each described by hysteresis.NAME.axis and so on; with '
+            'environment.magnetic_field they damp the motion',
         ),
         Key(
             'rotor.names',
@@ -671,7 +680,9 @@ _LATER_SENSORS = tuple(
 OPTIONAL = tuple(
     name
     for name in KEYS
-    if name.startswith(('environment.', 'surface.', 'flexible.', 'body.box', *_LATER_SENSORS))
+    if name.startswith(
+        ('environment.', 'surface.', 'flexible.', 'hysteresis.', 'body.box', *_LATER_SENSORS)
+    )
     or name
     in (
         'body.dipole',
@@ -707,9 +718,10 @@ def keys_of(
     torques: Sequence[type[BodyTorque]] = (),
     sensors: Mapping[str, str] = _NONE,
     mode_names: tuple[str, ...] = (),
+    rod_names: tuple[str, ...] = (),
 ) -> dict[str, Key]:
     """
-    Return the keys of a scenario with rotors, plates and modes of these names and these torques.
+    Return the keys of a scenario with rotors, plates, modes and rods of these names, and torques.
 
     sensors: by name, for those of which it is given, the type.  ValueError: a name is not an
     identifier, or is itself a key; a torque or a sensor has a key or a topic of another's name.
@@ -717,10 +729,12 @@ def keys_of(
     _check_names('rotor', rotor_names, _OF_A_ROTOR)
     _check_names('surface', plate_names, tuple(key.name for key in COEFFICIENTS))
     _check_names('flexible', mode_names, ())
+    _check_names('hysteresis', rod_names, ())
     named = {
         **_of_each('rotor', rotor_names, [KEYS[f'rotor.{leaf}'] for leaf in _OF_A_ROTOR]),
         **_of_each('surface', plate_names, KEYS_OF_A_PLATE),
         **_of_each('flexible', mode_names, KEYS_OF_A_MODE),
+        **_of_each('hysteresis', rod_names, KEYS_OF_A_ROD),
     }
     of_torques = {key.name: key for torque in torques for key in torque.keys}
     if known := of_torques.keys() & {*KEYS, *named}:
@@ -738,7 +752,7 @@ def keys_of(
 
 
 def _of_each(group, names, keys):
-    """Return the keys of each of some rotors, plates or modes by their names."""
+    """Return the keys of each of some parts by their names."""
     full_names = (
         (f'{group}.{name}.{key.name.rpartition(".")[2]}', key) for name in names for key in keys
     )

@@ -47,9 +47,9 @@ def _allowed(all_rules, values, rows):
 
 def _within(values):
     """Check arrays as their keys check one value."""
-    names = (values[f'{group}.names'] for group in ('rotor', 'surface', 'flexible'))
-    rotor_names, plate_names, mode_names = names
-    keys = keys_of(rotor_names, plate_names, mode_names=mode_names)
+    groups = ('rotor', 'surface', 'flexible', 'hysteresis')
+    rotor_names, plate_names, mode_names, rod_names = (values[f'{g}.names'] for g in groups)
+    keys = keys_of(rotor_names, plate_names, mode_names=mode_names, rod_names=rod_names)
     for name, x in values.items():
         if isinstance(x, np.ndarray):
             lengths, within = keys[name].lengths, keys[name].is_within(x)

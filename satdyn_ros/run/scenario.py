@@ -89,12 +89,17 @@ class Scenario:
     ):
         given, self.rules = parts.laid_under(given or {}), rules
         self.torques = tuple(checked_kind(kind) for kind in torques)
-        rotor_names, plate_names, mode_names = (
+        rotor_names, plate_names, mode_names, rod_names = (
             KEYS[name].checked(given.get(name, ()))
-            for name in ('rotor.names', 'surface.names', 'flexible.names')
+            for name in ('rotor.names', 'surface.names', 'flexible.names', 'hysteresis.names')
         )
         keys: dict[str, Key] = keys_of(
-            rotor_names, plate_names, self.torques, sensors.given_types(given), mode_names
+            rotor_names,
+            plate_names,
+            self.torques,
+            sensors.given_types(given),
+            mode_names,
+            rod_names,
         )
         unknown = [name for name in given if name not in keys]
         if unknown:
@@ -299,8 +304,8 @@ class Scenario:
     def topic_table(self) -> dict[str, Topic]:
         """The topics that it may have, by their names in publish.topics and sensors.names."""
         kinds = sensors.kinds(self.values)
-        commanded, flexible = self.equipment.topics, self['flexible.names']
-        return topics_with(self.torques, kinds, commanded, flexible)
+        names = self['flexible.names'], self['hysteresis.names']
+        return topics_with(self.torques, kinds, self.equipment.topics, *names)
 
     @cached_property
     def equipment(self) -> Equipment:

@@ -21,6 +21,7 @@ from ..sensors import KINDS, Sensor
 from ..torques.aerodynamic import Aerodynamic
 from ..torques.body_torque import BodyTorque
 from ..torques.gravity_gradient import GravityGradient, gravity_gradient
+from ..torques.hysteresis import Hysteresis, hysteresis_of
 from ..torques.magnetic import Magnetic
 from ..torques.solar import Solar
 
@@ -198,6 +199,55 @@ def _flexible(names: tuple[str, ...]) -> Topic:
     )
 
 
+def _hysteresis(names: tuple[str, ...]) -> Topic:
+    """Return the topic of the hysteresis rods of a scenario."""
+
+    def rods(samples) -> Any:
+        return hysteresis_of(samples.system.torques)
+
+    def flux_densities(samples):
+        return rods(samples).flux_densities(samples.states.inner)
+
+    def fields(samples):
+        return rods(samples).fields(samples.states.magnetic_field_b)
+
+    return Topic(
+        'hysteresis',
+        'sensor_msgs/msg/JointState',
+        'state',
+        'body',
+        'of hysteresis rods: the flux density in them as position [T] and the field along them as '
+        'effort [A/m]; with hysteresis.names',
+        (
+            Shown(tuple(f'{name}_flux_density_t' for name in names), flux_densities),
+            Shown(tuple(f'{name}_field_a_m' for name in names), fields),
+        ),
+        Panel('flux density in rods', 'T', names),
+        lambda system: (
+            '' if hysteresis_of(system.torques) else 'no hysteresis rod acts; leave the topic out'
+        ),
+        names,
+        ('position', 'effort'),
+    )
+
+
+def _of_states(kind: type[BodyTorque]) -> Topic:
+    """Return the topic of the variables that a torque has of its own."""
+    names = tuple(f'{kind.name}.{state}' for state in kind.states)
+    return Topic(
+        f'{kind.name}_states',
+        'sensor_msgs/msg/JointState',
+        'state',
+        'body',
+        f'the variables of the torque {kind.name} as position',
+        (Shown(tuple(map(column_of, names)), _inner(names)),),
+        Panel(f'variables of {kind.name}', '', tuple(kind.states)),
+        _of_kind(kind).lacking,
+        tuple(kind.states),
+        ('position',),
+    )
+
+
 def _acted_on():
     return (kind.acts_on for kind in ACTUATORS.values() if kind.acts_on is not None)
 
@@ -254,7 +304,7 @@ _TABLE = (
         lacking=_lvlh_lacking,
     ),
     _torque(GravityGradient.topic, GravityGradient.title, _gravity_gradient),
-    *map(_of_kind, dict.fromkeys((Magnetic, Aerodynamic, Solar, *_acted_on()))),
+    *map(_of_kind, dict.fromkeys((Magnetic, Aerodynamic, Solar, Hysteresis, *_acted_on()))),
     Topic(
         'magnetic_field',
         'sensor_msgs/msg/MagneticField',
@@ -319,6 +369,7 @@ _TABLE = (
         'of all rotors; arrays are empty where no rotor has such a value',
     ),
     _flexible(()),
+    _hysteresis(()),
     Topic(
         'markers',
         'visualization_msgs/msg/MarkerArray',
@@ -371,25 +422,30 @@ def topics_with(
     sensors: Mapping[str, type[Sensor]],
     commanded: Iterable[str] = (),
     modes: tuple[str, ...] = (),
+    rods: tuple[str, ...] = (),
 ) -> dict[str, Topic]:
     """
     Return the topics of scenarios with torques and sensors of these kinds, by their names.
 
-    commanded: the topics of the actuators; modes: the names of flexible ones.  ValueError: a topic
-    of a torque, or a sensor, has the name of another topic.
+    commanded: the topics of the actuators; modes and rods: the names of these.  ValueError: a
+    topic of a torque, or a sensor, has the name of another topic.
     """
-    table = {**TOPICS, 'flexible': _flexible(modes)}
+    table = {**TOPICS, 'flexible': _flexible(modes), 'hysteresis': _hysteresis(rods)}
     for kind in torques:
-        if kind.topic in table:
-            raise ValueError(f'{kind.topic} is the topic of the torque {kind.name} and of another')
-        table[kind.topic] = _of_kind(kind)
+        own = [_of_kind(kind), *([_of_states(kind)] if kind.states else [])]
+        for topic in own:
+            if topic.name in table:
+                raise ValueError(
+                    f'{topic.name} is the topic of the torque {kind.name} and of another'
+                )
+            table[topic.name] = topic
     for name, sensor in sensors.items():
         if name in table and table[name].role != 'sensor':
             raise ValueError(f'sensors.names has {name}, which is a topic; give another name')
         table[name] = _of_sensor(name, sensor)
-    for topic in commanded:
-        actuator = kind_of(topic)
-        if topic != actuator.topic:
+    for name in commanded:
+        actuator = kind_of(name)
+        if name != actuator.topic:
             table.pop(actuator.topic, None)
-            table[topic] = _of_actuator(topic, actuator)
+            table[name] = _of_actuator(name, actuator)
     return table

@@ -22,7 +22,14 @@ from .own_source import codes, is_of_package
 
 _NUMBERS = (Symbol, float, int, np.floating, np.integer)
 # How many numbers the functions of a torque return; 0: one that is no tuple, None: any.
-_LENGTHS = {'torque': 3, 'field': 3, 'potential': 0, 'orbit_power': 0, 'signs': None}
+_LENGTHS = {
+    'torque': 3,
+    'field': 3,
+    'potential': 0,
+    'orbit_power': 0,
+    'signs': None,
+    'rates': None,
+}
 
 
 def function_of(kind: Any, name: str) -> Callable[..., Any]:

@@ -16,6 +16,7 @@ from satdyn_ros.orbits.along_orbit import AlongOrbit
 from satdyn_ros.run.samples import Samples
 from satdyn_ros.run.scenario import Frames
 from satdyn_ros.torques.aerodynamic import Aerodynamic
+from satdyn_ros.torques.hysteresis import Hysteresis, Rod
 from satdyn_ros.torques.magnetic import Magnetic
 from satdyn_ros.torques.plates import Plate
 from satdyn_ros.torques.solar import Solar
@@ -32,6 +33,10 @@ ELLIPSE = KeplerOrbit(
 EARTHLY, EPOCH_NS = KeplerOrbit(inclination=1.7), stamp_ns('2026-03-01T12:00:00')
 ALONG = AlongOrbit(EARTHLY, EPOCH_NS, 'dipole', Exponential(1e-12, 4e5, 6e4), has_sun=True)
 PLATE = Plate(0.5, (0.6, 0.0, 0.8), (0.1, 0.2, 0.3), specular=0.2, diffuse=0.3)
+RODS = [
+    Rod('rods_x', (1.0, 0.0, 0.0), 1e-6, 12.0, 0.004, 0.025),
+    Rod('rods_y', (0.0, 1.0, 0.0), 1e-6, 12.0, 0.004, 0.025),
+]
 SYSTEMS = {
     'ellipse, motor': System(
         TENSOR, (Rotor('motor', AXIS, inertia=2.0),), ELLIPSE, rotor_torque=np.array(0.02)
@@ -53,6 +58,7 @@ SYSTEMS = {
             Magnetic([0.1, -0.2, 0.3], ALONG.magnetic_field),
             Aerodynamic([PLATE], ALONG.air_velocity, ALONG.log_density),
             Solar([PLATE], ALONG.sun),
+            Hysteresis(RODS, ALONG.magnetic_field, ALONG.magnetic_field_rate),
         ),
         environment=ALONG,
         modes=(

@@ -15,7 +15,7 @@ from satdyn_ros.dynamics import inertia
 from satdyn_ros.dynamics.rotor import MODES
 from satdyn_ros.kernel import rotation
 from satdyn_ros.orbits.kepler import EARTH_MU
-from satdyn_ros.run import checks, environment, modes, orbits, rotors, sensors
+from satdyn_ros.run import checks, environment, modes, orbits, rods, rotors, sensors
 from satdyn_ros.run.in_place import OF_ATTITUDE
 from satdyn_ros.run.keys import KEYS, keys_of
 from satdyn_ros.run.many import many
@@ -56,9 +56,9 @@ def judged(common, varied):
 
     common: values of all runs, beside the defaults; varied: a list of values, one for each.
     """
-    groups = ('rotor', 'surface', 'flexible')
-    rotor_names, plates, mode_names = (common.get(f'{name}.names', ()) for name in groups)
-    keys = keys_of(rotor_names, plates, mode_names=mode_names)
+    groups = ('rotor', 'surface', 'flexible', 'hysteresis')
+    rotor_names, plates, *others = (common.get(f'{name}.names', ()) for name in groups)
+    keys = keys_of(rotor_names, plates, mode_names=others[0], rod_names=others[1])
     values = {name: key.default for name, key in keys.items()} | common
     arrays = {name: np.array(some, float) for name, some in varied.items()}
     rows = [
@@ -245,6 +245,17 @@ def of_modes(draw):
     return common, varied
 
 
+def of_rods(draw):
+    saturation = draw.uniform(0.1, 1.0, RUNS)
+    return {'hysteresis.names': ('a',)}, {
+        'hysteresis.a.coercive_force': draw.choice([0.0, 12.0], RUNS, p=[0.2, 0.8]),
+        'hysteresis.a.saturation': saturation,
+        'hysteresis.a.remanence': draw.choice([0.0, 1.0], RUNS, p=[0.2, 0.8])
+        * saturation
+        * near(draw, 1.0),
+    }
+
+
 def ticks(draw):
     rate = float(10.0 ** draw.uniform(-12.0, 3.0))
     common = {
@@ -289,6 +300,7 @@ DRAWS = {
     checks.body: body,
     rotors.rules: of_rotors,
     modes.rules: of_modes,
+    rods.rules: of_rods,
     checks.ticks: ticks,
     checks.frame: frame,
     checks.turns_a_tick: turns,

@@ -14,6 +14,7 @@ from ..environment.sun import AU_M, ILLUMINANCE_LX
 from ..kernel import rotation
 from ..orbits import FixedDirection, KeplerOrbit, TabledOrbit
 from ..orbits.along_orbit import AlongOrbit
+from ..torques.magnetic import torquer_dipole
 from .flexible import column_of
 from .system import State, System
 
@@ -29,7 +30,8 @@ class States:
     t_s (N,): seconds since the motion began; q_ib (N, 4); omega_bi_b (N, 3) [rad/s]; rotor_speed
     [rad/s] and rotor_angle [rad] (N, R), nan where a rotor has none.  work [J] (N,): what the
     applied torques and the orbit's ellipticity added to the energy since the motion began.
-    inner: the inner coordinates by their names, (N,) each, as of State.
+    inner: the inner coordinates by their names, (N,) each, as of State.  torquer_dipole_b (N, 3)
+    [A m^2]: that of the magnetorquers, where the motion says it.
     orbit_s (N,): the same instants in seconds from tick 0, where the orbit counts from.
     turn_b (N, 3) [rad]: the integral of omega_bi_b since the row before, where it was asked for.
     rotor_torque (N, R) [N m]: the torques of the motors, and met_limit (N, R): whether a rotor
@@ -52,6 +54,7 @@ class States:
     met_limit: np.ndarray | None = None
     environment: AlongOrbit | None = None
     inner: Mapping[str, np.ndarray] = field(default_factory=dict)
+    torquer_dipole_b: np.ndarray | None = None
 
     def __repr__(self) -> str:
         many = f'{len(self.q_ib)} motions, ' if self.q_ib.ndim > 2 else ''
@@ -89,6 +92,7 @@ class States:
             turn_b=some(self.turn_b),
             rotor_torque=some(self.rotor_torque),
             met_limit=some(self.met_limit),
+            torquer_dipole_b=some(self.torquer_dipole_b),
             environment=self.environment,
             inner={name: values[..., chosen] for name, values in self.inner.items()},
         )
@@ -217,6 +221,7 @@ def joined(tables: Sequence[States]) -> States:
         turn_b=column('turn_b'),
         rotor_torque=column('rotor_torque'),
         met_limit=column('met_limit'),
+        torquer_dipole_b=column('torquer_dipole_b'),
         environment=tables[0].environment,
         inner={
             name: np.concatenate([table.inner[name] for table in tables])
@@ -319,6 +324,7 @@ class Motion(ABC):
             met_limit=met_limit,
             environment=self.system.environment,
             inner=inner,
+            torquer_dipole_b=np.broadcast_to(torquer_dipole(self.system.torques), (len(t_s), 3)),
         )
 
 

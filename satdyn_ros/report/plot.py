@@ -9,7 +9,7 @@ from . import panels
 from .curves import topics_with_panels
 from .ground_track import ground_track, utc_axis
 from .history import History, history
-from .loops import loops
+from .hysteresis_loops import loops
 from .place import GEODETIC, place_topics
 
 if TYPE_CHECKING:

@@ -106,6 +106,10 @@ def without_effect(values: Mapping[str, Any]) -> Iterator[str]:
     for name in _DIPOLES:
         if any(values[name]) and values['environment.magnetic_field'] == 'none':
             yield f'{name} is given, and without environment.magnetic_field it does nothing'
+    most = [key.name for kind in _COMMANDED for key in kind.keys]
+    for name in [f'sensors.{name}.torquer_coupling' for name in values['sensors.names']]:
+        if any(values.get(name, ())) and not any(any(values[key]) for key in most):
+            yield f'{name} is given, and without {most[0]} it does nothing'
     if values['hysteresis.names'] and values['environment.magnetic_field'] == 'none':
         yield 'hysteresis.names is given, and without environment.magnetic_field it does nothing'
     if 'none' == values['environment.atmosphere'] == values['environment.sun'] and plates(values):

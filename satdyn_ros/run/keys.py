@@ -700,6 +700,8 @@ OPTIONAL = tuple(
         'rotor.static_imbalance',
         'rotor.dynamic_imbalance',
         'rotor.position',
+        'sensors.gyro.bias_instability',
+        'sensors.gyro.bias_correlation_time',
         'sensors.star_tracker.sun_exclusion',
     )
 )

@@ -81,7 +81,8 @@ def test_blocks_do_not_show(sensor: Any) -> None:
 def test_a_memory_without_a_slow_bias_is_as_before():
     """So that records of old scenarios keep their bytes."""
     states = turning(3, np.zeros(3), 0.1, environment=everywhere(magnetic_field=[1e-5] * 3))
-    for sensor, keys in ((Gyro(1, 0.1), {'bias', 'q_ib'}), (Magnetometer(1, 0.1, 2), {'bias'})):
+    sensors: list[Any] = [Gyro(1, 0.1), Magnetometer(1, 0.1, 2)]
+    for sensor, keys in zip(sensors, [{'bias', 'q_ib'}, {'bias'}], strict=True):
         _, memory = sensor.measure(range(3), states, sensor.memory)
         assert memory.to_plain().keys() == keys
 

@@ -155,8 +155,7 @@ def _rods(rng):
         Rod('one', tuple(_unit(rng)), 1e-4, 10.0, 0.15, 0.6, 0.05, float(rng.choice([2.0, 3.0]))),
         Rod('two', tuple(_unit(rng)), 1e-4, 12.0, 0.1, 0.5),
     ][: rng.integers(1, 3)]
-    field = _along(rng, 3e-5, 3)
-    return Hysteresis(rods, field, field.derivative())
+    return Hysteresis(rods, _along(rng, 3e-5, 3).with_derivatives())
 
 
 def _torques(rng):

@@ -263,12 +263,14 @@ class Pieces:
             )
         return coefficients
 
-    def derivative(self) -> 'Pieces':
-        """Return the derivatives [1/s] of the functions, in the same pieces."""
+    def with_derivatives(self) -> 'Pieces':
+        """Return the functions, and behind them their derivatives [1/s], in the same pieces."""
 
         def make(piece):
-            slopes = chebyshev.chebder(self._table(piece).coefficients[0], axis=1)
-            return slopes * (2.0 / piece.stretch.length_s)
+            values = self._table(piece).coefficients[0]
+            slopes = np.zeros_like(values)
+            slopes[:, :-1] = chebyshev.chebder(values, axis=1) * (2.0 / piece.stretch.length_s)
+            return np.concatenate([values, slopes])
 
         return Pieces(make, self.stretches, self._outside)
 

@@ -169,6 +169,5 @@ def torques_of(
     if 'environment.sun' in names and surface:
         torques.append(Solar(surface, along_orbit.sun))
     if 'environment.magnetic_field' in names and (rods := rods_of(values)):
-        field, rate = along_orbit.magnetic_field, along_orbit.magnetic_field_rate
-        torques.append(Hysteresis(rods, field, rate))
+        torques.append(Hysteresis(rods, along_orbit.magnetic_field_and_rate))
     return tuple(torques)

@@ -138,22 +138,21 @@ class Hysteresis(BodyTorque):
     """
     The torque (V / mu_0) b a x B of hysteresis rods in the field B along the orbit.
 
-    rods: in their order; states: L of each [A/m], by their names.
+    rods: in their order; states: L of each [A/m], by their names.  field: with its derivatives.
     """
 
     name = 'hysteresis'
     title = 'torque of hysteresis rods'
 
     class Constants(NamedTuple):
-        """field [T]: B along the orbit, inertial axes, and field_rate [T/s]: its derivative."""
+        """field: B along the orbit [T], inertial axes, and its derivative [T/s]."""
 
         rods: tuple[RodConstants, ...]
         field: Table
-        field_rate: Table
 
-    def __init__(self, rods: Sequence[Rod], field: Pieces, field_rate: Pieces):
-        constants = self.Constants(tuple(map(RodConstants.of, rods)), NO_TABLE, NO_TABLE)
-        super().__init__(constants, {'field': field, 'field_rate': field_rate})
+    def __init__(self, rods: Sequence[Rod], field: Pieces):
+        constants = self.Constants(tuple(map(RodConstants.of, rods)), NO_TABLE)
+        super().__init__(constants, {'field': field})
         self.states = tuple(rod.name for rod in rods)
 
     @staticmethod
@@ -253,7 +252,7 @@ def hysteresis_of(torques: Iterable[BodyTorque]) -> Hysteresis | None:
 def _field_rate(t_s, q_ib, omega_bi_b, constants):
     """Return the derivative of the field in body axes [T/s]."""
     B = to_body(q_ib, interpolate_vector(constants.field, 0, t_s))
-    B_i_dot = interpolate_vector(constants.field_rate, 0, t_s)
+    B_i_dot = interpolate_vector(constants.field, 3, t_s)
     return add(cross(B, omega_bi_b), to_body(q_ib, B_i_dot))
 
 

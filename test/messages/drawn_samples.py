@@ -58,7 +58,7 @@ SYSTEMS = {
             Magnetic([0.1, -0.2, 0.3], ALONG.magnetic_field),
             Aerodynamic([PLATE], ALONG.air_velocity, ALONG.log_density),
             Solar([PLATE], ALONG.sun),
-            Hysteresis(RODS, ALONG.magnetic_field, ALONG.magnetic_field_rate),
+            Hysteresis(RODS, ALONG.magnetic_field_and_rate),
         ),
         environment=ALONG,
         modes=(

@@ -33,7 +33,7 @@ def path(raw, H):
 
     stretches = [Stretch(LEG_S * i, LEG_S, LEG_S * i, LEG_S * (i + 1)) for i in range(len(H) - 1)]
     pieces = Pieces(fitted(field), stretches)
-    torque = Hysteresis([rod], pieces, pieces.derivative())
+    torque = Hysteresis([rod], pieces.with_derivatives())
     system = System(1e9 * np.eye(3), torques=(torque,))
     return torque, Propagation(system, State(rotation.IDENTITY, np.zeros(3)))
 

@@ -39,8 +39,8 @@ def test_the_order_of_the_parts_is_of_no_matter(monkeypatch):
     for order in ((place, work, *reversed(inner)), (*inner[2:], work, place, *inner[:2])):
         step_code._known.clear()
         monkeypatch.setattr(variables, 'ORDER', order)
-        for name in CASES:
-            check(CASES[name], flown(CASES[name])[1])
+        for raw in (*CASES.values(), cases('hysteresis.json')['rods_magnet_3u']):
+            check(raw, flown(raw)[1])
 
 
 def test_in_lanes_the_modes_have_the_bits_that_they_have_alone():

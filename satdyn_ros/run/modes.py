@@ -1,5 +1,6 @@
 """The flexible modes that a scenario describes, under flexible.NAME.*."""
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -8,7 +9,6 @@ import numpy as np
 from ..base.sentences import Rules, told_apart
 from ..dynamics import inertia
 from ..dynamics.flexible import Mode
-from ..kernel.rows import length
 from . import rotors
 
 
@@ -51,8 +51,9 @@ def rules(values: Mapping[str, Any]) -> Rules:
         share = np.sum(d * np.linalg.solve(left, d[..., None])[..., 0], axis=-1)
         is_too_much = ~(share < 1.0 - inertia.ROUNDING)
         if (yield is_too_much):
-            size = float(length(d))
-            given, most = told_apart(size, float(size / np.sqrt(share)))
+            size = math.hypot(*d)
+            u = d / size
+            given, most = told_apart(size, float(1.0 / np.sqrt(u @ np.linalg.solve(left, u))))
             raise ValueError(
                 f'{prefix}.coupling is {d.tolist()}, of length {given}; in this direction it must '
                 f'be below {most} sqrt(kg) m, the most that '

@@ -118,7 +118,11 @@ def _default(key):
 def _of_named():
     """Return what each plate, rotor and sensor with a name has: of a sensor, whatever its type."""
     keys = keys_of(
-        (_NAME,), (_NAME,), sensors={_NAME: next(iter(KINDS))}, mode_names=(_NAME,), rod_names=(_NAME,)
+        (_NAME,),
+        (_NAME,),
+        sensors={_NAME: next(iter(KINDS))},
+        mode_names=(_NAME,),
+        rod_names=(_NAME,),
     )
     any_sensor = {_TYPE, *(f'sensors.{_NAME}.{leaf}' for leaf in _of_any_sensor())}
     return {

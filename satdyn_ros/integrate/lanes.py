@@ -53,8 +53,8 @@ CLOCKS_AT, MOTION_AT, LANE_COUNT, ROW, TABLE_AT = range(len(ARRAYS), len(ARRAYS)
 # asked for, of variables that are wanted, of stops, numbers and arrays of each motion; the next
 # motion to take a lane; the number of variables, where the place on the orbit is among them (0: it
 # is not), the number of turning rotors, where they and the watches of their drives (0: there are
-# none) begin among the constants, and where their momenta begin among the variables; how many times
-# there are from those of a motion to those of the next (0: they have the same).
+# none) begin among the constants, and where their momenta begin among the variables; how many
+# times there are from those of a motion to those of the next (0: they have the same).
 (T_S_AT, BEGIN_AT, SETTINGS_AT, CONSTANTS_AT, ARRAYS_AT, STOPS_AT, IS_NEW_AT, OUT_AT) = range(8)
 (EFFORTS_AT, TURN_AT, ROWS_AT, OUTCOME_AT, ENDED_AT) = range(8, 13)
 (MOTION_COUNT, ROW_COUNT, WANTED, STOP_COUNT, CONSTANT_COUNT, ARRAY_COUNT) = range(13, 19)

@@ -186,12 +186,11 @@ class ThreeAxes:
         true: np.ndarray,
         deviates: np.ndarray,
         before: np.ndarray,
-        slow: np.ndarray | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return samples and biases as read does, each after a bias of its own, nan for none."""
         biases = self.bias_step * deviates[:, 3:] + before
         biases = np.where(np.isnan(before), self.initial_bias, biases)
-        return self._read(true, deviates, biases, slow), biases
+        return self._read(true, deviates, biases, None), biases
 
     def _read(self, true, deviates, biases, slow):
         steady = self._misread(true) + biases

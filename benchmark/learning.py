@@ -50,8 +50,9 @@ def stepped(envs):
 def bare():
     """Return what propagates as many bodies for an interval, once for each action."""
     rng, scenario = np.random.default_rng(1), TASK.scenario
+    at_start = scenario.initial_state
     states = [
-        State(IDENTITY, omega_b, *2 * [scenario.initial_state.rotor_speed])
+        State(IDENTITY, omega_b, at_start.rotor_speed, at_start.rotor_speed)
         for omega_b in rng.normal(scale=0.05, size=(MANY, 3))
     ]
     equipment, given = scenario.equipment, actions(MANY)

@@ -14,6 +14,7 @@ SCRIPTS = (
     'step',
     'processors',
     'rotors',
+    'moving_parts',
     'closed_forms',
     'batch',
     'sweep',

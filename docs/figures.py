@@ -3,6 +3,7 @@
 import shutil
 import sys
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,7 @@ from satdyn_ros.report.outcomes import draw_sweep
 from satdyn_ros.report.panels import COLOURS, STYLES
 from satdyn_ros.run.controllers import named
 from satdyn_ros.run.scenario import Scenario
+from satdyn_ros.sensors import Gyro
 from satdyn_ros.sweep.run import sweep
 
 FIGURES = Path(__file__).parent / 'figures'
@@ -196,6 +198,35 @@ def immersed():
     return figure
 
 
+def allan_deviation():
+    """Draw the Allan deviation of a gyro whose data sheet has a floor, and its parts."""
+    hour, N, K = np.radians(1.0) / 3600.0, np.radians(0.05) / 60.0, 1e-8
+    gyro = Gyro(1, 0.01, noise_density=N, bias_random_walk=K, bias_instability=1.62 * 0.5 * hour)
+    parts = {
+        'white noise': replace(gyro, bias_random_walk=0.0, bias_instability=0.0),
+        'slow bias': replace(gyro, noise_density=0.0, bias_random_walk=0.0),
+        'random walk': replace(gyro, noise_density=0.0, bias_instability=0.0),
+    }
+    taus = np.logspace(-2, 5, 200)
+    figure = Figure(figsize=(7.0, 4.2))
+    figure.set_layout_engine('constrained')
+    axes = figure.add_subplot()
+    for (name, part), colour in zip(parts.items(), COLOURS[1:], strict=False):
+        values = [part.allan_deviation(tau) / hour for tau in taus]
+        axes.loglog(taus, values, '--', color=colour, lw=1.2, label=name)
+    axes.loglog(
+        taus, [gyro.allan_deviation(t) / hour for t in taus], color=COLOURS[0], label='all'
+    )
+    axes.axhline(0.5, color='0.5', lw=0.8)
+    axes.annotate('floor of the data sheet', (0.02, 0.52), color='0.35', fontsize=8)
+    axes.axvline(1893.0, color='0.5', lw=0.8, ls=':')
+    axes.annotate('1.893 T', (2000.0, 0.025), color='0.35', fontsize=8)
+    axes.set(xlabel='tau [s]', ylabel='Allan deviation [deg/h]', ylim=(0.02, 50.0))
+    axes.grid(alpha=0.3)
+    axes.legend(fontsize=8)
+    return figure
+
+
 def free():
     """Draw polhodes on the energy ellipsoid, and a herpolhode."""
     moments = np.array([1.0, 2.0, 2.5])
@@ -317,6 +348,7 @@ DRAWINGS = (
     symmetric,
     rolling,
     immersed,
+    allan_deviation,
     free,
 )
 

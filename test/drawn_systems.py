@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from satdyn_ros.dynamics.flexible import Mode
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
 from satdyn_ros.kernel import rotation
@@ -13,6 +14,7 @@ from satdyn_ros.orbits.pieces import Pieces, Stretch, fitted
 from satdyn_ros.orbits.tabled import OrbitSource
 from satdyn_ros.torques import BodyTorque, Table, interpolate, select, table_of
 from satdyn_ros.torques.aerodynamic import Aerodynamic
+from satdyn_ros.torques.hysteresis import Hysteresis, Rod
 from satdyn_ros.torques.magnetic import Magnetic
 from satdyn_ros.torques.plates import Plate
 from satdyn_ros.torques.solar import Solar
@@ -61,6 +63,29 @@ class Sail(BodyTorque):
     @staticmethod
     def signs(t_s, r_i, v_i, q_ib, omega_bi_b, constants):
         return (q_ib[2] * q_ib[3],)
+
+
+class Lag(BodyTorque):
+    """A torque that follows the rate late, by variables of its own."""
+
+    name = 'lag'
+    states = 'late', 'turned'
+    initial = 0.0, 0.1
+    scales = 0.1, 1.0
+
+    class Constants(NamedTuple):
+        time: float
+        size: float
+
+    @staticmethod
+    def torque(t_s, r_i, v_i, q_ib, omega_bi_b, constants, states):
+        late, turned = states
+        return -constants.size * late, 0.0, constants.size * math.sin(turned)
+
+    @staticmethod
+    def rates(t_s, r_i, v_i, q_ib, omega_bi_b, constants, states):
+        late, _ = states
+        return (omega_bi_b[0] - late) / constants.time, omega_bi_b[2]
 
 
 class Circling(OrbitSource):
@@ -112,6 +137,27 @@ def _rotor(rng, mode):
     )
 
 
+def _modes(rng):
+    count = int(rng.choice([0, 0, 1, 2]))
+    return tuple(
+        Mode(
+            f'mode_{i}',
+            frequency=float(rng.uniform(0.05, 2.0)),
+            damping=float(rng.choice([0.0, 0.01])),
+            coupling=rng.uniform(0.1, 0.7) * _unit(rng),
+        )
+        for i in range(count)
+    )
+
+
+def _rods(rng):
+    rods = [
+        Rod('one', tuple(_unit(rng)), 1e-4, 10.0, 0.15, 0.6, 0.05, float(rng.choice([2.0, 3.0]))),
+        Rod('two', tuple(_unit(rng)), 1e-4, 12.0, 0.1, 0.5),
+    ][: rng.integers(1, 3)]
+    return Hysteresis(rods, _along(rng, 3e-5, 3).with_derivatives())
+
+
 def _torques(rng):
     plates = [Plate(rng.uniform(0.1, 1.0), tuple(_unit(rng)), tuple(_unit(rng))) for _ in range(2)]
     factors = rng.uniform(0.0, 1e-2, int(rng.integers(0, 3)))
@@ -123,6 +169,8 @@ def _torques(rng):
         lambda: Solar(plates, _along(rng, 1.5e11, 3)),
         lambda: Swing(Swing.Constants(1e-4, (begin_s, begin_s + 20.0), factors, table)),
         lambda: Sail(Sail.Constants(float(rng.uniform(1e-4, 1e-3)))),
+        lambda: _rods(rng),
+        lambda: Lag(Lag.Constants(float(rng.uniform(5.0, 50.0)), 1e-4)),
     ]
     return tuple(kind() for kind in all_kinds if rng.random() < 0.35)
 
@@ -151,21 +199,32 @@ def drawn(seed: int) -> tuple[System, State, float]:
         float(rng.normal(0.0, 2.0)) if r.speed_gain and rng.random() < 0.5 else math.nan
         for r in rotors
     ]
+    turning = np.array([rotor.turns_freely for rotor in rotors])
+    values: dict[str, Any] = {
+        'weight_moment': 1e-3 * rng.normal(size=3) if is_fixed else np.zeros(3),
+        'torque_b': 1e-4 * rng.normal(size=3) if driven else np.zeros(3),
+        'rotor_torque': np.array([1e-3 * rng.normal() * (r.mode == 'motor') for r in rotors]),
+    }
+    state = {
+        'q_ib': rotation.normalise(rng.normal(size=4)),
+        'omega_bi_b': rng.normal(0.0, rng.choice([1e-3, 0.02, 0.3]), 3),
+        'rotor_speed': np.where(turning, rng.normal(0.0, 1.0, len(rotors)), np.nan),
+        'rotor_angle': np.where(turning, rng.normal(0.0, 1.0, len(rotors)), np.nan),
+    }
+    start_s = float(rng.choice([0.0, 30.0]))
+    modes = _modes(rng)
+    swings = {}
+    for mode in modes:
+        swings[mode.displacement_name], swings[mode.rate_name] = rng.normal(0.0, 0.02, 2).tolist()
+    # What rods would begin with is computed by compiled code.
+    own = {name: float(rng.normal()) for torque in torques for name in torque.inner_names}
     system = System(
         inertia,
         rotors=rotors,
         orbit=orbit,
-        weight_moment=1e-3 * rng.normal(size=3) if is_fixed else np.zeros(3),
-        torque_b=1e-4 * rng.normal(size=3) if driven else np.zeros(3),
-        rotor_torque=np.array([1e-3 * rng.normal() * (r.mode == 'motor') for r in rotors]),
         rotor_target=np.array(targets),
         torques=torques,
+        modes=modes,
+        **values,
     )
-    turning = np.array([rotor.turns_freely for rotor in rotors])
-    state = State(
-        rotation.normalise(rng.normal(size=4)),
-        rng.normal(0.0, rng.choice([1e-3, 0.02, 0.3]), 3),
-        np.where(turning, rng.normal(0.0, 1.0, len(rotors)), np.nan),
-        np.where(turning, rng.normal(0.0, 1.0, len(rotors)), np.nan),
-    )
-    return system, state, float(rng.choice([0.0, 30.0]))
+    return system, State(**state, inner=swings | own), start_s

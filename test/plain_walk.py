@@ -10,14 +10,9 @@ import sys
 
 import numpy as np
 
-from satdyn_ros.dynamics.equations import (
-    MOMENTUM,
-    OMEGA,
-    initial_values,
-    place_at,
-    rates,
-)
+from satdyn_ros.dynamics.equations import rates
 from satdyn_ros.dynamics.system import State, System
+from satdyn_ros.dynamics.variables import RATE, Variables, initial_values
 from satdyn_ros.integrate.course import Course
 from satdyn_ros.integrate.dop853 import combination, error_of, part_before_corner, stage_time
 from satdyn_ros.integrate.tableau import DENSE, ERROR_3, ERROR_5
@@ -57,7 +52,7 @@ class PlainWalk:
         t, y_0 = self.t, self.y
         if self._next == 0.0:
             square = 0.0
-            for x in y_0[OMEGA:MOMENTUM]:
+            for x in y_0[RATE]:
                 square += x * x
             self._next = 0.01 / (math.sqrt(square) + constants.anomaly_rate + 1e-9)
         h = wished = self._next
@@ -94,7 +89,7 @@ class PlainWalk:
             return
         anomaly, rate, e = self._course.anomaly
         f = true_anomaly(anomaly + rate * self.t, e)
-        i = place_at(constants)
+        i = Variables.of(constants).place.start
         self.y = (*self.y[:i], math.cos(f), math.sin(f), *self.y[i + 2 :])
 
     def _attempt(self, t, h, span, constants):
@@ -141,9 +136,9 @@ class PlainWalk:
         self._exit_s = math.inf
         self.met['exits'] += 1
         speeds = np.full(len(self._course._system.rotors), np.nan)
-        omega = np.array(self.y[OMEGA:MOMENTUM])
+        omega = np.array(self.y[RATE])
         for n, (i, rotor) in enumerate(self._course._system.turning_rotors):
-            p = np.array([self.y[MOMENTUM + n]])
+            p = np.array([self.y[Variables.of(self._course.constants).momenta.start + n]])
             speeds[i] = np.asarray(rotor.speed(p, omega[None]))[0]
         self._course.leave(which, self.t, omega, speeds)
 
@@ -182,12 +177,12 @@ class PlainWalk:
 
     def _value(self, i, x, dense, h, constants):
         watch, rotor = constants.watches[i], constants.rotors[i]
-        p = [row[MOMENTUM + i] for row in dense]
+        p = [row[Variables.of(constants).momenta.start + i] for row in dense]
         if watch.held_inertia > 0.0:
             return _slope(p, x) / h
         turn = 0.0
         for j in range(3):
-            turn += rotor.axis[j] * _polynomial([row[OMEGA + j] for row in dense], x)
+            turn += rotor.axis[j] * _polynomial([row[RATE.start + j] for row in dense], x)
         return rotor.inertia_inverse * _polynomial(p, x) - turn
 
 

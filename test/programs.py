@@ -133,6 +133,7 @@ class Draw(Random):
             'torque.timeout': self.choice(timeouts_s),
             'time.epoch_ns': EPOCH_NS + self.choice((0, self.randrange(10**9))),
         }
+        values |= self.parts_inside(values, is_fixed)
         values |= self.sensors(is_fixed)
         return Scenario(values | self.recording(rate_hz))
 
@@ -237,6 +238,44 @@ class Draw(Random):
             }
         return described
 
+    def parts_inside(self, values, is_fixed):
+        """Return the values of flexible modes and hysteresis rods, at times, and their topics."""
+        found: dict[str, Any] = {}
+        if values.get('motion.method', 'numeric') == 'exact':
+            return found
+        topics = list(values['publish.topics'])
+        if self.one_in(3):
+            names = ('panel', 'fuel')[: self.randint(1, 2)]
+            found['flexible.names'] = names
+            # Beside rotors and each other they take a little of the body.
+            largest = 0.3 * math.sqrt(min(values['body.inertia'][:3]))
+            for name in names:
+                mode = {
+                    'frequency': self.power(-2.0, 0.5),
+                    'damping': self.choice((0.0, 0.01)),
+                    'coupling': self.vector(largest * self.random()),
+                    'displacement': self.choice((0.0, 1e-3 * largest)),
+                    'rate': self.choice((0.0, 1e-4 * largest)),
+                }
+                found |= {f'flexible.{name}.{leaf}': x for leaf, x in mode.items()}
+            topics += ['flexible']
+        if not is_fixed and self.one_in(4):
+            names = ('rod_x', 'rod_y')[: self.randint(1, 2)]
+            found |= {'hysteresis.names': names, 'environment.magnetic_field': 'dipole'}
+            for name in names:
+                rod = {
+                    'axis': self.vector(1.0),
+                    'volume': 1e-4 * min(values['body.inertia'][:3]),
+                    'coercive_force': self.power(0.0, 1.5),
+                    'remanence': 0.1,
+                    'saturation': 0.4,
+                    'minor_slope': self.choice((0.0, 0.1)),
+                    'exponent': self.choice((2.0, 2.0, 3.5)),
+                }
+                found |= {f'hysteresis.{name}.{leaf}': x for leaf, x in rod.items()}
+            topics += ['hysteresis', 'hysteresis_torque']
+        return found | {'publish.topics': topics}
+
     def topics(self, is_fixed):
         """Return topics to publish, none at times."""
         if self.one_in(8):
@@ -263,6 +302,8 @@ class Draw(Random):
             'divisor': self.choice((1, 1, 2, 3, 7)),
             'noise_density': self.choice((0.0, 1e-5)),
             'bias_random_walk': self.choice((0.0, 1e-6)),
+            'bias_instability': self.choice((0.0, 0.0, 1e-5)),
+            'bias_correlation_time': self.choice((1000.0, 1.0)),
             'initial_bias': self.vector(1e-4),
             'resolution': self.choice((0.0, 1e-6)),
             'integrating': self.one_in(2),

@@ -24,6 +24,8 @@ _OF_MOTION = (
     'body.',
     'surface.',
     'rotor.',
+    'flexible.',
+    'hysteresis.',
     'orbit.',
     'environment.',
     'motion.',
@@ -147,9 +149,11 @@ def _motion_anew(
         if k is None or not (rotor.turns_freely and simulation.system.rotors[k].turns_freely):
             continue
         speeds[i], angles[i] = state.rotor_speed[k], state.rotor_angle[k]
+    kept = {n: x for n, x in state.inner.items() if n in scenario.system.inner_names}
+    inner = {**begin.inner, **kept}
     equipment = scenario.equipment
     acting = equipment.kept(simulation.acting)
-    record = state_record(State(state.q_ib, state.omega_bi_b, speeds, angles))
+    record = state_record(State(state.q_ib, state.omega_bi_b, speeds, angles, inner))
     return {
         'begin_tick': simulation.tick,
         'begin_state': record,

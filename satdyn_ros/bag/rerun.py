@@ -106,4 +106,5 @@ def _perturbed(state, angle_rad):
         state.omega_bi_b * faster,
         state.rotor_speed * faster,
         state.rotor_angle,
+        state.inner,
     )

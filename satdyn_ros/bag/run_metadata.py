@@ -168,6 +168,9 @@ def snapshot_from_record(record: Mapping[str, str], scenario: Scenario) -> dict[
             and all(isinstance(x, int | float) for x in vector)
         ):
             raise Damaged(f'its {name} is not a vector of {length} numbers')
+    inner = state.get('inner', {})
+    if not isinstance(inner, dict) or not all(type(x) in (int, float) for x in inner.values()):
+        raise Damaged('its inner does not hold inner coordinates')
     until = snapshot.get('until')
     if not isinstance(until, dict) or not all(type(tick) is int for tick in until.values()):
         raise Damaged('its until does not hold ticks')

@@ -281,7 +281,9 @@ drawn:
   thruster       when the valve of each thruster is open, drawn too where thruster.names has some
   polhode        body rate on the ellipsoids of energy and momentum
   phase          pitch and pitch rate in LVLH, with the separatrix of planar libration
-  NAME_torque    a torque of your own that acts, in body axes: the name of its topic
+  loops          flux density of hysteresis rods over the field along them, in their large loops
+  NAME_torque    a torque of your own that acts, in body axes: the name of its topic; likewise
+                 flexible and hysteresis, the modes of flexible parts and the flux in rods
   SENSOR         measured minus true values of a sensor, by its name, in its axes, with three sigma
   geodetic       the ground track on a map, drawn too where geodetic is published, with UTC below
                  the time; dashed in the umbra where environment.sun is given

@@ -44,6 +44,8 @@ def print_description(scenario: Scenario) -> None:
         _print_torques(described['torques'])
     if described['thruster']:
         _print_of_each_thruster(described['thruster'])
+    if described['flexible'] is not None:
+        _print_flexible(described['flexible'], float(scenario.rate))
 
 
 def _print_orbit(orbit: dict[str, Any]) -> None:
@@ -88,6 +90,25 @@ def _print_of_each_thruster(found: list[dict[str, Any]]) -> None:
         )
         impulse = f'{each["least_impulse_n_m_s"]:.3g} N m s'
         print(f'  {each["name"]:12}  [{torque}] N m; {impulse}, [{rate}] deg/s')
+
+
+def _print_flexible(flexible: dict[str, Any], rate_hz: float) -> None:
+    """Print the frequencies of modes, each by itself and with the body."""
+    print('flexible parts')
+    for name, frequency in zip(flexible['names'], flexible['frequencies_rad_s'], strict=True):
+        print(f'  {name}: {_frequency(frequency)}, with the body held')
+    free = ', '.join(map(_frequency, flexible['free_rad_s']))
+    print(f'  body and parts together, free: {free}')
+    for frequency in flexible['unseen_rad_s']:
+        print(
+            f'  publish.rate {rate_hz:g} Hz is too slow for {_frequency(frequency)}: samples, and '
+            'a loop that is closed by them, see a slower swing; it must be above '
+            f'{frequency / math.pi:.4g} Hz'
+        )
+
+
+def _frequency(rad_s: float) -> str:
+    return f'{_text(rad_s)} rad/s = {rad_s / math.tau:.4g} Hz'
 
 
 def _print_precession(precession: dict[str, Any]) -> None:

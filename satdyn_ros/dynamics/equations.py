@@ -6,11 +6,13 @@ The equations of motion of a gyrostat in a Newtonian field, as on the textbook p
                + torque - sum p' a
     p' = tau - b s - C tanh(s / s_c),   s = p / J - a . omega          for every turning rotor
     p' = J a . omega'                                        of one that is held (drives.py)
+    pi' = -W^2 eta - 2 z W eta',   eta' = pi - d . omega     for every flexible mode
 
 I is the inertia, K that of what turns with the body (carrier_inertia of system.py), p, a, tau, b,
 C, s and J are the momentum, axis, motor torque, friction, speed and inertia of a rotor with a
 speed of its own (rotor.py), h is the momentum of those of constant momentum, c the unit vector
-from the attracting centre and m the weight moment.
+from the attracting centre and m the weight moment.  A mode (flexible.py) adds pi d to the momentum
+and -pi' d to the torque, as a rotor does p a and -p' a.
 
 q is the attitude in axes that coincide with the inertial ones at the start and turn with a
 circular orbit, at the rate Omega about its normal; in them c stays where it is.  On an ellipse
@@ -22,13 +24,12 @@ where v is the rate at which c turns.  On an ellipse f is the true anomaly, f' =
 f = 0; a fixed direction has v = 0 too.  Where the orbit is a table, c, t, v and r' / r come from
 the tabled r and r'.  Two quadratures go with them: each rotor's angle, and the
 work W by which the energy omega . K omega / 2 + V + m . c changes, V = (3 mu / 2 r^3) c . I c:
-that of the applied torques and of the rotors, and with t = -sin f P + cos f Q, the unit vector
+that of the applied torques and of the rotors, of the damping of modes (whose energy pi^2 / 2 +
+W^2 eta^2 / 2 counts), and with t = -sin f P + cos f Q, the unit vector
 along track, that of the orbit, v (3 mu / r^3) t . I c - 3 (r' / r) V.
 """
 
 from typing import Any
-
-import numpy as np
 
 from ..kernel.functions import cos, divide, sin, sqrt, tanh
 from ..kernel.time_table import interpolate_vector
@@ -44,62 +45,47 @@ from ..kernel.vector import (
     to_body,
 )
 from ..orbits.tabled import POSITION, SLOPE, VELOCITY
-from ..torques.sums import sum_of_fields, sum_of_orbit_powers, sum_of_torques
+from ..torques.sums import (
+    rates_of_states,
+    sum_of_fields,
+    sum_of_orbit_powers,
+    sum_of_torques,
+)
 from .constants import Constants
-from .system import State, System
+from .variables import Variables
 
 _POSITION, _SLOPE, _VELOCITY = int(POSITION[0]), int(SLOPE[0]), int(VELOCITY[0])
-
-# The variables of the integration: q (4), omega_bi_b (3), then p of every turning rotor, the angle
-# of every one, the work, and on an ellipse cos f and sin f.
-Q, OMEGA, MOMENTUM = 0, 4, 7
-
-
-def initial_values(system: System, state: State) -> np.ndarray:
-    """Return the variables (..., V) of a state at the start, the place as of f = 0."""
-    turning = system.turning_rotors
-    place = (1.0, 0.0) if system.integrates_place else ()
-    size = MOMENTUM + 2 * len(turning) + 1
-    y = np.zeros((*np.shape(state.q_ib)[:-1], size + len(place)))
-    y[..., Q : Q + 4] = state.q_ib
-    y[..., OMEGA : OMEGA + 3] = state.omega_bi_b
-    y[..., size:] = place
-    for n, (i, rotor) in enumerate(turning):
-        p = rotor.axial_momentum(state.rotor_speed[..., i], state.omega_bi_b)
-        y[..., MOMENTUM + n] = p
-        y[..., MOMENTUM + len(turning) + n] = state.rotor_angle[..., i]
-    return y
-
-
-def size_of(constants: Constants) -> int:
-    """Return the number of the variables."""
-    return place_at(constants) + (2 if constants.integrates_place else 0)
-
-
-def place_at(constants: Constants) -> int:
-    """Return where among the variables cos f is, on an ellipse."""
-    return MOMENTUM + 2 * len(constants.rotors) + 1
 
 
 def rotor_speeds(y: Vector, constants: Constants) -> list[Any]:
     """Return s = p / J - a . omega of every turning rotor."""
-    momenta = y[MOMENTUM : MOMENTUM + len(constants.rotors)]
+    parts = Variables.of(constants)
     return [
-        p * rotor.inertia_inverse - dot(rotor.axis, y[4:7])
-        for p, rotor in zip(momenta, constants.rotors, strict=True)
+        p * rotor.inertia_inverse - dot(rotor.axis, y[parts.rate])
+        for p, rotor in zip(y[parts.momenta], constants.rotors, strict=True)
+    ]
+
+
+def modal_rates(y: Vector, constants: Constants) -> list[Any]:
+    """Return eta' = pi - d . omega of every mode."""
+    parts = Variables.of(constants)
+    return [
+        pi - dot(mode.coupling, y[parts.rate])
+        for pi, mode in zip(y[parts.modal_momenta], constants.modes, strict=True)
     ]
 
 
 def rates(t_s: Any, y: Vector, constants: Constants) -> Vector:
     """Return dy/dt of the variables y, both tuples of the same size; t_s: from tick 0."""
-    q, omega, rotors = y[0:4], y[4:7], constants.rotors
-    p, angles = y[7 : 7 + len(rotors)], y[7 + len(rotors) : 7 + 2 * len(rotors)]
+    parts, rotors = Variables.of(constants), constants.rotors
+    q, omega, p, angles = y[parts.attitude], y[parts.rate], y[parts.momenta], y[parts.angles]
     c_i, t_i, gradient, v, growth_rate = seen_centre(t_s, y, constants)
     c = to_body(q, c_i)
 
     s = rotor_speeds(y, constants)
     H = add(constants.momentum, apply(constants.carrier_inertia, omega))
-    applied = sum_of_torques(constants.torques, seen_by_torques(t_s, y, constants))
+    seen = seen_by_torques(t_s, y, constants)
+    applied = sum_of_torques(constants.torques, seen)
     p_dot = []
     for i, rotor in enumerate(rotors):
         H = add(H, scale(p[i], rotor.axis))
@@ -112,8 +98,19 @@ def rates(t_s: Any, y: Vector, constants: Constants) -> Vector:
     for imbalance, s_i, angle in zip(constants.imbalances, s, angles, strict=False):
         turning = add(scale(cos(angle), imbalance.along), scale(sin(angle), imbalance.across))
         applied = add(applied, scale(s_i * s_i, turning))
+    eta_dot, pi_dot, on_body, damped = modal_rates(y, constants), [], applied, 0.0
+    modal = zip(
+        constants.modes, y[parts.modal_momenta], y[parts.displacements], eta_dot, strict=True
+    )
+    for mode, pi, eta, rate in modal:
+        H = add(H, scale(pi, mode.coupling))
+        friction = mode.damping * rate
+        force = mode.stiffness * eta + friction
+        on_body = add(on_body, scale(force, mode.coupling))
+        pi_dot.append(-force)
+        damped = damped + friction * rate
     field = sum_of_fields(constants.torques, c, gradient)
-    torque = add(add(applied, cross(H, omega)), cross(c, field))
+    torque = add(add(on_body, cross(H, omega)), cross(c, field))
     omega_dot = apply(constants.carrier_inverse, torque)
 
     power = 0.0
@@ -121,6 +118,8 @@ def rates(t_s: Any, y: Vector, constants: Constants) -> Vector:
         t = to_body(q, t_i)
         orbit_power = sum_of_orbit_powers(constants.torques, c, t, gradient, v, growth_rate)
         power = dot(applied, omega) + orbit_power
+        if constants.modes:
+            power = power - damped
     for i, watch in enumerate(constants.watches):
         p_dot_held = watch.held_inertia * dot(rotors[i].axis, omega_dot)
         p_dot[i] = p_dot[i] + p_dot_held
@@ -129,16 +128,26 @@ def rates(t_s: Any, y: Vector, constants: Constants) -> Vector:
     q_dot = attitude_rate(q, omega, scale(constants.axes_rate, constants.normal))
     cos_f, sin_f = place_in_orbit(y, constants)
     place_dot = (-v * sin_f, v * cos_f) if constants.integrates_place else ()
-    return (*q_dot, *omega_dot, *p_dot, *s, power, *place_dot)
+    return parts.joined(
+        attitude=q_dot,
+        rate=omega_dot,
+        momenta=p_dot,
+        angles=s,
+        modal_momenta=pi_dot,
+        displacements=eta_dot,
+        of_torques=rates_of_states(constants.torques, seen),
+        work=(power,),
+        place=place_dot,
+    )
 
 
 def place_in_orbit(y: Vector, constants: Constants) -> Vector:
     """Return cos f and sin f, which on a circle are those of f = 0."""
-    return y[place_at(constants) :] if constants.integrates_place else (1.0, 0.0)
+    return y[Variables.of(constants).place] if constants.integrates_place else (1.0, 0.0)
 
 
 def seen_by_torques(t_s: Any, y: Vector, constants: Constants) -> tuple[Any, ...]:
-    """Return t_s, r, v, q and omega of the variables y, in the axes of the equations."""
+    """Return t_s, r, v, q, omega, axes as in the equations, and what torques have of their own."""
     if constants.table:
         table = constants.table[0].table
         r, v = interpolate_vector(table, _POSITION, t_s), interpolate_vector(table, _VELOCITY, t_s)
@@ -148,7 +157,8 @@ def seen_by_torques(t_s: Any, y: Vector, constants: Constants) -> tuple[Any, ...
         e, l = constants.eccentricity, constants.semi_latus_rectum
         r = scale(divide(l, 1.0 + e * cos_f), add(scale(cos_f, P), scale(sin_f, Q_)))
         v = scale(constants.speed, add(scale(-sin_f, P), scale(e + cos_f, Q_)))
-    return t_s, r, v, y[0:4], y[4:7]
+    parts = Variables.of(constants)
+    return t_s, r, v, y[parts.attitude], y[parts.rate], y[parts.of_torques]
 
 
 def seen_centre(t_s: Any, y: Vector, constants: Constants) -> tuple[Any, ...]:

@@ -1,17 +1,18 @@
 """
 The first integrals of every system: what a motion conserves, and by how much it fails to.
 
-With K the carrier inertia, H = K omega + sum p a, c the unit vector from the attracting centre, m
-the weight moment, V = (3 mu / 2 r^3) c . I c and nu the orbital rate (other torques, which have
-potentials in the axes that are used, add those to energy and jacobi, and leave no more than these
-and the momenta of rotors):
+With K the carrier inertia, H = K omega + sum p a + sum pi d, T = (omega . K omega + sum pi^2 +
+sum W^2 eta^2) / 2 (rotors and flexible modes as in equations.py), c the unit vector from the
+attracting centre, m the weight moment, V = (3 mu / 2 r^3) c . I c and nu the orbital rate (other
+torques, which have potentials in the axes that are used, add those to energy and jacobi, and leave
+no more than these and the momenta of rotors):
 
-    energy          omega . K omega / 2 + V + m . c                       fixed direction
+    energy          T + V + m . c                                         fixed direction
     area            H . c                                                 fixed direction
-    fourth          |I omega|^2 - (3 mu / r^3) c . adj(I) c               fixed, no rotor, m = 0
-    jacobi          omega . K omega / 2 - nu . H + V                      circular orbit
+    fourth          |I omega|^2 - (3 mu / r^3) c . adj(I) c               rigid, fixed, m = 0
+    jacobi          T - nu . H + V                                        circular orbit
     momentum        |H|                                                   no field, or a sphere
-    axial_rate      omega . e                                             symmetric about e
+    axial_rate      omega . e                                             rigid, symmetric
     rotor_momentum  p; rotor_momentum.NAME of a named one                 no friction, no motor
     energy_balance  energy less the work done and less its first value    driven, or elliptic
 
@@ -124,7 +125,11 @@ def applied_torque(system: System) -> np.ndarray:
 
 
 class _Parts(NamedTuple):
-    """What the terms are made of: p (N,) of each rotor, the others as of forms_of_components."""
+    """
+    What the terms are made of: p (N,) of each rotor, pi and W eta (N,) of each mode.
+
+    The others are as of forms_of_components, and kinetic includes what the modes have.
+    """
 
     system: System
     states: States
@@ -134,13 +139,24 @@ class _Parts(NamedTuple):
     K_omega_size: np.ndarray
     kinetic: np.ndarray
     c_I_c: np.ndarray
+    modal: list[tuple[np.ndarray, np.ndarray]]
 
     @classmethod
     def of(cls, system, states):
         omega, c, speeds = states.omega_bi_b, states.c_b, states.rotor_speed
         p = [rotor.axial_momentum(speeds[..., i], omega) for i, rotor in enumerate(system.rotors)]
         forms = _forms(omega, c, system.carrier_inertia, system.inertia)
-        return cls(system, states, p, forms[:3], *forms[3:])
+        modal = [
+            (
+                states.inner[mode.rate_name] + mode.along(omega),
+                mode.frequency * states.inner[mode.displacement_name],
+            )
+            for mode in system.modes
+        ]
+        rate, size, kinetic, c_I_c = forms[3:]
+        for pi, stretch in modal:
+            kinetic = kinetic + 0.5 * (pi * pi + stretch * stretch)
+        return cls(system, states, p, forms[:3], rate, size, kinetic, c_I_c, modal)
 
 
 def _forms(omega, c, K, I):
@@ -173,9 +189,16 @@ def _sizes(parts, applied):
     least, _, K_max = np.moveaxis(np.linalg.eigvalsh(system.carrier_inertia), -1, 0)
     swing = np.sqrt(gradient + (weight + applied) / least)
     p = [np.abs(p_i) for p_i in parts.p]
-    momentum = parts.K_omega_size + sum(p) + K_max * swing
+    # A mode takes and gives momentum and energy as long as it swings.
+    ends = [
+        np.sqrt(pi * pi + stretch * stretch) * length(mode.coupling)
+        for mode, (pi, stretch) in zip(system.modes, parts.modal, strict=True)
+    ]
+    momentum = parts.K_omega_size + sum(p) + sum(ends) + K_max * swing
     trace = np.trace(system.inertia, axis1=-2, axis2=-1)
     energy = rate * momentum + gradient / 2.0 * trace + weight
+    for pi, stretch in parts.modal:
+        energy = energy + 0.5 * (pi * pi + stretch * stretch)
     if system.torques:
         energy = energy + np.abs(own_potential(system.torques, states))
     nu = length(orbit.lvlh_rate(states.orbit_s)) if orbit.has_lvlh else 0.0
@@ -219,6 +242,9 @@ def _terms(parts, since=_FROM_ROW_0):
     for rotor, p_i in zip(system.rotors, p, strict=True):
         axis = components(rotor.axis)
         momentum = [H_i + p_i * a_i for H_i, a_i in zip(momentum, axis, strict=True)]
+    for mode, (pi, _) in zip(system.modes, parts.modal, strict=True):
+        d = components(mode.coupling)
+        momentum = [H_i + pi * d_i for H_i, d_i in zip(momentum, d, strict=True)]
     H = from_components(momentum)
     kinetic, potential = parts.kinetic, gradient / 2.0 * parts.c_I_c
     weight_potential = dot(weight, c) if np.any(weight) else 0.0
@@ -231,10 +257,11 @@ def _terms(parts, since=_FROM_ROW_0):
         terms['jacobi'] = [kinetic, potential, -dot(states.lvlh_rate_b, H), *own]
     else:
         terms['energy'] = [kinetic, potential, weight_potential, *own]
-    newtonian = system.is_newtonian
-    if newtonian and not orbit.has_lvlh:
+    # Modes take and give momentum, as free rotors do; other integrals are those of rigid bodies.
+    is_free, newtonian = not (system.takes_work or system.torques), system.is_newtonian
+    if is_free and not orbit.has_lvlh:
         terms['area'] = [dot(H, c)]
-        applies = ~_is_there(weight)
+        applies = ~_is_there(weight) & newtonian
         for rotor in system.rotors:
             applies = applies & (np.asarray(rotor.momentum == 0.0) & (not rotor.turns_freely))
         if np.any(applies):
@@ -244,7 +271,7 @@ def _terms(parts, since=_FROM_ROW_0):
     applies = ~_is_there(weight) & (
         spherical | np.all(gradient == 0.0, axis=-1, keepdims=gradient.ndim > 1)
     )
-    if np.any(applies) and newtonian:
+    if np.any(applies) and is_free:
         terms['momentum'] = _only(applies, [length(H)])
     if newtonian:
         axis = _symmetry_axis(system, states, p, since)

@@ -1,8 +1,8 @@
 """A motion: whatever answers at(t_s) with states, by propagation or in closed form."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -14,6 +14,8 @@ from ..environment.sun import AU_M, ILLUMINANCE_LX
 from ..kernel import rotation
 from ..orbits import FixedDirection, KeplerOrbit, TabledOrbit
 from ..orbits.along_orbit import AlongOrbit
+from ..torques.magnetic import torquer_dipole
+from .flexible import column_of
 from .system import State, System
 
 if TYPE_CHECKING:
@@ -28,6 +30,8 @@ class States:
     t_s (N,): seconds since the motion began; q_ib (N, 4); omega_bi_b (N, 3) [rad/s]; rotor_speed
     [rad/s] and rotor_angle [rad] (N, R), nan where a rotor has none.  work [J] (N,): what the
     applied torques and the orbit's ellipticity added to the energy since the motion began.
+    inner: the inner coordinates by their names, (N,) each, as of State.  torquer_dipole_b (N, 3)
+    [A m^2]: that of the magnetorquers, where the motion says it.
     orbit_s (N,): the same instants in seconds from tick 0, where the orbit counts from.
     turn_b (N, 3) [rad]: the integral of omega_bi_b since the row before, where it was asked for.
     rotor_torque (N, R) [N m]: the torques of the motors, and met_limit (N, R): whether a rotor
@@ -49,6 +53,8 @@ class States:
     rotor_torque: np.ndarray | None = None
     met_limit: np.ndarray | None = None
     environment: AlongOrbit | None = None
+    inner: Mapping[str, np.ndarray] = field(default_factory=dict)
+    torquer_dipole_b: np.ndarray | None = None
 
     def __repr__(self) -> str:
         many = f'{len(self.q_ib)} motions, ' if self.q_ib.ndim > 2 else ''
@@ -65,6 +71,7 @@ class States:
             self.omega_bi_b[i],
             self.rotor_speed[i],
             self.rotor_angle[i],
+            {name: float(values[i]) for name, values in self.inner.items()},
         )
 
     def rows(self, chosen: slice | np.ndarray) -> 'States':
@@ -85,7 +92,9 @@ class States:
             turn_b=some(self.turn_b),
             rotor_torque=some(self.rotor_torque),
             met_limit=some(self.met_limit),
+            torquer_dipole_b=some(self.torquer_dipole_b),
             environment=self.environment,
+            inner={name: values[..., chosen] for name, values in self.inner.items()},
         )
 
     @cached_property
@@ -189,6 +198,7 @@ class States:
             rotor = 'rotor' if count == 1 else f'rotor_{i}'
             columns[f'{rotor}_angle_rad'] = self.rotor_angle[:, i]
             columns[f'{rotor}_speed_rad_s'] = self.rotor_speed[:, i]
+        columns |= {column_of(name): values for name, values in self.inner.items()}
         return pandas.DataFrame(columns).dropna(axis='columns', how='all')
 
 
@@ -211,7 +221,12 @@ def joined(tables: Sequence[States]) -> States:
         turn_b=column('turn_b'),
         rotor_torque=column('rotor_torque'),
         met_limit=column('met_limit'),
+        torquer_dipole_b=column('torquer_dipole_b'),
         environment=tables[0].environment,
+        inner={
+            name: np.concatenate([table.inner[name] for table in tables])
+            for name in tables[0].inner
+        },
     )
 
 
@@ -276,7 +291,7 @@ class Motion(ABC):
     @abstractmethod
     def _states(self, t_s, turn_b=None) -> tuple:
         """
-        Return q_ib (N, 4), omega_bi_b (N, 3), rotor_speed and _angle (N, R), and work (N,).
+        Return q_ib (N, 4), omega_bi_b (N, 3), rotor_speed and _angle (N, R), inner and work (N,).
 
         Where they are known, rotor_torque and met_limit (N, R) too.  turn_b: as of States, zeros
         that are added to; None: it is not wanted.
@@ -290,6 +305,7 @@ class Motion(ABC):
         omega_bi_b,
         rotor_speed,
         rotor_angle,
+        inner,
         work,
         rotor_torque=None,
         met_limit=None,
@@ -307,6 +323,8 @@ class Motion(ABC):
             rotor_torque=rotor_torque,
             met_limit=met_limit,
             environment=self.system.environment,
+            inner=inner,
+            torquer_dipole_b=np.broadcast_to(torquer_dipole(self.system.torques), (len(t_s), 3)),
         )
 
 

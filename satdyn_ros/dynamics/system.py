@@ -1,5 +1,6 @@
 """What moves and from where: a body with its rotors in an attracting field, and its state."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import isnan
@@ -12,6 +13,7 @@ from ..orbits import FixedDirection, KeplerOrbit, TabledOrbit
 from ..orbits.along_orbit import AlongOrbit
 from ..orbits.pieces import Pieces
 from ..torques.body_torque import BodyTorque, pieces_of
+from .flexible import Mode
 from .rotor import Rotor
 
 _ZERO, _NAN = np.zeros(3), np.full((), np.nan)
@@ -38,7 +40,7 @@ class System:
     commanded in place of a torque, nan: of none.  torques: what else acts on the body.
     environment: what there is along the orbit beside the attracting field, None: nothing.
     sees_pairs: whether steps end at corners that come in pairs within one; by rules below 5 they
-    did not.
+    did not.  modes: of its flexible parts, which the inertia includes, locked.
     """
 
     inertia: np.ndarray
@@ -51,6 +53,7 @@ class System:
     environment: AlongOrbit | None = None
     rotor_target: np.ndarray = field(default_factory=lambda: _NAN)
     sees_pairs: bool = True
+    modes: tuple[Mode, ...] = ()
 
     def __post_init__(self) -> None:
         for name in ('rotor_torque', 'rotor_target'):
@@ -69,9 +72,10 @@ class System:
         else:
             moments = ', '.join(f'{x:g}' for x in np.linalg.eigvalsh(self.inertia))
             body = f'moments [{moments}] kg m^2'
-        modes = [f'{rotor.label} {rotor.mode}' for rotor in self.rotors if rotor.mode != 'none']
+        rotors = [f'{rotor.label} {rotor.mode}' for rotor in self.rotors if rotor.mode != 'none']
+        modes = [f'{mode.name} flexible' for mode in self.modes]
         driven = ', driven' if self.is_driven else ''
-        return f'<System: {", ".join([body, *modes])}{driven}, {self.orbit}>'
+        return f'<System: {", ".join([body, *rotors, *modes])}{driven}, {self.orbit}>'
 
     @cached_property
     def is_driven(self) -> bool:
@@ -81,16 +85,17 @@ class System:
     @cached_property
     def is_newtonian(self) -> bool:
         """Whether nothing acts but the Newtonian field and the weight, as in the papers."""
-        return not (self.takes_work or self.torques)
+        return not (self.takes_work or self.torques or self.modes)
 
     @property
     def takes_work(self) -> bool:
-        """Whether a torque, a motor, friction or an imbalance does work that no potential has."""
+        """Whether a torque, motor, friction, damping or imbalance does work of no potential."""
         return bool(
             self.torque_b.any()
             or self.rotor_torque.any()
             or np.isfinite(self.rotor_target).any()
             or any(rotor.is_damped or rotor.is_unbalanced for rotor in self.rotors)
+            or any(mode.is_damped for mode in self.modes)
         )
 
     def _has_potential(self, torque):
@@ -129,6 +134,13 @@ class System:
         """Return the motors whose torque may depend on their speed."""
         return tuple(rotor for rotor in self.rotors if rotor.switches)
 
+    @cached_property
+    def inner_names(self) -> tuple[str, ...]:
+        """Return the names of its inner coordinates, such as flexible.panel.displacement."""
+        of_modes = [(mode.displacement_name, mode.rate_name) for mode in self.modes]
+        of_torques = [torque.inner_names for torque in self.torques]
+        return tuple(name for names in (*of_modes, *of_torques) for name in names)
+
     @property
     def has_turning_rotor(self) -> bool:
         """Whether a rotor has a speed of its own."""
@@ -139,12 +151,15 @@ class System:
         """
         Return the inertia K (3, 3) that turns with the rate omega [kg m^2].
 
-        That of the whole body less J a a^T for each rotor with a speed of its own (see rotor.py).
+        That of the whole body less J a a^T for each rotor with a speed of its own (see rotor.py)
+        and d d^T for each flexible mode (see flexible.py).
         """
         K = self.inertia
         for _, rotor in self.turning_rotors:
             outer = rotor.axis[..., :, None] * rotor.axis[..., None, :]
             K = K - np.asarray(rotor.inertia)[..., None, None] * outer
+        for mode in self.modes:
+            K = K - mode.coupling[..., :, None] * mode.coupling[..., None, :]
         return K
 
     @cached_property
@@ -210,13 +225,16 @@ class State:
 
     q_ib (4,): body to inertial; omega_bi_b [rad/s] (3,); rotor_speed [rad/s] relative to the body
     and rotor_angle [rad] (R,): nan for a rotor without a speed of its own, a number for every free
-    rotor.  With one rotor, a plain number will do.
+    rotor.  With one rotor, a plain number will do.  inner: the inner coordinates by their names,
+    such as flexible.panel.displacement; those of modes that are left out begin at zero, those of
+    torques as these say.
     """
 
     q_ib: np.ndarray
     omega_bi_b: np.ndarray
     rotor_speed: np.ndarray
     rotor_angle: np.ndarray
+    inner: Mapping[str, float]
 
     def __init__(
         self,
@@ -224,8 +242,10 @@ class State:
         omega_bi_b: np.ndarray,
         rotor_speed: ArrayLike = np.nan,
         rotor_angle: ArrayLike = np.nan,
+        inner: Mapping[str, Any] | None = None,
     ) -> None:
         object.__setattr__(self, 'q_ib', q_ib)
         object.__setattr__(self, 'omega_bi_b', omega_bi_b)
         object.__setattr__(self, 'rotor_speed', np.atleast_1d(rotor_speed))
         object.__setattr__(self, 'rotor_angle', np.atleast_1d(rotor_angle))
+        object.__setattr__(self, 'inner', dict(inner or {}))

@@ -1,6 +1,6 @@
 """Tables of torques, of the angular momentum, and of the forms of the inertia."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -28,12 +28,37 @@ def own_potential(torques: Sequence[BodyTorque], states: States) -> np.ndarray:
     return _on_rows(sum_of_potentials, torques, states)
 
 
+def with_inner(system: System, state: State, start_s: float) -> State:
+    """
+    Return a state at start_s from tick 0 with the variables that torques have of their own.
+
+    ValueError: what depends on time alone is not known then.
+    """
+    inner = dict(state.inner)
+    if not any(torque.states for torque in system.torques):
+        return state
+    for torque in system.torques:
+        if {*torque.inner_names} <= inner.keys():
+            continue
+        values = torque.initial
+        if callable(values):
+            (r_i,), (v_i,) = system.orbit.position_velocity(np.array([start_s]))
+            table_of = tables_of({each: each.piece_at(start_s) for each in torque.pieces.values()})
+            vectors = (tuple(x.tolist()) for x in (r_i, v_i, state.q_ib, state.omega_bi_b))
+            values = values(start_s, *vectors, torque.constants_with(table_of))
+        inner = dict(zip(torque.inner_names, map(float, values), strict=True)) | inner
+    return State(state.q_ib, state.omega_bi_b, state.rotor_speed, state.rotor_angle, inner)
+
+
 def without_number(system: System, state: State, t_s: float) -> BodyTorque | None:
     """Return the first torque of one's own that is no number at t_s from tick 0, or just then."""
     at_s = np.array([t_s, t_s + 1e-9 * max(1.0, abs(t_s))])
     rows = np.full((2, len(system.rotors)), np.nan)
     q_ib, omega_bi_b = (np.tile(x, (2, 1)) for x in (state.q_ib, state.omega_bi_b))
-    states = States(at_s, q_ib, omega_bi_b, rows, rows, np.zeros(2), system.orbit, at_s)
+    inner = {name: np.full(2, x) for name, x in state.inner.items()}
+    states = States(
+        at_s, q_ib, omega_bi_b, rows, rows, np.zeros(2), system.orbit, at_s, inner=inner
+    )
     own = (torque for torque in system.torques if not torque.is_shipped())
     return next((t for t in own if not np.isfinite(own_torque((t,), states)).all()), None)
 
@@ -49,9 +74,16 @@ def _on_rows(sum_of: Callable[..., Any], torques, states, *width):
     t_s = flat(states.orbit_s)
     place, velocity = flat(states.r_i, 3), flat(states.v_i, 3)
     vectors = place, velocity, flat(states.q_ib, 4), flat(states.omega_bi_b, 3)
+    # What a live page hears has none.
+    names = [name for torque in torques for name in torque.inner_names]
+    variables = [flat(states.inner.get(name, np.nan)) for name in names]
     flat_found = found.reshape(-1, *width)
     for chosen, current in by_piece(pieces_of(torques), t_s):
-        seen = t_s[chosen], *(tuple(components(vector[chosen])) for vector in vectors)
+        seen = (
+            t_s[chosen],
+            *(tuple(components(vector[chosen])) for vector in vectors),
+            tuple(own[chosen] for own in variables),
+        )
         table_of = tables_of(current)
         constants = tuple(_as_columns(torque.constants_with(table_of)) for torque in torques)
         with np.errstate(all='ignore'):
@@ -89,12 +121,16 @@ def element_forces(
 
 
 def angular_momentum(
-    system: System, omega_bi_b: np.ndarray, rotor_speed: np.ndarray
+    system: System,
+    omega_bi_b: np.ndarray,
+    rotor_speed: np.ndarray,
+    inner: Mapping[str, Any] | None = None,
 ) -> np.ndarray:
     """
-    Return H = K omega + sum p a [N m s] in body axes, shape (..., 3).
+    Return H = K omega + sum p a + sum pi d [N m s] in body axes, shape (..., 3).
 
-    omega_bi_b [rad/s] (..., 3); rotor_speed [rad/s] (..., R), nan where a rotor has none.
+    omega_bi_b [rad/s] (..., 3); rotor_speed [rad/s] (..., R), nan where a rotor has none; inner:
+    as of States, (...) each.
     """
     momentum = times(system.carrier_inertia, components(omega_bi_b))
     for i, rotor in enumerate(system.rotors):
@@ -102,6 +138,10 @@ def angular_momentum(
         p = rotor.axial_momentum(speed, omega_bi_b)
         axis = components(rotor.axis)
         momentum = [H + p * a for H, a in zip(momentum, axis, strict=True)]
+    for mode in system.modes:
+        pi = (inner or {}).get(mode.rate_name, 0.0) + mode.along(omega_bi_b)
+        d = components(mode.coupling)
+        momentum = [H + pi * d_i for H, d_i in zip(momentum, d, strict=True)]
     return from_components(momentum)
 
 

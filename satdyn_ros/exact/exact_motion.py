@@ -65,6 +65,9 @@ class ExactMotion(Motion):
                 key = f'rotor.{rotor.name}'.rstrip('.')
                 kind = 'friction' if rotor.friction else 'coulomb_friction'
                 return f'{key}.{kind} is not zero: friction drives the body'
+        if system.modes:
+            names = ', '.join(mode.name for mode in system.modes)
+            return f'closed forms do not know the flexible parts {names}'
         if system.torques:
             names = ', '.join(torque.name for torque in system.torques)
             return f'closed forms do not know the torque {names}'
@@ -109,7 +112,7 @@ class ExactMotion(Motion):
                 turned = p / rotor.inertia * t_s - self.axial_turn(t_s, rotor.axis)
                 speeds[:, i] = rotor.speed(p, omega_bi_b)
                 angles[:, i] = start.rotor_angle[i] + turned
-        return q_ib, omega_bi_b, speeds, angles, self._work(t_s)
+        return q_ib, omega_bi_b, speeds, angles, {}, self._work(t_s)
 
     def _add_turns(self, t_s, turn_b):
         """Add to row i the integral of omega from row i - 1 on, by parts in which it is smooth."""

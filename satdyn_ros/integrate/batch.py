@@ -12,16 +12,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..dynamics.constants import flat_constants_of_many
-from ..dynamics.equations import initial_values
 from ..dynamics.motion import Halted, States
 from ..dynamics.system import State, System
+from ..dynamics.variables import columns, initial_values, wanted_count
 from ..trace.graph import flatten, kind_of
 from .course import mean_anomaly, problem_of, stops_of
 from .lanes import REACHED, RENEWED, UNFINISHED, Lanes, Problem
 from .layout import Layout
 from .propagation import Propagation
 from .step_code import step_code
-from .variables import columns, wanted_count
 from .walk import walk
 
 # The floats of the widest vector registers.
@@ -75,8 +74,8 @@ def propagate_many(
     problem.settings[:] = np.column_stack([*anomaly, tolerance, *np.full((2, count), np.inf)])
     problem.constants[:], problem.stops_s[:, :-1], problem.is_new[:] = constants, stops_s, RENEWED
     _walk_all(problem, like, t_s, [])
-    q_ib, omega_bi_b, speed, angle, work = columns(system, problem.out)
-    states = States(t_s, q_ib, omega_bi_b, speed, angle, work, system.orbit, t_s)
+    q_ib, omega_bi_b, speed, angle, inner, work = columns(system, problem.out)
+    states = States(t_s, q_ib, omega_bi_b, speed, angle, work, system.orbit, t_s, inner=inner)
     return states, problem.outcome == REACHED
 
 

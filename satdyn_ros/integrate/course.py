@@ -8,6 +8,7 @@ import numpy as np
 from ..dynamics.constants import constants_of, with_tables
 from ..dynamics.drives import Drives
 from ..dynamics.system import State, System
+from ..dynamics.variables import columns
 from ..kernel import rotation
 from ..kernel.rows import length
 from ..kernel.time_table import Table
@@ -35,7 +36,6 @@ from .lanes import (
     address,
 )
 from .layout import Layout
-from .variables import columns
 
 # At least as many corners as there may be in a piece of time.
 _CORNERS = 256
@@ -127,7 +127,7 @@ class Course:
         """
         m, clock = lanes.motion[l], lanes.clock[l]
         y = lanes.y[l :: len(lanes.motion)][: problem.begin.shape[1]]
-        q_ib, omega_bi_b, speeds, *_ = (each[0] for each in columns(self._system, y[:, None]))
+        q_ib, omega_bi_b, speeds = (each[0] for each in columns(self._system, y[:, None])[:3])
         if problem.outcome[m] == ROTOR_LEAVES:
             self.leave(int(clock[LEFT]), float(clock[END]), omega_bi_b, speeds)
             clock[LEFT] = 0.0

@@ -12,12 +12,14 @@ from typing import Any
 import numpy as np
 
 from ..dynamics.constants import AXES_RATE, NORMAL_AT
-from ..dynamics.equations import OMEGA
+from ..dynamics.variables import RATE
 
 # Gauss and Legendre's rule of four nodes is exact for polynomials of degree 7, which these are.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 _INNER, _OUTER = map(float, _NODES[2:])
 _OF_INNER, _OF_OUTER = map(float, _WEIGHTS[2:])
+# Behind the attitude come the rate and all else.
+_RATE = RATE.start
 
 
 def interpolate(
@@ -61,7 +63,7 @@ def interpolate(
         out[stride + n] = w * b + d * u_y + (u_z * a - u_x * c)
         out[2 * stride + n] = w * c + d * u_z + (u_x * b - u_y * a)
         out[3 * stride + n] = w * d - (u_x * a + u_y * b + u_z * c)
-    for i in range(OMEGA, wanted):
+    for i in range(_RATE, wanted):
         d_0 = terms(dense, row, i)
         for n in range(count):
             out[i * stride + n] = polynomial(d_0, (t_s[n] - begin) * per_step)
@@ -76,7 +78,7 @@ def add_turn(
     half = 0.5 * (to_s - from_s)
     middle, reach = (from_s - begin + half) * per_step, half * per_step
     for j in range(3):
-        d = terms(dense, row, OMEGA + j)
+        d = terms(dense, row, _RATE + j)
         inner = polynomial(d, middle - _INNER * reach) + polynomial(d, middle + _INNER * reach)
         outer = polynomial(d, middle - _OUTER * reach) + polynomial(d, middle + _OUTER * reach)
         turn_b[j] += half * (_OF_INNER * inner + _OF_OUTER * outer)

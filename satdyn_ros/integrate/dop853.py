@@ -11,9 +11,11 @@ from collections.abc import Callable
 from typing import Any
 
 from ..dynamics.constants import Constants
-from ..dynamics.equations import MOMENTUM, OMEGA, place_at, rotor_speeds, seen_by_torques
+from ..dynamics.equations import modal_rates, rotor_speeds, seen_by_torques
+from ..dynamics.variables import RATE, Variables
 from ..kernel.functions import divide, maximum, minimum, select, sqrt
 from ..kernel.vector import Vector, add, dot, scale
+from ..torques.body_torque import scales_of
 from ..torques.sums import AT_AN_END, first_corner
 from .tableau import COLUMNS, ENTRIES, LENGTHS, NODES
 
@@ -47,23 +49,34 @@ def combination(row: int, k: Callable[[int], Any]) -> Any:
 def error_of(
     y_0: Vector, y: Vector, k_0: Vector, e_3: Vector, e_5: Vector, h: Any, constants: Constants
 ) -> Any:
-    """Return the error of a step h from y_0 to y: of attitude, rate, orbit and damped momenta."""
+    """Return the error of a step h from y_0 to y, of the variables that the motion depends on."""
     # The natural scale of a rate: the rate itself and the root of the acceleration.  At rest both
     # may be rounding, which needs no digits.
-    omega, k_omega = y_0[OMEGA:MOMENTUM], k_0[OMEGA:MOMENTUM]
+    parts = Variables.of(constants)
+    omega, k_omega = y_0[parts.rate], k_0[parts.rate]
     acceleration = divide(sqrt(dot(k_omega, k_omega)), h)
     rate = sqrt(dot(omega, omega)) + sqrt(acceleration) + constants.slow_rate + TINY
-    scales = [1.0] * 4 + [divide(1.0, rate)] * 3 + _per_momentum(y_0, y, rate, constants)
-    square_3, square_5 = _square(e_3, scales), _square(e_5, scales)
-    for i in range(place_at(constants), len(y)):
-        square_3, square_5 = square_3 + e_3[i] * e_3[i], square_5 + e_5[i] * e_5[i]
+    scales = {
+        'attitude': [1.0] * 4,
+        'rate': [divide(1.0, rate)] * 3,
+        'momenta': _per_momentum(y_0, y, rate, constants),
+        'place': [1.0] * 2 if constants.integrates_place else [],
+    }
+    if constants.modes:
+        per_size = _per_displacement(y_0, y, rate, constants)
+        scales['displacements'] = [per_eta for per_eta, _ in per_size]
+        scales['modal_momenta'] = [per_pi for _, per_pi in per_size]
+    scales['of_torques'] = [
+        divide(1.0, size) for torque in constants.torques for size in scales_of(torque)
+    ]
+    square_3, square_5 = _square(e_3, scales, parts), _square(e_5, scales, parts)
     # The error does not look at the other variables: they must be finite.  So must the squares,
     # or a quotient by infinity would take the worst of steps for one without an error.
     rest = square_3 + square_5
-    for each in y[MOMENTUM:]:
+    for each in y[RATE.stop :]:
         rest = rest + abs(each)
     # The root mean square of the estimate of order 5, damped by that of order 3 (II.10).
-    count = float(MOMENTUM + len(y) - place_at(constants))
+    count = float(sum(len(some) for name, some in scales.items() if name != 'momenta'))
     error = divide(square_5, sqrt(count * (square_5 + 0.01 * square_3) + TINY))
     return select(rest < LARGEST, error, _INFINITE)
 
@@ -81,11 +94,28 @@ def _per_momentum(y_0, y, rate, constants):
     return found
 
 
-def _square(e, scales):
+def _per_displacement(y_0, y, rate, constants):
+    """Return what eta and pi of each mode are in proportion to, inverse."""
+    # The amplitude of the swing, or what the rate of the body bends the part by if that is more.
+    parts = Variables.of(constants)
+    both = zip(modal_rates(y_0, constants), modal_rates(y, constants), strict=True)
+    ends = zip(y_0[parts.displacements], y[parts.displacements], strict=True)
+    found = []
+    for mode, (swing_0, swing), (eta_0, eta) in zip(constants.modes, both, ends, strict=True):
+        frequency = sqrt(mode.stiffness)
+        bend = sqrt(dot(mode.coupling, mode.coupling)) * rate
+        size = frequency * (abs(eta_0) + abs(eta)) + abs(swing_0) + abs(swing) + bend + TINY
+        found.append((divide(frequency, size), divide(1.0, size)))
+    return found
+
+
+def _square(e, scales, parts):
+    """Return the sum of the squares of errors, each by its scale."""
     total = 0.0
-    for each, per_size in zip(e, scales, strict=False):
-        relative = each * per_size
-        total = total + relative * relative
+    for name, per_size in scales.items():
+        for each, inverse in zip(e[getattr(parts, name)], per_size, strict=True):
+            relative = each * inverse
+            total = total + relative * relative
     return total
 
 

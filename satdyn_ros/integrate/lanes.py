@@ -52,13 +52,14 @@ CLOCKS_AT, MOTION_AT, LANE_COUNT, ROW, TABLE_AT = range(len(ARRAYS), len(ARRAYS)
 # What is in the table of a Problem: addresses of its arrays; numbers of motions, of rows that are
 # asked for, of variables that are wanted, of stops, numbers and arrays of each motion; the next
 # motion to take a lane; the number of variables, where the place on the orbit is among them (0: it
-# is not), the number of turning rotors, and where they and the watches of their drives (0: there
-# are none) begin among the constants; how many times there are from those of a motion to those of
-# the next (0: they have the same).
+# is not), the number of turning rotors, where they and the watches of their drives (0: there are
+# none) begin among the constants, and where their momenta begin among the variables; how many
+# times there are from those of a motion to those of the next (0: they have the same).
 (T_S_AT, BEGIN_AT, SETTINGS_AT, CONSTANTS_AT, ARRAYS_AT, STOPS_AT, IS_NEW_AT, OUT_AT) = range(8)
 (EFFORTS_AT, TURN_AT, ROWS_AT, OUTCOME_AT, ENDED_AT) = range(8, 13)
 (MOTION_COUNT, ROW_COUNT, WANTED, STOP_COUNT, CONSTANT_COUNT, ARRAY_COUNT) = range(13, 19)
-(WAITING, SIZE, PLACE, ROTORS, ROTORS_AT, WATCHES_AT, T_S_STEP) = range(19, 26)
+(WAITING, SIZE, PLACE, ROTORS, ROTORS_AT, WATCHES_AT, MOMENTA_AT) = range(19, 26)
+T_S_STEP = 26
 
 
 class Lanes:
@@ -123,7 +124,7 @@ class Problem:
         of_rows = self.rows, self.outcome, self.ended
         places = [0, *map(address, known), 0, 0, 0, *map(address, of_rows)]
         counts = [count, 0, wanted, most_stops + 1, layout.numbers, layout.arrays, 0]
-        self.table = np.array([*places, *counts, *layout[:5], 0], np.int64)
+        self.table = np.array([*places, *counts, *layout[:6], 0], np.int64)
         self.address = address(self.table)
 
     def ask(self, t_s: np.ndarray, turn_b: np.ndarray | None = None) -> None:

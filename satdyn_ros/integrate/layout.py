@@ -14,7 +14,7 @@ What is where in the arrays of a step; in lanes each of their numbers is one of 
 from typing import NamedTuple
 
 from ..dynamics.constants import ROTOR_SIZE, Constants
-from ..dynamics.equations import place_at, size_of
+from ..dynamics.variables import Variables
 from ..trace.graph import flatten
 
 ARRAYS = 'frame', 'y', 'dense', 'k', 'errors', 'constants', 'arrays'
@@ -39,7 +39,8 @@ class Layout(NamedTuple):
 
     size: the number of variables, place: where the place on the orbit is among them, 0: it is not;
     numbers and arrays: how many the Constants have; rotors: of those that turn; rotors_at: where
-    they begin among the numbers, watches_at: the watches of their drives, 0: there are none.
+    they begin among the numbers, watches_at: the watches of their drives, 0: there are none;
+    momenta: where the rotors' are among the variables.
     """
 
     size: int
@@ -47,6 +48,7 @@ class Layout(NamedTuple):
     rotors: int
     rotors_at: int
     watches_at: int
+    momenta: int
     numbers: int
     arrays: int
 
@@ -55,13 +57,14 @@ class Layout(NamedTuple):
         """Return the layout of a kind of Constants."""
         numbers, arrays = flatten(constants)
         before, _ = flatten(constants[: constants._fields.index('rotors')])
-        rotors, rotors_at = len(constants.rotors), len(before)
+        rotors, rotors_at, parts = len(constants.rotors), len(before), Variables.of(constants)
         return cls(
-            size=size_of(constants),
-            place=place_at(constants) if constants.integrates_place else 0,
+            size=parts.size,
+            place=parts.place.start if constants.integrates_place else 0,
             rotors=rotors,
             rotors_at=rotors_at,
             watches_at=rotors_at + ROTOR_SIZE * rotors if constants.watches else 0,
+            momenta=parts.momenta.start,
             numbers=len(numbers),
             arrays=len(arrays),
         )

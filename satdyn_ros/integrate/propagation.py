@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from ..dynamics.constants import Constants
-from ..dynamics.equations import initial_values
 from ..dynamics.motion import Halted, Motion, States, TableEnded
 from ..dynamics.system import State, System
-from ..dynamics.torque import without_number
+from ..dynamics.torque import with_inner, without_number
+from ..dynamics.variables import columns, initial_values, wanted_count
 from ..trace.graph import flatten
 from .course import Course, problem_of
 from .lanes import (
@@ -26,7 +26,6 @@ from .lanes import (
     Lanes,
     Problem,
 )
-from .variables import columns, wanted_count
 
 # A third more steps than at 1e-12, a tenth of the error, and still above the rounding.
 DEFAULT_TOLERANCE = 1e-13
@@ -59,7 +58,7 @@ class Propagation(Motion):
         tolerance: float = DEFAULT_TOLERANCE,
         most_steps: int | None = None,
     ):
-        super().__init__(system, state, start_s)
+        super().__init__(system, with_inner(system, state, start_s), start_s)
         self.tolerance, self.most_steps = tolerance, most_steps
         self._course = self.new_course()
         self.wanted = wanted_count(system, self.constants.does_work)
@@ -147,7 +146,14 @@ class Propagation(Motion):
             raise self.halted(outcome, reached_s, states, why)
         if order is None:
             return found
-        return tuple(np.take(table, np.argsort(order), axis=0) for table in found)
+        back = np.argsort(order)
+
+        def in_order(table):
+            if isinstance(table, dict):
+                return {name: values[back] for name, values in table.items()}
+            return np.take(table, back, axis=0)
+
+        return tuple(map(in_order, found))
 
     def _to_walk(self, t_s, turn_b):
         """Return what is to be walked, the lane in which it goes on, and the code."""

@@ -3,8 +3,8 @@
 import numpy as np
 
 from ..dynamics.constants import applied_by, constants_of, line_at, write_driven
-from ..dynamics.equations import MOMENTUM, OMEGA, Q
 from ..dynamics.system import State, System
+from ..dynamics.variables import ATTITUDE, RATE, Variables
 from ..trace.graph import flatten, numbered
 from .course import problem_of
 from .lanes import (
@@ -42,16 +42,23 @@ class Relay:
             (i, float(rotor.inertia), *rotor.axis.tolist())
             for i, rotor in self.system.turning_rotors
         ]
+        self._parts = Variables.of(self.system)
+        self._own_names = [n for torque in self.system.torques for n in torque.inner_names]
+        self._coupled: list[tuple[float, float, float]] = [
+            tuple(mode.coupling.tolist()) for mode in self.system.modes
+        ]
         code, (_, arrays) = step_code(self._constants, 1), flatten(self._constants)
         self._code, self._t_s = code, np.zeros(1)
         self._lanes = Lanes(1, code.layout, arrays)
         self._problem = problem_of(motion.begin()[None], [course], code.layout, motion.wanted)
         self._problem.ask(self._t_s)
         # The variables where it stands; of the turning rotors the body rate along the axis and the
-        # speed [rad/s].
+        # speed [rad/s]; of the modes d . omega and eta'.
         self._y: list[float] = []
         self._along: list[float] = []
         self._speeds: list[float] = []
+        self._moved: list[float] = []
+        self._swings: list[float] = []
 
     def reaches(self, t_s: float) -> bool:
         """Go on to a time [s] since the present motion began; return whether it gets there."""
@@ -66,12 +73,17 @@ class Relay:
         if problem.outcome[0] != REACHED:
             return False
         y = self._y = problem.out[0, :, 0].tolist()
-        x, y_, z = y[OMEGA : OMEGA + 3]
+        x, y_, z = y[RATE]
         self._along = [x * a + y_ * b + z * c for _, _, a, b, c in self._turning]
         self._speeds = [
-            y[MOMENTUM + n] / J - along
-            for n, ((_, J, *_), along) in enumerate(zip(self._turning, self._along, strict=True))
+            p / J - along
+            for p, (_, J, *_), along in zip(
+                y[self._parts.momenta], self._turning, self._along, strict=True
+            )
         ]
+        self._moved = [x * a + y_ * b + z * c for a, b, c in self._coupled]
+        momenta = y[self._parts.modal_momenta]
+        self._swings = [pi - moved for pi, moved in zip(momenta, self._moved, strict=True)]
         return True
 
     def takes_over(self, system: System, start_s: float) -> bool:
@@ -86,12 +98,14 @@ class Relay:
         is_anew = course.drives is not None or system.pieces != self.system.pieces
         if not (is_alike and (is_anew or course.goes_on_at(start_s))):
             return False
-        problem, y, turning = self._problem, self._y, self._turning
+        problem, y, parts = self._problem, self._y, self._parts
         begin = problem.begin[0]
         begin[: len(y)] = y
-        for n, (_, J, *_) in enumerate(turning):
-            begin[MOMENTUM + n] = J * (self._speeds[n] + self._along[n])
-        begin[MOMENTUM + 2 * len(turning)] = 0.0
+        for n, (_, J, *_) in enumerate(self._turning):
+            begin[parts.momenta.start + n] = J * (self._speeds[n] + self._along[n])
+        for n, (swing, moved) in enumerate(zip(self._swings, self._moved, strict=True)):
+            begin[parts.modal_momenta.start + n] = swing + moved
+        begin[parts.work] = 0.0
         if is_anew:
             # Where each drive is on its law is found anew, or there are other tables.
             self._course = self._motion.course_of(system, self.state(), start_s)
@@ -125,9 +139,16 @@ class Relay:
 
     def state(self) -> State:
         """Return the state where it stands."""
-        y, count = self._y, len(self._turning)
-        speeds = [np.nan] * len(self.system.rotors)
+        y, system = self._y, self.system
+        speeds = [np.nan] * len(system.rotors)
         angles = speeds.copy()
+        turned = y[self._parts.angles]
         for n, (i, *_) in enumerate(self._turning):
-            speeds[i], angles[i] = self._speeds[n], y[MOMENTUM + count + n]
-        return State(np.array(y[Q:OMEGA]), np.array(y[OMEGA:MOMENTUM]), speeds, angles)
+            speeds[i], angles[i] = self._speeds[n], turned[n]
+        inner: dict[str, float] = {}
+        for mode, eta, swing in zip(
+            system.modes, y[self._parts.displacements], self._swings, strict=True
+        ):
+            inner |= {mode.displacement_name: eta, mode.rate_name: swing}
+        inner |= zip(self._own_names, y[self._parts.of_torques], strict=True)
+        return State(np.array(y[ATTITUDE]), np.array(y[RATE]), speeds, angles, inner)

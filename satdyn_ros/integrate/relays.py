@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..dynamics.constants import applied_by, perifocal_line, turned_line, write_driven
-from ..dynamics.equations import MOMENTUM, OMEGA
 from ..dynamics.system import System
+from ..dynamics.variables import Variables, wanted_count
 from ..kernel.time_table import Table
 from ..trace.graph import flatten, kind_of, numbered
 from .batch import LANES
@@ -27,7 +27,6 @@ from .lanes import (
 from .layout import Layout
 from .propagation import Propagation
 from .step_code import step_code
-from .variables import wanted_count
 from .walk import walk
 
 
@@ -73,6 +72,8 @@ class Relays:
         self.start_s, self._anomaly = np.zeros((2, count))
         self._axes = np.zeros((len(system.rotors), 3, count))
         self._inertias = np.ones((len(system.turning_rotors), count))
+        self._parts = Variables.of(system)
+        self._couplings = np.zeros((len(system.modes), 3, count))
         self._perifocal = np.zeros((2, 3, count))
         # From when to when the pieces of time last of which its constants are.
         self._pieces_s = np.zeros((2, count))
@@ -109,6 +110,8 @@ class Relays:
             self._axes[i, :, m] = rotor.axis
         for n, (_, rotor) in enumerate(system.turning_rotors):
             self._inertias[n, m] = rotor.inertia
+        for n, mode in enumerate(system.modes):
+            self._couplings[n, :, m] = mode.coupling
         if system.has_turning_axes:
             self._perifocal[:, :, m] = perifocal_line(system)
 
@@ -140,10 +143,12 @@ class Relays:
         at = slice(None) if len(rows) == len(self.y) else rows
         problem, y = self._problem, self.y
         along, speeds = self._rates(at)
-        count = len(self._turning)
-        for n in range(count):
-            y[at, MOMENTUM + n] = self._inertias[n, at] * (speeds[n] + along[n])
-        y[at, MOMENTUM + 2 * count] = 0.0
+        for n in range(len(self._turning)):
+            momentum = self._parts.momenta.start + n
+            y[at, momentum] = self._inertias[n, at] * (speeds[n] + along[n])
+        for n, (swing, moved) in enumerate(zip(*self._swings(at), strict=True)):
+            y[at, self._parts.modal_momenta.start + n] = swing + moved
+        y[at, self._parts.work.start] = 0.0
         problem.begin[at, : y.shape[1]] = y[at]
         settings, numbers = problem.settings, problem.constants[at].T
         anomaly = self._anomaly[at] + settings[at, MEAN_MOTION] * start_s
@@ -203,23 +208,39 @@ class Relays:
 
     def _rates(self, at=slice(None)):
         """Return of the turning rotors the body rates along their axes, and their speeds."""
-        x, y, z = self.y[at, OMEGA : OMEGA + 3].T
+        x, y, z = self.y[at, self._parts.rate].T
         along, speeds = [], []
         for n, i in enumerate(self._turning):
             a = self._axes[i][:, at]
             along.append(x * a[0] + y * a[1] + z * a[2])
-            speeds.append(self.y[at, MOMENTUM + n] / self._inertias[n, at] - along[n])
+            momentum = self.y[at, self._parts.momenta.start + n]
+            speeds.append(momentum / self._inertias[n, at] - along[n])
         return along, speeds
 
-    def states(self) -> tuple[np.ndarray, ...]:
-        """Return q_ib (M, 4), omega_bi_b (M, 3), rotor_speed and rotor_angle (M, R)."""
+    def _swings(self, at=slice(None)):
+        """Return of the modes eta', and d . omega."""
+        x, y, z = self.y[at, self._parts.rate].T
+        moved = [x * d[0] + y * d[1] + z * d[2] for d in self._couplings[:, :, at]]
+        momenta = self.y[at, self._parts.modal_momenta].T
+        return [pi - d_omega for pi, d_omega in zip(momenta, moved, strict=True)], moved
+
+    def states(self) -> tuple[Any, ...]:
+        """Return q_ib (M, 4), omega_bi_b (M, 3), rotor_speed and _angle (M, R), inner (M,)."""
         speeds = np.full((len(self.y), len(self._axes)), np.nan)
         angles = speeds.copy()
         _, found = self._rates()
         for n, i in enumerate(self._turning):
             speeds[:, i] = found[n]
-            angles[:, i] = self.y[:, MOMENTUM + len(self._turning) + n]
-        return self.y[:, :OMEGA].copy(), self.y[:, OMEGA:MOMENTUM].copy(), speeds, angles
+            angles[:, i] = self.y[:, self._parts.angles.start + n]
+        swings, _ = self._swings()
+        displacements, own = (
+            self.y[:, part].T.copy()
+            for part in (self._parts.displacements, self._parts.of_torques)
+        )
+        of_modes = [each for pair in zip(displacements, swings, strict=True) for each in pair]
+        inner = dict(zip(self._kind.inner_names, [*of_modes, *own], strict=True))
+        attitude, rate = self.y[:, self._parts.attitude], self.y[:, self._parts.rate]
+        return attitude.copy(), rate.copy(), speeds, angles, inner
 
 
 class _Kind(NamedTuple):
@@ -230,6 +251,7 @@ class _Kind(NamedTuple):
     rotors: int
     turns_axes: bool
     switches: bool
+    inner_names: tuple[str, ...]
 
 
 def kind_of_motion(motion: Propagation) -> Hashable:
@@ -246,6 +268,7 @@ def _kind(motion: Propagation, course: Course) -> _Kind:
         len(system.rotors),
         system.has_turning_axes,
         course.drives is not None,
+        system.inner_names,
     )
 
 

@@ -9,7 +9,8 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from ..dynamics.constants import Constants
-from ..dynamics.equations import rates, size_of
+from ..dynamics.equations import rates
+from ..dynamics.variables import Variables
 from ..kernel.code_folder import code_folder, other_processor
 from ..trace.emit import Program
 from ..trace.graph import Graph, Symbol, kind_of, symbols_like
@@ -74,7 +75,7 @@ class _Step:
     """The functions of a step, while they are written."""
 
     def __init__(self, constants: Constants, lanes: int):
-        self._like, self._lanes, self._size = constants, lanes, size_of(constants)
+        self._like, self._lanes, self._size = constants, lanes, Variables.of(constants).size
         self._width = row_length(self._size, lanes)
         self._program = Program()
 

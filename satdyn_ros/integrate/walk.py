@@ -16,7 +16,7 @@ in it.
 import numpy as np
 
 from ..dynamics.constants import ANOMALY_RATE, LONGEST_STEP, START_S
-from ..dynamics.equations import OMEGA
+from ..dynamics.variables import RATE
 from ..kernel.looped import looped
 from ..orbits.kepler_equation import true_anomaly_of_one
 from ..trace.memory import call, floats, integers
@@ -51,6 +51,7 @@ from .lanes import (
     LATE,
     LEFT,
     MEAN_MOTION,
+    MOMENTA_AT,
     MOST_GROWTH,
     MOTION_AT,
     MOTION_COUNT,
@@ -111,6 +112,8 @@ _SLICE_ATTEMPTS, _SLICE_ROWS = 5000, 200_000
 _FRAME, _Y, _DENSE, _K, _, _CONSTANTS, _ARRAYS = range(len(ARRAYS))
 # Bytes of a number.
 _BYTES = 8
+# Where the body rate begins among the variables.
+_RATE = RATE.start
 
 
 @looped
@@ -212,7 +215,7 @@ def _begin_step(l, p, lanes):
         y_0[i * count + l] = y[i * count + l]
     if c[NEXT] == 0.0:
         square = 0.0
-        for i in range(OMEGA, OMEGA + 3):
+        for i in range(_RATE, _RATE + 3):
             square += y[i * count + l] * y[i * count + l]
         c[NEXT] = FIRST_TURN / (np.sqrt(square) + constants[ANOMALY_RATE] + SLOWEST)
     stops_s, start_s = _of(m, STOPS_AT, p[STOP_COUNT], p), constants[START_S]
@@ -285,7 +288,9 @@ def _end_at_exit(l, p, lanes, single, make_dense):
     t, h, constants = c[BEGIN], c[END] - c[BEGIN], p[CONSTANTS_AT] + _BYTES * p[CONSTANT_COUNT] * m
     rotors, watches = constants + _BYTES * p[ROTORS_AT], constants + _BYTES * p[WATCHES_AT]
     dense, row = floats(single[_DENSE]), single[ROW]
-    part, which = first_exit(floats(rotors), floats(watches), p[ROTORS], dense, row, h)
+    part, which = first_exit(
+        floats(rotors), floats(watches), p[ROTORS], p[MOMENTA_AT], dense, row, h
+    )
     c[EXIT_S] = np.inf
     if part > 1.0:
         return
@@ -370,7 +375,9 @@ def _write_efforts(m, first, last, begin, end, constants, p, dense, row):
         efforts = floats(p[EFFORTS_AT] + _BYTES * p[ROW_COUNT] * (m * p[ROTORS] + i))
         for n in range(first, last):
             x = (t_s[n] - begin) * per_step
-            efforts[n] = effort(i, x, floats(rotors), floats(watches), dense, row, h)
+            efforts[n] = effort(
+                i, x, floats(rotors), floats(watches), p[MOMENTA_AT], dense, row, h
+            )
 
 
 def _show(l, p, lanes, single, make_dense):

@@ -67,6 +67,12 @@ def fields(topic: Topic) -> dict[str, tuple[str, ...]]:
     if topic.name in _OF_THEIR_OWN or not topic.shows:
         return {}
     columns = (quantity.columns for quantity in topic.shows)
+    if topic.fields:
+        return {
+            f'{field}[{i}]': (column,)
+            for field, names in zip(topic.fields, columns, strict=True)
+            for i, column in enumerate(names)
+        }
     return dict(zip(_LAYOUTS[topic.type].fields, columns, strict=False))
 
 
@@ -80,6 +86,8 @@ def message(topic: Topic, frames: Frames, system: System) -> cdr.Message:
         raise ValueError(f'publish.topics has {topic.name} and {why}')
     if topic.name in _OF_THEIR_OWN:
         return cdr.Message(topic.type, _OF_THEIR_OWN[topic.name](frames, system))
+    if topic.fields:
+        return cdr.Message(topic.type, _joint_states(topic, frames))
     if not topic.shows:
         raise ValueError(f'{topic.name} has no constant layout; publish {topic.type} objects')
     return cdr.Message(topic.type, _of_quantities(topic, frames))
@@ -88,6 +96,18 @@ def message(topic: Topic, frames: Frames, system: System) -> cdr.Message:
 def geodetic_without_status(topic: Topic, frames: Frames) -> dict[str, Any]:
     """Return sensor_msgs/NavSatFix as in bags of rules below 4, with the default status."""
     return _of_quantities(topic, frames) | {'status': {}}
+
+
+def _joint_states(topic, frames):
+    """Return sensor_msgs/JointState of what a topic shows of its joints."""
+    content = {'header': header(getattr(frames, topic.frame)), 'name': [*topic.joints]}
+    for field, quantity in zip(topic.fields, topic.shows, strict=True):
+        content[field] = [_component(quantity, i) for i in range(len(topic.joints))]
+    return content
+
+
+def _component(quantity, i):
+    return lambda samples: quantity.of(samples)[:, i]
 
 
 def _of_quantities(topic, frames):

@@ -83,7 +83,11 @@ def _rate(samples):
 
 def _momentum(samples):
     states = samples.states
-    return _along(torque.angular_momentum(samples.system, states.omega_bi_b, states.rotor_speed))
+    return _along(
+        torque.angular_momentum(
+            samples.system, states.omega_bi_b, states.rotor_speed, states.inner
+        )
+    )
 
 
 def _dipole(samples):

@@ -86,6 +86,11 @@ class AlongOrbit:
         return self._fitted(self.modelled_field, jumps_ns=years_ns)
 
     @cached_property
+    def magnetic_field_and_rate(self) -> Pieces:
+        """The Earth's field B [T] and its derivative along the orbit [T/s], six functions."""
+        return self.magnetic_field.with_derivatives()
+
+    @cached_property
     def air_velocity(self) -> Pieces:
         """The velocity w of the body through air that turns with the Earth [m/s], three."""
 

@@ -263,6 +263,17 @@ class Pieces:
             )
         return coefficients
 
+    def with_derivatives(self) -> 'Pieces':
+        """Return the functions, and behind them their derivatives [1/s], in the same pieces."""
+
+        def make(piece):
+            values = self._table(piece).coefficients[0]
+            slopes = np.zeros_like(values)
+            slopes[:, :-1] = chebyshev.chebder(values, axis=1) * (2.0 / piece.stretch.length_s)
+            return np.concatenate([values, slopes])
+
+        return Pieces(make, self.stretches, self._outside)
+
     def _table(self, piece):
         return self._kept(piece)[0]
 

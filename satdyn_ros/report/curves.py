@@ -39,7 +39,10 @@ def shown(topics: Iterable[Topic], samples: Samples) -> dict[str, np.ndarray]:
     """Return what topics show of samples, those with a panel first, (N, k), by their names."""
     return {
         topic.name: np.column_stack(
-            [part.of(samples) for part in topic.shows[: 1 if topic.panel else None]]
+            [
+                part.of(samples)
+                for part in topic.shows[: 1 if topic.panel or topic.joints else None]
+            ]
         )
         for topic in topics
     }

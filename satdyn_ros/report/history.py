@@ -183,7 +183,9 @@ def history(
             for torque in samples.system.torques
             if isinstance(torque, Thrust)
         ]
-        momenta.append(angular_momentum(samples.system, table.omega_bi_b, table.rotor_speed))
+        momenta.append(
+            angular_momentum(samples.system, table.omega_bi_b, table.rotor_speed, table.inner)
+        )
         drifts.append({name: values[chosen] for name, values in drift.items()})
     bounds.close()
     states = joined(tables)

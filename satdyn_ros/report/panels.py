@@ -166,7 +166,9 @@ def shown(axes: 'Axes', history: History, topic: str) -> None:
     scale, prefix = _prefixed(values) if unit else (1.0, '')
     names = line_names(panel, values.shape[1])
     _lines(axes, history, values.T / scale, names, topic, 1.0 / scale)
-    axes.set_ylabel(f'{title} [{prefix}{unit or 1}]')
+    # Units of joints are long.
+    between = '\n' if panel.lines else ' '
+    axes.set_ylabel(f'{title}{between}[{prefix}{unit or 1}]')
 
 
 def valves(axes: 'Axes', history: History) -> None:

@@ -9,12 +9,14 @@ from . import panels
 from .curves import topics_with_panels
 from .ground_track import ground_track, utc_axis
 from .history import History, history
+from .hysteresis_loops import loops
 from .place import GEODETIC, place_topics
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_SQUARE = ('polhode', 'phase')
+_DRAWN = {'phase': panels.phase, 'loops': loops, GEODETIC: ground_track}
+_SQUARE = ('polhode', 'phase', 'loops')
 PANELS = (*panels.TIME_PANELS, *_SQUARE)
 # The panel of the angle to another tool's attitude, which no --what names.
 _AGAINST = '--against'
@@ -142,6 +144,5 @@ def _fill(figure, run, layout, unwrap, against):
             panels.polhode(figure.add_subplot(grid[row], projection='3d'), run)
         else:
             axes = figure.add_subplot(grid[row])
-            draws = ground_track if name == GEODETIC else panels.phase
-            draws(axes, run)
+            _DRAWN[name](axes, run)
             axes.grid(alpha=0.3)

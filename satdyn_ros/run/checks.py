@@ -17,7 +17,7 @@ from ..base.sentences import Rules, told_apart, written
 from ..dynamics import inertia
 from ..kernel.rows import length
 from ..torques.thrust import LEAST_TIME_CONSTANT_S
-from . import environment, orbits, rotors, sensors
+from . import environment, modes, orbits, rods, rotors, sensors
 from .ticks import LAST_STAMP_NS, Ticks, rate_of
 
 # What moves by more than this between two ticks [rad] takes more steps than a tick may.
@@ -83,6 +83,7 @@ def _units_of(values):
     axes = [f'{prefix}.axis' for prefix in rotors.prefixes(values['rotor.names'])]
     axes += [f'surface.{name}.normal' for name in values['surface.names']]
     axes += [f'thruster.{name}.direction' for name in values['thruster.names']]
+    axes += [f'hysteresis.{name}.axis' for name in values['hysteresis.names']]
     quaternions = ((name, _UNIT_TO) for name in _quaternions(values))
     return [*quaternions, *((name, np.inf) for name in axes)]
 
@@ -216,6 +217,8 @@ ALL_RULES: tuple[Callable[[Mapping[str, Any]], Rules], ...] = (
     thrusters,
     body,
     rotors.rules,
+    modes.rules,
+    rods.rules,
     ticks,
     frame,
     turns_a_tick,

@@ -15,6 +15,7 @@ from ..kernel.rows import length
 from ..orbits import FixedDirection, KeplerOrbit, TabledOrbit
 from ..orbits.kepler import EARTH_RADIUS_M
 from ..theory.elliptic_libration import elliptic_librations
+from ..theory.free_modes import free_frequencies
 from ..theory.precession import regular_precession
 from ..theory.stability import attitude_drift
 from ..theory.steady_motions import SteadyMotion, steady_motions
@@ -55,8 +56,8 @@ def describe(scenario: Scenario) -> dict[str, Any]:
     momenta of the start the axis (body axes; on an orbit the direction up), rate_rad_s, on an
     orbit the attitude q_lb, stability, argument, periods_s of small motion, and
     attitude_drift_rad, by which the attitude of a stable rotation drifts in a day for a change of
-    1e-6 of its rate; an equilibrium in LVLH or at rest has none; empty where a torque of one's own
-    acts, which theory does not know.  rotation_class:
+    1e-6 of its rate; an equilibrium in LVLH or at rest has none; empty where a torque acts or a
+    part bends, which theory does not know.  rotation_class:
     on a circle and without friction whether the motion is a rotation about a body-fixed axis,
     whether uniform, and why; else None.  regular_precession: None, or that of the start: the axis
     of the spin in the body and that of the precession in space, both rates, the nutation, the
@@ -68,8 +69,10 @@ def describe(scenario: Scenario) -> dict[str, Any]:
     a turn of the orbit: topic, largest_n_m, mean_n_m and momentum_n_m_s, what it gives to the body
     meanwhile, inertial axes; else empty.  thruster: of each one its name, torque_n_m (3) of its
     whole thrust, body axes, and of its shortest on-time least_impulse_n_m_s, the size of the
-    angular impulse, and least_rate_rad_s (3), by which it changes the rate.  What is infinite or
-    does not exist is None.
+    angular impulse, and least_rate_rad_s (3), by which it changes the rate.  flexible: of a body
+    with flexible parts names, frequencies_rad_s of each mode by itself, free_rad_s, those at which
+    body and parts swing together, and unseen_rad_s, those of these that samples at publish.rate do
+    not tell from slower ones; else None.  What is infinite or does not exist is None.
 
     >>> describe(Scenario.from_yaml('config/euler_poinsot.yaml'))['motion']['name']
     'free rotation'
@@ -86,13 +89,14 @@ def describe(scenario: Scenario) -> dict[str, Any]:
         'first_integrals': _first_integrals(scenario, motion),
         'steady_motions': [
             _steady(scenario, steady)
-            for steady in (() if system.torques else steady_motions(system, state))
+            for steady in (() if system.torques or system.modes else steady_motions(system, state))
         ],
         'rotation_class': _rotation_class(scenario),
         'regular_precession': _regular_precession(scenario),
         'elliptic_orbit': _elliptic_orbit(scenario),
         'torques': _torques(scenario),
         'thruster': _of_each_thruster(scenario),
+        'flexible': _flexible(scenario),
     }
 
 
@@ -196,7 +200,10 @@ def _regular_precession(scenario: Scenario) -> dict[str, Any] | None:
 def _elliptic_orbit(scenario: Scenario) -> dict[str, Any] | None:
     orbit = scenario.system.orbit
     # Its librations are those under the attracting field alone.
-    if not isinstance(orbit, KeplerOrbit) or not orbit.is_eccentric or scenario.system.torques:
+    system = scenario.system
+    if not isinstance(orbit, KeplerOrbit) or not orbit.is_eccentric:
+        return None
+    if system.torques or system.modes:
         return None
     return {
         'eccentricity': _as_json(orbit.eccentricity),
@@ -259,6 +266,20 @@ def _of_each_thruster(scenario: Scenario) -> list[dict[str, Any]]:
             }
         )
     return found
+
+
+def _flexible(scenario: Scenario) -> dict[str, Any] | None:
+    system = scenario.system
+    if not system.modes:
+        return None
+    free = free_frequencies(system)
+    return {
+        'names': [mode.name for mode in system.modes],
+        'frequencies_rad_s': [float(mode.frequency) for mode in system.modes],
+        'free_rad_s': _as_json(free),
+        # Nyquist's: fewer than two samples a swing.
+        'unseen_rad_s': _as_json(free[free >= np.pi * float(scenario.rate)]),
+    }
 
 
 def _as_json(value: Any) -> Any:

@@ -10,9 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from ..dynamics.equations import OMEGA, initial_values, place_at, rates
+from ..dynamics.equations import rates
 from ..dynamics.motion import States
 from ..dynamics.system import System
+from ..dynamics.variables import Variables, initial_values
 from ..integrate.propagation import Propagation
 from ..kernel import rotation
 from ..orbits.kepler import KeplerOrbit
@@ -70,8 +71,8 @@ def accelerations(system: System, states: States, row: int) -> tuple[np.ndarray,
     if system.integrates_place:
         assert isinstance(states.orbit, KeplerOrbit)
         f = states.orbit.anomaly(orbit_s)
-        y[place_at(here.constants) :] = np.cos(f), np.sin(f)
-    omega_dot_b = rates(orbit_s, tuple(y.tolist()), here.constants)[OMEGA : OMEGA + 3]
+        y[Variables.of(system).place] = np.cos(f), np.sin(f)
+    omega_dot_b = rates(orbit_s, tuple(y.tolist()), here.constants)[Variables.of(system).rate]
     # d/dt of q omega_b q* is q omega_b' q*: omega x omega is zero.
     angular = rotation.rotate(q_ib, np.array(omega_dot_b))
     if not states.orbit.has_lvlh:

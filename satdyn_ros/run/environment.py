@@ -14,10 +14,12 @@ from ..orbits.along_orbit import AlongOrbit
 from ..orbits.kepler import EARTH_MU
 from ..torques.aerodynamic import Aerodynamic
 from ..torques.body_torque import BodyTorque
+from ..torques.hysteresis import Hysteresis
 from ..torques.magnetic import Magnetic
 from ..torques.plates import COEFFICIENTS, KEYS_OF_A_PLATE, Plate, box
 from ..torques.solar import Solar
 from .orbits import EARTH_TO
+from .rods import rods_of
 from .rules import RULES, STEPS_SEE_PAIRS, TABLES_END_WHERE_THEY_MUST
 
 # The models of what there is, none by default.
@@ -107,6 +109,12 @@ def without_effect(values: Mapping[str, Any]) -> Iterator[str]:
     for name in values['thruster.names']:
         if not values[f'thruster.{name}.thrust']:
             yield f'thruster.{name}.thrust is 0, with which it does nothing'
+    most = [key.name for kind in _COMMANDED for key in kind.keys]
+    for name in [f'sensors.{name}.torquer_coupling' for name in values['sensors.names']]:
+        if any(values.get(name, ())) and not any(any(values[key]) for key in most):
+            yield f'{name} is given, and without {most[0]} it does nothing'
+    if values['hysteresis.names'] and values['environment.magnetic_field'] == 'none':
+        yield 'hysteresis.names is given, and without environment.magnetic_field it does nothing'
     if 'none' == values['environment.atmosphere'] == values['environment.sun'] and plates(values):
         name = 'body.box' if any(values['body.box']) else 'surface.names'
         yield (
@@ -163,4 +171,6 @@ def torques_of(
         torques.append(Aerodynamic(surface, along_orbit.air_velocity, along_orbit.log_density))
     if 'environment.sun' in names and surface:
         torques.append(Solar(surface, along_orbit.sun))
+    if 'environment.magnetic_field' in names and (rods := rods_of(values)):
+        torques.append(Hysteresis(rods, along_orbit.magnetic_field_and_rate))
     return tuple(torques)

@@ -7,11 +7,13 @@ from types import MappingProxyType
 
 from ..actuators import ACTUATORS, Actuator
 from ..base.key import Key
+from ..dynamics.flexible import KEYS_OF_A_MODE
 from ..dynamics.rotor import MODES
 from ..environment.atmosphere import LARGEST_AP, LARGEST_F107
 from ..orbits.kepler import EARTH_RADIUS_M
 from ..sensors import COMMON, KINDS
 from ..torques.body_torque import BodyTorque
+from ..torques.hysteresis import KEYS_OF_A_ROD
 from ..torques.magnetic import Magnetic
 from ..torques.plates import COEFFICIENTS, KEYS_OF_A_BOX, KEYS_OF_A_PLATE
 from ..torques.weight import Weight
@@ -85,6 +87,22 @@ KEYS = {
             'of their own',
         ),
         *(replace(key, name=f'surface.{key.name}') for key in COEFFICIENTS),
+        Key(
+            'flexible.names',
+            'string_array',
+            (),
+            '',
+            'names of the modes of flexible parts, each described by flexible.NAME.frequency and '
+            'so on; body.inertia includes them, locked',
+        ),
+        Key(
+            'hysteresis.names',
+            'string_array',
+            (),
+            '',
+            'names of hysteresis rods, each described by hysteresis.NAME.axis and so on; with '
+            'environment.magnetic_field they damp the motion',
+        ),
         Key(
             'rotor.names',
             'string_array',
@@ -662,7 +680,9 @@ _LATER_SENSORS = tuple(
 OPTIONAL = tuple(
     name
     for name in KEYS
-    if name.startswith(('environment.', 'surface.', 'body.box', *_LATER_SENSORS))
+    if name.startswith(
+        ('environment.', 'surface.', 'flexible.', 'hysteresis.', 'body.box', *_LATER_SENSORS)
+    )
     or name
     in (
         'body.dipole',
@@ -680,6 +700,8 @@ OPTIONAL = tuple(
         'rotor.static_imbalance',
         'rotor.dynamic_imbalance',
         'rotor.position',
+        'sensors.gyro.bias_instability',
+        'sensors.gyro.bias_correlation_time',
         'sensors.star_tracker.sun_exclusion',
     )
 )
@@ -697,6 +719,8 @@ _OF_A_ROTOR = tuple(
 _OF_EACH: dict[str, tuple[Sequence[Key], tuple[str, ...]]] = {
     'rotor.names': ([KEYS[f'rotor.{leaf}'] for leaf in _OF_A_ROTOR], _OF_A_ROTOR),
     'surface.names': (KEYS_OF_A_PLATE, tuple(key.name for key in COEFFICIENTS)),
+    'flexible.names': (KEYS_OF_A_MODE, ()),
+    'hysteresis.names': (KEYS_OF_A_ROD, ()),
     **{kind.keys[0].name: (kind.of_each, ()) for kind in ACTUATORS.values() if kind.of_each},
 }
 # The keys that decide on other keys.
@@ -736,7 +760,7 @@ def keys_of(
 
 
 def _of_each(group, names, keys):
-    """Return the keys of each of some rotors, plates or thrusters by their names."""
+    """Return the keys of each of some parts by their names."""
     full_names = (
         (f'{group}.{name}.{key.name.rpartition(".")[2]}', key) for name in names for key in keys
     )

@@ -65,7 +65,10 @@ def part_of(many_things: Any, rows: slice | None) -> Any:
             name: getattr(many_things, name)[rows]
             for name in ('q_ib', 'omega_bi_b', 'rotor_speed', 'rotor_angle', 'work')
         }
+        tables['inner'] = {name: values[rows] for name, values in many_things.inner.items()}
         return replace(many_things, **tables, orbit=part_of(many_things.orbit, rows))
+    if isinstance(many_things, dict):
+        return {name: part_of(part, rows) for name, part in many_things.items()}
     if is_dataclass(many_things) and not isinstance(many_things, type) and rows is not None:
         parts = {f.name: getattr(many_things, f.name) for f in fields(many_things)}
         chosen = {name: part_of(part, rows) for name, part in parts.items()}

@@ -25,6 +25,7 @@ from . import (
     checks,
     environment,
     in_place,
+    modes,
     orbits,
     parts,
     pointing,
@@ -293,8 +294,11 @@ class Scenario:
     def topic_table(self) -> dict[str, Topic]:
         """The topics that it may have, by their names in publish.topics and sensors.names."""
         kinds = sensors.kinds(self.values)
-        names, tick_s = self['thruster.names'], float(1 / self.rate)
-        return topics_with(self.torques, kinds, self.equipment.topics, names, tick_s)
+        modes, rods, thrusters = (
+            self[f'{group}.names'] for group in ('flexible', 'hysteresis', 'thruster')
+        )
+        topics, tick_s = self.equipment.topics, float(1 / self.rate)
+        return topics_with(self.torques, kinds, topics, modes, rods, thrusters, tick_s)
 
     @cached_property
     def equipment(self) -> Equipment:
@@ -358,6 +362,7 @@ class Scenario:
                 *self.equipment.torques(),
             ),
             sees_pairs=self.rules >= STEPS_SEE_PAIRS,
+            modes=modes.modes_of(self.values),
         )
 
     @cached_property
@@ -374,7 +379,7 @@ class Scenario:
             rate_b = rotation.rotate(rotation.conjugate(q_ib), orbit.lvlh_rate(orbit_s))
             omega_bi_b = rate_b + omega_bi_b
         speeds, angles = rotors.speeds_and_angles(self.values, self.system.rotors)
-        return State(q_ib, np.array(omega_bi_b), speeds, angles)
+        return State(q_ib, np.array(omega_bi_b), speeds, angles, modes.inner(self.values))
 
     def motion(self) -> Motion:
         """Return the motion from tick 0; ValueError: exact is asked for and there is none."""

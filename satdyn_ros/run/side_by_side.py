@@ -133,7 +133,10 @@ class SideBySide:
         left = self._relays.take_over(rows, begin_s, self._driven())
         tables = self._relays.states() if len(left) else ()
         for m in left.tolist():
-            at_s, state = self.ticks.seconds(int(self.tick[m])), State(*(x[m] for x in tables))
+            at_s = self.ticks.seconds(int(self.tick[m]))
+            q_ib, omega_bi_b, speed, angle, inner = tables
+            of_one = {name: float(values[m]) for name, values in inner.items()}
+            state = State(q_ib[m], omega_bi_b[m], speed[m], angle[m], of_one)
             motion = _motion(self.scenarios[m], self._system_of(m), state, at_s)
             self._relays.begin(m, motion)
         self._begun[rows] = self.tick[rows]
@@ -192,7 +195,7 @@ class SideBySide:
 
     def _states(self):
         """Return the states where the runs stand, a row of each."""
-        q_ib, omega_bi_b, speed, angle = self._relays.states()
+        q_ib, omega_bi_b, speed, angle, inner = self._relays.states()
         at_s = self.ticks.seconds_of(self.tick)
         none = np.full(len(self), np.nan)
 
@@ -207,6 +210,7 @@ class SideBySide:
                 orbit,
                 at_s[rows],
                 environment=environment,
+                inner={name: values[rows] for name, values in inner.items()},
             )
 
         places = self._places
@@ -227,6 +231,7 @@ class SideBySide:
             system.orbit,
             sample.t_s[row],
             environment=system.environment,
+            inner={name: x[row] for name, x in self._relays.states()[-1].items()},
         )
         return Samples(int(self.tick[m]), sample.stamp_ns[row], states, system)
 

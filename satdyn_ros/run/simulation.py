@@ -431,6 +431,7 @@ class Simulation:
             np.array(begin['omega_bi_b']),
             begin['rotor_speed'],
             begin['rotor_angle'],
+            begin.get('inner', {}),
         )
         run = replace(
             run,
@@ -473,4 +474,5 @@ def state_record(state: State) -> dict[str, list[float]]:
         'omega_bi_b': [float(x) for x in state.omega_bi_b],
         'rotor_speed': state.rotor_speed.tolist(),
         'rotor_angle': state.rotor_angle.tolist(),
+        **({'inner': dict(state.inner)} if state.inner else {}),
     }

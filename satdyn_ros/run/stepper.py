@@ -12,6 +12,7 @@ from ..dynamics.system import State, System
 from ..integrate.propagation import Propagation
 from ..integrate.relay import Relay
 from ..sensors import Measurements, Suite
+from ..torques.magnetic import torquer_dipole
 from .run_state import RunState
 from .sample import Sample
 from .samples import Measured, Samples
@@ -113,6 +114,8 @@ class Stepper:
             orbit=system.orbit,
             orbit_s=ticks.seconds_between(0, tick, tick + 1),
             environment=system.environment,
+            inner={name: np.array([x]) for name, x in state.inner.items()},
+            torquer_dipole_b=np.array([torquer_dipole(system.torques)]),
         )
         found = {name: Measured.of(some, tick, ticks) for name, some in measured.items()}
         return Samples(tick, ticks.stamps_ns(tick, tick + 1), states, system, found, begun.acting)

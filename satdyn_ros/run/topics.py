@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..actuators import ACTUATORS, Actuator, kind_of
+from ..dynamics.flexible import column_of
 from ..dynamics.system import System
 from ..dynamics.torque import own_force, own_torque
 from ..kernel import rotation
@@ -20,6 +21,7 @@ from ..sensors import KINDS, Sensor
 from ..torques.aerodynamic import Aerodynamic
 from ..torques.body_torque import BodyTorque
 from ..torques.gravity_gradient import GravityGradient, gravity_gradient
+from ..torques.hysteresis import Hysteresis, hysteresis_of
 from ..torques.magnetic import Magnetic
 from ..torques.solar import Solar
 from ..torques.thrust import Thrust, thrust_of
@@ -63,6 +65,7 @@ class Topic:
     frame: which of the scenario's frames its header names ('inertial', 'orbital', 'body'), or ''.
     says: its content in words, with units.  shows: what its messages hold, in the order of
     messages/contents.py; empty where it is no such quantity.  panel: None: it has none of its own.
+    joints: of sensor_msgs/JointState, the names, and fields those that hold what it shows.
     lacking(system): why a system has no such topic, '' where it has.
     """
 
@@ -74,6 +77,8 @@ class Topic:
     shows: tuple[Shown, ...] = ()
     panel: Panel | None = None
     lacking: Callable[[System], str] = _nothing
+    joints: tuple[str, ...] = ()
+    fields: tuple[str, ...] = ()
 
 
 Q_IB = Shown(
@@ -182,6 +187,87 @@ def _not_acting(kind):
     return lacking
 
 
+def _inner(names: Iterable[str]) -> Callable[[Any], np.ndarray]:
+    """Return what gives the inner coordinates of some names, (N, k)."""
+
+    def of(samples):
+        # What a live page hears has none.
+        columns = (samples.states.inner.get(name, np.nan) for name in names)
+        return np.column_stack([np.broadcast_to(column, len(samples)) for column in columns])
+
+    return of
+
+
+def _flexible(names: tuple[str, ...]) -> Topic:
+    """Return the topic of the flexible modes of a scenario."""
+    return Topic(
+        'flexible',
+        'sensor_msgs/msg/JointState',
+        'state',
+        'body',
+        'of the modes of flexible parts: the modal displacement as position [sqrt(kg) m] and its '
+        'rate as velocity [sqrt(kg) m/s]; with flexible.names',
+        tuple(
+            Shown(tuple(map(column_of, inner)), _inner(inner))
+            for leaf in ('displacement', 'rate')
+            for inner in [[f'flexible.{name}.{leaf}' for name in names]]
+        ),
+        Panel('modal displacement', 'm sqrt(kg)', names),
+        lambda system: '' if system.modes else 'flexible.names is empty; leave the topic out',
+        names,
+        ('position', 'velocity'),
+    )
+
+
+def _hysteresis(names: tuple[str, ...]) -> Topic:
+    """Return the topic of the hysteresis rods of a scenario."""
+
+    def rods(samples) -> Any:
+        return hysteresis_of(samples.system.torques)
+
+    def flux_densities(samples):
+        return rods(samples).flux_densities(samples.states.inner)
+
+    def fields(samples):
+        return rods(samples).fields(samples.states.magnetic_field_b)
+
+    return Topic(
+        'hysteresis',
+        'sensor_msgs/msg/JointState',
+        'state',
+        'body',
+        'of hysteresis rods: the flux density in them as position [T] and the field along them as '
+        'effort [A/m]; with hysteresis.names',
+        (
+            Shown(tuple(f'{name}_flux_density_t' for name in names), flux_densities),
+            Shown(tuple(f'{name}_field_a_m' for name in names), fields),
+        ),
+        Panel('flux density in rods', 'T', names),
+        lambda system: (
+            '' if hysteresis_of(system.torques) else 'no hysteresis rod acts; leave the topic out'
+        ),
+        names,
+        ('position', 'effort'),
+    )
+
+
+def _of_states(kind: type[BodyTorque]) -> Topic:
+    """Return the topic of the variables that a torque has of its own."""
+    names = tuple(f'{kind.name}.{state}' for state in kind.states)
+    return Topic(
+        f'{kind.name}_states',
+        'sensor_msgs/msg/JointState',
+        'state',
+        'body',
+        f'the variables of the torque {kind.name} as position',
+        (Shown(tuple(map(column_of, names)), _inner(names)),),
+        Panel(f'variables of {kind.name}', '', tuple(kind.states)),
+        _of_kind(kind).lacking,
+        tuple(kind.states),
+        ('position',),
+    )
+
+
 def _acted_on():
     return (kind.acts_on for kind in ACTUATORS.values() if kind.acts_on is not None)
 
@@ -238,7 +324,7 @@ _TABLE = (
         lacking=_lvlh_lacking,
     ),
     _torque(GravityGradient.topic, GravityGradient.title, _gravity_gradient),
-    *map(_of_kind, dict.fromkeys((Magnetic, Aerodynamic, Solar, *_acted_on()))),
+    *map(_of_kind, dict.fromkeys((Magnetic, Aerodynamic, Solar, Hysteresis, *_acted_on()))),
     Topic(
         'magnetic_field',
         'sensor_msgs/msg/MagneticField',
@@ -302,6 +388,8 @@ _TABLE = (
         'angle [rad], speed relative to the body [rad/s] and motor torque after its limits [N m] '
         'of all rotors; arrays are empty where no rotor has such a value',
     ),
+    _flexible(()),
+    _hysteresis(()),
     Topic(
         'thruster',
         'sensor_msgs/msg/JointState',
@@ -362,30 +450,36 @@ def topics_with(
     torques: Iterable[type[BodyTorque]],
     sensors: Mapping[str, type[Sensor]],
     commanded: Iterable[str] = (),
+    modes: tuple[str, ...] = (),
+    rods: tuple[str, ...] = (),
     thrusters: tuple[str, ...] = (),
     tick_s: float = 1.0,
 ) -> dict[str, Topic]:
     """
     Return the topics of scenarios with torques and sensors of these kinds, by their names.
 
-    commanded: the topics of the actuators.  thrusters: by names; their panel has the mean of each
-    tick_s [s] from tick to tick, as pulses may be shorter.  ValueError: a topic of a torque, or a
-    sensor, has the name of another topic.
+    commanded: the topics of the actuators.  modes, rods and thrusters: by names; the panel of the
+    last has the mean of each tick_s [s] from tick to tick, as pulses may be shorter.  ValueError:
+    a topic of a torque, or a sensor, has the name of another topic.
     """
-    table = dict(TOPICS)
+    table = {**TOPICS, 'flexible': _flexible(modes), 'hysteresis': _hysteresis(rods)}
     for kind in torques:
-        if kind.topic in table:
-            raise ValueError(f'{kind.topic} is the topic of the torque {kind.name} and of another')
-        table[kind.topic] = _of_kind(kind)
+        own = [_of_kind(kind), *([_of_states(kind)] if kind.states else [])]
+        for topic in own:
+            if topic.name in table:
+                raise ValueError(
+                    f'{topic.name} is the topic of the torque {kind.name} and of another'
+                )
+            table[topic.name] = topic
     for name, sensor in sensors.items():
         if name in table and table[name].role != 'sensor':
             raise ValueError(f'sensors.names has {name}, which is a topic; give another name')
         table[name] = _of_sensor(name, sensor)
-    for topic in commanded:
-        actuator = kind_of(topic)
-        if topic != actuator.topic:
+    for name in commanded:
+        actuator = kind_of(name)
+        if name != actuator.topic:
             table.pop(actuator.topic, None)
-            table[topic] = _of_actuator(topic, actuator)
+            table[name] = _of_actuator(name, actuator)
     if thrusters:
         table['thruster'] = _with_mean_thrust(table['thruster'], thrusters, tick_s)
     return table

@@ -9,6 +9,7 @@ variance, sample i reads
 
 as three_axes.py computes it.  N is the angle random walk, K the rate random walk: the Allan
 deviation of y is N / sqrt(tau) and K sqrt(tau / 3) (IEEE Std 952-1997, annex C; Farrenkopf 1978).
+The slow bias g of three_axes.py comes to b_i.
 """
 
 from collections.abc import Mapping
@@ -21,11 +22,18 @@ from ..base.key import Key
 from ..dynamics.motion import States
 from ..kernel import rotation
 from .measurements import Measurements, as_array, sampled
-from .noise import normals
+from .noise import normals, slow_stream
 from .sensor import Sensor
-from .three_axes import DEVIATES, ThreeAxes, allan_deviation, keys_of_errors
+from .three_axes import (
+    DEVIATES,
+    SLOW_DEVIATES,
+    SlowBias,
+    ThreeAxes,
+    allan_deviation,
+    keys_of_errors,
+)
 
-_CARRIED = ('bias', 'q_ib', 'turn_b')
+_CARRIED = ('bias', 'q_ib', 'turn_b', 'slow_bias')
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,12 +43,14 @@ class GyroMemory:
 
     bias (3,) [rad/s] of the last sample, None before the first; q_ib (4,): the attitude at the
     last sample, None before the first and after a restart of the motion; turn_b (3,) [rad], where
-    it is counted: that since the last sample, None where q_ib is.
+    it is counted: that since the last sample, None where q_ib is; slow_bias (3,) [rad/s] of the
+    last sample, where there is one.
     """
 
     bias: np.ndarray | None = None
     q_ib: np.ndarray | None = None
     turn_b: np.ndarray | None = None
+    slow_bias: np.ndarray | None = None
 
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any]) -> 'GyroMemory':
@@ -51,8 +61,9 @@ class GyroMemory:
     def to_plain(self) -> dict[str, Any]:
         """Return the memory as plain data."""
         carried = {name: getattr(self, name) for name in _CARRIED}
-        if self.turn_b is None:
-            del carried['turn_b']
+        for name in ('turn_b', 'slow_bias'):
+            if carried[name] is None:
+                del carried[name]
         return {name: None if x is None else x.tolist() for name, x in carried.items()}
 
     def without_noise(self) -> 'GyroMemory':
@@ -61,7 +72,7 @@ class GyroMemory:
 
     def perfect(self) -> 'GyroMemory':
         """Return the memory without a bias."""
-        return replace(self, bias=None)
+        return replace(self, bias=None, slow_bias=None)
 
     def restarted(self) -> 'GyroMemory':
         """Return the memory after the motion has restarted: the bias goes on drifting."""
@@ -79,11 +90,12 @@ class Gyro(Sensor):
 
     seed: of its noise.  interval_s: dt between samples, divisor ticks.  mounting (4,): quaternion
     from sensor to body axes.  noise_density: N [rad/s/sqrt(Hz)].  bias_random_walk: K
-    [rad/s^2/sqrt(Hz)].  initial_bias (3,) [rad/s].  scale_factor (3,): relative errors S.
-    misalignment (6,): xy, xz, yx, yz, zx, zy of M [rad].  resolution, max_rate [rad/s]: 0 for
-    none.  integrating: whether a sample is the mean rate since the previous one, the integral of
-    the rate over dt.  folds: whether it is the rotation vector over dt instead, which is less than
-    half a turn, as by rules before 3.
+    [rad/s^2/sqrt(Hz)].  initial_bias (3,) [rad/s].  bias_instability [rad/s] and
+    bias_correlation_time [s]: of the slow bias, 0: there is none.  scale_factor (3,): relative
+    errors S.  misalignment (6,): xy, xz, yx, yz, zx, zy of M [rad].  resolution, max_rate [rad/s]:
+    0 for none.  integrating: whether a sample is the mean rate since the previous one, the
+    integral of the rate over dt.  folds: whether it is the rotation vector over dt instead, which
+    is less than half a turn, as by rules before 3.
     """
 
     kind = 'gyro'
@@ -128,6 +140,8 @@ class Gyro(Sensor):
     noise_density: float = 0.0
     bias_random_walk: float = 0.0
     initial_bias: tuple[float, ...] = (0.0, 0.0, 0.0)
+    bias_instability: float = 0.0
+    bias_correlation_time: float = 1000.0
     scale_factor: tuple[float, ...] = (0.0, 0.0, 0.0)
     misalignment: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     resolution: float = 0.0
@@ -162,7 +176,9 @@ class Gyro(Sensor):
     def allan_deviation(self, tau_s: float) -> float | None:
         """Return the Allan deviation of its samples over tau_s [rad/s]."""
         variance = self.variances[0]
-        return allan_deviation(variance, self.interval_s, self.bias_random_walk, tau_s)
+        return allan_deviation(
+            variance, self.interval_s, self.bias_random_walk, tau_s, self._slow_bias
+        )
 
     def without_noise(self) -> 'Gyro':
         """Return the gyro with its systematic errors alone: bias, scale factor, misalignment."""
@@ -170,7 +186,10 @@ class Gyro(Sensor):
 
     def perfect(self) -> 'Gyro':
         """Return the gyro without any error."""
-        errors = ('bias_random_walk', 'initial_bias', 'scale_factor', 'misalignment')
+        errors = (
+            *('bias_random_walk', 'bias_instability', 'initial_bias'),
+            *('scale_factor', 'misalignment'),
+        )
         return replace(self.without_noise(), **{name: getattr(Gyro, name) for name in errors})
 
     def measure(
@@ -199,8 +218,12 @@ class Gyro(Sensor):
             first = len(rate_b) - len(turns_b)
             rate_b = np.concatenate([rate_b[:first], turns_b / self.interval_s])
         true = rotation.rotate(rotation.conjugate(self.mounting), rate_b)
-        rate, biases = self._axes.read(true, deviates, memory.bias)
-        after = GyroMemory(biases[-1], q_ib[-1], rest_b)
+        slow = None
+        if self._slow_bias:
+            of_slow = normals(self.seed, slow_stream(self.stream), samples, SLOW_DEVIATES)
+            slow = self._slow_bias.values(of_slow, memory.slow_bias)
+        rate, biases = self._axes.read(true, deviates, memory.bias, slow)
+        after = GyroMemory(biases[-1], q_ib[-1], rest_b, None if slow is None else slow[-1])
         return Measurements.prompt(as_array(samples), rate), after
 
     def read(
@@ -211,6 +234,12 @@ class Gyro(Sensor):
         true = rotation.rotate(to_sensor, states.omega_bi_b[rows])
         rates, biases = self._axes.read_each(true, deviates, biases)
         return rates, None, biases
+
+    @property
+    def _slow_bias(self):
+        if not self.bias_instability:
+            return None
+        return SlowBias(self.bias_instability, self.interval_s, self.bias_correlation_time)
 
     @property
     def _axes(self):

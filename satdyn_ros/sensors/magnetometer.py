@@ -15,9 +15,19 @@ from ..base.key import Key
 from ..dynamics.motion import States
 from ..kernel import rotation
 from .measurements import Measurements, as_array, sampled
-from .noise import normals
+from .noise import normals, slow_stream
 from .sensor import Sensor
-from .three_axes import DEVIATES, BiasMemory, ThreeAxes, allan_deviation, keys_of_errors
+from .three_axes import (
+    DEVIATES,
+    SLOW_DEVIATES,
+    BiasMemory,
+    SlowBias,
+    ThreeAxes,
+    allan_deviation,
+    keys_of_errors,
+)
+
+_NO_COUPLING = (0.0,) * 9
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,8 +37,10 @@ class Magnetometer(Sensor):
 
     seed: of its noise.  interval_s: dt between samples, divisor ticks.  mounting (4,): quaternion
     from sensor to body axes.  noise: the standard deviation of a sample [T].  bias_random_walk
-    [T/sqrt(s)].  initial_bias (3,) [T].  scale_factor (3,): relative errors S.  misalignment (6,):
-    xy, xz, yx, yz, zx, zy of M [rad].  resolution, max_field [T]: 0 for none.
+    [T/sqrt(s)].  initial_bias (3,) [T].  bias_instability [T], bias_correlation_time [s]: of the
+    slow bias, 0: there is none.  torquer_coupling (9,) [T/(A m^2)]: rows of what the dipole of the
+    magnetorquers adds to the field, both in body axes.  scale_factor (3,): relative errors S.
+    misalignment (6,): xy, xz, yx, yz, zx, zy of M [rad].  resolution, max_field [T]: 0 for none.
     """
 
     kind = 'magnetometer'
@@ -43,6 +55,15 @@ class Magnetometer(Sensor):
             low=0.0,
         ),
         *keys_of_errors('T', 'field', 'field along another'),
+        Key(
+            'torquer_coupling',
+            'double_array',
+            _NO_COUPLING,
+            'T/(A m^2)',
+            'row-major: the field at the sensor, body axes, of the dipole of the torquers, '
+            'body axes, as it was before the commands of the tick',
+            lengths=(9,),
+        ),
     )
     needs = 'environment.magnetic_field'
     message, measures = 'sensor_msgs/msg/MagneticField', 'magnetic_field'
@@ -61,10 +82,13 @@ class Magnetometer(Sensor):
     noise: float = 0.0
     bias_random_walk: float = 0.0
     initial_bias: tuple[float, ...] = (0.0, 0.0, 0.0)
+    bias_instability: float = 0.0
+    bias_correlation_time: float = 1000.0
     scale_factor: tuple[float, ...] = (0.0, 0.0, 0.0)
     misalignment: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     resolution: float = 0.0
     max_field: float = 0.0
+    torquer_coupling: tuple[float, ...] = _NO_COUPLING
 
     memory, deviates = BiasMemory(), DEVIATES
 
@@ -87,7 +111,9 @@ class Magnetometer(Sensor):
     def allan_deviation(self, tau_s: float) -> float | None:
         """Return the Allan deviation of its samples over tau_s [T]."""
         variance = self.variances[0]
-        return allan_deviation(variance, self.interval_s, self.bias_random_walk, tau_s)
+        return allan_deviation(
+            variance, self.interval_s, self.bias_random_walk, tau_s, self._slow_bias
+        )
 
     def without_noise(self) -> 'Magnetometer':
         """Return the magnetometer with its systematic errors alone."""
@@ -95,7 +121,10 @@ class Magnetometer(Sensor):
 
     def perfect(self) -> 'Magnetometer':
         """Return the magnetometer without any error."""
-        errors = ('bias_random_walk', 'initial_bias', 'scale_factor', 'misalignment')
+        errors = (
+            *('bias_random_walk', 'bias_instability', 'initial_bias', 'scale_factor'),
+            *('misalignment', 'torquer_coupling'),
+        )
         return replace(
             self.without_noise(), **{name: getattr(Magnetometer, name) for name in errors}
         )
@@ -113,12 +142,40 @@ class Magnetometer(Sensor):
         ticks: consecutive, those of the rows of states.  memory: after the tick before them.
         """
         samples = sampled(ticks, self.divisor)
+        dipole, before = memory.dipole, None
+        if any(self.torquer_coupling) and len(ticks):
+            assert states.torquer_dipole_b is not None
+            # Measurements precede the commands of their tick, with which a motion begins.
+            first = np.zeros(3) if memory.dipole is None else memory.dipole
+            before = np.where(states.t_s[:, None] > 0.0, states.torquer_dipole_b, first)
+            dipole = states.torquer_dipole_b[-1]
         if not samples:
-            return Measurements.prompt(as_array(samples), np.empty((0, 3))), memory
-        true = self.truth(states, slice(samples.start - ticks.start, None, self.divisor))
+            nothing = Measurements.prompt(as_array(samples), np.empty((0, 3)))
+            return nothing, replace(memory, dipole=dipole)
+        rows = slice(samples.start - ticks.start, None, self.divisor)
+        true = self.truth(states, rows)
+        if before is not None:
+            true = true + self._of_torquers(before[rows])
         deviates = normals(self.seed, self.stream, samples, DEVIATES)
-        values, biases = self._axes.read(true, deviates, memory.bias)
-        return Measurements.prompt(as_array(samples), values), BiasMemory(biases[-1])
+        slow = None
+        if self._slow_bias:
+            of_slow = normals(self.seed, slow_stream(self.stream), samples, SLOW_DEVIATES)
+            slow = self._slow_bias.values(of_slow, memory.slow_bias)
+        values, biases = self._axes.read(true, deviates, memory.bias, slow)
+        after = BiasMemory(biases[-1], None if slow is None else slow[-1], dipole)
+        return Measurements.prompt(as_array(samples), values), after
+
+    def _of_torquers(self, dipole_b):
+        """Return the field of dipoles (M, 3) in sensor axes; the sums are written out."""
+        M, (x, y, z) = self.torquer_coupling, dipole_b.T
+        rows = [M[i] * x + M[i + 1] * y + M[i + 2] * z for i in (0, 3, 6)]
+        return rotation.rotate(rotation.conjugate(self.mounting), np.stack(rows, axis=-1))
+
+    @property
+    def _slow_bias(self):
+        if not self.bias_instability:
+            return None
+        return SlowBias(self.bias_instability, self.interval_s, self.bias_correlation_time)
 
     def read(
         self, states: States, rows: Any, deviates: np.ndarray, biases: np.ndarray

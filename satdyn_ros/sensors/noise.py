@@ -30,6 +30,11 @@ def stream_of(name: str) -> int:
     return _STREAMS.get(name, int.from_bytes(told[:8], 'little'))
 
 
+def slow_stream(stream: int) -> int:
+    """Return the stream of the slow bias of a sensor that has this stream."""
+    return stream_of(f'slow bias of {stream}')
+
+
 def normals(seed: int, stream: int, ticks: range, count: int) -> np.ndarray:
     """
     Return independent standard normal deviates, shape (len(ticks), count).

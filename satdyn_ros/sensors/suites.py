@@ -58,6 +58,12 @@ class _Kind:
                 'a gyro of runs side by side must not be integrating; leave out '
                 'sensors.NAME.integrating'
             )
+        for leaf in ('bias_instability', 'torquer_coupling'):
+            if np.any(getattr(sensor, leaf, 0.0)):
+                raise ValueError(
+                    f'a {sensor.kind} of runs side by side must have no {leaf}; leave out '
+                    f'sensors.NAME.{leaf}'
+                )
         self._sensor, self._seeds = sensor, [0] * count
         self._biases = np.full((count, 3), np.nan)
         self._drawn = np.zeros((count, _DRAWN, sensor.deviates))

@@ -16,6 +16,10 @@ from ..orbits.pieces import Pieces
 from .own_source import source_of
 
 
+def _no_torque(*seen: Any) -> tuple[float, ...]:
+    raise NotImplementedError
+
+
 class BodyTorque:
     """
     A torque on the body; each kind is a subclass.
@@ -45,6 +49,12 @@ class BodyTorque:
     axes, V is part of the energy that is conserved; elsewhere the torque does work.
     force(...) -> (x, y, z) [N], body axes: what is published beside the torque; it moves nothing.
 
+    states: the names of variables of its own, where it has any, such as a valve that lags.  They
+    are integrated with the motion by rates(..., constants, states) -> (x', ...) [1/s], and torque,
+    signs and potential are then functions of (..., constants, states).  initial: their values at
+    the start, scales: the size beside which an error of each is judged; both are tuples, or
+    functions, initial(t_s, r_i, v_i, q_ib, omega_bi_b, constants) and scales(constants).
+
     >>> class Push(BodyTorque):
     ...     name = 'push'
     ...     class Constants(NamedTuple):
@@ -63,9 +73,14 @@ class BodyTorque:
     is_steady: ClassVar[bool] = False
     largest: float = 0.0
     Constants: ClassVar[Any]
+    torque: ClassVar[Callable[..., tuple[float, ...]]] = staticmethod(_no_torque)
     signs: ClassVar[Callable[..., tuple[float, ...]] | None] = None
     potential: ClassVar[Callable[..., float] | None] = None
     force: ClassVar[Callable[..., tuple[float, ...]] | None] = None
+    states: tuple[str, ...] = ()
+    initial: Any = ()
+    scales: Any = ()
+    rates: ClassVar[Callable[..., tuple[float, ...]] | None] = None
 
     def __init__(self, constants: Any, pieces: Mapping[str, Pieces] | None = None):
         fields, own = getattr(constants, '_fields', ()), self.Constants
@@ -102,7 +117,7 @@ class BodyTorque:
     def functions(cls) -> dict[str, Any]:
         """Return the functions that the equations may call, by their names."""
         found = {name: getattr(cls, name, None) for name in _PARAMETERS}
-        return {name: function for name, function in found.items() if function is not None}
+        return {name: function for name, function in found.items() if callable(function)}
 
     @classmethod
     def source(cls) -> str:
@@ -137,17 +152,10 @@ class BodyTorque:
         """Return what is commanded as M torques at once: one with constants of columns (M,)."""
         return torques[0]
 
-    @staticmethod
-    def torque(
-        t_s: float,
-        r_i: tuple[float, ...],
-        v_i: tuple[float, ...],
-        q_ib: tuple[float, ...],
-        omega_bi_b: tuple[float, ...],
-        constants: Any,
-    ) -> tuple[float, ...]:
-        """Return the torque [N m] in body axes."""
-        raise NotImplementedError
+    @property
+    def inner_names(self) -> tuple[str, ...]:
+        """Return the names of its variables among the inner coordinates."""
+        return tuple(f'{self.name}.{state}' for state in self.states)
 
     def constants_with(self, table_of: Callable[[Pieces], Table]) -> Any:
         """Return the constants with the tables of some time, which table_of takes from pieces."""
@@ -167,6 +175,12 @@ class BodyTorque:
 def pieces_of(torques: Iterable[BodyTorque]) -> tuple[Pieces, ...]:
     """Return the tables that some torques have, each once."""
     return tuple(dict.fromkeys(each for torque in torques for each in torque.pieces.values()))
+
+
+def scales_of(constants: Any) -> tuple[Any, ...]:
+    """Return the scales of the variables of the torque that has these constants, one of each."""
+    scales = KIND_OF[type(constants)].scales
+    return tuple(scales(constants) if callable(scales) else scales)
 
 
 def _as_floats(part, name):
@@ -201,7 +215,12 @@ _PARAMETERS = {
     'force': _SEEN,
     'field': ('c_b', 'gradient', 'constants'),
     'orbit_power': _POWER,
+    'rates': _SEEN,
+    'initial': _SEEN,
+    'scales': ('constants',),
 }
+# Those that see the variables of the torque, if it has any.
+_OF_STATES = 'torque', 'signs', 'potential', 'rates'
 
 
 def checked_kind(kind: Any, name: str = '') -> type[BodyTorque]:
@@ -234,9 +253,12 @@ def _missing(kind):
     if not (str(kind.topic).isidentifier() and str(kind.topic).isascii()):
         return f'has the topic {kind.topic}; it must have letters, digits and _ alone'
     for name, function in kind.functions().items():
-        if not _takes(function, len(_PARAMETERS[name])):
-            parameters = ', '.join(_PARAMETERS[name])
-            return f'has a {name} that is not a static method {name}({parameters})'
+        has_states = kind.rates is not None and name in _OF_STATES
+        parameters = (*_PARAMETERS[name], *(['states'] if has_states else []))
+        if not _takes(function, len(parameters)):
+            return f'has a {name} that is not a static method {name}({", ".join(parameters)})'
+    if kind.states and kind.rates is None:
+        return f'has the states {", ".join(kind.states)} and no rates'
     return ''
 
 
@@ -266,11 +288,26 @@ def torque_of(kind: type[BodyTorque], values: Mapping[str, Any]) -> BodyTorque |
         stops_s = np.asarray(torque.stops(), float)
         if stops_s.ndim != 1 or np.isnan(stops_s).any():
             raise TypeError('its stops must return times in an array of one dimension')
+        _check_states(torque)
         if missing := torque.pieces.keys() - {*kind.Constants._fields}:
             raise TypeError(f'its pieces have {min(missing)}, which its Constants have not')
     except Exception as error:
         raise ValueError(f'the torque {kind.full_name()} cannot be made: {_why(error)}') from None
     return torque
+
+
+def _check_states(torque: BodyTorque) -> None:
+    """Raise TypeError where the variables of a torque are not as many as their scales."""
+    names = torque.states
+    if torque.rates is None:
+        return
+    if len({*names}) < len(names) or not all(str(name).isidentifier() for name in names):
+        raise TypeError(f'its states are {names!r}; they must be different names')
+    scales = scales_of(torque.constants)
+    if len(scales) != len(names) or not all(scale > 0.0 for scale in scales):
+        raise TypeError(f'its scales are {scales!r}; they must be {len(names)} above 0')
+    if not callable(torque.initial) and len(torque.initial) != len(names):
+        raise TypeError(f'its initial is {torque.initial!r}; it must have {len(names)} numbers')
 
 
 def _why(error):

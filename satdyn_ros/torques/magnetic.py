@@ -47,7 +47,7 @@ class Magnetic(BodyTorque):
     ):
         dipole = tuple(map(add, residual, commanded))
         super().__init__(self.Constants(dipole, NO_TABLE), {'field': field})
-        self._residual, self._field = residual, field
+        self._residual, self._field, self.of_torquers = residual, field, tuple(commanded)
 
     @classmethod
     def of_many(cls, torques: Sequence['Magnetic']) -> 'Magnetic':
@@ -71,6 +71,12 @@ class Magnetic(BodyTorque):
         """Return m x B."""
         B = to_body(q_ib, interpolate_vector(constants.field, 0, t_s))
         return cross(constants.dipole, B)
+
+
+def torquer_dipole(torques: Iterable[BodyTorque]) -> tuple[float, ...]:
+    """Return the commanded dipole [A m^2] that the field turns, body axes; zero: there is none."""
+    found = (torque.of_torquers for torque in torques if isinstance(torque, Magnetic))
+    return next(found, (0.0, 0.0, 0.0))
 
 
 def dipole_of(torques: Iterable[BodyTorque]) -> np.ndarray | None:

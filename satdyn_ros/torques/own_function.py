@@ -29,6 +29,7 @@ _LENGTHS = {
     'potential': 0,
     'orbit_power': 0,
     'signs': None,
+    'rates': None,
 }
 
 

@@ -2,7 +2,8 @@
 What the equations take from all torques at once.
 
 torques: a tuple of Constants, whose types tell which torques they are.  seen: what a torque is a
-function of beside its constants, (t_s, r_i, v_i, q_ib, omega_bi_b).
+function of beside its constants, (t_s, r_i, v_i, q_ib, omega_bi_b), and then the variables of all
+torques that have any, one behind the other.
 """
 
 from collections.abc import Iterator
@@ -10,7 +11,7 @@ from typing import Any
 
 from ..kernel.functions import divide, maximum, minimum, select, sqrt
 from ..kernel.vector import Vector, add
-from .body_torque import KIND_OF
+from .body_torque import KIND_OF, scales_of
 from .central_torque import CentralTorque
 from .own_function import function_of
 
@@ -31,27 +32,57 @@ def _functions(
             yield function_of(kind, name), constants
 
 
+def _found(
+    torques: tuple[Any, ...], name: str, seen: tuple[Any, ...], is_central: bool | None = None
+) -> Iterator[Any]:
+    """Yield what a function returns of those torques that have it, or of some of them."""
+    *seen_by_all, variables = seen
+    end = 0
+    for constants in torques:
+        kind = KIND_OF[type(constants)]
+        begin, end = end, end + (0 if kind.rates is None else len(scales_of(constants)))
+        is_asked = is_central is None or issubclass(kind, CentralTorque) == is_central
+        if is_asked and getattr(kind, name) is not None:
+            own = () if kind.rates is None else (variables[begin:end],)
+            yield function_of(kind, name)(*seen_by_all, constants, *own)
+
+
+def rates_of_states(torques: tuple[Any, ...], seen: tuple[Any, ...]) -> Vector:
+    """Return the rates of the variables of all torques, one behind the other."""
+    found: list[Any] = []
+    own = [constants for constants in torques if KIND_OF[type(constants)].rates is not None]
+    for constants, rates in zip(own, _found(torques, 'rates', seen), strict=True):
+        count = len(scales_of(constants))
+        if len(rates) != count:
+            raise ValueError(
+                f'the torque {KIND_OF[type(constants)].full_name()}: its rates returns a tuple of '
+                f'{len(rates)}; it must return a tuple of {count} numbers'
+            )
+        found += rates
+    return tuple(found)
+
+
 def sum_of_torques(torques: tuple[Any, ...], seen: tuple[Any, ...]) -> Vector:
     """Return the torque [N m] of all but the central ones."""
     total: Vector = (0.0, 0.0, 0.0)
-    for torque, constants in _functions(torques, 'torque', False):
-        total = add(total, torque(*seen, constants))
+    for torque in _found(torques, 'torque', seen, False):
+        total = add(total, torque)
     return total
 
 
 def sum_of_forces(torques: tuple[Any, ...], seen: tuple[Any, ...]) -> Vector:
     """Return the force [N] of those that have one."""
     total: Vector = (0.0, 0.0, 0.0)
-    for force, constants in _functions(torques, 'force'):
-        total = add(total, force(*seen, constants))
+    for force in _found(torques, 'force', seen):
+        total = add(total, force)
     return total
 
 
 def sum_of_potentials(torques: tuple[Any, ...], seen: tuple[Any, ...]) -> Any:
     """Return the potential [J] of those that have one."""
     total: Any = 0.0
-    for potential, constants in _functions(torques, 'potential'):
-        total = total + potential(*seen, constants)
+    for potential in _found(torques, 'potential', seen):
+        total = total + potential
     return total
 
 
@@ -95,8 +126,9 @@ def first_corner(
     extremum between them; sees_pairs: whether these are looked for.
     """
     part: Any = 1.0
-    for signs, constants in _functions(torques, 'signs'):
-        places = (signs(*seen, constants) for seen in (begin, soon, late, end))
+    for places in zip(
+        *(_found(torques, 'signs', seen) for seen in (begin, soon, late, end)), strict=True
+    ):
         for a, near_a, near_b, b in zip(*places, strict=True):
             slope_a, slope_b = (near_a - a) / share, (b - near_b) / share
             part = minimum(part, _zero(a, slope_a, b))

@@ -9,9 +9,9 @@ import pytest
 
 from satdyn_ros.dynamics import equations
 from satdyn_ros.dynamics.constants import constants_of
-from satdyn_ros.dynamics.equations import MOMENTUM, initial_values
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
+from satdyn_ros.dynamics.variables import RATE, initial_values
 from satdyn_ros.kernel import rotation
 from satdyn_ros.orbits import FixedDirection, KeplerOrbit
 from satdyn_ros.torques.body_torque import BodyTorque
@@ -95,7 +95,7 @@ def test_rates_are_the_equations(name):
             y[-2:] = np.cos(f), np.sin(f)
         constants = constants_of(system, start_s)
         found = np.array(equations.rates(start_s, tuple(y.tolist()), constants))
-        momenta = y[MOMENTUM : MOMENTUM + turning]
+        momenta = y[RATE.stop : RATE.stop + turning]
         right = plain_equations.rates(system, start_s, q_ib, omega, momenta)
         # In axes that turn: q' = q_ib' - (Omega, 0) q / 2.
         turn = constants.axes_rate * np.array([*constants.normal, 0.0])

@@ -50,8 +50,8 @@ HOSTILE = {
 
 def _hostile(name):
     system, omega = HOSTILE[name]
-    turns = system.has_turning_rotor
-    state = State(rotation.normalise([0.4, 0.4, 0.8, 0.2]), omega, *([0.0, 0.0] if turns else []))
+    speed = 0.0 if system.has_turning_rotor else np.nan
+    state = State(rotation.normalise([0.4, 0.4, 0.8, 0.2]), omega, speed, speed)
     return Propagation(system, state, tolerance=1e-12, most_steps=MOST_STEPS)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from satdyn_ros.base.nanoseconds import stamp_ns
+from satdyn_ros.dynamics.flexible import Mode
 from satdyn_ros.dynamics.motion import States
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import System
@@ -15,6 +16,7 @@ from satdyn_ros.orbits.along_orbit import AlongOrbit
 from satdyn_ros.run.samples import Samples
 from satdyn_ros.run.scenario import Frames
 from satdyn_ros.torques.aerodynamic import Aerodynamic
+from satdyn_ros.torques.hysteresis import Hysteresis, Rod
 from satdyn_ros.torques.magnetic import Magnetic
 from satdyn_ros.torques.plates import Plate
 from satdyn_ros.torques.solar import Solar
@@ -41,6 +43,10 @@ THRUSTERS = {
 SWITCHES_S = 1230.0, 1240.0
 FIRINGS = Firing(switches_s=SWITCHES_S), Firing(switches_s=SWITCHES_S)
 PLATE = Plate(0.5, (0.6, 0.0, 0.8), (0.1, 0.2, 0.3), specular=0.2, diffuse=0.3)
+RODS = [
+    Rod('rods_x', (1.0, 0.0, 0.0), 1e-6, 12.0, 0.004, 0.025),
+    Rod('rods_y', (0.0, 1.0, 0.0), 1e-6, 12.0, 0.004, 0.025),
+]
 SYSTEMS = {
     'ellipse, motor': System(
         TENSOR, (Rotor('motor', AXIS, inertia=2.0),), ELLIPSE, rotor_torque=np.array(0.02)
@@ -63,8 +69,13 @@ SYSTEMS = {
             Aerodynamic([PLATE], ALONG.air_velocity, ALONG.log_density),
             Solar([PLATE], ALONG.sun),
             Thrust(THRUSTERS, FIRINGS),
+            Hysteresis(RODS, ALONG.magnetic_field_and_rate),
         ),
         environment=ALONG,
+        modes=(
+            Mode('bending', 2.0, 0.01, np.array([3.0, 0.0, 1.0])),
+            Mode('fuel', 0.5, 0.02, np.array([0.0, 2.0, 0.0])),
+        ),
     ),
 }
 FRAMES = {
@@ -94,6 +105,7 @@ def samples(name, count=40):
         orbit=system.orbit,
         orbit_s=1234.5 + t_s,
         environment=system.environment,
+        inner={name: rng.normal(size=count) for name in system.inner_names},
     )
     stamps_ns = 2_147_483_000 * 10**9 + 999_999_990 + np.arange(count) * PERIOD_NS
     return Samples(5, stamps_ns, states, system)
@@ -103,5 +115,6 @@ def part(of, rows):
     """Return the samples of a slice of rows."""
     states = of.states
     arrays = ('t_s', 'q_ib', 'omega_bi_b', 'rotor_speed', 'rotor_angle', 'work', 'orbit_s')
-    cut = replace(states, **{name: getattr(states, name)[rows] for name in arrays})
+    inner = {name: values[rows] for name, values in states.inner.items()}
+    cut = replace(states, inner=inner, **{name: getattr(states, name)[rows] for name in arrays})
     return Samples(of.first_tick + rows.start, of.stamps_ns[rows], cut, of.system)

@@ -25,7 +25,7 @@ def ends(marker):
 
 @pytest.mark.parametrize('flight', SYSTEMS)
 def test_arrows_point_along_what_they_are_named_for(flight):
-    """From the centre, 1.5 m long: nadir, omega and H = I omega + J s a in body axes."""
+    """From the centre, 1.5 m long: nadir, omega and H = I omega + J s a + eta' d in body axes."""
     of, row = samples(flight), 11
     system, states = of.system, of.states
     nadir_i = [0.0, 0.0, -1.0]
@@ -34,10 +34,12 @@ def test_arrows_point_along_what_they_are_named_for(flight):
     h = system.rotors[0].momentum
     if system.rotors[0].mode in ('free', 'motor'):
         h = system.rotors[0].inertia * states.rotor_speed[row, 0]
+    # What the modes have beside their share of I omega is along their couplings.
+    of_modes = sum(states.inner[mode.rate_name][row] * mode.coupling for mode in system.modes)
     directions = {
         'nadir': Rotation.from_quat(states.q_ib[row]).inv().apply(nadir_i),
         'rate': states.omega_bi_b[row],
-        'momentum': system.inertia @ states.omega_bi_b[row] + h * AXIS,
+        'momentum': system.inertia @ states.omega_bi_b[row] + h * AXIS + of_modes,
     }
     arrows = drawn(flight, of, row)
     for name, direction in directions.items():

@@ -90,14 +90,35 @@ def segments(marks):
 
 def test_every_panel_has_units(bag):
     """Every axis of every panel says its unit, and the events are marked."""
-    figure = draw(history(bag), PANELS)
+    # Of loops another run has something to draw.
+    figure = draw(history(bag), [name for name in PANELS if name != 'loops'])
     for axes in figure.axes:
         labels = [axes.get_ylabel(), axes.get_zlabel() if hasattr(axes, 'get_zlabel') else '[]']
         assert all('[' in label for label in labels)
         if axes.get_shared_x_axes().get_siblings(axes)[1:]:
             (mark,) = segments(axes.collections[-1])
             assert mark[:, 0].tolist() == [6000.0 / 3600.0] * 2
-    assert '[h]' in figure.axes[len(PANELS) - 3].get_xlabel()
+    assert '[h]' in figure.axes[len(PANELS) - 4].get_xlabel()
+
+
+def test_loops_are_drawn_inside_the_large_one(tmp_path):
+    """A line for each rod with two curves; without rods the panel is refused."""
+    rods = Scenario.from_yaml('passive_magnetic').with_values({'publish.rate': 1.0})
+    for _ in simulate(rods, 300, tmp_path / 'bag'):
+        pass
+    (axes,) = draw(history(tmp_path / 'bag'), ['loops']).axes
+    legend = axes.get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == ['rods_x', 'rods_y']
+    rod, high, low = (np.array(line.get_data()) for line in axes.get_lines()[:3])
+    assert np.all(np.interp(rod[0], *high) >= rod[1])
+    assert np.all(np.interp(rod[0], *low) <= rod[1])
+
+
+def test_loops_need_rods(bag):
+    """In one sentence."""
+    with pytest.raises(ValueError, match='the panel loops needs hysteresis rods'):
+        draw(history(bag), ['loops'])
 
 
 def test_angles_have_gaps_where_they_wrap(bag):

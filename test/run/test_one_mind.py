@@ -15,7 +15,7 @@ from satdyn_ros.dynamics import inertia
 from satdyn_ros.dynamics.rotor import MODES
 from satdyn_ros.kernel import rotation
 from satdyn_ros.orbits.kepler import EARTH_MU
-from satdyn_ros.run import checks, environment, orbits, rotors, sensors
+from satdyn_ros.run import checks, environment, modes, orbits, rods, rotors, sensors
 from satdyn_ros.run.in_place import OF_ATTITUDE
 from satdyn_ros.run.keys import KEYS, NAMES_OF_EACH, keys_of
 from satdyn_ros.run.many import many
@@ -232,6 +232,34 @@ def of_rotors(draw):
     return common, varied
 
 
+def of_modes(draw):
+    names = ('a', 'b', 'c')[: draw.choice([1, 2, 2, 3])]
+    moments = draw.choice([800.0, 900.0, 600.0], (RUNS, 3))
+    common: dict[str, Any] = {'flexible.names': names}
+    varied = {'body.inertia': moments}
+    if draw.random() < 0.5:
+        common |= {'rotor.mode': 'free', 'rotor.inertia': 1.0, 'rotor.axis': (0.6, 0.0, 0.8)}
+    for name in names:
+        axes = np.eye(3)[draw.integers(0, 3, RUNS)]
+        # Along a principal axis that no other mode has, all of its moment is the most.
+        most = np.max(axes * moments, axis=1) / draw.choice([1, len(names)])
+        size = np.sqrt(np.maximum(most * near(draw, 1.0, 1e-12), 0.0))
+        varied[f'flexible.{name}.coupling'] = axes * size[:, None]
+        varied[f'flexible.{name}.frequency'] = draw.choice([0.0, 2.0], RUNS, p=[0.1, 0.9])
+    return common, varied
+
+
+def of_rods(draw):
+    saturation = draw.uniform(0.1, 1.0, RUNS)
+    return {'hysteresis.names': ('a',)}, {
+        'hysteresis.a.coercive_force': draw.choice([0.0, 12.0], RUNS, p=[0.2, 0.8]),
+        'hysteresis.a.saturation': saturation,
+        'hysteresis.a.remanence': draw.choice([0.0, 1.0], RUNS, p=[0.2, 0.8])
+        * saturation
+        * near(draw, 1.0),
+    }
+
+
 def ticks(draw):
     rate = float(10.0 ** draw.uniform(-12.0, 3.0))
     common = {
@@ -276,6 +304,8 @@ DRAWS = {
     checks.thrusters: of_thrusters,
     checks.body: body,
     rotors.rules: of_rotors,
+    modes.rules: of_modes,
+    rods.rules: of_rods,
     checks.ticks: ticks,
     checks.frame: frame,
     checks.turns_a_tick: turns,

@@ -54,6 +54,20 @@ KINDS: dict[str, dict[str, Any]] = {
         for key, value in {'max_speed': 10.5, 'speed_gain': 2.0, 'coulomb_friction': 1e-6}.items()
     },
     'sensing': {**ENVIRONMENT, **SENSORS, 'body.dipole': [0.1, 0.0, 0.05]},
+    # With parts that move inside.
+    'inner': {
+        **ENVIRONMENT,
+        'flexible.names': ['panel'],
+        'flexible.panel.frequency': 3.0,
+        'flexible.panel.damping': 0.01,
+        'flexible.panel.coupling': [0.1, 0.3, -0.1],
+        'flexible.panel.displacement': 0.1,
+        'hysteresis.names': ['rod'],
+        'hysteresis.rod.volume': 1e-5,
+        'hysteresis.rod.coercive_force': 12.0,
+        'hysteresis.rod.remanence': 0.1,
+        'hysteresis.rod.saturation': 0.4,
+    },
     # Of which tables are known for some minutes each, as long as a few ticks.
     'tabled': {
         **ENVIRONMENT,

@@ -44,6 +44,13 @@ ORBITS: dict[str, dict[str, Any]] = {
         'thruster.b.delay': 0.13,
         'thruster.b.time_constant': 0.05,
     },
+    'flexible': {
+        'flexible.names': ['panel'],
+        'flexible.panel.frequency': 3.0,
+        'flexible.panel.damping': 0.01,
+        'flexible.panel.coupling': [3.0, 9.0, -2.0],
+        'flexible.panel.displacement': 0.1,
+    },
     # Of which tables are known for some minutes each, as long as a few ticks.
     'tabled': {
         'orbit.type': 'tle',
@@ -110,6 +117,7 @@ def test_steps_have_the_bits_of_motions_that_begin_anew(orbit, data):
 def assert_same(a, b):
     for name in ('q_ib', 'omega_bi_b', 'rotor_speed', 'rotor_angle'):
         np.testing.assert_array_equal(getattr(a, name), getattr(b, name))
+    assert a.inner == b.inner
     assert (a.tick, a.stamp_ns, a.measured.keys()) == (b.tick, b.stamp_ns, b.measured.keys())
     for name, measured in a.measured.items():
         np.testing.assert_array_equal(measured, b.measured[name])

@@ -39,7 +39,7 @@ class NoTorque(Base):
 class Method(Base):
     name = 'method'
 
-    def torque(self, t_s, r_i, v_i, q_ib, omega_bi_b, constants):  # type: ignore[override]
+    def torque(self, t_s, r_i, v_i, q_ib, omega_bi_b, constants):
         return 0.0, 0.0, 0.0
 
 
@@ -47,7 +47,7 @@ class FewArguments(Base):
     name = 'few_arguments'
 
     @staticmethod
-    def torque(t_s, q_ib, constants):  # type: ignore[override]
+    def torque(t_s, q_ib, constants):
         return 0.0, 0.0, 0.0
 
 

@@ -1,0 +1,65 @@
+"""The flexible modes that a scenario describes, under flexible.NAME.*."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ..base.sentences import Rules, told_apart
+from ..dynamics import inertia
+from ..dynamics.flexible import Mode
+from . import rotors
+
+
+def modes_of(values: Mapping[str, Any]) -> tuple[Mode, ...]:
+    """Return the modes of a scenario's values."""
+    return tuple(
+        Mode(
+            name,
+            values[f'flexible.{name}.frequency'],
+            values[f'flexible.{name}.damping'],
+            np.array(values[f'flexible.{name}.coupling']),
+        )
+        for name in values['flexible.names']
+    )
+
+
+def inner(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return displacement and rate of each mode at the start, by their names."""
+    # An inner coordinate has the name of its key.
+    return {
+        name: values[name]
+        for mode in modes_of(values)
+        for name in (mode.displacement_name, mode.rate_name)
+    }
+
+
+def rules(values: Mapping[str, Any]) -> Rules:
+    """Check that modes swing, and that they leave the body an inertia."""
+    left = inertia.entries(values['body.inertia'])
+    turning = [rotor for rotor in rotors.rotors_of(values) if rotor.turns_freely]
+    for rotor in turning:
+        outer = rotor.axis[..., :, None] * rotor.axis[..., None, :]
+        left = left - np.asarray(rotor.inertia)[..., None, None] * outer
+    others = of_rotors = ['the rotors'] if turning else []
+    for mode in modes_of(values):
+        prefix = f'flexible.{mode.name}'
+        if (yield np.asarray(mode.frequency) == 0.0):
+            raise ValueError(f'{prefix}.frequency is 0; it must be above 0 rad/s')
+        d = mode.coupling
+        share = np.sum(d * np.linalg.solve(left, d[..., None])[..., 0], axis=-1)
+        is_too_much = ~(share < 1.0 - inertia.ROUNDING)
+        if (yield is_too_much):
+            size = math.hypot(*d)
+            u = d / size
+            given, most = told_apart(size, float(1.0 / np.sqrt(u @ np.linalg.solve(left, u))))
+            raise ValueError(
+                f'{prefix}.coupling is {d.tolist()}, of length {given}; in this direction it must '
+                f'be below {most} sqrt(kg) m, the most that '
+                f'{" and ".join(["body.inertia", *others])} allow{"" if others else "s"}'
+            )
+        rest = left - d[..., :, None] * d[..., None, :]
+        # Among many, those that are refused keep what can be solved for.
+        left = np.where(np.asarray(is_too_much)[..., None, None], left, rest)
+        others = [*of_rotors, 'the modes before it']

@@ -181,7 +181,10 @@ def test_altitude_and_epoch_refused(given, sentence):
 
 WING = {'surface.names': ['wing'], 'surface.wing.area': 0.1}
 GYRO = {'sensors.names': ['gyro', 'g2'], 'sensors.g2.type': 'gyro'}
-OF_A_GYRO = 'noise_density, bias_random_walk, initial_bias, scale_factor, misalignment, resolution'
+OF_A_GYRO = (
+    'noise_density, bias_random_walk, initial_bias, bias_instability, bias_correlation_time, '
+    'scale_factor, misalignment, resolution'
+)
 
 
 @pytest.mark.parametrize(

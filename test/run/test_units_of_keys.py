@@ -50,6 +50,7 @@ OTHER: dict[str, tuple[str, float]] = {
     'N': ('mN', 1e-3),
     'T': ('uT', 1e-6),
     'T/sqrt(s)': ('nT/sqrt(s)', 1e-9),
+    'T/(A m^2)': ('uT/(A m^2)', 1e-6),
     'byte': ('MB', 1e6),
 }
 _ALL = keys_of(

@@ -18,7 +18,6 @@ from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.constants import mu_0
 
 from ..base.key import Key
 from ..kernel.functions import atan, exp, log, select
@@ -27,6 +26,8 @@ from ..kernel.vector import add, cross, dot, scale, to_body
 from ..orbits.pieces import Pieces
 from .body_torque import BodyTorque
 
+# The magnetic constant [N/A^2] (CODATA 2022): that of a library would change with its version.
+MU_0 = 1.25663706127e-6
 # Of a rod; they follow its name.
 KEYS_OF_A_ROD = (
     Key(
@@ -123,7 +124,7 @@ class RodConstants(NamedTuple):
         """Return those of a rod."""
         return cls(
             axis=tuple(rod.axis),
-            size=rod.volume / mu_0,
+            size=rod.volume / MU_0,
             level=2.0 * rod.saturation / math.pi,
             steepness=math.tan(0.5 * math.pi * rod.remanence / rod.saturation)
             / rod.coercive_force,
@@ -257,7 +258,7 @@ def _field_rate(t_s, q_ib, omega_bi_b, constants):
 
 
 def _along(rod, B):
-    return dot(rod.axis, B) * (1.0 / mu_0)
+    return dot(rod.axis, B) * (1.0 / MU_0)
 
 
 def _flux_density(rod, L):

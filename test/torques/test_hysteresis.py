@@ -15,7 +15,7 @@ from satdyn_ros.integrate.batch import propagate_all
 from satdyn_ros.integrate.propagation import Propagation
 from satdyn_ros.kernel import rotation
 from satdyn_ros.orbits.pieces import Pieces, Stretch, fitted
-from satdyn_ros.torques.hysteresis import Hysteresis, Rod, mu_0
+from satdyn_ros.torques.hysteresis import MU_0, Hysteresis, Rod
 
 CASES = cases('hysteresis.json')
 PATHS = json.loads((REFERENCE / 'hysteresis.json').read_text())['rod_paths']
@@ -28,7 +28,7 @@ def path(raw, H):
     rod = Rod('rod', (1.0, 0.0, 0.0), 1e-9, *(raw[leaf] for leaf in leaves))
 
     def field(t_s):
-        B = mu_0 * np.interp(t_s, LEG_S * np.arange(len(H)), H)
+        B = MU_0 * np.interp(t_s, LEG_S * np.arange(len(H)), H)
         return np.stack([B, 0.0 * B, 0.0 * B], -1)
 
     stretches = [Stretch(LEG_S * i, LEG_S, LEG_S * i, LEG_S * (i + 1)) for i in range(len(H) - 1)]

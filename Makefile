@@ -15,7 +15,7 @@ PYTHON ?= $(shell for python in python3 python3.13 python3.12 python3.11 python3
 # A sourced ROS 2 of the machine is used as it is; otherwise the extra `ros` brings Jazzy's wheels.
 SOURCED := $(shell test -n "$$ROS_DISTRO" && $(PYTHON) -c 'import rclpy' 2>/dev/null && echo yes)
 ROS := $(if $(SOURCED),,[ros])
-ALL := $(if $(SOURCED),,ros,)environment,plot,spice,sweep,tables,watch
+ALL := $(if $(SOURCED),,ros,)environment,gym,plot,spice,sweep,tables,watch
 
 # numba 0.58, the oldest that we name, has wheels up to CPython 3.11.
 OLD := $(VENV)-oldest

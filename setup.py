@@ -111,6 +111,7 @@ setup(
             'aiohttp',
             'bsk',
             'foxglove-sdk',
+            'gymnasium>=1.0',
             'heyoka',
             'matplotlib',
             'mcap-ros2-support',

@@ -55,7 +55,7 @@ class SatelliteVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         Begin episodes and return their first observations.
 
         seed: of the first, the next one has one more; or one of each.  options: reset_mask (M,)
-        bool, which of them begin; by default all.
+        bool, which of them begin; by default, and the first time, all.
         """
         count = self.num_envs
         seeds = [seed + m for m in range(count)] if isinstance(seed, int) else seed
@@ -63,7 +63,7 @@ class SatelliteVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         if len(seeds) != count:
             raise ValueError(f'seed has the length {len(seeds)}; it must be {count}')
         begin = np.ones(count, bool)
-        if options is not None and 'reset_mask' in options:
+        if options is not None and 'reset_mask' in options and self._runs is not None:
             begin = np.asarray(options['reset_mask'], bool)
             if begin.shape != (count,):
                 raise ValueError(f'reset_mask has the shape {begin.shape}; it must be {(count,)}')

@@ -1,6 +1,6 @@
 """Motions of one kind side by side in lanes, each of which may begin anew by itself."""
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,7 +11,7 @@ from ..dynamics.variables import Variables, wanted_count
 from ..kernel.time_table import Table
 from ..trace.graph import flatten, kind_of, numbered
 from .batch import LANES
-from .course import Course, problem_of
+from .course import problem_of
 from .lanes import (
     ANOMALY,
     BEGINS,
@@ -59,10 +59,10 @@ class Relays:
     def __init__(self, motions: Sequence[Propagation], system_of: Callable[[int], System]):
         self._motions, self._system_of = list(motions), system_of
         self._courses = [motion.new_course() for motion in motions]
-        count, system, like = len(motions), motions[0].system, _working(self._courses[0])
-        self._kind, self._places = _kind(motions[0], self._courses[0]), numbered(like)
-        for motion, course in zip(motions, self._courses, strict=True):
-            self._refuse_other(motion, course)
+        count, system, like = len(motions), motions[0].system, _working(motions[0])
+        self._kind, self._places = kind_of_motion(motions[0]), numbered(like)
+        for motion in motions:
+            self.refuse_other(motion)
         layout, begin = Layout.of(like), np.array([motion.begin() for motion in motions])
         self._problem = problem_of(begin, self._courses, layout, wanted_count(system, True))
         self._t_s = np.zeros((count, 1))
@@ -92,8 +92,9 @@ class Relays:
             addresses = address(table), lanes.address, self._single.address
             self._groups.append((table, lanes, addresses))
 
-    def _refuse_other(self, motion, course):
-        if _kind(motion, course) != self._kind:
+    def refuse_other(self, motion: Propagation) -> None:
+        """Raise ValueError for a motion that is of another kind."""
+        if kind_of_motion(motion) != self._kind:
             raise ValueError(
                 'runs side by side must be of one kind: with the same rotors that turn, torques '
                 'and models, orbits that are all circular or all not, and inertias that all have '
@@ -116,9 +117,8 @@ class Relays:
             self._perifocal[:, :, m] = perifocal_line(system)
 
     def begin(self, m: int, motion: Propagation) -> None:
-        """Let another motion begin in place of motion m; ValueError: it is of another kind."""
+        """Let another motion, of the same kind, begin in place of motion m."""
         course = motion.new_course()
-        self._refuse_other(motion, course)
         self._motions[m], self._courses[m] = motion, course
         self._note(m)
         self._problem.begin[m] = motion.begin()
@@ -243,7 +243,7 @@ class Relays:
         return attitude.copy(), rate.copy(), speeds, angles, inner
 
 
-class _Kind(NamedTuple):
+class Kind(NamedTuple):
     """What motions side by side have in common."""
 
     of_constants: tuple
@@ -254,27 +254,22 @@ class _Kind(NamedTuple):
     inner_names: tuple[str, ...]
 
 
-def kind_of_motion(motion: Propagation) -> Hashable:
+def kind_of_motion(motion: Propagation) -> Kind:
     """Return what motions side by side must have in common."""
-    return _kind(motion, motion.new_course())
-
-
-def _kind(motion: Propagation, course: Course) -> _Kind:
     system = motion.system
-    turning = tuple(i for i, _ in system.turning_rotors)
-    return _Kind(
-        kind_of(_working(course)),
-        turning,
+    return Kind(
+        kind_of(_working(motion)),
+        tuple(i for i, _ in system.turning_rotors),
         len(system.rotors),
         system.has_turning_axes,
-        course.drives is not None,
+        bool(system.switching_rotors),
         system.inner_names,
     )
 
 
-def _working(course):
+def _working(motion):
     """Return constants with which work is counted: all else has the same bits without."""
-    return course.constants._replace(does_work=True)
+    return motion.constants._replace(does_work=True)
 
 
 def _rows_of(constants, at):

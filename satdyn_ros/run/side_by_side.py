@@ -77,11 +77,20 @@ class SideBySide:
     # -- forward ---------------------------------------------------------------------------------
 
     def begin(self, runs: Mapping[int, Scenario]) -> None:
-        """Let some runs begin anew at their tick 0, by number; ValueError: as of the class."""
-        for m, given in runs.items():
-            scenario = given.with_seed()
+        """
+        Let some runs begin anew at their tick 0, by number.
+
+        ValueError: as of the class; then none does.
+        """
+        scenarios = {m: given.with_seed() for m, given in runs.items()}
+        motions = {m: _motion(scenario) for m, scenario in scenarios.items()}
+        for m, scenario in scenarios.items():
             self._refuse_other(scenario)
-            self._relays.begin(m, _motion(scenario))
+            self._relays.refuse_other(motions[m])
+            self._suites.refuse_others(scenario.sensors)
+        is_known = all(self.scenarios[m].system is x.system for m, x in scenarios.items())
+        for m, scenario in scenarios.items():
+            self._relays.begin(m, motions[m])
             self._suites.begin(m, scenario.sensors)
             self.scenarios[m], self._begun[m] = scenario, 0
             self.halted.pop(m, None)
@@ -90,7 +99,8 @@ class SideBySide:
         for name, none in self.equipment.none.items():
             held = self._acting[name]
             self._acting[name] = _chosen(is_new, _repeated(none, len(self)), held)
-        self._know()
+        if not is_known:
+            self._know()
         self._reach(is_new)
         self._look(np.flatnonzero(is_new))
 

@@ -27,14 +27,18 @@ class Suites:
         self._kinds = {name: _Kind(sensor, len(sensors)) for name, sensor in sensors[0].items()}
         self.are_any = bool(self._kinds)
         for m, each in enumerate(sensors):
+            self.refuse_others(each)
             self.begin(m, each)
 
-    def begin(self, m: int, sensors: Mapping[str, Sensor]) -> None:
-        """Let run m begin anew with these sensors; ValueError: as of the class."""
+    def refuse_others(self, sensors: Mapping[str, Sensor]) -> None:
+        """Raise ValueError for sensors that differ by more than their seed."""
         if without_seeds(sensors) != self._alike:
             raise ValueError(
                 'the sensors of runs side by side must be the same but for sensors.seed'
             )
+
+    def begin(self, m: int, sensors: Mapping[str, Sensor]) -> None:
+        """Let run m begin anew with these sensors, which are alike."""
         for name, sensor in sensors.items():
             self._kinds[name].begin(m, sensor)
 

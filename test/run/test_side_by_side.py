@@ -228,7 +228,7 @@ def test_runs_of_different_kinds_are_refused(changes, why):
     runs = SideBySide([WHEELED, WHEELED])
     runs.step()
     with pytest.raises(ValueError, match=why):
-        runs.begin({1: other})
+        runs.begin({0: WHEELED, 1: other})
     assert runs.step().tick.tolist() == [2, 2]
 
 

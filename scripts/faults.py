@@ -23,8 +23,8 @@ ROOT = Path(__file__).parents[1]
 # In a file of the package, what is right and what is wrong.
 FAULTS = r"""
 dynamics/equations.py
-    add(applied, cross(H, omega))
-    add(applied, cross(omega, H))
+    add(on_body, cross(H, omega))
+    add(on_body, cross(omega, H))
 dynamics/equations.py
     friction = rotor.friction * s[i]
     friction = rotor.friction * s[i] * s[i]
@@ -94,12 +94,12 @@ sensors/gyro.py
 run/ticks.py
     round(tick * SECOND_NS / self.rate)
     int(tick * SECOND_NS / self.rate)
-run/run_state.py
-    0.0 < rotor.max_torque < abs(torque)
-    0.0 < rotor.max_torque < torque
-run/run_state.py
-    np.clip(np.asarray(dipole_b), -most, most) + 0.0
-    np.clip(np.asarray(dipole_b), -most, most)
+actuators/wheels.py
+    0.0 < most < abs(held.torque)
+    0.0 < most < held.torque
+actuators/magnetorquers.py
+    max(-m, min(x, m)) + 0.0
+    max(-m, min(x, m))
 run/run_state.py
     if until <= self.tick
     if until < self.tick
@@ -128,8 +128,8 @@ base/key.py
     (number > self.above)
     (number >= self.above)
 exchange/aem.py
-    np.degrees(omega_bi_b)
-    omega_bi_b
+    np.degrees(rates)
+    rates
 sweep/variation.py
     low + (high - low) * draws
     low + high * draws
@@ -137,8 +137,8 @@ ros/pacing.py
     self._begin_anew = self._begin_anew or self._paused
     pass
 ros/inputs.py
-    frame in ('', body) or
-    frame in ('', body, 'map') or
+    if frame not in ('', body):
+    if frame not in ('', body, 'map'):
 bag/comparison.py
     max(size, 1.0)
     max(size, 1e9)

@@ -31,8 +31,8 @@ ROOMS = [
     'exchange',
     'guidance',
     'run',
-    'messages',
     'rosbag2',
+    'messages',
     'bag',
     'ros',
     'report',
@@ -202,3 +202,18 @@ def test_nothing_is_written_twice():
 
 def is_docstring(statement):
     return isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant)
+
+
+def test_the_format_of_bags_knows_nothing_of_satellites():
+    """What reads and writes bags could be a package of its own."""
+    found = set()
+    for path in (PACKAGE / 'rosbag2').glob('*.py'):
+        found |= {room_of(name) for name in own_imports(path) if '.' in name}
+    assert found - {'__version__'} == {'base', 'trace', 'kernel', 'rosbag2'}
+
+
+def test_what_moves_knows_no_torque_by_its_name():
+    """A system has torques; which there are is told by those that make one."""
+    imported = own_imports(PACKAGE / 'dynamics' / 'system.py')
+    torques = {name for name in imported if name.startswith('satdyn_ros.torques.')}
+    assert torques == {'satdyn_ros.torques.body_torque'}

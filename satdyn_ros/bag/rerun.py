@@ -10,8 +10,8 @@ from ..dynamics.system import State
 from ..kernel import rotation
 from ..messages.incoming import pack_command
 from ..messages.packers import Packer
-from ..messages.sparse import dense_and_sparse
 from ..rosbag2.chunk_builder import ChunkBuilder
+from ..rosbag2.sparse import dense_and_sparse
 from ..rosbag2.tick_table import TickTable
 from ..run.events import Event, Request, Reset
 from ..run.samples import Samples

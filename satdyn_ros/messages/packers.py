@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from ..rosbag2.sparse import Rows, SparseMessages
 from ..run.samples import Measured, Samples
 from ..run.scenario import Scenario
 from ..run.topics import TOPICS
 from ..sensors import Sensor
 from . import cdr, contents, schemas
 from .incoming import Numbers
-from .sparse import Rows, SparseMessages
 
 # REP-145: a covariance that begins with -1 marks what a message does not have.
 _ABSENT = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]

@@ -16,7 +16,7 @@ from std_msgs.msg import String
 from ..messages import qos
 from ..messages.packers import Packer, pack_tf_static, packer
 from ..messages.robot_description import urdf
-from ..messages.sparse import Rows, SparseMessages
+from ..rosbag2.sparse import Rows, SparseMessages
 from ..run.samples import Samples
 from ..run.scenario import Scenario
 

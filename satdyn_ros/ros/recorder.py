@@ -14,7 +14,7 @@ from typing import Any
 from ..actuators import Command
 from ..bag.write_run import Recording
 from ..messages.qos import Qos
-from ..messages.sparse import Rows, SparseMessages
+from ..rosbag2.sparse import Rows, SparseMessages
 from ..run.events import Event
 from ..run.samples import Samples
 from ..run.scenario import Scenario

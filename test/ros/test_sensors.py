@@ -2,7 +2,7 @@
 
 from satdyn_ros.bag.verify import verify
 from satdyn_ros.messages.packers import packer
-from satdyn_ros.messages.sparse import SparseMessages
+from satdyn_ros.rosbag2.sparse import SparseMessages
 from satdyn_ros.run.simulation import Simulation
 
 NAMES = ['gyro', 'star_tracker', 'st2', 'magnetometer', 'sun_sensor', 'coarse_sun_sensor']

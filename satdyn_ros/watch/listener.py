@@ -29,6 +29,7 @@ _CLASSES = {
     'attitude': QuaternionStamped,
     'angular_velocity': VelocityStamped,
     'rotor': JointState,
+    'thruster': JointState,
     # What motors are commanded is in the messages of the rotors.
     **{
         topic: message_class(kind.message)
@@ -113,10 +114,10 @@ class Listener:
         self._latest['attitude'] = None
         return [_sample(attitude, attitude.quaternion, rate.velocity.angular)]
 
-    def rotors(self) -> JointState | None:
-        """Return the newest message of the rotors, or None before the first."""
-        self._latest['rotor'] = self._take('rotor') or self._latest.get('rotor')
-        return self._latest['rotor']
+    def joints(self, key: str) -> JointState | None:
+        """Return the newest message of the rotors or the thrusters, or None before the first."""
+        self._latest[key] = self._take(key) or self._latest.get(key)
+        return self._latest[key]
 
     def commands(self) -> dict[str, Any]:
         """Return by topic the messages of what was commanded since the last call."""

@@ -75,6 +75,7 @@ class SceneFrames:
                         self._commanded[name] = t_s, acts
         self._came_in.clear()
         row = self._row(scenario, sample, t_s, *_rotors(listener, scenario))
+        row |= _propellant(listener, scenario)
         self._rows.append(row)
         return row
 
@@ -130,7 +131,7 @@ class SceneFrames:
 
 def _rotors(listener: Listener, scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
     """Return speeds [rad/s] and angles [rad] of the rotors (1, R), nan where unknown."""
-    message = listener.rotors()
+    message = listener.joints('rotor')
     unknown = np.full((1, len(scenario.system.rotors)), np.nan)
     if message is None:
         return unknown, unknown
@@ -139,3 +140,11 @@ def _rotors(listener: Listener, scenario: Scenario) -> tuple[np.ndarray, np.ndar
         for given in (message.velocity, message.position)
     )
     return speed, angle
+
+
+def _propellant(listener: Listener, scenario: Scenario) -> Row:
+    """Return the propellant used by each thruster [kg] (1, K) where it is published."""
+    message, count = listener.joints('thruster'), len(scenario['thruster.names'])
+    if message is None or len(message.position) != count:
+        return {}
+    return {'propellant': np.array([message.position])}

@@ -28,3 +28,26 @@ def test_a_plume_is_there_while_its_valve_is_open(ros, tmp_path, watch, browser)
     finally:
         participant.close()
         node.end()
+
+
+def test_the_propellant_used_is_said_beside_its_thruster(ros, tmp_path, watch, browser):
+    """As the node publishes it: thrust times on-time over g Isp."""
+    topics = {'publish.topics': ['imu', 'thruster']}
+    node = LiveNode(tmp_path, PAIR | topics, namespace='/fuelled')
+    participant = Participant('/fuelled')
+    try:
+        browser.get(watch('--node', '/fuelled/satdyn'))
+        pages.wait(browser, 'window.satdyn && satdyn.rows.length > 5')
+        publisher = participant.node.create_publisher(JointTrajectory, 'thruster_command', 10)
+        participant.wait_until(lambda: publisher.get_subscription_count() == 2)
+        publisher.publish(on_times(a=0.5))
+        used_g = 1000.0 * 3.0 * 0.5 / (9.80665 * 50.0)
+        used = '1000 * satdyn.stage.scene.row.propellant?.[0]'
+        pages.wait(browser, f'Math.abs({used} - {used_g}) < 1e-3')
+        labels = '[...document.querySelectorAll(".label")]'
+        said = f'{labels}.some(({{ textContent }}) => /^a 3.06 g used/.test(textContent))'
+        pages.wait(browser, said)
+        assert pages.errors(browser) == []
+    finally:
+        participant.close()
+        node.end()

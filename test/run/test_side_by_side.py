@@ -6,19 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from run.test_stepper import AXES, ORBITS, WHEELS
 
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.side_by_side import SideBySide
 from satdyn_ros.run.simulation import Simulation
 
-AXES = {'x': [1.0, 0.0, 0.0], 'y': [0.0, 0.6, 0.8], 'z': [0.0, 0.0, 1.0]}
-WHEELS = {
-    f'rotor.{name}.{key}': value
-    for name, axis in AXES.items()
-    for key, value in {
-        'mode': 'motor', 'axis': axis, 'inertia': 1e-4, 'speed': 10.0, 'max_torque': 5e-3,
-    }.items()
-}  # fmt: skip
 WHEELED = Scenario(WHEELS | {'publish.rate': 50.0, 'rotor.names': [*AXES]})
 SENSORS = {
     'sensors.names': ['gyro', 'magnetometer', 'star_tracker', 'sun_sensor', 'coarse_sun_sensor'],
@@ -44,15 +37,7 @@ ENVIRONMENT = {
     'magnetorquer.max_dipole': [0.2, 0.2, 0.0],
 }
 KINDS: dict[str, dict[str, Any]] = {
-    'circular': {},
-    'kepler': {'orbit.type': 'kepler', 'orbit.eccentricity': 0.1},
-    'fixed': {'orbit.type': 'fixed', 'initial.frame': 'inertial'},
-    # Where a drive is on its law is found anew at each command.
-    'limited': {
-        f'rotor.{name}.{key}': value
-        for name in AXES
-        for key, value in {'max_speed': 10.5, 'speed_gain': 2.0, 'coulomb_friction': 1e-6}.items()
-    },
+    **{name: ORBITS[name] for name in ('circular', 'kepler', 'fixed', 'limited')},
     'sensing': {**ENVIRONMENT, **SENSORS, 'body.dipole': [0.1, 0.0, 0.05]},
     # With parts that move inside.
     'inner': {

@@ -146,16 +146,16 @@ def test_a_motion_that_halts_ends_its_episode():
 
 
 def test_an_action_that_is_no_number_is_refused():
-    """By the run that it is of; the environments are as they were."""
+    """By the actuator and the run that it is of; the environments are as they were."""
     envs = SatelliteVectorEnv('Point', 3)
     envs.reset(seed=1)
     actions = np.zeros((3, 3), np.float32)
     actions[2, 1] = np.nan
-    with pytest.raises(ValueError, match='the action of run 2 has a nan'):
+    with pytest.raises(ValueError, match='rotor_torque of rw_y of run 2 is nan'):
         envs.step(actions)
     env = SatelliteEnv('Point')
     env.reset(seed=1)
-    with pytest.raises(ValueError, match='the action has a nan'):
+    with pytest.raises(ValueError, match='torque on the rotor rw_y is nan'):
         env.step(actions[2])
 
 

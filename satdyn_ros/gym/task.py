@@ -12,6 +12,11 @@ from ..run.keys import KEYS
 from ..run.scenario import Scenario
 from ..sweep.plan import Varied, varied
 
+# What a sample holds that is numbers, or has some by name.
+_SEEN = (
+    *('t_s', 'q_ib', 'omega_bi_b', 'rotor_speed', 'rotor_angle', 'r_i', 'v_i'),
+    *('magnetic_field_b', 'sun_b', 'sunlight', 'torques_b', 'measured'),
+)
 _MOST_SEEDS = int(KEYS['sensors.seed'].high)
 
 
@@ -63,6 +68,8 @@ class Task:
             if keyword not in words:
                 raise ValueError(f'action has {keyword}; it may have {", ".join(words)}')
         for name in self.observation:
+            if name.partition('.')[0] not in _SEEN:
+                raise ValueError(f'observation has {name}; a sample holds {", ".join(_SEEN)}')
             _, _, sensor = name.rpartition('measured.')
             if sensor != name and sensor not in self.scenario.sensors:
                 raise ValueError(

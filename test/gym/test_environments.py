@@ -165,6 +165,10 @@ REFUSED = {
         'action has thrust; it may have torque_b',
     ),
     'a sensor that is not there': ({'observation': {'measured.gyro': 1.0}}, 'sensors.names has'),
+    'nothing of a sample': (
+        {'observation': {'rate': 1.0}},
+        'a sample holds t_s, q_ib, omega_bi_b',
+    ),
     'an interval between ticks': ({'interval_s': 0.5}, 'interval_s is 0.5'),
     'a key that is none': ({'vary': {'body.mass': 'sphere'}}, 'body.mass'),
 }

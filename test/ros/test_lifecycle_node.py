@@ -24,6 +24,8 @@ def change(participant, label):
 
 
 def own_services(participant, node):
+    nodes = participant.node.get_node_names_and_namespaces
+    participant.wait_until(lambda: ('satdyn', node.namespace) in nodes(), 'the node')
     names = participant.node.get_service_names_and_types_by_node('satdyn', node.namespace)
     return {name.rpartition('/')[2] for name, _ in names}
 

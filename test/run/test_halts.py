@@ -8,6 +8,7 @@ from commands import torque_command
 from flights import sequence
 
 from satdyn_ros import exact
+from satdyn_ros.actuators import Command
 from satdyn_ros.bag.read_run import RecordedRun
 from satdyn_ros.bag.simulate import Untrue, simulate
 from satdyn_ros.bag.verify import verify
@@ -187,9 +188,9 @@ def test_bags_of_drops_and_halts_prove_themselves(tmp_path):
     told = RecordedRun(tmp_path / 'bag').events
     # After its timeout a torque has ended, the dropped one has none.
     assert [type(event) for event in told] == [
-        torque_command,
+        Command,
         TorquesDropped,
-        torque_command,
+        Command,
         Request,
         TorquesDropped,
         Halt,

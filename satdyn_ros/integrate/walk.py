@@ -256,7 +256,9 @@ def _judge(l, p, lanes, single, make_dense):
         c[TRIED], c[IS_CUT] = h * part, 1.0
         return
     if not error <= 1.0:
-        h *= ratio if error < np.inf and ratio > CUT else CUT
+        shorter = h * (ratio if error < np.inf and ratio > CUT else CUT)
+        # Of some roundings of t, a little less is rounded to as much again.
+        h = shorter if t + shorter < t + h else CUT * h
         c[TRIED], c[WISHED], c[MOST_GROWTH] = h, h, 1.0
         return
     grown = h * min(c[MOST_GROWTH], ratio)

@@ -12,12 +12,17 @@ from ..dynamics.motion import States
 from ..dynamics.system import State, System
 from ..integrate.propagation import Propagation
 from ..integrate.relays import Driven, Relays, kind_of_motion
-from ..sensors.suites import Suites, without_seeds
+from ..sensors.suites import Suites, why_alone, without_seeds
 from .sample_columns import Apart, SampleColumns
 from .samples import Samples
 from .scenario import Scenario
 from .segment import MOST_STEPS_A_TICK, NO_STAMP
 from .ticks import Ticks
+
+_MUST = (
+    'runs side by side must have the same publish.rate, time.epoch and limits of their actuators, '
+    'and motion.method numeric'
+)
 
 
 class SideBySide:
@@ -63,16 +68,9 @@ class SideBySide:
         return len(self.scenarios)
 
     def _refuse_other(self, scenario):
-        if scenario.equipment.has_pulses:
-            raise ValueError(
-                'runs with thruster.names fly one by one: their valves open and close at times of '
-                'their own'
-            )
-        if _alike(scenario) != self._alike or scenario['motion.method'] != 'numeric':
-            raise ValueError(
-                'runs side by side must have the same publish.rate, time.epoch and limits of '
-                'their actuators, and motion.method numeric'
-            )
+        why = _why_alone(scenario)
+        if why or _alike(scenario) != self._alike:
+            raise ValueError(why or _MUST)
 
     # -- forward ---------------------------------------------------------------------------------
 
@@ -83,11 +81,12 @@ class SideBySide:
         ValueError: as of the class; then none does.
         """
         scenarios = {m: given.with_seed() for m, given in runs.items()}
-        motions = {m: _motion(scenario) for m, scenario in scenarios.items()}
+        motions = {}
         for m, scenario in scenarios.items():
             self._refuse_other(scenario)
-            self._relays.refuse_other(motions[m])
             self._suites.refuse_others(scenario.sensors)
+            motions[m] = _motion(scenario)
+            self._relays.refuse_other(motions[m])
         is_known = all(self.scenarios[m].system is x.system for m, x in scenarios.items())
         for m, scenario in scenarios.items():
             self._relays.begin(m, motions[m])
@@ -285,25 +284,31 @@ class SideBySide:
 
 def kind_of_run(scenario: Scenario) -> Hashable:
     """Return what runs must have in common to fly side by side; None: it flies alone."""
-    sensors = scenario.sensors.values()
-    if scenario['motion.method'] != 'numeric' or any(each.counts_turns for each in sensors):
-        return None
-    if scenario.equipment.has_pulses:
+    if _why_alone(scenario):
         return None
     return repr(
         (_alike(scenario), kind_of_motion(_motion(scenario)), without_seeds(scenario.sensors))
     )
 
 
+def _why_alone(scenario):
+    """Return why a scenario flies alone, in one sentence; '': it need not."""
+    if scenario['motion.method'] != 'numeric':
+        return _MUST
+    if scenario.equipment.has_pulses:
+        return (
+            'runs with thruster.names fly one by one: their valves open and close at times of '
+            'their own'
+        )
+    return why_alone(scenario.sensors)
+
+
 def _motion(scenario, system=None, state=None, start_s=0.0):
     """Return the motion of a scenario, by default at its start."""
-    return Propagation(
-        system or scenario.system,
-        state or scenario.initial_state,
-        start_s,
-        scenario['motion.tolerance'],
-        MOST_STEPS_A_TICK,
-    )
+    system, state = system or scenario.system, state or scenario.initial_state
+    motion = scenario.motion_from(system, state, start_s, MOST_STEPS_A_TICK)
+    assert isinstance(motion, Propagation)
+    return motion
 
 
 def _alike(scenario):

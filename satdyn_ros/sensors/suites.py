@@ -18,8 +18,8 @@ class Suites:
     """
     The suites of M runs, each with the bits that it has alone.
 
-    sensors: of each run, by name.  are_any: whether there are any.  ValueError: they differ by
-    more than their seeds, or one counts turns, which runs side by side do not.
+    sensors: of each run, by name, such as need not be alone.  are_any: whether there are any.
+    ValueError: they differ by more than their seeds.
     """
 
     def __init__(self, sensors: Sequence[Mapping[str, Sensor]]):
@@ -57,17 +57,6 @@ class _Kind:
     """One sensor in M runs."""
 
     def __init__(self, sensor: Sensor, count: int):
-        if sensor.counts_turns:
-            raise ValueError(
-                'a gyro of runs side by side must not be integrating; leave out '
-                'sensors.NAME.integrating'
-            )
-        for leaf in ('bias_instability', 'torquer_coupling'):
-            if np.any(getattr(sensor, leaf, 0.0)):
-                raise ValueError(
-                    f'a {sensor.kind} of runs side by side must have no {leaf}; leave out '
-                    f'sensors.NAME.{leaf}'
-                )
         self._sensor, self._seeds = sensor, [0] * count
         self._biases = np.full((count, 3), np.nan)
         self._drawn = np.zeros((count, _DRAWN, sensor.deviates))
@@ -109,6 +98,23 @@ class _Kind:
             )
             self._drawn[m] = normals(self._seeds[m], sensor.stream, ahead, sensor.deviates)
         return self._drawn[runs, samples - self._first[runs]]
+
+
+def why_alone(sensors: Mapping[str, Sensor]) -> str:
+    """Return why sensors measure in a run alone, in one sentence; '': they need not."""
+    for sensor in sensors.values():
+        if sensor.counts_turns:
+            return (
+                'a gyro of runs side by side must not be integrating; leave out '
+                'sensors.NAME.integrating'
+            )
+        for leaf in ('bias_instability', 'torquer_coupling'):
+            if np.any(getattr(sensor, leaf, 0.0)):
+                return (
+                    f'a {sensor.kind} of runs side by side must have no {leaf}; leave out '
+                    f'sensors.NAME.{leaf}'
+                )
+    return ''
 
 
 def without_seeds(sensors: Mapping[str, Any]) -> dict[str, Any]:

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+import yaml
 
 pytest.importorskip('pyarrow')
 
@@ -73,6 +74,20 @@ def test_side_by_side_they_are_what_they_are_one_by_one(tmp_path):
     assert tables[0] == tables[1]
     assert [row['failure'] for row in tables[0]] == 9 * [None]
     assert len({plan.scenario_of_run(run)['sensors.seed'] for run in range(9)}) == 9
+
+
+def test_with_a_slow_bias_they_fly_one_by_one(tmp_path):
+    """Runs in step have none, those of a controller that takes columns may: then each is alone."""
+    sensors = {
+        'names': ['magnetometer'],
+        'magnetometer': {'noise': 5e-8, 'bias_instability': 1e-8},
+    }
+    path = written(tmp_path, runs=2)
+    scenario = tmp_path / 'scenario.yaml'
+    sections = yaml.safe_load(scenario.read_text())
+    sections['/**']['ros__parameters']['sensors'] = sensors
+    scenario.write_text(yaml.safe_dump(sections))
+    assert [row['failure'] for row in rows_of(Plan.from_yaml(path), range(2))] == [None, None]
 
 
 def test_the_controller_acts(tmp_path):

@@ -20,6 +20,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..base.key import Key
+from ..kernel.rows import dot
 
 # Of a mode; they follow its name.
 KEYS_OF_A_MODE = (
@@ -91,6 +92,4 @@ class Mode:
 
     def along(self, omega_bi_b: np.ndarray) -> np.ndarray:
         """Return d . omega of body rates (..., 3), which pi has beside eta'."""
-        # Written out: the bits of a matrix product depend on how many rows there are.
-        omega, d = np.asarray(omega_bi_b, float), self.coupling
-        return omega[..., 0] * d[..., 0] + omega[..., 1] * d[..., 1] + omega[..., 2] * d[..., 2]
+        return dot(np.asarray(omega_bi_b, float), self.coupling)

@@ -13,6 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from ..kernel.rows import dot
+
 MODES = ('none', 'constant_momentum', 'free', 'motor')
 
 
@@ -109,6 +111,4 @@ class Rotor:
         return np.broadcast_to(np.nan, np.shape(omega_bi_b)[:-1])[()]
 
     def _rate_along_axis(self, omega_bi_b):
-        # Written out: the bits of a matrix product depend on how many rows there are.
-        omega, a = np.asarray(omega_bi_b, float), self.axis
-        return omega[..., 0] * a[..., 0] + omega[..., 1] * a[..., 1] + omega[..., 2] * a[..., 2]
+        return dot(np.asarray(omega_bi_b, float), self.axis)

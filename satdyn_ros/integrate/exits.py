@@ -20,8 +20,7 @@ def first_exit(
     Return the part of a step h after which a value leaves its range, and whose; 2: none.
 
     rotors and watches: the numbers of the constants of so many rotors; momenta: where theirs begin
-    among the variables; dense: the terms of the
-    step, rows of so many; whose: as of Drives.leave.
+    among the variables; dense: the terms of the step, rows of so many; whose: as of Drives.leave.
     """
     part, which = 2.0, 0.0
     for i in range(count):

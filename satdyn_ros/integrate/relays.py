@@ -9,6 +9,7 @@ from ..dynamics.constants import applied_by, perifocal_line, turned_line, write_
 from ..dynamics.system import System
 from ..dynamics.variables import Variables, wanted_count
 from ..kernel.time_table import Table
+from ..kernel.vector import dot
 from ..trace.graph import flatten, kind_of, numbered
 from .batch import LANES
 from .course import problem_of
@@ -208,19 +209,18 @@ class Relays:
 
     def _rates(self, at=slice(None)):
         """Return of the turning rotors the body rates along their axes, and their speeds."""
-        x, y, z = self.y[at, self._parts.rate].T
+        omega = self.y[at, self._parts.rate].T
         along, speeds = [], []
         for n, i in enumerate(self._turning):
-            a = self._axes[i][:, at]
-            along.append(x * a[0] + y * a[1] + z * a[2])
+            along.append(dot(omega, self._axes[i][:, at]))
             momentum = self.y[at, self._parts.momenta.start + n]
             speeds.append(momentum / self._inertias[n, at] - along[n])
         return along, speeds
 
     def _swings(self, at=slice(None)):
         """Return of the modes eta', and d . omega."""
-        x, y, z = self.y[at, self._parts.rate].T
-        moved = [x * d[0] + y * d[1] + z * d[2] for d in self._couplings[:, :, at]]
+        omega = self.y[at, self._parts.rate].T
+        moved = [dot(omega, d) for d in self._couplings[:, :, at]]
         momenta = self.y[at, self._parts.modal_momenta].T
         return [pi - d_omega for pi, d_omega in zip(momenta, moved, strict=True)], moved
 

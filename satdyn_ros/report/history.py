@@ -178,11 +178,9 @@ def history(
         dipole_b = dipole_of(samples.system.torques)
         if dipole_b is not None:
             dipoles.append(np.broadcast_to(dipole_b, (len(table), 3)))
-        propellants += [
-            torque.propellant_used(table.orbit_s)
-            for torque in samples.system.torques
-            if isinstance(torque, Thrust)
-        ]
+        thrust = Thrust.among(samples.system.torques)
+        if thrust is not None:
+            propellants.append(thrust.propellant_used(table.orbit_s))
         momenta.append(
             angular_momentum(samples.system, table.omega_bi_b, table.rotor_speed, table.inner)
         )
@@ -300,12 +298,11 @@ def _window(run, first, end, begin_s, end_s):
 
 def _note_open(valves_open, system, span_s):
     """Add when valves are open between two instants."""
-    for thrust in system.torques:
-        if isinstance(thrust, Thrust):
-            for name, intervals in thrust.open_between(*span_s).items():
-                open_so_far = valves_open.setdefault(name, [])
-                for interval in intervals:
-                    _extend(open_so_far, *interval)
+    thrust = Thrust.among(system.torques)
+    for name, intervals in thrust.open_between(*span_s).items() if thrust else ():
+        open_so_far = valves_open.setdefault(name, [])
+        for interval in intervals:
+            _extend(open_so_far, *interval)
 
 
 def _extend(intervals, begin_s, end_s):

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..torques.hysteresis import hysteresis_of
+from ..torques.hysteresis import Hysteresis
 from .history import History
 from .panels import COLOURS
 
@@ -18,7 +18,7 @@ def loops(axes: 'Axes', history: History) -> None:
 
     ValueError: the run has no rods.
     """
-    torque, states = hysteresis_of(history.scenario.system.torques), history.states
+    torque, states = Hysteresis.among(history.scenario.system.torques), history.states
     if torque is None:
         raise ValueError('the panel loops needs hysteresis rods, and the run has none')
     b, H = torque.flux_densities(states.inner), torque.fields(states.magnetic_field_b)

@@ -9,6 +9,7 @@ import numpy as np
 from ..base.sentences import Rules, told_apart
 from ..dynamics import inertia
 from ..dynamics.flexible import Mode
+from ..dynamics.system import System
 from . import rotors
 
 
@@ -37,12 +38,9 @@ def inner(values: Mapping[str, Any]) -> dict[str, Any]:
 
 def rules(values: Mapping[str, Any]) -> Rules:
     """Check that modes swing, and that they leave the body an inertia."""
-    left = inertia.entries(values['body.inertia'])
-    turning = [rotor for rotor in rotors.rotors_of(values) if rotor.turns_freely]
-    for rotor in turning:
-        outer = rotor.axis[..., :, None] * rotor.axis[..., None, :]
-        left = left - np.asarray(rotor.inertia)[..., None, None] * outer
-    others = of_rotors = ['the rotors'] if turning else []
+    body = System(inertia.entries(values['body.inertia']), rotors.rotors_of(values))
+    left = body.carrier_inertia
+    others = of_rotors = ['the rotors'] if body.has_turning_rotor else []
     for mode in modes_of(values):
         prefix = f'flexible.{mode.name}'
         if (yield np.asarray(mode.frequency) == 0.0):

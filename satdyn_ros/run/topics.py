@@ -21,7 +21,7 @@ from ..sensors import KINDS, Sensor
 from ..torques.aerodynamic import Aerodynamic
 from ..torques.body_torque import BodyTorque
 from ..torques.gravity_gradient import GravityGradient, gravity_gradient
-from ..torques.hysteresis import Hysteresis, hysteresis_of
+from ..torques.hysteresis import Hysteresis
 from ..torques.magnetic import Magnetic
 from ..torques.solar import Solar
 from ..torques.thrust import Thrust, thrust_of
@@ -223,7 +223,7 @@ def _hysteresis(names: tuple[str, ...]) -> Topic:
     """Return the topic of the hysteresis rods of a scenario."""
 
     def rods(samples) -> Any:
-        return hysteresis_of(samples.system.torques)
+        return Hysteresis.among(samples.system.torques)
 
     def flux_densities(samples):
         return rods(samples).flux_densities(samples.states.inner)
@@ -244,7 +244,9 @@ def _hysteresis(names: tuple[str, ...]) -> Topic:
         ),
         Panel('flux density in rods', 'T', names),
         lambda system: (
-            '' if hysteresis_of(system.torques) else 'no hysteresis rod acts; leave the topic out'
+            ''
+            if Hysteresis.among(system.torques)
+            else 'no hysteresis rod acts; leave the topic out'
         ),
         names,
         ('position', 'effort'),

@@ -5,7 +5,7 @@ import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from hashlib import sha256
 from numbers import Real
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
@@ -14,6 +14,8 @@ from ..base.lazy import own_module
 from ..kernel.time_table import Table
 from ..orbits.pieces import Pieces
 from .own_source import source_of
+
+_Same = TypeVar('_Same', bound='BodyTorque')
 
 
 def _no_torque(*seen: Any) -> tuple[float, ...]:
@@ -146,6 +148,11 @@ class BodyTorque:
                 'of its own'
             )
         return cls(cls.Constants(*(values[name] for name in names)))
+
+    @classmethod
+    def among(cls: type[_Same], torques: Iterable[Any]) -> _Same | None:
+        """Return the torque of this kind among some; None: there is none."""
+        return next((torque for torque in torques if isinstance(torque, cls)), None)
 
     @classmethod
     def of_many(cls, torques: Sequence[Any]) -> Any:

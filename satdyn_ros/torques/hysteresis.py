@@ -14,7 +14,7 @@ Flatley and Henretty, A magnetic hysteresis model, NASA GSFC flight mechanics sy
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -243,11 +243,6 @@ class Hysteresis(BodyTorque):
     def fields(self, B_b: np.ndarray) -> np.ndarray:
         """Return H [A/m] (N, n) along the rods in fields (N, 3) [T], body axes."""
         return np.stack([_along(rod, tuple(B_b.T)) for rod in self.constants.rods], axis=-1)
-
-
-def hysteresis_of(torques: Iterable[BodyTorque]) -> Hysteresis | None:
-    """Return the torque of hysteresis rods among some; None: there is none."""
-    return next((torque for torque in torques if isinstance(torque, Hysteresis)), None)
 
 
 def _field_rate(t_s, q_ib, omega_bi_b, constants):

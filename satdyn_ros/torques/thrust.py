@@ -260,7 +260,9 @@ def _of_their_places(thrusters: tuple[Thruster, ...]) -> tuple[Any, float]:
 
 def thrust_of(system: Any) -> Thrust:
     """Return the torque of the thrusters of a system that has some."""
-    return next(torque for torque in system.torques if isinstance(torque, Thrust))
+    thrust = Thrust.among(system.torques)
+    assert thrust is not None
+    return thrust
 
 
 def _sum(t_s: Any, constants: Any, vectors: tuple[Any, ...]) -> Vector:

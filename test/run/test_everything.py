@@ -3,7 +3,7 @@
 import pytest
 from actuated import cases, check, flown
 
-from satdyn_ros.torques.hysteresis import hysteresis_of
+from satdyn_ros.torques.hysteresis import Hysteresis
 from satdyn_ros.torques.thrust import thrust_of
 
 (CASE,) = cases('everything.json').values()
@@ -20,7 +20,7 @@ def test_reference():
     check(CASE, samples)
     for row, one in zip(CASE['states'], samples, strict=True):
         states, torques = one.states, one.system.torques
-        rods = hysteresis_of(torques)
+        rods = Hysteresis.among(torques)
         assert rods is not None
         found = dict(zip(row['hysteresis'], rods.flux_densities(states.inner)[0], strict=True))
         assert found == approx(row['hysteresis'], 0.3)

@@ -216,7 +216,7 @@ def drawn(seed: int) -> tuple[System, State, float]:
     swings = {}
     for mode in modes:
         swings[mode.displacement_name], swings[mode.rate_name] = rng.normal(0.0, 0.02, 2).tolist()
-    # What rods would begin with is computed by compiled code.  One that begins outside of its loop,
+    # What rods would begin with is computed by compiled code.  One that begins outside its loop,
     # as no run does, runs away from it in a finite time: there the motion halts.
     own = {name: float(rng.normal()) for torque in torques for name in torque.inner_names}
     system = System(

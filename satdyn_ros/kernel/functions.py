@@ -81,7 +81,11 @@ def maximum(a: Any, b: Any) -> Any:
 
 
 def subroutine(function: Callable[..., Any], *arguments: Any) -> Any:
-    """Return function(*arguments); code calls it, where code in place of others is written out."""
+    """
+    Return function(*arguments), a tuple of numbers.
+
+    Code calls it, where code in place of others is written out.
+    """
     for argument in arguments:
         if isinstance(argument, Symbol):
             return argument.graph.call(function, *arguments)

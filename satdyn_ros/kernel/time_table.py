@@ -66,35 +66,42 @@ def interpolate(table: Table, i: Any, t_s: Any) -> Any:
 
     Of a column of times, i may be a column (C, 1) of whole numbers.
     """
-    pieces, functions, terms = table.coefficients.shape
-    since = (t_s - look_up(table.grid, 0.0)) / look_up(table.grid, 0.0, 1)
-    piece: Any = 0.0
-    if pieces > 1:
-        # A time that is no number is in the first one.
-        piece = minimum(maximum(0.0, floor(since)), pieces - 1.0)
-    x = 2.0 * (since - piece) - 1.0
-    return subroutine(_series, table.coefficients, (piece * functions + i) * terms, terms, x)
+    (found,) = _interpolated(table, i, 1, t_s)
+    return found
 
 
 def interpolate_vector(table: Table, i: int, t_s: Any) -> tuple[Any, Any, Any]:
     """Return the functions i, i + 1 and i + 2 of a table at t_s."""
     if isinstance(t_s, np.ndarray):
         x, y, z = interpolate(table, i + _THREE, t_s)
-        return x, y, z
-    return (
-        interpolate(table, i, t_s),
-        interpolate(table, i + 1, t_s),
-        interpolate(table, i + 2, t_s),
-    )
+    else:
+        x, y, z = _interpolated(table, i, 3, t_s)
+    return x, y, z
 
 
-def _series(coefficients, first, terms, x):
-    """Return the sum of a Chebyshev series by Clenshaw's recurrence; first: its first place."""
-    twice, b_1, b_2 = 2.0 * x, 0.0, 0.0
+def _interpolated(table, i, count, t_s):
+    """Return so many functions of a table at t_s, from the i-th on."""
+    pieces, functions, terms = table.coefficients.shape
+    since = (t_s - look_up(table.grid, 0.0)) / look_up(table.grid, 0.0, 1)
+    piece: Any = 0.0
+    if pieces > 1:
+        # A time that is no number is in the first one.
+        piece = minimum(maximum(0.0, floor(since)), pieces - 1.0)
+    x, first = 2.0 * (since - piece) - 1.0, (piece * functions + i) * terms
+    return subroutine(_series, table.coefficients, first, terms, count, x)
+
+
+def _series(coefficients, first, terms, count, x):
+    """Return the sums of so many Chebyshev series, the first of which has its first place."""
+    twice, b_1, b_2 = 2.0 * x, [0.0] * count, [0.0] * count
     for k in range(terms - 1, 0, -1):
-        # In this order b_1 alone is waited for.
-        b_1, b_2 = look_up(coefficients, first, k) - b_2 + twice * b_1, b_1
-    return look_up(coefficients, first, 0) - b_2 + x * b_1
+        # By Clenshaw's recurrence.  In this order b_1 alone is waited for, of all at once.
+        for j in range(count):
+            c = look_up(coefficients, first, j * terms + k)
+            b_1[j], b_2[j] = c - b_2[j] + twice * b_1[j], b_1[j]
+    return tuple(
+        look_up(coefficients, first, j * terms) - b_2[j] + x * b_1[j] for j in range(count)
+    )
 
 
 def look_up(array: Any, place: Any, offset: int = 0) -> Any:

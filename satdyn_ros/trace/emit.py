@@ -106,19 +106,20 @@ class Program:
         self._define(f'void @{name}({POINTER} %table)', [*lines, 'ret void'])
 
     def _add_subroutines(self, graph, lanes):
-        for name, (inner, result) in graph.subroutines.items():
+        for name, (inner, results) in graph.subroutines.items():
             self._add_subroutines(inner, lanes)
             emitter = _Emitter(lanes)
-            for symbol in inner.needed_for([result]):
+            for symbol in inner.needed_for(results):
                 emitter.add(symbol)
+            returned = emitter.gathered(results)
             parameters = [s for s in inner.symbols if s.operation == 'parameter']
             typed = ', '.join(f'{emitter.kind} %v{s.number}' for s in parameters)
             # In lanes, code that is written out at each call takes seconds to compile.
             how = 'alwaysinline' if lanes == 1 else 'noinline'
             self._declared |= emitter.declared
             self._define(
-                f'internal {emitter.kind} @{name}({typed}) {how}',
-                [*emitter.lines, f'ret {emitter.typed(result)}'],
+                f'internal {emitter.several(results)} @{name}({typed}) {how}',
+                [*emitter.lines, f'ret {returned}'],
             )
 
     def _define(self, head, lines):
@@ -168,7 +169,12 @@ class _Emitter:
             value = f'select {chosen}, {self.typed(a)}, {self.typed(b)}'
         elif operation == 'call':
             name, *given = operands
-            value = f'call {self.kind} @{name}({", ".join(map(self.typed, given))})'
+            _, results = symbol.graph.subroutines[name]
+            value = f'call {self.several(results)} @{name}({", ".join(map(self.typed, given))})'
+        elif operation == 'extract':
+            called, i = operands
+            _, results = symbol.graph.subroutines[called.operands[0]]
+            value = f'extractvalue {self.several(results)} {self._value(called)}, {i}'
         elif operation in ieee.EXACT:
             suffix = 'f64' if self._lanes == 1 else f'v{self._lanes}f64'
             intrinsic = f'{self.kind} @llvm.{operation}.{suffix}'
@@ -195,6 +201,17 @@ class _Emitter:
             of = f'{kind}*'
             pointer = self._temporary(f'bitcast {POINTER} {pointer} to {of}')
         self.lines.append(f'store {kind} {vector}, {of} {pointer}, align 8')
+
+    def several(self, results: Sequence[Any]) -> str:
+        """Return the type of several numbers."""
+        return f'{{{", ".join([self.kind] * len(results))}}}'
+
+    def gathered(self, results: Sequence[Any]) -> str:
+        """Return several numbers as one value, with its type."""
+        kind, value = self.several(results), 'undef'
+        for i, result in enumerate(results):
+            value = self._temporary(f'insertvalue {kind} {value}, {self.typed(result)}, {i}')
+        return f'{kind} {value}'
 
     def typed(self, operand: Any) -> str:
         """Return an operand with its type."""

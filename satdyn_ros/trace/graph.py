@@ -19,7 +19,7 @@ class Graph:
 
     def __init__(self) -> None:
         self.symbols: list[Symbol] = []
-        self.subroutines: dict[str, tuple[Graph, Symbol]] = {}
+        self.subroutines: dict[str, tuple[Graph, tuple[Symbol, ...]]] = {}
         self._known: dict[tuple, Symbol] = {}
 
     def input(self, array: str, offset: int = 0) -> 'Symbol':
@@ -40,9 +40,9 @@ class Graph:
             self.symbols.append(self._known[key])
         return self._known[key]
 
-    def call(self, function: Callable[..., Any], *arguments: Any) -> 'Symbol':
+    def call(self, function: Callable[..., Any], *arguments: Any) -> tuple['Symbol', ...]:
         """
-        Return function(*arguments), a symbol, as the call of a subroutine.
+        Return function(*arguments), a tuple of symbols, as the call of a subroutine.
 
         It is traced once for all arguments of the same kinds: numbers, arrays of one shape, or the
         same whole numbers.
@@ -58,7 +58,10 @@ class Graph:
             for each in arguments
             if not isinstance(each, int)
         )
-        return self.node('call', name, *passed)
+        results = self.node('call', name, *passed)
+        return tuple(
+            self.node('extract', results, i) for i in range(len(self.subroutines[name][1]))
+        )
 
     def needed_for(self, results: Iterable[Any]) -> Iterator['Symbol']:
         """Yield the symbols that some results are computed from, in an order that computes."""

@@ -72,7 +72,7 @@ def main(rounds=21):
             must=must,
             at_most=True,
         )
-        for one, other, must in (('two modes', 'body', 1.5), ('rod', 'dipole', 2.0))
+        for one, other, must in (('two modes', 'body', 1.5), ('rod', 'dipole', 1.5))
     ]
     return 'Parts that move inside', show(claims), ''
 

@@ -64,7 +64,7 @@ class PlainWalk:
             ratio = 0.9 / math.sqrt(math.sqrt(math.sqrt(max(error, 1e-12))))
             if error <= 1.0 and part == 1.0:
                 break
-            if error <= 1.0:
+            if part < 1.0 and (error <= 1.0 or constants.cuts_first):
                 h, is_cut = h * part, True
                 self.met['corners'] += 1
             else:

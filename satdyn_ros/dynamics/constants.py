@@ -104,7 +104,7 @@ class Constants(NamedTuple):
     one.  slow_rate [rad/s]: far below the rates at which the field swings the body, or torques
     that begin at nothing turn it, for a body at rest.  does_work: whether anything does work that
     no potential has.  integrates_place: whether the place on the orbit is integrated; sees_pairs:
-    whether corners in pairs are looked for.
+    whether corners in pairs are looked for; cuts_first: whether a step is cut at a corner first.
 
     rotors: those that turn.  watches: of their drives, where one has a torque that depends on its
     speed, coulomb: their dry friction, imbalances: theirs, where one has any; else none.  modes:
@@ -131,6 +131,7 @@ class Constants(NamedTuple):
     does_work: bool
     integrates_place: bool
     sees_pairs: bool
+    cuts_first: bool
     rotors: tuple[RotorConstants, ...]
     watches: tuple[Watch, ...]
     coulomb: tuple[CoulombFriction, ...]
@@ -339,6 +340,7 @@ def _constants(system):
         does_work=bool(system.is_driven or orbit.is_eccentric),
         integrates_place=system.integrates_place,
         sees_pairs=system.sees_pairs,
+        cuts_first=system.cuts_first,
         rotors=tuple(
             RotorConstants(
                 axis=rotor.axis,

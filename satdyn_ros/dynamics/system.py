@@ -40,7 +40,9 @@ class System:
     commanded in place of a torque, nan: of none.  torques: what else acts on the body.
     environment: what there is along the orbit beside the attracting field, None: nothing.
     sees_pairs: whether steps end at corners that come in pairs within one; by rules below 5 they
-    did not.  modes: of its flexible parts, which the inertia includes, locked.
+    did not.  cuts_first: whether a step that misses the tolerance is cut at a corner, if there is
+    one, before it is shortened by its error; by rules below 6 it was not.  modes: of its flexible
+    parts, which the inertia includes, locked.
     """
 
     inertia: np.ndarray
@@ -53,6 +55,7 @@ class System:
     environment: AlongOrbit | None = None
     rotor_target: np.ndarray = field(default_factory=lambda: _NAN)
     sees_pairs: bool = True
+    cuts_first: bool = True
     modes: tuple[Mode, ...] = ()
 
     def __post_init__(self) -> None:

@@ -16,14 +16,16 @@ from ..dynamics.variables import RATE, Variables
 from ..kernel.functions import divide, maximum, minimum, select, sqrt
 from ..kernel.vector import Vector, add, dot, scale
 from ..torques.body_torque import scales_of
-from ..torques.sums import AT_AN_END, first_corner
+from ..torques.sums import CornerSearch, first_corner
 from .tableau import COLUMNS, ENTRIES, LENGTHS, NODES
 
 # Above it a variable counts as infinite: the dense output multiplies it by up to some thousand.
 LARGEST = 1e300
-# The share of a step by which the slopes at its ends are found of what has a zero there, and the
-# least to which it is cut at once for the sake of a corner.
-SOON, LEAST_PART = 1e-3, 1e-3
+# How corners are looked for, and was by rules below 6, by which a step was cut to no less than
+# this part at once.
+SEARCH = CornerSearch(share=1e-5, ahead=5e-4, at_begin=1e-9, at_end=1e-6)
+EARLIER_SEARCH = CornerSearch(share=1e-3, ahead=0.0, at_begin=1e-6, at_end=1e-6)
+EARLIER_LEAST_PART = 1e-3
 # Keeps a quotient of zeros finite and changes no other.
 TINY = 1e-300
 _INFINITE = float('inf')
@@ -134,18 +136,20 @@ def part_before_corner(
 
     One as near to either end as the step does not feel it, or time cannot tell it, needs none.
     """
+    search = SEARCH if constants.cuts_first else EARLIER_SEARCH
+    soon = search.share
     begin_s = stage_time(0, t, h, span, constants)
     end_s = stage_time(11, t, h, span, constants)
     part = first_corner(
         constants.torques,
         seen_by_torques(begin_s, y_0, constants),
-        seen_by_torques(begin_s + SOON * h, add(y_0, scale(SOON, k_0)), constants),
-        seen_by_torques(end_s - SOON * h, add(y, scale(-SOON, k_11)), constants),
+        seen_by_torques(begin_s + soon * h, add(y_0, scale(soon, k_0)), constants),
+        seen_by_torques(end_s - soon * h, add(y, scale(-soon, k_11)), constants),
         seen_by_torques(end_s, y, constants),
-        SOON,
+        search,
         constants.sees_pairs,
     )
-    cut = maximum(part, LEAST_PART)
+    cut = part if constants.cuts_first else maximum(part, EARLIER_LEAST_PART)
     time = t + cut * h
     cut_off = select(t < time, select(time < t + h, cut, 1.0), 1.0)
-    return select(minimum(part, 1.0 - part) < AT_AN_END, 1.0, cut_off)
+    return select(minimum(part, 1.0 - part) < search.at_begin, 1.0, cut_off)

@@ -53,13 +53,14 @@ CLOCKS_AT, MOTION_AT, LANE_COUNT, ROW, TABLE_AT = range(len(ARRAYS), len(ARRAYS)
 # asked for, of variables that are wanted, of stops, numbers and arrays of each motion; the next
 # motion to take a lane; the number of variables, where the place on the orbit is among them (0: it
 # is not), the number of turning rotors, where they and the watches of their drives (0: there are
-# none) begin among the constants, and where their momenta begin among the variables; how many
-# times there are from those of a motion to those of the next (0: they have the same).
+# none) begin among the constants, and where their momenta begin among the variables; whether a
+# step is cut at a corner before its error is looked at (0: it is not); how many times there are
+# from those of a motion to those of the next (0: they have the same).
 (T_S_AT, BEGIN_AT, SETTINGS_AT, CONSTANTS_AT, ARRAYS_AT, STOPS_AT, IS_NEW_AT, OUT_AT) = range(8)
 (EFFORTS_AT, TURN_AT, ROWS_AT, OUTCOME_AT, ENDED_AT) = range(8, 13)
 (MOTION_COUNT, ROW_COUNT, WANTED, STOP_COUNT, CONSTANT_COUNT, ARRAY_COUNT) = range(13, 19)
 (WAITING, SIZE, PLACE, ROTORS, ROTORS_AT, WATCHES_AT, MOMENTA_AT) = range(19, 26)
-T_S_STEP = 26
+CUTS_FIRST, T_S_STEP = 26, 27
 
 
 class Lanes:
@@ -124,7 +125,7 @@ class Problem:
         of_rows = self.rows, self.outcome, self.ended
         places = [0, *map(address, known), 0, 0, 0, *map(address, of_rows)]
         counts = [count, 0, wanted, most_stops + 1, layout.numbers, layout.arrays, 0]
-        self.table = np.array([*places, *counts, *layout[:6], 0], np.int64)
+        self.table = np.array([*places, *counts, *layout[:7], 0], np.int64)
         self.address = address(self.table)
 
     def ask(self, t_s: np.ndarray, turn_b: np.ndarray | None = None) -> None:

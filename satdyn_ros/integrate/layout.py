@@ -40,7 +40,7 @@ class Layout(NamedTuple):
     size: the number of variables, place: where the place on the orbit is among them, 0: it is not;
     numbers and arrays: how many the Constants have; rotors: of those that turn; rotors_at: where
     they begin among the numbers, watches_at: the watches of their drives, 0: there are none;
-    momenta: where the rotors' are among the variables.
+    momenta: where the rotors' are among the variables; cuts_first: as of the Constants.
     """
 
     size: int
@@ -49,6 +49,7 @@ class Layout(NamedTuple):
     rotors_at: int
     watches_at: int
     momenta: int
+    cuts_first: bool
     numbers: int
     arrays: int
 
@@ -65,6 +66,7 @@ class Layout(NamedTuple):
             rotors_at=rotors_at,
             watches_at=rotors_at + ROTOR_SIZE * rotors if constants.watches else 0,
             momenta=parts.momenta.start,
+            cuts_first=constants.cuts_first,
             numbers=len(numbers),
             arrays=len(arrays),
         )

@@ -33,6 +33,7 @@ from .lanes import (
     CLOCKS_AT,
     CONSTANT_COUNT,
     CONSTANTS_AT,
+    CUTS_FIRST,
     DENSE_OF,
     ECCENTRICITY,
     EFFORTS_AT,
@@ -252,7 +253,7 @@ def _judge(l, p, lanes, single, make_dense):
     # By 0.9 error^(-1/8), so changed, a step of order 8 should meet the tolerance; an error below
     # 1e-12 allows far more than the greatest growth.
     ratio = SAFETY / np.sqrt(np.sqrt(np.sqrt(error if error > 1e-12 else 1e-12)))
-    if error <= 1.0 and part < 1.0:
+    if part < 1.0 and (error <= 1.0 or p[CUTS_FIRST] != 0):
         c[TRIED], c[IS_CUT] = h * part, 1.0
         return
     if not error <= 1.0:

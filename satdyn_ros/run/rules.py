@@ -25,5 +25,8 @@ SOURCE_DEFINES_THE_BITS = 5
 # Before, corners in pairs within a step were missed, and steps beside a contact with the shadow
 # were as long as others.
 STEPS_SEE_PAIRS = 5
+# Before, a step with a corner inside was shortened by its error until the corner was at its end,
+# and the corner was looked for by a parabola.
+STEPS_END_AT_CORNERS = 6
 
-RULES = 5
+RULES = 6

@@ -7,7 +7,7 @@ torques that have any, one behind the other.
 """
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..kernel.functions import divide, maximum, minimum, select, sqrt
 from ..kernel.vector import Vector, add
@@ -15,10 +15,10 @@ from .body_torque import KIND_OF, scales_of
 from .central_torque import CentralTorque
 from .own_function import function_of
 
-# Within this share of an end of a step a corner is not felt.
-AT_AN_END = 1e-6
 # What dips by no more than this share of its depth short of zero may be zero in between.
 _DOUBT = 0.1
+# As many as take a zero of the parabola to one of the cubic.
+_NEWTON_STEPS = 2
 
 
 def _functions(
@@ -109,13 +109,29 @@ def sum_of_orbit_powers(
     return total
 
 
+class CornerSearch(NamedTuple):
+    """
+    How the corners of a step are looked for, in shares of it.
+
+    share: by which the slopes at its ends are found.  ahead: by which a step ends before a corner
+    that is further away than twice as much: the last stages of a long one might be beyond it; 0:
+    it does not, and the corner is the zero of a parabola, not of a cubic.  at_begin, at_end:
+    within these a corner is not felt, at_end by a short step.
+    """
+
+    share: float
+    ahead: float
+    at_begin: float
+    at_end: float
+
+
 def first_corner(
     torques: tuple[Any, ...],
     begin: tuple[Any, ...],
     soon: tuple[Any, ...],
     late: tuple[Any, ...],
     end: tuple[Any, ...],
-    share: float,
+    search: CornerSearch,
     sees_pairs: bool,
 ) -> Any:
     """
@@ -130,11 +146,22 @@ def first_corner(
         *(_found(torques, 'signs', seen) for seen in (begin, soon, late, end)), strict=True
     ):
         for a, near_a, near_b, b in zip(*places, strict=True):
-            slope_a, slope_b = (near_a - a) / share, (b - near_b) / share
-            part = minimum(part, _zero(a, slope_a, b))
+            slope_a, slope_b = (near_a - a) / search.share, (b - near_b) / search.share
+            zero = _zero(a, slope_a, b)
+            if search.ahead > 0.0:
+                zero = _before(_on_cubic(zero, a, slope_a, b, slope_b, search.share), search)
+            part = minimum(part, zero)
             if sees_pairs:
-                part = minimum(part, _dip(a, slope_a, b, slope_b))
+                dip = _dip(a, slope_a, b, slope_b)
+                part = minimum(part, select(dip > search.at_begin, dip, 1.0))
     return part
+
+
+def _before(zero, search):
+    """Return where a step ends for the sake of a zero; 1: it does not feel it."""
+    end = select(zero > 2.0 * search.ahead, zero - search.ahead, zero)
+    is_felt = (zero > search.at_begin) & (zero < 1.0 - search.at_end)
+    return select(is_felt, end, 1.0)
 
 
 def _zero(begin, slope, end):
@@ -145,6 +172,25 @@ def _zero(begin, slope, end):
     curve = size + abs(end) - slope
     zero = divide(2.0 * size, slope + sqrt(maximum(slope * slope + 4.0 * curve * size, 0.0)))
     return select(begin * end < 0.0, zero, 1.0)
+
+
+def _on_cubic(x, begin, begin_slope, end, end_slope, share):
+    """
+    Return where in 0 to 1 the cubic through both ends is zero, near x; 1: as x is.
+
+    Its slopes are those of the secants through the first and the last share of the step.
+    """
+    rise, rest = end - begin, 1.0 - share
+    third = (begin_slope + end_slope - 2.0 * rise) / (rest * (rest - share))
+    second = (rise - begin_slope) / rest - (1.0 + share) * third
+    first = rise - second - third
+    for _ in range(_NEWTON_STEPS):
+        value = begin + x * (first + x * (second + x * third))
+        slope = first + x * (2.0 * second + 3.0 * x * third)
+        closer = x - divide(value, slope)
+        closer = select((closer > 0.0) & (closer < 1.0), closer, x)
+        x = select(x < 1.0, closer, 1.0)
+    return x
 
 
 def _dip(begin, begin_slope, end, end_slope):
@@ -166,5 +212,4 @@ def _dip(begin, begin_slope, end, end_slope):
     # By how much the cubic may err there goes with the depth of the dip below the nearer end.
     may_cross = lowest < _DOUBT * (minimum(a, b) - lowest)
     may_cross = select(begin * end > 0.0, select(may_cross, x, 1.0), 1.0)
-    is_dip = select(falls < 0.0, select(rises > 0.0, may_cross, 1.0), 1.0)
-    return select(is_dip > AT_AN_END, is_dip, 1.0)
+    return select(falls < 0.0, select(rises > 0.0, may_cross, 1.0), 1.0)

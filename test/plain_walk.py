@@ -55,7 +55,7 @@ class PlainWalk:
             for x in y_0[RATE]:
                 square += x * x
             self._next = 0.01 / (math.sqrt(square) + constants.anomaly_rate + 1e-9)
-        h = wished = self._next
+        h = proposed = self._next
         most_growth, is_cut = 6.0, False
         while True:
             end = min(t + h, stop)
@@ -69,11 +69,11 @@ class PlainWalk:
                 self.met['corners'] += 1
             else:
                 h *= max(ratio, 0.2) if error < math.inf else 0.2
-                wished, most_growth = h, 1.0
+                proposed, most_growth = h, 1.0
         grown = h * min(most_growth, ratio)
         self.met['stops'] += end == stop
         if end == stop or is_cut:
-            grown = max(grown, wished)
+            grown = max(grown, proposed)
         self._next = min(grown, constants.longest_step)
         self.t, self.y = float(stop if end == stop else t + h), y
         self._steps += 1

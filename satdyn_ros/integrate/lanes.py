@@ -18,7 +18,7 @@ BEGIN, END, NEXT, STEPS, DENSE_OF, FURTHEST, SINCE, PASSED, STOP = range(9)
 # Of a step that is tried: whether one is, its length, what that would be without a cut, the most
 # that the next may grow to, whether it is cut at a corner, whether it ends at the stop, and
 # whether there is none.
-TRYING, TRIED, WISHED, MOST_GROWTH, IS_CUT, IS_STOPPED, IS_STUCK = range(9, 16)
+TRYING, TRIED, PROPOSED, MOST_GROWTH, IS_CUT, IS_STOPPED, IS_STUCK = range(9, 16)
 # Where the step is to end because a rotor leaves its range, which, and which has left, as of
 # Drives.leave; by how much a row may be beyond the last step.
 EXIT_S, EXIT, LEFT, LATE = range(16, 20)

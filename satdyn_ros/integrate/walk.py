@@ -62,6 +62,7 @@ from .lanes import (
     PASSED,
     PIECE_ENDS,
     PLACE,
+    PROPOSED,
     REACHED,
     ROTOR_LEAVES,
     ROTORS,
@@ -92,7 +93,6 @@ from .lanes import (
     WAITING,
     WANTED,
     WATCHES_AT,
-    WISHED,
 )
 from .layout import ARRAYS, ERROR, EVALUATED, FROM_S, PART, STAGE_S, TERMS, UNTIL_S, H, T
 
@@ -229,7 +229,13 @@ def _begin_step(l, p, lanes):
     # Less a rounding: where a torque jumps, a step computes with what is on its side alone.
     is_last = following == np.inf
     frame[UNTIL_S * count + l] = np.inf if is_last else following - ULP * abs(following)
-    c[TRYING], c[TRIED], c[WISHED], c[MOST_GROWTH], c[IS_CUT] = 1.0, c[NEXT], c[NEXT], GROWTH, 0.0
+    c[TRYING], c[TRIED], c[PROPOSED], c[MOST_GROWTH], c[IS_CUT] = (
+        1.0,
+        c[NEXT],
+        c[NEXT],
+        GROWTH,
+        0.0,
+    )
 
 
 def _prepare(l, lanes):
@@ -260,13 +266,13 @@ def _judge(l, p, lanes, single, make_dense):
         shorter = h * (ratio if error < np.inf and ratio > CUT else CUT)
         # Of some roundings of t, a little less is rounded to as much again.
         h = shorter if t + shorter < t + h else CUT * h
-        c[TRIED], c[WISHED], c[MOST_GROWTH] = h, h, 1.0
+        c[TRIED], c[PROPOSED], c[MOST_GROWTH] = h, h, 1.0
         return
     grown = h * min(c[MOST_GROWTH], ratio)
     c[BEGIN], c[END] = t, c[STOP] if c[IS_STOPPED] != 0.0 else t + h
     if c[IS_STOPPED] != 0.0 or c[IS_CUT] != 0.0:
-        # A stop or a corner cuts the step off; that which was wished is still a good one.
-        grown = max(grown, c[WISHED])
+        # A stop or a corner cuts the step off; what was proposed is still good.
+        grown = max(grown, c[PROPOSED])
     c[NEXT] = min(grown, _of(m, CONSTANTS_AT, p[CONSTANT_COUNT], p)[LONGEST_STEP])
     c[STEPS] += 1.0
     c[TRYING] = 0.0

@@ -18,14 +18,14 @@ from pathlib import Path
 _PACKAGE = Path(__file__).parents[1]
 
 
-def find(wished: str = '') -> Path | None:
+def find(chosen: str = '') -> Path | None:
     """
     Return the first folder of these that can be written and that no other user can change.
 
-    wished, where it is not empty; one in the package; one in the user's cache folder; a temporary
+    chosen, where it is not empty; one in the package; one in the user's cache folder; a temporary
     one, removed when this process ends.  None: not even that is possible.
     """
-    for folder in _kept(wished):
+    for folder in _kept(chosen):
         with suppress(OSError):
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             # Permissions alone do not tell of a file system that is read-only or full.
@@ -58,9 +58,9 @@ def remove_others(folder: Path, pattern: str) -> None:
                 shutil.rmtree(old, ignore_errors=True)
 
 
-def _kept(wished: str) -> Iterator[Path]:
-    if wished:
-        yield Path(wished, 'satdyn_ros')
+def _kept(chosen: str) -> Iterator[Path]:
+    if chosen:
+        yield Path(chosen, 'satdyn_ros')
     if os.access(_PACKAGE, os.W_OK):
         yield _PACKAGE / '__pycache__' / 'compiled'
     # RuntimeError: a user without a home folder.

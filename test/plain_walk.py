@@ -42,10 +42,10 @@ class PlainWalk:
         self.begun += 1
         course, constants = self._course, self._course.constants
         self._correct_place()
-        stops_s = course.stops_s
-        passed = sum(each - self._start_s <= self.t for each in stops_s)
-        before = float(stops_s[passed - 1]) if passed else -math.inf
-        following = float(stops_s[passed]) if passed < len(stops_s) else math.inf
+        stop_times_s = course.stop_times_s
+        passed = sum(each - self._start_s <= self.t for each in stop_times_s)
+        before = float(stop_times_s[passed - 1]) if passed else -math.inf
+        following = float(stop_times_s[passed]) if passed < len(stop_times_s) else math.inf
         stop, until = float(following - self._start_s), following
         if math.isfinite(following):
             until = following - ULP * abs(following)

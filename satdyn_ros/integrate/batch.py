@@ -16,7 +16,7 @@ from ..dynamics.motion import Halted, States
 from ..dynamics.system import State, System
 from ..dynamics.variables import columns, initial_values, wanted_count
 from ..trace.graph import flatten, kind_of
-from .course import mean_anomaly, problem_of, stops_of
+from .course import mean_anomaly, problem_of, stop_times_of
 from .lanes import REACHED, RENEWED, UNFINISHED, Lanes, Problem
 from .layout import Layout
 from .propagation import Propagation
@@ -67,12 +67,16 @@ def propagate_many(
     count = len(tolerance)
     like, constants = flat_constants_of_many(system, count)
     anomaly = [np.broadcast_to(np.ravel(each), count) for each in mean_anomaly(system, 0.0)]
-    stops_s = stops_of(system)
+    stop_times_s = stop_times_of(system)
     begin = initial_values(system, state)[:, 0]
     wanted = wanted_count(system, like.does_work)
-    problem = Problem(begin, Layout.of(like), wanted, len(stops_s))
+    problem = Problem(begin, Layout.of(like), wanted, len(stop_times_s))
     problem.settings[:] = np.column_stack([*anomaly, tolerance, *np.full((2, count), np.inf)])
-    problem.constants[:], problem.stops_s[:, :-1], problem.is_new[:] = constants, stops_s, RENEWED
+    problem.constants[:], problem.stop_times_s[:, :-1], problem.is_new[:] = (
+        constants,
+        stop_times_s,
+        RENEWED,
+    )
     _walk_all(problem, like, t_s, [])
     q_ib, omega_bi_b, speed, angle, inner, work = columns(system, problem.out)
     states = States(t_s, q_ib, omega_bi_b, speed, angle, work, system.orbit, t_s, inner=inner)

@@ -47,7 +47,7 @@ class Course:
 
     anomaly: mean anomaly at the start [rad], mean motion [rad/s] and eccentricity.  constants: of
     now, which hold until until_s from the start; piece_s: from when to when the pieces of time
-    last that they are of, from tick 0; stops_s: the times from tick 0 at which steps end till
+    last that they are of, from tick 0; stop_times_s: the times from tick 0 at which steps end till
     then, ascending.  drives: of its rotors, None: none switches.
 
     ValueError: what depends on time alone is not known at the start.
@@ -60,7 +60,7 @@ class Course:
         self._tolerance, self._steps_allowed = tolerance, steps_allowed
         self.anomaly = tuple(map(float, mean_anomaly(system, start_s)))
         self.constants = constants_of(system, start_s)
-        self.stops_s = self._all_stops_s = stops_of(system)
+        self.stop_times_s = self._all_stop_times_s = stop_times_of(system)
         self.drives: Drives | None = None
         self._why, self.until_s = '', np.inf
         self.piece_s = -np.inf, np.inf
@@ -101,7 +101,7 @@ class Course:
     @property
     def most_stops(self) -> int:
         """At least as many stops as there may be before the constants hold no further."""
-        return len(self._all_stops_s) + (2 + _CORNERS if self._system.pieces else 0)
+        return len(self._all_stop_times_s) + (2 + _CORNERS if self._system.pieces else 0)
 
     def tell(self, problem: Problem, m: int) -> None:
         """Write what holds now for motion m of a problem."""
@@ -111,8 +111,8 @@ class Course:
         problem.constants[m], problem.arrays[m] = numbers, [*map(address, arrays)]
         problem.settings[m] = *self.anomaly, self._tolerance, 0.0, self.until_s
         self.allow(self._steps_allowed, problem, m)
-        problem.stops_s[m] = np.inf
-        problem.stops_s[m, : len(self.stops_s)] = self.stops_s
+        problem.stop_times_s[m] = np.inf
+        problem.stop_times_s[m, : len(self.stop_times_s)] = self.stop_times_s
         problem.is_new[m] = RENEWED
 
     def allow(self, steps: float, problem: Problem, m: int) -> None:
@@ -218,9 +218,9 @@ class Course:
         begin_s = max(piece.begin_s for piece in current.values())
         end_s = min(piece.end_s for piece in current.values())
         corners_s = (each.corners_in(piece) for each, piece in current.items())
-        stops_s = _ascending([self._all_stops_s, *corners_s])
-        inside = stops_s[(begin_s < stops_s) & (stops_s < end_s)]
-        self.stops_s = np.array([begin_s, *inside, end_s])
+        stop_times_s = _ascending([self._all_stop_times_s, *corners_s])
+        inside = stop_times_s[(begin_s < stop_times_s) & (stop_times_s < end_s)]
+        self.stop_times_s = np.array([begin_s, *inside, end_s])
         self.piece_s, self.until_s = (begin_s, end_s), end_s - self._start_s
 
     def _note_jump(self, following, q_ib):
@@ -241,7 +241,7 @@ class Course:
         self._jumped.append(self._jumped[-1] + float(potentials[1] - potentials[0]))
 
 
-def stops_of(system: System) -> np.ndarray:
+def stop_times_of(system: System) -> np.ndarray:
     """Return the times [s] from tick 0 at which steps end, ascending."""
     return _ascending(torque.stops() for torque in system.torques)
 

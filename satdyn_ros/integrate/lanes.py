@@ -101,7 +101,7 @@ class Problem:
     The starts and the results of M motions of one kind.
 
     begin (M, V): the variables at the start; settings (M, 6), constants (M, P) and arrays (M, A):
-    what holds now; stops_s (M, S): the times from tick 0 at which steps end, ascending, then
+    what holds now; stop_times_s (M, S): the times from tick 0 at which steps end, ascending, then
     infinite; is_new (M,): RENEWED where these have changed, BEGINS where the motion begins anew,
     else 0.  rows (M,): how many are filled; outcome (M,): how a motion stands; ended (M, 3): when
     it has ended, the end of its last step, and how many steps and exits of rotors it took since
@@ -118,10 +118,17 @@ class Problem:
         self.settings = np.empty((count, SETTINGS))
         self.constants = np.empty((count, layout.numbers))
         self.arrays = np.empty((count, layout.arrays), np.int64)
-        self.stops_s = np.full((count, most_stops + 1), np.inf)
+        self.stop_times_s = np.full((count, most_stops + 1), np.inf)
         self.is_new, self.rows, self.outcome = np.zeros((3, count), np.int64)
         self.ended = np.zeros((count, 3))
-        known = self.begin, self.settings, self.constants, self.arrays, self.stops_s, self.is_new
+        known = (
+            self.begin,
+            self.settings,
+            self.constants,
+            self.arrays,
+            self.stop_times_s,
+            self.is_new,
+        )
         of_rows = self.rows, self.outcome, self.ended
         places = [0, *map(address, known), 0, 0, 0, *map(address, of_rows)]
         counts = [count, 0, wanted, most_stops + 1, layout.numbers, layout.arrays, 0]

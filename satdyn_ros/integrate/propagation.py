@@ -74,9 +74,9 @@ class Propagation(Motion):
         return self._course.constants
 
     @property
-    def stops_s(self) -> np.ndarray:
+    def stop_times_s(self) -> np.ndarray:
         """The times from tick 0 at which steps end, where the propagation stands."""
-        return self._course.stops_s
+        return self._course.stop_times_s
 
     @property
     def steps(self) -> int:

@@ -219,13 +219,13 @@ def _begin_step(l, p, lanes):
         for i in range(_RATE, _RATE + 3):
             square += y[i * count + l] * y[i * count + l]
         c[NEXT] = FIRST_TURN / (np.sqrt(square) + constants[ANOMALY_RATE] + SLOWEST)
-    stops_s, start_s = _of(m, STOPS_AT, p[STOP_COUNT], p), constants[START_S]
+    stop_times_s, start_s = _of(m, STOPS_AT, p[STOP_COUNT], p), constants[START_S]
     passed = int(c[PASSED])
-    while stops_s[passed] - start_s <= t:
+    while stop_times_s[passed] - start_s <= t:
         passed += 1
-    following = stops_s[passed]
+    following = stop_times_s[passed]
     c[PASSED], c[STOP] = passed, following - start_s
-    frame[FROM_S * count + l] = stops_s[passed - 1] if passed > 0 else -np.inf
+    frame[FROM_S * count + l] = stop_times_s[passed - 1] if passed > 0 else -np.inf
     # Less a rounding: where a torque jumps, a step computes with what is on its side alone.
     is_last = following == np.inf
     frame[UNTIL_S * count + l] = np.inf if is_last else following - ULP * abs(following)

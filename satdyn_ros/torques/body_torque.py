@@ -292,8 +292,8 @@ def torque_of(kind: type[BodyTorque], values: Mapping[str, Any]) -> BodyTorque |
             raise TypeError(f'its of returns {torque!r}; it must return a {kind.__name__} or None')
         if kind.torque is BodyTorque.torque and not hasattr(kind, 'field'):
             raise TypeError(f'it has no function torque({", ".join(_SEEN)})')
-        stops_s = np.asarray(torque.stops(), float)
-        if stops_s.ndim != 1 or np.isnan(stops_s).any():
+        stop_times_s = np.asarray(torque.stops(), float)
+        if stop_times_s.ndim != 1 or np.isnan(stop_times_s).any():
             raise TypeError('its stops must return times in an array of one dimension')
         _check_states(torque)
         if missing := torque.pieces.keys() - {*kind.Constants._fields}:

@@ -85,7 +85,7 @@ def test_a_torque_of_a_table_flies_as_that_of_its_functions():
             lambda size: Direct(Direct.Constants(size)),
         )
     )
-    assert tabled[0].stops_s[:2].tolist() == [30.0, 90.0]
+    assert tabled[0].stop_times_s[:2].tolist() == [30.0, 90.0]
     for beside, alone, right in zip(propagate_all(tabled, t_s), tabled, direct, strict=True):
         assert isinstance(beside, States)
         true = right.at(t_s).q_ib

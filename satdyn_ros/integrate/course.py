@@ -125,24 +125,24 @@ class Course:
 
         t_s (N,): ascending, of the rows that are asked for.
         """
-        m, clock = lanes.motion[l], lanes.clock[l]
+        m, step = lanes.motion[l], lanes.step_state[l]
         y = lanes.y[l :: len(lanes.motion)][: problem.begin.shape[1]]
         q_ib, omega_bi_b, speeds = (each[0] for each in columns(self._system, y[:, None])[:3])
         if problem.outcome[m] == ROTOR_LEAVES:
-            self.leave(int(clock[LEFT]), float(clock[END]), omega_bi_b, speeds)
-            clock[LEFT] = 0.0
-            clock[EXITS] += clock[BEGIN] >= clock[FURTHEST]
+            self.leave(int(step[LEFT]), float(step[END]), omega_bi_b, speeds)
+            step[LEFT] = 0.0
+            step[EXITS] += step[BEGIN] >= step[FURTHEST]
         else:
             try:
                 self.enter_next(q_ib)
             except ValueError as error:
                 self._why = str(error)
                 # The time of a tick at the very end may be rounded to beyond it.
-                late_s = latest_at(self.piece_s[1]) - self._start_s - clock[END]
-                has_late = clock[LATE] == 0.0 and t_s[problem.rows[m]] <= clock[END] + late_s
-                clock[LATE] = late_s
+                late_s = latest_at(self.piece_s[1]) - self._start_s - step[END]
+                has_late = step[LATE] == 0.0 and t_s[problem.rows[m]] <= step[END] + late_s
+                step[LATE] = late_s
                 problem.outcome[m] = UNFINISHED if has_late else TABLE_ENDS
-                problem.ended[m] = clock[END], clock[SINCE], clock[EXITS]
+                problem.ended[m] = step[END], step[SINCE], step[EXITS]
                 return
         self.tell(problem, m)
         problem.outcome[m] = UNFINISHED

@@ -10,9 +10,9 @@ import numpy as np
 
 from .layout import ARRAYS, FRAME, STAGES, TERMS, Layout, row_length
 
-# The places of a lane's clock: where the last step began and ended, the length that is proposed
-# for the next, the number of steps taken, the one that the dense output belongs to, the furthest
-# row that was ever reached, the number of steps begun since; how many stops are passed, and when
+# The step state of a lane: where the last step began and ended, the length that is proposed for
+# the next, the number of steps taken, the one that the dense output belongs to, the furthest row
+# that was ever reached, the number of steps begun since; how many stop times are passed, and when
 # the next one comes.
 BEGIN, END, NEXT, STEPS, DENSE_OF, FURTHEST, SINCE, PASSED, STOP = range(9)
 # Of a step that is tried: whether one is, its length, what that would be without a cut, the most
@@ -24,7 +24,7 @@ TRYING, TRIED, PROPOSED, MOST_GROWTH, IS_CUT, IS_STOPPED, IS_STUCK = range(9, 16
 EXIT_S, EXIT, LEFT, LATE = range(16, 20)
 # How often a rotor has left its range since the furthest row.
 EXITS = 20
-CLOCK_SIZE = 21
+STEP_STATE_SIZE = 21
 
 # The settings of a motion: mean anomaly at the start [rad], mean motion [rad/s] and eccentricity,
 # tolerance, the most steps from row to row, and until when its constants hold.
@@ -47,8 +47,8 @@ _LINE = 8
 
 
 # What is in the table of Lanes, after the addresses of the ARRAYS of layout.py: addresses of the
-# clocks, of the motions and of the table itself, and how many lanes and variables of a row.
-CLOCKS_AT, MOTION_AT, LANE_COUNT, ROW, TABLE_AT = range(len(ARRAYS), len(ARRAYS) + 5)
+# step states, of the motions and of the table itself, and how many lanes and variables of a row.
+STEP_STATES_AT, MOTION_AT, LANE_COUNT, ROW, TABLE_AT = range(len(ARRAYS), len(ARRAYS) + 5)
 # What is in the table of a Problem: addresses of its arrays; numbers of motions, of rows that are
 # asked for, of variables that are wanted, of stops, numbers and arrays of each motion; the next
 # motion to take a lane; the number of variables, where the place on the orbit is among them (0: it
@@ -67,8 +67,8 @@ class Lanes:
     """
     What motions of one kind are computed in, and its state; count: of lanes.
 
-    motion (L,): which is in a lane, -1: none; clock (L, CLOCK_SIZE); y: the variables, flat, those
-    of all lanes side by side; table: addresses and counts.
+    motion (L,): which is in a lane, -1: none; step_state (L, STEP_STATE_SIZE); y: the variables,
+    flat, those of all lanes side by side; table: addresses and counts.
 
     arrays: of one motion of that kind, from which what idle lanes compute, of no use, is read.
     """
@@ -85,12 +85,12 @@ class Lanes:
         numbers = np.zeros(total + _LINE)
         first = -address(numbers) // numbers.itemsize % _LINE
         self.y = numbers[first + begins['y'] :][: row * count]
-        self.motion, self.clock = np.full(count, -1), np.zeros((count, CLOCK_SIZE))
+        self.motion, self.step_state = np.full(count, -1), np.zeros((count, STEP_STATE_SIZE))
         idle = numbers[first + begins['arrays'] :][: layout.arrays * count].view(np.int64)
         idle[:] = np.repeat([address(each) for each in arrays], count)
         begin = address(numbers) + numbers.itemsize * first
         of_code = [begin + numbers.itemsize * begins[name] for name in ARRAYS]
-        places = [*of_code, address(self.clock), address(self.motion)]
+        places = [*of_code, address(self.step_state), address(self.motion)]
         self.table = np.array([*places, count, row, 0], np.int64)
         self.address = self.table[TABLE_AT] = address(self.table)
         self._numbers = numbers

@@ -81,7 +81,7 @@ class Propagation(Motion):
     @property
     def steps(self) -> int:
         """The number of steps to where the propagation stands, or stood when it came to a halt."""
-        taken = 0.0 if self._lanes is None else self._lanes.clock[0, STEPS]
+        taken = 0.0 if self._lanes is None else self._lanes.step_state[0, STEPS]
         return int(max(taken, self._steps_to_halt))
 
     def new_course(self) -> Course:
@@ -107,22 +107,22 @@ class Propagation(Motion):
 
     def _restart(self):
         if self._lanes is not None:
-            self._furthest_s = float(self._lanes.clock[0, FURTHEST])
+            self._furthest_s = float(self._lanes.step_state[0, FURTHEST])
         self._course, self._lanes = self.new_course(), None
 
     def _states(self, t_s, turn_b=None):
         is_ascending = len(t_s) < 2 or (t_s[1:] >= t_s[:-1]).all()
         order = None if is_ascending else np.argsort(t_s, kind='stable')
         sorted_s = t_s if order is None else t_s[order]
-        if self._lanes is not None and len(t_s) and sorted_s[0] < self._lanes.clock[0, BEGIN]:
+        if self._lanes is not None and len(t_s) and sorted_s[0] < self._lanes.step_state[0, BEGIN]:
             self._restart()
         # Compiled, which whoever asks for no propagation need not wait for.
         from .walk import walk
 
         problem, lanes, code = self._to_walk(sorted_s, turn_b)
-        course, clock = self._course, lanes.clock[0]
+        course, step = self._course, lanes.step_state[0]
         if course.drives is not None:
-            course.drives.forget(float(clock[BEGIN]))
+            course.drives.forget(float(step[BEGIN]))
         tables = problem.address, lanes.address, lanes.address
         course.allow(self._steps_allowed, problem, 0)
         try:
@@ -139,7 +139,7 @@ class Propagation(Motion):
         found = self._found(problem, 0, sorted_s[:count], course)
         if outcome != REACHED:
             reached_s, since, exits = problem.ended[0].tolist()
-            self._steps_to_halt, why = clock[STEPS] - since, course.reason(outcome, since, exits)
+            self._steps_to_halt, why = step[STEPS] - since, course.reason(outcome, since, exits)
             self._restart()
             turned = None if turn_b is None else turn_b[:count]
             states = self._table(sorted_s[:count], turned, *found)
@@ -163,7 +163,7 @@ class Propagation(Motion):
             self._code = step_code(self.constants, 1)
             layout, (_, arrays) = self._code.layout, flatten(self.constants)
             self._lanes = Lanes(1, layout, arrays)
-            self._lanes.clock[0, FURTHEST] = self._furthest_s
+            self._lanes.step_state[0, FURTHEST] = self._furthest_s
             self._problem = problem_of(self.begin()[None], [self._course], layout, self.wanted)
         assert self._problem is not None
         self._problem.ask(t_s, turn_b)

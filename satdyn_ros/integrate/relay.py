@@ -112,7 +112,7 @@ class Relay:
             self._course.tell(problem, 0)
         else:
             self._write(system, start_s)
-        problem.is_new[0], self._lanes.clock[0, FURTHEST] = BEGINS, 0.0
+        problem.is_new[0], self._lanes.step_state[0, FURTHEST] = BEGINS, 0.0
         self.system = system
         return True
 

@@ -29,8 +29,8 @@ from .lanes import (
     BEGIN,
     BEGIN_AT,
     BEGINS,
-    CLOCK_SIZE,
-    CLOCKS_AT,
+    STEP_STATE_SIZE,
+    STEP_STATES_AT,
     CONSTANT_COUNT,
     CONSTANTS_AT,
     CUTS_FIRST,
@@ -131,7 +131,7 @@ def walk(problem_at: int, lanes_at: int, single_at: int, attempt: int, make_dens
         is_busy, waits = False, False
         for l in range(count):
             _take_next(l, p, lanes)
-            m, c = motion[l], _clock(l, lanes)
+            m, c = motion[l], _step_state(l, lanes)
             if m < 0 or outcome[m] != UNFINISHED:
                 continue
             if c[TRYING] == 0.0:
@@ -144,17 +144,17 @@ def walk(problem_at: int, lanes_at: int, single_at: int, attempt: int, make_dens
         if waits or not is_busy:
             return not (waits or is_busy)
         for l in range(count):
-            if motion[l] >= 0 and _clock(l, lanes)[TRYING] != 0.0:
+            if motion[l] >= 0 and _step_state(l, lanes)[TRYING] != 0.0:
                 _prepare(l, lanes)
         call(attempt, lanes_at)
         for l in range(count):
-            if motion[l] >= 0 and _clock(l, lanes)[TRYING] != 0.0:
+            if motion[l] >= 0 and _step_state(l, lanes)[TRYING] != 0.0:
                 _judge(l, p, lanes, single, make_dense)
     return False
 
 
-def _clock(l, lanes):
-    return floats(lanes[CLOCKS_AT] + _BYTES * CLOCK_SIZE * l)
+def _step_state(l, lanes):
+    return floats(lanes[STEP_STATES_AT] + _BYTES * STEP_STATE_SIZE * l)
 
 
 def _of(m, array, count, p):
@@ -174,12 +174,12 @@ def _take_next(l, p, lanes):
             return
         m = p[WAITING]
         motion[l], p[WAITING] = m, m + 1
-    count, c = lanes[LANE_COUNT], _clock(l, lanes)
+    count, c = lanes[LANE_COUNT], _step_state(l, lanes)
     y, y_0, begin = floats(lanes[_Y]), floats(lanes[_DENSE]), _of(m, BEGIN_AT, p[SIZE], p)
     for i in range(p[SIZE]):
         y[i * count + l] = y_0[i * count + l] = begin[i]
     furthest = c[FURTHEST] if count == 1 else 0.0
-    for i in range(CLOCK_SIZE):
+    for i in range(STEP_STATE_SIZE):
         c[i] = 0.0
     c[FURTHEST], c[DENSE_OF], c[EXIT_S] = furthest, -1.0, np.inf
     integers(p[IS_NEW_AT])[m] = 1
@@ -194,13 +194,13 @@ def _renew(l, m, p, lanes):
     to, numbers = floats(lanes[_ARRAYS]), _of(m, ARRAYS_AT, p[ARRAY_COUNT], p)
     for i in range(p[ARRAY_COUNT]):
         to[i * count + l] = numbers[i]
-    _clock(l, lanes)[PASSED] = 0.0
+    _step_state(l, lanes)[PASSED] = 0.0
     integers(p[IS_NEW_AT])[m] = 0
 
 
 def _begin_step(l, p, lanes):
     """Let the next step of a lane be tried."""
-    count, m, c = lanes[LANE_COUNT], integers(lanes[MOTION_AT])[l], _clock(l, lanes)
+    count, m, c = lanes[LANE_COUNT], integers(lanes[MOTION_AT])[l], _step_state(l, lanes)
     if integers(p[IS_NEW_AT])[m]:
         _renew(l, m, p, lanes)
     y, y_0, frame = floats(lanes[_Y]), floats(lanes[_DENSE]), floats(lanes[_FRAME])
@@ -240,7 +240,7 @@ def _begin_step(l, p, lanes):
 
 def _prepare(l, lanes):
     """Let the step of a lane be tried in its present length, if there is one."""
-    count, c, frame = lanes[LANE_COUNT], _clock(l, lanes), floats(lanes[_FRAME])
+    count, c, frame = lanes[LANE_COUNT], _step_state(l, lanes), floats(lanes[_FRAME])
     t = c[END]
     end = min(t + c[TRIED], c[STOP])
     if t < end < np.inf:
@@ -252,7 +252,7 @@ def _prepare(l, lanes):
 
 def _judge(l, p, lanes, single, make_dense):
     """Take the step of a lane if it meets the tolerance, or let a shorter one be tried."""
-    count, m, c = lanes[LANE_COUNT], integers(lanes[MOTION_AT])[l], _clock(l, lanes)
+    count, m, c = lanes[LANE_COUNT], integers(lanes[MOTION_AT])[l], _step_state(l, lanes)
     frame = floats(lanes[_FRAME])
     error = frame[ERROR * count + l] / _of(m, SETTINGS_AT, SETTINGS, p)[TOLERANCE]
     part, t, h = frame[PART * count + l], c[END], c[TRIED]
@@ -289,7 +289,7 @@ def _end_at_exit(l, p, lanes, single, make_dense):
     A step that goes beyond is taken back and taken again, up to the instant at which the dense
     output leaves the range.  There the walk stops, and other constants hold.
     """
-    count, m, c = lanes[LANE_COUNT], integers(lanes[MOTION_AT])[l], _clock(l, lanes)
+    count, m, c = lanes[LANE_COUNT], integers(lanes[MOTION_AT])[l], _step_state(l, lanes)
     _show(l, p, lanes, single, make_dense)
     if c[END] >= c[EXIT_S] * (1.0 - 4.0 * ULP):
         c[LEFT], c[EXIT_S] = c[EXIT], np.inf
@@ -325,7 +325,7 @@ def _write_rows(l, p, lanes, single, make_dense):
     Return how its motion stands, and whether all these rows are written; if not, the rest waits
     for another slice.
     """
-    m, c = integers(lanes[MOTION_AT])[l], _clock(l, lanes)
+    m, c = integers(lanes[MOTION_AT])[l], _step_state(l, lanes)
     t_s, rows = floats(p[T_S_AT] + _BYTES * p[T_S_STEP] * m), p[ROW_COUNT]
     first = last = integers(p[ROWS_AT])[m]
     # The torque that holds a rotor is known when there is a step.
@@ -391,7 +391,7 @@ def _write_efforts(m, first, last, begin, end, constants, p, dense, row):
 
 def _show(l, p, lanes, single, make_dense):
     """Let the single lane hold the dense output of the last step of a lane."""
-    count, m, c = lanes[LANE_COUNT], integers(lanes[MOTION_AT])[l], _clock(l, lanes)
+    count, m, c = lanes[LANE_COUNT], integers(lanes[MOTION_AT])[l], _step_state(l, lanes)
     shown, size, row = integers(single[MOTION_AT]), p[SIZE], single[ROW]
     if c[DENSE_OF] == c[STEPS] and shown[0] == m:
         return

@@ -46,9 +46,9 @@ def compiled_bits(seed):
         if UNFINISHED < problem.outcome[0] < REACHED:
             course.go_on(problem, lanes, 0, t_s)
             # An exit counts as many steps, of which this test has none.
-            course.allow(STEPS + 200 * lanes.clock[0, EXITS], problem, 0)
+            course.allow(STEPS + 200 * lanes.step_state[0, EXITS], problem, 0)
     y = lanes.y[: problem.begin.shape[1]]
-    return np.array([lanes.clock[0, END], *y]).tobytes().hex()
+    return np.array([lanes.step_state[0, END], *y]).tobytes().hex()
 
 
 def plain(seeds):

@@ -77,7 +77,7 @@ class PlainWalk:
         self._next = min(grown, constants.longest_step)
         self.t, self.y = float(stop if end == stop else t + h), y
         self._steps += 1
-        if constants.watches:
+        if constants.events:
             self._end_at_exit(t, y_0, k, (before, until), constants)
         if self.t >= course.until_s:
             self.met['pieces'] += 1
@@ -157,18 +157,18 @@ class PlainWalk:
         return [y_0, rise, first, third, *(self._combined(DENSE + n, k) for n in range(4))]
 
     def _exit_of(self, i, dense, h, constants):
-        watch, inside = constants.watches[i], 0.0
+        event, inside = constants.events[i], 0.0
         for n in range(9):
             outside = n / 8
             value = self._value(i, outside, dense, h, constants)
-            if not (value < watch.low or value > watch.high):
+            if not (value < event.low or value > event.high):
                 inside = outside
                 continue
-            is_above = value > watch.high
+            is_above = value > event.high
             for _ in range(60 if n else 0):
                 middle = 0.5 * (inside + outside)
                 value = self._value(i, middle, dense, h, constants)
-                if value > watch.high if is_above else value < watch.low:
+                if value > event.high if is_above else value < event.low:
                     outside = middle
                 else:
                     inside = middle
@@ -176,9 +176,9 @@ class PlainWalk:
         return 2.0, 0
 
     def _value(self, i, x, dense, h, constants):
-        watch, rotor = constants.watches[i], constants.rotors[i]
+        event, rotor = constants.events[i], constants.rotors[i]
         p = [row[Variables.of(constants).momenta.start + i] for row in dense]
-        if watch.held_inertia > 0.0:
+        if event.held_inertia > 0.0:
             return _slope(p, x) / h
         turn = 0.0
         for j in range(3):

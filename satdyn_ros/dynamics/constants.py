@@ -27,9 +27,9 @@ _TINY = 1e-300
 _SHIPPED = 3
 
 # Where among the numbers of Constants those are that the walk reads, and how many there are of a
-# rotor, with 1 / J among them, and of a watch.
+# rotor, with 1 / J among them, and of an event function.
 START_S, LONGEST_STEP, ANOMALY_RATE, AXES_RATE, NORMAL_AT = range(5)
-ROTOR_SIZE, INVERSE_AT, WATCH_SIZE = 6, 5, 5
+ROTOR_SIZE, INVERSE_AT, EVENT_SIZE = 6, 5, 5
 
 # Tuples, matrices by rows; arrays while they are made from one system or many.
 Triple = Any
@@ -67,7 +67,7 @@ class ModeConstants(NamedTuple):
     damping: float
 
 
-class Watch(NamedTuple):
+class EventFunction(NamedTuple):
     """
     What of a rotor ends a step, see drives.py: its speed [rad/s] or, where held, p' [N m].
 
@@ -106,11 +106,12 @@ class Constants(NamedTuple):
     no potential has.  integrates_place: whether the place on the orbit is integrated; sees_pairs:
     whether corners in pairs are looked for; cuts_first: whether a step is cut at a corner first.
 
-    rotors: those that turn.  watches: of their drives, where one has a torque that depends on its
-    speed, coulomb: their dry friction, imbalances: theirs, where one has any; else none.  modes:
-    the flexible ones.  table: of the orbit, where it is known as one, in place of all that says
-    where it is; else none.  torques: the constants of each, whose type says which torque it is: of
-    the weight, the gravity gradient and the applied torque, then those of the system.
+    rotors: those that turn.  events: the event functions of their drives, where one has a torque
+    that depends on its speed, coulomb: their dry friction, imbalances: theirs, where one has any;
+    else none.  modes: the flexible ones.  table: of the orbit, where it is known as one, in place
+    of all that says where it is; else none.  torques: the constants of each, whose type says which
+    torque it is: of the weight, the gravity gradient and the applied torque, then those of the
+    system.
     """
 
     start_s: float
@@ -133,7 +134,7 @@ class Constants(NamedTuple):
     sees_pairs: bool
     cuts_first: bool
     rotors: tuple[RotorConstants, ...]
-    watches: tuple[Watch, ...]
+    events: tuple[EventFunction, ...]
     coulomb: tuple[CoulombFriction, ...]
     imbalances: tuple[Imbalance, ...]
     modes: tuple[ModeConstants, ...]
@@ -351,7 +352,7 @@ def _constants(system):
             )
             for i, rotor in system.turning_rotors
         ),
-        watches=(),
+        events=(),
         coulomb=_coulomb_of(system),
         imbalances=_imbalances_of(system),
         modes=tuple(

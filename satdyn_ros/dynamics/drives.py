@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .constants import Constants, Watch, constants_of
+from .constants import Constants, EventFunction, constants_of
 from .rotor import Rotor
 from .system import State, System
 
@@ -97,7 +97,7 @@ class Drives:
         """
         system, places = self._system, self._places
         torque, rotors = system.rotor_torque.copy(), []
-        watches: list[Watch] = []
+        events: list[EventFunction] = []
         inertia = system.carrier_inertia
         rounding = _ROUNDING * float(np.linalg.norm(omega_bi_b))
         for n, (i, rotor) in enumerate(system.turning_rotors):
@@ -106,15 +106,15 @@ class Drives:
             torque[i] = 0.0 if is_held else line.torque
             if is_held:
                 inertia = inertia + rotor.inertia * np.outer(rotor.axis, rotor.axis)
-                watches.append(_at_jump(rotor, line, self._laws[n][places[n] // 2 + 1]))
+                events.append(_at_jump(rotor, line, self._laws[n][places[n] // 2 + 1]))
             else:
-                watches.append(_on_line(line, float(speeds[i]), rounding))
+                events.append(_on_line(line, float(speeds[i]), rounding))
         constants = constants_of(system, start_s)
         if not np.array_equal(torque, system.rotor_torque):
             driven = constants_of(system.driven(rotor_torque=torque), start_s)
             constants = driven._replace(does_work=constants.does_work)
-        for turning, watch in zip(constants.rotors, watches, strict=True):
-            friction = 0.0 if watch.held_inertia else turning.friction + watch.gain
+        for turning, event in zip(constants.rotors, events, strict=True):
+            friction = 0.0 if event.held_inertia else turning.friction + event.gain
             rotors.append(turning._replace(friction=friction))
         if inertia is not system.carrier_inertia:
             inverse = np.linalg.inv(inertia)
@@ -122,10 +122,10 @@ class Drives:
             rows = inverse.diagonal().tolist() if is_diagonal else map(tuple, inverse.tolist())
             constants = constants._replace(carrier_inverse=tuple(rows))
         coulomb = tuple(
-            dry._replace(torque=0.0) if watch.held_inertia else dry
-            for watch, dry in zip(watches, constants.coulomb, strict=False)
+            dry._replace(torque=0.0) if event.held_inertia else dry
+            for event, dry in zip(events, constants.coulomb, strict=False)
         )
-        return constants._replace(rotors=tuple(rotors), watches=tuple(watches), coulomb=coulomb)
+        return constants._replace(rotors=tuple(rotors), events=tuple(events), coulomb=coulomb)
 
     def leave(self, which: int, t_s: float) -> None:
         """
@@ -166,7 +166,7 @@ def _place(law, speed):
 
 def _on_line(line, speed, rounding):
     low, high = min(line.low, speed), max(line.high, speed)
-    return Watch(
+    return EventFunction(
         held_inertia=0.0,
         low=low - max(_BEYOND * abs(low), rounding),
         high=high + max(_BEYOND * abs(high), rounding),
@@ -180,7 +180,7 @@ def _at_jump(rotor, before, after):
     friction = float(rotor.friction_torque(speed))
     low, high = after.at(speed), before.at(speed)
     beyond = _TORQUE_BEYOND * (high - low)
-    return Watch(
+    return EventFunction(
         held_inertia=rotor.inertia,
         low=low - friction - beyond,
         high=high - friction + beyond,

@@ -120,8 +120,8 @@ def rates(t_s: Any, y: Vector, constants: Constants) -> Vector:
         power = dot(applied, omega) + orbit_power
         if constants.modes:
             power = power - damped
-    for i, watch in enumerate(constants.watches):
-        p_dot_held = watch.held_inertia * dot(rotors[i].axis, omega_dot)
+    for i, event in enumerate(constants.events):
+        p_dot_held = event.held_inertia * dot(rotors[i].axis, omega_dot)
         p_dot[i] = p_dot[i] + p_dot_held
         if constants.does_work:
             power = power - p_dot_held * dot(rotors[i].axis, omega)

@@ -52,14 +52,14 @@ STEP_STATES_AT, MOTION_AT, LANE_COUNT, ROW, TABLE_AT = range(len(ARRAYS), len(AR
 # What is in the table of a Problem: addresses of its arrays; numbers of motions, of rows that are
 # asked for, of variables that are wanted, of stops, numbers and arrays of each motion; the next
 # motion to take a lane; the number of variables, where the place on the orbit is among them (0: it
-# is not), the number of turning rotors, where they and the watches of their drives (0: there are
-# none) begin among the constants, and where their momenta begin among the variables; whether a
-# step is cut at a corner before its error is looked at (0: it is not); how many times there are
-# from those of a motion to those of the next (0: they have the same).
+# is not), the number of turning rotors, where they and the event functions of their drives (0:
+# there are none) begin among the constants, and where their momenta begin among the variables;
+# whether a step is cut at a corner before its error is looked at (0: it is not); how many times
+# there are from those of a motion to those of the next (0: they have the same).
 (T_S_AT, BEGIN_AT, SETTINGS_AT, CONSTANTS_AT, ARRAYS_AT, STOPS_AT, IS_NEW_AT, OUT_AT) = range(8)
 (EFFORTS_AT, TURN_AT, ROWS_AT, OUTCOME_AT, ENDED_AT) = range(8, 13)
 (MOTION_COUNT, ROW_COUNT, WANTED, STOP_COUNT, CONSTANT_COUNT, ARRAY_COUNT) = range(13, 19)
-(WAITING, SIZE, PLACE, ROTORS, ROTORS_AT, WATCHES_AT, MOMENTA_AT) = range(19, 26)
+(WAITING, SIZE, PLACE, ROTORS, ROTORS_AT, EVENTS_AT, MOMENTA_AT) = range(19, 26)
 CUTS_FIRST, T_S_STEP = 26, 27
 
 
@@ -114,7 +114,7 @@ class Problem:
     def __init__(self, begin: np.ndarray, layout: Layout, wanted: int, most_stops: int):
         count = len(begin)
         self.begin, self._wanted = np.ascontiguousarray(begin), wanted
-        self._rotors = layout.rotors if layout.watches_at else 0
+        self._rotors = layout.rotors if layout.events_at else 0
         self.settings = np.empty((count, SETTINGS))
         self.constants = np.empty((count, layout.numbers))
         self.arrays = np.empty((count, layout.arrays), np.int64)

@@ -39,7 +39,7 @@ class Layout(NamedTuple):
 
     size: the number of variables, place: where the place on the orbit is among them, 0: it is not;
     numbers and arrays: how many the Constants have; rotors: of those that turn; rotors_at: where
-    they begin among the numbers, watches_at: the watches of their drives, 0: there are none;
+    they begin among the numbers, events_at: their event functions, 0: there are none;
     momenta: where the rotors' are among the variables; cuts_first: as of the Constants.
     """
 
@@ -47,7 +47,7 @@ class Layout(NamedTuple):
     place: int
     rotors: int
     rotors_at: int
-    watches_at: int
+    events_at: int
     momenta: int
     cuts_first: bool
     numbers: int
@@ -64,7 +64,7 @@ class Layout(NamedTuple):
             place=parts.place.start if constants.integrates_place else 0,
             rotors=rotors,
             rotors_at=rotors_at,
-            watches_at=rotors_at + ROTOR_SIZE * rotors if constants.watches else 0,
+            events_at=rotors_at + ROTOR_SIZE * rotors if constants.events else 0,
             momenta=parts.momenta.start,
             cuts_first=constants.cuts_first,
             numbers=len(numbers),

@@ -21,7 +21,7 @@ from ..kernel.looped import looped
 from ..orbits.kepler_equation import true_anomaly_of_one
 from ..trace.memory import call, floats, integers
 from .dense_output import add_turn, interpolate
-from .exits import effort, first_exit
+from .event_location import effort, first_exit
 from .lanes import (
     ANOMALY,
     ARRAY_COUNT,
@@ -29,8 +29,6 @@ from .lanes import (
     BEGIN,
     BEGIN_AT,
     BEGINS,
-    STEP_STATE_SIZE,
-    STEP_STATES_AT,
     CONSTANT_COUNT,
     CONSTANTS_AT,
     CUTS_FIRST,
@@ -39,6 +37,7 @@ from .lanes import (
     EFFORTS_AT,
     END,
     ENDED_AT,
+    EVENTS_AT,
     EXIT,
     EXIT_S,
     EXITS,
@@ -74,6 +73,8 @@ from .lanes import (
     SETTINGS_AT,
     SINCE,
     SIZE,
+    STEP_STATE_SIZE,
+    STEP_STATES_AT,
     STEP_UNDERFLOW,
     STEPS,
     STEPS_ALLOWED,
@@ -92,7 +93,6 @@ from .lanes import (
     UNFINISHED,
     WAITING,
     WANTED,
-    WATCHES_AT,
 )
 from .layout import ARRAYS, ERROR, EVALUATED, FROM_S, PART, STAGE_S, TERMS, UNTIL_S, H, T
 
@@ -276,7 +276,7 @@ def _judge(l, p, lanes, single, make_dense):
     c[NEXT] = min(grown, _of(m, CONSTANTS_AT, p[CONSTANT_COUNT], p)[LONGEST_STEP])
     c[STEPS] += 1.0
     c[TRYING] = 0.0
-    if p[WATCHES_AT] > 0:
+    if p[EVENTS_AT] > 0:
         _end_at_exit(l, p, lanes, single, make_dense)
     if c[BEGIN] >= c[FURTHEST]:
         c[SINCE] += 1.0
@@ -295,10 +295,13 @@ def _end_at_exit(l, p, lanes, single, make_dense):
         c[LEFT], c[EXIT_S] = c[EXIT], np.inf
         return
     t, h, constants = c[BEGIN], c[END] - c[BEGIN], p[CONSTANTS_AT] + _BYTES * p[CONSTANT_COUNT] * m
-    rotors, watches = constants + _BYTES * p[ROTORS_AT], constants + _BYTES * p[WATCHES_AT]
+    rotors, events = (
+        constants + _BYTES * p[ROTORS_AT],
+        constants + _BYTES * p[EVENTS_AT],
+    )
     dense, row = floats(single[_DENSE]), single[ROW]
     part, which = first_exit(
-        floats(rotors), floats(watches), p[ROTORS], p[MOMENTA_AT], dense, row, h
+        floats(rotors), floats(events), p[ROTORS], p[MOMENTA_AT], dense, row, h
     )
     c[EXIT_S] = np.inf
     if part > 1.0:
@@ -329,7 +332,7 @@ def _write_rows(l, p, lanes, single, make_dense):
     t_s, rows = floats(p[T_S_AT] + _BYTES * p[T_S_STEP] * m), p[ROW_COUNT]
     first = last = integers(p[ROWS_AT])[m]
     # The torque that holds a rotor is known when there is a step.
-    is_held_back = p[WATCHES_AT] > 0 and c[STEPS] == 0.0 and c[IS_STUCK] == 0.0
+    is_held_back = p[EVENTS_AT] > 0 and c[STEPS] == 0.0 and c[IS_STUCK] == 0.0
     while last < rows and t_s[last] <= c[END] + c[LATE] and not is_held_back:
         last += 1
     is_whole = last - first <= _SLICE_ROWS
@@ -345,7 +348,7 @@ def _write_rows(l, p, lanes, single, make_dense):
         interpolate(
             at_s, last - first, out, rows, p[WANTED], begin, end, dense, row, floats(constants)
         )
-        if p[WATCHES_AT] > 0:
+        if p[EVENTS_AT] > 0:
             _write_efforts(m, first, last, begin, end, constants, p, dense, row)
         for i in range(max(first, 1), last if counts else 0):
             turn_b = floats(p[TURN_AT] + _BYTES * 3 * i)
@@ -377,16 +380,17 @@ def _write_rows(l, p, lanes, single, make_dense):
 
 def _write_efforts(m, first, last, begin, end, constants, p, dense, row):
     """Write the torques [N m] of drives."""
-    rotors, watches = constants + _BYTES * p[ROTORS_AT], constants + _BYTES * p[WATCHES_AT]
+    rotors, events = (
+        constants + _BYTES * p[ROTORS_AT],
+        constants + _BYTES * p[EVENTS_AT],
+    )
     t_s, h = floats(p[T_S_AT] + _BYTES * p[T_S_STEP] * m), end - begin
     per_step = 1.0 / h if h > 0.0 else 0.0
     for i in range(p[ROTORS]):
         efforts = floats(p[EFFORTS_AT] + _BYTES * p[ROW_COUNT] * (m * p[ROTORS] + i))
         for n in range(first, last):
             x = (t_s[n] - begin) * per_step
-            efforts[n] = effort(
-                i, x, floats(rotors), floats(watches), p[MOMENTA_AT], dense, row, h
-            )
+            efforts[n] = effort(i, x, floats(rotors), floats(events), p[MOMENTA_AT], dense, row, h)
 
 
 def _show(l, p, lanes, single, make_dense):

@@ -9,7 +9,7 @@ root = Path(__file__).resolve().parent
 
 setup(
     name=package_name,
-    version='0.2.0',
+    version='0.3.0',
     description='Attitude dynamics of gyrostat satellites, live in ROS 2 and in closed form',
     author='satdyn_ros developers',
     author_email='maintainers@satdyn-ros.invalid',

@@ -101,7 +101,7 @@ setup(
             'pytest-xdist',
             'rosbags',
             'selenium',
-            'setuptools',
+            'setuptools>=70.1',
         ],
         'docs': ['furo', 'myst-parser', 'sphinx>=8.2'],
         # Other programs that read what we export; their tests are skipped without them.

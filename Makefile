@@ -63,8 +63,8 @@ help:
 	@echo '              random programs, requests of four clients, kills, restarts, a simulated day'
 	@echo 'make reference  recompute the reference cases to 50 digits and compare (some minutes)'
 	@echo 'make oldest   tests with the oldest libraries that setup.py names (Python 3.10 or 3.11)'
-	@echo 'make release  build sdist and wheel in dist/, check them and try the wheel in an environment of'
-	@echo '              its own (two minutes)'
+	@echo 'make release  build sdist and wheel in dist/, check them, and try the wheel elsewhere, as a'
+	@echo '              stranger would (two to six minutes)'
 	@echo 'make clean    remove .venv and everything that was built'
 
 demo: $(VENV)/.run $(if $(WATCH),$(VENV)/.watch)

@@ -5,8 +5,8 @@ Build what a release uploads, and try it as somebody who installs it would.
 
 dist/ gets the source distribution of the last commit, which holds the files that git knows, and
 the wheel that is built from it.  The wheel is installed into a fresh environment.  Its commands
-then run in another folder and with an empty process environment, so that nothing of the checkout
-and of the shell can help them.
+then run in another folder and with an empty process environment, but for a ROS domain of its own,
+so that nothing of the checkout and of the shell can help them.
 """
 
 import os

@@ -44,7 +44,7 @@ LONG_TESTS_4 := test/actuators test/bag test/controllers test/kernel test/rosbag
 LONG_TESTS_5 := test/base test/dynamics test/environment test/guidance test/gym test/integrate test/orbits test/run test/sensors \
 	test/theory test/torques test/trace
 
-.PHONY: everything $(PARTS) help demo test test-all pages torture reference oldest lint colcon figures docs bench clean
+.PHONY: everything $(PARTS) help demo test test-all pages torture reference oldest lint colcon figures docs bench release clean
 
 help:
 	@echo 'make demo     a satellite live for 20 s: the node, a subscriber, a request, a bag;'
@@ -63,6 +63,8 @@ help:
 	@echo '              random programs, requests of four clients, kills, restarts, a simulated day'
 	@echo 'make reference  recompute the reference cases to 50 digits and compare (some minutes)'
 	@echo 'make oldest   tests with the oldest libraries that setup.py names (Python 3.10 or 3.11)'
+	@echo 'make release  build sdist and wheel in dist/, check them, and try the wheel elsewhere, as a'
+	@echo '              stranger would (two to six minutes)'
 	@echo 'make clean    remove .venv and everything that was built'
 
 demo: $(VENV)/.run $(if $(WATCH),$(VENV)/.watch)
@@ -116,8 +118,11 @@ docs: $(VENV)/.docs
 bench: $(VENV)/.bench
 	@$(PY) benchmark/run.py $(if $(QUICK),--quick)
 
+release: $(VENV)/.release
+	@$(PY) scripts/release.py
+
 clean:
-	rm -rf $(VENV) $(OLD) build install log *.egg-info
+	rm -rf $(VENV) $(OLD) build dist install log *.egg-info
 	rm -rf .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -prune -exec rm -rf {} +
 
@@ -169,6 +174,11 @@ $(VENV)/.bench: $(VENV)/.run
 $(VENV)/.docs: $(VENV)/.run
 	@echo 'Installing Sphinx, and what the pages of the API import (a minute)'
 	@$(PIP) install --editable '.[$(ALL),docs]'
+	@touch $@
+
+$(VENV)/.release: | $(PY)
+	@echo 'Installing build and twine'
+	@$(PIP) install build twine
 	@touch $@
 
 $(VENV)/.colcon: $(VENV)/.run

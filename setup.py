@@ -9,7 +9,7 @@ root = Path(__file__).resolve().parent
 
 setup(
     name=package_name,
-    version='0.2.0',
+    version='0.3.0',
     description='Attitude dynamics of gyrostat satellites, live in ROS 2 and in closed form',
     author='satdyn_ros developers',
     author_email='maintainers@satdyn-ros.invalid',
@@ -101,7 +101,7 @@ setup(
             'pytest-xdist',
             'rosbags',
             'selenium',
-            'setuptools',
+            'setuptools>=70.1',
         ],
         'docs': ['furo', 'myst-parser', 'sphinx>=8.2'],
         # Other programs that read what we export; their tests are skipped without them.

@@ -12,7 +12,7 @@ describe: what theory says of a scenario, as data.
 from importlib import import_module
 from typing import Any
 
-__version__ = '0.2.0'
+__version__ = '0.3.0'
 
 _PUBLIC = {
     'Scenario': 'satdyn_ros.run.scenario',

@@ -3,9 +3,13 @@
 import ast
 import importlib
 import re
+import shutil
+import subprocess
 import sys
+import tarfile
 from pathlib import Path
 from xml.etree import ElementTree
+from zipfile import ZipFile
 
 import pytest
 import setuptools  # noqa: F401  (it brings distutils, which Python 3.12 has no more)
@@ -72,6 +76,19 @@ def test_manifest_and_setup_agree(distribution, manifest):
     assert manifest.findtext('export/build_type') == 'ament_python'
 
 
+def test_the_version_is_told_everywhere():
+    """The newest version of the changelog, with its date, and the citation are of the package."""
+    changelog = (ROOT / 'CHANGELOG.rst').read_text()
+    # The form of REP 132: a line of the version and its date, underlined as long.
+    sections = re.findall(
+        r'^(\d+\.\d+\.\d+) \((\d{4}-\d\d-\d\d)\)\n(-+)$', changelog, re.MULTILINE
+    )
+    version, date, line = sections[0]
+    assert version == satdyn_ros.__version__
+    assert len(line) == len(f'{version} ({date})')
+    assert f'\nversion: {version}\n' in (ROOT / 'CITATION.cff').read_text()
+
+
 def test_every_import_is_declared(distribution, manifest):
     """Whoever installs the package with the fitting extras can import every module of it."""
     declared = importable(distribution.install_requires)
@@ -118,6 +135,62 @@ def test_every_folder_of_modules_is_a_package(distribution):
     """A folder without __init__.py would be missing after a plain install."""
     folders = {path.parent.relative_to(ROOT) for path in (ROOT / 'satdyn_ros').rglob('*.py')}
     assert {'.'.join(folder.parts) for folder in folders} == set(distribution.packages)
+
+
+def build(kind, folder, out):
+    """Build a distribution of a folder as pip does, and return its path."""
+    done = subprocess.run(
+        [sys.executable, '-c', f'from setuptools.build_meta import *; build_{kind}({str(out)!r})'],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    [path] = out.iterdir()
+    return path
+
+
+def test_what_is_built_holds_what_the_commit_holds(tmp_path):
+    """The source distribution has every file that git knows; both give the same wheel."""
+    pytest.importorskip('setuptools', '70.1', reason='it builds no wheel by itself')
+    if not (ROOT / '.git').exists():
+        pytest.skip('no checkout of git')
+    listed = subprocess.run(
+        ['git', 'ls-files', '-z', '--cached', '--others', '--exclude-standard'],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    files = {name for name in listed.stdout.split('\0') if name and (ROOT / name).exists()}
+    checkout = tmp_path / 'checkout'
+    for name in files:
+        (checkout / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / name, checkout / name)
+    for name in ('sdist', 'wheel', 'wheel_of_sdist'):
+        (tmp_path / name).mkdir()
+    with tarfile.open(build('sdist', checkout, tmp_path / 'sdist')) as archive:
+        packed = {info.name.partition('/')[2] for info in archive if info.isfile()}
+        archive.extractall(tmp_path, filter='data')
+    added = {name for name in packed if name.startswith('satdyn_ros.egg-info/')} | {'PKG-INFO'}
+    assert packed - added == files
+    with (
+        ZipFile(build('wheel', checkout, tmp_path / 'wheel')) as wheel,
+        ZipFile(
+            build(
+                'wheel',
+                tmp_path / f'satdyn_ros-{satdyn_ros.__version__}',
+                tmp_path / 'wheel_of_sdist',
+            )
+        ) as wheel_of_sdist,
+    ):
+        assert sorted(wheel.namelist()) == sorted(wheel_of_sdist.namelist())
+        # Nothing of what a test or a page needs alone lies in the folder of all packages.
+        assert {name.split('/')[0] for name in wheel.namelist()} == {
+            'satdyn_ros',
+            f'satdyn_ros-{satdyn_ros.__version__}.data',
+            f'satdyn_ros-{satdyn_ros.__version__}.dist-info',
+        }
 
 
 def test_commands_exist(distribution):

@@ -14,12 +14,12 @@ from rclpy.context import Context
 from rclpy.exceptions import NameValidationException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter, parameter_value_to_python
-from rclpy.signals import SignalHandlerOptions
 from rclpy.validate_full_topic_name import validate_full_topic_name
 from std_srvs.srv import SetBool, Trigger
 
 from ..base import ros_yaml
 from ..base.units import is_quantity
+from .context import init
 from .other_users import unreached
 
 _LONGEST_S = 1e6
@@ -67,7 +67,7 @@ class Client:
         self._name, self._timeout_s = node_name, timeout_s
         self._given_up = given_up or threading.Event()
         self._context = Context()
-        rclpy.init(args=[], context=self._context, signal_handler_options=SignalHandlerOptions.NO)
+        init(context=self._context)
         self._node = rclpy.create_node(
             f'satdyn_request_{os.getpid()}', context=self._context, start_parameter_services=False
         )

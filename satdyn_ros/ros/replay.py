@@ -10,13 +10,13 @@ from rclpy.context import Context
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.signals import SignalHandlerOptions
 from rclpy.time import Time
 from rosgraph_msgs.msg import Clock
 
 from ..bag.playback import Playback
 from ..base.nanoseconds import SECOND_NS
 from ..messages import qos
+from .context import init
 from .other_users import unreached
 from .publishing import message_class, qos_profile
 
@@ -48,7 +48,7 @@ def replay(
     if not 0.0 <= start_offset_s <= duration_s:
         raise ValueError(f'--start-offset is {start_offset_s:g}; it must be 0 to {duration_s:g} s')
     context = Context()
-    rclpy.init(args=[], context=context, signal_handler_options=SignalHandlerOptions.NO)
+    init(context=context)
     node = rclpy.create_node('satdyn_replay', context=context, start_parameter_services=False)
     try:
         publishers = _publishers(node, bag)

@@ -19,7 +19,7 @@ import rclpy.logging
 from rclpy.exceptions import NameValidationException, NotInitializedException
 from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
-from rclpy.signals import SignalHandlerOptions, install_signal_handlers
+from rclpy.signals import install_signal_handlers
 
 from ..base import ros_yaml
 from ..base.interruption import interruptible, uninterrupted
@@ -28,6 +28,7 @@ from ..base.sentences import one_sentence
 from ..run import controllers
 from ..run.parameter_file import ParameterFile, folder_of
 from ..torques.body_torque import named
+from .context import init
 from .executor import Executor
 from .node import Moment, SatdynNode
 
@@ -92,9 +93,7 @@ def main(
         for option, path in pairwise(arguments[at:]):
             if option in _FILE_OPTIONS and Path(path).exists():
                 regular_file(path)
-        rclpy.init(
-            args=['satdyn', *arguments[at:]], signal_handler_options=SignalHandlerOptions.NO
-        )
+        init(['satdyn', *arguments[at:]])
     except UnknownROSArgsError as error:
         return _refuse(f'--ros-args does not allow {error}')
     except RCLError as error:

@@ -18,10 +18,10 @@ from rcl_interfaces.msg import ParameterEvent
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import qos_profile_parameter_events
-from rclpy.signals import SignalHandlerOptions
 
 from ..report import html
 from ..ros.client import Answer, Client
+from ..ros.context import init
 from ..ros.other_users import unreached
 from ..run.scenario import Scenario
 from ..torques.body_torque import BodyTorque
@@ -81,7 +81,7 @@ class RosGraph:
     # -- the server's side ------------------------------------------------------------------------
 
     async def start(self, hub: Hub) -> None:
-        """Begin to listen."""
+        """Begin to listen; OSError: ROS cannot write its log."""
         loop = asyncio.get_running_loop()
 
         def tell(kind: str, message: dict[str, Any], is_lasting: bool) -> None:
@@ -89,7 +89,9 @@ class RosGraph:
             loop.call_soon_threadsafe(hub.put, kind, text, is_lasting)
 
         self._tell = tell
-        self._thread = threading.Thread(target=self._listen, name='graph')
+        context = Context()
+        init(context=context)
+        self._thread = threading.Thread(target=self._listen, args=(context,), name='graph')
         self._thread.start()
 
     async def stop(self) -> None:
@@ -149,9 +151,7 @@ class RosGraph:
 
     # -- the side of ROS, in a thread of its own --------------------------------------------------
 
-    def _listen(self) -> None:
-        context = Context()
-        rclpy.init(args=[], context=context, signal_handler_options=SignalHandlerOptions.NO)
+    def _listen(self, context: Context) -> None:
         # Two nodes: what is polled must not wake the executor of the other.
         names = (f'satdyn_watch_{os.getpid()}', f'satdyn_watch_{os.getpid()}_frames')
         asker, poller = (

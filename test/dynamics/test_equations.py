@@ -111,3 +111,29 @@ def test_a_steady_torque_leaves_the_turning_axes():
     steady = Steady(Steady.Constants(0.3))
     assert System(FULL, orbit=CIRCLE, torques=(steady,)).has_turning_axes
     assert not System(FULL, orbit=CIRCLE, torques=(steady, WIND)).has_turning_axes
+
+
+def test_an_imbalance_pulls_with_the_square_of_the_speed():
+    """
+    A mass off the axis pulls outward, U_s s^2, where the rotor is; a skew one tilts it, U_d s^2.
+
+    Of a body at rest, to rounding.
+    """
+    place, U_s, U_d, s, theta = np.array([0.1, -0.2, 0.3]), 2e-4, 3e-5, 40.0, 0.7
+    rotor = Rotor(
+        'free',
+        axis=AXIS,
+        inertia=0.1,
+        position=place,
+        static_imbalance=U_s,
+        dynamic_imbalance=U_d,
+    )
+    system = System(FULL, (rotor,), FixedDirection(0.0), weight_moment=np.zeros(3))
+    state = State(np.array([0.0, 0.0, 0.0, 1.0]), np.zeros(3), np.array([s]), np.array([theta]))
+    y = tuple(initial_values(system, state).tolist())
+    found = np.array(equations.rates(0.0, y, constants_of(system, 0.0)))[RATE]
+    e_1 = rotor.zero_direction
+    outward = math.cos(theta) * e_1 + math.sin(theta) * np.cross(AXIS, e_1)
+    torque = s**2 * (U_s * np.cross(place, outward) + U_d * outward)
+    expected = np.linalg.solve(FULL - 0.1 * np.outer(AXIS, AXIS), torque)
+    np.testing.assert_allclose(found, expected, rtol=1e-13)

@@ -9,7 +9,7 @@ from sgp4.api import Satrec
 
 from satdyn_ros.base.nanoseconds import stamp_ns
 from satdyn_ros.environment import gcrs_to_itrs, geodetic, teme_to_gcrs, terrestrial_time, turned
-from satdyn_ros.environment.earth import leap_seconds_between
+from satdyn_ros.environment.earth import leap_seconds_between, leap_seconds_ns
 
 
 @pytest.mark.parametrize(
@@ -33,6 +33,14 @@ def test_leap_seconds(utc, leap_s):
     passed_s = (day - 2440587.5) * 86400.0 - stamp_ns(utc) // 10**9 + fraction * 86400.0
     subsecond = stamp_ns(utc) % 10**9 * 1e-9
     assert_allclose(passed_s - subsecond, leap_s + 32.184, rtol=0.0, atol=1e-10)
+
+
+def test_stamps_have_leap_seconds_from_1972_on():
+    """Those that the IERS announced, of which before 1970 there is none."""
+    stamps_ns = leap_seconds_ns()
+    first = [stamp_ns(f'1972-{month}-01T00:00:00') for month in ('01', '07')]
+    assert stamps_ns[:2].tolist() == first
+    assert stamps_ns[27] == stamp_ns('2017-01-01T00:00:00')
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import groupby
 from typing import NamedTuple
 
 # Names of the SANA registry for axes that do not turn; J2000 is what older files call EME2000.
@@ -97,6 +98,12 @@ def kvn_rows(
             raise ValueError(f'line {number}: a row that begins with {words[0]} is in {section}')
     if section in (_IN_METADATA, _BEFORE_ROWS, _IN_COVARIANCE):
         raise ValueError(f'it ends within {section}')
+
+
+def by_segment(rows: Iterable[KvnRow]) -> Iterator[list[KvnRow]]:
+    """Yield the rows of each segment."""
+    for _, group in groupby(rows, key=lambda row: id(row.metadata)):
+        yield list(group)
 
 
 def is_inertial(frame: str) -> bool:

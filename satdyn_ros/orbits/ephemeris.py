@@ -16,10 +16,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..base.kvn import INERTIAL_FRAMES, KvnMetadata, KvnRow, is_inertial, kvn_rows
+from ..base.kvn import INERTIAL_FRAMES, KvnMetadata, KvnRow, by_segment, is_inertial, kvn_rows
 from ..base.nanoseconds import DAY_NS, SECOND_NS, epoch, stamp_ns
 from ..base.ndm_xml import is_xml, xml_rows
-from ..environment.earth import leap_seconds_between, utc_from_tai_ns, utc_from_tt_ns
+from ..environment.earth import TO_UTC, leap_seconds_between
 from ..kernel.rows import length
 from .interpolation import Interpolation, Span
 from .kepler import EARTH_RADIUS_M
@@ -28,7 +28,6 @@ from .stk_ephemeris import is_stk, stk_rows
 from .tabled import OrbitSource
 
 VERSIONS = ('1.0', '2.0', '3.0')
-TO_UTC = {'UTC': lambda stamps_ns: stamps_ns, 'TT': utc_from_tt_ns, 'TAI': utc_from_tai_ns}
 _METHODS = ('HERMITE', 'LAGRANGE', 'LINEAR')
 _DEFAULT_DEGREE, _HIGHEST_DEGREE = 7, 99
 _TIMES = ('START_TIME', 'USEABLE_START_TIME', 'USEABLE_STOP_TIME', 'STOP_TIME')
@@ -87,11 +86,8 @@ class EphemerisOrbit(OrbitSource):
         given = self.text.strip()
         if given and '\n' not in given:
             raise ValueError(f'this is not an Orbit Ephemeris Message, but one line: {given!r}')
-        read: list[list[KvnRow]] = []
-        for row in _rows(self.text):
-            if not read or row.metadata is not read[-1][0].metadata:
-                read.append([])
-            read[-1].append(row)
+        # All are read first: what is damaged is said before what a segment asks for.
+        read = list(by_segment(_rows(self.text)))
         if not read:
             raise ValueError('it has no positions')
         found = [_Segment(rows, self.epoch_ns) for rows in read]

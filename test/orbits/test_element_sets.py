@@ -74,6 +74,17 @@ def test_each_notation_holds_the_same_sets(notation):
             assert said[keyword] == str(fields[keyword])
 
 
+@pytest.mark.parametrize(
+    'declared', ['', ' xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"']
+)
+def test_a_prefix_of_xml_may_be_declared_or_not(declared):
+    """As it is after an ndm of Space-Track was cut in parts by other programs."""
+    text = of_xml(FIELDS).replace(
+        ' xmlns="urn:ccsds:schema:ndmxml"', f'{declared} xsi:noNamespaceSchemaLocation="x"'
+    )
+    assert Catalogue(text).sets == Catalogue(of_xml(FIELDS)).sets
+
+
 def test_lines_with_names_and_without():
     """Of two lines or three, a 0 before the name or not; the text is the lines themselves."""
     lines = ''.join(

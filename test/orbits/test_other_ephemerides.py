@@ -119,6 +119,7 @@ def test_what_is_wrong_in_xml_is_said_with_its_line(old, new, reason):
         ('', 'LAGRANGE', 5),
         ('InterpolationMethod Lagrange\nInterpolationSamplesM1 7\n', 'LAGRANGE', 7),
         ('InterpolationMethod Hermite\nInterpolationSamplesM1 1\n', 'HERMITE', 3),
+        ('InterpolationMethod Hermite\nInterpolationSamplesM1 3\n', 'HERMITE', 7),
         ('InterpolationMethod Lagrange\nInterpolationOrder 3\n', 'LAGRANGE', 3),
     ],
 )
@@ -130,6 +131,23 @@ def test_a_file_of_stk_is_interpolated_as_it_says(unit, more, method, degree):
         found, same.position_velocity(T_S), (1e-7, 1e-9), strict=True
     ):
         assert_allclose(values, right, rtol=0.0, atol=allowed)
+
+
+def test_what_says_nothing_of_place_and_velocity_is_left_out():
+    """Accelerations, covariances behind the rows, and keywords of neither, as STK has them."""
+    text = as_stk(MINUTES, 'BlockingFactor 20\nCovarianceFormat LowerTriangular\n')
+    right = EphemerisOrbit(text, EPOCH_NS).position_velocity(T_S)
+    head, mark, rows = text.partition('EphemerisTimePosVel\n\n')
+    rows = rows.removesuffix('\nEND Ephemeris\n').replace('\n', ' 1e-3 2e-3 3e-3\n')
+    triangle = ''.join(f'  {" 1.0" * n}\n' for n in range(2, 7))
+    covariances = ''.join(f'{t} 1.0\n{triangle}\n' for t in MINUTES)
+    more = (
+        f'{head}{mark.replace("Vel", "VelAcc")}{rows}END EphemerisTimePosVelAcc\n\n'
+        f'BEGIN CovarianceTimePosVel\n{covariances}END CovarianceTimePosVel\n\nEND Ephemeris\n'
+    )
+    found = EphemerisOrbit(more, EPOCH_NS).position_velocity(T_S)
+    for values, same in zip(found, right, strict=True):
+        assert_array_equal(values, same)
 
 
 @pytest.mark.parametrize('twice', [True, False])

@@ -106,6 +106,32 @@ def by_segment(rows: Iterable[KvnRow]) -> Iterator[list[KvnRow]]:
         yield list(group)
 
 
+def kvn_text(keyword: str, rows: Iterable[KvnRow]) -> str:
+    """
+    Return rows as a message in keyword = value notation, whose first line is of a keyword.
+
+    What stands in a line, stands there in the text too, unless another does.
+    """
+    lines: list[str] = []
+
+    def put(text, line):
+        lines.extend([''] * (line - 1 - len(lines)))
+        lines.append(' '.join(text.split()))
+
+    metadata = None
+    for row in rows:
+        if not lines:
+            put(f'{keyword} = {row.version}', 1)
+        if row.metadata is not metadata:
+            metadata = row.metadata
+            put('META_START', metadata.lines['META_START'])
+            for name, value in metadata.items():
+                put(f'{name} = {value}', metadata.lines[name])
+            put('META_STOP', 0)
+        put(' '.join(row.words), row.line)
+    return '\n'.join([*lines, ''])
+
+
 def is_inertial(frame: str) -> bool:
     """
     Whether a name is one of INERTIAL_FRAMES, or a numbered realisation of one.

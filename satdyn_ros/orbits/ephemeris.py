@@ -16,7 +16,15 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..base.kvn import INERTIAL_FRAMES, KvnMetadata, KvnRow, by_segment, is_inertial, kvn_rows
+from ..base.kvn import (
+    INERTIAL_FRAMES,
+    KvnMetadata,
+    KvnRow,
+    by_segment,
+    is_inertial,
+    kvn_rows,
+    kvn_text,
+)
 from ..base.nanoseconds import DAY_NS, SECOND_NS, epoch, stamp_ns
 from ..base.ndm_xml import is_xml, xml_rows
 from ..environment.earth import TO_UTC, leap_seconds_between
@@ -27,7 +35,7 @@ from .pieces import Piece, Stretch, fitted
 from .stk_ephemeris import is_stk, stk_rows
 from .tabled import OrbitSource
 
-VERSIONS = ('1.0', '2.0', '3.0')
+_VERSION, VERSIONS = 'CCSDS_OEM_VERS', ('1.0', '2.0', '3.0')
 _METHODS = ('HERMITE', 'LAGRANGE', 'LINEAR')
 _DEFAULT_DEGREE, _HIGHEST_DEGREE = 7, 99
 _TIMES = ('START_TIME', 'USEABLE_START_TIME', 'USEABLE_STOP_TIME', 'STOP_TIME')
@@ -161,6 +169,11 @@ class EphemerisOrbit(OrbitSource):
         return found[:, :3], found[:, 3:]
 
 
+def oem_of_xml(text: str) -> str:
+    """Return an OEM in XML in the notation of fewer characters; ValueError: it is none."""
+    return kvn_text(_VERSION, xml_rows(text, 'oem', VERSIONS, 'stateVector', _STATE))
+
+
 def _rows(text):
     """Return the rows of a message in either notation, or of a file of STK."""
     lines = StringIO(text.removeprefix('\ufeff'), newline=None)
@@ -168,7 +181,7 @@ def _rows(text):
         return xml_rows(text, 'oem', VERSIONS, 'stateVector', _STATE)
     if is_stk(text):
         return stk_rows(lines)
-    return kvn_rows(lines, 'Orbit Ephemeris Message', 'CCSDS_OEM_VERS', VERSIONS)
+    return kvn_rows(lines, 'Orbit Ephemeris Message', _VERSION, VERSIONS)
 
 
 class _Segment:

@@ -192,6 +192,35 @@ def test_it_is_read_beside_the_parameter_file(tmp_path):
     assert Scenario.from_yaml_text(scenario.to_yaml()) == scenario
 
 
+def test_a_file_in_xml_becomes_the_shorter_notation(tmp_path):
+    """NASA's of the ISS has 2.9 MB; the values are the same, and so are lines in sentences."""
+    path = tmp_path / 'scenario.yaml'
+    path.write_text(
+        '/**:\n  ros__parameters:\n    orbit: {type: oem, file: orbit.xml}\n'
+        "    time: {epoch: '2026-03-01T12:00:00Z'}\n"
+    )
+    parts = (
+        segment(MINUTES[MINUTES <= 900.0]),
+        segment(MINUTES[MINUTES >= 900.0], INTERPOLATION='LAGRANGE', INTERPOLATION_DEGREE=5),
+    )
+    text = re.sub('(?=<[A-Z])', f'\n{" " * 12_000}', as_xml(*parts))
+    assert len(text) > 2_500_000
+    (tmp_path / 'orbit.xml').write_text(text)
+    scenario = Scenario.from_yaml(path)
+    assert len(scenario['orbit.file']) < 20_000
+    found = EphemerisOrbit(scenario['orbit.file'], EPOCH_NS).position_velocity(T_S)
+    for values, right in zip(found, read(*parts).position_velocity(T_S), strict=True):
+        assert_array_equal(values, right)
+    for old, new in (('>LAGRANGE<', '>SPLINE<'), ('>EARTH<', '>MARS<')):
+        (tmp_path / 'orbit.xml').write_text(text.replace(old, new))
+        line = text.partition(old)[0].count('\n') + 1
+        with pytest.raises(ValueError, match=f'^orbit.file: line {line}: '):
+            Scenario.from_yaml(path)
+    (tmp_path / 'orbit.xml').write_text(text.replace('</oem>', ''))
+    with pytest.raises(ValueError, match=r'orbit.file orbit.xml: line [0-9]+: its XML ends early'):
+        Scenario.from_yaml(path)
+
+
 @pytest.mark.parametrize(
     ('old', 'new', 'reason'),
     [

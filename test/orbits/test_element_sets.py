@@ -124,7 +124,8 @@ def test_a_number_may_begin_with_a_letter():
         (f'{SETS[0][0]}\n\nNAME\n', 'line 3 must be the second of an element set'),
         (f'{SETS[0][0]}\n{SETS[0][1]}\n{SETS[0][1]}', 'line 3 must be the first'),
         ('A NAME\nANOTHER\n', 'line 2 must be the first'),
-        (f'NAME\n{SETS[0][0]}\n', 'it ends within an element set'),
+        (f'NAME\n{SETS[0][0]}\n', 'line 2: it ends within an element set'),
+        ('NAME', 'line 1: it ends within an element set'),
     ],
 )
 def test_what_is_damaged_is_said_with_its_line(text, reason):

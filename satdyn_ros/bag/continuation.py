@@ -72,9 +72,15 @@ def begun_in_bag(
     return scenario, snapshot | {'sensors': memories}
 
 
+def is_aem(path: str | Path) -> bool:
+    """Whether a path is that of a message, by its suffix: of any file but one of a bag."""
+    suffix = Path(path).suffix
+    return suffix == '.aem' or (suffix != '.mcap' and Path(path).is_file())
+
+
 def begun_in_aem(scenario: Scenario, path: str | Path, epoch: str) -> Scenario:
     """
-    Return the scenario started with the attitude, and rate, of an AEM's row at an epoch (UTC).
+    Return the scenario started with the attitude, and rate, of an AEM at an epoch (UTC).
 
     Without rates in the file the scenario's initial.angular_velocity is used, relative to the
     frame that the scenario names.  The epoch is the stamp of tick 0 unless time.epoch_ns is set.

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import groupby
 from typing import NamedTuple
 
 # Names of the SANA registry for axes that do not turn; J2000 is what older files call EME2000.
@@ -97,6 +98,38 @@ def kvn_rows(
             raise ValueError(f'line {number}: a row that begins with {words[0]} is in {section}')
     if section in (_IN_METADATA, _BEFORE_ROWS, _IN_COVARIANCE):
         raise ValueError(f'it ends within {section}')
+
+
+def by_segment(rows: Iterable[KvnRow]) -> Iterator[list[KvnRow]]:
+    """Yield the rows of each segment."""
+    for _, group in groupby(rows, key=lambda row: id(row.metadata)):
+        yield list(group)
+
+
+def kvn_text(keyword: str, rows: Iterable[KvnRow]) -> str:
+    """
+    Return rows as a message in keyword = value notation, whose first line is of a keyword.
+
+    What stands in a line, stands there in the text too, unless another does.
+    """
+    lines: list[str] = []
+
+    def put(text, line):
+        lines.extend([''] * (line - 1 - len(lines)))
+        lines.append(' '.join(text.split()))
+
+    metadata = None
+    for row in rows:
+        if not lines:
+            put(f'{keyword} = {row.version}', 1)
+        if row.metadata is not metadata:
+            metadata = row.metadata
+            put('META_START', metadata.lines['META_START'])
+            for name, value in metadata.items():
+                put(f'{name} = {value}', metadata.lines[name])
+            put('META_STOP', 0)
+        put(' '.join(row.words), row.line)
+    return '\n'.join([*lines, ''])
 
 
 def is_inertial(frame: str) -> bool:

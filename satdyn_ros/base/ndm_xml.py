@@ -7,16 +7,16 @@ from xml.parsers import expat
 from .kvn import KvnMetadata, KvnRow
 
 # Those of the standards; a message in others is not read.
-_UNITS = ('', '1/s', 'deg', 'deg/s', 'km', 'km/s', 'km/s**2')
+_UNITS = ('', '1/s', 'deg', 'deg/s', 'km', 'km/s', 'km/s**2', 's')
 
 
 class XmlElement(NamedTuple):
     """
     An element of a message.
 
-    tag: its name without that of a namespace.  attributes: by name.  text: without the elements
-    within it, and without blanks at its ends.  depth: of how many elements it is a part.  line:
-    where it begins.
+    tag: its name without a prefix, declared or not.  attributes: by name.  text: without the
+    elements within it, and without blanks at its ends.  depth: of how many elements it is a part.
+    line: where it begins.
     """
 
     tag: str
@@ -34,14 +34,14 @@ def xml_elements(text: str) -> list[XmlElement]:
     """
     given = text.removeprefix('\ufeff').lstrip()
     above = text.count('\n', 0, len(text) - len(given))
-    parser = expat.ParserCreate('utf-8', '}')
+    parser = expat.ParserCreate('utf-8')
     parser.buffer_text = True
     found: list[XmlElement] = []
     texts: list[list[str]] = []
     open_elements: list[int] = []
 
     def start(name, attributes):
-        tag, depth = name.rpartition('}')[2], len(open_elements)
+        tag, depth = name.rpartition(':')[2], len(open_elements)
         open_elements.append(len(found))
         found.append(XmlElement(tag, attributes, '', depth, parser.CurrentLineNumber + above))
         texts.append([])

@@ -223,7 +223,7 @@ def _add_simulate(command):
     added.add_argument(
         '--from',
         dest='origin',
-        metavar='BAG|FILE.aem',
+        metavar='BAG|AEM',
         help='go on from a tick of this bag, or start from an attitude in a CCSDS message',
     )
     added.add_argument(
@@ -336,7 +336,7 @@ def _add_bag_commands(command):
     )
     added.add_argument(
         '--against',
-        metavar='FILE.aem',
+        metavar='AEM',
         help='draw the angle to the attitudes in a CCSDS message too',
     )
     added.add_argument(

@@ -178,7 +178,7 @@ def _bags(given):
 
 def _run_of(given, satellite):
     """Return scenario, events, begin and number of ticks of what is to be simulated."""
-    from ..bag.continuation import begun_in_aem, begun_in_bag
+    from ..bag.continuation import begun_in_aem, begun_in_bag, is_aem
     from ..bag.simulate import tick_count
     from ..run import events
     from ..run.parameter_file import ParameterFile, without_rclpys
@@ -193,11 +193,11 @@ def _run_of(given, satellite):
         scenario = scenario.with_values({'publish.rate': given.rate})
     if (given.origin is None) != (given.at is None):
         raise ValueError(
-            '--from and --at belong together: a bag and the second in it, or an .aem and an epoch'
+            '--from and --at belong together: a bag and the second in it, or an AEM and an epoch'
         )
     begin = None
     if given.origin is not None:
-        if given.origin.endswith('.aem'):
+        if is_aem(given.origin):
             scenario = begun_in_aem(scenario, given.origin, given.at)
         else:
             scenario, begin = begun_in_bag(scenario, given.origin, given.at)

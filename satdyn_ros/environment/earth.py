@@ -85,6 +85,14 @@ def utc_from_tt_ns(tt_ns: np.ndarray) -> np.ndarray:
     return utc_from_tai_ns(tt_ns - _TT_FROM_TAI_NS)
 
 
+# Of each time system in which messages count: stamps (N,) [ns] of what they count.
+TO_UTC: dict[str, Callable[[np.ndarray], np.ndarray]] = {
+    'UTC': lambda stamps_ns: stamps_ns,
+    'TT': utc_from_tt_ns,
+    'TAI': utc_from_tai_ns,
+}
+
+
 def gcrs_to_intermediate(unix_ns: ArrayLike) -> np.ndarray:
     """
     Return the matrices (..., 3, 3) of frame bias, precession and nutation of IAU 2006/2000A.

@@ -63,8 +63,10 @@ class CkWriter:
         self._last_ns = int(stamps_ns[-1])
         with spice() as toolkit:
             if self._handle is None:
-                # SPICE writes no file that there is, such as what a killed export left.
-                self._path.unlink(missing_ok=True)
+                # Where no file can be made, that is said as of other formats.  SPICE writes none
+                # that there is.
+                self._path.touch()
+                self._path.unlink()
                 self._handle = toolkit.ckopn(str(self._path), 'SATDYN_ROS', 0)
                 self._first_ns = int(stamps_ns[0])
             self._write_segment(toolkit, *rows)

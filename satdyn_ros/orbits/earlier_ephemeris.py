@@ -14,7 +14,8 @@ from numpy.polynomial import chebyshev
 
 from ..base.kvn import KvnMetadata
 from ..base.nanoseconds import SECOND_NS, stamp_ns
-from .ephemeris import TO_UTC, EphemerisOrbit, interpolation_of
+from ..environment.earth import TO_UTC
+from .ephemeris import EphemerisOrbit, interpolation_of
 from .interpolation import Span
 from .pieces import PIECE_TURN, Piece, Stretch, fitted
 

@@ -261,7 +261,7 @@ def _of_lines(text) -> Iterator[ElementSet]:
         else:
             name = line.removeprefix('0 ').strip()
     if name or first:
-        raise ValueError('it ends within an element set')
+        raise ValueError(f'line {number}: it ends within an element set')
 
 
 def _as_number(text):

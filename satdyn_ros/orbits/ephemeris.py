@@ -16,10 +16,18 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..base.kvn import INERTIAL_FRAMES, KvnMetadata, KvnRow, is_inertial, kvn_rows
+from ..base.kvn import (
+    INERTIAL_FRAMES,
+    KvnMetadata,
+    KvnRow,
+    by_segment,
+    is_inertial,
+    kvn_rows,
+    kvn_text,
+)
 from ..base.nanoseconds import DAY_NS, SECOND_NS, epoch, stamp_ns
 from ..base.ndm_xml import is_xml, xml_rows
-from ..environment.earth import leap_seconds_between, utc_from_tai_ns, utc_from_tt_ns
+from ..environment.earth import TO_UTC, leap_seconds_between
 from ..kernel.rows import length
 from .interpolation import Interpolation, Span
 from .kepler import EARTH_RADIUS_M
@@ -27,8 +35,7 @@ from .pieces import Piece, Stretch, fitted
 from .stk_ephemeris import is_stk, stk_rows
 from .tabled import OrbitSource
 
-VERSIONS = ('1.0', '2.0', '3.0')
-TO_UTC = {'UTC': lambda stamps_ns: stamps_ns, 'TT': utc_from_tt_ns, 'TAI': utc_from_tai_ns}
+_VERSION, VERSIONS = 'CCSDS_OEM_VERS', ('1.0', '2.0', '3.0')
 _METHODS = ('HERMITE', 'LAGRANGE', 'LINEAR')
 _DEFAULT_DEGREE, _HIGHEST_DEGREE = 7, 99
 _TIMES = ('START_TIME', 'USEABLE_START_TIME', 'USEABLE_STOP_TIME', 'STOP_TIME')
@@ -87,11 +94,8 @@ class EphemerisOrbit(OrbitSource):
         given = self.text.strip()
         if given and '\n' not in given:
             raise ValueError(f'this is not an Orbit Ephemeris Message, but one line: {given!r}')
-        read: list[list[KvnRow]] = []
-        for row in _rows(self.text):
-            if not read or row.metadata is not read[-1][0].metadata:
-                read.append([])
-            read[-1].append(row)
+        # All are read first: what is damaged is said before what a segment asks for.
+        read = list(by_segment(_rows(self.text)))
         if not read:
             raise ValueError('it has no positions')
         found = [_Segment(rows, self.epoch_ns) for rows in read]
@@ -165,6 +169,11 @@ class EphemerisOrbit(OrbitSource):
         return found[:, :3], found[:, 3:]
 
 
+def oem_of_xml(text: str) -> str:
+    """Return an OEM in XML in the notation of fewer characters; ValueError: it is none."""
+    return kvn_text(_VERSION, xml_rows(text, 'oem', VERSIONS, 'stateVector', _STATE))
+
+
 def _rows(text):
     """Return the rows of a message in either notation, or of a file of STK."""
     lines = StringIO(text.removeprefix('\ufeff'), newline=None)
@@ -172,7 +181,7 @@ def _rows(text):
         return xml_rows(text, 'oem', VERSIONS, 'stateVector', _STATE)
     if is_stk(text):
         return stk_rows(lines)
-    return kvn_rows(lines, 'Orbit Ephemeris Message', 'CCSDS_OEM_VERS', VERSIONS)
+    return kvn_rows(lines, 'Orbit Ephemeris Message', _VERSION, VERSIONS)
 
 
 class _Segment:

@@ -1,4 +1,4 @@
-"""The ephemeris file of STK (.e), EphemerisTimePosVel, read as the rows of an OEM."""
+"""The ephemeris file of STK (.e), with velocities, read as the rows of an OEM."""
 
 import re
 from collections.abc import Iterable, Iterator
@@ -13,9 +13,13 @@ _MONTHS = ('Jan', 'Feb', 'Mar', 'Apr', 'May', 'Jun', 'Jul', 'Aug', 'Sep', 'Oct',
 _EPOCH = re.compile(r'(\d{1,2}) ([A-Za-z]{3}) (\d{4}) (\d\d:\d\d:\d\d(?:\.\d*)?)', re.ASCII)
 _FRAMES = {'J2000': 'EME2000', 'ICRF': 'ICRF'}
 _UNITS_KM = {'meters': Decimal('0.001'), 'kilometers': Decimal(1)}
-_KIND = 'EphemerisTimePosVel'
+_KINDS = ('EphemerisTimePosVel', 'EphemerisTimePosVelAcc')
+_COVARIANCES = ('covariancetimepos', 'covariancetimeposvel')
 # What says nothing about the rows that is needed here.
-_LEFT_OUT = ('numberofephemerispoints', 'coordinatesystemepoch', 'timeformat', 'messagelevel')
+_LEFT_OUT = (
+    *('numberofephemerispoints', 'coordinatesystemepoch', 'timeformat', 'messagelevel'),
+    *('blockingfactor', 'covarianceformat'),
+)
 # Beyond it [s] no stamp is.
 _FURTHEST_S = 9_000_000_000
 
@@ -30,8 +34,10 @@ def stk_rows(lines: Iterable[str]) -> Iterator[KvnRow]:
     Yield the rows of an ephemeris file, in km and km/s and UTC, by segment.
 
     Times are seconds past ScenarioEpoch.  Without InterpolationMethod it is Lagrange's through six
-    rows, as in STK.  At a segment boundary a segment ends, and another begins with the same row or
-    with a second one of its time.  ValueError: it is none, or has what is not read; with the line.
+    rows, as in STK; by either method it goes through InterpolationSamplesM1 + 1 rows, so that
+    Hermite's polynomial has the degree 2 InterpolationSamplesM1 + 1.  At a segment boundary a
+    segment ends, and another begins with the same row or with a second one of its time.
+    ValueError: it is none, or has what is not read; with the line.
     """
     said: dict[str, tuple[str, int]] = {}
     boundaries: set[Decimal] = set()
@@ -44,16 +50,20 @@ def stk_rows(lines: Iterable[str]) -> Iterator[KvnRow]:
         keyword, value = words[0].lower(), ' '.join(words[1:])
         if keyword in ('begin', 'end'):
             section = value.lower() if keyword == 'begin' else ''
-            if section not in ('', 'ephemeris', 'segmentboundarytimes'):
+            if section not in ('', 'ephemeris', 'segmentboundarytimes', *_COVARIANCES):
                 raise ValueError(f'line {line_number}: BEGIN {value} is not read')
         elif section == 'segmentboundarytimes':
             boundaries |= {_seconds(word, line_number) for word in words}
-        elif keyword == _KIND.lower():
+        elif section in _COVARIANCES:
+            continue
+        elif keyword in (kind.lower() for kind in _KINDS):
             section = 'rows'
         elif section == 'rows' or rows:
             rows.append((_seconds(words[0], line_number), words[1:], line_number))
         elif keyword.startswith('ephemeris'):
-            raise ValueError(f'line {line_number}: it has {words[0]}; supported: {_KIND}')
+            raise ValueError(
+                f'line {line_number}: it has {words[0]}; supported: {" and ".join(_KINDS)}'
+            )
         else:
             said[keyword] = value, line_number
     return _in_km(said, boundaries, rows)
@@ -69,7 +79,7 @@ def _in_km(said, boundaries, rows):
         return given, line
 
     if not rows:
-        raise ValueError(f'it has no rows of {_KIND}')
+        raise ValueError(f'it has no rows of {" or ".join(_KINDS)}')
     value('CentralBody', 'Earth', ('Earth',))
     frame, _ = value('CoordinateSystem', 'Fixed', _FRAMES)
     unit, _ = value('DistanceUnit', 'Meters', ('Meters', 'Kilometers'))

@@ -1,6 +1,8 @@
 """One figure of a bag, or of several side by side, that a user would put in a report."""
 
+from collections import defaultdict
 from collections.abc import Sequence
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -35,17 +37,15 @@ def plot(
     """
     Draw the chosen panels of a bag into an image; the suffix of its name selects the format.
 
-    bag: of several, each has a column of its own.  what: without any: attitude, rates, torques,
-    drift, those of the run's sensors, and the map where geodetic is published.  begin_s, end_s:
-    only the ticks between these times [s from tick 0].  unwrap: roll, pitch and yaw go on past
-    half a turn.  against: an AEM, to whose attitudes the angle is drawn too.
+    bag: of several, each has a column, scaled as the others.  what: without any: attitude, rates,
+    torques, drift, those of the run's sensors, and the map where geodetic is published.  begin_s,
+    end_s: only the ticks between these times [s from tick 0].  unwrap: roll, pitch and yaw go on
+    past half a turn.  against: an AEM, to whose attitudes the angle is drawn too.
 
     ValueError: a panel is unknown or the run has none, the bag was not written by satdyn_ros
     or has no such ticks, or none at which `against` has an attitude, or matplotlib does not write
     such images.  ImportError: there is none.
     """
-    from matplotlib.figure import Figure
-
     bags = [bag] if isinstance(bag, str | Path) else list(bag)
     for each in bags:
         _check(each, what)
@@ -53,14 +53,7 @@ def plot(
     if len(bags) == 1:
         figure = draw(runs[0], what, unwrap, against)
     else:
-        layouts = [_Layout(run, what, against) for run in runs]
-        height = max(layout.height for layout in layouts) + 0.4
-        figure = Figure(figsize=(_WIDTH * len(bags), height))
-        figure.set_layout_engine('constrained')
-        columns = figure.subfigures(1, len(bags), squeeze=False)[0]
-        for part, each, run, layout in zip(columns, bags, runs, layouts, strict=True):
-            part.suptitle(str(each), fontsize=10)
-            _fill(part, run, layout, unwrap, against)
+        figure = draw_beside(list(map(str, bags)), runs, what, unwrap, against)
     try:
         figure.savefig(output, dpi=150)
     except ValueError as error:
@@ -111,12 +104,48 @@ def draw(
     return figure
 
 
+def draw_beside(
+    names: Sequence[str],
+    runs: Sequence[History],
+    what: Sequence[str] = (),
+    unwrap: bool = False,
+    against: str | Path | None = None,
+) -> 'Figure':
+    """Return the figure of several histories, each a column below its name."""
+    from matplotlib.figure import Figure
+
+    layouts = [_Layout(run, what, against) for run in runs]
+    height = max(layout.height for layout in layouts) + 0.4
+    figure = Figure(figsize=(_WIDTH * len(runs), height))
+    figure.set_layout_engine('constrained')
+    columns = figure.subfigures(1, len(runs), squeeze=False)[0]
+    drawn = []
+    for part, name, run, layout in zip(columns, names, runs, layouts, strict=True):
+        part.suptitle(name, fontsize=10)
+        drawn.append(_fill(part, run, layout, unwrap, against))
+    _scale_alike(drawn)
+    return figure
+
+
+def _scale_alike(drawn):
+    """Give one ordinate to the panels of several bags that show the same in the same unit."""
+    alike = defaultdict(list)
+    for axes in chain(*drawn):
+        alike[axes.get_ylabel(), axes.get_yscale()].append(axes)
+    for group in alike.values():
+        lowest, highest = zip(*(axes.get_ylim() for axes in group), strict=True)
+        for axes in group:
+            axes.set_ylim(min(lowest), max(highest))
+
+
 def _fill(figure, run, layout, unwrap, against):
-    """Draw the panels of a layout into a figure, or a part of one."""
+    """Draw the panels of a layout into a figure, or a part of one; return those over time."""
     grid = figure.add_gridspec(len(layout.ratios), 1, height_ratios=layout.ratios)
     first = None
+    drawn = []
     for row, name in enumerate(layout.over_time):
         first = axes = figure.add_subplot(grid[row], sharex=first)
+        drawn.append(axes)
         if name == _AGAINST:
             panels.against(axes, run, against)
         elif unwrap and name == 'attitude':
@@ -146,3 +175,4 @@ def _fill(figure, run, layout, unwrap, against):
             axes = figure.add_subplot(grid[row])
             _DRAWN[name](axes, run)
             axes.grid(alpha=0.3)
+    return drawn

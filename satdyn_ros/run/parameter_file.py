@@ -13,6 +13,7 @@ import yaml
 
 from ..base import rcl_yaml, ros_yaml
 from ..base.key import listed
+from ..base.ndm_xml import is_xml
 from ..orbits.element_sets import Catalogue
 from . import shipped
 from .keys import GROUPS, KEYS
@@ -26,6 +27,8 @@ _FULL_NAME = re.compile(r'(/[A-Za-z_][A-Za-z0-9_]*)+')
 _NAME_FILES = ('orbit.tle', 'orbit.file')
 # A scenario has the text in its own, which is indented and may have 2 MB.
 _LARGEST_FILE = 1_500_000
+# An ephemeris in XML, of which less becomes the value.
+_LARGEST_XML = 10_000_000
 # That of which one element set is chosen: all that is tracked, in XML.
 LARGEST_CATALOGUE = 100_000_000
 # How two lines of an element set begin, and no name of a file.
@@ -245,11 +248,21 @@ class _NamedFiles:
     def _text(self, key, name):
         if not name or '\n' in name:
             return name
-        text = self._of_kernel(key, name) or ros_yaml.read_text(self._directory / name, key)
+        text = self._of_kernel(key, name) or self._of_text(key, name)
         if len(text) > _LARGEST_FILE:
             raise ValueError(f'{key} {name} is larger than the {_LARGEST_FILE} bytes allowed')
         # A line break at its end tells a text of one line from a name.
         return ''.join(f'{line.rstrip()}\n' for line in StringIO(text, newline=None))
+
+    def _of_text(self, key, name):
+        """Return the text of a file, an ephemeris in XML in the notation of fewer characters."""
+        text = ros_yaml.read_text(self._directory / name, key, _LARGEST_XML)
+        if key != 'orbit.file' or not is_xml(text):
+            return text
+        from ..orbits.ephemeris import oem_of_xml
+
+        with _in(f'{key} {name}'):
+            return oem_of_xml(text)
 
     def _of_kernel(self, key, name):
         """Return the ephemeris that a kernel of SPICE holds as text; None: it is none."""

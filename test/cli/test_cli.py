@@ -424,6 +424,26 @@ def test_from_an_attitude_message(bag, tmp_path, capsys):
     assert not (tmp_path / 'never').exists()
 
 
+def test_from_a_message_of_another_suffix(tmp_path, capsys):
+    """XML, as .xml, with the axes of the body along x, y and z; what is no message is said."""
+    message = tmp_path / 'attitude.xml'
+    message.write_text(
+        '<aem id="CCSDS_AEM_VERS" version="2.0"><body><segment><metadata>\n'
+        '<REF_FRAME_A>EME2000</REF_FRAME_A><REF_FRAME_B>SC_BODY_1</REF_FRAME_B>\n'
+        '<TIME_SYSTEM>UTC</TIME_SYSTEM><ATTITUDE_TYPE>QUATERNION</ATTITUDE_TYPE></metadata>\n'
+        '<data><attitudeState><quaternionEphemeris><EPOCH>2026-01-31T12:00:00</EPOCH><quaternion>'
+        '<Q1>0</Q1><Q2>0</Q2><Q3>0</Q3><QC>1</QC></quaternion></quaternionEphemeris>'
+        '</attitudeState></data></segment></body></aem>\n'
+    )
+    command = ['simulate', DEFAULT, '--duration', '0.1', '--at', '2026-01-31T12:00:00', '--from']
+    onward = tmp_path / 'onward'
+    assert main([*command, str(message), '-o', str(onward)]) == 0
+    assert RecordedRun(onward).scenario['initial.attitude'] == (0.0, 0.0, 0.0, 1.0)
+    message.write_text('no message')
+    assert main([*command, str(message), '-o', str(tmp_path / 'never')]) == 2
+    assert 'attitude.xml: this is not an Attitude Ephemeris Message' in capsys.readouterr().err
+
+
 def test_ctrl_c_closes_the_bag(tmp_path):
     """Interrupted, a run ends quietly with a complete bag and exit code 130."""
     directory = tmp_path / 'bag'

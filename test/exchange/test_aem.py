@@ -1,6 +1,7 @@
 """The Attitude Ephemeris Message, read and written by others."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -274,8 +275,12 @@ def test_files_of_the_first_issue_are_read_as_orekit_does(tmp_path):
             '<?xml version="1.0"?>',
             'line 2: its XML ends early',
         ),
-        ('TIME_SYSTEM = UTC', 'TIME_SYSTEM = TAI', 'line 11: TIME_SYSTEM is TAI; only UTC is'),
-        ('QUATERNION/ANGVEL', 'SPIN/NUTATION', 'ATTITUDE_TYPE is SPIN/NUTATION; supported: QUAT'),
+        (
+            'TIME_SYSTEM = UTC',
+            'TIME_SYSTEM = UT1',
+            'line 11: TIME_SYSTEM is UT1; supported: UTC, ',
+        ),
+        ('QUATERNION/ANGVEL', 'SPIN/WOBBLE', 'ATTITUDE_TYPE is SPIN/WOBBLE; supported: QUATERN'),
         ('QUATERNION/ANGVEL', 'SPIN', 'line 19: the row at .* does not hold 4 numbers'),
         ('QUATERNION/ANGVEL', 'EULER_ANGLE', 'line 5: a segment has no EULER_ROT_SEQ'),
         (
@@ -407,6 +412,56 @@ def test_every_type_is_read_as_orekit_reads_it(tmp_path, given):
         np.testing.assert_allclose(found.omega_bi_b, given['spin_b'], rtol=0.0, atol=1e-8)
 
 
+def test_a_nutating_spinner_goes_about_its_momentum(tmp_path):
+    """
+    Of version 1.0's SPIN/NUTATION: the rate that each row means leads to the next row.
+
+    A free symmetric body of 60 deg/s, a quarter of it nutation; rows as its closed form has them.
+    """
+    nutation, about_momentum, about_z = np.radians([10.0, 15.0, 45.0])
+    momentum_i = Rotation.from_euler('ZY', [0.4, 0.9])
+    rows = []
+    for t_s in np.arange(20) * 0.125:
+        turned = Rotation.from_euler('ZXZ', [about_momentum * t_s, nutation, about_z * t_s + 0.3])
+        q = momentum_i * turned
+        z_i, h_b = q.apply([0.0, 0.0, 1.0]), q.inv().apply(momentum_i.apply([0.0, 0.0, 1.0]))
+        alpha, delta = np.arctan2(z_i[1], z_i[0]), np.arcsin(z_i[2])
+        node = Rotation.from_euler('ZX', [alpha + np.pi / 2, np.pi / 2 - delta])
+        angle = (node.inv() * q).as_rotvec()[2]
+        phase = np.arctan2(-h_b[1], h_b[0])
+        numbers = np.degrees([alpha, delta, angle, about_z, nutation, 0.0, phase])
+        numbers[5] = 2.0 * np.pi / about_momentum
+        at = nanoseconds.epoch(round(t_s * 1e9))
+        rows.append(' '.join([at, *(f'{x:.16e}' for x in numbers)]))
+    given = {'version': '1.0', 'type': 'SPIN/NUTATION', 'frame_a': 'EME2000', 'direction': 'A2B'}
+    text = message(given | {'keywords': [], 'row': 'x'})
+    path = written(tmp_path, re.sub('2023-054T00:00:00 x', '\n'.join(rows), text))
+    file = AttitudeFile(path)
+    for k in range(19):
+        first, second = (file.at(round(i * 0.125e9)) for i in (k, k + 1))
+        turned = Rotation.from_quat(first.q_ib).inv() * Rotation.from_quat(second.q_ib)
+        assert first.omega_bi_b is not None
+        assert second.omega_bi_b is not None
+        mean = (first.omega_bi_b + second.omega_bi_b) / 2.0
+        # The rate of the body turns by 6 deg from row to row; by the rule of trapezia.
+        assert np.linalg.norm(turned.as_rotvec() / 0.125 - mean) < 2e-4
+    with pytest.raises(ValueError, match=r'message.aem: line 17: the nutation at .* takes 0 s'):
+        AttitudeFile(written(tmp_path, message(given | {'keywords': [], 'row': '1 2 3 4 5 0 7'})))
+
+
+@pytest.mark.parametrize(('system', 'ahead_s'), [('TAI', 37.0), ('TT', 69.184)])
+def test_other_time_systems_are_turned_into_utc(tmp_path, system, ahead_s):
+    """By the seconds that they were ahead of it in 2023; the useable time too."""
+    useable = 'USEABLE_STOP_TIME = 2023-054T00:00:19.150001\nMETA_STOP'
+    text = MMS.replace('TIME_SYSTEM = UTC', f'TIME_SYSTEM = {system}')
+    file = AttitudeFile(written(tmp_path, text.replace('META_STOP', useable)))
+    right = AttitudeFile(written(tmp_path, MMS))
+    for at in ('09.150001', '12', '19.150001'):
+        at_ns = nanoseconds.stamp_ns(f'2023-054T00:00:{at}')
+        found = file.at(at_ns - round(ahead_s * 1e9))
+        np.testing.assert_array_equal(found.q_ib, right.at(at_ns).q_ib)
+
+
 def test_spin_from_the_body_is_refused(tmp_path):
     """The standard has no meaning for it."""
     given = next(row for row in BY_OREKIT['rows'] if row['type'] == 'SPIN')
@@ -450,6 +505,8 @@ RATE = np.array([0.02, -0.05, 0.03])
         ('INTERPOLATION_METHOD = LAGRANGE\nINTERPOLATION_DEGREE = 5\n', 'QUATERNION', 1e-9),
         ('INTERPOLATION_METHOD = LAGRANGE\nINTERPOLATION_DEGREE = 5\n', 'QUATERNION/ANGVEL', 1e-9),
         ('INTERPOLATION_METHOD = HERMITE\nINTERPOLATION_DEGREE = 7\n', 'QUATERNION/ANGVEL', 1e-12),
+        # As the standard's own examples have it: slopes it has none, so through one row more.
+        ('INTERPOLATION_METHOD = HERMITE\nINTERPOLATION_DEGREE = 5\n', 'QUATERNION', 1e-9),
     ],
 )
 def test_between_rows_a_steady_turn_goes_on(steady, keywords, kind, allowed):
@@ -503,7 +560,7 @@ def test_the_published_spinner_is_followed_between_its_rows(tmp_path):
         (
             'INTERPOLATION_METHOD = HERMITE\nINTERPOLATION_DEGREE = 3\n',
             'QUATERNION',
-            'is HERMITE, which needs rates',
+            'a segment has 3 rows; interpolation of degree 3 needs 4',
         ),
     ],
 )
@@ -604,7 +661,7 @@ def test_orekit_reads_the_same_xml(tmp_path):
         ('deg/s', 'rad/s', 'line 7: ANGVEL_X is in rad/s, which is not read'),
         ('<Q1>0.056482</Q1>', '', 'line 7: the row at .* does not hold 7 numbers'),
         ('<OBJECT_ID>', '<OBJECT_NAME>X</OBJECT_NAME><OBJECT_ID>', 'line 5: OBJECT_NAME is given'),
-        ('>UTC<', '>TT<', 'line 5: TIME_SYSTEM is TT; only UTC'),
+        ('>UTC<', '>UT1<', 'line 5: TIME_SYSTEM is UT1; supported: UTC, TT, TAI'),
     ],
 )
 def test_what_is_wrong_in_xml_is_said_with_its_line(tmp_path, old, new, reason):

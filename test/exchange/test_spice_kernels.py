@@ -159,7 +159,7 @@ def test_what_spice_refuses_is_one_sentence(bag, tmp_path, monkeypatch):
     with pytest.raises(ValueError, match=r'^the path /.* has .* SPICE writes no file beyond 255$'):
         export(bag, far / 'sat.bc')
     assert list(far.iterdir()) == []
-    with pytest.raises(ValueError, match=r'^SPICE says: [^\n]*$'):
+    with pytest.raises(FileNotFoundError):
         export(bag, tmp_path / 'nowhere' / 'sat.bc')
     with pytest.raises(ValueError, match=r'^--frame is for \.aem and'):
         export(bag, tmp_path / 'sat.bc', Options(frame='GCRF'))

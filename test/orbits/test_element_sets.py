@@ -74,6 +74,17 @@ def test_each_notation_holds_the_same_sets(notation):
             assert said[keyword] == str(fields[keyword])
 
 
+@pytest.mark.parametrize(
+    'declared', ['', ' xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"']
+)
+def test_a_prefix_of_xml_may_be_declared_or_not(declared):
+    """As it is after an ndm of Space-Track was cut in parts by other programs."""
+    text = of_xml(FIELDS).replace(
+        ' xmlns="urn:ccsds:schema:ndmxml"', f'{declared} xsi:noNamespaceSchemaLocation="x"'
+    )
+    assert Catalogue(text).sets == Catalogue(of_xml(FIELDS)).sets
+
+
 def test_lines_with_names_and_without():
     """Of two lines or three, a 0 before the name or not; the text is the lines themselves."""
     lines = ''.join(
@@ -113,7 +124,8 @@ def test_a_number_may_begin_with_a_letter():
         (f'{SETS[0][0]}\n\nNAME\n', 'line 3 must be the second of an element set'),
         (f'{SETS[0][0]}\n{SETS[0][1]}\n{SETS[0][1]}', 'line 3 must be the first'),
         ('A NAME\nANOTHER\n', 'line 2 must be the first'),
-        (f'NAME\n{SETS[0][0]}\n', 'it ends within an element set'),
+        (f'NAME\n{SETS[0][0]}\n', 'line 2: it ends within an element set'),
+        ('NAME', 'line 1: it ends within an element set'),
     ],
 )
 def test_what_is_damaged_is_said_with_its_line(text, reason):

@@ -119,6 +119,7 @@ def test_what_is_wrong_in_xml_is_said_with_its_line(old, new, reason):
         ('', 'LAGRANGE', 5),
         ('InterpolationMethod Lagrange\nInterpolationSamplesM1 7\n', 'LAGRANGE', 7),
         ('InterpolationMethod Hermite\nInterpolationSamplesM1 1\n', 'HERMITE', 3),
+        ('InterpolationMethod Hermite\nInterpolationSamplesM1 3\n', 'HERMITE', 7),
         ('InterpolationMethod Lagrange\nInterpolationOrder 3\n', 'LAGRANGE', 3),
     ],
 )
@@ -130,6 +131,23 @@ def test_a_file_of_stk_is_interpolated_as_it_says(unit, more, method, degree):
         found, same.position_velocity(T_S), (1e-7, 1e-9), strict=True
     ):
         assert_allclose(values, right, rtol=0.0, atol=allowed)
+
+
+def test_what_says_nothing_of_place_and_velocity_is_left_out():
+    """Accelerations, covariances behind the rows, and keywords of neither, as STK has them."""
+    text = as_stk(MINUTES, 'BlockingFactor 20\nCovarianceFormat LowerTriangular\n')
+    right = EphemerisOrbit(text, EPOCH_NS).position_velocity(T_S)
+    head, mark, rows = text.partition('EphemerisTimePosVel\n\n')
+    rows = rows.removesuffix('\nEND Ephemeris\n').replace('\n', ' 1e-3 2e-3 3e-3\n')
+    triangle = ''.join(f'  {" 1.0" * n}\n' for n in range(2, 7))
+    covariances = ''.join(f'{t} 1.0\n{triangle}\n' for t in MINUTES)
+    more = (
+        f'{head}{mark.replace("Vel", "VelAcc")}{rows}END EphemerisTimePosVelAcc\n\n'
+        f'BEGIN CovarianceTimePosVel\n{covariances}END CovarianceTimePosVel\n\nEND Ephemeris\n'
+    )
+    found = EphemerisOrbit(more, EPOCH_NS).position_velocity(T_S)
+    for values, same in zip(found, right, strict=True):
+        assert_array_equal(values, same)
 
 
 @pytest.mark.parametrize('twice', [True, False])
@@ -172,6 +190,35 @@ def test_it_is_read_beside_the_parameter_file(tmp_path):
     r_i, _ = scenario.system.orbit.position_velocity(0.0)
     assert_allclose(r_i, KEPLER.position_velocity(np.zeros(1))[0][0], rtol=0.0, atol=1e-3)
     assert Scenario.from_yaml_text(scenario.to_yaml()) == scenario
+
+
+def test_a_file_in_xml_becomes_the_shorter_notation(tmp_path):
+    """NASA's of the ISS has 2.9 MB; the values are the same, and so are lines in sentences."""
+    path = tmp_path / 'scenario.yaml'
+    path.write_text(
+        '/**:\n  ros__parameters:\n    orbit: {type: oem, file: orbit.xml}\n'
+        "    time: {epoch: '2026-03-01T12:00:00Z'}\n"
+    )
+    parts = (
+        segment(MINUTES[MINUTES <= 900.0]),
+        segment(MINUTES[MINUTES >= 900.0], INTERPOLATION='LAGRANGE', INTERPOLATION_DEGREE=5),
+    )
+    text = re.sub('(?=<[A-Z])', f'\n{" " * 12_000}', as_xml(*parts))
+    assert len(text) > 2_500_000
+    (tmp_path / 'orbit.xml').write_text(text)
+    scenario = Scenario.from_yaml(path)
+    assert len(scenario['orbit.file']) < 20_000
+    found = EphemerisOrbit(scenario['orbit.file'], EPOCH_NS).position_velocity(T_S)
+    for values, right in zip(found, read(*parts).position_velocity(T_S), strict=True):
+        assert_array_equal(values, right)
+    for old, new in (('>LAGRANGE<', '>SPLINE<'), ('>EARTH<', '>MARS<')):
+        (tmp_path / 'orbit.xml').write_text(text.replace(old, new))
+        line = text.partition(old)[0].count('\n') + 1
+        with pytest.raises(ValueError, match=f'^orbit.file: line {line}: '):
+            Scenario.from_yaml(path)
+    (tmp_path / 'orbit.xml').write_text(text.replace('</oem>', ''))
+    with pytest.raises(ValueError, match=r'orbit.file orbit.xml: line [0-9]+: its XML ends early'):
+        Scenario.from_yaml(path)
 
 
 @pytest.mark.parametrize(

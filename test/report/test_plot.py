@@ -17,7 +17,7 @@ from satdyn_ros.kernel import rotation
 from satdyn_ros.report import panels
 from satdyn_ros.report.envelope import envelope
 from satdyn_ros.report.history import history
-from satdyn_ros.report.plot import PANELS, draw, plot
+from satdyn_ros.report.plot import PANELS, draw, draw_beside, plot
 from satdyn_ros.run.events import Request, Reset
 from satdyn_ros.run.scenario import Scenario
 
@@ -406,6 +406,24 @@ def test_several_bags_are_drawn_side_by_side(bag, tmp_path):
     assert width_of_two == 2 * width
     # The name of each bag stands above it.
     assert 0 < height_of_two - height < 100
+
+
+def test_bags_side_by_side_have_one_scale(bag, tmp_path):
+    """Where they show the same in the same unit: curves are there to be compared."""
+    slow = SCENARIO.with_values({'initial.angular_velocity': [0.0, 0.0, 1e-4]})
+    for _ in simulate(slow, 1200, tmp_path / 'slow'):
+        pass
+    runs = [history(each, 1200) for each in (bag, tmp_path / 'slow')]
+    figure = draw_beside(['bag', 'slow'], runs, ['attitude', 'rates'])
+    left, right = (part.axes for part in figure.subfigs)
+    alone = draw(runs[1], ['attitude', 'rates']).axes
+    for axes, other, by_itself in zip(left, right, alone, strict=True):
+        assert axes.get_ylabel() == other.get_ylabel() == by_itself.get_ylabel()
+        assert axes.get_ylim() == other.get_ylim() != by_itself.get_ylim()
+        low, high = axes.get_ylim()
+        for line in (*axes.get_lines(), *other.get_lines()):
+            shown = np.asarray(line.get_ydata(), float)
+            assert np.all((low <= shown) & (shown <= high))
 
 
 def test_attitudes_of_another_time_are_refused(bag, tmp_path, capsys):

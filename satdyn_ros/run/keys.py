@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from math import pi
 from types import MappingProxyType
 
 from ..actuators import ACTUATORS, Actuator
@@ -10,7 +9,8 @@ from ..base.key import Key
 from ..dynamics.flexible import KEYS_OF_A_MODE
 from ..dynamics.rotor import MODES
 from ..environment.atmosphere import LARGEST_AP, LARGEST_F107
-from ..orbits.kepler import EARTH_RADIUS_M
+from ..orbits.fixed import GRADIENT
+from ..orbits.orbit_keys import keys_of_orbits
 from ..sensors import COMMON, KINDS
 from ..torques.body_torque import BodyTorque
 from ..torques.hysteresis import KEYS_OF_A_ROD
@@ -59,7 +59,6 @@ _DEFAULT_ATTITUDE = (
     0.9952465414778341,
 )
 _INT64 = 2**63 - 1
-_TWO_TURNS = 4.0 * pi
 
 KEYS = {
     key.name: key
@@ -230,124 +229,7 @@ KEYS = {
             'rotor.mode free and motor only',
             lengths=(3,),
         ),
-        Key(
-            'orbit.type',
-            'string',
-            'circular',
-            '',
-            'position of the attracting centre: fixed direction, circular orbit, Kepler ellipse '
-            'by its elements or by the state at tick 0, element set by SGP4, ephemeris message',
-            choices=('fixed', 'circular', 'kepler', 'state', 'tle', 'oem'),
-        ),
-        Key(
-            'orbit.mu',
-            'double',
-            3.986004418e14,
-            'm^3/s^2',
-            'gravitational parameter of the attracting centre',
-            above=0.0,
-        ),
-        Key('orbit.semi_major_axis', 'double', 6.878137e6, 'm', 'semi-major axis', above=0.0),
-        Key(
-            'orbit.altitude',
-            'double',
-            0.0,
-            'm',
-            'height above 6378137 m, in place of orbit.semi_major_axis, which then has the value; '
-            '0: not given; orbit.type circular only',
-            low=0.0,
-        ),
-        Key(
-            'orbit.eccentricity',
-            'double',
-            0.0,
-            '',
-            'eccentricity, below 1; orbit.type kepler only',
-            low=0.0,
-            below=1.0,
-        ),
-        Key('orbit.inclination', 'double', 0.0, 'rad', 'inclination', low=0.0, high=pi),
-        Key(
-            'orbit.raan',
-            'double',
-            0.0,
-            'rad',
-            'right ascension of the ascending node',
-            low=-_TWO_TURNS,
-            high=_TWO_TURNS,
-        ),
-        Key(
-            'orbit.argument_of_periapsis',
-            'double',
-            0.0,
-            'rad',
-            'argument of periapsis; on a circular orbit it is added to the true anomaly',
-            low=-_TWO_TURNS,
-            high=_TWO_TURNS,
-        ),
-        Key(
-            'orbit.true_anomaly',
-            'double',
-            0.0,
-            'rad',
-            'true anomaly at tick 0',
-            low=-_TWO_TURNS,
-            high=_TWO_TURNS,
-        ),
-        Key(
-            'orbit.position',
-            'double_array',
-            (0.0, 0.0, 0.0),
-            'm',
-            'position at tick 0, inertial axes; orbit.type state only',
-            lengths=(3,),
-        ),
-        Key(
-            'orbit.velocity',
-            'double_array',
-            (0.0, 0.0, 0.0),
-            'm/s',
-            'velocity at tick 0, inertial axes; orbit.type state only',
-            lengths=(3,),
-        ),
-        Key(
-            'orbit.tle',
-            'texts',
-            (),
-            '',
-            'the two lines of an element set, or the name of a file of one, also as a CCSDS OMM '
-            '(keyword = value, XML, JSON, CSV), as seen from the parameter file; or the name of a '
-            'file of many, and the number in the catalogue or the name, both as texts, of the one '
-            'to take; its text is then the value; orbit.type tle only',
-        ),
-        Key(
-            'orbit.file',
-            'text',
-            '',
-            '',
-            'the name of a file with a CCSDS OEM (keyword = value or XML) or an STK ephemeris, as '
-            'seen from the parameter file, whose text is then the value; or of an SPK kernel of '
-            'SPICE, of which it is an OEM; what has a line break is the text; orbit.type oem only',
-        ),
-        Key(
-            'orbit.j2',
-            'double',
-            0.0,
-            '',
-            "oblateness of the attracting centre about Z, the Earth's 1.08262668e-3: the elements "
-            'are then those at tick 0, and the orbit is integrated; orbit.type circular, kepler '
-            'and state only',
-            low=0.0,
-            below=1.0,
-        ),
-        Key(
-            'orbit.reference_radius',
-            'double',
-            EARTH_RADIUS_M,
-            'm',
-            'equatorial radius that orbit.j2 belongs to',
-            above=0.0,
-        ),
+        *keys_of_orbits(),
         Key(
             'environment.magnetic_field',
             'string',
@@ -422,14 +304,7 @@ KEYS = {
             'where the Sun is: none, or by an ephemeris',
             choices=('none', 'ephemeris'),
         ),
-        Key(
-            'orbit.gradient',
-            'double',
-            0.0,
-            '1/s^2',
-            '3 mu / r^3; negative: the gradient averaged over an orbit about Z; orbit.type fixed '
-            'only',
-        ),
+        GRADIENT,
         Key(
             'initial.attitude',
             'double_array',

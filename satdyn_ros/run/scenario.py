@@ -103,7 +103,7 @@ class Scenario:
             of_surface = environment.of_the_surface(names['surface.names']).items()
             self._followed = {name: values[key] for name, key in of_surface if name not in given}
             values |= self._followed
-        if values['orbit.type'] == 'fixed' and 'initial.frame' not in given:
+        if not orbits.type_of(values).has_lvlh and 'initial.frame' not in given:
             values['initial.frame'] = 'inertial'
         with np.errstate(all='ignore'):
             refuse(checks.units(values))
@@ -111,8 +111,8 @@ class Scenario:
             values |= checks.as_units(values) | in_place.resolved(values, given)
             for check in checks.ALL_RULES:
                 refuse(check(values))
-            if values['orbit.type'] in orbits.OF_A_TEXT:
-                orbits.text_source(values, rules)
+            # It may refuse what its keys allow one by one.
+            orbits.orbit_of(values, rules)
             pointing.check(values, given)
             values |= in_place.NOT_GIVEN | dict.fromkeys(named, '')
             if pointed := pointing.resolved(values, at_s, rules):
@@ -267,7 +267,7 @@ class Scenario:
     @property
     def is_fixed(self) -> bool:
         """Whether the attracting centre is in a fixed direction: no orbit, no LVLH."""
-        return self['orbit.type'] == 'fixed'
+        return not orbits.type_of(self.values).has_lvlh
 
     @property
     def frames(self) -> Frames:

@@ -6,26 +6,31 @@ from types import MappingProxyType
 
 from ..actuators import ACTUATORS, Actuator
 from ..base.key import Key
-from ..dynamics.flexible import KEYS_OF_A_MODE
-from ..dynamics.rotor import MODES
-from ..environment.atmosphere import LARGEST_AP, LARGEST_F107
+from ..dynamics.flexible import KEYS_OF_A_MODE, MODE_NAMES
+from ..dynamics.rotor_keys import ROTOR_KEYS, ROTOR_NAMES
+from ..environment.environment_keys import ENVIRONMENT_KEYS
 from ..orbits.fixed import GRADIENT
 from ..orbits.orbit_keys import keys_of_orbits
 from ..sensors import COMMON, KINDS
 from ..torques.body_torque import BodyTorque
-from ..torques.hysteresis import KEYS_OF_A_ROD
+from ..torques.hysteresis import KEYS_OF_A_ROD, ROD_NAMES
 from ..torques.magnetic import Magnetic
-from ..torques.plates import COEFFICIENTS, KEYS_OF_A_BOX, KEYS_OF_A_PLATE
+from ..torques.plates import COEFFICIENTS, KEYS_OF_A_BOX, KEYS_OF_A_PLATE, PLATE_NAMES
 from ..torques.weight import Weight
 from .ticks import LAST_STAMP_NS
 from .topics import STATE_TOPICS, topics_with
+
+# The sensors that version 0.2 had: their keys are in every text.
+_ALWAYS_WRITTEN = 'gyro', 'star_tracker'
 
 
 def _of_sensor(name: str, keys: Iterable[Key]) -> Iterator[Key]:
     """Yield the keys of a sensor of a name; its frame has the same unless it is given."""
     for key in keys:
         default = name if key.name == 'frame_id' else key.default
-        yield replace(key, name=f'sensors.{name}.{key.name}', default=default)
+        is_optional = key.is_optional or name not in _ALWAYS_WRITTEN
+        full_name = f'sensors.{name}.{key.name}'
+        yield replace(key, name=full_name, default=default, is_optional=is_optional)
 
 
 def _of_any_sensor(name: str) -> Iterator[Key]:
@@ -37,7 +42,7 @@ def _of_any_sensor(name: str) -> Iterator[Key]:
 def _of_actuator(kind: type[Actuator]) -> Iterator[Key]:
     """Yield the keys of a kind of actuators; one that says a size of it may be that of a part."""
     yield from map(_part, dict.fromkeys(key.name.split('.')[0] for key in kind.keys if key.unit))
-    yield from kind.keys
+    yield from (replace(key, is_optional=True) for key in kind.keys)
 
 
 def _part(owner: str) -> Key:
@@ -76,234 +81,15 @@ KEYS = {
         *Weight.keys,
         *Magnetic.keys,
         *KEYS_OF_A_BOX,
-        Key(
-            'surface.names',
-            'string_array',
-            (),
-            '',
-            'names of flat plates, each described by surface.NAME.area and so on; coefficients '
-            'without a name are those of the sides of body.box, and of the plates that have none '
-            'of their own',
-        ),
-        *(replace(key, name=f'surface.{key.name}') for key in COEFFICIENTS),
-        Key(
-            'flexible.names',
-            'string_array',
-            (),
-            '',
-            'names of the modes of flexible parts, each described by flexible.NAME.frequency and '
-            'so on; body.inertia includes them, locked',
-        ),
-        Key(
-            'hysteresis.names',
-            'string_array',
-            (),
-            '',
-            'names of hysteresis rods, each described by hysteresis.NAME.axis and so on; with '
-            'environment.magnetic_field they damp the motion',
-        ),
-        Key(
-            'rotor.names',
-            'string_array',
-            (),
-            '',
-            'names of several rotors, each described by rotor.NAME.mode and so on; without names '
-            'the one rotor called rotor is described by rotor.mode and so on',
-        ),
+        PLATE_NAMES,
+        *(replace(key, name=f'surface.{key.name}', is_optional=True) for key in COEFFICIENTS),
+        MODE_NAMES,
+        ROD_NAMES,
+        ROTOR_NAMES,
         _part('rotor'),
-        Key(
-            'rotor.mode',
-            'string',
-            'none',
-            '',
-            "the gyrostat's rotor: none, constant relative momentum, freely spinning, or motor",
-            choices=MODES,
-        ),
-        Key(
-            'rotor.axis',
-            'double_array',
-            (0.0, 1.0, 0.0),
-            '',
-            "unit vector along the rotor's axis, body axes",
-            lengths=(3,),
-        ),
-        Key(
-            'rotor.momentum',
-            'double',
-            0.0,
-            'N m s',
-            'relative momentum along the axis; rotor.mode constant_momentum only',
-            changes='service',
-        ),
-        Key(
-            'rotor.inertia',
-            'double',
-            0.0,
-            'kg m^2',
-            "the rotor's axial inertia; rotor.mode free and motor only",
-            low=0.0,
-        ),
-        Key(
-            'rotor.speed',
-            'double',
-            0.0,
-            'rad/s',
-            'initial speed relative to the body; rotor.mode free and motor only',
-            changes='service',
-        ),
-        Key(
-            'rotor.friction',
-            'double',
-            0.0,
-            'N m s',
-            'viscous friction between rotor and body; rotor.mode free and motor only',
-            low=0.0,
-            also=('N m s/rad',),
-        ),
-        Key(
-            'rotor.max_torque',
-            'double',
-            0.0,
-            'N m',
-            'a commanded torque is limited to this; 0: no limit; rotor.mode motor only',
-            low=0.0,
-        ),
-        Key(
-            'rotor.max_speed',
-            'double',
-            0.0,
-            'rad/s',
-            'a rotor at this speed gets no torque that makes it faster; 0: no limit; rotor.mode '
-            'motor only',
-            low=0.0,
-        ),
-        Key(
-            'rotor.coulomb_friction',
-            'double',
-            0.0,
-            'N m',
-            'dry friction between rotor and body; rotor.mode free and motor only',
-            low=0.0,
-        ),
-        Key(
-            'rotor.friction_speed',
-            'double',
-            0.1,
-            'rad/s',
-            'speed within which dry friction changes its sign, as tanh; rotor.mode free and motor '
-            'only',
-            above=0.0,
-        ),
-        Key(
-            'rotor.speed_gain',
-            'double',
-            0.0,
-            '1/s',
-            'gain of the loop that follows a commanded speed: 1 / its time constant; 0: no speed '
-            'is commanded; rotor.mode motor only',
-            low=0.0,
-        ),
-        Key(
-            'rotor.static_imbalance',
-            'double',
-            0.0,
-            'kg m',
-            'mass of the rotor times the distance of its mass centre from its axis; rotor.mode '
-            'free and motor only',
-            low=0.0,
-        ),
-        Key(
-            'rotor.dynamic_imbalance',
-            'double',
-            0.0,
-            'kg m^2',
-            'product of inertia of the rotor with its axis; rotor.mode free and motor only',
-            low=0.0,
-        ),
-        Key(
-            'rotor.position',
-            'double_array',
-            (0.0, 0.0, 0.0),
-            'm',
-            'place of the rotor from the mass centre, body axes, the arm of its static imbalance; '
-            'rotor.mode free and motor only',
-            lengths=(3,),
-        ),
+        *ROTOR_KEYS,
         *keys_of_orbits(),
-        Key(
-            'environment.magnetic_field',
-            'string',
-            'none',
-            '',
-            "model of the Earth's magnetic field: none, the dipole of the IGRF, or the IGRF",
-            choices=('none', 'dipole', 'igrf'),
-        ),
-        Key(
-            'environment.atmosphere',
-            'string',
-            'none',
-            '',
-            'model of the air: none, an exponential one, or NRLMSIS 2.1',
-            choices=('none', 'exponential', 'msis'),
-        ),
-        Key(
-            'environment.density',
-            'double',
-            0.0,
-            'kg/m^3',
-            'density at environment.density_height (exponential)',
-            low=0.0,
-        ),
-        Key(
-            'environment.density_height',
-            'double',
-            0.0,
-            'm',
-            'geodetic height at which the air has environment.density (exponential)',
-        ),
-        Key(
-            'environment.scale_height',
-            'double',
-            0.0,
-            'm',
-            'height in which the density falls to 1/e (exponential)',
-            low=0.0,
-        ),
-        Key(
-            'environment.f107',
-            'double',
-            150.0,
-            '1e-22 W/m^2/Hz',
-            'radio flux of the Sun at 10.7 cm, of the day before (msis)',
-            low=0.0,
-            high=LARGEST_F107,
-        ),
-        Key(
-            'environment.f107_average',
-            'double',
-            150.0,
-            '1e-22 W/m^2/Hz',
-            'mean of that flux over 81 days (msis)',
-            low=0.0,
-            high=LARGEST_F107,
-        ),
-        Key(
-            'environment.ap',
-            'double',
-            4.0,
-            '',
-            'daily index of the disturbance of the magnetic field of the Earth (msis)',
-            low=0.0,
-            high=LARGEST_AP,
-        ),
-        Key(
-            'environment.sun',
-            'string',
-            'none',
-            '',
-            'where the Sun is: none, or by an ephemeris',
-            choices=('none', 'ephemeris'),
-        ),
+        *ENVIRONMENT_KEYS,
         GRADIENT,
         Key(
             'initial.attitude',
@@ -539,7 +325,12 @@ KEYS = {
         Key('frames.orbital', 'string', 'lvlh', '', 'frame id of LVLH'),
         Key('frames.body', 'string', 'base_link', '', 'frame id of the body axes'),
         Key(
-            'frames.earth', 'string', 'earth', '', 'frame id of the axes that turn with the Earth'
+            'frames.earth',
+            'string',
+            'earth',
+            '',
+            'frame id of the axes that turn with the Earth',
+            is_optional=True,
         ),
     )
 }
@@ -547,39 +338,6 @@ KEYS = {
 
 # The first parts of keys.
 GROUPS = frozenset(name.split('.')[0] for name in KEYS)
-# Those that version 0.2 did not have.
-_LATER_SENSORS = tuple(
-    f'sensors.{name}.' for name in KINDS if name not in ('gyro', 'star_tracker')
-)
-# What is left out of a text where it is not given: most scenarios have none of it.
-OPTIONAL = tuple(
-    name
-    for name in KEYS
-    if name.startswith(
-        ('environment.', 'surface.', 'flexible.', 'hysteresis.', 'body.box', *_LATER_SENSORS)
-    )
-    or name
-    in (
-        'body.dipole',
-        *(key.name for kind in ACTUATORS.values() for key in kind.keys),
-        'frames.earth',
-        'orbit.position',
-        'orbit.velocity',
-        'orbit.tle',
-        'orbit.file',
-        'orbit.j2',
-        'orbit.reference_radius',
-        'rotor.coulomb_friction',
-        'rotor.friction_speed',
-        'rotor.speed_gain',
-        'rotor.static_imbalance',
-        'rotor.dynamic_imbalance',
-        'rotor.position',
-        'sensors.gyro.bias_instability',
-        'sensors.gyro.bias_correlation_time',
-        'sensors.star_tracker.sun_exclusion',
-    )
-)
 _NONE: Mapping[str, str] = MappingProxyType({})
 _NO_NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType({})
 # What describes one rotor.

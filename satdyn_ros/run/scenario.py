@@ -33,7 +33,7 @@ from . import (
     sensors,
     unlikely_values,
 )
-from .keys import GROUPS, KEYS, NAMES_OF_EACH, OPTIONAL, keys_of
+from .keys import GROUPS, KEYS, NAMES_OF_EACH, keys_of
 from .parameter_file import (
     ParameterFile,
     flattened,
@@ -175,7 +175,8 @@ class Scenario:
     def to_yaml(self) -> str:
         """Return the text of a ROS 2 parameter file with every key that has a value of its own."""
         own = {name: x for name, x in self.values.items() if not self._is_resolved(name)}
-        for name in set(map(rotors.unnamed, own)) & {*OPTIONAL}:
+        optional = {name for name, key in KEYS.items() if key.is_optional}
+        for name in set(map(rotors.unnamed, own)) & optional:
             for each in [each for each in own if rotors.unnamed(each) == name]:
                 if own[each] == KEYS[name].default:
                     del own[each]

@@ -323,7 +323,7 @@ def test_one_and_many_are_refused_alike(rules):
     draw = np.random.default_rng(1)
     found = [error for _ in range(16) for error in judged(*DRAWS[rules](draw))]
     assert None in found
-    of_others = {checks.body: inertia.rules, orbits.rules: ORBIT_TYPES['oem'].rules.__func__}
+    of_others = {checks.body: inertia.rules, orbits.rules: ORBIT_TYPES['oem'].rules}
     function = of_others.get(rules, rules)
     ends = [list(traceback.walk_tb(error.__traceback__))[-1] for error in found if error]
     said = {line for frame, line in ends if frame.f_code is function.__code__}

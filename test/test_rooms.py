@@ -86,6 +86,34 @@ def test_no_other_room_names_an_actuator():
     assert [path for path in found if path.parts[0] != 'actuators' and path not in allowed] == []
 
 
+def test_an_orbit_is_asked_and_not_told_by_its_type():
+    """What an orbit is it answers itself, and so does each value of orbit.type."""
+    classes = {
+        node.name
+        for file, node in tops(ast.ClassDef)
+        if Path(file).parts[0] == 'orbits' and node.name[0] != '_'
+    }
+    assert {'KeplerOrbit', 'TabledOrbit', 'TwoLineOrbit', 'Circular'} <= classes
+    found = []
+    for path in sorted(PACKAGE.rglob('*.py')):
+        for node in ast.walk(ast.parse(path.read_text())):
+            match node:
+                case ast.Call(func=ast.Name(id='isinstance' | 'issubclass'), args=[_, kinds]):
+                    asked = {each.id for each in ast.walk(kinds) if isinstance(each, ast.Name)}
+                case ast.MatchClass(cls=ast.Name(id=name)):
+                    asked = {name}
+                case ast.Compare():
+                    inside = [*ast.walk(node)]
+                    asked = {each.id for each in inside if isinstance(each, ast.Name)}
+                    if any(getattr(each, 'value', None) == 'orbit.type' for each in inside):
+                        found.append((path.relative_to(PACKAGE), node.lineno))
+                case _:
+                    continue
+            if asked & classes and path.parent.name != 'orbits':
+                found.append((path.relative_to(PACKAGE), node.lineno))
+    assert found == []
+
+
 def room_of(module):
     """Return the room of the dotted name 'satdyn_ros.room.file'."""
     return module.split('.')[1]

@@ -10,12 +10,10 @@ from typing import Any
 from ..actuators import Command
 from ..base.interruption import uninterrupted
 from ..messages.packers import packer
-from ..orbits import TabledOrbit
 from ..orbits.pieces import latest_at
 from ..run.controlled import ControlledSimulation
 from ..run.controllers import Controller
 from ..run.events import Derived, Event, Request, Topics, name_of
-from ..run.orbits import known_until
 from ..run.requests import requested, try_out
 from ..run.scenario import Scenario
 from ..run.simulation import RunHalted
@@ -111,9 +109,9 @@ def tick_count(scenario: Scenario, duration_s: str | float, first: int = 0) -> i
             f'{LAST_STAMP_NS // 10**9} s'
         )
     orbit = scenario.system.orbit
-    known_until_s = known_until(orbit, ticks.seconds(first))
-    if ticks.seconds(last) > latest_at(known_until_s) and isinstance(orbit, TabledOrbit):
-        sentence = orbit.source.outside(known_until_s)
+    known_until_s = orbit.known_until(ticks.seconds(first))
+    if ticks.seconds(last) > latest_at(known_until_s):
+        sentence = orbit.outside(known_until_s)
         raise ValueError(f'the duration is {duration_s} s, and {sentence}')
     return count
 

@@ -101,14 +101,7 @@ def verify(
         if isinstance(error, Damaged) == _is_ours(Path(path)):
             raise
         raise (BagError if isinstance(error, Damaged) else Damaged)(str(error)) from error
-    here = run_metadata.machine(recorded.scenario.torques)
-    other_machine = {
-        name: (then, here.get(name, ''))
-        for name, then in recorded.machine.items()
-        if then != here.get(name)
-    }
-    if recorded.rules < SOURCE_DEFINES_THE_BITS:
-        other_machine['rules'] = str(recorded.rules), str(RULES)
+    other_machine = _other_machine(recorded)
     conservation = _Conservation(recorded.scenario['motion.tolerance'])
     derived = _Derived(recorded)
 
@@ -126,19 +119,9 @@ def verify(
     )
     messages = _MessageStream(recorded.bag)
     comparison = Comparison(recorded)
-    difference = None
     try:
-        for records, perturbed in zip(expected, perturbed_run, strict=False):
-            if messages.has_ended():
-                # What happened after the last message is compared as well.
-                continue
-            found = messages.take(len(records.data))
-            difference = comparison.difference(found, records, perturbed)
-            if difference:
-                break
-        may_remain = () if has_samples else recorded.inputs
-        for rest in () if difference else messages.rest():
-            difference = difference or comparison.extra(rest, may_remain)
+        runs = zip(expected, perturbed_run, strict=False)
+        difference = _compared(comparison, messages, runs, () if has_samples else recorded.inputs)
         if has_samples:
             difference = difference or derived.difference(messages.last_ns)
     except BagError:
@@ -157,6 +140,35 @@ def verify(
         problem=recorded.bag.problem,
         notes=notes,
     )
+
+
+def _other_machine(recorded: RecordedRun) -> dict[str, tuple[str, str]]:
+    """Return by name what of the machine and the rules of a run differs: then, and here."""
+    here = run_metadata.machine(recorded.scenario.torques)
+    found = {
+        name: (then, here.get(name, ''))
+        for name, then in recorded.machine.items()
+        if then != here.get(name)
+    }
+    if recorded.rules < SOURCE_DEFINES_THE_BITS:
+        found['rules'] = str(recorded.rules), str(RULES)
+    return found
+
+
+def _compared(comparison, messages, runs, may_remain):
+    """Return the first difference of messages from the records of runs, None: there is none."""
+    difference = None
+    for records, perturbed in runs:
+        if messages.has_ended():
+            # What happened after the last message is compared as well.
+            continue
+        found = messages.take(len(records.data))
+        difference = comparison.difference(found, records, perturbed)
+        if difference:
+            return difference
+    for rest in messages.rest():
+        difference = difference or comparison.extra(rest, may_remain)
+    return difference
 
 
 def _checked(path: str | Path) -> tuple[RecordedRun, tuple[str, ...]]:

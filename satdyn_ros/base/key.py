@@ -27,7 +27,8 @@ class Key:
     any content, empty: not given), 'bool' or 'integer'.  low and high bound numbers inclusively,
     above and below exclusively; lengths are those an array may have.  changes: 'never', 'running'
     (a parameter set) or 'service' (~/set_initial_conditions).  also: units of another dimension in
-    which people have it, the factor between them being 1.
+    which people have it, the factor between them being 1.  is_optional: whether a text leaves it
+    out where it has its default, as most scenarios do.
     """
 
     name: str
@@ -43,6 +44,7 @@ class Key:
     choices: tuple[str, ...] = ()
     changes: str = 'never'
     also: tuple[str, ...] = ()
+    is_optional: bool = False
 
     @property
     def allowed(self) -> str:

@@ -8,7 +8,6 @@ import numpy as np
 
 from ..kernel.rows import components, from_components
 from ..kernel.time_table import Table
-from ..orbits import FixedDirection, TabledOrbit
 from ..orbits.pieces import Pieces
 from ..torques.applied import Applied
 from ..torques.gravity_gradient import GravityGradient
@@ -241,7 +240,7 @@ def with_tables(
 ) -> Constants:
     """Return constants with the tables of some time, which table_of takes from pieces."""
     orbit, table = system.orbit, constants.table
-    if isinstance(orbit, TabledOrbit):
+    if orbit.pieces is not None:
         table = (OrbitTable(3.0 * float(orbit.mu), table_of(orbit.pieces)),)
     own = (torque.constants_with(table_of) for torque in system.torques)
     return constants._replace(table=table, torques=(*constants.torques[:_SHIPPED], *own))
@@ -296,25 +295,10 @@ def _applied(system):
 @np.errstate(over='ignore', invalid='ignore')
 def _constants(system):
     """Return the Constants as arrays, of a system whose own constants may be arrays."""
-    orbit = system.orbit
-    eccentricity, anomaly_rate, axes_rate, longest_step = 0.0, 0.0, 0.0, np.inf
-    semi_latus_rectum, speed = 0.0, 0.0
-    if isinstance(orbit, FixedDirection):
-        gradient = orbit.gradient
-        outward, ahead, normal = orbit.direction(0.0), np.zeros(3), np.zeros(3)
-    elif isinstance(orbit, TabledOrbit):
-        # How fast the field and the line to the centre are, by which steps are judged.
-        anomaly_rate, gradient = orbit.mean_motion, 3.0 * orbit.mean_motion**2
-        outward, ahead, normal = np.zeros((3, 3))
-    else:
-        eccentricity = orbit.eccentricity
-        anomaly_rate = np.sqrt(orbit.mu / orbit.semi_latus_rectum) / orbit.semi_latus_rectum
-        gradient = 3.0 * anomaly_rate**2
-        semi_latus_rectum = orbit.semi_latus_rectum
-        speed = np.sqrt(orbit.mu / semi_latus_rectum)
-        outward, ahead, normal = np.moveaxis(orbit.perifocal, -1, 0)
-        if system.has_turning_axes:
-            axes_rate, longest_step = anomaly_rate, STEP_TURN / anomaly_rate
+    orbit = system.orbit.constants
+    axes_rate, longest_step = 0.0, np.inf
+    if system.has_turning_axes:
+        axes_rate, longest_step = orbit.anomaly_rate, STEP_TURN / orbit.anomaly_rate
     momentum = np.zeros(3)
     for rotor in system.rotors:
         if rotor.mode == 'constant_momentum':
@@ -325,20 +309,20 @@ def _constants(system):
     return Constants(
         start_s=0.0,
         longest_step=longest_step,
-        anomaly_rate=anomaly_rate,
+        anomaly_rate=orbit.anomaly_rate,
         axes_rate=axes_rate,
-        normal=normal,
+        normal=orbit.normal,
         carrier_inertia=system.carrier_inertia,
         carrier_inverse=system.carrier_inverse,
         momentum=momentum,
-        eccentricity=eccentricity,
-        gradient=gradient,
-        outward=outward,
-        ahead=ahead,
-        semi_latus_rectum=semi_latus_rectum,
-        speed=speed,
-        slow_rate=1e-3 * np.sqrt(np.abs(gradient) + (weight + at_rest) / size),
-        does_work=bool(system.is_driven or orbit.is_eccentric),
+        eccentricity=orbit.eccentricity,
+        gradient=orbit.gradient,
+        outward=orbit.outward,
+        ahead=orbit.ahead,
+        semi_latus_rectum=orbit.semi_latus_rectum,
+        speed=orbit.speed,
+        slow_rate=1e-3 * np.sqrt(np.abs(orbit.gradient) + (weight + at_rest) / size),
+        does_work=bool(system.is_driven or system.orbit.is_eccentric),
         integrates_place=system.integrates_place,
         sees_pairs=system.sees_pairs,
         cuts_first=system.cuts_first,

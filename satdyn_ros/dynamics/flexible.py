@@ -22,6 +22,15 @@ import numpy as np
 from ..base.key import Key
 from ..kernel.rows import dot
 
+MODE_NAMES = Key(
+    'flexible.names',
+    'string_array',
+    (),
+    '',
+    'names of the modes of flexible parts, each described by flexible.NAME.frequency and '
+    'so on; body.inertia includes them, locked',
+    is_optional=True,
+)
 # Of a mode; they follow its name.
 KEYS_OF_A_MODE = (
     Key(

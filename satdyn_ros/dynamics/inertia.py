@@ -141,11 +141,6 @@ def symmetry_axes(
     return np.where(fits[..., None], axis, np.nan)
 
 
-def are_equal(a: float, b: float, size: float) -> bool:
-    """Whether a and b differ by no more than rounding of size."""
-    return bool(abs(a - b) <= ROUNDING * size)
-
-
 def are_parallel(a: np.ndarray, b: np.ndarray) -> bool:
     """Whether the vectors a and b (3,) are parallel, opposite, or one of them is zero."""
     return bool(np.linalg.norm(np.cross(a, b)) <= ROUNDING * np.linalg.norm(a) * np.linalg.norm(b))

@@ -26,7 +26,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kernel.rows import components, dot, from_components, length, times
-from ..orbits import KeplerOrbit
 from .inertia import ROUNDING, principal_axes, symmetry_axes
 from .motion import States
 from .rotor import Rotor
@@ -176,7 +175,7 @@ def _sizes(parts, applied):
     """
     system, states = parts.system, parts.states
     orbit, rate = system.orbit, parts.rate
-    gradient = _largest_gradient(states)
+    gradient = states.orbit.largest_gradient(states.orbit_s)
     weight = length(system.weight_moment)
     for i, rotor in enumerate(system.rotors):
         if rotor.is_damped:
@@ -215,19 +214,6 @@ def _sizes(parts, applied):
             for rotor, p_i in zip(system.rotors, p, strict=True)
         },
     }
-
-
-def _largest_gradient(states):
-    """Return the largest |3 mu / r^3| [1/s^2], (N,), since the row before."""
-    orbit = states.orbit
-    gradient = np.abs(orbit.gradient_at(states.orbit_s))
-    if not (orbit.is_eccentric and isinstance(orbit, KeplerOrbit)):
-        return gradient
-    # Only a pericentre between two rows is nearer than both.
-    turn = np.floor(orbit.anomaly(states.orbit_s) / (2.0 * np.pi))
-    passed = np.diff(turn, prepend=turn[..., :1], axis=-1) != 0.0
-    nearest_m = orbit.semi_latus_rectum / (1.0 + orbit.eccentricity)
-    return np.where(passed, 3.0 * orbit.mu / nearest_m**3, gradient)
 
 
 def _terms(parts, since=_FROM_ROW_0):

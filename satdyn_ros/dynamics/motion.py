@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ..environment import lit_fraction, sun_direction
 from ..environment.sun import AU_M, ILLUMINANCE_LX
 from ..kernel import rotation
-from ..orbits import FixedDirection, KeplerOrbit, TabledOrbit
+from ..orbits import Orbit
 from ..orbits.along_orbit import AlongOrbit
 from ..torques.magnetic import torquer_dipole
 from .flexible import column_of
@@ -47,7 +47,7 @@ class States:
     rotor_speed: np.ndarray
     rotor_angle: np.ndarray
     work: np.ndarray
-    orbit: FixedDirection | KeplerOrbit | TabledOrbit
+    orbit: Orbit
     orbit_s: np.ndarray
     turn_b: np.ndarray | None = None
     rotor_torque: np.ndarray | None = None

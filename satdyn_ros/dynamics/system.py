@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..orbits import FixedDirection, KeplerOrbit, TabledOrbit
+from ..orbits import FixedDirection, Orbit
 from ..orbits.along_orbit import AlongOrbit
 from ..orbits.pieces import Pieces
 from ..torques.body_torque import BodyTorque, pieces_of
@@ -47,7 +47,7 @@ class System:
 
     inertia: np.ndarray
     rotors: tuple[Rotor, ...] = (Rotor(),)
-    orbit: FixedDirection | KeplerOrbit | TabledOrbit = FixedDirection()
+    orbit: Orbit = FixedDirection()
     weight_moment: np.ndarray = field(default_factory=lambda: _ZERO)
     torque_b: np.ndarray = field(default_factory=lambda: _ZERO)
     rotor_torque: np.ndarray = field(default_factory=lambda: np.zeros(()))
@@ -119,13 +119,14 @@ class System:
     @property
     def integrates_place(self) -> bool:
         """Whether the place on the orbit is integrated with the attitude."""
-        return isinstance(self.orbit, KeplerOrbit) and not self.has_turning_axes
+        is_of_constants = self.orbit.has_lvlh and self.orbit.pieces is None
+        return is_of_constants and not self.has_turning_axes
 
     @cached_property
     def pieces(self) -> tuple[Pieces, ...]:
         """Return the tables of what depends on time alone: of the orbit and of the torques."""
-        of_orbit = (self.orbit.pieces,) if isinstance(self.orbit, TabledOrbit) else ()
-        return of_orbit + pieces_of(self.torques)
+        of_orbit = self.orbit.pieces
+        return (() if of_orbit is None else (of_orbit,)) + pieces_of(self.torques)
 
     @cached_property
     def turning_rotors(self) -> tuple[tuple[int, Rotor], ...]:

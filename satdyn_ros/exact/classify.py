@@ -14,7 +14,6 @@ from ..dynamics.inertia import ROUNDING, symmetry_axis
 from ..dynamics.motion import Motion
 from ..dynamics.system import State, System
 from ..integrate.propagation import Propagation
-from ..orbits import KeplerOrbit
 from ..theory.equilibria import imbalance
 from .planar import Planar
 from .steady import Steady
@@ -43,7 +42,7 @@ def rotation_class(system: System, state: State, start_s: float = 0.0) -> Rotati
     'the rotor is not along the orbit normal'
     """
     orbit = system.orbit
-    if not (isinstance(orbit, KeplerOrbit) and not orbit.is_eccentric):
+    if not (orbit.is_keplerian and not orbit.is_eccentric):
         raise ValueError(
             'rotations are classified on circular orbits: orbit.type must be circular'
         )

@@ -9,7 +9,6 @@ import numpy as np
 
 from ..dynamics.motion import Motion
 from ..dynamics.system import State, System
-from ..orbits import KeplerOrbit
 from ..theory.equilibria import direction
 
 # Times evaluated at once: what is computed from them stays in the processor's cache.
@@ -140,7 +139,7 @@ class ExactMotion(Motion):
         system, state, orbit = self.system, self.state, self.system.orbit
         least, _, largest = np.linalg.eigvalsh(system.carrier_inertia)
         rate = np.linalg.norm(state.omega_bi_b) * np.sqrt(largest / least)
-        if isinstance(orbit, KeplerOrbit):
+        if orbit.is_keplerian:
             gradient = 3.0 * orbit.fastest_rate**2
         else:
             gradient = float(abs(orbit.gradient_at(self.start_s)))

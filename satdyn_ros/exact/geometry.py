@@ -162,15 +162,6 @@ class Rolling:
         """Return the pole's distance from Z in space, (N,) [rad/s], at u = cos theta (42)."""
         return np.sqrt(np.maximum(self._square_in_space(np.asarray(u, float)), 0.0))
 
-    def space_rate(self, u: ArrayLike) -> np.ndarray:
-        """
-        Return the rate (N,) [rad/s] at which the pole turns about Z in space (42).
-
-        Z . (v x v') / rho'^2 = Delta u / A + (v_z u - r0) (rho'^2)' / (2 rho'^2), the prime on the
-        right d/du; where the pole passes through Z the limit.
-        """
-        return self.turning_in_space.rate(np.asarray(u, float))
-
     def residual(self, v_i: ArrayLike) -> np.ndarray:
         """
         Return by how much poles v_i (N, 3) [rad/s] miss the quadric [rad^2/s^2] or plane [rad/s].

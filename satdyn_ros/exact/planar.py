@@ -17,7 +17,6 @@ import numpy as np
 from ..dynamics.inertia import ROUNDING, are_parallel
 from ..dynamics.system import State, System
 from ..kernel import rotation
-from ..orbits import KeplerOrbit, TabledOrbit
 from . import attitude
 from .axes import is_principal, principal_axes_about
 from .exact_motion import ExactMotion, Fact
@@ -65,10 +64,11 @@ class Planar(ExactMotion):
     @classmethod
     def _why_not(cls, system: System, state: State, start_s: float = 0.0) -> str | None:
         """Return one sentence that says why this closed form does not apply, or None."""
-        if isinstance(system.orbit, TabledOrbit):
+        orbit = system.orbit
+        if orbit.has_lvlh and not orbit.is_keplerian:
             return 'the orbit is no circle'
-        orbit, omega, normal = system.orbit, state.omega_bi_b, _normal(system, state)
-        if isinstance(orbit, KeplerOrbit):
+        omega, normal = state.omega_bi_b, _normal(system, state)
+        if orbit.has_lvlh:
             if orbit.is_eccentric:
                 return f'orbit.eccentricity is {orbit.eccentricity:g}, not 0'
             name, speed = 'orbit normal', max(float(np.linalg.norm(omega)), orbit.mean_motion)
@@ -123,7 +123,7 @@ class Planar(ExactMotion):
 
 def _line_rate(system, state):
     """Return the angular velocity of the line to the centre in body axes [rad/s], (3,)."""
-    if isinstance(system.orbit, KeplerOrbit):
+    if system.orbit.has_lvlh:
         return system.orbit.mean_motion * _normal(system, state)
     return np.zeros(3)
 
@@ -137,13 +137,13 @@ def _normal(system, state):
     direction of the field.
     """
     q_bi = rotation.conjugate(state.q_ib)
-    if isinstance(system.orbit, KeplerOrbit):
+    if system.orbit.has_lvlh:
         return rotation.rotate(q_bi, system.orbit.normal)
     for vector in (state.omega_bi_b, system.rotor_momentum(state)):
         if np.any(vector):
             return vector / np.linalg.norm(vector)
     c_b, I, weight = rotation.rotate(q_bi, [0.0, 0.0, 1.0]), system.inertia, system.weight_moment
-    gradient = system.orbit.gradient
+    gradient = float(system.orbit.gradient_at(0.0))
     torque = gradient * np.cross(c_b, I @ c_b) - np.cross(weight, c_b)
     size = abs(gradient) * np.max(I) + np.linalg.norm(weight)
     if np.linalg.norm(torque) > ROUNDING * size:

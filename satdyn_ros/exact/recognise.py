@@ -3,7 +3,6 @@
 import numpy as np
 
 from ..dynamics.system import State, System
-from ..orbits import FixedDirection
 from .exact_motion import ExactMotion
 from .free import Free
 from .planar import Planar
@@ -47,8 +46,8 @@ def explain(system: System, state: State, start_s: float = 0.0) -> str | None:
         return None
     if not system.is_newtonian:
         return reasons[Planar]
-    if not isinstance(system.orbit, FixedDirection):
+    if system.orbit.has_lvlh:
         return f'{reasons[Planar]}{_ON_AN_ELLIPSE if system.orbit.is_eccentric else ""}'
-    has_field = system.orbit.gradient != 0.0 or np.any(system.weight_moment)
+    has_field = system.orbit.gradient_at(0.0) != 0.0 or np.any(system.weight_moment)
     of_the_field = (Planar, Symmetric, Stationary) if has_field else (Free, Symmetric)
     return '; '.join(f'{motion.name}: {reasons[motion]}' for motion in of_the_field)

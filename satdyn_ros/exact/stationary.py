@@ -19,7 +19,6 @@ from numpy.typing import ArrayLike
 from ..dynamics.inertia import ROUNDING, principal_axes
 from ..dynamics.system import State, System
 from ..kernel import rotation
-from ..orbits import FixedDirection
 from ..theory.euler_angles import from_zxz
 from . import attitude, elliptic, multiplier
 from .exact_motion import ExactMotion, Fact
@@ -161,9 +160,9 @@ class Stationary(ExactMotion):
     @classmethod
     def _why_not(cls, system: System, state: State, start_s: float = 0.0) -> str | None:
         """Return one sentence that says why this closed form does not apply, or None."""
-        if not isinstance(system.orbit, FixedDirection):
+        if system.orbit.has_lvlh:
             return 'the direction to the attracting centre turns; orbit.type must be fixed'
-        if system.orbit.gradient == 0.0:
+        if system.orbit.gradient_at(0.0) == 0.0:
             return _NO_FIELD
         if np.any(system.weight_moment):
             return 'body.weight_moment is not zero'

@@ -18,7 +18,6 @@ import numpy as np
 from ..dynamics.inertia import ROUNDING, are_parallel
 from ..dynamics.system import State, System
 from ..kernel import rotation
-from ..orbits import FixedDirection, TabledOrbit
 from ..theory.equilibria import direction, is_balanced
 from ..torques.gravity_gradient import gravity_gradient
 from .axes import is_symmetric
@@ -83,11 +82,11 @@ def _torque_stays(system, state, start_s):
         return True
     omega, c = state.omega_bi_b, direction(system, state, start_s)
     rate = np.linalg.norm(omega)
-    if isinstance(orbit, TabledOrbit):
-        return False
-    if isinstance(orbit, FixedDirection):
+    if not orbit.has_lvlh:
         axis = omega / rate if rate else c
         c_stays, c_keeps_angle = are_parallel(omega, c), are_parallel(m, axis)
+    elif not orbit.is_keplerian:
+        return False
     else:
         axis = rotation.rotate(rotation.conjugate(state.q_ib), orbit.normal)
         gone = np.linalg.norm(omega - orbit.mean_motion * axis)

@@ -107,12 +107,12 @@ class Symmetric(ExactMotion):
     @classmethod
     def _why_not(cls, system: System, state: State, start_s: float = 0.0) -> str | None:
         """Return one sentence that says why this closed form does not apply, or None."""
-        if not isinstance(system.orbit, FixedDirection):
+        if system.orbit.has_lvlh:
             return 'the direction to the attracting centre turns; orbit.type must be fixed'
         axis, carrier = _axis(system, state), system.carrier_inertia
         if not is_symmetric(carrier, axis):
             return 'the body (without a rotor that turns freely) has no two equal moments'
-        if system.orbit.gradient != 0.0 and not is_symmetric(system.inertia, axis):
+        if system.orbit.gradient_at(0.0) != 0.0 and not is_symmetric(system.inertia, axis):
             return 'body.inertia is not symmetric about the axis of the body without its rotor'
         if not are_parallel(axis, system.weight_moment):
             return 'body.weight_moment is not along the symmetry axis'
@@ -205,7 +205,7 @@ class Symmetric(ExactMotion):
 def _axis(system, state):
     """Return the unit vector (3,) that is the symmetry axis, if the system has one."""
     candidates = [symmetry_axis([system.carrier_inertia])]
-    if system.orbit.gradient != 0.0:
+    if system.orbit.gradient_at(0.0) != 0.0:
         candidates.append(symmetry_axis([system.inertia]))
     for vector in (system.weight_moment, *rotor_axes(system, state)):
         if np.any(vector):

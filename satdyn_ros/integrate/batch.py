@@ -16,7 +16,7 @@ from ..dynamics.motion import Halted, States
 from ..dynamics.system import State, System
 from ..dynamics.variables import columns, initial_values, wanted_count
 from ..trace.graph import flatten, kind_of
-from .course import mean_anomaly, problem_of, stop_times_of
+from .course import problem_of, stop_times_of
 from .lanes import REACHED, RENEWED, UNFINISHED, Lanes, Problem
 from .layout import Layout
 from .propagation import Propagation
@@ -66,7 +66,9 @@ def propagate_many(
     """
     count = len(tolerance)
     like, constants = flat_constants_of_many(system, count)
-    anomaly = [np.broadcast_to(np.ravel(each), count) for each in mean_anomaly(system, 0.0)]
+    anomaly = [
+        np.broadcast_to(np.ravel(each), count) for each in system.orbit.mean_anomaly_at(0.0)
+    ]
     stop_times_s = stop_times_of(system)
     begin = initial_values(system, state)[:, 0]
     wanted = wanted_count(system, like.does_work)

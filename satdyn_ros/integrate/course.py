@@ -12,8 +12,8 @@ from ..dynamics.variables import columns
 from ..kernel import rotation
 from ..kernel.rows import length
 from ..kernel.time_table import Table
-from ..orbits import KeplerOrbit, TabledOrbit
 from ..orbits.pieces import Piece, Pieces, latest_at, tables_of
+from ..orbits.tabled import ends
 from ..torques.body_torque import BodyTorque
 from ..trace.graph import flatten
 from .lanes import (
@@ -58,7 +58,7 @@ class Course:
     ):
         self._system, self._start_s = system, start_s
         self._tolerance, self._steps_allowed = tolerance, steps_allowed
-        self.anomaly = tuple(map(float, mean_anomaly(system, start_s)))
+        self.anomaly = tuple(map(float, system.orbit.mean_anomaly_at(start_s)))
         self.constants = constants_of(system, start_s)
         self.stop_times_s = self._all_stop_times_s = stop_times_of(system)
         self.drives: Drives | None = None
@@ -83,7 +83,7 @@ class Course:
     def start_anew(self, system: System, start_s: float) -> None:
         """Let another motion of the same kind begin at start_s, while its pieces hold."""
         self._system, self._start_s = system, start_s
-        self.anomaly = tuple(map(float, mean_anomaly(system, start_s)))
+        self.anomaly = tuple(map(float, system.orbit.mean_anomaly_at(start_s)))
         self.until_s = self.piece_s[1] - start_s
 
     def own_constants(self, torque: BodyTorque) -> Any:
@@ -225,15 +225,15 @@ class Course:
 
     def _note_jump(self, following, q_ib):
         """Count as work of the orbit what the potential jumps by where two stretches meet."""
-        orbit = self._system.orbit
-        if not isinstance(orbit, TabledOrbit):
+        orbit, table = self._system.orbit, self._system.orbit.pieces
+        if table is None:
             return
-        pieces = self._current[orbit.pieces], following[orbit.pieces]
+        pieces = self._current[table], following[table]
         if pieces[0].stretch == pieces[1].stretch:
             return
         potentials = []
         for piece, end in zip(pieces, (1, 0), strict=True):
-            r_i = orbit.ends(piece)[end]
+            r_i = ends(table, piece)[end]
             r_b = rotation.rotate(rotation.conjugate(q_ib), r_i)
             r_I_r = r_b @ self._system.inertia @ r_b
             potentials.append(1.5 * orbit.mu / length(r_i) ** 5 * r_I_r)
@@ -249,15 +249,6 @@ def stop_times_of(system: System) -> np.ndarray:
 def _ascending(times_s: Iterable[np.ndarray]) -> np.ndarray:
     """Return times without those that come twice, ascending."""
     return np.unique(np.concatenate([np.zeros(0), *times_s]))
-
-
-def mean_anomaly(system: System, start_s: float) -> tuple[float | np.ndarray, ...]:
-    """Return mean anomaly at start_s, mean motion and eccentricity; zeros: no orbit."""
-    orbit = system.orbit
-    if not isinstance(orbit, KeplerOrbit):
-        return 0.0, 0.0, 0.0
-    mean_motion = orbit.mean_motion
-    return orbit.mean_anomaly + mean_motion * start_s, mean_motion, orbit.eccentricity
 
 
 def problem_of(

@@ -107,7 +107,7 @@ class Relays:
         motion, course = self._motions[m], self._courses[m]
         system = motion.system
         self.start_s[m], self._pieces_s[:, m] = motion.start_s, course.piece_s
-        self._anomaly[m] = getattr(system.orbit, 'mean_anomaly', 0.0)
+        self._anomaly[m] = system.orbit.mean_anomaly_at(0.0)[0]
         for i, rotor in enumerate(system.rotors):
             self._axes[i, :, m] = rotor.axis
         for n, (_, rotor) in enumerate(system.turning_rotors):

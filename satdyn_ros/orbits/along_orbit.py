@@ -22,7 +22,7 @@ from ..environment import (
     turned,
 )
 from .axes_of_date import tabled_gcrs_to_intermediate
-from .kepler import KeplerOrbit
+from .orbit import Orbit
 from .pieces import (
     Piece,
     Pieces,
@@ -34,7 +34,6 @@ from .pieces import (
     whole_seconds,
     within_days,
 )
-from .tabled import TabledOrbit
 
 # Of how many times a library is asked in a call, which no other thread of Python interrupts.
 _ROWS = 16
@@ -64,7 +63,7 @@ class AlongOrbit:
 
     def __init__(
         self,
-        orbit: KeplerOrbit | TabledOrbit,
+        orbit: Orbit,
         epoch_ns: int,
         field_model: str = 'none',
         air: Exponential | Msis | None = None,

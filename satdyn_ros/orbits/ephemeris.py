@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from io import StringIO
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -33,7 +34,7 @@ from .interpolation import Interpolation, Span
 from .kepler import EARTH_RADIUS_M
 from .pieces import Piece, Stretch, fitted
 from .stk_ephemeris import is_stk, stk_rows
-from .tabled import OrbitSource
+from .tabled import OrbitSource, TabledOrbit
 
 _VERSION, VERSIONS = 'CCSDS_OEM_VERS', ('1.0', '2.0', '3.0')
 _METHODS = ('HERMITE', 'LAGRANGE', 'LINEAR')
@@ -62,6 +63,8 @@ _MISSED_M = 10.0
 _WEEKS_S = 4e6
 # In how many places a radian of an orbit is looked at, and what is between two rows, at least.
 _PLACES_A_RADIAN, _LEAST_PLACES = 12, 2
+# In how many times the heights over a turn are looked for: one in half a degree.
+_TIMES_A_TURN = 721
 
 
 @dataclass(frozen=True)
@@ -113,6 +116,24 @@ class EphemerisOrbit(OrbitSource):
     def spans(self) -> tuple[Span, ...]:
         """The useable times, cut where another set of rows begins and at leap seconds."""
         return tuple(span for segment in self._segments for span in segment.spans)
+
+    def described(self, orbit: TabledOrbit) -> dict[str, Any]:
+        """Return the epochs of tick 0, begin and end, and heights, period and inclination."""
+
+        def at(t_s):
+            return epoch(self.epoch_ns + round(t_s * SECOND_NS))
+
+        turn_s = min(orbit.period_s, orbit.known_until(0.0))
+        height_m = orbit.radius(np.linspace(0.0, turn_s, _TIMES_A_TURN)) - EARTH_RADIUS_M
+        return {
+            'tick_0': at(0.0),
+            'begin': at(min(stretch.begin_s for stretch in orbit.stretches)),
+            'end': at(max(stretch.end_s for stretch in orbit.stretches)),
+            'lowest_height_m': height_m.min(),
+            'highest_height_m': height_m.max(),
+            'period_s': orbit.period_s,
+            'inclination_rad': orbit.osculating.inclination,
+        }
 
     @property
     def warning(self) -> str | None:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,9 +11,12 @@ from ..base.sentences import Rules, refuse, told_apart
 from ..kernel import rotation
 from ..kernel.rows import components, dot, from_components, length
 from .kepler_equation import true_anomaly
+from .orbit import Orbit, OrbitConstants
 from .pieces import PIECE_TURN, Stretch
 
 EARTH_MU = 3.986004418e14
+# Values of mu in use differ by less.
+EARTH_TO = 1e-4
 # Equatorial, WGS 84.
 EARTH_RADIUS_M = 6_378_137.0
 # What the eccentricity of a circle comes to by rounding, and a little more.
@@ -22,7 +26,7 @@ _SLOWEST = 1e-300
 
 
 @dataclass(frozen=True)
-class KeplerOrbit:
+class KeplerOrbit(Orbit):
     """
     A Kepler ellipse by its elements at t = 0; angles in rad, mu [m^3/s^2], semi_major_axis [m].
 
@@ -38,7 +42,7 @@ class KeplerOrbit:
     argument_of_periapsis: float = 0.0
     true_anomaly: float = 0.0
 
-    has_lvlh = True
+    is_keplerian = True
 
     def __repr__(self) -> str:
         if np.size(self.mean_motion) > 1:
@@ -141,6 +145,28 @@ class KeplerOrbit:
         """Return the unit normal of the orbit in inertial axes, shape (3,)."""
         return self.perifocal[..., :, 2]
 
+    @property
+    def constants(self) -> OrbitConstants:
+        """What the equations take of it."""
+        l = self.semi_latus_rectum
+        anomaly_rate = np.sqrt(self.mu / l) / l
+        outward, ahead, normal = np.moveaxis(self.perifocal, -1, 0)
+        return OrbitConstants(
+            anomaly_rate,
+            3.0 * anomaly_rate**2,
+            outward,
+            ahead,
+            normal,
+            self.eccentricity,
+            semi_latus_rectum=l,
+            speed=np.sqrt(self.mu / l),
+        )
+
+    def mean_anomaly_at(self, t_s: float) -> tuple[Any, Any, Any]:
+        """Return mean anomaly [rad], its rate [rad/s] and eccentricity, which give f."""
+        mean_motion = self.mean_motion
+        return self.mean_anomaly + mean_motion * t_s, mean_motion, self.eccentricity
+
     def anomaly(self, t_s: ArrayLike) -> np.ndarray:
         """Return the true anomaly f [rad], continuous in time, shape (...)."""
         mean_anomaly = self.mean_anomaly + self.mean_motion * np.asarray(t_s, float)
@@ -167,6 +193,17 @@ class KeplerOrbit:
         """Return 3 mu / r^3 [1/s^2], shape (...)."""
         with np.errstate(all='ignore'):
             return 3.0 * self.mu / self.radius(t_s) ** 3
+
+    def largest_gradient(self, t_s: np.ndarray) -> np.ndarray:
+        """Return the largest |3 mu / r^3| [1/s^2] since the row before, (N,)."""
+        gradient = np.abs(self.gradient_at(t_s))
+        if not self.is_eccentric:
+            return gradient
+        # Only a pericentre between two rows is nearer than both.
+        turn = np.floor(self.anomaly(t_s) / (2.0 * np.pi))
+        passed = np.diff(turn, prepend=turn[..., :1], axis=-1) != 0.0
+        nearest_m = self.semi_latus_rectum / (1.0 + self.eccentricity)
+        return np.where(passed, 3.0 * self.mu / nearest_m**3, gradient)
 
     def position_velocity(self, t_s: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Return r_i [m] and v_i [m/s], each (..., 3)."""

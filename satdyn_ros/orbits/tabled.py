@@ -2,7 +2,8 @@
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -11,6 +12,7 @@ from numpy.typing import ArrayLike
 from ..kernel import rotation
 from ..kernel.rows import components, dot, from_components, length
 from .kepler import EARTH_MU, KeplerOrbit
+from .orbit import Orbit, OrbitConstants
 from .pieces import Piece, Pieces, Stretch, derivatives
 
 # The functions of the table, three each: r_i [m], v_i [m/s] as it is published, and the first and
@@ -40,9 +42,13 @@ class OrbitSource(ABC):
         """Return the sentence that refuses a time outside all stretches."""
         return f'{t_s:g} s is no time on an orbit'
 
+    def described(self, orbit: 'TabledOrbit') -> dict[str, Any]:
+        """Return by name what is to be said of the orbit that its keys do not say."""
+        return {}
+
 
 @dataclass(frozen=True, eq=False)
-class TabledOrbit:
+class TabledOrbit(Orbit):
     """
     An orbit from a table made piece by piece, mu [m^3/s^2] for the pull on the body.
 
@@ -52,7 +58,6 @@ class TabledOrbit:
     source: OrbitSource
     mu: float = EARTH_MU
 
-    has_lvlh = True
     is_eccentric = True
 
     def __repr__(self) -> str:
@@ -79,10 +84,11 @@ class TabledOrbit:
         velocity = given[3:] if len(given) > 3 else slope
         return np.concatenate([given[:3], velocity, slope, curvature])
 
-    def ends(self, piece: Piece) -> tuple[np.ndarray, np.ndarray]:
-        """Return r_i [m] where a piece begins and where it ends, by its own polynomials."""
-        r_i = self.pieces.table_in(piece).coefficients[0, POSITION]
-        return chebyshev.chebval(-1.0, r_i.T), chebyshev.chebval(1.0, r_i.T)
+    @property
+    def constants(self) -> OrbitConstants:
+        """How fast the field and the line to the centre are, by which steps are judged."""
+        n = self.mean_motion
+        return OrbitConstants(n, 3.0 * n**2, *np.zeros((3, 3)))
 
     @cached_property
     def osculating(self) -> KeplerOrbit:
@@ -104,6 +110,18 @@ class TabledOrbit:
     def mean_motion(self) -> float:
         """Return n [rad/s] of the osculating ellipse."""
         return self.osculating.mean_motion
+
+    def known_until(self, t_s: float) -> float:
+        """Return up to when [s] it is known from a time on; ValueError: it is not there."""
+        return self.pieces.covered_until(t_s)
+
+    def outside(self, t_s: float) -> str:
+        """Return the sentence that refuses a time at which it is not known."""
+        return self.source.outside(t_s)
+
+    def described(self) -> dict[str, Any]:
+        """Return by name what is to be said of it that its keys do not say."""
+        return self.source.described(self)
 
     def _columns(self, t_s: ArrayLike, *wanted: np.ndarray) -> list[np.ndarray]:
         """Return some columns of the table, each (..., 3)."""
@@ -159,6 +177,16 @@ class TabledOrbit:
         about_normal = 1.0 / dot(r_i, r_i)
         about_line = dot(curvature, momentum) / h_squared
         return about_normal[..., None] * momentum + about_line[..., None] * r_i
+
+
+# Runs that share the orbit share its table.
+tabled_orbit = lru_cache(maxsize=4)(TabledOrbit)
+
+
+def ends(pieces: Pieces, piece: Piece) -> tuple[np.ndarray, np.ndarray]:
+    """Return r_i [m] where a piece of an orbit begins and where it ends, by its polynomials."""
+    r_i = pieces.table_in(piece).coefficients[0, POSITION]
+    return chebyshev.chebval(-1.0, r_i.T), chebyshev.chebval(1.0, r_i.T)
 
 
 def _cross(a, b):

@@ -14,18 +14,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.extras import brought_by
-from ..base.nanoseconds import SECOND_NS, epoch, stamp_ns
+from ..base.nanoseconds import DAY_NS, SECOND_NS, epoch, stamp_ns
 from ..kernel.rows import components, times
 from . import element_ranges, element_sets
 from .axes_of_date import tabled_teme_to_gcrs
 from .element_sets import ELEMENTS, SGP4_MEANS, ElementSet, is_message
 from .pieces import PIECE_TURN, Piece, Stretch, fitted
-from .tabled import OrbitSource
+from .tabled import OrbitSource, TabledOrbit
 
 # How far from its epoch an element set is taken without a warning.
 GOOD_FOR_DAYS = 14
 _DAY_S = 86_400
-_DAY_NS = _DAY_S * SECOND_NS
 # The Julian date of 1 January 1970, 00:00.
 _UNIX_EPOCH_JD = 2_440_587.5
 # Of a deep-space orbit SGP4 sums up the resonances in steps of 720 min from the epoch; the slope
@@ -64,13 +63,13 @@ class MeanOrbit(NamedTuple):
     The orbit of mean elements.
 
     perigee_height_m, apogee_height_m [m]: above the equator's radius, of the mean ellipse.
-    period_s: by the mean motion, without drag.  inclination [rad]: to the equator of date.
+    period_s: by the mean motion, without drag.  inclination_rad: to the equator of date.
     """
 
     perigee_height_m: float
     apogee_height_m: float
     period_s: float
-    inclination: float
+    inclination_rad: float
 
 
 @dataclass(frozen=True)
@@ -98,8 +97,8 @@ class TwoLineOrbit(OrbitSource):
     def elements_ns(self) -> int:
         """The epoch of the elements, as a stamp."""
         satellite = _satellite(self.text)
-        days = round((satellite.jdsatepoch - _UNIX_EPOCH_JD) * _DAY_NS)
-        return days + round(satellite.jdsatepochF * _DAY_NS)
+        days = round((satellite.jdsatepoch - _UNIX_EPOCH_JD) * DAY_NS)
+        return days + round(satellite.jdsatepochF * DAY_NS)
 
     @property
     def elements_epoch(self) -> str:
@@ -115,13 +114,22 @@ class TwoLineOrbit(OrbitSource):
             perigee_height_m=satellite.altp * radius_m,
             apogee_height_m=satellite.alta * radius_m,
             period_s=60.0 * 2.0 * np.pi / satellite.no_kozai,
-            inclination=satellite.inclo,
+            inclination_rad=satellite.inclo,
         )
+
+    def described(self, orbit: TabledOrbit) -> dict[str, Any]:
+        """Return the epochs of tick 0 and of the elements, their age, and the mean orbit."""
+        return {
+            'tick_0': epoch(self.epoch_ns),
+            'elements_epoch': self.elements_epoch,
+            'age_days': (self.epoch_ns - self.elements_ns) / DAY_NS,
+            **self.mean_orbit._asdict(),
+        }
 
     @property
     def warning(self) -> str | None:
         """What to say of elements that are far from tick 0."""
-        days = abs(self.epoch_ns - self.elements_ns) / _DAY_NS
+        days = abs(self.epoch_ns - self.elements_ns) / DAY_NS
         if days <= GOOD_FOR_DAYS:
             return None
         return (

@@ -1,11 +1,12 @@
 """The run in a bag at a limited number of rows, with bounds for the ticks between them."""
 
-from collections import deque
-from collections.abc import Iterator
+from collections import defaultdict, deque
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from math import floor
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from ..run.events import Event, RotorLimited
 from ..run.samples import Samples, merged
 from ..run.scenario import Scenario
 from ..run.simulation import Simulation
-from ..run.topics import Panel
+from ..run.topics import Panel, Topic
 from ..torques.magnetic import dipole_of
 from ..torques.thrust import Thrust
 from .curves import HELD_TICKS, Bounds, shown, topics_with_panels
@@ -129,99 +130,142 @@ def history(
     every = -(-(end - first) // rows)
     row_ticks = np.unique([*range(first, end, every), end - 1])
     with_panels = topics_with_panels(run.scenario)
-    topics = [*with_panels, *place_topics(run.scenario)]
-    tick_s = 1.0 / float(run.ticks.rate)
-    bounds = Bounds(row_ticks, tick_s, with_panels)
+    bounds = Bounds(row_ticks, 1.0 / float(run.ticks.rate), with_panels)
     sensors = ErrorsOfSensors(simulation.sensors, run.ticks, range(first, end), rows)
-    tables, quantities, applied_torques, dipoles, momenta, drifts = [], [], [], [], [], []
-    propellants: list[np.ndarray] = []
-    events: list[tuple[float, Event]] = []
-    driven: list[tuple[float, float]] = []
-    valves_open: dict[str, list[tuple[float, float]]] = {}
-    largest: dict[str, float] = {}
-    so_far: dict[str, float] = {}
+    at_rows = _Rows([*with_panels, *place_topics(run.scenario)])
+    timeline, drifts = _Timeline(run), _LargestDrift()
     motions: dict[int, Motion] = {}
-    last_motion = None
     for motion, applied, samples, changes in _measured(_stretches(simulation, first, end)):
         start = samples.first_tick
         sensors.take(motion, applied, samples)
-        states = samples.states
-        if motion is not last_motion:
-            last_motion, so_far = motion, {}
-            if len(motions) < MOST_MOTIONS:
-                motions[start] = motion
-        drift = {
-            name: np.maximum.accumulate(np.maximum(np.abs(values), so_far.get(name, 0.0)))
-            for name, values in changes.items()
-        }
-        so_far = {name: float(values[-1]) for name, values in drift.items()}
+        if drifts.is_new(motion) and len(motions) < MOST_MOTIONS:
+            motions[start] = motion
+        drift = drifts.take(motion, changes)
         if start < first:
             continue
-        events += [(run.ticks.seconds(event.tick), event) for event in applied]
-        span_s = run.ticks.seconds(start), run.ticks.seconds(start + len(samples))
-        if run.scenario.equipment.is_driving(samples.acting):
-            _extend(driven, *span_s)
-        _note_open(valves_open, samples.system, span_s)
-        largest |= {name: max(largest.get(name, 0.0), value) for name, value in so_far.items()}
+        timeline.take(applied, samples)
+        drifts.count()
         bounds.take(samples)
         # Numbers, not a slice: a view would keep all rows of the block in memory.
         begin, stop = np.searchsorted(row_ticks, [start, start + len(samples)])
         chosen = row_ticks[begin:stop] - start
-        if len(chosen) == 0:
-            continue
-        table = states.rows(chosen)
-        tables.append(table)
-        quantities.append(
-            {name: values[chosen] for name, values in shown(topics, samples).items()}
-        )
-        applied_torques.append(np.broadcast_to(samples.system.torque_b, (len(table), 3)))
-        dipole_b = dipole_of(samples.system.torques)
-        if dipole_b is not None:
-            dipoles.append(np.broadcast_to(dipole_b, (len(table), 3)))
-        thrust = Thrust.among(samples.system.torques)
-        if thrust is not None:
-            propellants.append(thrust.propellant_used(table.orbit_s))
-        momenta.append(
-            angular_momentum(samples.system, table.omega_bi_b, table.rotor_speed, table.inner)
-        )
-        drifts.append({name: values[chosen] for name, values in drift.items()})
+        if len(chosen):
+            at_rows.take(samples, chosen, drift)
     bounds.close()
-    states = joined(tables)
+    states = joined(at_rows.tables)
     return History(
         scenario=run.scenario,
         ticks=end - first,
         t_s=states.orbit_s,
         states=states,
         q_lb=None if run.scenario.is_fixed else states.q_lb,
-        shown={
-            topic.name: np.concatenate([part[topic.name] for part in quantities])
-            for topic in topics
-        },
         panels={topic.name: topic.panel for topic in with_panels if topic.panel},
-        applied_b=np.concatenate(applied_torques),
-        dipole_b=np.concatenate(dipoles) if dipoles else None,
-        momentum_b=np.concatenate(momenta),
-        propellant=np.concatenate(propellants) if propellants else None,
         turned=bounds.turned,
         least=bounds.least,
         most=bounds.most,
         mean=bounds.mean,
-        drift={
-            name: np.concatenate(
-                [
-                    part.get(name, np.full(len(table), np.nan))
-                    for part, table in zip(drifts, tables, strict=True)
-                ]
-            )
-            for name in largest
-        },
-        largest_drift=largest,
+        largest_drift=drifts.of_run,
         motions=motions,
-        events=events,
-        driven=driven,
-        valves_open=valves_open,
+        events=timeline.events,
+        driven=timeline.driven,
+        valves_open=timeline.valves_open,
         sensors=sensors.result(),
+        **at_rows.columns(drifts.of_run),
     )
+
+
+class _LargestDrift:
+    """By first integral its largest relative change so far: since an event, and of the run."""
+
+    def __init__(self) -> None:
+        self.of_run: dict[str, float] = {}
+        self._motion: Motion | None = None
+        self._so_far: dict[str, float] = {}
+
+    def is_new(self, motion: Motion) -> bool:
+        """Return whether a motion is another than the last one taken."""
+        return motion is not self._motion
+
+    def take(self, motion: Motion, changes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Return the largest change up to each of the rows (N,) that follow."""
+        if self.is_new(motion):
+            self._motion, self._so_far = motion, {}
+        drift = {
+            name: np.maximum.accumulate(np.maximum(np.abs(values), self._so_far.get(name, 0.0)))
+            for name, values in changes.items()
+        }
+        self._so_far = {name: float(values[-1]) for name, values in drift.items()}
+        return drift
+
+    def count(self) -> None:
+        """Let the rows taken last be among those of the run."""
+        for name, value in self._so_far.items():
+            self.of_run[name] = max(self.of_run.get(name, 0.0), value)
+
+
+class _Timeline:
+    """What happened, and between which instants [s] something acts."""
+
+    def __init__(self, run: RecordedRun):
+        self._run = run
+        self.events: list[tuple[float, Event]] = []
+        self.driven: list[tuple[float, float]] = []
+        self.valves_open: dict[str, list[tuple[float, float]]] = {}
+
+    def take(self, applied: list[Event], samples: Samples) -> None:
+        """Add what was applied and the samples that follow."""
+        ticks, start = self._run.ticks, samples.first_tick
+        self.events += [(ticks.seconds(event.tick), event) for event in applied]
+        span_s = ticks.seconds(start), ticks.seconds(start + len(samples))
+        if self._run.scenario.equipment.is_driving(samples.acting):
+            _extend(self.driven, *span_s)
+        _note_open(self.valves_open, samples.system, span_s)
+
+
+class _Rows:
+    """What a history holds at its rows, block by block."""
+
+    def __init__(self, topics: list[Topic]):
+        self._topics = topics
+        self.tables: list[States] = []
+        self._shown: list[dict[str, np.ndarray]] = []
+        self._drifts: list[dict[str, np.ndarray]] = []
+        self._columns: dict[str, list[np.ndarray]] = defaultdict(list)
+
+    def take(self, samples: Samples, chosen: np.ndarray, drift: dict[str, np.ndarray]) -> None:
+        """Add the chosen rows of samples, and of their drift."""
+        table, system = samples.states.rows(chosen), samples.system
+        self.tables.append(table)
+        every = shown(self._topics, samples)
+        self._shown.append({name: values[chosen] for name, values in every.items()})
+        self._drifts.append({name: values[chosen] for name, values in drift.items()})
+        momentum_b = angular_momentum(system, table.omega_bi_b, table.rotor_speed, table.inner)
+        self._columns['momentum_b'].append(momentum_b)
+        self._columns['applied_b'].append(np.broadcast_to(system.torque_b, (len(table), 3)))
+        dipole_b = dipole_of(system.torques)
+        if dipole_b is not None:
+            self._columns['dipole_b'].append(np.broadcast_to(dipole_b, (len(table), 3)))
+        thrust = Thrust.among(system.torques)
+        if thrust is not None:
+            self._columns['propellant'].append(thrust.propellant_used(table.orbit_s))
+
+    def columns(self, integrals: Iterable[str]) -> dict[str, Any]:
+        """Return the fields of a History that these are, the drift of some first integrals."""
+        found: dict[str, Any] = {'dipole_b': None, 'propellant': None}
+        found |= {name: np.concatenate(parts) for name, parts in self._columns.items()}
+        blocks = [*zip(self._drifts, self.tables, strict=True)]
+        return found | {
+            'shown': {
+                topic.name: np.concatenate([part[topic.name] for part in self._shown])
+                for topic in self._topics
+            },
+            'drift': {
+                name: np.concatenate(
+                    [part.get(name, np.full(len(table), np.nan)) for part, table in blocks]
+                )
+                for name in integrals
+            },
+        }
 
 
 def _stretches(

@@ -9,7 +9,6 @@ from ..bag.message_angle import angle_to_message
 from ..base.nanoseconds import SECOND_NS
 from ..dynamics.inertia import principal_axes
 from ..kernel import rotation
-from ..orbits import FixedDirection
 from ..run.events import Request, Reset
 from .curves import least_axis, line_names, nadir_angles, rotor_columns
 from .envelope import envelope
@@ -317,7 +316,7 @@ def polhode(axes: Any, history: History) -> None:
 def phase(axes: 'Axes', history: History) -> None:
     """Draw pitch and pitch rate in LVLH, with the separatrix of the planar libration."""
     orbit = history.states.orbit
-    if history.q_lb is None or isinstance(orbit, FixedDirection):
+    if history.q_lb is None or not orbit.has_lvlh:
         raise ValueError('the panel phase needs LVLH, which orbit.type fixed does not have')
     pitch = np.unwrap(rotation.roll_pitch_yaw(history.q_lb)[:, 1])
     rate_l = rotation.rotate(history.q_lb, history.states.omega_bi_b)

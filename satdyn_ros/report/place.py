@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..base.nanoseconds import SECOND_NS
-from ..orbits import FixedDirection, KeplerOrbit, TabledOrbit
+from ..orbits import Orbit
 from ..orbits.kepler import EARTH_MU, EARTH_RADIUS_M
 from ..run.scenario import Scenario
 from ..run.topics import Topic
@@ -22,9 +22,9 @@ def place_topics(scenario: Scenario) -> list[Topic]:
     return [scenario.topic_table[GEODETIC]] if GEODETIC in scenario.topics else []
 
 
-def is_about_earth(orbit: FixedDirection | KeplerOrbit | TabledOrbit) -> bool:
+def is_about_earth(orbit: Orbit) -> bool:
     """Return whether there is an orbit, and its centre is the Earth, by its mu."""
-    return not isinstance(orbit, FixedDirection) and bool(abs(orbit.mu / EARTH_MU - 1.0) < 1e-3)
+    return orbit.has_lvlh and bool(abs(orbit.mu / EARTH_MU - 1.0) < 1e-3)
 
 
 def description(scenario: Scenario) -> dict[str, Any] | None:
@@ -35,11 +35,11 @@ def description(scenario: Scenario) -> dict[str, Any] | None:
     in coast.json.
     """
     orbit = scenario.system.orbit
-    if GEODETIC not in scenario.topics or isinstance(orbit, FixedDirection):
+    if GEODETIC not in scenario.topics or not orbit.has_lvlh:
         return None
     return {
         'epoch_s': scenario.epoch_ns / SECOND_NS,
-        'period_s': 2.0 * np.pi / orbit.mean_motion,
+        'period_s': orbit.period_s,
         'coast': _coast(),
     }
 

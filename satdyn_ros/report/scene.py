@@ -50,7 +50,6 @@ from ..dynamics.inertia import principal_axes
 from ..dynamics.motion import States
 from ..kernel import rotation
 from ..messages.markers import box
-from ..orbits import FixedDirection
 from ..orbits.kepler import EARTH_RADIUS_M
 from ..run.scenario import Scenario
 from ..torques.thrust import thrust_of
@@ -104,7 +103,7 @@ def rows(
         'momentum_b': momentum_b,
         **shown,
     }
-    if not isinstance(states.orbit, FixedDirection):
+    if states.orbit.has_lvlh:
         columns['q_il'] = states.orbit.lvlh(states.orbit_s)
         columns['radius_m'] = states.orbit.radius(states.orbit_s)
     if applied_b is not None and np.any(applied_b):

@@ -29,22 +29,7 @@ _UNIT_TO, _UNIT_TO_ROUNDING = 1e-4, 1e-6
 
 # A key that belongs to some choices only: key, the choosing key, the choices.
 BELONGS = (
-    ('body.weight_moment', 'orbit.type', ('fixed',)),
-    ('orbit.gradient', 'orbit.type', ('fixed',)),
-    ('orbit.mu', 'orbit.type', ('circular', 'kepler', 'state', 'tle', 'oem')),
-    ('orbit.altitude', 'orbit.type', ('circular',)),
-    ('orbit.semi_major_axis', 'orbit.type', ('circular', 'kepler')),
-    ('orbit.eccentricity', 'orbit.type', ('kepler',)),
-    ('orbit.inclination', 'orbit.type', ('circular', 'kepler')),
-    ('orbit.raan', 'orbit.type', ('circular', 'kepler')),
-    ('orbit.argument_of_periapsis', 'orbit.type', ('circular', 'kepler')),
-    ('orbit.true_anomaly', 'orbit.type', ('circular', 'kepler')),
-    ('orbit.position', 'orbit.type', ('state',)),
-    ('orbit.velocity', 'orbit.type', ('state',)),
-    ('orbit.tle', 'orbit.type', ('tle',)),
-    ('orbit.file', 'orbit.type', ('oem',)),
-    ('orbit.j2', 'orbit.type', ('circular', 'kepler', 'state')),
-    ('orbit.reference_radius', 'orbit.type', ('circular', 'kepler', 'state')),
+    *orbits.belongs(),
     *environment.OF_THE_AIR,
 )
 
@@ -125,7 +110,7 @@ def belongs(values: Mapping[str, Any]) -> Rules:
 
 def _shown(values, name):
     """Return a value as a sentence shows it, a text of many lines not at all."""
-    return 'given' if name in orbits.OF_A_TEXT.values() else listed(values[name])
+    return 'given' if name in orbits.TEXTS else listed(values[name])
 
 
 def _is_given(values, name):
@@ -180,22 +165,24 @@ def ticks(values: Mapping[str, Any]) -> Rules:
 
 def frame(values: Mapping[str, Any]) -> Rules:
     """Check that there is an initial frame."""
-    if (yield values['orbit.type'] == 'fixed' and values['initial.frame'] == 'lvlh'):
+    kind = orbits.type_of(values)
+    if (yield not kind.has_lvlh and values['initial.frame'] == 'lvlh'):
         raise ValueError(
-            'initial.frame is lvlh; with orbit.type fixed there is no LVLH, so it must be inertial'
+            f'initial.frame is lvlh; with orbit.type {kind.name} there is no LVLH, so it must be '
+            'inertial'
         )
 
 
 def turns_a_tick(values: Mapping[str, Any]) -> Rules:
     """Check how far the orbit and the body turn between two ticks."""
     most_rad_s = _MOST_RAD_PER_TICK * values['publish.rate']
-    if values['orbit.type'] in orbits.OF_AN_ELLIPSE:
-        mu, a, e = orbits.ellipse(values)
+    if ellipse := orbits.type_of(values).ellipse(values):
+        mu, a, e, name = ellipse
         at_pericentre = np.sqrt(mu / a) / a * np.sqrt((1.0 + e) / (1.0 - e)) / (1.0 - e)
         if (yield ~(at_pericentre <= most_rad_s)):
             found, most = told_apart(at_pericentre, most_rad_s)
             raise ValueError(
-                f'{orbits.name_of_axis(values)} is {written(a)} and orbit.mu {written(mu)}; the '
+                f'{name} is {written(a)} and orbit.mu {written(mu)}; the '
                 f'orbital rate at pericentre is then {found} rad/s; it must be at most {most} '
                 '(1e6 rad per tick)'
             )

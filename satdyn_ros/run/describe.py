@@ -6,21 +6,17 @@ import numpy as np
 from scipy.integrate import trapezoid
 
 from .. import exact
-from ..base.nanoseconds import DAY_NS, SECOND_NS, epoch
 from ..dynamics.inertia import principal_axes
 from ..dynamics.motion import Halted, Motion
 from ..integrate.propagation import Propagation
 from ..kernel import rotation
 from ..kernel.rows import length
-from ..orbits import FixedDirection, KeplerOrbit, TabledOrbit
-from ..orbits.kepler import EARTH_RADIUS_M
 from ..theory.elliptic_libration import elliptic_librations
 from ..theory.free_modes import free_frequencies
 from ..theory.precession import regular_precession
 from ..theory.stability import attitude_drift
 from ..theory.steady_motions import SteadyMotion, steady_motions
 from ..torques.thrust import thrust_of
-from . import orbits
 from .samples import Samples
 from .scenario import Scenario
 
@@ -101,36 +97,8 @@ def describe(scenario: Scenario) -> dict[str, Any]:
 
 
 def _orbit(scenario: Scenario) -> dict[str, Any] | None:
-    orbit, kind = scenario.system.orbit, scenario['orbit.type']
-    if kind not in orbits.OF_A_TEXT or not isinstance(orbit, TabledOrbit):
-        return None
-    source: Any = orbit.source
-    said: dict[str, Any] = {'tick_0': _epoch(scenario, 0.0)}
-    if kind == 'tle':
-        mean = source.mean_orbit
-        return said | {
-            'elements_epoch': source.elements_epoch,
-            'age_days': (scenario.epoch_ns - source.elements_ns) / DAY_NS,
-            'perigee_height_m': _as_json(mean.perigee_height_m),
-            'apogee_height_m': _as_json(mean.apogee_height_m),
-            'period_s': _as_json(mean.period_s),
-            'inclination_rad': _as_json(mean.inclination),
-        }
-    period_s = 2.0 * np.pi / orbit.mean_motion
-    turn_s = min(period_s, orbits.known_until(orbit, 0.0))
-    height_m = orbit.radius(np.linspace(0.0, turn_s, _TIMES_A_TURN)) - EARTH_RADIUS_M
-    return said | {
-        'begin': _epoch(scenario, min(stretch.begin_s for stretch in orbit.stretches)),
-        'end': _epoch(scenario, max(stretch.end_s for stretch in orbit.stretches)),
-        'lowest_height_m': _as_json(height_m.min()),
-        'highest_height_m': _as_json(height_m.max()),
-        'period_s': _as_json(period_s),
-        'inclination_rad': _as_json(orbit.osculating.inclination),
-    }
-
-
-def _epoch(scenario: Scenario, t_s: float) -> str:
-    return epoch(scenario.epoch_ns + round(t_s * SECOND_NS))
+    said = scenario.system.orbit.described()
+    return {name: _as_json(value) for name, value in said.items()} or None
 
 
 def _motion(motion: exact.ExactMotion) -> dict[str, Any]:
@@ -174,7 +142,7 @@ def _steady(scenario: Scenario, steady: SteadyMotion) -> dict[str, Any]:
 
 def _rotation_class(scenario: Scenario) -> dict[str, Any] | None:
     orbit = scenario.system.orbit
-    is_on_circle = isinstance(orbit, KeplerOrbit) and not orbit.is_eccentric
+    is_on_circle = orbit.is_keplerian and not orbit.is_eccentric
     if not is_on_circle or not scenario.system.is_newtonian:
         return None
     return exact.rotation_class(scenario.system, scenario.initial_state)._asdict()
@@ -201,13 +169,13 @@ def _elliptic_orbit(scenario: Scenario) -> dict[str, Any] | None:
     orbit = scenario.system.orbit
     # Its librations are those under the attracting field alone.
     system = scenario.system
-    if not isinstance(orbit, KeplerOrbit) or not orbit.is_eccentric:
+    if not orbit.is_keplerian or not orbit.is_eccentric:
         return None
     if system.torques or system.modes:
         return None
     return {
         'eccentricity': _as_json(orbit.eccentricity),
-        'period_s': _as_json(2.0 * np.pi / orbit.mean_motion),
+        'period_s': _as_json(orbit.period_s),
         'librations': [
             {
                 'normal_b': _as_json(found.normal_b),
@@ -221,10 +189,9 @@ def _elliptic_orbit(scenario: Scenario) -> dict[str, Any] | None:
 
 def _torques(scenario: Scenario) -> list[dict[str, Any]]:
     system = scenario.system
-    if isinstance(system.orbit, FixedDirection) or not system.torques:
+    if not (system.orbit.has_lvlh and system.torques):
         return []
-    period_s = 2.0 * np.pi / system.orbit.mean_motion
-    t_s = np.linspace(0.0, period_s, _TIMES_A_TURN)
+    t_s = np.linspace(0.0, system.orbit.period_s, _TIMES_A_TURN)
     try:
         states = Propagation(system, scenario.initial_state).at(t_s)
     except Halted as error:

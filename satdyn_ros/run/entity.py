@@ -16,7 +16,6 @@ from ..dynamics.system import System
 from ..dynamics.variables import Variables, initial_values
 from ..integrate.propagation import Propagation
 from ..kernel import rotation
-from ..orbits.kepler import KeplerOrbit
 from .samples import Samples
 from .scenario import Scenario
 
@@ -69,7 +68,6 @@ def accelerations(system: System, states: States, row: int) -> tuple[np.ndarray,
     here = Propagation(system, states[row], orbit_s)
     y = initial_values(system, states[row])
     if system.integrates_place:
-        assert isinstance(states.orbit, KeplerOrbit)
         f = states.orbit.anomaly(orbit_s)
         y[Variables.of(system).place] = np.cos(f), np.sin(f)
     omega_dot_b = rates(orbit_s, tuple(y.tolist()), here.constants)[Variables.of(system).rate]

@@ -9,16 +9,16 @@ import numpy as np
 from ..actuators import ACTUATORS
 from ..base.sentences import Rules, written
 from ..environment import Exponential, Msis
-from ..orbits import FixedDirection, KeplerOrbit, TabledOrbit
+from ..orbits import Orbit
 from ..orbits.along_orbit import AlongOrbit
-from ..orbits.kepler import EARTH_MU
+from ..orbits.kepler import EARTH_MU, EARTH_TO
 from ..torques.aerodynamic import Aerodynamic
 from ..torques.body_torque import BodyTorque
 from ..torques.hysteresis import Hysteresis
 from ..torques.magnetic import Magnetic
 from ..torques.plates import COEFFICIENTS, KEYS_OF_A_PLATE, Plate, box
 from ..torques.solar import Solar
-from .orbits import EARTH_TO
+from .orbits import type_of
 from .rods import rods_of
 from .rules import RULES, STEPS_SEE_PAIRS, TABLES_END_WHERE_THEY_MUST
 
@@ -45,19 +45,20 @@ def asked(values: Mapping[str, Any]) -> list[str]:
 
 def needs_epoch(values: Mapping[str, Any]) -> str:
     """Return the key by which the scenario needs the instant of tick 0, '' if it needs none."""
-    if values['orbit.type'] in ('tle', 'oem'):
+    if type_of(values).text:
         return 'orbit.type'
     return next(iter(asked(values)), '')
 
 
 def rules(values: Mapping[str, Any]) -> Rules:
     """Check that the centre is the Earth where its environment is asked for, and the plates."""
+    orbit_type = type_of(values)
     for key in asked(values):
         model, mu = values[key], values['orbit.mu']
-        if (yield values['orbit.type'] == 'fixed'):
+        if (yield not orbit_type.has_lvlh):
             raise ValueError(
-                f'{key} is {model}; with orbit.type fixed the body has no place in it, so it must '
-                'be none'
+                f'{key} is {model}; with orbit.type {orbit_type.name} the body has no place in '
+                'it, so it must be none'
             )
         if (yield abs(mu / EARTH_MU - 1.0) > EARTH_TO):
             raise ValueError(
@@ -125,7 +126,7 @@ def without_effect(values: Mapping[str, Any]) -> Iterator[str]:
 
 def along(
     values: Mapping[str, Any],
-    orbit: FixedDirection | KeplerOrbit | TabledOrbit,
+    orbit: Orbit,
     by_rules: int = RULES,
 ) -> AlongOrbit | None:
     """
@@ -134,7 +135,7 @@ def along(
     None: the centre is not the Earth, or tick 0 has no instant.  ValueError: a model does not know
     the time of tick 0.
     """
-    if isinstance(orbit, FixedDirection) or not (
+    if not orbit.has_lvlh or not (
         values['time.epoch_ns'] and abs(values['orbit.mu'] / EARTH_MU - 1.0) <= EARTH_TO
     ):
         return None

@@ -2,30 +2,35 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from math import pi
 from types import MappingProxyType
 
 from ..actuators import ACTUATORS, Actuator
 from ..base.key import Key
-from ..dynamics.flexible import KEYS_OF_A_MODE
-from ..dynamics.rotor import MODES
-from ..environment.atmosphere import LARGEST_AP, LARGEST_F107
-from ..orbits.kepler import EARTH_RADIUS_M
+from ..dynamics.flexible import KEYS_OF_A_MODE, MODE_NAMES
+from ..dynamics.rotor_keys import ROTOR_KEYS, ROTOR_NAMES
+from ..environment.environment_keys import ENVIRONMENT_KEYS
+from ..orbits.fixed import GRADIENT
+from ..orbits.orbit_keys import keys_of_orbits
 from ..sensors import COMMON, KINDS
 from ..torques.body_torque import BodyTorque
-from ..torques.hysteresis import KEYS_OF_A_ROD
+from ..torques.hysteresis import KEYS_OF_A_ROD, ROD_NAMES
 from ..torques.magnetic import Magnetic
-from ..torques.plates import COEFFICIENTS, KEYS_OF_A_BOX, KEYS_OF_A_PLATE
+from ..torques.plates import COEFFICIENTS, KEYS_OF_A_BOX, KEYS_OF_A_PLATE, PLATE_NAMES
 from ..torques.weight import Weight
 from .ticks import LAST_STAMP_NS
 from .topics import STATE_TOPICS, topics_with
+
+# The sensors that version 0.2 had: their keys are in every text.
+_ALWAYS_WRITTEN = 'gyro', 'star_tracker'
 
 
 def _of_sensor(name: str, keys: Iterable[Key]) -> Iterator[Key]:
     """Yield the keys of a sensor of a name; its frame has the same unless it is given."""
     for key in keys:
         default = name if key.name == 'frame_id' else key.default
-        yield replace(key, name=f'sensors.{name}.{key.name}', default=default)
+        is_optional = key.is_optional or name not in _ALWAYS_WRITTEN
+        full_name = f'sensors.{name}.{key.name}'
+        yield replace(key, name=full_name, default=default, is_optional=is_optional)
 
 
 def _of_any_sensor(name: str) -> Iterator[Key]:
@@ -37,7 +42,7 @@ def _of_any_sensor(name: str) -> Iterator[Key]:
 def _of_actuator(kind: type[Actuator]) -> Iterator[Key]:
     """Yield the keys of a kind of actuators; one that says a size of it may be that of a part."""
     yield from map(_part, dict.fromkeys(key.name.split('.')[0] for key in kind.keys if key.unit))
-    yield from kind.keys
+    yield from (replace(key, is_optional=True) for key in kind.keys)
 
 
 def _part(owner: str) -> Key:
@@ -59,7 +64,6 @@ _DEFAULT_ATTITUDE = (
     0.9952465414778341,
 )
 _INT64 = 2**63 - 1
-_TWO_TURNS = 4.0 * pi
 
 KEYS = {
     key.name: key
@@ -77,359 +81,16 @@ KEYS = {
         *Weight.keys,
         *Magnetic.keys,
         *KEYS_OF_A_BOX,
-        Key(
-            'surface.names',
-            'string_array',
-            (),
-            '',
-            'names of flat plates, each described by surface.NAME.area and so on; coefficients '
-            'without a name are those of the sides of body.box, and of the plates that have none '
-            'of their own',
-        ),
-        *(replace(key, name=f'surface.{key.name}') for key in COEFFICIENTS),
-        Key(
-            'flexible.names',
-            'string_array',
-            (),
-            '',
-            'names of the modes of flexible parts, each described by flexible.NAME.frequency and '
-            'so on; body.inertia includes them, locked',
-        ),
-        Key(
-            'hysteresis.names',
-            'string_array',
-            (),
-            '',
-            'names of hysteresis rods, each described by hysteresis.NAME.axis and so on; with '
-            'environment.magnetic_field they damp the motion',
-        ),
-        Key(
-            'rotor.names',
-            'string_array',
-            (),
-            '',
-            'names of several rotors, each described by rotor.NAME.mode and so on; without names '
-            'the one rotor called rotor is described by rotor.mode and so on',
-        ),
+        PLATE_NAMES,
+        *(replace(key, name=f'surface.{key.name}', is_optional=True) for key in COEFFICIENTS),
+        MODE_NAMES,
+        ROD_NAMES,
+        ROTOR_NAMES,
         _part('rotor'),
-        Key(
-            'rotor.mode',
-            'string',
-            'none',
-            '',
-            "the gyrostat's rotor: none, constant relative momentum, freely spinning, or motor",
-            choices=MODES,
-        ),
-        Key(
-            'rotor.axis',
-            'double_array',
-            (0.0, 1.0, 0.0),
-            '',
-            "unit vector along the rotor's axis, body axes",
-            lengths=(3,),
-        ),
-        Key(
-            'rotor.momentum',
-            'double',
-            0.0,
-            'N m s',
-            'relative momentum along the axis; rotor.mode constant_momentum only',
-            changes='service',
-        ),
-        Key(
-            'rotor.inertia',
-            'double',
-            0.0,
-            'kg m^2',
-            "the rotor's axial inertia; rotor.mode free and motor only",
-            low=0.0,
-        ),
-        Key(
-            'rotor.speed',
-            'double',
-            0.0,
-            'rad/s',
-            'initial speed relative to the body; rotor.mode free and motor only',
-            changes='service',
-        ),
-        Key(
-            'rotor.friction',
-            'double',
-            0.0,
-            'N m s',
-            'viscous friction between rotor and body; rotor.mode free and motor only',
-            low=0.0,
-            also=('N m s/rad',),
-        ),
-        Key(
-            'rotor.max_torque',
-            'double',
-            0.0,
-            'N m',
-            'a commanded torque is limited to this; 0: no limit; rotor.mode motor only',
-            low=0.0,
-        ),
-        Key(
-            'rotor.max_speed',
-            'double',
-            0.0,
-            'rad/s',
-            'a rotor at this speed gets no torque that makes it faster; 0: no limit; rotor.mode '
-            'motor only',
-            low=0.0,
-        ),
-        Key(
-            'rotor.coulomb_friction',
-            'double',
-            0.0,
-            'N m',
-            'dry friction between rotor and body; rotor.mode free and motor only',
-            low=0.0,
-        ),
-        Key(
-            'rotor.friction_speed',
-            'double',
-            0.1,
-            'rad/s',
-            'speed within which dry friction changes its sign, as tanh; rotor.mode free and motor '
-            'only',
-            above=0.0,
-        ),
-        Key(
-            'rotor.speed_gain',
-            'double',
-            0.0,
-            '1/s',
-            'gain of the loop that follows a commanded speed: 1 / its time constant; 0: no speed '
-            'is commanded; rotor.mode motor only',
-            low=0.0,
-        ),
-        Key(
-            'rotor.static_imbalance',
-            'double',
-            0.0,
-            'kg m',
-            'mass of the rotor times the distance of its mass centre from its axis; rotor.mode '
-            'free and motor only',
-            low=0.0,
-        ),
-        Key(
-            'rotor.dynamic_imbalance',
-            'double',
-            0.0,
-            'kg m^2',
-            'product of inertia of the rotor with its axis; rotor.mode free and motor only',
-            low=0.0,
-        ),
-        Key(
-            'rotor.position',
-            'double_array',
-            (0.0, 0.0, 0.0),
-            'm',
-            'place of the rotor from the mass centre, body axes, the arm of its static imbalance; '
-            'rotor.mode free and motor only',
-            lengths=(3,),
-        ),
-        Key(
-            'orbit.type',
-            'string',
-            'circular',
-            '',
-            'position of the attracting centre: fixed direction, circular orbit, Kepler ellipse '
-            'by its elements or by the state at tick 0, element set by SGP4, ephemeris message',
-            choices=('fixed', 'circular', 'kepler', 'state', 'tle', 'oem'),
-        ),
-        Key(
-            'orbit.mu',
-            'double',
-            3.986004418e14,
-            'm^3/s^2',
-            'gravitational parameter of the attracting centre',
-            above=0.0,
-        ),
-        Key('orbit.semi_major_axis', 'double', 6.878137e6, 'm', 'semi-major axis', above=0.0),
-        Key(
-            'orbit.altitude',
-            'double',
-            0.0,
-            'm',
-            'height above 6378137 m, in place of orbit.semi_major_axis, which then has the value; '
-            '0: not given; orbit.type circular only',
-            low=0.0,
-        ),
-        Key(
-            'orbit.eccentricity',
-            'double',
-            0.0,
-            '',
-            'eccentricity, below 1; orbit.type kepler only',
-            low=0.0,
-            below=1.0,
-        ),
-        Key('orbit.inclination', 'double', 0.0, 'rad', 'inclination', low=0.0, high=pi),
-        Key(
-            'orbit.raan',
-            'double',
-            0.0,
-            'rad',
-            'right ascension of the ascending node',
-            low=-_TWO_TURNS,
-            high=_TWO_TURNS,
-        ),
-        Key(
-            'orbit.argument_of_periapsis',
-            'double',
-            0.0,
-            'rad',
-            'argument of periapsis; on a circular orbit it is added to the true anomaly',
-            low=-_TWO_TURNS,
-            high=_TWO_TURNS,
-        ),
-        Key(
-            'orbit.true_anomaly',
-            'double',
-            0.0,
-            'rad',
-            'true anomaly at tick 0',
-            low=-_TWO_TURNS,
-            high=_TWO_TURNS,
-        ),
-        Key(
-            'orbit.position',
-            'double_array',
-            (0.0, 0.0, 0.0),
-            'm',
-            'position at tick 0, inertial axes; orbit.type state only',
-            lengths=(3,),
-        ),
-        Key(
-            'orbit.velocity',
-            'double_array',
-            (0.0, 0.0, 0.0),
-            'm/s',
-            'velocity at tick 0, inertial axes; orbit.type state only',
-            lengths=(3,),
-        ),
-        Key(
-            'orbit.tle',
-            'texts',
-            (),
-            '',
-            'the two lines of an element set, or the name of a file of one, also as a CCSDS OMM '
-            '(keyword = value, XML, JSON, CSV), as seen from the parameter file; or the name of a '
-            'file of many, and the number in the catalogue or the name, both as texts, of the one '
-            'to take; its text is then the value; orbit.type tle only',
-        ),
-        Key(
-            'orbit.file',
-            'text',
-            '',
-            '',
-            'the name of a file with a CCSDS OEM (keyword = value or XML) or an STK ephemeris, as '
-            'seen from the parameter file, whose text is then the value; or of an SPK kernel of '
-            'SPICE, of which it is an OEM; what has a line break is the text; orbit.type oem only',
-        ),
-        Key(
-            'orbit.j2',
-            'double',
-            0.0,
-            '',
-            "oblateness of the attracting centre about Z, the Earth's 1.08262668e-3: the elements "
-            'are then those at tick 0, and the orbit is integrated; orbit.type circular, kepler '
-            'and state only',
-            low=0.0,
-            below=1.0,
-        ),
-        Key(
-            'orbit.reference_radius',
-            'double',
-            EARTH_RADIUS_M,
-            'm',
-            'equatorial radius that orbit.j2 belongs to',
-            above=0.0,
-        ),
-        Key(
-            'environment.magnetic_field',
-            'string',
-            'none',
-            '',
-            "model of the Earth's magnetic field: none, the dipole of the IGRF, or the IGRF",
-            choices=('none', 'dipole', 'igrf'),
-        ),
-        Key(
-            'environment.atmosphere',
-            'string',
-            'none',
-            '',
-            'model of the air: none, an exponential one, or NRLMSIS 2.1',
-            choices=('none', 'exponential', 'msis'),
-        ),
-        Key(
-            'environment.density',
-            'double',
-            0.0,
-            'kg/m^3',
-            'density at environment.density_height (exponential)',
-            low=0.0,
-        ),
-        Key(
-            'environment.density_height',
-            'double',
-            0.0,
-            'm',
-            'geodetic height at which the air has environment.density (exponential)',
-        ),
-        Key(
-            'environment.scale_height',
-            'double',
-            0.0,
-            'm',
-            'height in which the density falls to 1/e (exponential)',
-            low=0.0,
-        ),
-        Key(
-            'environment.f107',
-            'double',
-            150.0,
-            '1e-22 W/m^2/Hz',
-            'radio flux of the Sun at 10.7 cm, of the day before (msis)',
-            low=0.0,
-            high=LARGEST_F107,
-        ),
-        Key(
-            'environment.f107_average',
-            'double',
-            150.0,
-            '1e-22 W/m^2/Hz',
-            'mean of that flux over 81 days (msis)',
-            low=0.0,
-            high=LARGEST_F107,
-        ),
-        Key(
-            'environment.ap',
-            'double',
-            4.0,
-            '',
-            'daily index of the disturbance of the magnetic field of the Earth (msis)',
-            low=0.0,
-            high=LARGEST_AP,
-        ),
-        Key(
-            'environment.sun',
-            'string',
-            'none',
-            '',
-            'where the Sun is: none, or by an ephemeris',
-            choices=('none', 'ephemeris'),
-        ),
-        Key(
-            'orbit.gradient',
-            'double',
-            0.0,
-            '1/s^2',
-            '3 mu / r^3; negative: the gradient averaged over an orbit about Z; orbit.type fixed '
-            'only',
-        ),
+        *ROTOR_KEYS,
+        *keys_of_orbits(),
+        *ENVIRONMENT_KEYS,
+        GRADIENT,
         Key(
             'initial.attitude',
             'double_array',
@@ -664,7 +325,12 @@ KEYS = {
         Key('frames.orbital', 'string', 'lvlh', '', 'frame id of LVLH'),
         Key('frames.body', 'string', 'base_link', '', 'frame id of the body axes'),
         Key(
-            'frames.earth', 'string', 'earth', '', 'frame id of the axes that turn with the Earth'
+            'frames.earth',
+            'string',
+            'earth',
+            '',
+            'frame id of the axes that turn with the Earth',
+            is_optional=True,
         ),
     )
 }
@@ -672,39 +338,6 @@ KEYS = {
 
 # The first parts of keys.
 GROUPS = frozenset(name.split('.')[0] for name in KEYS)
-# Those that version 0.2 did not have.
-_LATER_SENSORS = tuple(
-    f'sensors.{name}.' for name in KINDS if name not in ('gyro', 'star_tracker')
-)
-# What is left out of a text where it is not given: most scenarios have none of it.
-OPTIONAL = tuple(
-    name
-    for name in KEYS
-    if name.startswith(
-        ('environment.', 'surface.', 'flexible.', 'hysteresis.', 'body.box', *_LATER_SENSORS)
-    )
-    or name
-    in (
-        'body.dipole',
-        *(key.name for kind in ACTUATORS.values() for key in kind.keys),
-        'frames.earth',
-        'orbit.position',
-        'orbit.velocity',
-        'orbit.tle',
-        'orbit.file',
-        'orbit.j2',
-        'orbit.reference_radius',
-        'rotor.coulomb_friction',
-        'rotor.friction_speed',
-        'rotor.speed_gain',
-        'rotor.static_imbalance',
-        'rotor.dynamic_imbalance',
-        'rotor.position',
-        'sensors.gyro.bias_instability',
-        'sensors.gyro.bias_correlation_time',
-        'sensors.star_tracker.sun_exclusion',
-    )
-)
 _NONE: Mapping[str, str] = MappingProxyType({})
 _NO_NAMES: Mapping[str, tuple[str, ...]] = MappingProxyType({})
 # What describes one rotor.

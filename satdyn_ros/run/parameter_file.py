@@ -17,14 +17,12 @@ from ..base.ndm_xml import is_xml
 from ..orbits.element_sets import Catalogue
 from . import shipped
 from .keys import GROUPS, KEYS
+from .orbits import TEXTS
 
 # rclpy's own parameters, which it adds to every node's.
 RCLPY_PARAMETERS = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
 _NONE: Mapping[str, Path] = MappingProxyType({})
 _FULL_NAME = re.compile(r'(/[A-Za-z_][A-Za-z0-9_]*)+')
-# What may be the name of a file, whose text is then the value: a text without a line break, a list
-# of one such, or of one and what is chosen of the file.
-_NAME_FILES = ('orbit.tle', 'orbit.file')
 # A scenario has the text in its own, which is indented and may have 2 MB.
 _LARGEST_FILE = 1_500_000
 # An ephemeris in XML, of which less becomes the value.
@@ -232,9 +230,12 @@ class _NamedFiles:
         """
         Return a value, the text of a file in place of its name.
 
+        The name is a text without a line break, a list of one such, or of one and what is chosen
+        of the file.
+
         ValueError: it cannot be read, or has not what is chosen of it.
         """
-        if key not in _NAME_FILES:
+        if key not in TEXTS:
             return value
         match value:
             case [str(name)]:

@@ -43,10 +43,11 @@ def check(values: Mapping[str, Any], given: Iterable[str]) -> None:
                 f'{_POINTING} is {target} and {name} {list(values[name])}; only one of the two '
                 'may be given'
             )
-    if target == 'nadir' and values['orbit.type'] == 'fixed':
+    kind = orbits.type_of(values)
+    if target == 'nadir' and not kind.has_lvlh:
         raise ValueError(
-            f'{_POINTING} is nadir; with orbit.type fixed there is no velocity, so it must be '
-            'inertial'
+            f'{_POINTING} is nadir; with orbit.type {kind.name} there is no velocity, so it must '
+            'be inertial'
         )
     if target == 'sun' and values['environment.sun'] == 'none':
         raise ValueError(f'{_POINTING} is sun, and environment.sun is none; it must be ephemeris')
@@ -80,7 +81,7 @@ def resolved(values: Mapping[str, Any], at_s: float, rules: int) -> dict[str, An
         return {_ATTITUDE: _attitude(values, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]), **_NOT_POINTING}
     orbit = orbits.orbit_of(values, rules)
     q_il, near_i = rotation.IDENTITY, np.array([0.0, 0.0, 1.0])
-    if values['orbit.type'] != 'fixed':
+    if orbit.has_lvlh:
         q_il = orbit.lvlh(at_s)
         near_i = rotation.rotate(q_il, [0.0, -1.0, 0.0])
     toward_i = np.array(values[_DIRECTION])

@@ -33,7 +33,7 @@ from . import (
     sensors,
     unlikely_values,
 )
-from .keys import GROUPS, KEYS, NAMES_OF_EACH, OPTIONAL, keys_of
+from .keys import GROUPS, KEYS, NAMES_OF_EACH, keys_of
 from .parameter_file import (
     ParameterFile,
     flattened,
@@ -103,7 +103,7 @@ class Scenario:
             of_surface = environment.of_the_surface(names['surface.names']).items()
             self._followed = {name: values[key] for name, key in of_surface if name not in given}
             values |= self._followed
-        if values['orbit.type'] == 'fixed' and 'initial.frame' not in given:
+        if not orbits.type_of(values).has_lvlh and 'initial.frame' not in given:
             values['initial.frame'] = 'inertial'
         with np.errstate(all='ignore'):
             refuse(checks.units(values))
@@ -111,8 +111,8 @@ class Scenario:
             values |= checks.as_units(values) | in_place.resolved(values, given)
             for check in checks.ALL_RULES:
                 refuse(check(values))
-            if values['orbit.type'] in orbits.OF_A_TEXT:
-                orbits.text_source(values, rules)
+            # It may refuse what its keys allow one by one.
+            orbits.orbit_of(values, rules)
             pointing.check(values, given)
             values |= in_place.NOT_GIVEN | dict.fromkeys(named, '')
             if pointed := pointing.resolved(values, at_s, rules):
@@ -175,7 +175,8 @@ class Scenario:
     def to_yaml(self) -> str:
         """Return the text of a ROS 2 parameter file with every key that has a value of its own."""
         own = {name: x for name, x in self.values.items() if not self._is_resolved(name)}
-        for name in set(map(rotors.unnamed, own)) & {*OPTIONAL}:
+        optional = {name for name, key in KEYS.items() if key.is_optional}
+        for name in set(map(rotors.unnamed, own)) & optional:
             for each in [each for each in own if rotors.unnamed(each) == name]:
                 if own[each] == KEYS[name].default:
                     del own[each]
@@ -267,7 +268,7 @@ class Scenario:
     @property
     def is_fixed(self) -> bool:
         """Whether the attracting centre is in a fixed direction: no orbit, no LVLH."""
-        return self['orbit.type'] == 'fixed'
+        return not orbits.type_of(self.values).has_lvlh
 
     @property
     def frames(self) -> Frames:

@@ -11,6 +11,7 @@ from ..base.sentences import Rules
 from ..sensors import COMMON, KINDS, Gyro, Sensor
 from ..sensors.noise import stream_of
 from .keys import KEYS, type_of_sensor
+from .orbits import type_of
 from .rules import TURNS_ARE_COUNTED
 
 
@@ -77,6 +78,7 @@ def rules(values: Mapping[str, Any]) -> Rules:
                     f'{name} is given, and sensors.names has no {sensor}; add it there or leave '
                     f'{name} out'
                 )
+    orbit_type = type_of(values)
     for sensor, kind in kinds(values).items():
         if kind.needs and (yield values[kind.needs] == 'none'):
             raise ValueError(
@@ -90,12 +92,12 @@ def rules(values: Mapping[str, Any]) -> Rules:
                     f'sensors.{sensor}.{leaf} is {value:g}, and environment.sun is none; give '
                     f'environment.sun, or leave sensors.{sensor}.{leaf} out'
                 )
-        for leaf in kind.with_orbit if values['orbit.type'] == 'fixed' else ():
+        for leaf in () if orbit_type.has_lvlh else kind.with_orbit:
             value = values[f'sensors.{sensor}.{leaf}']
             if (yield value != 0.0):
                 raise ValueError(
-                    f'sensors.{sensor}.{leaf} is {value:g}; with orbit.type fixed there is no '
-                    'Earth to look away from, so it must be 0'
+                    f'sensors.{sensor}.{leaf} is {value:g}; with orbit.type {orbit_type.name} '
+                    'there is no Earth to look away from, so it must be 0'
                 )
 
 

@@ -16,7 +16,6 @@ from ..dynamics.flexible import column_of
 from ..dynamics.system import System
 from ..dynamics.torque import own_force, own_torque
 from ..kernel import rotation
-from ..orbits import FixedDirection
 from ..sensors import KINDS, Sensor
 from ..torques.aerodynamic import Aerodynamic
 from ..torques.body_torque import BodyTorque
@@ -151,7 +150,7 @@ def _lacking(key: str, has: Callable[[Any], bool]) -> Callable[[System], str]:
 def _earth_lacking(system):
     if system.environment is not None:
         return ''
-    if isinstance(system.orbit, FixedDirection):
+    if not system.orbit.has_lvlh:
         return 'orbit.type is fixed, which has no place above the Earth; leave the topic out'
     return (
         'the place above the Earth is not known; orbit.mu must be that of the Earth, and '

@@ -84,18 +84,17 @@ def _attitudes(values) -> Iterator[str]:
 
 
 def _text(values, rules) -> Iterator[str]:
-    if values['orbit.type'] not in orbits.OF_A_TEXT or not values['time.epoch_ns']:
-        return
-    if sentence := getattr(orbits.text_source(values, rules), 'warning', None):
-        yield sentence
+    if values['time.epoch_ns']:
+        yield from orbits.warnings(values, rules)
 
 
 def _orbit(values) -> Iterator[str]:
     if values['orbit.reference_radius'] != EARTH_RADIUS_M and not values['orbit.j2']:
         yield 'orbit.reference_radius is given, and without orbit.j2 it does nothing'
-    if values['orbit.type'] not in orbits.OF_AN_ELLIPSE:
+    ellipse = orbits.type_of(values).ellipse(values)
+    if ellipse is None:
         return
-    mu, a_m, e = orbits.ellipse(values)
+    mu, a_m, e, name = ellipse
     lowest_m = a_m * (1.0 - e)
     for centre, (centre_mu, radius_m) in _CENTRES.items():
         in_km = abs(mu * 1e9 / centre_mu - 1.0) < _SAME_MU
@@ -110,9 +109,9 @@ def _orbit(values) -> Iterator[str]:
                 if a_m < _LEAST_ALTITUDE_M
                 else 'from the centre; orbit.altitude is from the surface'
             )
-            hint = '' if values['orbit.type'] == 'state' else f' ({meant})'
+            hint = f' ({meant})' if name in KEYS else ''
             yield (
-                f'{orbits.name_of_axis(values)} is {a_m:g} m{hint}; the orbit then goes '
+                f'{name} is {a_m:g} m{hint}; the orbit then goes '
                 f'{(radius_m - lowest_m) / 1e3:.4g} km below the surface of {centre}'
             )
 

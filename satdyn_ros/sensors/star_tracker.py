@@ -116,6 +116,7 @@ class StarTracker(Sensor):
             'limit; with environment.sun',
             low=0.0,
             high=3.141592653589793,
+            is_optional=True,
         ),
     )
     with_orbit, with_sun = ('earth_exclusion',), ('sun_exclusion',)

@@ -45,6 +45,7 @@ def keys_of_errors(unit: str, quantity: str, of_another: str) -> tuple[Key, ...]
             unit,
             'standard deviation of a bias that comes and goes, a Gauss-Markov process; 0: none',
             low=0.0,
+            is_optional=True,
         ),
         Key(
             'bias_correlation_time',
@@ -53,6 +54,7 @@ def keys_of_errors(unit: str, quantity: str, of_another: str) -> tuple[Key, ...]
             's',
             'correlation time of that bias',
             above=0.0,
+            is_optional=True,
         ),
         Key(
             'scale_factor',

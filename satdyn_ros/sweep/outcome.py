@@ -22,7 +22,7 @@ from ..integrate.propagation import Propagation
 from ..kernel.rows import length
 from ..run import environment
 from ..run.many import many, part_of
-from ..run.orbits import is_tabled
+from ..run.orbits import type_of
 from ..run.scenario import Scenario
 from .capture import capture_times, judged_axis
 from .closed_loops import flown
@@ -103,7 +103,7 @@ def _propagate_together(plan, runs, values, rows, first, table):
     if changed is None or changed['motion.method'] != 'numeric':
         return done
     own = plan.scenario.torques or plan.scenario.equipment.torques()
-    if own or is_tabled(changed) or environment.asked(changed):
+    if own or type_of(changed).is_shared(changed) or environment.asked(changed):
         return done
     alone = '.coulomb_friction', '.static_imbalance', '.dynamic_imbalance'
     if any(np.any(x) for key, x in changed.items() if key.endswith(alone)):
@@ -232,7 +232,7 @@ def _angles_and_capture(plan, system, states, runs):
     found |= angles('nadir_angle', passed.nadir)
     if plan.controller is not None:
         return found
-    end_s, period_s = states.t_s[-1], 2.0 * np.pi / states.orbit.mean_motion
+    end_s, period_s = states.t_s[-1], states.orbit.period_s
     period_s = np.broadcast_to(np.ravel(period_s), len(runs))
 
     def follow(row):

@@ -16,7 +16,7 @@ from ..base.key import Key
 from ..base.sentences import nearest
 from ..run import in_place, parts, pointing
 from ..run.keys import KEYS
-from ..run.orbits import is_tabled
+from ..run.orbits import type_of
 from ..run.scenario import Scenario
 from ..torques.body_torque import BodyTorque, named
 from .capture import LEAST
@@ -126,8 +126,9 @@ class Plan:
     def _checked(cls, scenario, given, outcomes):
         duration_s = checked(given, 'duration_s')
         vary = varied(given['vary'], scenario.keys)
+        is_shared = type_of(scenario.values).is_shared(scenario.values)
         for each in vary:
-            if each.quantity.key.name.startswith('orbit.') and is_tabled(scenario.values):
+            if each.quantity.key.name.startswith('orbit.') and is_shared:
                 raise ValueError(
                     f'{each.name} varies; an orbit that is integrated, or of an element set or an '
                     'ephemeris, is the same in all runs of a sweep'

@@ -18,7 +18,6 @@ import numpy as np
 
 from ..dynamics.inertia import ROUNDING, are_parallel, principal_axes
 from ..dynamics.system import State, System
-from ..orbits import KeplerOrbit
 
 # Where the first order misses more of the amplitude than this share, it says too little.
 _SMALL = 0.05
@@ -46,7 +45,7 @@ def elliptic_librations(system: System, state: State) -> list[EllipticLibration]
     motor or friction acts, and none on a circle or in a fixed field.
     """
     orbit = system.orbit
-    if not isinstance(orbit, KeplerOrbit) or not orbit.is_eccentric or not system.is_newtonian:
+    if not orbit.is_keplerian or not orbit.is_eccentric or not system.is_newtonian:
         return []
     found = []
     carrier, momentum = system.carrier_inertia, system.rotor_momentum(state)

@@ -14,7 +14,6 @@ from ..dynamics.inertia import ROUNDING
 from ..dynamics.system import State, System
 from ..dynamics.torque import angular_momentum
 from ..kernel import rotation
-from ..orbits import KeplerOrbit
 from .equilibria import imbalance
 
 
@@ -106,7 +105,7 @@ def regular_precession(
     mu = omega @ f - along * nu
     if abs(omega @ across) > ROUNDING * size * np.sqrt(square):
         return None
-    if isinstance(system.orbit, KeplerOrbit) and feels_field(system):
+    if system.orbit.is_keplerian and feels_field(system):
         rate = system.orbit.mean_motion
         if abs(nu - rate) > ROUNDING * rate:
             return None
@@ -135,7 +134,8 @@ def _fixed_axis(system, state, orbit_s):
     to_body = rotation.conjugate(state.q_ib)
     if not system.orbit.has_lvlh:
         return rotation.rotate(to_body, system.orbit.direction(orbit_s))
-    if not system.orbit.is_eccentric and not np.any(system.weight_moment):
+    is_circle = system.orbit.is_keplerian and not system.orbit.is_eccentric
+    if is_circle and not np.any(system.weight_moment):
         return rotation.rotate(to_body, system.orbit.normal)
     return None
 

@@ -69,7 +69,7 @@ def _places(system, state, orbit_s):
         W, gradient = -rate if down else rate, float(orbit.gradient_at(orbit_s))
         for c in vertical_axes(system.inertia, K, W, gradient, system.weight_moment, h):
             yield rotation.conjugate(rotation.from_z_to(c)), W * c, c
-    elif not orbit.is_eccentric:
+    elif orbit.is_keplerian and not orbit.is_eccentric:
         axis = symmetry_axis(system, state)
         rate_i, up_l = orbit.lvlh_rate(orbit_s), np.array([0.0, 0.0, -1.0])
         for q_lb in gyrostat_equilibria(system.inertia, K, h, orbit.mean_motion, axis):

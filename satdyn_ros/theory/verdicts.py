@@ -20,7 +20,6 @@ from ..dynamics.inertia import ROUNDING
 from ..dynamics.system import State, System
 from ..dynamics.torque import angular_momentum
 from ..kernel import rotation
-from ..orbits import KeplerOrbit
 from .equilibria import direction
 from .precession import feels_field, symmetry_axis
 from .stability import cross_matrices, linear_equations
@@ -145,10 +144,10 @@ class _Steady(NamedTuple):
         K, h, omega = system.carrier_inertia, system.rotor_momentum(state), state.omega_bi_b
         c, axis = direction(system, state, orbit_s), symmetry_axis(system, state)
         orbit, gradient = system.orbit, float(system.orbit.gradient_at(orbit_s))
-        on_orbit = isinstance(orbit, KeplerOrbit)
+        on_orbit = orbit.is_keplerian
         if axis is not None:
             across = np.cross(axis, c)
-            if isinstance(orbit, KeplerOrbit):
+            if on_orbit:
                 normal_b = rotation.rotate(rotation.conjugate(state.q_ib), orbit.normal)
                 unspun = orbit.mean_motion * normal_b
             elif np.linalg.norm(across) > ROUNDING:

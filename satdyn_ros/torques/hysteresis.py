@@ -28,6 +28,15 @@ from .body_torque import BodyTorque
 
 # The magnetic constant [N/A^2] (CODATA 2022): that of a library would change with its version.
 MU_0 = 1.25663706127e-6
+ROD_NAMES = Key(
+    'hysteresis.names',
+    'string_array',
+    (),
+    '',
+    'names of hysteresis rods, each described by hysteresis.NAME.axis and so on; with '
+    'environment.magnetic_field they damp the motion',
+    is_optional=True,
+)
 # Of a rod; they follow its name.
 KEYS_OF_A_ROD = (
     Key(

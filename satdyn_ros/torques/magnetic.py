@@ -30,6 +30,7 @@ class Magnetic(BodyTorque):
             'A m^2',
             'residual magnetic dipole, body axes; with environment.magnetic_field it is turned',
             lengths=(3,),
+            is_optional=True,
         ),
     )
 

@@ -9,6 +9,16 @@ import numpy as np
 from ..base.key import Key
 from ..kernel.vector import Vector, dot
 
+PLATE_NAMES = Key(
+    'surface.names',
+    'string_array',
+    (),
+    '',
+    'names of flat plates, each described by surface.NAME.area and so on; coefficients '
+    'without a name are those of the sides of body.box, and of the plates that have none '
+    'of their own',
+    is_optional=True,
+)
 # What is the same of a plate and of all sides of the box.
 COEFFICIENTS = (
     Key('drag_coefficient', 'double', 2.2, '', 'C_D in the flow of the air', low=0.0),
@@ -46,6 +56,7 @@ KEYS_OF_A_BOX = (
         'edges of a box along the body axes, whose sides are plates; zero: there is none',
         lengths=(3,),
         low=0.0,
+        is_optional=True,
     ),
     Key(
         'body.box_centre',
@@ -54,6 +65,7 @@ KEYS_OF_A_BOX = (
         'm',
         'centre of the box from the mass centre, body axes',
         lengths=(3,),
+        is_optional=True,
     ),
 )
 

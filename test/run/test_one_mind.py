@@ -14,6 +14,7 @@ import pytest
 from satdyn_ros.dynamics import inertia
 from satdyn_ros.dynamics.rotor import MODES
 from satdyn_ros.kernel import rotation
+from satdyn_ros.orbits import ORBIT_TYPES
 from satdyn_ros.orbits.kepler import EARTH_MU
 from satdyn_ros.run import checks, environment, modes, orbits, rods, rotors, sensors
 from satdyn_ros.run.in_place import OF_ATTITUDE
@@ -322,7 +323,8 @@ def test_one_and_many_are_refused_alike(rules):
     draw = np.random.default_rng(1)
     found = [error for _ in range(16) for error in judged(*DRAWS[rules](draw))]
     assert None in found
-    function = inertia.rules if rules is checks.body else rules
+    of_others = {checks.body: inertia.rules, orbits.rules: ORBIT_TYPES['oem'].rules}
+    function = of_others.get(rules, rules)
     ends = [list(traceback.walk_tb(error.__traceback__))[-1] for error in found if error]
     said = {line for frame, line in ends if frame.f_code is function.__code__}
     assert len(said) == inspect.getsource(function).count('raise ValueError') > 0

@@ -1,0 +1,69 @@
+"""What a value of orbit.type is: the keys that it takes, and the orbit that it makes of them."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping
+from typing import Any, ClassVar, NamedTuple
+
+from ..base.key import Key
+from ..base.sentences import Rules
+from .orbit import Orbit
+
+# By the value of orbit.type.
+ORBIT_TYPES: dict[str, type['OrbitType']] = {}
+
+
+class Ellipse(NamedTuple):
+    """The ellipse at tick 0: mu [m^3/s^2], semi-major axis [m], and what a sentence calls it."""
+
+    mu: Any
+    semi_major_axis: Any
+    eccentricity: Any
+    name_of_axis: str
+
+
+class OrbitType(ABC):
+    """
+    A value of orbit.type.
+
+    name: the value.  keys: of orbit.*, which belong to it and to others that name them; an orbit
+    of one's own adds some.  has_lvlh: as of its orbits.  text: the key of the text that says all
+    of an orbit about the Earth from an instant on, or ''.
+
+    values: every key of a scenario by its dotted name, each allowed by itself; of many scenarios
+    as arrays where they differ.  is_earlier: whether tables end as by rules below 4 of runs.
+    """
+
+    name: ClassVar[str]
+    keys: ClassVar[tuple[Key, ...]]
+    has_lvlh: ClassVar[bool] = True
+    text: ClassVar[str] = ''
+
+    def __init_subclass__(cls) -> None:
+        """Enter it into the list."""
+        if 'name' in vars(cls):
+            ORBIT_TYPES[cls.name] = cls
+
+    @classmethod
+    @abstractmethod
+    def orbit(cls, values: Mapping[str, Any], is_earlier: bool) -> Orbit:
+        """Return the orbit, the same one for the same values; ValueError: there is none."""
+
+    @classmethod
+    def rules(cls, values: Mapping[str, Any]) -> Rules:
+        """Check what values may not be together."""
+        yield from ()
+
+    @classmethod
+    def warnings(cls, values: Mapping[str, Any], is_earlier: bool) -> Iterator[str]:
+        """Yield a sentence on what is doubtful, once tick 0 has an instant."""
+        yield from ()
+
+    @classmethod
+    def is_shared(cls, values: Mapping[str, Any]) -> bool:
+        """Return whether many runs can fly together on the same orbit alone."""
+        return True
+
+    @classmethod
+    def ellipse(cls, values: Mapping[str, Any]) -> Ellipse | None:
+        """Return the ellipse that the values describe, None: they describe none."""
+        return None

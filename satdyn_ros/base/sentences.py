@@ -7,17 +7,17 @@ from typing import Any
 
 LONGEST_SENTENCE = 500
 _LONGEST_NAME = 100
-# Yields, rule by rule, whether it is broken, of many things whether each breaks it; raises
+# Yields, check by check, whether it fails, of many things whether each fails it; raises
 # ValueError, in one sentence, where it is told that one is.
-Rules = Generator[Any, Any, None]
+Checks = Generator[Any, Any, None]
 
 
-def refuse(rules: Rules) -> None:
-    """Raise the ValueError of the first rule that one thing breaks."""
-    is_broken = None
+def refuse(checks: Checks) -> None:
+    """Raise the ValueError of the first check that one thing fails."""
+    fails = None
     with suppress(StopIteration):
         while True:
-            is_broken = rules.send(is_broken)
+            fails = checks.send(fails)
 
 
 def one_sentence(reason: object) -> str:

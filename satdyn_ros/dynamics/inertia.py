@@ -6,7 +6,7 @@ from itertools import permutations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.sentences import Rules, told_apart, written
+from ..base.sentences import Checks, told_apart, written
 from ..kernel import rotation
 from ..kernel.rows import length
 
@@ -18,11 +18,11 @@ _AS_GIVEN = 1e-13
 ROUNDING = 1e-12
 
 
-def rules(numbers: ArrayLike) -> Rules:
+def checks(numbers: ArrayLike) -> Checks:
     """
     Check that 3, 6 or 9 finite numbers (..., k), as for entries, are the inertia of a body.
 
-    >>> any(rules([600, 800, 900])), any(rules([600, 800, 1500]))
+    >>> any(checks([600, 800, 900])), any(checks([600, 800, 1500]))
     (False, True)
     """
     numbers = np.asarray(numbers, float)

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from ..base.key import Key
-from ..base.sentences import Rules
+from ..base.sentences import Checks
 from .j2 import OblateOrbit
-from .kepler import EARTH_MU, EARTH_RADIUS_M, KeplerOrbit, state_rules
+from .kepler import EARTH_MU, EARTH_RADIUS_M, KeplerOrbit, state_checks
 from .orbit import Orbit
 from .orbit_type import Ellipse, OrbitType
 from .tabled import tabled_orbit
@@ -179,9 +179,9 @@ class ByState(_OfAnEllipse):
     keys = (MU, *STATE, *OBLATENESS)
 
     @classmethod
-    def rules(cls, values: Mapping[str, Any]) -> Rules:
+    def checks(cls, values: Mapping[str, Any]) -> Checks:
         """Check that the state is on an ellipse."""
-        yield from state_rules(*_state(values))
+        yield from state_checks(*_state(values))
 
     @classmethod
     def _kepler(cls, values):

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.sentences import Rules, refuse, told_apart
+from ..base.sentences import Checks, refuse, told_apart
 from ..kernel import rotation
 from ..kernel.rows import components, dot, from_components, length
 from .kepler_equation import true_anomaly
@@ -68,7 +68,7 @@ class KeplerOrbit(Orbit):
         """
         r_i, v_i = np.asarray(r_i, float), np.asarray(v_i, float)
         if r_i.ndim == v_i.ndim == 1 and np.ndim(mu) == 0:
-            refuse(state_rules(r_i, v_i, mu))
+            refuse(state_checks(r_i, v_i, mu))
         r, v = length(r_i), length(v_i)
         momentum, e_cos, e_sin = _momentum_and_eccentricity(r_i, v_i, mu)
         eccentricity = np.hypot(e_cos, e_sin)
@@ -233,7 +233,7 @@ class KeplerOrbit(Orbit):
         return self.rate(t_s)[..., None] * self.normal
 
 
-def state_rules(r_i: np.ndarray, v_i: np.ndarray, mu: float | np.ndarray) -> Rules:
+def state_checks(r_i: np.ndarray, v_i: np.ndarray, mu: float | np.ndarray) -> Checks:
     """Check that a position [m] and a velocity [m/s], (..., 3), are on an ellipse."""
     r, v = length(r_i), length(v_i)
     if (yield ~(r > 0.0)):

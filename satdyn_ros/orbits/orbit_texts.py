@@ -6,7 +6,7 @@ from functools import lru_cache
 from typing import Any
 
 from ..base.key import Key
-from ..base.sentences import Rules, written
+from ..base.sentences import Checks, written
 from .ellipses import MU
 from .kepler import EARTH_MU, EARTH_TO
 from .orbit import Orbit
@@ -45,7 +45,7 @@ class _OfAText(OrbitType):
         return tabled_orbit(cls._source_of(values, is_earlier), values['orbit.mu'])
 
     @classmethod
-    def rules(cls, values: Mapping[str, Any]) -> Rules:
+    def checks(cls, values: Mapping[str, Any]) -> Checks:
         """Check that the centre is the Earth."""
         mu = values['orbit.mu']
         if (yield abs(mu / EARTH_MU - 1.0) > EARTH_TO):

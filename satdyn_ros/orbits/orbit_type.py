@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar, NamedTuple
 
 from ..base.key import Key
-from ..base.sentences import Rules
+from ..base.sentences import Checks
 from .orbit import Orbit
 
 # By the value of orbit.type.
@@ -49,7 +49,7 @@ class OrbitType(ABC):
         """Return the orbit, the same one for the same values; ValueError: there is none."""
 
     @classmethod
-    def rules(cls, values: Mapping[str, Any]) -> Rules:
+    def checks(cls, values: Mapping[str, Any]) -> Checks:
         """Check what values may not be together."""
         yield from ()
 

@@ -1,5 +1,5 @@
 """
-What the values of a scenario may not be together: a rule each, for one scenario and for many.
+What the values of a scenario may not be together: a check each, for one scenario and for many.
 
 values: every key by its dotted name, each allowed by itself; of many, what differs as (M, 1) or
 (M, 1, k).  A sentence names the key.
@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..base.key import listed
-from ..base.sentences import Rules, told_apart, written
+from ..base.sentences import Checks, told_apart, written
 from ..dynamics import inertia
 from ..kernel.rows import length
 from ..torques.thrust import LEAST_TIME_CONSTANT_S
@@ -34,7 +34,7 @@ BELONGS = (
 )
 
 
-def units(values: Mapping[str, Any]) -> Rules:
+def units(values: Mapping[str, Any]) -> Checks:
     """Check that quaternions are units but for their digits, and that axes have a direction."""
     for name, allowed_error in _units_of(values):
         norm = np.linalg.norm(np.asarray(values[name]), axis=-1)
@@ -91,7 +91,7 @@ def _unit(vector):
     return found if vectors.ndim > 1 else tuple(found.tolist())
 
 
-def belongs(values: Mapping[str, Any]) -> Rules:
+def belongs(values: Mapping[str, Any]) -> Checks:
     """Check that what belongs to other choices than those made is not given."""
     names = values['rotor.names']
     for name in rotors.OF_THE_ONE if names else ():
@@ -121,7 +121,7 @@ def _is_given(values, name):
     return value != default
 
 
-def torques(values: Mapping[str, Any]) -> Rules:
+def torques(values: Mapping[str, Any]) -> Checks:
     """Check that the names of applied torques may stand in topics."""
     for name in values['torque.names']:
         if (yield not (name.isidentifier() and name.isascii())):
@@ -131,7 +131,7 @@ def torques(values: Mapping[str, Any]) -> Rules:
             )
 
 
-def thrusters(values: Mapping[str, Any]) -> Rules:
+def thrusters(values: Mapping[str, Any]) -> Checks:
     """Check that chambers are at once or slow enough to be integrated."""
     for name in (f'thruster.{each}.time_constant' for each in values['thruster.names']):
         if (yield (values[name] > 0.0) & (values[name] < LEAST_TIME_CONSTANT_S)):
@@ -141,12 +141,12 @@ def thrusters(values: Mapping[str, Any]) -> Rules:
             )
 
 
-def body(values: Mapping[str, Any]) -> Rules:
+def body(values: Mapping[str, Any]) -> Checks:
     """Check that the inertia is that of a body."""
-    return inertia.rules(values['body.inertia'])
+    return inertia.checks(values['body.inertia'])
 
 
-def ticks(values: Mapping[str, Any]) -> Rules:
+def ticks(values: Mapping[str, Any]) -> Checks:
     """Check that a run has a second tick."""
     rate_hz, epoch_ns, factor = (
         values[name] for name in ('publish.rate', 'time.epoch_ns', 'time.factor')
@@ -163,7 +163,7 @@ def ticks(values: Mapping[str, Any]) -> Rules:
         )
 
 
-def frame(values: Mapping[str, Any]) -> Rules:
+def frame(values: Mapping[str, Any]) -> Checks:
     """Check that there is an initial frame."""
     kind = orbits.type_of(values)
     if (yield not kind.has_lvlh and values['initial.frame'] == 'lvlh'):
@@ -173,7 +173,7 @@ def frame(values: Mapping[str, Any]) -> Rules:
         )
 
 
-def turns_a_tick(values: Mapping[str, Any]) -> Rules:
+def turns_a_tick(values: Mapping[str, Any]) -> Checks:
     """Check how far the orbit and the body turn between two ticks."""
     most_rad_s = _MOST_RAD_PER_TICK * values['publish.rate']
     if ellipse := orbits.type_of(values).ellipse(values):
@@ -195,17 +195,17 @@ def turns_a_tick(values: Mapping[str, Any]) -> Rules:
 
 
 # In this order, of values as_units.
-ALL_RULES: tuple[Callable[[Mapping[str, Any]], Rules], ...] = (
+ALL_CHECKS: tuple[Callable[[Mapping[str, Any]], Checks], ...] = (
     belongs,
-    orbits.rules,
-    environment.rules,
-    sensors.rules,
+    orbits.checks,
+    environment.checks,
+    sensors.checks,
     torques,
     thrusters,
     body,
-    rotors.rules,
-    modes.rules,
-    rods.rules,
+    rotors.checks,
+    modes.checks,
+    rods.checks,
     ticks,
     frame,
     turns_a_tick,

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..actuators import ACTUATORS
-from ..base.sentences import Rules, written
+from ..base.sentences import Checks, written
 from ..environment import Exponential, Msis
 from ..orbits import Orbit
 from ..orbits.along_orbit import AlongOrbit
@@ -50,7 +50,7 @@ def needs_epoch(values: Mapping[str, Any]) -> str:
     return next(iter(asked(values)), '')
 
 
-def rules(values: Mapping[str, Any]) -> Rules:
+def checks(values: Mapping[str, Any]) -> Checks:
     """Check that the centre is the Earth where its environment is asked for, and the plates."""
     orbit_type = type_of(values)
     for key in asked(values):

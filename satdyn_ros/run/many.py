@@ -28,17 +28,17 @@ def many(values: Mapping[str, Any], count: int) -> tuple[Scenario, np.ndarray]:
     rows = np.arange(count)
     with np.errstate(all='ignore'):
         together, rows = _allowed([_within, checks.units], together, rows)
-        together, rows = _allowed(checks.ALL_RULES, together | checks.as_units(together), rows)
+        together, rows = _allowed(checks.ALL_CHECKS, together | checks.as_units(together), rows)
     return Scenario.of_many(together), np.isin(np.arange(count), rows)
 
 
-def _allowed(all_rules, values, rows):
-    """Return of values, and of the rows that they are, those that break none of the rules."""
-    for rules in all_rules:
+def _allowed(all_checks, values, rows):
+    """Return of values, and of the rows that they are, those that pass all checks."""
+    for check in all_checks:
         sound = np.ones((len(rows), 1), bool)
-        for is_broken in rules(values):
-            sound &= np.logical_not(is_broken)
-        # As with one, a rule is asked only of what those before it allow.
+        for fails in check(values):
+            sound &= np.logical_not(fails)
+        # As with one, a check is asked only of what those before it allow.
         if not sound.all():
             kept, rows = sound[:, 0], rows[sound[:, 0]]
             values = {k: x[kept] if isinstance(x, np.ndarray) else x for k, x in values.items()}

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.sentences import Rules, told_apart
+from ..base.sentences import Checks, told_apart
 from ..dynamics import inertia
 from ..dynamics.flexible import Mode
 from ..dynamics.system import System
@@ -36,7 +36,7 @@ def inner(values: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def rules(values: Mapping[str, Any]) -> Rules:
+def checks(values: Mapping[str, Any]) -> Checks:
     """Check that modes swing, and that they leave the body an inertia."""
     body = System(inertia.entries(values['body.inertia']), rotors.rotors_of(values))
     left = body.carrier_inertia

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from ..base.sentences import Rules
+from ..base.sentences import Checks
 from ..orbits import ORBIT_TYPES, Orbit, OrbitType
 from .rules import RULES, TABLES_END_WHERE_THEY_MUST
 
@@ -27,9 +27,9 @@ def belongs() -> Iterator[tuple[str, str, tuple[str, ...]]]:
         yield name, 'orbit.type', tuple(kind.name for kind in kinds)
 
 
-def rules(values: Mapping[str, Any]) -> Rules:
+def checks(values: Mapping[str, Any]) -> Checks:
     """Check what the values of an orbit may not be together."""
-    yield from type_of(values).rules(values)
+    yield from type_of(values).checks(values)
 
 
 def warnings(values: Mapping[str, Any], rules: int) -> Iterator[str]:

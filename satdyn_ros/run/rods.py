@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from ..base.sentences import Rules, written
+from ..base.sentences import Checks, written
 from ..torques.hysteresis import KEYS_OF_A_ROD, Rod
 
 
@@ -15,7 +15,7 @@ def rods_of(values: Mapping[str, Any]) -> list[Rod]:
     ]
 
 
-def rules(values: Mapping[str, Any]) -> Rules:
+def checks(values: Mapping[str, Any]) -> Checks:
     """Check that the loops of rods are loops."""
     for name in values['hysteresis.names']:
         prefix = f'hysteresis.{name}'

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.sentences import Rules, told_apart
+from ..base.sentences import Checks, told_apart
 from ..dynamics import inertia
 from ..dynamics.rotor import Rotor
 from .keys import KEYS
@@ -79,7 +79,7 @@ def rotors_of(values: Mapping[str, Any]) -> tuple[Rotor, ...]:
     )
 
 
-def rules(values: Mapping[str, Any]) -> Rules:
+def checks(values: Mapping[str, Any]) -> Checks:
     """Check that the rotors leave the body an inertia, and that none is too fast."""
     left, others = inertia.entries(values['body.inertia']), ''
     for prefix, rotor in zip(prefixes(values['rotor.names']), rotors_of(values), strict=True):

@@ -109,7 +109,7 @@ class Scenario:
             refuse(checks.units(values))
             self._warnings = *warnings, *checks.divided(values)
             values |= checks.as_units(values) | in_place.resolved(values, given)
-            for check in checks.ALL_RULES:
+            for check in checks.ALL_CHECKS:
                 refuse(check(values))
             # It may refuse what its keys allow one by one.
             orbits.orbit_of(values, rules)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.sentences import Rules
+from ..base.sentences import Checks
 from ..sensors import COMMON, KINDS, Gyro, Sensor
 from ..sensors.noise import stream_of
 from .keys import KEYS, type_of_sensor
@@ -69,7 +69,7 @@ def by_rules(sensors: Mapping[str, Sensor], rules: int) -> dict[str, Sensor]:
     }
 
 
-def rules(values: Mapping[str, Any]) -> Rules:
+def checks(values: Mapping[str, Any]) -> Checks:
     """Check what is said of sensors that are not there, and what orbit and environment allow."""
     for sensor in [kind for kind in KINDS if kind not in values['sensors.names']]:
         for name, key in KEYS.items():

@@ -41,7 +41,7 @@ def test_three_six_and_nine_numbers_mean_the_tensor_they_say(values):
 def test_what_no_body_has_is_refused_in_one_sentence(values, why):
     """Symmetry, positivity and the triangle inequality are each demanded."""
     with pytest.raises(ValueError, match=why) as refusal:
-        refuse(inertia.rules(values))
+        refuse(inertia.checks(values))
     assert str(refusal.value).startswith('body.inertia is [')
     assert '\n' not in str(refusal.value)
 
@@ -51,7 +51,7 @@ def test_a_flat_body_passes_the_triangle_inequality_in_any_axes(seed):
     """A plate has I3 = I1 + I2 exactly; rounding of a rotated tensor must not refuse it."""
     R = Rotation.random(random_state=seed).as_matrix()
     plate = bodies.rectangular_plate(3.0, 0.7, 1.1)
-    refuse(inertia.rules(np.ravel(R @ plate @ R.T)))
+    refuse(inertia.checks(np.ravel(R @ plate @ R.T)))
 
 
 @pytest.mark.parametrize('moments', [*MOMENTS, [1.0, 1.0, 1.0]])
@@ -329,4 +329,4 @@ def test_the_normal_of_the_ellipsoid():
 def test_a_rod_is_told_what_to_use():
     """A moment of zero is refused by a sentence that names the way out."""
     with pytest.raises(ValueError, match='use the moments of a cylinder'):
-        refuse(inertia.rules(np.ravel(bodies.rod(2.0, 3.0))))
+        refuse(inertia.checks(np.ravel(bodies.rod(2.0, 3.0))))

@@ -298,15 +298,15 @@ def turns(draw):
 DRAWS = {
     checks.units: units,
     checks.belongs: belongs,
-    orbits.rules: orbit,
-    environment.rules: of_environment,
-    sensors.rules: of_sensors,
+    orbits.checks: orbit,
+    environment.checks: of_environment,
+    sensors.checks: of_sensors,
     checks.torques: of_torques,
     checks.thrusters: of_thrusters,
     checks.body: body,
-    rotors.rules: of_rotors,
-    modes.rules: of_modes,
-    rods.rules: of_rods,
+    rotors.checks: of_rotors,
+    modes.checks: of_modes,
+    rods.checks: of_rods,
     checks.ticks: ticks,
     checks.frame: frame,
     checks.turns_a_tick: turns,
@@ -314,17 +314,17 @@ DRAWS = {
 
 
 @pytest.mark.parametrize(
-    'rules',
-    [checks.units, *checks.ALL_RULES],
-    ids=lambda rules: f'{rules.__module__}.{rules.__name__}',
+    'check',
+    [checks.units, *checks.ALL_CHECKS],
+    ids=lambda check: f'{check.__module__}.{check.__name__}',
 )
-def test_one_and_many_are_refused_alike(rules):
-    """What is drawn about rules is refused by both or by neither, and each sentence is said."""
+def test_one_and_many_are_refused_alike(check):
+    """What is drawn for a check is refused by both or by neither, and each sentence is said."""
     draw = np.random.default_rng(1)
-    found = [error for _ in range(16) for error in judged(*DRAWS[rules](draw))]
+    found = [error for _ in range(16) for error in judged(*DRAWS[check](draw))]
     assert None in found
-    of_others = {checks.body: inertia.rules, orbits.rules: ORBIT_TYPES['oem'].rules}
-    function = of_others.get(rules, rules)
+    of_others = {checks.body: inertia.checks, orbits.checks: ORBIT_TYPES['oem'].checks}
+    function = of_others.get(check, check)
     ends = [list(traceback.walk_tb(error.__traceback__))[-1] for error in found if error]
     said = {line for frame, line in ends if frame.f_code is function.__code__}
     assert len(said) == inspect.getsource(function).count('raise ValueError') > 0

@@ -85,11 +85,11 @@ class PlainWalk:
 
     def _correct_place(self):
         constants = self._course.constants
-        if not constants.integrates_place or self._steps % 8:
+        if not constants.integrates_anomaly or self._steps % 8:
             return
         anomaly, rate, e = self._course.anomaly
         f = true_anomaly(anomaly + rate * self.t, e)
-        i = Variables.of(constants).place.start
+        i = Variables.of(constants).anomaly.start
         self.y = (*self.y[:i], math.cos(f), math.sin(f), *self.y[i + 2 :])
 
     def _attempt(self, t, h, span, constants):

@@ -102,7 +102,7 @@ class Constants(NamedTuple):
     and Q; semi_latus_rectum [m] and speed [m/s], the root of mu / l: of the orbit, zero without
     one.  slow_rate [rad/s]: far below the rates at which the field swings the body, or torques
     that begin at nothing turn it, for a body at rest.  does_work: whether anything does work that
-    no potential has.  integrates_place: whether the place on the orbit is integrated; sees_pairs:
+    no potential has.  integrates_anomaly: whether the true anomaly is integrated; sees_pairs:
     whether corners in pairs are looked for; cuts_first: whether a step is cut at a corner first.
 
     rotors: those that turn.  events: the event functions of their drives, where one has a torque
@@ -129,7 +129,7 @@ class Constants(NamedTuple):
     speed: float
     slow_rate: float
     does_work: bool
-    integrates_place: bool
+    integrates_anomaly: bool
     sees_pairs: bool
     cuts_first: bool
     rotors: tuple[RotorConstants, ...]
@@ -162,7 +162,7 @@ def constants_of(system: System, start_s: float = 0.0) -> Constants:
 
 def write_driven(
     numbers: np.ndarray,
-    places: Any,
+    indices: Any,
     start_s: Any,
     line: Sequence[Triple],
     applied_b: Triple,
@@ -173,23 +173,23 @@ def write_driven(
     Write what commands set, and what depends on the start, into the numbers of Constants.
 
     numbers (P,), or (P, K) of K motions, each of the rest then a column (K,): those of another
-    start and of other commands of the same kind.  places: of each among them, as numbered() gives.
-    line: as of line_at.  applied_b: as of applied_by.  rotor_torque: of the turning rotors.  own:
-    by their places among system.torques, the constants of those that are commanded.
+    start and of other commands of the same kind.  indices: of each among them, as numbered()
+    gives.  line: as of line_at.  applied_b: as of applied_by.  rotor_torque: of the turning
+    rotors.  own: by their indices among system.torques, the constants of those that are commanded.
     """
-    numbers[places.start_s] = start_s
-    for at, values in zip((places.outward, places.ahead), line, strict=False):
+    numbers[indices.start_s] = start_s
+    for at, values in zip((indices.outward, indices.ahead), line, strict=False):
         numbers[at[0] : at[0] + 3] = values
-    for at, torque in zip(places.rotors, rotor_torque, strict=True):
+    for at, torque in zip(indices.rotors, rotor_torque, strict=True):
         numbers[at.torque] = torque
-    applied = places.torques[_SHIPPED - 1].torque_b
+    applied = indices.torques[_SHIPPED - 1].torque_b
     numbers[applied[0] : applied[0] + 3] = applied_b
     for i, constants in own.items():
-        _write(numbers, places.torques[_SHIPPED + i], constants)
+        _write(numbers, indices.torques[_SHIPPED + i], constants)
 
 
-def _write(numbers, places, values):
-    for at, x in zip(places, values, strict=True):
+def _write(numbers, indices, values):
+    for at, x in zip(indices, values, strict=True):
         if isinstance(at, tuple):
             _write(numbers, at, x)
         elif isinstance(at, int):
@@ -278,7 +278,7 @@ def flat_constants_of_many(system: System, count: int) -> tuple[Constants, np.nd
     rotors = (Rotor('free', inertia=0.1),) * len(constants.rotors)
     modes = (Mode('one'),) * len(constants.modes)
     one = constants_of(System(inertia, rotors, modes=modes))._replace(
-        does_work=bool(constants.does_work), integrates_place=constants.integrates_place
+        does_work=bool(constants.does_work), integrates_anomaly=constants.integrates_anomaly
     )
     rows = [
         np.broadcast_to(np.reshape(part, (-1, size)), (count, size))
@@ -323,7 +323,7 @@ def _constants(system):
         speed=orbit.speed,
         slow_rate=1e-3 * np.sqrt(np.abs(orbit.gradient) + (weight + at_rest) / size),
         does_work=bool(system.is_driven or system.orbit.is_eccentric),
-        integrates_place=system.integrates_place,
+        integrates_anomaly=system.integrates_anomaly,
         sees_pairs=system.sees_pairs,
         cuts_first=system.cuts_first,
         rotors=tuple(

@@ -73,7 +73,7 @@ class Drives:
     The drives of a system's turning rotors, from a state on.
 
     met: the instants [s] at which rotors came to a jump, from the start of the motion, and the
-    places of these rotors among all.
+    indices of these rotors among all.
     """
 
     def __init__(self, system: System, state: State):
@@ -83,7 +83,7 @@ class Drives:
             for i, rotor in system.turning_rotors
         ]
         # Twice the number of a line, or one more: at the jump to the next.
-        self._places = [
+        self._indices = [
             _place(law, state.rotor_speed[i])
             for law, (i, _) in zip(self._laws, system.turning_rotors, strict=True)
         ]
@@ -95,18 +95,18 @@ class Drives:
 
         omega_bi_b (3,), speeds (R,): of now [rad/s].
         """
-        system, places = self._system, self._places
+        system, indices = self._system, self._indices
         torque, rotors = system.rotor_torque.copy(), []
         events: list[EventFunction] = []
         inertia = system.carrier_inertia
         rounding = _ROUNDING * float(np.linalg.norm(omega_bi_b))
         for n, (i, rotor) in enumerate(system.turning_rotors):
-            line = self._laws[n][places[n] // 2]
-            is_held = places[n] % 2
+            line = self._laws[n][indices[n] // 2]
+            is_held = indices[n] % 2
             torque[i] = 0.0 if is_held else line.torque
             if is_held:
                 inertia = inertia + rotor.inertia * np.outer(rotor.axis, rotor.axis)
-                events.append(_at_jump(rotor, line, self._laws[n][places[n] // 2 + 1]))
+                events.append(_at_jump(rotor, line, self._laws[n][indices[n] // 2 + 1]))
             else:
                 events.append(_on_line(line, float(speeds[i]), rounding))
         constants = constants_of(system, start_s)
@@ -134,14 +134,14 @@ class Drives:
         which: n + 1 by the upper end of its range, -n - 1 by the lower one.
         """
         n, up = abs(which) - 1, which > 0
-        place, law = self._places[n], self._laws[n]
-        if place % 2:
+        index, law = self._indices[n], self._laws[n]
+        if index % 2:
             # Where less is needed than the law gives beyond the jump the speed rises, and so on.
-            self._places[n] = place - 1 if up else place + 1
+            self._indices[n] = index - 1 if up else index + 1
             return
-        first = place // 2 if up else place // 2 - 1
+        first = index // 2 if up else index // 2 - 1
         jumps = _jumps(law, first)
-        self._places[n] = 2 * first + 1 if jumps else 2 * first + (2 if up else 0)
+        self._indices[n] = 2 * first + 1 if jumps else 2 * first + (2 if up else 0)
         if jumps:
             self.met.append((t_s, self._system.turning_rotors[n][0]))
 

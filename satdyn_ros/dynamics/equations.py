@@ -126,8 +126,8 @@ def rates(t_s: Any, y: Vector, constants: Constants) -> Vector:
         if constants.does_work:
             power = power - p_dot_held * dot(rotors[i].axis, omega)
     q_dot = attitude_rate(q, omega, scale(constants.axes_rate, constants.normal))
-    cos_f, sin_f = place_in_orbit(y, constants)
-    place_dot = (-v * sin_f, v * cos_f) if constants.integrates_place else ()
+    cos_f, sin_f = cos_and_sin_of_anomaly(y, constants)
+    anomaly_dot = (-v * sin_f, v * cos_f) if constants.integrates_anomaly else ()
     return parts.joined(
         attitude=q_dot,
         rate=omega_dot,
@@ -137,13 +137,13 @@ def rates(t_s: Any, y: Vector, constants: Constants) -> Vector:
         displacements=eta_dot,
         of_torques=rates_of_states(constants.torques, seen),
         work=(power,),
-        place=place_dot,
+        anomaly=anomaly_dot,
     )
 
 
-def place_in_orbit(y: Vector, constants: Constants) -> Vector:
+def cos_and_sin_of_anomaly(y: Vector, constants: Constants) -> Vector:
     """Return cos f and sin f, which on a circle are those of f = 0."""
-    return y[Variables.of(constants).place] if constants.integrates_place else (1.0, 0.0)
+    return y[Variables.of(constants).anomaly] if constants.integrates_anomaly else (1.0, 0.0)
 
 
 def seen_by_torques(t_s: Any, y: Vector, constants: Constants) -> tuple[Any, ...]:
@@ -152,7 +152,7 @@ def seen_by_torques(t_s: Any, y: Vector, constants: Constants) -> tuple[Any, ...
         table = constants.table[0].table
         r, v = interpolate_vector(table, _POSITION, t_s), interpolate_vector(table, _VELOCITY, t_s)
     else:
-        cos_f, sin_f = place_in_orbit(y, constants)
+        cos_f, sin_f = cos_and_sin_of_anomaly(y, constants)
         P, Q_ = constants.outward, constants.ahead
         e, l = constants.eccentricity, constants.semi_latus_rectum
         r = scale(divide(l, 1.0 + e * cos_f), add(scale(cos_f, P), scale(sin_f, Q_)))
@@ -165,7 +165,7 @@ def seen_centre(t_s: Any, y: Vector, constants: Constants) -> tuple[Any, ...]:
     """Return c, the direction t along track, 3 mu / r^3, v and r' / r, in the equations' axes."""
     if constants.table:
         return _centre_in_table(t_s, *constants.table[0])
-    cos_f, sin_f = place_in_orbit(y, constants)
+    cos_f, sin_f = cos_and_sin_of_anomaly(y, constants)
     P, Q_ = constants.outward, constants.ahead
     rho = 1.0 + constants.eccentricity * cos_f
     v = constants.anomaly_rate * rho * rho

@@ -122,7 +122,7 @@ class States:
 
     @cached_property
     def sun_i(self) -> np.ndarray:
-        """The place of the Sun from the Earth's centre [m], inertial axes, (N, 3)."""
+        """The position of the Sun from the Earth's centre [m], inertial axes, (N, 3)."""
         assert self.environment is not None
         return self.environment.sun.values(self.orbit_s, np.arange(3))
 

@@ -69,7 +69,7 @@ def _spherical(theta, phi, r):
 _PLACES = {'cartesian': _cartesian, 'cylindrical': _cylindrical, 'spherical': _spherical}
 
 
-def _sums(density, ranges, place, points):
+def _sums(density, ranges, mapping, points):
     """Return the integrals (10,) of density times 1, x, y, z, xx, yy, zz, xy, xz, yz."""
     nodes, weights = np.polynomial.legendre.leggauss(points)
     weight = np.einsum('i,j,k->ijk', weights, weights, weights) / 8.0
@@ -84,7 +84,7 @@ def _sums(density, ranges, place, points):
         low, high = ends(*given) if callable(ends) else ends
         given.append(low + (high - low) * share)
         lengths.append(high - low)
-    (x, y, z), scales = place(*given)
+    (x, y, z), scales = mapping(*given)
     for length, scale in zip(lengths, scales, strict=True):
         if length is not None:
             weight = weight * length * scale

@@ -117,8 +117,8 @@ class System:
         )
 
     @property
-    def integrates_place(self) -> bool:
-        """Whether the place on the orbit is integrated with the attitude."""
+    def integrates_anomaly(self) -> bool:
+        """Whether the true anomaly is integrated with the attitude."""
         is_of_constants = self.orbit.has_lvlh and self.orbit.pieces is None
         return is_of_constants and not self.has_turning_axes
 
@@ -130,7 +130,7 @@ class System:
 
     @cached_property
     def turning_rotors(self) -> tuple[tuple[int, Rotor], ...]:
-        """Return the rotors that have a speed of their own, with their places among all."""
+        """Return the rotors that have a speed of their own, with their indices among all."""
         return tuple((i, rotor) for i, rotor in enumerate(self.rotors) if rotor.turns_freely)
 
     @cached_property

@@ -72,8 +72,8 @@ def _on_rows(sum_of: Callable[..., Any], torques, states, *width):
         return np.broadcast_to(table, (*rows, *width)).reshape(-1, *width)
 
     t_s = flat(states.orbit_s)
-    place, velocity = flat(states.r_i, 3), flat(states.v_i, 3)
-    vectors = place, velocity, flat(states.q_ib, 4), flat(states.omega_bi_b, 3)
+    position, velocity = flat(states.r_i, 3), flat(states.v_i, 3)
+    vectors = position, velocity, flat(states.q_ib, 4), flat(states.omega_bi_b, 3)
     # What a live page hears has none.
     names = [name for torque in torques for name in torque.inner_names]
     variables = [flat(states.inner.get(name, np.nan)) for name in names]

@@ -9,7 +9,7 @@ The variables of the integration: named parts, one behind the other.
     displacements    eta of each
     of_torques       what torques have of their own
     work             what the energy changes by
-    place            cos f and sin f, where the place on an ellipse is integrated
+    anomaly          cos f and sin f, where the true anomaly is integrated
 
 What every body has comes first.  Of all others nothing depends on the order.
 """
@@ -25,7 +25,7 @@ from .constants import Constants
 from .system import State, System
 
 ATTITUDE, RATE = slice(0, 4), slice(4, 7)
-ORDER = 'momenta', 'angles', 'modal_momenta', 'displacements', 'of_torques', 'work', 'place'
+ORDER = 'momenta', 'angles', 'modal_momenta', 'displacements', 'of_torques', 'work', 'anomaly'
 
 
 class Variables(NamedTuple):
@@ -39,7 +39,7 @@ class Variables(NamedTuple):
     displacements: slice
     of_torques: slice
     work: slice
-    place: slice
+    anomaly: slice
     size: int
 
     @classmethod
@@ -58,13 +58,13 @@ class Variables(NamedTuple):
             'displacements': modes,
             'of_torques': sum(len(scales_of(constants)) for constants in torques),
             'work': 1,
-            'place': 2 if what.integrates_place else 0,
+            'anomaly': 2 if what.integrates_anomaly else 0,
         }
-        places, end = {}, RATE.stop
+        slices, end = {}, RATE.stop
         for name in ORDER:
-            places[name] = slice(end, end + sizes[name])
+            slices[name] = slice(end, end + sizes[name])
             end += sizes[name]
-        return cls(attitude=ATTITUDE, rate=RATE, **places, size=end)
+        return cls(attitude=ATTITUDE, rate=RATE, **slices, size=end)
 
     def joined(self, **values: Iterable[Any]) -> Vector:
         """Return the variables, or what belongs to each, by the names of the parts."""
@@ -75,11 +75,11 @@ class Variables(NamedTuple):
 
 
 def initial_values(system: System, state: State) -> np.ndarray:
-    """Return the variables (..., V) of a state at the start, the place as of f = 0."""
+    """Return the variables (..., V) of a state at the start, the anomaly f = 0."""
     parts, omega = Variables.of(system), state.omega_bi_b
     y = np.zeros((*np.shape(state.q_ib)[:-1], parts.size))
     y[..., parts.attitude], y[..., parts.rate] = state.q_ib, omega
-    y[..., parts.place] = (1.0, 0.0) if system.integrates_place else ()
+    y[..., parts.anomaly] = (1.0, 0.0) if system.integrates_anomaly else ()
     momenta, angles = y[..., parts.momenta], y[..., parts.angles]
     for n, (i, rotor) in enumerate(system.turning_rotors):
         momenta[..., n] = rotor.axial_momentum(state.rotor_speed[..., i], omega)
@@ -96,7 +96,7 @@ def initial_values(system: System, state: State) -> np.ndarray:
 
 
 def wanted_count(system: System, does_work: bool) -> int:
-    """Return how many variables are interpolated: not the work if it is none, nor the place."""
+    """Return how many variables are interpolated: not the work if it is none, nor the anomaly."""
     *kept, work, _, _ = Variables.of(system)
     return max(part.stop for part in (*kept, *([work] if does_work else [])))
 

@@ -62,7 +62,7 @@ def error_of(
         'attitude': [1.0] * 4,
         'rate': [divide(1.0, rate)] * 3,
         'momenta': _per_momentum(y_0, y, rate, constants),
-        'place': [1.0] * 2 if constants.integrates_place else [],
+        'anomaly': [1.0] * 2 if constants.integrates_anomaly else [],
     }
     if constants.modes:
         per_size = _per_displacement(y_0, y, rate, constants)

@@ -6,7 +6,7 @@ from ..dynamics.constants import EVENT_SIZE, INVERSE_AT, ROTOR_SIZE
 from ..dynamics.variables import RATE
 from .dense_output import polynomial, slope, terms
 
-# Where in a step values are looked at, and how often the place is halved.
+# Where in a step values are looked at, and how often the interval is halved.
 _SAMPLES, _HALVINGS = 8, 60
 # The numbers of a EventFunction.
 _RATE = RATE.start

@@ -51,7 +51,7 @@ _LINE = 8
 STEP_STATES_AT, MOTION_AT, LANE_COUNT, ROW, TABLE_AT = range(len(ARRAYS), len(ARRAYS) + 5)
 # What is in the table of a Problem: addresses of its arrays; numbers of motions, of rows that are
 # asked for, of variables that are wanted, of stops, numbers and arrays of each motion; the next
-# motion to take a lane; the number of variables, where the place on the orbit is among them (0: it
+# motion to take a lane; the number of variables, where the true anomaly is among them (0: it
 # is not), the number of turning rotors, where they and the event functions of their drives (0:
 # there are none) begin among the constants, and where their momenta begin among the variables;
 # whether a step is cut at a corner before its error is looked at (0: it is not); how many times
@@ -59,7 +59,7 @@ STEP_STATES_AT, MOTION_AT, LANE_COUNT, ROW, TABLE_AT = range(len(ARRAYS), len(AR
 (T_S_AT, BEGIN_AT, SETTINGS_AT, CONSTANTS_AT, ARRAYS_AT, STOPS_AT, IS_NEW_AT, OUT_AT) = range(8)
 (EFFORTS_AT, TURN_AT, ROWS_AT, OUTCOME_AT, ENDED_AT) = range(8, 13)
 (MOTION_COUNT, ROW_COUNT, WANTED, STOP_COUNT, CONSTANT_COUNT, ARRAY_COUNT) = range(13, 19)
-(WAITING, SIZE, PLACE, ROTORS, ROTORS_AT, EVENTS_AT, MOMENTA_AT) = range(19, 26)
+(WAITING, SIZE, ANOMALY_AT, ROTORS, ROTORS_AT, EVENTS_AT, MOMENTA_AT) = range(19, 26)
 CUTS_FIRST, T_S_STEP = 26, 27
 
 
@@ -90,8 +90,8 @@ class Lanes:
         idle[:] = np.repeat([address(each) for each in arrays], count)
         begin = address(numbers) + numbers.itemsize * first
         of_code = [begin + numbers.itemsize * begins[name] for name in ARRAYS]
-        places = [*of_code, address(self.step_state), address(self.motion)]
-        self.table = np.array([*places, count, row, 0], np.int64)
+        addresses = [*of_code, address(self.step_state), address(self.motion)]
+        self.table = np.array([*addresses, count, row, 0], np.int64)
         self.address = self.table[TABLE_AT] = address(self.table)
         self._numbers = numbers
 
@@ -130,9 +130,9 @@ class Problem:
             self.is_new,
         )
         of_rows = self.rows, self.outcome, self.ended
-        places = [0, *map(address, known), 0, 0, 0, *map(address, of_rows)]
+        addresses = [0, *map(address, known), 0, 0, 0, *map(address, of_rows)]
         counts = [count, 0, wanted, most_stops + 1, layout.numbers, layout.arrays, 0]
-        self.table = np.array([*places, *counts, *layout[:7], 0], np.int64)
+        self.table = np.array([*addresses, *counts, *layout[:7], 0], np.int64)
         self.address = address(self.table)
 
     def ask(self, t_s: np.ndarray, turn_b: np.ndarray | None = None) -> None:

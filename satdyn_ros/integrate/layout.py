@@ -37,14 +37,14 @@ class Layout(NamedTuple):
     """
     What is where in a kind of motions.
 
-    size: the number of variables, place: where the place on the orbit is among them, 0: it is not;
+    size: the number of variables, anomaly: where the true anomaly is among them, 0: it is not;
     numbers and arrays: how many the Constants have; rotors: of those that turn; rotors_at: where
     they begin among the numbers, events_at: their event functions, 0: there are none;
     momenta: where the rotors' are among the variables; cuts_first: as of the Constants.
     """
 
     size: int
-    place: int
+    anomaly: int
     rotors: int
     rotors_at: int
     events_at: int
@@ -61,7 +61,7 @@ class Layout(NamedTuple):
         rotors, rotors_at, parts = len(constants.rotors), len(before), Variables.of(constants)
         return cls(
             size=parts.size,
-            place=parts.place.start if constants.integrates_place else 0,
+            anomaly=parts.anomaly.start if constants.integrates_anomaly else 0,
             rotors=rotors,
             rotors_at=rotors_at,
             events_at=rotors_at + ROTOR_SIZE * rotors if constants.events else 0,

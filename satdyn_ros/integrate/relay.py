@@ -26,7 +26,7 @@ class Relay:
     Motions of one body, each a Propagation bit by bit, of which the next begins where one ends.
 
     They are computed in one lane.  Of the constants of the equations, only what depends on the
-    torques, on the start and on the place on the orbit is written anew.
+    torques, on the start and on the true anomaly is written anew.
 
     system: of the present one.
     """
@@ -36,7 +36,7 @@ class Relay:
         self._motion, self._course = motion, motion.new_course()
         course, self._constants = self._course, self._course.constants
         self._works_anyway = constants_of(self.system.undriven).does_work
-        self._places = numbered(self._constants)
+        self._indices = numbered(self._constants)
         self._axes = [rotor.axis for rotor in self.system.rotors]
         self._turning: list[tuple[int, float, float, float, float]] = [
             (i, float(rotor.inertia), *rotor.axis.tolist())
@@ -126,7 +126,7 @@ class Relay:
         }
         write_driven(
             problem.constants[0],
-            self._places,
+            self._indices,
             start_s,
             line_at(system, start_s),
             applied_by(system.torque_b, self._axes, system.rotor_torque),

@@ -35,7 +35,7 @@ class Driven(NamedTuple):
     """
     What commands set in M motions, in columns.
 
-    torque_b [N m] (3, M): on the bodies; rotor_torque [N m] (R, M).  own: by their places among
+    torque_b [N m] (3, M): on the bodies; rotor_torque [N m] (R, M).  own: by their indices among
     the torques of the system the constants of those that are commanded, of columns (M,).
     """
 
@@ -61,7 +61,7 @@ class Relays:
         self._motions, self._system_of = list(motions), system_of
         self._courses = [motion.new_course() for motion in motions]
         count, system, like = len(motions), motions[0].system, _working(motions[0])
-        self._kind, self._places = kind_of_motion(motions[0]), numbered(like)
+        self._kind, self._indices = kind_of_motion(motions[0]), numbered(like)
         for motion in motions:
             self.refuse_other(motion)
         layout, begin = Layout.of(like), np.array([motion.begin() for motion in motions])
@@ -155,7 +155,7 @@ class Relays:
         anomaly = self._anomaly[at] + settings[at, MEAN_MOTION] * start_s
         write_driven(
             numbers,
-            self._places,
+            self._indices,
             start_s,
             self._line(at, anomaly),
             applied_by(driven.torque_b[:, at], self._axes[:, :, at], driven.rotor_torque[:, at]),

@@ -129,7 +129,7 @@ class _Step:
         f = rates(t_s, self._variables(graph, 'y', 0), self._constants(graph))
         stages = {('stage', i): h * each for i, each in enumerate(f)}
         stages |= {('stage', i): 0.0 for i in range(len(f), self._width)}
-        # Once, not in each of its sixteen places.
+        # Once, not in each of its sixteen calls.
         pack = PACK if self._lanes == 1 else 1
         self._program.add('evaluate', graph, stages, self._lanes, is_inlined=False, pack=pack)
 

@@ -24,9 +24,9 @@ def _packed(rows):
     lengths = np.array([np.count_nonzero(row) for row in rows])
     columns, entries = np.zeros((len(rows), 12), int), np.zeros((len(rows), 12))
     for i, row in enumerate(rows):
-        places = np.flatnonzero(row)
-        columns[i, : len(places)] = places
-        entries[i, : len(places)] = row[places]
+        indices = np.flatnonzero(row)
+        columns[i, : len(indices)] = indices
+        entries[i, : len(indices)] = row[indices]
     return lengths, columns, entries
 
 

@@ -24,6 +24,7 @@ from .dense_output import add_turn, interpolate
 from .event_location import effort, first_exit
 from .lanes import (
     ANOMALY,
+    ANOMALY_AT,
     ARRAY_COUNT,
     ARRAYS_AT,
     BEGIN,
@@ -60,7 +61,6 @@ from .lanes import (
     OUTCOME_AT,
     PASSED,
     PIECE_ENDS,
-    PLACE,
     PROPOSED,
     REACHED,
     ROTOR_LEAVES,
@@ -96,7 +96,7 @@ from .lanes import (
 )
 from .layout import ARRAYS, ERROR, EVALUATED, FROM_S, PART, STAGE_S, TERMS, UNTIL_S, H, T
 
-# The place on an ellipse, integrated with the rest, is corrected every so many steps.
+# The true anomaly, integrated with the rest, is corrected every so many steps.
 STEPS_PER_FIX = 8
 # What a step may grow to or shrink to at once.
 GROWTH, CUT = 6.0, 0.2
@@ -207,11 +207,11 @@ def _begin_step(l, p, lanes):
     settings = _of(m, SETTINGS_AT, SETTINGS, p)
     constants = _of(m, CONSTANTS_AT, p[CONSTANT_COUNT], p)
     t = c[END]
-    if p[PLACE] > 0 and int(c[STEPS]) % STEPS_PER_FIX == 0:
+    if p[ANOMALY_AT] > 0 and int(c[STEPS]) % STEPS_PER_FIX == 0:
         f = true_anomaly_of_one(
             settings[ANOMALY] + settings[MEAN_MOTION] * t, settings[ECCENTRICITY]
         )
-        y[p[PLACE] * count + l], y[(p[PLACE] + 1) * count + l] = np.cos(f), np.sin(f)
+        y[p[ANOMALY_AT] * count + l], y[(p[ANOMALY_AT] + 1) * count + l] = np.cos(f), np.sin(f)
     for i in range(p[SIZE]):
         y_0[i * count + l] = y[i * count + l]
     if c[NEXT] == 0.0:

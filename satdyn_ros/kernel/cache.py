@@ -73,13 +73,13 @@ _TEMPORARY: list[Path] = []
 
 def _temporary():
     try:
-        place = tempfile.mkdtemp(prefix='satdyn_ros-')
+        folder = tempfile.mkdtemp(prefix='satdyn_ros-')
     except OSError:
         return None
-    atexit.register(shutil.rmtree, place, ignore_errors=True)
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
     # The processes that this one starts share it.
-    os.environ['NUMBA_CACHE_DIR'] = place
-    _TEMPORARY.append(Path(place, 'satdyn_ros'))
+    os.environ['NUMBA_CACHE_DIR'] = folder
+    _TEMPORARY.append(Path(folder, 'satdyn_ros'))
     return _TEMPORARY[0]
 
 

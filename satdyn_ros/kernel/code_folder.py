@@ -28,8 +28,8 @@ def code_folder() -> Path | None:
         content.update(f'{path.relative_to(package)}\n'.encode() + path.read_bytes())
     for library in _LIBRARIES:
         content.update(f'{library} {version(library)}\n'.encode())
-    place = [str(package), sys.version, get_host_cpu_name(), get_host_cpu_features().flatten()]
-    begin = sha256('\n'.join(place).encode()).hexdigest()[:8]
+    made_by = [str(package), sys.version, get_host_cpu_name(), get_host_cpu_features().flatten()]
+    begin = sha256('\n'.join(made_by).encode()).hexdigest()[:8]
     folder = root / f'{begin}-{content.hexdigest()[:16]}'
     cache.remove_others(folder, f'{begin}-*')
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)

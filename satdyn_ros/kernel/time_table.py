@@ -92,7 +92,7 @@ def _interpolated(table, i, count, t_s):
 
 
 def _series(coefficients, first, terms, count, x):
-    """Return the sums of so many Chebyshev series, the first of which has its first place."""
+    """Return the sums of so many Chebyshev series, the first of which begins at this index."""
     twice, b_1, b_2 = 2.0 * x, [0.0] * count, [0.0] * count
     for k in range(terms - 1, 0, -1):
         # By Clenshaw's recurrence.  In this order b_1 alone is waited for, of all at once.
@@ -104,17 +104,17 @@ def _series(coefficients, first, terms, count, x):
     )
 
 
-def look_up(array: Any, place: Any, offset: int = 0) -> Any:
+def look_up(array: Any, index: Any, offset: int = 0) -> Any:
     """
-    Return what is `offset` after a place of an array, counted row by row.
+    Return what is `offset` after an index of an array, counted row by row.
 
-    place: a whole number, as a float.
+    index: a whole number, as a float.
 
     >>> look_up(np.array([1.0, 2.0]), 1.0)
     2.0
     """
     if isinstance(array, SymbolArray):
-        return array.at(place, offset)
-    if isinstance(place, np.ndarray):
-        return array.ravel()[place.astype(int) + offset]
-    return float(array.flat[int(place) + offset])
+        return array.at(index, offset)
+    if isinstance(index, np.ndarray):
+        return array.ravel()[index.astype(int) + offset]
+    return float(array.flat[int(index) + offset])

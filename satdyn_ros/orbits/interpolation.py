@@ -65,12 +65,12 @@ class Interpolation:
         # The rows on both sides, as many before as after, at the ends those that there are.
         before = np.searchsorted(self.times_s, x_s, side='right') - 1
         first = np.clip(before - (self.window - 1) // 2, 0, len(self.times_s) - self.window)
-        places = first[:, None] + np.arange(self.window)
+        indices = first[:, None] + np.arange(self.window)
         # Times in a unit of their own keep the numbers near 1.
         unit_s = (self.times_s[-1] - self.times_s[0]) / (len(self.times_s) - 1)
         x = (x_s - self.times_s[first]) / unit_s
-        nodes = (self.times_s[places] - self.times_s[first][:, None]) / unit_s
-        rows = self.rows[places]
+        nodes = (self.times_s[indices] - self.times_s[first][:, None]) / unit_s
+        rows = self.rows[indices]
         if not self.is_hermite:
             found, slope = _newton(nodes, rows, x)
             return found, slope[:, :3] / unit_s

@@ -67,9 +67,9 @@ def accelerations(system: System, states: States, row: int) -> tuple[np.ndarray,
     orbit_s, q_ib = float(states.orbit_s[row]), states.q_ib[row]
     here = Propagation(system, states[row], orbit_s)
     y = initial_values(system, states[row])
-    if system.integrates_place:
+    if system.integrates_anomaly:
         f = states.orbit.anomaly(orbit_s)
-        y[Variables.of(system).place] = np.cos(f), np.sin(f)
+        y[Variables.of(system).anomaly] = np.cos(f), np.sin(f)
     omega_dot_b = rates(orbit_s, tuple(y.tolist()), here.constants)[Variables.of(system).rate]
     # d/dt of q omega_b q* is q omega_b' q*: omega x omega is zero.
     angular = rotation.rotate(q_ib, np.array(omega_dot_b))

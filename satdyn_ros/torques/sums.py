@@ -142,10 +142,10 @@ def first_corner(
     extremum between them; sees_pairs: whether these are looked for.
     """
     part: Any = 1.0
-    for places in zip(
+    for signs in zip(
         *(_found(torques, 'signs', seen) for seen in (begin, soon, late, end)), strict=True
     ):
-        for a, near_a, near_b, b in zip(*places, strict=True):
+        for a, near_a, near_b, b in zip(*signs, strict=True):
             slope_a, slope_b = (near_a - a) / search.share, (b - near_b) / search.share
             zero = _zero(a, slope_a, b)
             if search.ahead > 0.0:

@@ -90,18 +90,18 @@ class Program:
                 f'%address_{array} = bitcast double %bits_{array} to i64',
                 f'%{array} = inttoptr i64 %address_{array} to {POINTER}',
             ]
-        places: dict[tuple[str, int], str] = {}
+        pointers: dict[tuple[str, int], str] = {}
         for function, given in calls:
             passed = []
             for array in self._arrays[function]:
-                place = given.get(array, (array, 0))
-                if place not in places:
-                    places[place] = f'%p{len(places)}'
-                    of, offset = place
+                where = given.get(array, (array, 0))
+                if where not in pointers:
+                    pointers[where] = f'%p{len(pointers)}'
+                    of, offset = where
                     lines.append(
-                        f'{places[place]} = getelementptr double, {POINTER} %{of}, i64 {offset}'
+                        f'{pointers[where]} = getelementptr double, {POINTER} %{of}, i64 {offset}'
                     )
-                passed.append(f'{POINTER} {places[place]}')
+                passed.append(f'{POINTER} {pointers[where]}')
             lines.append(f'call void @{function}({", ".join(passed)})')
         self._define(f'void @{name}({POINTER} %table)', [*lines, 'ret void'])
 
@@ -240,14 +240,14 @@ class _Emitter:
             pointer = self._temporary(f'bitcast {POINTER} {pointer} to {kind}')
         return f'{self.kind}, {kind} {pointer}, align 8'
 
-    def _load(self, address, place, offset):
-        def load(address, place):
+    def _load(self, address, index, offset):
+        def load(address, index):
             bits = self._temporary(f'bitcast double {address} to i64')
             base = self._temporary(f'inttoptr i64 {bits} to {POINTER}')
-            begin = self._at(base, self._temporary(f'fptosi double {place} to i64'))
+            begin = self._at(base, self._temporary(f'fptosi double {index} to i64'))
             return f'load double, {POINTER} {self._at(begin, offset)}'
 
-        return self._by_lane(load, (address, place))
+        return self._by_lane(load, (address, index))
 
     def _of_c_library(self, name, operands):
         kinds = ', '.join(['double'] * len(operands))

@@ -249,14 +249,14 @@ class SymbolArray:
                 raise IndexError(f'the index {i} is beyond the {length} of the array')
         if len(index) < len(self.shape):
             return [self.__getitem__((*index, i)) for i in range(self.shape[len(index)])]
-        place = 0
+        at = 0
         for i, length in zip(index, self.shape, strict=True):
-            place = place * length + i % length
-        return self.at(0.0, place)
+            at = at * length + i % length
+        return self.at(0.0, at)
 
-    def at(self, place: Any, offset: int) -> Symbol:
-        """Return what is `offset` after a place, a whole number: row by row."""
-        return self.address.graph.node('load', self.address, place, offset)
+    def at(self, index: Any, offset: int) -> Symbol:
+        """Return what is `offset` after an index, a whole number: row by row."""
+        return self.address.graph.node('load', self.address, index, offset)
 
 
 def apply(operation: str, *operands: Any) -> Any:
@@ -300,7 +300,7 @@ def _flatten(part, numbers, arrays):
 
 def numbered(part: Any) -> Any:
     """
-    Return nested tuples with the places of their numbers in flatten's list in their stead.
+    Return nested tuples with the indices of their numbers in flatten's list in their stead.
 
     >>> numbered((1.5, (2.5, True, 3.5)))
     (0, (1, True, 2))
@@ -308,11 +308,11 @@ def numbered(part: Any) -> Any:
     return _numbered(part, itertools.count())
 
 
-def _numbered(part, places):
+def _numbered(part, indices):
     found = [
-        _numbered(each, places)
+        _numbered(each, indices)
         if isinstance(each, tuple)
-        else next(places)
+        else next(indices)
         if isinstance(each, float)
         else each
         for each in part

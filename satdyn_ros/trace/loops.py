@@ -177,8 +177,8 @@ class _Body:
                     self._assign(each, part)
             case ast.Subscript():
                 array = self._value(target.value)
-                place = self._place(array, self._value(target.slice))
-                self.builder.store(self._as(_ARRAYS[array.kind][0], value).ir, place)
+                element = self._element(array, self._value(target.slice))
+                self.builder.store(self._as(_ARRAYS[array.kind][0], value).ir, element)
 
     def _Return(self, node):
         if node.value is not None:
@@ -273,12 +273,12 @@ class _Body:
         whole = self._value(node.value)
         if not isinstance(whole, Value):
             return whole[node.slice.value]
-        found = self.builder.load(self._place(whole, self._value(node.slice)))
+        found = self.builder.load(self._element(whole, self._value(node.slice)))
         if whole.kind is octets:
             found = self.builder.zext(found, _INTEGER)
         return Value(_ARRAYS[whole.kind][0], found)
 
-    def _place(self, array, i):
+    def _element(self, array, i):
         begin = self.builder.inttoptr(array.ir, _ARRAYS[array.kind][1].as_pointer())
         return self.builder.gep(begin, [self._as(int, i).ir])
 

@@ -90,7 +90,7 @@ def test_rates_are_the_equations(name):
         speeds = rng.normal(size=len(system.rotors))
         state = State(q_ib, omega, speeds, 0.0 * speeds)
         y = initial_values(system, state)
-        if system.integrates_place and isinstance(system.orbit, KeplerOrbit):
+        if system.integrates_anomaly and isinstance(system.orbit, KeplerOrbit):
             f = system.orbit.anomaly(start_s)
             y[-2:] = np.cos(f), np.sin(f)
         constants = constants_of(system, start_s)

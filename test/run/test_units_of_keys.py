@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 from commands import motor_command, torque_command
+from other_units import OTHER
 
 from satdyn_ros.bag.read_run import RecordedRun
 from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.base.key import Key
 from satdyn_ros.run import events
-from satdyn_ros.run.keys import KEYS, keys_of
+from satdyn_ros.run.keys import KEYS, NAMES_OF_EACH, keys_of
 from satdyn_ros.run.many import many
 from satdyn_ros.run.parameter_file import ParameterFile
 from satdyn_ros.run.scenario import Scenario
@@ -22,39 +23,8 @@ from satdyn_ros.sweep.sweep_keys import SWEEP_KEYS
 from satdyn_ros.sweep.variation import variation
 
 SHIPPED = Path(__file__).parents[2] / 'config' / 'default.yaml'
-# For each unit of a key another of its dimension, and how many of the first that is: NIST SP 811
-# (2008), appendix B.8, and powers of ten.
-OTHER: dict[str, tuple[str, float]] = {
-    'kg m^2': ('g cm^2', 1e-7),
-    'N m': ('mN m', 1e-3),
-    'A m^2': ('mA m^2', 1e-3),
-    'm': ('km', 1e3),
-    'm^2': ('cm^2', 1e-4),
-    'N m s': ('mN m s', 1e-3),
-    'rad/s': ('rpm', math.pi / 30.0),
-    '1/s': ('1/min', 1.0 / 60.0),
-    'kg m': ('g cm', 1e-5),
-    'm^3/s^2': ('km^3/s^2', 1e9),
-    'rad': ('deg', math.pi / 180.0),
-    'm/s': ('km/s', 1e3),
-    'kg/m^3': ('g/cm^3', 1e3),
-    '1e-22 W/m^2/Hz': ('sfu', 1.0),
-    '1/s^2': ('1/min^2', 1.0 / 3600.0),
-    'Hz': ('kHz', 1e3),
-    'ns': ('s', 1e9),
-    's/s': ('min/s', 60.0),
-    's': ('min', 60.0),
-    'lx': ('klx', 1e3),
-    'rad/s/sqrt(Hz)': ('deg/sqrt(h)', math.pi / 180.0 / 60.0),
-    'rad/s^2/sqrt(Hz)': ('deg/h/sqrt(h)', math.pi / 180.0 / 216000.0),
-    'N': ('mN', 1e-3),
-    'T': ('uT', 1e-6),
-    'T/sqrt(s)': ('nT/sqrt(s)', 1e-9),
-    'T/(A m^2)': ('uT/(A m^2)', 1e-6),
-    'byte': ('MB', 1e6),
-}
 _ALL = keys_of(
-    {'rotor.names': ('rw_x',), 'surface.names': ('panel',), 'thruster.names': ('t1',)},
+    {key: ('one',) for key in NAMES_OF_EACH},
     sensors={'fine': 'gyro'},
 ).values()
 WITH_UNIT = [key for key in (*_ALL, *SWEEP_KEYS.values()) if key.unit]

@@ -231,12 +231,10 @@ def allan_deviation():
 
 
 def datasheets():
-    """Draw what docs/how-to/datasheets.md flies: the Allan plot, the attitude error, the wheels."""
+    """Draw what docs/how-to/datasheets.md flies: Allan plot, errors of the attitude, wheels."""
     page = (Path(__file__).parent / 'how-to' / 'datasheets.md').read_text(encoding='utf-8')
-    sheets, push = (
-        re.search(rf'```yaml {name}\n(.*?)```', page, re.DOTALL)[1]
-        for name in ('sheets.yaml', 'push.yaml')
-    )
+    files = dict(re.findall(r'```yaml (\S+)\n(.*?)```', page, re.DOTALL))
+    sheets, push = files['sheets.yaml'], files['push.yaml']
     scenario = Scenario.from_yaml_text(sheets)
     with tempfile.TemporaryDirectory() as directory:
         bag = Path(directory) / 'sheets'
@@ -262,7 +260,12 @@ def datasheets():
     for k in (2, 1, 0):
         off = np.degrees(tracker.error[:, k]) * 3600.0
         attitude.plot(tracker.t_s / 60.0, off, '.', ms=1, color=COLOURS[k])
-    attitude.set(xlim=(0.0, 30.0), xlabel='time [min]', ylabel='x, y, z [arcsec]', title='star tracker minus truth')
+    attitude.set(
+        xlim=(0.0, 30.0),
+        xlabel='time [min]',
+        ylabel='error about x, y, z [arcsec]',
+        title='star tracker',
+    )
     for name, colour in zip(scenario['rotor.names'], COLOURS, strict=False):
         speed = rows[f'{name}_speed_rad_s'] * 30.0 / np.pi
         speeds.plot(rows['t_s'] / 60.0, speed, color=colour, label=name)

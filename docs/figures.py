@@ -1,5 +1,6 @@
 """Draw the pictures of the documentation: closed forms, the page, and the maps of the sweeps."""
 
+import re
 import shutil
 import sys
 import tempfile
@@ -9,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from satdyn_ros.bag.export import table
 from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.dynamics.rotor import Rotor
 from satdyn_ros.dynamics.system import State, System
@@ -19,6 +21,7 @@ from satdyn_ros.report import html, maps
 from satdyn_ros.report.history import history
 from satdyn_ros.report.outcomes import draw_sweep
 from satdyn_ros.report.panels import COLOURS, STYLES
+from satdyn_ros.run import events
 from satdyn_ros.run.controllers import named
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.sensors import Gyro
@@ -227,6 +230,52 @@ def allan_deviation():
     return figure
 
 
+def datasheets():
+    """Draw what docs/how-to/datasheets.md flies: Allan plot, errors of the attitude, wheels."""
+    page = (Path(__file__).parent / 'how-to' / 'datasheets.md').read_text(encoding='utf-8')
+    files = dict(re.findall(r'```yaml (\S+)\n(.*?)```', page, re.DOTALL))
+    sheets, push = files['sheets.yaml'], files['push.yaml']
+    scenario = Scenario.from_yaml_text(sheets)
+    with tempfile.TemporaryDirectory() as directory:
+        bag = Path(directory) / 'sheets'
+        for _ in simulate(scenario, 10800, bag, events.from_yaml_text(push, scenario)):
+            pass
+        flown, rows = history(bag, 108000), table(bag)
+    tracker, gyro = flown.sensors['st1'], scenario.sensors['gyro']
+    hour = np.radians(1.0) / 3600.0
+    angle = np.cumsum(flown.sensors['gyro'].error, axis=0)
+    counts = np.unique(np.geomspace(1, len(angle) // 5, 25).astype(int))
+    found = []
+    for n in counts:
+        means = (angle[n:] - angle[:-n]) / n
+        found.append(np.sqrt(np.mean((means[n:] - means[:-n]) ** 2) / 2.0))
+    taus = counts / float(scenario.rate)
+    figure = Figure(figsize=(10.0, 3.4), layout='constrained')
+    allan, attitude, speeds = figure.subplots(1, 3)
+    allan.loglog(taus, np.array(found) / hour, 'o', ms=4, color=COLOURS[0], label='as measured')
+    typed = [gyro.allan_deviation(tau) / hour for tau in taus]
+    allan.loglog(taus, typed, color=COLOURS[1], label='as typed')
+    allan.set(xlabel='tau [s]', ylabel='Allan deviation [deg/h]', title='gyro, all axes')
+    allan.legend(fontsize=8)
+    for k in (2, 1, 0):
+        off = np.degrees(tracker.error[:, k]) * 3600.0
+        attitude.plot(tracker.t_s / 60.0, off, '.', ms=1, color=COLOURS[k])
+    attitude.set(
+        xlim=(0.0, 30.0),
+        xlabel='time [min]',
+        ylabel='error about x, y, z [arcsec]',
+        title='star tracker',
+    )
+    for name, colour in zip(scenario['rotor.names'], COLOURS, strict=False):
+        speed = rows[f'{name}_speed_rad_s'] * 30.0 / np.pi
+        speeds.plot(rows['t_s'] / 60.0, speed, color=colour, label=name)
+    speeds.set(xlim=(0.0, 5.0), xlabel='time [min]', ylabel='speed [rpm]', title='wheels')
+    speeds.legend(fontsize=8)
+    for axes in (allan, attitude, speeds):
+        axes.grid(alpha=0.3)
+    return figure
+
+
 def free():
     """Draw polhodes on the energy ellipsoid, and a herpolhode."""
     moments = np.array([1.0, 2.0, 2.5])
@@ -349,6 +398,7 @@ DRAWINGS = (
     rolling,
     immersed,
     allan_deviation,
+    datasheets,
     free,
 )
 

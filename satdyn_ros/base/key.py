@@ -3,13 +3,13 @@
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import inf
+from math import inf, isfinite
 from numbers import Real
 from typing import Any
 
 from . import units
 from .nanoseconds import stamp_ns
-from .sentences import nearest
+from .sentences import nearest, written
 
 # The longest part of a given value that a sentence repeats.
 _LONGEST_GIVEN = 100
@@ -28,7 +28,8 @@ class Key:
     above and below exclusively; lengths are those an array may have.  changes: 'never', 'running'
     (a parameter set) or 'service' (~/set_initial_conditions).  also: units of another dimension in
     which people have it, the factor between them being 1.  is_optional: whether a text leaves it
-    out where it has its default, as most scenarios do.
+    out where it has its default, as most scenarios do.  trade: the unit in which datasheets have
+    it, where its own does not say.
     """
 
     name: str
@@ -45,6 +46,7 @@ class Key:
     changes: str = 'never'
     also: tuple[str, ...] = ()
     is_optional: bool = False
+    trade: str = ''
 
     @property
     def allowed(self) -> str:
@@ -111,6 +113,8 @@ class Key:
             items = number if isinstance(number, list | tuple) else [number]
             numbers = [x for x in items if isinstance(x, Real)]
             hint = _QUOTE if numbers and self.kind in _OF_TEXTS else ''
+            if number is value:
+                hint = hint or self._meant(number)
             other = [x for x in items if isinstance(x, str) and x not in self.choices]
             if other and self.choices and self.kind == 'string_array':
                 given_name = other[0][:_LONGEST_GIVEN]
@@ -118,6 +122,22 @@ class Key:
             raise ValueError(
                 f'{self.name} is {given}; it must be {self._allowed(numbers)}{hint}'
             ) from None
+
+    def in_trade(self, value: Any) -> str:
+        """Return a checked value in the unit of datasheets, '' where that is its own."""
+        if self.kind not in _OF_NUMBERS:
+            return ''
+        return units.in_trade(value, self.unit, self.trade)
+
+    def _meant(self, number):
+        """Return the text that a number may have been meant as, as the end of a sentence."""
+        trade = self.trade or {'rad': 'deg'}.get(self.unit, '')
+        is_number = isinstance(number, float | int) and not isinstance(number, bool)
+        if not trade or self.kind != 'double' or not is_number or not isfinite(number):
+            return ''
+        text = f'{written(number)} {trade}'
+        is_within = self.is_within(self._number_of(text))
+        return f"; where {trade} is meant, '{text}'" if is_within else ''
 
     def has_unit(self, value: Any) -> bool:
         """Return whether a value of numbers is a text with a unit, or a list with one in it."""

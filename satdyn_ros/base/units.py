@@ -3,7 +3,7 @@ Units by dimension, and texts such as '51.6 deg', '0.15 deg/sqrt(h)' and '[5, 3,
 
 An angle is a dimension of its own, so that a frequency [Hz] is no rate of turn [rad/s].  Factors:
 the SI Brochure (9th edition, tables 2 to 8), the international foot and pound of 1959, the gauss
-of 1e-4 T, the solar flux unit of 1e-22 W/m^2/Hz.
+of 1e-4 T, the oersted of 1000 A/m / (4 pi), the solar flux unit of 1e-22 W/m^2/Hz.
 """
 
 import re
@@ -49,6 +49,7 @@ _DEFINITIONS = """
     MiB = 1024 KiB
     GiB = 1024 MiB
     sfu = 1e-22 W/m^2/Hz
+    Oe = 250 A/m/pi
     ppm = 1e-6
     % = 1e-2
 """
@@ -65,6 +66,7 @@ _IN_USE = (
     *('rev/s', 'rpm', 'deg/s', 'deg/h', 'rad/s', 'deg', 'arcmin', 'arcsec', 'mrad', 'rad'),
     *('km', 'm', 'cm', 'au', 'km/s', 'm/s', 's', 'min', 'h', 'd', 'Hz', 'kHz', '1/s', '1/s^2'),
     *('kg', 'g', 'kg m', 'g cm', 'kg m^2', 'g cm^2', 'm^2', 'cm^2', 'kg/m^3', 'g/cm^3'),
+    *('m^3', 'cm^3', 'A/m', 'Oe', 'T/(A m^2)', 'uT/(A m^2)', 'sqrt(kg) m', 'sqrt(kg) m/s'),
     *('N', 'mN', 'N m', 'mN m', 'N m s', 'mN m s', 'N m s/rad', 'mN m/rpm', 'A m^2', 'mA m^2'),
     *('T', 'uT', 'nT', 'gauss', 'nT/sqrt(s)', 'T/sqrt(s)', 'km^3/s^2', 'm^3/s^2', 'lx', 'klx'),
     *('deg/sqrt(h)', 'deg/s/sqrt(Hz)', 'rad/s/sqrt(Hz)', 'deg/h/sqrt(h)', 'deg/s^2/sqrt(Hz)'),
@@ -72,7 +74,17 @@ _IN_USE = (
 )
 # Those in which people have what is in a unit, from the largest to the smallest.
 _TRADE = {
-    '': ('ppm',),
+    'm': ('km', 'm', 'cm'),
+    'm^2': ('m^2', 'cm^2'),
+    'm^3': ('m^3', 'cm^3'),
+    'm/s': ('km/s', 'm/s'),
+    'm^3/s^2': ('km^3/s^2',),
+    'kg m^2': ('kg m^2', 'g m^2', 'g cm^2'),
+    's': ('s', 'ms'),
+    'N': ('N', 'mN'),
+    'N m': ('N m', 'mN m', 'uN m', 'nN m'),
+    'N m s': ('N m s', 'mN m s', 'uN m s', 'nN m s'),
+    'A m^2': ('A m^2', 'mA m^2'),
     'rad': ('deg', 'arcsec'),
     'rad/s': ('deg/s', 'deg/h'),
     'rad/s/sqrt(Hz)': ('deg/sqrt(h)',),
@@ -163,23 +175,27 @@ def fitting(unit: str, others: Iterable[str] = ()) -> str:
     return f'{", ".join(most)} and {last}' if most else last
 
 
-def in_trade(values: float | Iterable[float], unit: str) -> str:
+def in_trade(values: float | Iterable[float], unit: str, trade: str = '') -> str:
     """
     Return what a number or numbers in a unit are in that of datasheets, '' where it is the same.
 
-    Of several the largest is used in which the largest number is not below a tenth.
+    trade: that of datasheets, where it is not that of the unit; of several the largest is used in
+    which the largest number is not below a tenth.
 
     >>> in_trade(0.9005898940290741, 'rad'), in_trade([5e-5, 3.5e-4], 'rad')
     ('51.6 deg', '[10.3132, 72.1927] arcsec')
     """
     numbers = list(values) if isinstance(values, Iterable) else [values]
     largest = max(map(abs, numbers), default=0.0)
-    for trade in _TRADE.get(unit, ()):
-        per_one = float(_DECIMALS.divide(unit_of(unit).factor, unit_of(trade).factor))
-        if not largest or largest * per_one >= _SMALL or trade == _TRADE[unit][-1]:
+    units = (trade,) if trade else _TRADE.get(unit, ())
+    for each in units:
+        per_one = float(_DECIMALS.divide(unit_of(unit).factor, unit_of(each).factor))
+        if not largest or largest * per_one >= _SMALL or each == units[-1]:
+            if each == unit:
+                break
             texts = [f'{x * per_one:.6g}' for x in numbers]
             size = f'[{", ".join(texts)}]' if isinstance(values, Iterable) else texts[0]
-            return f'{size} {trade}'
+            return f'{size} {each}'
     return ''
 
 

@@ -126,22 +126,32 @@ satdyn check"""
 
 def _seconds(text: str) -> str:
     """Return a time such as '12 min' as the text of its seconds, and any other text as it is."""
-    if numbers.number(text) is not None or text.startswith('[') or not is_quantity(text):
-        return text
-    try:
-        return str(in_unit(text, 's'))
-    except Unfit as unfit:
-        raise argparse.ArgumentTypeError(
-            f'{text!r}; {unfit}; units that fit: {fitting("s")}'
-        ) from None
+    return _in_unit(text, 's')
 
 
 def _number_of_seconds(text: str) -> float:
     """Return a time such as '12 min' or '720' as its seconds."""
-    return float(_seconds(text))
+    return float(_in_unit(text, 's'))
 
 
-_number_of_seconds.__name__ = 'time'
+def _rate(text: str) -> float:
+    """Return a rate such as '10 Hz' or '10' as a number of Hz."""
+    return float(_in_unit(text, 'Hz'))
+
+
+def _in_unit(text, unit):
+    """Return the text of a quantity as that of its number in a unit, any other as it is."""
+    if numbers.number(text) is not None or text.startswith('[') or not is_quantity(text):
+        return text
+    try:
+        return str(in_unit(text, unit))
+    except Unfit as unfit:
+        raise argparse.ArgumentTypeError(
+            f'{text!r}; {unfit}; units that fit: {fitting(unit)}'
+        ) from None
+
+
+_number_of_seconds.__name__, _rate.__name__ = 'time', 'rate'
 
 
 def _add_request(command):
@@ -149,6 +159,7 @@ def _add_request(command):
         'request',
         'ask a running node and print its answer; needs ROS 2',
         'satdyn request initial.angular_velocity=[0,0,0.01] initial.frame=lvlh\n'
+        "satdyn request 'initial.roll_pitch_yaw=[5, 0, 10] deg'\n"
         'satdyn request --pause\n'
         'satdyn request --step 10\n'
         'satdyn request --set time.factor=10\n'
@@ -218,7 +229,7 @@ def _add_simulate(command):
         metavar='S',
         help="simulate the ticks k with k / rate < S; or a time with its unit, '12 min'",
     )
-    added.add_argument('--rate', type=float, metavar='HZ', help='in place of publish.rate')
+    added.add_argument('--rate', type=_rate, metavar='HZ', help='in place of publish.rate')
     added.add_argument('--events', metavar='FILE', help='requests, torques and so on, a YAML file')
     added.add_argument(
         '--from',

@@ -30,7 +30,7 @@ def print_description(scenario: Scenario) -> None:
         print(f'  {_text(axis)}')
     print('first integrals')
     for name, integral in described['first_integrals'].items():
-        print(f'  {name} = {_text(integral["value"])} {integral["unit"]}')
+        print(f'  {name} = {_in_both(integral["value"], integral["unit"])}')
     _print_steady(described['steady_motions'], scenario.is_fixed)
     rotation_class = described['rotation_class']
     if rotation_class is not None:

@@ -29,20 +29,22 @@ def _sheet(scenario, name, sensor):
         'type': sensor.kind,
         'interval_s': sensor.divisor / float(scenario.rate),
         'given': {
-            key.name: _in_both(key.name, listed(value), key.unit)
+            key.name: _in_both(listed(value), key.unit, key.in_trade(value))
             for key, value in values
             if value != key.default
         },
         'allan': [
-            {'tau_s': tau_s, **_in_both('', deviation, sensor.unit)}
+            {
+                'tau_s': tau_s,
+                **_in_both(deviation, sensor.unit, in_trade(deviation, sensor.unit)),
+            }
             for tau_s, deviation in deviations
             if deviation is not None
         ],
     }
 
 
-def _in_both(leaf, value, unit):
-    trade = in_trade(value, unit) if unit or leaf == 'scale_factor' else ''
+def _in_both(value, unit, trade):
     return {'value': value, 'unit': unit, 'trade': trade}
 
 

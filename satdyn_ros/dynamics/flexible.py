@@ -40,6 +40,7 @@ KEYS_OF_A_MODE = (
         'rad/s',
         'natural frequency, with the body held against rotation and free to translate; above 0',
         low=0.0,
+        trade='rev/s',
     ),
     Key('damping', 'double', 0.0, '', 'damping ratio, of the critical one', low=0.0),
     Key(

@@ -53,6 +53,7 @@ ROTOR_KEYS = (
         'rad/s',
         'initial speed relative to the body; rotor.mode free and motor only',
         changes='service',
+        trade='rpm',
     ),
     Key(
         'rotor.friction',
@@ -79,6 +80,7 @@ ROTOR_KEYS = (
         'a rotor at this speed gets no torque that makes it faster; 0: no limit; rotor.mode '
         'motor only',
         low=0.0,
+        trade='rpm',
     ),
     Key(
         'rotor.coulomb_friction',

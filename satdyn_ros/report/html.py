@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from .. import __version__
-from ..base.units import in_trade
 from ..integrate.propagation import Propagation
 from ..kernel import rotation
 from ..run.events import Request, Reset, RotorLimited, Topics, to_yaml
@@ -243,7 +242,7 @@ def _differences(scenario: Scenario) -> Iterator[tuple[str, ...]]:
     for name, value in scenario.values.items():
         key = scenario.keys[name]
         if value != key.default:
-            typed = scenario.typed.get(name) or (in_trade(value, key.unit) if key.unit else '')
+            typed = scenario.typed.get(name) or key.in_trade(value)
             yield name, _text(value), key.unit, _text(key.default), _text(typed)
 
 

@@ -55,6 +55,11 @@ def resolved(values: Mapping[str, Any], given: Iterable[str]) -> dict[str, Any]:
     return changes
 
 
+def of(name: str) -> tuple[str, ...]:
+    """Return a key, and the one in whose place it is given."""
+    return (name, IN_PLACE[name][0]) if name in IN_PLACE else (name,)
+
+
 def replaced(given: Iterable[str]) -> set[str]:
     """Return the keys in whose place some of those given are."""
     names = {*given}

@@ -354,7 +354,11 @@ _OF_EACH: dict[str, tuple[Sequence[Key], tuple[str, ...]]] = {
     'surface.names': (KEYS_OF_A_PLATE, tuple(key.name for key in COEFFICIENTS)),
     'flexible.names': (KEYS_OF_A_MODE, ()),
     'hysteresis.names': (KEYS_OF_A_ROD, ()),
-    **{kind.keys[0].name: (kind.of_each, ()) for kind in ACTUATORS.values() if kind.of_each},
+    **{
+        kind.keys[0].name: ((_part(kind.keys[0].name.split('.')[0]), *kind.of_each), ())
+        for kind in ACTUATORS.values()
+        if kind.of_each
+    },
 }
 # The keys that decide on other keys.
 NAMES_OF_EACH = tuple(_OF_EACH)

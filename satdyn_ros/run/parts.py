@@ -1,9 +1,10 @@
 """
 Parts of a catalogue: small parameter files, whose keys are laid under those that are given.
 
-rotor.part, rotor.NAME.part, sensors.NAME.part and magnetorquer.part each name one.  What a part
-says of `rotor`, of a sensor by its type, or of `magnetorquer` is then said of the one that names
-it, where nothing else is.  A scenario has the values; the part is as if it had not been given.
+rotor.part, rotor.NAME.part, sensors.NAME.part, magnetorquer.part and thruster.NAME.part each name
+one.  What a part says of `rotor`, of a sensor by its type, of `magnetorquer` or of `thruster` is
+then said of the one that names it, where nothing else is.  A scenario has the values; the part is
+as if it had not been given.
 """
 
 import re
@@ -19,7 +20,7 @@ from .keys import KEYS
 from .parameter_file import ParameterFile
 
 # Of those that have names; of others the key is in the table.
-_NAMES_ONE = re.compile(r'(rotor|sensors)\.\w+\.part', re.ASCII)
+_NAMES_ONE = re.compile(r'(rotor|sensors|thruster)\.\w+\.part', re.ASCII)
 
 
 @dataclass(frozen=True)
@@ -27,8 +28,8 @@ class Part:
     """
     A part of the catalogue.
 
-    kind: rotor, magnetorquer, or a type of sensors.  values: as in its file, by the last words of
-    their keys.  says: what it is and whose figures it has, in one line.
+    kind: rotor, magnetorquer, thruster, or a type of sensors.  values: as in its file, by the last
+    words of their keys.  says: what it is and whose figures it has, in one line.
     """
 
     kind: str

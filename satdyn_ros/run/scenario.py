@@ -107,7 +107,8 @@ class Scenario:
             values['initial.frame'] = 'inertial'
         with np.errstate(all='ignore'):
             refuse(checks.units(values))
-            self._warnings = *warnings, *checks.divided(values)
+            doubts = unlikely_values.in_place(values, self.typed)
+            self._warnings = *warnings, *checks.divided(values), *doubts
             values |= checks.as_units(values) | in_place.resolved(values, given)
             for check in checks.ALL_CHECKS:
                 refuse(check(values))
@@ -208,7 +209,8 @@ class Scenario:
         left_out = {*replaced, *self._followed}
         kept = {name: x for name, x in self.values.items() if name not in left_out}
         # A warning begins with the key that it is about.
-        stay = [text for text in self._warnings if text.partition(' ')[0] not in changes]
+        new = {*changes, *replaced}
+        stay = [text for text in self._warnings if not {*in_place.of(text.split()[0])} & new]
         changed = Scenario({**kept, **changes}, self.torques, stay, self.rules, at_s)
         typed = {n: text for n, text in self.typed.items() if n not in {*changes, *replaced}}
         changed.typed = typed | changed.typed

@@ -2,18 +2,19 @@
 What is allowed and rarely meant, most of it another unit: each in one sentence.
 
 A sentence names the key, the value and what may have been meant, as a number in SI and as the text
-with its unit.  values: every key by its dotted
-name.
+with its unit.  values: every key by its dotted name.
 """
 
 import math
 from collections.abc import Container, Iterator, Mapping
 from typing import Any
 
+from ..base.key import Key
 from ..base.nanoseconds import SECOND_NS, epoch, stamp_ns
 from ..base.sentences import written
+from ..base.units import in_trade
 from ..orbits.kepler import EARTH_MU, EARTH_RADIUS_M
-from . import environment, orbits
+from . import environment, orbits, sensors
 from .keys import KEYS
 
 # Gravitational parameter [m^3/s^2] and equatorial radius [m]: EGM96, DE440, IAU 2015.
@@ -32,6 +33,19 @@ _LEAST_ALTITUDE_M = 1e5
 _FAST_RAD_S, _FAST_AND_ROUND_RAD_S = 10.0, 2.0
 # An angle in radians is seldom a whole number but 0 and 1.
 _LEAST_ROUND_RAD = 2.0
+# Lower no satellite flies; the geostationary ring is at fewer kilometres [m].
+_LOWEST_M = 50e3
+# What no wheel and no such sensor on the market has, and the unit in which data sheets have it.
+_LARGEST = {
+    'rotor.speed': (1500.0, 'rpm'),
+    'rotor.max_speed': (1500.0, 'rpm'),
+    'sensors.gyro.noise_density': (2e-3, 'deg/sqrt(h)'),
+    'sensors.gyro.bias_random_walk': (1e-3, 'deg/h/sqrt(h)'),
+    'sensors.gyro.bias_instability': (1e-2, 'deg/h'),
+    'sensors.magnetometer.noise': (1e-4, 'nT'),
+    'sensors.magnetometer.bias_random_walk': (1e-4, 'nT/sqrt(s)'),
+    'sensors.magnetometer.bias_instability': (1e-4, 'nT'),
+}
 _FIRST_NS, _LAST_NS = stamp_ns('2000-01-01T00:00:00'), stamp_ns('2100-01-01T00:00:00')
 
 
@@ -41,11 +55,27 @@ def warnings(values: Mapping[str, Any], rules: int, typed: Container[str] = ()) 
 
     typed: the keys given with a unit, which is then no other than was meant.
     """
-    checks = (_rate, _angles, _attitudes, _orbit, _environment, _epoch)
+    checks = (_rate, _angles, _equipment, _attitudes, _orbit, _environment, _epoch)
     found = [sentence for check in checks for sentence in check(values)]
-    of_units = (*_rate(values), *_angles(values), *_epoch(values))
+    of_units = [sentence for check in _OF_UNITS for sentence in check(values)]
     meant = {sentence for sentence in of_units if sentence.partition(' ')[0] in typed}
     return (*_text(values, rules), *(sentence for sentence in found if sentence not in meant))
+
+
+def in_place(given: Mapping[str, Any], typed: Container[str]) -> Iterator[str]:
+    """Yield what is doubtful about keys that are given in place of others, before they are."""
+    altitude_m, angles = given['orbit.altitude'], given['initial.roll_pitch_yaw']
+    if 0.0 < altitude_m < _LOWEST_M and abs(given['orbit.mu'] / EARTH_MU - 1.0) < _SAME_MU:
+        yield (
+            f'orbit.altitude is {altitude_m:g} m; where kilometres are meant, '
+            f"{altitude_m * 1e3:g}, or '{written(altitude_m)} km'"
+        )
+    if 'initial.roll_pitch_yaw' not in typed and any(map(_is_in_degrees, angles)):
+        in_radians = ', '.join(f'{math.radians(x):.4g}' for x in angles)
+        yield (
+            f'initial.roll_pitch_yaw is {list(angles)} rad; where these are degrees, it is '
+            f"[{in_radians}], or '{list(angles)} deg'"
+        )
 
 
 def _rate(values) -> Iterator[str]:
@@ -61,16 +91,42 @@ def _rate(values) -> Iterator[str]:
 
 
 def _angles(values) -> Iterator[str]:
-    for key in KEYS.values():
+    for name, key in _keys(values):
         if key.unit != 'rad' or key.kind != 'double':
             continue
-        angle = values[key.name]
-        is_round = angle.is_integer() and abs(angle) >= _LEAST_ROUND_RAD
-        if is_round or abs(angle) > math.tau:
+        angle = values[name]
+        if _is_in_degrees(angle):
             yield (
-                f'{key.name} is {angle:g} rad, {math.degrees(angle):.4g} deg; where {angle:g} are '
+                f'{name} is {angle:g} rad, {math.degrees(angle):.4g} deg; where {angle:g} are '
                 f"degrees, it is {math.radians(angle):.4g}, or '{written(angle)} deg'"
             )
+
+
+def _is_in_degrees(angle: float) -> bool:
+    return (angle.is_integer() and abs(angle) >= _LEAST_ROUND_RAD) or abs(angle) > math.tau
+
+
+def _equipment(values) -> Iterator[str]:
+    for name, key in _keys(values):
+        largest, trade = _LARGEST.get(key.name, (math.inf, ''))
+        value = values[name]
+        if trade and abs(value) > largest:
+            text = f'{written(value)} {trade}'
+            yield (
+                f'{name} is {value:g} {key.unit}, {in_trade(value, key.unit, trade)}; where '
+                f"{trade} is meant, it is {key.checked(text):.4g}, or '{text}'"
+            )
+
+
+def _keys(values) -> Iterator[tuple[str, Key]]:
+    """Yield all keys by name, those of sensors and rotors with other names as in the table."""
+    yield from KEYS.items()
+    for name, kind in sensors.kinds(values).items():
+        for key in kind.keys if name != kind.kind else ():
+            yield f'sensors.{name}.{key.name}', KEYS[f'sensors.{kind.kind}.{key.name}']
+    for name in values['rotor.names']:
+        for leaf in ('speed', 'max_speed'):
+            yield f'rotor.{name}.{leaf}', KEYS[f'rotor.{leaf}']
 
 
 def _attitudes(values) -> Iterator[str]:
@@ -134,3 +190,7 @@ def _epoch(values) -> Iterator[str]:
                 f'{unit} are meant, {epoch(given * factor)[:19]}, it is {given * factor}, or '
                 f"'{given} {unit}'"
             )
+
+
+# What raises no doubt where the unit is typed.
+_OF_UNITS = _rate, _angles, _equipment, _epoch

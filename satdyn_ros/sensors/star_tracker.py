@@ -71,6 +71,7 @@ class StarTracker(Sensor):
             'standard deviation about each of the two axes across the boresight',
             low=0.0,
             high=1.0,
+            trade='arcsec',
         ),
         Key(
             'roll',
@@ -80,6 +81,7 @@ class StarTracker(Sensor):
             'standard deviation about the boresight, the z axis of the sensor',
             low=0.0,
             high=1.0,
+            trade='arcsec',
         ),
         Key(
             'latency',

@@ -63,6 +63,7 @@ def keys_of_errors(unit: str, quantity: str, of_another: str) -> tuple[Key, ...]
             '',
             'relative errors of the scale factors, sensor axes',
             lengths=(3,),
+            trade='ppm',
         ),
         Key(
             'misalignment',

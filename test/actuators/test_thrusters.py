@@ -260,7 +260,7 @@ def test_a_command_that_is_not_allowed(given, sentence):
          'at least 1e-06 s'),
         ({'thruster.c.thrust': 1.0}, 'thruster.c.thrust is given, but thruster.names has no c'),
         ({'thruster.a.force': 1.0}, 'thruster.a.force is not a parameter of a scenario; '
-         'thruster.a has position, direction, thrust'),
+         'thruster.a has part, position, direction, thrust'),
         ({'thruster.names': ['1']}, "thruster.names has '1'; a name has letters"),
         ({'motion.method': 'exact'}, 'motion.method is exact, but there is no closed form'),
     ],

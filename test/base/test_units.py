@@ -6,7 +6,7 @@ from decimal import Decimal
 import pytest
 
 from satdyn_ros.base.key import Key
-from satdyn_ros.base.units import Unfit, fitting, in_unit, is_quantity, unit_of
+from satdyn_ros.base.units import Unfit, fitting, in_trade, in_unit, is_quantity, unit_of
 
 
 def one(text, unit):
@@ -35,6 +35,8 @@ PUBLISHED = [
     ('1 gauss', 'T', 1e-4),
     ('1 nT', 'T', 1e-9),
     ('1 sfu', 'W/m^2/Hz', 1e-22),
+    # IEEE/ASTM SI 10 (2010).
+    ('1 Oe', 'A/m', 79.57747),
     ('1 MiB', 'byte', 1048576.0),
     ('1 ppm', '', 1e-6),
 ]
@@ -175,3 +177,25 @@ def test_a_key_of_ones_own_may_have_a_unit_that_is_not_known():
     assert key.checked('5 furlong') == 5.0
     with pytest.raises(ValueError, match='units that fit: furlong'):
         key.checked('5 m')
+
+
+@pytest.mark.parametrize(
+    ('values', 'unit', 'trade', 'text'),
+    [
+        (math.radians(51.6), 'rad', '', '51.6 deg'),
+        (math.radians(6 / 3600), 'rad', '', '6 arcsec'),
+        (6378137.0, 'm', '', '6378.14 km'),
+        (5.0, 'm', '', ''),
+        (0.00023, 'N m', '', '0.23 mN m'),
+        ([1e-8, -5e-7], 'N m s', '', '[0.01, -0.5] uN m s'),
+        (100.0, 'N m s', '', ''),
+        (1e-5, 'kg m^2', '', '100 g cm^2'),
+        (math.pi, 'rad/s', 'rpm', '30 rpm'),
+        ([3e-4, 0.0], '', 'ppm', '[300, 0] ppm'),
+        (5.0, 'furlong', '', ''),
+        (0.0, 'N m', '', ''),
+    ],
+)
+def test_the_unit_of_the_trade(values, unit, trade, text):
+    """Of several the largest in which it is a tenth or more; none where that is the unit of SI."""
+    assert in_trade(values, unit, trade) == text

@@ -265,7 +265,9 @@ def test_times_may_have_units(tmp_path, capsys):
     assert main(['simulate', DEFAULT, *onward]) == 0
     window = ['--begin', '0.1 s', '--end', '200 ms']
     assert main(['plot', path, '-o', str(tmp_path / 'x.png'), *window]) == 0
-    capsys.readouterr()
+    slow = ['--duration', '2 s', '--rate', '0.01 kHz', '-o', str(tmp_path / 'slow')]
+    assert main(['simulate', DEFAULT, *slow]) == 0
+    assert '20 ticks, 2 s' in capsys.readouterr().out
     for text, sentence in (('5 m', 'units that fit: s, min, h and d'), ('[1, 2] s', 'above 0 s')):
         with suppress(SystemExit):
             assert main(['simulate', DEFAULT, '--duration', text, '-o', 'x']) == 2

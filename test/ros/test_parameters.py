@@ -5,11 +5,14 @@ from array import array
 
 import pytest
 import yaml
+from actuated import cases
+from other_units import in_another
 from rcl_interfaces.msg import ParameterType
 from rcl_interfaces.srv import DescribeParameters, ListParameters, SetParametersAtomically
 from rclpy.qos import ReliabilityPolicy
 from ros.live import EPOCH_NS, PATIENCE_S, ROOT, parameter_messages, stamp_ns, start
 
+from satdyn_ros.base.key import listed
 from satdyn_ros.messages.qos import Qos
 from satdyn_ros.rosbag2.reader import Bag
 from satdyn_ros.run.keys import KEYS
@@ -104,36 +107,65 @@ def test_texts_with_units_are_doubles_in_si_before_they_are_declared(live, tmp_p
     loads_again(live, node, participant, tmp_path / 'dump.yaml')
 
 
-def loads_again(live, node, participant, dump):
+def loads_again(live, node, participant, dump, keys=KEYS):
     """End a node, check that a dump of it, read by rcl, starts it again, and return the dump."""
-    shown = {name: participant.get(name) for name in KEYS}
+    shown = {name: participant.get(name) for name in keys}
     plain = {name: list(x) if isinstance(x, array) else x for name, x in shown.items()}
     section = f'{node.namespace}/satdyn'
     dump.write_text(yaml.safe_dump({section: {'ros__parameters': plain}}))
     assert Scenario.from_yaml(dump) == Scenario(shown)
     node.end()
     again, asked = live({}, namespace=node.namespace, ros_args=['--params-file', str(dump)])
-    assert {name: asked.get(name) for name in KEYS} == shown
+    assert {name: asked.get(name) for name in keys} == shown
     again.end()
     return shown
 
 
-def test_every_key_may_be_typed_in_its_unit(live):
-    """What has a unit as a text, from a file that the node reads and by rcl's own -p."""
+def test_every_key_may_be_typed_in_a_unit(live, tmp_path):
+    """
+    What has a unit as a text, from a file that the node reads and by rcl's own -p.
+
+    All that a body may have: wheels, plates, thrusters, flexible parts, rods and each sensor.  A
+    dump of the node starts it again.
+    """
+    (case,) = cases('everything.json').values()
+    kinds = ('gyro', 'star_tracker', 'magnetometer', 'sun_sensor', 'coarse_sun_sensor')
+    plain = Scenario.from_dict(case['scenario']).with_values(
+        {
+            'surface.names': ['panel'],
+            'surface.panel.area': 0.02,
+            'environment.sun': 'ephemeris',
+            'environment.magnetic_field': 'dipole',
+            'sensors.names': [f'my_{kind}' for kind in kinds],
+            'sensors.seed': 7,
+            **{f'sensors.my_{kind}.type': kind for kind in kinds},
+            'sensors.my_gyro.noise_density': 4e-5,
+            'sensors.my_gyro.bias_instability': 1e-6,
+            'sensors.my_star_tracker.cross_boresight': 3e-5,
+            'sensors.my_magnetometer.noise': 1.5e-8,
+            'publish.rate': 10.0,
+            'publish.topics': ['attitude'],
+        }
+    )
     typed = {
-        key.name: f'{list(key.default) if key.lengths else key.default} {key.unit}'
-        for key in KEYS.values()
-        if key.unit and key.default != ()
+        name: in_another(plain.keys[name], value)
+        for name, value in plain.values.items()
+        if plain.keys[name].unit and value != ()
+    }
+    assert {KEYS[n].unit for n in KEYS if KEYS[n].unit} <= {plain.keys[n].unit for n in typed}
+    others = {
+        name: listed(value)
+        for name, value in plain.values.items()
+        if name not in typed and value not in ((), '')
     }
     names = sorted(typed)
     arguments = [x for name in names[1::2] for x in ('-p', f"{name}:='{typed[name]}'")]
-    _, participant = live({name: typed[name] for name in names[::2]}, ros_args=arguments)
-    plain = Scenario()
+    given = others | {name: typed[name] for name in names[::2]}
+    node, participant = live(given, ros_args=arguments)
     for name in names:
-        if name != 'time.epoch_ns':
-            shown = participant.get(name)
-            value = tuple(shown) if KEYS[name].lengths else shown
-            assert value == plain[name], name
+        shown = participant.get(name)
+        assert (tuple(shown) if plain.keys[name].lengths else shown) == plain[name], name
+    loads_again(live, node, participant, tmp_path / 'dump.yaml', plain.keys)
 
 
 def test_parts_are_values_before_they_are_declared(live, tmp_path):
@@ -143,13 +175,17 @@ def test_parts_are_values_before_they_are_declared(live, tmp_path):
         'rotor.max_torque': '0.5 mN m',
         'sensors.names': ['gyro'],
         'sensors.seed': 1,
+        'thruster.names': ['t'],
+        'thruster.t.part': 'hydrazine_thruster_1_N',
     }
     arguments = ['-p', 'sensors.gyro.part:=tactical_gyro']
     node, participant = live(given, ros_args=arguments)
     ((is_set, reason),) = participant.set({'rotor.part': 'wheel_2_mNms'})
     assert not is_set
     assert 'read-only' in reason
-    shown = loads_again(live, node, participant, tmp_path / 'dump.yaml')
+    keys = Scenario(given).keys
+    shown = loads_again(live, node, participant, tmp_path / 'dump.yaml', keys)
+    assert (shown['thruster.t.thrust'], shown['thruster.t.part']) == (1.0, '')
     assert shown['rotor.max_speed'] == pytest.approx(200 * math.pi)
     assert shown['rotor.max_torque'] == 5e-4
     assert shown['sensors.gyro.noise_density'] == pytest.approx(math.radians(0.15) / 60)

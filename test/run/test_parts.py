@@ -31,13 +31,19 @@ GYROS = {
 }
 # Across and about the boresight [arcsec].
 STAR_TRACKERS = {'star_tracker_6_arcsec': (6, 40), 'star_tracker_1_arcsec': (1, 8)}
+# Thrust [N], specific impulse [s] and least impulse [N s].
+THRUSTERS = {
+    'cold_gas_thruster_55_mN': (55e-3, 65, 0.55e-3),
+    'hydrazine_thruster_1_N': (1.0, 220, 0.01),
+}
 OTHERS = {'magneto_inductive_magnetometer', 'torquers_200_mAm2'}
 DEG, ARCSEC = math.pi / 180, math.pi / 648000
 
 
 def test_every_part_is_typed_here():
     """None is shipped whose figures are not compared with its source."""
-    assert {*WHEELS, *GYROS, *STAR_TRACKERS, *OTHERS} == {*parts.catalogue()}
+    typed = {*WHEELS, *GYROS, *STAR_TRACKERS, *THRUSTERS, *OTHERS}
+    assert typed == {*parts.catalogue()}
     assert all(part.says.endswith('.') and len(part.values) for part in parts.catalogue().values())
 
 
@@ -76,6 +82,15 @@ def test_a_star_tracker_has_the_accuracy_of_its_class(name):
     assert [math.sqrt(x) for x in variances] == pytest.approx(of_each, rel=1e-14)
 
 
+@pytest.mark.parametrize('name', THRUSTERS)
+def test_a_thruster_has_the_impulse_of_its_class(name):
+    thrust, specific_impulse, impulse = THRUSTERS[name]
+    scenario = Scenario({'thruster.names': ['t'], 'thruster.t.part': name})
+    found = [scenario[f'thruster.t.{leaf}'] for leaf in ('thrust', 'specific_impulse')]
+    assert found == pytest.approx([thrust, specific_impulse], rel=1e-15)
+    assert found[0] * scenario['thruster.t.min_on_time'] == pytest.approx(impulse, rel=1e-15)
+
+
 def test_a_magnetometer_and_torquers_have_the_figures_of_their_class():
     """15 nT, 75 counts to a microtesla, 800 uT; 0.2 A m^2 along each axis."""
     given = {'sensors.names': ['field'], 'magnetorquer.part': 'torquers_200_mAm2', **AROUND}
@@ -100,6 +115,10 @@ SHEET = """
       fine: {part: tactical_gyro, max_rate: 0.0, integrating: false}
       gyro: {part: mems_gyro, divisor: 2}
     magnetorquer: {part: torquers_200_mAm2}
+    thruster:
+      names: [a, b]
+      a: {part: cold_gas_thruster_55_mN, position: '[0, 10, 5] cm'}
+      b: {part: cold_gas_thruster_55_mN, thrust: 30 mN}
     time: {epoch: '2026-03-01T00:00:00Z'}
 """
 
@@ -113,6 +132,8 @@ def test_what_is_stated_comes_before_what_its_part_says():
     assert scenario['sensors.fine.type'] == 'gyro'
     assert (scenario['sensors.fine.max_rate'], scenario['sensors.fine.integrating']) == (0, False)
     assert scenario['sensors.gyro.max_rate'] == pytest.approx(450 * DEG)
+    assert scenario['thruster.a.thrust'] == 0.055
+    assert (scenario['thruster.b.thrust'], scenario['thruster.b.min_on_time']) == (0.03, 0.01)
     # The part alone is as if it had not been given.
     assert not any(x for name, x in scenario.values.items() if name.endswith('.part'))
 
@@ -157,6 +178,14 @@ def test_a_new_part_gives_what_it_says_whatever_was_before():
         (
             {'sensors.names': ['sun_sensor'], 'sensors.sun_sensor.part': 'x'},
             'part of a sun_sensor in .*; there is none',
+        ),
+        (
+            {'thruster.names': ['t'], 'thruster.t.part': 'hydrazine'},
+            r'thruster\.t\.part .* a part of a thruster in .*; the nearest is hydrazine_thruster_',
+        ),
+        (
+            {'thruster.names': ['t'], 'thruster.s.part': 'hydrazine_thruster_1_N'},
+            'thruster.names has no s',
         ),
         ({'rotor.part': 3}, r'rotor\.part is 3; it must be a text'),
         ({'sensors.gyro.part': 'mems_gyro'}, r'sensors\.gyro\.part is given, and sensors\.names'),

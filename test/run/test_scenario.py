@@ -275,12 +275,12 @@ def test_a_quaternion_of_four_or_five_digits_is_normalised_and_it_is_said_once(n
         (
             {'orbit.raan': 12.56638},
             'orbit.raan is 12.56638; it must be an angle in radians, at least -12.5664 and at '
-            'most 12.566370614359172',
+            "most 12.566370614359172; where deg is meant, '12.56638 deg'",
         ),
         (
             {'orbit.raan': 12.6},
             'orbit.raan is 12.6; it must be an angle in radians, at least -12.5664 and at '
-            'most 12.5664',
+            "most 12.5664; where deg is meant, '12.6 deg'",
         ),
         (
             {'rotor.mode': 'motor', 'rotor.inertia': 900.0 * (1.0 + 1e-9)},

@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 from commands import motor_command, torque_command
+from other_units import OTHER
 
 from satdyn_ros.bag.read_run import RecordedRun
 from satdyn_ros.bag.simulate import simulate
 from satdyn_ros.base.key import Key
 from satdyn_ros.run import events
-from satdyn_ros.run.keys import KEYS, keys_of
+from satdyn_ros.run.keys import KEYS, NAMES_OF_EACH, keys_of
 from satdyn_ros.run.many import many
 from satdyn_ros.run.parameter_file import ParameterFile
 from satdyn_ros.run.scenario import Scenario
@@ -22,39 +23,8 @@ from satdyn_ros.sweep.sweep_keys import SWEEP_KEYS
 from satdyn_ros.sweep.variation import variation
 
 SHIPPED = Path(__file__).parents[2] / 'config' / 'default.yaml'
-# For each unit of a key another of its dimension, and how many of the first that is: NIST SP 811
-# (2008), appendix B.8, and powers of ten.
-OTHER: dict[str, tuple[str, float]] = {
-    'kg m^2': ('g cm^2', 1e-7),
-    'N m': ('mN m', 1e-3),
-    'A m^2': ('mA m^2', 1e-3),
-    'm': ('km', 1e3),
-    'm^2': ('cm^2', 1e-4),
-    'N m s': ('mN m s', 1e-3),
-    'rad/s': ('rpm', math.pi / 30.0),
-    '1/s': ('1/min', 1.0 / 60.0),
-    'kg m': ('g cm', 1e-5),
-    'm^3/s^2': ('km^3/s^2', 1e9),
-    'rad': ('deg', math.pi / 180.0),
-    'm/s': ('km/s', 1e3),
-    'kg/m^3': ('g/cm^3', 1e3),
-    '1e-22 W/m^2/Hz': ('sfu', 1.0),
-    '1/s^2': ('1/min^2', 1.0 / 3600.0),
-    'Hz': ('kHz', 1e3),
-    'ns': ('s', 1e9),
-    's/s': ('min/s', 60.0),
-    's': ('min', 60.0),
-    'lx': ('klx', 1e3),
-    'rad/s/sqrt(Hz)': ('deg/sqrt(h)', math.pi / 180.0 / 60.0),
-    'rad/s^2/sqrt(Hz)': ('deg/h/sqrt(h)', math.pi / 180.0 / 216000.0),
-    'N': ('mN', 1e-3),
-    'T': ('uT', 1e-6),
-    'T/sqrt(s)': ('nT/sqrt(s)', 1e-9),
-    'T/(A m^2)': ('uT/(A m^2)', 1e-6),
-    'byte': ('MB', 1e6),
-}
 _ALL = keys_of(
-    {'rotor.names': ('rw_x',), 'surface.names': ('panel',), 'thruster.names': ('t1',)},
+    {key: ('one',) for key in NAMES_OF_EACH},
     sensors={'fine': 'gyro'},
 ).values()
 WITH_UNIT = [key for key in (*_ALL, *SWEEP_KEYS.values()) if key.unit]
@@ -136,6 +106,7 @@ SHEET = """
       rw_x: {mode: motor, axis: [1.0, 0.0, 0.0], inertia: 100 g cm^2, max_speed: 6000 rpm,
              max_torque: 1 mN m, speed_gain: 5 Hz, friction: 1e-6 mN m/rpm}
     magnetorquer: {max_dipole: '[0.2, 0.2, 0.2] A m^2'}
+    thruster: {names: [t1], t1: {thrust: 25 mN, position: '[10, 0, 0] cm'}}
     environment: {magnetic_field: dipole}
     orbit: {type: circular, altitude: 420 km, inclination: 51.6 deg}
     initial: {roll_pitch_yaw: [5 deg, 0 deg, 10 deg], angular_velocity: '[0, 0.5, 0] deg/s'}
@@ -149,6 +120,7 @@ EVENTS = """
 - {at_s: 3 s, rotor_torque: {rw_x: 2 uN m}, until_s: 0.1 min}
 - {at_s: 4, rotor_speed: {rw_x: 60 rpm}}
 - {at_s: 4.5 s, magnetorquer: [50 mA m^2, 0, 0]}
+- {at_s: 4.8 s, thrusters: {t1: 30 ms}}
 - {at_s: 5000 ms, request: {initial.angular_velocity: '[0, 0, 6] deg/s'}}
 """
 
@@ -156,11 +128,12 @@ EVENTS = """
 def test_events_take_what_is_typed():
     """Times in minutes and milliseconds fall on their ticks, commands come in SI."""
     found: list[Any] = [*events.from_yaml_text(EVENTS, Scenario.from_yaml_text(SHEET))]
-    torque, rotor, speed, dipole, request = found
+    torque, rotor, speed, dipole, pulse, request = found
     assert torque == torque_command(30, (0.0, 0.0, 5e-6), until_tick=330)
     assert rotor == motor_command(30, {'rw_x': 2e-6}, until_tick=60)
     assert speed.value.speeds == {'rw_x': pytest.approx(math.tau, rel=4e-16)}
     assert (dipole.value, dipole.tick, request.tick) == ((0.05, 0.0, 0.0), 45, 50)
+    assert (pulse.tick, pulse.value) == (48, {'t1': 0.03})
 
 
 def test_a_bag_holds_si_and_what_was_typed(tmp_path):
@@ -187,8 +160,14 @@ def test_python_takes_what_is_typed():
         torque_b=['5 uN m', 0, 0],
         rotor_torque={'rw_x': '1 uN m'},
         dipole_b='[1, 0, 0] mA m^2',
+        thrusters={'t1': '30 ms'},
     )
-    b = plain.step(torque_b=[5e-6, 0, 0], rotor_torque={'rw_x': 1e-6}, dipole_b=[1e-3, 0, 0])
+    b = plain.step(
+        torque_b=[5e-6, 0, 0],
+        rotor_torque={'rw_x': 1e-6},
+        dipole_b=[1e-3, 0, 0],
+        thrusters={'t1': 0.03},
+    )
     assert np.array_equal(a.omega_bi_b, b.omega_bi_b)
     assert mine.step(rotor_speed={'rw_x': '60 rpm'}).rotor_speed[0] > 0.0
     mine.request({'initial.roll_pitch_yaw': ['0', '0', '90 deg'], 'initial.frame': 'inertial'})

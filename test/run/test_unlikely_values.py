@@ -17,6 +17,12 @@ def rate(*omega):
     return {'initial.angular_velocity': omega}
 
 
+def gyro(**sizes):
+    """Return the keys of a gyro with a name of its own."""
+    of_it = {f'sensors.g.{name}': value for name, value in sizes.items()}
+    return {'sensors.names': ['g'], 'sensors.g.type': 'gyro', **of_it}
+
+
 # What is doubtful and what the sentence says, then its right neighbour.
 KILOMETRES = 'where kilometres are meant, 6.87814e+06'
 CASES = {
@@ -94,6 +100,62 @@ CASES = {
         ['ms are meant, 2026-01-31T12:00:00'],
         {'time.epoch_ns': 1},
     ),
+    'angles in place of the attitude': (
+        {'initial.roll_pitch_yaw': [5.0, 0.0, -10.0]},
+        ['[5.0, 0.0, -10.0] rad', 'it is [0.08727, 0, -0.1745]'],
+        {'initial.roll_pitch_yaw': [1.0, 0.0, -0.5]},
+    ),
+    'an altitude in km': (
+        orbit(altitude=420),
+        ['orbit.altitude is 420 m; where kilometres are meant, 420000'],
+        orbit(altitude=420e3),
+    ),
+    'the geostationary altitude in km': (
+        orbit(altitude=35786),
+        ['where kilometres are meant, 3.5786e+07'],
+        orbit(altitude=35786e3),
+    ),
+    'a wheel in turns a minute': (
+        {'rotor.mode': 'motor', 'rotor.inertia': 1.0, 'rotor.max_speed': 6000.0},
+        ['rotor.max_speed is 6000 rad/s, 57295.8 rpm; where rpm is meant, it is 628.3'],
+        # The flywheel of the space station's attitude control has 6600 rpm.
+        {'rotor.mode': 'motor', 'rotor.inertia': 1.0, 'rotor.max_speed': 691.0},
+    ),
+    'a wheel with a name': (
+        {
+            **{'rotor.names': ['x'], 'rotor.x.mode': 'free', 'rotor.x.inertia': 1.0},
+            'rotor.x.speed': -3000.0,
+        },
+        ['rotor.x.speed is -3000 rad/s'],
+        {'rotor.names': ['x'], 'rotor.x.mode': 'free', 'rotor.x.inertia': 1.0},
+    ),
+    'an exclusion of a sensor with a name': (
+        {'sensors.names': ['s'], 'sensors.s.type': 'star_tracker', 'sensors.s.earth_exclusion': 3},
+        ['sensors.s.earth_exclusion is 3 rad'],
+        {'sensors.names': ['s'], 'sensors.s.type': 'star_tracker'},
+    ),
+    'the angle random walk of a data sheet': (
+        gyro(noise_density=0.15),
+        ['sensors.g.noise_density is 0.15 rad/s/sqrt(Hz)', 'deg/sqrt(h) is meant', '4.363e-05'],
+        # 0.05 deg/s/sqrt(Hz), that of the L3GD20 (ST, data sheet), is much for a gyro.
+        gyro(noise_density=8.7e-4),
+    ),
+    'the bias instability of a data sheet': (
+        gyro(bias_instability=0.3),
+        ["it is 1.454e-06, or '0.3 deg/h'"],
+        gyro(bias_instability=1.5e-6),
+    ),
+    'the field in nanotesla': (
+        {
+            **{'sensors.names': ['magnetometer'], 'environment.magnetic_field': 'dipole'},
+            'sensors.magnetometer.noise': 15.0,
+        },
+        ["it is 1.5e-08, or '15 nT'"],
+        {
+            **{'sensors.names': ['magnetometer'], 'environment.magnetic_field': 'dipole'},
+            'sensors.magnetometer.noise': 1.5e-8,
+        },
+    ),
     'w first': (
         {'initial.attitude': [1.0, 0.0, 0.0, 0.0]},
         ['initial.attitude is [1.0, 0.0, 0.0, 0.0], half a turn about x', 'x, y, z, w'],
@@ -152,6 +214,8 @@ def test_a_request_in_degrees():
         ({'orbit.inclination': 3.0}, '3 deg'),
         ({'initial.angular_velocity': [0, 0, 30]}, '[0.0, 0.0, 30.0] deg/s'),
         ({'time.epoch_ns': 1_772_323_200}, '1772323200 s'),
+        (orbit(altitude=420), '420 km'),
+        ({'initial.roll_pitch_yaw': [5.0, 0.0, 10.0]}, '[5.0, 0.0, 10.0] deg'),
     ],
 )
 def test_the_text_that_would_have_been_right_is_named_and_is_taken(given, text):
@@ -160,3 +224,27 @@ def test_the_text_that_would_have_been_right_is_named_and_is_taken(given, text):
     (sentence,) = Scenario(given).warnings_about([key])
     assert f"'{text}'" in sentence
     assert not Scenario({**given, key: text}).warnings_about([key])
+
+
+@pytest.mark.parametrize(
+    ('name', 'given', 'text'),
+    [
+        ('orbit.inclination', 51.6, '51.6 deg'),
+        ('sensors.s.cross_boresight', 6, '6 arcsec'),
+        ('sensors.s.earth_exclusion', 25.0, '25 deg'),
+    ],
+)
+def test_a_refusal_names_the_text_that_would_have_been_right(name, given, text):
+    """An angle that radians do not allow."""
+    around = {'sensors.names': ['s'], 'sensors.s.type': 'star_tracker'}
+    with pytest.raises(ValueError, match=f"{name} is {given}; .* is meant, '{text}'"):
+        Scenario({**around, name: given})
+    assert not Scenario({**around, name: text}).warnings_about([name])
+
+
+def test_a_doubt_goes_with_the_key_in_whose_place_it_is():
+    """What was doubtful of the altitude is forgotten with it."""
+    doubtful = Scenario(orbit(altitude=420))
+    assert doubtful.with_values({'publish.rate': 10.0}).warnings == doubtful.warnings
+    assert not doubtful.with_values({'orbit.semi_major_axis': 7e6}).warnings
+    assert not doubtful.with_values({'orbit.altitude': '420 km'}).warnings

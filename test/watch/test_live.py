@@ -250,7 +250,31 @@ def test_form_is_in_degrees(page):
     assert np.degrees(rotation.roll_pitch_yaw(sent))[2] == pytest.approx(40.0)
     rate = page.execute_script("return form._value('initial.angular_velocity')")
     assert rate == page.execute_script("return satdyn.live.values['initial.angular_velocity']")
+    assert 'rotor.wheel.speed [rpm]' in fields
+    wheel = page.find_element('name', 'rotor.wheel.speed')
+    wheel.clear()
+    wheel.send_keys('60')
+    assert wheel.get_attribute('title') == '6.28319 rad/s'
+    speed = page.execute_script("return form._value('rotor.wheel.speed')")
+    assert speed == pytest.approx(2.0 * np.pi)
     page.find_element('id', 'cancel').click()
+
+
+def test_a_text_with_its_unit_in_the_form(page, participant):
+    """Another unit than the one that the form has is the node's to read."""
+    press(page, 'begin', 'running')
+    for name, typed in (
+        ('initial.angular_velocity', '[0, 0, 600] arcmin/s'),
+        ('rotor.ring.speed', '1.5 rev/s'),
+    ):
+        field = page.find_element('name', name)
+        field.clear()
+        field.send_keys(typed)
+    page.execute_script('window.dialog = document.getElementById("start")')
+    pages.wait(page, '!dialog.open || document.getElementById("send").click()')
+    rate = list(participant.get('initial.angular_velocity'))
+    assert rate == pytest.approx([0.0, 0.0, np.radians(10.0)])
+    assert participant.get('rotor.ring.speed') == pytest.approx(3.0 * np.pi)
 
 
 def test_record(page, participant):

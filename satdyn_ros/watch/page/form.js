@@ -1,5 +1,6 @@
 'use strict';
-// The form of new initial conditions: the node's keys with the values in force, angles in degrees.
+// The form of new initial conditions: the node's keys with the values in force, in the units of the
+// trade; what each is in SI is its title.
 
 class StartForm {
   // ask(values) resolves to the node's answer {success, text}.
@@ -36,6 +37,7 @@ class StartForm {
     if (input.tagName === 'SELECT') ['inertial', 'lvlh'].forEach((frame) => input.add(new Option(frame, frame)));
     else Object.assign(input, { type: 'text', spellcheck: false, autocomplete: 'off' });
     input.name = name;
+    input.addEventListener('input', () => this._showSi(name));
     label.append(input);
     return input;
   }
@@ -44,6 +46,14 @@ class StartForm {
     const text = StartForm.text(name, value);
     this.inputs.get(name).value = text;
     this.exact.set(name, { text, value });
+    this._showSi(name);
+  }
+
+  _showSi(name) {
+    const unit = StartForm.SI[name.split('.').pop()];
+    const value = unit && [this._value(name)].flat();
+    const isNumber = value?.length && value.every(Number.isFinite);
+    this.inputs.get(name).title = isNumber ? `${value.map((x) => Number(x.toPrecision(6))).join(', ')} ${unit}` : '';
   }
 
   _value(name) {
@@ -84,7 +94,10 @@ class StartForm {
     return Rotation.multiply(about(2, yaw), Rotation.multiply(about(1, pitch), about(0, roll)));
   }
 
-  static scale(name) { return name === 'initial.angular_velocity' ? 180 / Math.PI : 1; }
+  static scale(name) {
+    if (name === 'initial.angular_velocity') return 180 / Math.PI;
+    return name.endsWith('.speed') ? 30 / Math.PI : 1;
+  }
 
   static text(name, value) {
     const digits = name === 'initial.attitude' ? (x) => String(Number(x.toFixed(6))) : (x) => String(Number((x * StartForm.scale(name)).toPrecision(9)));
@@ -99,4 +112,5 @@ class StartForm {
   }
 }
 
-StartForm.UNITS = { attitude: ' (x, y, z, w)', angular_velocity: ' [deg/s]', momentum: ' [N m s]', speed: ' [rad/s]' };
+StartForm.UNITS = { attitude: ' (x, y, z, w)', angular_velocity: ' [deg/s]', momentum: ' [N m s]', speed: ' [rpm]' };
+StartForm.SI = { angular_velocity: 'rad/s', momentum: 'N m s', speed: 'rad/s' };

@@ -326,16 +326,7 @@ def _constants(system):
         integrates_anomaly=system.integrates_anomaly,
         sees_pairs=system.sees_pairs,
         cuts_first=system.cuts_first,
-        rotors=tuple(
-            RotorConstants(
-                axis=rotor.axis,
-                torque=system.rotor_torque[i],
-                # Where there is any, the error of a step looks at the momentum.
-                friction=rotor.friction + (_TINY if np.any(rotor.coulomb_friction) else 0.0),
-                inertia_inverse=1.0 / rotor.inertia,
-            )
-            for i, rotor in system.turning_rotors
-        ),
+        rotors=_rotors_of(system),
         events=(),
         coulomb=_coulomb_of(system),
         imbalances=_imbalances_of(system),
@@ -354,6 +345,19 @@ def _constants(system):
             Applied.Constants(_applied(system)),
             *(torque.constants for torque in system.torques),
         ),
+    )
+
+
+def _rotors_of(system):
+    return tuple(
+        RotorConstants(
+            axis=rotor.axis,
+            torque=system.rotor_torque[i],
+            # Where there is any, the error of a step looks at the momentum.
+            friction=rotor.friction + (_TINY if np.any(rotor.coulomb_friction) else 0.0),
+            inertia_inverse=1.0 / rotor.inertia,
+        )
+        for i, rotor in system.turning_rotors
     )
 
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.extras import brought_by
+from ..base.imports import brought_by
 from ..kernel.rows import components
 from .earth import EARTH_RATE_RAD_S
 

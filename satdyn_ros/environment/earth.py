@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.extras import brought_by
+from ..base.imports import brought_by
 from ..base.nanoseconds import DAY_NS, SECOND_NS
 from ..kernel.rows import components, times
 

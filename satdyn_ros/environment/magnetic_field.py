@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.extras import brought_by
+from ..base.imports import brought_by
 from ..base.nanoseconds import epoch
 from ..kernel.rows import components, dot, length
 

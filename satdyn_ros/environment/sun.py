@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.extras import brought_by
+from ..base.imports import brought_by
 from ..kernel.functions import asin, atan, divide, maximum, minimum, select, sqrt
 from ..kernel.rows import components, length
 from ..kernel.rows import dot as dot_rows

@@ -12,8 +12,8 @@ from types import ModuleType
 
 import numpy as np
 
+from ..base.imports import spice
 from ..base.nanoseconds import SECOND_NS, epoch, stamp_ns
-from ..base.spice import spice
 from ..environment.earth import leap_seconds_between, terrestrial_time_ns
 from ..kernel import rotation
 from .ccsds import Subject

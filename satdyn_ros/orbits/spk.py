@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..base.imports import spice
 from ..base.nanoseconds import SECOND_NS, epoch, epochs, stamp_ns
 from ..base.regular_file import regular_file
-from ..base.spice import spice
 from ..kernel.rows import length
 from .interpolation import Interpolation
 

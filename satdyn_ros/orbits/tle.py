@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.extras import brought_by
+from ..base.imports import brought_by
 from ..base.nanoseconds import DAY_NS, SECOND_NS, epoch, stamp_ns
 from ..kernel.rows import components, times
 from . import element_ranges, element_sets

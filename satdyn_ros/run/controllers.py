@@ -11,7 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 import yaml
 
-from ..base.lazy import own_module
+from ..base.imports import own_module
 from .sample import Measurement, Sample
 from .sample_columns import SampleColumns
 from .scenario import Scenario

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.lazy import own_module
+from ..base.imports import own_module
 from ..dynamics.motion import States
 
 

@@ -1,5 +1,5 @@
 """What theory says of a system without its motion: equilibria, stability, steady motions."""
 
-from ..base.lazy import modules_of
+from ..base.imports import modules_of
 
 __getattr__, __dir__ = modules_of(__name__)

@@ -9,8 +9,8 @@ from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
+from ..base.imports import own_module
 from ..base.key import Key
-from ..base.lazy import own_module
 from ..kernel.time_table import Table
 from ..orbits.pieces import Pieces
 from .own_source import source_of

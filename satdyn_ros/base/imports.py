@@ -1,8 +1,9 @@
-"""Modules that are imported when they are named: of a package (PEP 562), or by whoever types."""
+"""Modules that are imported when they are named: of a package (PEP 562), a user, or an extra."""
 
 import pkgutil
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from importlib import import_module
 from types import ModuleType
 
@@ -38,3 +39,34 @@ def own_module(name: str) -> ModuleType:
     if '' not in sys.path:
         sys.path.append('')
     return import_module(name)
+
+
+@contextmanager
+def brought_by(extra: str, library: str) -> Iterator[None]:
+    """
+    Say of a library that is imported here which extra brings it, if it is not installed.
+
+    ValueError: it is not.
+
+    >>> with brought_by('plot', 'a-library'):
+    ...     import a_library
+    Traceback (most recent call last):
+    ValueError: this needs a-library, which the extra `plot` brings: pip install a-library
+    """
+    try:
+        yield
+    except ImportError as error:
+        raise ValueError(
+            f'this needs {library}, which the extra `{extra}` brings: pip install {library}'
+        ) from error
+
+
+@contextmanager
+def spice() -> Iterator[ModuleType]:
+    """Yield the module spiceypy; ValueError: it is not installed, or what SPICE says."""
+    with brought_by('spice', 'spiceypy'):
+        import spiceypy
+    try:
+        yield spiceypy
+    except spiceypy.exceptions.SpiceyError as error:
+        raise ValueError(f'SPICE says: {" ".join(error.long.split())}') from None

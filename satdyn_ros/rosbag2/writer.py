@@ -71,7 +71,7 @@ class BagWriter:
         self._why_ended: str | None = None
         self.file_count = self._finished_bytes = 0
         self._make_directory()
-        with self._telling():
+        with self._in_one_sentence():
             self._begin_file()
         for topic in topics:
             self.add_topic(topic)
@@ -127,7 +127,7 @@ class BagWriter:
         table: of N ticks or more, which may be packed into again afterwards.  Return how many
         ticks of it are best written next, at most all: as many as end with a full chunk.
         """
-        with self._telling():
+        with self._in_one_sentence():
             if not (table.places or some):
                 if len(stamps_ns):
                     self._write_snapshot(snapshot, 0, int(stamps_ns[0]))
@@ -148,7 +148,7 @@ class BagWriter:
 
     def write_message(self, topic: str, stamp_ns: int, data: bytes) -> None:
         """Write one message, such as an input ahead of the messages of its tick."""
-        with self._telling():
+        with self._in_one_sentence():
             self._chunk.add_message(self._declared(topic), stamp_ns, data)
             self._first_ns = min(self._first_ns, stamp_ns)
             if self._chunk.is_full:
@@ -163,21 +163,21 @@ class BagWriter:
         ends_chunk: False for one that may stand before the messages of the current chunk, which
         then goes on.
         """
-        with self._telling():
+        with self._in_one_sentence():
             if ends_chunk:
                 self._end_chunk()
             self._file.write_metadata(name, mapping)
 
     def flush(self) -> None:
         """Hand everything written to the system, so that it survives the process."""
-        with self._telling():
+        with self._in_one_sentence():
             self._end_chunk()
 
     def close(self) -> None:
         """Complete the bag; after a write error, do nothing."""
         if self._why_ended:
             return
-        with self._telling():
+        with self._in_one_sentence():
             self._end_file()
             self._metadata.write(self.directory)
         self._why_ended = f'the bag {self.directory} is closed'
@@ -200,7 +200,7 @@ class BagWriter:
             ) from error
 
     @contextmanager
-    def _telling(self):
+    def _in_one_sentence(self):
         """Turn an error of the system into one sentence; nothing more is written after it."""
         if self._why_ended:
             raise OSError(self._why_ended)

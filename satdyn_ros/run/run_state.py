@@ -88,22 +88,22 @@ class RunState:
         drop torques, and by rules 0 drops, halts and timeouts, as a bag tells them, and whether
         the tick is reached is decided where something needs it.
         """
-        happening = _Happening(self, tick)
+        of_tick = _EventsOfTick(self, tick)
         if rules >= EVENTS_FOLLOW:
-            happening.drop_torques_or_halt()
-        happening.time_out()
+            of_tick.drop_torques_or_halt()
+        of_tick.time_out()
         for is_together, events in groupby(acting, _ends_by_itself):
             if is_together:
-                happening.command_together(events)
+                of_tick.command_together(events)
             else:
                 for event in events:
-                    happening.act(event)
-        happening.tell_limits(self)
-        happening.drop_torques_or_halt()
-        return happening.events, happening.run
+                    of_tick.act(event)
+        of_tick.tell_limits(self)
+        of_tick.drop_torques_or_halt()
+        return of_tick.events, of_tick.run
 
 
-class _Happening:
+class _EventsOfTick:
     """What happens at one tick: events, those so far; run, as they leave it."""
 
     def __init__(self, run: RunState, tick: int):

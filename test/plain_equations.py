@@ -1,5 +1,5 @@
 """
-The equations of motion in plain NumPy, as docs/theory.md states them.
+The equations of motion in plain NumPy, as docs/theory/rigid_bodies.md states them.
 
 They are what the kernel must compute: written to be read, for one state at one time, in inertial
 axes, by nothing of the compiled code.

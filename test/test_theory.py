@@ -1,4 +1,4 @@
-"""The table of results in docs/theory.md names what exists."""
+"""The pages of docs/theory name results, functions, tests and cases that exist."""
 
 import json
 import re
@@ -9,7 +9,12 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-PAGE = (ROOT / 'docs/theory.md').read_text()
+PAGE = (ROOT / 'docs/theory/rigid_bodies.md').read_text()
+PROOFS = [
+    proof
+    for page in sorted((ROOT / 'docs/theory').glob('*.md'))
+    for proof in re.findall(r'Proof: .*', page.read_text())
+]
 ROWS = re.findall(r'^\| ([^|]+) \| [^|]+ \| (`[^|]+`)<br>`([^|]+)` \|$', PAGE, re.MULTILINE)
 
 
@@ -50,7 +55,16 @@ def test_reference_cases_that_are_named_exist():
     """A1, B2, G8 and so on are cases of the references."""
     text = (ROOT / 'test/reference/newtonian.json').read_text()
     known = set(re.findall(r'"name": "([ABGX][0-9]+)_', text))
-    proofs = re.findall(r'^Proof: .*', (ROOT / 'docs/theory.md').read_text(), re.MULTILINE)
-    named = {case for proof in proofs for case in re.findall(r'\b[ABGX][0-9]+\b', proof)}
+    named = {case for proof in PROOFS for case in re.findall(r'\b[ABGX][0-9]+\b', proof)}
     assert named
     assert named <= known
+
+
+def test_proofs_are_tests():
+    """A proof names files; one without its folder is in the folder of the one before it."""
+    for proof in PROOFS:
+        folder = ROOT
+        for name in re.findall(r'`((?:test/[\w/]*)?test_\w+\.py)`', proof):
+            if '/' in name:
+                folder = (ROOT / name).parent
+            assert (folder / Path(name).name).is_file(), f'{name} in {proof}'

@@ -5,7 +5,7 @@ With the satellite's equations I omega' + omega x I omega = gradient c x I c, c'
 Agostinelli (1977, sec. 1) names De Brun's problem, which is a negative gradient, the solid in a
 fluid (fluid.py) and, by his theorem of 1962, a conducting fluid in an ellipsoidal vessel whose
 vortex lines and lines of current are straight.  He gives no formulas for the last; those here are
-derived in docs/theory.md, and with them those of a charged body in an electric field.
+derived in docs/theory/closed_forms.md, and with them those of a charged body in an electric field.
 """
 
 from dataclasses import dataclass

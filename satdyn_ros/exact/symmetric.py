@@ -4,7 +4,7 @@ The symmetric body about a fixed point in a field about a fixed direction.
 Paladini 1888 ch. 1: U = H1 cos^2(theta) + H2 cos(theta), U a force function (the potential energy
 is -U), theta the angle from the field's direction Z to the symmetry axis.  Lagrange's top is
 H1 = 0, Beletsky's satellite (1957, sec. 3) H1 = -(3 mu / 2 r^3)(C - A), H2 = -M g z0, and the free
-body H1 = H2 = 0.  The coefficients of f are derived in docs/theory.md.
+body H1 = H2 = 0.  The coefficients of f are derived in docs/theory/closed_forms.md.
 """
 
 import numpy as np

@@ -150,7 +150,7 @@ def test_friction_takes_the_energy_that_the_motors_do_not_give():
 
 @pytest.mark.parametrize('friction', [3e-4, 1.8e-3, 1e-2])
 def test_a_ring_damper_damps_the_pitch_as_its_cubic_says(friction):
-    """A libration of 0.005 rad decays and swings within 1e-4 of the roots in docs/theory/on_board.md."""
+    """A small libration decays and swings within 1e-4 of the roots in docs/theory/on_board.md."""
     I, J, orbit = np.array([12.0, 12.5, 1.0]), 1.0, KeplerOrbit(semi_major_axis=7178137.0)
     stiffness = 3.0 * orbit.mean_motion**2 * (I[0] - I[2])
     cubic = [(I[1] - J) * J, friction * I[1], stiffness * J, stiffness * friction]

@@ -31,7 +31,7 @@ class Magnetorquers(BodyVector):
             ZERO,
             'A m^2',
             'largest dipole of the magnetorquers along each body axis; 0: none along that axis; '
-            'what magnetorquer_command asks for beyond it is cut',
+            'larger commands are cut to it',
             lengths=(3,),
             low=0.0,
         ),

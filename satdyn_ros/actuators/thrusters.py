@@ -17,12 +17,12 @@ _LONGEST_S = 86_400.0
 
 
 class Thrusters(Actuator):
-    """The thrusters; a command gives on-times [s] by name, in place of what is left of earlier."""
+    """The thrusters; a command gives on-times [s] by name, replacing the rest of earlier ones."""
 
     topic = 'thruster_command'
     message = 'trajectory_msgs/msg/JointTrajectory'
     says = (
-        'on-times of thrusters [s], from the tick on, in place of what is left of earlier ones: '
+        'on-times of thrusters [s], from the tick on, replacing the rest of earlier ones: '
         'joint_names, and one point whose positions are the on-times, all else empty or zero; '
         'only with thruster.names'
     )
@@ -90,7 +90,7 @@ class Thrusters(Actuator):
             'double',
             0.0,
             's',
-            'specific impulse, by which the propellant used is known; 0: it is not',
+            'specific impulse, which gives the propellant used; 0: it is not known',
             low=0.0,
             high=1e9,
         ),
@@ -150,7 +150,7 @@ class Thrusters(Actuator):
             raise ValueError(f'{topic} names a thruster twice: {", ".join(names)}')
         for what in ('velocities', 'accelerations', 'effort'):
             if len(getattr(point, what)):
-                raise ValueError(f'{topic} has {what}; its point must have positions alone')
+                raise ValueError(f'{topic} has {what}; its point must have only positions')
         start = point.time_from_start
         if start.sec or start.nanosec:
             raise ValueError(

@@ -129,7 +129,7 @@ class Wheels(Actuator):
             given, most = told_apart(torque, math.copysign(MOST_TORQUE, torque))
             raise ValueError(
                 f'{key.name} is {given}; without {_key_of(rotor, "max_torque")} it must be at '
-                f'most {most.removeprefix("-")} N m, either way'
+                f'most {most.removeprefix("-")} N m, in either direction'
             )
         return torque
 

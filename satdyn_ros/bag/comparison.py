@@ -66,7 +66,7 @@ class Comparison:
         count = min(len(found), len(wanted))
         differ = []
         for i in np.flatnonzero(found.heads[:count] != wanted.heads[:count])[:1].tolist():
-            differ.append((i, 'place, log time or length'))
+            differ.append((i, 'position, log time or length'))
             count = i
         if len(found.data) < len(recorded):
             differ.append((count, 'length'))

@@ -110,7 +110,7 @@ def _check_ticks(scenario: Scenario, run: RecordedRun) -> None:
         given, recorded = scenario[key], run.scenario[key]
         if given not in (recorded, other):
             raise ValueError(
-                f'{key} is {given}; the run in {run.bag.path} goes on with {recorded}'
+                f'{key} is {given}; the run in {run.bag.path} continues with {recorded}'
             )
 
 
@@ -133,7 +133,7 @@ def _at(run: RecordedRun, at_s: str | float) -> Simulation:
     while simulation.tick < tick:
         _, samples = simulation.advance(min(BLOCK_TICKS, tick + 1 - simulation.next_tick))
         if len(samples) == 0:
-            raise ValueError(f'the run in {bag} goes no further: {simulation.halted}')
+            raise ValueError(f'the run in {bag} cannot continue: {simulation.halted}')
     return simulation
 
 

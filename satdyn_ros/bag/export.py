@@ -135,7 +135,7 @@ def _message_columns(run, kind, options):
         return times
     if kind == '.czml' and run.scenario.system.environment is None:
         raise ValueError(
-            f'{run.bag.path} has no orbit about the Earth, above which a scene of .czml is; .aem '
+            f'{run.bag.path} has no orbit about the Earth, which a scene of .czml needs; .aem '
             'and .a hold its attitude'
         )
     wanted = {'attitude': Q_IB} | ({'body rate': OMEGA_BI_B} if options.with_rates else {})

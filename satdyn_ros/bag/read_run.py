@@ -238,7 +238,9 @@ class RecordedRun:
         if wanted - found:
             raise Damaged(f'its topics have no {min(wanted - found)}')
         if found - wanted:
-            raise Damaged(f'its topics have {min(found - wanted)}, which its scenario has not')
+            raise Damaged(
+                f'its topics have {min(found - wanted)}, which its scenario does not have'
+            )
 
     def inputs_of(self, block: TopicBlock) -> list[Command]:
         """Return the commands of a block in their recorded order, held until the next one."""

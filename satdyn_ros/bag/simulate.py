@@ -121,7 +121,7 @@ def _check(events, scenario, first):
     for event in events:
         try:
             if event.tick < first:
-                raise ValueError(f'the run goes on at tick {first}; no event may come before')
+                raise ValueError(f'the run continues at tick {first}; no event may come before')
             match event:
                 case Request():
                     scenario = requested(scenario, event.values)

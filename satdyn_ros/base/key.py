@@ -102,7 +102,7 @@ class Key:
             number = self._in_unit(value)
             return _READERS[self.kind](self, number)
         except _DoubledError as doubled:
-            raise ValueError(f'{self.name} has {doubled} twice; each may stand once') from None
+            raise ValueError(f'{self.name} has {doubled} twice; each may be given once') from None
         except units.Unfit as unfit:
             fit = f'; units that fit: {units.fitting(self.unit, self.also)}' if self.unit else ''
             raise ValueError(f'{self.name} is {_shown(value)}; {unfit}{fit}') from None

@@ -182,7 +182,7 @@ class _Reader:
 
     def _scalar(self, node):
         if not isinstance(node, yaml.ScalarNode):
-            self._refuse(node, 'a list or keys in a list, which no parameter is')
+            self._refuse(node, 'a list or keys in a list, which no parameter can be')
         if node.style in ('"', "'") or node.tag == _TEXT_TAG:
             return node.value
         if not node.value:

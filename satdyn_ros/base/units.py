@@ -248,7 +248,7 @@ class _Reader:
                 power, divided = Fraction(-1), True
             elif divided:
                 raise Unfit(
-                    f'the unit {self._text} can be read in two ways; what is divided by has '
+                    f'the unit {self._text} can be read in two ways; put the denominator in '
                     'parentheses, as in A/(B C)'
                 )
             found = found.times(self._power(), power)

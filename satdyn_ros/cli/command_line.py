@@ -62,13 +62,13 @@ satdyn check"""
         '--params-file',
         action='append',
         metavar='FILE',
-        help=f'{_SCENARIO}; of several the later prevail, as in ROS',
+        help=f'{_SCENARIO}; if there are several, later ones prevail, as in ROS',
     )
     added.add_argument(
         '--satellite',
         action='append',
         metavar='NAME',
-        help='which satellite, where the scenario has several: /sat4/satdyn, or /sat4; may be '
+        help='which satellite, if the scenario has several: /sat4/satdyn, or /sat4; may be '
         'repeated; default: all, each a node of its own',
     )
     added.add_argument(
@@ -103,12 +103,12 @@ satdyn check"""
     how.add_argument(
         '--code',
         action='store_true',
-        help='instead the code of its step, with its equations of motion in it, as LLVM IR',
+        help='print the code of its step instead, with its equations of motion in it, as LLVM IR',
     )
     how.add_argument(
         '--urdf',
         action='store_true',
-        help='instead its body as ROS knows it: box, plates, wheels and sensors',
+        help='print its body as a URDF instead: box, plates, wheels and sensors',
     )
     how.add_argument(
         '--sensors',
@@ -219,8 +219,8 @@ def _add_simulate(command):
         action='append',
         default=[],
         metavar='NAME',
-        help='which satellite, where the scenario has several: /sat4/satdyn, or /sat4; of '
-        'several, one after another, the bags are BAG/sat4, BAG/sat5 ...',
+        help='which satellite, if the scenario has several: /sat4/satdyn, or /sat4; '
+        'several fly one after another, into the bags BAG/sat4, BAG/sat5 ...',
     )
     added.add_argument(
         '--duration',
@@ -235,7 +235,7 @@ def _add_simulate(command):
         '--from',
         dest='origin',
         metavar='BAG|AEM',
-        help='go on from a tick of this bag, or start from an attitude in a CCSDS message',
+        help='continue from a tick of this bag, or start from an attitude in a CCSDS message',
     )
     added.add_argument(
         '--at',
@@ -403,7 +403,8 @@ def _add_export(command):
     added.add_argument(
         '--aem-version',
         choices=('1.0', '2.0'),
-        help='of an .aem; default: 2.0 with --rates, else 1.0, which has rates of Euler angles',
+        help='version of an .aem; default: 2.0 with --rates, else 1.0, which has rates of '
+        'Euler angles',
     )
     added.add_argument(
         '--frame', metavar='NAME', help='name for the inertial axes; default: EME2000'
@@ -489,7 +490,7 @@ def _add_constellation(command):
         '--name',
         default='*',
         metavar='PATTERN',
-        help='only those with such a name, * standing for any text and ? for a letter',
+        help='only those whose name matches; * is any text and ? a letter',
     )
     _add_out(added, 'FILE.yaml', 'the parameter file')
 
@@ -545,14 +546,14 @@ def _add_controller(command):
     command.add_argument(
         '--controller',
         metavar='MODULE:CLASS',
-        help='what closes the loop, or FILE.py:CLASS; its commands are in the bag',
+        help='a controller that closes the loop, or FILE.py:CLASS; its commands are in the bag',
     )
     command.add_argument(
         '--controller-parameter',
         action='append',
         default=[],
         metavar='NAME=VALUE',
-        help='a keyword with which the class is made; may be repeated',
+        help='a keyword argument of the class; may be repeated',
     )
 
 
@@ -570,7 +571,7 @@ def _add_satellite(command):
     command.add_argument(
         '--satellite',
         metavar='NAME',
-        help='which satellite, where the scenario has several: /sat4/satdyn, or /sat4',
+        help='which satellite, if the scenario has several: /sat4/satdyn, or /sat4',
     )
 
 

@@ -306,7 +306,7 @@ def _describe(given):
     scenario = scenario.with_epoch(time.time_ns())
     _warn(given, scenario)
     if given.json and (given.code or given.urdf):
-        raise ValueError('--json is for what theory says and for --sensors')
+        raise ValueError('--json is for the description and for --sensors')
     if given.code:
         print(_code_of(scenario))
     elif given.urdf:
@@ -391,9 +391,7 @@ def _check(given):
 
     alone = given.out or given.satellite
     if (given.file is None) != (given.duration is None) or (alone and given.file is None):
-        raise ValueError(
-            'FILE and --duration belong together; -o and --satellite are for them alone'
-        )
+        raise ValueError('FILE and --duration belong together, and -o and --satellite need both')
     if given.file is None:
         return DONE if check() else ANSWER_IS_NO
     scenario = Scenario.from_yaml(given.file, given.satellite, given.torque)

@@ -42,7 +42,7 @@ KEYS_OF_A_MODE = (
         low=0.0,
         trade='rev/s',
     ),
-    Key('damping', 'double', 0.0, '', 'damping ratio, of the critical one', low=0.0),
+    Key('damping', 'double', 0.0, '', 'damping ratio, relative to critical damping', low=0.0),
     Key(
         'coupling',
         'double_array',

@@ -67,7 +67,9 @@ class Msis(NamedTuple):
             np.asarray(unix_s, np.int64), latitude, longitude, height_m
         )
         if not np.all(np.isfinite(height_m)):
-            raise ValueError('NRLMSIS has no density where a place has no height above the ground')
+            raise ValueError(
+                'NRLMSIS has no density at a position without a height above the ground'
+            )
         rows = unix_s.size
         result = pymsis.calculate(
             unix_s.ravel().view('datetime64[s]'),

@@ -58,10 +58,10 @@ def c0_of_energy(
     terms = np.append(N * np.roll(N, 1), -np.prod(N)) / 2.0
     D3 = np.sum(terms)
     if nu == 0.0:
-        raise ValueError('nu is 0, for which c0 is 0 whatever the energy; give c0 in its place')
+        raise ValueError('nu is 0, for which c0 is 0 whatever the energy; give c0 instead')
     if abs(D3) <= ROUNDING * np.sum(np.abs(terms)):
         raise ValueError(
-            f'nu is {nu:g}, for which all motions have the same energy; give c0 in its place'
+            f'nu is {nu:g}, for which all motions have the same energy; give c0 instead'
         )
     root = np.sqrt(np.abs(np.prod(N)))
     left = 2.0 * h - moments[2] * (alpha[2] ** 2 + field)

@@ -66,7 +66,7 @@ class Planar(ExactMotion):
         """Return one sentence that says why this closed form does not apply, or None."""
         orbit = system.orbit
         if orbit.has_lvlh and not orbit.is_keplerian:
-            return 'the orbit is no circle'
+            return 'the orbit is not a circle'
         omega, normal = state.omega_bi_b, _normal(system, state)
         if orbit.has_lvlh:
             if orbit.is_eccentric:

@@ -14,8 +14,8 @@ from .symmetric import Symmetric
 CANDIDATES: tuple[type[ExactMotion], ...] = (Steady, Free, Planar, Symmetric, Stationary)
 
 _ON_AN_ELLIPSE = (
-    '; only what the field does not turn has a closed form there: a body of three equal moments '
-    'and a spin about the orbit normal of a body symmetric about it'
+    '; there are closed forms there only where the field does not turn the body: three equal '
+    'moments, or a spin about the orbit normal of a body symmetric about it'
 )
 
 

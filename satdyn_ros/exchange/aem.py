@@ -80,7 +80,7 @@ class AemWriter:
             if np.any(is_locked := 2.0 * np.abs(w * y - x * z) > np.cos(_NEAREST)):
                 raise ValueError(
                     f'at {epoch(stamps_ns[np.argmax(is_locked)])} the second Euler angle is 90 '
-                    'deg, where version 1.0 cannot tell rates; version 2.0 can'
+                    'deg, where version 1.0 has no rates; version 2.0 has'
                 )
             rates = rates_of(_SEQUENCE, angles_of(_SEQUENCE, q_ib), omega_bi_b)
         values = np.hstack([q_ib, np.degrees(rates)]) if self._with_rates else q_ib

@@ -285,7 +285,7 @@ def _stretches(
         limit = first if start < first else end
         applied, samples = simulation.advance(min(HELD_TICKS, limit - start))
         if len(samples) == 0:
-            raise ValueError(f'the run in the bag goes no further: {simulation.halted}')
+            raise ValueError(f'the run in the bag cannot continue: {simulation.halted}')
         if parts and (
             simulation.motion is not motion
             or start == first

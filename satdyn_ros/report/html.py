@@ -147,9 +147,9 @@ def band_note(run: History) -> str:
     if not np.any(run.turns_too_far) or len(run.t_s) == run.ticks:
         return ''
     return (
-        'Where the body turns more than a quarter turn from one row to the next, a band from the '
-        'least to the most over all ticks takes the place of the lines; a shorter window '
-        '(--begin S --end S) shows the lines.'
+        'Where the body turns more than a quarter turn from one row to the next, a band from '
+        'minimum to maximum over all ticks replaces the lines; a shorter window (--begin S '
+        '--end S) shows the lines.'
     )
 
 

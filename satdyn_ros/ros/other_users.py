@@ -30,8 +30,8 @@ def unreached(shared: Path = _SHARED) -> str:
         return ''
     return (
         f'; there are processes of {" and ".join(others)} on this machine, and Fast DDS does not '
-        'share memory across users: with FASTDDS_BUILTIN_TRANSPORTS=UDPv4 in the environment of '
-        'one side its messages come'
+        'share memory across users: messages pass if one side has '
+        'FASTDDS_BUILTIN_TRANSPORTS=UDPv4 in its environment'
     )
 
 

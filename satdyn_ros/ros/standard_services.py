@@ -173,7 +173,7 @@ class StandardServices:
             return reply(ResetSimulation.Response(result=result))
         restarts = (
             'the motion restarts from the initial conditions of the scenario; the time and the '
-            'orbit go on'
+            'orbit continue'
         )
         self._services.request(
             lambda: self._first, _answering(ResetSimulation, reply, done=lambda: restarts)
@@ -198,10 +198,10 @@ class StandardServices:
         """Return the names of the entities that filters leave, and the result."""
         bounds = filters.bounds
         if filters.categories or filters.tags.tags:
-            sentence = 'entities can be filtered by their names and by a sphere alone'
+            sentence = 'entities can be filtered only by their names and by a sphere'
             return [], _result(Result.RESULT_FEATURE_UNSUPPORTED, sentence)
         if bounds.type not in (Bounds.TYPE_EMPTY, Bounds.TYPE_SPHERE):
-            sentence = f'the bounds are of type {bounds.type}; of bounds there is TYPE_SPHERE'
+            sentence = f'the bounds are of type {bounds.type}; only TYPE_SPHERE is supported'
             return [], _result(Result.RESULT_FEATURE_UNSUPPORTED, sentence)
         try:
             found = matching(self._name, filters.filter)
@@ -320,9 +320,7 @@ def _not_taken(request, entity) -> str:
     left = [name for name, is_set, v, has in asked if is_set and [v.x, v.y, v.z] != has.tolist()]
     left += ['acceleration'] if sets['acceleration'] else []
     return (
-        f'not taken: {", ".join(left)}, which follow from the orbit and the torques'
-        if left
-        else ''
+        f'ignored: {", ".join(left)}, which follow from the orbit and the torques' if left else ''
     )
 
 

@@ -25,7 +25,7 @@ class Budget:
         """Subtract a cost; Damaged: it is more than is left, which stays."""
         if cost > self._left:
             raise Damaged(
-                f'to read on takes more than the work of {self._allowed} bytes, the limit for a '
+                f'reading it takes more than the work of {self._allowed} bytes, the limit for a '
                 'file of its size'
             )
         self._left -= cost

@@ -126,7 +126,7 @@ def _first_words(files: list[Path]) -> tuple[Mapping[str, str], str]:
 def _new_places(path: Path, files: list[Path], output: Path) -> list[Path]:
     """Return the files of the repaired bag; its directory is made if the bag is one."""
     if output.exists():
-        raise FileExistsError(f'{output} already exists; a recovered bag needs a new place')
+        raise FileExistsError(f'{output} already exists; a recovered bag needs a new path')
     if not path.is_dir():
         return [output]
     output.mkdir(parents=True)

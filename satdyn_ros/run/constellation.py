@@ -61,8 +61,8 @@ def write_constellation(path: str | Path, output: str | Path, pattern: str = '*'
         ParameterFile.of_texts([(written, str(output))], {str(output): folder})
     except ValueError as error:
         raise ValueError(
-            f'of {len(taken)} satellites no parameter file can be read: {error}; --name takes '
-            'some of them'
+            f'a parameter file of {len(taken)} satellites cannot be read: {error}; --name '
+            'chooses some of them'
         ) from None
     Path(output).write_text(written, encoding='utf-8')
     return len(taken)

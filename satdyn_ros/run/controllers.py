@@ -61,7 +61,7 @@ class Seen:
         if name in Seen.__annotations__:
             return getattr(self._sample, name)
         raise AttributeError(
-            f'{name} is not known on board; a class that says needs_truth = True sees it'
+            f'{name} is not known on board; a class with needs_truth = True sees it'
         )
 
 

@@ -117,4 +117,4 @@ def why_not_reset(scope: int) -> str:
         return ''
     if scope == 0 or scope & _TIME:
         return 'the time never restarts; the scope SCOPE_STATE restarts the motion'
-    return f'nothing of the scope {scope} can be reset; allowed: SCOPE_STATE'
+    return f'the scope {scope} cannot be reset; allowed: SCOPE_STATE'

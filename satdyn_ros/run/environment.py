@@ -75,7 +75,9 @@ def checks(values: Mapping[str, Any]) -> Checks:
     for prefix in ('surface', *(f'surface.{name}' for name in values['surface.names'])):
         mirrored, scattered = values[f'{prefix}.specular'], values[f'{prefix}.diffuse']
         if (yield mirrored + scattered > 1.0):
-            default = '' if prefix == 'surface' else '; what is not given is that of surface'
+            default = (
+                '' if prefix == 'surface' else '; values that are not given are those of surface'
+            )
             raise ValueError(
                 f'{prefix}.specular is {written(mirrored)} and {prefix}.diffuse '
                 f'{written(scattered)}; together they must be at most 1{default}'
@@ -106,21 +108,21 @@ def without_effect(values: Mapping[str, Any]) -> Iterator[str]:
     """Yield a sentence on each thing that is described and that nothing acts on."""
     for name in _DIPOLES:
         if any(values[name]) and values['environment.magnetic_field'] == 'none':
-            yield f'{name} is given, and without environment.magnetic_field it does nothing'
+            yield f'{name} is given, but without environment.magnetic_field it has no effect'
     for name in values['thruster.names']:
         if not values[f'thruster.{name}.thrust']:
-            yield f'thruster.{name}.thrust is 0, with which it does nothing'
+            yield f'thruster.{name}.thrust is 0, so that it has no effect'
     most = [key.name for kind in _COMMANDED for key in kind.keys]
     for name in [f'sensors.{name}.torquer_coupling' for name in values['sensors.names']]:
         if any(values.get(name, ())) and not any(any(values[key]) for key in most):
-            yield f'{name} is given, and without {most[0]} it does nothing'
+            yield f'{name} is given, but without {most[0]} it has no effect'
     if values['hysteresis.names'] and values['environment.magnetic_field'] == 'none':
-        yield 'hysteresis.names is given, and without environment.magnetic_field it does nothing'
+        yield 'hysteresis.names is given, but without environment.magnetic_field it has no effect'
     if 'none' == values['environment.atmosphere'] == values['environment.sun'] and plates(values):
         name = 'body.box' if any(values['body.box']) else 'surface.names'
         yield (
-            f'{name} is given, and without environment.atmosphere or environment.sun it does '
-            'nothing'
+            f'{name} is given, but without environment.atmosphere or environment.sun it has no '
+            'effect'
         )
 
 

@@ -49,7 +49,7 @@ def resolved(values: Mapping[str, Any], given: Iterable[str]) -> dict[str, Any]:
         try:
             changes[other] = KEYS[other].checked(value_of(value))
             if name == 'time.epoch' and not changes[other]:
-                raise ValueError(f'{other} is 0, which is no time to ROS; it must be later')
+                raise ValueError(f'{other} is 0, which is not a time in ROS; it must be later')
         except ValueError as error:
             raise ValueError(f'{name} is {value}, and then {error}') from None
     return changes

@@ -100,8 +100,8 @@ class ParameterFile:
         if satellite is None:
             if len(found) > 1:
                 raise ValueError(
-                    f'{self.origin} has {len(found)} satellites, of which --satellite must choose '
-                    f'one (in Python satellite=, in launch namespace:=): {_names(found)}'
+                    f'{self.origin} has {len(found)} satellites; --satellite must choose one of '
+                    f'them (in Python satellite=, in launch namespace:=): {_names(found)}'
                 )
             return found[0] if found else '/satdyn'
         given = _full(satellite)

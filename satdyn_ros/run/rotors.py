@@ -105,7 +105,7 @@ def checks(values: Mapping[str, Any]) -> Checks:
             given, most = told_apart(speed, math.copysign(rotor.max_speed, speed))
             raise ValueError(
                 f'{prefix}.speed is {given}; it must be at most {prefix}.max_speed, '
-                f'{most.removeprefix("-")} rad/s, either way'
+                f'{most.removeprefix("-")} rad/s, in either direction'
             )
 
 

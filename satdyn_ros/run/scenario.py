@@ -430,4 +430,4 @@ def _unknown(name: str, given: Mapping[str, Any], keys: Iterable[str]) -> str:
     said += f'; the nearest is {nearest(name, keys)}'
     if not rest or leaves or what in GROUPS:
         return said
-    return f"{said}; or it is of a torque of one's own, which --torque MODULE:CLASS would name"
+    return f'{said}; a key of a torque of your own needs --torque MODULE:CLASS'

@@ -151,9 +151,9 @@ def _earth_lacking(system):
     if system.environment is not None:
         return ''
     if not system.orbit.has_lvlh:
-        return 'orbit.type is fixed, which has no place above the Earth; leave the topic out'
+        return 'orbit.type is fixed, which has no position above the Earth; leave the topic out'
     return (
-        'the place above the Earth is not known; orbit.mu must be that of the Earth, and '
+        'the position above the Earth is not known; orbit.mu must be that of the Earth, and '
         'time.epoch be given'
     )
 
@@ -421,8 +421,8 @@ _TABLE = (
         'tf2_msgs/msg/TFMessage',
         'latched',
         'body',
-        'body to each sensor: its mounting, once, stamped by tick 0, for whoever comes later too; '
-        'only with sensors',
+        'body to each sensor (its mounting), once, with the stamp of tick 0, latched for '
+        'subscribers that come later; only with sensors',
     ),
     *(_of_sensor(name, kind) for name, kind in KINDS.items()),
     Topic(

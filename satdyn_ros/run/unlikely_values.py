@@ -85,7 +85,7 @@ def _rate(values) -> Iterator[str]:
         in_degrees = ', '.join(f'{math.radians(x):.4g}' for x in given)
         yield (
             f'initial.angular_velocity is {rate:g} rad/s, {rate / math.tau:.3g} turns a second; '
-            f'it is in radians: where {list(given)} are degrees, it is [{in_degrees}], or '
+            f'it is in radians: if {list(given)} are degrees, it is [{in_degrees}], or '
             f"'{list(given)} deg/s'"
         )
 
@@ -97,7 +97,7 @@ def _angles(values) -> Iterator[str]:
         angle = values[name]
         if _is_in_degrees(angle):
             yield (
-                f'{name} is {angle:g} rad, {math.degrees(angle):.4g} deg; where {angle:g} are '
+                f'{name} is {angle:g} rad, {math.degrees(angle):.4g} deg; if {angle:g} are '
                 f"degrees, it is {math.radians(angle):.4g}, or '{written(angle)} deg'"
             )
 
@@ -146,7 +146,7 @@ def _text(values, rules) -> Iterator[str]:
 
 def _orbit(values) -> Iterator[str]:
     if values['orbit.reference_radius'] != EARTH_RADIUS_M and not values['orbit.j2']:
-        yield 'orbit.reference_radius is given, and without orbit.j2 it does nothing'
+        yield 'orbit.reference_radius is given, but without orbit.j2 it has no effect'
     ellipse = orbits.type_of(values).ellipse(values)
     if ellipse is None:
         return
@@ -161,7 +161,7 @@ def _orbit(values) -> Iterator[str]:
             )
         if (in_km or abs(mu / centre_mu - 1.0) < _SAME_MU) and lowest_m < radius_m:
             meant = (
-                f"where kilometres are meant, {a_m * 1e3:g}, or '{written(a_m)} km'"
+                f"if kilometres are meant, {a_m * 1e3:g}, or '{written(a_m)} km'"
                 if a_m < _LEAST_ALTITUDE_M
                 else 'from the centre; orbit.altitude is from the surface'
             )
@@ -186,7 +186,7 @@ def _epoch(values) -> Iterator[str]:
     for unit, factor in (('s', SECOND_NS), ('ms', 10**6), ('us', 10**3)):
         if _FIRST_NS <= given * factor <= _LAST_NS:
             yield (
-                f'time.epoch_ns is {given}, {given / SECOND_NS:.4g} s after 1970; where '
+                f'time.epoch_ns is {given}, {given / SECOND_NS:.4g} s after 1970; if '
                 f'{unit} are meant, {epoch(given * factor)[:19]}, it is {given * factor}, or '
                 f"'{given} {unit}'"
             )

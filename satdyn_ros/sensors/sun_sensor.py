@@ -39,7 +39,8 @@ class SunSensor(Sensor):
             'double',
             0.0,
             'rad',
-            'standard deviation about each of the two axes square to the direction of the Sun',
+            'standard deviation about each of the two axes perpendicular to the direction of '
+            'the Sun',
             low=0.0,
             high=1.0,
         ),

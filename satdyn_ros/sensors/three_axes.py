@@ -70,7 +70,7 @@ def keys_of_errors(unit: str, quantity: str, of_another: str) -> tuple[Key, ...]
             'double_array',
             (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
             'rad',
-            f'xy xz yx yz zx zy: what an axis (first letter) reads of the {of_another}',
+            f'xy xz yx yz zx zy: the part that an axis (first letter) reads of the {of_another}',
             lengths=(6,),
         ),
         Key(

@@ -65,7 +65,7 @@ class OwnOutcome:
         if values.shape != states.q_ib.shape[:1]:
             raise Wrong(
                 f'{self.place} gives an array {values.shape} for states of '
-                f'{states.q_ib.shape[:2]}; it must be {states.q_ib.shape[:1]}, a number a run'
+                f'{states.q_ib.shape[:2]}; it must be {states.q_ib.shape[:1]}, one number per run'
             )
         return values
 

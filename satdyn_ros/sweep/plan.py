@@ -114,12 +114,12 @@ class Plan:
         outcomes = tuple(map(OwnOutcome.at, given['outcomes']))
         for own in outcomes:
             if own.sources != given['outcomes'][own.place]:
-                raise ValueError(f'{own.place} is not that with which the sweep was begun')
+                raise ValueError(f'{own.place} is not the one with which the sweep began')
         torques = [named(name) for name in given.get('torques', ())]
         scenario = Scenario.from_yaml_text(given['scenario'], torques=torques)
         plan = cls._checked(scenario, given, outcomes)
         if plan.controller and plan.controller.sources != given['controller_sources']:
-            raise ValueError(f'{plan.controller.place} is not that with which the sweep was begun')
+            raise ValueError(f'{plan.controller.place} is not the one with which the sweep began')
         return plan
 
     @classmethod

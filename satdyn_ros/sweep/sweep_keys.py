@@ -53,8 +53,8 @@ SWEEP_KEYS = {
             '',
             'a controller in each run: MODULE:CLASS, or FILE.py:CLASS relative to the sweep file',
         ),
-        Key('controller_parameters', 'mapping', {}, '', 'what the class of it is called with'),
-        Key('bags', 'list', (), '', 'the runs of which a bag is recorded too'),
+        Key('controller_parameters', 'mapping', {}, '', 'keyword arguments of that class'),
+        Key('bags', 'list', (), '', 'the runs that also record a bag'),
     )
 }
 REQUIRED = tuple(name for name, key in SWEEP_KEYS.items() if key.default is None)

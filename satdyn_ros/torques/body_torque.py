@@ -258,7 +258,7 @@ def _missing(kind):
     if foreign and not kind.is_shipped():
         return f'has the key {foreign[0]}; its keys must begin with {name}.'
     if not (str(kind.topic).isidentifier() and str(kind.topic).isascii()):
-        return f'has the topic {kind.topic}; it must have letters, digits and _ alone'
+        return f'has the topic {kind.topic}; it must have only letters, digits and _'
     for name, function in kind.functions().items():
         has_states = kind.rates is not None and name in _OF_STATES
         parameters = (*_PARAMETERS[name], *(['states'] if has_states else []))

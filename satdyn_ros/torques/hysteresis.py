@@ -53,7 +53,7 @@ KEYS_OF_A_ROD = (
         'double',
         0.0,
         'A/m',
-        'field in which its flux is zero, of the rod as it is cut; above 0',
+        'field at which its flux is zero, for the rod as it is cut; above 0',
         low=0.0,
     ),
     Key(
@@ -77,7 +77,7 @@ KEYS_OF_A_ROD = (
         'double',
         0.0,
         '',
-        'slope at a turn of the field inside the loop, of that of the loop there',
+        'slope at a reversal of the field inside the loop, relative to that of the loop there',
         low=0.0,
         high=1.0,
     ),

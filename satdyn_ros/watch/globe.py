@@ -112,7 +112,7 @@ class _Flight:
         if len(self.endpoints) > 1:
             return {'note': f'not drawn: {len(self.endpoints)} nodes have this name'}
         if not isinstance(self.scenario, Scenario):
-            return {'note': self.scenario or 'its parameters have not come yet'}
+            return {'note': self.scenario or 'its parameters have not arrived yet'}
         if not (self.reports.is_there and self._ticks):
             return {'note': ''}
         t_s = self._tick(now_s) / float(self.scenario.rate)

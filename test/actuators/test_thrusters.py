@@ -287,7 +287,7 @@ def test_what_is_no_firing_is_refused(change):
 def test_a_thruster_without_thrust_is_warned_of():
     """It would do nothing in silence."""
     assert Scenario(PAIR).warnings == ()
-    sentence = 'thruster.a.thrust is 0, with which it does nothing'
+    sentence = 'thruster.a.thrust is 0, so that it has no effect'
     assert Scenario(PAIR | {'thruster.a.thrust': 0.0}).warnings == (sentence,)
 
 

@@ -236,7 +236,7 @@ def test_a_run_that_halts_is_not_flown_on(tmp_path, capsys):
     for argv in (['report', str(fast), '-o', str(tmp_path / 'x.html')], onward):
         with bounded(argv[0]):
             assert main(argv) == 2
-        assert re.search(r'goes no further: .* came to a halt', capsys.readouterr().err)
+        assert re.search(r'cannot continue: .* came to a halt', capsys.readouterr().err)
 
 
 @pytest.mark.parametrize('command', ['report', 'plot'])

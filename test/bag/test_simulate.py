@@ -403,8 +403,8 @@ def test_a_dipole_goes_on_from_a_bag(tmp_path):
 @pytest.mark.parametrize(
     ('changes', 'sentence'),
     [
-        ({'publish.rate': 10.0}, r'publish\.rate is 10\.0; the run in .* goes on with 20\.0'),
-        ({'time.epoch_ns': 5}, r'time\.epoch_ns is 5; the run in .* goes on with 17'),
+        ({'publish.rate': 10.0}, r'publish\.rate is 10\.0; the run in .* continues with 20\.0'),
+        ({'time.epoch_ns': 5}, r'time\.epoch_ns is 5; the run in .* continues with 17'),
     ],
 )
 def test_a_run_goes_on_with_its_own_ticks(changes, sentence, tmp_path):
@@ -413,7 +413,9 @@ def test_a_run_goes_on_with_its_own_ticks(changes, sentence, tmp_path):
     with pytest.raises(ValueError, match=sentence):
         continuation.begun_in_bag(ORBITING.with_values(changes), bag, '5')
     onward, begin = continuation.begun_in_bag(ORBITING, bag, '5')
-    with pytest.raises(ValueError, match='the event Reset at tick 99: the run goes on at tick 10'):
+    with pytest.raises(
+        ValueError, match='the event Reset at tick 99: the run continues at tick 10'
+    ):
         recorded(onward, 1, tmp_path / 'onward', [Reset(99)], begin)
 
 

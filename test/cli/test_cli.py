@@ -109,7 +109,7 @@ def test_help_loads_nothing_heavy():
         (['simulate', DEFAULT, '--duration', '1', '--events', 'no', '-o', 'x'], 'the events no'),
         (['simulate', DEFAULT, '--duration', '1', '-o', DEFAULT], 'already exists'),
         (['simulate', DEFAULT, '--duration', '1', '-o', '/proc/x'], '/proc/x cannot be created'),
-        (['simulate', 'constellation', '--duration', '1', '-o', 'x'], 'has 8 satellites, of whi'),
+        (['simulate', 'constellation', '--duration', '1', '-o', 'x'], 'has 8 satellites; --sat'),
         (
             [
                 *('simulate', 'constellation', '--duration', '1', '-o', 'x', '--from', 'b'),
@@ -122,8 +122,8 @@ def test_help_loads_nothing_heavy():
             ['describe', 'constellation', '--satellite', '/sat9'],
             'has no satellite /sat9; it has /',
         ),
-        (['check', 'constellation', '--duration', '9'], 'has 8 satellites, of which --satellite'),
-        (['check', '--satellite', '/sat1'], '-o and --satellite are for them alone'),
+        (['check', 'constellation', '--duration', '9'], 'has 8 satellites; --satellite must'),
+        (['check', '--satellite', '/sat1'], 'and -o and --satellite need both'),
         (['verify', 'no'], 'no is not a bag'),
         (['verify', str(ROOT / 'config')], 'it has no .mcap file'),
         (['recover', 'no'], 'no is not a bag'),

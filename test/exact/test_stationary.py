@@ -151,7 +151,7 @@ def test_the_energy_that_determines_nothing_is_refused():
     root = float(np.min(np.roots(D3).real))
     assert root == pytest.approx(-0.7026, abs=1e-4)
     for nu in (0.0, root):
-        with pytest.raises(ValueError, match='give c0 in its place'):
+        with pytest.raises(ValueError, match='give c0 instead'):
             Stationary.from_energy(system(), nu, 2.0)
     with pytest.raises(ValueError, match='c0 is'):
         Stationary.from_energy(system(), 0.1, 1e3)

@@ -172,7 +172,7 @@ def test_comes_to_a_halt_where_the_table_ends():
 def test_no_closed_form_of_a_body_that_the_field_turns():
     """The reason is said; a body of three equal moments has one."""
     assert exact.recognise(system(), STATE) is None
-    assert 'the orbit is no circle' in str(exact.explain(system(), STATE))
+    assert 'the orbit is not a circle' in str(exact.explain(system(), STATE))
     sphere = System(np.diag([3.0, 3.0, 3.0]), orbit=OBLATE)
     motion = exact.recognise(sphere, STATE)
     assert motion is not None

@@ -286,7 +286,7 @@ def test_fast_body_is_a_band(folder, browser):
     )
     report(path, folder / 'fast.html')
     opened(browser, folder / 'fast.html')
-    assert 'a band from the least to the most' in (folder / 'fast.html').read_text()
+    assert 'a band from minimum to maximum' in (folder / 'fast.html').read_text()
     notice = browser.find_element('class name', 'notice').text
     ((begin_s, end_s),) = re.findall(r'--begin (\d+) --end (\d+)', notice)
     lines = 'satdyn.charts.charts[0].plot.data'

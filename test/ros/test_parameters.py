@@ -324,7 +324,7 @@ WRONG = [
     ),
     (
         ['-p', 'publish.topics:=[imu, attitude, imu]'],
-        'publish.topics has imu twice; each may stand once',
+        'publish.topics has imu twice; each may be given once',
     ),
     (['--bogus'], "--ros-args does not allow ['--bogus']"),
     (['-p', 'publish.rate:=0'], 'publish.rate is 0; it must be a number above 0'),

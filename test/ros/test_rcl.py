@@ -106,7 +106,7 @@ REFUSED_BY_BOTH = {
     "[1, '']": r'has at line 3 key with a text \(\) and an integer \(1\) in one list',
     '[~, 1.5]': r'has at line 3 key with a float \(1.5\) and a text \(~\) in one list',
     '[y, 1]': r'has at line 3 key with a truth \(y\) and an integer \(1\)',
-    '[[1], [2]]': 'has at line 3 a list or keys in a list, which no parameter is',
+    '[[1], [2]]': 'has at line 3 a list or keys in a list, which no parameter can be',
     '{? [1] : 2}': 'has at line 3 a key that is not a word',
     '{"": 2}': 'has at line 3 a key that is not a word',
     '-': 'is not YAML at line 3',

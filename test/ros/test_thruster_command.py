@@ -98,7 +98,7 @@ def test_what_is_no_on_time_is_refused_in_one_sentence(live):
         'thruster_command has 0 points; it must have one': no_point,
         'thruster_command has 2 names and 1 positions; it must have one position': lacking,
         'thruster_command names a thruster twice: a, a': twice,
-        'thruster_command has effort; its point must have positions alone': with_effort,
+        'thruster_command has effort; its point must have only positions': with_effort,
         'thruster_command has a time_from_start of 2 s; it must be 0': late,
     }
     for number, (sentence, message) in enumerate(wrong.items(), 1):

@@ -298,7 +298,7 @@ def test_a_bag_that_cannot_be_written_is_recovered_elsewhere(whole, tmp_path, is
     assert check(Bag(new)) == []
     assert (bag / 'bag_0.mcap').read_bytes() == before
     assert [file.name for file in bag.iterdir()] == ['bag_0.mcap']
-    with pytest.raises(FileExistsError, match='already exists; a recovered bag needs a new place'):
+    with pytest.raises(FileExistsError, match='already exists; a recovered bag needs a new path'):
         recover(old, new)
 
 

@@ -85,7 +85,7 @@ def test_a_file_has_no_more_records_than_its_size_allows(tmp_path, monkeypatch):
     assert (len(small), len(large)) == (17, 50)
     _, why = read_all(tmp_path / 'a.mcap', 20_000 * small)
     assert why == (
-        f'{tmp_path}/a.mcap is damaged: to read on takes more than the work of '
+        f'{tmp_path}/a.mcap is damaged: reading it takes more than the work of '
         f'{64 * (8 + 20_000 * 17)} bytes, the limit for a file of its size'
     )
     assert read_all(tmp_path / 'b.mcap', 20_000 * large)[1] == ''

@@ -42,7 +42,12 @@ def test_a_state_that_is_asked_for_is_where_the_motion_restarts():
 
 @pytest.mark.parametrize(
     ('scope', 'why'),
-    [(2, ''), *((n, 'the time never') for n in (0, 1, 3, 255)), (4, 'nothing of'), (6, 'nothing')],
+    [
+        (2, ''),
+        *((n, 'the time never') for n in (0, 1, 3, 255)),
+        (4, 'the scope 4'),
+        (6, 'the scope 6'),
+    ],
 )
 def test_the_state_can_be_reset_and_the_time_cannot(scope, why):
     """Bits 1 time, 2 state, 4 what was spawned; 0 and 255 all of it."""

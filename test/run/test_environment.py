@@ -207,7 +207,7 @@ def test_by_earlier_rules_a_plate_has_the_defaults_of_its_keys():
 def test_what_a_plate_takes_may_not_be_too_much():
     """The sentence says where it comes from."""
     given = {**PLATE, 'surface.specular': 0.6, 'surface.wing.diffuse': 0.5}
-    with pytest.raises(ValueError, match=r'surface\.wing\.specular is 0\.6 .* that of surface$'):
+    with pytest.raises(ValueError, match=r'surface\.wing\.specular is 0\.6 .* those of surface$'):
         Scenario(given)
 
 

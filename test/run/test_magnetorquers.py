@@ -74,7 +74,7 @@ def test_a_dipole_of_a_step_holds_for_that_step():
 def test_without_a_field_magnetorquers_do_nothing_and_say_so():
     """A warning names the key; commands are taken, held and end."""
     sentence = (
-        'magnetorquer.max_dipole is given, and without environment.magnetic_field it does nothing'
+        'magnetorquer.max_dipole is given, but without environment.magnetic_field it has no effect'
     )
     assert sentence in WITHOUT_FIELD.warnings
     simulation = Simulation(WITHOUT_FIELD, [dipole_command(0, (0.1, 0.1, 0.1), until_tick=9)])

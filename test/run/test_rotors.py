@@ -48,7 +48,7 @@ def test_a_name_that_is_a_key_is_refused(name):
 @pytest.mark.parametrize(
     ('nested', 'sentence'),
     [
-        ({'rotor': {'names': ['a', 'a']}}, r'rotor\.names has a twice; each may stand once'),
+        ({'rotor': {'names': ['a', 'a']}}, r'rotor\.names has a twice; each may be given once'),
         ({'rotor': {'names': ['']}}, r"rotor\.names is \[''\]"),
         ({'rotor': {'names': 'a'}}, r"rotor\.names is 'a'"),
         ({'rotor': {'names': ['a'], 'b': FREE}}, r'rotor\.b\.\w+ is given, .*names has no b'),

@@ -48,7 +48,10 @@ TYPED = {'orbit': {'type': 'fixed', 'gradient': 1e-6}}
         ({'orbit': {'type': 'fixed', 'raan': 1.0}}, 'orbit.raan is 1.0; .*circular and kepler'),
         ({'torque': {'names': ['a/b']}}, r"torque.names has 'a/b'; a name has letters, digits"),
         ({'torque': {'names': ['2nd']}}, r"torque.names has '2nd'; .* not begin with a digit"),
-        ({'torque': {'names': ['a', 'b', 'a']}}, 'torque.names has a twice; each may stand once'),
+        (
+            {'torque': {'names': ['a', 'b', 'a']}},
+            'torque.names has a twice; each may be given once',
+        ),
         ({'torque': {'names': 'drag'}}, "torque.names is 'drag'; it must be a list of different"),
         ({'time': {'epoch_ns': 1.5}}, 'time.epoch_ns is 1.5; it must be an integer'),
         ({'time': {'epoch_ns': -1}}, 'time.epoch_ns is -1'),
@@ -157,11 +160,11 @@ def test_altitude_and_epoch_in_place_of_others():
         ),
         (
             {'time.epoch': '1970-01-01T00:00:00Z'},
-            'time.epoch is 1970-01-01T00:00:00Z, and then time.epoch_ns is 0, which is no time to',
+            'time.epoch is 1970-01-01T00:00:00Z, and then time.epoch_ns is 0, which is not a time',
         ),
         (
             {'time.epoch': '1970-001T00:00:00.0000000001', 'time.epoch_ns': 0},
-            'time.epoch is 1970-001T00:00:00.0000000001, and then time.epoch_ns is 0, which is no',
+            'time.epoch is 1970-001T00:00:00.0000000001, and then time.epoch_ns is 0, which is',
         ),
         (
             {'time.epoch': '1969-12-31T23:59:59.999999999'},
@@ -193,7 +196,7 @@ OF_A_GYRO = (
         ({'body.dipol': [0.0, 0.0, 1.0]}, 'of a scenario; the nearest is body.dipole'),
         ({'publish.rates': 3}, 'of a scenario; the nearest is publish.rate'),
         ({'inertia': [1, 1, 1]}, 'of a scenario; the nearest is body.inertia'),
-        ({'enviroment.sun': 'ephemeris'}, 'the nearest is environment.sun; or it is of a torque'),
+        ({'enviroment.sun': 'ephemeris'}, 'the nearest is environment.sun; a key of a torque of'),
         (
             WING | {'surface.wing.centre': [0, 0, 0]},
             'surface.wing.centre is not a parameter of a scenario; surface.wing has area, normal, '
@@ -215,7 +218,7 @@ OF_A_GYRO = (
         ({'torque.names': 5, 'torque.a.x': 1}, 'torque.names has no a'),
         (
             {'pulse.torque': 1.0},
-            "or it is of a torque of one's own, which --torque MODULE:CLASS would name",
+            'a key of a torque of your own needs --torque MODULE:CLASS',
         ),
         ({'publish.topics': ['atitude']}, '; the nearest to atitude is attitude'),
         ({'x' * 10**6: 1}, 'the nearest is '),
@@ -294,7 +297,8 @@ def test_a_quaternion_of_four_or_five_digits_is_normalised_and_it_is_said_once(n
                 'rotor.max_speed': 5.0,
                 'rotor.speed': -5.00000001,
             },
-            'rotor.speed is -5.00000001; it must be at most rotor.max_speed, 5 rad/s, either way',
+            'rotor.speed is -5.00000001; it must be at most rotor.max_speed, 5 rad/s, in either '
+            'direction',
         ),
         (
             {'frames.body': True},

@@ -24,7 +24,7 @@ def gyro(**sizes):
 
 
 # What is doubtful and what the sentence says, then its right neighbour.
-KILOMETRES = 'where kilometres are meant, 6.87814e+06'
+KILOMETRES = 'if kilometres are meant, 6.87814e+06'
 CASES = {
     'a in km': (
         orbit(semi_major_axis=6878.137),
@@ -43,7 +43,7 @@ CASES = {
     ),
     'around the Moon in km': (
         orbit(mu=4.9028e12, semi_major_axis=1838.0),
-        ['where kilometres are meant, 1.838e+06', 'below the surface of the Moon'],
+        ['if kilometres are meant, 1.838e+06', 'below the surface of the Moon'],
         orbit(mu=4.9028e12, semi_major_axis=1838e3),
     ),
     'mu of the Earth in km': (
@@ -73,14 +73,14 @@ CASES = {
     ),
     'rates in degrees': (
         rate(5.0, -6.0, 4.0),
-        ['8.77496 rad/s', 'where [5.0, -6.0, 4.0] are degrees, it is [0.08727, -0.1047, 0.06981]'],
+        ['8.77496 rad/s', 'if [5.0, -6.0, 4.0] are degrees, it is [0.08727, -0.1047, 0.06981]'],
         rate(0.08727, -0.1047, 0.06981),
     ),
     'a fast rate in degrees': (rate(0.0, 0.0, 30.5), ['30.5 rad/s'], rate(0.0, 0.0, 6.2832)),
     'a small rate': (rate(0.0, 3.0, 0.0), ['[0, 0.05236, 0]'], rate(0.0, 1.0, 0.0)),
     'an angle beyond a turn': (
         orbit(raan=10.0),
-        ['orbit.raan is 10 rad, 573 deg; where 10 are degrees, it is 0.1745'],
+        ['orbit.raan is 10 rad, 573 deg; if 10 are degrees, it is 0.1745'],
         orbit(raan=0.1745),
     ),
     'an anomaly': (orbit(true_anomaly=12.0), ['is 12 rad'], orbit(true_anomaly=6.28)),

@@ -143,7 +143,7 @@ def test_another_controller_does_not_go_on(tmp_path, capsys):
     path = written(tmp_path, runs=2)
     plan = Plan.from_yaml(path)
     (tmp_path / 'damper.py').write_text(CONTROLLER.format(vectorized=False))
-    with pytest.raises(ValueError, match='is not that with which the sweep was begun'):
+    with pytest.raises(ValueError, match='is not the one with which the sweep began'):
         Plan.from_text(plan.to_text())
 
 

@@ -83,7 +83,7 @@ def test_a_changed_function_does_not_go_on(tmp_path, module):
     text = Plan.from_yaml(write(tmp_path), outcomes=outcomes).to_text()
     assert len(Plan.from_text(text)) == 12
     (tmp_path / f'{module}.py').write_text(MODULE + '# changed')
-    with pytest.raises(ValueError, match='is not that with which the sweep was begun'):
+    with pytest.raises(ValueError, match='is not the one with which the sweep began'):
         Plan.from_text(text)
 
 

@@ -153,7 +153,7 @@ def test_a_satellite_of_several(tmp_path):
     # In a namespace it has frames of its own.
     frames = {'frames.orbital': 'a/lvlh', 'frames.body': 'a/base_link'}
     assert Plan.from_yaml(path, '/a').scenario == alone.with_values(frames)
-    with pytest.raises(ValueError, match='has 2 satellites, of which --satellite must choose'):
+    with pytest.raises(ValueError, match='has 2 satellites; --satellite must choose'):
         Plan.from_yaml(path)
 
 

@@ -165,5 +165,5 @@ def test_names_are_given_once_and_a_field_is_there():
         Scenario({'hysteresis.names': ['a', 'a']})
     scenario = Scenario.from_dict({'hysteresis': {'names': ['a'], 'a': ROD | {'saturation': 1.0}}})
     (warning,) = scenario.warnings_about(['hysteresis.names'])
-    assert 'without environment.magnetic_field it does nothing' in warning
+    assert 'without environment.magnetic_field it has no effect' in warning
     assert Counter(type(torque) for torque in scenario.system.torques)[Hysteresis] == 0

@@ -32,7 +32,7 @@ FUNCTION = r'torque\(t_s, r_i, v_i, q_ib, omega_bi_b, constants\)'
         ('FewForSigns', r'has a signs that is not a static method signs\(t_s, r_i'),
         ('TextKeys', r"has the keys \('text_keys.size',\); they must be a tuple of Key"),
         ('ForeignKey', r'has the key size; its keys must begin with foreign_key\.'),
-        ('Topic', 'has the topic a b; it must have letters, digits and _ alone'),
+        ('Topic', 'has the topic a b; it must have only letters, digits and _'),
         ('OfRaises', "cannot be made: KeyError: 'size'"),
         ('OfRefuses', 'cannot be made: .*'),
         ('OfNumber', 'cannot be made: its of returns 5; it must return a OfNumber or None'),

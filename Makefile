@@ -112,6 +112,8 @@ figures: $(VENV)/.test
 	@$(PY) docs/figures.py
 
 docs: $(VENV)/.docs
+	@# Pages of the API that were written for modules that are no more.
+	@rm -rf docs/reference/api
 	@$(PY) -m sphinx -q -W --keep-going -b html docs build/docs
 	@echo 'build/docs/index.html'
 

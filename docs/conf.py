@@ -13,7 +13,13 @@ project = 'satdyn_ros'
 author = copyright = 'the satdyn_ros developers'
 release = version = __version__
 
-extensions = ['myst_parser', 'sphinx.ext.apidoc', 'sphinx.ext.autodoc', 'sphinx.ext.mathjax']
+extensions = [
+    'myst_parser',
+    'sphinx.ext.apidoc',
+    'sphinx.ext.autodoc',
+    'sphinx.ext.mathjax',
+    'sphinx.ext.napoleon',
+]
 myst_enable_extensions = ['dollarmath']
 myst_heading_anchors = 4
 source_suffix = {'.md': 'markdown', '.rst': 'restructuredtext'}
@@ -33,7 +39,7 @@ apidoc_modules = [
         'path': str(ROOT / 'satdyn_ros'),
         'destination': 'reference/api',
         'max_depth': 2,
-        'separate_modules': True,
+        'separate_modules': False,
         # Its functions are listed with the package, which has one of its name.
         'exclude_patterns': [str(ROOT / 'satdyn_ros/exact/recognise.py')],
         'automodule_options': {'members', 'show-inheritance'},
@@ -41,6 +47,11 @@ apidoc_modules = [
 ]
 autodoc_member_order = 'bysource'
 autodoc_typehints = 'signature'
+napoleon_google_docstring = False
+napoleon_use_param = False
+napoleon_use_rtype = False
+# Without references to words of their units.
+napoleon_custom_sections = [('Attributes', 'params_style')]
 # In no wheel of ROS 2.
 autodoc_mock_imports = ['simulation_interfaces']
 
@@ -51,13 +62,33 @@ nitpick_ignore_regex = [('py:.*', r'(?!satdyn_ros).*'), ('py:.*', r'.*\._(Messag
 
 def _as_written(app, what, name, obj, options, lines):
     """
-    Keep a docstring as it is written.
+    Keep a docstring as it is written, but for its sections, which napoleon reads.
 
     It is plain text with formulas in it: what reStructuredText would take for markup is escaped,
-    and what is indented is kept line by line.
+    and what is indented is kept line by line.  Examples are kept as Python.
     """
-    written, lines[:] = list(lines), []
-    in_block = False
+    first = next((i for i in range(len(lines)) if _is_header(lines, i)), len(lines))
+    examples = next((i for i in range(first, len(lines)) if lines[i] == 'Examples'), len(lines))
+    prose, sections = lines[:first], lines[first:examples]
+    lines[:] = [*_blocks(prose), *map(_escaped, sections), *lines[examples:]]
+    if what in ('attribute', 'data', 'property'):
+        # In the first line napoleon takes what is before a colon for a type: an empty comment.
+        lines[:0] = ['..', '']
+
+
+def _is_header(lines, i):
+    """Whether line i names a section, which the line below it underlines."""
+    return bool(lines[i]) and lines[i + 1 : i + 2] == ['-' * len(lines[i])]
+
+
+def _escaped(line):
+    """Return a line without markup."""
+    return re.sub(r'([*`|_\\])', r'\\\1', line)
+
+
+def _blocks(written):
+    """Return lines of text, what is indented in them as blocks."""
+    lines, in_block = [], False
     for i, line in enumerate(written):
         starts = line.startswith((' ', '>>>'))
         if starts and not in_block:
@@ -66,7 +97,8 @@ def _as_written(app, what, name, obj, options, lines):
             lines.append('')
             in_block = False
         in_block = in_block or starts
-        lines.append(f'    {line}' if in_block else re.sub(r'([*`|_\\])', r'\\\1', line))
+        lines.append(f'    {line}' if in_block else _escaped(line))
+    return lines
 
 
 def _goes_on(lines, i):
@@ -81,4 +113,5 @@ def _goes_on(lines, i):
 
 def setup(app):
     """Connect what changes docstrings."""
-    app.connect('autodoc-process-docstring', _as_written)
+    # Before napoleon, which has the priority 500.
+    app.connect('autodoc-process-docstring', _as_written, priority=400)

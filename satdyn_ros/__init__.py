@@ -1,12 +1,12 @@
 """
 Spacecraft attitude under the gravity-gradient torque: true dynamics with proof, for ROS 2.
 
-Scenario: what a run is, from a file or nested keys; scenario.motion().at(t_s) gives its states.
+Scenario: a run, from a file or nested keys; scenario.motion().at(t_s) gives its states.
 Simulation: a scenario and its events tick by tick.
 SideBySide: many runs in step, with commands and samples in columns.
 Propagation: the numerical motion of any system from any state.
 exact: the motions in closed form; exact.recognise(system, state) finds the one that applies.
-describe: what theory says of a scenario, as data.
+describe: what theory says about a scenario, as data.
 """
 
 from importlib import import_module

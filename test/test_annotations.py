@@ -1,6 +1,7 @@
 """Every public function has annotated arguments and results."""
 
 import ast
+import re
 from pathlib import Path
 
 PACKAGE = Path(__file__).parent.parent / 'satdyn_ros'
@@ -38,3 +39,36 @@ def test_public_functions_are_annotated():
         if (gaps := missing(function))
     }
     assert not found
+
+
+def parameters_of(node):
+    """Return the names that a docstring lists under Parameters, and those of the signature."""
+    section = (ast.get_docstring(node) or '').partition('Parameters\n----------\n')[2]
+    section = re.split(r'\n\n\w+\n-{3,}\n', section)[0]
+    heads = [line.partition(' : ')[0] for line in section.splitlines() if line[:1].strip()]
+    listed = [name.strip() for head in heads for name in head.split(',')]
+    given = node
+    if isinstance(node, ast.ClassDef):
+        made = [x for x in node.body if isinstance(x, ast.FunctionDef) and x.name == '__init__']
+        if not made:
+            fields = [x for x in node.body if isinstance(x, ast.AnnAssign)]
+            return listed, [ast.unparse(x.target) for x in fields]
+        given = made[0]
+    arguments = [*given.args.posonlyargs, *given.args.args, *given.args.kwonlyargs]
+    if given.args.kwarg:
+        arguments.append(given.args.kwarg)
+    return listed, [x.arg for x in arguments if x.arg not in ('self', 'cls')]
+
+
+def test_docstrings_list_the_parameters_that_there_are():
+    """All of them in their order; a function of keywords alone may list these."""
+    count = 0
+    for path in PACKAGE.rglob('*.py'):
+        for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
+            if isinstance(node, ast.ClassDef | ast.FunctionDef):
+                listed, given = parameters_of(node)
+                count += bool(listed)
+                assert not listed or listed == given or given == ['commands'], (
+                    f'{path}: {node.name} has {given}, its docstring {listed}'
+                )
+    assert count > 100

@@ -46,7 +46,7 @@ class Actuator(ABC):
 
     topics: those of the scenario, which bags have.  is_fitted: whether there is anything to
     command.  none: by the names under which something is held, each timed out by itself, what acts
-    while nothing is commanded.  rotors: by these names the rotor whose cuts are told as events.
+    while nothing is commanded.  rotors: by these names the rotor whose cuts become events.
     """
 
     topic: ClassVar[str]
@@ -88,7 +88,7 @@ class Actuator(ABC):
         """
         Return what is held, by name, of the commands of count runs: each number a column (M,).
 
-        given: as of given(), with an array in the place of each number or vector, a row of each
+        given: as of given(), with an array in place of each number or vector, a row for each
         run.  ValueError, in one sentence: it is not allowed.
         """
         raise ValueError(f'{word} is commanded run by run, not in columns')
@@ -159,7 +159,7 @@ class Actuator(ABC):
         }
 
     def kept(self, acting: Mapping[str, Any]) -> dict[str, Any]:
-        """Return, of what acts on another body, what goes on here; the rest is as in none."""
+        """Return what continues here of what acts on another body; the rest is as in none."""
         found = {name: self.within(name, acting[name]) for name in self.none if name in acting}
         return {**self.none, **found}
 

@@ -90,7 +90,7 @@ class Equipment:
         return {name: x for each in self.actuators for name, x in each.ended(acting, at_s).items()}
 
     def restarted(self, acting: Mapping[str, Any], at_s: float) -> dict[str, Any]:
-        """Return what acts from an instant on where the motion restarts: what is held goes on."""
+        """Return what acts from the restart of the motion on: what is held continues."""
         ended = self.ended(acting, at_s)
         return {
             name: x if self.of_name[name].is_held else ended[name] for name, x in acting.items()
@@ -110,7 +110,7 @@ class Equipment:
         return self.of_name[name].is_held
 
     def kept(self, acting: Mapping[str, Any]) -> dict[str, Any]:
-        """Return, of what acts on another body, what goes on on this one."""
+        """Return what continues on this body of what acts on another one."""
         return {name: x for each in self.actuators for name, x in each.kept(acting).items()}
 
     def to_plain(self, acting: Mapping[str, Any]) -> dict[str, Any]:

@@ -202,7 +202,7 @@ class Thrusters(Actuator):
         return torque.firing([acting[name] for name in self.none])
 
     def kept(self, acting: Mapping[str, Any]) -> dict[str, Any]:
-        """Return, of what acts on another body, what goes on on this one."""
+        """Return what continues on this body of what acts on another one."""
         return {**self.none, **{name: acting[name] for name in self.none if name in acting}}
 
     def to_plain(self, acting: Mapping[str, Any]) -> dict[str, Any]:

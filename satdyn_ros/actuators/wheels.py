@@ -215,7 +215,7 @@ class Wheels(Actuator):
         }
 
     def kept(self, acting: Mapping[str, Any]) -> dict[str, Any]:
-        """Return, of what acts on another body, what goes on on this one."""
+        """Return what continues on this body of what acts on another one."""
         kept = super().kept(acting)
         for name, label in self.rotors.items():
             rotor = self._rotors[label]

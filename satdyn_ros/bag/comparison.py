@@ -87,7 +87,7 @@ class Comparison:
 
     def extra(self, recorded: np.ndarray, inputs: Collection[str] = ()) -> Difference | None:
         """
-        Return the first of recorded messages that the run does not give, None: there is none.
+        Return the first recorded message that the run does not give, or None.
 
         recorded: the bytes of whole records; inputs: topics by their names in the scenario, whose
         messages may be among them.

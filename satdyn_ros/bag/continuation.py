@@ -37,7 +37,7 @@ def begun_in_bag(
     scenario: Scenario, bag: str | Path, at_s: str | float
 ) -> tuple[Scenario, dict[str, Any]]:
     """
-    Return the scenario with the ticks of a bag's run, and where it goes on: a snapshot.
+    Return the scenario with the ticks of a bag's run, and the snapshot from which it continues.
 
     That is at the first tick at or after at_s seconds from tick 0.  The motion in force goes on;
     where the scenario has other keys than the bag's on which a motion depends (_OF_MOTION), one

@@ -334,7 +334,7 @@ class Happened:
 
     @property
     def last_ns(self) -> int | None:
-        """The last log time of a message; None: there are none."""
+        """The last log time of a message, or None if there are no messages."""
         self._check()
         return self._last_ns
 

@@ -16,12 +16,31 @@ from ..run.scenario import Scenario
 
 class RecordableSimulation(ControlledSimulation):
     """
-    A Simulation, as of run/simulation.py, that may have a controller and write a bag.
+    A run, tick by tick, that may have a controller and write a bag.
 
-    record: the directory of a new bag, which close(), or the end of a with statement, completes.
-    It has each tick from which the run has gone on, and verifies without the program that gave the
-    commands.  OSError, ValueError: as BagWriter.
+    The bag has each tick from which the run has gone on, and verifies without the program that
+    gave the commands.
 
+    Parameters
+    ----------
+    scenario : Scenario
+        the scenario
+    events : events
+        what happens at later ticks, in order
+    rules : int
+        of the bag that is run again
+    record : str or Path
+        directory of a new bag, which close(), or the end of a with statement, completes
+    controller : object
+        closes the loop, see run/controllers.py
+
+    Raises
+    ------
+    OSError, ValueError
+        as for BagWriter
+
+    Examples
+    --------
     >>> with Simulation(scenario, record='bags/x') as simulation:  # doctest: +SKIP
     ...     simulation.step(torque_b=(0, 0, 0.01))
     """
@@ -56,7 +75,7 @@ class RecordableSimulation(ControlledSimulation):
         self.close()
 
     def close(self) -> None:
-        """Complete the bag, if there is one; the run may go on without it."""
+        """Complete the bag, if there is one; the run may continue without it."""
         if self._recorder is not None:
             self._write()
             with uninterrupted():

@@ -125,7 +125,7 @@ def typed_of(record: Mapping[str, str]) -> dict[str, Any]:
 
 
 def rules_of(record: Mapping[str, str]) -> int:
-    """Return the rules of provenance; Damaged: they are none that this version knows."""
+    """Return the rules of provenance; Damaged: this version does not know them."""
     rules = record.get('rules', '0')
     if rules not in map(str, range(RULES + 1)):
         raise Damaged(f'its rules are {rules}; this version of satdyn_ros knows 0 to {RULES}')

@@ -36,7 +36,7 @@ def simulate(
     """
     Record the ticks k with k / rate < duration_s into a new bag and yield how many are done.
 
-    begin: Simulation.snapshot of the tick from which the run goes on, and k counts; None: tick 0.
+    begin: Simulation.snapshot of the tick from which the run continues and k counts; None: tick 0.
     The bag is complete when the iteration ends, even if it is closed half way.  An epoch of 0 is
     the wall clock.  An interruptible context is not interrupted while the bag is written.
     ValueError: an event that the scenario does not allow, or a state from which no motion can

@@ -23,13 +23,35 @@ class Key:
     """
     One key of a scenario.
 
-    kind: 'double', 'double_array', 'string', 'string_array', 'epoch', 'text', 'texts' (strings of
-    any content, empty: not given), 'bool' or 'integer'.  low and high bound numbers inclusively,
-    above and below exclusively; lengths are those an array may have.  changes: 'never', 'running'
-    (a parameter set) or 'service' (~/set_initial_conditions).  also: units of another dimension in
-    which people have it, the factor between them being 1.  is_optional: whether a text leaves it
-    out where it has its default, as most scenarios do.  trade: the unit in which datasheets have
-    it, where its own does not say.
+    Parameters
+    ----------
+    name : str
+        dotted
+    kind : str
+        'double', 'double_array', 'string', 'string_array', 'epoch', 'text', 'texts' (strings of
+        any content, empty: not given), 'bool' or 'integer'
+    default : value
+        its value if none is given
+    unit : str
+        empty: none
+    meaning : str
+        one sentence
+    low, high : numbers
+        bounds, inclusive
+    above, below : numbers
+        bounds, exclusive
+    lengths : tuple
+        allowed lengths of an array
+    choices : tuple
+        allowed strings
+    changes : str
+        'never', 'running' (a parameter set) or 'service' (~/set_initial_conditions)
+    also : tuple
+        units of another dimension in which people have it, with the factor 1 between them
+    is_optional : bool
+        whether a text leaves it out where it has its default, as most scenarios do
+    trade : str
+        the unit in which datasheets have it, where its own does not say
     """
 
     name: str

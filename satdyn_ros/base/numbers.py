@@ -8,7 +8,7 @@ _NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?', re.ASCII)
 
 def number(text: str) -> float | None:
     """
-    Return the number that a text in ASCII is, None: it is none.
+    Return the number that a text in ASCII is, or None if it is not a number.
 
     >>> number('-.5e-3'), number('1_000.0')
     (-0.0005, None)

@@ -128,7 +128,7 @@ class Unit:
 @lru_cache(maxsize=1000)
 def unit_of(text: str) -> Unit:
     """
-    Return the unit of a text such as 'kg m^2', 'deg/sqrt(h)' or '1/s'; Unfit: it is none.
+    Return the unit of a text such as 'kg m^2', 'deg/sqrt(h)' or '1/s'; Unfit: it is not a unit.
 
     >>> unit_of('km').factor
     Decimal('1000')
@@ -224,7 +224,7 @@ class _Reader:
         self._text, self._words = text, self._WORDS.findall(text)
 
     def unit(self) -> Unit:
-        """Return the unit of the whole text; Unfit: it is none."""
+        """Return the unit of the whole text; Unfit: it is not a unit."""
         if not self._text:
             return Unit()
         found = self._product()

@@ -19,8 +19,15 @@ class Body(NamedTuple):
 
 def compose(bodies: Iterable[Body]) -> Body:
     """
-    Return the body that the bodies make together, all in the same axes.
+    Return the body that several bodies make together, all in the same axes.
 
+    Parameters
+    ----------
+    bodies : bodies
+        the parts
+
+    Examples
+    --------
     >>> bus = Body(9.0, np.zeros(3), sphere(9.0, 1.0))
     >>> boom = Body(1.0, np.array([0.0, 0.0, 20.0]), rod(1.0, 38.0))
     >>> compose([bus, boom]).mass_centre
@@ -39,9 +46,16 @@ def compose(bodies: Iterable[Body]) -> Body:
 
 def points(masses: ArrayLike, positions: ArrayLike, about: ArrayLike | None = None) -> np.ndarray:
     """
-    Return the inertia of point masses (N,) [kg] at positions (N, 3) [m] about a point (3,) [m].
+    Return the inertia (3, 3) [kg m^2] of point masses.
 
-    about: by default their mass centre.
+    Parameters
+    ----------
+    masses : (N,), kg
+        the masses
+    positions : (N, 3), m
+        their positions
+    about : (3,), m
+        the point of reference, by default the mass centre
     """
     m_and_r = zip(np.asarray(masses, float), np.asarray(positions, float), strict=True)
     body = compose([Body(m, r, np.zeros((3, 3))) for m, r in m_and_r])

@@ -1,4 +1,4 @@
-"""The inertia tensor: what is none, principal axes, parallel axis, and a catalogue of shapes."""
+"""The inertia tensor: which numbers are one, principal axes, parallel axis, moment of an axis."""
 
 from collections.abc import Iterable, Sequence
 from itertools import permutations
@@ -48,11 +48,16 @@ def checks(numbers: ArrayLike) -> Checks:
 
 def entries(numbers: ArrayLike) -> np.ndarray:
     """
-    Return the inertia tensors (..., 3, 3) [kg m^2] of 3, 6 or 9 numbers (..., k).
+    Return the inertia tensors (..., 3, 3) [kg m^2] of 3, 6 or 9 numbers.
 
-    The principal moments; or ixx iyy izz ixy ixz iyz, the entries of the tensor (products with the
-    sign they have in the matrix); or its rows.
+    Parameters
+    ----------
+    numbers : (..., 3), (..., 6) or (..., 9), kg m^2
+        the principal moments; or ixx iyy izz ixy ixz iyz, the entries of the tensor (products with
+        the sign they have in the matrix); or its rows
 
+    Examples
+    --------
     >>> entries([600, 800, 900]).diagonal()
     array([600., 800., 900.])
     """
@@ -71,10 +76,14 @@ def principal_axes(inertia: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """
     Return the principal moments (3,) and the rotation R_bp (3, 3): inertia = R diag(moments) R^T.
 
-    The columns of R_bp are the principal axes in body axes, right-handed, and those of all orders
-    and signs (for equal moments, of all pairs) that are turned least from the body axes: a
-    diagonal tensor gives its diagonal and the identity.  Many tensors (..., 3, 3) give as many of
-    both.
+    The columns of R_bp are the principal axes in body axes, right-handed.  Among all orders and
+    signs (for equal moments, all pairs) they are those turned least from the body axes: a diagonal
+    tensor gives its diagonal and the identity.
+
+    Parameters
+    ----------
+    inertia : (3, 3) or (..., 3, 3), kg m^2
+        a tensor, or many, which give as many of both
     """
     inertia = np.asarray(inertia, float)
     moments = np.diagonal(inertia, axis1=-2, axis2=-1).copy()
@@ -106,9 +115,16 @@ def symmetry_axis(
     inertias: Iterable[np.ndarray], vectors: Iterable[np.ndarray] = ()
 ) -> np.ndarray | None:
     """
-    Return the unit axis (3,) about which all inertias (3, 3) and vectors (3,) are symmetric.
+    Return the unit axis (3,) about which all tensors and vectors are symmetric.
 
     None: there is no such axis, or any axis is one.
+
+    Parameters
+    ----------
+    inertias : (3, 3) each
+        tensors
+    vectors : (3,) each
+        vectors
     """
     axis = symmetry_axes(inertias, vectors)
     return None if np.any(np.isnan(axis)) else axis

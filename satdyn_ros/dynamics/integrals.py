@@ -48,10 +48,15 @@ _FROM_ROW_0 = np.zeros(1, int)
 
 def first_integrals(system: System, states: States) -> dict[str, np.ndarray]:
     """
-    Return what the motion of states conserves, name to values (N,), in SI units.
+    Return what a motion conserves, name to values (N,), in SI units.
 
-    Systems of arrays, which broadcast against states of many motions (M, N), give (M, N): nan for
-    motions that do not conserve it, where others do.
+    Parameters
+    ----------
+    system : System
+        what moves; systems of arrays broadcast against the states of many motions (M, N) and give
+        (M, N), nan for motions that do not conserve an integral that others do
+    states : States
+        N rows of its motion
     """
     values = {name: sum(terms) for name, terms in _terms(_Parts.of(system, states)).items()}
     if 'energy_balance' in values:
@@ -61,11 +66,18 @@ def first_integrals(system: System, states: States) -> dict[str, np.ndarray]:
 
 def relative_drift(system: System, states: States) -> dict[str, np.ndarray]:
     """
-    Return each first integral's change since row 0, relative to the size of its parts, (N,).
+    Return each first integral's change since row 0 (N,), relative to the size of its parts.
 
     The size is the largest since row 0.  An integral may be zero, and so may each of its terms:
     its size is that of the momenta and potentials behind them.  nan: the row's motion does not
     conserve it, others do.
+
+    Parameters
+    ----------
+    system : System
+        what moves
+    states : States
+        N rows of its motion
     """
     return drift_since(system, states, _FROM_ROW_0, applied_torque(system), {})[0]
 
@@ -80,8 +92,18 @@ def drift_since(
     """
     Return relative_drift of motions that follow each other, and the sizes in their last row.
 
-    since (N,): by row that where its motion began; applied (N,) [N m]: its applied_torque;
-    sizes_before: the sizes up to row 0 of a motion that goes on from other rows.
+    Parameters
+    ----------
+    system : System
+        what moves
+    states : States
+        N rows
+    since : (N,)
+        the row in which the motion of each began
+    applied : (N,), N m
+        its applied_torque
+    sizes_before : dict
+        the sizes up to row 0 of a motion that continues from other rows
     """
     parts, drift, last_sizes = _Parts.of(system, states), {}, {}
     sizes = _sizes(parts, applied)

@@ -27,18 +27,36 @@ class States:
     """
     A table of N states of one motion.
 
-    t_s (N,): seconds since the motion began; q_ib (N, 4); omega_bi_b (N, 3) [rad/s]; rotor_speed
-    [rad/s] and rotor_angle [rad] (N, R), nan where a rotor has none.  work [J] (N,): what the
-    applied torques and the orbit's ellipticity added to the energy since the motion began.
-    inner: the inner coordinates by their names, (N,) each, as of State.  torquer_dipole_b (N, 3)
-    [A m^2]: that of the magnetorquers, where the motion says it.
-    orbit_s (N,): the same instants in seconds from tick 0, where the orbit counts from.
-    turn_b (N, 3) [rad]: the integral of omega_bi_b since the row before, where it was asked for.
-    rotor_torque (N, R) [N m]: the torques of the motors, and met_limit (N, R): whether a rotor
-    came to its limit of speed since the row before, where a rotor has one.  environment: along
-    the orbit, None: there is none.
+    For many motions at the same times, the tables have one more axis in front.
 
-    Of many motions at the same times, the tables have one more axis in front.
+    Attributes
+    ----------
+    t_s : (N,), s
+        since the motion began
+    q_ib : (N, 4), x, y, z, w
+        attitude, body to inertial
+    omega_bi_b : (N, 3), rad/s, body axes
+        rate of the body relative to inertial axes
+    rotor_speed, rotor_angle : (N, R), rad/s, rad
+        of each rotor relative to the body, nan where it has none
+    work : (N,), J
+        what the applied torques and the orbit's ellipticity have added to the energy
+    orbit : FixedDirection, KeplerOrbit or TabledOrbit
+        the orbit
+    orbit_s : (N,), s
+        the same instants from tick 0
+    turn_b : (N, 3), rad, or None
+        integral of omega_bi_b since the row before
+    rotor_torque : (N, R), N m, or None
+        torques of the motors
+    met_limit : (N, R), bool, or None
+        whether a rotor came to its limit of speed since the row before
+    environment : AlongOrbit or None
+        the environment along the orbit
+    inner : dict of (N,)
+        inner coordinates by name, as in State
+    torquer_dipole_b : (N, 3), A m^2, body axes, or None
+        dipole of the magnetorquers
     """
 
     t_s: np.ndarray
@@ -234,8 +252,12 @@ class Halted(RuntimeError):  # noqa: N818 - it says what happened to a motion
     """
     The end of a propagation that cannot reach a requested time; its text is one sentence.
 
-    reached_s: how far it came, in seconds since the motion began; states: the requested rows up to
-    there, in ascending t_s, possibly none.
+    Attributes
+    ----------
+    reached_s : s
+        how far it came since the motion began
+    states : States
+        the requested rows up to there, in ascending t_s, possibly none
     """
 
     def __init__(self, sentence: str, reached_s: float, states: States):
@@ -249,11 +271,24 @@ class TableEnded(Halted):
 
 class Motion(ABC):
     """
-    One motion of a system from a state at start_s seconds from tick 0.
+    One motion of a system from a state.
 
-    name and source ('Agostinelli 1977, eqs 28-32') say what it is; period_s is the exact period
-    of the reduced motion where there is one, else None.  ValueError: the state lacks the speed or
-    the angle of a free rotor.
+    name and source ('Agostinelli 1977, eqs 28-32') say what it is.  period_s is the exact period
+    of the reduced motion, or None.
+
+    Parameters
+    ----------
+    system : System
+        what moves
+    state : State
+        its state at the start
+    start_s : s
+        time of the start from tick 0
+
+    Raises
+    ------
+    ValueError
+        the state lacks the speed or the angle of a free rotor
     """
 
     name: str
@@ -270,19 +305,33 @@ class Motion(ABC):
 
     def at(self, t_s: ArrayLike) -> States:
         """
-        Return the states at t_s, a float or (N,), seconds since the motion began, any order.
+        Return the states at some times, in any order; row i depends on t_s[i] alone.
 
-        Row i depends on t_s[i] alone.  ValueError: a time is negative or not finite.  Halted: the
-        motion cannot be propagated that far; it still answers the times before.
+        Parameters
+        ----------
+        t_s : float or (N,), s
+            since the motion began
+
+        Raises
+        ------
+        ValueError
+            a time is negative or not finite
+        Halted
+            the motion cannot be propagated that far; it still answers the times before
         """
         t_s = _checked(t_s)
         return self._table(t_s, None, *self._states(t_s))
 
     def counting_at(self, t_s: ArrayLike) -> States:
         """
-        Return the states as at() does, t_s ascending, with turn_b: zero in the first row.
+        Return the states as at() does, with turn_b, which is zero in the first row.
 
-        The turn to a row depends on its time and on that of the row before alone.
+        The turn to a row depends only on its time and on that of the row before.
+
+        Parameters
+        ----------
+        t_s : (N,), s
+            since the motion began, ascending
         """
         t_s = _checked(t_s)
         turn_b = np.zeros((len(t_s), 3))

@@ -21,15 +21,32 @@ MODES = ('none', 'constant_momentum', 'free', 'motor')
 @dataclass(frozen=True, eq=False)
 class Rotor:
     """
-    A rotor by its mode, one of MODES.
+    A rotor, described by its mode, one of MODES.
 
-    axis: unit vector, body axes.  momentum [N m s]: relative momentum, mode constant_momentum.
-    inertia [kg m^2]: axial inertia J, friction [N m s]: viscous, and coulomb_friction [N m], whose
-    sign changes within some friction_speed [rad/s], between rotor and body, modes free and motor.
-    max_torque [N m], max_speed [rad/s]: limits of a motor, 0: none; speed_gain [1/s]: of the loop
-    in its drive that follows a commanded speed, 0: there is none.  static_imbalance [kg m],
-    at position [m] (3,) from the mass centre, dynamic_imbalance [kg m^2], modes free and motor.
-    name: empty for the one rotor of a scenario without names.
+    Attributes
+    ----------
+    mode : str
+        none, constant_momentum, free or motor
+    axis : (3,), body axes
+        unit vector
+    momentum : N m s
+        relative momentum; mode constant_momentum
+    inertia : kg m^2
+        axial inertia J; modes free and motor
+    friction : N m s
+        viscous friction between rotor and body; modes free and motor
+    max_torque, max_speed : N m, rad/s
+        limits of a motor, 0: none
+    coulomb_friction, friction_speed : N m, rad/s
+        dry friction, and the speed within which it changes its sign; modes free and motor
+    speed_gain : 1/s
+        of the loop in the drive that follows a commanded speed, 0: none
+    static_imbalance, dynamic_imbalance : kg m, kg m^2
+        modes free and motor
+    position : (3,), m, body axes
+        from the mass centre
+    name : str
+        empty for the one rotor of a scenario without names
     """
 
     mode: str = 'none'
@@ -74,9 +91,10 @@ class Rotor:
     @property
     def zero_direction(self) -> np.ndarray:
         """
-        Return the unit vector (3,) square to the axis where an imbalance is at the angle zero.
+        Return the direction (3,) of an imbalance at the angle zero, perpendicular to the axis.
 
-        The body axis with the smallest component along the axis, the first of equals, made square.
+        It is the body axis with the smallest component along the rotor's, the first of equals,
+        less that component.
         """
         body_axis = np.eye(3)[np.argmin(np.abs(self.axis))]
         square = body_axis - (body_axis @ self.axis) * self.axis

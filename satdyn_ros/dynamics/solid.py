@@ -19,18 +19,32 @@ def solid(
     tolerance: float = 1e-10,
 ) -> Body:
     """
-    Return the body that fills a region with density(x, y, z) [kg/m^3], arrays of one shape.
+    Return the body that fills a region with a density.
 
-    A coordinate given as a number in place of a range is held: with one held the body is a shell
-    or a plate and the density one of the surface [kg/m^2], with two a rod or a ring and the
-    density one of the line [kg/m].
+    A coordinate given as a number in place of a range is held.  With one held, the body is a shell
+    or a plate and the density that of the surface [kg/m^2]; with two, a rod or a ring and the
+    density that of the line [kg/m].  Gauss-Legendre quadrature takes more and more points, until
+    mass and inertia change by no more than the tolerance.
 
-    ranges (3): of x, y, z; 'cylindrical': of z, phi and the distance r from z; 'spherical': of
-    theta from z, phi and the radius r [m, rad].  A range may be a function of the coordinates
-    before it.  Gauss-Legendre quadrature with more and more points, until mass and inertia change
-    by no more than tolerance, relative.  ValueError: unknown coordinates, or the density is not
-    smooth enough, or the mass is not positive.
+    Parameters
+    ----------
+    density : function, kg/m^3
+        of x, y, z [m], arrays of one shape
+    ranges : 3 pairs, numbers or functions, m and rad
+        of x, y, z; 'cylindrical': of z, phi and the distance r from z; 'spherical': of theta from
+        z, phi and the radius r.  A range may be a function of the coordinates before it
+    coordinates : str
+        'cartesian', 'cylindrical' or 'spherical'
+    tolerance : float
+        relative
 
+    Raises
+    ------
+    ValueError
+        the coordinates are unknown, the density is not smooth enough, or the mass is not positive
+
+    Examples
+    --------
     >>> ball = solid(lambda x, y, z: 1.0, [(0, np.pi), (0, 2 * np.pi), (0, 2.0)], 'spherical')
     >>> round(ball.mass, 9), round(float(ball.inertia[2, 2] / (0.4 * ball.mass * 4.0)), 9)
     (33.510321638, 1.0)

@@ -33,16 +33,34 @@ class System:
     """
     A gyrostat with R rotors in a Newtonian field, with the torques that are applied to it.
 
-    inertia [kg m^2] (3, 3): body axes, locked rotors included, about the mass centre, or about the
-    fixed point where weight_moment [N m] (3,), the weight times the position of the mass centre,
-    is not zero.  torque_b [N m] (3,) acts on the body, rotor_torque [N m] (R,), or one for all,
-    from the body on the rotors.  rotor_target [rad/s] (R,): the speeds that the drives are
-    commanded in place of a torque, nan: of none.  torques: what else acts on the body.
-    environment: what there is along the orbit beside the attracting field, None: nothing.
-    sees_pairs: whether steps end at corners that come in pairs within one; by rules below 5 they
-    did not.  cuts_first: whether a step that misses the tolerance is cut at a corner, if there is
-    one, before it is shortened by its error; by rules below 6 it was not.  modes: of its flexible
-    parts, which the inertia includes, locked.
+    Attributes
+    ----------
+    inertia : (3, 3), kg m^2, body axes
+        locked rotors and flexible parts included, about the mass centre, or about the fixed point
+        where weight_moment is not zero
+    rotors : R rotors
+        the rotors
+    orbit : FixedDirection, KeplerOrbit or TabledOrbit
+        where the attracting centre is
+    weight_moment : (3,), N m, body axes
+        weight times the position of the mass centre from the fixed point
+    torque_b : (3,), N m, body axes
+        torque on the body
+    rotor_torque : (R,), N m
+        from the body on the rotors, or one for all
+    torques : torques
+        other torques on the body
+    environment : AlongOrbit or None
+        what there is along the orbit beside the attracting field
+    rotor_target : (R,), rad/s
+        speeds that the drives are commanded instead of a torque, nan: none
+    sees_pairs : bool
+        whether steps end at corners that come in pairs within one; by rules below 5 they did not
+    cuts_first : bool
+        whether a step that misses the tolerance is cut at a corner, if there is one, before its
+        error shortens it; by rules below 6 it was not
+    modes : modes
+        of its flexible parts
     """
 
     inertia: np.ndarray

@@ -108,11 +108,23 @@ def element_forces(
     masses: np.ndarray, places_b: np.ndarray, c_b: np.ndarray, gravity: float, radius_m: float
 ) -> np.ndarray:
     """
-    Return the pull [N] (N, 3) on elements of a body about a fixed point (Beletsky 1957, eq. 1).
+    Return the pull (N, 3) [N] on elements of a body about a fixed point (Beletsky 1957, eq. 1).
 
-    -(g / R) m x - m g c + 3 (g / R) m (c . x) c: masses (N,) [kg] at places_b (N, 3) [m] from the
-    fixed point, which is radius_m from the attracting centre along c_b (3,), where a mass falls at
-    gravity [m/s^2].  To the first order in x / R; the moments x F add up to those of eq. 2.
+    -(g / R) m x - m g c + 3 (g / R) m (c . x) c, to the first order in x / R; the moments x F add
+    up to those of eq. 2.
+
+    Parameters
+    ----------
+    masses : (N,), kg
+        m
+    places_b : (N, 3), m, body axes
+        x, from the fixed point
+    c_b : (3,), body axes
+        c, the unit vector from the attracting centre
+    gravity : m/s^2
+        g, at which a mass falls at the fixed point
+    radius_m : m
+        R, from the attracting centre to the fixed point
     """
     x, c = np.asarray(places_b, float), np.asarray(c_b, float)
     along = (x @ c)[:, None] * c
@@ -127,10 +139,18 @@ def angular_momentum(
     inner: Mapping[str, Any] | None = None,
 ) -> np.ndarray:
     """
-    Return H = K omega + sum p a + sum pi d [N m s] in body axes, shape (..., 3).
+    Return H = K omega + sum p a + sum pi d (..., 3) [N m s], in body axes.
 
-    omega_bi_b [rad/s] (..., 3); rotor_speed [rad/s] (..., R), nan where a rotor has none; inner:
-    as of States, (...) each.
+    Parameters
+    ----------
+    system : System
+        what moves
+    omega_bi_b : (..., 3), rad/s, body axes
+        rate
+    rotor_speed : (..., R), rad/s
+        nan where a rotor has none
+    inner : dict of (...)
+        inner coordinates, as in States
     """
     momentum = times(system.carrier_inertia, components(omega_bi_b))
     for i, rotor in enumerate(system.rotors):

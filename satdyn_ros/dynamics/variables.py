@@ -96,7 +96,7 @@ def initial_values(system: System, state: State) -> np.ndarray:
 
 
 def wanted_count(system: System, does_work: bool) -> int:
-    """Return how many variables are interpolated: not the work if it is none, nor the anomaly."""
+    """Return how many variables are interpolated: not the anomaly, nor the work without any."""
     *kept, work, _, _ = Variables.of(system)
     return max(part.stop for part in (*kept, *([work] if does_work else [])))
 

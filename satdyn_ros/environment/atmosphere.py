@@ -22,7 +22,14 @@ class Exponential(NamedTuple):
     """
     Air of the density rho_0 exp(-(h - h_0) / H), h the geodetic height.
 
-    density [kg/m^3]: rho_0; density_height [m]: h_0; scale_height [m]: H.
+    Attributes
+    ----------
+    density : kg/m^3
+        rho_0
+    density_height : m
+        h_0
+    scale_height : m
+        H
     """
 
     density: float
@@ -30,17 +37,30 @@ class Exponential(NamedTuple):
     scale_height: float
 
     def log_density(self, height_m: ArrayLike) -> np.ndarray:
-        """Return ln rho [kg/m^3] at geodetic heights (...)."""
+        """
+        Return ln rho [kg/m^3] (...).
+
+        Parameters
+        ----------
+        height_m : (...), m
+            geodetic heights
+        """
         above_m = np.asarray(height_m, float) - self.density_height
         return np.log(self.density) - above_m / self.scale_height
 
 
 class Msis(NamedTuple):
     """
-    Air of NRLMSIS 2.1.
+    Air of NRLMSIS 2.1 with constant activity of the Sun and of the Earth's field.
 
-    f107, f107_average [1e-22 W/m^2/Hz] and ap are the activity of the Sun and of the Earth's
-    field, as constants.
+    Attributes
+    ----------
+    f107 : 1e-22 W/m^2/Hz
+        flux of the day before
+    f107_average : 1e-22 W/m^2/Hz
+        mean flux over 81 days
+    ap : float
+        daily index
     """
 
     f107: float = 150.0
@@ -55,11 +75,25 @@ class Msis(NamedTuple):
         height_m: ArrayLike,
     ) -> np.ndarray:
         """
-        Return ln rho [kg/m^3] at whole seconds and geodetic places, (...) each; angles in rad.
+        Return ln rho [kg/m^3] (...).
 
         The model cuts times to whole seconds of UTC.  The result has single precision, and it
-        jumps at 00:00 UTC, where the model takes the next day of the year.  ValueError: it has no
-        density there, below the ground or by an activity far from what was ever measured.
+        jumps at 00:00 UTC, where the model takes the next day of the year.
+
+        Parameters
+        ----------
+        unix_s : (...), s
+            Unix time in whole seconds
+        latitude, longitude : (...), rad
+            geodetic
+        height_m : (...), m
+            geodetic heights
+
+        Raises
+        ------
+        ValueError
+            the model has no density there, below the ground or with an activity far from any
+            measured one
         """
         with brought_by('environment', 'pymsis'):
             import pymsis
@@ -94,9 +128,16 @@ class Msis(NamedTuple):
 
 def air_velocity(r_i: ArrayLike, v_i: ArrayLike, pole_i: ArrayLike) -> np.ndarray:
     """
-    Return w = v - omega_E pole x r [m/s], (..., 3): through air that turns with the Earth.
+    Return the velocity (..., 3) [m/s] through air that turns with the Earth.
 
-    pole_i (..., 3): the Earth's axis, the third row of gcrs_to_itrs.
+    w = v - omega_E pole x r.
+
+    Parameters
+    ----------
+    r_i, v_i : (..., 3), m and m/s, inertial
+        position and velocity
+    pole_i : (..., 3), inertial
+        the Earth's axis, the third row of gcrs_to_itrs
     """
     r, v, p = components(r_i), components(v_i), components(pole_i)
     wind = p[1] * r[2] - p[2] * r[1], p[2] * r[0] - p[0] * r[2], p[0] * r[1] - p[1] * r[0]

@@ -23,8 +23,13 @@ def terrestrial_time(unix_ns: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """
     Return TT as a Julian date in two parts, days (...) and the fraction of a day (...).
 
-    TT = UTC + leap seconds + 32.184 s, with the leap seconds of pyerfa's table: what is announced
-    after its release is missing.  Before 1972, when UTC drifted, it is off by up to 6 s.
+    TT = UTC + leap seconds + 32.184 s, with the leap seconds of pyerfa's table: those announced
+    after its release are missing.  Before 1972, when UTC drifted, it is off by up to 6 s.
+
+    Parameters
+    ----------
+    unix_ns : (...), ns
+        Unix time
     """
     return _julian_date(terrestrial_time_ns(unix_ns))
 
@@ -99,6 +104,11 @@ def gcrs_to_intermediate(unix_ns: ArrayLike) -> np.ndarray:
 
     They turn components in GCRS into those in axes of the pole and the celestial intermediate
     origin of date.
+
+    Parameters
+    ----------
+    unix_ns : (...), ns
+        Unix time
     """
     with brought_by('environment', 'pyerfa'):
         import erfa
@@ -111,8 +121,15 @@ def gcrs_to_itrs(
     """
     Return the matrices (..., 3, 3) that turn components in GCRS into those in ITRS.
 
-    R3(ERA) N: N is what to_intermediate gives, ERA the Earth rotation angle at UT1, taken as UTC.
-    Polar motion is left out, so that the third row is the pole, in GCRS.
+    R3(ERA) N, where ERA is the Earth rotation angle at UT1, taken as UTC.  Polar motion is left
+    out, so that the third row is the pole, in GCRS.
+
+    Parameters
+    ----------
+    unix_ns : (...), ns
+        Unix time
+    to_intermediate : function of unix_ns
+        returns N, (..., 3, 3)
     """
     with brought_by('environment', 'pyerfa'):
         import erfa
@@ -123,8 +140,13 @@ def teme_to_gcrs(unix_ns: ArrayLike) -> np.ndarray:
     """
     Return the matrices (..., 3, 3) that turn components in TEME of date into those in GCRS.
 
-    TEME, the frame of SGP4, is taken into ITRS by the sidereal time of 1982, and from there by
-    gcrs_to_itrs: places on the Earth are where SGP4 means them to be.
+    The sidereal time of 1982 turns TEME, the frame of SGP4, into ITRS, and gcrs_to_itrs turns
+    that: positions on the Earth are where SGP4 means them to be.
+
+    Parameters
+    ----------
+    unix_ns : (...), ns
+        Unix time
     """
     with brought_by('environment', 'pyerfa'):
         import erfa
@@ -134,7 +156,14 @@ def teme_to_gcrs(unix_ns: ArrayLike) -> np.ndarray:
 
 
 def geodetic(r_t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return latitude [rad], longitude [rad] and height [m] on WGS 84, (...) each."""
+    """
+    Return latitude [rad], longitude [rad] and height [m] on WGS 84, (...) each.
+
+    Parameters
+    ----------
+    r_t : (..., 3), m, ITRS
+        positions
+    """
     with brought_by('environment', 'pyerfa'):
         import erfa
     # Of places beyond 1e30 m it has none: nan.
@@ -144,7 +173,16 @@ def geodetic(r_t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def on_the_ground(latitude_rad: ArrayLike, longitude_rad: ArrayLike) -> np.ndarray:
-    """Return the place r_t (..., 3) [m] in ITRS of latitudes and longitudes (...) on WGS 84."""
+    """
+    Return positions (..., 3) [m] in ITRS at height 0 on WGS 84.
+
+    Parameters
+    ----------
+    latitude_rad : (...), rad
+        north positive
+    longitude_rad : (...), rad
+        east positive
+    """
     with brought_by('environment', 'pyerfa'):
         import erfa
     return erfa.gd2gc(_WGS_84, longitude_rad, latitude_rad, 0.0)
@@ -152,9 +190,14 @@ def on_the_ground(latitude_rad: ArrayLike, longitude_rad: ArrayLike) -> np.ndarr
 
 def turned(matrix: np.ndarray, v: ArrayLike) -> np.ndarray:
     """
-    Return matrix v, (..., 3), for matrices (..., 3, 3) and vectors (..., 3).
+    Return matrix v, (..., 3); matrix.swapaxes(-1, -2) turns it back.
 
-    By matrix.swapaxes(-1, -2) it turns them back.
+    Parameters
+    ----------
+    matrix : (..., 3, 3)
+        rotations
+    v : (..., 3)
+        vectors
     """
     return np.stack(times(matrix, components(v)), axis=-1)
 

@@ -57,15 +57,25 @@ class GaussCoefficients(NamedTuple):
 
 def igrf_field(unix_ns: ArrayLike, r_t: ArrayLike) -> np.ndarray:
     """
-    Return the field of the IGRF [T] at times (...) and places r_t [m] (..., 3), in ITRS (..., 3).
+    Return the field of the IGRF (..., 3) [T], in ITRS.
 
-    ValueError: a time is more than five years outside the interval of the model, for which
-    igrf_warning has a sentence before.
-
-    The potential is a sum of g V + h W, where V + iW = (a/r)^(n+1) P_nm(sin latitude)
-    e^(i m longitude).  These functions follow from those of two degrees before by recursions in
-    Cartesian components, which have no singular place, and their derivatives are functions of the
+    The potential is a sum of g V + h W, where V + iW = (a/r)^(n+1) P_nm(sin latitude) e^(i m
+    longitude).  These functions follow from those of the two degrees before by recursions in
+    Cartesian components, which are singular nowhere, and their derivatives are functions of the
     next degree (Montenbruck and Gill, Satellite Orbits, section 3.2).
+
+    Parameters
+    ----------
+    unix_ns : (...), ns
+        Unix time
+    r_t : (..., 3), m, ITRS
+        positions
+
+    Raises
+    ------
+    ValueError
+        a time is more than five years outside the interval of the model; igrf_warning has a
+        sentence for times that are closer
     """
     igrf = _igrf()
     interval, share = igrf.place_of(np.asarray(unix_ns, np.int64))
@@ -97,7 +107,14 @@ def igrf_field(unix_ns: ArrayLike, r_t: ArrayLike) -> np.ndarray:
 
 
 def igrf_warning(unix_ns: ArrayLike) -> str | None:
-    """Return a sentence if any of the times (...) is outside the interval of the IGRF."""
+    """
+    Return a sentence if any time is outside the interval of the IGRF, else None.
+
+    Parameters
+    ----------
+    unix_ns : (...), ns
+        Unix time
+    """
     outside = _igrf().outside(np.asarray(unix_ns, np.int64))
     return outside and f'{outside}; the field is extrapolated'
 
@@ -109,9 +126,17 @@ def igrf_years_ns() -> np.ndarray:
 
 def dipole_vector(unix_ns: int) -> np.ndarray:
     """
-    Return g_t = (g11, h11, g10) of the IGRF at a time [T], (3,), for dipole_field.
+    Return g_t = (g11, h11, g10) (3,) [T] of the IGRF at a time, for dipole_field.
 
-    ValueError: as for igrf_field.
+    Parameters
+    ----------
+    unix_ns : ns
+        Unix time
+
+    Raises
+    ------
+    ValueError
+        as for igrf_field
     """
     igrf = _igrf()
     interval, share = igrf.place_of(np.asarray(unix_ns, np.int64))
@@ -120,7 +145,16 @@ def dipole_vector(unix_ns: int) -> np.ndarray:
 
 
 def dipole_field(g_t: ArrayLike, r_t: ArrayLike) -> np.ndarray:
-    """Return the field [T] of the dipole g_t (3,) [T] at places r_t (..., 3), (..., 3)."""
+    """
+    Return the field of a dipole (..., 3) [T].
+
+    Parameters
+    ----------
+    g_t : (3,), T, ITRS
+        dipole_vector
+    r_t : (..., 3), m, ITRS
+        positions
+    """
     g_t, r_t = np.asarray(g_t, float), np.asarray(r_t, float)
     r = length(r_t)[..., None]
     up = r_t / r

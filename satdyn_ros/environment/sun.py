@@ -26,10 +26,15 @@ _TINY = 1e-300
 
 def sun_position(unix_ns: ArrayLike) -> np.ndarray:
     """
-    Return the place of the Sun from the Earth's centre [m] at times (...), in GCRS, (..., 3).
+    Return the position of the Sun from the Earth's centre (..., 3) [m], in GCRS.
 
-    By the ephemeris of ERFA's epv00, from 1900 to 2100: where the Sun is, not where it is seen
-    (20 arcsec).
+    It is from the ephemeris of ERFA's epv00, from 1900 to 2100: the true position, not the
+    apparent one (20 arcsec).
+
+    Parameters
+    ----------
+    unix_ns : (...), ns
+        Unix time
     """
     with brought_by('environment', 'pyerfa'):
         import erfa
@@ -39,7 +44,16 @@ def sun_position(unix_ns: ArrayLike) -> np.ndarray:
 
 
 def sun_direction(r_i: ArrayLike, sun_i: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    """Return s_i (..., 3), the unit vector from the body to the Sun, and the distance [m]."""
+    """
+    Return s_i (..., 3), the unit vector from the body to the Sun, and the distance (...) [m].
+
+    Parameters
+    ----------
+    r_i : (..., 3), m, inertial
+        position of the body
+    sun_i : (..., 3), m, inertial
+        position of the Sun
+    """
     to_sun = np.subtract(sun_i, r_i)
     distance_m = length(to_sun)
     return to_sun / distance_m[..., None], distance_m
@@ -47,9 +61,14 @@ def sun_direction(r_i: ArrayLike, sun_i: ArrayLike) -> tuple[np.ndarray, np.ndar
 
 def lit_fraction(r_i: ArrayLike, sun_i: ArrayLike) -> np.ndarray:
     """
-    Return nu, the part of the Sun's disc (...) that the Earth's leaves free, seen from r_i.
+    Return nu (...), the part of the Sun's disc that the Earth's leaves free, by lit_part.
 
-    As lit_part says.
+    Parameters
+    ----------
+    r_i : (..., 3), m, inertial
+        position of the body
+    sun_i : (..., 3), m, inertial
+        position of the Sun
     """
     r_i, sun_i = np.broadcast_arrays(np.asarray(r_i, float), np.asarray(sun_i, float))
     with np.errstate(all='ignore'):
@@ -91,11 +110,18 @@ def _segment(radius, x, y):
 
 def shadow_margins(r_i: ArrayLike, sun_i: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """
-    Return how far (...) the discs are clear of the penumbra and of the umbra, smooth in time.
+    Return how far the discs are clear of the penumbra and of the umbra (...), smooth in time.
 
     Each changes its sign at a contact: the first is positive where all of the Sun is seen, the
     second negative where none is, or, from beyond the umbra's tip, where it is a ring.  They are
     cos(a + b) - cos c and cos(a - b) - cos c of the discs of lit_part.
+
+    Parameters
+    ----------
+    r_i : (..., 3), m, inertial
+        position of the body
+    sun_i : (..., 3), m, inertial
+        position of the Sun
     """
     r_i = np.asarray(r_i, float)
     s_i, distance_m = sun_direction(r_i, sun_i)

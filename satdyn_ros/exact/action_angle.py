@@ -21,12 +21,22 @@ from .free import Free
 
 class ActionAngle(NamedTuple):
     """
-    The actions J and L [N m s], their angles psi~ and phi~ [rad] at the start, and their rates.
+    The actions and angles of a free motion.
 
-    rates (2,): 2 pi / T1 and chi_0 [rad/s], by which the angles grow.  phi~ is measured in the
-    plane across L as rotation.from_z_to lays its axes.  For a symmetric body the axis is that of
-    symmetry.
+    phi~ is measured in the plane across L as rotation.from_z_to lays its axes.  For a symmetric
+    body the axis is that of symmetry.
 
+    Attributes
+    ----------
+    actions : (2,), N m s
+        J and L
+    angles : (2,), rad
+        psi~ and phi~ at the start
+    rates : (2,), rad/s
+        2 pi / T1 and chi_0, at which the angles grow
+
+    Examples
+    --------
     >>> ActionAngle.of(Free(system, state)).at([10.0, 20.0])  # doctest: +SKIP
     """
 
@@ -39,7 +49,15 @@ class ActionAngle(NamedTuple):
         """
         Return the variables of a free motion.
 
-        ValueError: there is a rotor, or the rates have no period.
+        Parameters
+        ----------
+        motion : Free
+            the motion
+
+        Raises
+        ------
+        ValueError
+            there is a rotor, or the rates have no period
         """
         known = motion.poinsot
         if known is None:
@@ -61,5 +79,12 @@ class ActionAngle(NamedTuple):
         return cls(np.array([J, motion.L]), np.array([rates[0] * known.t0, phi]), rates)
 
     def at(self, t_s: float | np.ndarray) -> np.ndarray:
-        """Return psi~ and phi~ [rad] (N, 2) at t_s (N,), continuous."""
+        """
+        Return psi~ and phi~ (N, 2) [rad], continuous.
+
+        Parameters
+        ----------
+        t_s : float or (N,), s
+            since the motion began
+        """
         return self.angles + np.multiply.outer(np.atleast_1d(t_s), self.rates)

@@ -19,9 +19,20 @@ class BodyFixed:
     """
     A symmetric gyrostat on a circular orbit and the relations that its rotations obey.
 
-    A, C [kg m^2]; rotor_momentum (3,) [N m s], body axes; eta [1/s^2], 3 n^2.  Of every method:
-    omega [rad/s], signed, about gamma (3,), nu (3,) [rad/s], c (3,), all body axes.
+    All methods take omega [rad/s], signed, about gamma (3,), and nu (3,) [rad/s] and c (3,), all
+    in body axes.
 
+    Parameters
+    ----------
+    A, C : kg m^2
+        principal moments
+    rotor_momentum : (3,), N m s, body axes
+        of the rotor
+    eta : 1/s^2
+        3 n^2
+
+    Examples
+    --------
     >>> body = BodyFixed(600.0, 900.0, [0.0, 5.0, 0.0], 3.6e-6)
     >>> body.along_axis(np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0011, 0.0]))
     0.0011

@@ -32,12 +32,27 @@ class RotationClass(NamedTuple):
 
 def rotation_class(system: System, state: State, start_s: float = 0.0) -> RotationClass:
     """
-    Return the class of the motion that starts in state on a circular orbit.
+    Return the class of the motion that starts in a state on a circular orbit.
 
-    For a symmetric body, or where the motion is a known rotation, it is the theorem's; for others
-    the axis is watched, at the start and over one orbit.  ValueError: no circular orbit, or an
-    applied torque.
+    For a symmetric body, or a known rotation, it is that of the theorem.  For others the axis is
+    followed, at the start and over one orbit.
 
+    Parameters
+    ----------
+    system : System
+        what moves
+    state : State
+        its state at start_s
+    start_s : s
+        time from tick 0
+
+    Raises
+    ------
+    ValueError
+        the orbit is not circular, or a torque is applied
+
+    Examples
+    --------
     >>> rotation_class(system, state).why  # doctest: +SKIP
     'the rotor is not along the orbit normal'
     """
@@ -65,9 +80,17 @@ def rotation_class(system: System, state: State, start_s: float = 0.0) -> Rotati
 
 def axis_wander(motion: Motion, t_s: np.ndarray) -> float:
     """
-    Return how far the axis of rotation leaves a body-fixed line at t_s (N,): a sine, 0 to 1.
+    Return how far the axis of rotation leaves a body-fixed line: a sine, 0 to 1.
 
-    The largest part of omega across its direction where it is largest, relative to its size there.
+    It is the largest part of omega across its direction where it is largest, relative to its size
+    there.
+
+    Parameters
+    ----------
+    motion : Motion
+        the motion
+    t_s : (N,), s
+        the times at which the axis is compared
     """
     omega = motion.at(t_s).omega_bi_b
     rates = np.linalg.norm(omega, axis=-1)

@@ -22,11 +22,24 @@ class ConductingFluid:
     """
     An ideal incompressible fluid that conducts without loss, in an ellipsoidal vessel.
 
-    semi_axes_m (3,): of the vessel, which does not turn and conducts as well; density [kg/m^3].
-    Velocity and magnetic field are linear in the place r, and at the wall along it: r' = L(Omega)
-    r and B = L(beta) r with L(v) r = S (v x S^-1 r), S the semi-axes.  ValueError: what must be
-    positive is not.
+    The vessel does not turn and conducts as well.  Velocity and magnetic field are linear in the
+    position r, and along the wall at the wall: r' = L(Omega) r and B = L(beta) r with
+    L(v) r = S (v x S^-1 r), S the semi-axes.
 
+    Parameters
+    ----------
+    semi_axes_m : (3,), m
+        of the vessel
+    density : kg/m^3
+        of the fluid
+
+    Raises
+    ------
+    ValueError
+        a semi-axis or the density is not positive
+
+    Examples
+    --------
     >>> ConductingFluid(np.array([1.0, 1.2, 0.8]), density=1000.0)  # doctest: +SKIP
     """
 
@@ -43,9 +56,19 @@ class ConductingFluid:
     @classmethod
     def of_satellite(cls, moments: np.ndarray, density: float) -> 'ConductingFluid':
         """
-        Return the fluid that moves as a satellite of these moments (3,) [kg m^2] turns.
+        Return the fluid that moves as a satellite turns; frozen, it has the satellite's moments.
 
-        Frozen, it has these moments.  ValueError: no solid ellipsoid has.
+        Parameters
+        ----------
+        moments : (3,), kg m^2
+            principal moments of the satellite
+        density : kg/m^3
+            of the fluid
+
+        Raises
+        ------
+        ValueError
+            no solid ellipsoid has these moments
         """
         moments = np.asarray(moments, float)
         # (5 / 2) (I_j + I_k - I_i) = M a_i^2
@@ -70,7 +93,21 @@ class ConductingFluid:
         Return Omega [rad/s] and beta [T/m] (..., 3) of the fluid for a satellite's state.
 
         Omega = -omega and beta = sqrt(mu_0 density gradient) c: the satellite's axes are those of
-        the vessel.  ValueError: the gradient is negative, as that of De Brun's problem is.
+        the vessel.
+
+        Parameters
+        ----------
+        omega_bi_b : (..., 3), rad/s, body axes
+            the satellite's rate
+        c_b : (..., 3), body axes
+            unit vector from the attracting centre
+        gradient : 1/s^2
+            the satellite's gradient
+
+        Raises
+        ------
+        ValueError
+            the gradient is negative, as in De Brun's problem
         """
         if gradient < 0.0:
             raise ValueError(f'gradient is {gradient:g}; it must not be negative')
@@ -79,7 +116,16 @@ class ConductingFluid:
     def satellite(
         self, Omega: np.ndarray, beta: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, float]:
-        """Return omega_bi_b [rad/s], c_b (3,) and the gradient [1/s^2] for the fluid's state."""
+        """
+        Return omega_bi_b [rad/s], c_b (3,) and the gradient [1/s^2] for the fluid's state.
+
+        Parameters
+        ----------
+        Omega : (3,), rad/s
+            of the velocity
+        beta : (3,), T/m
+            of the magnetic field
+        """
         strength = float(np.linalg.norm(beta))
         if strength == 0.0:
             raise ValueError('beta is zero; without a magnetic field there is no direction c')
@@ -103,9 +149,16 @@ class ChargedBody:
     A charged body about a fixed point in an electric field E = slope ((c . r) c - r / 3).
 
     The field, free of curl and divergence, is that on the axis c of a source far off.
-    moments [kg m^2] and charge_moments [C m^2] (3,): of mass and of charge, about the same
-    principal axes.
 
+    Parameters
+    ----------
+    moments : (3,), kg m^2
+        principal moments of the mass
+    charge_moments : (3,), C m^2
+        moments of the charge, about the same axes
+
+    Examples
+    --------
     >>> ChargedBody(np.array([1.0, 1.5, 2.2]), np.array([3.0, 4.5, 6.6]))  # doctest: +SKIP
     """
 
@@ -117,10 +170,23 @@ class ChargedBody:
         cls, moments: np.ndarray, gradient: float, slope: float, s: float = 0.0
     ) -> 'ChargedBody':
         """
-        Return the body that turns in a field of this slope [V/m^2] as a satellite does.
+        Return the body that turns in an electric field as a satellite does.
 
-        moments (3,) [kg m^2] and gradient [1/s^2]: the satellite's; s [C m^2]: any, a share of
-        the charge that is alike about all axes.  ValueError: there is no field.
+        Parameters
+        ----------
+        moments : (3,), kg m^2
+            principal moments of the satellite
+        gradient : 1/s^2
+            the satellite's gradient
+        slope : V/m^2
+            of the field
+        s : C m^2
+            any, a share of the charge that is alike about all axes
+
+        Raises
+        ------
+        ValueError
+            there is no field
         """
         if slope == 0.0:
             raise ValueError('slope is 0; without a field there is no torque')
@@ -129,9 +195,17 @@ class ChargedBody:
 
     def satellite(self, slope: float) -> tuple[np.ndarray, float]:
         """
-        Return the moments (3,) [kg m^2] and gradient [1/s^2] of the satellite that turns as it.
+        Return moments (3,) [kg m^2] and gradient [1/s^2] of the satellite that turns alike.
 
-        ValueError: the charge's moments are not linear in those of the mass.
+        Parameters
+        ----------
+        slope : V/m^2
+            of the field
+
+        Raises
+        ------
+        ValueError
+            the charge's moments are not linear in those of the mass
         """
         charge = np.asarray(self.charge_moments, float)
         ratio, off = linear_fit(self.moments, charge)

@@ -21,9 +21,18 @@ _SMOOTH, _PARTS = 0.5, _BLOCK // 8
 
 class Fact(NamedTuple):
     """
-    A constant of a motion: name as in its source, value, unit ('' for none) and what it means.
+    A constant of a motion.
 
-    value: a number, a list of numbers, or a word; inf for an infinite period.
+    Attributes
+    ----------
+    name : str
+        as in its source
+    value : number, list of numbers, or word
+        inf for an infinite period
+    unit : str
+        empty: none
+    meaning : str
+        what it is
     """
 
     name: str
@@ -34,12 +43,24 @@ class Fact(NamedTuple):
 
 class ExactMotion(Motion):
     """
-    A motion in closed form, evaluated at any time without stepping.
+    A motion in closed form, evaluated at any time without steps.
 
-    ValueError: it does not apply, with the sentence of why_not.
-
-    takes_torque_b: whether it may hold under a constant torque on the body, which its own
+    takes_torque_b says whether it may hold under a constant torque on the body, which its own
     conditions then judge.  Every other closed form refuses a driven system.
+
+    Parameters
+    ----------
+    system : System
+        what moves
+    state : State
+        its state at the start
+    start_s : s
+        time of the start from tick 0
+
+    Raises
+    ------
+    ValueError
+        the closed form does not apply, with the sentence of why_not
     """
 
     takes_torque_b = False
@@ -55,8 +76,19 @@ class ExactMotion(Motion):
         """
         Return one sentence that says why this closed form does not apply, or None.
 
-        start_s: seconds from tick 0, which say where the attracting centre is.  ValueError: the
-        state lacks the speed or the angle of a free rotor.
+        Parameters
+        ----------
+        system : System
+            what moves
+        state : State
+            its state at start_s
+        start_s : s
+            time from tick 0, which determines where the attracting centre is
+
+        Raises
+        ------
+        ValueError
+            the state lacks the speed or the angle of a free rotor
         """
         system.check(state)
         for rotor in system.rotors:
@@ -86,11 +118,27 @@ class ExactMotion(Motion):
 
     @abstractmethod
     def attitude(self, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return q_ib (N, 4) and omega_bi_b (N, 3) at t_s (N,)."""
+        """
+        Return the attitude q_ib (N, 4) and the rate omega_bi_b (N, 3) [rad/s].
+
+        Parameters
+        ----------
+        t_s : (N,), s
+            since the motion began
+        """
 
     @abstractmethod
     def axial_turn(self, t_s: np.ndarray, axis: np.ndarray) -> np.ndarray:
-        """Return the integral of axis . omega from 0 to t_s [rad], (N,), for a rotor's axis."""
+        """
+        Return the integral of axis . omega from 0 to t_s (N,) [rad], for a rotor's axis.
+
+        Parameters
+        ----------
+        t_s : (N,), s
+            since the motion began
+        axis : (3,), body axes
+            the rotor's unit axis
+        """
 
     def _states(self, t_s, turn_b=None):
         if turn_b is not None:

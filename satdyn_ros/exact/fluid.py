@@ -30,13 +30,31 @@ E_Z = np.array([0.0, 0.0, 1.0])
 @dataclass(frozen=True)
 class FluidBody:
     """
-    A solid with the fluid about it, body axis 3 the axis, and the potential it is in.
+    A solid with the fluid around it, body axis 3 the axis, and its potential.
 
-    a11, a33 [kg], a44, a66 [kg m^2] and a14, a36 [kg m]: the kinetic energy (Paladini 1888, ch. 2,
-    eq. 2), positive; a14 = a36 = 0 is Kirchhoff's body of revolution.  a22, a55, a25: of axis 2,
-    those of axis 1 where they are not given.  H1, H2 [J]: the force function, minus the potential
-    energy.  ValueError: the kinetic energy is not positive.
+    The coefficients are those of the kinetic energy (Paladini 1888, ch. 2, eq. 2), which must be
+    positive; a14 = a36 = 0 is Kirchhoff's body of revolution.
 
+    Parameters
+    ----------
+    a11, a33 : kg
+        masses across and along the axis
+    a44, a66 : kg m^2
+        moments across and about the axis
+    a14, a36 : kg m
+        couplings of velocity and rate
+    H1, H2 : J
+        force function H1 cos^2 theta + H2 cos theta, minus the potential energy
+    a22, a55, a25 : kg, kg m^2, kg m
+        those of axis 2; by default those of axis 1
+
+    Raises
+    ------
+    ValueError
+        the kinetic energy is not positive
+
+    Examples
+    --------
     >>> FluidBody(a11=2.0, a33=3.0, a44=1.0, a66=0.8, a14=0.3, a36=-0.4)  # doctest: +SKIP
     """
 
@@ -90,11 +108,18 @@ class FluidBody:
         cls, moments: np.ndarray, gradient: float, P0: float, s: float
     ) -> 'FluidBody':
         """
-        Return the solid that turns, with the impulse P0 [N s], as a satellite does in a field.
+        Return the solid that turns as a satellite does in a field.
 
-        moments (3,) [kg m^2]: principal, about body axes 1, 2, 3; gradient [1/s^2]: of a field
-        whose direction is that of the impulse; s [N m]: any that makes a_i = P0^2 / (gradient I_i
-        + s) positive.
+        Parameters
+        ----------
+        moments : (3,), kg m^2
+            principal moments of the satellite about body axes 1, 2, 3
+        gradient : 1/s^2
+            of a field whose direction is that of the impulse
+        P0 : N s
+            the impulse
+        s : N m
+            any that makes a_i = P0^2 / (gradient I_i + s) positive
         """
         stiffness = gradient * np.asarray(moments, float) + s
         if not (P0 and np.min(stiffness) > 0.0):
@@ -106,10 +131,18 @@ class FluidBody:
 
     def satellite(self, P0: float) -> tuple[np.ndarray, float]:
         """
-        Return the moments (3,) and the gradient of the satellite that turns as this solid does.
+        Return moments (3,) [kg m^2] and gradient [1/s^2] of the satellite that turns alike.
 
-        With the impulse P0 [N s].  ValueError: the solid has couplings or a potential, or its
-        masses are not such that P0^2 / a_i is linear in its moments (Clebsch's condition).
+        Parameters
+        ----------
+        P0 : N s
+            the impulse
+
+        Raises
+        ------
+        ValueError
+            the solid has couplings or a potential, or P0^2 / a_i is not linear in its moments
+            (Clebsch's condition)
         """
         if np.any(self.couplings) or self.H1 or self.H2:
             raise ValueError('the solid has a14, a25, a36, H1 or H2 that are not zero')
@@ -143,23 +176,59 @@ class FluidBody:
         """
         Return the impulse P = dT/dv [N s] and the impulsive moment G = dT/domega [N m s].
 
-        Of body and fluid, body axes, (..., 3) each; v_b [m/s], omega_bi_b [rad/s] (..., 3).
+        Both are of body and fluid, in body axes, (..., 3).
+
+        Parameters
+        ----------
+        v_b : (..., 3), m/s, body axes
+            velocity
+        omega_bi_b : (..., 3), rad/s, body axes
+            rate
         """
         P = self.masses * v_b + self.couplings * omega_bi_b
         return P, self.inertias * omega_bi_b + self.couplings * v_b
 
     def velocities(self, P: np.ndarray, G: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return v_b [m/s] and omega_bi_b [rad/s] (..., 3) with these momenta: their inverse."""
+        """
+        Return v_b [m/s] and omega_bi_b [rad/s] (..., 3) with given momenta.
+
+        Parameters
+        ----------
+        P : (..., 3), N s, body axes
+            impulse
+        G : (..., 3), N m s, body axes
+            impulsive moment
+        """
         determinants = self.masses * self.inertias - self.couplings**2
         omega_bi_b = (self.masses * G - self.couplings * P) / determinants
         return (self.inertias * P - self.couplings * G) / determinants, omega_bi_b
 
     def velocity(self, impulse_b: np.ndarray, omega_bi_b: np.ndarray) -> np.ndarray:
-        """Return the body velocity (..., 3) [m/s] with that impulse [N s], body axes, and rate."""
+        """
+        Return the velocity (..., 3) [m/s] in body axes with a given impulse and rate.
+
+        Parameters
+        ----------
+        impulse_b : (..., 3), N s, body axes
+            impulse
+        omega_bi_b : (..., 3), rad/s, body axes
+            rate
+        """
         return (impulse_b - self.couplings * omega_bi_b) / self.masses
 
     def energy(self, q_ib: np.ndarray, v_b: np.ndarray, omega_bi_b: np.ndarray) -> np.ndarray:
-        """Return the constant T - U [J] (...), theta in U measured from inertial z."""
+        """
+        Return the constant T - U [J] (...), theta in U measured from inertial z.
+
+        Parameters
+        ----------
+        q_ib : (..., 4)
+            attitude
+        v_b : (..., 3), m/s, body axes
+            velocity
+        omega_bi_b : (..., 3), rad/s, body axes
+            rate
+        """
         P, G = self.momenta(v_b, omega_bi_b)
         u = rotation.rotate(q_ib, E_Z)[..., 2]
         kinetic = np.sum(P * v_b + G * omega_bi_b, axis=-1) / 2.0
@@ -172,7 +241,16 @@ class FluidBody:
         Return q_ib', P' [N], G' [N m] and x_i' [m/s], by Kirchhoff's equations.
 
         P' = P x omega, G' = G x omega + P x v + N, x' = R v, with N = U'(u) e_3 x gamma the torque
-        of the potential; q_ib (..., 4), P [N s] and G [N m s] (..., 3) in body axes.
+        of the potential.
+
+        Parameters
+        ----------
+        q_ib : (..., 4)
+            attitude
+        P : (..., 3), N s, body axes
+            impulse
+        G : (..., 3), N m s, body axes
+            impulsive moment
         """
         v_b, omega_bi_b = self.velocities(P, G)
         gamma = rotation.rotate(rotation.conjugate(q_ib), E_Z)

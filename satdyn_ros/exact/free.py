@@ -30,22 +30,38 @@ class Free(ExactMotion):
     """
     The motion of a body on which no torque acts, with or without a rotor on a principal axis.
 
-    L [N m s]: the momentum; E [J]: the kinetic energy omega . I omega / 2.  Body axis 3 is the
-    rotor's; without a rotor the one that the polhode encircles, for a symmetric body its axis.
-    Om_P, Om_S [rad/s]: its mean precession about L and the mean spin about it; theta_limits [rad]:
-    the angles between which it stays from L.
+    Body axis 3 is the rotor's.  Without a rotor it is the axis that the polhode encircles, for a
+    symmetric body its axis of symmetry.
 
-    T1 [s]: the period of the rates (46.11), for a symmetric body that of their cone in the body,
-    for a permanent rotation that of small departures, inf on a separatrix and where they grow.
-    chi0 [rad/s] and T2 [s] = 2 pi / chi0: the mean precession and its period: without a rotor
-    those of the axis of the largest moment, for a symmetric body those of its axis, the coning
-    period.  Psi [rad/s]: the mean spin about that axis; chi0 is Phi beside it (46.34, 46.35).  chi
-    [rad]: the angle about L that the body turns in T1 (45.17).  poinsot: the constants of a body
-    without a rotor, or None.
+    Attributes
+    ----------
+    L : N m s
+        the angular momentum
+    E : J
+        the kinetic energy omega . I omega / 2
+    Om_P, Om_S : rad/s
+        mean precession of axis 3 about L, and mean spin about it
+    theta_limits : rad
+        the angles from L between which axis 3 stays
+    T1 : s
+        period of the rates (46.11); for a symmetric body that of their cone in the body, for a
+        permanent rotation that of small departures; inf on a separatrix and where departures grow
+    chi0, T2 : rad/s, s
+        mean precession and its period 2 pi / chi0: without a rotor those of the axis of the
+        largest moment, for a symmetric body those of its axis, the coning period
+    Psi : rad/s
+        mean spin about that axis; chi0 is Phi beside it (46.34, 46.35)
+    chi : rad
+        the angle about L that the body turns in T1 (45.17)
+    poinsot : Poinsot or None
+        the constants of a body without a rotor
+    period_s : s or None
+        T1; None where the rates are constant or the motion is asymptotic
+    flow : Flow
+        the attitude
 
-    period_s: T1, or None where the rates are constant or the motion is asymptotic.  flow: the
-    attitude (flow.py).
-
+    Examples
+    --------
     >>> Free(system, state).at([10.0, 20.0]).q_ib  # doctest: +SKIP
     """
 

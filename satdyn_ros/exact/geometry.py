@@ -25,11 +25,19 @@ AT_ZERO = 1e-14
 
 def polhode(inertia: np.ndarray, omega: ArrayLike, angle_rad: np.ndarray) -> np.ndarray:
     """
-    Return points xi (N, 3) of the polhode through omega (3,) [rad/s], in body axes.
+    Return points (N, 3) of a polhode, in body axes.
 
-    sum I_j xi_j^2 = 1 and sum I_j^2 xi_j^2 = L^2 / 2E.  angle_rad (N,): around the axis that the
-    curve encloses; a whole turn draws it all.  On the separatrix, two curves that cross, it draws
-    the halves towards omega; of a rotation about a principal axis it is a point.
+    sum I_j xi_j^2 = 1 and sum I_j^2 xi_j^2 = L^2 / 2E.  On the separatrix, two curves that cross,
+    it draws the halves towards omega; for a rotation about a principal axis it is a point.
+
+    Parameters
+    ----------
+    inertia : (3, 3), kg m^2, body axes
+        of the body
+    omega : (3,), rad/s, body axes
+        a rate on it
+    angle_rad : (N,), rad
+        around the axis that the curve encloses; a whole turn draws it all
     """
     omega, moments, R_bp = np.asarray(omega, float), *principal_axes(inertia)
     w = R_bp.T @ omega
@@ -54,9 +62,17 @@ def herpolhode(inertia: np.ndarray, q_ib: np.ndarray, omega_bi_b: np.ndarray) ->
     """
     Return points (N, 2) of the herpolhode, in the invariable plane about the foot of L.
 
-    q_ib (N, 4), omega_bi_b (N, 3) [rad/s]: states of a free motion; the plane is at the distance
-    sqrt(2 E) / L along L, and its first axis is that of inertial x, projected (of y, for L along
-    x).
+    The plane is at the distance sqrt(2 E) / L along L, and its first axis is that of inertial x,
+    projected (of y, for L along x).
+
+    Parameters
+    ----------
+    inertia : (3, 3), kg m^2, body axes
+        of the body
+    q_ib : (N, 4)
+        attitudes of a free motion
+    omega_bi_b : (N, 3), rad/s, body axes
+        its rates
     """
     momentum = rotation.rotate(q_ib[0], inertia @ omega_bi_b[0])
     normal = momentum / np.linalg.norm(momentum)
@@ -69,10 +85,17 @@ def herpolhode(inertia: np.ndarray, q_ib: np.ndarray, omega_bi_b: np.ndarray) ->
 
 def herpolhode_rate(inertia: np.ndarray, omega_bi_b: np.ndarray) -> np.ndarray:
     """
-    Return the rate [rad/s] (N,) at which the herpolhode turns about L; it is never negative.
+    Return the rate (N,) [rad/s] at which the herpolhode turns about L; it is never negative.
 
-    (O' . I O') / (L (|O|^2 - 4 E^2 / L^2)) for the rate O = omega_bi_b (N, 3) of a free body; nan
-    for a rotation about a principal axis, whose herpolhode is a point.
+    (O' . I O') / (L (|O|^2 - 4 E^2 / L^2)) for the rate O of a free body; nan for a rotation about
+    a principal axis, whose herpolhode is a point.
+
+    Parameters
+    ----------
+    inertia : (3, 3), kg m^2, body axes
+        of the body
+    omega_bi_b : (N, 3), rad/s, body axes
+        rates O of a free motion
     """
     momentum = omega_bi_b @ inertia
     L = np.linalg.norm(momentum, axis=-1)
@@ -88,10 +111,22 @@ class Rolling:
     """
     The cone and the quadric of a symmetric motion (Paladini 1888, ch. 1).
 
-    A [kg m^2], J3 = C r0 + h3 [N m s], r0 [rad/s], g [N m s], h_prime, H1, H2 [J]: as in
-    exact/symmetric.py.  The pole v = R omega is on v_x^2 + v_y^2 = c2 v_z^2 + c1 v_z + c0
-    [rad/s], or on the plane v_z = g / A where Delta = J3 - A r0 is zero.
+    The pole v = R omega is on v_x^2 + v_y^2 = c2 v_z^2 + c1 v_z + c0 [rad/s], or on the plane
+    v_z = g / A where Delta = J3 - A r0 is zero.
 
+    Parameters
+    ----------
+    A : kg m^2
+        moment across the axis
+    J3 : N m s
+        C r0 + h3
+    r0 : rad/s
+        rate about the axis
+    g, h_prime, H1, H2 : N m s, J, J, J
+        as in exact/symmetric.py
+
+    Examples
+    --------
     >>> Rolling.of(Symmetric(system, state)).kind  # doctest: +SKIP
     'ellipsoid'
     """

@@ -29,8 +29,18 @@ class FluidStates:
     """
     A table of N states of one motion.
 
-    t_s (N,): seconds since it began; q_ib (N, 4); omega_bi_b (N, 3) [rad/s]; v_b (N, 3) [m/s], the
-    velocity of O in body axes; x_i (N, 3) [m], the place of O, inertial, z along the impulse.
+    Attributes
+    ----------
+    t_s : (N,), s
+        since the motion began
+    q_ib : (N, 4)
+        attitude, body to inertial
+    omega_bi_b : (N, 3), rad/s, body axes
+        rate of the body relative to inertial axes
+    v_b : (N, 3), m/s, body axes
+        velocity of O
+    x_i : (N, 3), m, inertial, z along the impulse
+        position of O
     """
 
     t_s: np.ndarray
@@ -42,16 +52,37 @@ class FluidStates:
 
 class Immersed:
     """
-    The motion of a fluid body from an attitude q_ib (4,), rate omega_bi_b (3,) and place x_i (3,).
+    The motion of a fluid body from an attitude, a rate and a position.
 
-    P0 [N s]: the impulse of body and fluid, along the inertial z axis from which the potential's
-    theta is measured too; it may be negative or zero.  The constants: G3 [N m s], the impulsive
-    moment about the axis, g [N m s], that along the impulse, and energy [J], T - U.
+    The attitude is that of the symmetric body `equivalent` (moments A_star, C_star [kg m^2],
+    potential H1_star, H2_star [J]), turned in addition at Oz [rad/s] about z and at -kappa
+    cos(theta) [rad/s] about the axis (Paladini 1888, ch. 2, eq. 12).
 
-    The attitude of the symmetric body `equivalent` (moments A_star, C_star [kg m^2], potential
-    H1_star, H2_star [J]) turns in addition with Oz [rad/s] about z and -kappa cos(theta) [rad/s]
-    about the axis (Paladini 1888, ch. 2, eq. 12).
+    Parameters
+    ----------
+    body : FluidBody
+        the solid and the fluid around it
+    q_ib : (4,)
+        attitude at the start
+    omega_bi_b : (3,), rad/s, body axes
+        rate at the start
+    P0 : N s
+        impulse of body and fluid along the inertial z axis, from which the potential's theta is
+        measured too; it may be negative or zero
+    x_i : (3,), m, inertial
+        position at the start
 
+    Attributes
+    ----------
+    G3 : N m s
+        the impulsive moment about the axis
+    g : N m s
+        the impulsive moment along the impulse
+    energy : J
+        T - U
+
+    Examples
+    --------
     >>> Immersed(body, [0.1, 0.5, 0.7, 0.5], [0.3, -0.2, 1.1], P0=1.5).at(15.0)  # doctest: +SKIP
     """
 
@@ -103,11 +134,29 @@ class Immersed:
         x_i: np.ndarray | Sequence[float] = (0.0, 0.0, 0.0),
     ) -> 'Immersed':
         """
-        Return the motion from an attitude, a rate [rad/s] and a velocity v_b [m/s], body axes.
+        Return the motion from an attitude, a rate and a velocity.
 
         Without a potential the impulse may have any direction, and the states are in the inertial
-        axes of q_ib and x_i.  ValueError: there is a potential, and the impulse is not along its
-        axis, inertial z: such a motion has no closed form here.
+        axes of q_ib and x_i.
+
+        Parameters
+        ----------
+        body : FluidBody
+            the solid and the fluid around it
+        q_ib : (4,)
+            attitude at the start
+        omega_bi_b : (3,), rad/s, body axes
+            rate at the start
+        v_b : (3,), m/s, body axes
+            velocity at the start
+        x_i : (3,), m, inertial
+            position at the start
+
+        Raises
+        ------
+        ValueError
+            there is a potential, and the impulse is not along its axis, inertial z: such a motion
+            has no closed form here
         """
         q_ib, omega_bi_b = rotation.normalise(q_ib), np.asarray(omega_bi_b, float)
         impulse_b, _ = body.momenta(np.asarray(v_b, float), omega_bi_b)
@@ -129,9 +178,17 @@ class Immersed:
 
     def at(self, t_s: ArrayLike) -> FluidStates:
         """
-        Return the states at t_s, a float or (N,), seconds since the motion began, any order.
+        Return the states at some times, in any order; row i depends on t_s[i] alone.
 
-        Row i depends on t_s[i] alone.  ValueError: a time is negative or not finite.
+        Parameters
+        ----------
+        t_s : float or (N,), s
+            since the motion began
+
+        Raises
+        ------
+        ValueError
+            a time is negative or not finite
         """
         star = self.equivalent.at(t_s)
         t_s = star.t_s

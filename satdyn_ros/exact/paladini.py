@@ -29,10 +29,17 @@ _NODES, _WEIGHTS = (np.polynomial.legendre.leggauss(16) + np.array([[1.0], [0.0]
 
 def oscillation(motion: Symmetric, t_s: float | np.ndarray) -> np.ndarray:
     """
-    Return psi', theta, phi' (N, 3) [rad] of the oscillating rotation R' at t_s (N,) (sec. 5).
+    Return psi', theta, phi' (N, 3) [rad] of the oscillating rotation R' (sec. 5).
 
     The motion is two uniform rotations and this oscillating one, R = Rz(Om_P t) R' Rz(Om_S t) with
     R' = Rz(psi') Rx(theta) Rz(phi'), whose angles have the period of the nutation.
+
+    Parameters
+    ----------
+    motion : Symmetric
+        the motion
+    t_s : (N,), s
+        since it began
     """
     t_s = np.atleast_1d(np.asarray(t_s, float))
     q = rotation.multiply(rotation.about(_Z, -motion.Om_P * t_s), _attitude(motion, t_s))
@@ -41,10 +48,17 @@ def oscillation(motion: Symmetric, t_s: float | np.ndarray) -> np.ndarray:
 
 def body_curve(motion: Symmetric, t_s: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """
-    Return rho [rad/s] and sigma [rad], continuous, of the pole in the body at t_s (N,) (41).
+    Return rho [rad/s] and sigma [rad], (N,) each, of the pole in the body, continuous (41).
 
     p + i q = rho exp(i sigma) in the plane r = r0; sigma is an integral of the third kind.  Where
     the curve passes through its centre, at a cusp of the axis' path, rho changes its sign.
+
+    Parameters
+    ----------
+    motion : Symmetric
+        the motion
+    t_s : (N,), s
+        since it began
     """
     t_s = np.atleast_1d(np.asarray(t_s, float))
     return _polar(motion, t_s, Rolling.of(motion).turning_in_body, _body_pole, -motion.Om_S)
@@ -52,10 +66,17 @@ def body_curve(motion: Symmetric, t_s: float | np.ndarray) -> tuple[np.ndarray, 
 
 def space_curve(motion: Symmetric, t_s: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """
-    Return rho' [rad/s] and sigma' [rad], continuous, of the pole's projection across Z (42).
+    Return rho' [rad/s] and sigma' [rad], (N,) each, of the pole's projection across Z (42).
 
-    v_x + i v_y = rho' exp(i sigma') of the rate v = R omega in space, at t_s (N,).  Where it
-    passes through Z, rho' changes its sign.
+    v_x + i v_y = rho' exp(i sigma') for the rate v = R omega in space; both are continuous.  Where
+    it passes through Z, rho' changes its sign.
+
+    Parameters
+    ----------
+    motion : Symmetric
+        the motion
+    t_s : (N,), s
+        since it began
     """
     t_s = np.atleast_1d(np.asarray(t_s, float))
     return _polar(motion, t_s, Rolling.of(motion).turning_in_space, _space_pole, motion.Om_P)

@@ -28,10 +28,21 @@ class Planar(ExactMotion):
     """
     The motion in a plane across a principal axis.
 
-    normal_b (3,): that axis; pendulum: the motion of theta (pendulum.py, offset_pendulum.py);
-    k: its modulus; regime: 'libration', 'tumbling', 'separatrix' or 'rest', relative to the line
-    of the centre; period_s: of the libration or of a whole turn relative to that line.
+    Attributes
+    ----------
+    normal_b : (3,), body axes
+        that axis
+    pendulum : Pendulum or OffsetPendulum
+        the motion of theta
+    k : float
+        its modulus
+    regime : str
+        'libration', 'tumbling', 'separatrix' or 'rest', relative to the line of the centre
+    period_s : s
+        of the libration, or of a whole turn relative to that line
 
+    Examples
+    --------
     >>> Planar(system, state).period_s  # doctest: +SKIP
     """
 

@@ -18,17 +18,38 @@ from . import elliptic
 
 class Poinsot:
     """
-    The constants of the free motion of inertia (3, 3) [kg m^2] through the rate omega [rad/s].
+    The constants of the free motion of a rigid body.
 
-    moments (3,): I1 <= I2 <= I3; E [J], L [N m s]; B (3,) [rad/s]: the largest rates about axes 1,
-    2, 3 (46.12); lam [rad/s] and k2, k2_complement = 1 - k2 of the elliptic functions; t0 [s]: the
-    time since O_2 was at its least, from 0 to T1 (46.16 to 46.18), 0 where O_2 is constant and inf
-    on a separatrix.
-    about_largest: whether the polhode encircles axis 3, else axis 1; for a symmetric body it
-    encircles the axis of symmetry.
+    Parameters
+    ----------
+    inertia : (3, 3), kg m^2, body axes
+        of the body
+    omega : (3,), rad/s, body axes
+        a rate that it passes through
 
-    >>> Poinsot(np.diag([1.0, 2.0, 2.5]), [0.2, 0.3, 1.0]).T1
-    10.222621676194103
+    Attributes
+    ----------
+    moments : (3,), kg m^2
+        I1 <= I2 <= I3
+    E, L : J, N m s
+        energy and angular momentum
+    B : (3,), rad/s
+        largest rates about axes 1, 2, 3 (46.12)
+    lam : rad/s
+        rate of the argument of the elliptic functions
+    k2, k2_complement : float
+        their squared modulus, and 1 - k2
+    t0 : s
+        time since O_2 was at its least, from 0 to T1 (46.16 to 46.18), 0 where O_2 is constant and
+        inf on a separatrix
+    about_largest : bool
+        whether the polhode encircles axis 3, else axis 1; for a symmetric body it encircles the
+        axis of symmetry
+
+    Examples
+    --------
+    >>> round(Poinsot(np.diag([1.0, 2.0, 2.5]), [0.2, 0.3, 1.0]).T1, 12)
+    10.222621676194
     """
 
     def __init__(self, inertia: np.ndarray, omega: Sequence[float] | np.ndarray):
@@ -99,7 +120,7 @@ class Poinsot:
 
     @property
     def T1(self) -> float:
-        """Return the period of the rates [s] (46.11); inf where there is none."""
+        """Return the period of the rates [s] (46.11); inf where it does not exist."""
         if self.lam == 0.0 or self.k2_complement <= 0.0:
             return np.inf
         return float(4.0 * elliptic.K(self.k2_complement) / self.lam)
@@ -219,7 +240,16 @@ def separatrix_planes(inertia: np.ndarray) -> np.ndarray:
 
     The angular momenta L with L^2 = 2 E I2 are on the planes L1 = +-sqrt(I1 (I3 - I2) / (I3 (I2 -
     I1))) L3 through the middle axis, which cut the sphere |L| = const in great circles (44.8).
-    ValueError: two moments are equal.
+
+    Parameters
+    ----------
+    inertia : (3, 3), kg m^2, body axes
+        of the body
+
+    Raises
+    ------
+    ValueError
+        two moments are equal
     """
     moments, R_bp = principal_axes(inertia)
     order = np.argsort(moments, kind='stable')
@@ -238,7 +268,15 @@ def commensurability(
     Return T1 / T2 as the fraction of turns to nutations after which the attitude is back, or None.
 
     The body is where it was after denominator * T1, in which it turned numerator times (45.17).
-    None: no fraction with a denominator up to largest is within tolerance, relative.
+
+    Parameters
+    ----------
+    T1, T2 : s
+        the periods
+    tolerance : float
+        relative
+    largest : int
+        the largest denominator
     """
     ratio = T1 / T2
     if not np.isfinite(ratio):

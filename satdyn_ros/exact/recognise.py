@@ -21,11 +21,22 @@ _ON_AN_ELLIPSE = (
 
 def recognise(system: System, state: State, start_s: float = 0.0) -> ExactMotion | None:
     """
-    Return the exact motion of system from state at start_s seconds from tick 0, or None.
+    Return the motion of a system from a state in closed form, or None.
 
     A condition counts as met where rounding of the input could break it, 1e-12 relative
     (axes.py, equilibria.py).
 
+    Parameters
+    ----------
+    system : System
+        what moves
+    state : State
+        its state at start_s
+    start_s : s
+        time from tick 0
+
+    Examples
+    --------
     >>> motion = recognise(system, state)  # doctest: +SKIP
     """
     for candidate in CANDIDATES:
@@ -36,10 +47,19 @@ def recognise(system: System, state: State, start_s: float = 0.0) -> ExactMotion
 
 def explain(system: System, state: State, start_s: float = 0.0) -> str | None:
     """
-    Return one sentence that says why there is no exact motion, None where there is one.
+    Return one sentence that says why there is no closed form, or None if there is one.
 
     It covers the motions that the field allows: on an orbit only the planar ones, without a field
     the free ones.
+
+    Parameters
+    ----------
+    system : System
+        what moves
+    state : State
+        its state at start_s
+    start_s : s
+        time from tick 0
     """
     reasons = {candidate: candidate.why_not(system, state, start_s) for candidate in CANDIDATES}
     if None in reasons.values():

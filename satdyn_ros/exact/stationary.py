@@ -33,11 +33,27 @@ class Stationary(ExactMotion):
     """
     The motion of a body without rotor, about its mass centre, that has a multiplier nu.
 
-    moments (3,): in principal axes 1, 2, 3, ordered as dynamics/inertia.py does.  omega_0 [rad/s];
-    nu [1 / (kg m^2)], lambda_, mu: the multipliers; alpha (3,) and e; c0 = e - alpha_3; h [J]
-    energy, c1 area integral, c2 fourth integral.  m, m1 = 1 - m, lam [rad/s]: parameters and rate
-    of the elliptic functions.  period_s: of gamma in the body.
+    Attributes
+    ----------
+    moments : (3,), kg m^2
+        about principal axes 1, 2, 3, ordered as in dynamics/inertia.py
+    omega_0 : rad/s
+        root of the size of the gradient
+    nu, lambda_, mu : float
+        the multipliers, nu in 1 / (kg m^2)
+    alpha : (3,)
+        rates over omega_0 gamma
+    e, c0 : float
+        sum of alpha gamma^2, and e - alpha_3
+    h, c1, c2 : float
+        energy [J], area integral, fourth integral
+    m, m1, lam : float
+        parameter of the elliptic functions, 1 - m, and their rate [rad/s]
+    period_s : s
+        of gamma in the body
 
+    Examples
+    --------
     >>> Stationary(system, state).at([10.0, 20.0]).q_ib  # doctest: +SKIP
     """
 
@@ -61,9 +77,23 @@ class Stationary(ExactMotion):
         cls, system: System, nu: float, q_ib: ArrayLike, sign: int = 1
     ) -> 'Stationary':
         """
-        Return the motion with the multiplier nu [1 / (kg m^2)] from the attitude q_ib (4,).
+        Return the motion with a multiplier nu from an attitude.
 
-        sign: of mu.  ValueError: nu is not admissible, N1 N2 N3 must have the gradient's sign.
+        Parameters
+        ----------
+        system : System
+            the body and its field
+        nu : 1 / (kg m^2)
+            the multiplier
+        q_ib : (4,)
+            attitude at the start
+        sign : 1 or -1
+            of mu
+
+        Raises
+        ------
+        ValueError
+            nu is not admissible: N1 N2 N3 must have the gradient's sign
         """
         moments, R_bp = principal_axes(system.inertia)
         omega_0, field = _field(system)
@@ -90,13 +120,31 @@ class Stationary(ExactMotion):
         sign: int = 1,
     ) -> 'Stationary':
         """
-        Return the motion with the paper's constants nu [1 / (kg m^2)] and c0 = e - alpha_3.
+        Return the motion with the paper's constants nu and c0.
 
-        phase: the argument u of the elliptic functions at the start; psi0 [rad]: precession of
-        principal axis 3 there; sign: of mu.  Of the two motions with these constants it is the one
-        in which the cosine that never vanishes is positive.  Where c0 leaves gamma anywhere in a
-        principal plane of equal alphas, phase is its angle there.  ValueError: nu is not
-        admissible, or c0 beyond the alphas.
+        Of the two motions with these constants it is the one in which the cosine that never
+        vanishes is positive.
+
+        Parameters
+        ----------
+        system : System
+            the body and its field
+        nu : 1 / (kg m^2)
+            the multiplier
+        c0 : float
+            e - alpha_3
+        phase : float
+            argument u of the elliptic functions at the start; where c0 leaves gamma anywhere in a
+            principal plane of equal alphas, its angle there
+        psi0 : rad
+            precession of principal axis 3 at the start
+        sign : 1 or -1
+            of mu
+
+        Raises
+        ------
+        ValueError
+            nu is not admissible, or c0 is beyond the alphas
         """
         return cls._from_c0(system, nu, c0, 0.0, phase, psi0, sign)
 
@@ -111,10 +159,23 @@ class Stationary(ExactMotion):
         sign: int = 1,
     ) -> 'Stationary':
         """
-        Return the motion with the paper's constants nu [1 / (kg m^2)] and h [J], the energy (27).
+        Return the motion with the paper's constants nu and h (27).
 
-        The rest as in from_constants.  ValueError: nu is not admissible, all motions with it have
-        one energy, or none has this.
+        Parameters
+        ----------
+        system : System
+            the body and its field
+        nu : 1 / (kg m^2)
+            the multiplier
+        h : J
+            the energy
+        phase, psi0, sign : see from_constants
+            the start
+
+        Raises
+        ------
+        ValueError
+            nu is not admissible, all motions with it have one energy, or none has this energy
         """
         moments, _ = principal_axes(system.inertia)
         omega_0, field = _field(system)

@@ -28,10 +28,18 @@ class Steady(ExactMotion):
     """
     The uniform rotation about a body axis, or rest.
 
-    rate [rad/s]: its constant size; axis_b (3,): its unit axis, body axes.  A state that balances
-    to 1e-12 of the torques is taken as steady: that is the rounding of a start made from angles,
-    while the true motion may leave an unstable equilibrium from there.
+    A state that balances to 1e-12 of the torques is taken as steady: that is the rounding of a
+    start made from angles, although the true motion may leave an unstable equilibrium from there.
 
+    Attributes
+    ----------
+    rate : rad/s
+        its constant size
+    axis_b : (3,), body axes
+        its unit axis
+
+    Examples
+    --------
     >>> Steady(system, state).at(1e6).q_ib  # doctest: +SKIP
     """
 

@@ -32,16 +32,39 @@ class Symmetric(ExactMotion):
     """
     The motion of a symmetric body, with or without a rotor on its axis, from any state.
 
-    With body axis 3 the symmetry axis, q_bp (4,) axes 1, 2, 3 in body axes: moments A, A, C of
-    what turns with the body and rotor momentum h3; r0 [rad/s] the constant rate about the axis;
-    g = H . Z [N m s] the area integral; h_prime = A (p^2 + q^2) / 2 - U [J] the energy integral;
-    roots (k,): all roots of f, complex, u'^2 = f(u); theta_limits [rad]: the angles between which
-    the axis stays.  Om_P, Om_S [rad/s]: the motion is Rz(Om_P t) R'(t) Rz(Om_S t) with R' of
-    period period_s.  Where the axis passes exactly through a pole they leave out its jumps by pi,
-    halfway between a miss on one side and on the other, and R' has twice the period; a miss that
-    rounding of the rates may make, some 1e-14 rad, is such a passage, from every state of the
-    motion.  flow: what turns it.
+    Body axis 3 is the symmetry axis.  The motion is Rz(Om_P t) R'(t) Rz(Om_S t), where R' has the
+    period period_s.  Where the axis passes exactly through a pole, Om_P and Om_S leave out its
+    jumps by pi, halfway between a miss on one side and on the other, and R' has twice the period.
+    A miss that rounding of the rates may make, some 1e-14 rad, is such a passage, from every state
+    of the motion.
 
+    Attributes
+    ----------
+    A, C : kg m^2
+        moments A, A, C of what turns with the body
+    h3 : N m s
+        rotor momentum along the axis
+    q_bp : (4,)
+        axes 1, 2, 3 in body axes
+    r0 : rad/s
+        the constant rate about the axis
+    g : N m s
+        the area integral H . Z
+    h_prime : J
+        the energy integral A (p^2 + q^2) / 2 - U
+    roots : (k,), complex
+        all roots of f, u'^2 = f(u)
+    theta_limits : rad
+        the angles between which the axis stays
+    Om_P, Om_S : rad/s
+        mean precession and mean spin
+    period_s : s
+        period of the nutation
+    flow : Flow
+        the attitude
+
+    Examples
+    --------
     >>> Symmetric(system, state).at([10.0, 20.0]).q_ib  # doctest: +SKIP
     """
 

@@ -22,10 +22,20 @@ _PARALLEL = 1e-9
 
 def nadir(sample: Place) -> Reference:
     """
-    Return LVLH: z to the Earth's centre, x as near as can be to the velocity.
+    Return LVLH: z to the Earth's centre, x as near as possible to the velocity.
 
-    Rate and acceleration are those on the Kepler ellipse through the state; what else pulls turns
-    a low orbit by less than 2e-6 rad/s.  ValueError: there is no velocity, as of orbit.type fixed.
+    Rate and acceleration are those on the Kepler ellipse through the state; other forces turn a
+    low orbit by less than 2e-6 rad/s.
+
+    Parameters
+    ----------
+    sample : Place
+        position, velocity and stamp, such as simulation.sample
+
+    Raises
+    ------
+    ValueError
+        the sample has no position, as with orbit.type fixed
     """
     place, velocity = _on_orbit(sample)
     down = Moving(*(tuple(-x for x in row) for row in place))
@@ -36,10 +46,19 @@ def sun(second_axis: ArrayLike = (1.0, 0.0, 0.0)) -> Callable[[Place], Reference
     """
     Return the reference with body z to the Sun, second_axis as near as can be to the orbit normal.
 
-    second_axis (3,), body axes: its part along z plays no role.  The Sun is that of
-    environment.sun_position, also where the Earth hides it; needs the extra environment.
-    ValueError: second_axis is along z; of a sample: the Sun stands along the orbit normal, near
-    which the reference turns fast.
+    The Sun is that of environment.sun_position, even when the Earth hides it; this needs the extra
+    environment.
+
+    Parameters
+    ----------
+    second_axis : (3,), body axes
+        its part along z plays no role
+
+    Raises
+    ------
+    ValueError
+        second_axis is along z; or, for a sample, the Sun is along the orbit normal, near which the
+        reference turns fast
     """
     axis_b = np.array(second_axis, float)
     if axis_b.shape != (3,) or not np.hypot(*axis_b[:2]) > _PARALLEL * np.linalg.norm(axis_b):
@@ -66,11 +85,22 @@ def _sun(axis_b, sample):
 
 def target(latitude: float | str, longitude: float | str) -> Callable[[Place], Reference]:
     """
-    Return the reference with z to a place on the ground, x as near as can be to the velocity.
+    Return the reference with z to a point on the ground, x as near as possible to the velocity.
 
-    latitude, longitude: on WGS 84 at height 0, east positive [rad], or texts such as '48.1 deg'.
-    The Earth turns as in environment.gcrs_to_itrs, which needs the extra environment; the place is
-    looked at through the Earth too.  ValueError: it is no place.
+    The Earth turns as in environment.gcrs_to_itrs, which needs the extra environment.  The point
+    is tracked even through the Earth.
+
+    Parameters
+    ----------
+    latitude : rad
+        on WGS 84 at height 0, or a text such as '48.1 deg'
+    longitude : rad
+        east positive, or a text
+
+    Raises
+    ------
+    ValueError
+        there is no such point
     """
     place = [_angle('latitude', latitude, 0.5), _angle('longitude', longitude, 2.0)]
     return partial(_target, on_the_ground(*place))

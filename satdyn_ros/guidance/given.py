@@ -18,9 +18,17 @@ _STEP_NS = SECOND_NS // 20
 
 def inertial(q: ArrayLike) -> Callable[[Place], Reference]:
     """
-    Return the reference that rests at q_ir (4,), of any length, in inertial axes.
+    Return the reference that rests in inertial axes.
 
-    ValueError: q is not four numbers, or zero.
+    Parameters
+    ----------
+    q : (4,), x, y, z, w
+        q_ir, of any length: takes components in the axes of the reference to inertial ones
+
+    Raises
+    ------
+    ValueError
+        q is not four numbers, or zero
     """
     given = np.array(q, float)
     if given.shape != (4,) or not 0.0 < np.linalg.norm(given) < np.inf:
@@ -34,11 +42,20 @@ def _inertial(q_ir, sample):
 
 def from_aem(path: str | Path) -> Callable[[Place], Reference]:
     """
-    Return the reference of a CCSDS AEM, interpolated as the file says, between its rows alone.
+    Return the reference of a CCSDS AEM, interpolated between its rows as the file says.
 
-    Its body is the reference.  The acceleration is a difference of the rates over 0.1 s, large at
-    the rows of a file without rates, where they jump.  ValueError: as of AttitudeFile; of a
-    sample: the file has no attitude at its stamp.
+    The body of the file is the reference.  The acceleration is a difference of the rates over 0.1
+    s, large at the rows of a file without rates, where they jump.
+
+    Parameters
+    ----------
+    path : str or Path
+        the file
+
+    Raises
+    ------
+    ValueError
+        as for AttitudeFile; or, for a sample, the file has no attitude at its stamp
     """
     return partial(_of_file, AttitudeFile(path))
 

@@ -32,11 +32,16 @@ class Place(Protocol):
 
 class Reference(NamedTuple):
     """
-    The axes r that the body axes are to have, and how they turn.
+    The axes r that the body axes should have, and how they turn.
 
-    q_ir (..., 4): takes components in these axes to inertial ones.  omega_ri_r (..., 3): their
-    rate relative to inertial axes, in themselves [rad/s].  alpha_ri_r (..., 3): its derivative in
-    time [rad/s^2].
+    Attributes
+    ----------
+    q_ir : (..., 4), x, y, z, w
+        takes components in these axes to inertial ones
+    omega_ri_r : (..., 3), rad/s, in these axes
+        their rate relative to inertial axes
+    alpha_ri_r : (..., 3), rad/s^2, in these axes
+        the derivative of that rate in time
     """
 
     q_ir: np.ndarray
@@ -45,9 +50,12 @@ class Reference(NamedTuple):
 
     def of_body_axis(self, axis_b: ArrayLike) -> 'Reference':
         """
-        Return the reference turned about z, so that a body axis (3,) comes nearest to its x.
+        Return the reference turned about z, so that a body axis comes nearest to its x.
 
-        The axis is not along z.
+        Parameters
+        ----------
+        axis_b : (3,), body axes
+            not along z
         """
         x, y, _ = components(axis_b)
         q_rb = rotation.about([0.0, 0.0, 1.0], -np.arctan2(y, x))

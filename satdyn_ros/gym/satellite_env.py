@@ -16,13 +16,20 @@ from .tasks import task_of
 
 class SatelliteEnv(gymnasium.Env[np.ndarray, np.ndarray]):
     """
-    A satellite that is reset, acted on and seen.
+    A satellite in an environment of Gymnasium.
 
-    task: what an episode is, or the name of a shipped one.  record: a directory for a bag of each
-    episode, episode_0000 and so on, which is complete when the next one begins, or at close().
+    An episode whose motion halts is over there; its info says why, under halted.
 
-    An episode whose motion comes to a halt is over there; its info says why, under halted.
+    Parameters
+    ----------
+    task : Task or str
+        the task, or the name of a shipped one
+    record : str or Path
+        a directory for a bag of each episode, episode_0000 and so on; a bag is complete when the
+        next one begins, or at close()
 
+    Examples
+    --------
     >>> env = SatelliteEnv('Detumble')  # doctest: +SKIP
     >>> seen, info = env.reset(seed=1)  # doctest: +SKIP
     >>> seen, reward, *_ = env.step(env.action_space.sample())  # doctest: +SKIP
@@ -40,7 +47,21 @@ class SatelliteEnv(gymnasium.Env[np.ndarray, np.ndarray]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Begin an episode and return its first observation; ValueError: as of Task.draw."""
+        """
+        Begin an episode and return its first observation.
+
+        Parameters
+        ----------
+        seed : int
+            of what the task draws
+        options : dict
+            not used
+
+        Raises
+        ------
+        ValueError
+            as for Task.draw
+        """
         super().reset(seed=seed)
         scenario = self.task.draw(self.np_random)
         self.close()
@@ -54,7 +75,19 @@ class SatelliteEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         return self._observe(self._simulation.sample), {}
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
-        """Act once; ValueError: the action has a nan."""
+        """
+        Act once.
+
+        Parameters
+        ----------
+        action : (A,)
+            from -1 to 1
+
+        Raises
+        ------
+        ValueError
+            the action has a nan
+        """
         task, simulation = self.task, self._simulation
         if simulation is None:
             raise gymnasium.error.ResetNeeded('reset the environment before its first step')

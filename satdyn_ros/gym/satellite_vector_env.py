@@ -16,15 +16,28 @@ from .tasks import task_of
 
 class SatelliteVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     """
-    Satellites that are reset, acted on and seen side by side, in lanes of the processor.
+    Satellites in step, in lanes of the processor: a vector environment of Gymnasium.
 
     They have the states and the observations of as many SatelliteEnv, the first with the seed of
-    reset(), each with one more than the one before.  autoreset_mode: any of Gymnasium's: at the
-    step after the end of an episode, in which its action is not looked at, at that step, with
-    final_obs and final_info in the info, or not at all.
+    reset(), each with one more than the one before.
 
-    ValueError: what varies makes satellites of different kinds (SideBySide).
+    Parameters
+    ----------
+    task : Task or str
+        the task, or the name of a shipped one
+    num_envs : int
+        how many satellites
+    autoreset_mode : AutoresetMode
+        any of Gymnasium's: at the step after the end of an episode, whose action is then ignored;
+        at the last step, with final_obs and final_info in the info; or not at all
 
+    Raises
+    ------
+    ValueError
+        the variations make satellites of different kinds (SideBySide)
+
+    Examples
+    --------
     >>> envs = SatelliteVectorEnv('Detumble', 1024)  # doctest: +SKIP
     """
 
@@ -54,8 +67,12 @@ class SatelliteVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         """
         Begin episodes and return their first observations.
 
-        seed: of the first, the next one has one more; or one of each.  options: reset_mask (M,)
-        bool, which of them begin; by default, and the first time, all.
+        Parameters
+        ----------
+        seed : int or M of them
+            of the first, each further one has one more; or one for each
+        options : dict
+            reset_mask (M,) bool, which of them begin; by default, and the first time, all
         """
         count = self.num_envs
         seeds = [seed + m for m in range(count)] if isinstance(seed, int) else seed
@@ -94,7 +111,19 @@ class SatelliteVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     def step(
         self, actions: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """Act once in each; ValueError: an action has a nan, or an episode is over."""
+        """
+        Act once in each.
+
+        Parameters
+        ----------
+        actions : (M, A)
+            from -1 to 1
+
+        Raises
+        ------
+        ValueError
+            an action has a nan, or an episode is over
+        """
         task, runs, ended = self.task, self._runs, self._are_over
         if runs is None:
             raise ValueError('reset the environments before their first step')

@@ -23,23 +23,41 @@ _MOST_SEEDS = int(KEYS['sensors.seed'].high)
 @dataclass(frozen=True)
 class Task:
     """
-    What an episode is.
+    An episode of learning.
 
-    observation: by name of what a sample holds, such as omega_bi_b, magnetic_field_b or
-    measured.gyro, the factor by which it is seen; what a sensor measures holds until it measures
-    again, zero before.  action: by keyword of Simulation.step the command at an action of 1, a
-    number or a list of numbers, by name where commands are: {'dipole_b': [0.2, 0.2, 0.2]},
-    {'rotor_torque': {'rw_x': 1e-3}}; of a thruster the on-time [s], at an action of 0 and below it
-    none.  reward(sample, action): a number, or one (M,) of each run,
-    of what comes after an action, with actions (..., A) from -1 to 1.  ends(sample): whether an
-    episode is over there.  duration_s: of an episode, interval_s: from action to action.  vary:
-    what is drawn anew for each, as a sweep file has it.
+    In a sample each run has a row.  Functions that work along the last axis only, [..., 0] and
+    axis=-1, serve one run and many.
 
-    In what a sample holds each run has a row; functions that look along the last axis alone,
-    [..., 0] and axis=-1, serve one run and many.
+    Parameters
+    ----------
+    scenario : Scenario
+        the scenario
+    observation : dict
+        scale factors by name of a part of the sample, such as omega_bi_b, magnetic_field_b or
+        measured.gyro; a measurement holds until the sensor measures again, and is zero before
+    action : dict
+        by keyword of Simulation.step the command at an action of 1, a number or a list of numbers,
+        or these by name: {'dipole_b': [0.2, 0.2, 0.2]}, {'rotor_torque': {'rw_x': 1e-3}}; for a
+        thruster the on-time [s], with no pulse at an action of 0 or below
+    reward : function
+        of the sample after an action and of the actions (..., A) from -1 to 1; returns a number,
+        or (M,) with one for each run
+    duration_s : s
+        of an episode
+    interval_s : s
+        from action to action
+    vary : dict
+        what is drawn for each episode, as in a sweep file
+    ends : function
+        of a sample: whether the episode is over there
 
-    ValueError, in one sentence: what is not allowed.
+    Raises
+    ------
+    ValueError
+        a value is not allowed, in one sentence
 
+    Examples
+    --------
     >>> task = Task(scenario, observation={'omega_bi_b': 10.0},  # doctest: +SKIP
     ...     action={'torque_b': [1e-3, 1e-3, 1e-3]}, duration_s=60.0, interval_s=0.5,
     ...     reward=lambda sample, action: -np.sum(sample.omega_bi_b**2, axis=-1),
@@ -94,7 +112,7 @@ class Task:
 
     @cached_property
     def senses(self) -> bool:
-        """Whether a measurement is seen, of which each tick of an action may have one."""
+        """Whether a measurement is observed; each tick of an action may have one."""
         return any('measured' in name.split('.') for name in self.observation)
 
     @cached_property
@@ -103,7 +121,19 @@ class Task:
         return sum(np.size(scale) for scale in _leaves(self.action))
 
     def draw(self, rng: np.random.Generator) -> Scenario:
-        """Return the scenario of an episode; ValueError: what is drawn is not allowed."""
+        """
+        Return the scenario of an episode.
+
+        Parameters
+        ----------
+        rng : Generator
+            draws the variations
+
+        Raises
+        ------
+        ValueError
+            a drawn value is not allowed
+        """
         values, changes = dict(self.scenario.values), dict[str, Any]()
         for each in self._varied:
             now = each.quantity.changes(values, each.variation.drawn(rng))
@@ -116,9 +146,12 @@ class Task:
 
     def commands(self, action: np.ndarray) -> dict[str, Any]:
         """
-        Return the commands of actions (..., A) from -1 to 1, by keyword; outside they are cut.
+        Return the commands of actions by keyword.
 
-        A nan stays one, which its actuator refuses.
+        Parameters
+        ----------
+        action : (..., A)
+            from -1 to 1; outside they are cut, and a nan stays one, which its actuator refuses
         """
         numbers = np.clip(np.asarray(action, float), -1.0, 1.0)
         found = _scaled(self.action, numbers, 0)[0]
@@ -130,15 +163,27 @@ class Task:
         }
 
     def held(self, commands: Mapping[str, Any]) -> dict[str, Any]:
-        """Return of commands, by keyword, those that hold: others are given once an action."""
+        """
+        Return those commands that hold; others, such as pulses, are given once per action.
+
+        Parameters
+        ----------
+        commands : dict
+            by keyword
+        """
         words = self.scenario.equipment.of_keyword
         return {keyword: x for keyword, x in commands.items() if words[keyword][0].is_held}
 
     def seen(self, sample: Any, before: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """
-        Return what is seen of a sample by name, unscaled, a row of each run or one.
+        Return the observed parts of a sample by name, unscaled, a row for each run or one.
 
-        before: what was seen before, of which holds what is not measured now.
+        Parameters
+        ----------
+        sample : sample
+            of one run or many
+        before : dict
+            what was seen before; it holds for measurements that are missing now
         """
         found = {}
         for name in self.observation:
@@ -158,7 +203,16 @@ class Task:
         return found
 
     def observed(self, seen: Mapping[str, np.ndarray], rows: tuple[int, ...]) -> np.ndarray:
-        """Return the observation, (O,) or, of rows (M,), (M, O)."""
+        """
+        Return the observation, (O,), or (M, O) for rows (M,).
+
+        Parameters
+        ----------
+        seen : dict
+            parts of a sample by name
+        rows : tuple
+            empty, or (M,)
+        """
         parts = [self.observation[name] * np.reshape(x, (*rows, -1)) for name, x in seen.items()]
         return np.concatenate(parts, axis=-1)
 

@@ -96,7 +96,7 @@ TASKS: dict[str, Callable[[], Task]] = {'Detumble': detumble, 'Point': point, 'S
 
 
 def task_of(given: Task | str) -> Task:
-    """Return a task, or that of a name; ValueError: there is none of this name."""
+    """Return a task, or the one with a name; ValueError: there is no such task."""
     if isinstance(given, Task):
         return given
     if given not in TASKS:

@@ -35,7 +35,7 @@ def interpolate(
     constants: Any,
 ) -> None:
     """
-    Evaluate the dense output at the first times of t_s, with q_ib in the place of q.
+    Evaluate the dense output at the first times of t_s, with q_ib in place of q.
 
     out: one variable after the other, so many numbers apart; the quaternions come out as unit.
     wanted: variables; begin and end: of the step; constants: the numbers of the Constants.

@@ -35,15 +35,31 @@ class Propagation(Motion):
     """
     The motion of any system by numerical propagation.
 
-    tolerance: relative local error of a step.  The propagation walks forward and keeps only its
-    last step, so that memory use stays constant; for an earlier time it starts again.
+    The propagation walks forward and keeps only its last step, so that memory use stays constant;
+    for an earlier time it starts again.
 
-    most_steps: the most steps from one requested row to the next, None: any number.  A rotor that
-    leaves its range counts as 200.  Steps up to the furthest row that was ever reached do not
-    count again.
+    Parameters
+    ----------
+    system : System
+        what moves
+    state : State
+        its state at the start
+    start_s : s
+        time of the start from tick 0
+    tolerance : float
+        relative local error of a step
+    most_steps : int or None
+        the most steps from one requested row to the next, None: any number.  A rotor that leaves
+        its range counts as 200.  Steps up to the furthest row that was ever reached do not count
+        again
 
-    wanted: how many of the variables are interpolated, the first.
+    Attributes
+    ----------
+    wanted : int
+        how many of the variables are interpolated, from the first on
 
+    Examples
+    --------
     >>> Propagation(system, state).at([10.0, 20.0]).q_ib  # doctest: +SKIP
     """
 

@@ -23,7 +23,7 @@ from .walk import walk
 
 class Relay:
     """
-    Motions of one body, each a Propagation bit by bit, of which the next begins where one ends.
+    Motions of one body, each a Propagation bit by bit; the next begins where one ends.
 
     They are computed in one lane.  Of the constants of the equations, only what depends on the
     torques, on the start and on the true anomaly is written anew.

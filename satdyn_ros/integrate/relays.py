@@ -1,4 +1,4 @@
-"""Motions of one kind side by side in lanes, each of which may begin anew by itself."""
+"""Motions of one kind side by side in lanes, each of which may restart by itself."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -46,7 +46,7 @@ class Driven(NamedTuple):
 
 class Relays:
     """
-    Motions of one kind, each a Propagation bit by bit, of which each may begin anew at any time.
+    Motions of one kind, each a Propagation bit by bit; each may restart at any time.
 
     system_of(m): the system of motion m under what is commanded now, of which its constants are
     made where a piece of time ends.

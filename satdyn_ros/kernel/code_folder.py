@@ -17,7 +17,7 @@ _LIBRARIES = 'numba', 'llvmlite', 'numpy', 'scipy'
 
 @functools.cache
 def code_folder() -> Path | None:
-    """Return the folder, after those of older sources are removed; None: there is none."""
+    """Return the folder, after removing those of older sources; None: there is no folder."""
     root = cache.find(os.environ.get('NUMBA_CACHE_DIR', ''))
     if root is None:
         return None

@@ -60,6 +60,15 @@ def select(condition: Any, a: Any, b: Any) -> Any:
     """
     Return a where a condition holds, else b; both are computed.
 
+    Parameters
+    ----------
+    condition : bool
+        such as a comparison of numbers
+    a, b : numbers
+        the values to choose from
+
+    Examples
+    --------
     >>> select(1.0 < 2.0, 'a', 'b')
     'a'
     """

@@ -1,4 +1,4 @@
-"""Functions with loops in plain Python, of which code is made at the first call, and kept."""
+"""Functions with loops in plain Python, whose code is made at the first call, and kept."""
 
 import ctypes
 import functools

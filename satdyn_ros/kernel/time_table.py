@@ -18,8 +18,12 @@ class Table(NamedTuple):
     """
     Several functions of time, each a polynomial in every piece of it.
 
-    grid (2,): where the first piece begins and how long each is [s].  coefficients
-    (pieces, functions, terms): of the Chebyshev polynomials, in ascending order.
+    Attributes
+    ----------
+    grid : (2,), s
+        where the first piece begins and how long each is
+    coefficients : (pieces, functions, terms)
+        of the Chebyshev polynomials, in ascending order
     """
 
     grid: np.ndarray
@@ -45,8 +49,23 @@ def table_of(
     terms: int = 16,
 ) -> Table:
     """
-    Return the table of function(t_s (N,)) -> (N, C), by its values at the nodes of each piece.
+    Return the table of a function of time, from its values at the nodes of each piece.
 
+    Parameters
+    ----------
+    function : function
+        of t_s (N,), returns (N, C)
+    begin_s : s
+        begin of the first piece
+    piece_s : s
+        length of each piece
+    pieces : int
+        how many
+    terms : int
+        terms of each polynomial
+
+    Examples
+    --------
     >>> table = table_of(lambda t: np.sin(t)[:, None], 0.0, 1.0, 10)
     >>> round(interpolate(table, 0, 2.5), 12) == round(float(np.sin(2.5)), 12)
     True
@@ -62,9 +81,16 @@ def table_of(
 
 def interpolate(table: Table, i: Any, t_s: Any) -> Any:
     """
-    Return the i-th function of a table at t_s; beyond the table, what its end pieces say.
+    Return one function of a table; beyond the table, that of its first or last piece.
 
-    Of a column of times, i may be a column (C, 1) of whole numbers.
+    Parameters
+    ----------
+    table : Table
+        the table
+    i : int
+        which function; for a column of times also a column (C, 1) of whole numbers
+    t_s : s
+        the time
     """
     (found,) = _interpolated(table, i, 1, t_s)
     return found

@@ -143,7 +143,7 @@ def summary(run: History) -> str:
 
 
 def band_note(run: History) -> str:
-    """Return what the bands of the charts mean, or '' where there are none."""
+    """Return what the bands of the charts mean, or '' if there are no bands."""
     if not np.any(run.turns_too_far) or len(run.t_s) == run.ticks:
         return ''
     return (

@@ -102,7 +102,7 @@ class Publishing:
         """
         Destroy the publishers of state topics that are not among names.
 
-        One whose last messages have not all arrived goes on until a later call.
+        One whose last messages have not all arrived stays until a later call.
         """
         kept = {*names, *self._scenario.sensors}
         for name in self.publishers.keys() - kept:

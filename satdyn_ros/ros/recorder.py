@@ -1,4 +1,4 @@
-"""The thread that records a bag: it compresses, writes and flushes while the ticks go on."""
+"""The thread that records a bag: it compresses, writes and flushes while the ticks continue."""
 
 import time
 from collections import Counter

@@ -60,7 +60,7 @@ def main(
     argv: [--params-file FILE ...] [--satellite NAME ...] [--section NAME]
     [--torque MODULE:CLASS ...] [--controller MODULE:CLASS] [--controller-parameter NAME=VALUE ...]
     [--ros-args ...]; without it that of the process.  kind: the class of the nodes.  begins: the
-    ticks begin at once; else the nodes read their files when they are told to begin.
+    ticks begin at once; else the nodes read their files when they are asked to begin.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     at = arguments.index('--ros-args') if '--ros-args' in arguments else len(arguments)

@@ -1,4 +1,4 @@
-"""Messages of a topic at some of consecutive ticks, as of a sensor with a rate of its own."""
+"""Messages of a topic at some of several ticks, such as those of a sensor with its own rate."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

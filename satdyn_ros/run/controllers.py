@@ -22,9 +22,15 @@ class Controller(Protocol):
     """
     A controller.
 
-    period_s: a multiple of the ticks' interval [s], None: every tick.  needs_truth: whether its
-    samples have the true states too.  vectorized: whether it takes columns too: in a sweep its
-    samples have a row of each run, and so have its commands.
+    Attributes
+    ----------
+    period_s : s or None
+        a multiple of the ticks' interval, None: every tick
+    needs_truth : bool
+        whether its samples have the true states too
+    vectorized : bool
+        whether it takes columns: in a sweep its samples then have a row for each run, and so have
+        its commands
     """
 
     period_s: float | None
@@ -41,8 +47,16 @@ class Seen:
     """
     A sample without the true states: what a controller on board knows.
 
-    tick, t_s, stamp_ns; measured, what each sensor publishes at this tick, with its stamp_ns;
-    rotor_speed [rad/s] (R,); r_i [m] and v_i [m/s] (3,), inertial.
+    Attributes
+    ----------
+    tick, t_s, stamp_ns : int, s, ns
+        the tick, its time from tick 0, and its stamp
+    measured : dict
+        what each sensor publishes at this tick, with its stamp_ns
+    rotor_speed : (R,), rad/s
+        of each rotor
+    r_i, v_i : (3,), m and m/s, inertial
+        orbit
     """
 
     tick: int

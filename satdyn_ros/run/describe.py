@@ -39,37 +39,65 @@ def describe(scenario: Scenario) -> dict[str, Any]:
     """
     Return what theory says about a scenario, ready for JSON: numbers, text, lists, dictionaries.
 
-    orbit: None, or of an element set or an ephemeris the epoch tick_0; of the former
-    elements_epoch, age_days at tick 0, and perigee_height_m, apogee_height_m, period_s and
-    inclination_rad, to the equator of date, of the mean elements; of the latter its epochs begin
-    and end, lowest_height_m and highest_height_m over a turn from tick 0, or as long as it goes
-    on, and period_s and inclination_rad as they are at tick 0, to the equator of the inertial
-    axes.  Heights are above the equator's radius.
-    principal_moments [kg m^2] and principal_axes_b: of body.inertia, one axis a row, body axes.
-    motion: name, source, period_s and facts (name, value, unit, meaning) of the closed form, or
-    None; why_not: why there is none, or None.  first_integrals: name to value and unit at the
-    start.  steady_motions: of each permanent rotation or relative equilibrium with the rotor
-    momenta of the start the axis (body axes; on an orbit the direction up), rate_rad_s, on an
-    orbit the attitude q_lb, stability, argument, periods_s of small motion, and
-    attitude_drift_rad, by which the attitude of a stable rotation drifts in a day for a change of
-    1e-6 of its rate; an equilibrium in LVLH or at rest has none; empty where a torque acts or a
-    part bends, which theory does not know.  rotation_class:
-    on a circle and without friction whether the motion is a rotation about a body-fixed axis,
-    whether uniform, and why; else None.  regular_precession: None, or that of the start: the axis
-    of the spin in the body and that of the precession in space, both rates, the nutation, the
-    sense, and how the cones of the instantaneous axis lie, with their half-angles.
-    elliptic_orbit: None, or on an ellipse, where no attitude rests in LVLH and steady_motions is
-    empty, its eccentricity, period_s and planar librations: the body axis that is the normal, p
-    of Beletsky's equation and forced_amplitude_rad, None where it is not small.  torques: of each
-    torque on the body, where others act than that of the attracting centre, as the body flies for
-    a turn of the orbit: topic, largest_n_m, mean_n_m and momentum_n_m_s, what it gives to the body
-    meanwhile, inertial axes; else empty.  thruster: of each one its name, torque_n_m (3) of its
-    whole thrust, body axes, and of its shortest on-time least_impulse_n_m_s, the size of the
-    angular impulse, and least_rate_rad_s (3), by which it changes the rate.  flexible: of a body
-    with flexible parts names, frequencies_rad_s of each mode by itself, free_rad_s, those at which
-    body and parts swing together, and unseen_rad_s, those of these that samples at publish.rate do
-    not tell from slower ones; else None.  What is infinite or does not exist is None.
+    A value that is infinite or does not exist is None.
 
+    Parameters
+    ----------
+    scenario : Scenario
+        the scenario
+
+    Returns
+    -------
+    orbit : dict or None
+        for an element set or an ephemeris the epoch tick_0; for an element set elements_epoch,
+        age_days at tick 0, and perigee_height_m, apogee_height_m, period_s and inclination_rad of
+        the mean elements, to the equator of date; for an ephemeris the epochs begin and end,
+        lowest_height_m and highest_height_m over a turn from tick 0, or as far as it goes, and
+        period_s and inclination_rad at tick 0, to the equator of the inertial axes.  Heights are
+        above the equator's radius
+    principal_moments : (3,), kg m^2
+        of body.inertia
+    principal_axes_b : (3, 3), body axes
+        one axis per row
+    motion : dict or None
+        name, source, period_s and facts (name, value, unit, meaning) of the closed form
+    why_not : str or None
+        why there is no closed form
+    first_integrals : dict
+        name to value and unit at the start
+    steady_motions : list
+        for each permanent rotation or relative equilibrium, with the rotor momenta of the start:
+        axis (body axes; on an orbit the direction up), rate_rad_s, on an orbit the attitude q_lb,
+        stability, argument, periods_s of small motion, and attitude_drift_rad, by which the
+        attitude of a stable rotation drifts in a day for a change of 1e-6 of its rate (an
+        equilibrium in LVLH or at rest has none); empty if a torque acts or a part bends, which
+        theory does not know
+    rotation_class : dict or None
+        on a circle and without friction: whether the motion is a rotation about a body-fixed axis,
+        whether it is uniform, and why
+    regular_precession : dict or None
+        for the start: axis of the spin in the body and of the precession in space, both rates, the
+        nutation, the sense, and how the cones of the instantaneous axis lie, with their
+        half-angles
+    elliptic_orbit : dict or None
+        on an ellipse, where no attitude rests in LVLH and steady_motions is empty: eccentricity,
+        period_s and planar librations, with the body axis that is the normal, p of Beletsky's
+        equation and forced_amplitude_rad, None if it is not small
+    torques : list
+        if other torques act than that of the attracting centre, for each torque on the body, as
+        the body flies for a turn of the orbit: topic, largest_n_m, mean_n_m and momentum_n_m_s,
+        the momentum that it gives to the body meanwhile, inertial axes
+    thruster : list
+        for each one its name, torque_n_m (3) of its whole thrust, body axes, and for its shortest
+        on-time least_impulse_n_m_s, the size of the angular impulse, and least_rate_rad_s (3), the
+        change of the rate
+    flexible : dict or None
+        for a body with flexible parts: names, frequencies_rad_s of each mode by itself,
+        free_rad_s, at which body and parts swing together, and unseen_rad_s, those of them that
+        samples at publish.rate cannot tell from slower ones
+
+    Examples
+    --------
     >>> describe(Scenario.from_yaml('config/euler_poinsot.yaml'))['motion']['name']
     'free rotation'
     """

@@ -104,7 +104,7 @@ def touches(position: np.ndarray, centre: np.ndarray, radius: float) -> bool:
 
 
 def matching(name: str, pattern: str) -> list[str]:
-    """Return the names of entities, of which there is one, that a regular expression finds."""
+    """Return the names of entities that a regular expression finds; there is only one entity."""
     try:
         return [name] if re.search(pattern, name) else []
     except re.error as error:

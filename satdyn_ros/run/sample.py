@@ -58,17 +58,17 @@ class Along:
 
     @property
     def magnetic_field_b(self) -> np.ndarray:
-        """The Earth's magnetic field [T] (3,), body axes; AttributeError: there is none."""
+        """The Earth's magnetic field [T] (3,), body axes; AttributeError: it does not exist."""
         return self._of('magnetic_field')
 
     @property
     def sun_b(self) -> np.ndarray:
-        """The unit vector to the Sun (3,), body axes; AttributeError: there is none."""
+        """The unit vector to the Sun (3,), body axes; AttributeError: it does not exist."""
         return self._of('sun_direction')
 
     @property
     def sunlight(self) -> Any:
-        """The illuminance of a plate that faces the Sun [lx]; AttributeError: there is none."""
+        """The illuminance of a plate facing the Sun [lx]; AttributeError: it does not exist."""
         return self._of('sunlight')[..., 0]
 
     @cached_property

@@ -69,12 +69,35 @@ class Scenario:
     """
     A validated run: immutable, every key in `values` by its dotted name, described in `keys`.
 
-    typed: the texts with a unit, and the parts, that were given, by the names of their keys.
-    torques: kinds of torques of one's own, whose keys it has too.  warnings: of what was given, in
-    one sentence each.  rules: of the bag that it is read from.  at_s: of with_values.
+    Scenario.from_yaml and Scenario.from_dict read one.
 
-    ValueError, in one sentence that names the key: a value that is not allowed.
+    Parameters
+    ----------
+    given : mapping
+        values by the dotted names of their keys
+    torques : classes
+        torques of your own, whose keys the scenario has too
+    warnings : sentences
+        about the source of the values
+    rules : int
+        of the bag that it is read from
+    at_s : s
+        as for with_values
 
+    Attributes
+    ----------
+    typed : dict
+        the given texts with a unit, and the given parts, by the names of their keys
+    warnings : sentences
+        about values that are allowed but rarely intended
+
+    Raises
+    ------
+    ValueError
+        a value is not allowed, in one sentence that names the key
+
+    Examples
+    --------
     >>> Scenario.from_dict({'publish': {'rate': 10}})['publish.rate']
     10.0
     """
@@ -133,11 +156,21 @@ class Scenario:
         cls, nested: Mapping[str, Any], torques: Iterable[type[BodyTorque]] = ()
     ) -> 'Scenario':
         """
-        Return the scenario of nested (or dotted) keys; ValueError: see the class.
+        Return the scenario of nested or dotted keys.
 
-        An orbit.file, or orbit.tle of one text, without a line break is the name of a file, as
-        seen from the working directory; with one it is the text.  An orbit.tle of a name and a
-        number or name of a satellite is that one's set in the file.
+        Parameters
+        ----------
+        nested : mapping
+            values by key.  An orbit.file, or an orbit.tle of one text, without a line break is the
+            name of a file, relative to the working directory; with one it is the text.  An
+            orbit.tle of two texts is a file, and the number or name of a satellite in it
+        torques : classes
+            torques of your own
+
+        Raises
+        ------
+        ValueError
+            as for the class
         """
         return cls(with_texts(dict(flattened(nested))), torques)
 
@@ -151,8 +184,19 @@ class Scenario:
         """
         Return the scenario of a ROS 2 parameter file, or of a shipped one by its name.
 
-        satellite: which one, where the file has several, such as /sat4/satdyn or /sat4.
-        ValueError: see the class; or the file has several, or not this one.
+        Parameters
+        ----------
+        path : str or Path
+            the file, or the name of a shipped scenario
+        satellite : str
+            which one, if the file has several, such as /sat4/satdyn or /sat4
+        torques : classes
+            torques of your own
+
+        Raises
+        ------
+        ValueError
+            as for the class; or the file has several satellites, or not this one
         """
         return cls._of_file(ParameterFile.read([path]), satellite, torques)
 
@@ -164,7 +208,25 @@ class Scenario:
         satellite: str | None = None,
         torques: Iterable[type[BodyTorque]] = (),
     ) -> 'Scenario':
-        """Return the scenario of a ROS 2 parameter file's text; origin names it in errors."""
+        """
+        Return the scenario of a ROS 2 parameter file's text.
+
+        Parameters
+        ----------
+        text : str
+            YAML
+        origin : str
+            names the text in errors
+        satellite : str
+            which one, if the text has several
+        torques : classes
+            torques of your own
+
+        Raises
+        ------
+        ValueError
+            as for from_yaml
+        """
         return cls._of_file(ParameterFile.of_texts([(text, origin)]), satellite, torques)
 
     @classmethod
@@ -188,7 +250,10 @@ class Scenario:
         """
         Return M scenarios as one, with a system and an initial state of arrays.
 
-        values: of every key, known to be valid, by many.py; what differs as (M, 1) or (M, 1, k).
+        Parameters
+        ----------
+        values : mapping
+            of every key, known to be valid (many.py); values that differ as (M, 1) or (M, 1, k)
         """
         many = object.__new__(cls)
         # Without an instant of tick 0 there is no environment, which many do not fly in together.
@@ -198,9 +263,19 @@ class Scenario:
 
     def with_values(self, changes: Mapping[str, Any], at_s: float = 0.0) -> 'Scenario':
         """
-        Return the scenario with some keys changed; ValueError: see the class.
+        Return the scenario with some keys changed.
 
-        at_s: the time from tick 0 at which an initial.pointing among them points.
+        Parameters
+        ----------
+        changes : mapping
+            new values by the dotted names of their keys
+        at_s : s
+            time from tick 0 for which an initial.pointing among them holds
+
+        Raises
+        ------
+        ValueError
+            as for the class
         """
         # A part gives what it says, whatever was given before.
         changes = parts.laid_under(changes)
@@ -375,7 +450,14 @@ class Scenario:
         return self.state_at(0.0)
 
     def state_at(self, orbit_s: float) -> State:
-        """Return the initial conditions as a state, LVLH taken at orbit_s seconds from tick 0."""
+        """
+        Return the initial conditions as a state.
+
+        Parameters
+        ----------
+        orbit_s : s
+            time from tick 0 at which LVLH is taken
+        """
         q_ib, omega_bi_b = np.array(self['initial.attitude']), self['initial.angular_velocity']
         if self['initial.frame'] == 'lvlh':
             orbit = self.system.orbit
@@ -386,16 +468,32 @@ class Scenario:
         return State(q_ib, np.array(omega_bi_b), speeds, angles, modes.inner(self.values))
 
     def motion(self) -> Motion:
-        """Return the motion from tick 0; ValueError: exact is asked for and there is none."""
+        """
+        Return the motion from tick 0.
+
+        Raises
+        ------
+        ValueError
+            motion.method is exact, and there is no closed form
+        """
         return self.motion_from(self.system, self.initial_state, 0.0)
 
     def motion_from(
         self, system: System, state: State, start_s: float, most_steps: int | None = None
     ) -> Motion:
         """
-        Return the motion of a system from a state at start_s, by motion.method.
+        Return the motion of a system from a state, by motion.method.
 
-        most_steps: as of a Propagation.
+        Parameters
+        ----------
+        system : System
+            what moves
+        state : State
+            its state at start_s
+        start_s : s
+            time from tick 0
+        most_steps : int
+            as for a Propagation
         """
         method = self['motion.method']
         if method != 'numeric':
@@ -410,7 +508,14 @@ class Scenario:
         return Propagation(system, state, start_s, self['motion.tolerance'], most_steps)
 
     def integrals(self, states: States) -> dict[str, np.ndarray]:
-        """Return the first integrals that this scenario conserves, name to values (N,)."""
+        """
+        Return the first integrals that this scenario conserves, name to values (N,).
+
+        Parameters
+        ----------
+        states : States
+            N rows of its motion
+        """
         return first_integrals(self.system, states)
 
 

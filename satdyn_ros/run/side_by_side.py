@@ -29,17 +29,30 @@ class SideBySide:
     """
     M runs in step, each with the bits of a Simulation of its scenario.
 
-    A command acts from the last tick on, until the next one for the same.  Nothing else happens:
-    there are no requests, and no timeouts; and a torque under which a body cannot go on, which a
-    run alone drops, ends its run.
+    A command acts from the last tick on, until the next one for the same actuator.  There are no
+    requests and no timeouts.  A torque under which a body cannot go on ends its run; a run alone
+    would drop the torque.
 
-    scenarios: alike in publish.rate, in time.epoch, in the limits of their actuators and in their
-    sensors but for the seed, and of one kind (Relays).  ValueError: they are not, or motion.method
-    is not numeric.
+    Parameters
+    ----------
+    scenarios : M scenarios
+        alike in publish.rate, in time.epoch, in the limits of their actuators and in their sensors
+        but for the seed, and of one kind (Relays)
 
-    tick (M,): of each run, the last that has happened; halted: by run, in one sentence, why it
-    goes no further: then it stays where it is.
+    Attributes
+    ----------
+    tick : (M,)
+        the last tick of each run that has happened
+    halted : dict
+        for runs that have stopped, by number: why, in one sentence
 
+    Raises
+    ------
+    ValueError
+        the scenarios are not alike, or motion.method is not numeric
+
+    Examples
+    --------
     >>> runs = SideBySide([scenario] * 8)  # doctest: +SKIP
     >>> runs.act(torque_b=np.zeros((8, 3)))  # doctest: +SKIP
     >>> runs.step().q_ib.shape  # doctest: +SKIP
@@ -76,9 +89,17 @@ class SideBySide:
 
     def begin(self, runs: Mapping[int, Scenario]) -> None:
         """
-        Let some runs begin anew at their tick 0, by number.
+        Restart some runs at their tick 0.
 
-        ValueError: as of the class; then none does.
+        Parameters
+        ----------
+        runs : dict
+            the new scenario of each, by number
+
+        Raises
+        ------
+        ValueError
+            as for the class; then none restarts
         """
         scenarios = {m: given.with_seed() for m, given in runs.items()}
         motions = {}
@@ -105,10 +126,18 @@ class SideBySide:
 
     def act(self, **commands: Any) -> None:
         """
-        Let commands act from the last tick on, by the keywords of Simulation.step.
+        Let commands act from the last tick on.
 
-        Each is an array with a row of each run, such as torque_b (M, 3), or one for all.
-        ValueError, TypeError: as of Simulation.step.
+        Parameters
+        ----------
+        commands : arrays
+            by the keywords of Simulation.step, each with a row for each run, such as torque_b (M,
+            3), or one for all
+
+        Raises
+        ------
+        ValueError, TypeError
+            as for Simulation.step
         """
         words, held = self.equipment.of_keyword, dict[str, Any]()
         for keyword, given in commands.items():
@@ -154,7 +183,10 @@ class SideBySide:
         """
         Advance runs by one tick, and return the sample there.
 
-        chosen (M,) bool: those that go on, None: all; none that has halted does.
+        Parameters
+        ----------
+        chosen : (M,), bool
+            the runs that advance, by default all; a run that has halted never does
         """
         goes = np.ones(len(self), bool) if chosen is None else np.array(chosen, bool)
         goes[[*self.halted]] = False

@@ -32,17 +32,31 @@ _Same = TypeVar('_Same', bound='Simulation')
 
 
 class RunHalted(RuntimeError):  # noqa: N818
-    """The end of a run whose motion cannot go on; its text is one sentence."""
+    """The end of a run whose motion cannot continue; its text is one sentence."""
 
 
 class Simulation:
     """
     A run, tick by tick: the engine of the node, of offline runs and of learning loops.
 
-    events: what happens at ticks to come, in their order; derived ones are left out, since they
-    follow from the run.  rules: those of the bag that is run again; by rules 0 the bag's timeouts,
-    drops and halts act as it tells them.  ValueError: as Scenario.motion.
+    Parameters
+    ----------
+    scenario : Scenario
+        the scenario
+    events : events
+        what happens at later ticks, in order; derived ones are left out, since they follow from
+        the run
+    rules : int
+        of the bag that is run again; by rules 0 the bag's timeouts, drops and halts act as
+        recorded
 
+    Raises
+    ------
+    ValueError
+        as for Scenario.motion
+
+    Examples
+    --------
     >>> simulation = Simulation(Scenario.from_yaml('config/default.yaml'))  # doctest: +SKIP
     >>> state = simulation.step(torque_b=(0, 0, 0.01))  # doctest: +SKIP
     """
@@ -92,8 +106,8 @@ class Simulation:
         """
         Return the events of the next tick, now applied, and the samples from it on.
 
-        At most count ticks, none beyond the next event or where it is told that a rotor has come
-        to its limit, and none at all of a halted run.
+        At most count ticks, none beyond the next event or the tick that reports a rotor at its
+        limit, and none at all of a halted run.
         """
         self._settle()
         first = self.next_tick
@@ -152,9 +166,17 @@ class Simulation:
 
     def command(self, **commands: Any) -> None:
         """
-        Let commands, as of step(), act from the next tick on, until the next ones for the same.
+        Let commands act from the next tick on, until the next ones for the same actuators.
 
-        ValueError, TypeError: as of step().
+        Parameters
+        ----------
+        commands : see step
+            by the keywords of step
+
+        Raises
+        ------
+        ValueError, TypeError
+            as for step
         """
         for topic, value in self._commanded(self._held(commands)):
             self.schedule(Command(self.next_tick, topic, value))
@@ -255,15 +277,32 @@ class Simulation:
 
     def step(self, **commands: Any) -> Sample:
         """
-        Advance by one tick and return what the run gives there.
+        Advance by one tick and return the sample there.
 
-        commands: torque_b [N m] (3,), body axes, with torque.names by name, rotor_torque [N m] or
-        rotor_speed [rad/s], by rotor, dipole_b [A m^2] (3,) of the magnetorquers, or texts with
-        their units, hold during this step alone; without them, and for what is not named, what is
-        in force continues.  On-times of thrusters [s], by name, begin with the step and may go on
-        beyond it.  The first step is from tick 0 to tick 1.  ValueError: there is no such
-        torque, motor or magnetorquer, or a number is not finite.  TypeError: there is no such
-        command.  RunHalted: the run goes no further.
+        A command holds during this step; an actuator without one continues as before.  The first
+        step is from tick 0 to tick 1.
+
+        Parameters
+        ----------
+        torque_b : (3,), N m, body axes
+            torque on the body; with torque.names by name
+        rotor_torque : N m
+            motor torques by rotor
+        rotor_speed : rad/s
+            commanded speeds by rotor
+        dipole_b : (3,), A m^2, body axes
+            of the magnetorquers
+        thrusters : s
+            on-times by thruster, which begin with the step and may outlast it
+
+        Raises
+        ------
+        ValueError
+            there is no such torque, motor or magnetorquer, or a number is not finite
+        TypeError
+            there is no such command
+        RunHalted
+            the run cannot continue
         """
         held = now = self._held(commands)
         if self.next_tick == 0:
@@ -376,7 +415,7 @@ class Simulation:
         return vars(self)
 
     def snapshot_copy(self) -> 'Simulation':
-        """Return a copy, of which another thread may ask for snapshots while the run goes on."""
+        """Return a copy for snapshots by another thread while the run continues."""
         self._settle()
         kept = copy.copy(self)
         # With states of its own it need not ask the motion, which walks on.
@@ -451,7 +490,7 @@ class Simulation:
 
 
 def follows(event: Event, rules: int) -> bool:
-    """Whether an event follows from the run, so that what is told of it is compared alone."""
+    """Whether an event follows from the run, so that its record is only compared."""
     if isinstance(event, RotorLimited):
         return event.limit == 'max_torque' or rules >= LIMITS_AT_THEIR_INSTANT
     return isinstance(event, Derived) and rules >= EVENTS_FOLLOW

@@ -30,7 +30,7 @@ class _Begun:
 
 class Stepper:
     """
-    A run that stands at a tick and goes on by steps, in which commands alone happen.
+    A run that stands at a tick and continues by steps, in which only commands happen.
 
     It gives the bits of RunState.after, where each change of what acts begins a motion.
     tick: the last one that has happened.
@@ -38,7 +38,7 @@ class Stepper:
 
     @staticmethod
     def takes(run: RunState) -> bool:
-        """Return whether it can go on with a run: nothing ends by itself, no turn is counted."""
+        """Return whether it can continue a run: nothing ends by itself, no turn is counted."""
         if run.halted or run.until or run.suite.counts_turns:
             return False
         is_numeric = run.conditions['motion.method'] == 'numeric'
@@ -121,7 +121,7 @@ class Stepper:
         return Samples(tick, ticks.stamps_ns(tick, tick + 1), states, system, found, begun.acting)
 
     def settled(self) -> RunState:
-        """Return the run before the last tick, which goes on with the same bits."""
+        """Return the run before the last tick, which continues with the same bits."""
         begun = self._begun
         run = replace(self._run, suite=self._suite_before, acting=begun.acting)
         if begun is not self._first:

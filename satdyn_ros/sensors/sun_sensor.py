@@ -2,8 +2,8 @@
 A sun sensor: the direction of the Sun in its axes, turned by a small random rotation.
 
 A sample is the unit vector s, turned by the vector sigma (w - (w s) s), where w is white noise of
-unit variance: by the standard deviation sigma about each of two axes square to s.  There is none
-where the Sun is out of its view, or less than half of the disc is seen past the Earth.
+unit variance: by the standard deviation sigma about each of two axes perpendicular to s.  There is
+no sample where the Sun is out of its view, or less than half of the disc is seen past the Earth.
 """
 
 from dataclasses import dataclass, field, replace
@@ -28,8 +28,8 @@ class SunSensor(Sensor):
     A sun sensor, which looks along its z axis.
 
     seed: of its noise.  divisor: ticks from sample to sample.  mounting (4,): quaternion from
-    sensor to body axes.  noise: the standard deviation about each axis square to the direction
-    [rad].  field_of_view [rad]: the half-angle about z in which it sees, 0: everywhere.
+    sensor to body axes.  noise [rad]: the standard deviation about each axis perpendicular to
+    the direction.  field_of_view [rad]: the half-angle about z in which it sees, 0: everywhere.
     """
 
     kind = 'sun_sensor'

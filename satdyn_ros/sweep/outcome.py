@@ -191,8 +191,9 @@ def outcome(plan: Plan, system: System, states: States, runs: Sequence[int]) -> 
     q_ib, omega_bi_b [rad/s], rotor_speed [rad/s], rotor_angle [rad]: the state at the end.  The
     rest is over the samples: the extremes of the rate, of the angle to LVLH and of that of the
     axis of least inertia to nadir, the capture, the largest relative change of each first
-    integral.  Of runs with a controller, which conserve nothing and do not go on by themselves,
-    there is neither capture nor change.  The columns of a named rotor end in _NAME.
+    integral.  For runs with a controller there is neither capture nor change: they conserve
+    nothing, and without it their motion would be another.  The columns of a named rotor end in
+    _NAME.
     """
     rate = length(states.omega_bi_b)
     found: OutcomeColumns = {

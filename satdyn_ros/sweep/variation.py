@@ -39,7 +39,8 @@ def variation(key: Key, given: Any) -> Variation:
 
     {values: [...]}; {linspace: [first, last, count]}; {uniform: [low, high]};
     {normal: [mean, standard deviation]}, vectors by component; sphere: attitudes uniform on the
-    sphere of unit quaternions.  ValueError, in one sentence: it is none of these, or not allowed.
+    sphere of unit quaternions.  ValueError, in one sentence: it is not one of these, or not
+    allowed.
 
     >>> variation(Key('x', 'double', 0.0, '', ''), {'linspace': [0, 1, 3]}).grid
     (0.0, 0.5, 1.0)

@@ -39,7 +39,7 @@ _log = logging.getLogger(__name__)
 
 
 class Failed(RuntimeError):  # noqa: N818 - it says what a sweep did
-    """A sweep that cannot go on; its text is one sentence."""
+    """A sweep that cannot continue; its text is one sentence."""
 
 
 # -- processes on this machine --------------------------------------------------------------------
@@ -108,7 +108,7 @@ def _end_after(process: BaseProcess) -> None:
 
 
 class Cluster:
-    """The workers of a dask scheduler; ValueError: they differ in version, or there is none."""
+    """The workers of a dask scheduler; ValueError: their versions differ, or there are none."""
 
     def __init__(self, client: Any, address: str):
         # Before Python 3.11 it is not Python's own.

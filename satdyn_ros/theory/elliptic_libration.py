@@ -27,9 +27,15 @@ class EllipticLibration(NamedTuple):
     """
     The libration about one principal axis, held along the orbit normal.
 
-    normal_b (3,): the axis, body axes; p: 0 to 3 for a rigid body; amplitude_rad: that of the
-    forced libration, 2 e / |p - 1|, or None where the next orders are more than a twentieth of
-    it: near the resonance p = 1 and for large e.
+    Attributes
+    ----------
+    normal_b : (3,), body axes
+        the axis
+    p : float
+        of Beletsky's equation, 0 to 3 for a rigid body
+    amplitude_rad : rad or None
+        of the forced libration, 2 e / |p - 1|; None where the next orders are more than a
+        twentieth of it: near the resonance p = 1 and for large e
     """
 
     normal_b: np.ndarray
@@ -39,10 +45,17 @@ class EllipticLibration(NamedTuple):
 
 def elliptic_librations(system: System, state: State) -> list[EllipticLibration]:
     """
-    Return the planar librations that a system has on its elliptic orbit, with state's rotors.
+    Return the planar librations that a system has on its elliptic orbit.
 
-    About each principal axis along which the momentum of the rotors is; none where a torque, a
-    motor or friction acts, and none on a circle or in a fixed field.
+    There is one about each principal axis along which the momentum of the rotors is.  There are
+    none where a torque, a motor or friction acts, and none on a circle or in a fixed field.
+
+    Parameters
+    ----------
+    system : System
+        what moves
+    state : State
+        its state, for the momenta of the rotors
     """
     orbit = system.orbit
     if not orbit.is_keplerian or not orbit.is_eccentric or not system.is_newtonian:

@@ -31,9 +31,16 @@ def direction(system: System, state: State, orbit_s: float = 0.0) -> np.ndarray:
 
 def imbalance(system: System, state: State, orbit_s: float = 0.0) -> np.ndarray:
     """
-    Return torque - omega x H = K omega' [N m] (3,), body axes, zero where omega is constant.
+    Return torque - omega x H = K omega' (3,) [N m], body axes, zero where omega is constant.
 
-    orbit_s: seconds since the instant of the orbit's elements.
+    Parameters
+    ----------
+    system : System
+        what moves
+    state : State
+        its state
+    orbit_s : s
+        time from the instant of the orbit's elements
     """
     c = direction(system, state, orbit_s)
     H = angular_momentum(system, state.omega_bi_b, state.rotor_speed)
@@ -76,13 +83,23 @@ def permanent_rotations(
     rotor_momentum: np.ndarray | tuple[float, ...] = (0.0, 0.0, 0.0),
 ) -> np.ndarray:
     """
-    Return all omega (M, 3) [rad/s] of size rate that stay constant in a free gyrostat.
+    Return all omega (M, 3) [rad/s] of one size that stay constant in a free gyrostat.
 
-    inertia (3, 3): of what turns with the body; rotor_momentum h [N m s] (3,).  omega x (I omega
-    + h) = 0 makes I omega + h = x omega: in principal axes omega_j = h_j / (x - I_j), with x a
-    root of |omega| = rate or, where h_k = 0, x = I_k and omega_k makes up the rest.  Where equal
-    moments allow a circle of axes, its principal axes represent it.
+    omega x (I omega + h) = 0 makes I omega + h = x omega: in principal axes omega_j = h_j / (x -
+    I_j), with x a root of |omega| = rate or, where h_k = 0, x = I_k and omega_k makes up the rest.
+    The principal axes represent a circle of axes, where equal moments allow one.
 
+    Parameters
+    ----------
+    inertia : (3, 3), kg m^2, body axes
+        of what turns with the body
+    rate : rad/s
+        the size
+    rotor_momentum : (3,), N m s, body axes
+        h
+
+    Examples
+    --------
     >>> permanent_rotations(np.diag([1.0, 2.0, 3.0]), 0.1)[:2]
     array([[ 0.1,  0. ,  0. ],
            [-0.1,  0. ,  0. ]])
@@ -166,10 +183,23 @@ def vertical_rotation_rates(
     rotor_momentum: ArrayLike = (0.0, 0.0, 0.0),
 ) -> np.ndarray | None:
     """
-    Return the rates W [rad/s] (M,) of uniform rotation about a field's fixed direction c_b (3,).
+    Return the rates W (M,) [rad/s] of uniform rotation about a field's fixed direction.
 
-    c x (W^2 I c + W h - gradient I c - m) = 0; gradient [1/s^2] is 3 mu / r^3.  None: at any rate.
-    A rigid body has W = +-sqrt(gradient) at any c (Agostinelli 1977, nu = 0).
+    c x (W^2 I c + W h - gradient I c - m) = 0.  None: at any rate.  A rigid body has
+    W = +-sqrt(gradient) at any c (Agostinelli 1977, nu = 0).
+
+    Parameters
+    ----------
+    inertia : (3, 3), kg m^2, body axes
+        I
+    c_b : (3,), body axes
+        c, the direction of the field
+    gradient : 1/s^2
+        3 mu / r^3
+    weight_moment : (3,), N m, body axes
+        m
+    rotor_momentum : (3,), N m s, body axes
+        h
     """
     c, I = np.asarray(c_b, float), np.asarray(inertia, float)
     h, m = np.asarray(rotor_momentum, float), np.asarray(weight_moment, float)
@@ -208,11 +238,25 @@ def vertical_axes(
     h: ArrayLike = (0.0, 0.0, 0.0),
 ) -> np.ndarray:
     """
-    Return all c (M, 3), directions of the field in a body that turns about them at rate [rad/s].
+    Return all c (M, 3), directions of the field in a body that turns about them at a rate.
 
-    inertia I and carrier K (3, 3) [kg m^2]; gradient [1/s^2]; weight_moment m [N m] and h [N m s]
-    (3,).  c x ((W^2 K - gradient I) c + W h - m) = 0 is the equation of permanent rotations.  The
+    c x ((W^2 K - gradient I) c + W h - m) = 0 is the equation of permanent rotations.  The
     principal axes represent a circle of axes, or all axes where each is one.
+
+    Parameters
+    ----------
+    inertia : (3, 3), kg m^2, body axes
+        I, on which the field acts
+    carrier : (3, 3), kg m^2, body axes
+        K, which turns with the body
+    rate : rad/s
+        W
+    gradient : 1/s^2
+        3 mu / r^3
+    weight_moment : (3,), N m, body axes
+        m
+    h : (3,), N m s, body axes
+        momentum of the rotors
     """
     turning, field = rate**2 * np.asarray(carrier), gradient * np.asarray(inertia)
     matrix, vector = turning - field, rate * np.asarray(h) - np.asarray(weight_moment)
@@ -227,6 +271,11 @@ def relative_equilibria(inertia: np.ndarray) -> np.ndarray:
 
     They put the principal axes along those of LVLH; a body of three different moments has no
     others.  The first has its axes x ahead, y against the normal and z down.
+
+    Parameters
+    ----------
+    inertia : (3, 3), kg m^2, body axes
+        of the body
     """
     _, R_bp = principal_axes(inertia)
     attitudes = []
@@ -242,11 +291,25 @@ def equilibrium_momentum(
     inertia: np.ndarray, q_lb: np.ndarray, orbital_rate: float, along_normal: float = 0.0
 ) -> np.ndarray:
     """
-    Return the rotor momentum h (3,) [N m s], body axes, that balances q_lb on a circular orbit.
+    Return the rotor momentum (3,) [N m s] that balances an attitude on a circular orbit.
 
-    h is relative to the body, inertia (3, 3) that of the whole body; its part along_normal [N m s]
-    is free.  With b = 3 n c x I c - n k x I k it is b x k + h_k k.  ValueError: the gravity
-    gradient has a pitch torque there, which no constant momentum balances.
+    It is relative to the body, in body axes: b x k + h_k k with b = 3 n c x I c - n k x I k.
+
+    Parameters
+    ----------
+    inertia : (3, 3), kg m^2, body axes
+        I, of the whole body
+    q_lb : (4,)
+        attitude, body to LVLH
+    orbital_rate : rad/s
+        n
+    along_normal : N m s
+        h_k, which is free
+
+    Raises
+    ------
+    ValueError
+        the gravity gradient has a pitch torque there, which no constant momentum balances
     """
     ahead, down = rotation.rotate(rotation.conjugate(q_lb), np.eye(3)[[0, 2]])
     c, k = -down, np.cross(-down, ahead)

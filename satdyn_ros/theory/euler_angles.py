@@ -20,8 +20,15 @@ _POLE = 1e-12
 
 def zxz_angles(q_ab: ArrayLike) -> np.ndarray:
     """
-    Return precession, nutation and spin of frame b relative to frame a [rad], shape (..., 3).
+    Return precession, nutation and spin of frame b relative to frame a (..., 3) [rad].
 
+    Parameters
+    ----------
+    q_ab : (..., 4)
+        b to a
+
+    Examples
+    --------
     >>> zxz_angles(from_zxz(0.3, 1.1, -0.7))
     array([ 0.3,  1.1, -0.7])
     """
@@ -52,10 +59,17 @@ def from_zxz(
 
 def zxz_rates(q_ab: ArrayLike, omega_ab_b: ArrayLike) -> np.ndarray:
     """
-    Return the rates P', theta', S' [rad/s] of the angles of q_ab, shape (..., 3).
+    Return the rates P', theta', S' (..., 3) [rad/s] of the angles.
 
-    omega_ab_b [rad/s] (..., 3): rate of b relative to a in b axes.  At theta = 0 or pi the rate
-    theta' is that of leaving the pole, |omega perpendicular|, P' = +-omega_z and S' = 0.
+    At theta = 0 or pi the rate theta' is that of leaving the pole, |omega perpendicular|,
+    P' = +-omega_z and S' = 0.
+
+    Parameters
+    ----------
+    q_ab : (..., 4)
+        b to a
+    omega_ab_b : (..., 3), rad/s, axes b
+        rate of b relative to a
     """
     p, q, r = np.moveaxis(np.asarray(omega_ab_b, float), -1, 0)
     _, nutation, spin = np.moveaxis(zxz_angles(q_ab), -1, 0)
@@ -72,9 +86,14 @@ def zxz_rates(q_ab: ArrayLike, omega_ab_b: ArrayLike) -> np.ndarray:
 
 def rate_from_zxz(angles_rad: ArrayLike, rates: ArrayLike) -> np.ndarray:
     """
-    Return omega_ab_b [rad/s] (..., 3) for P, theta, S [rad] and P', theta', S' [rad/s] (..., 3).
+    Return the rate omega_ab_b (..., 3) [rad/s], by the textbook's (43.12).
 
-    The textbook's (43.12).
+    Parameters
+    ----------
+    angles_rad : (..., 3), rad
+        P, theta, S
+    rates : (..., 3), rad/s
+        P', theta', S'
     """
     _, nutation, spin = np.moveaxis(np.asarray(angles_rad, float), -1, 0)
     precession_rate, nutation_rate, spin_rate = np.moveaxis(np.asarray(rates, float), -1, 0)
@@ -95,6 +114,11 @@ def node(q_ab: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
 
     It is z_a x z_b over its length, (cos P, sin P, 0) in a and (cos S, -sin S, 0) in b; S counts
     as 0 where theta is 0 or pi.
+
+    Parameters
+    ----------
+    q_ab : (..., 4)
+        b to a
     """
     P, _, S = np.moveaxis(zxz_angles(q_ab), -1, 0)
     zero = np.zeros_like(P)
@@ -104,9 +128,18 @@ def node(q_ab: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
 
 def kinetic_energy(moments: ArrayLike, angles_rad: ArrayLike, rates: ArrayLike) -> np.ndarray:
     """
-    Return T [J] (...) of P, theta, S [rad] and their rates [rad/s] (..., 3) (textbook, 43.14).
+    Return T (...) [J] of Euler's angles and their rates (textbook, 43.14).
 
-    moments (3,) [kg m^2]: principal, about the axes that the angles turn.  For I1 = I2 this is
+    For I1 = I2 this is
     I1 (theta'^2 + P'^2 sin^2 theta) / 2 + I3 (S' + P' cos theta)^2 / 2 (43.15).
+
+    Parameters
+    ----------
+    moments : (3,), kg m^2
+        principal, about the axes that the angles turn
+    angles_rad : (..., 3), rad
+        P, theta, S
+    rates : (..., 3), rad/s
+        P', theta', S'
     """
     return np.square(rate_from_zxz(angles_rad, rates)) @ np.asarray(moments, float) / 2.0

@@ -8,11 +8,16 @@ from ..dynamics.system import System
 
 def free_frequencies(system: System) -> np.ndarray:
     """
-    Return the natural frequencies [rad/s] (F,) of small motions of a free body, ascending.
+    Return the natural frequencies (F,) [rad/s] of small motions of a free body, ascending.
 
-    Without damping, with rotors that turn by themselves.  The momentum stays what it is, so that
-    the body moves by omega = -I'^-1 sum d eta', I' the inertia without what rotors have about
-    their axes, and eta swings by (1 - d . I'^-1 d) eta'' + W^2 eta = 0, of one mode.
+    They are without damping, with rotors that turn by themselves.  The momentum stays constant, so
+    that the body moves by omega = -I'^-1 sum d eta', I' the inertia without what rotors have about
+    their axes, and eta swings by (1 - d . I'^-1 d) eta'' + W^2 eta = 0, for one mode.
+
+    Parameters
+    ----------
+    system : System
+        a body with flexible parts
     """
     if not system.modes:
         return np.zeros(0)

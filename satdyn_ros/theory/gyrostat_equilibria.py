@@ -29,11 +29,22 @@ def gyrostat_equilibria(
     axis: np.ndarray | None = None,
 ) -> np.ndarray:
     """
-    Return the attitudes q_lb (M, 4), body to LVLH, nearest to LVLH first.
+    Return the attitudes q_lb (M, 4), body to LVLH, at which a gyrostat rests on a circular orbit.
 
-    inertia I and carrier K (3, 3) [kg m^2]: what the field acts on and what turns with the rate;
-    rotor momentum h (3,) [N m s]; orbital_rate n [rad/s].  axis (3,): of symmetry of all three;
-    then one attitude stands for all that differ by a turn about it.
+    Those nearest to LVLH come first.
+
+    Parameters
+    ----------
+    inertia : (3, 3), kg m^2, body axes
+        I, on which the field acts
+    carrier : (3, 3), kg m^2, body axes
+        K, which turns with the rate
+    h : (3,), N m s, body axes
+        rotor momentum
+    orbital_rate : rad/s
+        n
+    axis : (3,), body axes, or None
+        of symmetry of all three; then one attitude represents all that differ by a turn about it
     """
     n = orbital_rate
     q_lb, arrived = _spread(_STARTS), []

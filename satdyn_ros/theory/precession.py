@@ -20,10 +20,20 @@ from .equilibria import imbalance
 @dataclass(frozen=True, eq=False)
 class RegularPrecession:
     """
-    A regular precession by its rates [rad/s] and nutation [rad], 0 to pi.
+    A regular precession by its rates and its nutation.
 
-    spin: mu, of the proper rotation about axis_b (3,), body axes; precession: nu, of axis_b about
-    axis_i (3,), inertial axes.
+    Attributes
+    ----------
+    axis_b : (3,), body axes
+        of the spin
+    axis_i : (3,), inertial axes
+        of the precession
+    spin : rad/s
+        mu, about axis_b
+    precession : rad/s
+        nu, of axis_b about axis_i
+    nutation : rad
+        0 to pi
     """
 
     axis_b: np.ndarray
@@ -81,12 +91,21 @@ def regular_precession(
     system: System, state: State, orbit_s: float = 0.0
 ) -> RegularPrecession | None:
     """
-    Return the regular precession that starts in state, None for any other motion.
+    Return the regular precession that starts in a state, None for any other motion.
 
     f is the symmetry axis of body, rotor and weight.  e is the angular momentum where the field
     exerts no torque on the body in any attitude, the direction of a fixed field, or the normal of
     a circular orbit, where nu is the orbital rate (the hyperbolic and conical equilibria).  With f
     and e aligned the whole rate counts as spin.
+
+    Parameters
+    ----------
+    system : System
+        what moves
+    state : State
+        its state
+    orbit_s : s
+        time from tick 0
     """
     f = symmetry_axis(system, state)
     e = _fixed_axis(system, state, orbit_s)

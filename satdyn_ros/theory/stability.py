@@ -29,6 +29,17 @@ def eigenvalue_squared(
     the rotor along it, lambda^2 = -((I_j - I_k) W + h) ((I_j - I_l) W + h) / (I_k I_l), the
     textbook's (44.10) with the denominator corrected to I_1 I_2 I_3 in place of I_1 I_2^2 I_3.
 
+    Parameters
+    ----------
+    inertia : (3, 3), kg m^2, body axes
+        of what turns with the body
+    omega : (3,), rad/s, body axes
+        the rate
+    rotor_momentum : (3,), N m s, body axes
+        of the rotors
+
+    Examples
+    --------
     >>> eigenvalue_squared(np.diag([1.0, 2.0, 3.0]), [0.0, 1.0, 0.0])
     0.3333333333333333
     """
@@ -41,13 +52,23 @@ def attitude_drift(
     omega: ArrayLike, change: ArrayLike, duration_s: float | np.ndarray = 86400.0
 ) -> float | np.ndarray:
     """
-    Return by how much [rad] a change of a permanent rotation turns the attitude in duration_s.
+    Return by how much a change of a permanent rotation turns the attitude [rad].
 
-    |change . omega| / |omega| times duration_s, change (3,) [rad/s] small: a permanent rotation
-    whose rate is stable is not stable in attitude (44.11, paragraph 44.16), because neighbours at
-    another rate get out of step, in the end by any angle.  What changes across omega does so in
-    the second order only.
+    It is |change . omega| / |omega| times duration_s.  A permanent rotation whose rate is stable
+    is not stable in attitude (44.11, paragraph 44.16): neighbours at another rate get out of step,
+    in the end by any angle.  A change across omega has an effect of second order only.
 
+    Parameters
+    ----------
+    omega : (3,), rad/s, body axes
+        the rate
+    change : (3,), rad/s, body axes
+        its small change
+    duration_s : s
+        the time
+
+    Examples
+    --------
     >>> round(attitude_drift([0.0, 0.0, 0.5], [0.0, 0.0, 0.5e-6]), 12)
     0.0432
     """
@@ -60,11 +81,19 @@ def eigenvalues(system: System, state: State, orbit_s: float = 0.0) -> np.ndarra
     """
     Return the six eigenvalues [1/s] of small departures from a steady motion.
 
-    The state is one in which omega and c stay in the body: a relative equilibrium on a circular
-    orbit, a rotation about the fixed direction of the field, rest, or a rotation without a field.
-    With x the small turn from the steady attitude, c + c x x is the direction and
-    x' = d omega - omega x x.  Equal eigenvalues of opposite sign and pairs of zeros are split
-    by rounding, by its square root relative to the largest.
+    With x the small turn from the steady attitude, c + c x x is the direction and x' = d omega -
+    omega x x.  Rounding splits equal eigenvalues of opposite sign and pairs of zeros, by its
+    square root relative to the largest.
+
+    Parameters
+    ----------
+    system : System
+        what moves
+    state : State
+        one in which omega and c stay in the body: a relative equilibrium on a circular orbit, a
+        rotation about the fixed direction of the field, rest, or a rotation without a field
+    orbit_s : s
+        time from tick 0
     """
     return np.linalg.eigvals(
         linear_equations(
@@ -91,9 +120,24 @@ def linear_equations(
     """
     Return the matrix (6, 6) of (d omega, x)' for small departures from a steady motion.
 
-    inertia I and carrier K (3, 3) [kg m^2]: what the field acts on, what turns with omega (3,)
-    [rad/s]; h (3,) [N m s]; c (3,): from the attracting centre; gradient [1/s^2] 3 mu / r^3;
-    weight_moment m (3,) [N m].  From K omega' = (K omega + h) x omega + gradient c x I c - m x c.
+    It follows from K omega' = (K omega + h) x omega + gradient c x I c - m x c.
+
+    Parameters
+    ----------
+    inertia : (3, 3), kg m^2
+        I, on which the field acts
+    carrier : (3, 3), kg m^2
+        K, which turns with omega
+    h : (3,), N m s
+        momentum of the rotors
+    omega : (3,), rad/s
+        the rate
+    c : (3,)
+        unit vector from the attracting centre
+    gradient : 1/s^2
+        3 mu / r^3
+    weight_moment : (3,), N m
+        m
     """
     turned, H = cross_matrices(c), carrier @ omega + h
     field = gradient * (turned @ inertia - cross_matrices(inertia @ c)) - cross_matrices(
@@ -108,7 +152,12 @@ class SmallMotion(NamedTuple):
     """
     The squares s^2 [1/s^2] of the eigenvalues of small motion about a relative equilibrium.
 
-    pitch: one, real; roll_yaw (2,): complex where the roots are, the fast one first.
+    Attributes
+    ----------
+    pitch : float
+        of the pitch, real
+    roll_yaw : (2,)
+        of roll and yaw, the fast one first, complex if the roots are
     """
 
     pitch: float
@@ -133,10 +182,19 @@ def small_motion(
     I_r: float, I_t: float, I_n: float, orbital_rate: float, h: float = 0.0
 ) -> SmallMotion:
     """
-    Return the small motion with the moments I_r up, I_t ahead, I_n along the normal [kg m^2].
+    Return the small motion about a relative equilibrium.
 
-    h [N m s]: rotor momentum along the normal, constant; orbital_rate [rad/s].
+    Parameters
+    ----------
+    I_r, I_t, I_n : kg m^2
+        moments up, ahead, along the normal
+    orbital_rate : rad/s
+        of a circular orbit
+    h : N m s
+        rotor momentum along the normal, constant
 
+    Examples
+    --------
     >>> small_motion(600, 800, 900, 1.0).frequencies
     array([0.81649658, 1.43754092, 0.34781619])
     """
@@ -172,6 +230,13 @@ def smelt_moments(k_R: float, k_Y: float) -> tuple[float, float, float]:
 
     Every -1 < k_R, k_Y < 1 has a body: the triangle inequalities are (1 -+ k_R) (1 -+ k_Y) > 0.
 
+    Parameters
+    ----------
+    k_R, k_Y : -1 to 1
+        (I_n - I_r) / I_t and (I_n - I_t) / I_r
+
+    Examples
+    --------
     >>> smelt_parameters(*smelt_moments(0.5, 0.25))
     (0.5, 0.25)
     """
@@ -180,12 +245,19 @@ def smelt_moments(k_R: float, k_Y: float) -> tuple[float, float, float]:
 
 def stability_region(I_r: float, I_t: float, I_n: float) -> str | None:
     """
-    Return 'Lagrange' or 'DeBra-Delp', the region of stability the moments lie in, or None.
+    Return 'Lagrange' or 'DeBra-Delp', the region of stability of the moments, or None.
 
     Lagrange: I_n > I_t > I_r, stable in the non-linear sense.  DeBra and Delp 1961: k_Y < k_R < 0
     and 1 + 3 k_R + k_R k_Y > 4 sqrt(k_R k_Y), gyroscopic stability, lost with damping.  The
     boundaries belong to neither.
 
+    Parameters
+    ----------
+    I_r, I_t, I_n : kg m^2
+        moments up, ahead, along the normal
+
+    Examples
+    --------
     >>> stability_region(600, 800, 900)
     'Lagrange'
     """

@@ -25,11 +25,19 @@ _NO_SHARE = 1e-5
 
 class SteadyMotion(NamedTuple):
     """
-    A steady motion: a state of it, the verdict on it, and the periods of small motion about it.
+    A steady motion, the verdict on it, and the periods of small motion about it.
 
-    axis_b (3,): unit, body axes: that of a permanent rotation, the field's direction, or, on an
-    orbit, the direction up.  periods_s: (M,) [s], longest first, of the oscillations of the linear
-    equations.
+    Attributes
+    ----------
+    state : State
+        a state of it
+    axis_b : (3,), body axes
+        unit: that of a permanent rotation, the field's direction, or, on an orbit, the direction
+        up
+    verdict : Verdict
+        on its stability
+    periods_s : (M,), s
+        of the oscillations of the linear equations, longest first
     """
 
     state: State
@@ -40,12 +48,22 @@ class SteadyMotion(NamedTuple):
 
 def steady_motions(system: System, state: State, orbit_s: float = 0.0) -> list[SteadyMotion]:
     """
-    Return the steady motions of a system with the rotor momenta of state.
+    Return the steady motions of a system with the rotor momenta of a state.
 
-    orbit_s: seconds since the instant of the orbit's elements.  Where equal moments give a circle
-    of them, its principal axes represent it.  None on an elliptic orbit, and none without a field
-    for a body at rest.
+    The principal axes represent a circle of them, where equal moments give one.  There are none on
+    an elliptic orbit, and none without a field for a body at rest.
 
+    Parameters
+    ----------
+    system : System
+        what moves
+    state : State
+        its state
+    orbit_s : s
+        time from the instant of the orbit's elements
+
+    Examples
+    --------
     >>> [motion.verdict.stability for motion in steady_motions(system, state)]  # doctest: +SKIP
     ['stable', 'stable', 'unstable', 'unstable', 'stable', 'stable']
     """

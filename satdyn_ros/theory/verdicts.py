@@ -29,7 +29,16 @@ _GROWTH = 1e-5
 
 
 class Verdict(NamedTuple):
-    """stability: 'stable', 'unstable' or 'undecided'; argument: the reason, in one sentence."""
+    """
+    A verdict on the stability of a steady motion.
+
+    Attributes
+    ----------
+    stability : str
+        'stable', 'unstable' or 'undecided'
+    argument : str
+        the reason, in one sentence
+    """
 
     stability: str
     argument: str
@@ -39,9 +48,22 @@ def verdict(system: System, state: State, orbit_s: float = 0.0) -> Verdict:
     """
     Return the verdict on a steady motion: omega and, where there is a field, c stay in the body.
 
-    orbit_s: seconds since the instant of the orbit's elements.  The state must balance
-    (equilibria.is_balanced); ValueError: on an elliptic orbit nothing is steady.
+    Parameters
+    ----------
+    system : System
+        what moves
+    state : State
+        its state, which must balance (equilibria.is_balanced)
+    orbit_s : s
+        time from the instant of the orbit's elements
 
+    Raises
+    ------
+    ValueError
+        the orbit is elliptic: nothing is steady there
+
+    Examples
+    --------
     >>> verdict(System(np.diag([1.0, 2.0, 3.0])), State(q_ib, np.array([0.0, 0.1, 0.0])))
     ... # doctest: +SKIP
     Verdict(stability='unstable', argument='the energy has a saddle at constant angular momentum')

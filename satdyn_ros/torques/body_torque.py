@@ -26,37 +26,56 @@ class BodyTorque:
     """
     A torque on the body; each kind is a subclass.
 
-    name: the beginning of its keys.  keys: what a scenario says of it.  topic: on which it is
-    published where it acts and publish.topics says so, NAME_torque unless it is given.  title:
-    that of its panel, the words of the topic unless it is given.  Constants: a NamedTuple of
-    floats, tuples of floats and arrays, from which the torque is computed.  is_steady: whether it
-    depends on attitude and rate alone, as seen from axes that turn with a circular orbit.
-    largest [N m]: what it grows to from nothing at once, by which the steps of a body at rest are
-    judged; 0: it does not.
-    A class without name or Constants is the base of others, and no torque.
+    A class without name or Constants is a base of others, and no torque.
 
-    torque(t_s, r_i, v_i, q_ib, omega_bi_b, constants) -> (x, y, z) [N m], body axes: t_s are
-    seconds from tick 0, r_i [m] and v_i [m/s] the place on the orbit, zero without one.  It is a
-    plain function of floats, called once with symbols in their place, of which code is made, and
-    with columns of them for tables of states.  So it may use arithmetic, whole powers,
-    comparisons, min, max, hypot and those functions of math that kernel/functions.py has, and
-    chooses by select where another function would by if.
+    torque(t_s, r_i, v_i, q_ib, omega_bi_b, constants) -> (x, y, z) [N m], body axes: t_s is the
+    time from tick 0 [s], r_i [m] and v_i [m/s] position and velocity on the orbit, zero without
+    one.  It is a plain function of floats.  It is called once with symbols in their place, from
+    which code is made, and with columns of them for tables of states.  So it may use arithmetic,
+    whole powers, comparisons, min, max, hypot and the functions of math that kernel/functions.py
+    has, and chooses by select where another function would use if.
 
-    pieces: by the name of a field of Constants, a Table, what makes it for one piece of time after
-    the other: what depends on time alone, such as the magnetic field along the orbit.
+    Three more functions of the same arguments are optional:
 
-    Three more functions of the same arguments, where a torque has them.  signs(...) -> (x, ...):
-    one of these numbers changes its sign where the torque has a corner, and steps end there.
-    potential(...) -> V [J]: the torque is that of V.  Where the torque is steady and so are its
-    axes, V is part of the energy that is conserved; elsewhere the torque does work.
-    force(...) -> (x, y, z) [N], body axes: what is published beside the torque; it moves nothing.
+        signs(...) -> (x, ...): where the torque has a corner, one of these changes its sign, and
+            steps end there
+        potential(...) -> V [J]: the torque is that of V.  If the torque and its axes are steady, V
+            is part of the energy that is conserved; otherwise the torque does work
+        force(...) -> (x, y, z) [N], body axes: published beside the torque; it moves nothing
 
-    states: the names of variables of its own, where it has any, such as a valve that lags.  They
-    are integrated with the motion by rates(..., constants, states) -> (x', ...) [1/s], and torque,
-    signs and potential are then functions of (..., constants, states).  initial: their values at
-    the start, scales: the size beside which an error of each is judged; both are tuples, or
-    functions, initial(t_s, r_i, v_i, q_ib, omega_bi_b, constants) and scales(constants).
+    A torque with states has rates(..., constants, states) -> (x', ...) [1/s], with which they are
+    integrated; torque, signs and potential are then functions of (..., constants, states).
 
+    Attributes
+    ----------
+    name : str
+        the beginning of its keys
+    keys : tuple of Key
+        what a scenario says about it
+    topic : str
+        on which it is published if it acts and publish.topics says so; by default NAME_torque
+    title : str
+        of its panel; by default the words of the topic
+    Constants : NamedTuple
+        floats, tuples of floats and arrays, from which the torque is computed
+    is_steady : bool
+        whether it depends on attitude and rate alone, as seen from axes that turn with a circular
+        orbit
+    largest : N m
+        the size to which it grows from nothing at once, by which the steps of a body at rest are
+        judged; 0: it does not
+    pieces : mapping
+        by the name of a field of Constants that is a Table: what makes it for one piece of time
+        after the other, for what depends on time alone, such as the magnetic field along the orbit
+    states : tuple of str
+        names of variables of its own, such as the lag of a valve
+    initial, scales : tuples or functions
+        their values at the start, and the sizes to which their errors are compared; as functions
+        initial(t_s, r_i, v_i, q_ib, omega_bi_b, constants) and scales(constants)
+
+    Examples
+    --------
+    >>> from typing import NamedTuple
     >>> class Push(BodyTorque):
     ...     name = 'push'
     ...     class Constants(NamedTuple):
@@ -151,7 +170,7 @@ class BodyTorque:
 
     @classmethod
     def among(cls: type[_Same], torques: Iterable[Any]) -> _Same | None:
-        """Return the torque of this kind among some; None: there is none."""
+        """Return the torque of this kind among some, or None."""
         return next((torque for torque in torques if isinstance(torque, cls)), None)
 
     @classmethod
@@ -232,7 +251,7 @@ _OF_STATES = 'torque', 'signs', 'potential', 'rates'
 
 def checked_kind(kind: Any, name: str = '') -> type[BodyTorque]:
     """
-    Return a class that is a whole torque; ValueError, in one sentence that names it: it is none.
+    Return a class that is a whole torque; ValueError, in one sentence that names it: it is not.
 
     name: by which it was asked for, its own unless it is given.
     """

@@ -75,12 +75,12 @@ class Magnetic(BodyTorque):
 
 
 def torquer_dipole(torques: Iterable[BodyTorque]) -> tuple[float, ...]:
-    """Return the commanded dipole [A m^2] that the field turns, body axes; zero: there is none."""
+    """Return the commanded dipole [A m^2] that the field turns, body axes; zero without one."""
     torque = Magnetic.among(torques)
     return (0.0, 0.0, 0.0) if torque is None else torque.of_torquers
 
 
 def dipole_of(torques: Iterable[BodyTorque]) -> np.ndarray | None:
-    """Return the dipole (3,) [A m^2] that the field turns, body axes; None: there is none."""
+    """Return the dipole (3,) [A m^2] that the field turns, body axes, or None."""
     torque = Magnetic.among(torques)
     return None if torque is None else np.array(torque.constants.dipole)

@@ -1,4 +1,4 @@
-"""Flat plates, of which the surface of a body is made for what blows and shines on it."""
+"""Flat plates: they make up the surface of a body for air and sunlight."""
 
 from collections.abc import Sequence
 from itertools import product

@@ -231,7 +231,7 @@ def _whole_quotient(a, b):
 
 
 class SymbolArray:
-    """An array of which the address is known when the code runs."""
+    """An array whose address is known when the code runs."""
 
     def __init__(self, address: Symbol, shape: tuple[int, ...]):
         self.address, self.shape = address, shape

@@ -68,3 +68,12 @@ def test_proofs_are_tests():
             if '/' in name:
                 folder = (ROOT / name).parent
             assert (folder / Path(name).name).is_file(), f'{name} in {proof}'
+
+
+def test_modules_that_are_named_exist():
+    """Such as integrate/walk.py, in the text of the pages and on that of the design."""
+    rooms = '|'.join(path.name for path in (ROOT / 'satdyn_ros').iterdir() if path.is_dir())
+    for page in [*(ROOT / 'docs').glob('theory/*.md'), ROOT / 'docs/design.md']:
+        for name in re.findall(rf'`((?:{rooms})/[\w/]+\.py)`', page.read_text()):
+            is_test = (ROOT / 'test' / name).is_file()
+            assert is_test or (ROOT / 'satdyn_ros' / name).is_file(), f'{name} on {page.name}'

@@ -129,7 +129,7 @@ def test_what_theory_says(folder):
     """It knows no closed form there, and says so."""
     for name in ('circle', 'line'):
         said = satdyn(folder, 'describe', f'{name}.yaml')
-        assert 'no closed form: the orbit is no circle' in said
+        assert 'no closed form: the orbit is not a circle' in said
 
 
 def test_its_keys_belong_to_it(folder):

@@ -56,8 +56,13 @@ napoleon_custom_sections = [('Attributes', 'params_style')]
 autodoc_mock_imports = ['simulation_interfaces']
 
 nitpicky = True
-# Types of other libraries, and type variables, which have no page.
-nitpick_ignore_regex = [('py:.*', r'(?!satdyn_ros).*'), ('py:.*', r'.*\._(Messages|Name|Same)')]
+# Types of other libraries, type variables and private bases, which have no page.
+nitpick_ignore_regex = [
+    ('py:.*', r'(?!satdyn_ros).*'),
+    ('py:.*', r'.*\._(Messages|Name|Same|OfAnEllipse|OfAText)'),
+]
+# A word of a signature, such as type in type[Sensor], may be the name of several fields.
+suppress_warnings = ['ref.python']
 
 
 def _as_written(app, what, name, obj, options, lines):

@@ -67,13 +67,13 @@ def in_place(given: Mapping[str, Any], typed: Container[str]) -> Iterator[str]:
     altitude_m, angles = given['orbit.altitude'], given['initial.roll_pitch_yaw']
     if 0.0 < altitude_m < _LOWEST_M and abs(given['orbit.mu'] / EARTH_MU - 1.0) < _SAME_MU:
         yield (
-            f'orbit.altitude is {altitude_m:g} m; where kilometres are meant, '
+            f'orbit.altitude is {altitude_m:g} m; if kilometres are meant, '
             f"{altitude_m * 1e3:g}, or '{written(altitude_m)} km'"
         )
     if 'initial.roll_pitch_yaw' not in typed and any(map(_is_in_degrees, angles)):
         in_radians = ', '.join(f'{math.radians(x):.4g}' for x in angles)
         yield (
-            f'initial.roll_pitch_yaw is {list(angles)} rad; where these are degrees, it is '
+            f'initial.roll_pitch_yaw is {list(angles)} rad; if these are degrees, it is '
             f"[{in_radians}], or '{list(angles)} deg'"
         )
 
@@ -113,7 +113,7 @@ def _equipment(values) -> Iterator[str]:
         if trade and abs(value) > largest:
             text = f'{written(value)} {trade}'
             yield (
-                f'{name} is {value:g} {key.unit}, {in_trade(value, key.unit, trade)}; where '
+                f'{name} is {value:g} {key.unit}, {in_trade(value, key.unit, trade)}; if '
                 f"{trade} is meant, it is {key.checked(text):.4g}, or '{text}'"
             )
 

@@ -107,17 +107,17 @@ CASES = {
     ),
     'an altitude in km': (
         orbit(altitude=420),
-        ['orbit.altitude is 420 m; where kilometres are meant, 420000'],
+        ['orbit.altitude is 420 m; if kilometres are meant, 420000'],
         orbit(altitude=420e3),
     ),
     'the geostationary altitude in km': (
         orbit(altitude=35786),
-        ['where kilometres are meant, 3.5786e+07'],
+        ['if kilometres are meant, 3.5786e+07'],
         orbit(altitude=35786e3),
     ),
     'a wheel in turns a minute': (
         {'rotor.mode': 'motor', 'rotor.inertia': 1.0, 'rotor.max_speed': 6000.0},
-        ['rotor.max_speed is 6000 rad/s, 57295.8 rpm; where rpm is meant, it is 628.3'],
+        ['rotor.max_speed is 6000 rad/s, 57295.8 rpm; if rpm is meant, it is 628.3'],
         # The flywheel of the space station's attitude control has 6600 rpm.
         {'rotor.mode': 'motor', 'rotor.inertia': 1.0, 'rotor.max_speed': 691.0},
     ),

@@ -46,7 +46,7 @@ torques/magnetic.py
 dynamics/system.py
     K = K - np.asarray
     K = K + np.asarray
-dynamics/constants.py
+orbits/kepler.py
     3.0 * anomaly_rate**2
     3.0 * anomaly_rate
 dynamics/integrals.py
@@ -56,8 +56,8 @@ integrate/course.py
     1.5 * orbit.mu / length
     3.0 * orbit.mu / length
 integrate/walk.py
-    if error <= 1.0 and part < 1.0
-    if error <= 1.0 and part < 0.5
+    if part < 1.0 and (error <= 1.0
+    if part < 0.5 and (error <= 1.0
 integrate/propagation.py
     work + course.jumped(t_s)
     work

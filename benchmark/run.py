@@ -44,22 +44,13 @@ PACKAGES = (
 def main():
     """Run the scripts that are here, in turn, and write the results as they come."""
     chosen = ARGUMENTS or [name for name in SCRIPTS if (HERE / f'{name}.py').exists()]
-    parts, before = [_machine()], _ratios(HERE / 'results_0.1.0.md')
+    parts = [_machine()]
     for name in chosen:
         title, claims, text = importlib.import_module(name).main()
-        header = '\n'.join(
-            map(''.join, zip(HEADER.split('\n'), (' 0.1.0 |', ' --- |'), strict=True))
-        )
-        rows = '\n'.join(f'{claim.row()} {before.get(claim.what, "")} |' for claim in claims)
-        parts.append(f'## {title}\n\n`python benchmark/{name}.py`\n\n{header}\n{rows}\n\n{text}')
+        rows = '\n'.join(claim.row() for claim in claims)
+        parts.append(f'## {title}\n\n`python benchmark/{name}.py`\n\n{HEADER}\n{rows}\n\n{text}')
         if not QUICK:
             (HERE / 'RESULTS.md').write_text('\n\n'.join(part.strip() for part in parts) + '\n')
-
-
-def _ratios(results: Path) -> dict[str, str]:
-    """Return the ratio of each claim in a file of results, by what it is about."""
-    rows = [line.split('|') for line in results.read_text().splitlines() if line.startswith('| ')]
-    return {cells[1].strip(): cells[4].strip() for cells in rows if len(cells) > 6}
 
 
 def _machine():

@@ -176,7 +176,7 @@ def test_parts_are_values_before_they_are_declared(live, tmp_path):
         'sensors.names': ['gyro'],
         'sensors.seed': 1,
         'thruster.names': ['t'],
-        'thruster.t.part': 'hydrazine_thruster_1_N',
+        'thruster.t.part': 'cold_gas_thruster_55_mN',
     }
     arguments = ['-p', 'sensors.gyro.part:=tactical_gyro']
     node, participant = live(given, ros_args=arguments)
@@ -185,7 +185,7 @@ def test_parts_are_values_before_they_are_declared(live, tmp_path):
     assert 'read-only' in reason
     keys = Scenario(given).keys
     shown = loads_again(live, node, participant, tmp_path / 'dump.yaml', keys)
-    assert (shown['thruster.t.thrust'], shown['thruster.t.part']) == (1.0, '')
+    assert (shown['thruster.t.thrust'], shown['thruster.t.part']) == (55e-3, '')
     assert shown['rotor.max_speed'] == pytest.approx(200 * math.pi)
     assert shown['rotor.max_torque'] == 5e-4
     assert shown['sensors.gyro.noise_density'] == pytest.approx(math.radians(0.15) / 60)

@@ -34,7 +34,6 @@ STAR_TRACKERS = {'star_tracker_6_arcsec': (6, 40), 'star_tracker_1_arcsec': (1, 
 # Thrust [N], specific impulse [s] and least impulse [N s].
 THRUSTERS = {
     'cold_gas_thruster_55_mN': (55e-3, 65, 0.55e-3),
-    'hydrazine_thruster_1_N': (1.0, 220, 0.01),
 }
 OTHERS = {'magneto_inductive_magnetometer', 'torquers_200_mAm2'}
 DEG, ARCSEC = math.pi / 180, math.pi / 648000
@@ -180,11 +179,11 @@ def test_a_new_part_gives_what_it_says_whatever_was_before():
             'part of a sun_sensor in .*; there is none',
         ),
         (
-            {'thruster.names': ['t'], 'thruster.t.part': 'hydrazine'},
-            r'thruster\.t\.part .* a part of a thruster in .*; the nearest is hydrazine_thruster_',
+            {'thruster.names': ['t'], 'thruster.t.part': 'gas'},
+            r'thruster\.t\.part .* a part of a thruster in .*; the nearest is cold_gas_thruster_',
         ),
         (
-            {'thruster.names': ['t'], 'thruster.s.part': 'hydrazine_thruster_1_N'},
+            {'thruster.names': ['t'], 'thruster.s.part': 'cold_gas_thruster_55_mN'},
             'thruster.names has no s',
         ),
         ({'rotor.part': 3}, r'rotor\.part is 3; it must be a text'),

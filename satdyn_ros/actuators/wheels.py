@@ -8,7 +8,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from ..base.key import Key
-from ..base.sentences import told_apart
+from ..base.sentences import distinct_texts
 from ..dynamics.rotor import Rotor
 from ..dynamics.system import System
 from .actuator import Actuator, column
@@ -126,7 +126,7 @@ class Wheels(Actuator):
         key, _ = self._keys[label]
         torque = key.checked(given)
         if abs(torque) > MOST_TORQUE and not rotor.max_torque:
-            given, most = told_apart(torque, math.copysign(MOST_TORQUE, torque))
+            given, most = distinct_texts(torque, math.copysign(MOST_TORQUE, torque))
             raise ValueError(
                 f'{key.name} is {given}; without {_key_of(rotor, "max_torque")} it must be at '
                 f'most {most.removeprefix("-")} N m, in either direction'

@@ -8,7 +8,7 @@ from typing import Any
 LONGEST_SENTENCE = 500
 _LONGEST_NAME = 100
 # Yields, check by check, whether it fails, of many things whether each fails it; raises
-# ValueError, in one sentence, where it is told that one is.
+# ValueError, in one sentence, when the answer is that one does.
 Checks = Generator[Any, Any, None]
 
 
@@ -48,16 +48,16 @@ def nearest(given: object, allowed: Iterable[str]) -> str:
     >>> nearest('body.dipol', ['body.box', 'body.dipole', 'rotor.mode'])
     'body.dipole'
     """
-    # Longer than any name, what follows tells nothing and costs its square.
+    # Longer than any name, what follows adds nothing and costs its square.
     (found,) = get_close_matches(str(given)[:_LONGEST_NAME], list(allowed), 1, cutoff=0.0)
     return found
 
 
-def told_apart(*numbers: float) -> list[str]:
+def distinct_texts(*numbers: float) -> list[str]:
     """
     Return numbers in six digits, or in as many as show which of them differ.
 
-    >>> told_apart(1.0000044, 1.0)
+    >>> distinct_texts(1.0000044, 1.0)
     ['1.000004', '1']
     """
     for digits in range(6, 18):

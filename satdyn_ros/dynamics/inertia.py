@@ -6,7 +6,7 @@ from itertools import permutations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.sentences import Checks, told_apart, written
+from ..base.sentences import Checks, distinct_texts, written
 from ..kernel import rotation
 from ..kernel.rows import length
 
@@ -39,7 +39,7 @@ def checks(numbers: ArrayLike) -> Checks:
             'positive: a rod has a thickness, use the moments of a cylinder'
         )
     if (yield small + middle < large * (1.0 - _AS_GIVEN)):
-        most, found = told_apart(small + middle, large)
+        most, found = distinct_texts(small + middle, large)
         raise ValueError(
             f'{given}; the largest of its principal moments, {found}, must not exceed the sum of '
             f'the others, {small:g} and {middle:g}, which is {most}'

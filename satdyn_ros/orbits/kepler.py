@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.sentences import Checks, refuse, told_apart
+from ..base.sentences import Checks, distinct_texts, refuse
 from ..kernel import rotation
 from ..kernel.rows import components, dot, from_components, length
 from .kepler_equation import true_anomaly
@@ -240,7 +240,7 @@ def state_checks(r_i: np.ndarray, v_i: np.ndarray, mu: float | np.ndarray) -> Ch
         raise ValueError('orbit.position is the attracting centre itself')
     escape = np.sqrt(2.0 * mu / r)
     if (yield ~(v < escape)):
-        numbers = told_apart(float(v), float(escape))
+        numbers = distinct_texts(float(v), float(escape))
         raise ValueError(
             f'orbit.velocity is {numbers[0]} m/s, and from {numbers[1]} m/s on the satellite '
             'leaves: the orbit is no ellipse'

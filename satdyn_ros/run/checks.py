@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..base.key import listed
-from ..base.sentences import Checks, told_apart, written
+from ..base.sentences import Checks, distinct_texts, written
 from ..dynamics import inertia
 from ..kernel.rows import length
 from ..torques.thrust import LEAST_TIME_CONSTANT_S
@@ -44,8 +44,8 @@ def units(values: Mapping[str, Any]) -> Checks:
             raise ValueError(f'{name} is {list(values[name])}; its norm must be finite')
         if (yield abs(norm - 1.0) > allowed_error):
             raise ValueError(
-                f'{name} is {list(values[name])}, of norm {told_apart(norm, 1.0)[0]}; it must be '
-                f'a unit quaternion x, y, z, w, to within {allowed_error:g}'
+                f'{name} is {list(values[name])}, of norm {distinct_texts(norm, 1.0)[0]}; it must '
+                f'be a unit quaternion x, y, z, w, to within {allowed_error:g}'
             )
 
 
@@ -59,7 +59,7 @@ def divided(values: Mapping[str, Any]) -> Iterator[str]:
     for name in _quaternions(values):
         norm = math.hypot(*values[name])
         if abs(norm - 1.0) > _UNIT_TO_ROUNDING:
-            given = f'{name} is {list(values[name])}, of norm {told_apart(norm, 1.0)[0]}'
+            given = f'{name} is {list(values[name])}, of norm {distinct_texts(norm, 1.0)[0]}'
             yield f'{given}; it is divided by it'
 
 
@@ -180,7 +180,7 @@ def turns_a_tick(values: Mapping[str, Any]) -> Checks:
         mu, a, e, name = ellipse
         at_pericentre = np.sqrt(mu / a) / a * np.sqrt((1.0 + e) / (1.0 - e)) / (1.0 - e)
         if (yield ~(at_pericentre <= most_rad_s)):
-            found, most = told_apart(at_pericentre, most_rad_s)
+            found, most = distinct_texts(at_pericentre, most_rad_s)
             raise ValueError(
                 f'{name} is {written(a)} and orbit.mu {written(mu)}; the '
                 f'orbital rate at pericentre is then {found} rad/s; it must be at most {most} '

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.sentences import Checks, told_apart
+from ..base.sentences import Checks, distinct_texts
 from ..dynamics import inertia
 from ..dynamics.flexible import Mode
 from ..dynamics.system import System
@@ -51,7 +51,7 @@ def checks(values: Mapping[str, Any]) -> Checks:
         if (yield is_too_much):
             size = math.hypot(*d)
             u = d / size
-            given, most = told_apart(size, float(1.0 / np.sqrt(u @ np.linalg.solve(left, u))))
+            given, most = distinct_texts(size, float(1.0 / np.sqrt(u @ np.linalg.solve(left, u))))
             raise ValueError(
                 f'{prefix}.coupling is {d.tolist()}, of length {given}; in this direction it must '
                 f'be below {most} sqrt(kg) m, the most that '

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.sentences import Checks, told_apart
+from ..base.sentences import Checks, distinct_texts
 from ..dynamics import inertia
 from ..dynamics.rotor import Rotor
 from .keys import KEYS
@@ -90,7 +90,7 @@ def checks(values: Mapping[str, Any]) -> Checks:
         # A body of which only rounding is left cannot be solved for.
         is_too_much = ~((J > 0.0) & (J < largest * (1.0 - inertia.ROUNDING)))
         if (yield is_too_much):
-            given, most = told_apart(rotor.inertia, float(largest))
+            given, most = distinct_texts(rotor.inertia, float(largest))
             raise ValueError(
                 f'{prefix}.inertia is {given}; with {prefix}.mode {rotor.mode} it must '
                 f'be above 0 and below {most} kg m^2, the most that body.inertia{others} '
@@ -102,7 +102,7 @@ def checks(values: Mapping[str, Any]) -> Checks:
         others = ' and the rotors before it'
         speed = values[f'{prefix}.speed']
         if (yield (rotor.max_speed > 0.0) & (rotor.max_speed < abs(speed))):
-            given, most = told_apart(speed, math.copysign(rotor.max_speed, speed))
+            given, most = distinct_texts(speed, math.copysign(rotor.max_speed, speed))
             raise ValueError(
                 f'{prefix}.speed is {given}; it must be at most {prefix}.max_speed, '
                 f'{most.removeprefix("-")} rad/s, in either direction'

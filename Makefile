@@ -52,7 +52,7 @@ help:
 	@echo 'make test     the tests that prove an installation and a change (six minutes)'
 	@echo 'make test-all the longer tests, which make test leaves out'
 	@echo 'make everything  what make test leaves out, colcon, the oldest libraries and short benchmarks'
-	@echo 'make pages    what README, docs and CONTRIBUTING tell to run, in a clone of its own'
+	@echo 'make pages    what README, docs and CONTRIBUTING show to run, in a clone of its own'
 	@echo 'make lint     ruff and mypy'
 	@echo 'make colcon   build the package in a colcon workspace of its own and try what it installs'
 	@echo 'make figures  draw the pictures of the documentation again'

@@ -87,7 +87,7 @@ class Basilisk:
     """
     Basilisk with the body, the orbit and the torques of flight(), ready to run with some step.
 
-    Its models of field, air and wind tell what they are at the begin of a step, for all of it.
+    Its models of field, air and wind say what they are at the begin of a step, for all of it.
     The body is so heavy that the drag does not change its orbit.
     """
 
@@ -112,7 +112,7 @@ class Basilisk:
         body.hub.r_CN_NInit, body.hub.v_CN_NInit = r[0], v[0]
         body.hub.sigma_BNInit = [[x / (1.0 + ATTITUDE[3])] for x in ATTITUDE[:3]]
         body.hub.omega_BN_BInit = [[x] for x in RATE]
-        # First: it goes through a step with what the others told at its begin.
+        # First: it goes through a step with what the others said at its begin.
         self.add(body)
         gradient = GravityGradientEffector.GravityGradientEffector()
         gradient.addPlanetName(earth.planetName)

@@ -89,10 +89,10 @@ def fly(count: int) -> Flight:
             if process.wait(600.0) != 0:
                 raise RuntimeError(log_path.read_text())
             end_s = time.monotonic() - begin_s
-        told = [line for line in log_path.read_text().splitlines() if ']: lateness' in line]
+        reports = [line for line in log_path.read_text().splitlines() if ']: lateness' in line]
         missing = ticks = 0
         bags = sorted(directory.glob('**/metadata.yaml'))
-        if len(bags) != count or len(told) != count:
+        if len(bags) != count or len(reports) != count:
             raise RuntimeError(f'{count} satellites flew, with {len(bags)} bags')
         for metadata in bags:
             bag = Bag(metadata.parent)
@@ -110,7 +110,7 @@ def fly(count: int) -> Flight:
         end_s=end_s,
         ticks=ticks,
         missing=missing,
-        late=sum(int(number) for line in told for number in LATE.findall(line)),
+        late=sum(int(number) for line in reports for number in LATE.findall(line)),
     )
 
 

@@ -176,7 +176,7 @@ LATE = BARE.replace(
 
 
 def watched(directory, rate, record, seconds, what):
-    """Return what a subscriber to our node sees and is told of its pacing in some seconds."""
+    """Return what a subscriber sees of our node in some seconds, and of its reports of pacing."""
     process = node(directory, rate, record)
     output = subprocess.run(
         [sys.executable, '-c', WATCH, str(seconds), what],
@@ -208,7 +208,7 @@ LATENESS = BARE.replace(
 
 
 def loaded(process) -> str:
-    """Return what a process tells of its lateness at its end."""
+    """Return what a process reports of its lateness at its end."""
     output = process.communicate()[0]
     return next(line[line.index('lateness') :] for line in output.splitlines() if 'late' in line)
 

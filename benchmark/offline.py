@@ -42,7 +42,7 @@ TYPES = {
 
 
 def written(write):
-    """Return a contender that writes to a new place and tells the CPU seconds of that alone."""
+    """Return a contender that writes to a new place and returns the CPU seconds of that alone."""
 
     def run():
         with tempfile.TemporaryDirectory() as name:

@@ -55,7 +55,7 @@ def main():
 
 def _machine():
     lscpu = subprocess.run(['lscpu'], stdout=subprocess.PIPE, text=True, check=False).stdout
-    # On a virtual machine the name does not tell how wide the vectors are; the model does.
+    # On a virtual machine the name does not say how wide the vectors are; the model does.
     named = 'CPU(s):', 'Model name:', 'CPU family:', 'Model:'
     lines = [line for line in lscpu.splitlines() if line.strip().startswith(named)]
     facts = [' '.join(line.split()) for line in lines]

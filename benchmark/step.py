@@ -2,7 +2,7 @@
 What an attempt of a step costs, by what the equations hold: of one motion, and in eight lanes.
 
 It is the code alone that the walk calls by its address, without the control of the step and
-without dense output.  The scenarios have steps of different lengths: the time of an attempt tells
+without dense output.  The scenarios have steps of different lengths: the time of an attempt is one
 of the equations, not of how long a propagation takes.
 """
 

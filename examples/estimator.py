@@ -189,7 +189,7 @@ class EstimatorNode(Node):
         for name, (kind, take) in heard.items():
             if name is not None:
                 self.create_subscription(kind, name, take, 1000)
-        self.create_timer(2.0, self._tell)
+        self.create_timer(2.0, self._report)
 
     def _take_rate(self, message):
         self._estimator.take_rate(_stamp_ns(message), _vector(message.angular_velocity))
@@ -228,7 +228,7 @@ class EstimatorNode(Node):
         self._estimate = _stamp_ns(attitude), q_ib
         self._compare()
 
-    def _tell(self):
+    def _report(self):
         error_arcsec = np.degrees(self.error_rad) * 3600.0
         if np.isnan(error_arcsec):
             print('no estimate yet to compare with the attitude', flush=True)

@@ -24,7 +24,7 @@ SHIPPED = Path(__file__).parents[1] / 'config' / 'sun_pointing.yaml'
 POINTED_B = np.array([0.0, 0.0, 1.0])
 # A damped swing of 0.05 rad/s; the momentum of the wheels goes within some hours [1/s].
 SWING_RAD_S, DAMPING, DUMPING_PER_S = 0.05, 0.8, 1e-3
-TOLD_EACH_S = 7200.0
+REPORT_EACH_S = 7200.0
 
 
 class Controller:
@@ -74,7 +74,7 @@ def fly(scenario, duration_s, show=print):
     show: takes a line for each.
     """
     simulation, controller = Simulation(scenario), Controller(scenario)
-    told, angles, fastest = [], [], []
+    largest, angles, fastest = [], [], []
     for tick in range(round(duration_s * scenario.rate)):
         _, samples = simulation.advance(1)
         states, measured = samples.states, samples.measured
@@ -88,13 +88,13 @@ def fly(scenario, duration_s, show=print):
         simulation.command(rotor_torque=torques, dipole_b=dipole_b)
         angles.append(float(np.arccos(np.clip(states.sun_direction_b[0] @ POINTED_B, -1.0, 1.0))))
         fastest.append(float(np.max(np.abs(states.rotor_speed[0]))))
-        if (tick + 1) % round(TOLD_EACH_S * scenario.rate) == 0:
-            told.append((max(angles), max(fastest)))
-            off, speed = np.degrees(told[-1][0]), told[-1][1]
+        if (tick + 1) % round(REPORT_EACH_S * scenario.rate) == 0:
+            largest.append((max(angles), max(fastest)))
+            off, speed = np.degrees(largest[-1][0]), largest[-1][1]
             t_s = float((tick + 1) / scenario.rate)
             show(f'{t_s:7.0f} s  {off:7.3f} deg off  {speed:6.1f} rad/s')
             angles, fastest = [], []
-    return told
+    return largest
 
 
 if __name__ == '__main__':

@@ -27,7 +27,7 @@ class Stepping(Node):
         super().__init__(*arguments, **named)
         self._heard = self._flies = False
         self._sent = self._accepted_before = 0
-        self._told: dict[str, str] = {}
+        self._reported: dict[str, str] = {}
         self._pause = self.create_client(SetBool, 'satdyn/pause')
         self._step = self.create_client(Trigger, 'satdyn/step')
         self.create_subscription(DiagnosticArray, '/diagnostics', self._take_diagnostics, 10)
@@ -88,11 +88,11 @@ class Stepping(Node):
         own = f'{self.get_namespace()}/satdyn: '.lstrip('/')
         for status in message.status:
             if status.name.startswith(own):
-                self._told |= {pair.key: pair.value for pair in status.values}
+                self._reported |= {pair.key: pair.value for pair in status.values}
 
     def _says(self, name):
         """Return an integer from the node's diagnostics, -1 before it is there."""
-        return int(self._told.get(name, -1))
+        return int(self._reported.get(name, -1))
 
     def _call(self, client, request):
         future = client.call_async(request)

@@ -26,7 +26,7 @@ from satdyn_ros.sensors import Gyro, Magnetometer, SunSensor
 
 # Directions nearer to each other, or to opposite ones, determine a turn about them badly [rad].
 LEAST_ANGLE = np.radians(15.0)
-TOLD_EACH_S = 600.0
+REPORT_EACH_S = 600.0
 _NS = 10**9
 
 
@@ -138,7 +138,7 @@ def main():
     q_ib, found = attitudes(stamps_ns, field_b, sun_b, rate_b, *known(scenario, stamps_ns))
     t_s = (stamps_ns - stamps_ns[0]) / _NS
     error_deg = np.degrees(rotation.angle_between(q_ib, truth))
-    for i in range(0, len(t_s), max(1, int(np.searchsorted(t_s, TOLD_EACH_S)))):
+    for i in range(0, len(t_s), max(1, int(np.searchsorted(t_s, REPORT_EACH_S)))):
         how = 'Sun and field' if found[i] else 'gyro'
         how = 'the Sun was not seen yet' if np.isnan(error_deg[i]) else how
         print(f'{t_s[i]:6.0f} s  error {error_deg[i]:6.2f} deg  {how}')

@@ -95,9 +95,9 @@ class WheelController(Pointing):
         command = JointState(name=self._wheels.names, effort=torques.tolist())
         command.header.stamp = stamp
         self._command.publish(command)
-        self._tell(saturated)
+        self._report(saturated)
 
-    def _tell(self, saturated):
+    def _report(self, saturated):
         for name in saturated.keys() - self._saturated.keys():
             print(f'{name} saturates at {saturated[name]}', flush=True)
         for name in self._saturated.keys() - saturated.keys():

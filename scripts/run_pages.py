@@ -1,5 +1,5 @@
 """
-Run what README, docs and CONTRIBUTING tell a reader to run, as it stands.
+Run what README, docs and CONTRIBUTING show a reader to run, as it stands.
 
     make pages
     python scripts/run_pages.py docs/sensors.md

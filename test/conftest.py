@@ -34,7 +34,7 @@ TESTS = Path(__file__).parent
 # The folders whose files take longest, which begin first.
 FIRST = 'watch', 'ros', 'report', 'bag', 'integrate'
 # How many long tests of each file were left out.  Of processes side by side each collects all
-# tests; the one that started them collects none and is told by the last that ends.
+# tests; the one that started them collects none and learns it from the last that ends.
 LEFT_OUT: Counter[str] = Counter()
 # What each test took: wall and processor seconds, those of processes that it waited for included.
 COSTS: dict[str, list[float]] = {}
@@ -136,14 +136,14 @@ def pytest_deselected(items):
 
 
 def pytest_sessionfinish(session):
-    """Tell the process that started this one."""
+    """Notify the process that started this one."""
     if hasattr(session.config, 'workeroutput'):
         session.config.workeroutput['left_out'] = dict(LEFT_OUT)
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_testnodedown(node):
-    """Take what a process tells; one that died tells nothing."""
+    """Take what a process sends; one that died sends nothing."""
     if left_out := getattr(node, 'workeroutput', {}).get('left_out'):
         LEFT_OUT.clear()
         LEFT_OUT.update(left_out)

@@ -26,8 +26,8 @@ def missing(function):
     parameters = [*given.posonlyargs, *given.args, *given.kwonlyargs, given.vararg, given.kwarg]
     names = [p.arg for p in parameters if p and p.annotation is None]
     # __len__, __init__ and the like are known by their names
-    told = function.returns is not None or function.name.startswith('__')
-    return [n for n in names if n not in ('self', 'cls')] + ([] if told else ['return'])
+    annotated = function.returns is not None or function.name.startswith('__')
+    return [n for n in names if n not in ('self', 'cls')] + ([] if annotated else ['return'])
 
 
 def test_public_functions_are_annotated():

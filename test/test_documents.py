@@ -49,22 +49,22 @@ def entries() -> dict[str, str]:
 
 def test_every_key_has_an_entry():
     """A sensor's by its type, or with NAME for all types; a named plate's and rotor's too."""
-    told = entries()
+    documented = entries()
     named = Scenario({'surface.names': ['NAME'], 'rotor.names': ['NAME']}).keys
     for name, key in {**KEYS, **named}.items():
         of_any_type = re.sub(r'^sensors\.\w+\.', 'sensors.NAME.', name)
-        says = told.get(name) or told.get(of_any_type)
+        says = documented.get(name) or documented.get(of_any_type)
         if says:
             assert key.meaning in says
         else:
-            assert f'also `{name}`' in told[name.replace('.NAME.', '.')]
+            assert f'also `{name}`' in documented[name.replace('.NAME.', '.')]
 
 
 def test_services_are_those_with_examples():
     """Each service that has an example, which a test sends to a node, is in the table."""
     text = (ROOT / 'docs/reference/topics.md').read_text(encoding='utf-8')
-    told = re.findall(r'^\| `~/(\w+)`<br>', text, re.MULTILINE)
-    assert sorted(told) == sorted(path.stem for path in ROOT.glob('msg_examples/services/*'))
+    documented = re.findall(r'^\| `~/(\w+)`<br>', text, re.MULTILINE)
+    assert sorted(documented) == sorted(path.stem for path in ROOT.glob('msg_examples/services/*'))
 
 
 def test_the_readme_is_short_and_the_two_commands_come_first():
@@ -87,14 +87,14 @@ def test_the_front_page_says_what_each_page_is_for():
 @each_page
 def test_commands_are_ones_that_exist(page):
     """The parser takes each command of a page, whether it is run or not; make has each target."""
-    told = re.findall(r'`make ([\w-]+)', page.read_text(encoding='utf-8'))
+    documented = re.findall(r'`make ([\w-]+)', page.read_text(encoding='utf-8'))
     for block in of_language(page, 'sh'):
         for line in block.lines:
             if line.startswith('satdyn '):
                 parser().parse_args(shlex.split(line, comments=True)[1:])
-        told += re.findall(r'^make ([\w-]+)', block.text, re.MULTILINE)
+        documented += re.findall(r'^make ([\w-]+)', block.text, re.MULTILINE)
     targets = re.findall(r'^([\w -]+):', (ROOT / 'Makefile').read_text(), re.MULTILINE)
-    assert set(told) <= set(' '.join(targets).split())
+    assert set(documented) <= set(' '.join(targets).split())
 
 
 @each_page
@@ -115,7 +115,7 @@ def test_the_ci_makes_what_a_page_makes(page):
 
 
 def test_the_ci_runs_the_pages():
-    """What the pages tell is run before a change lands."""
+    """What the pages show is run before a change lands."""
     assert 'make pages' in (ROOT / '.ci/run').read_text().splitlines()
 
 

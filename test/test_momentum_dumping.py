@@ -35,7 +35,7 @@ def test_the_wheels_are_slow_once_the_sun_is_held(monkeypatch):
 
     Off the Sun by up to 1.1 deg: by the friction of the wheels, which the law does not know.
     """
-    monkeypatch.setattr(momentum_dumping, 'TOLD_EACH_S', 1500.0)
+    monkeypatch.setattr(momentum_dumping, 'REPORT_EACH_S', 1500.0)
     scenario = Scenario.from_yaml(ROOT / 'config' / 'sun_pointing.yaml')
     *_, (angle, speed) = momentum_dumping.fly(scenario, 4500.0, lambda line: None)
     assert np.degrees(angle) < 2.0

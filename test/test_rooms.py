@@ -86,7 +86,7 @@ def test_no_other_room_names_an_actuator():
     assert [path for path in found if path.parts[0] != 'actuators' and path not in allowed] == []
 
 
-def test_an_orbit_is_asked_and_not_told_by_its_type():
+def test_an_orbit_is_asked_and_not_known_by_its_type():
     """What an orbit is it answers itself, and so does each value of orbit.type."""
     classes = {
         node.name
@@ -223,8 +223,8 @@ def test_nothing_is_written_twice():
     places = defaultdict(list)
     for file, node in tops(ast.FunctionDef):
         body = [ast.dump(statement) for statement in node.body if not is_docstring(statement)]
-        told = ast.dump(node.args), *body
-        places[told].append(f'{file} {node.name}')
+        meaning = ast.dump(node.args), *body
+        places[meaning].append(f'{file} {node.name}')
     assert [found for found in places.values() if len(found) > 1] == []
 
 
@@ -241,7 +241,7 @@ def test_the_format_of_bags_knows_nothing_of_satellites():
 
 
 def test_what_moves_knows_no_torque_by_its_name():
-    """A system has torques; which there are is told by those that make one."""
+    """A system has torques; which there are is known to those that make one."""
     imported = own_imports(PACKAGE / 'dynamics' / 'system.py')
     torques = {name for name in imported if name.startswith('satdyn_ros.torques.')}
     assert torques == {'satdyn_ros.torques.body_torque'}

@@ -62,7 +62,7 @@ def test_what_ci_makes_is_not_made_again(reader):
     'stated', ['one\nthree', 'two\none', 'on', 'one two', 'o...x', 'one\none']
 )
 def test_an_output_that_is_not_printed(reader, stated):
-    """Whole lines, in their order; the page, the line and what is missing are told."""
+    """Whole lines, in their order; the page, the line and what is missing are reported."""
     with pytest.raises(Failed) as failed:
         read(reader, 'sh\nprintf "one\\ntwo\\n"', f'text\n{stated}')
     assert str(failed.value).startswith('page.md:1: not printed: ')
@@ -107,7 +107,7 @@ def test_a_command_in_the_background_that_ends_early(reader, line, why):
 
 
 def test_a_command_that_ctrl_c_does_not_end(reader, monkeypatch, capsys):
-    """It is told, and ended all the same."""
+    """It is reported, and ended all the same."""
     monkeypatch.setattr(run_pages, 'END_TIMEOUT_S', 0.2)
     with pytest.raises(Failed, match='Ctrl-C does not end'):
         read(

@@ -150,7 +150,7 @@ class StateTable:
                 continue
             last = self.run.ticks.tick_of(last_ns)
             merged = _merged([*waiting, *truth.until(last + 1)])
-            # What comes may tell of the last tick, or of one at which it was exposed, still.
+            # What comes may be of the last tick, or of one at which it was exposed, still.
             open_ns = self.run.ticks.stamp_ns(last - self._latency)
             done = int(np.searchsorted(merged['stamp_ns'], open_ns))
             if done:

@@ -53,7 +53,7 @@ def begun_in_bag(
         scenario = scenario.with_values({'sensors.seed': run.scenario['sensors.seed']}).with_seed()
     snapshot = simulation.snapshot(simulation.tick)
     if run.rules < EVENTS_FOLLOW:
-        snapshot['until'] = _told_ends(run, simulation.tick)
+        snapshot['until'] = _recorded_ends(run, simulation.tick)
     before = run.scenario.values
     kept = {key for key, value in scenario.values.items() if before.get(key) == value}
     if {key for key in scenario.values if key.startswith(_OF_MOTION)} - kept:
@@ -137,8 +137,8 @@ def _at(run: RecordedRun, at_s: str | float) -> Simulation:
     return simulation
 
 
-def _told_ends(run: RecordedRun, tick: int) -> dict[str, int]:
-    """Return by topic the tick after a tick at which a torque ends, as a bag of rules 0 tells."""
+def _recorded_ends(run: RecordedRun, tick: int) -> dict[str, int]:
+    """Return by topic the tick after a tick at which a torque ends, as a bag of rules 0 says."""
     later = [e for e in run.events if isinstance(e, Timeout) and e.tick > tick]
     return {event.topic: event.tick for event in reversed(later)}
 

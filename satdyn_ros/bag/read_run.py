@@ -135,7 +135,7 @@ class RecordedRun:
 
     @property
     def _begins_with_the_run(self) -> bool:
-        """Whether scenario and events say all; versions 0.1 and 0.2 tell it by the tick alone."""
+        """Whether scenario and events say all; versions 0.1 and 0.2 show it by the tick alone."""
         return self.snapshot is None or self.snapshot.get('is_start', self.first_tick == 0)
 
     def simulation(self, method: str | None = None) -> Simulation:
@@ -285,7 +285,7 @@ class Happened:
         self._events: list[Event] = []
         self._last_ns: int | None = None
         self._error: ValueError | None = None
-        # By rules 0 a torque is held until the bag tells that it has timed out.
+        # By rules 0 a torque is held until the bag says that it has timed out.
         timeout = run.ticks.timeout(0, run.scenario['torque.timeout'])
         self._timeout = timeout if run.rules >= EVENTS_FOLLOW else None
         self._held = self._timeout
@@ -298,7 +298,7 @@ class Happened:
             return
         try:
             if isinstance(item, TopicBlock):
-                self._events += map(self._held_as_told, self._run.inputs_of(item))
+                self._events += map(self._held_as_recorded, self._run.inputs_of(item))
             else:
                 self._take_record(item)
         except ValueError as error:
@@ -321,7 +321,7 @@ class Happened:
                     snapshot = run_metadata.snapshot_from_record(record.metadata, scenario)
                     self.begins.append(snapshot['tick'])
 
-    def _held_as_told(self, event: Command) -> Event:
+    def _held_as_recorded(self, event: Command) -> Event:
         if self._held is None or not kind_of(event.topic).is_held:
             return event
         return replace(event, until_tick=event.tick + self._held)

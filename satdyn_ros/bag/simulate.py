@@ -22,7 +22,7 @@ from .run_recorder import RunRecorder
 
 
 class Untrue(RuntimeError):  # noqa: N818
-    """The end of a run in which something was told to happen and did not; one sentence."""
+    """The end of a run in which something should have happened and did not; one sentence."""
 
 
 def simulate(
@@ -64,7 +64,7 @@ def simulate(
         simulation = ControlledSimulation.from_snapshot(scenario, begin, events)
     if controller is not None:
         simulation.control_by(controller)
-    told = {event for event in events if isinstance(event, Derived) and event.tick < end}
+    expected = {event for event in events if isinstance(event, Derived) and event.tick < end}
     recorder: RunRecorder | None = None
     block = RunRecorder.most
     try:
@@ -72,7 +72,7 @@ def simulate(
             recorder = RunRecorder(directory, simulation, packers)
         while simulation.next_tick < end and not simulation.halted:
             happened, samples = simulation.advance(min(block, end - simulation.next_tick))
-            told -= {event for event in happened if isinstance(event, Derived)}
+            expected -= {event for event in happened if isinstance(event, Derived)}
             with uninterrupted():
                 block = recorder.take(happened, samples)
             yield simulation.next_tick - first
@@ -83,8 +83,8 @@ def simulate(
     if simulation.halted:
         count = simulation.next_tick - first
         raise RunHalted(f'{simulation.halted}; {directory} has {count} ticks')
-    if told:
-        event = min(told, key=lambda event: event.tick)
+    if expected:
+        event = min(expected, key=lambda event: event.tick)
         raise Untrue(f'the event {name_of(event)} at tick {event.tick} did not happen')
 
 

@@ -248,7 +248,7 @@ class _Derived:
         # By rules 0 the bag's timeouts are what acts.
         follow = recorded.rules >= EVENTS_FOLLOW
         self._kinds = Derived if follow else RotorLimited | TorquesDropped | Halt
-        self._told = self._derived(recorded.events)
+        self._recorded = self._derived(recorded.events)
         self._found = self._derived(recorded.events_at_begin)
         self._end_tick = 0
 
@@ -264,11 +264,11 @@ class _Derived:
         last_ns: the log time of the last message; how the bag ends after it is open.
         """
         last_tick = self._ticks.tick_of(last_ns)
-        told, found = set(self._told), set(self._found)
-        wrong = [e for e in self._told if e not in found and e.tick <= self._end_tick]
-        # A limit is told ahead of the command that meets it, which a killed writer did not write.
+        recorded, found = set(self._recorded), set(self._found)
+        wrong = [e for e in self._recorded if e not in found and e.tick <= self._end_tick]
+        # A limit is ahead of the command that meets it, which a killed writer did not write.
         wrong = [e for e in wrong if e.tick <= last_tick or not isinstance(e, RotorLimited)]
-        wrong += [e for e in self._found if e not in told and e.tick <= last_tick]
+        wrong += [e for e in self._found if e not in recorded and e.tick <= last_tick]
         for event in sorted(wrong, key=lambda event: event.tick)[:1]:
             t_s = self._ticks.seconds(event.tick)
             return Difference('the events', event.tick, t_s, type(event).__name__)

@@ -34,8 +34,8 @@ class Recording:
 
     scenario: with the epoch resolved.  topics: those recorded from the start, by their names in
     the scenario.  resolve: from a name in the scenario to that of the topic.  offered: the quality
-    of service of topics, by their names in the scenario, where it is not the usual.  control: of
-    whose commands it is told.  ValueError: as of provenance.  OSError: as BagWriter.
+    of service of topics, by their names in the scenario, where it is not the usual.  control and
+    ValueError: as of provenance.  OSError: as BagWriter.
     """
 
     def __init__(
@@ -85,7 +85,7 @@ class Recording:
         """Write what happened at the tick of a stamp, before the tick's samples."""
         match event:
             case Command():
-                self._tell_held(event)
+                self._write_held(event)
                 data = pack_command(stamp_ns, event, self._scenario.frames)
                 self._writer.write_message(self._names[event.topic], stamp_ns, data)
             case _:
@@ -98,8 +98,8 @@ class Recording:
         if isinstance(event, Topics):
             self._add(event.names)
 
-    def _tell_held(self, event: Command) -> None:
-        """Tell how long a torque is held, where that is not as told before."""
+    def _write_held(self, event: Command) -> None:
+        """Write how long a torque is held, where that is not as written before."""
         if not kind_of(event.topic).is_held:
             return
         held = None if event.until_tick is None else event.until_tick - event.tick
@@ -170,7 +170,7 @@ class Recording:
         """Return the function that makes the metadata record of the snapshot of a tick."""
 
         def record(i):
-            # A file begins, and tells everything anew: what happened is in the one before.
+            # A file begins, and says everything anew: what happened is in the one before.
             self._held, begun = self._timeout, snapshot(i)
             is_start = begun['is_start'] and self._writer.file_count == 1
             return run_metadata.SNAPSHOT, run_metadata.to_record({**begun, 'is_start': is_start})

@@ -76,7 +76,7 @@ class Key:
         return self._allowed(())
 
     def _allowed(self, given):
-        """Return what is allowed, its bounds with the digits that tell them from given numbers."""
+        """Return what is allowed, its bounds in digits that set them off from given numbers."""
         if self.kind == 'bool':
             return 'true or false'
         if self.kind == 'epoch':

@@ -97,7 +97,7 @@ def sections(
 
 
 class _Loader(ros_yaml.SafeLoader):  # type: ignore[misc, valid-type]
-    """YAML whose words are told from texts by the tag that they have in the file, if any."""
+    """YAML in which a word differs from a text by the tag that it has in the file, if any."""
 
     DEFAULT_SCALAR_TAG = ''
     yaml_implicit_resolvers: ClassVar[dict[str, Any]] = {}

@@ -186,7 +186,7 @@ def _run_of(given, satellite):
 
     file = ParameterFile.read([given.file])
     full_name = file.full_name(satellite)
-    # Of several satellites it is told once which sections none of them uses.
+    # Of several satellites one warning says which sections none of them uses.
     warnings = [] if given.satellite[1:] else file.unused(full_name)
     scenario = Scenario(without_rclpys(file.flown(full_name)), given.torque, warnings)
     if given.rate is not None:
@@ -201,7 +201,7 @@ def _run_of(given, satellite):
             scenario = begun_in_aem(scenario, given.origin, given.at)
         else:
             scenario, begin = begun_in_bag(scenario, given.origin, given.at)
-    # Whether an element set is old is told of the instant of tick 0.
+    # The age of an element set is that at tick 0.
     scenario = scenario.with_epoch(time.time_ns())
     _warn(given, scenario)
     happening = events.from_yaml(given.events, scenario) if given.events else []

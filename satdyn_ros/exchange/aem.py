@@ -72,7 +72,7 @@ class AemWriter:
         """
         Append rows: stamps (N,), attitudes (N, 4) and body rates (N, 3) [rad/s].
 
-        ValueError: version 1.0 cannot tell the rates of one.
+        ValueError: version 1.0 cannot give the rates of one.
         """
         rates = omega_bi_b
         if self._with_rates and self._is_first:

@@ -254,6 +254,6 @@ def _rows(text):
         yield from kvn_rows(lines, 'Attitude Ephemeris Message', 'CCSDS_AEM_VERS', _VERSIONS)
         return
     for row in xml_rows(text, 'aem', _VERSIONS, 'attitudeState', NUMBER_NAMES):
-        # There the names tell which is the scalar.
+        # There the names say which is the scalar.
         row.metadata['QUATERNION_TYPE'] = 'LAST'
         yield row

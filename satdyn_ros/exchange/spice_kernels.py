@@ -24,7 +24,7 @@ _LONGEST_SEGMENT, _LONGEST_NAME, _LONGEST_FRAME = 40, 36, 26
 # Of a longer path SPICE takes the first characters, and writes another file.
 _LONGEST_PATH = 255
 _J2000_NS = stamp_ns('2000-01-01T12:00:00')
-# The two fields of the clock: seconds, which a whole number of 32 bits tells, and nanoseconds.
+# The two fields of the clock: seconds, which fit in 32 bits, and nanoseconds.
 _MOST_SECONDS = 2**32
 
 

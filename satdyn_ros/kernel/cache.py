@@ -28,7 +28,7 @@ def find(chosen: str = '') -> Path | None:
     for folder in _kept(chosen):
         with suppress(OSError):
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-            # Permissions alone do not tell of a file system that is read-only or full.
+            # Permissions alone do not show whether a file system is read-only or full.
             tempfile.TemporaryFile(dir=folder).close()
             if is_safe(folder):
                 return folder

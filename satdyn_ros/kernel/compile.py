@@ -136,7 +136,7 @@ def _compile_aside(dispatcher, signature):
     with suppress(OSError), _lock(dispatcher, repr(signature)):
         if _is_kept(dispatcher, signature):
             return
-        _tell()
+        _log_compilation()
         with subprocess.Popen(
             [sys.executable, '-c', _PROGRAM, *sys.path],
             stdin=subprocess.PIPE,
@@ -191,7 +191,7 @@ def _lock(function, what: str) -> Iterator[None]:
 
 
 @functools.cache
-def _tell():
+def _log_compilation():
     """Say once why the first use takes its time."""
     if cache.is_temporary(_FOLDER.parent):
         _log.info(

@@ -28,8 +28,8 @@ from .sensor_errors import ErrorsOfSensors, SensorErrors
 # A controller may begin one at each tick.
 MOST_MOTIONS = 200
 
-# Instants are told apart on a time axis that is this many times longer than what is between them.
-_TOLD_APART = 500
+# Instants are distinct on a time axis that is this many times longer than what is between them.
+_DISTINCT = 500
 
 # A line between two rows cannot follow a body that turns further from one to the next [rad].
 LARGEST_TURN = np.pi / 2.0
@@ -104,7 +104,7 @@ class History:
         """Return the intervals [s] in which rotors meet a limit; what looks like one is one."""
         intervals: list[tuple[float, float]] = []
         for t_s in sorted({t_s for t_s, event in self.events if isinstance(event, RotorLimited)}):
-            is_near = intervals and t_s - intervals[-1][1] <= self.span_s / _TOLD_APART
+            is_near = intervals and t_s - intervals[-1][1] <= self.span_s / _DISTINCT
             begin_s = intervals.pop()[0] if is_near else t_s
             intervals.append((begin_s, t_s))
         return intervals

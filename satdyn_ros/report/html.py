@@ -171,15 +171,15 @@ def _notice(run):
 
 def _marks(run):
     """Return when restarts and changes were, each instant once."""
-    told = {
+    marks = {
         (t_s, 'restart' if isinstance(event, Request | Reset) else 'change'): None
         for t_s, event in _discrete(run)
     }
-    return [{'t_s': t_s, 'kind': kind} for t_s, kind in told]
+    return [{'t_s': t_s, 'kind': kind} for t_s, kind in marks]
 
 
 def _discrete(run):
-    """Yield the events that are told one by one."""
+    """Yield the events that are listed one by one."""
     for t_s, event in run.events:
         if isinstance(event, Request | Reset | Topics):
             yield t_s, event

@@ -2,7 +2,7 @@
 Maps of many runs as pictures: stability, capture, and the chaotic sea.
 
 Each takes the table of its sweep (config/sweeps) and returns a matplotlib figure.  The colours are
-those of Okabe and Ito and of viridis, which colour-blind eyes tell apart.
+those of Okabe and Ito and of viridis, which colour-blind eyes distinguish.
 """
 
 from collections.abc import Iterator

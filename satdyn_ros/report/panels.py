@@ -19,7 +19,7 @@ from .sensor_errors import largest_of_kind, with_gaps
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Okabe and Ito's colours, which colour-blind readers can tell apart; line styles serve in print.
+# Okabe and Ito's colours, which colour-blind readers can distinguish; line styles serve in print.
 COLOURS = ('#0072B2', '#D55E00', '#009E73', '#CC79A7', '#E69F00', '#56B4E9')
 STYLES = ('-', '--', '-.', ':')
 # Zero on a logarithmic axis: the rounding of a number near one.

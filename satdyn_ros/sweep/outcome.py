@@ -143,13 +143,13 @@ def _propagate_one_by_one(plan, runs, rows, first, table):
     scenarios: dict[int, Scenario] = {}
     motions: dict[int, Motion] = {}
     for row in rows:
-        with _failure_told(table, first + row):
+        with _failure_recorded(table, first + row):
             scenarios[row] = plan.scenario_of(plan.values(runs[row]))
             motions[row] = scenarios[row].motion()
     numeric = {row: each for row, each in motions.items() if isinstance(each, Propagation)}
     flown = dict(zip(numeric, propagate_all(list(numeric.values()), plan.t_s), strict=True))
     for row, motion in motions.items():
-        with _failure_told(table, first + row):
+        with _failure_recorded(table, first + row):
             states = flown[row] if row in flown else motion.at(plan.t_s)
             if isinstance(states, Halted):
                 raise states
@@ -161,12 +161,12 @@ def _fly_controlled(plan, controller, runs, first, table):
     """Fly runs with a controller in each."""
     scenarios: dict[int, Scenario] = {}
     for row, run in enumerate(runs):
-        with _failure_told(table, first + row):
+        with _failure_recorded(table, first + row):
             scenarios[row] = plan.scenario_of_run(run)
     rows, some = [*scenarios], [*scenarios.values()]
     for place, states in flown(controller, some, plan.ticks):
         row = rows[place]
-        with _failure_told(table, first + row):
+        with _failure_recorded(table, first + row):
             if isinstance(states, Exception):
                 raise states
             found = outcome(plan, some[place].system, part_of(states, None), [runs[row]])
@@ -174,7 +174,7 @@ def _fly_controlled(plan, controller, runs, first, table):
 
 
 @contextmanager
-def _failure_told(table, row):
+def _failure_recorded(table, row):
     """Let a run fail in any way: then its row says why, and the others go on."""
     try:
         yield

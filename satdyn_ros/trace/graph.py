@@ -33,8 +33,8 @@ class Graph:
     def node(self, operation: str, *operands: Any) -> 'Symbol':
         """Return the result of an operation on symbols and on what is known."""
         # -0.0 and 0.0 are equal and not the same.
-        told = (x.number if isinstance(x, Symbol) else repr(x) for x in operands)
-        key = operation, *told
+        values = (x.number if isinstance(x, Symbol) else repr(x) for x in operands)
+        key = operation, *values
         if key not in self._known:
             self._known[key] = Symbol(self, operation, operands, len(self.symbols))
             self.symbols.append(self._known[key])

@@ -36,9 +36,9 @@ class Code:
         code yet is it asked for.
         """
         machine, level = _machine(cpu), _LEVEL_OF_LOOPS if name else _LEVEL
-        told = f'{llvmlite.__version__} {machine.triple} {_features(cpu)} {level}\n{name or text}'
+        key = f'{llvmlite.__version__} {machine.triple} {_features(cpu)} {level}\n{name or text}'
         # By all that it is made of: what is kept cannot be stale.
-        kept = folder and folder / f'{sha256(told.encode()).hexdigest()[:32]}.o'
+        kept = folder and folder / f'{sha256(key.encode()).hexdigest()[:32]}.o'
         content = _read(kept) if kept else b''
         if not content:
             content = _compiled(text() if callable(text) else text, machine, level)

@@ -13,7 +13,7 @@ from ..run.scenario import Scenario
 from .listener import Listener, parts
 from .reports import Parts, Reports
 from .scenario_reader import ScenarioReader
-from .view import Tell, View
+from .view import Send, View
 
 # What is chosen in place of a satellite; names of nodes begin with a slash.
 ALL = 'all'
@@ -33,11 +33,11 @@ class Globe(View):
         self,
         listener: Listener,
         reader: ScenarioReader,
-        tell: Tell,
+        send: Send,
     ):
-        self._listener, self._reader, self._tell = listener, reader, tell
+        self._listener, self._reader, self._send = listener, reader, send
         self._flights: dict[str, _Flight] = {}
-        tell('earth', place.earth(), True)
+        send('earth', place.earth(), True)
 
     @property
     def refusal(self) -> str:
@@ -65,13 +65,13 @@ class Globe(View):
     def take_diagnostics(self, message: DiagnosticArray) -> None:
         """Take what satellites report."""
         for name, flight in self._flights.items():
-            told = parts(message, name)
-            if told:
-                flight.take_report(told)
+            report = parts(message, name)
+            if report:
+                flight.take_report(report)
 
     def frame(self) -> None:
         """
-        Tell of each satellite, plain data.
+        Send what is known of each satellite, plain data.
 
         name, is_there, is_paused; where there is a place utc_s, its Unix time [s], r_i [m] and v_i
         [m/s]; note, why there is none, or ''.
@@ -86,7 +86,7 @@ class Globe(View):
             }
             for name, flight in self._flights.items()
         ]
-        self._tell('globe', {'satellites': each}, False)
+        self._send('globe', {'satellites': each}, False)
 
 
 class _Flight:
@@ -100,9 +100,9 @@ class _Flight:
         self._heard_s: deque[float] = deque(maxlen=2)
         self._ticks: deque[int] = deque(maxlen=2)
 
-    def take_report(self, told: Parts) -> None:
+    def take_report(self, report: Parts) -> None:
         """Take the next report."""
-        self.reports.take(told)
+        self.reports.take(report)
         if self.reports.tick is not None:
             self._heard_s.append(time.monotonic())
             self._ticks.append(self.reports.tick)

@@ -32,7 +32,7 @@ class Reports:
 
     @property
     def tick(self) -> int | None:
-        """The tick that the newest report tells."""
+        """The tick in the newest report."""
         return _tick(self._newest)
 
     @property
@@ -50,10 +50,10 @@ class Reports:
 
 
 def _ticks_away(report: Parts, tick: int) -> float:
-    told = _tick(report)
-    return math.inf if told is None else abs(told - tick)
+    reported = _tick(report)
+    return math.inf if reported is None else abs(reported - tick)
 
 
 def _tick(report: Parts) -> int | None:
-    told = dict(report.get('pacing', {}).get('values', [])).get('tick')
-    return None if told is None else int(told)
+    reported = dict(report.get('pacing', {}).get('values', [])).get('tick')
+    return None if reported is None else int(reported)

@@ -84,11 +84,11 @@ class RosGraph:
         """Begin to listen; OSError: ROS cannot write its log."""
         loop = asyncio.get_running_loop()
 
-        def tell(kind: str, message: dict[str, Any], is_lasting: bool) -> None:
+        def send(kind: str, message: dict[str, Any], is_lasting: bool) -> None:
             text = json.dumps({'type': kind} | message)
             loop.call_soon_threadsafe(hub.put, kind, text, is_lasting)
 
-        self._tell = tell
+        self._send = send
         context = Context()
         init(context=context)
         self._thread = threading.Thread(target=self._listen, args=(context,), name='graph')
@@ -126,7 +126,7 @@ class RosGraph:
         answer = await loop.run_in_executor(asking, self._ask, view.name, act, end_s)
         if answer.success and what in ('pause', 'resume') and view is self._view:
             view.take_pause(what == 'pause')
-            self._tell_status()
+            self._send_status()
         return {'success': answer.success, 'text': answer.text}
 
     def _choose(self, name: Any) -> dict[str, Any]:
@@ -204,17 +204,17 @@ class RosGraph:
         if wanted not in (None, shown):
             self._turn_to(wanted)
         self._view.look(found)
-        self._tell_status()
+        self._send_status()
 
     def _turn_to(self, name: str) -> None:
         """Show another satellite, or all."""
         self._listener.leave()
         if name == ALL:
-            self._view = Globe(self._listener, self._reader, self._tell)
+            self._view = Globe(self._listener, self._reader, self._send)
         else:
-            self._view = Satellite(name, self._listener, self._reader, self._tell, self._starts)
+            self._view = Satellite(name, self._listener, self._reader, self._send, self._starts)
 
-    def _tell_status(self) -> None:
+    def _send_status(self) -> None:
         status = {
             'node': self._view.name,
             'nodes': [ALL, *self._found] if len(self._found) > 1 else self._found,
@@ -223,4 +223,4 @@ class RosGraph:
         if self._view.name not in (ALL, *self._found):
             wanted = self._wanted or 'with the service set_initial_conditions'
             status['missing'] = [f'there is no node {wanted}; satdyn node starts one']
-        self._tell('status', status, True)
+        self._send('status', status, True)

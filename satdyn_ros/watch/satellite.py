@@ -14,14 +14,14 @@ from .reports import Reports
 from .request_form import initial_conditions
 from .scenario_reader import ScenarioReader
 from .scene_frames import SceneFrames
-from .view import Tell, View
+from .view import Send, View
 
 
 class Satellite(View):
     """
     A satellite by the name of its node, '/sat1/satdyn'.
 
-    starts: the number of the next motion that pages are told of.  Of nodes of one name the one is
+    starts: the number of the next motion that pages show.  Of nodes of one name the one is
     shown whose parameters were read, by its ticks; none is asked anything, as all would do it.
     """
 
@@ -32,12 +32,12 @@ class Satellite(View):
         name: str,
         listener: Listener,
         reader: ScenarioReader,
-        tell: Tell,
+        send: Send,
         starts: Iterator[int],
     ):
         self.name = name
         self._listener, self._reader = listener, reader
-        self._tell, self._starts = tell, starts
+        self._send, self._starts = send, starts
         self._frames = SceneFrames()
         self._reports = Reports()
         self._scenario: Scenario | None = None
@@ -102,7 +102,7 @@ class Satellite(View):
                 'description': scene.description(scenario, []),
                 'values': initial_conditions(scenario),
             }
-            self._tell('scene', message, True)
+            self._send('scene', message, True)
 
     def take_change(self, name: str) -> None:
         """Read the parameters again when one changed: initial conditions do by requests."""
@@ -111,20 +111,20 @@ class Satellite(View):
 
     def take_diagnostics(self, message: DiagnosticArray) -> None:
         """Take what the node reports."""
-        if told := parts(message, self.name):
-            self._reports.take(told, self._frames.tick if self._has_namesakes else None)
+        if report := parts(message, self.name):
+            self._reports.take(report, self._frames.tick if self._has_namesakes else None)
 
     def take_pause(self, is_paused: bool) -> None:
         """Take an answer to a pause."""
         self._reports.is_paused = is_paused
 
     def frame(self) -> None:
-        """Tell the newest sample, if there is one."""
+        """Send the newest sample, if there is one."""
         if self._scenario is None:
             return
         row = self._frames.take(self._listener, self._scenario)
         if row is not None:
-            self._tell('rows', {'start': self._start, 'table': scene.table(row)}, False)
+            self._send('rows', {'start': self._start, 'table': scene.table(row)}, False)
 
     def history(self) -> dict[str, str]:
         """Return the rows of the last minutes."""

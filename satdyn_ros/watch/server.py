@@ -167,17 +167,17 @@ def _is_fault_of_ours(record: logging.LogRecord) -> bool:
     return not isinstance(error, HttpProcessingError | web.RequestPayloadError)
 
 
-def serve(source: Source, host: str, port: int, tell: Callable[[str], None]) -> int:
+def serve(source: Source, host: str, port: int, opened: Callable[[str], None]) -> int:
     """
     Serve a source until SIGINT or SIGTERM, whose number is returned.
 
-    tell gets the URL once it is open.  OSError: the port cannot be opened.
+    opened gets the URL once it is open.  OSError: the port cannot be opened.
     """
     logging.getLogger('aiohttp.server').addFilter(_is_fault_of_ours)
     numbers = (signal.SIGINT, signal.SIGTERM)
     before = [signal.getsignal(number) for number in numbers]
     try:
-        return asyncio.run(_serve(source, host, port, tell, numbers))
+        return asyncio.run(_serve(source, host, port, opened, numbers))
     finally:
         for number, handler in zip(numbers, before, strict=True):
             signal.signal(number, handler)
@@ -187,7 +187,7 @@ async def _serve(
     source: Source,
     host: str,
     port: int,
-    tell: Callable[[str], None],
+    opened: Callable[[str], None],
     numbers: tuple[signal.Signals, ...],
 ) -> int:
     loop = asyncio.get_running_loop()
@@ -207,7 +207,7 @@ async def _serve(
     try:
         await web.TCPSite(runner, host, port).start()
         policy.port = runner.addresses[0][1]
-        tell(policy.url)
+        opened(policy.url)
         return await ended
     finally:
         await runner.cleanup()

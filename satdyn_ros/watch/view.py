@@ -7,8 +7,8 @@ from diagnostic_msgs.msg import DiagnosticArray
 
 from ..run.scenario import Scenario
 
-# Tells pages a message of a kind; whether pages that are opened later get it too.
-Tell = Callable[[str, dict[str, Any], bool], None]
+# Sends pages a message of a kind; whether pages that are opened later get it too.
+Send = Callable[[str, dict[str, Any], bool], None]
 
 
 class View:
@@ -43,7 +43,7 @@ class View:
         """Take the node's answer to a pause, or to its end."""
 
     def frame(self) -> None:
-        """Tell the page what is new."""
+        """Send the page what is new."""
 
     def history(self) -> dict[str, str]:
         """Return what a new page needs of the past, messages by their type."""

@@ -51,7 +51,7 @@ def satdyn(folder, *arguments):
     return subprocess.run(command, cwd=folder, capture_output=True, text=True)
 
 
-def told(path):
+def controller_of(path):
     """Return what a bag says of the controller."""
     items = (item for item in Bag(path).items() if not isinstance(item, TopicBlock))
     record = next(item.metadata for item in items if item.name == run_metadata.SCENARIO)
@@ -69,7 +69,7 @@ def test_its_bag_verifies_without_it(folder):
     commands = [e for e in RecordedRun(folder / 'bag').events if isinstance(e, Command)]
     # Beyond torque.timeout, until the next one.
     assert [(e.tick, e.until_tick) for e in commands] == [(0, None), (40, None), (80, None)]
-    assert told(folder / 'bag') == {'name': 'damper:Damper', 'needs_truth': False}
+    assert controller_of(folder / 'bag') == {'name': 'damper:Damper', 'needs_truth': False}
 
 
 def test_one_that_fails_leaves_a_complete_bag(folder):
@@ -116,5 +116,5 @@ def test_from_python_with_the_truth(folder):
         for _ in range(50):
             sample = simulation.step()
     assert sample.tick == 50
-    assert told(folder / 'bag')['needs_truth'] is True
+    assert controller_of(folder / 'bag')['needs_truth'] is True
     assert verify(folder / 'bag').same_bytes

@@ -104,7 +104,7 @@ def test_parquet_keeps_every_bit(bag, tmp_path):
     assert_true({name: read[name].to_numpy() for name in read.column_names})
 
 
-def test_parquet_without_pyarrow_is_told(bag, tmp_path, monkeypatch):
+def test_parquet_without_pyarrow_is_reported(bag, tmp_path, monkeypatch):
     """One sentence that says what is missing and what goes without it."""
     monkeypatch.setitem(sys.modules, 'pyarrow', None)
     with pytest.raises(ValueError, match='needs pyarrow: pip install pyarrow'):
@@ -168,7 +168,7 @@ def test_columns_of_rotors_have_their_names(tmp_path):
     assert not [name for name in columns if name.startswith('rotor')]
 
 
-def test_what_one_topic_lacks_another_tells(tmp_path):
+def test_what_one_topic_lacks_another_has(tmp_path):
     """With imu alone the attitude and the rate come from there."""
     scenario = flights.GYROSTAT.with_values({'publish.topics': ('imu',)})
     columns = table(flights.record(tmp_path / 'bag', scenario, TICKS, ()))
@@ -339,7 +339,7 @@ def test_what_does_not_fit_is_refused(bag, tmp_path):
     assert list(tmp_path.glob('x.*')) == []
 
 
-def test_a_bag_cut_off_is_told_and_gives_no_file(tmp_path):
+def test_a_bag_cut_off_is_reported_and_gives_no_file(tmp_path):
     """What would be half a table must not look like a whole one."""
     bag = flights.record(tmp_path / 'bag', ticks=900, events=(), flush=True)
     path = bag / 'bag_0.mcap'

@@ -74,7 +74,7 @@ def assert_complete(bag, program, ticks):
     for topic in scenario.inputs:
         at = [tick for tick, entry in given if topic in recorded_on(entry)]
         before = [tick for tick in at if tick < ticks]
-        # What comes at the tick that a halted run does not reach may be told.
+        # What comes at the tick that a halted run does not reach may be reported.
         at_end = [tick for tick in at if tick == ticks]
         most = len(before) + (len(at_end) if ticks < program.ticks else 0)
         assert len(before) <= len(found[f'/{topic}']) <= most, f'{topic}\n{program}'

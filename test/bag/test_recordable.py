@@ -1,4 +1,4 @@
-"""A simulation that records itself: its bag tells the run without the program that drove it."""
+"""A simulation that records itself: its bag holds the run without the program that drove it."""
 
 import pytest
 

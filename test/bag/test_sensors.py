@@ -119,7 +119,7 @@ def test_mountings_are_latched_in_each_file(tmp_path):
 
 def test_a_table_of_sensors_alone(tmp_path):
     """
-    A row for each tick of which a message tells, and the truth of a gyro that integrates.
+    A row for each tick that a message is of, and the truth of a gyro that integrates.
 
     That is its turn since its last sample: of a body that spins about its axis of symmetry the
     rate itself, and the attitude is half of it in the quaternion.

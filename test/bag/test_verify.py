@@ -96,7 +96,7 @@ def test_a_bag_of_ours_verifies(bag):
     assert str(verdict).startswith(f'{verdict.message_count} messages, the same byte for byte; ')
 
 
-def test_what_is_not_conserved_is_told(bag):
+def test_what_is_not_conserved_is_reported(bag):
     """The same bytes are not enough where the run itself is not true."""
     verdict = verify(bag)
     untrue = replace(verdict, drift={'energy_balance': 2.0 * verdict.allowed_drift})

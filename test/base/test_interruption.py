@@ -89,8 +89,8 @@ def test_what_c_code_makes_an_import_error_is_an_interruption(number, raised):
 
 def test_what_was_half_built_is_freed_without_a_word(monkeypatch):
     """Such as an object of the compiler's whose handle was still to come."""
-    told: list[object] = []
-    monkeypatch.setattr(sys, 'unraisablehook', told.append)
+    unraisable: list[object] = []
+    monkeypatch.setattr(sys, 'unraisablehook', unraisable.append)
 
     class Half:
         def __init__(self):
@@ -102,7 +102,7 @@ def test_what_was_half_built_is_freed_without_a_word(monkeypatch):
 
     with suppress(KeyboardInterrupt), interruptible():
         Half()
-    assert not told
+    assert not unraisable
 
 
 def test_a_context_in_another_thread_does_not_hold_the_main_one():

@@ -21,7 +21,7 @@ def test_a_good_install_passes(capsys):
     assert lines[-1] == 'all is well'
 
 
-def test_a_motion_that_is_off_is_told(monkeypatch, capsys):
+def test_a_motion_that_is_off_is_reported(monkeypatch, capsys):
     """An error of 1e-8 rad in a closed form makes the answer no."""
     recognise = check.recognise
 
@@ -37,7 +37,7 @@ def test_a_motion_that_is_off_is_told(monkeypatch, capsys):
     assert 'NOT GOOD' in capsys.readouterr().out
 
 
-def test_a_bag_that_is_off_is_told(monkeypatch, capsys):
+def test_a_bag_that_is_off_is_reported(monkeypatch, capsys):
     """A sample that was recorded wrong makes the answer no."""
     right = write_run.Recording.ticks
 

@@ -86,8 +86,10 @@ def test_help_names_every_command():
 
 def test_help_loads_nothing_heavy():
     """Help does not wait for the libraries of physics, bags, ROS or pictures."""
-    tell = 'import atexit; atexit.register(lambda: print(sorted(sys.modules), file=sys.stderr))'
-    loaded = satdyn('--help', before=tell).stderr
+    printing = (
+        'import atexit; atexit.register(lambda: print(sorted(sys.modules), file=sys.stderr))'
+    )
+    loaded = satdyn('--help', before=printing).stderr
     heavy = ('numpy', 'scipy', 'numba', 'mcap', 'yaml', 'rclpy', 'rich', 'matplotlib', 'dask')
     assert [name for name in heavy if f"'{name}'" in loaded] == []
 
@@ -315,7 +317,7 @@ def test_describe_of_an_element_set_begins_now(tmp_path, capsys):
 
 
 def test_one_satellite_of_several(tmp_path, capsys):
-    """It flies by its own section; that others are not used is told on stderr."""
+    """It flies by its own section; that others are not used is said on stderr."""
     path, chosen = str(ROOT / 'config/constellation.yaml'), ['--satellite', '/sat4']
     assert main(['describe', path, *chosen, '--json']) == 0
     said = capsys.readouterr()
@@ -344,9 +346,9 @@ def test_several_satellites_of_one_file(tmp_path, capsys):
         assert scenario['orbit.true_anomaly'] == expected['orbit.true_anomaly']
         assert scenario['rotor.mode'] == expected['rotor.mode']
     said = capsys.readouterr()
-    told = [line.split(': ')[0] for line in said.out.splitlines()]
-    assert told == [str(tmp_path / 'pair' / name) for name in ('sat4', 'sat5')]
-    # What was asked for is not among what is not used, of which one sentence tells.
+    reported = [line.split(': ')[0] for line in said.out.splitlines()]
+    assert reported == [str(tmp_path / 'pair' / name) for name in ('sat4', 'sat5')]
+    # What was asked for is not among what is not used, which one sentence lists.
     (unused,) = [line for line in said.err.splitlines() if 'not use' in line]
     others = ', '.join(f'/sat{k}/satdyn' for k in (1, 2, 3, 6, 7, 8))
     assert unused.endswith(f'/sat4/satdyn, /sat5/satdyn do not use the sections {others}')
@@ -370,7 +372,7 @@ def test_verify_says_no(tmp_path, capsys):
 
 
 @pytest.mark.long
-def test_compiling_is_told(tmp_path):
+def test_compiling_is_reported(tmp_path):
     """The first use of a closed form says why it takes seconds, the second prints nothing."""
     command = [sys.executable, '-m', 'satdyn_ros.cli.main', 'simulate', 'config/balli_grioli.yaml']
     environment = os.environ | {'NUMBA_CACHE_DIR': str(tmp_path / 'cache')}

@@ -46,13 +46,13 @@ def bag(tmp_path_factory):
 
 
 @pytest.mark.parametrize(
-    ('make', 'told'),
+    ('make', 'reason'),
     [
         (fifo, 'it is a FIFO, not a file'),
         pytest.param(device, 'it is a device, not a file', marks=pytest.mark.long),
     ],
 )
-def test_every_path_that_a_command_reads(bag, tmp_path, make, told):
+def test_every_path_that_a_command_reads(bag, tmp_path, make, reason):
     """Exit code 2 and one sentence, at once, of each command and each kind of file."""
     pytest.importorskip('pyarrow')
     name, aem = make(tmp_path / 'it'), make(tmp_path / 'it.aem')
@@ -113,7 +113,7 @@ def test_every_path_that_a_command_reads(bag, tmp_path, make, told):
     for command, (code, said) in zip(commands, answers, strict=True):
         assert code == 2, (command, said)
         assert said.count('\n') == 1, (command, said)
-        assert told in said, (command, said)
+        assert reason in said, (command, said)
 
 
 def test_recover_of_an_empty_file_or_device(tmp_path, capsys):

@@ -157,7 +157,7 @@ def test_each_version_is_read_again(states, tmp_path, version, with_rates):
         np.testing.assert_allclose(found.omega_bi_b, states.omega_bi_b[7], rtol=0.0, atol=1e-14)
 
 
-def test_rates_that_the_first_version_cannot_tell_are_refused(tmp_path):
+def test_rates_that_the_first_version_cannot_give_are_refused(tmp_path):
     """Where the first of Euler's axes lies on the last."""
     with open(tmp_path / 'x.aem', 'w+') as file:
         writer = AemWriter(file, Subject('SAT'), True, '1.0')
@@ -521,7 +521,7 @@ def test_between_rows_a_steady_turn_goes_on(steady, keywords, kind, allowed):
     assert (file.at(500_000_000).omega_bi_b is None) == (kind == 'QUATERNION')
 
 
-def test_rates_tell_whole_turns_from_row_to_row(steady):
+def test_rates_give_whole_turns_from_row_to_row(steady):
     """Of a spinner of two turns and a half between rows, halfway is a turn and a quarter."""
     rate = np.array([0.0, 0.0, 0.5 * np.pi])
     file = steady(rate, 10.0, 3, '', 'QUATERNION/ANGVEL')
@@ -614,7 +614,7 @@ XML = as_xml(
 
 
 def test_xml_says_what_keywords_say(tmp_path):
-    """The scalar first or last, told by its name; within an ndm and with a namespace too."""
+    """The scalar first or last, known by its name; within an ndm and with a namespace too."""
     right = attitude_at(written(tmp_path, MMS), '2023-054T00:00:09.150001')
     inner = XML.partition('\n')[2].replace('<aem ', '<n:aem xmlns:n="urn:x" ')
     nested = f'<ndm>{inner.replace("</aem>", "</n:aem>")}</ndm>'

@@ -19,8 +19,8 @@ spiceypy = pytest.importorskip('spiceypy')
 pytest.importorskip('erfa')
 
 TICKS, RESTART = 150, 60
-# SPICE tells instants by doubles of seconds from 2000 on.
-TOLD_S = 1.2e-7
+# SPICE gives instants as doubles of seconds from 2000 on.
+RESOLUTION_S = 1.2e-7
 
 
 @pytest.fixture(scope='module')
@@ -93,7 +93,7 @@ def has_attitude(axes, tick):
 
 
 def test_an_epoch_finds_the_attitude_by_the_names(bag, tmp_path, loaded):
-    """By UTC, clock and frame: as far as an instant of SPICE tells."""
+    """By UTC, clock and frame: as far as an instant of SPICE resolves."""
     states = table(bag)
     path = tmp_path / 'sat.bc'
     export(bag, path, Options(with_rates=True))
@@ -102,11 +102,11 @@ def test_an_epoch_finds_the_attitude_by_the_names(bag, tmp_path, loaded):
         (text,) = epochs(states['stamp_ns'][row : row + 1])
         at = spiceypy.utc2et(text)
         tick = states['stamp_ns'][row] - states['stamp_ns'][0]
-        assert abs(spiceypy.sce2c(satellite, at) - tick) < TOLD_S * 1e9
+        assert abs(spiceypy.sce2c(satellite, at) - tick) < RESOLUTION_S * 1e9
         q_ib = [states[f'q_ib_{name}'][row] for name in 'xyzw']
-        assert_right(spiceypy.pxform('J2000', 'SAT_BODY', at), q_ib, 0.2 * TOLD_S)
+        assert_right(spiceypy.pxform('J2000', 'SAT_BODY', at), q_ib, 0.2 * RESOLUTION_S)
     assert spiceypy.scs2e(satellite, '1/0000000001.000000000') == pytest.approx(
-        spiceypy.utc2et(epochs(states['stamp_ns'][30:31])[0]), abs=TOLD_S
+        spiceypy.utc2et(epochs(states['stamp_ns'][30:31])[0]), abs=RESOLUTION_S
     )
 
 
@@ -140,7 +140,7 @@ def test_the_clock_knows_the_leap_second(tmp_path, loaded):
     satellite, _ = loaded(tmp_path / 'sat.bc')
     for row, text in enumerate(epochs(stamps_ns)):
         assert spiceypy.sce2c(satellite, spiceypy.utc2et(text)) == pytest.approx(
-            1e9 * row, abs=1e9 * TOLD_S
+            1e9 * row, abs=1e9 * RESOLUTION_S
         )
 
 
@@ -153,7 +153,7 @@ def test_two_satellites_have_numbers_of_their_own(bag, tmp_path):
 
 
 def test_what_spice_refuses_is_one_sentence(bag, tmp_path, monkeypatch):
-    """No file is left; and who has not the extra is told its name."""
+    """No file is left; and who has not the extra is given its name."""
     far = tmp_path / ('d' * 200) / ('e' * 60)
     far.mkdir(parents=True)
     with pytest.raises(ValueError, match=r'^the path /.* has .* SPICE writes no file beyond 255$'):

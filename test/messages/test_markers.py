@@ -72,7 +72,7 @@ def test_the_dipole_is_that_of_the_body_and_of_its_magnetorquers():
 
 
 def test_all_markers_stand_in_the_body_frame_and_are_distinct():
-    """One frame, the sample's stamp, and names by which a viewer tells them apart."""
+    """One frame, the sample's stamp, and names by which a viewer distinguishes them."""
     of = samples('ellipse, motor')
     shown = drawn('ellipse, motor', of, 3)
     assert list(shown) == ['body', 'axes', 'nadir', 'rate', 'momentum']

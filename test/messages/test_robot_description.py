@@ -58,16 +58,16 @@ def test_each_link_has_a_transform(scenario, robot):
     """The body is that of /tf; the sensors stand to it as /tf_static has them."""
     body, *sensors = (link.get('name') for link in robot.iter('link'))
     assert body == scenario.frames.body == 'sat1/base_link'
-    told = plain(TYPESTORE.deserialize_cdr(pack_tf_static(scenario), 'tf2_msgs/msg/TFMessage'))
-    transforms = {each['child_frame_id']: each for each in told['transforms']}
+    static = plain(TYPESTORE.deserialize_cdr(pack_tf_static(scenario), 'tf2_msgs/msg/TFMessage'))
+    transforms = {each['child_frame_id']: each for each in static['transforms']}
     assert sensors == list(transforms) == ['sat1/gyro', 'sat1/star_tracker']
     for joint in robot.iter('joint'):
         child = joint.find('child').get('link')
         assert joint.find('parent').get('link') == transforms[child]['header']['frame_id'] == body
         q = transforms[child]['transform']['rotation']
-        told_turn = Rotation.from_quat([q[axis] for axis in 'xyzw'])
+        static_turn = Rotation.from_quat([q[axis] for axis in 'xyzw'])
         # Nine digits of angles.
-        assert (turn(joint.find('origin')).inv() * told_turn).magnitude() < 1e-8
+        assert (turn(joint.find('origin')).inv() * static_turn).magnitude() < 1e-8
         assert numbers(joint.find('origin'), 'xyz') == [0.0, 0.0, 0.0]
 
 

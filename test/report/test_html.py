@@ -133,7 +133,7 @@ def test_play_and_scrub(page, browser):
 
 
 def test_what_happens_at_one_instant_has_one_mark(folder):
-    """The table tells the first of the events one by one, and how many there are."""
+    """The table lists the first of the events one by one, and how many there are."""
     path = bag(folder / 'resets', 10, {'publish': {'rate': 1.0}}, [Reset(5)] * 1000)
     assert playable(history(path, TABLE_ROWS))['marks']['events'] == [
         {'t_s': 5.0, 'kind': 'restart'}
@@ -144,7 +144,7 @@ def test_what_happens_at_one_instant_has_one_mark(folder):
     assert '<td>800 more</td>' in text
 
 
-def test_limits_of_rotors_are_marked_and_told(folder, browser):
+def test_limits_of_rotors_are_marked_and_listed(folder, browser):
     """
     By hand: 2 N m are cut to 1 N m at 10 s, which bring 0.5 kg m^2 from 10 to 20 rad/s in 5 s.
 

@@ -116,7 +116,7 @@ def test_columns_without_descriptions_are_drawn_as_before(grid, tmp_path):
     ],
     ids=['without', 'as numbers'],
 )
-def test_capture_that_is_not_told_or_otherwise(grid, tmp_path, capsys, change, labels):
+def test_capture_that_is_not_given_or_otherwise(grid, tmp_path, capsys, change, labels):
     """Every run is counted, captured where a number or a truth value says so; else no legend."""
     directory = written_again(
         grid, tmp_path, lambda table: change(table).drop_columns(['rotor.momentum'])

@@ -56,7 +56,7 @@ def test_another_compression_is_named():
 
 
 def frame_without_size(count):
-    """Return a zstd frame of zeros that does not tell its size."""
+    """Return a zstd frame of zeros that does not say its size."""
     context = zstandard.ZstdCompressor().compressobj()
     return b''.join([*(context.compress(bytes(2**20)) for _ in range(count)), context.flush()])
 

@@ -116,7 +116,7 @@ def bits_of_every_record(path, count, seed):
     return bits
 
 
-def test_a_sound_bag_has_nothing_to_tell(bag):
+def test_a_sound_bag_has_nothing_to_report(bag):
     """No flaw and no note; the mcap library finds all checksums right and none missing."""
     assert check(Bag(bag)) == []
     for path in bag.glob('*.mcap'):
@@ -180,7 +180,7 @@ def with_in_summary(bag, directory, record):
         written([Chunk('', b'', 0, 0, 0, 0)]),
     ],
 )
-def test_a_record_that_does_not_belong_in_the_summary_is_told(bag, tmp_path, record):
+def test_a_record_that_does_not_belong_in_the_summary_is_reported(bag, tmp_path, record):
     """Its checksum is right: only its kind, or what it refers to, is wrong."""
     path = with_in_summary(bag, tmp_path, record)
     with pytest.raises(Damaged, match=r'summary(, it holds a record that| does not say what)'):
@@ -272,9 +272,9 @@ def test_a_bag_of_rosbag2_is_sound_and_holds_no_scenario(tmp_path):
     """Verify says what it lacks, not that it is damaged, and recover leaves it as it is."""
     bag = recorded_by_ros2_bag(tmp_path / 'bag')
     assert len(CheckedFile(bag / 'bag_0.mcap').summary.channels) == 2
-    with pytest.raises(BagError, match='holds no scenario: satdyn_ros did not write it') as told:
+    with pytest.raises(BagError, match='holds no scenario: satdyn_ros did not write it') as raised:
         verify(bag)
-    assert not isinstance(told.value, Damaged)
+    assert not isinstance(raised.value, Damaged)
     before = {path.name: path.read_bytes() for path in bag.iterdir()}
     assert recover(bag).files == ()
     assert {path.name: path.read_bytes() for path in bag.iterdir()} == before

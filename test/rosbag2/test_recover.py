@@ -233,7 +233,7 @@ def test_a_damaged_index_or_summary_costs_nothing(whole, tmp_path):
         assert (bag / 'bag_0.mcap').read_bytes() == data
 
 
-def test_a_changed_event_is_told_as_what_it_is(whole, tmp_path):
+def test_a_changed_event_is_reported_as_what_it_is(whole, tmp_path):
     """A metadata record has no checksum of its own: it is kept, and the doubt is reported."""
     path, messages = whole
     data = (path / 'bag_0.mcap').read_bytes()

@@ -1,4 +1,4 @@
-"""Whatever the bytes of a file: what reading it costs is bounded, told as counts."""
+"""Whatever the bytes of a file: what reading it costs is bounded, in counts."""
 
 import struct
 

@@ -563,7 +563,7 @@ def test_a_directory_that_exists_is_left_alone(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_place_without_permission_is_told(tmp_path):
+def test_a_folder_without_permission_is_reported(tmp_path):
     """The sentence names the bag and says what the system says; the superuser asks as nobody."""
     (tmp_path / 'locked').mkdir(mode=0o500)
     program = """if True:
@@ -583,7 +583,7 @@ def test_a_place_without_permission_is_told(tmp_path):
     assert result.stdout == f'the bag {path} cannot be created: Permission denied\n'
 
 
-def test_a_full_disk_is_told_once_and_what_was_written_stays(tmp_path):
+def test_a_full_disk_is_reported_once_and_what_was_written_stays(tmp_path):
     """A limit on the size of files simulates a full disk; the bag is recoverable after it."""
     program = """if True:
         import resource, sys

@@ -127,7 +127,7 @@ def test_another_axis_is_named(tmp_path):
 
 
 def test_a_dip_between_two_rows():
-    """Rows 4 s apart tell of the last crossing before each of them as rows 0.025 s apart do."""
+    """Rows 4 s apart show the last crossing before each of them as rows 0.025 s apart do."""
     rng = np.random.default_rng(5)
     dips = 0
     for angle in rng.normal(np.pi / 4.0, 0.01, size=200):

@@ -102,9 +102,9 @@ def sentence_of(process):
 
 def test_no_scheduler(tmp_path):
     """An address where nothing listens is reported in one sentence."""
-    with pytest.raises(ValueError, match=r'--dask is tcp://127\.0\.0\.1:1, where no') as told:
+    with pytest.raises(ValueError, match=r'--dask is tcp://127\.0\.0\.1:1, where no') as raised:
         sweep(write(tmp_path), tmp_path / 'out', dask_address='tcp://127.0.0.1:1')
-    assert '\n' not in str(told.value)
+    assert '\n' not in str(raised.value)
 
 
 def test_no_worker(tmp_path, dask, monkeypatch):

@@ -154,5 +154,5 @@ def test_the_command_takes_a_controller(tmp_path, capsys):
     given = ['sweep', path, '-o', out, '--controller', named, '--controller-parameter', 'gain=2.0']
     assert main([*map(str, given), '--workers', '1']) == 0
     assert '2 runs, 0 failed' in capsys.readouterr().out
-    told = json.loads((out / 'sweep.json').read_text())
-    assert (told['controller'], told['controller_parameters']) == (named, ['gain=2.0'])
+    found = json.loads((out / 'sweep.json').read_text())
+    assert (found['controller'], found['controller_parameters']) == (named, ['gain=2.0'])

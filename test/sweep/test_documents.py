@@ -51,7 +51,7 @@ def test_the_example_of_the_page(tmp_path):
 
 
 def test_every_name_of_the_table_is_a_quantity():
-    """Groups, components, angles and ratios are told by the names that are read."""
+    """Groups, components, angles and ratios are known by the names that are read."""
     names = re.findall('`([^`]+)`', ' '.join(quantities.QUANTITY_FORMS))
     for name in names:
         group, star = name[:-2], name.endswith('.*')
@@ -60,5 +60,5 @@ def test_every_name_of_the_table_is_a_quantity():
             assert all(quantity(key) for key in keys if key != 'rotor.names')
         else:
             quantity(name.replace('KEY', 'body.inertia'))
-    told = {name[:-2] for name in names if name.endswith('.*')}
-    assert told == {'body', 'rotor', 'orbit', 'initial', 'motion'}
+    found = {name[:-2] for name in names if name.endswith('.*')}
+    assert found == {'body', 'rotor', 'orbit', 'initial', 'motion'}

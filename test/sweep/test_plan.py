@@ -127,7 +127,7 @@ def test_text_gives_the_same_plan(tmp_path):
     ],
 )
 def test_bad_files_are_refused_in_one_sentence(tmp_path, changes, sentence):
-    """Every mistake is told before the first run, by what was given and what is allowed."""
+    """Every mistake is reported before the first run, by what was given and what is allowed."""
     with pytest.raises(ValueError) as refusal:
         plan_of(tmp_path, **changes)
     assert sentence in str(refusal.value)

@@ -381,7 +381,7 @@ class Charts {
   }
 }
 
-// In noise dashes could not be told apart.
+// In noise dashes could not be distinguished.
 function dashOf(panel, k) { return panel.errors ? [] : DASHES[k % 4]; }
 
 // A gap where an angle wraps: a line across the chart would show values that it never has.

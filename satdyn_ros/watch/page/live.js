@@ -25,7 +25,7 @@ async function ask(request) {
   say(answer.text, answer.success);
 }
 
-// -- what the server tells -------------------------------------------------------------------------
+// -- what the server sends -------------------------------------------------------------------------
 
 // Another satellite, or another run: nothing that is on the page is its own.
 function forget() {

@@ -184,7 +184,7 @@ class StateTable:
 
     def _recorded(self, block: TopicBlock) -> Iterator[Columns]:
         """Yield stamp_ns and columns of a block of messages: of the states, and of each sensor."""
-        channels = {block.topics[i]: i for i in block.contents.places}
+        channels = {block.topics[i]: i for i in block.contents.indices}
         yield self._states(block)
         for name, sensor in self._sensors.items():
             if (channel_id := channels.get(self.run.names[name])) is None:
@@ -200,13 +200,13 @@ class StateTable:
     def _states(self, block: TopicBlock) -> Columns:
         """Return stamp_ns and the columns of the states at the ticks in a block of messages."""
         contents = block.contents
-        channels = {block.topics[i]: i for i in contents.places}
+        channels = {block.topics[i]: i for i in contents.indices}
         present = {
             name: channels[self.run.names[name]]
             for name in self._fields
             if self.run.names[name] in channels
         }
-        times = [contents.log_times[contents.places[i]] for i in present.values()]
+        times = [contents.log_times[contents.indices[i]] for i in present.values()]
         stamps_ns = np.unique(np.concatenate([np.empty(0, np.uint64), *times]))
         columns: Columns = {'stamp_ns': stamps_ns.astype(np.int64)}
         filled: dict[tuple[str, ...], np.ndarray] = {}
@@ -220,14 +220,14 @@ class StateTable:
                 continue
             messages = block.messages(channel_id)
             rows = self.run.rows(topic, messages)
-            places = np.searchsorted(stamps_ns, messages.log_times_ns)
+            indices = np.searchsorted(stamps_ns, messages.log_times_ns)
             for field, names in missing.items():
                 values = rows[field].reshape(len(rows), -1)
-                empty = ~filled.setdefault(names, np.zeros(len(stamps_ns), bool))[places]
+                empty = ~filled.setdefault(names, np.zeros(len(stamps_ns), bool))[indices]
                 for name, value in zip(names, values.T, strict=True):
                     column = columns.setdefault(name, np.full(len(stamps_ns), np.nan))
-                    column[places[empty]] = value[empty]
-                filled[names][places] = True
+                    column[indices[empty]] = value[empty]
+                filled[names][indices] = True
         return columns
 
     def _block(self, part: Columns) -> Columns:
@@ -301,13 +301,13 @@ def _merged(parts: list[Columns]) -> Columns:
     stamps_ns = np.unique(np.concatenate([part['stamp_ns'] for part in parts]))
     merged: Columns = {'stamp_ns': stamps_ns}
     for part in parts:
-        places = np.searchsorted(stamps_ns, part['stamp_ns'])
+        indices = np.searchsorted(stamps_ns, part['stamp_ns'])
         for name, values in part.items():
             if name == 'stamp_ns':
                 continue
             column = merged.setdefault(name, np.full(len(stamps_ns), np.nan))
-            empty = np.isnan(column[places])
-            column[places[empty]] = values[empty]
+            empty = np.isnan(column[indices])
+            column[indices[empty]] = values[empty]
     return merged
 
 

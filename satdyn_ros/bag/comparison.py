@@ -70,14 +70,14 @@ class Comparison:
             count = i
         if len(found.data) < len(recorded):
             differ.append((count, 'length'))
-        for channel_id, all_places in wanted.places.items():
-            places = all_places[all_places < count]
-            if len(places) == 0:
+        for channel_id, all_indices in wanted.indices.items():
+            indices = all_indices[all_indices < count]
+            if len(indices) == 0:
                 continue
-            rows, right = found.data_at(places), wanted.data_at(places)
+            rows, right = found.data_at(indices), wanted.data_at(indices)
             wrong = self._first_wrong(channel_id, rows, right, may_round=perturbed is not None)
             if wrong is not None:
-                differ.append((int(places[wrong[0]]), wrong[1]))
+                differ.append((int(indices[wrong[0]]), wrong[1]))
         if not differ:
             return None
         i, field = min(differ)
@@ -93,7 +93,7 @@ class Comparison:
         messages may be among them.
         """
         found = Contents(recorded)
-        extra = {i: n[0] for i, n in found.places.items() if self._names.get(i) not in inputs}
+        extra = {i: n[0] for i, n in found.indices.items() if self._names.get(i) not in inputs}
         if not extra:
             return None
         self.same_bytes = False
@@ -113,7 +113,7 @@ class Comparison:
         for field in _numbers(layout) if may_round else ():
             distance = _distance(rows, right, layout, field)
             allowed = self._allowed[channel_id, field] + self._step(channel_id)
-            dtype, offset = _places(layout)[field][:2]
+            dtype, offset = _fields(layout)[field][:2]
             wrong[distance <= allowed, offset : offset + dtype.itemsize] = False
             if allowed > 0.0:
                 self.of_allowed = max(self.of_allowed, float(np.max(distance)) / allowed)
@@ -131,9 +131,9 @@ class Comparison:
         if expected.starts_anew:
             self._allowed.clear()
         contents, moved = Contents(expected.data), Contents(perturbed.data)
-        for channel_id in contents.places.keys() & self._layouts.keys():
+        for channel_id in contents.indices.keys() & self._layouts.keys():
             layout = self._layouts[channel_id]
-            rows, turned = (c.data_at(c.places[channel_id]) for c in (contents, moved))
+            rows, turned = (c.data_at(c.indices[channel_id]) for c in (contents, moved))
             for field in _numbers(layout):
                 size = float(np.max(_distance(rows, np.zeros_like(rows), layout, field)))
                 if (self._names[channel_id], field[:8]) == ('rotor', 'position'):
@@ -146,7 +146,7 @@ class Comparison:
                 self._allowed[channel_id, field] = max(before, allowed)
 
 
-def _places(layout: np.dtype) -> Mapping[str, tuple]:
+def _fields(layout: np.dtype) -> Mapping[str, tuple]:
     return layout.fields or {}
 
 
@@ -160,10 +160,10 @@ def _distance(a, b, layout, field):
     return np.linalg.norm(difference.reshape(len(a), -1), axis=1)
 
 
-def _field_at(layout, place):
+def _field_at(layout, position):
     """Return the field at a byte of a message."""
     for name in layout.names:
-        dtype, offset = _places(layout)[name][:2]
-        if offset <= place < offset + dtype.itemsize:
+        dtype, offset = _fields(layout)[name][:2]
+        if offset <= position < offset + dtype.itemsize:
             return name
     return 'a constant'

@@ -181,9 +181,9 @@ def _write_czml(file, table, blocks, subject, options):
     scenario = table.run.scenario
     writer = CzmlWriter(file, subject.object_name, scenario['body.box'])
     for rows in _attitudes(blocks, options.with_rates):
-        to_itrs, *places = scenario.system.environment.on_earth(rows.t_s)
+        to_itrs, r_t, *ground = scenario.system.environment.on_earth(rows.t_s)
         q_tb = rotation.multiply(rotation.from_matrix(to_itrs), rows.q_ib)
-        writer.write(rows.stamps_ns, places[0], q_tb, *places[1:])
+        writer.write(rows.stamps_ns, r_t, q_tb, *ground)
     writer.close()
 
 

@@ -250,12 +250,12 @@ class RecordedRun:
             name = self._inputs_by_topic.get(block.topics[channel_id])
             if name is None:
                 continue
-            places = contents.places[channel_id]
+            indices = contents.indices[channel_id]
             messages = block.messages(channel_id)
             rows = messages.data
-            stamps_ns = contents.log_times[places].tolist()
-            for place, stamp_ns, row in zip(places.tolist(), stamps_ns, rows, strict=True):
-                events.append((place, self._input(name, self.ticks.tick_of(stamp_ns), row)))
+            stamps_ns = contents.log_times[indices].tolist()
+            for index, stamp_ns, row in zip(indices.tolist(), stamps_ns, rows, strict=True):
+                events.append((index, self._input(name, self.ticks.tick_of(stamp_ns), row)))
         return [event for _, event in sorted(events, key=itemgetter(0))]
 
     def _input(self, name: str, tick: int, row: np.ndarray) -> Command:

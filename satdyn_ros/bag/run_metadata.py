@@ -136,7 +136,7 @@ def held_record(ticks: int | None) -> dict[str, str]:
     """
     Return for how many ticks the torques that follow are held, as a metadata record's content.
 
-    None: until the next one.  A message has no place for it; where no record says otherwise, it is
+    None: until the next one.  A message has no field for it; where no record says otherwise, it is
     torque.timeout of the scenario.
     """
     return to_record({'ticks': ticks})

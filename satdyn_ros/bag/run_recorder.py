@@ -58,7 +58,7 @@ class RunRecorder:
             constants = {name: packers[name].rows(1) for name in every}
             self._tables[every] = recording.table(self.most, constants)
         table = self._tables[every]
-        for name, channel_id in zip(every, table.places, strict=True):
+        for name, channel_id in zip(every, table.fields, strict=True):
             packers[name].pack(samples, table[: len(samples)].messages(channel_id))
         some: dict[str, Any] = {
             name: packers[name].pack(samples) for name in names if name not in every

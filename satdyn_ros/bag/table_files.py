@@ -78,7 +78,7 @@ def write_parquet(path: Path, names: Sequence[str], blocks: Iterable[Columns]) -
         ) from error
     schema = _schema(names)
     # Doubles hardly repeat, so a dictionary costs time and saves nothing; their bytes, split by
-    # place, compress to two thirds.
+    # significance, compress to two thirds.
     floats = [name for name in names if dtype_of(name).kind == 'f']
     writer = pyarrow.parquet.ParquetWriter(
         path,

@@ -89,7 +89,7 @@ class Recording:
                 data = pack_command(stamp_ns, event, self._scenario.frames)
                 self._writer.write_message(self._names[event.topic], stamp_ns, data)
             case _:
-                # A controller may meet a limit at every tick, and nothing depends on its place.
+                # A controller may meet a limit at every tick, and nothing depends on its position.
                 self._writer.write_metadata(
                     run_metadata.EVENT,
                     run_metadata.event_record(event),

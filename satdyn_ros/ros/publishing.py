@@ -43,8 +43,8 @@ class PackedTicks:
         for publish, some in outputs:
             if isinstance(some, SparseMessages):
                 calls = _calls(publish, some.rows)
-                for place, call in zip(some.places.tolist(), calls, strict=True):
-                    self._calls[place] += (call,)
+                for index, call in zip(some.indices.tolist(), calls, strict=True):
+                    self._calls[index] += (call,)
 
     def publish(self, row: int) -> None:
         """Publish the messages of one tick."""

@@ -11,7 +11,7 @@ _LEAST, _LARGEST_RATIO = 2**29, 64
 RECORD = _LARGEST_RATIO * 50
 CHUNK = 2 * RECORD
 MESSAGE = 128
-# A place of the file that is damaged, or only looks like a record where one is searched for.
+# A part of the file that is damaged, or only looks like a record where one is searched for.
 DAMAGE = 100_000
 
 

@@ -49,7 +49,7 @@ class Contents:
     """
 
     def __init__(self, data: np.ndarray):
-        size, self.offsets, self._others = _record_places(data)
+        size, self.offsets, self._others = _record_offsets(data)
         self.data = data[:size]
         self.heads = _gathered(self.data, self.offsets, _HEAD_SIZE).view(HEAD)[:, 0]
         self.channel_ids = self.heads['channel_id'].copy()
@@ -86,22 +86,22 @@ class Contents:
     @cached_property
     def counts(self) -> dict[int, int]:
         """The number of messages of each channel that has any."""
-        return {i: len(places) for i, places in self.places.items()}
+        return {i: len(indices) for i, indices in self.indices.items()}
 
     @cached_property
-    def places(self) -> dict[int, np.ndarray]:
-        """The places of each channel's messages among all messages, for channels that have any."""
-        places = np.argsort(self.channel_ids, kind='stable')
-        channel_ids = self.channel_ids[places]
+    def indices(self) -> dict[int, np.ndarray]:
+        """The indices of each channel's messages among all, for channels that have any."""
+        indices = np.argsort(self.channel_ids, kind='stable')
+        channel_ids = self.channel_ids[indices]
         begins = (channel_ids[1:] != channel_ids[:-1]).nonzero()[0] + 1
-        spans = pairwise([0, *begins.tolist(), len(places)]) if len(places) else ()
-        return {int(channel_ids[begin]): places[begin:end] for begin, end in spans}
+        spans = pairwise([0, *begins.tolist(), len(indices)]) if len(indices) else ()
+        return {int(channel_ids[begin]): indices[begin:end] for begin, end in spans}
 
     def index_of(self, channel_id: int) -> np.ndarray:
         """Return log time [ns] and offset of each message of a channel, (n, 2) uint64."""
-        places = self.places[channel_id]
-        index = np.empty((len(places), 2), np.uint64)
-        index[:, 0], index[:, 1] = self.log_times[places], self.offsets[places]
+        indices = self.indices[channel_id]
+        index = np.empty((len(indices), 2), np.uint64)
+        index[:, 0], index[:, 1] = self.log_times[indices], self.offsets[indices]
         return index
 
     @cached_property
@@ -124,15 +124,15 @@ class Contents:
         spans = zip([0, *ends], [*self._others.tolist(), len(self.data)], strict=True)
         return np.concatenate([self.data[begin:end] for begin, end in spans])
 
-    def data_at(self, places: np.ndarray) -> np.ndarray | list[bytes]:
+    def data_at(self, indices: np.ndarray) -> np.ndarray | list[bytes]:
         """
-        Return the data of messages by their places (n,) among all.
+        Return the data of messages by their indices (n,) among all.
 
         It is an array (n, length) of uint8, or a list of bytes where lengths differ.
         """
-        begins = self.offsets[places] + HEAD.itemsize
-        lengths = self.heads['length'][places].astype(np.int64) + _PREFIX - HEAD.itemsize
-        if len(places) and np.all(lengths == lengths[0]):
+        begins = self.offsets[indices] + HEAD.itemsize
+        lengths = self.heads['length'][indices].astype(np.int64) + _PREFIX - HEAD.itemsize
+        if len(indices) and np.all(lengths == lengths[0]):
             return _gathered(self.data, begins, int(lengths[0]))
         ends = begins + lengths
         return [self.data[i:j].tobytes() for i, j in zip(begins, ends, strict=True)]
@@ -142,7 +142,7 @@ class Contents:
         return _PREFIX + int(self.data[start + 1 : start + _PREFIX].copy().view('<u8')[0])
 
 
-def _record_places(data):
+def _record_offsets(data):
     """Return where the last complete record ends, and where messages and other records begin."""
     offsets = np.empty(len(data) // _HEAD_SIZE + 1, np.int64)
     others = np.empty(len(data) // _PREFIX + 1, np.int64)

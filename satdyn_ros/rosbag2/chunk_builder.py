@@ -78,7 +78,7 @@ class ChunkBuilder:
     def _add_with_others(self, stamps_ns, table, some):
         sizes = np.full(len(stamps_ns), table.records.shape[1])
         for row in some.values():
-            sizes[row.places] += HEAD.itemsize + row.rows.itemsize
+            sizes[row.indices] += HEAD.itemsize + row.rows.itemsize
         ends = np.cumsum(sizes)
         count = min(len(stamps_ns), 1 + int(np.searchsorted(ends, self._free)))
         block = self._take(int(ends[count - 1]))
@@ -86,15 +86,15 @@ class ChunkBuilder:
         parts = [(np.arange(count), table[:count])]
         for channel_id, row in some.items():
             fits = row[:count]
-            part = TickTable.of(len(fits.places), {channel_id: fits.rows})
-            part.stamp(stamps_ns[fits.places])
-            parts.append((fits.places, part))
-        for places, part in parts:
+            part = TickTable.of(len(fits.indices), {channel_id: fits.rows})
+            part.stamp(stamps_ns[fits.indices])
+            parts.append((fits.indices, part))
+        for indices, part in parts:
             size = part.records.shape[1]
-            if len(places):
+            if len(indices):
                 rows = sliding_window_view(block, size, writeable=True)
-                rows[begins[places]] = part.records
-            begins[places] += size
+                rows[begins[indices]] = part.records
+            begins[indices] += size
         return count
 
     def whole(self, table: TickTable) -> int:
@@ -119,6 +119,6 @@ class ChunkBuilder:
         if end > len(self._data):
             self._buffer = np.concatenate([self._data[: self._size], np.empty(end, np.uint8)])
             self._data = self._buffer
-        place = self._data[self._size : end]
+        piece = self._data[self._size : end]
         self._size = end
-        return place
+        return piece

@@ -17,7 +17,7 @@ CEILING = 256 * 2**20
 # The first of the fast levels: output two to six per cent larger than at the default level, in 70
 # per cent of the time.
 _ZSTD_LEVEL = -1
-# Rows repeat what stands a row before: a table of so few places (2^11) finds it, and stays in the
+# Rows repeat what stands a row before: a table of so few slots (2^11) finds it, and stays in the
 # first-level cache.  A tenth less time; output 0 to 2 per cent larger.
 _ZSTD_HASH_LOG = 11
 

@@ -47,12 +47,12 @@ class TopicBlock(NamedTuple):
 
     def by_topic(self) -> dict[str, Messages]:
         """Return the messages of each topic that has any."""
-        return {self.topics[i]: self.messages(i) for i in self.contents.places}
+        return {self.topics[i]: self.messages(i) for i in self.contents.indices}
 
     def messages(self, channel_id: int) -> Messages:
         """Return the messages on a channel that has any."""
-        places = self.contents.places[channel_id]
-        return Messages(self.contents.log_times[places], self.contents.data_at(places))
+        indices = self.contents.indices[channel_id]
+        return Messages(self.contents.log_times[indices], self.contents.data_at(indices))
 
 
 class Bag:

@@ -63,7 +63,7 @@ def recover(path: str | Path, output: str | Path | None = None) -> Recovered:
         raise BagError(f'{path} is not a bag: its files are empty')
     losses += [f'{file.name}: the file holds nothing' for file in empty]
     contents = BagMetadata(*_first_words(files))
-    targets = files if output is None else _new_places(path, files, Path(output))
+    targets = files if output is None else _new_files(path, files, Path(output))
     rewritten = []
     for file, target in zip(files, targets, strict=True):
         try:
@@ -123,7 +123,7 @@ def _first_words(files: list[Path]) -> tuple[Mapping[str, str], str]:
     return {}, ''
 
 
-def _new_places(path: Path, files: list[Path], output: Path) -> list[Path]:
+def _new_files(path: Path, files: list[Path], output: Path) -> list[Path]:
     """Return the files of the repaired bag; its directory is made if the bag is one."""
     if output.exists():
         raise FileExistsError(f'{output} already exists; a recovered bag needs a new path')

@@ -100,7 +100,7 @@ def scan(path: Path) -> Iterator[Found]:
 
 
 class Scanner:
-    """What a file holds, read at any place; all that is read is paid from one Budget."""
+    """What a file holds, read at any offset; all that is read is paid from one Budget."""
 
     def __init__(self, path: Path, file: BinaryIO):
         self._path = path
@@ -112,28 +112,28 @@ class Scanner:
 
     def found(self) -> Iterator[Found]:
         """Yield what the file holds."""
-        place, crc = len(MCAP0_MAGIC), zlib.crc32(MCAP0_MAGIC)
-        if not MCAP0_MAGIC.startswith(self._read(0, place)):
-            if not (self._is_finished or self._is_record(place)):
+        offset, crc = len(MCAP0_MAGIC), zlib.crc32(MCAP0_MAGIC)
+        if not MCAP0_MAGIC.startswith(self._read(0, offset)):
+            if not (self._is_finished or self._is_record(offset)):
                 raise BagError(f'{self._path} is not an MCAP file')
-            yield self._flaw(0, place, 'the magic at its start is wrong')
+            yield self._flaw(0, offset, 'the magic at its start is wrong')
         item: Any = None
-        while place < self._size and not isinstance(item, Footer):
-            found = self.at(place)
-            item, place = found.item, found.end
+        while offset < self._size and not isinstance(item, Footer):
+            found = self.at(offset)
+            item, offset = found.item, found.end
             if isinstance(item, DataEnd):
                 self._is_data = False
                 if item.data_section_crc not in (0, crc):
                     what = 'the checksum of its data section is wrong'
                     yield self._flaw(found.start, found.start, what, Opcode.DATA_END)
             elif self._is_data:
-                crc = zlib.crc32(self._read(found.start, place - found.start), crc)
+                crc = zlib.crc32(self._read(found.start, offset - found.start), crc)
             yield found
-        magic = self._read(place, self._size)
+        magic = self._read(offset, self._size)
         if magic != MCAP0_MAGIC and MCAP0_MAGIC.startswith(magic):
-            yield Found(place, self._size, Flaw(Incomplete(self._path)))
+            yield Found(offset, self._size, Flaw(Incomplete(self._path)))
         elif magic != MCAP0_MAGIC:
-            yield self._flaw(place, self._size, 'the magic at its end is wrong')
+            yield self._flaw(offset, self._size, 'the magic at its end is wrong')
 
     def _flaw(self, start: int, end: int, what: str, opcode: int = 0) -> Found:
         return Found(start, end, Flaw(Damaged(f'{self._path} is damaged: {what}'), opcode))
@@ -144,7 +144,7 @@ class Scanner:
         return self._read(self._size - len(MCAP0_MAGIC), self._size) == MCAP0_MAGIC
 
     def at(self, start: int) -> Found:
-        """Return what is at a place: a record, messages, or damage up to the next record."""
+        """Return what is at an offset: a record, messages, or damage up to the next record."""
         self._spend(RECORD)
         opcode, end = self._head(start)
         if opcode == Opcode.MESSAGE and len(contents := self._messages(start)):
@@ -163,7 +163,7 @@ class Scanner:
         return Found(start, end, record)
 
     def _record(self, start: int) -> tuple[Any, str]:
-        """Return the record at a place, or None, as read does; and why, '': it can be read."""
+        """Return the record at an offset, or None, as read does; and why, '': it can be read."""
         opcode, end = self._head(start)
         begin = start + PREFIX.size
         if opcode == 0 or end > self._size or end - begin > CEILING:
@@ -174,7 +174,7 @@ class Scanner:
             return None, str(error)
 
     def _block(self, start: int, end: int, chunk: Chunk) -> Found:
-        """Return what the chunk at a place holds, or the flaw that it has."""
+        """Return what the chunk at an offset holds, or the flaw that it has."""
         try:
             self._budget.spend(max(CHUNK, chunk.uncompressed_size))
             contents = Contents.of(chunk)
@@ -186,7 +186,7 @@ class Scanner:
         return Found(start, end, Block(contents, chunk))
 
     def _messages(self, start: int) -> Contents:
-        """Return the messages outside chunks that begin at a place, as many as a chunk."""
+        """Return the messages outside chunks that begin at an offset, as many as a chunk."""
         _, end = self._head(start)
         data = self._read(start, min(max(CHUNK_SIZE, end - start), CEILING))
         self._spend(len(data))
@@ -204,27 +204,27 @@ class Scanner:
         return self._flaw(start, end, f'there is no whole record at byte {start}')
 
     def _adds_up(self, start: int) -> bool:
-        """Whether the inner lengths of the record at a place fill its length."""
+        """Whether the inner lengths of the record at an offset fill its length."""
         opcode, end = self._head(start)
-        place = start + PREFIX.size
+        offset = start + PREFIX.size
         for gap, size in _INNER[opcode]:
-            number = self._read(place + gap, size)
-            if len(number) < size or place > end:
+            number = self._read(offset + gap, size)
+            if len(number) < size or offset > end:
                 return False
-            place += gap + size + int.from_bytes(number, 'little')
-        return place == end
+            offset += gap + size + int.from_bytes(number, 'little')
+        return offset == end
 
     def _next_record(self, start: int) -> int:
         """Return where the next whole record begins, or the end of the file if there is none."""
         for begin in range(start, self._size, _WINDOW):
-            for place in self._likely(begin):
-                if self._is_record(place):
-                    return place
+            for offset in self._likely(begin):
+                if self._is_record(offset):
+                    return offset
                 self._spend(DAMAGE)
         return self._size
 
     def _likely(self, start: int) -> list[int]:
-        """Return the places in a window where opcode and length are those of some record."""
+        """Return the offsets in a window where opcode and length are those of some record."""
         window = np.frombuffer(self._read(start, _WINDOW + PREFIX.size - 1), np.uint8)
         if len(window) < PREFIX.size:
             return []
@@ -232,8 +232,8 @@ class Scanner:
         lengths = heads[:, 1:].copy().view('<u8')[:, 0]
         rest = self._size - PREFIX.size - start - np.arange(len(heads))
         most = np.minimum(CEILING, rest).astype(np.uint64)
-        places = np.flatnonzero((lengths >= _LEAST[heads[:, 0]]) & (lengths <= most))
-        return (start + places).tolist()
+        offsets = np.flatnonzero((lengths >= _LEAST[heads[:, 0]]) & (lengths <= most))
+        return (start + offsets).tolist()
 
     def _is_record(self, start: int, chain: int = _CHAIN) -> bool:
         """Whether bytes are a record to go on at, and not by chance: several messages in a row."""
@@ -258,7 +258,7 @@ class Scanner:
         return start == self._size or 0 < self._head(start)[0] <= max(Opcode)
 
     def _head(self, start: int) -> tuple[int, int]:
-        """Return the opcode of the record at a place, and where it ends; 0: there is none."""
+        """Return the opcode of the record at an offset, and where it ends; 0: there is none."""
         prefix = self._read(start, PREFIX.size)
         opcode, length = PREFIX.unpack(prefix) if len(prefix) == PREFIX.size else (0, 0)
         return opcode, start + PREFIX.size + length

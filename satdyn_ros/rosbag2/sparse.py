@@ -14,22 +14,22 @@ class SparseMessages:
     """
     M messages of one topic at N consecutive ticks.
 
-    places (M,) int64: their ticks, ascending, 0 to N - 1.  rows (M,): each the bytes of one.
+    indices (M,) int64: their ticks, ascending, 0 to N - 1.  rows (M,): each the bytes of one.
     A slice is by ticks, as in a table with one row per tick.
 
     >>> some = SparseMessages(np.array([1, 5]), np.array([b'a', b'b'], 'V1'))
-    >>> some[3:].places
+    >>> some[3:].indices
     array([2])
     """
 
-    places: np.ndarray
+    indices: np.ndarray
     rows: np.ndarray
 
     def __getitem__(self, ticks: slice) -> 'SparseMessages':
         begin = ticks.start or 0
-        first = np.searchsorted(self.places, begin)
-        last = None if ticks.stop is None else np.searchsorted(self.places, ticks.stop)
-        return SparseMessages(self.places[first:last] - begin, self.rows[first:last])
+        first = np.searchsorted(self.indices, begin)
+        last = None if ticks.stop is None else np.searchsorted(self.indices, ticks.stop)
+        return SparseMessages(self.indices[first:last] - begin, self.rows[first:last])
 
 
 Rows = np.ndarray | SparseMessages

@@ -50,7 +50,7 @@ class SummaryBuilder(Summary):
         self.statistics = Statistics(0, 0, {}, 0, 0, 0, 0, 0, 0)
 
     def add_metadata(self, start: int, length: int, name: str) -> None:
-        """Add a metadata record, its place and its whole length."""
+        """Add a metadata record, its offset and its whole length."""
         self.metadata_indexes.append(MetadataIndex(start, length, name))
         self.statistics.metadata_count += 1
 

@@ -21,8 +21,8 @@ class LoggedMessage(NamedTuple):
     data: bytes
 
 
-class _Place(NamedTuple):
-    """Where messages are in a file, and the range of their log times."""
+class _Span(NamedTuple):
+    """The span of a file that messages are in, and the range of their log times."""
 
     first_ns: int
     last_ns: int
@@ -40,8 +40,8 @@ class Timeline:
     def __init__(self, path: Path, summary: Summary):
         self._path = path
         self._topics = {i: channel.topic for i, channel in summary.channels.items()}
-        places = {
-            _Place(
+        spans = {
+            _Span(
                 index.message_start_time,
                 index.message_end_time,
                 index.chunk_start_offset,
@@ -49,7 +49,7 @@ class Timeline:
             )
             for index in summary.chunk_indexes
         }
-        self._places = sorted(places or self._loose_places(), key=lambda place: place.start)
+        self._spans = sorted(spans or self._loose_spans(), key=lambda span: span.start)
 
     def messages(self, topics: list[str], from_ns: int) -> Iterator[LoggedMessage]:
         """Yield the messages of topics whose log time is not before from_ns."""
@@ -57,9 +57,9 @@ class Timeline:
         with open(self._path, 'rb') as file:
             scanner = Scanner(self._path, file)
             in_order = [
-                self._in_order(place, scanner, channel_ids, from_ns)
-                for place in self._places
-                if place.last_ns >= from_ns
+                self._in_order(span, scanner, channel_ids, from_ns)
+                for span in self._spans
+                if span.last_ns >= from_ns
             ]
             # Of equal log times the first in the file.
             for _, message in heapq.merge(*in_order, key=itemgetter(0)):
@@ -67,31 +67,32 @@ class Timeline:
                     yield message
 
     def _in_order(
-        self, place: _Place, scanner: Scanner, channel_ids: list[int], from_ns: int
+        self, span: _Span, scanner: Scanner, channel_ids: list[int], from_ns: int
     ) -> Iterator[tuple[int, LoggedMessage | None]]:
-        """Yield the messages at a place that are wanted, with their log times, after None."""
+        """Yield the messages of a span that are wanted, with their log times, after None."""
         # Nothing is read before its time has come.
-        yield place.first_ns, None
-        found = scanner.at(place.start)
-        if found.end != place.end or not isinstance(found.item, Block | Flaw):
+        yield span.first_ns, None
+        found = scanner.at(span.start)
+        if found.end != span.end or not isinstance(found.item, Block | Flaw):
             raise Damaged(
-                f'{self._path} is damaged: the Chunk record at byte {place.start} is not where '
+                f'{self._path} is damaged: the Chunk record at byte {span.start} is not where '
                 'the summary places it'
             )
         contents = found.sound().item.contents
         wanted = np.isin(contents.channel_ids, channel_ids) & (contents.log_times >= from_ns)
-        places = np.flatnonzero(wanted)
-        places = places[np.argsort(contents.log_times[places], kind='stable')]
-        log_times, ids = contents.log_times[places].tolist(), contents.channel_ids[places].tolist()
+        indices = np.flatnonzero(wanted)
+        indices = indices[np.argsort(contents.log_times[indices], kind='stable')]
+        log_times = contents.log_times[indices].tolist()
+        ids = contents.channel_ids[indices].tolist()
         for log_time_ns, channel_id, data in zip(
-            log_times, ids, contents.data_at(places), strict=True
+            log_times, ids, contents.data_at(indices), strict=True
         ):
             topic = self._topics[channel_id]
             yield log_time_ns, LoggedMessage(log_time_ns, topic, bytes(data))
 
-    def _loose_places(self) -> Iterator[_Place]:
-        """Yield the places of messages in a file without chunks."""
+    def _loose_spans(self) -> Iterator[_Span]:
+        """Yield the spans of messages in a file without chunks."""
         for found in scan(self._path):
             item = found.sound().item
             if isinstance(item, Block) and len(item.contents):
-                yield _Place(*item.contents.span_ns, found.start, found.end)
+                yield _Span(*item.contents.span_ns, found.start, found.end)

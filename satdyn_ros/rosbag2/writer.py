@@ -128,7 +128,7 @@ class BagWriter:
         ticks of it are best written next, at most all: as many as end with a full chunk.
         """
         with self._in_one_sentence():
-            if not (table.places or some):
+            if not (table.fields or some):
                 if len(stamps_ns):
                     self._write_snapshot(snapshot, 0, int(stamps_ns[0]))
                 return len(table)
@@ -253,7 +253,7 @@ class BagWriter:
     def _add_ticks(self, stamps_ns, table, some):
         """Write the ticks until the file is too large; return how many."""
         channels = self._file.summary.channels
-        topics = [channels[channel_id].topic for channel_id in table.places]
+        topics = [channels[channel_id].topic for channel_id in table.fields]
         for topic in topics:
             self._declared(topic)
         between = {self._declared(topic): rows for topic, rows in some.items()}
@@ -264,7 +264,7 @@ class BagWriter:
             if self._chunk.is_full:
                 self._end_chunk()
         firsts = [*stamps_ns[: 1 if topics else 0]]
-        firsts += [stamps_ns[p] for rows in some.values() for p in rows[:done].places[:1]]
+        firsts += [stamps_ns[i] for rows in some.values() for i in rows[:done].indices[:1]]
         self._first_ns = min([self._first_ns, *map(int, firsts)])
         return done
 

@@ -58,20 +58,20 @@ def truncate(data, draw):
 
 
 def splice(data, draw):
-    """Put a piece of the file in another place of it, or over it."""
+    """Put a piece of the file at another offset, or over it."""
     start = draw.randrange(len(data))
     piece = data[start : start + draw.choice((1, 9, 100, 3000))]
-    place = draw.randrange(len(data))
-    data[place : place + draw.choice((0, len(piece)))] = piece
+    offset = draw.randrange(len(data))
+    data[offset : offset + draw.choice((0, len(piece)))] = piece
 
 
 def renumber(data, draw):
     """Write another number where a record, or something in it, has a length or an offset."""
-    places = [found.start for found in draw.records]
-    place = draw.choice(places) + draw.choice((1, 9, 13, 17, 25, 33, 37))
+    starts = [found.start for found in draw.records]
+    offset = draw.choice(starts) + draw.choice((1, 9, 13, 17, 25, 33, 37))
     form = draw.choice(('<Q', '<I', '<H'))
-    number = draw.choice((*NUMBERS, *places, len(data))) % 256 ** struct.calcsize(form)
-    data[place : place + struct.calcsize(form)] = struct.pack(form, number)
+    number = draw.choice((*NUMBERS, *starts, len(data))) % 256 ** struct.calcsize(form)
+    data[offset : offset + struct.calcsize(form)] = struct.pack(form, number)
 
 
 def edit(text, draw):
@@ -191,18 +191,18 @@ def torment(bags, folder, numbers, capsys):
     outside.write_bytes(b'not of the bag')
     for number in numbers:
         draw = random.Random(number)
-        place = folder / str(number)
-        bag = shutil.copytree(draw.choice(bags), place / 'bag')
+        subfolder = folder / str(number)
+        bag = shutil.copytree(draw.choice(bags), subfolder / 'bag')
         kinds[mutate(bag, draw)] += 1
-        for name, code in answers(bag, place):
+        for name, code in answers(bag, subfolder):
             out, err = capsys.readouterr()
             assert code in (0, 1, 2), (number, name)
             assert 'Traceback' not in out + err, (number, name)
             # What it may compile first, once on a machine, it says in a line of its own.
             said = [line for line in err.splitlines() if not line.startswith('compiling ')]
-            assert code != 2 or (len(said) <= 1 and str(place) in err), (number, name, err)
+            assert code != 2 or (len(said) <= 1 and str(subfolder) in err), (number, name, err)
             codes[name, code] += 1
-        shutil.rmtree(place)
+        shutil.rmtree(subfolder)
     assert outside.read_bytes() == b'not of the bag'
     with capsys.disabled():
         print(f'\n{len(numbers)} bags: {dict(kinds)}')

@@ -105,10 +105,10 @@ def test_an_index_that_points_elsewhere_ends_at_once(tmp_path):
     chunk = next(r for r in StreamReader(str(path), emit_chunks=True).records if type(r) is Chunk)
     data = path.read_bytes()
     (index,) = flights.summary(path).chunk_indexes
-    place = struct.pack('<Q', index.chunk_start_offset)
+    offset = struct.pack('<Q', index.chunk_start_offset)
     for lie in (0, 8, len(data) - 5, 2**63, 2**64 - 1):
         # Without a checksum of the summary: 0 is none.
-        forged = data.replace(place, struct.pack('<Q', lie))[:-12] + bytes(4) + data[-8:]
+        forged = data.replace(offset, struct.pack('<Q', lie))[:-12] + bytes(4) + data[-8:]
         path.write_bytes(forged)
         with pytest.raises(Damaged, match='is not where the summary places it'):
             played(path)

@@ -140,15 +140,15 @@ def test_every_number_and_constant_counts(bag, tmp_path):
     """A flip anywhere in a message is a difference, also in padding and in strings."""
     length = len(next(data for topic, _, data in flights.sequence(bag) if topic == '/rotor'))
     fields = set()
-    for place in range(length):
+    for offset in range(length):
 
-        def change(topic, log_time, data, place=place):
+        def change(topic, log_time, data, offset=offset):
             if (topic, log_time) == ('/rotor', stamp(5)):
-                data = data[:place] + bytes([data[place] ^ 0x10]) + data[place + 1 :]
+                data = data[:offset] + bytes([data[offset] ^ 0x10]) + data[offset + 1 :]
             return [(topic, log_time, data)]
 
-        if place % 4 == 0:
-            verdict = verify(rewritten(bag, tmp_path / f'{place}.mcap', change))
+        if offset % 4 == 0:
+            verdict = verify(rewritten(bag, tmp_path / f'{offset}.mcap', change))
             found = flights.difference(verdict)
             assert (found.topic, found.tick) == ('/rotor', 5)
             fields.add(found.field)
@@ -535,7 +535,7 @@ def test_another_comment_in_a_definition_is_allowed(bag, tmp_path, monkeypatch):
 
 
 def test_files_that_swap_their_topics_are_refused(tmp_path):
-    """Messages are compared by channel: two topics of one type must not change places."""
+    """Messages are compared by channel: two topics of one type must not be exchanged."""
     scenario = flights.GYROSTAT.with_values(
         {'publish.topics': ['attitude', 'attitude_lvlh'], 'record.max_size_bytes': 20_000}
     )

@@ -42,7 +42,7 @@ def test_a_bag_that_is_off_is_reported(monkeypatch, capsys):
     right = write_run.Recording.ticks
 
     def wrong(self, stamps_ns, table, measured, snapshot):
-        attitude, *_ = table.places
+        attitude, *_ = table.fields
         table.messages(attitude)['quaternion'][0, 0] += 1e-6
         return right(self, stamps_ns, table, measured, snapshot)
 

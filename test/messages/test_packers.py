@@ -27,21 +27,21 @@ SCENARIO = Scenario(
 
 
 def messages(name, count=40):
-    """Return places and messages, read by another's program, of the first ticks of a sensor."""
+    """Return indices and messages, read by another's program, of the first ticks of a sensor."""
     _, samples = Simulation(SCENARIO).advance(count)
     packed = packer(name, SCENARIO).pack(samples)
     if isinstance(packed, SparseMessages):
-        places, rows = packed.places, packed.rows
+        indices, rows = packed.indices, packed.rows
     else:
-        places, rows = np.arange(count), packed
+        indices, rows = np.arange(count), packed
     read = [TYPESTORE.deserialize_cdr(row.tobytes(), TOPICS[name].type) for row in rows]
-    return samples, places, [plain(message) for message in read]
+    return samples, indices, [plain(message) for message in read]
 
 
 def test_a_gyro_says_what_it_measures_and_how_well():
     """Stamp, frame, rate, variance N^2 / dt + resolution^2 / 12, and what it does not measure."""
-    samples, places, read = messages('gyro')
-    assert places.tolist() == list(range(40))
+    samples, indices, read = messages('gyro')
+    assert indices.tolist() == list(range(40))
     message = read[7]
     assert message['header'] == {'stamp': {'sec': 3, 'nanosec': 70_000_000}, 'frame_id': 'gyro'}
     assert (
@@ -65,8 +65,8 @@ def test_a_gyro_says_what_it_measures_and_how_well():
 
 def test_a_star_tracker_says_when_it_looked():
     """Published three ticks after the exposure that its stamp names, with its variances."""
-    samples, places, read = messages('star_tracker')
-    assert places.tolist() == [3, 13, 23, 33]
+    samples, indices, read = messages('star_tracker')
+    assert indices.tolist() == [3, 13, 23, 33]
     stamps = [message['header']['stamp']['nanosec'] for message in read]
     assert stamps == [0, 100_000_000, 200_000_000, 300_000_000]
     assert read[0]['orientation_covariance'] == [2e-5**2, 0, 0, 0, 2e-5**2, 0, 0, 0, 2e-4**2]

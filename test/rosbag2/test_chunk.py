@@ -24,16 +24,16 @@ LENGTH = 31 + 4
 def test_messages_are_found_by_their_channels(channel_ids):
     """In their order, with their log times and where they begin."""
     messages = [
-        Message(channel_id, 10 * place, bytes(4), publish_time=0, sequence=0)
-        for place, channel_id in enumerate(channel_ids)
+        Message(channel_id, 10 * index, bytes(4), publish_time=0, sequence=0)
+        for index, channel_id in enumerate(channel_ids)
     ]
     contents = Contents(np.frombuffer(written(messages), np.uint8))
     expected: dict[int, list[int]] = {i: [] for i in sorted(channel_ids)}
-    for place, channel_id in enumerate(channel_ids):
-        expected[channel_id].append(place)
-    assert {i: places.tolist() for i, places in contents.places.items()} == expected
-    assert contents.counts == {i: len(places) for i, places in expected.items()}
+    for index, channel_id in enumerate(channel_ids):
+        expected[channel_id].append(index)
+    assert {i: indices.tolist() for i, indices in contents.indices.items()} == expected
+    assert contents.counts == {i: len(indices) for i, indices in expected.items()}
     assert contents.span_ns == (0, max(0, 10 * (len(messages) - 1)))
-    for channel_id, places in list(expected.items())[:100]:
-        index = [[10 * place, LENGTH * place] for place in places]
-        assert contents.index_of(channel_id).tolist() == index
+    for channel_id, indices in list(expected.items())[:100]:
+        rows = [[10 * i, LENGTH * i] for i in indices]
+        assert contents.index_of(channel_id).tolist() == rows

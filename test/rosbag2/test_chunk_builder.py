@@ -63,8 +63,8 @@ def test_what_is_added_is_read(added):
             table, between = TickTable.of(count, messages), {}
             table.stamp(stamps_ns)
             for i, every in some.items():
-                places = np.arange(0, count, every)
-                between[i] = SparseMessages(places, rows(len(places), 16, i))
+                indices = np.arange(0, count, every)
+                between[i] = SparseMessages(indices, rows(len(indices), 16, i))
             expected.update(dict.fromkeys(full, count))
             expected.update({i: len(each.rows) for i, each in between.items()})
             done = 0

@@ -85,7 +85,7 @@ def named(path):
 
 
 def unnoticed(bag, directory, name, bits):
-    """Return those bits of a file that, flipped one at a time, are not noticed by their place."""
+    """Return those bits of a file that, flipped one at a time, are not noticed by their offset."""
     patterns = named(bag / name)
     copy = directory / 'bag'
     shutil.copytree(bag, copy)
@@ -108,9 +108,9 @@ def bits_of_every_record(path, count, seed):
     """Return bits of a file: one of each byte of opcode and length, `count` of each content."""
     draw = random.Random(seed)
     size = path.stat().st_size
-    places = [(found.start, found.end) for found in scan(path)]
+    spans = [(found.start, found.end) for found in scan(path)]
     bits = [8 * byte + draw.randrange(8) for byte in (*range(8), *range(size - 8, size))]
-    for start, end in places:
+    for start, end in spans:
         bits += [8 * (start + k) + draw.randrange(8) for k in range(9)]
         bits += [draw.randrange(8 * (start + 9), 8 * end) for _ in range(count)]
     return bits
@@ -356,7 +356,7 @@ def meanings_kept(bag, directory, bits):
 
 
 def test_a_turned_bit_in_metadata_yaml_is_noticed_where_it_means_something(bag, tmp_path):
-    """By its key, or by the place where the text is not YAML."""
+    """By its key, or by the line where the text is not YAML."""
     size = 8 * (bag / 'metadata.yaml').stat().st_size
     bits = random.Random(1).sample(range(size), 100)
     assert meanings_kept(bag, tmp_path, bits) == []
@@ -374,9 +374,9 @@ def test_verify_says_no_to_a_turned_bit(bag, tmp_path, kind):
     """A damaged bag of satdyn_ros fails the check as Damaged, whatever record it is."""
     copy = tmp_path / 'bag'
     shutil.copytree(bag, copy)
-    places = {type(f.item).__name__: f.start for f in scan(copy / 'bag_0.mcap')} | {'magic': 0}
+    starts = {type(f.item).__name__: f.start for f in scan(copy / 'bag_0.mcap')} | {'magic': 0}
     for byte in (0, 5):
-        turned(copy / 'bag_0.mcap', 8 * (places[kind] + byte) + 2)
+        turned(copy / 'bag_0.mcap', 8 * (starts[kind] + byte) + 2)
         with pytest.raises(Damaged, match=r'bag_0\.mcap'):
             verify(copy)
-        turned(copy / 'bag_0.mcap', 8 * (places[kind] + byte) + 2)
+        turned(copy / 'bag_0.mcap', 8 * (starts[kind] + byte) + 2)

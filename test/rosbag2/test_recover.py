@@ -225,8 +225,8 @@ def test_a_damaged_index_or_summary_costs_nothing(whole, tmp_path):
     path, _ = whole
     data = (path / 'bag_0.mcap').read_bytes()
     bag = cut(path, tmp_path / 'bag', len(data))
-    for place in (chunk_ends(path / 'bag_0.mcap')[2][0] + 20, len(data) - 300, len(data) - 20):
-        damaged = data[:place] + bytes([data[place] ^ 4]) + data[place + 1 :]
+    for offset in (chunk_ends(path / 'bag_0.mcap')[2][0] + 20, len(data) - 300, len(data) - 20):
+        damaged = data[:offset] + bytes([data[offset] ^ 4]) + data[offset + 1 :]
         (bag / 'bag_0.mcap').write_bytes(damaged)
         recovered = recover(bag)
         assert (recovered.files, recovered.losses) == (('bag_0.mcap',), ())
@@ -238,8 +238,8 @@ def test_a_changed_event_is_reported_as_what_it_is(whole, tmp_path):
     path, messages = whole
     data = (path / 'bag_0.mcap').read_bytes()
     bag = cut(path, tmp_path / 'bag', len(data))
-    place = data.index(b'Timeout') + 3
-    damaged = data[:place] + bytes([data[place] ^ 1]) + data[place + 1 :]
+    offset = data.index(b'Timeout') + 3
+    damaged = data[:offset] + bytes([data[offset] ^ 1]) + data[offset + 1 :]
     (bag / 'bag_0.mcap').write_bytes(damaged)
     (loss,) = recover(bag).losses
     assert loss == (

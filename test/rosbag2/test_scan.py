@@ -68,7 +68,7 @@ def read_all(path, content):
 
 @pytest.mark.parametrize('name', PATTERNS)
 def test_bytes_that_look_like_records_cost_a_bounded_number_of_looks(tmp_path, name):
-    """At most four for each of the damaged places and records that the budget allows."""
+    """At most four for each of the damaged parts and records that the budget allows."""
     size = 1_000_000
     piece = PATTERNS[name]
     scanner, why = read_all(tmp_path / 'a.mcap', piece * (size // len(piece)))

@@ -5,11 +5,11 @@ from satdyn_ros.rosbag2.sparse import SparseMessages
 
 def test_a_slice_is_that_of_the_ticks():
     """As of a table with one row per tick, for every begin and end."""
-    places = np.array([0, 3, 4, 9])
-    some = SparseMessages(places, places.astype('i4'))
+    indices = np.array([0, 3, 4, 9])
+    some = SparseMessages(indices, indices.astype('i4'))
     for begin in (None, 0, 1, 3, 9, 10):
         for end in (None, 3, 4, 5, 10):
-            present = [p for p in places if (begin or 0) <= p < (10 if end is None else end)]
+            present = [i for i in indices if (begin or 0) <= i < (10 if end is None else end)]
             part = some[begin:end]
             assert part.rows.tolist() == present
-            assert part.places.tolist() == [p - (begin or 0) for p in present]
+            assert part.indices.tolist() == [i - (begin or 0) for i in present]

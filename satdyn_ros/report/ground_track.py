@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..base.nanoseconds import DAY_NS, SECOND_NS
+from .earth_map import GEODETIC, coast_lines
 from .history import History
-from .place import GEODETIC, coast_lines
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -14,17 +14,17 @@ if TYPE_CHECKING:
 
 def ground_track(axes: 'Axes', history: History) -> None:
     """
-    Draw the places over which the body is on a map, dashed where it is in the umbra.
+    Draw the track of the body on a map, dashed where it is in the umbra.
 
     What is in the umbra is known where the topic sunlight is among what is shown.
     """
     from matplotlib.collections import LineCollection
 
-    place, sunlight = history.shown[GEODETIC], history.shown.get('sunlight')
-    places = place[:, 1::-1]
-    is_dark = np.zeros(len(places), bool) if sunlight is None else sunlight[:, 0] == 0.0
+    position, sunlight = history.shown[GEODETIC], history.shown.get('sunlight')
+    points = position[:, 1::-1]
+    is_dark = np.zeros(len(points), bool) if sunlight is None else sunlight[:, 0] == 0.0
     axes.add_collection(LineCollection([*coast_lines()], colors='0.55', linewidths=0.6))
-    track, rows = _track(places)
+    track, rows = _track(points)
     # Where the umbra begins or ends the lines meet.
     dark = is_dark[rows] | np.append(is_dark[rows[1:]], False)
     in_light = 'track' if sunlight is None else 'in sunlight'
@@ -35,7 +35,7 @@ def ground_track(axes: 'Axes', history: History) -> None:
     for row, mark, name in ((0, 'o', 'from'), (-1, 's', 'to')):
         when = np.datetime64(_utc_ns(history, history.t_s[row]), 'ns').astype('datetime64[ms]')
         label = f'{name} {str(when).replace("T", " ").removesuffix(".000")} UTC'
-        axes.plot(*places[row], mark, color='0.15', mfc='w', ms=6, ls='none', label=label)
+        axes.plot(*points[row], mark, color='0.15', mfc='w', ms=6, ls='none', label=label)
     axes.set(
         xlim=(-180.0, 180.0),
         ylim=(-90.0, 90.0),
@@ -48,13 +48,13 @@ def ground_track(axes: 'Axes', history: History) -> None:
     axes.legend(loc='lower center', bbox_to_anchor=(0.5, 1.0), ncols=4, fontsize=8, frameon=False)
 
 
-def _track(places):
+def _track(points):
     """
-    Return the track (M, 2) through places (N, 2) [deg], and the row (M,) of each of its points.
+    Return the track (M, 2) through points (N, 2) [deg], and the row (M,) of each of its points.
 
     Where it leaves the map on one side it comes in on the other, after a point of nan.
     """
-    longitude = np.unwrap(places[:, 0], period=360.0)
+    longitude = np.unwrap(points[:, 0], period=360.0)
     worlds = np.rint(longitude / 360.0)
     parts, rows = [], []
     for world in np.unique(worlds):
@@ -62,7 +62,7 @@ def _track(places):
         # With the points before and after, which are off the map.
         drawn = inside | np.append(inside[1:], False) | np.append(False, inside[:-1])
         chosen = np.flatnonzero(drawn)
-        line = np.column_stack([longitude[chosen] - 360.0 * world, places[chosen, 1]])
+        line = np.column_stack([longitude[chosen] - 360.0 * world, points[chosen, 1]])
         gaps = np.flatnonzero(np.diff(chosen, prepend=-2) > 1)
         parts.append(np.insert(line, gaps, np.nan, axis=0))
         rows.append(np.insert(chosen, gaps, chosen[gaps]))

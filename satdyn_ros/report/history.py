@@ -22,7 +22,7 @@ from ..run.topics import Panel, Topic
 from ..torques.magnetic import dipole_of
 from ..torques.thrust import Thrust
 from .curves import HELD_TICKS, Bounds, shown, topics_with_panels
-from .place import place_topics
+from .earth_map import geodetic_topics
 from .sensor_errors import ErrorsOfSensors, SensorErrors
 
 # A controller may begin one at each tick.
@@ -132,7 +132,7 @@ def history(
     with_panels = topics_with_panels(run.scenario)
     bounds = Bounds(row_ticks, 1.0 / float(run.ticks.rate), with_panels)
     sensors = ErrorsOfSensors(simulation.sensors, run.ticks, range(first, end), rows)
-    at_rows = _Rows([*with_panels, *place_topics(run.scenario)])
+    at_rows = _Rows([*with_panels, *geodetic_topics(run.scenario)])
     timeline, drifts = _Timeline(run), _LargestDrift()
     motions: dict[int, Motion] = {}
     for motion, applied, samples, changes in _measured(_stretches(simulation, first, end)):

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 from ..bag.read_run import RecordedRun
 from . import panels
 from .curves import topics_with_panels
+from .earth_map import GEODETIC, geodetic_topics
 from .ground_track import ground_track, utc_axis
 from .history import History, history
 from .hysteresis_loops import loops
-from .place import GEODETIC, place_topics
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -65,7 +65,7 @@ def _check(bag, what):
     allowed = PANELS
     if unknown := [name for name in what if name not in allowed]:
         scenario = RecordedRun(bag).scenario
-        topics = [*topics_with_panels(scenario), *place_topics(scenario)]
+        topics = [*topics_with_panels(scenario), *geodetic_topics(scenario)]
         allowed += (*(topic.name for topic in topics), *scenario.sensors)
         unknown = [name for name in unknown if name not in allowed]
     if unknown:

@@ -18,7 +18,7 @@ A description is plain data:
     planet      its radius [m], or null where it is unknown; then radius_m is not used
     has_lvlh    whether there is an orbit, with q_il and radius_m in the table
     integrals   the names of the columns of drift
-    earth       where the place is published what draws the Earth, see place.py, or null
+    earth       if the position is published what draws the Earth, see earth_map.py, or null
     panels      the name, title and unit of each column that has a panel of its own, such as a
                 torque's, and lines, the names of its numbers: x, y, z in body axes, or one ''
 
@@ -53,7 +53,7 @@ from ..messages.markers import box
 from ..orbits.kepler import EARTH_RADIUS_M
 from ..run.scenario import Scenario
 from ..torques.thrust import thrust_of
-from . import place
+from . import earth_map
 from .curves import least_axis, line_names, rotor_columns, topics_with_panels
 from .history import History
 
@@ -71,10 +71,10 @@ def description(scenario: Scenario, integrals: list[str]) -> dict[str, Any]:
         'axis': _followed_axis(scenario.system.inertia).tolist(),
         'least_axis': least.tolist() if least is not None and orbit.has_lvlh else None,
         'rotors': _rotors(scenario),
-        'planet': EARTH_RADIUS_M if place.is_about_earth(orbit) else None,
+        'planet': EARTH_RADIUS_M if earth_map.is_about_earth(orbit) else None,
         'has_lvlh': orbit.has_lvlh,
         'integrals': integrals,
-        'earth': place.description(scenario),
+        'earth': earth_map.description(scenario),
         'panels': [
             {
                 'name': topic.name,

@@ -165,7 +165,7 @@ def _modelled(states: States) -> States:
 
 @dataclass(frozen=True)
 class _Model:
-    """A model in the place of its table."""
+    """A model in place of its table."""
 
     function: Callable[[np.ndarray], np.ndarray]
 

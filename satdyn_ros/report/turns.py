@@ -24,7 +24,7 @@ class FlownAgain:
     def __init__(self, motion: Motion):
         self.motion = self._again = motion
         if isinstance(motion, Propagation):
-            # It stands at one place in time, from which the run goes on.
+            # It stands at one instant, from which the run goes on.
             start = motion.system, motion.state, motion.start_s
             self._again = Propagation(*start, motion.tolerance)
 
@@ -35,8 +35,8 @@ class FlownAgain:
         begin_s: ascending, since the motion began.  fastest [rad/s]: the body's rate at most.
         """
         each = int(fastest * interval_s / _LARGEST_TURN) + 1
-        places = np.linspace(0.0, 1.0, each * _PARTS[-1] + 1)
-        t_s = begin_s[:, None] + interval_s * places
+        fractions = np.linspace(0.0, 1.0, each * _PARTS[-1] + 1)
+        t_s = begin_s[:, None] + interval_s * fractions
         q_ib = self._again.at(t_s.ravel()).q_ib.reshape(*t_s.shape, 4)
         sums = [_sum_of_turns(q_ib[:, :: _PARTS[-1] // parts]) for parts in _PARTS]
         for per_halving in (4.0, 16.0, 64.0):

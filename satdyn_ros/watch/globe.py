@@ -8,7 +8,7 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 
 from ..base.nanoseconds import SECOND_NS
-from ..report import place
+from ..report import earth_map
 from ..run.scenario import Scenario
 from .listener import Listener, parts
 from .reports import Parts, Reports
@@ -37,7 +37,7 @@ class Globe(View):
     ):
         self._listener, self._reader, self._send = listener, reader, send
         self._flights: dict[str, _Flight] = {}
-        send('earth', place.earth(), True)
+        send('earth', earth_map.earth(), True)
 
     @property
     def refusal(self) -> str:
@@ -73,7 +73,7 @@ class Globe(View):
         """
         Send what is known of each satellite, plain data.
 
-        name, is_there, is_paused; where there is a place utc_s, its Unix time [s], r_i [m] and v_i
+        name, is_there, is_paused; if there is a position utc_s, its Unix time [s], r_i [m] and v_i
         [m/s]; note, why there is none, or ''.
         """
         now_s = time.monotonic()
@@ -82,7 +82,7 @@ class Globe(View):
                 'name': name,
                 'is_there': flight.reports.is_there,
                 'is_paused': flight.reports.is_paused,
-                **flight.place(now_s),
+                **flight.position(now_s),
             }
             for name, flight in self._flights.items()
         ]
@@ -107,7 +107,7 @@ class _Flight:
             self._heard_s.append(time.monotonic())
             self._ticks.append(self.reports.tick)
 
-    def place(self, now_s: float) -> dict[str, Any]:
+    def position(self, now_s: float) -> dict[str, Any]:
         """Return where it is, or why that is not known."""
         if len(self.endpoints) > 1:
             return {'note': f'not drawn: {len(self.endpoints)} nodes have this name'}
@@ -118,7 +118,7 @@ class _Flight:
         t_s = self._tick(now_s) / float(self.scenario.rate)
         try:
             orbit = self.scenario.system.orbit
-            if not place.is_about_earth(orbit):
+            if not earth_map.is_about_earth(orbit):
                 return {'note': 'not drawn: it has no orbit about the Earth'}
             r_i, v_i = orbit.position_velocity(t_s)
         except ValueError as error:

@@ -10,7 +10,7 @@ from ..dynamics.motion import States
 from ..dynamics.torque import angular_momentum
 from ..report import scene
 from ..report.curves import shown, topics_with_panels
-from ..report.place import place_topics
+from ..report.earth_map import geodetic_topics
 from ..run.samples import Samples
 from ..run.scenario import Scenario
 from ..run.ticks import Ticks
@@ -114,7 +114,7 @@ class SceneFrames:
         return scene.rows(
             states,
             momentum_b=angular_momentum(system, states.omega_bi_b, states.rotor_speed),
-            shown=shown([*topics_with_panels(scenario), *place_topics(scenario)], samples),
+            shown=shown([*topics_with_panels(scenario), *geodetic_topics(scenario)], samples),
             applied_b=system.torque_b[None] if system.torque_b.any() else None,
             dipole_b=None if dipole_b is None else dipole_b[None],
         )

@@ -344,7 +344,7 @@ def test_the_page_knows_how_the_earth_is_turned_and_where_the_sun_is(page, brows
 
 @pytest.fixture(scope='module')
 def earth_bag(folder):
-    """Return a bag of a revolution and a half, with the place, the field and the Sun."""
+    """Return a bag of a revolution and a half, with the position, the field and the Sun."""
     given = {
         'publish': {'rate': 0.1, 'topics': ['attitude', 'geodetic']},
         'environment': {'magnetic_field': 'dipole', 'sun': 'ephemeris'},
@@ -355,7 +355,7 @@ def earth_bag(folder):
 
 
 def test_the_earth_is_shown_at_its_time(earth_bag, browser, folder):
-    """The page says UTC, the place and where it is dark; labels keep off its map."""
+    """The page says UTC, the position and where it is dark; labels keep off its map."""
     run = history(earth_bag)
     report(earth_bag, folder / 'earth.html')
     pages.resize(browser, 1280, 720)
@@ -373,12 +373,12 @@ def test_the_earth_is_shown_at_its_time(earth_bag, browser, folder):
         utc = str(np.datetime64('2026-03-20T06:00:00') + int(time_s)).replace('T', ' ')
         pages.wait(browser, f"document.querySelector('.ground time').textContent === '{utc} UTC'")
         latitude, longitude, height_m = run.shown['geodetic'][row]
-        place = browser.find_element('class name', 'place').text
-        north, east, height_km = re.findall(r'[\d.]+', place)
+        position = browser.find_element('class name', 'position').text
+        north, east, height_km = re.findall(r'[\d.]+', position)
         assert float(north) == pytest.approx(abs(latitude), abs=0.006)
         assert float(east) == pytest.approx(abs(longitude), abs=0.006)
         assert float(height_km) == pytest.approx(height_m / 1000.0, abs=0.06)
-        assert ('S' in place, 'W' in place) == (latitude < 0.0, longitude < 0.0)
+        assert ('S' in position, 'W' in position) == (latitude < 0.0, longitude < 0.0)
         said.append(pages.wait_for_labels(browser))
         width = browser.execute_script('return document.documentElement.scrollWidth')
         assert width == size[0]

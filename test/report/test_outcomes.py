@@ -133,8 +133,8 @@ def test_capture_that_is_not_given_or_otherwise(grid, tmp_path, capsys, change, 
 
 def as_numbers(table):
     """Return a table whose truth values are numbers, some captured and some not."""
-    place = table.column_names.index('captured')
-    return table.set_column(place, 'captured', pa.array([1.0, 0.0, 0.0] * 3))
+    index = table.column_names.index('captured')
+    return table.set_column(index, 'captured', pa.array([1.0, 0.0, 0.0] * 3))
 
 
 @pytest.mark.parametrize(

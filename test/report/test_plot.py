@@ -332,7 +332,7 @@ def test_refused(bag, tmp_path):
 
 
 def test_the_track_is_where_the_body_is(tmp_path):
-    """A line through all places, once around; what is in the umbra is dashed, and UTC is there."""
+    """A line through all points, once around; what is in the umbra is dashed, and UTC is there."""
     given = {
         'publish': {'rate': 0.1, 'topics': ['attitude', 'geodetic']},
         'environment': {'sun': 'ephemeris'},
@@ -361,7 +361,7 @@ def test_the_track_is_where_the_body_is(tmp_path):
     assert utc.get_xlabel() == 'UTC'
 
 
-def test_there_is_no_map_without_a_place(bag):
+def test_there_is_no_map_without_a_position(bag):
     """It is not drawn, and asking for it says what there is."""
     assert len(draw(history(bag)).axes) == 6
     with pytest.raises(ValueError, match='the panel is geodetic; allowed: '):

@@ -130,10 +130,10 @@ def test_any_part_has_the_same_errors(bag):
     fewer = history(bag, 300, 20.0, 80.0).sensors
     for name, errors in whole.items():
         for some in (part[name], fewer[name]):
-            places = np.searchsorted(errors.t_s, some.t_s - 1e-9)
-            np.testing.assert_array_equal(some.t_s, errors.t_s[places])
-            np.testing.assert_array_equal(some.error, errors.error[places])
-            np.testing.assert_array_equal(some.systematic, errors.systematic[places])
+            rows = np.searchsorted(errors.t_s, some.t_s - 1e-9)
+            np.testing.assert_array_equal(some.t_s, errors.t_s[rows])
+            np.testing.assert_array_equal(some.error, errors.error[rows])
+            np.testing.assert_array_equal(some.systematic, errors.systematic[rows])
     assert len(fewer['gyro'].t_s) == 241  # each fifth of 1201 ticks
     assert len(fewer['star_tracker'].t_s) < 301
     # An exposure of the file before is still on its way at the begin of this one.

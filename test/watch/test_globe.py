@@ -92,7 +92,7 @@ def on_circle(namespace, t_s):
 
 
 def test_each_is_where_its_circle_has_it(url):
-    """At the time that a frame says, place and velocity are those of the formulas; they go on."""
+    """At the time in a frame, position and velocity are those of the formulas; they go on."""
     first = frame(url, are_drawn)
     later = frame(
         url,
@@ -109,14 +109,14 @@ def test_each_is_where_its_circle_has_it(url):
 
 
 def test_what_does_not_fly_is_listed_and_not_drawn(url):
-    """The body of a fixed place has no place on the globe; the list says why."""
+    """The body at a fixed position is not on the globe; the list says why."""
     still = frame(url, lambda now: are_drawn(now) and 'orbit' in now['/still/satdyn']['note'])
     assert 'r_i' not in still['/still/satdyn']
     assert still['/still/satdyn']['note'] == 'not drawn: it has no orbit about the Earth'
 
 
 def test_a_paused_one_is_where_its_topic_says(url, participant):
-    """While it is paused its place is that of its last odometry; nobody is asked anything."""
+    """While it is paused its position is that of its last odometry; nobody is asked anything."""
     messages = participant.listen('odometry')
     participant.hear(messages, 1)
     # At 1 Hz a tick is a second.
@@ -129,8 +129,10 @@ def test_a_paused_one_is_where_its_topic_says(url, participant):
             now['/low/satdyn']['is_paused'] and now['/low/satdyn'].get('utc_s') == last_ns / 1e9
         ),
     )['/low/satdyn']
-    place = messages[-1].pose.pose.position
-    np.testing.assert_allclose(low['r_i'], [place.x, place.y, place.z], rtol=0.0, atol=0.01)
+    position = messages[-1].pose.pose.position
+    np.testing.assert_allclose(
+        low['r_i'], [position.x, position.y, position.z], rtol=0.0, atol=0.01
+    )
     assert participant.switch('pause', False)[0]
 
 
@@ -205,17 +207,17 @@ def test_dots_and_lines_are_where_the_satellites_are(page):
             f'{namespace}/satdyn',
         )
         x, y, z = seen['at']
-        place = np.array([x, -z, y])
+        position = np.array([x, -z, y])
         line = np.reshape(seen['line'], (-1, 3))
         axis = np.cross(*on_circle(namespace, 0.0))
         axis /= np.linalg.norm(axis)
         radius = CIRCLES[namespace]['semi_major_axis'] / RADIUS_M
-        assert np.linalg.norm(place) == pytest.approx(radius, rel=1e-9)
-        assert place @ axis == pytest.approx(0.0, abs=1e-9)
+        assert np.linalg.norm(position) == pytest.approx(radius, rel=1e-9)
+        assert position @ axis == pytest.approx(0.0, abs=1e-9)
         # As single-precision numbers.
         np.testing.assert_allclose(np.linalg.norm(line, axis=1), radius, rtol=1e-6)
         np.testing.assert_allclose(line @ axis, 0.0, atol=1e-6)
-        np.testing.assert_allclose([line[0], line[-1]], [place, place], atol=1e-5)
+        np.testing.assert_allclose([line[0], line[-1]], [position, position], atol=1e-5)
         projection, view = (np.reshape(seen[name], (4, 4)).T for name in ('projection', 'view'))
         right, up, _, depth = projection @ view @ [x, y, z, 1.0]
         picture, dot = seen['picture'], seen['dot']
@@ -266,7 +268,7 @@ def test_the_time_along_an_ellipse(page):
 
 @pytest.mark.long
 def test_the_line_of_an_ellipse(page):
-    """From a place with its velocity follow the pericentre and the apocentre of the ellipse."""
+    """From a position with its velocity follow the pericentre and the apocentre of the ellipse."""
     a, e, f = 3.0, 0.4, 2.0
     # The conic in its own axes, mu = 1: Montenbruck and Gill, Satellite Orbits, section 2.2.
     p = a * (1.0 - e * e)

@@ -106,12 +106,12 @@ def test_body_turns_as_the_node_says(page, participant):
     press(page, 'pause', 'running')
 
 
-def test_the_place_is_that_of_the_topic(page, participant):
-    """Where the page is paused it has the place of the last message, and says its time in UTC."""
+def test_the_position_is_that_of_the_topic(page, participant):
+    """While the page is paused it has the position of the last message, and its time in UTC."""
     row, messages = paused(page, participant, 'geodetic')
     last = messages[-1]
-    place = np.array([last.latitude, last.longitude, last.altitude], np.float32)
-    np.testing.assert_array_equal(np.array(row['geodetic'], np.float32), place)
+    position = np.array([last.latitude, last.longitude, last.altitude], np.float32)
+    np.testing.assert_array_equal(np.array(row['geodetic'], np.float32), position)
     utc = str(np.datetime64(last.header.stamp.sec, 's')).replace('T', ' ')
     pages.wait(page, f"document.querySelector('.ground time').textContent === '{utc} UTC'")
     pages.wait(page, lambda: text(page, 'clock').endswith(f'{utc} UTC'))

@@ -187,10 +187,10 @@ class Charts {
       return key.querySelector('output');
     });
     if (panel.ways) caption.querySelector('.keys').before(this._choice(panel));
-    const place = document.createElement('div');
-    figure.append(caption, place);
+    const box = document.createElement('div');
+    figure.append(caption, box);
     this.box.append(figure);
-    return { figure, place, values, unit: caption.querySelector('i') };
+    return { figure, box, values, unit: caption.querySelector('i') };
   }
 
   // A choice between the ways to say how the body is turned.
@@ -246,7 +246,7 @@ class Charts {
   _data(chart) {
     const { panel } = chart;
     if (panel.errors) return this._within(this.times, [Array.from(panel.errors.t_s), ...chart.curves, ...chart.edges]);
-    const pixels = chart.place.clientWidth;
+    const pixels = chart.box.clientWidth;
     const drawn = chart.curves.map((curve, k) => envelopeOf(curve, ...this.seen, pixels, chart.far[k], chart.noise, panel.isCircular ? panel.wraps : 0));
     if (panel.wraps) drawn.forEach(({ line, mean }) => [line, mean].forEach((curve) => openWraps(curve, panel.wraps)));
     return [
@@ -319,7 +319,7 @@ class Charts {
         drawClear: [(plot) => this._drawMarks(plot, colour)],
         setScale: [(plot, key) => { if (key === 'x') this._follow(plot); }],
       },
-    }, data, chart.place);
+    }, data, chart.box);
     chart.chosen = document.createElement('div');
     chart.chosen.className = 'now';
     chart.plot.over.append(chart.chosen);
@@ -335,10 +335,10 @@ class Charts {
     return { range: most ? [-most, most] : paddedRange };
   }
 
-  _size({ figure, place, isLast }) {
+  _size({ figure, box, isLast }) {
     const caption = figure.firstElementChild.offsetHeight;
     const height = figure.clientHeight - caption;
-    return { width: Math.max(place.clientWidth, 100), height: Math.max(height, isLast ? 96 : 70) };
+    return { width: Math.max(box.clientWidth, 100), height: Math.max(height, isLast ? 96 : 70) };
   }
 
   _listen(plot) {

@@ -41,16 +41,16 @@ class Earth {
   // Days since J2000, 1 January 2000, 12:00.
   _days(time) { return (this.utc(time) - 946728000) / 86400; }
 
-  // The unit vector of a place, in degrees.
+  // The unit vector of a point, in degrees.
   static direction([longitude, latitude]) {
     const [across, turn] = [Math.cos((latitude * Math.PI) / 180), (longitude * Math.PI) / 180];
     return [across * Math.cos(turn), across * Math.sin(turn), Math.sin((latitude * Math.PI) / 180)];
   }
 
   // Longitude and latitude of a direction, in degrees.
-  static place([x, y, z]) { return [Math.atan2(y, x), Math.atan2(z, Math.hypot(x, y))].map((angle) => (angle * 180) / Math.PI); }
+  static degrees([x, y, z]) { return [Math.atan2(y, x), Math.atan2(z, Math.hypot(x, y))].map((angle) => (angle * 180) / Math.PI); }
 
-  // A place [latitude, longitude, height] on the way from one to another.
+  // A point [latitude, longitude, height] on the way from one to another.
   static between([latitude, longitude, height], [later, to, higher], part) {
     const between = (from, way) => from + part * way;
     return [

@@ -1,5 +1,5 @@
 'use strict';
-// The ground track: a map with coast lines, day and night, and beside it time and place in numbers.
+// The ground track: a map with coast lines, day and night, and beside it time and position in numbers.
 
 const TRACK_POINTS = 600;
 const MAP_EACH = 100; // [ms]
@@ -10,8 +10,8 @@ class Ground {
     Object.assign(this.box, { className: 'ground', hidden: true });
     this.box.setAttribute('aria-label', 'ground track');
     this.box.innerHTML = '<canvas role="img" aria-label="map of the Earth with the ground track"></canvas>'
-      + '<p><time></time><output class="place"></output></p>';
-    [this.canvas, this.time, this.place] = ['canvas', 'time', '.place'].map((name) => this.box.querySelector(name));
+      + '<p><time></time><output class="position"></output></p>';
+    [this.canvas, this.time, this.position] = ['canvas', 'time', '.position'].map((name) => this.box.querySelector(name));
     this.context = this.canvas.getContext('2d');
     new ResizeObserver(() => this._resize()).observe(this.canvas);
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this._resize());
@@ -27,7 +27,7 @@ class Ground {
 
   clear() {
     this.row = null;
-    this.time.textContent = this.place.textContent = '';
+    this.time.textContent = this.position.textContent = '';
   }
 
   show(row, rows) {
@@ -55,7 +55,7 @@ class Ground {
     const context = picture.getContext('2d');
     const lines = (all, colour, width) => {
       context.beginPath();
-      for (const line of all) line.forEach((place, k) => context[k ? 'lineTo' : 'moveTo'](...this._at(place)));
+      for (const line of all) line.forEach((point, k) => context[k ? 'lineTo' : 'moveTo'](...this._at(point)));
       Object.assign(context, { strokeStyle: this.colour(colour), lineWidth: width * sharp, lineJoin: 'round' });
       context.stroke();
     };
@@ -73,7 +73,7 @@ class Ground {
     const { context, canvas, earth, row } = this;
     const sharp = canvas.width / canvas.clientWidth;
     const [time] = row.t_s;
-    const sun = Earth.place(earth.sun(time));
+    const sun = Earth.degrees(earth.sun(time));
     context.fillStyle = this.colour('--map-sea');
     context.fillRect(0, 0, canvas.width, canvas.height);
     this._shadeNight(sun);
@@ -134,10 +134,10 @@ class Ground {
     this.context.lineTo(...this._at(to));
   }
 
-  _mark(place, radius, colour) {
+  _mark(point, radius, colour) {
     const { context } = this;
     context.beginPath();
-    context.arc(...this._at(place), radius, 0, 2 * Math.PI);
+    context.arc(...this._at(point), radius, 0, 2 * Math.PI);
     Object.assign(context, { fillStyle: this.colour(colour), strokeStyle: this.colour('--map-edge'), lineWidth: radius / 3 });
     context.fill();
     context.stroke();
@@ -147,6 +147,6 @@ class Ground {
     const [latitude, longitude, height] = this.row.geodetic;
     const degrees = (angle, positive, negative) => `${Math.abs(angle).toFixed(2)}° ${angle < 0 ? negative : positive}`;
     this.time.textContent = utcText(this.earth.utc(time));
-    this.place.textContent = `${degrees(latitude, 'N', 'S')}  ${degrees(longitude, 'E', 'W')}  ${(height / 1000).toFixed(1)} km`;
+    this.position.textContent = `${degrees(latitude, 'N', 'S')}  ${degrees(longitude, 'E', 'W')}  ${(height / 1000).toFixed(1)} km`;
   }
 }

@@ -16,7 +16,7 @@ class Labels {
       const leader = document.createElement('i');
       leader.className = 'leader';
       this.box.append(leader, element);
-      label = { element, leader, text: '', place: 0 };
+      label = { element, leader, text: '', position: 0 };
       this.labels.set(key, label);
     }
     if (label.text !== text) {
@@ -44,14 +44,14 @@ class Labels {
   clear() { [...this.labels.keys()].forEach((key) => this.remove(key)); }
 
   // Put each label beside its point [px], or hide it: points is a map of keys to null or {x, y, room,
-  // place}: room is kept free around it, place, where given, is that of PLACES to begin with; corners
+  // position}: room is kept free around it, position, where given, is that of POSITIONS to begin with; corners
   // [px] are those of the body, if there is one, covered the rooms of what lies over the scene.
   place(points, corners, covered, width, height) {
     const outline = hull(corners);
     const taken = [...covered];
     for (const [key, label] of this.labels) {
       const point = points.get(key);
-      const free = point && this._freePlace(label, point, taken, outline, width, height);
+      const free = point && this._freePosition(label, point, taken, outline, width, height);
       label.element.style.visibility = free ? 'visible' : 'hidden';
       label.leader.style.visibility = 'hidden';
       if (!free) continue;
@@ -61,21 +61,21 @@ class Labels {
     }
   }
 
-  _freePlace(label, { x, y, room: away, place: first = label.place }, taken, outline, width, height) {
+  _freePosition(label, { x, y, room: away, position: first = label.position }, taken, outline, width, height) {
     const isFree = (room) => room.left >= 4 && room.top >= 4 && room.right <= width - 4 && room.bottom <= height - 4
       && taken.every((other) => room.left > other.right + 4 || room.right < other.left - 4
         || room.top > other.bottom + 1 || room.bottom < other.top - 1) && !touches(outline, room);
     const roomAt = (left, top) => ({ left, top, right: left + label.width, bottom: top + label.height });
-    const count = Labels.PLACES.length;
+    const count = Labels.POSITIONS.length;
     for (let k = 0; k < count; k += 1) {
-      // Its previous place comes first, so that labels do not jump.
-      const place = (first + k) % count;
-      const [right, down] = Labels.PLACES[place];
+      // Its previous position comes first, so that labels do not jump.
+      const position = (first + k) % count;
+      const [right, down] = Labels.POSITIONS[position];
       const room = roomAt(
         x + right * (label.width / 2 + away) - label.width / 2, y + down * (label.height / 2 + away) - label.height / 2,
       );
       if (isFree(room)) {
-        label.place = place;
+        label.position = position;
         return room;
       }
     }
@@ -128,7 +128,7 @@ function touches(outline, { left, top, right, bottom }) {
 }
 
 // Beside, above, below, at the corners, then further away: in half widths and heights.
-Labels.PLACES = [
+Labels.POSITIONS = [
   [1, 0], [-1, 0], [0, -1], [0, 1], [1, -1], [-1, -1], [1, 1], [-1, 1],
   [0, -2.2], [0, 2.2], [1, -2.2], [-1, -2.2], [1, 2.2], [-1, 2.2],
 ];

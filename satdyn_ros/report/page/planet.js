@@ -46,10 +46,10 @@ class Planet {
   }
 
   _coasts(earth) {
-    const places = earth.coast.flatMap((line) => line.slice(1).flatMap((to, k) => [...Earth.direction(line[k]), ...Earth.direction(to)]));
+    const points = earth.coast.flatMap((line) => line.slice(1).flatMap((to, k) => [...Earth.direction(line[k]), ...Earth.direction(to)]));
     const geometry = new THREE.BufferGeometry();
-    geometry.setAttribute('position', new THREE.Float32BufferAttribute(places, 3));
-    geometry.setAttribute('weight', new THREE.Float32BufferAttribute(new Array(places.length / 3).fill(1), 1));
+    geometry.setAttribute('position', new THREE.Float32BufferAttribute(points, 3));
+    geometry.setAttribute('weight', new THREE.Float32BufferAttribute(new Array(points.length / 3).fill(1), 1));
     this.coastLine = { value: new THREE.Color() };
     const coasts = new THREE.LineSegments(geometry, this._material(Planet.GRATICULE, { line: this.coastLine }));
     coasts.renderOrder = -2;
@@ -134,11 +134,11 @@ Planet.GRATICULE = {
 
 // Circles of latitude and longitude every 10 deg on the unit sphere, z to the pole.
 function graticule() {
-  const [places, weights] = [[], []];
+  const [points, weights] = [[], []];
   const degree = Math.PI / 180;
   const put = (latitude, longitude, weight) => {
     const across = Math.cos(latitude * degree);
-    places.push(across * Math.cos(longitude * degree), across * Math.sin(longitude * degree), Math.sin(latitude * degree));
+    points.push(across * Math.cos(longitude * degree), across * Math.sin(longitude * degree), Math.sin(latitude * degree));
     weights.push(weight);
   };
   for (let longitude = 0; longitude < 360; longitude += 10) {
@@ -156,7 +156,7 @@ function graticule() {
     }
   }
   const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute('position', new THREE.Float32BufferAttribute(places, 3));
+  geometry.setAttribute('position', new THREE.Float32BufferAttribute(points, 3));
   geometry.setAttribute('weight', new THREE.Float32BufferAttribute(weights, 1));
   return geometry;
 }

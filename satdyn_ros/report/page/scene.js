@@ -38,7 +38,7 @@ class Scene {
     this.controls = new THREE.OrbitControls(this.camera, this.canvas);
     Object.assign(this.controls, { enablePan: false, minDistance: 2, maxDistance: 14, enableDamping: false });
     this.controls.addEventListener('change', () => this.redraw());
-    this.shown = { axis: true, polhode: false, herpolhode: false, arrows: true, place: true };
+    this.shown = { axis: true, polhode: false, herpolhode: false, arrows: true, surroundings: true };
     this.frames = []; // when the last ones were drawn [ms]
     this.sharpness = this.share = 1;
     this._build();
@@ -275,9 +275,9 @@ class Scene {
     point('momentum', isOn && H ? along(inView(H, Math.hypot(...H)), 1.1) : none);
     point('torque', isOn && row.gravity_gradient ? inView(row.gravity_gradient, longest.torque) : none);
     const applied = row.applied_b;
-    const field = this.shown.place && row.magnetic_field;
-    const dipole = this.shown.place && row.dipole_b;
-    point('sun', this.shown.place && sun_v ? along(sun_v, 1.75) : none);
+    const field = this.shown.surroundings && row.magnetic_field;
+    const dipole = this.shown.surroundings && row.dipole_b;
+    point('sun', this.shown.surroundings && sun_v ? along(sun_v, 1.75) : none);
     point('field', field ? along(Rotation.rotate(q_vb, field), 1.5 / Math.hypot(...field)) : none);
     point('dipole', dipole ? inView(dipole, longest.dipole) : none);
     point('applied', isOn && applied && applied.every(Number.isFinite) ? inView(applied, Math.hypot(...applied)) : none);
@@ -373,8 +373,8 @@ class Scene {
       if (isShown) at.project(this.camera);
       this.labels.dim(key, isHidden);
       const [x, y] = this._pixels(at);
-      const place = isOutside ? this._sideOf(x, y) : undefined;
-      points.set(key, isShown && at.z < 1 ? { x, y, room, place } : null);
+      const position = isOutside ? this._sideOf(x, y) : undefined;
+      points.set(key, isShown && at.z < 1 ? { x, y, room, position } : null);
     };
     const pixels = this.height / (2 * Math.tan((this.camera.fov * Math.PI) / 360) * this.camera.position.length());
     for (const [name, made] of Object.entries(this.arrows)) {
@@ -408,7 +408,7 @@ class Scene {
   // Where a projected point is [px].
   _pixels({ x, y }) { return [((x + 1) / 2) * this.width, ((1 - y) / 2) * this.height]; }
 
-  // The place beside a point that is furthest from the middle, where its arrow does not lie.
+  // The side of a point that is furthest from the middle, where its arrow does not lie.
   _sideOf(x, y) {
     const [right, down] = [x - this.width / 2, y - this.height / 2];
     return Math.abs(right) > Math.abs(down) ? Number(right < 0) : 2 + Number(down > 0);

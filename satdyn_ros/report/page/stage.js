@@ -7,7 +7,7 @@ const SWITCHES = {
   polhode: ['polhode', 'path of the rate in the body', '--polhode'],
   herpolhode: ['herpolhode', 'path of the rate in space', '--herpolhode'],
   arrows: ['ω, H, torque', 'arrows of rate, momentum and torque', '--rate'],
-  place: ['Sun, B', 'arrows to the Sun and along the magnetic field', '--sun'],
+  surroundings: ['Sun, B', 'arrows to the Sun and along the magnetic field', '--sun'],
 };
 
 class Stage {
@@ -38,9 +38,9 @@ class Stage {
     if (!this.scene) return;
     this.scene.keepOff(earth ? [this.ground.box, this.switches] : []);
     this.scene.describe(description, earth);
-    const hasPlace = earth || description.panels.some(({ name }) => name === 'sun_direction' || name === 'magnetic_field');
-    if (hasPlace) this.switches.append(this.placeSwitch);
-    else this.placeSwitch.remove();
+    const hasSurroundings = earth || description.panels.some(({ name }) => name === 'sun_direction' || name === 'magnetic_field');
+    if (hasSurroundings) this.switches.append(this.surroundingsSwitch);
+    else this.surroundingsSwitch.remove();
     this.views.orbit.disabled = !description.has_lvlh;
     this.views.orbit.title = description.has_lvlh ? '' : 'there is no orbit';
     const names = description.rotors.map(({ name }) => name).join(', ');
@@ -95,7 +95,7 @@ class Stage {
       Object.assign(input, { type: 'checkbox', checked: this.scene.shown[name], name });
       input.addEventListener('change', () => this.scene.toggle(name, input.checked));
       label.append(input, Stage.made('span', '', text));
-      if (name === 'place') this.placeSwitch = label; // only where there is what it shows
+      if (name === 'surroundings') this.surroundingsSwitch = label; // only where there is what it shows
       else group.append(label);
     }
     this.box.append(group);

@@ -168,11 +168,11 @@ class Path {
   draw(count, pointAt) {
     this.line.visible = count > 1;
     if (count < 2) return;
-    const places = this.segments.array;
+    const ends = this.segments.array;
     for (let k = 0; k < count; k += 1) {
-      if (k < count - 1) pointAt(k, places, 6 * k);
-      else pointAt(k, places, 6 * k - 3);
-      if (k > 0 && k < count - 1) places.copyWithin(6 * k - 3, 6 * k, 6 * k + 3);
+      if (k < count - 1) pointAt(k, ends, 6 * k);
+      else pointAt(k, ends, 6 * k - 3);
+      if (k > 0 && k < count - 1) ends.copyWithin(6 * k - 3, 6 * k, 6 * k + 3);
     }
     if (count !== this.geometry.instanceCount + 1) this._shade(count);
     this.geometry.instanceCount = count - 1;
@@ -199,9 +199,9 @@ class Path {
 // Circles of a unit sphere, for paths to lie on.
 function sphereLines(radius) {
   const points = [];
-  const circle = (place) => {
+  const circle = (pointOf) => {
     for (let k = 0; k < 96; k += 1) {
-      points.push(...place((k * Math.PI) / 48), ...place(((k + 1) * Math.PI) / 48));
+      points.push(...pointOf((k * Math.PI) / 48), ...pointOf(((k + 1) * Math.PI) / 48));
     }
   };
   for (let k = 0; k < 6; k += 1) {

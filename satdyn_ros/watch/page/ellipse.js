@@ -1,5 +1,5 @@
 'use strict';
-// The osculating ellipse of a place r with the velocity v about a centre of mu, in any units.
+// The osculating ellipse of a position r with the velocity v about a centre of mu, in any units.
 class Ellipse {
   constructor(r, v, mu) {
     const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];

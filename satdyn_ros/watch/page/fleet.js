@@ -14,7 +14,7 @@ class Fleet {
     box.append(this.picture, this.notice);
   }
 
-  // earth: as of earth() in place.py; it comes before the first satellites.
+  // earth: as of earth() in earth_map.py; it comes before the first satellites.
   describe(earth) {
     if (this.globe) return;
     try {
@@ -27,7 +27,7 @@ class Fleet {
   // satellites: as of Globe.frame in globe.py.
   show(satellites) {
     this._list(satellites);
-    const drawn = satellites.filter(({ r_i: place }) => place);
+    const drawn = satellites.filter(({ r_i: position }) => position);
     const times = drawn.map(({ utc_s: utc }) => utc);
     // Math.max of nothing is no time.
     this.utc = times.length ? Math.max(...times) : 0;
@@ -67,8 +67,8 @@ class Fleet {
     });
   }
 
-  _altitude({ r_i: place }) {
-    return place && this.globe ? `altitude ${((Math.hypot(...place) - this.globe.radius) / 1000).toFixed(0)} km` : '';
+  _altitude({ r_i: position }) {
+    return position && this.globe ? `altitude ${((Math.hypot(...position) - this.globe.radius) / 1000).toFixed(0)} km` : '';
   }
 
   _entry(name) {

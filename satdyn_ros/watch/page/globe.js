@@ -9,7 +9,7 @@ const GROUND = 1.002; // just above it
 const MARGIN = 1.12; // around the widest orbit, for names
 
 class Globe {
-  // box: an element that the globe fills; then earth() of place.py; choose(name) shows a satellite,
+  // box: an element that the globe fills; then earth() of earth_map.py; choose(name) shows a satellite,
   // point(name) makes one stand out, null none.  Error: the browser has no WebGL.
   constructor(box, { radius_m: radius, mu, coast }, choose, point) {
     Object.assign(this, { box, radius, mu, tellChosen: choose, tellPointed: point });
@@ -82,10 +82,10 @@ class Globe {
 
   // -- satellites ------------------------------------------------------------------------------------
 
-  _place({ name, utc_s: utc, r_i: place, v_i: velocity }) {
+  _place({ name, utc_s: utc, r_i: position, v_i: velocity }) {
     if (!this.satellites.has(name)) this.satellites.set(name, this._made(name));
     const satellite = this.satellites.get(name);
-    const ellipse = new Ellipse(place.map((x) => x / this.radius), velocity.map((x) => x / this.radius), this.mu / this.radius ** 3);
+    const ellipse = new Ellipse(position.map((x) => x / this.radius), velocity.map((x) => x / this.radius), this.mu / this.radius ** 3);
     const draw = (path, count) => path.draw(count, (k, array, offset) => array.set(ellipse.ahead((k - count + 1) * STEP), offset));
     draw(satellite.orbit, ORBIT_POINTS);
     draw(satellite.trail, TRAIL_POINTS);
@@ -94,7 +94,7 @@ class Globe {
     satellite.furthest = ellipse.furthest;
   }
 
-  // The places below it in its last revolution, each when it was there.
+  // The points below it in its last revolution, each when it was there.
   _track(track, ellipse, utc) {
     if (!Number.isFinite(ellipse.after(-2 * Math.PI))) return track.draw(0);
     return track.draw(ORBIT_POINTS, (k, array, offset) => {

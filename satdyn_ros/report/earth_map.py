@@ -1,4 +1,4 @@
-"""What a map of the Earth needs: coast lines, and the place over which the body is."""
+"""What a map of the Earth needs: coast lines, and the topic of the position over it."""
 
 import json
 from collections.abc import Iterator
@@ -13,12 +13,12 @@ from ..orbits.kepler import EARTH_MU, EARTH_RADIUS_M
 from ..run.scenario import Scenario
 from ..run.topics import Topic
 
-# The topic of the place: latitude and longitude [deg] and height [m] on WGS 84.
+# The topic of the position: latitude and longitude [deg] and height [m] on WGS 84.
 GEODETIC = 'geodetic'
 
 
-def place_topics(scenario: Scenario) -> list[Topic]:
-    """Return the topic of the place, where the scenario publishes it."""
+def geodetic_topics(scenario: Scenario) -> list[Topic]:
+    """Return the topic of the position, if the scenario publishes it."""
     return [scenario.topic_table[GEODETIC]] if GEODETIC in scenario.topics else []
 
 
@@ -29,7 +29,7 @@ def is_about_earth(orbit: Orbit) -> bool:
 
 def description(scenario: Scenario) -> dict[str, Any] | None:
     """
-    Return what a page needs to draw the Earth, plain data; None: no place is published.
+    Return what a page needs to draw the Earth, plain data; None: no position is published.
 
     epoch_s: Unix time of tick 0 [s].  period_s: of the orbit [s], so long is the track.  coast: as
     in coast.json.

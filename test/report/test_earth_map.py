@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from satdyn_ros.report.place import coast_lines
+from satdyn_ros.report.earth_map import coast_lines
 
 
 @pytest.mark.parametrize(
@@ -13,9 +13,9 @@ from satdyn_ros.report.place import coast_lines
 )
 def test_capes_are_on_the_coast(longitude, latitude):
     """Capes all over the Earth are within a degree of a coast line."""
-    places = np.concatenate(list(coast_lines()))
+    points = np.concatenate(list(coast_lines()))
     apart = np.hypot(
-        (places[:, 0] - longitude) * np.cos(np.radians(latitude)), places[:, 1] - latitude
+        (points[:, 0] - longitude) * np.cos(np.radians(latitude)), points[:, 1] - latitude
     )
     assert apart.min() < 1.0
 

@@ -19,7 +19,7 @@ def flown(
     controllers: OwnController, scenarios: Sequence[Scenario], ticks: np.ndarray
 ) -> Iterator[tuple[int, States | Exception]]:
     """
-    Yield the states of runs at ascending ticks (N,), or why a run has none, by their places.
+    Yield the states of runs at ascending ticks (N,), or why a run has none, by their indices.
 
     A controller that is vectorized sees all runs of a kind at once, else each has its own.
     """
@@ -30,14 +30,14 @@ def flown(
     alike: dict[Any, list[int]] = defaultdict(list)
     for i, scenario in enumerate(scenarios):
         alike[kind_of_run(scenario)].append(i)
-    for kind, places in alike.items():
+    for kind, indices in alike.items():
         if kind is None:
-            for i in places:
+            for i in indices:
                 yield i, _outcome_of(_alone, controllers, scenarios[i], ticks)
             continue
-        some = [scenarios[i] for i in places]
+        some = [scenarios[i] for i in indices]
         found = _outcome_of(_together, controllers, some, ticks)
-        for n, i in enumerate(places):
+        for n, i in enumerate(indices):
             yield i, found if isinstance(found, Exception) else found[n]
 
 

@@ -164,12 +164,12 @@ def _fly_controlled(plan, controller, runs, first, table):
         with _failure_recorded(table, first + row):
             scenarios[row] = plan.scenario_of_run(run)
     rows, some = [*scenarios], [*scenarios.values()]
-    for place, states in flown(controller, some, plan.ticks):
-        row = rows[place]
+    for i, states in flown(controller, some, plan.ticks):
+        row = rows[i]
         with _failure_recorded(table, first + row):
             if isinstance(states, Exception):
                 raise states
-            found = outcome(plan, some[place].system, part_of(states, None), [runs[row]])
+            found = outcome(plan, some[i].system, part_of(states, None), [runs[row]])
             table.put([first + row], found)
 
 

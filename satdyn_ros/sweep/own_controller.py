@@ -1,4 +1,4 @@
-"""A controller in the runs of a sweep, by its place, as code is named on a command line."""
+"""A controller in the runs of a sweep, by its path, as code is named on a command line."""
 
 import sys
 from collections.abc import Iterable
@@ -12,23 +12,23 @@ from ..run.controllers import Controller, named
 @dataclass(frozen=True)
 class OwnController:
     """
-    A class of controllers, by its place MODULE:CLASS or FILE.py:CLASS.
+    A class of controllers, by its path MODULE:CLASS or FILE.py:CLASS.
 
     parameters: what it is called with, each NAME=VALUE; sources: a digest of its file.
     """
 
-    place: str
+    path: str
     parameters: tuple[str, ...]
     sources: str = ''
 
     @classmethod
-    def at(cls, place: str, parameters: Iterable[str]) -> 'OwnController':
-        """Return the controllers of a place; ValueError, one sentence: they cannot be made."""
-        module, _, name = place.rpartition(':')
+    def at(cls, path: str, parameters: Iterable[str]) -> 'OwnController':
+        """Return the controllers of a path; ValueError, one sentence: they cannot be made."""
+        module, _, name = path.rpartition(':')
         if module.endswith('.py'):
             # Wherever the runs are done.
-            place = f'{Path(module).resolve()}:{name}'
-        controllers = cls(place, tuple(parameters))
+            path = f'{Path(module).resolve()}:{name}'
+        controllers = cls(path, tuple(parameters))
         kind = type(controllers.new())
         file = Path(
             module if module.endswith('.py') else str(sys.modules[kind.__module__].__file__)
@@ -37,4 +37,4 @@ class OwnController:
 
     def new(self) -> Controller:
         """Return a controller that has seen nothing."""
-        return named(self.place, self.parameters)
+        return named(self.path, self.parameters)

@@ -21,55 +21,55 @@ class Wrong(RuntimeError):  # noqa: N818 - it says what a function is
 @dataclass(frozen=True)
 class OwnOutcome:
     """
-    A function, by its place 'module:function', of the states (M, N) of M runs to numbers (M,).
+    A function, by its path 'module:function', of the states (M, N) of M runs to numbers (M,).
 
     sources: a digest of its module's file.  It is named by whoever starts a sweep, never by a
     file: code that is named is run.
     """
 
-    place: str
+    path: str
     sources: str
 
     @classmethod
-    def at(cls, place: str) -> 'OwnOutcome':
-        """Return the outcome of a place; ValueError, one sentence: there is no such function."""
-        module, _, name = place.partition(':')
+    def at(cls, path: str) -> 'OwnOutcome':
+        """Return the outcome of a path; ValueError, one sentence: there is no such function."""
+        module, _, name = path.partition(':')
         if not (module and name.isidentifier()):
-            raise ValueError(f'--outcome is {place}; it must be MODULE:FUNCTION')
+            raise ValueError(f'--outcome is {path}; it must be MODULE:FUNCTION')
         try:
             found = own_module(module)
         except ImportError as error:
-            raise ValueError(f'--outcome is {place}, which cannot be imported: {error}') from None
+            raise ValueError(f'--outcome is {path}, which cannot be imported: {error}') from None
         if not callable(getattr(found, name, None)):
-            raise ValueError(f'--outcome is {place}; {module} has no function {name}')
+            raise ValueError(f'--outcome is {path}; {module} has no function {name}')
         file = getattr(found, '__file__', None)
-        return cls(place, sha256(Path(file).read_bytes()).hexdigest()[:12] if file else '')
+        return cls(path, sha256(Path(file).read_bytes()).hexdigest()[:12] if file else '')
 
     @property
     def name(self) -> str:
         """The name of the column."""
-        return self.place.partition(':')[2]
+        return self.path.partition(':')[2]
 
     @property
     def meaning(self) -> str:
         """The first line of the function's docstring."""
         lines = (self._function.__doc__ or '').strip().splitlines()
-        return lines[0] if lines else self.place
+        return lines[0] if lines else self.path
 
     def values(self, states: States) -> np.ndarray:
         """Return the numbers (M,) of M runs; Wrong: the function does not give them."""
         try:
             values = np.asarray(self._function(states), float)
         except Exception as error:
-            raise Wrong(f'{self.place}: {type(error).__name__}: {error}') from error
+            raise Wrong(f'{self.path}: {type(error).__name__}: {error}') from error
         if values.shape != states.q_ib.shape[:1]:
             raise Wrong(
-                f'{self.place} gives an array {values.shape} for states of '
+                f'{self.path} gives an array {values.shape} for states of '
                 f'{states.q_ib.shape[:2]}; it must be {states.q_ib.shape[:1]}, one number per run'
             )
         return values
 
     @cached_property
     def _function(self) -> Callable[[States], Any]:
-        module, _, name = self.place.partition(':')
+        module, _, name = self.path.partition(':')
         return getattr(import_module(module), name)

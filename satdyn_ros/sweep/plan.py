@@ -78,7 +78,7 @@ class Plan:
         """
         Return the sweep of a file; ValueError, one sentence: what is wrong with it.
 
-        satellite: which one, where the scenario has several.  outcomes, by their places, and
+        satellite: which one, where the scenario has several.  outcomes, by their paths, and
         torques: of one's own.  controller: in place of that of the file, with parameters
         NAME=VALUE.
         """
@@ -113,13 +113,13 @@ class Plan:
         given = json.loads(text)
         outcomes = tuple(map(OwnOutcome.at, given['outcomes']))
         for own in outcomes:
-            if own.sources != given['outcomes'][own.place]:
-                raise ValueError(f'{own.place} is not the one with which the sweep began')
+            if own.sources != given['outcomes'][own.path]:
+                raise ValueError(f'{own.path} is not the one with which the sweep began')
         torques = [named(name) for name in given.get('torques', ())]
         scenario = Scenario.from_yaml_text(given['scenario'], torques=torques)
         plan = cls._checked(scenario, given, outcomes)
         if plan.controller and plan.controller.sources != given['controller_sources']:
-            raise ValueError(f'{plan.controller.place} is not the one with which the sweep began')
+            raise ValueError(f'{plan.controller.path} is not the one with which the sweep began')
         return plan
 
     @classmethod
@@ -258,12 +258,12 @@ class Plan:
             'samples': self.keeps_samples,
             'captured_axis': self.captured_axis,
             'bags': self.bags,
-            'outcomes': {own.place: own.sources for own in self.outcomes},
+            'outcomes': {own.path: own.sources for own in self.outcomes},
         }
         if self.scenario.torques:
             plain['torques'] = [kind.full_name() for kind in self.scenario.torques]
         if self.controller:
-            plain['controller'] = self.controller.place
+            plain['controller'] = self.controller.path
             plain['controller_parameters'] = list(self.controller.parameters)
             plain['controller_sources'] = self.controller.sources
         return json.dumps(plain, indent=1) + '\n'
@@ -294,14 +294,14 @@ def varied(given: Any, keys: Mapping[str, Key]) -> tuple[Varied, ...]:
 def _controller(given):
     if not given.get('controller'):
         return None
-    place, parameters = checked(given, 'controller'), given.get('controller_parameters', {})
+    path, parameters = checked(given, 'controller'), given.get('controller_parameters', {})
     if isinstance(parameters, Mapping):
         parameters = [f'{name}={json.dumps(value)}' for name, value in parameters.items()]
     elif not isinstance(parameters, Sequence) or isinstance(parameters, str):
         raise ValueError(
             f'controller_parameters is {parameters}; it must map names of parameters to values'
         )
-    return OwnController.at(place, parameters)
+    return OwnController.at(path, parameters)
 
 
 def _bags(given, count):

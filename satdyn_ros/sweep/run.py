@@ -52,7 +52,7 @@ def sweep(
     An interrupted sweep continues where it was when called again.  workers: processes on this
     machine, None: one per core.  dask_address: a dask.distributed scheduler that does the runs
     instead.  show(done, total): called whenever runs have finished.  satellite: which one, where
-    the scenario has several.  outcomes: columns of one's own (own_outcome.py), each by its place,
+    the scenario has several.  outcomes: columns of one's own (own_outcome.py), each by its path,
     'module:function'.  torques: of one's own.  controller: of each run, in place of that of the
     file, MODULE:CLASS or FILE.py:CLASS with parameters NAME=VALUE.
     ValueError: the file is wrong, the directory holds something else, or the machine is too small.

@@ -74,7 +74,7 @@ def schema(plan: Plan) -> pa.Schema:
     Return the columns of the table: what varies, the results of the run, why it failed.
 
     Each column's meaning is in its metadata, under description; an outcome of one's own has its
-    place there too, under outcome.  ValueError: it has the name of another column.
+    path there too, under outcome.  ValueError: it has the name of another column.
     """
     fields = [_field('run', pa.int64(), 'number of the run')]
     for varied in plan.vary:
@@ -91,11 +91,9 @@ def schema(plan: Plan) -> pa.Schema:
         fields += [_field(name, pa.list_(_VECTOR), SAMPLES[name]) for name in names]
     for own in plan.outcomes:
         if own.name in (field.name for field in fields):
-            raise ValueError(
-                f'--outcome is {own.place}; the table has a column {own.name} already'
-            )
+            raise ValueError(f'--outcome is {own.path}; the table has a column {own.name} already')
         field = _field(own.name, _NUMBER, own.meaning)
-        fields.append(field.with_metadata(field.metadata | {OWN: own.place}))
+        fields.append(field.with_metadata(field.metadata | {OWN: own.path}))
     return pa.schema(fields)
 
 

@@ -206,8 +206,8 @@ def _functions(expected: Mapping[str, str]) -> tuple[Callable, Callable, Callabl
         try:
             from satdyn_ros.sweep.versions import versions
         except ImportError as error:
-            place = f'{satdyn_ros.__version__} of {satdyn_ros.__file__}'
-            return {'satdyn_ros': f'{place} ({error})'}
+            found = f'{satdyn_ros.__version__} of {satdyn_ros.__file__}'
+            return {'satdyn_ros': f'{found} ({error})'}
         return versions()
 
     def difference(where, found):

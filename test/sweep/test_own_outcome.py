@@ -71,7 +71,7 @@ def test_the_function_becomes_a_column(tmp_path, module, method):
     ],
 )
 def test_what_is_wrong_is_one_sentence(tmp_path, module, capsys, outcome, said, code):
-    """A place without a function, a name that is taken, a wrong shape, an exception."""
+    """A path without a function, a name that is taken, a wrong shape, an exception."""
     assert run(write(tmp_path), outcome.format(module)) == code
     (line,) = (x for x in capsys.readouterr().err.splitlines() if 'compil' not in x)
     assert re.search(said, line)

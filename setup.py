@@ -70,7 +70,7 @@ setup(
         'environment': [
             'ppigrf>=2.0.0',
             'pyerfa>=2.0.1.1',
-            # Earlier ones give nan where they are asked for several places.
+            # Earlier ones give nan where they are asked for several positions.
             'pymsis>=0.11.0',
             'sgp4>=2.23',
         ],

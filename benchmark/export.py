@@ -56,13 +56,13 @@ def written(bag: Path, kind: str) -> int:
     return size
 
 
-def bare(size: int, place: Path) -> None:
+def bare(size: int, path: Path) -> None:
     """Write so many bytes and nothing else, into a file that is then removed."""
     data = bytes(2**21)
-    with open(place, 'xb', buffering=0) as file:
+    with open(path, 'xb', buffering=0) as file:
         for begin in range(0, size, len(data)):
             file.write(data[: size - begin])
-    place.unlink()
+    path.unlink()
 
 
 class Cost(NamedTuple):
@@ -100,12 +100,12 @@ def main(rounds: int = 5) -> tuple[str, list[Claim], str]:
     """Run all; return title, claims and text."""
     with tempfile.TemporaryDirectory() as name:
         bag = recorded(1.0, Path(name) / 'day')
-        size, place = written(bag, 'csv'), bag.with_name('bytes')
+        size, path = written(bag, 'csv'), bag.with_name('bytes')
         contenders: dict[str, Callable[[], object]] = {
             'read': lambda: read(bag),
             **{kind: partial(written, bag, kind) for kind in TABLES},
-            'the bytes of the .csv alone': lambda: bare(size, place),
-            'the same again at once': lambda: bare(size, place),
+            'the bytes of the .csv alone': lambda: bare(size, path),
+            'the same again at once': lambda: bare(size, path),
         }
         for run in contenders.values():
             run()

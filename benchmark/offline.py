@@ -42,7 +42,7 @@ TYPES = {
 
 
 def written(write):
-    """Return a contender that writes to a new place and returns the CPU seconds of that alone."""
+    """Return a contender that writes to a new folder and returns the CPU seconds of that alone."""
 
     def run():
         with tempfile.TemporaryDirectory() as name:
@@ -211,8 +211,8 @@ def parts() -> str:
         while simulation.next_tick < DAY_S * RATE_HZ:
             _, samples = timed('propagation', simulation.advance, block)
             for i, topic in enumerate(packers):
-                places = table[: len(samples)].messages(i)
-                timed('packing of messages', topic.pack, samples, places)
+                rows = table[: len(samples)].messages(i)
+                timed('packing of messages', topic.pack, samples, rows)
             timed('laying out in chunks', table[: len(samples)].stamp, samples.stamps_ns)
             done = 0
             while done < len(samples):
@@ -235,10 +235,10 @@ def parts() -> str:
 def memory_mb(days) -> float:
     """Return the peak memory above the start of a process that records some days."""
     return printed_mb(
-        'import offline; offline.written(lambda place: offline.ours(place, 600.0))();'
+        'import offline; offline.written(lambda path: offline.ours(path, 600.0))();'
         'begin = common.peak_memory_kb();'
         'duration_s = float(sys.argv[1]);'
-        'offline.written(lambda place: offline.ours(place, duration_s))();'
+        'offline.written(lambda path: offline.ours(path, duration_s))();'
         'print(common.peak_memory_kb() - begin)',
         days * DAY_S,
     )

@@ -51,11 +51,11 @@ class Step:
     """
     A sample, and what it makes of an estimate.
 
-    place: stamp [ns], and order among those of one stamp.  after: the estimate after it, None
+    key: stamp [ns], and order among those of one stamp.  after: the estimate after it, None
     where there is none before.
     """
 
-    place: tuple[int, int]
+    key: tuple[int, int]
     act: Callable[[Estimate], Estimate]
     after: Estimate | None = None
 
@@ -134,19 +134,19 @@ class DelayedEstimator:
         """Begin near an attitude, as if nothing were known of it: its samples are to act yet."""
         begin = stamp_ns, _BEGIN
         first = Estimate.near(stamp_ns, q_ib, self.magnetometer is not None)
-        later = [step for step in self._steps if step.place > begin]
+        later = [step for step in self._steps if step.key > begin]
         self._steps = [Step(begin, lambda _: first, first), *later]
         self._let_act(1)
 
-    def _take(self, place, act):
-        """Put a sample in its place; what is behind acts once more."""
-        i = bisect(self._steps, place, key=attrgetter('place'))
+    def _take(self, key, act):
+        """Insert a sample in order; what is behind acts once more."""
+        i = bisect(self._steps, key, key=attrgetter('key'))
         if i == 0 and self.now is not None:
             return
-        self._steps.insert(i, Step(place, act))
+        self._steps.insert(i, Step(key, act))
         self._let_act(i)
-        oldest_ns = self._steps[-1].place[0] - HELD_NS
-        del self._steps[: bisect(self._steps, (oldest_ns, _RATE), key=attrgetter('place'))]
+        oldest_ns = self._steps[-1].key[0] - HELD_NS
+        del self._steps[: bisect(self._steps, (oldest_ns, _RATE), key=attrgetter('key'))]
 
     def _let_act(self, i):
         """Let the steps from number i on act."""

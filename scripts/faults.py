@@ -192,8 +192,8 @@ def main() -> int:
     """Try the faults that are named, or all; return the exit code."""
     chosen = [int(number) for number in sys.argv[1:]] or range(1, len(faults()) + 1)
     unseen = 0
-    with tempfile.TemporaryDirectory() as place:
-        copy = Path(place, 'satdyn_ros')
+    with tempfile.TemporaryDirectory() as name:
+        copy = Path(name, 'satdyn_ros')
         ignored = shutil.ignore_patterns('.git', '.venv*', 'build', 'bags', '__pycache__')
         shutil.copytree(ROOT, copy, ignore=ignored)
         for number in chosen:

@@ -149,15 +149,15 @@ def try_out(stranger: Stranger) -> None:
 def main() -> None:
     """Build, check and try; exit in a sentence where something fails."""
     os.environ.pop('PYTHONPATH', None)
-    with tempfile.TemporaryDirectory() as place:
-        clone, folder = Path(place, 'clone'), Path(place, 'elsewhere')
+    with tempfile.TemporaryDirectory() as name:
+        clone, folder = Path(name, 'clone'), Path(name, 'elsewhere')
         source, wheel = build(clone)
         count = compare(source, clone)
         print(f'{source.name}: the {count} files of the last commit', flush=True)
         twine = [sys.executable, '-m', 'twine', '--no-color']
         subprocess.run([*twine, 'check', '--strict', str(source), str(wheel)], check=True)
         print('Installing the wheel with all extras (a minute)', flush=True)
-        commands = install(wheel, Path(place, 'installed'))
+        commands = install(wheel, Path(name, 'installed'))
         folder.mkdir()
         try_out(Stranger(commands, folder))
     print(f'dist/{source.name}, dist/{wheel.name}: built, checked, installed and tried')

@@ -182,13 +182,13 @@ def test_foxglove_layout_shows_published_topics(layout):
 
 def test_foxglove_layout_places_every_panel(layout):
     """No panel is configured and not shown, or shown and not configured, on a tab too."""
-    places = {'row', 'column', 'direction', 'splitPercentage', 'first', 'second'}
+    arrangement = {'row', 'column', 'direction', 'splitPercentage', 'first', 'second'}
     panels = layout['configById'].values()
     shown = [
         layout['layout'],
         *(tab['layout'] for panel in panels for tab in panel.get('tabs', [])),
     ]
-    assert set(strings(shown)) - places == set(layout['configById'])
+    assert set(strings(shown)) - arrangement == set(layout['configById'])
 
 
 def test_rviz_config_shows_published_topics():

@@ -132,8 +132,8 @@ def own_imports(path):
                 continue
             for alias in node.names:
                 name = f'{module}.{alias.name}'
-                place = PACKAGE.parent / name.replace('.', '/')
-                if place.is_dir() or place.with_suffix('.py').is_file():
+                found = PACKAGE.parent / name.replace('.', '/')
+                if found.is_dir() or found.with_suffix('.py').is_file():
                     yield name
                 elif module != 'satdyn_ros':
                     yield module
@@ -179,7 +179,7 @@ def test_no_two_modules_share_a_name():
 
 
 def test_every_module_has_a_room():
-    """A new file or folder at the top of the package needs its place in the order."""
+    """A new file or folder at the top of the package must stand in the order."""
     tops = {path.relative_to(PACKAGE).with_suffix('').parts[0] for path in PACKAGE.rglob('*.py')}
     assert tops - {'__init__'} <= set(ROOMS)
 
@@ -209,23 +209,23 @@ def tops(*kinds):
 
 def test_classes_and_constants_have_names_of_their_own():
     """A reader who meets a name knows which thing it is."""
-    places = defaultdict(list)
+    files = defaultdict(list)
     for file, node in tops(ast.ClassDef, ast.Assign, ast.AnnAssign):
         targets = getattr(node, 'targets', [getattr(node, 'target', node)])
         for name in (getattr(target, 'id', getattr(target, 'name', '_')) for target in targets):
             if not name.startswith('_'):
-                places[name].append(file)
-    assert {name: files for name, files in places.items() if len(files) > 1} == {}
+                files[name].append(file)
+    assert {name: where for name, where in files.items() if len(where) > 1} == {}
 
 
 def test_nothing_is_written_twice():
     """A function that two files need is in one of them, or in a room below both."""
-    places = defaultdict(list)
+    files = defaultdict(list)
     for file, node in tops(ast.FunctionDef):
         body = [ast.dump(statement) for statement in node.body if not is_docstring(statement)]
         meaning = ast.dump(node.args), *body
-        places[meaning].append(f'{file} {node.name}')
-    assert [found for found in places.values() if len(found) > 1] == []
+        files[meaning].append(f'{file} {node.name}')
+    assert [found for found in files.values() if len(found) > 1] == []
 
 
 def is_docstring(statement):

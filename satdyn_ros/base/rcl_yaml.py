@@ -86,8 +86,8 @@ def sections(
     """
     Return the parameters, dotted, of each section of files, merged.
 
-    files: text and name, for the errors, of each.  A section has the place where its name first
-    stands, and of a parameter the value that stands last.  value_of: what a parameter of a file,
+    files: text and name, for the errors, of each.  Sections are in the order in which their names
+    first stand, and of a parameter the last value counts.  value_of: what a parameter of a file,
     by its name, comes to.  ValueError: rcl does not read it.
     """
     found: dict[str, dict[str, Any]] = {}

@@ -161,10 +161,10 @@ def _print_steady(steady: list[dict[str, Any]], is_fixed: bool) -> None:
                 'the rate'
             )
         for one in alike:
-            place = f'{where} {_text(one["axis_b"])}'
+            line = f'{where} {_text(one["axis_b"])}'
             if not is_fixed:
-                place += f', attitude to LVLH {_text(one["q_lb"])}'
-            print(f'    {place}')
+                line += f', attitude to LVLH {_text(one["q_lb"])}'
+            print(f'    {line}')
 
 
 def _class(rotation_class: dict[str, Any]) -> str:

@@ -35,7 +35,7 @@ _LENGTHS = {
 # The same numbers in the order of a row, by their names in XML.
 NUMBER_NAMES = tuple(
     name.format(i)
-    for name, places in (
+    for name, suffixes in (
         ('Q{}', '123C'),
         ('Q{}_DOT', '123C'),
         ('ANGLE_{}', '123'),
@@ -46,7 +46,7 @@ NUMBER_NAMES = tuple(
         ('MOMENTUM_{}', ('ALPHA', 'DELTA')),
         ('NUTATION_{}', ('VEL',)),
     )
-    for i in places
+    for i in suffixes
 )
 # What 2.0 means by itself, and keywords of 1.0 say.
 _MEANT = {'ATTITUDE_DIR': 'A2B', 'QUATERNION_TYPE': 'LAST'}

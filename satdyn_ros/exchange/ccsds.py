@@ -44,7 +44,7 @@ class SegmentWriter:
     A message in keyword = value notation, written segment by segment.
 
     version: the first line.  comments: what the header says to a human reader.  metadata: the
-    keywords of each segment in the order of the standard; START_TIME and STOP_TIME have a place in
+    keywords of each segment in the order of the standard; START_TIME and STOP_TIME stand in
     it and get their values here.  data_marks: whether DATA_START and DATA_STOP enclose the rows.
     The file must be open for text and seekable.
 

@@ -2,7 +2,7 @@
 The scene of CesiumJS (.czml): where a satellite is above the Earth, its ground track and attitude.
 
 Positions are Earth-fixed [m]; the quaternion, vector part first, takes the body's axes to the
-Earth-fixed ones.  Both are given as samples, which CesiumJS interpolates: places by Lagrange's
+Earth-fixed ones.  Both are given as samples, which CesiumJS interpolates: positions by Lagrange's
 polynomials of degree 5, the attitude by a steady turn from one to the next.
 """
 
@@ -43,7 +43,7 @@ class CzmlWriter:
         longitude: np.ndarray,
     ) -> None:
         """
-        Append rows: stamps (N,), places r_t (N, 3) [m] and attitudes q_tb (N, 4), Earth-fixed.
+        Append rows: stamps (N,), positions r_t (N, 3) [m] and attitudes q_tb (N, 4), Earth-fixed.
 
         latitude, longitude (N,) [rad]: of the ground track.
         """
@@ -53,14 +53,14 @@ class CzmlWriter:
             self._begin(int(stamps_ns[0]))
         assert self._epoch_ns is not None
         t_s = (stamps_ns - self._epoch_ns) / SECOND_NS
-        place = self._samples('cartesian', t_s, r_t)
+        position = self._samples('cartesian', t_s, r_t)
         attitude = self._samples('unitQuaternion', t_s, q_tb, 1)
         track = self._samples(
             'cartographicDegrees',
             t_s,
             np.stack([np.degrees(longitude), np.degrees(latitude), np.zeros(len(t_s))], axis=-1),
         )
-        self._packet({'id': self._name, 'position': place, 'orientation': attitude})
+        self._packet({'id': self._name, 'position': position, 'orientation': attitude})
         self._packet({'id': f'{self._name}/ground_track', 'position': track})
         self._last_ns = int(stamps_ns[-1])
 

@@ -96,12 +96,12 @@ class Message:
         if unknown:
             raise ValueError(f'{type_name} has no field {", ".join(sorted(unknown))}')
         for field in declared:
-            place = f'{path}.{field.name}' if path else field.name
+            inner_path = f'{path}.{field.name}' if path else field.name
             value = content.get(field.name)
             if field.length is None:
-                self._add_value(place, field.type, field.default if value is None else value)
+                self._add_value(inner_path, field.type, field.default if value is None else value)
             else:
-                self._add_array(place, field, value)
+                self._add_array(inner_path, field, value)
 
     def _add_array(self, path, field, items):
         if items is None:

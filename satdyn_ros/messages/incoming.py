@@ -31,26 +31,26 @@ def pack_command(stamp_ns: int, command: Command, frames: Frames, topic: str = '
 
 
 class _Vector(NamedTuple):
-    """The first place of three numbers, and the one after them."""
+    """The index of the first of three numbers, and the one after them."""
 
     begin: int
     end: int
 
 
 class _Part(NamedTuple):
-    """The fields of a message within a message: their names and places."""
+    """The fields of a message within a message: their names and indices."""
 
     fields: tuple[tuple[str, Any], ...]
 
 
 class _Sequence(NamedTuple):
-    """The places of the elements of a sequence, or its texts."""
+    """The indices of the elements of a sequence, or its texts."""
 
     items: tuple[Any, ...]
 
 
 def _laid_out(given: Any, numbers: list[float]) -> Any:
-    """Add the numbers of a field to others; return their places, and texts as they are."""
+    """Add the numbers of a field to others; return their indices, and texts as they are."""
     match given:
         case str():
             return given
@@ -70,19 +70,19 @@ def _packer(type_name: str, frame_id: str, layout: tuple[tuple[str, Any], ...]) 
     content: dict[str, Any] = {}
     if any(field.name == 'header' for field in schemas.fields(type_name)):
         content['header'] = contents.header(frame_id)
-    for path, places in layout:
-        contents.fill(content, path, _columns(places))
+    for path, indices in layout:
+        contents.fill(content, path, _columns(indices))
     return cdr.Message(type_name, content)
 
 
-def _columns(places):
-    match places:
+def _columns(indices):
+    match indices:
         case str():
-            return places
+            return indices
         case _Part(fields):
             return {name: _columns(each) for name, each in fields}
         case _Sequence(items):
             return [_columns(each) for each in items]
         case _Vector(begin, end):
             return lambda source: source.numbers[:, begin:end]
-    return lambda source: source.numbers[:, places]
+    return lambda source: source.numbers[:, indices]

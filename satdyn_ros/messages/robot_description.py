@@ -4,7 +4,7 @@ The body as ROS knows it: the URDF of a satellite, for RViz and whoever else rea
 A link for each frame that the node's transforms place: the body, with its box, plates and wheels,
 and each sensor, by its mounting.  No link has a mass, which the scenario does not say.  Without
 body.box the box is the symbolic one of the markers;
-wheels and sensors, whose sizes and places are unknown, are drawn in proportion to it.
+wheels and sensors, whose sizes and positions are unknown, are drawn in proportion to it.
 """
 
 from collections.abc import Iterable
@@ -41,10 +41,10 @@ def urdf(scenario: Scenario) -> str:
     longest = float(np.max(edges))
     _visual(body, 'box', _GREY, centre, q_bp, size=edges)
     for name in scenario['surface.names']:
-        normal, place, area = (scenario[f'surface.{name}.{key}'] for key in _OF_A_PLATE)
+        normal, position, area = (scenario[f'surface.{name}.{key}'] for key in _OF_A_PLATE)
         edge = float(np.sqrt(area))
         size = (edge, edge, _PLATE * longest)
-        _visual(body, 'box', _BLUE, np.array(place), _from_z(np.array(normal)), size=size)
+        _visual(body, 'box', _BLUE, np.array(position), _from_z(np.array(normal)), size=size)
 
     def surface(direction):
         """Return how far from its centre the box ends in a direction, of unit length."""
@@ -80,7 +80,7 @@ def _visual(
     q: np.ndarray,
     **sizes: Iterable[float],
 ) -> None:
-    """Add a shape at a place and with an attitude to the link."""
+    """Add a shape at a position and with an attitude to the link."""
     visual = SubElement(link, 'visual')
     _origin(visual, at, q)
     geometry = SubElement(visual, 'geometry')

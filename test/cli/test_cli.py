@@ -159,7 +159,7 @@ def test_wrong_input_is_one_sentence(arguments, sentence, capsys):
 
 
 def test_a_sentence_has_a_limit(capsys):
-    """A text that was given in the wrong place does not fill the screen."""
+    """A text that was given in the wrong position does not fill the screen."""
     assert main(['request', 5000 * 'x']) == 2
     assert len(capsys.readouterr().err) < 600
 

@@ -1,6 +1,6 @@
 // Print as JSON what CesiumJS evaluates of a scene: node cesium_reader.cjs FILE ID EPOCH ...
 //
-// For each epoch the place and the quaternion of the entity, and longitude, latitude and height of
+// For each epoch position and quaternion of the entity, and longitude, latitude and height of
 // its ground track; then the stop time of the clock.
 // What a browser has, of which CesiumJS asks whether a value is one.
 for (const name of ['Image', 'HTMLCanvasElement', 'HTMLImageElement', 'HTMLVideoElement',
@@ -13,10 +13,10 @@ Cesium.CzmlDataSource.load(JSON.parse(require('fs').readFileSync(file))).then((s
   const track = scene.entities.getById(`${id}/ground_track`);
   const rows = epochs.map((text) => {
     const at = Cesium.JulianDate.fromIso8601(text);
-    const place = entity.position.getValue(at);
+    const position = entity.position.getValue(at);
     const q = entity.orientation.getValue(at);
     const below = Cesium.Cartographic.fromCartesian(track.position.getValue(at));
-    return [[place.x, place.y, place.z], [q.x, q.y, q.z, q.w],
+    return [[position.x, position.y, position.z], [q.x, q.y, q.z, q.w],
       [below.longitude, below.latitude, below.height]];
   });
   console.log(JSON.stringify([rows, scene.clock.stopTime.toString()]));

@@ -247,14 +247,14 @@ def test_rates_of_the_inertial_frame_in_its_own_axes_are_turned(tmp_path):
 @pytest.mark.long
 def test_files_of_the_first_issue_are_read_as_orekit_does(tmp_path):
     """504.0-B-1: scalar first or last, and the direction by a keyword of its own."""
-    for direction, place, numbers in (
+    for direction, position, numbers in (
         ('A2B', 'LAST', '0.056482 0.209807 -0.912091 0.347679'),
         ('B2A', 'FIRST', '0.347679 0.056482 0.209807 -0.912091'),
     ):
         path = written(
             tmp_path,
             MMS.replace('VERS = 2.0', 'VERS = 1.0')
-            .replace('META_STOP', f'QUATERNION_TYPE = {place}\nMETA_STOP')
+            .replace('META_STOP', f'QUATERNION_TYPE = {position}\nMETA_STOP')
             .replace('TIME_SYSTEM', f'ATTITUDE_DIR = {direction}\nTIME_SYSTEM')
             .replace('QUATERNION/ANGVEL\nANGVEL_FRAME = SC_BODY_1', 'QUATERNION')
             .replace('0.056482 0.209807 -0.912091 0.347679 -0.021029 0.023643 18.288407', numbers)
@@ -348,7 +348,7 @@ def test_what_we_do_not_read_is_refused(tmp_path, old, new, reason):
     ],
 )
 def test_a_file_of_the_first_issue_must_say_what_it_means(states, tmp_path, old, new, reason):
-    """It has no default for the direction nor for the place of the scalar."""
+    """It has no default for the direction nor for the position of the scalar."""
     path = write(tmp_path / 'plain.aem', states, False)
     path.write_text(path.read_text().replace(old, new))
     with pytest.raises(ValueError, match=f'plain.aem: line [0-9]+: {reason}'):

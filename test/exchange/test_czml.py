@@ -55,7 +55,7 @@ def earth_fixed(vector_i, t_s):
 
 
 def assert_right(bag, t_s, r_t, q_tb, allowed_rad=TURNED_RAD):
-    """Assert that place and attitude are those of the bag, turned by astropy."""
+    """Assert that position and attitude are those of the bag, turned by astropy."""
     states = table(bag)
     row = int(t_s)
     q_ib = Rotation.from_quat([states[f'q_ib_{name}'][row] for name in 'xyzw'])
@@ -67,7 +67,7 @@ def assert_right(bag, t_s, r_t, q_tb, allowed_rad=TURNED_RAD):
 
 
 def test_rows_are_earth_fixed(bag, scene):
-    """Place and attitude as astropy has them; packets of one satellite and its track."""
+    """Position and attitude as astropy has them; packets of one satellite and its track."""
     packets = json.loads(scene.read_text())
     assert [packet['id'] for packet in packets] == [
         'document',
@@ -76,11 +76,11 @@ def test_rows_are_earth_fixed(bag, scene):
     assert packets[0]['clock']['interval'].endswith('/2026-03-01T00:10:00.000000000Z')
     assert packets[1]['availability'] == packets[0]['clock']['interval']
     assert packets[1]['box']['dimensions']['cartesian'] == [1.0, 2.0, 3.0]
-    places = np.reshape(packets[3]['position']['cartesian'], (-1, 4))
+    positions = np.reshape(packets[3]['position']['cartesian'], (-1, 4))
     attitudes = np.reshape(packets[3]['orientation']['unitQuaternion'], (-1, 5))
     for row in (0, 33, 60):
-        assert places[row, 0] == attitudes[row, 0] == 10.0 * row
-        assert_right(bag, 10 * row, places[row, 1:], attitudes[row, 1:])
+        assert positions[row, 0] == attitudes[row, 0] == 10.0 * row
+        assert_right(bag, 10 * row, positions[row, 1:], attitudes[row, 1:])
 
 
 @pytest.mark.long
@@ -88,7 +88,7 @@ def test_cesium_evaluates_it(bag, scene):
     """Between rows too: what CesiumJS interpolates is the flight, its track is on the ground."""
     node, script = shutil.which('node'), Path(__file__).with_name('cesium_reader.cjs')
     if node is None or subprocess.run([node, '-e', 'require("cesium")']).returncode:
-        pytest.skip('cesium is not installed: npm install cesium, and its place in NODE_PATH')
+        pytest.skip('cesium is not installed: npm install cesium, and its path in NODE_PATH')
     times_s = (0, 95, 594)
     epochs = [f'{epoch(SCENARIO.epoch_ns + t * 10**9)}Z' for t in times_s]
     result = subprocess.run(

@@ -173,8 +173,8 @@ def test_code_is_kept_until_any_source_changes(package, tmp_path, elsewhere):
         vector.read_text().replace('return a[0] * b[0] +', 'return 2 * a[0] * b[0] +')
     )
     assert said(start(package, **environment)) == [NOTICE, '15.0']
-    place = 'cache/satdyn_ros' if elsewhere else 'satdyn_ros/__pycache__/compiled'
-    assert [path.is_dir() for path in (tmp_path / place).iterdir()] == [True]
+    folder = 'cache/satdyn_ros' if elsewhere else 'satdyn_ros/__pycache__/compiled'
+    assert [path.is_dir() for path in (tmp_path / folder).iterdir()] == [True]
 
 
 # What compiled code reaches, from the rooms of the package.
@@ -351,9 +351,9 @@ def test_a_user_who_cannot_write_the_package(package, as_nobody, tmp_path, home)
         return
     for notice, result in first, second:
         assert result == '14.0'
-        place = Path(notice.split('written, and ')[1].split(' is removed')[0])
-        assert place.parent.parent == Path(tempfile.gettempdir())
-        assert not place.parent.exists()
+        folder = Path(notice.split('written, and ')[1].split(' is removed')[0])
+        assert folder.parent.parent == Path(tempfile.gettempdir())
+        assert not folder.parent.exists()
     assert list(others.rglob('*.nbi')) == []
 
 

@@ -6,12 +6,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ..actuators import Command, kind_of
+from ..base.sparse import dense_and_sparse
 from ..dynamics.system import State
 from ..kernel import rotation
 from ..messages.incoming import pack_command
 from ..messages.packers import Packer
 from ..rosbag2.chunk_builder import ChunkBuilder
-from ..rosbag2.sparse import dense_and_sparse
 from ..rosbag2.tick_table import TickTable
 from ..run.events import Event, Request, Reset
 from ..run.samples import Samples

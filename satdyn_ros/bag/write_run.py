@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from ..actuators import Command, kind_of
+from ..base.sparse import Rows, SparseMessages
 from ..messages import qos, schemas
 from ..messages.incoming import pack_command
 from ..messages.packers import pack_tf_static
 from ..rosbag2.chunk import Contents
 from ..rosbag2.metadata import TopicMetadata
 from ..rosbag2.reader import Bag
-from ..rosbag2.sparse import Rows, SparseMessages
 from ..rosbag2.tick_table import TickTable
 from ..rosbag2.writer import BagWriter
 from ..run.events import Event, RotorLimited, Topics

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..rosbag2.sparse import Rows, SparseMessages
+from ..base.sparse import Rows, SparseMessages
 from ..run.samples import Measured, Samples
 from ..run.scenario import Scenario
 from ..run.topics import TOPICS

@@ -13,10 +13,10 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPo
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from std_msgs.msg import String
 
+from ..base.sparse import Rows, SparseMessages
 from ..messages import qos
 from ..messages.packers import Packer, pack_tf_static, packer
 from ..messages.robot_description import urdf
-from ..rosbag2.sparse import Rows, SparseMessages
 from ..run.samples import Samples
 from ..run.scenario import Scenario
 

@@ -13,8 +13,8 @@ from typing import Any
 
 from ..actuators import Command
 from ..bag.write_run import Recording
+from ..base.sparse import Rows, SparseMessages
 from ..messages.qos import Qos
-from ..rosbag2.sparse import Rows, SparseMessages
 from ..run.events import Event
 from ..run.samples import Samples
 from ..run.scenario import Scenario

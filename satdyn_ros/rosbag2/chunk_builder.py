@@ -11,9 +11,9 @@ import numpy as np
 from mcap.records import Channel, Message, Schema
 from numpy.lib.stride_tricks import sliding_window_view
 
+from ..base.sparse import SparseMessages
 from .chunk import CHUNK_SIZE, HEAD
 from .records import written
-from .sparse import SparseMessages
 from .tick_table import TickTable
 
 

@@ -9,13 +9,13 @@ import numpy as np
 from mcap.records import Channel, Header, Metadata, Schema
 
 from .. import __version__
+from ..base.sparse import Rows, SparseMessages, dense_and_sparse
 from . import metadata
 from .chunk import Contents
 from .chunk_builder import ChunkBuilder
 from .compression import COMPRESSIONS, compressor
 from .mcap_file import McapFile
 from .metadata import BagMetadata, TopicMetadata
-from .sparse import Rows, SparseMessages, dense_and_sparse
 from .summary import SummaryBuilder
 from .tick_table import TickTable
 

@@ -3,9 +3,9 @@ from messages import examples
 from messages.readers import TYPESTORE, plain
 from messages.test_examples import assert_alike
 
+from satdyn_ros.base.sparse import SparseMessages
 from satdyn_ros.messages.contents import message
 from satdyn_ros.messages.packers import pack_tf_static, packer
-from satdyn_ros.rosbag2.sparse import SparseMessages
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 from satdyn_ros.run.topics import TOPICS

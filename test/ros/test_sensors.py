@@ -1,8 +1,8 @@
 """The sensors of a live node: their bytes on the wire, and the bag that proves them."""
 
 from satdyn_ros.bag.verify import verify
+from satdyn_ros.base.sparse import SparseMessages
 from satdyn_ros.messages.packers import packer
-from satdyn_ros.rosbag2.sparse import SparseMessages
 from satdyn_ros.run.simulation import Simulation
 
 NAMES = ['gyro', 'star_tracker', 'st2', 'magnetometer', 'sun_sensor', 'coarse_sun_sensor']

@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mcap.records import Channel, Schema
 
+from satdyn_ros.base.sparse import SparseMessages
 from satdyn_ros.rosbag2.chunk import CHUNK_SIZE, Contents
 from satdyn_ros.rosbag2.chunk_builder import ChunkBuilder
-from satdyn_ros.rosbag2.sparse import SparseMessages
 from satdyn_ros.rosbag2.tick_table import TickTable
 
 SCHEMA = Schema(1, b'float64 data', 'ros2msg', 'std_msgs/msg/Float64')

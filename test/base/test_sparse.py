@@ -1,6 +1,6 @@
 import numpy as np
 
-from satdyn_ros.rosbag2.sparse import SparseMessages
+from satdyn_ros.base.sparse import SparseMessages
 
 
 def test_a_slice_is_that_of_the_ticks():

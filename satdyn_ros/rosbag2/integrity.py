@@ -126,9 +126,8 @@ def check_metadata(
     """
     Check metadata.yaml of a bag of satdyn_ros against its files and what the last closes with.
 
-    Each key may say what its writer wrote, or what `ros2 bag reindex` does.
-
-    Damaged: the first contradiction, by its key.
+    Each key may say what its writer wrote, or what `ros2 bag reindex` does.  Damaged: the first
+    contradiction, by its key.
     """
     if not last.is_ours:
         return

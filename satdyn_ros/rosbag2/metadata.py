@@ -1,9 +1,8 @@
 """What rosbag2 says: of a bag in metadata.yaml, version 9, and of each file in its own records."""
 
 import os
-import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import Any, NamedTuple
 from mcap.records import Channel, Schema
 
 from ..base import ros_yaml
+from ..base.block_yaml import block_yaml
 from ..base.regular_file import regular_file
 from .errors import BagError, Damaged
 from .summary import SummaryBuilder
@@ -19,12 +19,6 @@ from .summary import SummaryBuilder
 NAME = 'rosbag2'
 FILE_NAME = 'metadata.yaml'
 _KEY = 'rosbag2_bagfile_information'
-# A text that is no other YAML for want of quotes.
-_PLAIN = re.compile(
-    r'(?!(y|n|yes|no|on|off|true|false|null)$)[a-z_/][\w./-]{0,254}', re.ASCII | re.IGNORECASE
-)
-# YAML reads no longer one ahead of its colon.
-_LONGEST_KEY = 1000
 # What rosbag2 says of a bag without messages: the latest of its times.
 _NO_TIME = 2**63 - 1
 
@@ -136,13 +130,13 @@ class BagMetadata:
         """
         alone = BagMetadata(self._custom_data, self._ros_distro)
         alone.add(name, summary)
-        return {'serialized_metadata': _to_yaml(alone.said())}
+        return {'serialized_metadata': block_yaml(alone.said())}
 
     def write(self, directory: Path) -> None:
         """Write metadata.yaml atomically and sync it to disk, which completes the bag."""
         unfinished = directory / f'.{FILE_NAME}'
         with open(unfinished, 'w', encoding='utf-8') as file:
-            file.write(_to_yaml({_KEY: self.said()}))
+            file.write(block_yaml({_KEY: self.said()}))
             file.flush()
             os.fsync(file.fileno())
         os.replace(unfinished, directory / FILE_NAME)
@@ -153,8 +147,7 @@ def read(path: Path) -> dict[str, Any]:
     Return what a metadata.yaml says, without its outer key.
 
     relative_file_paths are names of files in the bag, custom_data are texts.  Damaged: it is not
-    what rosbag2 writes.
-    BagError: the storage or compression of the bag is not supported.
+    what rosbag2 writes.  BagError: the storage of the bag is not supported.
     """
     try:
         text = regular_file(path).read_text(encoding='utf-8')
@@ -241,38 +234,3 @@ def _profiles(qos: str) -> Any:
         return ros_yaml.load(qos, 'offered_qos_profiles') or []
     except ValueError:
         return qos
-
-
-def _to_yaml(said: dict[str, Any]) -> str:
-    return '\n'.join(_lines(said, ''))
-
-
-def _lines(held: Any, indent: str) -> Iterator[str]:
-    """Yield the lines of a map or a list as rosbag2 has them laid out: lists are indented."""
-    is_map = isinstance(held, dict)
-    for key, item in held.items() if is_map else enumerate(held):
-        begin = f'{indent}{_key(key, indent)}:' if is_map else f'{indent}-'
-        if not (item and isinstance(item, dict | list)):
-            yield f'{begin} {_scalar(item)}'
-            continue
-        lines = _lines(item, f'{indent}  ')
-        yield begin if is_map else begin + next(lines)[len(begin) :]
-        yield from lines
-
-
-def _key(key: Any, indent: str) -> str:
-    text = _scalar(key)
-    return text if len(text) <= _LONGEST_KEY else f'? {text}\n{indent}'
-
-
-def _scalar(value: Any) -> str:
-    match value:
-        case None:
-            return '~'
-        case bool():
-            return str(value).lower()
-        case int() | dict() | list():
-            # Maps and lists come here if they are empty.
-            return str(value)
-    text = str(value)
-    return text if _PLAIN.fullmatch(text) else ros_yaml.quoted(text)

@@ -45,10 +45,6 @@ class TopicBlock(NamedTuple):
     contents: Contents
     topics: dict[int, str]
 
-    def by_topic(self) -> dict[str, Messages]:
-        """Return the messages of each topic that has any."""
-        return {self.topics[i]: self.messages(i) for i in self.contents.indices}
-
     def messages(self, channel_id: int) -> Messages:
         """Return the messages on a channel that has any."""
         indices = self.contents.indices[channel_id]
@@ -61,8 +57,7 @@ class Bag:
 
     files: its .mcap files in order.  information: what its metadata.yaml says, None: it has none.
     has_compressed_messages: rosbag2 compressed each message separately, with zstd; they are read
-    as they are stored.
-    problem: what cut reading short, known after everything was read.
+    as they are stored.  problem: what cut reading short, known after everything was read.
 
     BagError, here and while reading: path is not a bag of MCAP files, or the bag is damaged.
     """
@@ -96,8 +91,9 @@ class Bag:
 
     def messages(self, topic: str) -> Messages:
         """Return all messages on a topic ('/attitude'), in the order of the bag."""
-        blocks = (item.by_topic() for item in self.items() if isinstance(item, TopicBlock))
-        return Messages.joined([block[topic] for block in blocks if topic in block])
+        blocks = (item for item in self.items() if isinstance(item, TopicBlock))
+        found = ((block, i) for block in blocks for i in block.contents.indices)
+        return Messages.joined([b.messages(i) for b, i in found if b.topics[i] == topic])
 
     @cached_property
     def topics(self) -> dict[str, TopicMetadata]:
@@ -111,11 +107,8 @@ class Bag:
     @cached_property
     def channel_ids(self) -> dict[str, int]:
         """Channel ids by topic name, from the last file that has the topic."""
-        return {
-            channel.topic: i
-            for _, channels in self.declarations
-            for i, channel in channels.items()
-        }
+        declared = (channels for _, channels in self.declarations)
+        return {channel.topic: i for channels in declared for i, channel in channels.items()}
 
     @cached_property
     def declarations(self) -> list[tuple[dict[int, Schema], dict[int, Channel]]]:

@@ -50,8 +50,8 @@ def recover(path: str | Path, output: str | Path | None = None) -> Recovered:
     Repair a bag: a directory, or a bare .mcap file.
 
     Everything readable is kept, before and after any damage; a chunk is kept or lost as a whole.
-    A file is replaced when the new one is complete, and where anything was
-    lost the old one stays beside it as NAME.damaged.  Complete files are left as they are.
+    A file is replaced when the new one is complete, and if anything was lost the old one stays
+    beside it as NAME.damaged.  Complete files are left as they are.
 
     output: the new bag, which must not exist; the old one stays as it is.  BagError: path is not
     a bag, or cannot be kept whole.  OSError: the new file cannot be written.

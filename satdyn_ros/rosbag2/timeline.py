@@ -56,11 +56,8 @@ class Timeline:
         channel_ids = [i for i, topic in self._topics.items() if topic in topics]
         with open(self._path, 'rb') as file:
             scanner = Scanner(self._path, file)
-            in_order = [
-                self._in_order(span, scanner, channel_ids, from_ns)
-                for span in self._spans
-                if span.last_ns >= from_ns
-            ]
+            spans = [span for span in self._spans if span.last_ns >= from_ns]
+            in_order = [self._in_order(span, scanner, channel_ids, from_ns) for span in spans]
             # Of equal log times the first in the file.
             for _, message in heapq.merge(*in_order, key=itemgetter(0)):
                 if message is not None:
@@ -84,9 +81,8 @@ class Timeline:
         indices = indices[np.argsort(contents.log_times[indices], kind='stable')]
         log_times = contents.log_times[indices].tolist()
         ids = contents.channel_ids[indices].tolist()
-        for log_time_ns, channel_id, data in zip(
-            log_times, ids, contents.data_at(indices), strict=True
-        ):
+        rows = zip(log_times, ids, contents.data_at(indices), strict=True)
+        for log_time_ns, channel_id, data in rows:
             topic = self._topics[channel_id]
             yield log_time_ns, LoggedMessage(log_time_ns, topic, bytes(data))
 

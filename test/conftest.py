@@ -152,7 +152,7 @@ def pytest_testnodedown(node):
 def pytest_terminal_summary(terminalreporter, config):
     """Say what was left out, and what runs it; what the tests took, if it is asked for."""
     if config.getoption('costs'):
-        tell_costs(terminalreporter.write_line)
+        write_costs(terminalreporter.write_line)
     if LEFT_OUT:
         # No line ends between a file and its count.
         files = ', '.join(f'{file}\xa0{count}' for file, count in sorted(LEFT_OUT.items()))
@@ -163,7 +163,7 @@ def pytest_terminal_summary(terminalreporter, config):
         terminalreporter.write_line(lines)
 
 
-def tell_costs(write_line):
+def write_costs(write_line):
     """Write the 25 slowest tests, and the sum of each folder."""
     folders: dict[str, list[float]] = {}
     for test, cost in COSTS.items():

@@ -81,8 +81,8 @@ def test_the_body_has_its_box_its_plates_and_its_wheels(robot):
     assert numbers(panel.find('origin'), 'xyz') == [0.4, 0.0, 0.0]
     axes = [turn(v.find('origin')).apply([0.0, 0.0, 1.0]) for v in (panel, *wheels)]
     np.testing.assert_allclose(axes, [[0, -1, 0], [1, 0, 0], [0, 0, -1]], atol=1e-8)
-    places = [numbers(wheel.find('origin'), 'xyz') for wheel in wheels]
-    np.testing.assert_allclose(places, [[0.05, 0.0, 0.05], [0.0, 0.0, -0.1]], atol=1e-9)
+    origins = [numbers(wheel.find('origin'), 'xyz') for wheel in wheels]
+    np.testing.assert_allclose(origins, [[0.05, 0.0, 0.05], [0.0, 0.0, -0.1]], atol=1e-9)
 
 
 def test_without_a_box_it_is_that_of_the_markers():

@@ -187,18 +187,18 @@ def expected_tf(of, i, frames):
     return {'transforms': [lvlh, *earth, body]}
 
 
-def place_and_time(of, i):
+def position_and_time(of, i):
     return of.states.r_i[i], EPOCH_NS + round(1e9 * of.states.orbit_s[i])
 
 
 def earth_rotation(of, i):
     """Return ITRS to inertial, from the functions that the tables are made of."""
-    _, unix_ns = place_and_time(of, i)
+    _, unix_ns = position_and_time(of, i)
     return Rotation.from_matrix(environment.gcrs_to_itrs(unix_ns).T)
 
 
 def expected_magnetic_field(of, i, frames):
-    r_i, _ = place_and_time(of, i)
+    r_i, _ = position_and_time(of, i)
     to_inertial = earth_rotation(of, i)
     g_t = environment.dipole_vector(EPOCH_NS)
     B_i = to_inertial.apply(environment.dipole_field(g_t, to_inertial.inv().apply(r_i)))
@@ -207,14 +207,14 @@ def expected_magnetic_field(of, i, frames):
 
 
 def expected_sun_direction(of, i, frames):
-    r_i, unix_ns = place_and_time(of, i)
+    r_i, unix_ns = position_and_time(of, i)
     s_i, _ = environment.sun_direction(r_i, environment.sun_position(unix_ns))
     s_b = body_rotation(of, i).inv().apply(s_i)
     return {'header': header(of, i, frames.body), 'vector': xyz(near(s_b, 1.0))}
 
 
 def expected_sunlight(of, i, frames):
-    r_i, unix_ns = place_and_time(of, i)
+    r_i, unix_ns = position_and_time(of, i)
     sun_i = environment.sun_position(unix_ns)
     nearness = 149_597_870_700.0 / np.linalg.norm(sun_i - r_i)
     lux = 128_000.0 * nearness**2 * environment.lit_fraction(r_i, sun_i)
@@ -222,7 +222,7 @@ def expected_sunlight(of, i, frames):
 
 
 def expected_geodetic(of, i, frames):
-    r_i, _ = place_and_time(of, i)
+    r_i, _ = position_and_time(of, i)
     *angles, height_m = environment.geodetic(earth_rotation(of, i).inv().apply(r_i))
     latitude, longitude = near(np.degrees(angles), 1e3)
     return {

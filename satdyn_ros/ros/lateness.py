@@ -97,8 +97,8 @@ class Lateness:
     def percentile_ns(self, percent: float) -> float:
         """Return the lag [ns] that this percentage of the ticks does not exceed, rounded up."""
         cumulated = np.cumsum(self._counts)
-        place = int(np.searchsorted(cumulated, cumulated[-1] * percent / 100.0))
-        return min(float(_EDGES_NS[min(place, len(_EDGES_NS) - 1)]), self.most_ns)
+        index = int(np.searchsorted(cumulated, cumulated[-1] * percent / 100.0))
+        return min(float(_EDGES_NS[min(index, len(_EDGES_NS) - 1)]), self.most_ns)
 
     def histogram(self) -> dict[str, int]:
         """Return how many ticks are in each decade that has any, by its upper limit."""

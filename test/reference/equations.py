@@ -212,8 +212,8 @@ def gyrostat(case: dict[str, Any]) -> Problem:
             'angles': angles,
         }
 
-    place = 7 + 2 * many
-    return Problem(unknowns, rates, told, [slice(0, 4), slice(place, place + 2)])
+    index = 7 + 2 * many
+    return Problem(unknowns, rates, told, [slice(0, 4), slice(index, index + 2)])
 
 
 def immersed(case: dict[str, Any]) -> Problem:

@@ -78,13 +78,13 @@ def test_what_needs_the_extra_environment_says_so(bare, tmp_path):
     """Without its libraries each function of the Earth is refused in one sentence that helps."""
     program = """
 from satdyn_ros import environment
-place = [7e6, 0.0, 0.0]
+position = [7e6, 0.0, 0.0]
 for call in (
     lambda: environment.gcrs_to_itrs(0),
     lambda: environment.teme_to_gcrs(0),
-    lambda: environment.geodetic(place),
+    lambda: environment.geodetic(position),
     lambda: environment.sun_position(0),
-    lambda: environment.igrf_field(0, place),
+    lambda: environment.igrf_field(0, position),
     lambda: environment.dipole_vector(0),
     lambda: environment.Msis().log_density(0, 0.0, 0.0, 4e5),
 ):

@@ -61,8 +61,8 @@ _GROUND_M = np.array([EARTH_RADIUS_M, EARTH_RADIUS_M, 6_356_752.3]) - 1000.0
 # By how much rows may be missed by the interpolation of every other one without a word.
 _MISSED_M = 10.0
 _WEEKS_S = 4e6
-# In how many places a radian of an orbit is looked at, and what is between two rows, at least.
-_PLACES_A_RADIAN, _LEAST_PLACES = 12, 2
+# How often a radian of an orbit is checked, and how often at least between two rows.
+_CHECKS_A_RADIAN, _LEAST_CHECKS = 12, 2
 # In how many times the heights over a turn are looked for: one in half a degree.
 _TIMES_A_TURN = 721
 
@@ -257,7 +257,7 @@ class _Segment:
         return f'line {self._rows[i].line}: the row at {self._rows[i].words[0]}'
 
     def _check_rows(self):
-        """ValueError: a row is no place of a satellite, or whole turns away from the next."""
+        """ValueError: a row is not that of a satellite, or whole turns away from the next."""
         r, v = np.split(self._interpolation.rows, 2, axis=1)
         for is_wrong, why in (
             (length(r) > _FURTHEST_M, f'more than {_FURTHEST_M / 1e3:g} km from the Earth'),
@@ -279,7 +279,7 @@ class _Segment:
     def _check_between(self, epoch_ns):
         """ValueError: the interpolation goes within the Earth, or is at rest."""
         for span in self.spans:
-            t_s = _places(span)
+            t_s = _checked_times(span)
             values, slope = self._interpolation.with_slope(t_s + span.ahead_s)
             r = values[:, :3]
             height = length(r / _GROUND_M)
@@ -463,11 +463,11 @@ def _numbers(row):
     raise ValueError(f'line {row.line}: the row at {row.words[0]} does not hold 6 numbers')
 
 
-def _places(span):
+def _checked_times(span):
     """Return times (N,) all along a span, those of the rows too."""
     edges_s = span.edges_s
     turns = np.diff(edges_s) * span.fastest_rad_s
-    counts = np.maximum(_LEAST_PLACES, np.ceil(turns * _PLACES_A_RADIAN)).astype(int)
+    counts = np.maximum(_LEAST_CHECKS, np.ceil(turns * _CHECKS_A_RADIAN)).astype(int)
     within = np.concatenate([np.arange(count) / count for count in counts])
     t_s = np.repeat(edges_s[:-1], counts) + within * np.repeat(np.diff(edges_s), counts)
     return np.append(t_s, edges_s[-1])

@@ -284,12 +284,12 @@ HELD = Rotor('constant_momentum', np.array([0.0, 0.6, 0.8]), 0.3)
     ids=['sphere', 'sphere at rest', 'disc', 'disc at rest', 'torque', 'rotor', 'free rotor'],
 )
 def test_on_an_ellipse_a_closed_form_knows_the_work_of_the_orbit(kind, system, start):
-    """Proves it against that of the propagation, over an orbit and from any place on it."""
+    """Proves it against that of the propagation, over an orbit and from any position on it."""
     system, start_s = replace(system, orbit=ELLIPSE), 1234.5
     motion = exact.recognise(system, start, start_s)
     assert isinstance(motion, kind)
     t_s = np.linspace(0.0, 2.0 * np.pi / ELLIPSE.mean_motion, 100)
-    # No step is chosen for its work, which swings faster than the place on the orbit: finer ones.
+    # No step is chosen for its work, which swings faster than the orbit turns: finer ones.
     work = Propagation(system, start, start_s, 1e-16).at(t_s).work
     assert np.ptp(work) > 1e-7
     np.testing.assert_allclose(motion.at(t_s).work, work, rtol=0.0, atol=1e-12 * np.ptp(work))

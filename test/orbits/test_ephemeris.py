@@ -448,7 +448,7 @@ LOW = KeplerOrbit(semi_major_axis=6.5e6, eccentricity=0.04)
     ids=['rest', 'low', 'linear', 'hermite', 'nested'],
 )
 def test_what_is_no_orbit_is_refused(text, reason):
-    """At rest, within the Earth at a row or between two, in two places at once."""
+    """At rest, within the Earth at a row or between two, in two positions at once."""
     with pytest.raises(ValueError, match=f'^orbit.file: .*{reason}'):
         read(text)
 

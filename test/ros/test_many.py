@@ -15,7 +15,7 @@ RATE_HZ = 10
 
 
 def values(i):
-    """Return the parameters of satellite i: its own frames and its own place on the orbit."""
+    """Return the parameters of satellite i: its own frames and its own position on the orbit."""
     return {
         'time.epoch_ns': EPOCH_NS,
         'publish.rate': float(RATE_HZ),

@@ -33,14 +33,14 @@ def test_features_are_those_that_answer(live):
     found = call(participant, srv.GetEntitiesStates, 'get_entities_states', filters=filters)
     assert list(found.entities) == ['satdyn']
     (state,) = found.states
-    place = state.pose.position
+    position = state.pose.position
     for kind, radius, code, names in (
         (msg.Bounds.TYPE_SPHERE, 1e6, RESULT.RESULT_OK, ['satdyn']),
         (msg.Bounds.TYPE_SPHERE, 1.0, RESULT.RESULT_OK, []),
         (msg.Bounds.TYPE_BOX, 1e6, RESULT.RESULT_FEATURE_UNSUPPORTED, []),
     ):
         # Beside it by a thousand times what it travels while this is asked.
-        points = [Vector3(x=place.x, y=place.y, z=place.z + 5e5), Vector3(x=radius)]
+        points = [Vector3(x=position.x, y=position.y, z=position.z + 5e5), Vector3(x=radius)]
         filters = msg.EntityFilters(bounds=msg.Bounds(type=kind, points=points))
         found = call(participant, srv.GetEntities, 'get_entities', filters=filters)
         assert (found.result.result, list(found.entities)) == (code, names)

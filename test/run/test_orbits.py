@@ -164,7 +164,7 @@ def test_what_is_not_used_is_not_loaded():
 
 
 def test_a_run_ends_with_its_ephemeris():
-    """It may begin near the end, and comes to a halt after the last tick that has a place."""
+    """It may begin near the end, and comes to a halt after the last tick that has a position."""
     scenario = Scenario(OEM | {'publish.rate': 1.0, 'time.epoch': '2026-03-01T12:02:50'})
     try_out(scenario, 0)
     simulation = Simulation(scenario)

@@ -57,7 +57,7 @@ KEPT = ('HOME', 'LANG', 'LC_ALL', 'PATH', 'TERM', 'TMPDIR', 'USER')
 class Block:
     """A fenced block: its language, the words behind it, its text, and its stated output."""
 
-    place: str
+    location: str
     language: str
     words: list[str]
     text: str
@@ -153,7 +153,7 @@ class Reader:
         match block.language, block.words:
             case (('python' | 'yaml'), [name]) if FILE.fullmatch(name):
                 (self.folder / name).write_text(block.text, encoding='utf-8')
-                self._say(f'\n# {block.place}: {name} is written')
+                self._say(f'\n# {block.location}: {name} is written')
             case 'python', []:
                 self.programs += 1
                 self._run(block, f"python - <<'END_OF_PROGRAM'\n{block.text}END_OF_PROGRAM\n")
@@ -167,10 +167,10 @@ class Reader:
             case 'sh', [] | ['ros2']:
                 self._run_lines(block)
             case 'python' | 'sh', words:
-                raise Failed(f'{block.place}: a block of {block.language} cannot be {words}')
+                raise Failed(f'{block.location}: a block of {block.language} cannot be {words}')
 
     def _leave_out(self, block):
-        self.left_out += [f'{block.place}: {line}' for line in block.lines]
+        self.left_out += [f'{block.location}: {line}' for line in block.lines]
 
     def _run_lines(self, block):
         lines = [line for line in block.lines if line.split('#')[0].strip() not in self.made]
@@ -179,7 +179,7 @@ class Reader:
             self._run(block, '\n'.join(lines) + '\n')
 
     def _run(self, block, script):
-        self._say(f'\n# {block.place}')
+        self._say(f'\n# {block.location}')
         self._say(''.join(f'$ {line}\n' for line in script.splitlines()), end='')
         with tempfile.NamedTemporaryFile() as after:
             try:
@@ -195,17 +195,17 @@ class Reader:
                     check=False,
                 )
             except subprocess.TimeoutExpired:
-                raise Failed(f'{block.place}: not done in {BLOCK_TIMEOUT_S:g} s') from None
+                raise Failed(f'{block.location}: not done in {BLOCK_TIMEOUT_S:g} s') from None
             self._say(done.stdout, end='')
             if done.returncode:
-                raise Failed(f'{block.place}: exit code {done.returncode}')
+                raise Failed(f'{block.location}: exit code {done.returncode}')
             entries = Path(after.name).read_text().split('\0')
             self.environment = dict(entry.split('=', 1) for entry in entries if '=' in entry)
         self._compare(block, done.stdout)
 
     def _begin(self, block, line):
         self.commands += 1
-        self._say(f'\n# {block.place}, in another terminal\n$ {line}')
+        self._say(f'\n# {block.location}, in another terminal\n$ {line}')
         log = Path(tempfile.mkstemp(suffix='.log')[1])
         with log.open('wb') as file:
             process = subprocess.Popen(
@@ -230,7 +230,7 @@ class Reader:
         if block.output:
             self.outputs += 1
             if (line := differs(block.output, printed)) is not None:
-                raise Failed(f'{block.place}: not printed: {line}')
+                raise Failed(f'{block.location}: not printed: {line}')
 
     def _end(self, block, line, process, log):
         # Seen once in hundreds of times: a program in rclpy.spin that the first does not end.
@@ -239,13 +239,13 @@ class Reader:
             with suppress(subprocess.TimeoutExpired):
                 code = process.wait(END_TIMEOUT_S)
                 break
-            self._say(f'{block.place}: Ctrl-C has not ended {line}')
+            self._say(f'{block.location}: Ctrl-C has not ended {line}')
         else:
-            raise Failed(f'{block.place}: Ctrl-C does not end {line}')
-        self._say(f'\n# {block.place}, in the other terminal\n$ {line}\n{log.read_text()}')
+            raise Failed(f'{block.location}: Ctrl-C does not end {line}')
+        self._say(f'\n# {block.location}, in the other terminal\n$ {line}\n{log.read_text()}')
         # One that has ended before is done, or has failed.
         if code not in ENDED:
-            raise Failed(f'{block.place}: exit code {code} of {line}')
+            raise Failed(f'{block.location}: exit code {code} of {line}')
 
 
 def read_all(reader: Reader, *queues: list[Path]) -> dict[str, float]:
@@ -275,12 +275,12 @@ def main() -> int:
     environment |= {'PIP_QUIET': '2', 'PIP_DISABLE_PIP_VERSION_CHECK': '1'}
     environment |= {'PYTHONUNBUFFERED': '1'}
     made = frozenset(filter(None, (ROOT / '.ci/run').read_text().splitlines()))
-    with tempfile.TemporaryDirectory() as place:
+    with tempfile.TemporaryDirectory() as temporary:
         folder, chosen = ROOT, [Path(name).resolve() for name in sys.argv[1:]]
         beside: list[Path] = []
         first, last, count = chosen, list[Path](), len(chosen)
         if not chosen:
-            folder = Path(place, 'satdyn_ros')
+            folder = Path(temporary, 'satdyn_ros')
             subprocess.run(['git', 'clone', '--quiet', ROOT, folder], check=True)
             chosen = pages(folder)
             first, beside, last, count = chosen[:2], chosen[2:-1], chosen[-1:], len(chosen)

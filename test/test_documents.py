@@ -165,7 +165,7 @@ def test_what_is_named_is_there(page):
 @pytest.mark.parametrize(
     'text',
     [
-        pytest.param(block.text, id=block.place)
+        pytest.param(block.text, id=block.location)
         for page in PAGES
         for block in of_language(page, 'yaml')
         if not block.words

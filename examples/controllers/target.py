@@ -1,5 +1,5 @@
 """
-Point body z to a place on the ground, x near the velocity, with wheels.
+Point body z to a point on the ground, x near the velocity, with wheels.
 
     satdyn simulate cubesat_adcs --duration 600 --controller target.py:Target -o bags/target
 By quaternion feedback (Wie, Weiss and Arapostathis 1989): quaternion_feedback.py.
@@ -15,7 +15,7 @@ from satdyn_ros import guidance
 
 class Target(QuaternionFeedback):
     """
-    latitude, longitude: of the place [rad], or texts; see guidance.target.
+    latitude, longitude: of the point [rad], or texts; see guidance.target.
 
     By default Darmstadt, from where OPS-SAT was flown.
     """

@@ -76,7 +76,7 @@ def test_manifest_and_setup_agree(distribution, manifest):
     assert manifest.findtext('export/build_type') == 'ament_python'
 
 
-def test_the_version_is_told_everywhere():
+def test_the_version_is_the_same_everywhere():
     """The newest version of the changelog, with its date, and the citation are of the package."""
     changelog = (ROOT / 'CHANGELOG.rst').read_text()
     # The form of REP 132: a line of the version and its date, underlined as long.

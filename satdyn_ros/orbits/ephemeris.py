@@ -3,7 +3,7 @@ The orbit of a CCSDS Orbit Ephemeris Message, 502.0-B, in either notation, or of
 
 Each segment is interpolated by itself, as it says, and in TAI, whatever its TIME_SYSTEM.  A stamp
 is an instant of UTC: the orbit at a time from tick 0 is that at its stamp, so that across a leap
-second, which no stamp tells, it goes on by a second more.
+second, which has no stamp, it goes on by a second more.
 """
 
 import math
@@ -49,7 +49,7 @@ _ROW_LENGTHS = (6, 9)
 _STATE = tuple(f'{axis}{dots}' for dots in ('', '_DOT', '_DDOT') for axis in 'XYZ')
 _NUMBERS = re.compile(r'(?: [-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)*')
 _LEAP_SECOND = re.compile(r'(.*T\d\d:\d\d:)60((?:\.\d+)?Z?)', re.ASCII)
-# What can be told by 64 bits.
+# What 64 bits can hold.
 _LAST_NS = 2**63 - 1
 # What nothing about the Earth is beyond [m] and nothing as fast as [m/s].
 _FURTHEST_M, _LIGHT_M_S = 1e13, 299_792_458.0
@@ -152,7 +152,7 @@ class EphemerisOrbit(OrbitSource):
         return self.spans[0].begin_s, self.spans[-1].end_s
 
     def _epoch(self, t_s):
-        # Beyond some weeks a double tells no nanoseconds.
+        # Beyond some weeks a double resolves no nanoseconds.
         unit_ns = 1 if abs(t_s) < _WEEKS_S else 1000
         return _shown(self.epoch_ns + round(float(t_s) * SECOND_NS / unit_ns) * unit_ns)
 
@@ -345,7 +345,7 @@ class _Time:
 
 class _Clock:
     """
-    Tells times of a file in TAI, less what it is ahead of UTC at the begin of the file [ns].
+    Gives times of a file in TAI, less what it is ahead of UTC at the begin of the file [ns].
 
     A leap second has a time of its own there, and no stamp.
     """

@@ -83,7 +83,7 @@ class Orbit(ABC):
 
     @property
     def pieces(self) -> Pieces | None:
-        """The table that tells where it is, with the columns of a TabledOrbit; None: none does."""
+        """The table that says where it is, with the columns of a TabledOrbit; None: none does."""
         return None
 
     @property

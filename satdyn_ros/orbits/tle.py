@@ -102,7 +102,7 @@ class TwoLineOrbit(OrbitSource):
 
     @property
     def elements_epoch(self) -> str:
-        """That epoch in UTC, to a microsecond: its days are a double, and OMMs tell no less."""
+        """That epoch in UTC, to a microsecond: its days are a double, and OMMs resolve no less."""
         return epoch(round(self.elements_ns, -3))
 
     @property

@@ -26,8 +26,8 @@ def stream_of(name: str) -> int:
     >>> stream_of('gyro'), stream_of('star_tracker')
     (0, 1)
     """
-    told = sha256(name.encode()).digest()
-    return _STREAMS.get(name, int.from_bytes(told[:8], 'little'))
+    digest = sha256(name.encode()).digest()
+    return _STREAMS.get(name, int.from_bytes(digest[:8], 'little'))
 
 
 def slow_stream(stream: int) -> int:

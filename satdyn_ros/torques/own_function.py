@@ -60,11 +60,11 @@ def _checked(function, subject, *arguments):
         return found
     if isinstance(found, tuple):
         wrong = [type(x).__name__ for x in parts if not isinstance(x, (*_NUMBERS, np.ndarray))]
-        told = f'a tuple of {len(found)}' + (f' with a {wrong[0]}' if wrong else '')
+        returned = f'a tuple of {len(found)}' + (f' with a {wrong[0]}' if wrong else '')
     else:
-        told = 'nothing' if found is None else f'a value of type {type(found).__name__}'
+        returned = 'nothing' if found is None else f'a value of type {type(found).__name__}'
     due = 'a number' if length == 0 else f'a tuple of {length or "some"} numbers'
-    raise ValueError(f'{subject} returns {told}; it must return {due}{_where(function, [])}')
+    raise ValueError(f'{subject} returns {returned}; it must return {due}{_where(function, [])}')
 
 
 def _where(function, frames):

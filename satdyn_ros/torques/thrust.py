@@ -21,7 +21,7 @@ STANDARD_GRAVITY = 9.80665
 _INSTANT_S = 1e-12
 # Before every tick, and after every tick that has a stamp.
 _BEGIN_S, _END_S = -1.0, 1e18
-# The shortest time constant [s] of a chamber: faster ones are not told apart from none.
+# The shortest time constant [s] of a chamber: faster ones are not distinguished from none.
 LEAST_TIME_CONSTANT_S = 1e-6
 # What the table of the valves has of each thruster.
 _LEVEL, _EXCESS, _SINCE, _WIDTH = range(4)

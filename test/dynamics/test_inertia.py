@@ -326,7 +326,7 @@ def test_the_normal_of_the_ellipsoid():
     assert normal @ omega > 0.0
 
 
-def test_a_rod_is_told_what_to_use():
+def test_a_refusal_of_a_rod_says_what_to_use():
     """A moment of zero is refused by a sentence that names the way out."""
     with pytest.raises(ValueError, match='use the moments of a cylinder'):
         refuse(inertia.checks(np.ravel(bodies.rod(2.0, 3.0))))

@@ -441,7 +441,7 @@ def test_elements_that_flew_by_earlier_rules_still_do():
         Scenario(values)
 
 
-def test_an_epoch_far_from_tick_0_is_told():
+def test_an_epoch_far_from_tick_0_is_reported():
     """Beyond fourteen days, on either side."""
     assert orbit(epoch_ns=stamp_ns('2006-07-10T18:00:00')).warning is None
     warning = orbit(epoch_ns=stamp_ns('2006-07-11T18:00:00')).warning

@@ -203,8 +203,8 @@ def test_the_action_tells_of_each_step_and_can_be_cancelled(live):
     goal, feedback = begin(7)
     assert end(goal) == (GoalStatus.STATUS_SUCCEEDED, RESULT.RESULT_OK, '')
     participant.wait_until(lambda: len(feedback) == 7)
-    told = [(message.completed_steps, message.remaining_steps) for message in feedback]
-    assert told == [(n, 7 - n) for n in range(1, 8)]
+    counts = [(message.completed_steps, message.remaining_steps) for message in feedback]
+    assert counts == [(n, 7 - n) for n in range(1, 8)]
     participant.wait_until(lambda: stamp_ns(heard[-1]) == last_ns + 7 * 20_000_000)
 
     goal, feedback = begin(10**9)

@@ -41,7 +41,7 @@ class PlainWalk:
         """Take one step, or take it back where a rotor leaves its range in it."""
         self.begun += 1
         course, constants = self._course, self._course.constants
-        self._correct_place()
+        self._correct_anomaly()
         stop_times_s = course.stop_times_s
         passed = sum(each - self._start_s <= self.t for each in stop_times_s)
         before = float(stop_times_s[passed - 1]) if passed else -math.inf
@@ -83,7 +83,7 @@ class PlainWalk:
             self.met['pieces'] += 1
             course.enter_next(np.array(self.y[:4]))
 
-    def _correct_place(self):
+    def _correct_anomaly(self):
         constants = self._course.constants
         if not constants.integrates_anomaly or self._steps % 8:
             return

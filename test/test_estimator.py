@@ -48,8 +48,8 @@ def flown(seed):
     _, samples = simulation.advance(TICKS)
     gyro, tracker = (samples.measured[name] for name in ('gyro', 'star_tracker'))
     published = sorted(
-        [(place, 0, i) for i, place in enumerate(gyro.places.tolist())]
-        + [(place, 1, i) for i, place in enumerate(tracker.places.tolist())]
+        [(index, 0, i) for i, index in enumerate(gyro.indices.tolist())]
+        + [(index, 1, i) for i, index in enumerate(tracker.indices.tolist())]
     )
     estimator = DelayedEstimator(scenario.sensors)
     for _, is_tracker, i in published:
@@ -102,10 +102,10 @@ def fed(estimator, scenario, heard):
 def published(samples):
     """Return the samples (name, stamp, value) of all sensors in the order of their ticks."""
     heard = [
-        (place, name, stamp_ns, value)
+        (index, name, stamp_ns, value)
         for name, some in samples.measured.items()
-        for place, stamp_ns, value in zip(
-            some.places.tolist(), some.stamps_ns.tolist(), some.values, strict=True
+        for index, stamp_ns, value in zip(
+            some.indices.tolist(), some.stamps_ns.tolist(), some.values, strict=True
         )
     ]
     return [sample for _, *sample in sorted(heard, key=lambda sample: sample[0])]

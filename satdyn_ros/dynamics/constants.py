@@ -267,7 +267,7 @@ def flat_constants_of_many(system: System, count: int) -> tuple[Constants, np.nd
     """
     Return the floats of the Constants of count systems, one after the other, (count, P).
 
-    The Constants returned before them tell the number of rotors and whether work is done, the
+    The Constants returned before them give the number of rotors and whether work is done, the
     same for all.
     """
     constants = _constants(system)

@@ -84,7 +84,7 @@ class Drives:
         ]
         # Twice the number of a line, or one more: at the jump to the next.
         self._indices = [
-            _place(law, state.rotor_speed[i])
+            _index(law, state.rotor_speed[i])
             for law, (i, _) in zip(self._laws, system.turning_rotors, strict=True)
         ]
         self.met: list[tuple[float, int]] = []
@@ -155,7 +155,7 @@ def _jumps(law, k):
     return any(line.torque == 0.0 and line.gain == 0.0 for line in law[k : k + 2])
 
 
-def _place(law, speed):
+def _index(law, speed):
     for k, line in enumerate(law[:-1]):
         if _jumps(law, k) and abs(speed - line.high) <= AT_LIMIT * abs(line.high):
             return 2 * k + 1

@@ -135,7 +135,7 @@ ROTOR_KEYS = (
         'double_array',
         (0.0, 0.0, 0.0),
         'm',
-        'place of the rotor from the mass centre, body axes, the arm of its static imbalance; '
+        'position of the rotor from the mass centre, body axes, the arm of its static imbalance; '
         'rotor.mode free and motor only',
         lengths=(3,),
         is_optional=True,

@@ -52,11 +52,11 @@ def solid(
     >>> round(float(ring.inertia[2, 2] / (ring.mass * 4.0)), 9)
     1.0
     """
-    if coordinates not in _PLACES:
-        raise ValueError(f'coordinates is {coordinates}; allowed: {", ".join(_PLACES)}')
+    if coordinates not in _MAPPINGS:
+        raise ValueError(f'coordinates is {coordinates}; allowed: {", ".join(_MAPPINGS)}')
     points, before = 10, np.full(10, np.inf)
     while points <= _MOST_POINTS:
-        sums = _sums(density, ranges, _PLACES[coordinates], points)
+        sums = _sums(density, ranges, _MAPPINGS[coordinates], points)
         if np.max(np.abs(sums - before)) <= tolerance * np.max(np.abs(sums)):
             return _body(sums)
         points, before = 2 * points, sums
@@ -80,7 +80,7 @@ def _spherical(theta, phi, r):
 
 
 # Coordinates to x, y, z and how far one goes in space for each; they are orthogonal.
-_PLACES = {'cartesian': _cartesian, 'cylindrical': _cylindrical, 'spherical': _spherical}
+_MAPPINGS = {'cartesian': _cartesian, 'cylindrical': _cylindrical, 'spherical': _spherical}
 
 
 def _sums(density, ranges, mapping, points):

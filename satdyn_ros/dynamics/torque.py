@@ -105,7 +105,7 @@ def _as_columns(part):
 
 
 def element_forces(
-    masses: np.ndarray, places_b: np.ndarray, c_b: np.ndarray, gravity: float, radius_m: float
+    masses: np.ndarray, positions_b: np.ndarray, c_b: np.ndarray, gravity: float, radius_m: float
 ) -> np.ndarray:
     """
     Return the pull (N, 3) [N] on elements of a body about a fixed point (Beletsky 1957, eq. 1).
@@ -117,7 +117,7 @@ def element_forces(
     ----------
     masses : (N,), kg
         m
-    places_b : (N, 3), m, body axes
+    positions_b : (N, 3), m, body axes
         x, from the fixed point
     c_b : (3,), body axes
         c, the unit vector from the attracting centre
@@ -126,7 +126,7 @@ def element_forces(
     radius_m : m
         R, from the attracting centre to the fixed point
     """
-    x, c = np.asarray(places_b, float), np.asarray(c_b, float)
+    x, c = np.asarray(positions_b, float), np.asarray(c_b, float)
     along = (x @ c)[:, None] * c
     pull = gravity / radius_m * (3.0 * along - x) - gravity * c
     return np.asarray(masses, float)[:, None] * pull

@@ -1,7 +1,7 @@
 """
-The Earth as functions of time and place: frames and time, magnetic field, air, Sun.
+The Earth as functions of time and position: frames and time, magnetic field, air, Sun.
 
-Times are Unix times in integer nanoseconds (...), places and vectors rows (..., 3): r_i [m] in
+Times are Unix times in integer nanoseconds (...), positions and vectors rows (..., 3): r_i [m] in
 GCRS, which is the inertial frame, r_t in ITRS, which turns with the Earth.  A row has the same
 bits alone and among many, as far as the libraries keep that.
 """

@@ -1,4 +1,4 @@
-"""The Earth's frames and times: GCRS, ITRS and TEME, UTC and TT, and places on the ellipsoid."""
+"""The Earth's frames and times: GCRS, ITRS and TEME, UTC and TT; positions on the ellipsoid."""
 
 from collections.abc import Callable
 from typing import Any
@@ -166,7 +166,7 @@ def geodetic(r_t: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """
     with brought_by('environment', 'pyerfa'):
         import erfa
-    # Of places beyond 1e30 m it has none: nan.
+    # Of positions beyond 1e30 m it has none: nan.
     with np.errstate(all='ignore'):
         longitude, latitude, height_m = erfa.gc2gd(_WGS_84, np.asarray(r_t, float))
     return latitude, longitude, height_m

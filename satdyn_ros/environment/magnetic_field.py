@@ -2,7 +2,7 @@
 The Earth's magnetic field: the IGRF, and the dipole that is its first degree.
 
 The coefficients are those of the file in ppigrf, which IAGA's working group on the model keeps up
-to date.  The library itself is not imported: it imports pandas, and takes 7 ms for a few places.
+to date.  The library itself is not imported: it imports pandas, and takes 7 ms for few positions.
 """
 
 from functools import cache
@@ -44,7 +44,7 @@ class GaussCoefficients(NamedTuple):
             return None
         return f'{epoch(beyond[0])[:10]} is outside the IGRF, which is from {first} to {last}'
 
-    def place_of(self, unix_ns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def interval_of(self, unix_ns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the number of the interval of each time, and its share that has gone by."""
         if outside := self.outside(unix_ns, _MORE_YEARS):
             raise ValueError(f'{outside}; it is extrapolated by {_MORE_YEARS} years at most')
@@ -78,7 +78,7 @@ def igrf_field(unix_ns: ArrayLike, r_t: ArrayLike) -> np.ndarray:
         sentence for times that are closer
     """
     igrf = _igrf()
-    interval, share = igrf.place_of(np.asarray(unix_ns, np.int64))
+    interval, share = igrf.interval_of(np.asarray(unix_ns, np.int64))
     interval, share, x, y, z = np.broadcast_arrays(
         interval, share, *components(np.divide(r_t, IGRF_RADIUS_M))
     )
@@ -100,7 +100,7 @@ def igrf_field(unix_ns: ArrayLike, r_t: ArrayLike) -> np.ndarray:
 
         begin, end = factors[..., interval], factors[..., interval + 1]
         terms = (begin + share * (end - begin)) * functions[:, : n + 1]
-        # One by one: the last bits of np.sum would depend on the number of places.
+        # One by one: the last bits of np.sum would depend on the number of positions.
         for term in np.moveaxis(terms.reshape(3, -1, *q.shape), 1, 0):
             B += term
     return np.moveaxis(B, 0, -1)
@@ -139,7 +139,7 @@ def dipole_vector(unix_ns: int) -> np.ndarray:
         as for igrf_field
     """
     igrf = _igrf()
-    interval, share = igrf.place_of(np.asarray(unix_ns, np.int64))
+    interval, share = igrf.interval_of(np.asarray(unix_ns, np.int64))
     first = np.array([igrf.g[1, 1], igrf.h[1, 1], igrf.g[1, 0]])
     return first[:, interval] + share * (first[:, interval + 1] - first[:, interval])
 

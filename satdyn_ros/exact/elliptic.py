@@ -8,7 +8,7 @@ cancellation: near m = 1 the digits of a motion are those of m1.  u and m1 broad
 import numpy as np
 from scipy.special import elliprf, elliprj
 
-# What counts as rounding of a motion's own numbers: it cannot be told from zero.
+# What counts as rounding of a motion's own numbers: it cannot be distinguished from zero.
 LAST_DIGITS = 4.0 * np.finfo(float).eps
 
 

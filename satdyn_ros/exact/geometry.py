@@ -277,7 +277,7 @@ class Winding(NamedTuple):
         """
         Return the rate [rad/s] at u.
 
-        through: where the pole is known to pass through the centre; else what rounding tells.
+        through: where the pole is known to pass through the centre; else what rounding decides.
         """
         across, square = self.across, self.square
         if np.max(np.abs(across.coef)) <= LAST_DIGITS * np.sqrt(np.sum(np.abs(square.coef))):

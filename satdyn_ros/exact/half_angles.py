@@ -92,7 +92,7 @@ def _oscillating(r, lattice, zero):
         if zero.at_end:
             angle += np.pi
         half = _turn(angle / 2.0)
-        X[i], Y[i], away[i] = _place(size_X, growth, half, size_Y)
+        X[i], Y[i], away[i] = _arguments(size_X, growth, half, size_Y)
     number = _series(X, Y, Q, len(r))
     for i in range(len(r)):
         number[0, i], slope = _theta(X[i], away[i], number[0, i], number[1, i])
@@ -137,7 +137,7 @@ def _decaying(r, decay, lattice, zero):
             size_X, growth = np.exp(log_X), np.expm1(log_X)
         else:
             size_Y *= np.sqrt(Q)
-        X[i], Y[i], away[i] = _place(size_X, growth, half, size_Y)
+        X[i], Y[i], away[i] = _arguments(size_X, growth, half, size_Y)
     number = _series(X, Y, Q, len(r))
     for i in range(len(r)):
         front, growth = 1j * np.conj(half), 0.0
@@ -164,7 +164,7 @@ def _turn(angle):
 
 
 @inlined
-def _place(size_X, growth, half, size_Y):
+def _arguments(size_X, growth, half, size_Y):
     """
     Return X, Y = Q / X and 1 - Re X, half: exp(i angle / 2); growth: |X| - 1.
 

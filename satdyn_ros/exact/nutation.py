@@ -170,7 +170,7 @@ class Nutation:
         """
         a, b, Qa, Qb = self.turning.a, self.turning.b, self.turning.Qa, self.turning.Qb
         e, o, Qe, Qo = (b, a, Qb, Qa) if self.from_b else (a, b, Qa, Qb)
-        S, C = self._place(tau_s, Qe)
+        S, C = self._half_angle(tau_s, Qe)
         Y1, Y2 = self.Y
         if self.lattice.share == 1.0:
             third = elliprj(Qe * C**2, Qe * C**2 + Y1 * S**2, Qe * C**2 + Y2 * S**2, Qe)
@@ -189,7 +189,7 @@ class Nutation:
         swept = (e * q + o * p) / (q + p) * x + (e - o) / 2.0 * (turn - eta * (x - third))
         return swept / np.sqrt(p * q)
 
-    def _place(self, tau_s, Qe):
+    def _half_angle(self, tau_s, Qe):
         """Return S and C of tau_s (N,) since u was at e: square roots of two theta functions."""
         zero = Zero(1.0, 0.0, self.lattice.share * self.lattice.imaginary, False, 0.0)
         times = np.append(tau_s, 0.0)

@@ -1,4 +1,4 @@
-"""References that look somewhere: to the Earth's centre, to the Sun, to a place on the ground."""
+"""References that look somewhere: to the Earth's centre, to the Sun, to a point on the ground."""
 
 from collections.abc import Callable
 from functools import partial
@@ -13,14 +13,14 @@ from ..environment.earth import EARTH_RATE_RAD_S, gcrs_to_itrs, on_the_ground, t
 from ..environment.sun import sun_position
 from ..kernel.rows import dot, length
 from ..orbits.kepler import EARTH_MU
-from .reference import Moving, Place, Reference, aligned
+from .reference import Moving, OrbitState, Reference, aligned
 
 # The Sun's rate is a difference over so long: it turns by 2e-7 rad/s.
 _SUN_STEP_S = 3600
 _PARALLEL = 1e-9
 
 
-def nadir(sample: Place) -> Reference:
+def nadir(sample: OrbitState) -> Reference:
     """
     Return LVLH: z to the Earth's centre, x as near as possible to the velocity.
 
@@ -29,7 +29,7 @@ def nadir(sample: Place) -> Reference:
 
     Parameters
     ----------
-    sample : Place
+    sample : OrbitState
         position, velocity and stamp, such as simulation.sample
 
     Raises
@@ -37,12 +37,12 @@ def nadir(sample: Place) -> Reference:
     ValueError
         the sample has no position, as with orbit.type fixed
     """
-    place, velocity = _on_orbit(sample)
-    down = Moving(*(tuple(-x for x in row) for row in place))
+    position, velocity = _on_orbit(sample)
+    down = Moving(*(tuple(-x for x in row) for row in position))
     return aligned(down, velocity, 'the reference nadir')
 
 
-def sun(second_axis: ArrayLike = (1.0, 0.0, 0.0)) -> Callable[[Place], Reference]:
+def sun(second_axis: ArrayLike = (1.0, 0.0, 0.0)) -> Callable[[OrbitState], Reference]:
     """
     Return the reference with body z to the Sun, second_axis as near as can be to the orbit normal.
 
@@ -70,7 +70,7 @@ def sun(second_axis: ArrayLike = (1.0, 0.0, 0.0)) -> Callable[[Place], Reference
 
 
 def _sun(axis_b, sample):
-    place, velocity = _on_orbit(sample)
+    position, velocity = _on_orbit(sample)
     stamps_ns = np.asarray(sample.stamp_ns, np.int64)[..., None]
     sun_i = sun_position(stamps_ns + SECOND_NS * np.array([-_SUN_STEP_S, 0, _SUN_STEP_S]))
     before, now, after = np.moveaxis(sun_i, -2, 0)
@@ -79,11 +79,11 @@ def _sun(axis_b, sample):
         (after - before) / (2.0 * _SUN_STEP_S),
         (after - 2.0 * now + before) / _SUN_STEP_S**2,
     )
-    toward, normal = sun.minus(place), place.across(velocity)
+    toward, normal = sun.minus(position), position.across(velocity)
     return aligned(toward, normal, 'the reference sun').of_body_axis(axis_b)
 
 
-def target(latitude: float | str, longitude: float | str) -> Callable[[Place], Reference]:
+def target(latitude: float | str, longitude: float | str) -> Callable[[OrbitState], Reference]:
     """
     Return the reference with z to a point on the ground, x as near as possible to the velocity.
 
@@ -102,22 +102,22 @@ def target(latitude: float | str, longitude: float | str) -> Callable[[Place], R
     ValueError
         there is no such point
     """
-    place = [_angle('latitude', latitude, 0.5), _angle('longitude', longitude, 2.0)]
-    return partial(_target, on_the_ground(*place))
+    angles = [_angle('latitude', latitude, 0.5), _angle('longitude', longitude, 2.0)]
+    return partial(_target, on_the_ground(*angles))
 
 
-def _target(place_t, sample):
+def _target(point_t, sample):
     orbit, velocity = _on_orbit(sample)
     to_inertial = gcrs_to_itrs(sample.stamp_ns).swapaxes(-1, -2)
     # What else moves the pole turns by less than 1e-11 rad/s.
     spin_t = np.array([0.0, 0.0, EARTH_RATE_RAD_S])
-    rate_t = np.cross(spin_t, place_t)
-    rows = (turned(to_inertial, v) for v in (place_t, rate_t, np.cross(spin_t, rate_t)))
+    rate_t = np.cross(spin_t, point_t)
+    rows = (turned(to_inertial, v) for v in (point_t, rate_t, np.cross(spin_t, rate_t)))
     return aligned(Moving.of_rows(*rows).minus(orbit), velocity, 'the reference target')
 
 
-def _on_orbit(sample: Place) -> tuple[Moving, Moving]:
-    """Return place and velocity on the Kepler orbit through r_i and v_i, as they move."""
+def _on_orbit(sample: OrbitState) -> tuple[Moving, Moving]:
+    """Return position and velocity on the Kepler orbit through r_i and v_i, as they move."""
     r_i, v_i = np.asarray(sample.r_i, float), np.asarray(sample.v_i, float)
     r = length(r_i)[..., None]
     if not np.all(r > 0.0):

@@ -10,13 +10,13 @@ from numpy.typing import ArrayLike
 from ..base.nanoseconds import SECOND_NS
 from ..exchange.aem_reader import AttitudeFile
 from ..kernel import rotation
-from .reference import Place, Reference
+from .reference import OrbitState, Reference
 
 # Over so long the rates of a file are differenced.
 _STEP_NS = SECOND_NS // 20
 
 
-def inertial(q: ArrayLike) -> Callable[[Place], Reference]:
+def inertial(q: ArrayLike) -> Callable[[OrbitState], Reference]:
     """
     Return the reference that rests in inertial axes.
 
@@ -40,7 +40,7 @@ def _inertial(q_ir, sample):
     return Reference(q_ir, np.zeros(3), np.zeros(3))
 
 
-def from_aem(path: str | Path) -> Callable[[Place], Reference]:
+def from_aem(path: str | Path) -> Callable[[OrbitState], Reference]:
     """
     Return the reference of a CCSDS AEM, interpolated between its rows as the file says.
 

@@ -14,7 +14,7 @@ from ..kernel.vector import Vector, add, cross, dot, scale, subtract
 _PARALLEL = 1e-9
 
 
-class Place(Protocol):
+class OrbitState(Protocol):
     """What a reference follows from: r_i [m] and v_i [m/s] (..., 3), inertial, and a stamp."""
 
     @property

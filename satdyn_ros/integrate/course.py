@@ -103,7 +103,7 @@ class Course:
         """At least as many stops as there may be before the constants hold no further."""
         return len(self._all_stop_times_s) + (2 + _CORNERS if self._system.pieces else 0)
 
-    def tell(self, problem: Problem, m: int) -> None:
+    def write(self, problem: Problem, m: int) -> None:
         """Write what holds now for motion m of a problem."""
         numbers, arrays = flatten(self.constants)
         # Until the motion goes on by the new ones its lane still has those before.
@@ -144,7 +144,7 @@ class Course:
                 problem.outcome[m] = UNFINISHED if has_late else TABLE_ENDS
                 problem.ended[m] = step[END], step[SINCE], step[EXITS]
                 return
-        self.tell(problem, m)
+        self.write(problem, m)
         problem.outcome[m] = UNFINISHED
 
     def leave(self, which: int, t_s: float, omega_bi_b: np.ndarray, speeds: np.ndarray) -> None:
@@ -257,5 +257,5 @@ def problem_of(
     """Return the problem of motions (M,) of one kind that begin with the variables (M, V)."""
     problem = Problem(begin, layout, wanted, max(each.most_stops for each in courses))
     for m, course in enumerate(courses):
-        course.tell(problem, m)
+        course.write(problem, m)
     return problem

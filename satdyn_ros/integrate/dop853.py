@@ -134,7 +134,7 @@ def part_before_corner(
     """
     Return the part of the step h after which a torque may have a corner; 1: it needs no cut.
 
-    One as near to either end as the step does not feel it, or time cannot tell it, needs none.
+    One as near to either end as the step does not feel it, or time cannot resolve it, needs none.
     """
     search = SEARCH if constants.cuts_first else EARLIER_SEARCH
     soon = search.share

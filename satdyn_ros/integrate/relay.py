@@ -109,7 +109,7 @@ class Relay:
         if is_anew:
             # Where each drive is on its law is found anew, or there are other tables.
             self._course = self._motion.course_of(system, self.state(), start_s)
-            self._course.tell(problem, 0)
+            self._course.write(problem, 0)
         else:
             self._write(system, start_s)
         problem.is_new[0], self._lanes.step_state[0, FURTHEST] = BEGINS, 0.0

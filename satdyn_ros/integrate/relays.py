@@ -123,7 +123,7 @@ class Relays:
         self._motions[m], self._courses[m] = motion, course
         self._note(m)
         self._problem.begin[m] = motion.begin()
-        course.tell(self._problem, m)
+        course.write(self._problem, m)
         self._problem.is_new[m] = BEGINS
         self.y[m] = self._problem.begin[m, : self.y.shape[1]]
         self.why.pop(m, None)

@@ -51,7 +51,7 @@ class SensorPacker:
         """
         measured = samples.measured[self._name]
         rows = self._message.pack(measured, rows)
-        return rows if self.is_at_every_tick else SparseMessages(measured.places, rows)
+        return rows if self.is_at_every_tick else SparseMessages(measured.indices, rows)
 
 
 def _content(sensor: Sensor) -> dict[str, Any]:

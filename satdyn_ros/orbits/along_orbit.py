@@ -106,14 +106,14 @@ class AlongOrbit:
         if isinstance(air, Exponential):
 
             def exponential(t_s):
-                _, _, r_t = self._place(t_s)
+                _, _, r_t = self._position(t_s)
                 return air.log_density(geodetic(r_t)[2])[:, None]
 
             return self._fitted(exponential)
         assert air is not None
 
         def msis(t_s):
-            unix_ns, _, r_t = self._place(t_s)
+            unix_ns, _, r_t = self._position(t_s)
             unix_s = np.rint(unix_ns / SECOND_NS).astype(np.int64)
             return air.log_density(unix_s, *geodetic(r_t))[:, None]
 
@@ -126,7 +126,7 @@ class AlongOrbit:
 
     @cached_property
     def sun(self) -> Pieces:
-        """The place of the Sun [m], three functions; steps end at the edges of the shadow."""
+        """The position of the Sun [m], three functions; steps end at the edges of the shadow."""
         contacts_in = roots(self._shadow_margins)
 
         def contacts_and_beside(piece):
@@ -153,13 +153,13 @@ class AlongOrbit:
 
     def modelled_field(self, t_s: np.ndarray) -> np.ndarray:
         """Return the Earth's field B [T] (N, 3) as its model, not its table, has it."""
-        unix_ns, to_itrs, r_t = self._place(t_s)
+        unix_ns, to_itrs, r_t = self._position(t_s)
         is_dipole = self.field_model == 'dipole'
         B_t = dipole_field(self._g_t, r_t) if is_dipole else igrf_field(unix_ns, r_t)
         return turned(to_itrs.swapaxes(-1, -2), B_t)
 
     def modelled_sun(self, t_s: np.ndarray) -> np.ndarray:
-        """Return the place of the Sun [m] (N, 3) as the ephemeris, not its table, has it."""
+        """Return the position of the Sun [m] (N, 3) as the ephemeris, not its table, has it."""
         return sun_position(self.unix_ns(t_s))
 
     def unix_ns(self, t_s: np.ndarray) -> np.ndarray:
@@ -173,7 +173,7 @@ class AlongOrbit:
         The matrices (N, 3, 3) that turn components in inertial axes into ITRS, r_t (N, 3) [m]
         there, and latitude and longitude (N,) [rad] on WGS 84.
         """
-        _, to_itrs, r_t = self._place(t_s)
+        _, to_itrs, r_t = self._position(t_s)
         latitude, longitude, _ = geodetic(r_t)
         return to_itrs, r_t, latitude, longitude
 
@@ -190,7 +190,7 @@ class AlongOrbit:
             stretches = ending_at(no_longer(stretches, _LONGEST_S), ends_s)
         return Pieces(fitted(function), stretches, corners=corners)
 
-    def _place(self, t_s):
+    def _position(self, t_s):
         unix_ns, (r_i, _) = self.unix_ns(t_s), self.orbit.position_velocity(t_s)
         to_itrs = self._to_itrs_at(t_s)
         return unix_ns, to_itrs, turned(to_itrs, r_i)

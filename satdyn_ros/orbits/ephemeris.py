@@ -3,7 +3,7 @@ The orbit of a CCSDS Orbit Ephemeris Message, 502.0-B, in either notation, or of
 
 Each segment is interpolated by itself, as it says, and in TAI, whatever its TIME_SYSTEM.  A stamp
 is an instant of UTC: the orbit at a time from tick 0 is that at its stamp, so that across a leap
-second, which no stamp tells, it goes on by a second more.
+second, which has no stamp, it goes on by a second more.
 """
 
 import math
@@ -49,7 +49,7 @@ _ROW_LENGTHS = (6, 9)
 _STATE = tuple(f'{axis}{dots}' for dots in ('', '_DOT', '_DDOT') for axis in 'XYZ')
 _NUMBERS = re.compile(r'(?: [-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)*')
 _LEAP_SECOND = re.compile(r'(.*T\d\d:\d\d:)60((?:\.\d+)?Z?)', re.ASCII)
-# What can be told by 64 bits.
+# What 64 bits can hold.
 _LAST_NS = 2**63 - 1
 # What nothing about the Earth is beyond [m] and nothing as fast as [m/s].
 _FURTHEST_M, _LIGHT_M_S = 1e13, 299_792_458.0
@@ -61,8 +61,8 @@ _GROUND_M = np.array([EARTH_RADIUS_M, EARTH_RADIUS_M, 6_356_752.3]) - 1000.0
 # By how much rows may be missed by the interpolation of every other one without a word.
 _MISSED_M = 10.0
 _WEEKS_S = 4e6
-# In how many places a radian of an orbit is looked at, and what is between two rows, at least.
-_PLACES_A_RADIAN, _LEAST_PLACES = 12, 2
+# How often a radian of an orbit is checked, and how often at least between two rows.
+_CHECKS_A_RADIAN, _LEAST_CHECKS = 12, 2
 # In how many times the heights over a turn are looked for: one in half a degree.
 _TIMES_A_TURN = 721
 
@@ -152,7 +152,7 @@ class EphemerisOrbit(OrbitSource):
         return self.spans[0].begin_s, self.spans[-1].end_s
 
     def _epoch(self, t_s):
-        # Beyond some weeks a double tells no nanoseconds.
+        # Beyond some weeks a double resolves no nanoseconds.
         unit_ns = 1 if abs(t_s) < _WEEKS_S else 1000
         return _shown(self.epoch_ns + round(float(t_s) * SECOND_NS / unit_ns) * unit_ns)
 
@@ -257,7 +257,7 @@ class _Segment:
         return f'line {self._rows[i].line}: the row at {self._rows[i].words[0]}'
 
     def _check_rows(self):
-        """ValueError: a row is no place of a satellite, or whole turns away from the next."""
+        """ValueError: a row is not that of a satellite, or whole turns away from the next."""
         r, v = np.split(self._interpolation.rows, 2, axis=1)
         for is_wrong, why in (
             (length(r) > _FURTHEST_M, f'more than {_FURTHEST_M / 1e3:g} km from the Earth'),
@@ -279,7 +279,7 @@ class _Segment:
     def _check_between(self, epoch_ns):
         """ValueError: the interpolation goes within the Earth, or is at rest."""
         for span in self.spans:
-            t_s = _places(span)
+            t_s = _checked_times(span)
             values, slope = self._interpolation.with_slope(t_s + span.ahead_s)
             r = values[:, :3]
             height = length(r / _GROUND_M)
@@ -345,7 +345,7 @@ class _Time:
 
 class _Clock:
     """
-    Tells times of a file in TAI, less what it is ahead of UTC at the begin of the file [ns].
+    Gives times of a file in TAI, less what it is ahead of UTC at the begin of the file [ns].
 
     A leap second has a time of its own there, and no stamp.
     """
@@ -463,11 +463,11 @@ def _numbers(row):
     raise ValueError(f'line {row.line}: the row at {row.words[0]} does not hold 6 numbers')
 
 
-def _places(span):
+def _checked_times(span):
     """Return times (N,) all along a span, those of the rows too."""
     edges_s = span.edges_s
     turns = np.diff(edges_s) * span.fastest_rad_s
-    counts = np.maximum(_LEAST_PLACES, np.ceil(turns * _PLACES_A_RADIAN)).astype(int)
+    counts = np.maximum(_LEAST_CHECKS, np.ceil(turns * _CHECKS_A_RADIAN)).astype(int)
     within = np.concatenate([np.arange(count) / count for count in counts])
     t_s = np.repeat(edges_s[:-1], counts) + within * np.repeat(np.diff(edges_s), counts)
     return np.append(t_s, edges_s[-1])

@@ -1,4 +1,4 @@
-"""A body held at a fixed place in the field: the direction to the attracting centre stays."""
+"""A body held at a fixed position in the field: the direction to the attracting centre stays."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ GRADIENT = Key(
 
 @dataclass(frozen=True)
 class FixedDirection(Orbit):
-    """A body held at a fixed place: c_i = +Z and a constant gradient 3 mu / r^3 [1/s^2]."""
+    """A body held at a fixed position: c_i = +Z and a constant gradient 3 mu / r^3 [1/s^2]."""
 
     gradient: float = 0.0
 

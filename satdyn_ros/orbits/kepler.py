@@ -63,8 +63,8 @@ class KeplerOrbit(Orbit):
         """
         Return the ellipse through r_i [m] with v_i [m/s], both (3,), or many, checked, (M, 1, 3).
 
-        On the equator the node, on a circle the pericentre has no place of its own; what lies on
-        them still adds up to the state.  ValueError: the orbit is no ellipse.
+        On the equator the node, on a circle the pericentre is not defined; the angles from them
+        still add up to the state.  ValueError: the orbit is no ellipse.
         """
         r_i, v_i = np.asarray(r_i, float), np.asarray(v_i, float)
         if r_i.ndim == v_i.ndim == 1 and np.ndim(mu) == 0:

@@ -368,7 +368,7 @@ class Pieces:
 
     def table_in(self, piece: Piece) -> Table:
         """
-        Return the table of one piece, and let a thread make the next, unless it has been told to.
+        Return the table of one piece, and let a thread make the next, unless it has been asked to.
 
         ValueError: it cannot be made.
         """

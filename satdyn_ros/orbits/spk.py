@@ -26,7 +26,7 @@ _INERTIAL = 1
 _DOUBLES, _INTEGERS = 2, 6
 _J2000_NS = stamp_ns('2000-01-01T12:00:00')
 _DEGREE = 13
-# SPICE tells instants by doubles, to 1e-7 s, in which a satellite goes a millimetre.
+# SPICE gives instants as doubles, to 1e-7 s, in which a satellite goes a millimetre.
 _MISSED_M, _MISSED_M_S = 5e-3, 1e-3
 # Rows are this far apart, or halves of it down to where only a jump asks for more [ns].
 _STEP_NS, _LEAST_NS = 600 * SECOND_NS, SECOND_NS
@@ -133,8 +133,8 @@ def _rows(
     while True:
         if len(tt_ns) > most:
             raise ValueError(
-                f'it needs more than {_MOST_ROWS} rows to be told within {1e3 * _MISSED_M:g} mm; '
-                'give a file of fewer days'
+                f'it needs more than {_MOST_ROWS} rows to be interpolated within '
+                f'{1e3 * _MISSED_M:g} mm; give a file of fewer days'
             )
         middle_ns = (tt_ns[1:] + tt_ns[:-1]) // 2
         between = states(middle_ns)

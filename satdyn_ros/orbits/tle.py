@@ -102,7 +102,7 @@ class TwoLineOrbit(OrbitSource):
 
     @property
     def elements_epoch(self) -> str:
-        """That epoch in UTC, to a microsecond: its days are a double, and OMMs tell no less."""
+        """That epoch in UTC, to a microsecond: its days are a double, and OMMs resolve no less."""
         return epoch(round(self.elements_ns, -3))
 
     @property
@@ -172,7 +172,7 @@ class TwoLineOrbit(OrbitSource):
             first = np.flatnonzero(errors)[0]
             at = epoch(self.epoch_ns + round(t_s[first] * SECOND_NS))[:19]
             raise ValueError(
-                f'SGP4 has no place for orbit.tle at {at}: {SGP4_ERRORS[errors[first]]}'
+                f'SGP4 has no position for orbit.tle at {at}: {SGP4_ERRORS[errors[first]]}'
             )
         to_gcrs = tabled_teme_to_gcrs(self.epoch_ns / SECOND_NS + t_s)
         r_i, v_i = (1e3 * np.stack(times(to_gcrs, components(v)), axis=-1) for v in (r_km, v_km_s))
@@ -184,7 +184,7 @@ def check(text: str) -> None:
     Check that the elements of a text are such as SGP4 flies.
 
     Bags of earlier rules may hold others, which flew.  ValueError, one sentence: a number is out
-    of its range, or the elements are those of another theory, or SGP4 has no place at their epoch.
+    of its range, the elements are those of another theory, or SGP4 has no position at their epoch.
     """
     with brought_by('environment', 'sgp4'):
         from sgp4.api import SGP4_ERRORS
@@ -205,7 +205,8 @@ def check(text: str) -> None:
     error, _, _ = satellite.sgp4(satellite.jdsatepoch, satellite.jdsatepochF)
     if error:
         raise ValueError(
-            f'SGP4 has no place for orbit.tle at the epoch of its elements: {SGP4_ERRORS[error]}'
+            'SGP4 has no position for orbit.tle at the epoch of its elements: '
+            f'{SGP4_ERRORS[error]}'
         )
 
 

@@ -33,7 +33,7 @@ class Executor(SingleThreadedExecutor):
         except Exception as error:
             if not self.context.ok():
                 raise
-            self._tell(f'a callback failed: {one_sentence(repr(error))}')
+            self._report(f'a callback failed: {one_sentence(repr(error))}')
 
     # An exception where rclpy takes a message would leave its callback group locked for good.
 
@@ -47,8 +47,8 @@ class Executor(SingleThreadedExecutor):
         try:
             return take(entity)
         except Exception as error:
-            self._tell(f'a message cannot be read: {one_sentence(repr(error))}')
+            self._report(f'a message cannot be read: {one_sentence(repr(error))}')
             return None
 
-    def _tell(self, sentence: str) -> None:
+    def _report(self, sentence: str) -> None:
         self._log.error(sentence, throttle_duration_sec=_QUIET_S)

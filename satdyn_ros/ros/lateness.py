@@ -31,26 +31,26 @@ class Pace:
     """
     Whether the factor that is asked for is reached, judged every few seconds.
 
-    One that is not is told once, until it is reached again or another one is asked for.
+    One that is not is reported once, until it is reached again or another one is asked for.
     """
 
     def __init__(self, rate_hz: float):
         self._rate_hz = rate_hz
         self._factor = 0.0
-        self._is_told = False
+        self._is_reported = False
         self._begin()
 
     def take(
         self, factor: float, ticks: int, counted: Punctuality, duration_s: float
     ) -> str | None:
         """
-        Process what was counted in the time since the last call; return what is to be told of it.
+        Process what was counted since the last call; return what is to be reported of it.
 
         factor: what is asked for; 0: nothing is, or the ticks pause.
         """
         if factor != self._factor:
             # Both have a part in this time.
-            self._factor, self._is_told = factor, False
+            self._factor, self._is_reported = factor, False
             self._begin()
             return None
         self._ticks += ticks
@@ -67,7 +67,7 @@ class Pace:
             f'{factor:g}: of {self._ticks} ticks in {self._duration_s:.1f} s '
             f'{self._late_ticks} came late'
         )
-        is_new, self._is_told = is_missed and not self._is_told, is_missed
+        is_new, self._is_reported = is_missed and not self._is_reported, is_missed
         self._begin()
         return sentence if is_new else None
 
@@ -97,8 +97,8 @@ class Lateness:
     def percentile_ns(self, percent: float) -> float:
         """Return the lag [ns] that this percentage of the ticks does not exceed, rounded up."""
         cumulated = np.cumsum(self._counts)
-        place = int(np.searchsorted(cumulated, cumulated[-1] * percent / 100.0))
-        return min(float(_EDGES_NS[min(place, len(_EDGES_NS) - 1)]), self.most_ns)
+        index = int(np.searchsorted(cumulated, cumulated[-1] * percent / 100.0))
+        return min(float(_EDGES_NS[min(index, len(_EDGES_NS) - 1)]), self.most_ns)
 
     def histogram(self) -> dict[str, int]:
         """Return how many ticks are in each decade that has any, by its upper limit."""

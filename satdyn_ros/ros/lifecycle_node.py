@@ -99,12 +99,12 @@ class ManagedSatdynNode(SatdynNode, LifecycleNodeMixin):
         return {kind: self._entities(kind) for kind in (*_KINDS, 'waitable')}
 
     def _tried(self, act: Callable[[], None]) -> TransitionCallbackReturn:
-        """Return how an act went; rclpy itself would not tell of an exception."""
+        """Return how an act went; rclpy itself would not report an exception."""
         try:
             act()
         except Exception as error:
-            is_told = isinstance(error, OSError | ValueError)
-            self.get_logger().error(one_sentence(error if is_told else repr(error)))
+            is_expected = isinstance(error, OSError | ValueError)
+            self.get_logger().error(one_sentence(error if is_expected else repr(error)))
             return TransitionCallbackReturn.ERROR
         return TransitionCallbackReturn.SUCCESS
 

@@ -266,7 +266,7 @@ class SatdynNode(rclpy.node.Node):
     def published(
         self, happened: list[Event], samples: Samples, messages: PackedTicks, count: int
     ) -> None:
-        """Tell and record what happened at the first tick, and the `count` ticks published."""
+        """Log and record what happened at the first tick, and the `count` ticks published."""
         for event in happened:
             if isinstance(event, TorquesDropped):
                 self.get_logger().error(
@@ -330,8 +330,8 @@ class SatdynNode(rclpy.node.Node):
         try:
             recorder = self._open_recorder()
         except Exception as error:
-            is_told = isinstance(error, OSError | ValueError)
-            return False, one_sentence(error if is_told else repr(error))
+            is_expected = isinstance(error, OSError | ValueError)
+            return False, one_sentence(error if is_expected else repr(error))
         with self._opening:
             if not self._is_ending:
                 self._recorder = recorder
@@ -352,7 +352,7 @@ class SatdynNode(rclpy.node.Node):
         )
 
     def _lose_recording(self, sentence):
-        """Tell, and end with exit code 1, that a bag does not hold all that it should."""
+        """Report, and end with exit code 1, that a bag does not hold all that it should."""
         self.failure = sentence
         self.get_logger().error(sentence)
 

@@ -57,7 +57,7 @@ class Recorder:
     One bag in record.directory, named by the wall clock, open from its making to close().
 
     topics: those recorded from the start.  resolve: a topic's full name in the node's namespace.
-    tell(sentence): called once, by any thread, if the bag does not hold all that it was given.
+    report(sentence): called once, by any thread, if the bag does not hold all that it was given.
     offered, control: as of Recording.  folder: where in record.directory.  failure: that sentence,
     None: it does.  OSError: it cannot be created.
     """
@@ -67,14 +67,14 @@ class Recorder:
         scenario: Scenario,
         topics: tuple[str, ...],
         resolve: Callable[[str], str],
-        tell: Callable[[str], object],
+        report: Callable[[str], object],
         offered: Mapping[str, Qos] | None = None,
         folder: str = '',
         control: Mapping[str, Any] | None = None,
     ):
         self.failure: str | None = None
         self.message_count = 0
-        self._tell = tell
+        self._report = report
         self._given: Counter[str] = Counter()
         self._recording = _open(folder, scenario, topics, resolve, offered, control)
         self._queue: Queue[_Block | None] = Queue(_WAITING)
@@ -150,7 +150,7 @@ class Recorder:
         self._attempt(self._recording.close)
 
     def _attempt(self, act, *arguments):
-        """Act; the first error is told, and nothing but the end of the bag is written after it."""
+        """Act; the first error is reported, and only the end of the bag is written after it."""
         try:
             act(*arguments)
         except Exception as error:
@@ -160,7 +160,7 @@ class Recorder:
                     if isinstance(error, OSError)
                     else f'the recording of {self.directory} has ended: {error!r}'
                 )
-                self._tell(self.failure)
+                self._report(self.failure)
 
     def _write(self, block):
         for event in block.happened:

@@ -24,7 +24,7 @@ from .parameters import NodeParameters, plain_value
 
 _ATTITUDE = 'initial.attitude'
 Reply = Callable[[Any], None]
-# Told once what became of a request: why it is refused, '': it is not.
+# Called once with what became of a request: why it is refused, '': it is not.
 Answered = Callable[[str], None]
 
 

@@ -1,4 +1,4 @@
-"""The command `satdyn_node`, which is `satdyn node`: one node or a fleet, until told to end."""
+"""The command `satdyn_node`, which is `satdyn node`: one node or a fleet, until asked to end."""
 
 import argparse
 import gc
@@ -55,7 +55,7 @@ def main(
     argv: Sequence[str] | None = None, kind: type[SatdynNode] = SatdynNode, begins: bool = True
 ) -> int:
     """
-    Run the nodes and return the exit code: 0 ended as told, 1 one failed, 2 the input is wrong.
+    Run the nodes and return the exit code: 0 ended as asked, 1 one failed, 2 the input is wrong.
 
     argv: [--params-file FILE ...] [--satellite NAME ...] [--section NAME]
     [--torque MODULE:CLASS ...] [--controller MODULE:CLASS] [--controller-parameter NAME=VALUE ...]
@@ -151,9 +151,9 @@ def _ros_files(arguments):
 def _run(names, make, begins, file):
     # Nothing may tear what a running or ending node does, such as completing its bag: the handlers
     # of rclpy, which call these, let a spinning executor end.
-    told: list[int] = []
+    signals: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda number, frame: told.append(number))
+        signal.signal(number, lambda number, frame: signals.append(number))
     nodes: list[SatdynNode] = []
     # A node is built, and its equations compiled, under handlers that interrupt at once.
     with interruptible() as heard:
@@ -168,7 +168,7 @@ def _run(names, make, begins, file):
                     node.destroy_node()
             raise
     install_signal_handlers()
-    if heard or told:
+    if heard or signals:
         rclpy.try_shutdown()
     with ThreadPoolExecutor(len(nodes), 'executor') as pool:
         list(pool.map(_spin, nodes))
@@ -180,7 +180,7 @@ def _build(nodes, names, make, begins, file):
     for full_name in names:
         namespace, _, name = full_name.rpartition('/')
         folder = folder_of(full_name) if names[1:] else ''
-        with _told_of(full_name, names):
+        with _named(full_name, names):
             nodes.append(make(folder=folder, node_name=name, namespace=namespace))
     own_names = [node.get_fully_qualified_name() for node in nodes]
     for sentence in file.unused(*own_names) if file else ():
@@ -189,12 +189,12 @@ def _build(nodes, names, make, begins, file):
         return
     moment = Moment.soon(len(nodes))
     for full_name, node in zip(names, nodes, strict=True):
-        with _told_of(full_name, names):
+        with _named(full_name, names):
             node.begin(moment)
 
 
 @contextmanager
-def _told_of(name, names):
+def _named(name, names):
     """Let a refusal say which of several satellites it is about."""
     try:
         yield

@@ -20,8 +20,9 @@ def write_constellation(path: str | Path, output: str | Path, pattern: str = '*'
 
     pattern: of the names of those that are taken, with * and ?, in capitals or not.  Tick 0 is at
     the latest epoch of their elements, up to a second later.  The sets stay in their file, which
-    the new one names.  ValueError: a set is none that SGP4 flies, or is not told from another by
-    number or name, or none has such a name; with the line.  OSError: it cannot be written.
+    the new one names.  ValueError: a set is none that SGP4 flies, or is not distinguished from
+    another by number or name, or none has such a name; with the line.  OSError: it cannot be
+    written.
     """
     folder = Path(output).parent
     if not folder.is_dir():
@@ -69,7 +70,7 @@ def write_constellation(path: str | Path, output: str | Path, pattern: str = '*'
 
 
 def _word_of(wanted: ElementSet, catalogue: Catalogue) -> str:
-    """Return by what a set is chosen; ValueError: nothing tells it from the others."""
+    """Return by what a set is chosen; ValueError: nothing distinguishes it."""
     word = wanted.number or wanted.name
     if not word:
         raise ValueError(f'the set of line {wanted.line} has neither a number nor a name')

@@ -90,11 +90,11 @@ def named(full_name: str, parameters: Iterable[str] = ()) -> Controller:
     A module is imported from the working directory too.  ValueError, in one sentence: there is
     none, or it takes other parameters.
     """
-    place, _, name = full_name.rpartition(':')
+    source, _, name = full_name.rpartition(':')
     try:
-        if not (place and name):
+        if not (source and name):
             raise ValueError('it must be MODULE:CLASS, or FILE.py:CLASS')
-        kind = getattr(_module(place), name)
+        kind = getattr(_module(source), name)
         controller = kind(**dict(map(_parameter, parameters)))
     except (Exception, SystemExit) as error:
         raise ValueError(f'the controller {full_name} cannot be made: {_said(error)}') from None
@@ -110,9 +110,9 @@ def _parameter(text):
     return name, yaml.safe_load(value)
 
 
-def _module(place):
-    if place.endswith('.py'):
-        path = Path(place).resolve()
+def _module(source):
+    if source.endswith('.py'):
+        path = Path(source).resolve()
         spec = importlib.util.spec_from_file_location(path.stem, path)
         assert spec is not None
         assert spec.loader is not None
@@ -121,7 +121,7 @@ def _module(place):
         sys.path.insert(0, str(path.parent))
         spec.loader.exec_module(module)
         return module
-    return own_module(place)
+    return own_module(source)
 
 
 def sees_truth(controller: Controller) -> bool:

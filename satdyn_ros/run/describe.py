@@ -94,7 +94,7 @@ def describe(scenario: Scenario) -> dict[str, Any]:
     flexible : dict or None
         for a body with flexible parts: names, frequencies_rad_s of each mode by itself,
         free_rad_s, at which body and parts swing together, and unseen_rad_s, those of them that
-        samples at publish.rate cannot tell from slower ones
+        samples at publish.rate cannot distinguish from slower ones
 
     Examples
     --------

@@ -22,7 +22,7 @@ from .scenario import Scenario
 # The bits of the scope of a reset; 0 is all of them.
 _TIME, _STATE = 1, 2
 # f'(0) h of f(0), f(h), ... f(4 h), to the fourth order (Abramowitz and Stegun 25.3, one-sided),
-# and h by the time in which the place turns by one radian.
+# and h by the time in which the position turns by one radian.
 _DERIVATIVE = np.array([-25.0, 48.0, -36.0, 16.0, -3.0]) / 12.0
 _STEP_RAD = 1e-3
 

@@ -57,7 +57,7 @@ def checks(values: Mapping[str, Any]) -> Checks:
         model, mu = values[key], values['orbit.mu']
         if (yield not orbit_type.has_lvlh):
             raise ValueError(
-                f'{key} is {model}; with orbit.type {orbit_type.name} the body has no place in '
+                f'{key} is {model}; with orbit.type {orbit_type.name} the body has no position in '
                 'it, so it must be none'
             )
         if (yield abs(mu / EARTH_MU - 1.0) > EARTH_TO):

@@ -13,7 +13,7 @@ tick; torques leave it and act from then on.  In a file, events are a YAML list:
 
 Each acts at a tick, or at the first tick at or after at_s seconds from tick 0.  A torque and
 a dipole end after torque.timeout, as in the node, unless until_s or until_tick says when; null: it
-holds until the next one.  What so acts longer or shorter than its times say is told in the log.
+holds until the next one.  What so acts longer or shorter than its times say is in the log.
 With rotor.names a rotor_torque is given by name,
 {rw_x: 0.001, rw_z: -0.002}; rotors that it does not name keep theirs.  So is a rotor_speed, which
 commands speeds in place of torques.  With torque.names so is a
@@ -98,7 +98,7 @@ class Halt:
 
 
 Event = Request | Reset | Command | Timeout | RotorLimited | Topics | TorquesDropped | Halt
-# They follow from the run and from the others: what is told of them is compared, never applied.
+# They follow from the run and from the others: what a bag has of them is compared, never applied.
 Derived = Timeout | RotorLimited | TorquesDropped | Halt
 
 # As large as an integer of ROS; no stamp is so late.
@@ -131,22 +131,22 @@ def from_yaml_text(text: str, scenario: Scenario, origin: str = 'events') -> lis
     """
     Return the events of a YAML text in the order of their ticks.
 
-    A warning in the log tells what is held longer or shorter than its times say, as ticks do it.
+    A warning in the log says what is held longer or shorter than its times say, as ticks do it.
     ValueError, in one sentence that names the event: one that the scenario does not allow.
     """
     entries = ros_yaml.load(text, origin) or []
     if not isinstance(entries, list):
         raise ValueError(f'{origin} must be a list of events')
     events: list[Event] = []
-    told: list[str] = []
+    sentences: list[str] = []
     for number, entry in enumerate(entries, 1):
         try:
             held = list(_events(entry, scenario))
         except ValueError as error:
             raise ValueError(f'{origin}, event {number}: {error}') from None
         events += held
-        told += [f'{origin}{x}' for x in _stretched(number, entry, held[0], scenario)]
-    for sentence in dict.fromkeys(told):
+        sentences += [f'{origin}{x}' for x in _stretched(number, entry, held[0], scenario)]
+    for sentence in dict.fromkeys(sentences):
         logging.getLogger(__name__).warning(sentence)
     return sorted(events, key=lambda event: event.tick)
 
@@ -272,7 +272,7 @@ def _until(entry, tick, ticks, scenario) -> int | None:
 
 
 def _stretched(number, entry, event, scenario) -> Iterator[str]:
-    """Yield what tells that an entry is held for another time than it or torque.timeout says."""
+    """Yield what says that an entry is held for another time than it or torque.timeout says."""
     until_tick = getattr(event, 'until_tick', None)
     if until_tick is None:
         return

@@ -252,7 +252,7 @@ class _NamedFiles:
         text = self._of_kernel(key, name) or self._of_text(key, name)
         if len(text) > _LARGEST_FILE:
             raise ValueError(f'{key} {name} is larger than the {_LARGEST_FILE} bytes allowed')
-        # A line break at its end tells a text of one line from a name.
+        # A line break at its end distinguishes a text of one line from a name.
         return ''.join(f'{line.rstrip()}\n' for line in StringIO(text, newline=None))
 
     def _of_text(self, key, name):

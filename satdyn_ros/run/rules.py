@@ -5,13 +5,13 @@ A bag names those of its run, by which it is run again whatever the version that
 here is the first of the rules by which something is as it is now.
 """
 
-# By rules 0, of versions 0.1 and 0.2, timeouts, drops and halts act where the bag tells them.
+# By rules 0, of versions 0.1 and 0.2, timeouts, drops and halts act where the bag has them.
 EVENTS_FOLLOW = 1
 # Before, the mountings of the sensors were on /tf.
 MOUNTINGS_ARE_LATCHED = 2
 # Before, an integrating gyro gave the rotation vector between its samples, divided by their time.
 TURNS_ARE_COUNTED = 3
-# Before, max_speed acted at ticks: the bag tells where it dropped the torque of a rotor.
+# Before, max_speed acted at ticks: the bag says where it dropped the torque of a rotor.
 LIMITS_AT_THEIR_INSTANT = 3
 # Before, a plate's coefficients defaulted to those of the key, not to surface.*.
 PLATES_FOLLOW_THE_SURFACE = 4

@@ -39,8 +39,8 @@ class RunState:
     scenario, with the initial conditions in force.  topics: those published.  suite: the sensors
     before the tick's samples.  acting: what acts of all that actuators are commanded, by the names
     under which it is held.  until: by these names the tick where it ends.  halted: why no tick
-    follows, in one sentence, None: one can.  told: the last tick of a snapshot from which the run
-    goes on, whose limits have been told.
+    follows, in one sentence, None: one can.  reported: the last tick of a snapshot from which the
+    run goes on, whose limits have been reported.
     """
 
     ticks: Ticks
@@ -52,7 +52,7 @@ class RunState:
     acting: Mapping[str, Any]
     until: Mapping[str, int] = field(default_factory=dict)
     halted: str | None = None
-    told: int = -1
+    reported: int = -1
 
     @property
     def equipment(self) -> Equipment:
@@ -83,9 +83,9 @@ class RunState:
 
         First it is decided whether the motion reaches the tick: if it does not, the torques are
         dropped, and if it still does not, the run halts.  Then torques time out, what acts does so
-        in its order, and it is told which rotors have come to their limits of speed.  acting:
+        in its order, and rotors that have come to their limits of speed are reported.  acting:
         requests, resets, torques, commands and topics; by rules below 3 also where these limits
-        drop torques, and by rules 0 drops, halts and timeouts, as a bag tells them, and whether
+        drop torques, and by rules 0 drops, halts and timeouts, as a bag has them, and whether
         the tick is reached is decided where something needs it.
         """
         of_tick = _EventsOfTick(self, tick)
@@ -98,7 +98,7 @@ class RunState:
             else:
                 for event in events:
                     of_tick.act(event)
-        of_tick.tell_limits(self)
+        of_tick.report_limits(self)
         of_tick.drop_torques_or_halt()
         return of_tick.events, of_tick.run
 
@@ -172,10 +172,10 @@ class _EventsOfTick:
             self.events.append(command)
         self._command(held, None)
 
-    def tell_limits(self, before: RunState) -> None:
-        """Tell of rotors at their limits of speed, of the run before or of the motion of now."""
+    def report_limits(self, before: RunState) -> None:
+        """Report rotors at their limits of speed, of the run before or of the motion of now."""
         rotors = self.run.system.rotors
-        if not self.run.system.switching_rotors or self.tick <= self.run.told:
+        if not self.run.system.switching_rotors or self.tick <= self.run.reported:
             return
         met = np.zeros(len(rotors), bool)
         if before.segment.reaches(self.tick):

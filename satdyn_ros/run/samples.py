@@ -34,11 +34,11 @@ class Measured(Stamped):
     """
     What a sensor gives at some of consecutive ticks.
 
-    places (M,): their ticks, counted from the first; stamps_ns (M,) int64: of the exposures;
+    indices (M,): their ticks, counted from the first; stamps_ns (M,) int64: of the exposures;
     values (M, 3), (M, 4) or (M,), as of the sensor.
     """
 
-    places: np.ndarray
+    indices: np.ndarray
     stamps_ns: np.ndarray
     values: np.ndarray
 
@@ -69,9 +69,9 @@ class Samples(Stamped):
     def rows(self, first: int, last: int) -> 'Samples':
         """Return what happens at the ticks of the rows from first to before last."""
         measured = {
-            name: Measured(some.places[at] - first, some.stamps_ns[at], some.values[at])
+            name: Measured(some.indices[at] - first, some.stamps_ns[at], some.values[at])
             for name, some in self.measured.items()
-            for at in [(first <= some.places) & (some.places < last)]
+            for at in [(first <= some.indices) & (some.indices < last)]
         }
         return Samples(
             self.first_tick + first,
@@ -119,7 +119,7 @@ def merged(parts: Sequence[Samples]) -> Samples:
         parts[0].system,
         {
             name: Measured(
-                np.concatenate([before + some.places for before, some in found]),
+                np.concatenate([before + some.indices for before, some in found]),
                 np.concatenate([some.stamps_ns for _, some in found]),
                 np.concatenate([some.values for _, some in found]),
             )

@@ -10,7 +10,7 @@ from pathlib import Path
 _PACKAGE = Path(__file__).parents[1]
 # A checkout, and what pip and colcon install beside lib/pythonX.Y/site-packages.
 _FOLDERS = (_PACKAGE.parent / 'config', *(p / 'share/satdyn_ros/config' for p in _PACKAGE.parents))
-_PLACES = {'scenario': '{}.yaml', 'sweep': 'sweeps/{}.yaml', 'part': 'parts/{}.yaml'}
+_PATTERNS = {'scenario': '{}.yaml', 'sweep': 'sweeps/{}.yaml', 'part': 'parts/{}.yaml'}
 # Several satellites, and the scenarios that sweeps start from.
 _LEFT_OUT = ('constellation', 'smelt_body', 'beletsky_satellite')
 
@@ -23,7 +23,7 @@ def names(what: str = 'scenario') -> list[str]:
 def paths(what: str) -> list[Path]:
     """Return the files of all scenarios, sweeps or parts that are shipped, by their names."""
     folder = next((folder for folder in _FOLDERS if folder.is_dir()), None)
-    return sorted(folder.glob(_PLACES[what].format('*'))) if folder else []
+    return sorted(folder.glob(_PATTERNS[what].format('*'))) if folder else []
 
 
 def scenario_path(given: str | Path) -> Path:
@@ -53,7 +53,7 @@ def _path(given, what):
             )
         return path
     for folder in _FOLDERS:
-        shipped = folder / _PLACES[what].format(given)
+        shipped = folder / _PATTERNS[what].format(given)
         if shipped.is_file():
             return shipped
     raise ValueError(

@@ -254,10 +254,10 @@ class SideBySide:
                 inner={name: values[rows] for name, values in inner.items()},
             )
 
-        places = self._places
-        if len(places) == 1:
-            return of(slice(None), *next(iter(places)))
-        return Apart([(rows, of(rows, *place)) for place, rows in places.items()])
+        groups = self._groups
+        if len(groups) == 1:
+            return of(slice(None), *next(iter(groups)))
+        return Apart([(rows, of(rows, *surroundings)) for surroundings, rows in groups.items()])
 
     def _alone(self, m):
         """Return the samples of run m where it stands."""
@@ -280,12 +280,12 @@ class SideBySide:
 
     def _know(self):
         """Sort the runs by where they are, and by what is known of there."""
-        places = defaultdict(list)
+        groups = defaultdict(list)
         for m, scenario in enumerate(self.scenarios):
-            places[scenario.system.orbit, scenario.system.environment].append(m)
-        self._places = {place: np.array(runs) for place, runs in places.items()}
+            groups[scenario.system.orbit, scenario.system.environment].append(m)
+        self._groups = {each: np.array(runs) for each, runs in groups.items()}
         self._tables = []
-        for (_, environment), runs in self._places.items():
+        for (_, environment), runs in self._groups.items():
             asked = () if environment is None else environment.asked
             system = self.scenarios[runs[0]].system
             self._tables.append((runs, tuple(dict.fromkeys((*system.pieces, *asked)))))

@@ -117,8 +117,8 @@ class Simulation:
             self._before.segment.states(first, *self._end(self._before, first, count))
         happened, run = self._before.after(first, self._acting, self._rules)
         states = run.segment.states(first, *self._end(run, first, count if not run.halted else 0))
-        if np.any(told := met_limit(states)[1:]):
-            states = states.rows(slice(int(np.argmax(told)) + 1))
+        if np.any(met := met_limit(states)[1:]):
+            states = states.rows(slice(int(np.argmax(met)) + 1))
         last = first + len(states)
         self._run = self._begun = run
         measured = {}
@@ -479,7 +479,7 @@ class Simulation:
             # Version 0.1 had no sensors.
             suite=run.suite.with_memories(snapshot.get('sensors', {})),
             acting=acting,
-            told=snapshot['tick'],
+            reported=snapshot['tick'],
             until={equipment.held_as(name): until for name, until in snapshot['until'].items()},
         )
         simulation._run = run.restarted(snapshot['begin_tick'], state, system)

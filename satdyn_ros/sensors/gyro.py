@@ -262,9 +262,9 @@ class Gyro(Sensor):
         """
         next_sample = (np.arange(len(turn_b)) - first_row + self.divisor - 1) // self.divisor
         rows = np.concatenate([np.zeros((1, 3)) if before is None else before[None], turn_b])
-        places = np.concatenate([[0], next_sample])
+        indices = np.concatenate([[0], next_sample])
         # One addition after the other, so that blocks do not show in the bits.
-        sums = [np.bincount(places, of_axis, len(samples) + 1) for of_axis in rows.T]
+        sums = [np.bincount(indices, of_axis, len(samples) + 1) for of_axis in rows.T]
         turns = np.stack(sums, axis=-1)
         if before is None:
             return turns[1:-1], turns[-1] if samples else None

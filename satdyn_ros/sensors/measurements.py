@@ -20,7 +20,7 @@ class Measurements:
 
     @classmethod
     def prompt(cls, ticks: np.ndarray, values: np.ndarray) -> 'Measurements':
-        """Return measurements that are published at the ticks of which they tell."""
+        """Return measurements that are published at the ticks of their exposures."""
         return cls(ticks, ticks, values)
 
     def __len__(self) -> int:

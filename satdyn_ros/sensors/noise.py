@@ -2,7 +2,7 @@
 Random numbers by tick: the noise of a tick depends on the seed, the stream and the tick alone.
 
 Philox is a counter-based generator (Salmon, Moraes, Dror and Shaw 2011): the words of a tick are
-those at its place in the stream, whatever ticks were drawn before.  Its raw words are specified;
+those at its index in the stream, whatever ticks were drawn before.  Its raw words are specified;
 what NumPy makes of them by `normal` may change with its version, so they become normal deviates
 here, through the inverse of the normal distribution.
 """
@@ -26,8 +26,8 @@ def stream_of(name: str) -> int:
     >>> stream_of('gyro'), stream_of('star_tracker')
     (0, 1)
     """
-    told = sha256(name.encode()).digest()
-    return _STREAMS.get(name, int.from_bytes(told[:8], 'little'))
+    digest = sha256(name.encode()).digest()
+    return _STREAMS.get(name, int.from_bytes(digest[:8], 'little'))
 
 
 def slow_stream(stream: int) -> int:

@@ -68,14 +68,14 @@ def steady_motions(system: System, state: State, orbit_s: float = 0.0) -> list[S
     ['stable', 'stable', 'unstable', 'unstable', 'stable', 'stable']
     """
     found = []
-    for q_ib, omega, axis_b in _places(system, state, orbit_s):
+    for q_ib, omega, axis_b in _attitudes(system, state, orbit_s):
         there = _at(system, state, q_ib, omega)
         roots = _roots(system, there, orbit_s)
         found.append(SteadyMotion(there, axis_b, verdict(system, there, orbit_s), _periods(roots)))
     return found
 
 
-def _places(system, state, orbit_s):
+def _attitudes(system, state, orbit_s):
     """Yield attitude, rate and axis of each steady motion."""
     K, h, orbit = system.carrier_inertia, system.rotor_momentum(state), system.orbit
     rate = float(np.linalg.norm(state.omega_bi_b))

@@ -14,7 +14,7 @@ from .plates import Plate, along_normals
 
 
 class PlateInAir(NamedTuple):
-    """normal: n; arm [m^3]: C_D A p, p its place from the mass centre; both in body axes."""
+    """normal: n; arm [m^3]: C_D A p, p its position from the mass centre; both in body axes."""
 
     normal: tuple[float, ...]
     arm: tuple[float, ...]

@@ -46,25 +46,25 @@ def function_of(kind: Any, name: str) -> Callable[..., Any]:
     return functools.partial(_checked, function, f'the torque {kind.full_name()}: its {name}')
 
 
-def _checked(function, place, *arguments):
+def _checked(function, subject, *arguments):
     try:
         found = _rebound(function, {})(*arguments)
     except Exception as error:
         where = _where(function, traceback.extract_tb(error.__traceback__))
         why = str(error) if type(error) is TypeError else f'{type(error).__name__}: {error}'
-        raise ValueError(f'{place} cannot be computed: {why}{where}') from None
-    length = _LENGTHS[place.rpartition(' ')[2]]
+        raise ValueError(f'{subject} cannot be computed: {why}{where}') from None
+    length = _LENGTHS[subject.rpartition(' ')[2]]
     parts = found if isinstance(found, tuple) else (found,)
     fits = isinstance(found, tuple) == (length != 0) and (not length or len(parts) == length)
     if fits and all(isinstance(x, (*_NUMBERS, np.ndarray)) for x in parts):
         return found
     if isinstance(found, tuple):
         wrong = [type(x).__name__ for x in parts if not isinstance(x, (*_NUMBERS, np.ndarray))]
-        told = f'a tuple of {len(found)}' + (f' with a {wrong[0]}' if wrong else '')
+        returned = f'a tuple of {len(found)}' + (f' with a {wrong[0]}' if wrong else '')
     else:
-        told = 'nothing' if found is None else f'a value of type {type(found).__name__}'
+        returned = 'nothing' if found is None else f'a value of type {type(found).__name__}'
     due = 'a number' if length == 0 else f'a tuple of {length or "some"} numbers'
-    raise ValueError(f'{place} returns {told}; it must return {due}{_where(function, [])}')
+    raise ValueError(f'{subject} returns {returned}; it must return {due}{_where(function, [])}')
 
 
 def _where(function, frames):

@@ -19,7 +19,7 @@ PRESSURE_PA = 1361.0 / 299_792_458.0
 
 class PlateInLight(NamedTuple):
     """
-    A plate, body axes; p is its place from the mass centre, n its normal.
+    A plate, body axes; p is its position from the mass centre, n its normal.
 
     absorbed [m^3]: (1 - specular) A p, mirrored and scattered: 2 specular A p x n and
     2/3 diffuse A p x n.
@@ -43,7 +43,7 @@ class Solar(BodyTorque):
     name = 'solar'
 
     class Constants(NamedTuple):
-        """plates; sun [m]: the place of the Sun from the Earth's centre, inertial axes."""
+        """plates; sun [m]: the position of the Sun from the Earth's centre, inertial axes."""
 
         plates: tuple[PlateInLight, ...]
         sun: Table

@@ -1,7 +1,7 @@
 """
 What the equations take from all torques at once.
 
-torques: a tuple of Constants, whose types tell which torques they are.  seen: what a torque is a
+torques: a tuple of Constants, whose types say which torques they are.  seen: what a torque is a
 function of beside its constants, (t_s, r_i, v_i, q_ib, omega_bi_b), and then the variables of all
 torques that have any, one behind the other.
 """

@@ -21,7 +21,7 @@ STANDARD_GRAVITY = 9.80665
 _INSTANT_S = 1e-12
 # Before every tick, and after every tick that has a stamp.
 _BEGIN_S, _END_S = -1.0, 1e18
-# The shortest time constant [s] of a chamber: faster ones are not told apart from none.
+# The shortest time constant [s] of a chamber: faster ones are not distinguished from none.
 LEAST_TIME_CONSTANT_S = 1e-6
 # What the table of the valves has of each thruster.
 _LEVEL, _EXCESS, _SINCE, _WIDTH = range(4)
@@ -138,7 +138,7 @@ class Thrust(BodyTorque):
 
     The thrust f follows the valve with the time constant tau of the chamber, f' = (F u - f) / tau,
     u = 1 while it is open: between its switches it is F u + (f_s - F u) exp(-(t - t_s) / tau), and
-    with tau = 0 it is F u.  Neither the place on the orbit nor the body's mass changes by it.
+    with tau = 0 it is F u.  Neither the position on the orbit nor the body's mass changes by it.
 
     firings: of each thruster.
     """
@@ -162,7 +162,7 @@ class Thrust(BodyTorque):
 
     def __init__(self, thrusters: Mapping[str, Thruster], firings: Sequence[Firing]):
         self.thrusters, self.firings = dict(thrusters), tuple(firings)
-        constants, self.largest = _of_their_places(tuple(self.thrusters.values()))
+        constants, self.largest = _of_geometry(tuple(self.thrusters.values()))
         self._parts = [
             [*one.parts(firing)]
             for one, firing in zip(self.thrusters.values(), self.firings, strict=True)
@@ -247,7 +247,7 @@ class Thrust(BodyTorque):
 
 
 @lru_cache
-def _of_their_places(thrusters: tuple[Thruster, ...]) -> tuple[Any, float]:
+def _of_geometry(thrusters: tuple[Thruster, ...]) -> tuple[Any, float]:
     """Return what of the constants does not change, and the most torque [N m] there may be."""
     constants = Thrust.Constants(
         tuple(cross(each.position, each.direction) for each in thrusters),

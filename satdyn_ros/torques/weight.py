@@ -23,7 +23,7 @@ class Weight(CentralTorque):
     )
 
     class Constants(NamedTuple):
-        """moment (3,) [N m]: m, the weight times the mass centre's place from the fixed point."""
+        """moment (3,) [N m]: weight times the mass centre's position from the fixed point."""
 
         moment: tuple[float, float, float]
 

@@ -95,7 +95,7 @@ def test_from_python(folder):
 
 
 def test_from_a_topic(folder, ros):
-    """What a message brings acts, is told by the diagnostics' counts, and is in the bag."""
+    """What a message brings acts, is in the diagnostics' counts, and is in the bag."""
     node = LiveNode(folder, SHEET | {'record.enabled': True})
     participant = Participant(node.namespace)
     publisher = participant.node.create_publisher(Vector3Stamped, 'bias_command', 10)

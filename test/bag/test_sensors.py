@@ -253,7 +253,7 @@ def test_ticks_taken_back_are_measured_again():
     for name in ('gyro', 'star_tracker'):
         wanted = whole.measured[name]
         values = np.concatenate([part.measured[name].values for part in (first, second)])
-        assert np.array_equal(values, wanted.values[wanted.places >= 11])
+        assert np.array_equal(values, wanted.values[wanted.indices >= 11])
     assert as_it_was.snapshot(25)['sensors'] != as_it_was.snapshot(20)['sensors']
 
 

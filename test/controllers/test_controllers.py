@@ -107,7 +107,7 @@ def test_nadir_as_the_page_has_it():
 
 
 def test_other_references_are_chosen_by_parameters():
-    """Another body axis near the orbit normal, another attitude, another place, softer gains."""
+    """Another body axis near the orbit normal, another attitude or position, softer gains."""
     sample = next(iter(fly(Nadir(), SCENARIO, 1.0)))
     for controller, reference in (
         (Sun(second_axis=(0.0, 1.0, 0.0)), guidance.sun((0.0, 1.0, 0.0))),

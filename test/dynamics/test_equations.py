@@ -119,12 +119,12 @@ def test_an_imbalance_pulls_with_the_square_of_the_speed():
 
     Of a body at rest, to rounding.
     """
-    place, U_s, U_d, s, theta = np.array([0.1, -0.2, 0.3]), 2e-4, 3e-5, 40.0, 0.7
+    position, U_s, U_d, s, theta = np.array([0.1, -0.2, 0.3]), 2e-4, 3e-5, 40.0, 0.7
     rotor = Rotor(
         'free',
         axis=AXIS,
         inertia=0.1,
-        position=place,
+        position=position,
         static_imbalance=U_s,
         dynamic_imbalance=U_d,
     )
@@ -134,6 +134,6 @@ def test_an_imbalance_pulls_with_the_square_of_the_speed():
     found = np.array(equations.rates(0.0, y, constants_of(system, 0.0)))[RATE]
     e_1 = rotor.zero_direction
     outward = math.cos(theta) * e_1 + math.sin(theta) * np.cross(AXIS, e_1)
-    torque = s**2 * (U_s * np.cross(place, outward) + U_d * outward)
+    torque = s**2 * (U_s * np.cross(position, outward) + U_d * outward)
     expected = np.linalg.solve(FULL - 0.1 * np.outer(AXIS, AXIS), torque)
     np.testing.assert_allclose(found, expected, rtol=1e-13)

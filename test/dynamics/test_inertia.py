@@ -202,10 +202,10 @@ def test_the_inertia_ellipsoid_touches_where_the_quadratic_form_is_one():
 def test_the_moment_about_any_axis_is_the_sum_over_the_masses():
     """(42.16) with Steiner's theorem: sum m r^2, r the distance from a line in space."""
     random = np.random.default_rng(3)
-    masses, places = random.uniform(0.5, 2.0, 6), random.normal(size=(6, 3))
-    I, centre = bodies.points(masses, places), masses @ places / np.sum(masses)
+    masses, positions = random.uniform(0.5, 2.0, 6), random.normal(size=(6, 3))
+    I, centre = bodies.points(masses, positions), masses @ positions / np.sum(masses)
     through, axis = random.normal(size=3), random.normal(size=3)
-    r = np.linalg.norm(np.cross(places - through, axis / np.linalg.norm(axis)), axis=-1)
+    r = np.linalg.norm(np.cross(positions - through, axis / np.linalg.norm(axis)), axis=-1)
     moment = inertia.moment_about(I, axis, np.sum(masses), through - centre)
     assert moment == pytest.approx(masses @ r**2, rel=1e-13)
 
@@ -235,10 +235,10 @@ def test_the_tensor_in_space_gives_the_momentum_in_space():
     np.testing.assert_allclose(momenta, R.apply(omega @ I), atol=1e-14)
 
 
-def turned_copies(n, axis, places):
-    """Return the places (M n, 3) with their turns by 2 pi / n about an axis."""
+def turned_copies(n, axis, positions):
+    """Return the positions (M n, 3) with their turns by 2 pi / n about an axis."""
     turns = [Rotation.from_rotvec(2.0 * np.pi * k / n * np.asarray(axis)) for k in range(n)]
-    return np.concatenate([turn.apply(places) for turn in turns])
+    return np.concatenate([turn.apply(positions) for turn in turns])
 
 
 AXIS = np.array([0.36, 0.48, 0.8])
@@ -247,8 +247,8 @@ AXIS = np.array([0.36, 0.48, 0.8])
 @pytest.mark.parametrize('n', [2, 3, 4, 5, 7])
 def test_an_axis_of_symmetry_is_principal(n):
     """42.22, exercises 3 and 4: of order 2 principal; of order n > 2 one of rotation as well."""
-    places = turned_copies(n, AXIS, np.random.default_rng(n).normal(size=(3, 3)))
-    I = bodies.points(np.ones(len(places)), places)
+    positions = turned_copies(n, AXIS, np.random.default_rng(n).normal(size=(3, 3)))
+    I = bodies.points(np.ones(len(positions)), positions)
     assert np.linalg.norm(np.cross(AXIS, I @ AXIS)) < 1e-13 * np.max(I)
     moments = np.linalg.eigvalsh(I - (AXIS @ I @ AXIS) * np.outer(AXIS, AXIS))
     across = np.sort(np.abs(moments))[1:]
@@ -265,7 +265,7 @@ def test_an_axis_of_symmetry_is_principal(n):
     [((3, 3), np.arccos(-1.0 / 3.0)), ((4, 4), np.pi / 2.0), ((3, 2), np.arccos(3.0**-0.5))],
 )
 def test_two_axes_of_symmetry_make_a_sphere(orders, angle):
-    """Exercises 5 and 6: places closed under the turns about both axes have one moment."""
+    """Exercises 5 and 6: positions closed under the turns about both axes have one moment."""
     second = np.array([np.sin(angle), 0.0, np.cos(angle)])
     group = [np.eye(3)]
     generators = [
@@ -278,9 +278,9 @@ def test_two_axes_of_symmetry_make_a_sphere(orders, angle):
             if min(np.max(np.abs(image - other)) for other in group) > 1e-9:
                 group.append(image)
         assert len(group) <= 24
-    place = np.array([0.3, -1.1, 0.7])
-    places = np.array([element @ place for element in group])
-    moments = np.linalg.eigvalsh(bodies.points(np.ones(len(group)), places))
+    position = np.array([0.3, -1.1, 0.7])
+    positions = np.array([element @ position for element in group])
+    moments = np.linalg.eigvalsh(bodies.points(np.ones(len(group)), positions))
     np.testing.assert_allclose(moments, np.mean(moments), rtol=1e-13)
 
 
@@ -297,16 +297,16 @@ def test_symmetry_axes_of_one_body_and_many_vectors(moments):
 def test_points_about_any_point():
     """The sum of m (x . x 1 - x x^T) from the point, and by default from the mass centre."""
     masses = np.array([1.0, 2.0, 0.5])
-    places = np.array([[1.0, 0.0, 0.2], [0.0, -1.0, 0.4], [0.3, 0.3, -2.0]])
-    centre = masses @ places / np.sum(masses)
+    positions = np.array([[1.0, 0.0, 0.2], [0.0, -1.0, 0.4], [0.3, 0.3, -2.0]])
+    centre = masses @ positions / np.sum(masses)
     for about in (np.zeros(3), np.array([1.0, -2.0, 0.5]), centre):
-        from_it = places - about
+        from_it = positions - about
         expected = sum(
             m * (x @ x * np.eye(3) - np.outer(x, x)) for m, x in zip(masses, from_it, strict=True)
         )
-        np.testing.assert_allclose(bodies.points(masses, places, about), expected, rtol=1e-12)
+        np.testing.assert_allclose(bodies.points(masses, positions, about), expected, rtol=1e-12)
     np.testing.assert_allclose(
-        bodies.points(masses, places), bodies.points(masses, places, centre), rtol=1e-12
+        bodies.points(masses, positions), bodies.points(masses, positions, centre), rtol=1e-12
     )
 
 
@@ -326,7 +326,7 @@ def test_the_normal_of_the_ellipsoid():
     assert normal @ omega > 0.0
 
 
-def test_a_rod_is_told_what_to_use():
+def test_a_refusal_of_a_rod_says_what_to_use():
     """A moment of zero is refused by a sentence that names the way out."""
     with pytest.raises(ValueError, match='use the moments of a cylinder'):
         refuse(inertia.checks(np.ravel(bodies.rod(2.0, 3.0))))

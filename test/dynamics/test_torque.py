@@ -29,9 +29,9 @@ def test_gravity_gradient_is_newtons_attraction_of_the_parts():
     directions = RNG.normal(size=(20, 3))
     directions /= np.linalg.norm(directions, axis=1)[:, None]
     for c in directions:
-        place = r * c + points
+        position = r * c + points
         # The attraction less that of the centre, whose torque vanishes: it only costs digits.
-        pull = place / np.linalg.norm(place, axis=1)[:, None] ** 3 - c / r**2
+        pull = position / np.linalg.norm(position, axis=1)[:, None] ** 3 - c / r**2
         attraction = -mu * masses[:, None] * pull
         expected = np.sum(np.cross(points, attraction), axis=0)
         torque = gravity_gradient(inertia_of(masses, points), c, 3.0 * mu / r**3)
@@ -87,18 +87,18 @@ def test_the_pull_on_elements_adds_up_to_the_torques():
     Against Newton's law for each point, the forces are right to the second order in x / R.
     """
     rng = np.random.default_rng(3)
-    masses, places = rng.uniform(0.5, 2.0, 12), rng.normal(size=(12, 3))
+    masses, positions = rng.uniform(0.5, 2.0, 12), rng.normal(size=(12, 3))
     c, gravity, radius = np.array([0.36, 0.48, 0.8]), 9.0, 1e4
-    forces = element_forces(masses, places, c, gravity, radius)
-    moment = np.sum(np.cross(places, forces), axis=0)
+    forces = element_forces(masses, positions, c, gravity, radius)
+    moment = np.sum(np.cross(positions, forces), axis=0)
     inertia = np.sum(
-        [m * (x @ x * np.eye(3) - np.outer(x, x)) for m, x in zip(masses, places, strict=True)],
+        [m * (x @ x * np.eye(3) - np.outer(x, x)) for m, x in zip(masses, positions, strict=True)],
         axis=0,
     )
-    weight = gravity * masses @ places
+    weight = gravity * masses @ positions
     expected = gravity_gradient(inertia, c, 3.0 * gravity / radius) - np.cross(weight, c)
     np.testing.assert_allclose(moment, expected, rtol=1e-12)
-    r = radius * c + places
+    r = radius * c + positions
     distance = np.linalg.norm(r, axis=-1)[:, None]
     newton = -masses[:, None] * gravity * radius**2 * r / distance**3
     np.testing.assert_allclose(forces, newton, atol=50.0 * gravity / radius**2)

@@ -46,7 +46,7 @@ def air(case):
 
 @each_case
 def test_density_along_orbits(case):
-    """It is that of the reference at its places."""
+    """It is that of the reference at its positions."""
     log_density, _, share = air(case)
     assert_allclose(np.exp(log_density), truth.column(case['fields'], 'density'), rtol=share)
 
@@ -64,20 +64,23 @@ def test_plates_feel_the_reference_torque(case):
     assert np.max(length(torque - right)) < share * np.max(length(right))
 
 
-def test_single_places_of_msis():
+def test_single_positions_of_msis():
     """It is what the reference's program gave; the stated bound, 1e-5, is single precision."""
     angles = (np.radians(truth.points(name)) for name in ('latitude_deg', 'longitude_deg'))
-    places = zip(
+    positions = zip(
         truth.points('epoch_ns') // SECOND_NS, *angles, truth.points('height_m'), strict=True
     )
     activity = zip(*(truth.points(name) for name in Msis._fields), strict=True)
     found = np.exp(
-        [Msis(*of).log_density(*place) for of, place in zip(activity, places, strict=True)]
+        [
+            Msis(*of).log_density(*position)
+            for of, position in zip(activity, positions, strict=True)
+        ]
     )
     assert_allclose(found, truth.points('msis_density'), rtol=1e-5)
 
 
-def test_many_places_of_msis_at_once():
+def test_many_positions_of_msis_at_once():
     """They are those of each, whatever shape the arguments have together."""
     unix_s = truth.points('epoch_ns') // SECOND_NS
     height_m = np.array([[2e5], [4e5], [8e5]])
@@ -99,7 +102,7 @@ def test_msis_jumps_at_midnight():
 
 def test_what_stands_on_the_ground_feels_no_wind():
     """
-    The velocity of a place that is fixed in ITRS, by differences, is that of the air.
+    The velocity of a position that is fixed in ITRS, by differences, is that of the air.
 
     Tolerance: the pole moves by 8e-12 rad/s, 5e-5 m/s at 7e6 m, which the wind leaves out;
     the difference over 2 s leaves 6e-9 of 500 m/s, and rounding 1e-9 m.

@@ -68,7 +68,7 @@ def test_terrestrial_time_of_many_days():
 
 def test_earth_fixed_axes():
     """
-    The matrix and the places that it gives are the reference's.
+    The matrix and the positions that it gives are the reference's.
 
     Tolerance: both are products of the same routines' matrices: rounding, 1e-16 and 1e-8 m.
     """
@@ -79,12 +79,12 @@ def test_earth_fixed_axes():
     assert_allclose(turned(matrix.swapaxes(-1, -2), r_t), r_i, rtol=0.0, atol=1e-8)
 
 
-def test_places_on_the_ellipsoid():
+def test_positions_on_the_ellipsoid():
     """
     Latitude, longitude and height are the reference's, beside the poles too.
 
-    The reference went the other way, from latitude to place: tolerance 1e-9 deg and 1e-7 m are
-    places to 0.1 mm, with room for the rounding of r, 1e-9 m.
+    The reference went the other way, from latitude to position: tolerance 1e-9 deg and 1e-7 m are
+    positions to 0.1 mm, with room for the rounding of r, 1e-9 m.
     """
     latitude, longitude, height_m = geodetic(truth.points('r_itrs'))
     assert_allclose(np.degrees(latitude), truth.points('latitude_deg'), rtol=0.0, atol=1e-9)
@@ -94,7 +94,7 @@ def test_places_on_the_ellipsoid():
 
 def test_two_lines_lead_to_gcrs():
     """
-    SGP4's places and velocities are where the reference has them.
+    SGP4's positions and velocities are where the reference has them.
 
     Tolerance: SGP4 in another version or on another processor differs by rounding, 1e-8 m; a
     matrix that were off by the equation of the equinoxes would be by 1e2 m.
@@ -119,7 +119,7 @@ def test_one_has_the_bits_of_many():
     """A time alone gives what it gives among others."""
     stamps_ns, r_i = truth.points('epoch_ns'), truth.points('r_gcrs')
     matrices = gcrs_to_itrs(stamps_ns)
-    places = geodetic(turned(matrices, r_i))
+    positions = geodetic(turned(matrices, r_i))
     for i, at_ns in enumerate(stamps_ns):
         assert_array_equal(gcrs_to_itrs(at_ns), matrices[i])
-        assert_array_equal(geodetic(turned(matrices[i], r_i[i])), [part[i] for part in places])
+        assert_array_equal(geodetic(turned(matrices[i], r_i[i])), [part[i] for part in positions])

@@ -30,7 +30,7 @@ def assert_close(B, right, share):
     assert np.max(length(B - right) / length(right)) < share
 
 
-def test_single_places():
+def test_single_positions():
     """
     IGRF and dipole are the reference's, beside the poles too.
 
@@ -45,9 +45,9 @@ def test_single_places():
 @pytest.mark.parametrize('case', truth.cases('B_b'), ids=lambda case: case['name'])
 def test_along_orbits(case):
     """
-    In body axes, at the reference's places and attitudes, the field is the reference's.
+    In body axes, at the reference's positions and attitudes, the field is the reference's.
 
-    Tolerance: attitudes and places are given to rounding, 1e-15 of the field for each.
+    Tolerance: attitudes and positions are given to rounding, 1e-15 of the field for each.
     """
     stamps_ns, r_i = truth.stamps_ns(case), truth.column(case['orbit'], 'r_i')
     to_itrs = gcrs_to_itrs(stamps_ns)
@@ -64,7 +64,7 @@ def test_another_program():
     """
     ppigrf, by Legendre functions of the latitude, has the same field from 1900 to 2030.
 
-    At 25 dates and 20 places drawn at random, up to seven radii out.  Tolerance: ppigrf divides
+    At 25 dates and 20 positions drawn at random, up to seven radii out.  Tolerance: ppigrf divides
     by the sine of the colatitude, and its decimal years are in whole microseconds: 1e-9.
     """
     rng = np.random.default_rng(14)
@@ -84,16 +84,18 @@ def test_another_program():
     assert_close(igrf_field(stamps_ns[:, None], r_t), 1e-9 * right, 1e-9)
 
 
-@pytest.mark.parametrize('place', [[0, 0, 7e6], [0, 0, -6.5e6], [6e6, 3e6, -1e6], [-4e7, 1e6, 0]])
-def test_the_field_has_neither_sources_nor_curl(place):
+@pytest.mark.parametrize(
+    'position', [[0, 0, 7e6], [0, 0, -6.5e6], [6e6, 3e6, -1e6], [-4e7, 1e6, 0]]
+)
+def test_the_field_has_neither_sources_nor_curl(position):
     """
     At the poles as elsewhere the derivatives are a symmetric matrix without a trace.
 
     By differences over h = 1e-4 r: their error is (n h / r)^2 / 6 of the derivatives, n to 13,
     and rounding leaves 1e-16 r / h.
     """
-    h = 1e-4 * np.linalg.norm(place)
-    at = np.array(place, float) + h * np.array([np.eye(3), -np.eye(3)])
+    h = 1e-4 * np.linalg.norm(position)
+    at = np.array(position, float) + h * np.array([np.eye(3), -np.eye(3)])
     ahead, behind = igrf_field(new_year_ns(2026), at)
     gradient = (ahead - behind) / (2.0 * h)
     size = np.max(abs(gradient))
@@ -107,10 +109,10 @@ def test_between_the_years_it_is_linear():
 
     Tolerance: rounding; in decimal years the middle of 2020 to 2025 is half a day away.
     """
-    place = [4e6, -3e6, 5e6]
+    position = [4e6, -3e6, 5e6]
     for first, last in [(1900, 1905), (2020, 2025), (2025, 2030), (2026, 2034)]:
         begin_ns, end_ns = new_year_ns(first), new_year_ns(last)
-        begin, middle, end = igrf_field([begin_ns, (begin_ns + end_ns) // 2, end_ns], place)
+        begin, middle, end = igrf_field([begin_ns, (begin_ns + end_ns) // 2, end_ns], position)
         assert_allclose(middle, 0.5 * (begin + end), rtol=1e-13)
         assert np.linalg.norm(end - begin) > 1e-8
 
@@ -123,17 +125,17 @@ def test_beyond_its_interval():
         '2031-01-01 is outside the IGRF, which is from 1900 to 2030; the field is extrapolated'
     )
     assert igrf_warning(new_year_ns(1900) - 1)
-    place = [7e6, 0.0, 0.0]
-    igrf_field([new_year_ns(1895), new_year_ns(2035)], place)
+    position = [7e6, 0.0, 0.0]
+    igrf_field([new_year_ns(1895), new_year_ns(2035)], position)
     sentence = '2035-01-01 is outside the IGRF, .* extrapolated by 5 years at most'
     with pytest.raises(ValueError, match=sentence):
-        igrf_field(new_year_ns(2035) + 1, place)
+        igrf_field(new_year_ns(2035) + 1, position)
     with pytest.raises(ValueError, match=sentence):
         dipole_vector(new_year_ns(2035) + 1)
 
 
 def test_one_has_the_bits_of_many():
-    """A place alone has the field that it has among others."""
+    """A position alone has the field that it has among others."""
     stamps_ns, r_t = truth.points('epoch_ns'), truth.points('r_itrs')
     fields = igrf_field(stamps_ns, r_t)
     alone = [igrf_field(at, r) for at, r in zip(stamps_ns, r_t, strict=True)]

@@ -24,9 +24,9 @@ def sunlight(case):
     return truth.in_body_axes(case, s_i), distance_m, lit_fraction(r_i, sun_i)
 
 
-def test_single_places():
+def test_single_positions():
     """
-    Place, direction, distance and lit fraction are the reference's.
+    Position, direction, distance and lit fraction are the reference's.
 
     Tolerance: the same ephemeris, rounding.  The lit fraction is known to 1e-12: the reference
     takes arc cosines, which lose digits where the discs barely cross.
@@ -100,7 +100,7 @@ def test_contacts(case):
 
 
 def behind(distance_m, angle):
-    """Return a place behind the Earth, from which its centre and the Sun's are an angle apart."""
+    """Return a position behind the Earth, where its centre and the Sun's are an angle apart."""
     # In the triangle of Earth, body and Sun the angle at the Sun is the smallest.
     at_sun = np.arcsin(distance_m / AU_M * np.sin(angle))
     turn = np.pi - angle - at_sun
@@ -135,8 +135,10 @@ def test_lit_fraction_is_an_area(distance_m):
 
 def test_where_the_discs_do_not_cross():
     """All is lit on the day's side and beside the shadow, nothing in it; from far a ring is."""
-    places = np.array([[7e6, 0, 0], [0, 7e6, 0], [-7e6, 0, 0], [-4e7, 5e6, 0], [-4e7, 7.5e6, 0]])
-    assert_array_equal(lit_fraction(places, SUN_I), [1.0, 1.0, 0.0, 0.0, 1.0])
+    positions = np.array(
+        [[7e6, 0, 0], [0, 7e6, 0], [-7e6, 0, 0], [-4e7, 5e6, 0], [-4e7, 7.5e6, 0]]
+    )
+    assert_array_equal(lit_fraction(positions, SUN_I), [1.0, 1.0, 0.0, 0.0, 1.0])
     far_m = 3e9
     ring = 1.0 - (np.arcsin(EARTH_M / far_m) / np.arcsin(SUN_RADIUS_M / (AU_M + far_m))) ** 2
     assert_allclose(lit_fraction([-far_m, 0.0, 0.0], SUN_I), ring, rtol=1e-14)

@@ -21,12 +21,12 @@ def cases(field: str) -> list[Any]:
 
 
 def points(name: str, of: str = 'r_itrs') -> np.ndarray:
-    """Return a column of the single places, of all that have the value `of`."""
+    """Return a column of the single positions, of all that have the value `of`."""
     return np.array([point[name] for point in _content()['field_points'] if of in point])
 
 
 def two_lines() -> list[list[str]]:
-    """Return the two lines of each of the places that have some."""
+    """Return the two lines of each of the positions that have some."""
     return [point['tle'] for point in _content()['field_points'] if 'tle' in point]
 
 

@@ -7,7 +7,7 @@ import pytest
 from satdyn_ros.exact import elliptic
 
 EPS = np.finfo(float).eps
-# from the circle over the whole range to a separatrix closer than a double's 1 - m can tell
+# from the circle over the whole range to a separatrix closer than a double's 1 - m can resolve
 M1 = [1.0, 0.7, 0.1, 1e-3, 1e-8, 1e-12, 1e-20, 1e-100]
 
 

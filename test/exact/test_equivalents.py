@@ -67,9 +67,9 @@ def test_the_frozen_fluid_is_the_satellite():
     z, r, a = np.meshgrid(x, (x + 1.0) / 2.0, phi, indexing='ij')
     weights = (w[:, None, None] * (w / 2.0)[None, :, None] * r**2) * np.pi / 4.0
     s = np.sqrt(1.0 - z**2)
-    places = fluid.semi_axes_m * np.stack([r * s * np.cos(a), r * s * np.sin(a), r * z], -1)
+    positions = fluid.semi_axes_m * np.stack([r * s * np.cos(a), r * s * np.sin(a), r * z], -1)
     masses = 900.0 * np.prod(fluid.semi_axes_m) * weights
-    squares = np.einsum('ijk,ijkl->l', masses, places**2)
+    squares = np.einsum('ijk,ijkl->l', masses, positions**2)
     np.testing.assert_allclose(np.sum(squares) - squares, MOMENTS, rtol=1e-13)
     wall = fluid.semi_axes_m * np.array([0.48, -0.6, 0.64])
     normal = wall / fluid.semi_axes_m**2
@@ -103,12 +103,12 @@ def test_a_charged_body_turns_as_a_satellite(gradient, slope, s):
     np.testing.assert_allclose(again, MOMENTS, rtol=0.0)
     assert same == pytest.approx(gradient, rel=1e-12)
     charges = np.repeat((np.sum(body.charge_moments) / 2.0 - body.charge_moments) / 2.0, 2)
-    places = np.repeat(np.eye(3), 2, axis=0) * np.tile([1.0, -1.0], 3)[:, None]
+    positions = np.repeat(np.eye(3), 2, axis=0) * np.tile([1.0, -1.0], 3)[:, None]
 
     def rates(_, y):
         omega, c = y[:3], y[3:]
-        field = slope * ((places @ c)[:, None] * c - places / 3.0)
-        torque = np.sum(np.cross(places, charges[:, None] * field), axis=0)
+        field = slope * ((positions @ c)[:, None] * c - positions / 3.0)
+        torque = np.sum(np.cross(positions, charges[:, None] * field), axis=0)
         omega_dot = (torque - np.cross(omega, MOMENTS * omega)) / MOMENTS
         return [*omega_dot, *np.cross(c, omega)]
 

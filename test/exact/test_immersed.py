@@ -149,7 +149,7 @@ def test_the_reference_cases(name):
     signed,
 )
 def test_any_body_moves_by_kirchhoffs_equations(energy, coupling, potential, q, omega, P0):
-    """Attitude, rates, velocity and place of drawn bodies, coupled ones too, in any potential."""
+    """Attitude, rates, velocity and position of drawn bodies, also coupled, in any potential."""
     assume(np.linalg.norm(q) > 0.1)
     (a11, a33, a44, a66), (H1, H2) = energy, potential
     a14, a36 = 0.9 * np.array(coupling) * np.sqrt([a11 * a44, a33 * a66])
@@ -201,7 +201,7 @@ def test_the_package_s_equations_are_kirchhoff_s(P0):
 
 def test_a_start_from_velocity_and_rates():
     """
-    Without a potential any velocity is a start; attitude and place stay in the given axes.
+    Without a potential any velocity is a start; attitude and position stay in the given axes.
 
     Against the integrated equations over ten time units, the impulse in a general direction.
     """
@@ -248,7 +248,7 @@ def test_an_impulse_beside_the_potential_s_axis_is_refused():
         )
 
 
-def test_the_impulse_gives_the_place_across_it():
+def test_the_impulse_gives_the_position_across_it():
     """
     Without potential R G + x cross P is constant, which gives x and y without a quadrature.
 

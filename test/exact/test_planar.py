@@ -300,7 +300,7 @@ def _agrees(data, orbit, I, scale, weight_moment):
     weight = weight_moment(R_bp[:, plane.axis - 2], R_bp[:, plane.axis - 1])
     system = System(inertia_in_body_axes(I, q_bp), (rotor,), orbit, weight)
     start = State(q_ib, omega, speed, 0.2 if rotor.turns_freely else np.nan)
-    # At rest a hair beside an equilibrium, the torque alone tells the plane, with few digits.
+    # At rest a hair beside an equilibrium, the torque alone gives the plane, with few digits.
     assume(slow > 0.0 or Planar.why_not(system, start) is None)
     motion = Planar(system, start, start_s)
     total = scale + np.linalg.norm(omega)
@@ -353,7 +353,7 @@ def test_it_says_why_not():
 
 
 def test_at_rest_in_an_equilibrium_of_a_fixed_field():
-    """Proves the rest that has neither rate nor torque to tell its plane."""
+    """Proves the rest that has neither rate nor torque to give its plane."""
     system = System(np.diag([1.0, 1.5, 2.0]), orbit=FixedDirection(1.0))
     motion = Planar(system, State(rotation.IDENTITY, np.zeros(3)))
     assert motion.regime == 'rest'

@@ -27,14 +27,14 @@ OTHERS = [name for name in newtonian() if name not in EXACT]
 def in_axes(system, state, q_bp):
     """Return a system and state given in axes p, in axes b."""
     moments, rotor = np.diagonal(system.inertia), system.rotors[0]
-    told = System(
+    turned = System(
         inertia_in_body_axes(moments, q_bp),
         (Rotor(rotor.mode, rotation.rotate(q_bp, rotor.axis), rotor.momentum, rotor.inertia),),
         system.orbit,
         rotation.rotate(q_bp, system.weight_moment),
     )
     q_ib = rotation.multiply(state.q_ib, rotation.conjugate(q_bp))
-    return told, State(q_ib, rotation.rotate(q_bp, state.omega_bi_b))
+    return turned, State(q_ib, rotation.rotate(q_bp, state.omega_bi_b))
 
 
 @pytest.mark.parametrize('q_bp', [rotation.IDENTITY, TURNED], ids=['principal', 'turned'])
@@ -145,7 +145,7 @@ def test_the_simplest_motion_is_preferred():
     assert isinstance(exact.recognise(system, start), exact.Steady)
 
 
-def test_a_motion_begins_when_it_is_told():
+def test_a_motion_begins_when_it_is_asked_to():
     """Proves start_s: the centre is where the orbit has it then."""
     system, _ = swinging()
     q_ib = rotation.multiply(system.orbit.lvlh(1234.5), rotation.about(Y, 0.3))
@@ -284,12 +284,12 @@ HELD = Rotor('constant_momentum', np.array([0.0, 0.6, 0.8]), 0.3)
     ids=['sphere', 'sphere at rest', 'disc', 'disc at rest', 'torque', 'rotor', 'free rotor'],
 )
 def test_on_an_ellipse_a_closed_form_knows_the_work_of_the_orbit(kind, system, start):
-    """Proves it against that of the propagation, over an orbit and from any place on it."""
+    """Proves it against that of the propagation, over an orbit and from any position on it."""
     system, start_s = replace(system, orbit=ELLIPSE), 1234.5
     motion = exact.recognise(system, start, start_s)
     assert isinstance(motion, kind)
     t_s = np.linspace(0.0, 2.0 * np.pi / ELLIPSE.mean_motion, 100)
-    # No step is chosen for its work, which swings faster than the place on the orbit: finer ones.
+    # No step is chosen for its work, which swings faster than the orbit turns: finer ones.
     work = Propagation(system, start, start_s, 1e-16).at(t_s).work
     assert np.ptp(work) > 1e-7
     np.testing.assert_allclose(motion.at(t_s).work, work, rtol=0.0, atol=1e-12 * np.ptp(work))

@@ -303,7 +303,7 @@ def test_no_constant_depends_on_when_a_passage_through_a_pole_is_asked(C, h3, H1
 
 @pytest.mark.parametrize('angle', [0.0, 0.7, 2.9])
 @pytest.mark.parametrize('seed', range(4))
-def test_a_passage_through_a_pole_is_told_from_every_state(angle, seed):
+def test_a_passage_through_a_pole_is_recognised_from_every_state(angle, seed):
     """
     Proves that later states have the constants of the first, though their numbers round otherwise.
 

@@ -30,7 +30,7 @@ REFERENCES = {
 each_reference = pytest.mark.parametrize('reference', REFERENCES.values(), ids=REFERENCES)
 
 
-def place(t_s, orbit=ORBIT):
+def orbit_state(t_s, orbit=ORBIT):
     """Return what a reference asks of a sample, at a time from the epoch."""
     r_i, v_i = orbit.position_velocity(t_s)
     return SimpleNamespace(r_i=r_i, v_i=v_i, stamp_ns=EPOCH_NS + round(t_s * SECOND_NS))
@@ -38,7 +38,7 @@ def place(t_s, orbit=ORBIT):
 
 def turned_by(reference, t_s, step_s):
     """Return rate and acceleration at a time, from attitudes around it, both in axes r."""
-    before, now, after = (reference(place(t_s + k * step_s)).q_ir for k in (-1, 0, 1))
+    before, now, after = (reference(orbit_state(t_s + k * step_s)).q_ir for k in (-1, 0, 1))
     to, on = (
         rotation.to_vector(rotation.multiply(rotation.conjugate(now), q)) for q in (before, after)
     )
@@ -48,14 +48,14 @@ def turned_by(reference, t_s, step_s):
 @each_reference
 def test_rate_and_acceleration_are_those_of_the_attitude(reference):
     """
-    By differences of attitudes over a second, at forty places of an eccentric orbit.
+    By differences of attitudes over a second, at forty positions of an eccentric orbit.
 
     Tolerance: the differences are off by a sixth and a twelfth of the third and the fourth
     derivative, and of an attitude known to 2e-16, by 4e-16/s^2; the rate goes up to 0.01 rad/s.
     """
     fastest = 0.0
     for t_s in np.linspace(0.0, 6000.0, 40):
-        _, omega, alpha = reference(place(t_s))
+        _, omega, alpha = reference(orbit_state(t_s))
         rate, acceleration = turned_by(reference, t_s, 1.0)
         fastest = max(fastest, float(np.linalg.norm(omega)))
         assert_allclose(rate, omega, rtol=0.0, atol=2e-4 * fastest**2 + 1e-9)
@@ -70,7 +70,7 @@ def test_nadir_is_lvlh_and_turns_as_the_true_anomaly_grows():
     Tolerance: rounding of what is 1e-3 rad/s and 1e-7 rad/s^2 large.
     """
     for t_s in (0.0, 1000.0, 4000.0):
-        at = place(t_s)
+        at = orbit_state(t_s)
         reference = guidance.nadir(at)
         r, h = np.linalg.norm(at.r_i), np.linalg.norm(np.cross(at.r_i, at.v_i))
         growing = -2.0 * h / r**3 * (at.r_i @ at.v_i) / r
@@ -80,8 +80,8 @@ def test_nadir_is_lvlh_and_turns_as_the_true_anomaly_grows():
 
 
 def test_nadir_of_two_satellites_side_by_side():
-    """Rows of places give rows of references."""
-    one, other = place(0.0), place(900.0)
+    """Rows of orbit states give rows of references."""
+    one, other = orbit_state(0.0), orbit_state(900.0)
     both = SimpleNamespace(
         r_i=np.stack([one.r_i, other.r_i]), v_i=np.stack([one.v_i, other.v_i]), stamp_ns=0
     )
@@ -89,12 +89,12 @@ def test_nadir_of_two_satellites_side_by_side():
         assert_allclose(found, rows, rtol=1e-15, atol=1e-20)
 
 
-def reference_places():
-    """Return samples at the reference's places; the velocities, of which it has none, are ours."""
-    places = zip(truth.points('r_gcrs'), truth.points('epoch_ns'), strict=True)
+def reference_states():
+    """Return samples at the reference's positions; it has no velocities, which are ours."""
+    positions = zip(truth.points('r_gcrs'), truth.points('epoch_ns'), strict=True)
     return [
         SimpleNamespace(r_i=r_i, v_i=np.cross([1e-3, 2e-4, -1e-4], r_i), stamp_ns=int(at_ns))
-        for r_i, at_ns in places
+        for r_i, at_ns in positions
     ]
 
 
@@ -105,7 +105,7 @@ def test_the_sun_is_where_the_reference_has_it():
     Tolerance: the same ephemeris, and an attitude's rounding.
     """
     axis_b = np.array([0.6, -0.8, 0.0])
-    for at, sun_i in zip(reference_places(), truth.points('sun_from_body'), strict=True):
+    for at, sun_i in zip(reference_states(), truth.points('sun_from_body'), strict=True):
         q_ir = guidance.sun(axis_b)(at).q_ir
         second_i, normal = rotation.rotate(q_ir, axis_b), np.cross(at.r_i, at.v_i)
         assert_allclose(rotation.rotate(q_ir, [0.0, 0.0, 1.0]), sun_i, rtol=0.0, atol=2e-15)
@@ -113,11 +113,11 @@ def test_the_sun_is_where_the_reference_has_it():
         assert second_i @ normal > 0.0
 
 
-def test_the_place_below_is_against_the_vertical():
+def test_the_point_below_is_against_the_vertical():
     """
     Straight below, at the latitude and longitude that the reference has, is the target.
 
-    Tolerance: from 100 km on, a place on the ground that is known to 1e-9 m.
+    Tolerance: from 100 km on, a point on the ground that is known to 1e-9 m.
     """
     low = truth.points('height_m') > 1e5
     latitudes, longitudes = (np.radians(truth.points(f'{name}_deg')) for name in NAMES)
@@ -130,7 +130,7 @@ def test_the_place_below_is_against_the_vertical():
         axis=-1,
     )
     vertical_i = np.einsum('nij,ni->nj', truth.points('gcrs_to_itrs'), vertical_t)
-    rows = zip(reference_places(), latitudes, longitudes, vertical_i, low, strict=True)
+    rows = zip(reference_states(), latitudes, longitudes, vertical_i, low, strict=True)
     assert np.count_nonzero(low) > 10
     for at, latitude, longitude, up_i, is_high in rows:
         if is_high:
@@ -152,18 +152,18 @@ def test_sun_and_ground_as_astropy_has_them():
     pytest.importorskip('astropy.utils.iers').conf.auto_download = False
     munich = coordinates.EarthLocation.from_geodetic(11.575, 48.137, 0.0)
     for t_s in (0.0, 300.0, 2000.0):
-        at = place(t_s)
+        at = orbit_state(t_s)
         then = time.Time(epoch(at.stamp_ns), scale='utc')
         ground_i = munich.get_gcrs(then).cartesian.xyz.to_value(units.m)
         earth, sun = (
             coordinates.get_body_barycentric(name, then).xyz.to_value(units.m)
             for name in ('earth', 'sun')
         )
-        for reference, place_i, allowed in (
+        for reference, target_i, allowed in (
             (guidance.target(*MUNICH), ground_i, 2e-4),
             (guidance.sun(), sun - earth, 1e-8),
         ):
-            line = place_i - at.r_i
+            line = target_i - at.r_i
             z_i = rotation.rotate(reference(at).q_ir, [0.0, 0.0, 1.0])
             assert np.linalg.norm(np.cross(z_i, line)) < allowed * np.linalg.norm(line)
             assert z_i @ line > 0.0
@@ -211,15 +211,15 @@ def test_a_file_is_followed_between_its_rows(tmp_path):
     path.write_text('\n'.join([head.rstrip(), *rows, 'DATA_STOP\n']))
     reference = guidance.from_aem(path)
     for t_s in (0.0, 0.7, 9.0, 20.0):
-        q_ir, omega, alpha = reference(place(t_s))
+        q_ir, omega, alpha = reference(orbit_state(t_s))
         assert (turn(t_s).inv() * Rotation.from_quat(q_ir)).magnitude() < 1e-9
         assert_allclose(omega, (0.01 + 0.002 * t_s) * axis, rtol=0.0, atol=1e-9)
         assert_allclose(alpha, 0.002 * axis, rtol=0.0, atol=1e-7)
     with pytest.raises(ValueError, match=r'turn\.aem has no attitude at .*; the nearest is'):
-        reference(place(21.0))
+        reference(orbit_state(21.0))
 
 
-def test_a_sample_of_a_simulation_is_a_place():
+def test_a_sample_of_a_simulation_is_an_orbit_state():
     """Where a run begins in LVLH, nadir is its attitude; so is the Sun where it begins at that."""
     values = {
         'orbit.type': 'kepler',
@@ -253,7 +253,7 @@ def test_what_is_no_reference_is_refused(make, reason):
 
 
 def test_without_an_orbit_there_is_no_nadir():
-    """Of orbit.type fixed place and velocity are zero."""
+    """Of orbit.type fixed position and velocity are zero."""
     nowhere = SimpleNamespace(r_i=np.zeros(3), v_i=np.zeros(3), stamp_ns=0)
     with pytest.raises(ValueError, match='the sample has no position'):
         guidance.nadir(nowhere)

@@ -123,9 +123,9 @@ def flown(motion, t_s):
         states = halted
     if isinstance(states, Halted):
         states = states.states
-    told = states.q_ib, states.omega_bi_b, states.rotor_speed, states.rotor_angle, states.work
+    numbers = states.q_ib, states.omega_bi_b, states.rotor_speed, states.rotor_angle, states.work
     torque = b'' if states.rotor_torque is None else states.rotor_torque.tobytes()
-    return [*(np.ascontiguousarray(each).tobytes() for each in told), torque]
+    return [*(np.ascontiguousarray(each).tobytes() for each in numbers), torque]
 
 
 @pytest.mark.parametrize('count', [1, 7, 8, 9, 1000])

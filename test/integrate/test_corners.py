@@ -54,8 +54,8 @@ def apart(plates, omega):
 
 def draws(count):
     rng = np.random.default_rng(1)
-    place = np.array([0.3, 0.5, 0.2])
-    return [([(unit(rng), place)], 0.06 * unit(rng)) for _ in range(count)]
+    position = np.array([0.3, 0.5, 0.2])
+    return [([(unit(rng), position)], 0.06 * unit(rng)) for _ in range(count)]
 
 
 # A corner that is missed leaves up to 5e-8, a step across the edge of the shadow 1e-8.

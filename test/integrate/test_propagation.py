@@ -326,7 +326,7 @@ def test_order_of_convergence():
 
 
 def test_coefficients_are_those_of_scipy():
-    """What is packed, unpacked: each number in its place, of stages, errors and dense output."""
+    """What is packed, unpacked: each number at its index, of stages, errors and dense output."""
     rows = np.zeros((len(tableau.LENGTHS), 16))
     for row, length, columns, entries in zip(
         rows, tableau.LENGTHS, tableau.COLUMNS, tableau.ENTRIES, strict=True

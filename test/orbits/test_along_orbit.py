@@ -152,7 +152,7 @@ def test_the_air_of_a_day_is_its_own():
     t_s = np.arange(0.0, 1200.0)
     r_i, _ = LOW.position_velocity(t_s)
     unix_ns = along.unix_ns(t_s)
-    places = geodetic(turned(gcrs_to_itrs(unix_ns), r_i))
-    true = msis.log_density(unix_ns // SECOND_NS, *places)
+    positions = geodetic(turned(gcrs_to_itrs(unix_ns), r_i))
+    true = msis.log_density(unix_ns // SECOND_NS, *positions)
     assert np.max(np.abs(along.log_density.values(t_s, np.arange(1))[:, 0] - true)) < 2e-5
     assert np.max(np.abs(before.log_density.values(t_s, np.arange(1))[:, 0] - true)) > 1e-3

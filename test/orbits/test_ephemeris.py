@@ -354,7 +354,7 @@ def test_across_a_leap_second_the_orbit_goes_on_in_tai(system, first_s):
     """
     Rows each minute of TAI, one of them at the begin of the leap second, within it, or none.
 
-    At a stamp the orbit is where a second more has brought it, by Kepler; no stamp tells the leap
+    At a stamp the orbit is where a second more has brought it, by Kepler; no stamp has the leap
     second itself.  As without one the eighth derivative leaves 1e-6 m.
     """
     pytest.importorskip('erfa')
@@ -386,12 +386,12 @@ CIRCLE = KeplerOrbit(semi_major_axis=6.798e6, inclination=0.9)
 
 
 @pytest.mark.parametrize('step_s', [60.0, 240.0])
-def test_rows_that_carry_their_interpolation_are_not_told(step_s):
+def test_rows_that_carry_their_interpolation_are_not_reported(step_s):
     """Of a low orbit, as they are issued."""
     assert read(segment(np.arange(0.0, 43201.0, step_s), CIRCLE)).warning is None
 
 
-def test_rows_too_far_apart_are_told():
+def test_rows_too_far_apart_are_reported():
     """
     By how much the interpolation of every other row misses one of the others, which, how far.
 
@@ -411,7 +411,7 @@ def test_rows_too_far_apart_are_told():
     assert missed_m[worst_s] > 100.0
 
 
-def test_straight_lines_are_told():
+def test_straight_lines_are_reported():
     """Half of a chord of two minutes is kilometres from the circle."""
     assert 'e+04 m' in read(segment(MINUTES, INTERPOLATION='LINEAR')).warning
 
@@ -448,7 +448,7 @@ LOW = KeplerOrbit(semi_major_axis=6.5e6, eccentricity=0.04)
     ids=['rest', 'low', 'linear', 'hermite', 'nested'],
 )
 def test_what_is_no_orbit_is_refused(text, reason):
-    """At rest, within the Earth at a row or between two, in two places at once."""
+    """At rest, within the Earth at a row or between two, in two positions at once."""
     with pytest.raises(ValueError, match=f'^orbit.file: .*{reason}'):
         read(text)
 

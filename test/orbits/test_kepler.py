@@ -51,7 +51,7 @@ def test_two_body_integration_agrees(e):
     )
     r_i, v_i = orbit.position_velocity(times)
     close(solution.y[:3].T, r_i, atol=1e-9 * orbit.semi_major_axis)
-    # At the pericentre of a long ellipse an error in place is magnified in velocity by v' / v.
+    # At the pericentre of a long ellipse an error in position is magnified in velocity by v' / v.
     pericentre = orbit.semi_major_axis * (1.0 - e)
     fastest = np.max(np.linalg.norm(v_i, axis=-1))
     allowed = 1e-9 * orbit.semi_major_axis / pericentre * fastest
@@ -186,7 +186,7 @@ def test_a_fixed_direction_stays_and_has_no_lvlh():
 @pytest.mark.parametrize('inclination', [0.0, 1e-9, 0.7, np.pi])
 @pytest.mark.parametrize('e', [0.0, 1e-9, 0.3])
 def test_circles_and_equators_have_elements_too(e, inclination):
-    """Where node or pericentre have no place of their own, the state is given back too."""
+    """Where node or pericentre are not defined, the state is given back too."""
     orbit = KeplerOrbit(EARTH_MU, 2.0e7, e, inclination, 0.4, 1.1, -2.0)
     r_i, v_i = orbit.position_velocity(0.0)
     found = KeplerOrbit.from_state(r_i, v_i)

@@ -29,7 +29,7 @@ def as_xml(*segments):
             words = row.split()
             names = ('EPOCH', 'X', 'Y', 'Z', 'X_DOT', 'Y_DOT', 'Z_DOT')
             parts = [f'<{name}>{word}</{name}>' for name, word in zip(names, words, strict=True)]
-            # The order is of no matter: names tell.
+            # The order is of no matter: names say.
             states += f'<stateVector>{"".join(parts[::-1])}</stateVector>\n'
         found += (
             f'<segment>\n<metadata>{keywords}</metadata>\n<data>\n{states}'

@@ -20,8 +20,8 @@ DURATION_S = 2000
 R, RATE = 7e6, 3e-3
 FROM, ALONG = np.array([7e6, -6e6, 1e6]), np.array([0.0, 6e3, 0.0])
 FORCED = {'orbit.type': 'forced', 'orbit.semi_major_axis': R, 'orbit.turn_rate': RATE}
-# A torque that varies along the orbit, so that the place on it is integrated too; it is too small
-# to be seen.
+# A torque that varies along the orbit, so that the position on it is integrated too; it is too
+# small to be seen.
 TURNED = {
     'time.epoch': '2026-03-01T00:00:00Z',
     'environment.magnetic_field': 'dipole',
@@ -80,12 +80,12 @@ def satdyn(folder, *arguments, code=0):
     return done.stdout + done.stderr
 
 
-def attitudes(place, t_s):
+def attitudes(position, t_s):
     """Return q_ib by SciPy's integrator, of Euler's equations with the gravity gradient."""
 
     def rates(t, y):
         q, omega = y[:4], y[4:]
-        r_i = place(np.array([t]))[:, 0]
+        r_i = position(np.array([t]))[:, 0]
         r_b = Rotation.from_quat(q).inv().apply(r_i)
         r = np.linalg.norm(r_b)
         torque = 3.0 * MU / r**5 * np.cross(r_b, INERTIA * r_b)
@@ -99,7 +99,7 @@ def attitudes(place, t_s):
 
 @pytest.mark.parametrize('name', FLOWN)
 def test_it_flies_and_its_bag_verifies(folder, name):
-    """Place and attitude are those of another integrator, and the run is repeated from the bag."""
+    """Position and attitude are another integrator's, and the run is repeated from the bag."""
     satdyn(folder, 'simulate', f'{name}.yaml', '--duration', str(DURATION_S), '-o', name)
     assert 'the same byte for byte' in satdyn(folder, 'verify', name)
     satdyn(folder, 'export', name, '-o', f'{name}.csv')
@@ -110,11 +110,11 @@ def test_it_flies_and_its_bag_verifies(folder, name):
         return np.array([[float(row[name]) for name in names] for row in rows])
 
     t_s = 10.0 * np.arange(len(rows))
-    _, place = FLOWN[name]
+    _, position = FLOWN[name]
     r_i = columns('r_i_x_m', 'r_i_y_m', 'r_i_z_m')
-    np.testing.assert_allclose(r_i, place(t_s).T, rtol=0.0, atol=1e-6)
+    np.testing.assert_allclose(r_i, position(t_s).T, rtol=0.0, atol=1e-6)
     q_ib = columns('q_ib_x', 'q_ib_y', 'q_ib_z', 'q_ib_w')
-    true = attitudes(place, t_s)
+    true = attitudes(position, t_s)
     true *= np.sign(np.sum(true * q_ib, axis=1))[:, None]
     # That of SciPy's at its tolerance.
     np.testing.assert_allclose(q_ib, true, rtol=0.0, atol=1e-9)

@@ -100,7 +100,7 @@ def flown(path):
     ids=['hermite', 'lagrange', 'chebyshev', 'sgp4'],
 )
 def test_each_type_flies_as_cspice_evaluates_it(tmp_path, segment):
-    """Within the half centimetre that the rows are made for, and what a time of SPICE tells."""
+    """Within the half centimetre that the rows are made for, and what a time of SPICE resolves."""
     path = written(tmp_path / 'sat.bsp', segment)
     r_i, v_i = flown(path).position_velocity(T_S)
     spiceypy.furnsh(str(path))

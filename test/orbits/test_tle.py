@@ -415,15 +415,15 @@ def test_what_is_out_of_its_range_in_an_omm_is_said(keyword, value, reason):
 
 
 def test_an_angle_of_an_omm_may_have_a_sign():
-    """As some programs write it: the same place as a turn further."""
+    """As some programs write it: the same position as a turn further."""
     lines = [line for line in OMM.splitlines() if not line.startswith('RA_OF_ASC_NODE ')]
-    places = []
+    positions = []
     for node in ('-90.0', '270.0'):
         message = '\n'.join([*lines, f'RA_OF_ASC_NODE = {node}'])
         check(message)
-        places.append(TwoLineOrbit(message, EPOCH_NS).position_velocity(np.zeros(1))[0])
+        positions.append(TwoLineOrbit(message, EPOCH_NS).position_velocity(np.zeros(1))[0])
     # Rounding of 7e6 m.
-    np.testing.assert_allclose(places[0], places[1], atol=1e-6)
+    np.testing.assert_allclose(positions[0], positions[1], atol=1e-6)
 
 
 def test_a_keyword_that_stands_twice_is_refused():
@@ -441,7 +441,7 @@ def test_elements_that_flew_by_earlier_rules_still_do():
         Scenario(values)
 
 
-def test_an_epoch_far_from_tick_0_is_told():
+def test_an_epoch_far_from_tick_0_is_reported():
     """Beyond fourteen days, on either side."""
     assert orbit(epoch_ns=stamp_ns('2006-07-10T18:00:00')).warning is None
     warning = orbit(epoch_ns=stamp_ns('2006-07-11T18:00:00')).warning
@@ -451,7 +451,7 @@ def test_an_epoch_far_from_tick_0_is_told():
     assert orbit(epoch_ns=stamp_ns('2006-06-01T18:00:00')).warning
 
 
-def test_a_satellite_that_decayed_has_no_place():
+def test_a_satellite_that_decayed_has_no_position():
     """Told with the time, before which it flies; a set of the verification of SGP4."""
     decaying = orbit(
         [
@@ -462,7 +462,7 @@ def test_a_satellite_that_decayed_has_no_place():
     )
     flown = TabledOrbit(decaying)
     assert np.all(np.isfinite(flown.position_velocity(1800.0)[0]))
-    with pytest.raises(ValueError, match=r'no place for orbit.tle at 2005-11-29T.*decayed'):
+    with pytest.raises(ValueError, match=r'no position for orbit.tle at 2005-11-29T.*decayed'):
         flown.position_velocity(6000.0)
     # To a millisecond where the library itself says so.
     end_s = flown.pieces.piece_at(1800.0).end_s

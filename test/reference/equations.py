@@ -128,21 +128,21 @@ class Centre:
 
 
 class Problem:
-    """A case as equations: its unknowns, their rates, and what is told of their values."""
+    """A case as equations: its unknowns, their rates, and what is listed of their values."""
 
     def __init__(
         self,
         unknowns: Unknowns,
         rates: list[Scalar],
-        told: Callable[[list[mpfr]], dict[str, list[mpfr]]],
+        listed: Callable[[list[mpfr]], dict[str, list[mpfr]]],
         leading: list[slice],
     ) -> None:
-        """told: what the case lists, of the values of the unknowns; leading: those of the step."""
-        self.unknowns, self.rates, self.told, self.leading = unknowns, rates, told, leading
+        """Keep listed: what the case lists, of the unknowns; leading: those of the step."""
+        self.unknowns, self.rates, self.listed, self.leading = unknowns, rates, listed, leading
 
     def states(self, times: list[mpfr]) -> Iterator[dict[str, list[mpfr]]]:
         """Yield the quantities at each of the rising times."""
-        return map(self.told, self.unknowns.integrate(self.rates, times, self.leading))
+        return map(self.listed, self.unknowns.integrate(self.rates, times, self.leading))
 
 
 def gyrostat(case: dict[str, Any]) -> Problem:
@@ -201,7 +201,7 @@ def gyrostat(case: dict[str, Any]) -> Problem:
     omega_rate = times(inverse(kinetic), add(cross(momentum, omega), *torques))
     rates = [*quaternion_rate(q, omega), *omega_rate, *speeds, *p_rates, *centre.rates(moving)]
 
-    def told(values: list[mpfr]) -> dict[str, list[mpfr]]:
+    def listed(values: list[mpfr]) -> dict[str, list[mpfr]]:
         q, omega, angles = values[:4], values[4:7], values[7 : 7 + many]
         p, d_i = values[7 + many : 7 + 2 * many], centre.pull(values[7 + 2 * many :])[0]
         return {
@@ -212,8 +212,8 @@ def gyrostat(case: dict[str, Any]) -> Problem:
             'angles': angles,
         }
 
-    place = 7 + 2 * many
-    return Problem(unknowns, rates, told, [slice(0, 4), slice(place, place + 2)])
+    index = 7 + 2 * many
+    return Problem(unknowns, rates, listed, [slice(0, 4), slice(index, index + 2)])
 
 
 def immersed(case: dict[str, Any]) -> Problem:
@@ -251,10 +251,10 @@ def immersed(case: dict[str, Any]) -> Problem:
     G_rate = add(cross(G, omega), cross(P, v), torque)
     rates = [*quaternion_rate(q, omega), *cross(P, omega), *G_rate, *times(R, v)]
 
-    def told(values: list[mpfr]) -> dict[str, list[mpfr]]:
+    def listed(values: list[mpfr]) -> dict[str, list[mpfr]]:
         q, P, G, x = values[:4], values[4:7], values[7:10], values[10:]
         v, omega = velocities(P, G)
         keys = ('q_xyzw', 'omega', 'v_body', 'P_body', 'G_body', 'position')
         return dict(zip(keys, (q, omega, v, P, G, x), strict=True))
 
-    return Problem(unknowns, rates, told, [slice(0, 4), slice(4, 7)])
+    return Problem(unknowns, rates, listed, [slice(0, 4), slice(4, 7)])

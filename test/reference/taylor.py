@@ -129,7 +129,7 @@ def _in_order(rates: list[Series], done: set[int]) -> list[Series]:
 
 
 def _radius(group: list[Series]) -> mpfr:
-    """Return the radius of convergence that the last two coefficients of a group tell."""
+    """Return the radius of convergence that the last two coefficients of a group give."""
     sizes = {k: max((abs(x.c[k]) for x in group), default=mpfr(0)) for k in (0, ORDER - 1, ORDER)}
     radii = [(sizes[0] / s) ** (mpfr(1) / k) for k, s in sizes.items() if k and s]
     return min(radii, default=gmpy2.inf())

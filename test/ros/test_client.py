@@ -37,7 +37,7 @@ def test_new_initial_conditions(asked):
 
 
 @pytest.mark.long
-def test_a_refusal_is_told(asked):
+def test_a_refusal_is_reported(asked):
     """The node's own sentence is printed, and the exit code is 1."""
     _, ask = asked
     code, answer = ask('initial.attitude=[0, 0, 0, 2]')

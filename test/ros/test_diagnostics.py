@@ -98,7 +98,7 @@ def test_what_the_limits_of_a_motor_take_is_counted(live):
     assert float(inputs['rotor torques that act [N m]'].strip('(,)')) == 0.0
 
 
-def test_torques_told_are_those_of_the_last_tick_published():
+def test_torques_reported_are_those_of_the_last_tick_published():
     """The run is computed ahead of what is published, by another thread than that of reports."""
     scenario = Scenario.from_dict(
         {'rotor': {'mode': 'motor', 'inertia': 1e-3, 'speed_gain': 0.5}, 'publish': {'rate': 10.0}}
@@ -108,8 +108,8 @@ def test_torques_told_are_those_of_the_last_tick_published():
     report = InputsReport(InputCounts(), simulation, lambda: (samples, 4))
     simulation.rewind(5)
     simulation.advance(2)
-    _, _, told = report()
-    assert told['rotor torques that act [N m]'] == tuple(samples.rotor_torque[4])
+    _, _, reported = report()
+    assert reported['rotor torques that act [N m]'] == tuple(samples.rotor_torque[4])
 
 
 @pytest.mark.long
@@ -164,7 +164,7 @@ def test_the_torque_that_acts_ends_with_its_timeout(live):
     until = health(participant)
     publisher = participant.node.create_publisher(WrenchStamped, 'torque', 10)
 
-    def told_at(tick):
+    def reported_at(tick):
         """Return what acts by the first report of a tick, with how many were accepted."""
         report = until(
             node.namespace,
@@ -179,12 +179,12 @@ def test_the_torque_that_acts_ends_with_its_timeout(live):
     message = WrenchStamped()
     message.wrench.torque.z = 0.25
     publisher.publish(message)
-    assert told_at(paused) == '(0.0, 0.0, 0.0)'
+    assert reported_at(paused) == '(0.0, 0.0, 0.0)'
     # It acts from the first of four ticks, and ends five ticks later.
     first = participant.trigger('step')[1].removeprefix('now after tick ')
-    assert told_at(first) == '(0.0, 0.0, 0.25)'
+    assert reported_at(first) == '(0.0, 0.0, 0.25)'
     second = participant.trigger('step')[1].removeprefix('now after tick ')
-    assert told_at(second) == '(0.0, 0.0, 0.0)'
+    assert reported_at(second) == '(0.0, 0.0, 0.0)'
 
 
 @pytest.mark.long
@@ -212,7 +212,7 @@ def test_a_bag_that_cannot_be_written_is_an_error_and_the_node_flies_on(live):
     """
     No file may be larger than 5 MB: one sentence in the log, the diagnostics and the answer.
 
-    The exit code tells of it too.
+    The exit code reports it too.
     """
     node, participant = live(
         {'record.enabled': True, 'record.compression': 'none', 'time.factor': 20.0},
@@ -232,7 +232,7 @@ def test_a_bag_that_cannot_be_written_is_an_error_and_the_node_flies_on(live):
 
 
 @pytest.mark.long
-def test_lateness_is_told_each_second_and_at_the_end(live):
+def test_lateness_is_reported_each_second_and_at_the_end(live):
     """Percentiles and a histogram of all ticks with deadlines, on /diagnostics and as a line."""
     node, participant = live({'publish.rate': 100.0})
     until = health(participant)

@@ -1,4 +1,4 @@
-"""A node that is told to end, by someone impatient."""
+"""A node that is asked to end, by someone impatient."""
 
 import os
 import signal
@@ -14,7 +14,7 @@ from satdyn_ros.bag.verify import verify
 
 @pytest.mark.long
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-def test_a_bag_is_complete_however_often_its_node_is_told_to_end(tmp_path, number):
+def test_a_bag_is_complete_however_often_its_node_is_asked_to_end(tmp_path, number):
     """With a signal each millisecond until the process has ended."""
     node = LiveNode(
         tmp_path,
@@ -33,7 +33,7 @@ def test_a_bag_is_complete_however_often_its_node_is_told_to_end(tmp_path, numbe
     assert 'Traceback' not in errors
 
 
-# A node that is told to end before its first line, when it has published.
+# A node that is asked to end before its first line, when it has published.
 EARLY = """
 import os, signal, sys, time, warnings
 from satdyn_ros.ros import node, start

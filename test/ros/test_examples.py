@@ -48,7 +48,7 @@ def test_the_requests_are_answered_and_done(live, tmp_path):
 
 
 def test_the_inputs_act(live):
-    """The example torques turn the body and the rotor from a tick on, and the dipole is told."""
+    """The example torques turn the body and the rotor from a tick on; the dipole is reported."""
     _, participant = live(
         MOTOR
         | {'publish.topics': ['angular_velocity', 'rotor', 'thruster'], 'torque.timeout': 0.0}
@@ -57,7 +57,7 @@ def test_the_inputs_act(live):
         | {'thruster.pp.specific_impulse': 60.0}
     )
     rates, rotors = participant.listen('angular_velocity'), participant.listen('rotor')
-    told, thrusters = participant.listen('diagnostics'), participant.listen('thruster')
+    reports, thrusters = participant.listen('diagnostics'), participant.listen('thruster')
     participant.hear(rates, 5)
     given = examples.load(examples.ROOT / 'topics' / 'rotor_command.yaml').values['effort'][0]
     acts = {
@@ -66,7 +66,7 @@ def test_the_inputs_act(live):
         'thruster_command': lambda: thrusters[-1].position[0] > 0.0,
         'magnetorquer_command': lambda: any(
             (pair.key, pair.value) == ('dipole that acts [A m^2]', '(0.0, 0.0, 0.1)')
-            for report in told
+            for report in reports
             for status in report.status
             for pair in status.values
         ),

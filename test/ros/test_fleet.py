@@ -96,11 +96,11 @@ def test_every_satellite_of_a_file_flies(fleet, tmp_path):
         answer = beside[0].call(GetParameters, '/mysat/get_parameters', request)
         assert answer.values[0].string_value == 'base_link'
 
-        def told():
+        def reported():
             return {s.name.split(': ')[0] for report in reports for s in report.status}
 
         beside[0].wait_until(
-            lambda: told() >= {'sat1/satdyn', 'sat2/satdyn', 'mysat'}, 'a report of each'
+            lambda: reported() >= {'sat1/satdyn', 'sat2/satdyn', 'mysat'}, 'a report of each'
         )
     finally:
         for participant in beside:
@@ -152,8 +152,8 @@ def test_a_satellite_that_is_named_flies_alone(fleet, tmp_path, namespace, argum
     _, errors = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 0
     # Who gives one section has the others for other nodes.
-    told = '/sat2/satdyn does not use the section /sat1/satdyn' in errors
-    assert told == ('--section' not in arguments)
+    reported = '/sat2/satdyn does not use the section /sat1/satdyn' in errors
+    assert reported == ('--section' not in arguments)
     (bag,) = (tmp_path / 'bags').glob('satdyn_*')
     assert verify(bag).same_bytes
 
@@ -190,7 +190,7 @@ def test_several_of_a_file_are_chosen(fleet):
 
 
 def test_one_that_fails_ends_alone(tmp_path):
-    """It leaves the graph with its bag complete; the other flies on; the exit code tells."""
+    """It leaves the graph with its bag complete; the other flies on; the exit code says so."""
     write(tmp_path, {'a/satdyn': '{}', 'b/satdyn': '{}'})
     process = subprocess.Popen(
         [sys.executable, '-c', BROKEN],

@@ -136,7 +136,7 @@ def test_what_would_take_forever_is_refused_or_dropped(live, tmp_path):
 
 
 @pytest.mark.long
-def test_a_run_that_halts_says_so_and_ends_when_told(live):
+def test_a_run_that_halts_says_so_and_ends_when_asked(live):
     """At the last stamp of ROS: ERROR in the diagnostics, services answer, a signal ends it."""
     node, participant = live({'time.epoch_ns': LAST_STAMP_NS - 5 * 10**7})
     until = health(participant)
@@ -171,7 +171,7 @@ def spin_up(participant, torque):
 
 
 def last_tick_ns(report):
-    """Return the stamp of the last tick that a report tells of [ns]."""
+    """Return the stamp of the last tick that a report has [ns]."""
     return EPOCH_NS + int(values(report['pacing'])['tick']) * 10**7
 
 

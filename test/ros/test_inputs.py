@@ -105,7 +105,7 @@ def test_a_controller_and_a_disturbance_act_together(live, tmp_path):
     """
     Two publishers on topics of their own: what acts is the sum, and each ends by itself.
 
-    Diagnostics and bag tell them apart, the live page hears both, and the bag verifies.
+    Diagnostics and bag distinguish them, the live page hears both, and the bag verifies.
     """
     node, participant = live(
         FREE
@@ -131,13 +131,13 @@ def test_a_controller_and_a_disturbance_act_together(live, tmp_path):
     assert came_in['torque/drag'].wrench.torque.y == -8.0
     page.close()
 
-    def told(report):
+    def reported(report):
         texts = values(report['inputs'])
         return [texts[f'{name} that acts [N m]'] for name in ('torque', *sorted(topics))]
 
     both = ['(5.0, -8.0, 3.0)', '(5.0, 0.0, 0.0)', '(0.0, -8.0, 3.0)']
-    until(node.namespace, lambda report: told(report) == both)
-    until(node.namespace, lambda report: told(report) == 3 * ['(0.0, 0.0, 0.0)'])
+    until(node.namespace, lambda report: reported(report) == both)
+    until(node.namespace, lambda report: reported(report) == 3 * ['(0.0, 0.0, 0.0)'])
     assert node.end()[0] == 0
 
     (directory,) = tmp_path.glob('satdyn_*_*')
@@ -176,7 +176,7 @@ def test_what_cannot_be_a_torque_is_refused_and_changes_nothing(live):
 
 def test_a_dipole_is_cut_held_and_recorded(live, tmp_path):
     """
-    The diagnostics tell what acts and what was cut; the bag has what was sent, and verifies.
+    The diagnostics say what acts and what was cut; the bag has what was sent, and verifies.
 
     Another frame and a number that is not finite are refused, in one sentence each.
     """
@@ -198,13 +198,13 @@ def test_a_dipole_is_cut_held_and_recorded(live, tmp_path):
         message.vector.x, message.vector.y, message.vector.z = dipole
         publisher.publish(message)
 
-    def told(report):
+    def reported(report):
         texts = values(report['inputs'])
         names = 'dipole that acts [A m^2]', 'cut to max_dipole', 'accepted', 'refused'
         return [texts[name] for name in names]
 
-    until(node.namespace, lambda report: told(report) == ['(0.2, -0.1, 0.0)', '1', '1', '2'])
-    until(node.namespace, lambda report: told(report) == ['(0.0, 0.0, 0.0)', '1', '1', '2'])
+    until(node.namespace, lambda report: reported(report) == ['(0.2, -0.1, 0.0)', '1', '1', '2'])
+    until(node.namespace, lambda report: reported(report) == ['(0.0, 0.0, 0.0)', '1', '1', '2'])
     code, errors = node.end()
     assert code == 0
     for sentence in (

@@ -34,8 +34,8 @@ def test_the_histogram_counts_decades():
     assert 'at most 11 s; 3 up to 1 us, ' in str(lateness)
 
 
-def told(rate_hz, seconds):
-    """Return what a pace tells, by the second; seconds: factor, ticks and late ticks of each."""
+def reported(rate_hz, seconds):
+    """Return what a pace reports, by the second; seconds: factor, ticks and late ticks of each."""
     pace, sentences = Pace(rate_hz), {}
     for second, (factor, ticks, late) in enumerate(seconds, 1):
         sentence = pace.take(factor, ticks, Punctuality(late_ticks=late), 1.0)
@@ -45,25 +45,25 @@ def told(rate_hz, seconds):
 
 
 @pytest.mark.parametrize('begin', range(1, 10))
-def test_a_factor_that_is_not_reached_is_told_once(begin):
+def test_a_factor_that_is_not_reached_is_reported_once(begin):
     """Within ten seconds, wherever it begins."""
-    ((second, _),) = told(100.0, [(2.0, 200, 0)] * begin + [(2.0, 100, 100)] * 30).items()
+    ((second, _),) = reported(100.0, [(2.0, 200, 0)] * begin + [(2.0, 100, 100)] * 30).items()
     assert begin < second <= begin + 10
 
 
-def test_the_factor_that_is_reached_is_told():
+def test_the_factor_that_is_reached_is_reported():
     """A hundred ticks of 100 Hz a second are a factor of 1."""
-    (sentence,) = told(100.0, [(2.0, 100, 100)] * 30).values()
+    (sentence,) = reported(100.0, [(2.0, 100, 100)] * 30).values()
     assert sentence == (
         'the factor reached is 1 and time.factor is 2: of 400 ticks in 4.0 s 400 came late'
     )
 
 
-def test_each_time_that_a_factor_is_missed_is_told():
-    """It is told again after it was reached, and where another one is asked for."""
+def test_each_time_that_a_factor_is_missed_is_reported():
+    """It is reported again after it was reached, and where another one is asked for."""
     kept, missed, other = (1.0, 100, 0), (1.0, 50, 50), (3.0, 50, 50)
-    assert len(told(100.0, [missed] * 20 + [kept] * 10 + [missed] * 20)) == 2
-    assert len(told(100.0, [missed] * 20 + [other] * 20)) == 2
+    assert len(reported(100.0, [missed] * 20 + [kept] * 10 + [missed] * 20)) == 2
+    assert len(reported(100.0, [missed] * 20 + [other] * 20)) == 2
 
 
 @pytest.mark.parametrize(
@@ -77,6 +77,6 @@ def test_each_time_that_a_factor_is_missed_is_told():
     ],
     ids=['late, but as many as are due', 'pauses', 'none is asked for', 'slow', 'slower'],
 )
-def test_a_factor_that_is_reached_is_not_told(seconds):
+def test_a_factor_that_is_reached_is_not_reported(seconds):
     """Nor one that nobody asked for, or of which a pause takes a part."""
-    assert told(100.0, seconds) == {}
+    assert reported(100.0, seconds) == {}

@@ -72,7 +72,7 @@ def test_the_launch_files_are_understood_without_ros():
 
 
 def test_a_node_alone_where_nothing_is_given():
-    """Its file is all that it is told."""
+    """Its file is all that it is given."""
     assert started() == [
         (
             'Node',
@@ -145,7 +145,7 @@ def test_arguments_take_the_place_of_what_the_file_says():
 
 
 @pytest.mark.parametrize(
-    ('rate', 'told'),
+    ('rate', 'shown'),
     [
         ('-5', '-5.0'),
         ('0', '0.0'),
@@ -155,13 +155,13 @@ def test_arguments_take_the_place_of_what_the_file_says():
         ('abc', "'abc'"),
     ],
 )
-def test_a_rate_that_is_not_allowed_is_refused(rate, told):
+def test_a_rate_that_is_not_allowed_is_refused(rate, shown):
     """By the sentence that the key has, before anything starts."""
     with pytest.raises(ValueError) as refused:
         started(rate=rate)
     allowed = KEYS['publish.rate'].allowed
     assert allowed.startswith('a number above 0')
-    assert str(refused.value) == f'publish.rate is {told}; it must be {allowed}'
+    assert str(refused.value) == f'publish.rate is {shown}; it must be {allowed}'
 
 
 def test_the_rate_given_is_the_one_that_is_judged(file):

@@ -125,7 +125,7 @@ def test_what_fails_leaves_the_node_unconfigured(live, tmp_path):
 
 
 def test_transitions_that_are_not_to_be_had_are_answered(live):
-    """By their ids too; the node goes on to tell which there are."""
+    """By their ids too; the node goes on to say which there are."""
     _, participant = managed(live, {})
     for transition in (
         Transition(id=Transition.TRANSITION_ACTIVATE),

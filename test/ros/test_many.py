@@ -15,7 +15,7 @@ RATE_HZ = 10
 
 
 def values(i):
-    """Return the parameters of satellite i: its own frames and its own place on the orbit."""
+    """Return the parameters of satellite i: its own frames and its own position on the orbit."""
     return {
         'time.epoch_ns': EPOCH_NS,
         'publish.rate': float(RATE_HZ),
@@ -41,8 +41,8 @@ def test_eight_nodes_side_by_side_keep_apart(live):
         assert all(as_alone) == (i != 3)
     for node, _ in begun:
         code, errors = node.end()
-        told = [line for line in errors.splitlines() if not line.startswith('[INFO] ')]
-        assert (code, told) == (0, [])
+        unexpected = [line for line in errors.splitlines() if not line.startswith('[INFO] ')]
+        assert (code, unexpected) == (0, [])
 
 
 def test_nodes_composed_in_one_process(tmp_path):

@@ -1,4 +1,4 @@
-"""What is told where Fast DDS finds a node and cannot reach it."""
+"""What is reported where Fast DDS finds a node and cannot reach it."""
 
 import os
 
@@ -26,7 +26,7 @@ def test_another_user_is_named(shared, monkeypatch):
     assert f'processes of {shared.owner()} on this machine' in sentence
 
 
-def test_nothing_is_told_where_that_is_not_the_cause(shared, monkeypatch):
+def test_nothing_is_reported_where_that_is_not_the_cause(shared, monkeypatch):
     """With other transports, another implementation of DDS, or another program's files."""
     monkeypatch.setattr(os, 'geteuid', lambda: 54321)
     with monkeypatch.context() as other:

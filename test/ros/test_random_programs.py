@@ -33,7 +33,7 @@ class Pilot:
     Two participants who ask a node without waiting for each other; all they do is drawn.
 
     answers: not yet come: who asked, the future, what was asked, and whether it is to succeed.
-    told: what was done, for whoever reads why a program failed.
+    log: what was done, for whoever reads why a program failed.
     """
 
     def __init__(self, draw, node, participant):
@@ -43,7 +43,7 @@ class Pilot:
         self.is_paused = False
         self.bags: list[str] = []
         self.answers: list[tuple] = []
-        self.told: list[str] = []
+        self.log: list[str] = []
         self.begin_s = time.monotonic()
         self.clients = [
             {
@@ -67,7 +67,7 @@ class Pilot:
 
     def __str__(self):
         """Return the scenario that was given and what was done."""
-        return '\n'.join([str(Program(self.given, 0, [])), *self.told])
+        return '\n'.join([str(Program(self.given, 0, [])), *self.log])
 
     def close(self):
         """Leave; the other participant belongs to the test."""
@@ -77,15 +77,15 @@ class Pilot:
 
     def ask(self, name, succeeds=True, who=0, **fields):
         """Ask, without waiting for the answer."""
-        self.tell(f'{name} {fields or ""}' + ('' if succeeds else ', to be refused'))
+        self.note(f'{name} {fields or ""}' + ('' if succeeds else ', to be refused'))
         if 'parameters' in fields:
             fields['parameters'] = parameter_messages(fields['parameters'])
         future = self.clients[who][name].call_async(SERVICES[name].Request(**fields))
         self.answers.append((self.participants[who], future, name, succeeds))
 
-    def tell(self, what):
+    def note(self, what):
         """Keep what was done, and when."""
-        self.told.append(f'{time.monotonic() - self.begin_s:7.3f} s: {what}')
+        self.log.append(f'{time.monotonic() - self.begin_s:7.3f} s: {what}')
 
     def settle(self):
         """Wait for all answers, and assert that they are as they should be."""
@@ -100,7 +100,7 @@ class Pilot:
                     done, sentence = answer.result.successful, answer.result.reason
                 case _:
                     done, sentence = answer.success, answer.message
-            self.tell(f'    {name}: {done} {sentence}')
+            self.note(f'    {name}: {done} {sentence}')
             assert done == succeeds, f'{name}: {sentence}'
             if name == 'record' and sentence.startswith('recording '):
                 self.bags.append(sentence.removeprefix('recording '))
@@ -132,7 +132,7 @@ class Pilot:
             torque = self.draw.torque(self.conditions, 3.0 * self.conditions['time.factor'])
             message.wrench.torque.x, message.wrench.torque.y, message.wrench.torque.z = torque
             topic = self.draw.choice(list(self.torque))
-            self.tell(f'{topic} {torque}')
+            self.note(f'{topic} {torque}')
             self.torque[topic].publish(message)
 
     def commands(self):
@@ -142,7 +142,7 @@ class Pilot:
             self.publish_command(self.draw.command(motors, self.conditions))
 
     def publish_command(self, command):
-        self.tell(f'command {command}')
+        self.note(f'command {command}')
         self.command.publish(JointState(name=list(command), effort=list(command.values())))
 
     def limits(self):

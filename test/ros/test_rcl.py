@@ -85,7 +85,7 @@ def with_value(given):
     return f'/**:\n  ros__parameters:\n    key: {given}\n    last: 1\n'
 
 
-def told_apart(parameters):
+def with_types(parameters):
     """Return values that differ by their types too, and nan that is itself."""
     return {name: repr(value) for name, value in parameters.items()}
 
@@ -96,7 +96,7 @@ def test_a_word_is_what_it_is_to_rcl(bare, given):
     parameters, _ = bare([with_value(given)])
     assert parameters['last'] == 1
     ours = rcl_yaml.sections([(with_value(given), 'ours')])['/**']
-    assert told_apart(ours) == told_apart(parameters)
+    assert with_types(ours) == with_types(parameters)
 
 
 REFUSED_BY_BOTH = {

@@ -66,7 +66,7 @@ def test_what_the_system_allows_is_in_force():
 
 
 @pytest.mark.long
-def test_what_the_system_refuses_is_told_with_the_remedy():
+def test_what_the_system_refuses_is_reported_with_the_remedy():
     """One sentence each; everything goes on as without."""
     absent = {**WANTED, 'realtime.cpu': 4095}
     memory, cpu, priority, thread, process, locked = asked(absent, NOBODY)
@@ -141,7 +141,7 @@ def test_pythons_own_collection_is_left_alone():
 
 def test_what_was_there_before_the_ticks_is_never_scanned(collections):
     """However soon they begin: to scan the modules of a node takes longer than many ticks."""
-    silent = SimpleNamespace(publish=lambda row: None, published=lambda *told: None)
+    silent = SimpleNamespace(publish=lambda row: None, published=lambda *_: None)
     silent.prepare = lambda applied, samples: silent
     pacing = Pacing(Simulation(Scenario({'publish.rate': 50.0})), silent, 0.0, print)
     pacing.start()

@@ -1,4 +1,4 @@
-"""The thread that records: what ends it is told, and what can still be written is."""
+"""The thread that records: what ends it is reported, and what can still be written is."""
 
 import subprocess
 import sys
@@ -20,12 +20,13 @@ SCENARIO = GYROSTAT.with_values({'publish.topics': ('attitude',)})
 
 @pytest.fixture
 def begin(tmp_path):
-    """Return a function that opens a recorder, and the sentences that it tells."""
-    told: list[str] = []
+    """Return a function that opens a recorder, and the sentences that it reports."""
+    reported: list[str] = []
 
     def open_recorder(scenario=SCENARIO):
         scenario = scenario.with_values({'record.directory': str(tmp_path)})
-        return Recorder(scenario, SCENARIO.topics, lambda name: f'/{name}', told.append), told
+        recorder = Recorder(scenario, SCENARIO.topics, lambda name: f'/{name}', reported.append)
+        return recorder, reported
 
     return open_recorder
 
@@ -39,21 +40,21 @@ def put(recorder, simulation, count):
 
 def test_topics_may_change_before_the_first_sample(begin):
     """The bag was opened with the topics of before: it takes those that come, and is true."""
-    recorder, told = begin()
+    recorder, reported = begin()
     simulation = Simulation(
         SCENARIO, [Topics(0, ('imu', 'rotor')), torque_command(4, (0.1, 0.0, 0.0))]
     )
     for _ in range(3):
         put(recorder, simulation, 4)
     recorder.close()
-    assert (recorder.failure, told) == (None, [])
+    assert (recorder.failure, reported) == (None, [])
     assert {topic for topic, _, _ in sequence(recorder.directory)} == {'/imu', '/rotor', '/torque'}
     assert verify(recorder.directory).same_bytes
 
 
 def test_any_error_ends_a_recording_in_the_open(begin, monkeypatch):
-    """It is told once, at once; the bag is completed with what was written before."""
-    recorder, told = begin()
+    """It is reported once, at once; the bag is completed with what was written before."""
+    recorder, reported = begin()
     simulation = Simulation(SCENARIO)
     put(recorder, simulation, 5)
     write, broken = Recording.samples, []
@@ -68,7 +69,7 @@ def test_any_error_ends_a_recording_in_the_open(begin, monkeypatch):
     for count in (7, 3, 7):
         put(recorder, simulation, count)
     recorder.close()
-    (sentence,) = told
+    (sentence,) = reported
     assert recorder.failure == sentence
     assert sentence == f"the recording of {recorder.directory} has ended: KeyError('imu')"
     assert len(broken) == 1
@@ -78,7 +79,7 @@ def test_any_error_ends_a_recording_in_the_open(begin, monkeypatch):
 
 def test_what_the_bag_holds_is_compared_with_what_was_given(begin, monkeypatch):
     """A recording that leaves out ticks in silence is found when it is closed."""
-    recorder, told = begin()
+    recorder, reported = begin()
     write = Recording.samples
 
     def samples(self, stamps_ns, rows, snapshot):
@@ -88,7 +89,7 @@ def test_what_the_bag_holds_is_compared_with_what_was_given(begin, monkeypatch):
     monkeypatch.setattr(Recording, 'samples', samples)
     put(recorder, Simulation(SCENARIO), 5)
     recorder.close()
-    assert told == [recorder.failure]
+    assert reported == [recorder.failure]
     assert recorder.failure == (
         f'{recorder.directory} holds 4 messages of attitude; 5 were to be recorded'
     )
@@ -96,13 +97,13 @@ def test_what_the_bag_holds_is_compared_with_what_was_given(begin, monkeypatch):
 
 def test_after_its_end_nothing_is_recorded(begin):
     """A tick that is published while the bag is being closed is in no account."""
-    recorder, told = begin()
+    recorder, reported = begin()
     simulation = Simulation(SCENARIO)
     put(recorder, simulation, 5)
     recorder.close()
     put(recorder, simulation, 5)
     recorder.close()
-    assert told == []
+    assert reported == []
     assert len(sequence(recorder.directory)) == 5
 
 

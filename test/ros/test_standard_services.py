@@ -33,14 +33,14 @@ def test_features_are_those_that_answer(live):
     found = call(participant, srv.GetEntitiesStates, 'get_entities_states', filters=filters)
     assert list(found.entities) == ['satdyn']
     (state,) = found.states
-    place = state.pose.position
+    position = state.pose.position
     for kind, radius, code, names in (
         (msg.Bounds.TYPE_SPHERE, 1e6, RESULT.RESULT_OK, ['satdyn']),
         (msg.Bounds.TYPE_SPHERE, 1.0, RESULT.RESULT_OK, []),
         (msg.Bounds.TYPE_BOX, 1e6, RESULT.RESULT_FEATURE_UNSUPPORTED, []),
     ):
         # Beside it by a thousand times what it travels while this is asked.
-        points = [Vector3(x=place.x, y=place.y, z=place.z + 5e5), Vector3(x=radius)]
+        points = [Vector3(x=position.x, y=position.y, z=position.z + 5e5), Vector3(x=radius)]
         filters = msg.EntityFilters(bounds=msg.Bounds(type=kind, points=points))
         found = call(participant, srv.GetEntities, 'get_entities', filters=filters)
         assert (found.result.result, list(found.entities)) == (code, names)
@@ -203,8 +203,8 @@ def test_the_action_tells_of_each_step_and_can_be_cancelled(live):
     goal, feedback = begin(7)
     assert end(goal) == (GoalStatus.STATUS_SUCCEEDED, RESULT.RESULT_OK, '')
     participant.wait_until(lambda: len(feedback) == 7)
-    told = [(message.completed_steps, message.remaining_steps) for message in feedback]
-    assert told == [(n, 7 - n) for n in range(1, 8)]
+    counts = [(message.completed_steps, message.remaining_steps) for message in feedback]
+    assert counts == [(n, 7 - n) for n in range(1, 8)]
     participant.wait_until(lambda: stamp_ns(heard[-1]) == last_ns + 7 * 20_000_000)
 
     goal, feedback = begin(10**9)

@@ -38,9 +38,9 @@ def on_times(**given):
 
 def test_a_pulse_has_its_impulse_and_is_recorded(live, tmp_path):
     """
-    What turns the body, what is published and what the bag tells are thrust times on-time.
+    What turns the body, what is published and what the bag holds are thrust times on-time.
 
-    A pulse outlasts torque.timeout, and one that is too short is told in the diagnostics.
+    A pulse outlasts torque.timeout, and one that is too short is counted in the diagnostics.
     """
     node, participant = live(PAIR | {'record.enabled': True})
     publisher = matched(participant, JointTrajectory, 'thruster_command')

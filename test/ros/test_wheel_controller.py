@@ -98,9 +98,9 @@ def test_says_when_a_wheel_saturates(limit, value, said, live, tmp_path):
     weak = tmp_path / 'weak.yaml'
     weak.write_text(yaml.safe_dump({'/**': {'ros__parameters': values}}))
     arguments = ('--timeout', '10', '--ros-args', '-r', f'__ns:={node.namespace}')
-    code, told = run(weak, *arguments)
+    code, output = run(weak, *arguments)
     assert code == 1
-    assert said in told
+    assert said in output
 
 
 @pytest.mark.parametrize('names', [[], ['rw_x', 'rw_y']])

@@ -102,7 +102,7 @@ def test_one_is_chosen_beside_the_parameter_file(fleet, tmp_path, word):
 
 
 def test_names_are_chosen_by_a_pattern(fleet, tmp_path):
-    """In either case; names that are the same in a namespace get what tells them apart."""
+    """In either case; names that are the same in a namespace get what distinguishes them."""
     sets = tmp_path / 'gp.json'
     named = ['a b', 'A-B', 'a b', '7', '']
     sets.write_text(

@@ -139,7 +139,7 @@ def test_without_truth_a_sample_has_what_is_known_on_board():
         (3,),
     )
     with pytest.raises(
-        AttributeError, match='omega_bi_b is not known on board; a class that says'
+        AttributeError, match='omega_bi_b is not known on board; a class with needs_truth'
     ):
         _ = last.omega_bi_b
 

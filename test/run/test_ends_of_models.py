@@ -67,7 +67,7 @@ def test_a_longer_run_has_the_ticks_before_the_end(tmp_path):
 
 
 def test_a_closed_form_ends_with_the_ephemeris_of_its_orbit():
-    """A body of equal moments turns freely, and yet has no place after the last row."""
+    """A body of equal moments turns freely, and yet has no position after the last row."""
     scenario = Scenario(
         {
             'orbit.type': 'oem',

@@ -75,7 +75,7 @@ def reached(name):
     # values of the reference are met to the last bit, the others miss by up to 3e-6.
     if name == 'drag_msis':
         return 3e-7
-    # Of eight plates, one may turn out of the flow and back within a step, which no sign tells.
+    # Of eight plates, one may turn out of the flow and back within a step, which no sign shows.
     many_plates = name == 'all_two_wheels'
     return CASES[name]['bound' if many_plates else 'bound_corners_located']
 

@@ -56,7 +56,7 @@ def test_an_instant_is_taken_by_its_decimals(text, tick):
         (', until_tick: null', 2.0, None),
     ],
 )
-def test_a_torque_ends_as_in_the_node_unless_told(until, timeout_s, tick):
+def test_a_torque_ends_as_in_the_node_unless_given(until, timeout_s, tick):
     """By default torque.timeout applies, 0: never; until_* overrides it, null: never."""
     scenario = MOTOR.with_values({'torque.timeout': timeout_s})
     text = f'- {{at_s: 1, torque: [1, 0, 0]{until}}}'
@@ -71,8 +71,8 @@ def test_a_torque_with_a_name_is_an_event_of_its_own():
         torque_command(10, (0.0, 0.0, 1.0), 30, 'torque/drag'),
         torque_command(10, (1.0, 0.0, 0.0), 30, 'torque/control'),
     ]
-    told = [*read, Timeout(30, 'torque/drag')]
-    assert events.from_yaml_text(events.to_yaml(told), NAMED) == told
+    given = [*read, Timeout(30, 'torque/drag')]
+    assert events.from_yaml_text(events.to_yaml(given), NAMED) == given
 
 
 def test_nested_keys_of_a_request_are_dotted():
@@ -98,20 +98,20 @@ def test_nested_keys_of_a_request_are_dotted():
         ('at_s: 2.02, reset: true', None),
     ],
 )
-def test_a_pulse_of_another_length_than_its_times_say_is_told(entry, lengths, caplog):
+def test_a_pulse_of_another_length_than_its_times_say_is_reported(entry, lengths, caplog):
     """At 10 Hz, by hand: both ends move up to a tenth; a warning has both lengths, or is none."""
     events.from_yaml_text(f'- {{tick: 0, reset: true}}\n- {{{entry}}}', MOTOR)
-    told = [record.getMessage() for record in caplog.records]
+    logged = [record.getMessage() for record in caplog.records]
     if lengths is None:
-        assert told == []
+        assert logged == []
     else:
         asked, acts = lengths
-        (sentence,) = told
+        (sentence,) = logged
         assert sentence.startswith('events, event 2: from ')
         assert sentence.endswith(f' it is {asked}; in whole ticks of 10 Hz it acts for {acts}')
 
 
-def test_a_timeout_between_ticks_is_told_once(caplog):
+def test_a_timeout_between_ticks_is_reported_once(caplog):
     """Every torque without an end is held for it: 0.25 s are three ticks of 10 Hz."""
     scenario = MOTOR.with_values({'torque.timeout': 0.25})
     text = '- {at_s: 1, torque: [1, 0, 0]}\n- {at_s: 2, rotor_torque: 1.0}'
@@ -220,8 +220,8 @@ def test_a_dipole_takes_a_magnetorquer():
     """What is given is written as it was read, and needs a torquer along one axis at least."""
     read = events.from_yaml_text('- {at_s: 1, magnetorquer: [0, 0.5, 0], until_s: 3}', MOTOR)
     assert read == [dipole_command(10, (0.0, 0.5, 0.0), 30)]
-    told = [*read, Timeout(30, 'magnetorquer_command')]
-    assert events.from_yaml_text(events.to_yaml(told), MOTOR) == told
+    given = [*read, Timeout(30, 'magnetorquer_command')]
+    assert events.from_yaml_text(events.to_yaml(given), MOTOR) == given
     with pytest.raises(ValueError, match=r'magnetorquer\.max_dipole is 0 along all axes'):
         events.from_yaml_text('- {tick: 3, magnetorquer: [0, 0, 1]}', Scenario())
 

@@ -33,10 +33,10 @@ def test_reference(name):
 
 
 def test_the_order_of_the_parts_is_of_no_matter(monkeypatch):
-    """With the parts of the variables in other places all cases are met as before."""
-    *inner, work, place = variables.ORDER
+    """With the parts of the variables in other orders all cases are met as before."""
+    *inner, work, anomaly = variables.ORDER
     monkeypatch.setattr(step_code, '_known', {})
-    for order in ((place, work, *reversed(inner)), (*inner[2:], work, place, *inner[:2])):
+    for order in ((anomaly, work, *reversed(inner)), (*inner[2:], work, anomaly, *inner[:2])):
         step_code._known.clear()
         monkeypatch.setattr(variables, 'ORDER', order)
         for raw in (*CASES.values(), cases('hysteresis.json')['rods_magnet_3u']):

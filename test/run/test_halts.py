@@ -92,9 +92,9 @@ def test_a_request_that_loses_its_closed_form_halts_until_the_next(monkeypatch):
 def test_given_halts_and_drops_happen_only_where_they_are_true():
     """An events file cannot make a run drop a torque or halt."""
     lies = [TorquesDropped(3), torque_command(5, (0.1, 0.0, 0.0)), TorquesDropped(6), Halt(7)]
-    happened, told = run(SCENARIO, lies, 30)
+    happened, rates = run(SCENARIO, lies, 30)
     assert happened == [torque_command(5, (0.1, 0.0, 0.0))]
-    np.testing.assert_array_equal(told, run(SCENARIO, lies[1:2], 30)[1])
+    np.testing.assert_array_equal(rates, run(SCENARIO, lies[1:2], 30)[1])
     calm = Request(9, {'initial.angular_velocity': [0.0, 0.0, 0.0]})
     truth = [torque_command(5, TOO_STRONG), TorquesDropped(6), Request(8, WILD), Halt(9), calm]
     assert run(SCENARIO, truth, 30)[0] == truth
@@ -145,7 +145,7 @@ def test_a_start_that_begins_no_motion_is_refused(values, tmp_path):
 
 
 @pytest.mark.parametrize('rest', [(), (torque_command(10, (0.0, 0.0, 0.0)),), (Reset(10),)])
-def test_a_torque_dropped_where_something_ends_is_told_once(rest, tmp_path):
+def test_a_torque_dropped_where_something_ends_is_reported_once(rest, tmp_path):
     """It times out at the tick that it does not reach; whatever acts there, the bag is true."""
     cubesat = Scenario.from_yaml(CONFIG / 'cubesat.yaml').with_values({'publish.rate': 1.0})
     events = [torque_command(9, (1e6, 0.0, 0.0), until_tick=10), *rest]
@@ -165,7 +165,7 @@ def test_what_came_at_the_tick_of_a_halt_is_shown(tmp_path):
     assert history(tmp_path / 'bag').ticks == 8
 
 
-def test_what_is_told_to_follow_and_does_not_is_said(tmp_path):
+def test_what_is_announced_and_does_not_follow_is_reported(tmp_path):
     """The run of an events file is complete, and its timeouts and halts are compared with it."""
     truth: list[Event] = [torque_command(5, (0.1, 0.0, 0.0), until_tick=9), Timeout(9, 'torque')]
     list(simulate(SCENARIO, 0.2, tmp_path / 'true', truth))
@@ -177,7 +177,7 @@ def test_what_is_told_to_follow_and_does_not_is_said(tmp_path):
 
 @pytest.mark.long
 def test_bags_of_drops_and_halts_prove_themselves(tmp_path):
-    """The bag ends where the run halts, tells of what happened, and is run again to the byte."""
+    """The bag ends where the run halts, has what happened, and is run again to the byte."""
     events: list[Event] = [
         torque_command(5, TOO_STRONG),
         torque_command(20, (0.1, 0.0, 0.0)),
@@ -185,9 +185,9 @@ def test_bags_of_drops_and_halts_prove_themselves(tmp_path):
     ]
     with pytest.raises(RunHalted, match=r'the propagation came to a halt at .* has 31 ticks'):
         list(simulate(SCENARIO, 10, tmp_path / 'bag', events))
-    told = RecordedRun(tmp_path / 'bag').events
+    recorded = RecordedRun(tmp_path / 'bag').events
     # After its timeout a torque has ended, the dropped one has none.
-    assert [type(event) for event in told] == [
+    assert [type(event) for event in recorded] == [
         Command,
         TorquesDropped,
         Command,

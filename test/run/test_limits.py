@@ -87,7 +87,7 @@ def test_a_rotor_stays_at_max_speed_as_long_as_it_is_commanded(sign):
     """
     It reaches the limit between ticks, and stays there by the torque that friction takes.
 
-    That is told once, at the first tick after it; when the torque times out the rotor slows.
+    That is reported once, at the first tick after it; when the torque times out the rotor slows.
     """
     applied, speeds, torques = run(
         [motor_command(0, {'a': sign * 0.01, 'b': sign * 1e-3}, until_tick=150)]
@@ -184,14 +184,14 @@ def test_a_body_that_moves_a_rotor_beyond_its_limit_is_not_helped():
 @pytest.mark.parametrize('rules', [0, 1, 2])
 def test_by_earlier_rules_a_limit_of_speed_acts_where_the_bag_tells_it(rules):
     """It drops the torque at its tick after all else, and nothing else limits the speed."""
-    first, told = motor_command(0, {'a': 0.01, 'b': 0.02}), RotorLimited(80, 'a', FAST)
-    events: list[Event] = [first, RotorLimited(0, 'b', CUT), told, motor_command(80, {'a': 0.005})]
+    first, met = motor_command(0, {'a': 0.01, 'b': 0.02}), RotorLimited(80, 'a', FAST)
+    events: list[Event] = [first, RotorLimited(0, 'b', CUT), met, motor_command(80, {'a': 0.005})]
     simulation, applied, torques = Simulation(SCENARIO, events, rules), list[Event](), []
     while simulation.next_tick < 200:
         happened, samples = simulation.advance(200 - simulation.next_tick)
         applied += happened
         torques += [samples.system.rotor_torque] * len(samples)
-    assert applied == [first, RotorLimited(0, 'b', CUT), motor_command(80, {'a': 0.005}), told]
+    assert applied == [first, RotorLimited(0, 'b', CUT), motor_command(80, {'a': 0.005}), met]
     assert [tuple(torque) for torque in torques] == [(0.01, 0.01)] * 80 + [(0.0, 0.01)] * 120
     assert min(simulation.state.rotor_speed) > 5.0
 
@@ -237,7 +237,7 @@ def test_limits_are_the_same_from_any_tick_on():
     """
     A snapshot holds what limits depend on: resumed anywhere, the run goes on with the same bits.
 
-    Also at and beside the ticks where a torque is cut or a limit told.
+    Also at and beside the ticks where a torque is cut or a limit reported.
     """
     whole, speeds, torques = run(EVENTS)
     begins = {tick + by for tick in {event.tick for event in limits(whole)} for by in (-1, 0, 1)}
@@ -277,10 +277,10 @@ def test_a_limit_at_every_tick_ends_no_chunk(tmp_path):
     statistics = summary(next(bag.glob('*.mcap'))).statistics
     assert statistics is not None
     assert statistics.chunk_count == 1
-    told = RecordedRun(bag).events
+    reported = RecordedRun(bag).events
     cut = [RotorLimited(tick, 'a', CUT) for tick in range(1, 300)]
-    assert sorted(told, key=str) == sorted([*commands, *cut], key=str)
-    assert [event.tick for event in told] == sorted(event.tick for event in told)
+    assert sorted(reported, key=str) == sorted([*commands, *cut], key=str)
+    assert [event.tick for event in reported] == sorted(event.tick for event in reported)
     assert verify(bag).same_bytes
 
 
@@ -301,8 +301,8 @@ def test_a_writer_that_dies_between_a_limit_and_its_command_leaves_a_true_bag(tm
     file.write_bytes(file.read_bytes()[: last_chunk.start])
     (bag / 'metadata.yaml').unlink()
     recover(bag)
-    told = limits(RecordedRun(bag).events)
-    assert {event.tick for event in told} > {49, 50, 51, 99}
+    reported = limits(RecordedRun(bag).events)
+    assert {event.tick for event in reported} > {49, 50, 51, 99}
     verdict = verify(bag)
     assert verdict.is_true, str(verdict)
     assert verdict.same_bytes
@@ -389,19 +389,19 @@ def test_a_run_computed_ahead_is_the_run_that_knew(seed):
         lambda tick: torque_command(tick, (1e-4 * draw.normal(), 0.0, 0.0), tick + 4),
         lambda tick: Topics(tick, ('attitude',)),
     ]
-    live, told, came = Simulation(SCENARIO), list[Event](), list[Event]()
+    live, reported, came = Simulation(SCENARIO), list[Event](), list[Event]()
     speeds = []
     while live.next_tick < 120:
         first = live.next_tick
         happened, samples = live.advance(int(draw.integers(1, 12)))
         published = int(draw.integers(0, len(samples) + 1))
         if published:
-            told += happened
+            reported += happened
             speeds.append(samples.states.rotor_speed[:published])
         live.rewind(first + published)
         for kind in draw.choice(len(kinds), draw.integers(0, 3)):
             came.append(kinds[kind](live.next_tick))
             live.schedule(came[-1])
     straight = run(came, live.next_tick)
-    assert told == [event for event in straight[0] if event.tick < live.next_tick]
+    assert reported == [event for event in straight[0] if event.tick < live.next_tick]
     np.testing.assert_array_equal(np.concatenate(speeds), straight[1][: live.next_tick])

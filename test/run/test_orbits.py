@@ -1,4 +1,4 @@
-"""Scenarios on orbits of states, element sets and ephemerides: what they fly, and what is told."""
+"""Scenarios on orbits of states, element sets and ephemerides: what they fly and report."""
 
 import subprocess
 import sys
@@ -100,7 +100,7 @@ def test_a_name_in_a_dictionary_is_seen_from_the_working_directory(tmp_path, mon
         Scenario.from_dict({'orbit': {'type': 'oem', 'file': 'none.oem'}})
 
 
-def test_an_ephemeris_that_leaves_is_told_by_its_key():
+def test_an_ephemeris_that_leaves_is_reported_by_its_key():
     """Of no key that was not given."""
     with pytest.raises(ValueError, match=r'^orbit.file is no ellipse at tick 0: 20000 m/s at'):
         Scenario(OEM | {'orbit.file': EPHEMERIS.replace('0 7.5 0', '0 20 0')}).motion()
@@ -143,7 +143,7 @@ def test_without_an_instant_there_is_no_orbit():
     assert isinstance(scenario.with_epoch(1151370000 * 10**9).system.orbit, TabledOrbit)
 
 
-def test_an_old_element_set_is_told():
+def test_an_old_element_set_is_reported():
     """A scenario warns of elements more than two weeks from tick 0."""
     pytest.importorskip('sgp4')
     (warning,) = Scenario(TLE | {'time.epoch': '2006-08-01T00:00:00'}).warnings
@@ -164,7 +164,7 @@ def test_what_is_not_used_is_not_loaded():
 
 
 def test_a_run_ends_with_its_ephemeris():
-    """It may begin near the end, and comes to a halt after the last tick that has a place."""
+    """It may begin near the end, and comes to a halt after the last tick that has a position."""
     scenario = Scenario(OEM | {'publish.rate': 1.0, 'time.epoch': '2026-03-01T12:02:50'})
     try_out(scenario, 0)
     simulation = Simulation(scenario)

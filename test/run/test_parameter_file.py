@@ -159,15 +159,15 @@ def test_satellites_in_namespaces_have_frames_of_their_own():
     # A file for any node as well.
     unnamed = Scenario.from_yaml_text('/**: {}', satellite='/sat4')
     assert unnamed.frames.body == 'sat4/base_link'
-    for wrong, told in (('5', '5'), ("''", "''")):
-        with pytest.raises(ValueError, match=rf'frames\.body is {told}; it must be a non-empty s'):
+    for wrong, shown in (('5', '5'), ("''", "''")):
+        with pytest.raises(ValueError, match=rf'frames\.body is {shown}; it must be a non-empty'):
             Scenario.from_yaml_text(
                 f'/**: {{ros__parameters: {{frames.body: {wrong}}}}}\n/a/b: {{}}'
             )
 
 
 def test_a_section_of_another_node_is_no_satellite():
-    """One with none of our groups of keys; a misspelt key is told, not ignored."""
+    """One with none of our groups of keys; a misspelt key is reported, not ignored."""
     text = """
     /sat4/satdyn: {ros__parameters: {publish.rate: 20}}
     /controller: {ros__parameters: {gain: 2.0, limits: {torque: 1.0}, use_sim_time: true}}

@@ -42,7 +42,7 @@ def test_a_path_is_taken_as_it_is(tmp_path, monkeypatch):
         Scenario.from_yaml('config/cubesat.yaml')
 
 
-def test_an_unknown_name_is_told_which_there_are():
+def test_an_unknown_name_is_answered_by_which_there_are():
     """One sentence with the names."""
     with pytest.raises(ValueError, match=r'the scenario defualt is neither a file nor .*default'):
         Scenario.from_yaml('defualt')

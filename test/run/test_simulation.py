@@ -180,11 +180,11 @@ def test_a_snapshot_copy_leaves_the_motion_alone():
     """A file that begins in mid-run is written while the motion walks on in another thread."""
     simulation = Simulation(GYROSTAT.with_values({'publish.rate': 0.1}))
     simulation.advance(64)
-    told, kept = simulation.snapshot(10), simulation.snapshot_copy()
+    taken, kept = simulation.snapshot(10), simulation.snapshot_copy()
     simulation.advance(64)
     assert isinstance(simulation.motion, Propagation)
     steps, state = simulation.motion.steps, simulation.state
-    assert kept.snapshot(10) == told
+    assert kept.snapshot(10) == taken
     assert simulation.motion.steps == steps > 0
     np.testing.assert_array_equal(simulation.state.q_ib, state.q_ib)
 

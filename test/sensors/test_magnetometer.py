@@ -86,7 +86,7 @@ def test_the_field_is_the_references(name):
     """
     In a run the field at tick 0, in sensor axes, is that of a reference case.
 
-    Tolerance: of fields whose axes and places are another program's, 1e-9 of the field.
+    Tolerance: of fields whose axes and positions are another program's, 1e-9 of the field.
     """
     case = next(case for case in truth.cases('B_b') if case['name'] == name)
     mounting = [0.0, 0.6, 0.0, 0.8]

@@ -47,7 +47,7 @@ def test_samples_have_the_autocovariance_of_the_reference():
     g = measured(gyro, turning(count, np.zeros(3), dt))
     for lag, expected in zip(FAST['lags'], FAST['autocovariance'], strict=True):
         found = np.mean(g[: count - lag] * g[lag:])
-        # Bartlett's formula: so many samples tell as much as independent ones.
+        # Bartlett's formula: so many samples are worth as much as independent ones.
         independent = 3.0 * count * dt / T
         assert abs(found - expected) < 3.0 * FAST['sigma'] ** 2 * np.sqrt(2.0 / independent)
     assert abs(g[0]).max() > 0.0

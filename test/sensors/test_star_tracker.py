@@ -52,7 +52,7 @@ def test_quaternions_are_unit_whatever_the_noise():
 
 
 def test_a_sample_comes_late_with_the_stamp_of_its_exposure():
-    """Published `latency` ticks after the exposure, which is what the values tell of."""
+    """Published `latency` ticks after the exposure, whose attitude the values are."""
     tracker = StarTracker(1, divisor=4, latency=6)
     states = turning(30, RATE_B, 1.0)
     ticks, exposed, values = measured(tracker, states)

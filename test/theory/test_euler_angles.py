@@ -87,14 +87,17 @@ def test_the_node_is_across_both_axes(P, theta, S):
 
 
 def test_kinetic_energy_in_euler_angles():
-    """T of (43.14) is the sum over the masses of a body, from places a moment apart."""
-    masses, places = np.array([1.0, 2.0, 0.5, 1.5]), np.random.default_rng(1).normal(size=(4, 3))
-    whole = np.sum(masses[:, None, None] * places[:, :, None] * places[:, None, :], axis=0)
+    """T of (43.14) is the sum over the masses of a body, from positions a moment apart."""
+    masses, positions = (
+        np.array([1.0, 2.0, 0.5, 1.5]),
+        np.random.default_rng(1).normal(size=(4, 3)),
+    )
+    whole = np.sum(masses[:, None, None] * positions[:, :, None] * positions[:, None, :], axis=0)
     moments, R = np.linalg.eigh(np.trace(whole) * np.eye(3) - whole)
     R[:, 2] *= np.linalg.det(R)
     angle, rate, h = np.array([0.3, 1.1, -0.7]), np.array([0.5, -0.4, 1.2]), 1e-6
     before, after = (
-        places @ R @ rotation.matrix(euler_angles.from_zxz(*(angle + s * h * rate))).T
+        positions @ R @ rotation.matrix(euler_angles.from_zxz(*(angle + s * h * rate))).T
         for s in (-1, 1)
     )
     speeds = np.linalg.norm(after - before, axis=-1) / (2.0 * h)

@@ -1,4 +1,4 @@
-"""A torque that depends on time, place, attitude and rate, flown alone and beside others."""
+"""A torque that depends on time, position, attitude and rate, flown alone and beside others."""
 
 import math
 from itertools import pairwise
@@ -35,7 +35,7 @@ ANGLE = 1e-9
 
 
 class Kick(BodyTorque):
-    """A pulse, a push that follows the place on the orbit, and plates that brake."""
+    """A pulse, a push that follows the position on the orbit, and plates that brake."""
 
     name = 'kick'
 

@@ -160,7 +160,7 @@ def test_bad_input_is_one_sentence(given, sentence):
 
 
 def test_names_are_given_once_and_a_field_is_there():
-    """Two rods of a name are refused, rods without a field are told."""
+    """Two rods of a name are refused, rods without a field are reported."""
     with pytest.raises(ValueError, match=r'^hysteresis.names has a twice'):
         Scenario({'hysteresis.names': ['a', 'a']})
     scenario = Scenario.from_dict({'hysteresis': {'names': ['a'], 'a': ROD | {'saturation': 1.0}}})

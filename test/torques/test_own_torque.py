@@ -114,15 +114,15 @@ def test_its_keys_are_checked_as_all(gust):
 
 
 def test_a_bag_of_it_verifies_and_says_what_it_needs(scenario, tmp_path):
-    """By the command that is told the torque; without it, the sentence names it."""
+    """By the command that names the torque; without it, the sentence names it."""
     for _ in simulate(scenario, '60', tmp_path / 'bag'):
         pass
     assert verify(tmp_path / 'bag').same_bytes
-    told = satdyn('verify', tmp_path / 'bag', '--torque', 'gust:Gust')
-    assert (told.returncode, 'the same byte for byte' in told.stdout) == (0, True), told.stderr
-    untold = satdyn('verify', tmp_path / 'bag')
-    assert untold.returncode == 2
-    assert 'has the torque gust:Gust; name it by --torque gust:Gust' in untold.stderr
+    named = satdyn('verify', tmp_path / 'bag', '--torque', 'gust:Gust')
+    assert (named.returncode, 'the same byte for byte' in named.stdout) == (0, True), named.stderr
+    unnamed = satdyn('verify', tmp_path / 'bag')
+    assert unnamed.returncode == 2
+    assert 'has the torque gust:Gust; name it by --torque gust:Gust' in unnamed.stderr
 
 
 @pytest.fixture(scope='module')
@@ -151,10 +151,10 @@ def test_its_topic_is_the_torque_that_acts(published, scenario):
         ]
     assert {message.header.frame_id for message in found} == {'base_link'}
     axes = 'x', 'y', 'z'
-    told = [[getattr(message.wrench.torque, axis) for axis in axes] for message in found]
+    published_b = [[getattr(message.wrench.torque, axis) for axis in axes] for message in found]
     # The compiled function may fuse a product and a sum: a rounding of values up to 2e-3.
-    assert np.max(np.abs(np.array(told) - np.array(expected))) < 1e-18
-    assert np.abs(told).max() > 1e-3
+    assert np.max(np.abs(np.array(published_b) - np.array(expected))) < 1e-18
+    assert np.abs(published_b).max() > 1e-3
 
 
 def test_its_topic_verifies_and_has_columns_and_a_panel(published, tmp_path):
@@ -216,8 +216,8 @@ def test_a_bag_says_that_the_source_has_changed(scenario, tmp_path, monkeypatch)
         pass
     (tmp_path / 'gust.py').write_text(FILE.read_text() + '# one more line\n')
     monkeypatch.chdir(tmp_path)
-    told = satdyn('verify', tmp_path / 'bag', '--torque', 'gust:Gust')
-    assert 'gust:Gust' in told.stdout
+    named = satdyn('verify', tmp_path / 'bag', '--torque', 'gust:Gust')
+    assert 'gust:Gust' in named.stdout
 
 
 @pytest.mark.long

@@ -70,10 +70,10 @@ def test_a_function_that_cannot_be_computed_is_refused(kind, sentence):
     """In a sentence with its file and line, alone and beside others."""
     torque = getattr(unfit, kind)
     system = System(np.eye(3), torques=(torque(torque.Constants()),))
-    told = f'^the torque torques.unfit:{kind}: {sentence}.* \\(unfit.py, line \\d+\\)$'
-    with pytest.raises(ValueError, match=told) as no:
+    pattern = f'^the torque torques.unfit:{kind}: {sentence}.* \\(unfit.py, line \\d+\\)$'
+    with pytest.raises(ValueError, match=pattern) as no:
         Propagation(system, REST).at([2.0])
-    with pytest.raises(ValueError, match=told):
+    with pytest.raises(ValueError, match=pattern):
         propagate_all([Propagation(system, REST)] * 2, [2.0])
     assert '\n' not in str(no.value)
     assert len(str(no.value)) < 250

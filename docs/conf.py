@@ -7,6 +7,9 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 sys.path[:0] = [str(ROOT), str(Path(__file__).parent)]
 
+from numpy.typing import ArrayLike  # noqa: E402
+from sphinx.util.typing import stringify_annotation  # noqa: E402
+
 from satdyn_ros import __version__  # noqa: E402
 
 project = 'satdyn_ros'
@@ -65,6 +68,12 @@ nitpick_ignore_regex = [
 suppress_warnings = ['ref.python']
 
 
+def _with_array_like(app, what, name, obj, options, *signature):
+    """Call ArrayLike so, and not by all that it is."""
+    long = stringify_annotation(ArrayLike, 'smart')
+    return tuple(part and part.replace(long, '~numpy.typing.ArrayLike') for part in signature)
+
+
 def _as_written(app, what, name, obj, options, lines):
     """
     Keep a docstring as it is written, but for its sections, which napoleon reads.
@@ -120,3 +129,4 @@ def setup(app):
     """Connect what changes docstrings."""
     # Before napoleon, which has the priority 500.
     app.connect('autodoc-process-docstring', _as_written, priority=400)
+    app.connect('autodoc-process-signature', _with_array_like)

@@ -187,6 +187,7 @@ def test_rows_that_come_at_once_are_shown_once(page):
 @pytest.mark.long
 def test_older_diagnostics_do_not_take_a_state_back(page):
     """From the answer on the page says the new state, though diagnostics come once a second."""
+    pages.wait(page, lambda: text(page, 'state') == 'running')
     page.execute_script(
         """window.states = ['running'];
         new MutationObserver(() => {

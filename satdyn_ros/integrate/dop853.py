@@ -28,6 +28,8 @@ EARLIER_SEARCH = CornerSearch(share=1e-3, ahead=0.0, at_begin=1e-6, at_end=1e-6)
 EARLIER_LEAST_PART = 1e-3
 # Keeps a quotient of zeros finite and changes no other.
 TINY = 1e-300
+# A rate below it has a square of zero, and counts as it [rad/s].
+LEAST_RATE = 1e-150
 _INFINITE = float('inf')
 
 
@@ -57,7 +59,7 @@ def error_of(
     parts = Variables.of(constants)
     omega, k_omega = y_0[parts.rate], k_0[parts.rate]
     acceleration = divide(sqrt(dot(k_omega, k_omega)), h)
-    rate = sqrt(dot(omega, omega)) + sqrt(acceleration) + constants.slow_rate + TINY
+    rate = sqrt(dot(omega, omega)) + sqrt(acceleration) + constants.slow_rate + LEAST_RATE
     scales = {
         'attitude': [1.0] * 4,
         'rate': [divide(1.0, rate)] * 3,

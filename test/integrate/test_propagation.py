@@ -387,6 +387,19 @@ def test_rest_costs_few_steps():
     assert motion.steps < 20000
 
 
+def test_a_rate_whose_square_is_zero_counts_as_rest():
+    """Errors are not relative to it, or a step would be as much shorter than a second."""
+    rotor = Rotor('free', axis=np.array([0.0, 0.0, 1.0]), inertia=0.1)
+    start = State(
+        np.array([0.0, 0.0, 0.0, 1.0]),
+        np.array([1e-179, 2e-180, -3e-179]),
+        np.array([0.4]),
+        np.array([0.0]),
+    )
+    motion = Propagation(System(np.diag([2.0, 1.5, 1.0]), (rotor,)), start, most_steps=1000)
+    assert motion.at(1000.0)[0].omega_bi_b == pytest.approx(start.omega_bi_b, abs=1e-150)
+
+
 @pytest.mark.parametrize('seed', range(4))
 def test_a_step_that_overflows_is_none(seed):
     """

@@ -147,9 +147,13 @@ def first_corner(
     ):
         for a, near_a, near_b, b in zip(*signs, strict=True):
             slope_a, slope_b = (near_a - a) / search.share, (b - near_b) / search.share
-            zero = _zero(a, slope_a, b)
             if search.ahead > 0.0:
-                zero = _before(_on_cubic(zero, a, slope_a, b, slope_b, search.share), search)
+                # A step may begin at a corner, go away from zero and come back to another.
+                a = _past(a, search.at_begin * slope_a)
+                near = _zero(a, slope_a, b)
+                zero = _before(_on_cubic(near, a, slope_a, b, slope_b, search.share), search)
+            else:
+                zero = _zero(a, slope_a, b)
             part = minimum(part, zero)
             if sees_pairs:
                 dip = _dip(a, slope_a, b, slope_b)
@@ -157,11 +161,15 @@ def first_corner(
     return part
 
 
+def _past(begin, rise):
+    """Return a value at the begin; where it is zero to within a rise, that after the rise."""
+    return select(abs(begin) <= abs(rise), rise, begin)
+
+
 def _before(zero, search):
     """Return where a step ends for the sake of a zero; 1: it does not feel it."""
     end = select(zero > 2.0 * search.ahead, zero - search.ahead, zero)
-    is_felt = (zero > search.at_begin) & (zero < 1.0 - search.at_end)
-    return select(is_felt, end, 1.0)
+    return select(zero < 1.0 - search.at_end, end, 1.0)
 
 
 def _zero(begin, slope, end):

@@ -74,11 +74,8 @@ def propagate_many(
     wanted = wanted_count(system, like.does_work)
     problem = Problem(begin, Layout.of(like), wanted, len(stop_times_s))
     problem.settings[:] = np.column_stack([*anomaly, tolerance, *np.full((2, count), np.inf)])
-    problem.constants[:], problem.stop_times_s[:, :-1], problem.is_new[:] = (
-        constants,
-        stop_times_s,
-        RENEWED,
-    )
+    problem.constants[:], problem.is_new[:] = constants, RENEWED
+    problem.stop_times_s[:, :-1] = stop_times_s
     _walk_all(problem, like, t_s, [])
     q_ib, omega_bi_b, speed, angle, inner, work = columns(system, problem.out)
     states = States(t_s, q_ib, omega_bi_b, speed, angle, work, system.orbit, t_s, inner=inner)

@@ -21,11 +21,9 @@ from .tableau import COLUMNS, ENTRIES, LENGTHS, NODES
 
 # Above it a variable counts as infinite: the dense output multiplies it by up to some thousand.
 LARGEST = 1e300
-# How corners are looked for, and was by rules below 6, by which a step was cut to no less than
-# this part at once.
-SEARCH = CornerSearch(share=1e-5, ahead=5e-4, at_begin=1e-9, at_end=1e-6)
-EARLIER_SEARCH = CornerSearch(share=1e-3, ahead=0.0, at_begin=1e-6, at_end=1e-6)
-EARLIER_LEAST_PART = 1e-3
+# How corners are looked for, and were by rules below 6.
+SEARCH = CornerSearch(share=1e-5, ahead=5e-4, at_begin=1e-9, at_end=1e-6, least=0.0)
+EARLIER_SEARCH = CornerSearch(share=1e-3, ahead=0.0, at_begin=1e-6, at_end=1e-6, least=1e-3)
 # Keeps a quotient of zeros finite and changes no other.
 TINY = 1e-300
 # A rate below it has a square of zero, and counts as it [rad/s].
@@ -151,7 +149,7 @@ def part_before_corner(
         search,
         constants.sees_pairs,
     )
-    cut = part if constants.cuts_first else maximum(part, EARLIER_LEAST_PART)
+    cut = maximum(part, search.least)
     time = t + cut * h
     cut_off = select(t < time, select(time < t + h, cut, 1.0), 1.0)
     return select(minimum(part, 1.0 - part) < search.at_begin, 1.0, cut_off)

@@ -8,7 +8,7 @@ from .dense_output import polynomial, slope, terms
 
 # Where in a step values are looked at, and how often the interval is halved.
 _SAMPLES, _HALVINGS = 8, 60
-# The numbers of a EventFunction.
+# The numbers of an EventFunction.
 _RATE = RATE.start
 _HELD_INERTIA, _LOW, _HIGH, _EFFORT, _GAIN = range(EVENT_SIZE)
 
@@ -24,10 +24,7 @@ def first_exit(
     """
     part, which = 2.0, 0.0
     for i in range(count):
-        low, high = (
-            events[i * EVENT_SIZE + _LOW],
-            events[i * EVENT_SIZE + _HIGH],
-        )
+        low, high = events[i * EVENT_SIZE + _LOW], events[i * EVENT_SIZE + _HIGH]
         inside = 0.0
         for n in range(_SAMPLES + 1):
             outside = n / _SAMPLES
@@ -50,14 +47,7 @@ def first_exit(
 
 
 def effort(
-    i: int,
-    x: float,
-    rotors: Any,
-    events: Any,
-    momenta: int,
-    dense: Any,
-    row: int,
-    h: float,
+    i: int, x: float, rotors: Any, events: Any, momenta: int, dense: Any, row: int, h: float
 ) -> float:
     """Return the torque [N m] of the drive of rotor i at a share x of the step."""
     event = i * EVENT_SIZE

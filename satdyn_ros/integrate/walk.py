@@ -229,13 +229,8 @@ def _begin_step(l, p, lanes):
     # Less a rounding: where a torque jumps, a step computes with what is on its side alone.
     is_last = following == np.inf
     frame[UNTIL_S * count + l] = np.inf if is_last else following - ULP * abs(following)
-    c[TRYING], c[TRIED], c[PROPOSED], c[MOST_GROWTH], c[IS_CUT] = (
-        1.0,
-        c[NEXT],
-        c[NEXT],
-        GROWTH,
-        0.0,
-    )
+    c[TRYING], c[TRIED], c[PROPOSED] = 1.0, c[NEXT], c[NEXT]
+    c[MOST_GROWTH], c[IS_CUT] = GROWTH, 0.0
 
 
 def _prepare(l, lanes):
@@ -295,10 +290,7 @@ def _end_at_exit(l, p, lanes, single, make_dense):
         c[LEFT], c[EXIT_S] = c[EXIT], np.inf
         return
     t, h, constants = c[BEGIN], c[END] - c[BEGIN], p[CONSTANTS_AT] + _BYTES * p[CONSTANT_COUNT] * m
-    rotors, events = (
-        constants + _BYTES * p[ROTORS_AT],
-        constants + _BYTES * p[EVENTS_AT],
-    )
+    rotors, events = constants + _BYTES * p[ROTORS_AT], constants + _BYTES * p[EVENTS_AT]
     dense, row = floats(single[_DENSE]), single[ROW]
     part, which = first_exit(
         floats(rotors), floats(events), p[ROTORS], p[MOMENTA_AT], dense, row, h
@@ -380,10 +372,7 @@ def _write_rows(l, p, lanes, single, make_dense):
 
 def _write_efforts(m, first, last, begin, end, constants, p, dense, row):
     """Write the torques [N m] of drives."""
-    rotors, events = (
-        constants + _BYTES * p[ROTORS_AT],
-        constants + _BYTES * p[EVENTS_AT],
-    )
+    rotors, events = constants + _BYTES * p[ROTORS_AT], constants + _BYTES * p[EVENTS_AT]
     t_s, h = floats(p[T_S_AT] + _BYTES * p[T_S_STEP] * m), end - begin
     per_step = 1.0 / h if h > 0.0 else 0.0
     for i in range(p[ROTORS]):

@@ -190,10 +190,8 @@ class ByState(_OfAnEllipse):
     @classmethod
     def ellipse(cls, values: Mapping[str, Any]) -> Ellipse | None:
         """Return that through the state."""
-        orbit, name = (
-            cls._kepler(values),
-            'the semi-major axis of orbit.position and orbit.velocity',
-        )
+        orbit = cls._kepler(values)
+        name = 'the semi-major axis of orbit.position and orbit.velocity'
         return Ellipse(values['orbit.mu'], orbit.semi_major_axis, orbit.eccentricity, name)
 
 

@@ -116,13 +116,15 @@ class CornerSearch(NamedTuple):
     share: by which the slopes at its ends are found.  ahead: by which a step ends before a corner
     that is further away than twice as much: the last stages of a long one might be beyond it; 0:
     it does not, and the corner is the zero of a parabola, not of a cubic.  at_begin, at_end:
-    within these a corner is not felt, at_end by a short step.
+    within these a corner is not felt, at_end by a short step.  least: to which a step is cut at
+    once.
     """
 
     share: float
     ahead: float
     at_begin: float
     at_end: float
+    least: float
 
 
 def first_corner(

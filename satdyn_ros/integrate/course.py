@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..dynamics.constants import constants_of, with_tables
+from ..dynamics.constants import Constants, constants_of, with_tables
 from ..dynamics.drives import Drives
 from ..dynamics.system import State, System
 from ..dynamics.variables import columns
@@ -59,7 +59,8 @@ class Course:
         self._system, self._start_s = system, start_s
         self._tolerance, self._steps_allowed = tolerance, steps_allowed
         self.anomaly = tuple(map(float, system.orbit.mean_anomaly_at(start_s)))
-        self.constants = constants_of(system, start_s)
+        # None: they follow from the system, the start and the tables of now.
+        self._constants: Constants | None = None
         self.stop_times_s = self._all_stop_times_s = stop_times_of(system)
         self.drives: Drives | None = None
         self._why, self.until_s = '', np.inf
@@ -76,13 +77,20 @@ class Course:
         if system.pieces:
             self._enter({each: each.piece_at(start_s) for each in system.pieces})
 
+    @property
+    def constants(self) -> Constants:
+        """The constants of now."""
+        if self._constants is None:
+            self._constants = self._in_pieces(constants_of(self._system, self._start_s))
+        return self._constants
+
     def goes_on_at(self, start_s: float) -> bool:
         """Return whether the pieces of time that hold now are those of a start, from tick 0."""
         return self._current == {each: each.piece_at(start_s) for each in self._current}
 
     def start_anew(self, system: System, start_s: float) -> None:
         """Let another motion of the same kind begin at start_s, while its pieces hold."""
-        self._system, self._start_s = system, start_s
+        self._system, self._start_s, self._constants = system, start_s, None
         self.anomaly = tuple(map(float, system.orbit.mean_anomaly_at(start_s)))
         self.until_s = self.piece_s[1] - start_s
 
@@ -90,13 +98,6 @@ class Course:
         """Return the constants of a torque in the pieces of now."""
         table_of = self._table_of
         return torque.constants if table_of is None else torque.constants_with(table_of)
-
-    def set_constants(self) -> None:
-        """Let the constants be those of the present motion in the pieces of now."""
-        if self.drives is None:
-            self.constants = constants_of(self._system, self._start_s)
-        if self._table_of is not None:
-            self.constants = with_tables(self.constants, self._system, self._table_of)
 
     @property
     def most_stops(self) -> int:
@@ -207,14 +208,19 @@ class Course:
 
     def _drive(self, drives, omega_bi_b, speeds):
         """Go on by the constants of where the rotors are."""
-        self.constants = drives.constants(self._start_s, omega_bi_b, speeds)
-        if self._table_of is not None:
-            self.constants = with_tables(self.constants, self._system, self._table_of)
+        self._constants = self._in_pieces(drives.constants(self._start_s, omega_bi_b, speeds))
+
+    def _in_pieces(self, constants):
+        """Return constants with the tables of the pieces of now."""
+        if self._table_of is None:
+            return constants
+        return with_tables(constants, self._system, self._table_of)
 
     def _enter(self, current):
         """Go on by the tables of these pieces of time, as long as all of them last."""
+        constants = self.constants
         self._current, self._table_of = current, tables_of(current)
-        self.constants = with_tables(self.constants, self._system, self._table_of)
+        self._constants = self._in_pieces(constants)
         begin_s = max(piece.begin_s for piece in current.values())
         end_s = min(piece.end_s for piece in current.values())
         corners_s = (each.corners_in(piece) for each, piece in current.items())

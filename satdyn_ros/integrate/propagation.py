@@ -4,7 +4,8 @@ The propagation: the equations integrated by the explicit Runge-Kutta method of 
 The steps do not depend on the times that are asked for.
 """
 
-from typing import Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,19 +14,11 @@ from ..dynamics.motion import Halted, Motion, States, TableEnded
 from ..dynamics.system import State, System
 from ..dynamics.torque import with_inner, without_number
 from ..dynamics.variables import columns, initial_values, wanted_count
-from ..trace.graph import flatten
-from .course import Course, problem_of
-from .lanes import (
-    BEGIN,
-    FURTHEST,
-    REACHED,
-    STEPS,
-    TABLE_ENDS,
-    TOO_MANY_STEPS,
-    UNFINISHED,
-    Lanes,
-    Problem,
-)
+from .course import Course
+from .lanes import BEGIN, FURTHEST, REACHED, STEPS, TABLE_ENDS, TOO_MANY_STEPS, Problem
+
+if TYPE_CHECKING:
+    from .one_lane import OneLane
 
 # A third more steps than at 1e-12, a tenth of the error, and still above the rounding.
 DEFAULT_TOLERANCE = 1e-13
@@ -52,11 +45,9 @@ class Propagation(Motion):
         the most steps from one requested row to the next, None: any number.  A rotor that leaves
         its range counts as 200.  Steps up to the furthest row that was ever reached do not count
         again
-
-    Attributes
-    ----------
-    wanted : int
-        how many of the variables are interpolated, from the first on
+    after : Propagation or None
+        a motion of the same body under other torques that ends where this one begins: while it
+        stands there, its lane is taken over, which changes no bit
 
     Examples
     --------
@@ -73,31 +64,46 @@ class Propagation(Motion):
         start_s: float = 0.0,
         tolerance: float = DEFAULT_TOLERANCE,
         most_steps: int | None = None,
+        after: 'Propagation | None' = None,
     ):
         super().__init__(system, with_inner(system, state, start_s), start_s)
         self.tolerance, self.most_steps = tolerance, most_steps
-        self._course = self.new_course()
-        self.wanted = wanted_count(system, self.constants.does_work)
         self._steps_to_halt, self._furthest_s = 0.0, 0.0
-        # From the first question on: how it is computed, and where it stands.
-        self._code: Any = None
-        self._problem: Problem | None = None
-        self._lanes: Lanes | None = None
+        # From the first question on: in what it is computed.  Till then, in whose place.
+        self._lane: OneLane | None = None
+        self._after: Propagation | None
+        self._after = after if after is None or after._lane is not None else after._after
+        # The course that it begins with, if it is known yet.
+        self._course: Course | None = None if self._after is not None else self.new_course()
+
+    @cached_property
+    def wanted(self) -> int:
+        """How many of the variables are interpolated, from the first on."""
+        return wanted_count(self.system, self.constants.does_work)
+
+    @property
+    def course(self) -> Course:
+        """The course where the propagation stands."""
+        if self._lane is not None:
+            return self._lane.course
+        if self._course is None:
+            self._course = self.new_course()
+        return self._course
 
     @property
     def constants(self) -> Constants:
         """The constants of the equations where the propagation stands."""
-        return self._course.constants
+        return self.course.constants
 
     @property
     def stop_times_s(self) -> np.ndarray:
         """The times from tick 0 at which steps end, where the propagation stands."""
-        return self._course.stop_times_s
+        return self.course.stop_times_s
 
     @property
     def steps(self) -> int:
         """The number of steps to where the propagation stands, or stood when it came to a halt."""
-        taken = 0.0 if self._lanes is None else self._lanes.step_state[0, STEPS]
+        taken = 0.0 if self._lane is None else self._lane.lanes.step_state[0, STEPS]
         return int(max(taken, self._steps_to_halt))
 
     def new_course(self) -> Course:
@@ -118,44 +124,41 @@ class Propagation(Motion):
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what a copy begins with: from the start, as if nothing had been asked for."""
-        walked = {'_code': None, '_problem': None, '_lanes': None, '_furthest_s': 0.0}
-        return {**vars(self), **walked, '_steps_to_halt': 0.0, '_course': self.new_course()}
+        walked = {'_lane': None, '_after': None, '_course': None, '_furthest_s': 0.0}
+        return {**vars(self), **walked, '_steps_to_halt': 0.0}
 
     def _restart(self):
-        if self._lanes is not None:
-            self._furthest_s = float(self._lanes.step_state[0, FURTHEST])
-        self._course, self._lanes = self.new_course(), None
+        if self._lane is not None:
+            self._furthest_s = float(self._lane.lanes.step_state[0, FURTHEST])
+        self._lane = self._course = None
 
     def _states(self, t_s, turn_b=None):
         is_ascending = len(t_s) < 2 or (t_s[1:] >= t_s[:-1]).all()
         order = None if is_ascending else np.argsort(t_s, kind='stable')
         sorted_s = t_s if order is None else t_s[order]
-        if self._lanes is not None and len(t_s) and sorted_s[0] < self._lanes.step_state[0, BEGIN]:
+        lane = self._lane
+        if lane is not None and len(t_s) and sorted_s[0] < lane.lanes.step_state[0, BEGIN]:
             self._restart()
-        # Compiled, which whoever asks for no propagation need not wait for.
-        from .walk import walk
-
-        problem, lanes, code = self._to_walk(sorted_s, turn_b)
-        course, step = self._course, lanes.step_state[0]
-        if course.drives is not None:
-            course.drives.forget(float(step[BEGIN]))
-        tables = problem.address, lanes.address, lanes.address
-        course.allow(self._steps_allowed, problem, 0)
+        lane = self._lane = self._lane or self._taken_lane() or self._own_lane()
+        problem, step = lane.problem, lane.lanes.step_state[0]
+        problem.ask(sorted_s, turn_b)
+        if lane.course.drives is not None:
+            lane.course.drives.forget(float(step[BEGIN]))
+        lane.course.allow(self._steps_allowed, problem, 0)
         try:
-            while not walk(*tables, code.attempt, code.dense):
-                if UNFINISHED < problem.outcome[0] < REACHED:
-                    course.go_on(problem, lanes, 0, sorted_s)
+            while not lane.walk_on(sorted_s):
                 # Another thread may have changed it.
-                course.allow(self._steps_allowed, problem, 0)
+                lane.course.allow(self._steps_allowed, problem, 0)
         except BaseException:
             # As by Ctrl-C, in the middle of a step.
             self._restart()
             raise
         count, outcome = int(problem.rows[0]), int(problem.outcome[0])
-        found = self._found(problem, 0, sorted_s[:count], course)
+        found = self._found(problem, 0, sorted_s[:count], lane.course)
         if outcome != REACHED:
             reached_s, since, exits = problem.ended[0].tolist()
-            self._steps_to_halt, why = step[STEPS] - since, course.reason(outcome, since, exits)
+            self._steps_to_halt = step[STEPS] - since
+            why = lane.course.reason(outcome, since, exits)
             self._restart()
             turned = None if turn_b is None else turn_b[:count]
             states = self._table(sorted_s[:count], turned, *found)
@@ -171,19 +174,26 @@ class Propagation(Motion):
 
         return tuple(map(in_order, found))
 
-    def _to_walk(self, t_s, turn_b):
-        """Return what is to be walked, the lane in which it goes on, and the code."""
-        if self._lanes is None:
-            from .step_code import step_code
+    def _taken_lane(self):
+        """Return the lane of the motion before, in which this one begins; None: not in that."""
+        after, self._after = self._after, None
+        if after is None or after.tolerance != self.tolerance or (lane := after._lane) is None:
+            return None
+        # First, or after an interruption it would go on by what is half written.
+        after._restart()
+        if lane.takes(self.system, self.begin(), self.start_s, self.new_course):
+            return lane
+        after._lane = lane
+        return None
 
-            self._code = step_code(self.constants, 1)
-            layout, (_, arrays) = self._code.layout, flatten(self.constants)
-            self._lanes = Lanes(1, layout, arrays)
-            self._lanes.step_state[0, FURTHEST] = self._furthest_s
-            self._problem = problem_of(self.begin()[None], [self._course], layout, self.wanted)
-        assert self._problem is not None
-        self._problem.ask(t_s, turn_b)
-        return self._problem, self._lanes, self._code
+    def _own_lane(self):
+        """Return a lane of its own."""
+        # It is compiled, which whoever asks for no propagation need not wait for.
+        from .one_lane import OneLane
+
+        lane = OneLane(self.system, self.begin(), self.course, self.wanted)
+        lane.lanes.step_state[0, FURTHEST] = self._furthest_s
+        return lane
 
     def halted(self, outcome: int, reached_s: float, states: States, why: str = '') -> Halted:
         """Return the error of a propagation that gets no further than reached_s."""

@@ -197,7 +197,6 @@ class Relays:
         course, system = self._courses[m], self._system_of(m)
         if course.drives is None:
             course.start_anew(system, float(self.start_s[m]))
-            course.set_constants()
         course.go_on(self._problem, lanes, l, self._t_s[m])
         self._pieces_s[:, m] = course.piece_s
 

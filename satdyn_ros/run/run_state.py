@@ -9,7 +9,7 @@ import numpy as np
 
 from ..actuators import Actuator, Command, Equipment, kind_of
 from ..dynamics.drives import AT_LIMIT
-from ..dynamics.motion import States
+from ..dynamics.motion import Motion, States
 from ..dynamics.system import State, System
 from ..integrate.propagation import Propagation
 from ..sensors import Suite
@@ -59,14 +59,17 @@ class RunState:
         """The actuators."""
         return self.conditions.equipment
 
-    def restarted(self, tick: int, state: State, system: System) -> 'RunState':
+    def restarted(
+        self, tick: int, state: State, system: System, after: Motion | None = None
+    ) -> 'RunState':
         """
         Return the run whose motion begins at a tick, from a state and with the torques of system.
 
+        after: the one that it goes on from, if it does.
         ValueError: motion.method is exact and there is no closed form.
         """
         start_s = self.ticks.seconds(tick)
-        motion = self.conditions.motion_from(system, state, start_s, MOST_STEPS_A_TICK)
+        motion = self.conditions.motion_from(system, state, start_s, MOST_STEPS_A_TICK, after)
         segment = Segment(self.ticks, tick, motion, self.suite.counts_turns)
         return replace(self, segment=segment, system=system, halted=None)
 
@@ -188,9 +191,13 @@ class _EventsOfTick:
         self.events += [RotorLimited(self.tick, name, 'max_speed') for name in labels]
 
     def _is_at_limit(self, run):
-        if run.halted or not run.segment.reaches(self.tick):
+        segment = run.segment
+        if run.halted or not segment.reaches(self.tick):
             return np.zeros(len(run.system.rotors), bool)
-        return is_at_limit(run.system, run.segment.state_at(self.tick).rotor_speed)
+        # Where a motion begins it need not be asked.
+        begins = self.tick == segment.begin_tick
+        state = segment.motion.state if begins else segment.state_at(self.tick)
+        return is_at_limit(run.system, state.rotor_speed)
 
     def _drop(self, name: str) -> None:
         """Let nothing be held under a name."""
@@ -238,7 +245,9 @@ class _EventsOfTick:
             self.run = replace(run, system=system)
         else:
             run = run.turned_to(self.tick)
-            self.run = run.restarted(self.tick, run.segment.state_at(self.tick), system)
+            segment = run.segment
+            state, after = segment.state_at(self.tick), segment.motion
+            self.run = run.restarted(self.tick, state, system, after)
 
     def _restart_from_conditions(self) -> None:
         run, start_s = self.run, self._at_s

@@ -479,7 +479,12 @@ class Scenario:
         return self.motion_from(self.system, self.initial_state, 0.0)
 
     def motion_from(
-        self, system: System, state: State, start_s: float, most_steps: int | None = None
+        self,
+        system: System,
+        state: State,
+        start_s: float,
+        most_steps: int | None = None,
+        after: Motion | None = None,
     ) -> Motion:
         """
         Return the motion of a system from a state, by motion.method.
@@ -494,6 +499,8 @@ class Scenario:
             time from tick 0
         most_steps : int
             as for a Propagation
+        after : Motion
+            one of the same body under other torques that ends there, if there is one
         """
         method = self['motion.method']
         if method != 'numeric':
@@ -505,7 +512,8 @@ class Scenario:
             if method == 'exact':
                 reason = exact.explain(system, state)
                 raise ValueError(f'motion.method is exact, but there is no closed form: {reason}')
-        return Propagation(system, state, start_s, self['motion.tolerance'], most_steps)
+        before = after if isinstance(after, Propagation) else None
+        return Propagation(system, state, start_s, self['motion.tolerance'], most_steps, before)
 
     def integrals(self, states: States) -> dict[str, np.ndarray]:
         """

@@ -237,7 +237,7 @@ def test_after_an_interruption_it_starts_again(monkeypatch):
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr('satdyn_ros.integrate.walk.walk', interrupted)
+        patch.setattr('satdyn_ros.integrate.one_lane.walk', interrupted)
         with pytest.raises(KeyboardInterrupt):
             motion.at(1000.0)
     np.testing.assert_array_equal(motion.at(np.linspace(0.0, 2000.0, 21)).q_ib, right)

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from satdyn_ros.integrate.propagation import Propagation
 from satdyn_ros.run.scenario import Scenario
 from satdyn_ros.run.simulation import Simulation
 from satdyn_ros.run.stepper import Stepper
@@ -83,11 +84,24 @@ pulses = st.fixed_dictionaries(
 dipoles = st.fixed_dictionaries({'dipole_b': st.tuples(*3 * [st.floats(-0.3, 0.3)])})
 
 
-class AnewEachTime(Simulation):
-    """A simulation in which a motion is made for each command."""
+class TickByTick(Simulation):
+    """A simulation in which a motion is made for each command, in the lane of the last one."""
+
+    def advance(self, count):
+        self.last = super().advance(count)
+        return self.last
 
     def _new_stepper(self):
         return None
+
+
+class AnewEachTime(TickByTick):
+    """A simulation in which each motion begins in a lane of its own."""
+
+    def advance(self, count):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(Propagation, '_taken_lane', lambda self: None)
+            return super().advance(count)
 
 
 @pytest.mark.parametrize('orbit', ORBITS)
@@ -99,11 +113,13 @@ def test_steps_have_the_bits_of_motions_that_begin_anew(orbit, data):
     more = {'tabled': dipoles, 'limited': speeds, 'firing': pulses}.get(orbit, commands)
     some = more | commands
     given_ = data.draw(st.lists(some, min_size=3, max_size=25))
-    mine, other = Simulation(scenario), AnewEachTime(scenario)
+    mine, other, in_one_lane = Simulation(scenario), AnewEachTime(scenario), TickByTick(scenario)
     asked = data.draw(st.integers(0, len(given_) - 1))
     for i, each in enumerate(given_):
-        a, b = mine.step(**each), other.step(**each)
+        a, b, c = (simulation.step(**each) for simulation in (mine, other, in_one_lane))
         assert_same(a, b)
+        assert_same(c, b)
+        assert_same_rows(in_one_lane.last, other.last)
         if i == asked:
             assert mine.snapshot(mine.tick) == other.snapshot(other.tick)
             mine = copy.deepcopy(mine)
@@ -112,6 +128,15 @@ def test_steps_have_the_bits_of_motions_that_begin_anew(orbit, data):
             assert_same(again.sample, b)
     for _ in range(3):
         assert_same(mine.step(), other.step())
+
+
+def assert_same_rows(a, b):
+    (happened_a, samples_a), (happened_b, samples_b) = a, b
+    assert happened_a == happened_b
+    for name in ('q_ib', 'rotor_speed', 'work', 'rotor_torque', 'met_limit'):
+        np.testing.assert_array_equal(
+            getattr(samples_a.states, name), getattr(samples_b.states, name)
+        )
 
 
 def assert_same(a, b):

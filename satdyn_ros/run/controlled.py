@@ -7,6 +7,7 @@ from ..actuators import Command
 from .controllers import Controller, Seen, failure, name_of, period_of, sees_truth
 from .events import Event, Request, Reset
 from .rules import RULES
+from .run_state import RunState
 from .samples import Samples
 from .scenario import Scenario
 from .simulation import Simulation
@@ -31,9 +32,8 @@ class ControlledSimulation(Simulation):
     ):
         super().__init__(scenario, events, rules)
         self.controller: Controller | None = None
-        # As it was before it commanded at the first tick of the last samples, and what it did.
+        # As it was before the last samples.
         self._earlier: Controller | None = None
-        self._own: list[Command] = []
         if controller is not None:
             self.control_by(controller)
 
@@ -41,7 +41,7 @@ class ControlledSimulation(Simulation):
         """Let a controller command from the next tick on; ValueError: as of its period_s."""
         self._period = period_of(controller, self.scenario)
         self.controller = controller
-        self._reset()
+        self._reset(self._here.conditions)
 
     @property
     def control(self) -> dict[str, object]:
@@ -56,57 +56,50 @@ class ControlledSimulation(Simulation):
 
     def advance(self, count: int) -> tuple[list[Event], Samples]:
         """As Simulation.advance, and none beyond the next tick of the controller."""
-        if self.controller is None:
-            return super().advance(count)
-        first, to_next = self.next_tick, self._period - self.next_tick % self._period
-        is_own = to_next == self._period
-        self._earlier, self._own = copy.deepcopy(self.controller), []
-        happened, samples = super().advance(1 if is_own else min(count, to_next))
-        if any(isinstance(event, Request | Reset) for event in happened):
-            self._reset()
-        if not (is_own and len(samples)):
-            return happened, samples
-        self._own = self._commands()
-        if not self._own:
-            return happened, samples
-        super().rewind(first)
-        for command in self._own:
-            self.schedule(command)
-        return super().advance(min(count, to_next))
+        self._earlier = copy.deepcopy(self.controller)
+        return super().advance(count)
 
     def rewind(self, tick: int) -> None:
         """As Simulation.rewind; what the controller commanded there is to be asked for anew."""
         is_first = self._block is not None and tick == self._block.first_tick < self.next_tick
         super().rewind(tick)
-        if is_first and self._earlier is not None:
+        if is_first:
             self.controller = self._earlier
-            for command in self._own:
-                self._pending.remove(command)
-            self._own = []
 
-    def _reset(self):
+    def _reset(self, conditions):
         reset = getattr(self.controller, 'reset', None)
         if reset is not None:
-            self._guarded(reset, self._run.conditions, self.scenario['sensors.seed'])
+            self._guarded(self.tick, reset, conditions, self.scenario['sensors.seed'])
 
-    def _commands(self):
-        """Return what the controller commands at the last tick and is not yet in force."""
-        sample = self.sample
-        return self._guarded(self._asked, sample if self._needs_truth else Seen(sample))
+    def _own_tick(self, tick: int) -> int | None:
+        if self.controller is None:
+            return None
+        return tick + self._period - tick % self._period
 
-    def _asked(self, seen):
+    def _own_commands(self, run: RunState, tick: int, happened: list[Event]) -> list[Command]:
+        if self.controller is None:
+            return []
+        if any(isinstance(event, Request | Reset) for event in happened):
+            self._reset(run.conditions)
+        if tick % self._period or run.halted:
+            return []
+        samples, _ = self._samples(run, tick, run.segment.states(tick, tick + 1))
+        sample = self._sample_of(run.conditions, samples, 0)
+        return self._guarded(tick, self._asked, run, sample)
+
+    def _asked(self, run, sample):
         assert self.controller is not None
+        seen = sample if self._needs_truth else Seen(sample)
         held = self._held(self.controller.command(seen) or {})
-        acting, until = self._run.acting, self._run.until
-        new = {name: x for name, x in held.items() if acting[name] != x or name in until}
-        return [Command(self.tick, topic, value) for topic, value in self._commanded(new)]
+        new = {name: x for name, x in held.items() if run.acting[name] != x or name in run.until}
+        return [Command(sample.tick, topic, value) for topic, value in self._commanded(new)]
 
-    def _guarded(self, function, *arguments):
+    def _guarded(self, tick, function, *arguments):
         assert self.controller is not None
         try:
             return function(*arguments)
         except Exception as error:
-            raise failure(self.controller, error, self.ticks.seconds(max(self.tick, 0))) from error
+            raise failure(self.controller, error, self.ticks.seconds(max(tick, 0))) from error
 
     def _new_stepper(self):
         return None if self.controller is not None else super()._new_stepper()

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..actuators import Command
 from ..base.key import listed
-from ..dynamics.motion import Motion
+from ..dynamics.motion import Motion, States
 from ..dynamics.system import State, System
 from ..sensors import Suite
 from .events import Derived, Event, Request, Reset, RotorLimited
@@ -116,20 +116,32 @@ class Simulation:
             # All at once: the tick alone would be asked for whether the motion reaches it.
             self._before.segment.states(first, *self._end(self._before, first, count))
         happened, run = self._before.after(first, self._acting, self._rules)
+        if own := self._own_commands(run, first, happened):
+            happened, run = self._before.after(first, [*self._acting, *own], self._rules)
         states = run.segment.states(first, *self._end(run, first, count if not run.halted else 0))
         if np.any(met := met_limit(states)[1:]):
             states = states.rows(slice(int(np.argmax(met)) + 1))
-        last = first + len(states)
-        self._run = self._begun = run
-        measured = {}
-        if len(states):
-            found, suite = run.suite.measure(range(first, last), states)
-            measured = {name: Measured.of(some, first, self.ticks) for name, some in found.items()}
-            self._run = replace(run, suite=suite)
-        stamps_ns = self.ticks.stamps_ns(first, last)
-        self._block = Samples(first, stamps_ns, states, run.system, measured, run.acting)
-        self.next_tick = last
+        self._begun = run
+        self._block, suite = self._samples(run, first, states)
+        self._run, self.next_tick = replace(run, suite=suite), first + len(states)
         return happened, self._block
+
+    def _samples(self, run: RunState, first: int, states: States) -> tuple[Samples, Suite]:
+        """Return the samples of a run's states from a tick on, and the sensors after them."""
+        last, suite, measured = first + len(states), run.suite, dict[str, Measured]()
+        if len(states):
+            found, suite = suite.measure(range(first, last), states)
+            measured = {name: Measured.of(some, first, self.ticks) for name, some in found.items()}
+        stamps_ns = self.ticks.stamps_ns(first, last)
+        return Samples(first, stamps_ns, states, run.system, measured, run.acting), suite
+
+    def _own_commands(self, run: RunState, tick: int, happened: list[Event]) -> list[Command]:
+        """Return what the run itself commands where all this has happened: nothing."""
+        return []
+
+    def _own_tick(self, tick: int) -> int | None:
+        """Return the next tick after this one at which the run itself commands, None: none."""
+        return None
 
     def rewind(self, tick: int) -> None:
         """
@@ -199,14 +211,13 @@ class Simulation:
         block = self._block
         if block is None:
             raise ValueError('the run has no sample yet; advance it, or step')
-        row = self.tick - block.first_tick
-        return Sample(
-            self.conditions,
-            self.ticks,
-            self.tick,
-            block.states[row],
-            partial(block.rows, row, row + 1),
-        )
+        return self._sample_of(self.conditions, block, self.tick - block.first_tick)
+
+    def _sample_of(self, conditions: Scenario, samples: Samples, row: int) -> Sample:
+        """Return what samples have in a row."""
+        make = partial(samples.rows, row, row + 1)
+        tick = samples.first_tick + row
+        return Sample(conditions, self.ticks, tick, samples.states[row], make)
 
     @property
     def _here(self) -> RunState:
@@ -394,8 +405,9 @@ class Simulation:
 
         They end at the latest where an event may follow.
         """
-        pending = [self._pending[0].tick] if self._pending else []
-        event_ticks = [tick for tick in (*pending, *run.until.values()) if tick > first]
+        known = [self._pending[0].tick] if self._pending else []
+        own = [] if (own_tick := self._own_tick(first)) is None else [own_tick]
+        event_ticks = [tick for tick in (*known, *own, *run.until.values()) if tick > first]
         last = min([first + count, *event_ticks])
         return last, last in event_ticks
 

@@ -188,6 +188,20 @@ def write_driven(
         _write(numbers, indices.torques[_SHIPPED + i], constants)
 
 
+def write_events(
+    numbers: np.ndarray, indices: Any, friction: Iterable[float], events: Iterable[EventFunction]
+) -> None:
+    """
+    Write the event functions of turning rotors, none of which is held, as write_driven does.
+
+    friction: of each rotor without its drive [N m s].
+    """
+    every = zip(indices.rotors, indices.events, friction, events, strict=False)
+    for rotor, of_event, own, event in every:
+        numbers[rotor.friction] = own + event.gain
+        _write(numbers, of_event, event)
+
+
 def _write(numbers, indices, values):
     for at, x in zip(indices, values, strict=True):
         if isinstance(at, tuple):

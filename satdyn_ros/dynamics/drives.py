@@ -78,6 +78,8 @@ class Drives:
 
     def __init__(self, system: System, state: State):
         self._system = system
+        # Of when a rotor last left its range.
+        self._omega_bi_b, self._speeds = state.omega_bi_b, system.rotor_speeds(state)
         self._laws = [
             law_of(rotor, float(system.rotor_torque[i]), float(system.rotor_target[i]))
             for i, rotor in system.turning_rotors
@@ -89,34 +91,41 @@ class Drives:
         ]
         self.met: list[tuple[float, int]] = []
 
-    def constants(self, start_s: float, omega_bi_b: np.ndarray, speeds: np.ndarray) -> Constants:
-        """
-        Return the constants of the equations as long as all rotors are where they are.
+    @property
+    def hold(self) -> bool:
+        """Whether a rotor is held at a jump."""
+        return any(index % 2 for index in self._indices)
 
-        omega_bi_b (3,), speeds (R,): of now [rad/s].
-        """
-        system, indices = self._system, self._indices
-        torque, rotors = system.rotor_torque.copy(), []
-        events: list[EventFunction] = []
-        inertia = system.carrier_inertia
-        rounding = _ROUNDING * float(np.linalg.norm(omega_bi_b))
+    def torques_and_events(self) -> tuple[np.ndarray, list[EventFunction]]:
+        """Return the level parts of the torques [N m] (R,), and what ends a step of each one."""
+        system = self._system
+        torque, events = system.rotor_torque.copy(), []
+        rounding = _ROUNDING * float(np.linalg.norm(self._omega_bi_b))
         for n, (i, rotor) in enumerate(system.turning_rotors):
-            line = self._laws[n][indices[n] // 2]
-            is_held = indices[n] % 2
+            line, is_held = self._laws[n][self._indices[n] // 2], self._indices[n] % 2
             torque[i] = 0.0 if is_held else line.torque
             if is_held:
-                inertia = inertia + rotor.inertia * np.outer(rotor.axis, rotor.axis)
-                events.append(_at_jump(rotor, line, self._laws[n][indices[n] // 2 + 1]))
+                events.append(_at_jump(rotor, line, self._laws[n][self._indices[n] // 2 + 1]))
             else:
-                events.append(_on_line(line, float(speeds[i]), rounding))
+                events.append(_on_line(line, float(self._speeds[i]), rounding))
+        return torque, events
+
+    def constants(self, start_s: float) -> Constants:
+        """Return the constants of the equations as long as all rotors are where they are."""
+        system, (torque, events) = self._system, self.torques_and_events()
         constants = constants_of(system, start_s)
         if not np.array_equal(torque, system.rotor_torque):
             driven = constants_of(system.driven(rotor_torque=torque), start_s)
             constants = driven._replace(does_work=constants.does_work)
-        for turning, event in zip(constants.rotors, events, strict=True):
-            friction = 0.0 if event.held_inertia else turning.friction + event.gain
-            rotors.append(turning._replace(friction=friction))
-        if inertia is not system.carrier_inertia:
+        rotors = tuple(
+            turning._replace(friction=0.0 if event.held_inertia else turning.friction + event.gain)
+            for turning, event in zip(constants.rotors, events, strict=True)
+        )
+        if self.hold:
+            inertia = system.carrier_inertia
+            for event, (_, rotor) in zip(events, system.turning_rotors, strict=True):
+                if event.held_inertia:
+                    inertia = inertia + rotor.inertia * np.outer(rotor.axis, rotor.axis)
             inverse = np.linalg.inv(inertia)
             is_diagonal = not isinstance(constants.carrier_inverse[0], tuple)
             rows = inverse.diagonal().tolist() if is_diagonal else map(tuple, inverse.tolist())
@@ -125,14 +134,16 @@ class Drives:
             dry._replace(torque=0.0) if event.held_inertia else dry
             for event, dry in zip(events, constants.coulomb, strict=False)
         )
-        return constants._replace(rotors=tuple(rotors), events=tuple(events), coulomb=coulomb)
+        return constants._replace(rotors=rotors, events=tuple(events), coulomb=coulomb)
 
-    def leave(self, which: int, t_s: float) -> None:
+    def leave(self, which: int, t_s: float, omega_bi_b: np.ndarray, speeds: np.ndarray) -> None:
         """
-        Let a turning rotor leave where it is.
+        Let a turning rotor leave where it is at t_s, from the start of the motion.
 
-        which: n + 1 by the upper end of its range, -n - 1 by the lower one.
+        which: n + 1 by the upper end of its range, -n - 1 by the lower one; omega_bi_b (3,),
+        speeds (R,): of then [rad/s].
         """
+        self._omega_bi_b, self._speeds = omega_bi_b, speeds
         n, up = abs(which) - 1, which > 0
         index, law = self._indices[n], self._laws[n]
         if index % 2:

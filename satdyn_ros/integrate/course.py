@@ -59,7 +59,7 @@ class Course:
         self._system, self._start_s = system, start_s
         self._tolerance, self._steps_allowed = tolerance, steps_allowed
         self.anomaly = tuple(map(float, system.orbit.mean_anomaly_at(start_s)))
-        # None: they follow from the system, the start and the tables of now.
+        # None: they are to be made.
         self._constants: Constants | None = None
         self.stop_times_s = self._all_stop_times_s = stop_times_of(system)
         self.drives: Drives | None = None
@@ -73,7 +73,6 @@ class Course:
         self._jumped = [0.0]
         if system.switching_rotors:
             self.drives = Drives(system, state)
-            self._drive(self.drives, state.omega_bi_b, system.rotor_speeds(state))
         if system.pieces:
             self._enter({each: each.piece_at(start_s) for each in system.pieces})
 
@@ -81,18 +80,30 @@ class Course:
     def constants(self) -> Constants:
         """The constants of now."""
         if self._constants is None:
-            self._constants = self._in_pieces(constants_of(self._system, self._start_s))
+            self._constants = self._new_constants()
         return self._constants
+
+    def _new_constants(self):
+        system, start_s, drives = self._system, self._start_s, self.drives
+        constants = constants_of(system, start_s) if drives is None else drives.constants(start_s)
+        if self._table_of is None:
+            return constants
+        return with_tables(constants, system, self._table_of)
 
     def goes_on_at(self, start_s: float) -> bool:
         """Return whether the pieces of time that hold now are those of a start, from tick 0."""
         return self._current == {each: each.piece_at(start_s) for each in self._current}
 
-    def start_anew(self, system: System, start_s: float) -> None:
+    def start_anew(self, system: System, start_s: float, drives: Drives | None = None) -> None:
         """Let another motion of the same kind begin at start_s, while its pieces hold."""
         self._system, self._start_s, self._constants = system, start_s, None
+        self.drives = drives
         self.anomaly = tuple(map(float, system.orbit.mean_anomaly_at(start_s)))
         self.until_s = self.piece_s[1] - start_s
+
+    def of_next(self, system: System, state: State, start_s: float) -> 'Course':
+        """Return the course of another motion that is computed as this one."""
+        return Course(system, state, start_s, self._tolerance, self._steps_allowed)
 
     def own_constants(self, torque: BodyTorque) -> Any:
         """Return the constants of a torque in the pieces of now."""
@@ -155,8 +166,8 @@ class Course:
         which: as of Drives.leave; omega_bi_b (3,), speeds (R,): of then [rad/s].
         """
         assert self.drives is not None
-        self.drives.leave(which, t_s)
-        self._drive(self.drives, omega_bi_b, speeds)
+        self.drives.leave(which, t_s, omega_bi_b, speeds)
+        self._constants = None
 
     def enter_next(self, q_ib: np.ndarray) -> None:
         """
@@ -206,21 +217,10 @@ class Course:
         passed = np.searchsorted(self._jumps_s, self._start_s + t_s, side='right')
         return np.array(self._jumped)[passed]
 
-    def _drive(self, drives, omega_bi_b, speeds):
-        """Go on by the constants of where the rotors are."""
-        self._constants = self._in_pieces(drives.constants(self._start_s, omega_bi_b, speeds))
-
-    def _in_pieces(self, constants):
-        """Return constants with the tables of the pieces of now."""
-        if self._table_of is None:
-            return constants
-        return with_tables(constants, self._system, self._table_of)
-
     def _enter(self, current):
         """Go on by the tables of these pieces of time, as long as all of them last."""
-        constants = self.constants
         self._current, self._table_of = current, tables_of(current)
-        self._constants = self._in_pieces(constants)
+        self._constants = self._new_constants()
         begin_s = max(piece.begin_s for piece in current.values())
         end_s = min(piece.end_s for piece in current.values())
         corners_s = (each.corners_in(piece) for each, piece in current.items())

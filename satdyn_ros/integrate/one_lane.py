@@ -5,8 +5,15 @@ from typing import Any
 
 import numpy as np
 
-from ..dynamics.constants import applied_by, constants_of, line_at, write_driven
-from ..dynamics.system import System
+from ..dynamics.constants import (
+    applied_by,
+    constants_of,
+    line_at,
+    write_driven,
+    write_events,
+)
+from ..dynamics.drives import Drives
+from ..dynamics.system import State, System
 from ..trace.graph import flatten, kind_of, numbered
 from .course import Course, problem_of
 from .lanes import ANOMALY, BEGINS, FURTHEST, HOLDS_UNTIL_S, REACHED, UNFINISHED, Lanes
@@ -31,7 +38,9 @@ class OneLane:
         self.lanes = Lanes(1, self.code.layout, flatten(constants)[1])
         self.problem = problem_of(begin[None], [course], self.code.layout, wanted)
         self._does_work = constants.does_work
-        self._works_anyway = constants_of(system.undriven).does_work
+        undriven = constants_of(system.undriven)
+        self._works_anyway = undriven.does_work
+        self._friction = [rotor.friction for rotor in undriven.rotors]
         self._indices = numbered(constants)
         self._axes = [rotor.axis for rotor in system.rotors]
 
@@ -45,14 +54,13 @@ class OneLane:
         return False
 
     def takes(
-        self, system: System, begin: np.ndarray, start_s: float, new_course: Callable[[], Course]
+        self, system: System, begin: np.ndarray, start_s: float, state_of: Callable[[], State]
     ) -> bool:
         """
         Let the motion of a system begin in the lane, at start_s [s] from tick 0.
 
-        begin: as of the class.  new_course: makes its course, where more than numbers change.
-        Return whether the system is the same body under torques of the same kind; if not, nothing
-        changes.
+        begin: as of the class; state_of: gives the state that it is of.  Return whether the system
+        is the same body under torques of the same kind; if not, nothing changes.
         """
         changed = {
             i: torque
@@ -61,10 +69,13 @@ class OneLane:
         }
         if not self._is_alike(system, changed):
             return False
-        if self._goes_on(system, start_s, changed):
-            self._write(system, start_s, changed)
+        course, drives = self.course, None
+        if course.drives is not None:
+            drives = Drives(system, state_of())
+        if self._goes_on(system, start_s, changed, drives):
+            self._write(system, start_s, changed, drives)
         else:
-            course = new_course()
+            course = course.of_next(system, state_of(), start_s)
             if course.most_stops >= self.problem.stop_times_s.shape[1]:
                 return False
             self.course = course
@@ -85,30 +96,35 @@ class OneLane:
             )
         )
 
-    def _goes_on(self, system, start_s, changed):
-        """Return whether the course goes on: no drive's place on its law, no table is another."""
+    def _goes_on(self, system, start_s, changed, drives):
+        """Return whether the course goes on by other numbers, with the same tables."""
         before = flatten(self.system.torques[i].constants for i in changed)[1]
         now = flatten(torque.constants for torque in changed.values())[1]
         return (
-            self.course.drives is None
+            # A rotor that is held counts with the inertia of the carrier.
+            not any(each.hold for each in (self.course.drives, drives) if each is not None)
             and system.pieces == self.system.pieces
             and self.course.goes_on_at(start_s)
             and all(a is b for a, b in zip(before, now, strict=True))
         )
 
-    def _write(self, system, start_s, changed):
+    def _write(self, system, start_s, changed, drives):
         """Write what the course takes over from its constants for another start."""
         course, problem = self.course, self.problem
+        rotor_torque, events = system.rotor_torque, []
+        if drives is not None:
+            rotor_torque, events = drives.torques_and_events()
         torques: Mapping[int, Any] = {i: course.own_constants(x) for i, x in changed.items()}
         write_driven(
             problem.constants[0],
             self._indices,
             start_s,
             line_at(system, start_s),
-            applied_by(system.torque_b, self._axes, system.rotor_torque),
-            [system.rotor_torque[i] for i, _ in system.turning_rotors],
+            applied_by(system.torque_b, self._axes, rotor_torque),
+            [rotor_torque[i] for i, _ in system.turning_rotors],
             torques,
         )
-        course.start_anew(system, start_s)
+        write_events(problem.constants[0], self._indices, self._friction, events)
+        course.start_anew(system, start_s, drives)
         problem.settings[0, ANOMALY] = course.anomaly[0]
         problem.settings[0, HOLDS_UNTIL_S] = course.until_s

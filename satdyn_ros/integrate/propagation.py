@@ -108,11 +108,7 @@ class Propagation(Motion):
 
     def new_course(self) -> Course:
         """Return the course of the motion, at its start."""
-        return self.course_of(self.system, self.state, self.start_s)
-
-    def course_of(self, system: System, state: State, start_s: float) -> Course:
-        """Return the course of another motion that is computed as this one."""
-        return Course(system, state, start_s, self.tolerance, self._steps_allowed)
+        return Course(self.system, self.state, self.start_s, self.tolerance, self._steps_allowed)
 
     @property
     def _steps_allowed(self):
@@ -181,7 +177,7 @@ class Propagation(Motion):
             return None
         # First, or after an interruption it would go on by what is half written.
         after._restart()
-        if lane.takes(self.system, self.begin(), self.start_s, self.new_course):
+        if lane.takes(self.system, self.begin(), self.start_s, lambda: self.state):
             return lane
         after._lane = lane
         return None

@@ -18,7 +18,6 @@ class Relay:
 
     def __init__(self, motion: Propagation):
         system = motion.system
-        self._motion = motion
         self._lane = OneLane(system, motion.begin(), motion.new_course(), motion.wanted)
         self._turning: list[tuple[int, float, float, float, float]] = [
             (i, float(rotor.inertia), *rotor.axis.tolist()) for i, rotor in system.turning_rotors
@@ -74,11 +73,7 @@ class Relay:
         for n, (swing, moved) in enumerate(zip(self._swings, self._moved, strict=True)):
             begin[parts.modal_momenta.start + n] = swing + moved
         begin[parts.work] = 0.0
-
-        def course():
-            return self._motion.course_of(system, self.state(), start_s)
-
-        return self._lane.takes(system, begin, start_s, course)
+        return self._lane.takes(system, begin, start_s, self.state)
 
     def state(self) -> State:
         """Return the state where it stands."""

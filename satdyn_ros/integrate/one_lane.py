@@ -98,14 +98,20 @@ class OneLane:
 
     def _goes_on(self, system, start_s, changed, drives):
         """Return whether the course goes on by other numbers, with the same tables."""
-        before = flatten(self.system.torques[i].constants for i in changed)[1]
-        now = flatten(torque.constants for torque in changed.values())[1]
         return (
             # A rotor that is held counts with the inertia of the carrier.
             not any(each.hold for each in (self.course.drives, drives) if each is not None)
             and system.pieces == self.system.pieces
             and self.course.goes_on_at(start_s)
-            and all(a is b for a, b in zip(before, now, strict=True))
+            and all(
+                before is now
+                for i, torque in changed.items()
+                for before, now in zip(
+                    flatten(self.system.torques[i].constants)[1],
+                    flatten(torque.constants)[1],
+                    strict=True,
+                )
+            )
         )
 
     def _write(self, system, start_s, changed, drives):

@@ -36,56 +36,53 @@ def simulate(
     """
     Record the ticks k with k / rate < duration_s into a new bag and yield how many are done.
 
-    begin: Simulation.snapshot of the tick from which the run continues and k counts; None: tick 0.
     The bag is complete when the iteration ends, even if it is closed half way.  An epoch of 0 is
     the wall clock.  An interruptible context is not interrupted while the bag is written.
-    ValueError: an event that the scenario does not allow, or a state from which no motion can
-    start.  OSError: as BagWriter.  RunHalted: the run came to a halt; the bag has the ticks
-    before.  ControllerFailed: likewise, by its controller.  Untrue: a derived one of the events
-    did not happen.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        what flies
+    duration_s : s
+        a number above 0, or its decimal text
+    directory : str or Path
+        the new bag
+    events : sequence of Event
+        what happens, each at its tick
+    begin : mapping or None
+        Simulation.snapshot of the tick from which the run continues and k counts; None: tick 0
+    controller : Controller or None
+        what closes the loop
+
+    Raises
+    ------
+    ValueError
+        an event that the scenario does not allow, or a state from which no motion can start
+    OSError
+        as BagWriter
+    RunHalted
+        the run came to a halt; the bag has the ticks before
+    ControllerFailed
+        likewise, by its controller
+    Untrue
+        a derived one of the events did not happen
     """
     scenario = scenario.with_epoch(time.time_ns())
-    changes = [event.names for event in events if isinstance(event, Topics)]
-    topics = scenario.topics if begin is None else begin['topics']
-    # Before anything is written, it is known that all of it can be.
-    packers = {
-        name: packer(name, scenario)
-        for name in dict.fromkeys(name for some in (topics, *changes) for name in some)
-    }
     first, conditions = 0, scenario
     if begin is not None:
         first, conditions = begin['tick'], scenario.with_values(begin['conditions'])
+    # Before anything is written, it is known that all of it can be.
+    packers = _packers(scenario, events, begin)
     _check(events, conditions, first)
     end = first + tick_count(scenario, duration_s, first)
-    if begin is None:
-        try_out(scenario, 0, end - 1)
-        simulation = ControlledSimulation(scenario, events)
-    else:
-        simulation = ControlledSimulation.from_snapshot(scenario, begin, events)
+    simulation = _ready(scenario, events, begin, end)
     if controller is not None:
         simulation.control_by(controller)
-    expected = {event for event in events if isinstance(event, Derived) and event.tick < end}
-    recorder: RunRecorder | None = None
-    block = RunRecorder.most
-    try:
-        with uninterrupted():
-            recorder = RunRecorder(directory, simulation, packers)
-        while simulation.next_tick < end and not simulation.halted:
-            happened, samples = simulation.advance(min(block, end - simulation.next_tick))
-            expected -= {event for event in happened if isinstance(event, Derived)}
-            with uninterrupted():
-                block = recorder.take(happened, samples)
-            yield simulation.next_tick - first
-    finally:
-        if recorder is not None:
-            with uninterrupted():
-                recorder.close()
+    happened = yield from _record(simulation, packers, directory, end)
     if simulation.halted:
         count = simulation.next_tick - first
         raise RunHalted(f'{simulation.halted}; {directory} has {count} ticks')
-    if expected:
-        event = min(expected, key=lambda event: event.tick)
-        raise Untrue(f'the event {name_of(event)} at tick {event.tick} did not happen')
+    _check_all_happened(events, happened, end)
 
 
 def tick_count(scenario: Scenario, duration_s: str | float, first: int = 0) -> int:
@@ -114,6 +111,51 @@ def tick_count(scenario: Scenario, duration_s: str | float, first: int = 0) -> i
         sentence = orbit.outside(known_until_s)
         raise ValueError(f'the duration is {duration_s} s, and {sentence}')
     return count
+
+
+def _packers(scenario, events, begin):
+    """Return the packer of each topic that the run has at some tick, by name."""
+    topics = scenario.topics if begin is None else begin['topics']
+    changes = [event.names for event in events if isinstance(event, Topics)]
+    names = dict.fromkeys(name for some in (topics, *changes) for name in some)
+    return {name: packer(name, scenario) for name in names}
+
+
+def _ready(scenario, events, begin, end):
+    """Return the run before its first tick, from a state from which a motion can start."""
+    if begin is not None:
+        return ControlledSimulation.from_snapshot(scenario, begin, events)
+    try_out(scenario, 0, end - 1)
+    return ControlledSimulation(scenario, events)
+
+
+def _record(simulation, packers, directory, end):
+    """Record the ticks up to one, yield how many are done, and return the derived events."""
+    first, block = simulation.next_tick, RunRecorder.most
+    derived: set[Event] = set()
+    recorder: RunRecorder | None = None
+    try:
+        with uninterrupted():
+            recorder = RunRecorder(directory, simulation, packers)
+        while simulation.next_tick < end and not simulation.halted:
+            happened, samples = simulation.advance(min(block, end - simulation.next_tick))
+            derived |= {event for event in happened if isinstance(event, Derived)}
+            with uninterrupted():
+                block = recorder.take(happened, samples)
+            yield simulation.next_tick - first
+    finally:
+        if recorder is not None:
+            with uninterrupted():
+                recorder.close()
+    return derived
+
+
+def _check_all_happened(events, happened, end):
+    """Raise Untrue for the first of the derived events before a tick that did not happen."""
+    missing = {e for e in events if isinstance(e, Derived) and e.tick < end} - happened
+    if missing:
+        event = min(missing, key=lambda event: event.tick)
+        raise Untrue(f'the event {name_of(event)} at tick {event.tick} did not happen')
 
 
 def _check(events, scenario, first):

@@ -57,68 +57,11 @@ satdyn check"""
         added.examples = examples
         return added
 
-    added = command('node', 'the node, paced; needs ROS 2', _NODE_EXAMPLES)
-    added.add_argument(
-        '--params-file',
-        action='append',
-        metavar='FILE',
-        help=f'{_SCENARIO}; if there are several, later ones prevail, as in ROS',
-    )
-    added.add_argument(
-        '--satellite',
-        action='append',
-        metavar='NAME',
-        help='which satellite, if the scenario has several: /sat4/satdyn, or /sat4; may be '
-        'repeated; default: all, each a node of its own',
-    )
-    added.add_argument(
-        '--section',
-        metavar='NAME',
-        help='fly this satellite of the scenario under the name that --ros-args gives, as the '
-        'launch files do in pushed namespaces',
-    )
-    _add_torque(added)
-    _add_controller(added)
-    added.add_argument(
-        '--ros-args', nargs='...', metavar='', help='the usual arguments of ROS 2 nodes'
-    )
-    _add_request(command)
-    _add_simulate(command)
-    _add_replay(command)
-    _add_bag_commands(command)
-    _add_watch(command)
-    added = command(
-        'describe',
-        'what theory says about a scenario: closed form, constants, equilibria, stability',
-        'satdyn describe config/default.yaml\nsatdyn describe config/euler_poinsot.yaml --json\n'
-        'satdyn describe constellation --satellite /sat4\n'
-        'satdyn describe config/default.yaml --code\n'
-        'satdyn describe config/cubesat_leo.yaml --urdf\n'
-        'satdyn describe config/cubesat_sensors.yaml --sensors',
-    )
-    added.add_argument('file', metavar='FILE', help=_SCENARIO)
-    _add_satellite(added)
-    added.add_argument('--json', action='store_true', help='as JSON, with --sensors too')
-    how = added.add_mutually_exclusive_group()
-    how.add_argument(
-        '--code',
-        action='store_true',
-        help='print the code of its step instead, with its equations of motion in it, as LLVM IR',
-    )
-    how.add_argument(
-        '--urdf',
-        action='store_true',
-        help='print its body as a URDF instead: box, plates, wheels and sensors',
-    )
-    how.add_argument(
-        '--sensors',
-        action='store_true',
-        help='instead its sensors, in SI and in the units of datasheets, with the Allan '
-        'deviations of what they measure',
-    )
-    _add_constellation(command)
-    _add_sweep(command)
-    _add_check(command)
+    for add in (
+        *(_add_node, _add_request, _add_simulate, _add_replay, _add_bag_commands, _add_watch),
+        *(_add_describe, _add_constellation, _add_sweep, _add_check),
+    ):
+        add(command)
     for name in _WITH_TORQUES:
         _add_torque(commands.choices[name])
     return satdyn
@@ -152,6 +95,34 @@ def _in_unit(text, unit):
 
 
 _number_of_seconds.__name__, _rate.__name__ = 'time', 'rate'
+
+
+def _add_node(command):
+    added = command('node', 'the node, paced; needs ROS 2', _NODE_EXAMPLES)
+    added.add_argument(
+        '--params-file',
+        action='append',
+        metavar='FILE',
+        help=f'{_SCENARIO}; if there are several, later ones prevail, as in ROS',
+    )
+    added.add_argument(
+        '--satellite',
+        action='append',
+        metavar='NAME',
+        help='which satellite, if the scenario has several: /sat4/satdyn, or /sat4; may be '
+        'repeated; default: all, each a node of its own',
+    )
+    added.add_argument(
+        '--section',
+        metavar='NAME',
+        help='fly this satellite of the scenario under the name that --ros-args gives, as the '
+        'launch files do in pushed namespaces',
+    )
+    _add_torque(added)
+    _add_controller(added)
+    added.add_argument(
+        '--ros-args', nargs='...', metavar='', help='the usual arguments of ROS 2 nodes'
+    )
 
 
 def _add_request(command):
@@ -323,38 +294,7 @@ def _add_bag_commands(command):
         '-o', dest='out', metavar='BAG', help='write a new bag; default: repair in place'
     )
     _add_export(command)
-    added = command(
-        'plot',
-        'draw a bag or a sweep',
-        'satdyn plot orbit -o orbit.png\nsatdyn plot orbit -o phase.png --what phase\n'
-        'satdyn plot orbit -o begin.png --what attitude rates --end 600\n'
-        'satdyn plot pair/sat4 pair/sat5 -o pair.png --what attitude rates\n'
-        'satdyn plot orbit -o angle.png --what attitude --against orbit.aem',
-    )
-    added.add_argument(
-        'bag',
-        nargs='+',
-        metavar='BAG|SWEEP_DIR',
-        help='a bag, several side by side, or the directory of a finished sweep',
-    )
-    _add_out(added, 'FILE', 'the image file')
-    added.add_argument(
-        '--what',
-        nargs='+',
-        default=(),
-        metavar='PANEL',
-        help='the panels to draw, see below; for a sweep, the columns',
-    )
-    added.add_argument(
-        '--against',
-        metavar='AEM',
-        help='draw the angle to the attitudes in a CCSDS message too',
-    )
-    added.add_argument(
-        '--unwrap', action='store_true', help='unwrap roll, pitch and yaw beyond a full turn'
-    )
-    _add_window(added)
-    added.notes = _PANELS
+    _add_plot(command)
     added = command(
         'report',
         'write a bag as one self-contained page',
@@ -412,6 +352,41 @@ def _add_export(command):
     added.add_argument(
         '--center', metavar='NAME', help='name for the attracting body; default: EARTH'
     )
+
+
+def _add_plot(command):
+    added = command(
+        'plot',
+        'draw a bag or a sweep',
+        'satdyn plot orbit -o orbit.png\nsatdyn plot orbit -o phase.png --what phase\n'
+        'satdyn plot orbit -o begin.png --what attitude rates --end 600\n'
+        'satdyn plot pair/sat4 pair/sat5 -o pair.png --what attitude rates\n'
+        'satdyn plot orbit -o angle.png --what attitude --against orbit.aem',
+    )
+    added.add_argument(
+        'bag',
+        nargs='+',
+        metavar='BAG|SWEEP_DIR',
+        help='a bag, several side by side, or the directory of a finished sweep',
+    )
+    _add_out(added, 'FILE', 'the image file')
+    added.add_argument(
+        '--what',
+        nargs='+',
+        default=(),
+        metavar='PANEL',
+        help='the panels to draw, see below; for a sweep, the columns',
+    )
+    added.add_argument(
+        '--against',
+        metavar='AEM',
+        help='draw the angle to the attitudes in a CCSDS message too',
+    )
+    added.add_argument(
+        '--unwrap', action='store_true', help='unwrap roll, pitch and yaw beyond a full turn'
+    )
+    _add_window(added)
+    added.notes = _PANELS
 
 
 _SWEEP_FORM = """\
@@ -472,6 +447,38 @@ def _port(text):
 
 
 _port.__name__ = 'port'
+
+
+def _add_describe(command):
+    added = command(
+        'describe',
+        'what theory says about a scenario: closed form, constants, equilibria, stability',
+        'satdyn describe config/default.yaml\nsatdyn describe config/euler_poinsot.yaml --json\n'
+        'satdyn describe constellation --satellite /sat4\n'
+        'satdyn describe config/default.yaml --code\n'
+        'satdyn describe config/cubesat_leo.yaml --urdf\n'
+        'satdyn describe config/cubesat_sensors.yaml --sensors',
+    )
+    added.add_argument('file', metavar='FILE', help=_SCENARIO)
+    _add_satellite(added)
+    added.add_argument('--json', action='store_true', help='as JSON, with --sensors too')
+    how = added.add_mutually_exclusive_group()
+    how.add_argument(
+        '--code',
+        action='store_true',
+        help='print the code of its step instead, with its equations of motion in it, as LLVM IR',
+    )
+    how.add_argument(
+        '--urdf',
+        action='store_true',
+        help='print its body as a URDF instead: box, plates, wheels and sensors',
+    )
+    how.add_argument(
+        '--sensors',
+        action='store_true',
+        help='instead its sensors, in SI and in the units of datasheets, with the Allan '
+        'deviations of what they measure',
+    )
 
 
 def _add_constellation(command):

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterable, Iterator
 from decimal import Decimal
+from typing import NamedTuple
 
 from ..base.kvn import KvnMetadata, KvnRow
 from ..base.nanoseconds import SECOND_NS, epoch, stamp_ns
@@ -13,6 +14,7 @@ _MONTHS = ('Jan', 'Feb', 'Mar', 'Apr', 'May', 'Jun', 'Jul', 'Aug', 'Sep', 'Oct',
 _EPOCH = re.compile(r'(\d{1,2}) ([A-Za-z]{3}) (\d{4}) (\d\d:\d\d:\d\d(?:\.\d*)?)', re.ASCII)
 _FRAMES = {'J2000': 'EME2000', 'ICRF': 'ICRF'}
 _UNITS_KM = {'meters': Decimal('0.001'), 'kilometers': Decimal(1)}
+_METHODS = 'Lagrange', 'Hermite'
 _KINDS = ('EphemerisTimePosVel', 'EphemerisTimePosVelAcc')
 _COVARIANCES = ('covariancetimepos', 'covariancetimeposvel')
 # What says nothing about the rows that is needed here.
@@ -70,20 +72,66 @@ def stk_rows(lines: Iterable[str]) -> Iterator[KvnRow]:
 
 
 def _in_km(said, boundaries, rows):
-    def value(keyword, default, allowed):
-        given, line = said.pop(keyword.lower(), (default, 0))
-        if given.lower() not in (each.lower() for each in allowed):
-            what = f'{keyword} is {given}' if line else f'{keyword} is not given, which is {given}'
-            where = f'line {line}: ' if line else ''
-            raise ValueError(f'{where}{what}; supported: {" and ".join(allowed)}')
-        return given, line
-
+    """Yield the rows of the file, those of a segment with the same metadata."""
     if not rows:
         raise ValueError(f'it has no rows of {" or ".join(_KINDS)}')
-    value('CentralBody', 'Earth', ('Earth',))
-    frame, _ = value('CoordinateSystem', 'Fixed', _FRAMES)
-    unit, _ = value('DistanceUnit', 'Meters', ('Meters', 'Kilometers'))
-    method, method_line = value('InterpolationMethod', 'Lagrange', ('Lagrange', 'Hermite'))
+    header = _header(said)
+    leaps = _leap_seconds(header.begin_ns, max(at for at, _, _ in rows))
+    current = header.metadata(rows[0][2])
+    # The first and the last may be among them, where nothing else begins.
+    within = boundaries - {rows[0][0], rows[-1][0]}
+    before: tuple[Decimal, list[str], int] | None = None
+    for at, words, line in rows:
+        if before is not None and before[0] in within:
+            current = header.metadata(line)
+            if at != before[0]:
+                yield KvnRow('', current, header.words(*before[:2], leaps), before[2])
+        yield KvnRow('', current, header.words(at, words, leaps), line)
+        # The second row of a boundary begins what follows on it.
+        before = None if before is not None and at == before[0] else (at, words, line)
+
+
+class _Header(NamedTuple):
+    """What the keywords say: the line of a method or a degree that none gives is 0."""
+
+    begin_ns: int
+    frame: str
+    to_km: Decimal
+    method: str
+    degree: int
+    method_line: int
+    degree_line: int
+
+    def metadata(self, line: int) -> KvnMetadata:
+        """Return the keywords of a segment whose first row is in a line."""
+        found = KvnMetadata(line)
+        for keyword, each, at in (
+            ('CENTER_NAME', 'EARTH', line),
+            ('REF_FRAME', self.frame, line),
+            ('TIME_SYSTEM', 'UTC', line),
+            ('INTERPOLATION', self.method, self.method_line or line),
+            ('INTERPOLATION_DEGREE', str(self.degree), self.degree_line or line),
+        ):
+            found[keyword], found.lines[keyword] = each, at
+        return found
+
+    def words(self, at: Decimal, words: list[str], leaps: dict[int, int]) -> list[str]:
+        """Return the words of a row at a time [s past the epoch] as those of an OEM."""
+        stamp = self.begin_ns + int((at * SECOND_NS).to_integral_value())
+        # A stamp does not count the leap seconds that have gone by.
+        stamp -= sum(step for after, step in leaps.items() if after <= stamp - step)
+        scaled = [
+            word if number(word) is None else str(Decimal(word) * self.to_km) for word in words
+        ]
+        return [epoch(stamp), *scaled]
+
+
+def _header(said: dict[str, tuple[str, int]]) -> _Header:
+    """Return what the keywords of a file say, each with its line; no other may be among them."""
+    _one_of(said, 'CentralBody', 'Earth', ('Earth',))
+    frame, _ = _one_of(said, 'CoordinateSystem', 'Fixed', _FRAMES)
+    unit, _ = _one_of(said, 'DistanceUnit', 'Meters', ('Meters', 'Kilometers'))
+    method, method_line = _one_of(said, 'InterpolationMethod', 'Lagrange', _METHODS)
     samples, degree_line = said.pop('interpolationsamplesm1', ('5', method_line))
     if 'interpolationorder' in said:
         samples, degree_line = said.pop('interpolationorder')
@@ -91,50 +139,35 @@ def _in_km(said, boundaries, rows):
         raise ValueError(
             f'line {degree_line}: InterpolationSamplesM1 is {samples}; it must be a whole number'
         )
-    epoch_text, epoch_line = said.pop('scenarioepoch', ('', 0))
-    begin_ns = _epoch_ns(epoch_text, epoch_line)
-    for keyword in _LEFT_OUT:
-        said.pop(keyword, None)
+    begin_ns = _epoch_ns(*said.pop('scenarioepoch', ('', 0)))
     for keyword, (_, line) in said.items():
-        raise ValueError(f'line {line}: the keyword {keyword} is not read')
-    end_ns = begin_ns + int(max(at for at, _, _ in rows) * SECOND_NS)
-    leaps = leap_seconds_between(begin_ns, max(begin_ns, end_ns))
+        if keyword not in _LEFT_OUT:
+            raise ValueError(f'line {line}: the keyword {keyword} is not read')
+    return _Header(
+        begin_ns,
+        frame=_FRAMES[frame.upper()],
+        to_km=_UNITS_KM[unit.lower()],
+        method=method.upper(),
+        degree=int(samples) if method.lower() == 'lagrange' else 2 * int(samples) + 1,
+        method_line=method_line,
+        degree_line=degree_line,
+    )
 
-    def metadata(line):
-        found = KvnMetadata(line)
-        degree = int(samples) if method.lower() == 'lagrange' else 2 * int(samples) + 1
-        for keyword, each, at in (
-            ('CENTER_NAME', 'EARTH', line),
-            ('REF_FRAME', _FRAMES[frame.upper()], line),
-            ('TIME_SYSTEM', 'UTC', line),
-            ('INTERPOLATION', method.upper(), method_line or line),
-            ('INTERPOLATION_DEGREE', str(degree), degree_line or line),
-        ):
-            found[keyword], found.lines[keyword] = each, at
-        return found
 
-    def words_of(at, words):
-        stamp = begin_ns + int((at * SECOND_NS).to_integral_value())
-        # A stamp does not count the leap seconds that have gone by.
-        stamp -= sum(step for after, step in leaps.items() if after <= stamp - step)
-        scaled = [
-            word if number(word) is None else str(Decimal(word) * _UNITS_KM[unit.lower()])
-            for word in words
-        ]
-        return [epoch(stamp), *scaled]
+def _one_of(said, keyword, default, allowed):
+    """Return the value of a keyword, one of those allowed, and its line, 0: by default."""
+    given, line = said.pop(keyword.lower(), (default, 0))
+    if given.lower() not in (each.lower() for each in allowed):
+        what = f'{keyword} is {given}' if line else f'{keyword} is not given, which is {given}'
+        where = f'line {line}: ' if line else ''
+        raise ValueError(f'{where}{what}; supported: {" and ".join(allowed)}')
+    return given, line
 
-    current = metadata(rows[0][2])
-    # The first and the last may be among them, where nothing else begins.
-    within = boundaries - {rows[0][0], rows[-1][0]}
-    before: tuple[Decimal, list[str], int] | None = None
-    for at, words, line in rows:
-        if before is not None and before[0] in within:
-            current = metadata(line)
-            if at != before[0]:
-                yield KvnRow('', current, words_of(*before[:2]), before[2])
-        yield KvnRow('', current, words_of(at, words), line)
-        # The second row of a boundary begins what follows on it.
-        before = None if before is not None and at == before[0] else (at, words, line)
+
+def _leap_seconds(begin_ns: int, last_s: Decimal) -> dict[int, int]:
+    """Return the leap seconds up to the last row [s past the epoch], by stamp."""
+    end_ns = begin_ns + int(last_s * SECOND_NS)
+    return leap_seconds_between(begin_ns, max(begin_ns, end_ns))
 
 
 def _seconds(word: str, line: int) -> Decimal:

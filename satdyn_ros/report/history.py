@@ -119,14 +119,32 @@ def history(
     """
     Return the history of a bag in at most `rows` rows, and one of the last tick.
 
-    begin_s, end_s: the ticks k with begin_s <= k / rate <= end_s alone, counted from tick 0.
-    ValueError: the bag was not written by satdyn_ros, or has no ticks there.
+    Parameters
+    ----------
+    path : str or Path
+        the bag
+    rows : int
+        the most rows
+    begin_s, end_s : s or None
+        the ticks k with begin_s <= k / rate <= end_s alone, counted from tick 0; None: no limit
+
+    Raises
+    ------
+    ValueError
+        the bag was not written by satdyn_ros, or has no ticks there
     """
     run = RecordedRun(path)
     if run.snapshot is None:
         raise ValueError(f'{path} has no samples')
     simulation = run.simulation()
     first, end = _window(run, simulation.next_tick, run.last_tick() + 1, begin_s, end_s)
+    return History(
+        scenario=run.scenario, ticks=end - first, **_read(run, simulation, first, end, rows)
+    )
+
+
+def _read(run, simulation, first, end, rows):
+    """Return the fields of a History that follow from the samples of the ticks from first on."""
     every = -(-(end - first) // rows)
     row_ticks = np.unique([*range(first, end, every), end - 1])
     with_panels = topics_with_panels(run.scenario)
@@ -153,25 +171,23 @@ def history(
             at_rows.take(samples, chosen, drift)
     bounds.close()
     states = joined(at_rows.tables)
-    return History(
-        scenario=run.scenario,
-        ticks=end - first,
-        t_s=states.orbit_s,
-        states=states,
-        q_lb=None if run.scenario.is_fixed else states.q_lb,
-        panels={topic.name: topic.panel for topic in with_panels if topic.panel},
-        turned=bounds.turned,
-        least=bounds.least,
-        most=bounds.most,
-        mean=bounds.mean,
-        largest_drift=drifts.of_run,
-        motions=motions,
-        events=timeline.events,
-        driven=timeline.driven,
-        valves_open=timeline.valves_open,
-        sensors=sensors.result(),
+    return {
+        't_s': states.orbit_s,
+        'states': states,
+        'q_lb': None if run.scenario.is_fixed else states.q_lb,
+        'panels': {topic.name: topic.panel for topic in with_panels if topic.panel},
+        'turned': bounds.turned,
+        'least': bounds.least,
+        'most': bounds.most,
+        'mean': bounds.mean,
+        'largest_drift': drifts.of_run,
+        'motions': motions,
+        'events': timeline.events,
+        'driven': timeline.driven,
+        'valves_open': timeline.valves_open,
+        'sensors': sensors.result(),
         **at_rows.columns(drifts.of_run),
-    )
+    }
 
 
 class _LargestDrift:

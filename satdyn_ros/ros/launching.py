@@ -13,6 +13,7 @@ from ..run.shipped import scenario_path
 
 # Of the live page.
 _PORT = 8090
+_BRIDGE = {'package': 'foxglove_bridge', 'executable': 'foxglove_bridge'}
 
 
 def one_satellite(
@@ -30,52 +31,78 @@ def one_satellite(
     """
     Return what satdyn.launch.py starts, in order, for the texts of its arguments.
 
-    rviz_config: the path of RViz's configuration.  is_installed: whether there is a package of a
-    name.  page_hindrance: what would end the live page at once.  ValueError, in one sentence: a
-    text is not allowed, or what is to start cannot.
-    """
-    # launch leaves running what started ahead of an error.
-    for argument, given, package in (
-        ('rviz', rviz, 'rviz2'),
-        ('foxglove', foxglove, 'foxglove_bridge'),
-    ):
-        if given == 'true' and not is_installed(package):
-            raise ValueError(f'{argument} is true, but {package} is not installed')
-    if watch == 'true' and (hindrance := page_hindrance()):
-        raise ValueError(f'watch is true, but {hindrance}')
+    Parameters
+    ----------
+    params_file, namespace, record, rate, rviz, watch, foxglove : str
+        the arguments of satdyn.launch.py
+    rviz_config : str
+        the path of RViz's configuration
+    is_installed : function
+        of a name: whether there is a package of it
+    page_hindrance : function
+        returns what would end the live page at once, empty: nothing
 
-    overrides: dict[str, Any] = {}
-    if record:
-        overrides['record.enabled'] = record == 'true'
-    if rate:
-        overrides['publish.rate'] = _number(rate)
+    Raises
+    ------
+    ValueError
+        a text is not allowed, or what is to start cannot; in one sentence
+    """
+    given = {'rviz': rviz, 'watch': watch, 'foxglove': foxglove}
+    beside = [name for name, text in given.items() if text == 'true']
+    _check_can_start(beside, is_installed, page_hindrance)
     path, file = _read(params_file)
     parts = [part for part in namespace.split('/') if part]
     full_name = '/'.join(['', *parts, 'satdyn']) if parts else file.full_name()
     section = _section(file, full_name)
+    overrides = _overrides(record, rate)
     scenario = Scenario({**without_rclpys(file.flown(full_name, section)), **overrides})
-    if 'true' in (rviz, foxglove):
+    if {'rviz', 'foxglove'} & {*beside}:
         overrides['publish.topics'] = list(dict.fromkeys([*scenario.topics, 'markers', 'tf']))
-
     namespace, _, name = full_name.rpartition('/')
     node = _node(namespace, name, path, overrides)
     if section != full_name:
         node['arguments'] += ['--section', section]
     actions: list[tuple[str, dict[str, Any]]] = [('Node', node)]
-    if rviz == 'true':
-        frames = scenario.frames
-        frame = frames.inertial if scenario.is_fixed else frames.orbital
-        shown = ['--display-config', rviz_config, '--fixed-frame', frame]
-        node = {'package': 'rviz2', 'executable': 'rviz2', 'namespace': namespace}
-        actions.append(('Node', node | {'arguments': shown}))
-    if watch == 'true':
-        command = [sys.executable, '-m', 'satdyn_ros.cli.main', 'watch', '--node', full_name]
-        command += ['--port', str(_PORT)]
-        actions.append(('ExecuteProcess', {'cmd': command, 'output': 'screen'}))
-    if foxglove == 'true':
-        bridge = {'package': 'foxglove_bridge', 'executable': 'foxglove_bridge'}
-        actions.append(('Node', bridge))
+    if 'rviz' in beside:
+        actions.append(('Node', _rviz(scenario, namespace, rviz_config)))
+    if 'watch' in beside:
+        actions.append(('ExecuteProcess', _page(full_name)))
+    if 'foxglove' in beside:
+        actions.append(('Node', _BRIDGE))
     return actions
+
+
+def _overrides(record, rate):
+    """Return what takes the place of what the file says, by key."""
+    overrides: dict[str, Any] = {}
+    if record:
+        overrides['record.enabled'] = record == 'true'
+    if rate:
+        overrides['publish.rate'] = _number(rate)
+    return overrides
+
+
+def _check_can_start(beside, is_installed, page_hindrance):
+    """Refuse what would fail, since launch leaves running what started ahead of an error."""
+    for argument, package in (('rviz', 'rviz2'), ('foxglove', 'foxglove_bridge')):
+        if argument in beside and not is_installed(package):
+            raise ValueError(f'{argument} is true, but {package} is not installed')
+    if 'watch' in beside and (hindrance := page_hindrance()):
+        raise ValueError(f'watch is true, but {hindrance}')
+
+
+def _rviz(scenario, namespace, config):
+    frames = scenario.frames
+    frame = frames.inertial if scenario.is_fixed else frames.orbital
+    shown = ['--display-config', config, '--fixed-frame', frame]
+    node = {'package': 'rviz2', 'executable': 'rviz2', 'namespace': namespace}
+    return node | {'arguments': shown}
+
+
+def _page(full_name):
+    command = [sys.executable, '-m', 'satdyn_ros.cli.main', 'watch', '--node', full_name]
+    command += ['--port', str(_PORT)]
+    return {'cmd': command, 'output': 'screen'}
 
 
 def composed(pushed: str, namespace: str) -> str:

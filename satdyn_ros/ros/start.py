@@ -36,7 +36,7 @@ from .node import Moment, SatdynNode
 _SWITCH_INTERVAL_S = 0.0005
 # A signal may wake an executor just before it ends ROS, and never again.
 _LOOK_S = 0.5
-# Options of --ros-args whose files ROS reads, by itself and for as long as they go on.
+# Options of --ros-args whose files ROS reads.
 _FILE_OPTIONS = '--params-file', '--log-config-file'
 # An argument of --ros-args that gives the node a name or a namespace, or a rule that may.
 _NAMES_THE_NODE = re.compile(r'(.*:)?__(ns|node|name):=')
@@ -49,6 +49,8 @@ _HINT = (
 
 RCLError = rclpy_implementation.RCLError
 UnknownROSArgsError = rclpy_implementation.UnknownROSArgsError
+# What is wrong with the input.
+_REFUSED = ValueError, OSError, NameValidationException
 
 
 def main(
@@ -57,52 +59,30 @@ def main(
     """
     Run the nodes and return the exit code: 0 ended as asked, 1 one failed, 2 the input is wrong.
 
-    argv: [--params-file FILE ...] [--satellite NAME ...] [--section NAME]
-    [--torque MODULE:CLASS ...] [--controller MODULE:CLASS] [--controller-parameter NAME=VALUE ...]
-    [--ros-args ...]; without it that of the process.  kind: the class of the nodes.  begins: the
-    ticks begin at once; else the nodes read their files when they are asked to begin.
+    Parameters
+    ----------
+    argv : sequence of str or None
+        [--params-file FILE ...] [--satellite NAME ...] [--section NAME]
+        [--torque MODULE:CLASS ...] [--controller MODULE:CLASS]
+        [--controller-parameter NAME=VALUE ...] [--ros-args ...]; None: that of the process
+    kind : class
+        of the nodes
+    begins : bool
+        whether the ticks begin at once; else the nodes read their files when asked to begin
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     at = arguments.index('--ros-args') if '--ros-args' in arguments else len(arguments)
-    parser = argparse.ArgumentParser('satdyn node', description='A satellite as a ROS 2 node.')
-    parser.add_argument('--params-file', action='append', metavar='FILE', help='the scenario')
-    parser.add_argument('--satellite', action='append', default=[], metavar='NAME')
-    parser.add_argument(
-        '--section', metavar='NAME', help='fly this satellite under the name of --ros-args'
-    )
-    parser.add_argument('--torque', action='append', default=[], metavar='MODULE:CLASS')
-    parser.add_argument('--controller', metavar='MODULE:CLASS', help='what closes the loop')
-    parser.add_argument(
-        '--controller-parameter', action='append', default=[], metavar='NAME=VALUE'
-    )
-    own = parser.parse_args(arguments[:at])
+    own, of_ros = _parser().parse_args(arguments[:at]), arguments[at:]
     try:
         torques = [named(name) for name in own.torque]
-        controller = None
-        if own.controller is not None:
-            controller = partial(controllers.named, own.controller, own.controller_parameter)
-            controller()
+        controller = _controller(own)
         file = ParameterFile.read(own.params_file or ())
-        is_named = any(_NAMES_THE_NODE.match(argument) for argument in arguments[at:])
-        if is_named and own.satellite:
-            raise ValueError('--satellite and --ros-args both name the node; one of them must')
-        if own.section and own.satellite:
-            raise ValueError('--satellite and --section both choose a satellite; one of them must')
-        section = own.section and file.full_name(own.section)
-        names = ['/satdyn'] if is_named or section else file.full_names(own.satellite)
-        for option, path in pairwise(arguments[at:]):
-            if option in _FILE_OPTIONS and Path(path).exists():
-                regular_file(path)
-        init(['satdyn', *arguments[at:]])
-    except UnknownROSArgsError as error:
-        return _refuse(f'--ros-args does not allow {error}')
-    except RCLError as error:
-        hint = _HINT if _OF_TWO_KINDS in str(error) else ''
-        return _refuse(f'{error}{hint}')
-    except (ValueError, OSError, NameValidationException) as error:
-        return _refuse(error)
+        names, section = _satellites(own, of_ros, file)
+        _init(of_ros)
     except KeyboardInterrupt:
         return 0
+    except (RCLError, UnknownROSArgsError, *_REFUSED) as error:
+        return _refuse(error)
     sys.setswitchinterval(_SWITCH_INTERVAL_S)
     try:
         # Nodes that begin later read their files then, as they will be.
@@ -112,13 +92,13 @@ def main(
             values if file.origin else None,
             torques,
             begins=False,
-            ros_files=_ros_files(arguments[at:]),
+            ros_files=_ros_files(of_ros),
             section=section,
             controller=controller,
         )
         # Other satellites than that of a section are for the nodes beside this one.
         return _run(names, make, begins, None if section else file)
-    except (ValueError, OSError, NameValidationException) as error:
+    except _REFUSED as error:
         return _refuse(error)
     except KeyboardInterrupt:
         return 0
@@ -130,6 +110,51 @@ def main(
         return 0
     finally:
         rclpy.try_shutdown()
+
+
+def _parser():
+    """Return the parser of what stands before --ros-args."""
+    parser = argparse.ArgumentParser('satdyn node', description='A satellite as a ROS 2 node.')
+    parser.add_argument('--params-file', action='append', metavar='FILE', help='the scenario')
+    parser.add_argument('--satellite', action='append', default=[], metavar='NAME')
+    parser.add_argument(
+        '--section', metavar='NAME', help='fly this satellite under the name of --ros-args'
+    )
+    parser.add_argument('--torque', action='append', default=[], metavar='MODULE:CLASS')
+    parser.add_argument('--controller', metavar='MODULE:CLASS', help='what closes the loop')
+    parser.add_argument(
+        '--controller-parameter', action='append', default=[], metavar='NAME=VALUE'
+    )
+    return parser
+
+
+def _controller(own):
+    """Return what makes the controller, which is made once to see that it can be; None: none."""
+    if own.controller is None:
+        return None
+    make = partial(controllers.named, own.controller, own.controller_parameter)
+    make()
+    return make
+
+
+def _satellites(own, of_ros, file):
+    """Return the full names of the nodes, and the satellite that one under another name flies."""
+    is_named = any(_NAMES_THE_NODE.match(argument) for argument in of_ros)
+    if is_named and own.satellite:
+        raise ValueError('--satellite and --ros-args both name the node; one of them must')
+    if own.section and own.satellite:
+        raise ValueError('--satellite and --section both choose a satellite; one of them must')
+    section = own.section and file.full_name(own.section)
+    names = ['/satdyn'] if is_named or section else file.full_names(own.satellite)
+    return names, section
+
+
+def _init(of_ros):
+    """Begin ROS with its arguments, whose files it reads by itself and for as long as they go."""
+    for option, path in pairwise(of_ros):
+        if option in _FILE_OPTIONS and Path(path).exists():
+            regular_file(path)
+    init(['satdyn', *of_ros])
 
 
 def _ros_files(arguments):
@@ -242,6 +267,11 @@ def _show_notices():
 
 
 def _refuse(error):
+    """Say in a sentence what is wrong with the input, and return the exit code for it."""
+    if isinstance(error, UnknownROSArgsError):
+        error = f'--ros-args does not allow {error}'
+    elif isinstance(error, RCLError) and _OF_TWO_KINDS in str(error):
+        error = f'{error}{_HINT}'
     print(f'satdyn node: {one_sentence(error)}', file=sys.stderr)
     return 2
 

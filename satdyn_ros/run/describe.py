@@ -1,6 +1,6 @@
 """What theory says about a scenario before it is run, as data."""
 
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 from scipy.integrate import trapezoid
@@ -35,19 +35,14 @@ _UNITS = {
 }
 
 
-def describe(scenario: Scenario) -> dict[str, Any]:
+class Description(TypedDict):
     """
-    Return what theory says about a scenario, ready for JSON: numbers, text, lists, dictionaries.
+    What theory says about a scenario: numbers, text, lists and dictionaries, ready for JSON.
 
     A value that is infinite or does not exist is None.
 
-    Parameters
+    Attributes
     ----------
-    scenario : Scenario
-        the scenario
-
-    Returns
-    -------
     orbit : dict or None
         for an element set or an ephemeris the epoch tick_0; for an element set elements_epoch,
         age_days at tick 0, and perigee_height_m, apogee_height_m, period_s and inclination_rad of
@@ -95,10 +90,31 @@ def describe(scenario: Scenario) -> dict[str, Any]:
         for a body with flexible parts: names, frequencies_rad_s of each mode by itself,
         free_rad_s, at which body and parts swing together, and unseen_rad_s, those of them that
         samples at publish.rate cannot distinguish from slower ones
+    """
+
+    orbit: Any
+    principal_moments: list[float]
+    principal_axes_b: list[list[float]]
+    motion: Any
+    why_not: Any
+    first_integrals: dict[str, Any]
+    steady_motions: list[dict[str, Any]]
+    rotation_class: Any
+    regular_precession: Any
+    elliptic_orbit: Any
+    torques: list[dict[str, Any]]
+    thruster: list[dict[str, Any]]
+    flexible: Any
+
+
+def describe(scenario: Scenario) -> Description:
+    """
+    Return what theory says about a scenario before it is run.
 
     Examples
     --------
-    >>> describe(Scenario.from_yaml('config/euler_poinsot.yaml'))['motion']['name']
+    >>> motion = describe(Scenario.from_yaml('config/euler_poinsot.yaml'))['motion']
+    >>> motion['name']
     'free rotation'
     """
     system, state = scenario.system, scenario.initial_state

@@ -25,10 +25,21 @@ DEVIATES, SLOW_DEVIATES = 6, 3
 
 def keys_of_errors(unit: str, quantity: str, of_another: str) -> tuple[Key, ...]:
     """
-    Return what a scenario says of the errors of three axes that measure a quantity.
+    Return what a scenario says of the errors of three axes.
 
-    of_another: what an axis reads where it is misaligned, such as 'rate about another'.
+    Parameters
+    ----------
+    unit : str
+        of what they measure
+    quantity : str
+        what they measure
+    of_another : str
+        what an axis reads where it is misaligned, such as 'rate about another'
     """
+    return *_keys_of_the_bias(unit), *_keys_of_the_axes(unit, quantity, of_another)
+
+
+def _keys_of_the_bias(unit):
     return (
         Key(
             'initial_bias',
@@ -56,6 +67,11 @@ def keys_of_errors(unit: str, quantity: str, of_another: str) -> tuple[Key, ...]
             above=0.0,
             is_optional=True,
         ),
+    )
+
+
+def _keys_of_the_axes(unit, quantity, of_another):
+    return (
         Key(
             'scale_factor',
             'double_array',

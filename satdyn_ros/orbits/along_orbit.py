@@ -47,18 +47,34 @@ class AlongOrbit:
     """
     The environment of a body on an orbit, functions of the time from tick 0 in tables.
 
-    epoch_ns: the Unix time of tick 0.  field_model: 'none', 'dipole' or 'igrf'.  air: what its
-    density follows, None: there is none.  has_sun: whether the Sun shines.  Vectors are in
-    inertial axes, with the centre of the Earth as the origin.
+    Vectors are in inertial axes, with the centre of the Earth as the origin.
 
     The time from tick 0 is counted by the stamps, which have no leap seconds: where one goes by,
     TT is a second later, and the Sun and the axes of date jump by what they move in it.  Pieces
-    end there, and where the slope of the IGRF jumps.  with_jumps: as by rules below 4 they run
-    across, are as long as those of the orbit, and the air of the last of a day has the next's.
-    with_short_steps: not as by rules below 5, where steps beside a contact with the shadow are as
-    long as others.
+    end there, and where the slope of the IGRF jumps.
 
-    ValueError: the field does not know the time of tick 0.
+    Parameters
+    ----------
+    orbit : Orbit
+        where the body is
+    epoch_ns : ns
+        Unix time of tick 0
+    field_model : str
+        none, dipole or igrf
+    air : Exponential, Msis or None
+        what its density follows, None: there is none
+    has_sun : bool
+        whether the Sun shines
+    with_jumps : bool
+        as by rules below 4 pieces run across the jumps, are as long as those of the orbit, and the
+        air of the last of a day has the next's
+    with_short_steps : bool
+        not as by rules below 5, where steps beside a contact with the shadow are as long as others
+
+    Raises
+    ------
+    ValueError
+        the field does not know the time of tick 0
     """
 
     def __init__(

@@ -47,7 +47,16 @@ Pairs = list[tuple[str, str]]
 
 
 class MeanElements(NamedTuple):
-    """Keywords and values of an OMM, units in brackets behind them; line: where it begins."""
+    """
+    The mean elements of an OMM.
+
+    Attributes
+    ----------
+    pairs : list of pairs of str
+        keywords and values, units in brackets behind them
+    line : int
+        where it begins
+    """
 
     pairs: Pairs
     line: int
@@ -57,9 +66,16 @@ class ElementSet(NamedTuple):
     """
     One of the sets of a file.
 
-    name: of the satellite, empty: not given.  number: in the catalogue, in decimals, empty: not
-    given.  text: the set alone, two lines or an OMM in keyword = value notation.  line: where it
-    begins.
+    Attributes
+    ----------
+    name : str
+        of the satellite, empty: not given
+    number : str
+        in the catalogue, in decimals, empty: not given
+    text : str
+        the set alone, two lines or an OMM in keyword = value notation
+    line : int
+        where it begins
     """
 
     name: str

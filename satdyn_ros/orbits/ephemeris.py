@@ -70,10 +70,20 @@ _TIMES_A_TURN = 721
 @dataclass(frozen=True)
 class EphemerisOrbit(OrbitSource):
     """
-    The orbit of the text of an OEM, or of an STK ephemeris, from tick 0 on, which is at epoch_ns.
+    The orbit of the text of an OEM, or of an STK ephemeris, from tick 0 on.
 
-    ValueError: it is none, or of another centre, frame or time system, or no orbit goes through
-    its rows; with the line and what is wrong.
+    Parameters
+    ----------
+    text : str
+        the ephemeris
+    epoch_ns : ns
+        Unix time of tick 0
+
+    Raises
+    ------
+    ValueError
+        it is none, or of another centre, frame or time system, or no orbit goes through its rows;
+        with the line and what is wrong
     """
 
     text: str
@@ -396,8 +406,21 @@ def interpolation_of(
     """
     Return what INTERPOLATION and INTERPOLATION_DEGREE ask for, without them Hermite of degree 7.
 
-    Where no degree is asked for, few rows are enough.  ValueError: we do not have it, or it needs
-    more rows.
+    Where no degree is asked for, few rows are enough.
+
+    Parameters
+    ----------
+    metadata : KvnMetadata
+        the keywords of the rows' segment
+    times_s : (N,), s
+        ascending
+    rows : (N, 6), m, m/s
+        positions and velocities
+
+    Raises
+    ------
+    ValueError
+        we do not have it, or it needs more rows
     """
     method = metadata.get('INTERPOLATION', _METHODS[0]).upper()
     if method not in _METHODS:

@@ -30,10 +30,21 @@ _TOGETHER = 4096
 @dataclass(frozen=True, eq=False)
 class Interpolation:
     """
-    Polynomials between rows (N, 6) [m, m/s] at ascending times (N,) [s], each through `window`.
+    Polynomials between the rows of an ephemeris.
 
     By Lagrange's each column is one; by Hermite's the positions are, whose slopes at the rows are
     the velocities.
+
+    Attributes
+    ----------
+    times_s : (N,), s
+        ascending
+    rows : (N, 6), m, m/s
+        positions and velocities
+    is_hermite : bool
+        whether they are Hermite's
+    window : int
+        how many rows each goes through
     """
 
     times_s: np.ndarray
@@ -82,10 +93,18 @@ class Interpolation:
 @dataclass(frozen=True, eq=False)
 class Span:
     """
-    A time between begin_s and end_s [s from tick 0] that is interpolated from one set of rows.
+    A time that is interpolated from one set of rows.
 
-    ahead_s: by how much the times of the rows are ahead of those from tick 0.  fastest_rad_s: how
-    fast the line from the centre to the body turns.
+    Attributes
+    ----------
+    interpolation : Interpolation
+        between the rows
+    begin_s, end_s : s
+        from tick 0
+    ahead_s : s
+        by how much the times of the rows are ahead of those from tick 0
+    fastest_rad_s : rad/s
+        how fast the line from the centre to the body turns
     """
 
     interpolation: Interpolation

@@ -46,7 +46,18 @@ _MARK = 100
 
 @dataclass(eq=False)
 class OblateOrbit(OrbitSource):
-    """An orbit with J2, whose elements at tick 0 are those of a Kepler ellipse."""
+    """
+    An orbit with J2.
+
+    Parameters
+    ----------
+    start : KeplerOrbit
+        the ellipse whose elements are those of the orbit at tick 0
+    j2 : float
+        of the attracting body
+    reference_radius : m
+        that J2 refers to
+    """
 
     start: KeplerOrbit
     j2: float = EARTH_J2

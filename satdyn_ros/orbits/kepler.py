@@ -28,10 +28,27 @@ _SLOWEST = 1e-300
 @dataclass(frozen=True)
 class KeplerOrbit(Orbit):
     """
-    A Kepler ellipse by its elements at t = 0; angles in rad, mu [m^3/s^2], semi_major_axis [m].
+    A Kepler ellipse by its elements at t = 0.
 
     The inertial frame is that of the elements: with all angles zero the pericentre is on +X and
     the orbit normal on +Z.  Elements may be arrays, which broadcast against the times.
+
+    Parameters
+    ----------
+    mu : m^3/s^2
+        gravitational parameter
+    semi_major_axis : m
+        a
+    eccentricity : float
+        e, below 1
+    inclination : rad
+        from +Z to the orbit normal
+    raan : rad
+        right ascension of the ascending node
+    argument_of_periapsis : rad
+        from the node to the pericentre
+    true_anomaly : rad
+        f, from the pericentre to the body
     """
 
     mu: float = EARTH_MU
@@ -61,10 +78,24 @@ class KeplerOrbit(Orbit):
     @classmethod
     def from_state(cls, r_i: ArrayLike, v_i: ArrayLike, mu: float = EARTH_MU) -> 'KeplerOrbit':
         """
-        Return the ellipse through r_i [m] with v_i [m/s], both (3,), or many, checked, (M, 1, 3).
+        Return the ellipse through a position with a velocity.
 
         On the equator the node, on a circle the pericentre is not defined; the angles from them
-        still add up to the state.  ValueError: the orbit is no ellipse.
+        still add up to the state.
+
+        Parameters
+        ----------
+        r_i : (3,), m, inertial axes
+            position from the centre; or of many, checked, (M, 1, 3)
+        v_i : (3,), m/s, inertial axes
+            velocity; or of many, checked, (M, 1, 3)
+        mu : m^3/s^2
+            gravitational parameter
+
+        Raises
+        ------
+        ValueError
+            the orbit is no ellipse
         """
         r_i, v_i = np.asarray(r_i, float), np.asarray(v_i, float)
         if r_i.ndim == v_i.ndim == 1 and np.ndim(mu) == 0:
@@ -234,7 +265,18 @@ class KeplerOrbit(Orbit):
 
 
 def state_checks(r_i: np.ndarray, v_i: np.ndarray, mu: float | np.ndarray) -> Checks:
-    """Check that a position [m] and a velocity [m/s], (..., 3), are on an ellipse."""
+    """
+    Check that a position and a velocity are on an ellipse.
+
+    Parameters
+    ----------
+    r_i : (..., 3), m, inertial axes
+        position from the centre
+    v_i : (..., 3), m/s, inertial axes
+        velocity
+    mu : (...), m^3/s^2
+        gravitational parameter
+    """
     r, v = length(r_i), length(v_i)
     if (yield ~(r > 0.0)):
         raise ValueError('orbit.position is the attracting centre itself')

@@ -15,10 +15,23 @@ class OrbitConstants(NamedTuple):
     What the equations take of an orbit, numbers, or arrays of many orbits.
 
     Of a conic with the semi-latus rectum l and the true anomaly f the line to the body is
-    cos f P + sin f Q, and its distance l / (1 + e cos f).  anomaly_rate [rad/s]: that of f times
-    (r / l)^2.  gradient [1/s^2]: 3 mu / l^3.  outward, ahead: P and Q, normal: across both, unit
-    vectors (3,) in inertial axes; of a fixed direction the first alone, of a table none, zeros.
-    semi_latus_rectum [m]: l; speed [m/s]: that along Q where f is zero, over 1 + e.
+    cos f P + sin f Q, and its distance l / (1 + e cos f).  Of a fixed direction there is P alone,
+    of a table none of P, Q and the normal, but zeros.
+
+    Attributes
+    ----------
+    anomaly_rate : rad/s
+        that of f times (r / l)^2
+    gradient : 1/s^2
+        3 mu / l^3
+    outward, ahead, normal : (3,), inertial axes
+        unit vectors P, Q, and across both
+    eccentricity : float
+        e
+    semi_latus_rectum : m
+        l
+    speed : m/s
+        that along Q where f is zero, over 1 + e
     """
 
     anomaly_rate: Any

@@ -13,7 +13,20 @@ ORBIT_TYPES: dict[str, type['OrbitType']] = {}
 
 
 class Ellipse(NamedTuple):
-    """The ellipse at tick 0: mu [m^3/s^2], semi-major axis [m], and what a sentence calls it."""
+    """
+    The ellipse at tick 0.
+
+    Attributes
+    ----------
+    mu : m^3/s^2
+        gravitational parameter
+    semi_major_axis : m
+        a
+    eccentricity : float
+        e
+    name_of_axis : str
+        what a sentence calls the semi-major axis
+    """
 
     mu: Any
     semi_major_axis: Any
@@ -25,12 +38,21 @@ class OrbitType(ABC):
     """
     A value of orbit.type.
 
-    name: the value.  keys: of orbit.*, which belong to it and to others that name them; an orbit
-    of one's own adds some.  has_lvlh: as of its orbits.  text: the key of the text that says all
-    of an orbit about the Earth from an instant on, or ''.
+    Its methods take every key of a scenario by its dotted name, each value allowed by itself; of
+    many scenarios arrays where they differ.  is_earlier is whether tables end as by rules below 4
+    of runs.
 
-    values: every key of a scenario by its dotted name, each allowed by itself; of many scenarios
-    as arrays where they differ.  is_earlier: whether tables end as by rules below 4 of runs.
+    Attributes
+    ----------
+    name : str
+        the value
+    keys : tuple of Key
+        of orbit.*, which belong to it and to others that name them; an orbit of one's own adds
+        some
+    has_lvlh : bool
+        as of its orbits
+    text : str
+        the key of the text that says all of an orbit about the Earth from an instant on, or empty
     """
 
     name: ClassVar[str]

@@ -42,10 +42,19 @@ _AHEAD = ThreadPoolExecutor(1, 'tables')
 
 class Stretch(NamedTuple):
     """
-    A time that is cut into pieces of one length, where the function is smooth [s from tick 0].
+    A time that is cut into pieces of one length, where the function is smooth.
 
-    Piece k begins at origin_s + k length_s.  begin_s and end_s, each infinite or where a piece
-    begins or ends: the time for which there are pieces.
+    Piece k begins at origin_s + k length_s.
+
+    Attributes
+    ----------
+    origin_s : s
+        from tick 0
+    length_s : s
+        of a piece
+    begin_s, end_s : s
+        from tick 0, the time for which there are pieces: each infinite or where a piece begins or
+        ends
     """
 
     origin_s: float
@@ -95,7 +104,16 @@ class Piece(NamedTuple):
 def fitted(
     function: Callable[[np.ndarray], np.ndarray], terms: int = _TERMS
 ) -> Callable[[Piece], np.ndarray]:
-    """Return how to make pieces of function(t_s (terms,)) -> (terms, C), by its values there."""
+    """
+    Return how to make pieces of functions by their values.
+
+    Parameters
+    ----------
+    function : function of (terms,), s
+        returns the values (terms, C) of C functions at times from tick 0
+    terms : int
+        of the polynomials, whose degree is one less
+    """
     nodes, to_terms = _nodes(terms)
 
     def make(piece):
@@ -114,8 +132,18 @@ def whole_seconds(
     """
     Return how to make pieces of a function that is known at whole seconds of UTC, and not exactly.
 
-    By least squares on at most so many of them, which takes out most of what it scatters.
-    with_end: by that at which a piece ends too, where the function may have jumped.
+    By least squares on some of them, which takes out most of what it scatters.
+
+    Parameters
+    ----------
+    function : function of (K,), s
+        returns the values (K, C) of C functions at times from tick 0
+    epoch_ns : ns
+        Unix time of tick 0
+    with_end : bool
+        whether by that second too at which a piece ends, where the function may have jumped
+    most : int
+        the most seconds that a piece is made from
     """
     first_s = (-epoch_ns % SECOND_NS) / SECOND_NS
     nodes, _ = _nodes(most)
@@ -136,7 +164,16 @@ def whole_seconds(
 
 
 def no_longer(stretches: Iterable[Stretch], longest_s: float) -> list[Stretch]:
-    """Return stretches whose pieces are cut into equal ones where they are longer than that."""
+    """
+    Return stretches whose pieces are cut into equal ones where they are too long.
+
+    Parameters
+    ----------
+    stretches : iterable of Stretch
+        as they are
+    longest_s : s
+        the longest that a piece may be
+    """
     return [
         each._replace(length_s=each.length_s / math.ceil(each.length_s / longest_s))
         for each in stretches
@@ -149,6 +186,13 @@ def ending_at(stretches: Iterable[Stretch], times_s: Iterable[float]) -> list[St
 
     A time is shared out anew from the beginning of the piece before that which it is in to the end
     of the one after, so that no piece is much shorter either; all others are as they were.
+
+    Parameters
+    ----------
+    stretches : iterable of Stretch
+        as they are
+    times_s : iterable of s
+        from tick 0
     """
     found = list(stretches)
     for t_s in sorted(times_s):
@@ -173,7 +217,16 @@ def _parted(stretch, t_s):
 
 
 def within_days(stretches: Iterable[Stretch], epoch_ns: int) -> list[Stretch]:
-    """Return stretches whose pieces, none longer than before, end where a day of UTC does."""
+    """
+    Return stretches whose pieces, none longer than before, end where a day of UTC does.
+
+    Parameters
+    ----------
+    stretches : iterable of Stretch
+        as they are
+    epoch_ns : ns
+        Unix time of tick 0
+    """
     midnight_s = -(epoch_ns % DAY_NS) / SECOND_NS
     found = []
     for stretch in stretches:
@@ -222,13 +275,19 @@ class Pieces:
     """
     Functions of time in pieces, made when they are asked for and kept for a while.
 
-    make(piece) -> (C, terms): the Chebyshev coefficients of C functions over the piece, in
-    ascending order.  stretches: in their order of time; where two meet, a function may jump.
-    outside: the sentence of the refusal of a time [s from tick 0] that is in none.
-    corners(piece) -> (K,): the times [s from tick 0] in a piece at which what is made of the
-    functions is not smooth.
-
     Where make refuses a piece by a ValueError, there is one up to where it knows the functions.
+
+    Parameters
+    ----------
+    make : function of a Piece
+        returns (C, terms), the Chebyshev coefficients of C functions over the piece, ascending
+    stretches : sequence of Stretch
+        in their order of time; where two meet, a function may jump
+    outside : function of s
+        returns the sentence of the refusal of a time from tick 0 that is in none
+    corners : function of a Piece, or None
+        returns (K,), the times [s] from tick 0 in the piece at which what is made of the functions
+        is not smooth
     """
 
     def __init__(
@@ -388,9 +447,16 @@ class Pieces:
 
     def values(self, t_s: np.ndarray, columns: np.ndarray) -> np.ndarray:
         """
-        Return the functions of these numbers (C,) at times (N,), (N, C).
+        Return some of the functions at times, (N, C).
 
         By the very code of the equations.  Row i depends on t_s[i] alone.
+
+        Parameters
+        ----------
+        t_s : (N,), s
+            from tick 0
+        columns : (C,) int
+            the numbers of the functions
         """
         t_s = np.asarray(t_s, float)
         values = np.empty((len(t_s), len(columns)))
@@ -408,7 +474,16 @@ def latest_at(end_s: float) -> float:
 def by_piece(
     tables: Iterable[Pieces], t_s: np.ndarray
 ) -> Iterator[tuple[np.ndarray, dict[Pieces, Piece]]]:
-    """Yield the rows of times (N,) that are in one piece of each table, and these pieces."""
+    """
+    Yield the rows of times that are in one piece of each table, and these pieces.
+
+    Parameters
+    ----------
+    tables : iterable of Pieces
+        the tables
+    t_s : (N,), s
+        from tick 0
+    """
     order, begin = np.argsort(t_s, kind='stable'), 0
     ascending_s = t_s[order]
     while begin < len(t_s):

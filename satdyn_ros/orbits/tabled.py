@@ -50,9 +50,16 @@ class OrbitSource(ABC):
 @dataclass(frozen=True, eq=False)
 class TabledOrbit(Orbit):
     """
-    An orbit from a table made piece by piece, mu [m^3/s^2] for the pull on the body.
+    An orbit from a table made piece by piece.
 
     LVLH and its rate are those of the tabulated position and its own derivatives.
+
+    Parameters
+    ----------
+    source : OrbitSource
+        where the polynomials come from
+    mu : m^3/s^2
+        for the pull on the body
     """
 
     source: OrbitSource

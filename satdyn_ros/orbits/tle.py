@@ -62,8 +62,14 @@ class MeanOrbit(NamedTuple):
     """
     The orbit of mean elements.
 
-    perigee_height_m, apogee_height_m [m]: above the equator's radius, of the mean ellipse.
-    period_s: by the mean motion, without drag.  inclination_rad: to the equator of date.
+    Attributes
+    ----------
+    perigee_height_m, apogee_height_m : m
+        above the equator's radius, of the mean ellipse
+    period_s : s
+        by the mean motion, without drag
+    inclination_rad : rad
+        to the equator of date
     """
 
     perigee_height_m: float
@@ -75,11 +81,20 @@ class MeanOrbit(NamedTuple):
 @dataclass(frozen=True)
 class TwoLineOrbit(OrbitSource):
     """
-    The orbit of a text from tick 0 on, which is at epoch_ns.
+    The orbit of an element set from tick 0 on.
 
-    text: a two-line element set, with or without a line of the satellite's name above, or an OMM
-    in keyword = value notation, XML, JSON or CSV.  ValueError: it is neither, with what is wrong;
-    see check too.
+    Parameters
+    ----------
+    text : str
+        a two-line element set, with or without a line of the satellite's name above, or an OMM in
+        keyword = value notation, XML, JSON or CSV
+    epoch_ns : ns
+        Unix time of tick 0
+
+    Raises
+    ------
+    ValueError
+        it is neither, with what is wrong; see check too
     """
 
     text: str

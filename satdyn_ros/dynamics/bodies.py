@@ -10,7 +10,18 @@ from .inertia import parallel_axis
 
 
 class Body(NamedTuple):
-    """A body by mass [kg], mass centre (3,) [m] and inertia (3, 3) [kg m^2] about that centre."""
+    """
+    A body.
+
+    Attributes
+    ----------
+    mass : kg
+        of the body
+    mass_centre : (3,), m
+        its position
+    inertia : (3, 3), kg m^2
+        about that centre
+    """
 
     mass: float
     mass_centre: np.ndarray

@@ -72,8 +72,18 @@ class Drives:
     """
     The drives of a system's turning rotors, from a state on.
 
-    met: the instants [s] at which rotors came to a jump, from the start of the motion, and the
-    indices of these rotors among all.
+    Parameters
+    ----------
+    system : System
+        what moves
+    state : State
+        at the start of the motion
+
+    Attributes
+    ----------
+    met : list of s and int
+        the instants at which rotors came to a jump, from the start of the motion, and the indices
+        of these rotors among all
     """
 
     def __init__(self, system: System, state: State):
@@ -138,10 +148,18 @@ class Drives:
 
     def leave(self, which: int, t_s: float, omega_bi_b: np.ndarray, speeds: np.ndarray) -> None:
         """
-        Let a turning rotor leave where it is at t_s, from the start of the motion.
+        Let a turning rotor leave where it is.
 
-        which: n + 1 by the upper end of its range, -n - 1 by the lower one; omega_bi_b (3,),
-        speeds (R,): of then [rad/s].
+        Parameters
+        ----------
+        which : int
+            n + 1 by the upper end of its range, -n - 1 by the lower one
+        t_s : s
+            when, from the start of the motion
+        omega_bi_b : (3,), rad/s, body axes
+            rate of the body then
+        speeds : (R,), rad/s
+            of the rotors then
         """
         self._omega_bi_b, self._speeds = omega_bi_b, speeds
         n, up = abs(which) - 1, which > 0

@@ -212,9 +212,18 @@ def ellipsoid_normal(inertia: ArrayLike, omega: ArrayLike) -> np.ndarray:
 
 def parallel_axis(inertia_g: ArrayLike, mass: float, offset: ArrayLike) -> np.ndarray:
     """
-    Return the inertia (3, 3) about the point at offset (3,) [m] from the mass centre.
+    Return the inertia (3, 3) about a point.
 
-    Steiner's theorem as a tensor: I_G + m (d.d 1 - d d^T); mass [kg].
+    Steiner's theorem as a tensor: I_G + m (d.d 1 - d d^T).
+
+    Parameters
+    ----------
+    inertia_g : (3, 3), kg m^2
+        I_G, about the mass centre
+    mass : kg
+        m
+    offset : (3,), m
+        d, the point from the mass centre
     """
     d = np.asarray(offset, float)
     return np.asarray(inertia_g, float) + mass * (d @ d * np.eye(3) - np.outer(d, d))
@@ -227,10 +236,21 @@ def moment_about(
     through: Sequence[float] | np.ndarray = (0.0, 0.0, 0.0),
 ) -> float:
     """
-    Return the moment [kg m^2] about any axis (3,), unit or not, through a point (textbook, 42.16).
+    Return the moment [kg m^2] about any axis through a point (textbook, 42.16).
 
-    inertia_g (3, 3): about the mass centre, from which through (3,) [m] is measured; mass [kg].
+    Parameters
+    ----------
+    inertia_g : (3, 3), kg m^2
+        about the mass centre
+    axis : (3,)
+        of any length
+    mass : kg
+        of the body
+    through : (3,), m
+        the point from the mass centre
 
+    Examples
+    --------
     >>> round(moment_about(0.2 * np.eye(3), [0, 0, 1], mass=2.0, through=[0.5, 0, 0]), 12)
     0.7
     """

@@ -245,11 +245,20 @@ class State:
     """
     Attitude and rates at one instant.
 
-    q_ib (4,): body to inertial; omega_bi_b [rad/s] (3,); rotor_speed [rad/s] relative to the body
-    and rotor_angle [rad] (R,): nan for a rotor without a speed of its own, a number for every free
-    rotor.  With one rotor, a plain number will do.  inner: the inner coordinates by their names,
-    such as flexible.panel.displacement; those of modes that are left out begin at zero, those of
-    torques as these say.
+    Parameters
+    ----------
+    q_ib : (4,), x, y, z, w
+        attitude, body to inertial
+    omega_bi_b : (3,), rad/s, body axes
+        rate of the body relative to inertial axes
+    rotor_speed : (R,), rad/s
+        relative to the body, nan for a rotor without a speed of its own; with one rotor a plain
+        number will do
+    rotor_angle : (R,), rad
+        relative to the body, likewise; a number for every free rotor
+    inner : dict
+        inner coordinates by name, such as flexible.panel.displacement; those of modes that are
+        left out begin at zero, those of torques as these say
     """
 
     q_ib: np.ndarray

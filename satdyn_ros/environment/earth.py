@@ -54,9 +54,14 @@ def leap_seconds_ns() -> np.ndarray:
 
 def leap_seconds_between(begin_ns: int, end_ns: int) -> dict[int, int]:
     """
-    Return by stamp, ascending, where TAI - UTC changes after one and up to another, by what [ns].
+    Return where TAI - UTC changes, by stamp, ascending, and by what [ns].
 
     Leap seconds end June or December: within half a year no table is needed.
+
+    Parameters
+    ----------
+    begin_ns, end_ns : ns
+        the stamp after which, and that up to which
     """
     halves = [
         np.datetime64(ns, 'ns').astype('datetime64[M]').astype(int) // 6

@@ -27,8 +27,12 @@ class GaussCoefficients(NamedTuple):
     """
     The coefficients of a model at the beginning of some years; in between they are linear.
 
-    years (T,).  g, h (n_max + 1, n_max + 1, T): of degree and order, in Schmidt's
-    seminormalisation [T].
+    Attributes
+    ----------
+    years : (T,)
+        the years
+    g, h : (n_max + 1, n_max + 1, T), T
+        of degree and order, in Schmidt's seminormalisation
     """
 
     years: np.ndarray

@@ -14,7 +14,16 @@ from .plates import Plate, along_normals
 
 
 class PlateInAir(NamedTuple):
-    """normal: n; arm [m^3]: C_D A p, p its position from the mass centre; both in body axes."""
+    """
+    A plate in the air, by its constants.
+
+    Attributes
+    ----------
+    normal : (3,), body axes
+        n
+    arm : (3,), m^3, body axes
+        C_D A p, where p is its position from the mass centre
+    """
 
     normal: tuple[float, ...]
     arm: tuple[float, ...]
@@ -26,12 +35,32 @@ class Aerodynamic(BodyTorque):
 
     w is the velocity relative to the air, n the outward normal of the plate.  No plate shades
     another, and there is no lift.
+
+    Parameters
+    ----------
+    plates : iterable of Plate
+        the surface of the body
+    velocity : Pieces
+        w [m/s] along the orbit, inertial axes
+    log_density : Pieces
+        ln rho [kg/m^3]
     """
 
     name = 'aerodynamic'
 
     class Constants(NamedTuple):
-        """velocity [m/s]: w along the orbit, inertial axes; log_density: ln rho [kg/m^3]."""
+        """
+        The constants of the torque.
+
+        Attributes
+        ----------
+        plates : tuple of PlateInAir
+            the surface of the body
+        velocity : Table
+            w [m/s] along the orbit, inertial axes
+        log_density : Table
+            ln rho [kg/m^3]
+        """
 
         plates: tuple[PlateInAir, ...]
         velocity: Table

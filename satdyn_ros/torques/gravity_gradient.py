@@ -51,9 +51,17 @@ def gravity_gradient(
     """
     Return the torque gradient c x I c [N m] in body axes, shape (..., 3).
 
-    inertia [kg m^2] (3, 3); c_b (..., 3): unit vector from the attracting centre to the body;
-    gradient (...): 3 mu / r^3 [1/s^2].
+    Parameters
+    ----------
+    inertia : (3, 3), kg m^2, body axes
+        I
+    c_b : (..., 3), body axes
+        unit vector from the attracting centre to the body
+    gradient : (...), 1/s^2
+        3 mu / r^3
 
+    Examples
+    --------
     >>> gravity_gradient(np.diag([1.0, 2.0, 3.0]), np.array([0.0, 0.6, 0.8]), 1.0)
     array([0.48, 0.  , 0.  ])
     """

@@ -95,10 +95,26 @@ KEYS_OF_A_ROD = (
 
 class Rod(NamedTuple):
     """
-    A rod.
+    A rod; its field and flux densities are apparent values, for the rod as it is cut.
 
-    axis: unit vector, body axes; volume [m^3]; coercive_force [A/m]: Hc, remanence [T]: Br and
-    saturation [T]: Bs, apparent values; minor_slope: q0, exponent: p.
+    Attributes
+    ----------
+    name : str
+        of the rod
+    axis : (3,), body axes
+        unit vector
+    volume : m^3
+        V
+    coercive_force : A/m
+        Hc
+    remanence : T
+        Br
+    saturation : T
+        Bs
+    minor_slope : float
+        q0
+    exponent : float
+        p
     """
 
     name: str
@@ -115,8 +131,24 @@ class RodConstants(NamedTuple):
     """
     The constants of a rod.
 
-    size [A m^2/T]: V / mu_0; level [T]: 2 Bs / pi; steepness [m/A]: k; per_width [m/A]:
-    1 / (2 Hc); powers: the exponent, none: 2.
+    Attributes
+    ----------
+    axis : (3,), body axes
+        unit vector
+    size : A m^2/T
+        V / mu_0
+    level : T
+        2 Bs / pi
+    steepness : m/A
+        k
+    coercive_force : A/m
+        Hc
+    per_width : m/A
+        1 / (2 Hc)
+    minor_slope : float
+        q0
+    powers : tuple of float
+        the exponent, none: 2
     """
 
     axis: tuple[float, ...]
@@ -148,7 +180,17 @@ class Hysteresis(BodyTorque):
     """
     The torque (V / mu_0) b a x B of hysteresis rods in the field B along the orbit.
 
-    rods: in their order; states: L of each [A/m], by their names.  field: with its derivatives.
+    Parameters
+    ----------
+    rods : sequence of Rod
+        in their order
+    field : Pieces
+        B [T], inertial axes, with its derivatives
+
+    Attributes
+    ----------
+    states : sequence of str
+        names of the variables, L [A/m] of each rod
     """
 
     name = 'hysteresis'

@@ -19,6 +19,15 @@ class Magnetic(BodyTorque):
 
     m is the residual dipole of the body and one that is commanded, constant in body axes from one
     command to the next.
+
+    Parameters
+    ----------
+    residual : (3,), A m^2, body axes
+        of the body
+    field : Pieces
+        B [T], inertial axes
+    commanded : (3,), A m^2, body axes
+        of the magnetorquers
     """
 
     name = 'magnetic'
@@ -35,7 +44,16 @@ class Magnetic(BodyTorque):
     )
 
     class Constants(NamedTuple):
-        """dipole [A m^2]: m, body axes; field [T]: B along the orbit, inertial axes."""
+        """
+        The constants of the torque.
+
+        Attributes
+        ----------
+        dipole : (3,), A m^2, body axes
+            m
+        field : Table
+            B [T] along the orbit, inertial axes
+        """
 
         dipole: tuple[float, ...]
         field: Table

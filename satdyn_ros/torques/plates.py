@@ -74,8 +74,18 @@ class Plate(NamedTuple):
     """
     A flat plate with one side.
 
-    area [m^2]; normal: outward unit vector, position [m]: of the centre of pressure from the mass
-    centre, both in body axes; drag_coefficient: C_D; specular, diffuse: reflectances.
+    Attributes
+    ----------
+    area : m^2
+        A
+    normal : (3,), body axes
+        outward unit vector
+    position : (3,), m, body axes
+        of the centre of pressure from the mass centre
+    drag_coefficient : float
+        C_D
+    specular, diffuse : float
+        reflectances
     """
 
     area: float
@@ -95,7 +105,14 @@ def box(edges: Sequence[float], centre: Sequence[float], *coefficients: float) -
     """
     Return the six sides of a box along the body axes, +x, -x, +y and so on.
 
-    edges and centre, from the mass centre, in m; coefficients: as of a Plate.
+    What follows are the coefficients of a Plate.
+
+    Parameters
+    ----------
+    edges : (3,), m
+        along the body axes
+    centre : (3,), m, body axes
+        from the mass centre
     """
     plates = []
     for axis, side in product(range(3), (1.0, -1.0)):

@@ -19,10 +19,18 @@ PRESSURE_PA = 1361.0 / 299_792_458.0
 
 class PlateInLight(NamedTuple):
     """
-    A plate, body axes; p is its position from the mass centre, n its normal.
+    A plate in sunlight, by its constants; p is its position from the mass centre, n its normal.
 
-    absorbed [m^3]: (1 - specular) A p, mirrored and scattered: 2 specular A p x n and
-    2/3 diffuse A p x n.
+    Attributes
+    ----------
+    normal : (3,), body axes
+        n
+    absorbed : (3,), m^3, body axes
+        (1 - specular) A p
+    mirrored : (3,), m^3, body axes
+        2 specular A p x n
+    scattered : (3,), m^3, body axes
+        2/3 diffuse A p x n
     """
 
     normal: tuple[float, ...]

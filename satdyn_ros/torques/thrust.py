@@ -31,9 +31,18 @@ class Firing(NamedTuple):
     """
     What a thruster does from an instant on.
 
-    since_s [s from tick 0]; force [N]: just after it; impulse [N s]: up to it, since tick 0;
-    is_open: whether the valve is open from then on; switches_s: when it closes, or opens, and so
-    on in turn, ascending.
+    Attributes
+    ----------
+    since_s : s
+        the instant, from tick 0
+    force : N
+        just after it
+    impulse : N s
+        up to it, since tick 0
+    is_open : bool
+        whether the valve is open from then on
+    switches_s : s
+        when it closes, or opens, and so on in turn, ascending
     """
 
     since_s: float = 0.0
@@ -47,8 +56,22 @@ class Thruster(NamedTuple):
     """
     A thruster.
 
-    position [m]: from the mass centre; direction: of the force on the body, a unit vector, both in
-    body axes; thrust [N]; min_on_time, delay, time_constant [s]; specific_impulse [s], 0: unknown.
+    Attributes
+    ----------
+    position : (3,), m, body axes
+        from the mass centre
+    direction : (3,), body axes
+        of the force on the body, a unit vector
+    thrust : N
+        F
+    min_on_time : s
+        the shortest on-time
+    delay : s
+        from a command to the valve
+    time_constant : s
+        tau, of the chamber
+    specific_impulse : s
+        0: unknown
     """
 
     position: tuple[float, ...]
@@ -140,7 +163,12 @@ class Thrust(BodyTorque):
     u = 1 while it is open: between its switches it is F u + (f_s - F u) exp(-(t - t_s) / tau), and
     with tau = 0 it is F u.  Neither the position on the orbit nor the body's mass changes by it.
 
-    firings: of each thruster.
+    Parameters
+    ----------
+    thrusters : dict of Thruster
+        by name
+    firings : sequence of Firing
+        of each thruster
     """
 
     name = 'thruster'
@@ -150,9 +178,18 @@ class Thrust(BodyTorque):
 
     class Constants(NamedTuple):
         """
-        arms [m]: p x n, directions: n, decay_rates [1/s]: 1 / tau, 0 where tau is, of each.
+        The constants of the torque.
 
-        valves: between two switches, of each thruster F u [N], f_s - F u [N] and t_s [s].
+        Attributes
+        ----------
+        arms : (3,), m, of each thruster
+            p x n
+        directions : (3,), of each thruster
+            n
+        decay_rates : 1/s, of each thruster
+            1 / tau, 0 where tau is
+        valves : Table
+            between two switches, of each thruster F u [N], f_s - F u [N] and t_s [s]
         """
 
         arms: tuple[Any, ...]

@@ -21,8 +21,16 @@ class Command:
     """
     What an actuator is commanded by one message, as its topic has it.
 
-    value: the actuator's, as it is given: what acts of it is cut to its limits.  It holds until
-    the next one for the same or, if given, until a tick.
+    Attributes
+    ----------
+    tick : int
+        at which it is commanded
+    topic : str
+        of the actuator
+    value : object
+        the actuator's, as it is given: what acts of it is cut to its limits
+    until_tick : int or None
+        up to which it holds; None: up to the next one for the same
     """
 
     tick: int
@@ -35,18 +43,37 @@ class Actuator(ABC):
     """
     A kind of actuators, made for the values and the rotors of a scenario.
 
-    topic, message, says: the topic of its commands, their type and their content in words.
-    in_body_axes: whether the header of a message must name the body's frame, or none.  words: by
-    its key in an events file the keyword of Simulation.step for the same.  keys: of scenarios, its
-    own.  of_each: those that follow a name in GROUP.names, of its own group.  limit: the last word
-    of the key that cuts commands, '': none; limiting: what it does, before that word.  acts_on:
-    the kind of torque on the body that it commands, None: what it drives is no such torque.
-    is_held: whether a command holds until the next one or its timeout; if not, it ends by itself,
-    and each one acts anew.  earlier: topics of earlier versions, which bags have, and their types.
-
-    topics: those of the scenario, which bags have.  is_fitted: whether there is anything to
-    command.  none: by the names under which something is held, each timed out by itself, what acts
-    while nothing is commanded.  rotors: by these names the rotor whose cuts become events.
+    Attributes
+    ----------
+    topic, message, says : str
+        the topic of its commands, their type and their content in words
+    in_body_axes : bool
+        whether the header of a message must name the body's frame, or none
+    words : dict
+        by its key in an events file the keyword of Simulation.step for the same
+    keys : tuple of Key
+        of scenarios, its own
+    of_each : tuple of Key
+        those that follow a name in GROUP.names, of its own group
+    limit, limiting : str
+        the last word of the key that cuts commands, empty: none, and what it does, before that
+        word
+    acts_on : class or None
+        the kind of torque on the body that it commands, None: what it drives is no such torque
+    is_held : bool
+        whether a command holds until the next one or its timeout; if not, it ends by itself, and
+        each one acts anew
+    earlier : dict
+        topics of earlier versions, which bags have, and their types
+    topics : tuple of str
+        those of the scenario, which bags have
+    is_fitted : bool
+        whether there is anything to command
+    none : dict
+        by the names under which something is held, each timed out by itself, what acts while
+        nothing is commanded
+    rotors : dict
+        by these names the rotor whose cuts become events
     """
 
     topic: ClassVar[str]
@@ -86,10 +113,21 @@ class Actuator(ABC):
 
     def columns(self, word: str, given: Any, count: int) -> dict[str, Any]:
         """
-        Return what is held, by name, of the commands of count runs: each number a column (M,).
+        Return what is held, by name, of the commands of many runs: each number a column (M,).
 
-        given: as of given(), with an array in place of each number or vector, a row for each
-        run.  ValueError, in one sentence: it is not allowed.
+        Parameters
+        ----------
+        word : str
+            of the events file, or of the program
+        given : object
+            as of given(), with an array in place of each number or vector, a row for each run
+        count : int
+            M
+
+        Raises
+        ------
+        ValueError
+            it is not allowed, in one sentence
         """
         raise ValueError(f'{word} is commanded run by run, not in columns')
 
@@ -125,9 +163,18 @@ class Actuator(ABC):
 
     def from_instant(self, name: str, held: Any, before: Any, at_s: float) -> Any:
         """
-        Return what acts under a name from an instant on, by what is held and what acted before.
+        Return what acts under a name from an instant on.
 
-        at_s: from tick 0.
+        Parameters
+        ----------
+        name : str
+            under which it is held
+        held : object
+            what is held from then on
+        before : object
+            what acted before
+        at_s : s
+            the instant, from tick 0
         """
         return self.within(name, held)
 
@@ -178,9 +225,23 @@ class Actuator(ABC):
 
 def column(name: str, given: Any, count: int, size: int = 0) -> np.ndarray:
     """
-    Return what is given for a command of count runs, (M,), or of vectors (M, size).
+    Return what is given for a command of many runs, (M,), or of vectors (M, size).
 
-    ValueError, in one sentence: it has another shape, or a number is not finite.
+    Parameters
+    ----------
+    name : str
+        what a sentence calls it
+    given : (M,) or (M, size)
+        the numbers
+    count : int
+        M
+    size : int
+        of the vectors, 0: they are numbers
+
+    Raises
+    ------
+    ValueError
+        it has another shape, or a number is not finite; in one sentence
     """
     shape = (size,) if size else ()
     numbers = np.asarray(given, float)

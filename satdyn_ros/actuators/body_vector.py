@@ -14,8 +14,14 @@ class BodyVector(Actuator):
     """
     An actuator with one command, a vector (3,) in body axes.
 
-    quantity: its key in an events file.  field: of the message, that has x, y and z.  record: its
-    name in snapshots.
+    Attributes
+    ----------
+    quantity : Key
+        its key in an events file
+    field : str
+        of the message, that has x, y and z
+    record : str
+        its name in snapshots
     """
 
     in_body_axes = True

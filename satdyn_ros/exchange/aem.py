@@ -22,9 +22,18 @@ _SEQUENCE, _WRITTEN_SEQUENCE, _NEAREST = 'ZYX', '321', 1e-4
 
 class AemWriter:
     """
-    Attitudes, with with_rates also body rates, as an AEM; see SegmentWriter.
+    Attitudes as an AEM; see SegmentWriter.
 
-    version: '1.0' or '2.0'; None: 2.0 with rates, 1.0 without.
+    Parameters
+    ----------
+    file : TextIO
+        open for text and seekable
+    subject : Subject
+        what it is about
+    with_rates : bool
+        whether it has body rates too
+    version : str or None
+        1.0 or 2.0; None: 2.0 with rates, 1.0 without
     """
 
     def __init__(
@@ -70,9 +79,21 @@ class AemWriter:
 
     def write(self, stamps_ns: np.ndarray, q_ib: np.ndarray, omega_bi_b: np.ndarray) -> None:
         """
-        Append rows: stamps (N,), attitudes (N, 4) and body rates (N, 3) [rad/s].
+        Append rows.
 
-        ValueError: version 1.0 cannot give the rates of one.
+        Parameters
+        ----------
+        stamps_ns : (N,), ns
+            Unix times, which increase
+        q_ib : (N, 4), x, y, z, w
+            attitudes, body to inertial
+        omega_bi_b : (N, 3), rad/s, body axes
+            body rates
+
+        Raises
+        ------
+        ValueError
+            version 1.0 cannot give the rates of one
         """
         rates = omega_bi_b
         if self._with_rates and self._is_first:

@@ -26,7 +26,18 @@ _HIGHEST_DEGREE = 99
 
 @dataclass(frozen=True)
 class Attitude:
-    """An attitude q_ib (4,), and omega_bi_b (3,) [rad/s] where the file has rates."""
+    """
+    An attitude in an AEM.
+
+    Attributes
+    ----------
+    stamp_ns : ns
+        Unix time
+    q_ib : (4,), x, y, z, w
+        body to inertial
+    omega_bi_b : (3,), rad/s, body axes, or None
+        where the file has rates
+    """
 
     stamp_ns: int
     q_ib: np.ndarray

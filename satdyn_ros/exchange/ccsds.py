@@ -19,9 +19,19 @@ class Subject:
     """
     What a file is about.
 
-    object_name: the satellite.  frame: the name of the inertial axes in the file.  center: the
-    attracting body.  ValueError: the frame is not inertial, or a name has characters that other
-    programs would not read.
+    Attributes
+    ----------
+    object_name : str
+        the satellite
+    frame : str
+        name of the inertial axes in the file
+    center : str
+        the attracting body
+
+    Raises
+    ------
+    ValueError
+        the frame is not inertial, or a name has characters that other programs would not read
     """
 
     object_name: str
@@ -43,12 +53,21 @@ class SegmentWriter:
     """
     A message in keyword = value notation, written segment by segment.
 
-    version: the first line.  comments: what the header says to a human reader.  metadata: the
-    keywords of each segment in the order of the standard; START_TIME and STOP_TIME stand in
-    it and get their values here.  data_marks: whether DATA_START and DATA_STOP enclose the rows.
-    The file must be open for text and seekable.
-
     Memory does not grow with the rows: STOP_TIME is filled in when its segment ends.
+
+    Parameters
+    ----------
+    file : TextIO
+        open for text and seekable
+    version : str
+        the first line
+    comments : iterable of str
+        what the header says to a human reader
+    metadata : dict
+        the keywords of each segment in the order of the standard; START_TIME and STOP_TIME stand
+        in it and get their values here
+    data_marks : bool
+        whether DATA_START and DATA_STOP enclose the rows
     """
 
     def __init__(

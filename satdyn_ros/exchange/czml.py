@@ -23,9 +23,17 @@ class CzmlWriter:
     """
     A satellite's way as CZML.
 
-    name: of the satellite.  box: edges [m] along the body axes, all 0: none is drawn.  The file
-    must be open for text and seekable.  Memory does not grow with the rows: each write makes
-    packets of their own, which CesiumJS joins, and the end of the clock is filled in.
+    Memory does not grow with the rows: each write makes packets of their own, which CesiumJS
+    joins, and the end of the clock is filled in.
+
+    Parameters
+    ----------
+    file : TextIO
+        open for text and seekable
+    name : str
+        of the satellite
+    box : (3,), m
+        edges along the body axes, all 0: none is drawn
     """
 
     def __init__(self, file: TextIO, name: str, box: Sequence[float] = (0.0, 0.0, 0.0)):
@@ -43,9 +51,18 @@ class CzmlWriter:
         longitude: np.ndarray,
     ) -> None:
         """
-        Append rows: stamps (N,), positions r_t (N, 3) [m] and attitudes q_tb (N, 4), Earth-fixed.
+        Append rows.
 
-        latitude, longitude (N,) [rad]: of the ground track.
+        Parameters
+        ----------
+        stamps_ns : (N,), ns
+            Unix times
+        r_t : (N, 3), m, Earth-fixed axes
+            positions
+        q_tb : (N, 4), x, y, z, w
+            attitudes, body to Earth-fixed
+        latitude, longitude : (N,), rad
+            of the ground track
         """
         if len(stamps_ns) == 0:
             return

@@ -7,10 +7,21 @@ from ..kernel import rotation
 
 def turns(sequence: str, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """
-    Return turns about three axes, each in those that the one before has turned, by angles (N, 3).
+    Return turns about three axes, each in those that the one before has turned.
 
-    The quaternion (N, 4), and each of the axes, in those in which the last turn ends (N, 3, 3).
-    sequence: such as 'ZYX'; angles in rad.
+    Parameters
+    ----------
+    sequence : str
+        of the axes, such as ZYX
+    angles : (N, 3), rad
+        of the turns
+
+    Returns
+    -------
+    q : (N, 4)
+        quaternion of all three
+    axes : (N, 3, 3)
+        each of the axes, in those in which the last turn ends
     """
     units = [np.eye(3)['XYZ'.index(name)] for name in sequence]
     parts = [rotation.about(unit, angles[:, k]) for k, unit in enumerate(units)]

@@ -26,7 +26,18 @@ class OemWriter:
         )
 
     def write(self, stamps_ns: np.ndarray, r_i: np.ndarray, v_i: np.ndarray) -> None:
-        """Append rows: stamps (N,), positions (N, 3) [m] and velocities (N, 3) [m/s]."""
+        """
+        Append rows.
+
+        Parameters
+        ----------
+        stamps_ns : (N,), ns
+            Unix times, which increase
+        r_i : (N, 3), m, inertial axes
+            positions
+        v_i : (N, 3), m/s, inertial axes
+            velocities
+        """
         self._segments.write(stamps_ns, np.hstack([r_i, v_i]) / 1000.0)
 
     def end_segment(self) -> None:

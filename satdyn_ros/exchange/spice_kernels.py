@@ -30,12 +30,26 @@ _MOST_SECONDS = 2**32
 
 class CkWriter:
     """
-    Attitudes, with with_rates also body rates, as a C-kernel.
+    Attitudes as a C-kernel.
 
     Its numbers in SPICE follow from the satellite's name, so that kernels of several can be loaded
     together: the satellite is -1XXXXXX, as is its clock, and its axes are that times 1000.  Memory
     does not grow with the rows: each write makes a segment, which begins with the last row of the
-    one before.  ValueError: spiceypy is not installed, or SPICE cannot write the file.
+    one before.
+
+    Parameters
+    ----------
+    path : Path
+        of the kernel
+    subject : Subject
+        what it is about
+    with_rates : bool
+        whether it has body rates too
+
+    Raises
+    ------
+    ValueError
+        spiceypy is not installed, or SPICE cannot write the file
     """
 
     def __init__(self, path: Path, subject: Subject, with_rates: bool = False):
@@ -53,7 +67,18 @@ class CkWriter:
         self._before: tuple[np.ndarray, ...] | None = None
 
     def write(self, stamps_ns: np.ndarray, q_ib: np.ndarray, omega_bi_b: np.ndarray) -> None:
-        """Append rows: stamps (N,), attitudes (N, 4) and body rates (N, 3) [rad/s]."""
+        """
+        Append rows.
+
+        Parameters
+        ----------
+        stamps_ns : (N,), ns
+            Unix times
+        q_ib : (N, 4), x, y, z, w
+            attitudes, body to inertial
+        omega_bi_b : (N, 3), rad/s, body axes
+            body rates
+        """
         if len(stamps_ns) == 0:
             return
         rows: tuple[np.ndarray, ...] = (stamps_ns, q_ib, omega_bi_b)

@@ -20,10 +20,18 @@ _COUNT_WIDTH = 19
 
 class StkAttitudeWriter:
     """
-    Attitudes, with with_rates also body rates, as an STK attitude file.
+    Attitudes as an STK attitude file.
 
-    The file must be open for text and seekable.  Memory does not grow with the rows: the header's
-    number of rows is filled in at the end.
+    Memory does not grow with the rows: the header's number of rows is filled in at the end.
+
+    Parameters
+    ----------
+    file : TextIO
+        open for text and seekable
+    subject : Subject
+        what it is about
+    with_rates : bool
+        whether it has body rates too
     """
 
     def __init__(self, file: TextIO, subject: Subject, with_rates: bool = False):
@@ -33,7 +41,18 @@ class StkAttitudeWriter:
         self._count = 0
 
     def write(self, stamps_ns: np.ndarray, q_ib: np.ndarray, omega_bi_b: np.ndarray) -> None:
-        """Append rows: stamps (N,), attitudes (N, 4) and body rates (N, 3) [rad/s]."""
+        """
+        Append rows.
+
+        Parameters
+        ----------
+        stamps_ns : (N,), ns
+            Unix times
+        q_ib : (N, 4), x, y, z, w
+            attitudes, body to inertial
+        omega_bi_b : (N, 3), rad/s, body axes
+            body rates
+        """
         if len(stamps_ns) == 0:
             return
         if self._epoch_ns is None:

@@ -30,8 +30,16 @@ class CoarseSunSensor(Sensor):
     """
     A coarse sun sensor.
 
-    seed: of its noise.  divisor: ticks from sample to sample.  mounting (4,): quaternion from
-    sensor to body axes.  noise: the standard deviation of a sample [lx].
+    Parameters
+    ----------
+    seed, stream : int
+        of its noise
+    divisor : ticks
+        from sample to sample
+    mounting : (4,), x, y, z, w
+        quaternion from sensor to body axes
+    noise : lx
+        standard deviation of a sample
     """
 
     kind = 'coarse_sun_sensor'

@@ -41,10 +41,16 @@ class GyroMemory:
     """
     What a gyro remembers from sample to sample.
 
-    bias (3,) [rad/s] of the last sample, None before the first; q_ib (4,): the attitude at the
-    last sample, None before the first and after a restart of the motion; turn_b (3,) [rad], where
-    it is counted: that since the last sample, None where q_ib is; slow_bias (3,) [rad/s] of the
-    last sample, where there is one.
+    Attributes
+    ----------
+    bias : (3,), rad/s, sensor axes, or None
+        of the last sample; None before the first
+    q_ib : (4,), or None
+        attitude at the last sample; None before the first and after a restart of the motion
+    turn_b : (3,), rad, body axes, or None
+        where it is counted, that since the last sample; None where q_ib is
+    slow_bias : (3,), rad/s, sensor axes, or None
+        of the last sample, where there is one
     """
 
     bias: np.ndarray | None = None
@@ -88,14 +94,37 @@ class Gyro(Sensor):
     """
     A three-axis gyro.
 
-    seed: of its noise.  interval_s: dt between samples, divisor ticks.  mounting (4,): quaternion
-    from sensor to body axes.  noise_density: N [rad/s/sqrt(Hz)].  bias_random_walk: K
-    [rad/s^2/sqrt(Hz)].  initial_bias (3,) [rad/s].  bias_instability [rad/s] and
-    bias_correlation_time [s]: of the slow bias, 0: there is none.  scale_factor (3,): relative
-    errors S.  misalignment (6,): xy, xz, yx, yz, zx, zy of M [rad].  resolution, max_rate [rad/s]:
-    0 for none.  integrating: whether a sample is the mean rate since the previous one, the
-    integral of the rate over dt.  folds: whether it is the rotation vector over dt instead, which
-    is less than half a turn, as by rules before 3.
+    Parameters
+    ----------
+    seed : int
+        of its noise
+    interval_s : s
+        dt between samples, divisor ticks
+    divisor : ticks
+        from sample to sample
+    mounting : (4,), x, y, z, w
+        quaternion from sensor to body axes
+    noise_density : rad/s/sqrt(Hz)
+        N
+    bias_random_walk : rad/s^2/sqrt(Hz)
+        K
+    initial_bias : (3,), rad/s, sensor axes
+        of the first sample
+    bias_instability, bias_correlation_time : rad/s, s
+        of the slow bias, 0: there is none
+    scale_factor : (3,), sensor axes
+        relative errors S
+    misalignment : (6,), rad
+        xy, xz, yx, yz, zx, zy of M
+    resolution, max_rate : rad/s
+        0 for none
+    integrating : bool
+        whether a sample is the mean rate since the previous one, the integral of the rate over dt
+    folds : bool
+        whether it is the rotation vector over dt instead, which is less than half a turn, as by
+        rules before 3
+    stream : int
+        of its noise
     """
 
     kind = 'gyro'
@@ -198,7 +227,14 @@ class Gyro(Sensor):
         """
         Return the body rates [rad/s] (M, 3) measured in sensor axes, and the new memory.
 
-        ticks: consecutive, those of the rows of states.  memory: after the tick before them.
+        Parameters
+        ----------
+        ticks : range
+            consecutive, those of the rows of states
+        states : States
+            the truth
+        memory : GyroMemory
+            after the tick before them
         """
         samples = sampled(ticks, self.divisor)
         first_row = samples.start - ticks.start

@@ -35,12 +35,34 @@ class Magnetometer(Sensor):
     """
     A three-axis magnetometer.
 
-    seed: of its noise.  interval_s: dt between samples, divisor ticks.  mounting (4,): quaternion
-    from sensor to body axes.  noise: the standard deviation of a sample [T].  bias_random_walk
-    [T/sqrt(s)].  initial_bias (3,) [T].  bias_instability [T], bias_correlation_time [s]: of the
-    slow bias, 0: there is none.  torquer_coupling (9,) [T/(A m^2)]: rows of what the dipole of the
-    magnetorquers adds to the field, both in body axes.  scale_factor (3,): relative errors S.
-    misalignment (6,): xy, xz, yx, yz, zx, zy of M [rad].  resolution, max_field [T]: 0 for none.
+    Parameters
+    ----------
+    seed : int
+        of its noise
+    interval_s : s
+        dt between samples, divisor ticks
+    stream : int
+        of its noise
+    divisor : ticks
+        from sample to sample
+    mounting : (4,), x, y, z, w
+        quaternion from sensor to body axes
+    noise : T
+        standard deviation of a sample
+    bias_random_walk : T/sqrt(s)
+        of the bias
+    initial_bias : (3,), T, sensor axes
+        of the first sample
+    bias_instability, bias_correlation_time : T, s
+        of the slow bias, 0: there is none
+    scale_factor : (3,), sensor axes
+        relative errors S
+    misalignment : (6,), rad
+        xy, xz, yx, yz, zx, zy of M
+    resolution, max_field : T
+        0 for none
+    torquer_coupling : (9,), T/(A m^2)
+        rows of what the dipole of the magnetorquers adds to the field, both in body axes
     """
 
     kind = 'magnetometer'
@@ -139,7 +161,14 @@ class Magnetometer(Sensor):
         """
         Return the fields [T] (M, 3) measured in sensor axes, and the new memory.
 
-        ticks: consecutive, those of the rows of states.  memory: after the tick before them.
+        Parameters
+        ----------
+        ticks : range
+            consecutive, those of the rows of states
+        states : States
+            the truth
+        memory : BiasMemory
+            after the tick before them
         """
         samples = sampled(ticks, self.divisor)
         dipole, before = memory.dipole, None

@@ -10,8 +10,14 @@ class Measurements:
     """
     M measurements of one sensor.
 
-    ticks (M,) int64: when each is published, ascending.  exposed (M,) int64: the ticks whose
-    states were measured, and whose stamps the messages have.  values (M, 3), (M, 4) or (M,).
+    Attributes
+    ----------
+    ticks : (M,) int64
+        when each is published, ascending
+    exposed : (M,) int64
+        the ticks whose states were measured, and whose stamps the messages have
+    values : (M, 3), (M, 4) or (M,)
+        what was measured
     """
 
     ticks: np.ndarray

@@ -39,9 +39,19 @@ def normals(seed: int, stream: int, ticks: range, count: int) -> np.ndarray:
     """
     Return independent standard normal deviates, shape (len(ticks), count).
 
-    seed: 0 to 2^64 - 1; stream: one for each sensor, so that two never share noise; ticks: evenly
-    spaced.
+    Parameters
+    ----------
+    seed : int
+        0 to 2^64 - 1
+    stream : int
+        one for each sensor, so that two never share noise
+    ticks : range
+        evenly spaced
+    count : int
+        deviates of a tick
 
+    Examples
+    --------
     >>> later = normals(7, 0, range(5, 8), 3)
     >>> bool(np.all(normals(7, 0, range(0, 8), 3)[5:] == later))
     True

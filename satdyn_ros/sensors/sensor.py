@@ -61,20 +61,43 @@ class Sensor:
     """
     A sensor; each kind is a subclass, a frozen dataclass in a file of its own.
 
-    kind: as in sensors.NAME.type.  keys: what a scenario says of one beside COMMON, by their last
-    words, which are the names of its fields.  with_orbit: those keys that need an orbit, with_sun:
-    those that need the Sun.  needs: the key of the environment without which there is no such
-    sensor, '' for none; what its truth() gives then comes from there.
-    message: the type of its messages.  measures: the field of them that its values fill, whose
-    covariance, where there is one, has the variances; what else has a covariance is absent.
-    columns: of its values in tables, behind its name; none: it is in no table.  says:
-    the content of its topic.  unit: that of its panel, of which there are per_si in the SI unit.
-    resolution: that of its values, 0: they are not rounded.  latency: ticks from what it measures
-    to its message.  memory: what it remembers before the
-    first sample.  deviates: how many normal deviates a sample takes.
-
-    seed, stream: of its noise.  divisor: ticks from sample to sample.  mounting (4,): quaternion
-    from sensor to body axes.
+    Attributes
+    ----------
+    kind : str
+        as in sensors.NAME.type
+    keys : tuple of Key
+        what a scenario says of one beside COMMON, by their last words, which are the names of its
+        fields
+    with_orbit, with_sun : tuple of str
+        those keys that need an orbit, and those that need the Sun
+    needs : str
+        the key of the environment without which there is no such sensor, empty: none; what its
+        truth() gives then comes from there
+    message : str
+        the type of its messages
+    measures : str
+        the field of them that its values fill, whose covariance, where there is one, has the
+        variances; what else has a covariance is absent
+    columns : tuple of str
+        of its values in tables, behind its name; none: it is in no table
+    says : str
+        the content of its topic
+    unit, per_si : str, float
+        that of its panel, and how many of it are in the SI unit
+    memory : object
+        what it remembers before the first sample
+    deviates : int
+        how many normal deviates a sample takes
+    seed, stream : int
+        of its noise
+    divisor : ticks
+        from sample to sample
+    mounting : (4,), x, y, z, w
+        quaternion from sensor to body axes
+    resolution : float
+        of its values, 0: they are not rounded
+    latency : ticks
+        from what it measures to its message
     """
 
     kind: ClassVar[str]
@@ -161,8 +184,25 @@ class Sensor:
         """
         Return samples that do not follow each other, whether there is each, and their biases.
 
-        rows: N of states.  deviates (N, D).  biases (N, 3): of the samples before, nan: there was
-        none.  Return the values (N, ...), (N,) bool, None: there are all, and the biases (N, 3).
+        Parameters
+        ----------
+        states : States
+            the truth
+        rows : (N,) int
+            those that are measured
+        deviates : (N, D)
+            standard normal
+        biases : (N, 3), sensor axes
+            of the samples before, nan: there was none
+
+        Returns
+        -------
+        values : (N, ...)
+            the samples
+        is_there : (N,) bool, or None
+            None: there are all
+        biases : (N, 3)
+            of the samples
         """
         raise NotImplementedError
 

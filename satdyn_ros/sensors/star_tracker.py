@@ -54,11 +54,25 @@ class StarTracker(Sensor):
     """
     A star tracker.
 
-    seed: of its noise.  divisor: ticks from sample to sample.  mounting (4,): quaternion from
-    sensor to body axes.  cross_boresight, roll: standard deviations [rad].  latency: ticks from
-    exposure to message.  max_rate [rad/s]: a body that turns faster gives no sample; 0: no limit.
-    earth_exclusion, sun_exclusion [rad]: there is no sample with the attracting centre, or the
-    Sun, this near the boresight; 0: no limit.
+    Parameters
+    ----------
+    seed : int
+        of its noise
+    divisor : ticks
+        from sample to sample
+    mounting : (4,), x, y, z, w
+        quaternion from sensor to body axes
+    cross_boresight, roll : rad
+        standard deviations
+    latency : ticks
+        from exposure to message
+    max_rate : rad/s
+        a body that turns faster gives no sample; 0: no limit
+    earth_exclusion, sun_exclusion : rad
+        there is no sample with the attracting centre, or the Sun, this near the boresight; 0: no
+        limit
+    stream : int
+        of its noise
     """
 
     kind = 'star_tracker'
@@ -170,7 +184,14 @@ class StarTracker(Sensor):
         """
         Return the attitudes q_is (M, 4), sensor to inertial, and the exposures still waiting.
 
-        ticks: consecutive, those of the rows of states.  memory: after the tick before them.
+        Parameters
+        ----------
+        ticks : range
+            consecutive, those of the rows of states
+        states : States
+            the truth
+        memory : StarTrackerMemory
+            after the tick before them
         """
         exposed, q_is = memory.exposed, memory.q_is
         samples = sampled(ticks, self.divisor)

@@ -46,9 +46,16 @@ class Suites:
         self, rows: np.ndarray, ticks: np.ndarray, states: States
     ) -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]:
         """
-        Return by sensor what runs (K,) publish at their ticks (M,): runs, exposed ticks, values.
+        Return by sensor what runs publish: runs, exposed ticks and values.
 
-        states: of all runs.
+        Parameters
+        ----------
+        rows : (K,) int
+            the runs
+        ticks : (M,) int
+            where each of all runs stands
+        states : States
+            of all runs
         """
         return {name: kind.measure(rows, ticks, states) for name, kind in self._kinds.items()}
 

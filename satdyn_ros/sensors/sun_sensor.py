@@ -27,9 +27,18 @@ class SunSensor(Sensor):
     """
     A sun sensor, which looks along its z axis.
 
-    seed: of its noise.  divisor: ticks from sample to sample.  mounting (4,): quaternion from
-    sensor to body axes.  noise [rad]: the standard deviation about each axis perpendicular to
-    the direction.  field_of_view [rad]: the half-angle about z in which it sees, 0: everywhere.
+    Parameters
+    ----------
+    seed, stream : int
+        of its noise
+    divisor : ticks
+        from sample to sample
+    mounting : (4,), x, y, z, w
+        quaternion from sensor to body axes
+    noise : rad
+        standard deviation about each axis perpendicular to the direction
+    field_of_view : rad
+        half-angle about z in which it sees, 0: everywhere
     """
 
     kind = 'sun_sensor'

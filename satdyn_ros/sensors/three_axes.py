@@ -118,9 +118,21 @@ def allan_deviation(
     """
     Return the Allan deviation of samples over tau_s; None: it is shorter than their interval.
 
-    variance: of the white noise of a sample.  random_walk: K, of the bias.  IEEE Std 952-1997,
-    annex C: the squares of N / sqrt(tau) and of K sqrt(tau / 3) add up, N^2 being the variance
-    times the interval.
+    The squares of N / sqrt(tau) and of K sqrt(tau / 3) add up, N^2 being the variance times the
+    interval (IEEE Std 952-1997, annex C).
+
+    Parameters
+    ----------
+    variance : float
+        of the white noise of a sample
+    interval_s : s
+        from sample to sample
+    random_walk : float
+        K, of the bias
+    tau_s : s
+        tau
+    slow_bias : SlowBias or None
+        None: there is none
     """
     if tau_s < interval_s:
         return None
@@ -133,7 +145,14 @@ class SlowBias:
     """
     A bias that comes and goes, of three axes.
 
-    size: its standard deviation s_g.  interval_s: dt from sample to sample.  time_s: T.
+    Attributes
+    ----------
+    size : float
+        its standard deviation s_g
+    interval_s : s
+        dt from sample to sample
+    time_s : s
+        T
     """
 
     size: float
@@ -144,7 +163,12 @@ class SlowBias:
         """
         Return g (M, 3) of successive samples.
 
-        deviates (M, 3): standard normal.  before (3,): g of the sample before; None: none.
+        Parameters
+        ----------
+        deviates : (M, 3)
+            standard normal
+        before : (3,), or None
+            g of the sample before; None: none
         """
         from scipy.signal import lfilter
 
@@ -171,9 +195,20 @@ class ThreeAxes:
     """
     What is wrong with three axes.
 
-    noise: the standard deviation s_w of a sample.  bias_step: that of the bias from sample to
-    sample, s_b.  initial_bias (3,).  scale_factor (3,): S.  misalignment (6,): xy, xz, yx, yz, zx,
-    zy of M.  resolution, largest: 0 for none.
+    Attributes
+    ----------
+    noise : float
+        standard deviation s_w of a sample
+    bias_step : float
+        that of the bias from sample to sample, s_b
+    initial_bias : (3,)
+        b_0
+    scale_factor : (3,)
+        S
+    misalignment : (6,)
+        xy, xz, yx, yz, zx, zy of M
+    resolution, largest : float
+        0 for none
     """
 
     noise: float
@@ -192,10 +227,18 @@ class ThreeAxes:
         slow: np.ndarray | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
         """
-        Return the samples (M, 3) of true vectors (M, 3) in sensor axes, and the biases (M, 3).
+        Return the samples (M, 3) of true vectors, and the biases (M, 3).
 
-        deviates (M, DEVIATES): standard normal.  bias (3,): of the sample before, None: there is
-        none.  slow (M, 3): the slow bias, None: there is none.
+        Parameters
+        ----------
+        true : (M, 3), sensor axes
+            the vectors
+        deviates : (M, DEVIATES)
+            standard normal
+        bias : (3,), or None
+            of the sample before, None: there is none
+        slow : (M, 3), or None
+            the slow bias, None: there is none
         """
         biases = self._biases(deviates[:, 3:], bias)
         return self._read(true, deviates, biases, slow), biases
@@ -253,8 +296,14 @@ class BiasMemory:
     """
     What three axes remember from sample to sample, None before the first.
 
-    bias (3,); slow_bias (3,), where there is one; dipole (3,) [A m^2]: of the magnetorquers after
-    the last tick, body axes, where it disturbs them.
+    Attributes
+    ----------
+    bias : (3,), sensor axes
+        of the last sample
+    slow_bias : (3,), sensor axes
+        likewise, where there is one
+    dipole : (3,), A m^2, body axes
+        of the magnetorquers after the last tick, where it disturbs them
     """
 
     bias: np.ndarray | None = None

@@ -63,16 +63,34 @@ class StateTable:
     """
     The states in a bag, one row per tick.
 
-    names: the columns.  tick, t_s (seconds from tick 0) and stamp_ns come first, then what the
-    recorded topics hold, nan at a tick where it was not published, and the angles relative to
-    LVLH: roll, pitch and yaw (3-2-1), and the angle between the axis of least inertia, whichever
-    end is nearer, and nadir.  What a sensor measured stands at the tick whose stamp its message
-    has, that of the exposure, nan at the others.  ticks_read: how many of tick_count were yielded.
+    The columns tick, t_s (seconds from tick 0) and stamp_ns come first, then what the recorded
+    topics hold, nan at a tick where it was not published, and the angles relative to LVLH: roll,
+    pitch and yaw (3-2-1), and the angle between the axis of least inertia, whichever end is
+    nearer, and nadir.  What a sensor measured stands at the tick whose stamp its message has, that
+    of the exposure, nan at the others.
 
-    columns: those wanted, in this order; none: all but segment, which counts the restarts of the
-    motion by requests and resets, and those in true_names, what sensors would have measured
-    without errors, for which the run is run again.  step_s: seconds from row to row.  ValueError:
-    the bag has no such column, or step_s is not a whole number of ticks.
+    Parameters
+    ----------
+    run : RecordedRun
+        the bag
+    columns : iterable of str
+        those wanted, in this order; none: all but segment, which counts the restarts of the motion
+        by requests and resets, and those in true_names, what sensors would have measured without
+        errors, for which the run is run again
+    step_s : s or None
+        from row to row; None: every tick
+
+    Attributes
+    ----------
+    names : list of str
+        the columns
+    ticks_read : int
+        how many of tick_count were yielded
+
+    Raises
+    ------
+    ValueError
+        the bag has no such column, or step_s is not a whole number of ticks
     """
 
     def __init__(

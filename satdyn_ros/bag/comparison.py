@@ -17,7 +17,20 @@ PERTURBATION_RAD = 1e-9
 
 @dataclass(frozen=True)
 class Difference:
-    """A message that is not what it should be: its topic, tick and time, and the field."""
+    """
+    A message that is not what it should be.
+
+    Attributes
+    ----------
+    topic : str
+        of the message
+    tick : int
+        of the message
+    t_s : s
+        from tick 0
+    field : str
+        in which it differs
+    """
 
     topic: str
     tick: int
@@ -32,8 +45,17 @@ class Comparison:
     """
     A comparison of recorded messages with the expected ones, part by part.
 
-    same_bytes: whether all were the same so far.  of_allowed: the largest distance so far, as a
-    fraction of what rounding may have grown to.
+    Parameters
+    ----------
+    run : RecordedRun
+        the bag
+
+    Attributes
+    ----------
+    same_bytes : bool
+        whether all were the same so far
+    of_allowed : float
+        the largest distance so far, as a fraction of what rounding may have grown to
     """
 
     def __init__(self, run: RecordedRun):
@@ -54,8 +76,14 @@ class Comparison:
         """
         Return the first message that differs, None: none does.
 
-        recorded: the bytes of the records, perhaps fewer.  perturbed: those of the perturbed run;
-        None: the bytes must be the same.
+        Parameters
+        ----------
+        recorded : (N,) uint8
+            the bytes of the records, perhaps fewer
+        expected : Records
+            what they should be
+        perturbed : Records or None
+            those of the perturbed run; None: the bytes must be the same
         """
         if perturbed is not None:
             self._let_grow(expected, perturbed)
@@ -89,8 +117,12 @@ class Comparison:
         """
         Return the first recorded message that the run does not give, or None.
 
-        recorded: the bytes of whole records; inputs: topics by their names in the scenario, whose
-        messages may be among them.
+        Parameters
+        ----------
+        recorded : (N,) uint8
+            the bytes of whole records
+        inputs : collection of str
+            topics by their names in the scenario, whose messages may be among them
         """
         found = Contents(recorded)
         extra = {i: n[0] for i, n in found.indices.items() if self._names.get(i) not in inputs}

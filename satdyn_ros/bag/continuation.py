@@ -39,11 +39,23 @@ def begun_in_bag(
     """
     Return the scenario with the ticks of a bag's run, and the snapshot from which it continues.
 
-    That is at the first tick at or after at_s seconds from tick 0.  The motion in force goes on;
-    where the scenario has other keys than the bag's on which a motion depends (_OF_MOTION), one
-    begins anew from the state.  Initial conditions, topics and sensors go on as they are in the
-    bag, those that the scenario changes are as it says.  ValueError: the bag has no such tick, or
-    another rate or epoch is asked for.
+    The motion in force goes on; where the scenario has other keys than the bag's on which a motion
+    depends (_OF_MOTION), one begins anew from the state.  Initial conditions, topics and sensors
+    go on as they are in the bag, those that the scenario changes are as it says.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        what flies from there on
+    bag : str or Path
+        the bag
+    at_s : s
+        from tick 0; it continues at the first tick there or after
+
+    Raises
+    ------
+    ValueError
+        the bag has no such tick, or another rate or epoch is asked for
     """
     run = RecordedRun(bag)
     _check_ticks(scenario, run)
@@ -80,11 +92,24 @@ def is_aem(path: str | Path) -> bool:
 
 def begun_in_aem(scenario: Scenario, path: str | Path, epoch: str) -> Scenario:
     """
-    Return the scenario started with the attitude, and rate, of an AEM at an epoch (UTC).
+    Return the scenario started with the attitude, and rate, of an AEM.
 
     Without rates in the file the scenario's initial.angular_velocity is used, relative to the
     frame that the scenario names.  The epoch is the stamp of tick 0 unless time.epoch_ns is set.
-    ValueError: see attitude_at.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        what flies
+    path : str or Path
+        the message
+    epoch : str
+        in UTC
+
+    Raises
+    ------
+    ValueError
+        see attitude_at
     """
     attitude = attitude_at(path, epoch)
     omega_bi_b = attitude.omega_bi_b

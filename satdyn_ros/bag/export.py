@@ -27,10 +27,19 @@ class Options:
     """
     The options of an export.
 
-    step_s: seconds from row to row.  columns: those of a table; empty: all.  with_rates: body
-    rates in an .aem, .a or .bc too.  frame, center: the names that .aem, .oem and .a give the
-    inertial axes and the attracting body; None: EME2000 and EARTH.  aem_version: '1.0' or '2.0';
-    None: 2.0 with rates, 1.0 without.
+    Attributes
+    ----------
+    step_s : s or None
+        from row to row; None: every tick
+    columns : tuple of str
+        those of a table; empty: all
+    with_rates : bool
+        whether an .aem, .a or .bc has body rates too
+    frame, center : str or None
+        the names that .aem, .oem and .a give the inertial axes and the attracting body; None:
+        EME2000 and EARTH
+    aem_version : str or None
+        1.0 or 2.0; None: 2.0 with rates, 1.0 without
     """
 
     step_s: str | float | None = None
@@ -67,24 +76,31 @@ def export(
     """
     Write the states in a bag to a file and return its number of rows.
 
-    output: the suffix of its name is the format: .csv, .npz, .parquet, .aem, .oem, .a, .czml or
-    .bc, which gets its clock .tsc and its frame .tf beside it.  A file appears when it is
-    complete.  show(done, total): called with numbers of ticks.
+    Parameters
+    ----------
+    path : str or Path
+        the bag
+    output : str or Path
+        the file, which appears when it is complete; the suffix of its name is the format: .csv,
+        .npz, .parquet, .aem, .oem, .a, .czml or .bc, which gets its clock .tsc and its frame .tf
+        beside it
+    options : Options or None
+        None: the defaults
+    show : function of done and total
+        called with numbers of ticks
 
-    ValueError: the format is unknown, does not support the options or needs what is not installed;
-    the bag was not written by satdyn_ros, is damaged, or lacks what the format needs.
+    Raises
+    ------
+    ValueError
+        the format is unknown, does not support the options or needs what is not installed; the bag
+        was not written by satdyn_ros, is damaged, or lacks what the format needs
     """
     output, options = Path(output), options or Options()
-    kind = output.suffix
-    if kind not in (*_TABLES, *_MESSAGES, _KERNEL):
-        formats = ', '.join((*_TABLES, *_MESSAGES, _KERNEL))
-        raise ValueError(f'the format of {output} is unknown; allowed: {formats}')
+    kind = _format_of(output)
     options.check(kind)
     run = RecordedRun(path)
-    if kind in _TABLES:
-        table = StateTable(run, options.columns, options.step_s)
-    else:
-        table = StateTable(run, _message_columns(run, kind, options), options.step_s)
+    columns = options.columns if kind in _TABLES else _message_columns(run, kind, options)
+    table = StateTable(run, columns, options.step_s)
     rows = 0
 
     def blocks() -> Iterator[Columns]:
@@ -111,6 +127,14 @@ def export(
             _write_text(output.with_suffix('.tsc'), kernel.clock_kernel)
             _write_text(output.with_suffix('.tf'), kernel.frame_kernel)
     return rows
+
+
+def _format_of(output):
+    kind = output.suffix
+    if kind not in (*_TABLES, *_MESSAGES, _KERNEL):
+        formats = ', '.join((*_TABLES, *_MESSAGES, _KERNEL))
+        raise ValueError(f'the format of {output} is unknown; allowed: {formats}')
+    return kind
 
 
 def table(path: str | Path) -> Columns:

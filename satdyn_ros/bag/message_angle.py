@@ -11,10 +11,23 @@ from ..kernel import rotation
 
 def angle_to_message(path: str | Path, stamps_ns: np.ndarray, q_ib: np.ndarray) -> np.ndarray:
     """
-    Return the angles (N,) [rad] of the turns from attitudes (N, 4) to those of an AEM.
+    Return the angles (N,) [rad] of the turns from attitudes to those of an AEM.
 
-    stamps_ns (N,): where both are asked for; nan where the message has none.  ValueError: it has
-    none at any of them, or see AttitudeFile.
+    An angle is nan where the message has no attitude.
+
+    Parameters
+    ----------
+    path : str or Path
+        the message
+    stamps_ns : (N,), ns
+        where both are asked for
+    q_ib : (N, 4), x, y, z, w
+        attitudes, body to inertial
+
+    Raises
+    ------
+    ValueError
+        it has none at any of them, or see AttitudeFile
     """
     others = AttitudeFile(path).attitudes(stamps_ns)
     if np.all(np.isnan(others)):

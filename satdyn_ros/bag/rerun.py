@@ -23,7 +23,16 @@ _DIAGONAL = np.array([1.0, 1.0, 1.0]) / np.sqrt(3.0)
 
 
 class Records(NamedTuple):
-    """Messages as in a chunk, (N,) uint8; starts_anew: a restart replaces the state before."""
+    """
+    Messages as in a chunk.
+
+    Attributes
+    ----------
+    data : (N,) uint8
+        the bytes
+    starts_anew : bool
+        whether a restart replaces the state before
+    """
 
     data: np.ndarray
     starts_anew: bool
@@ -37,9 +46,15 @@ def rerun(
     """
     Yield the messages of a run, until it halts or its bag ends, as the bag should hold them.
 
-    perturbation_rad: how far the states at the start of motions are turned, and by what fraction
-    their rates are changed, so that the distance of two runs shows how errors grow.  observe is
-    called with all events and samples.
+    Parameters
+    ----------
+    run : RecordedRun
+        the bag
+    perturbation_rad : rad
+        how far the states at the start of motions are turned, and by what fraction their rates are
+        changed, so that the distance of two runs shows how errors grow
+    observe : function or None
+        called with the simulation, and all events and samples
     """
     is_exact = run.scenario['motion.method'] == 'exact'
     # A start beside that of a closed form may have none.
@@ -65,10 +80,7 @@ def rerun(
             yield Records(chunk.take(), starts_anew)
             return
         already_applied = []
-        if samples.first_tick in run.happened.begins:
-            for name, data in run.latched.items():
-                stamp_ns = run.ticks.stamp_ns(samples.first_tick)
-                chunk.add_message(run.channel_id(name), stamp_ns, data)
+        _add_latched(chunk, run, samples.first_tick)
         rows = {}
         for name in (*simulation.topics, *run.scenario.sensors):
             if name not in packers:
@@ -86,6 +98,13 @@ def rerun(
         if not rows:
             yield Records(chunk.take(), starts_anew)
             starts_anew = False
+
+
+def _add_latched(chunk, run, tick):
+    """Add what is published once, where a file begins."""
+    if tick in run.happened.begins:
+        for name, data in run.latched.items():
+            chunk.add_message(run.channel_id(name), run.ticks.stamp_ns(tick), data)
 
 
 def _add_input(chunk, run, event):

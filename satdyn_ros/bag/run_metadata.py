@@ -38,9 +38,19 @@ def provenance(
     """
     Return what every file of a bag begins with.
 
-    scenario: with the epoch resolved.  topics: the names in the bag by those in the scenario,
-    {'attitude': '/sat1/attitude'}.  control: name and needs_truth of a controller.  ValueError:
-    the scenario is larger than what is read of a bag.
+    Parameters
+    ----------
+    scenario : Scenario
+        with the epoch resolved
+    topics : dict
+        the names in the bag by those in the scenario, {'attitude': '/sat1/attitude'}
+    control : dict or None
+        name and needs_truth of a controller
+
+    Raises
+    ------
+    ValueError
+        the scenario is larger than what is read of a bag
     """
     text = scenario.to_yaml()
     parameters_of_record(text, 'the scenario, written out for a bag,')

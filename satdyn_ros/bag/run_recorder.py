@@ -20,8 +20,24 @@ class RunRecorder:
     """
     A new bag of a simulation.
 
-    packers: of topics, where they are known already.  most: ticks that may be taken at once.
-    OSError, ValueError: as Recording.
+    Parameters
+    ----------
+    directory : str or Path
+        the bag
+    simulation : ControlledSimulation
+        whose run it is
+    packers : dict
+        of topics, where they are known already
+
+    Attributes
+    ----------
+    most : ticks
+        that may be taken at once
+
+    Raises
+    ------
+    OSError, ValueError
+        as Recording
     """
 
     most = BLOCK_TICKS

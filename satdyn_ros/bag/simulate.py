@@ -87,10 +87,22 @@ def simulate(
 
 def tick_count(scenario: Scenario, duration_s: str | float, first: int = 0) -> int:
     """
-    Return how many ticks k >= 0 have k / rate < duration_s [s], a number or its decimal text.
+    Return how many ticks k >= 0 have k / rate < duration_s.
 
-    ValueError: it is not a number above 0, or from tick `first` on ends after the last stamp of
-    ROS, or after what is known of the orbit.
+    Parameters
+    ----------
+    scenario : Scenario
+        what flies
+    duration_s : s
+        a number or its decimal text
+    first : int
+        the tick from which the run begins
+
+    Raises
+    ------
+    ValueError
+        it is not a number above 0, or the run ends after the last stamp of ROS, or after what is
+        known of the orbit
     """
     try:
         duration = Fraction(str(duration_s))

@@ -39,12 +39,26 @@ class Verification:
     """
     What verify found.
 
-    message_count: messages compared.  same_bytes: all are the same, byte for byte.  difference:
-    the first that rounding does not explain.  of_allowed: the largest distance, as a fraction of
-    what rounding may grow to on another machine.  other_machine: what was different when the bag
-    was made, by name (then, now).  drift: the largest relative change of each first integral
-    between events; allowed_drift: what the tolerance allows.  problem: what cuts the bag short.
-    notes: what could not be checked, in words.
+    Attributes
+    ----------
+    message_count : int
+        messages compared
+    same_bytes : bool
+        whether all are the same, byte for byte
+    difference : Difference or None
+        the first that rounding does not explain
+    of_allowed : float
+        the largest distance, as a fraction of what rounding may grow to on another machine
+    other_machine : dict
+        what was different when the bag was made, by name: then, now
+    drift : dict
+        the largest relative change of each first integral between events
+    allowed_drift : float
+        what the tolerance allows
+    problem : str or None
+        what cuts the bag short
+    notes : tuple of str
+        what could not be checked
     """
 
     message_count: int
@@ -90,17 +104,24 @@ def verify(
     """
     Run a bag's own scenario and events again and compare every message, byte for byte.
 
-    It takes as long as the run took to simulate.  show(done, total): called with numbers of ticks.
-    A bag made on another machine or with other versions may differ by what rounding grows to.
-    Damaged: a bag of satdyn_ros that is not as it was written.  BagError: not a bag of satdyn_ros.
+    It takes as long as the run took to simulate.  A bag made on another machine or with other
+    versions may differ by what rounding grows to.
+
+    Parameters
+    ----------
+    path : str or Path
+        the bag
+    show : function of done and total
+        called with numbers of ticks
+
+    Raises
+    ------
+    Damaged
+        a bag of satdyn_ros that is not as it was written
+    BagError
+        not a bag of satdyn_ros
     """
-    try:
-        recorded, notes = _checked(path)
-        check_declarations(recorded)
-    except BagError as error:
-        if isinstance(error, Damaged) == _is_ours(Path(path)):
-            raise
-        raise (BagError if isinstance(error, Damaged) else Damaged)(str(error)) from error
+    recorded, notes = _recorded(path)
     other_machine = _other_machine(recorded)
     conservation = _Conservation(recorded.scenario['motion.tolerance'])
     derived = _Derived(recorded)
@@ -113,14 +134,10 @@ def verify(
 
     # A bag closed before its first sample may hold inputs and nothing that follows from them.
     has_samples = recorded.snapshot is not None
-    expected = rerun(recorded, observe=observe) if has_samples else iter(())
-    perturbed_run: Iterator[Records | None] = (
-        rerun(recorded, PERTURBATION_RAD) if other_machine else repeat(None)
-    )
+    runs = _runs(recorded, observe, other_machine) if has_samples else iter(())
     messages = _MessageStream(recorded.bag)
     comparison = Comparison(recorded)
     try:
-        runs = zip(expected, perturbed_run, strict=False)
         difference = _compared(comparison, messages, runs, () if has_samples else recorded.inputs)
         if has_samples:
             difference = difference or derived.difference(messages.last_ns)
@@ -140,6 +157,26 @@ def verify(
         problem=recorded.bag.problem,
         notes=notes,
     )
+
+
+def _recorded(path):
+    """Return the run in a bag and what could not be checked; a refusal says whose bag it is."""
+    try:
+        recorded, notes = _checked(path)
+        check_declarations(recorded)
+    except BagError as error:
+        if isinstance(error, Damaged) == _is_ours(Path(path)):
+            raise
+        raise (BagError if isinstance(error, Damaged) else Damaged)(str(error)) from error
+    return recorded, notes
+
+
+def _runs(recorded, observe, other_machine):
+    """Return what the bag should hold, part by part, and that of a perturbed run or None."""
+    perturbed: Iterator[Records | None] = (
+        rerun(recorded, PERTURBATION_RAD) if other_machine else repeat(None)
+    )
+    return zip(rerun(recorded, observe=observe), perturbed, strict=False)
 
 
 def _other_machine(recorded: RecordedRun) -> dict[str, tuple[str, str]]:

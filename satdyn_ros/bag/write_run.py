@@ -32,10 +32,27 @@ class Recording:
     """
     Write a run to a new bag directory, as record.* of its scenario says.
 
-    scenario: with the epoch resolved.  topics: those recorded from the start, by their names in
-    the scenario.  resolve: from a name in the scenario to that of the topic.  offered: the quality
-    of service of topics, by their names in the scenario, where it is not the usual.  control and
-    ValueError: as of provenance.  OSError: as BagWriter.
+    Parameters
+    ----------
+    directory : str or Path
+        the bag
+    scenario : Scenario
+        with the epoch resolved
+    topics : tuple of str
+        those recorded from the start, by their names in the scenario
+    resolve : function of str
+        from a name in the scenario to that of the topic
+    offered : dict or None
+        the quality of service of topics, by their names in the scenario, where it is not the usual
+    control : dict or None
+        as of provenance
+
+    Raises
+    ------
+    ValueError
+        as of provenance
+    OSError
+        as BagWriter
     """
 
     def __init__(
@@ -123,16 +140,27 @@ class Recording:
         """
         Write the messages of ticks.
 
-        stamps_ns (N,); rows: by name in the scenario N rows each, or SparseMessages of a sensor.
-        snapshot(i): Simulation.snapshot of tick i of these; it is called where a file begins.
+        Parameters
+        ----------
+        stamps_ns : (N,), ns
+            of the ticks
+        rows : dict
+            by name in the scenario N rows each, or SparseMessages of a sensor
+        snapshot : function of int
+            of i: Simulation.snapshot of tick i of these; it is called where a file begins
         """
         self._writer.write(stamps_ns, self._by_topic(rows), self._record_of(snapshot))
 
     def table(self, count: int, rows: Mapping[str, np.ndarray]) -> TickTable:
         """
-        Return a table of count ticks, to be packed into again and again, for ticks().
+        Return a table of ticks, to be packed into again and again, for ticks().
 
-        rows: by name in the scenario one message, with what is the same in all.
+        Parameters
+        ----------
+        count : int
+            how many ticks
+        rows : dict
+            by name in the scenario one message, with what is the same in all
         """
         return self._writer.table(count, self._by_topic(rows))
 
@@ -144,9 +172,18 @@ class Recording:
         snapshot: Callable[[int], Mapping[str, Any]],
     ) -> int:
         """
-        As samples(): the topics of every tick in a table, and the sensors' SparseMessages.
+        Write ticks as samples() does, and return how many of the table are best written next.
 
-        Return how many ticks of the table are best written next.
+        Parameters
+        ----------
+        stamps_ns : (N,), ns
+            of the ticks
+        table : TickTable
+            the topics of every tick
+        measured : dict
+            the sensors' SparseMessages
+        snapshot : function of int
+            as of samples()
         """
         return self._writer.write_ticks(
             stamps_ns, table, self._by_topic(measured), self._record_of(snapshot)

@@ -77,10 +77,16 @@ class Message:
 
     def pack(self, source: Sized, rows: np.ndarray | None = None) -> np.ndarray:
         """
-        Return the messages of source, shape (N,): the bytes of row i are message i.
+        Return the messages of a source, shape (N,): the bytes of row i are message i.
 
-        rows: N or more rows of an earlier call that are no longer needed, to be overwritten.  The
-        strings stand between the fields, so rows are copied as bytes, rows.view(np.uint8).
+        The strings stand between the fields, so rows are copied as bytes, rows.view(np.uint8).
+
+        Parameters
+        ----------
+        source : object
+            what is packed, of length N
+        rows : (N or more,), or None
+            those of an earlier call that are no longer needed, to be overwritten
         """
         count = len(source)
         rows = self.rows(count) if rows is None or len(rows) < count else rows[:count]

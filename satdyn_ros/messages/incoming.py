@@ -14,7 +14,16 @@ from . import cdr, contents, schemas
 
 @dataclass(frozen=True, eq=False)
 class Numbers(Stamped):
-    """What changes from message to message: stamps_ns (N,) and numbers (N, K)."""
+    """
+    What changes from message to message.
+
+    Attributes
+    ----------
+    stamps_ns : (N,), ns
+        of the messages
+    numbers : (N, K)
+        their numbers
+    """
 
     stamps_ns: np.ndarray
     numbers: np.ndarray

@@ -17,9 +17,18 @@ SEQUENCE = -1
 
 class MessageField(NamedTuple):
     """
-    A field of a message: its type ('float64', 'string', 'std_msgs/msg/Header'), name and default.
+    A field of a message.
 
-    length: None for one value, n for an array of n, SEQUENCE for one of any length.
+    Attributes
+    ----------
+    type : str
+        float64, string, std_msgs/msg/Header and so on
+    name : str
+        of the field
+    length : int or None
+        None for one value, n for an array of n, SEQUENCE for one of any length
+    default : float or None
+        its default
     """
 
     type: str

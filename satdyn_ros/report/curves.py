@@ -104,8 +104,14 @@ class Bounds:
 
     The mean of roll, pitch and yaw is that of directions; nan: there are too many.
 
-    row_ticks (N,): the first tick of each row, which lasts up to the next one's.
-    topics: those whose quantities are among the curves.
+    Parameters
+    ----------
+    row_ticks : (N,) int
+        the first tick of each row, which lasts up to the next one's
+    tick_s : s
+        from tick to tick
+    topics : iterable of Topic
+        those whose quantities are among the curves
     """
 
     def __init__(self, row_ticks: np.ndarray, tick_s: float, topics: Iterable[Topic]):

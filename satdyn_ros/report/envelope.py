@@ -13,9 +13,16 @@ _FEWEST_ROWS = 4
 
 class Envelope(NamedTuple):
     """
-    Where a curve is drawn as a band (N,), and what it is there: least, most and mean (N,).
+    A curve as a band where it goes to and fro.
 
-    Least and most are those of each step along the time, and the mean goes from one to the next.
+    Attributes
+    ----------
+    is_band : (N,) bool
+        where it is drawn as a band
+    least, most : (N,)
+        of each step along the time
+    mean : (N,)
+        which goes from one step to the next
     """
 
     is_band: np.ndarray
@@ -33,12 +40,25 @@ def envelope(
     turns: bool = False,
 ) -> Envelope:
     """
-    Return the envelope of a curve (N,), evenly spread rows, in so many steps along the time.
+    Return the envelope of a curve in steps along the time.
 
-    A step is a band where the curve goes to and fro at least once within it, or one of its rows
-    is_far (N,): there least, most and mean are the bounds (N,), of values that no row has.
-    noise: what goes to and fro by less goes nowhere.  turns: the values are angles [deg] whose
-    mean is that of directions.
+    A step is a band where the curve goes to and fro at least once within it, or one of its rows is
+    far.
+
+    Parameters
+    ----------
+    values : (N,)
+        the curve, of evenly spread rows
+    steps : int
+        how many at most
+    is_far : (N,) bool
+        where least, most and mean are the bounds
+    bounds : three of (N,)
+        least, most and mean of values that no row has
+    noise : float
+        what goes to and fro by less goes nowhere
+    turns : bool
+        whether the values are angles [deg] whose mean is that of directions
     """
     steps = max(1, min(steps, len(values) // _FEWEST_ROWS))
     begins = np.arange(steps) * len(values) // steps

@@ -40,20 +40,49 @@ class History:
     """
     The run in a bag, or a part of it, at some ticks, N of them, evenly spread, and the last one.
 
-    ticks: how many there are in all; row i stands for those from its own up to the next row's.
-    t_s (N,): seconds from tick 0.  states: their table, which refers to the orbit; q_lb (N, 4) is
-    None without LVLH.  shown: by their names what the topics with a panel show, and geodetic where
-    it is published, (N, k) each.  panels: titles and units of the former.  applied_b (N, 3):
-    applied torque [N m]; dipole_b (N, 3): magnetic dipole [A m^2], None where the field turns
-    none; momentum_b (N, 3): H [N m s]; propellant (N, K): used by thrusters [kg], None: there are
-    none.  turned (N,): the angle that the body turns within a row [rad].  least, most, mean: of a
-    curve by its name, see curves.py, over all ticks of a row.
-    drift: by first integral its largest relative change since the last event so far, of all ticks,
-    (N,), nan where it is not one.  largest_drift: the same over the whole run.  motions: the first
-    MOST_MOTIONS of the run, by the tick where they begin.  events: what happened, with the time of
-    each.  driven: the intervals [s] in which a commanded torque or dipole acts.  valves_open: by
-    the names of thrusters those in which their valves are open.  sensors: by their names the
-    errors of at most as many measurements as there may be rows.
+    Attributes
+    ----------
+    scenario : Scenario
+        of the run
+    ticks : int
+        how many there are in all; row i stands for those from its own up to the next row's
+    t_s : (N,), s
+        from tick 0
+    states : States
+        their table, which refers to the orbit
+    q_lb : (N, 4), or None
+        attitude relative to LVLH; None: there is none
+    shown : dict of (N, k)
+        by their names what the topics with a panel show, and geodetic where it is published
+    panels : dict of Panel
+        titles and units of the topics with one
+    applied_b : (N, 3), N m, body axes
+        applied torque
+    dipole_b : (N, 3), A m^2, body axes, or None
+        magnetic dipole; None: the field turns none
+    momentum_b : (N, 3), N m s, body axes
+        H
+    propellant : (N, K), kg, or None
+        used by thrusters; None: there are none
+    turned : (N,), rad
+        the angle that the body turns within a row
+    least, most, mean : dict of (N,)
+        of a curve by its name, see curves.py, over all ticks of a row
+    drift : dict of (N,)
+        by first integral its largest relative change since the last event so far, of all ticks,
+        nan where it is not one
+    largest_drift : dict of float
+        the same over the whole run
+    motions : dict of Motion
+        the first MOST_MOTIONS of the run, by the tick where they begin
+    events : list of s and Event
+        what happened, and when
+    driven : list of two s
+        the intervals in which a commanded torque or dipole acts
+    valves_open : dict of lists of two s
+        by the names of thrusters those in which their valves are open
+    sensors : dict of SensorErrors
+        by their names the errors of at most as many measurements as there may be rows
     """
 
     scenario: Scenario

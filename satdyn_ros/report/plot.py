@@ -35,16 +35,32 @@ def plot(
     against: str | Path | None = None,
 ) -> None:
     """
-    Draw the chosen panels of a bag into an image; the suffix of its name selects the format.
+    Draw the chosen panels of a bag into an image.
 
-    bag: of several, each has a column, scaled as the others.  what: without any: attitude, rates,
-    torques, drift, those of the run's sensors, and the map where geodetic is published.  begin_s,
-    end_s: only the ticks between these times [s from tick 0].  unwrap: roll, pitch and yaw go on
-    past half a turn.  against: an AEM, to whose attitudes the angle is drawn too.
+    Parameters
+    ----------
+    bag : str, Path or a sequence of these
+        of several, each has a column, scaled as the others
+    output : str or Path
+        the image; the suffix of its name selects the format
+    what : sequence of str
+        the panels; none: attitude, rates, torques, drift, those of the run's sensors, and the map
+        where geodetic is published
+    begin_s, end_s : s or None
+        only the ticks between these times from tick 0
+    unwrap : bool
+        whether roll, pitch and yaw go on past half a turn
+    against : str, Path or None
+        an AEM, to whose attitudes the angle is drawn too
 
-    ValueError: a panel is unknown or the run has none, the bag was not written by satdyn_ros
-    or has no such ticks, or none at which `against` has an attitude, or matplotlib does not write
-    such images.  ImportError: there is none.
+    Raises
+    ------
+    ValueError
+        a panel is unknown or the run has none, the bag was not written by satdyn_ros or has no
+        such ticks, or none at which `against` has an attitude, or matplotlib does not write such
+        images
+    ImportError
+        there is no matplotlib
     """
     bags = [bag] if isinstance(bag, str | Path) else list(bag)
     for each in bags:

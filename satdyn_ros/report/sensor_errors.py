@@ -31,9 +31,18 @@ class SensorErrors:
     """
     The errors of M measurements of a sensor, about its axes, or the one, z.
 
-    t_s (M,): of the exposures [s from tick 0].  error (M, 3) or (M, 1): measurement minus truth,
-    see Sensor.error.  systematic: the part of it that is not noise.  sigma (3,) or (1,): the
-    standard deviation of the noise, as in the messages' covariance.
+    Attributes
+    ----------
+    sensor : Sensor
+        the sensor
+    t_s : (M,), s
+        of the exposures, from tick 0
+    error : (M, 3) or (M, 1)
+        measurement minus truth, see Sensor.error
+    systematic : (M, 3) or (M, 1)
+        the part of it that is not noise
+    sigma : (3,) or (1,)
+        standard deviation of the noise, as in the messages' covariance
     """
 
     sensor: Sensor
@@ -71,10 +80,18 @@ def with_gaps(errors: SensorErrors) -> SensorErrors:
 
 class ErrorsOfSensors:
     """
-    Collects the errors of a run's sensors during the run, at most `rows` of each.
+    Collects the errors of a run's sensors during the run.
 
-    suite: the sensors before the first samples.  ticks: those of the run.  window: the ticks
-    whose exposures are wanted.
+    Parameters
+    ----------
+    suite : Suite
+        the sensors before the first samples
+    ticks : Ticks
+        those of the run
+    window : range
+        the ticks whose exposures are wanted
+    rows : int
+        the most measurements of each
     """
 
     def __init__(self, suite: Suite, ticks: Ticks, window: range, rows: int):

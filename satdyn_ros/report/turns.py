@@ -30,9 +30,16 @@ class FlownAgain:
 
     def turns(self, begin_s: np.ndarray, interval_s: float, fastest: float) -> np.ndarray:
         """
-        Return the integral of omega_bi_b (N, 3) from begin_s (N,) on, for an interval each.
+        Return the integral (N, 3) of omega_bi_b [rad] from some times on, for an interval each.
 
-        begin_s: ascending, since the motion began.  fastest [rad/s]: the body's rate at most.
+        Parameters
+        ----------
+        begin_s : (N,), s
+            ascending, since the motion began
+        interval_s : s
+            the interval
+        fastest : rad/s
+            the body's rate at most
         """
         each = int(fastest * interval_s / _LARGEST_TURN) + 1
         fractions = np.linspace(0.0, 1.0, each * _PARTS[-1] + 1)

@@ -49,9 +49,20 @@ def capture_times(
     """
     Return the times [s] (M,) from which on axes do not cross the horizontal; nan: it has no axis.
 
-    states (M, N), passed: pass_over of them and of axis_b, (3,) or (M, 1, 3); period_s (M,).  Runs
-    that look captured and turn far between two samples are followed more closely: motion_of gives
-    the motion of a row.
+    Runs that look captured and turn far between two samples are followed more closely.
+
+    Parameters
+    ----------
+    states : States
+        (M, N) of M runs
+    passed : Extrema
+        pass_over of them and of the axis
+    axis_b : (3,) or (M, 1, 3), body axes
+        the axis
+    period_s : (M,), s
+        of the orbit
+    motion_of : function of int
+        returns the motion of a row
     """
     since_s, end_s = states.t_s[passed.first_after], states.t_s[-1]
     since_s = np.where(np.isnan(axis_b).any(axis=-1).ravel(), np.nan, since_s)

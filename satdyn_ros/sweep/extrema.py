@@ -14,9 +14,16 @@ class Extrema(NamedTuple):
     """
     The extrema of runs (...).
 
-    lvlh, nadir: the least and the largest tan^2 of half the angle to LVLH, and of the angle of an
-    axis to nadir; fastest: the largest rate relative to LVLH [rad/s]; first_after: the first row
-    after the last crossing of the horizontal by the axis, 0: there is none.
+    Attributes
+    ----------
+    lvlh : two of (...)
+        the least and the largest tan^2 of half the angle to LVLH
+    nadir : two of (...)
+        likewise of the angle of an axis to nadir
+    fastest : (...), rad/s
+        the largest rate relative to LVLH
+    first_after : (...) int
+        the first row after the last crossing of the horizontal by the axis, 0: there is none
     """
 
     lvlh: tuple[np.ndarray, np.ndarray]
@@ -26,7 +33,16 @@ class Extrema(NamedTuple):
 
 
 def extrema_of(states: States, axis_b: np.ndarray) -> Extrema:
-    """Return the extrema of states (..., N) on an orbit; axis_b (3,) or (..., 1, 3): the axis."""
+    """
+    Return the extrema of runs on an orbit.
+
+    Parameters
+    ----------
+    states : States
+        (..., N)
+    axis_b : (3,) or (..., 1, 3), body axes
+        the axis
+    """
     # Compiled, which reading a sweep need not wait for.
     from .extrema_pass import write_extrema
 

@@ -12,9 +12,16 @@ from ..run.controllers import Controller, named
 @dataclass(frozen=True)
 class OwnController:
     """
-    A class of controllers, by its path MODULE:CLASS or FILE.py:CLASS.
+    A class of controllers of one's own.
 
-    parameters: what it is called with, each NAME=VALUE; sources: a digest of its file.
+    Attributes
+    ----------
+    path : str
+        MODULE:CLASS or FILE.py:CLASS
+    parameters : tuple of str
+        what it is called with, each NAME=VALUE
+    sources : str
+        a digest of its file
     """
 
     path: str

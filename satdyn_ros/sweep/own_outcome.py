@@ -21,10 +21,16 @@ class Wrong(RuntimeError):  # noqa: N818 - it says what a function is
 @dataclass(frozen=True)
 class OwnOutcome:
     """
-    A function, by its path 'module:function', of the states (M, N) of M runs to numbers (M,).
+    A function of the states (M, N) of M runs to numbers (M,).
 
-    sources: a digest of its module's file.  It is named by whoever starts a sweep, never by a
-    file: code that is named is run.
+    It is named by whoever starts a sweep, never by a file: code that is named is run.
+
+    Attributes
+    ----------
+    path : str
+        module:function
+    sources : str
+        a digest of its module's file
     """
 
     path: str

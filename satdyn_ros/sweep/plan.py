@@ -46,11 +46,32 @@ class Plan:
     A validated sweep.
 
     Its runs are every combination of the grids, the first in the file slowest, draws_per_point
-    times each.  Run i is a function of the file and i alone.  interval_s: the time between the
-    samples from which the extremes and the capture are found; with keeps_samples they are kept in
-    the table.  captured_axis: the axis whose capture is judged (capture.py): x, y, z or least.
-    bags: the runs of which a bag is recorded.  outcomes: columns of one's own.  controller: in
-    each run, with sensors whose noise is the run's own.
+    times each.  Run i is a function of the file and i alone.
+
+    Attributes
+    ----------
+    scenario : Scenario
+        of all runs
+    vary : tuple of Varied
+        what varies
+    duration_s : s
+        of a run
+    interval_s : s
+        between the samples from which the extremes and the capture are found
+    draws_per_point : int
+        runs of each combination
+    seed : int
+        of what is drawn
+    keeps_samples : bool
+        whether the samples are kept in the table
+    captured_axis : str
+        the axis whose capture is judged (capture.py): x, y, z or least
+    bags : tuple of int
+        the runs of which a bag is recorded
+    outcomes : tuple of OwnOutcome
+        columns of one's own
+    controller : OwnController or None
+        in each run, with sensors whose noise is the run's own
     """
 
     scenario: Scenario
@@ -76,11 +97,25 @@ class Plan:
         controller_parameters: Sequence[str] = (),
     ) -> 'Plan':
         """
-        Return the sweep of a file; ValueError, one sentence: what is wrong with it.
+        Return the sweep of a file.
 
-        satellite: which one, where the scenario has several.  outcomes, by their paths, and
-        torques: of one's own.  controller: in place of that of the file, with parameters
-        NAME=VALUE.
+        Parameters
+        ----------
+        path : str or Path
+            the sweep file
+        satellite : str or None
+            which one, where the scenario has several
+        outcomes : sequence of str
+            columns of one's own (own_outcome.py), each by its path, module:function
+        torques : iterable of classes
+            of one's own
+        controller, controller_parameters : str or None, sequence of str
+            in place of that of the file: MODULE:CLASS or FILE.py:CLASS, and each NAME=VALUE
+
+        Raises
+        ------
+        ValueError
+            what is wrong with it, in one sentence
         """
         given = ros_yaml.load(ros_yaml.read_text(path, 'the sweep'), str(path))
         if not isinstance(given, Mapping):

@@ -37,8 +37,13 @@ class Quantity:
     """
     One quantity that a sweep varies.
 
-    key: its kind and range.  changes(values, value): the scenario's keys that change when the
-    quantity takes value in a scenario of values; of many scenarios, all are arrays (M,), (M, k).
+    Attributes
+    ----------
+    key : Key
+        its kind and range
+    changes : function of values and value
+        returns the scenario's keys that change when the quantity takes value in a scenario of
+        values; of many scenarios, all are arrays (M,), (M, k)
     """
 
     key: Key

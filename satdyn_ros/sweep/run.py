@@ -49,14 +49,31 @@ def sweep(
     """
     Do all runs of a sweep file and return the path of their table, directory/table.parquet.
 
-    An interrupted sweep continues where it was when called again.  workers: processes on this
-    machine, None: one per core.  dask_address: a dask.distributed scheduler that does the runs
-    instead.  show(done, total): called whenever runs have finished.  satellite: which one, where
-    the scenario has several.  outcomes: columns of one's own (own_outcome.py), each by its path,
-    'module:function'.  torques: of one's own.  controller: of each run, in place of that of the
-    file, MODULE:CLASS or FILE.py:CLASS with parameters NAME=VALUE.
-    ValueError: the file is wrong, the directory holds something else, or the machine is too small.
-    OSError: a file cannot be written.  Failed: a worker failed, not only a run.
+    An interrupted sweep continues where it was when called again.
+
+    Parameters
+    ----------
+    path : str or Path
+        the sweep file
+    directory : str or Path
+        for the results
+    workers : int or None
+        processes on this machine, None: one per core
+    dask_address : str or None
+        a dask.distributed scheduler that does the runs instead
+    show : function of done and total
+        called whenever runs have finished
+    satellite, outcomes, torques, controller, controller_parameters
+        as of Plan.from_yaml
+
+    Raises
+    ------
+    ValueError
+        the file is wrong, the directory holds something else, or the machine is too small
+    OSError
+        a file cannot be written
+    Failed
+        a worker failed, not only a run
     """
     if workers is not None and workers < 1:
         raise ValueError(f'--workers is {workers}; it must be an integer of at least 1')
@@ -70,22 +87,27 @@ def sweep(
     _refuse_another(directory, plan)
     whole, parts = directory / 'table.parquet', directory / 'parts'
     if not whole.exists():
-        # Processes here write their parts themselves: the rest of a table from a killed process
-        # would be awaited for ever.  Those of a cluster may have no common disk.
-        pool = (
-            cluster(dask_address)
-            if dask_address
-            else processes(workers, partial(store_batch, parts=parts))
-        )
-        with interruptible(), pool as executor:
-            _occupy(directory, plan, executor.versions)
-            parts.mkdir(exist_ok=True)
-            _run_batches(plan, parts, executor, show)
+        _make_parts(plan, directory, parts, workers, dask_address, show)
         unite(whole, plan, [parts / part_name(first) for first, _ in batches(plan)])
     shutil.rmtree(parts, ignore_errors=True)
     for run in plan.bags:
         _record(plan, run, directory / 'bags')
     return whole
+
+
+def _make_parts(plan, directory, parts, workers, dask_address, show):
+    """Do the runs that have not been done, and write the part of the table of each batch."""
+    # Processes here write their parts themselves: the rest of a table from a killed process would
+    # be awaited for ever.  Those of a cluster may have no common disk.
+    pool = (
+        cluster(dask_address)
+        if dask_address
+        else processes(workers, partial(store_batch, parts=parts))
+    )
+    with interruptible(), pool as executor:
+        _occupy(directory, plan, executor.versions)
+        parts.mkdir(exist_ok=True)
+        _run_batches(plan, parts, executor, show)
 
 
 def _run_batches(plan, parts, executor, show):

@@ -17,8 +17,16 @@ class Variation:
     """
     The values of one quantity: those of a grid or, if it is empty, drawn.
 
-    given: as the sweep file has it.  draw(rng) gives the random numbers of one run, and
-    values_of_draws makes values (M,) or (M, k) of those of M runs.
+    Attributes
+    ----------
+    given : object
+        as the sweep file has it
+    grid : tuple
+        the values
+    draw : function of a Generator
+        returns the random numbers of one run
+    values_of_draws : function of the numbers of M runs
+        returns the values (M,) or (M, k)
     """
 
     given: Any

@@ -36,12 +36,29 @@ class KvnMetadata(dict[str, str]):
         super().__init__()
         self.lines = {'META_START': line}
 
+    def give(self, keyword: str, value: str, line: int) -> None:
+        """Take the value of a keyword in a line; ValueError: it has one."""
+        if keyword in self:
+            raise ValueError(
+                f'line {line}: {keyword} is given twice, before in line {self.lines[keyword]}'
+            )
+        self[keyword], self.lines[keyword] = value, line
+
 
 class KvnRow(NamedTuple):
     """
-    A row of data, split into its words, with the version of its message and its line.
+    A row of data.
 
-    metadata: the keywords of its segment, one and the same object for all its rows.
+    Attributes
+    ----------
+    version : str
+        of its message
+    metadata : KvnMetadata
+        the keywords of its segment, one and the same object for all its rows
+    words : list of str
+        of the row
+    line : int
+        where it stands
     """
 
     version: str
@@ -56,8 +73,23 @@ def kvn_rows(
     """
     Yield the rows of data of a message, whose first line gives its version by a keyword.
 
-    message: what it is called in the sentence of a ValueError, which says that it is another, or
-    which line stands where none of its kind may.  Covariances are left out.
+    Covariances are left out.
+
+    Parameters
+    ----------
+    lines : iterable of str
+        of the message
+    message : str
+        what a sentence calls it
+    keyword : str
+        of the first line
+    versions : sequence of str
+        those that are read
+
+    Raises
+    ------
+    ValueError
+        it is another message, or has a line where none of its kind may stand
     """
     version: str | None = None
     header, metadata, section = KvnMetadata(), KvnMetadata(), _IN_HEADER
@@ -84,11 +116,7 @@ def kvn_rows(
             if section == _IN_HEADER and word not in _HEADER:
                 raise ValueError(f'line {number}: {word} is no keyword of the header')
             keywords = header if section == _IN_HEADER else metadata
-            if word in keywords:
-                raise ValueError(
-                    f'line {number}: {word} is given twice, before in line {keywords.lines[word]}'
-                )
-            keywords[word], keywords.lines[word] = value, number
+            keywords.give(word, value, number)
         elif is_assignment and section != _IN_COVARIANCE:
             raise ValueError(f'line {number}: the keyword {word} stands in {section}')
         elif section in (_BEFORE_ROWS, _IN_ROWS):

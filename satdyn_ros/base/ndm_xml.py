@@ -14,9 +14,18 @@ class XmlElement(NamedTuple):
     """
     An element of a message.
 
-    tag: its name without a prefix, declared or not.  attributes: by name.  text: without the
-    elements within it, and without blanks at its ends.  depth: of how many elements it is a part.
-    line: where it begins.
+    Attributes
+    ----------
+    tag : str
+        its name without a prefix, declared or not
+    attributes : dict
+        by name
+    text : str
+        without the elements within it, and without blanks at its ends
+    depth : int
+        of how many elements it is a part
+    line : int
+        where it begins
     """
 
     tag: str
@@ -76,29 +85,33 @@ def xml_rows(
     """
     Yield the rows of data of a message in XML, as they would stand in the other notation.
 
-    message: its element, 'aem'.  state: the element of a row.  order: the names of its numbers in
-    the order of a row; what has none of them stands behind, as the file has it.  ValueError: it is
-    another message, or has other units; with the line.
+    Parameters
+    ----------
+    text : str
+        the message
+    message : str
+        its element, such as aem
+    versions : sequence of str
+        those that are read
+    state : str
+        the element of a row
+    order : sequence of str
+        names of its numbers in the order of a row; what has none of them stands behind, as the
+        file has it
+
+    Raises
+    ------
+    ValueError
+        it is another message, or has other units; with the line
     """
     elements = xml_elements(text)
-    roots = [each for each in elements if each.tag == message]
-    version = roots[0].attributes.get('version', '') if roots else ''
-    if version not in versions:
-        raise ValueError(
-            f'its XML has no element {message} of version {" or ".join(versions)}, but begins '
-            f'with {elements[0].tag}'
-        )
+    version = _version(elements, message, versions)
     metadata, within = KvnMetadata(), elements[0]
     values: list[XmlElement] = []
     depths = [*(each.depth for each in elements[1:]), 0]
 
     def row():
-        in_order = [each for each in values if each.tag == 'EPOCH']
-        for name in order:
-            in_order += [each for each in values if each.tag == name]
-        in_order += [each for each in values if each.tag not in ('EPOCH', *order)]
-        words = [' '.join(each.text.split()) for each in in_order]
-        return KvnRow(version, metadata, words, within.line)
+        return KvnRow(version, metadata, _words(values, ('EPOCH', *order)), within.line)
 
     for each, next_depth in zip(elements, depths, strict=True):
         if each.depth <= within.depth and within.tag == state:
@@ -121,3 +134,22 @@ def xml_rows(
             values.append(each)
     if within.tag == state:
         yield row()
+
+
+def _version(elements, message, versions):
+    """Return the version of a message, which must be one of those that are read."""
+    roots = [each for each in elements if each.tag == message]
+    version = roots[0].attributes.get('version', '') if roots else ''
+    if version not in versions:
+        raise ValueError(
+            f'its XML has no element {message} of version {" or ".join(versions)}, but begins '
+            f'with {elements[0].tag}'
+        )
+    return version
+
+
+def _words(values, order):
+    """Return the texts of values, first of those with the names in an order."""
+    in_order = [each for name in order for each in values if each.tag == name]
+    in_order += [each for each in values if each.tag not in order]
+    return [' '.join(each.text.split()) for each in in_order]

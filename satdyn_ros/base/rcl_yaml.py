@@ -86,9 +86,20 @@ def sections(
     """
     Return the parameters, dotted, of each section of files, merged.
 
-    files: text and name, for the errors, of each.  Sections are in the order in which their names
-    first stand, and of a parameter the last value counts.  value_of: what a parameter of a file,
-    by its name, comes to.  ValueError: rcl does not read it.
+    Sections are in the order in which their names first stand, and of a parameter the last value
+    counts.
+
+    Parameters
+    ----------
+    files : iterable of pairs of str
+        text and name, for the errors, of each
+    value_of : function of key, value and origin
+        returns what a parameter of a file comes to
+
+    Raises
+    ------
+    ValueError
+        rcl does not read it
     """
     found: dict[str, dict[str, Any]] = {}
     for text, origin in files:

@@ -14,9 +14,17 @@ class SparseMessages:
     """
     M messages of one topic at N consecutive ticks.
 
-    indices (M,) int64: their ticks, ascending, 0 to N - 1.  rows (M,): each the bytes of one.
     A slice is by ticks, as in a table with one row per tick.
 
+    Attributes
+    ----------
+    indices : (M,) int64
+        their ticks, ascending, 0 to N - 1
+    rows : (M,)
+        each the bytes of one
+
+    Examples
+    --------
     >>> some = SparseMessages(np.array([1, 5]), np.array([b'a', b'b'], 'V1'))
     >>> some[3:].indices
     array([2])
